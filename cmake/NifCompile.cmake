@@ -1,0 +1,31 @@
+# Compiler settings that every nifkit target shares, as one function: nif_compile(target).
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_C_STANDARD 99)
+set(CMAKE_C_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+set(CMAKE_C_VISIBILITY_PRESET hidden)
+set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+# Programs lie in one folder whatever target makes them.
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+
+function(nif_compile target)
+  # No contraction anywhere: the answer of a query is defined without fused multiply-add, and a
+  # compiler that fuses behind our back would change bits from one machine to the next.
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion
+                                           -ffp-contract=off)
+  if(NIF_WERROR)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(NIF_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${NIF_SANITIZE} -fno-sanitize-recover=all
+                                             -fno-omit-frame-pointer)
+    target_link_options(${target} PRIVATE -fsanitize=${NIF_SANITIZE})
+  endif()
+endfunction()
