@@ -32,10 +32,10 @@ enum class Status : int {
 
   // Reading an asset.
   not_a_nif = 30,
-  foreign_nif = 31,        ///< a NetImmerse/Gamebryo model, which shares the extension
-  damaged_nif = 32,        ///< wrong checksum or structure
-  unsupported_nif = 33,    ///< a version or a required section newer than this build
-  mesh_mismatch = 34,      ///< the mesh given beside an asset is not the one it was baked from
+  foreign_nif = 31,      ///< a NetImmerse/Gamebryo model, which shares the extension
+  damaged_nif = 32,      ///< wrong checksum or structure
+  unsupported_nif = 33,  ///< a version or a required section newer than this build
+  mesh_mismatch = 34,    ///< the mesh given beside an asset is not the one it was baked from
 
   // Writing.
   output_folder_missing = 40,

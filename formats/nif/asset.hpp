@@ -1,0 +1,65 @@
+// An asset as the baker makes it: everything that a .nif file holds, in memory of its own.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kernels/field.hpp"
+
+namespace nif::format {
+
+struct Layer {
+  uint32_t inputs = 0, outputs = 0, shift = 0;
+  std::vector<int32_t> biases;  ///< [outputs]
+  std::vector<int8_t> weights;  ///< [outputs][inputs]
+};
+
+struct Network {
+  std::vector<Layer> layers;
+  float logit_scale = 1;
+};
+
+/// One object in the `segment` encoding; members as in kernels::SegmentField.
+struct Object {
+  std::string name;
+  uint32_t network = 0;
+  std::array<float, 3> aabb_min{}, aabb_max{};
+  float bias = 0;
+  uint32_t triangles = 0;
+
+  std::array<float, 3> origin{};
+  float voxels_per_unit = 0;
+  std::array<uint32_t, 3> voxels{};
+  std::vector<uint16_t> brick_table;
+  std::vector<kernels::BrickStates> brick_states;
+  std::vector<uint64_t> brick_corners;
+  std::vector<uint32_t> corner_base;
+  std::vector<int8_t> features;
+  uint32_t corners = 0;
+  uint32_t features_per_corner = 0;
+  uint32_t samples = 0;
+  float length_scale = 0;
+};
+
+struct Instance {
+  std::string name;
+  uint32_t object = 0;
+  std::array<float, 12> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< object to world, row-major 3x4
+};
+
+struct Asset {
+  std::vector<Object> objects;
+  std::vector<Instance> instances;
+  std::vector<Network> networks;
+  std::string metadata;  ///< JSON
+};
+
+/// Bricks along one axis that hold voxels + 1 corners.
+constexpr uint32_t bricks_for(uint32_t voxels) { return voxels / kernels::kBrickSide + 1; }
+
+/// The kernels' view of an object; valid while both live and are not changed.
+kernels::SegmentField field_of(const Object& object, const Network& network);
+
+}  // namespace nif::format

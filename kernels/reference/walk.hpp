@@ -1,0 +1,191 @@
+// The walk of a segment through the occupancy grid: exact answers first, and where the surface may be.
+//
+// This header defines the answer. All of it is IEEE single precision in the order written, without
+// contraction; other kernels may leap over voxels but must arrive at the same crossings (docs/model.md, "The
+// walk").
+#pragma once
+
+#include "kernels/field.hpp"
+#include "kernels/reference/arithmetic.hpp"
+
+namespace nif::kernels {
+
+/// A query in object space: the points origin + t direction with tmin <= t <= tmax.
+struct Segment {
+  float origin[3];
+  float direction[3];  ///< any length but zero
+  float tmin;
+  float tmax;
+};
+
+enum class Verdict : uint8_t {
+  visible,    ///< no surface voxel on the way
+  occluded,   ///< both a proven outside and a proven inside voxel on the way
+  ambiguous,  ///< the network has to say
+};
+
+enum class VoxelState : uint8_t { outside, inside, unknown, surface };
+
+/// A maximal run of consecutive surface voxels, as the t of its ends.
+struct Run {
+  float begin, end;
+};
+
+/// Each run but the last is followed by a voxel that is none, and no axis is walked twice.
+inline constexpr uint32_t kMaxRuns = 3 * kMaxVoxels / 2 + 1;
+
+struct Walk {
+  Verdict verdict = Verdict::visible;
+  bool certain = true;  ///< false where ambiguous, or where rounding may exceed what the voxels are padded by
+
+  // The rest is set where the verdict is ambiguous.
+  bool saw_outside = false, saw_inside = false;
+  bool starts_in_surface =
+      false;  ///< the segment's own start (not its entry into the grid) lies in a surface voxel
+  bool ends_in_surface = false;
+  float origin[3] = {}, direction[3] = {};  ///< in grid space: voxel (i,j,k) is [i,i+1] x [j,j+1] x [k,k+1]
+  float surface_t = 0;                      ///< sum of the runs' lengths, in t
+  uint32_t run_count = 0;
+  Run runs[kMaxRuns];
+};
+
+/// Farther than this from the grid's origin (in voxels), rounding may move the walk by more than the padding
+/// of the voxels, and no answer is called certain. docs/model.md derives it.
+inline constexpr float kCertainReach = 16384.0f;
+/// Padding of voxels when the baker marks them as surface, in voxels.
+inline constexpr double kSurfacePadding = 1.0 / 64;
+
+/// Directions are accepted where their largest grid-space component lies in this range.
+inline constexpr float kMinDirection = 0x1p-60f, kMaxDirection = 0x1p+60f;
+/// A component below this fraction of the largest moves less than the padding across the whole grid: taken as
+/// 0.
+inline constexpr float kFlatDirection = 0x1p-40f;
+
+inline VoxelState voxel_state(const SegmentField& field, const int32_t voxel[3]) {
+  const uint32_t x = uint32_t(voxel[0]), y = uint32_t(voxel[1]), z = uint32_t(voxel[2]);
+  const uint32_t brick = (x >> 2) + field.bricks[0] * ((y >> 2) + field.bricks[1] * (z >> 2));
+  const uint16_t entry = field.brick_table[brick];
+  if (entry < kFirstMixedBrick) return static_cast<VoxelState>(entry);
+  const BrickStates& states = field.brick_states[entry - kFirstMixedBrick];
+  const uint32_t bit = (x & 3) + 4 * (y & 3) + 16 * (z & 3);
+  const uint32_t surface = uint32_t(states.surface >> bit) & 1, aux = uint32_t(states.aux >> bit) & 1;
+  if (surface) return aux ? VoxelState::unknown : VoxelState::surface;
+  return aux ? VoxelState::inside : VoxelState::outside;
+}
+
+/// Walks one segment. `walk` is overwritten; its runs beyond run_count are left as they are.
+inline void walk_segment(const SegmentField& field, const Segment& segment, Walk& walk) {
+  walk.verdict = Verdict::visible;
+  walk.certain = true;
+  walk.run_count = 0;
+
+  // To grid space. A segment that is not one (NaN, no direction, tmin > tmax) meets nothing; it is certain of
+  // that only where it is empty by definition.
+  bool finite = true;
+  float reach = 0, steepest = 0;
+  for (int a = 0; a < 3; ++a) {
+    walk.origin[a] = (segment.origin[a] - field.origin[a]) * field.voxels_per_unit;
+    walk.direction[a] = segment.direction[a] * field.voxels_per_unit;
+    finite = finite && is_finite(walk.origin[a]) && is_finite(walk.direction[a]);
+    reach = max_of(magnitude(walk.origin[a]), reach);
+    steepest = max_of(magnitude(walk.direction[a]), steepest);
+  }
+  if (!(segment.tmin <= segment.tmax)) {
+    walk.certain = segment.tmin > segment.tmax;
+    return;
+  }
+  if (!finite || !(steepest >= kMinDirection) || !(steepest <= kMaxDirection)) {
+    walk.certain = false;
+    return;
+  }
+  walk.certain = reach <= kCertainReach;
+
+  // Clip to the grid.
+  float inverse[3], enter = segment.tmin, leave = segment.tmax;
+  bool enters_grid = false, leaves_grid = false;  // the segment is clipped at that end
+  int32_t step[3];
+  for (int a = 0; a < 3; ++a) {
+    const float size = static_cast<float>(field.voxels[a]);
+    if (magnitude(walk.direction[a]) < steepest * kFlatDirection) {
+      walk.direction[a] = 0;
+      inverse[a] = 0;
+      step[a] = 0;
+      if (!(walk.origin[a] >= 0 && walk.origin[a] <= size)) return;
+      continue;
+    }
+    inverse[a] = 1.0f / walk.direction[a];
+    step[a] = walk.direction[a] > 0 ? 1 : -1;
+    const float low = (0 - walk.origin[a]) * inverse[a], high = (size - walk.origin[a]) * inverse[a];
+    const float first = step[a] > 0 ? low : high, last = step[a] > 0 ? high : low;
+    if (first > enter) enter = first, enters_grid = true;
+    if (last < leave) leave = last, leaves_grid = true;
+  }
+  if (!(enter <= leave)) return;
+
+  // The first voxel, and the t at which each axis crosses its next plane.
+  int32_t voxel[3], plane[3];
+  float next[3];
+  constexpr float kNever = 3.402823466e+38f;
+  for (int a = 0; a < 3; ++a) {
+    const float at = walk.origin[a] + enter * walk.direction[a];
+    voxel[a] = to_index(at, int32_t(field.voxels[a]) - 1);
+    plane[a] = voxel[a] + (step[a] > 0 ? 1 : 0);
+    next[a] = step[a] == 0 ? kNever : (static_cast<float>(plane[a]) - walk.origin[a]) * inverse[a];
+  }
+
+  float now = enter, surface_t = 0, run_begin = 0;
+  bool in_run = false, saw_outside = false, saw_inside = false, first_surface = false, last_surface = false;
+  for (bool first = true;; first = false) {
+    const VoxelState state = voxel_state(field, voxel);
+    const bool surface = state == VoxelState::surface;
+    saw_outside |= state == VoxelState::outside;
+    saw_inside |= state == VoxelState::inside;
+    if (saw_outside && saw_inside) {
+      walk.verdict = Verdict::occluded;
+      return;
+    }
+    if (first) first_surface = surface;
+    if (surface != in_run) {
+      if (surface) {
+        run_begin = now;
+      } else {
+        walk.runs[walk.run_count++] = {run_begin, now};
+        surface_t += now - run_begin;
+      }
+      in_run = surface;
+    }
+
+    // Cross the nearest plane; the lowest axis where several are equally near.
+    int a = next[1] < next[0] ? 1 : 0;
+    if (next[2] < next[a]) a = 2;
+    if (!(next[a] < leave)) {
+      last_surface = surface;
+      break;
+    }
+    now = max_of(next[a], now);
+    voxel[a] += step[a];
+    if (voxel[a] < 0 || voxel[a] >= int32_t(field.voxels[a])) {
+      leave = now;
+      leaves_grid = true;
+      break;
+    }
+    plane[a] += step[a];
+    next[a] = (static_cast<float>(plane[a]) - walk.origin[a]) * inverse[a];
+  }
+  if (in_run) {
+    const float end = max_of(leave, now);
+    walk.runs[walk.run_count++] = {run_begin, end};
+    surface_t += end - run_begin;
+  }
+  if (walk.run_count == 0) return;
+
+  walk.verdict = Verdict::ambiguous;
+  walk.certain = false;
+  walk.saw_outside = saw_outside;
+  walk.saw_inside = saw_inside;
+  walk.starts_in_surface = first_surface && !enters_grid;
+  walk.ends_in_surface = last_surface && !leaves_grid;
+  walk.surface_t = surface_t;
+}
+
+}  // namespace nif::kernels
