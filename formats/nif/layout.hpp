@@ -35,7 +35,7 @@ enum SectionType : uint32_t {
   kMetadata = fourcc("META"),   ///< JSON, UTF-8; optional
   kObjects = fourcc("OBJS"),    ///< ObjectRecord[]
   kInstances = fourcc("INST"),  ///< InstanceRecord[]
-  kNames = fourcc("NAME"),      ///< UTF-8 bytes of all names, without terminators
+  kNames = fourcc("NAME"),      ///< names in UTF-8, of all objects, then of all instances, each ended by a 0
   kNetworks = fourcc("NETS"),   ///< NetworkRecord[]
   kWeights = fourcc("WGTS"),    ///< each network's block
   kOccupancy = fourcc("OCCU"),  ///< each object's block
@@ -64,7 +64,7 @@ struct Block {
 };
 
 struct Name {
-  uint32_t offset, bytes;  ///< in kNames
+  uint32_t offset, bytes;  ///< in kNames; bytes without the 0 that follows
 };
 
 enum Encoding : uint32_t { kSegment = 1, kSpherical = 2, kBvh = 3 };
@@ -109,8 +109,8 @@ struct NetworkRecord {  // 80 bytes
   float logit_scale;
   LayerRecord layers[4];  ///< those beyond layer_count are 0
   uint64_t reserved;      ///< 0
-  Block weights;  ///< for each layer in turn: int32 biases [outputs], int8 weights [outputs][inputs], zeros
-                  ///< to a multiple of 4
+  Block weights;          ///< for each layer in turn, without gaps (inputs is a multiple of 4):
+                          ///< int32 biases [outputs], int8 weights [outputs][inputs]
 };
 static_assert(sizeof(NetworkRecord) == 80);
 

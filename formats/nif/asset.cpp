@@ -1,0 +1,82 @@
+// Conversions between an asset that owns its memory, a file's views, and the kernels' view of an object.
+#include "formats/nif/asset.hpp"
+
+#include <algorithm>
+
+#include "formats/nif/writer.hpp"
+
+namespace nif::format {
+
+kernels::SegmentField field_of(const Object& object, const Network& network) {
+  kernels::SegmentField field;
+  for (size_t a = 0; a < 3; ++a) {
+    field.origin[a] = object.origin[a];
+    field.voxels[a] = object.voxels[a];
+    field.bricks[a] = bricks_for(object.voxels[a]);
+  }
+  field.voxels_per_unit = object.voxels_per_unit;
+  field.brick_table = object.brick_table.data();
+  field.brick_states = object.brick_states.data();
+  field.brick_corners = object.brick_corners.data();
+  field.corner_base = object.corner_base.data();
+  field.mixed_bricks = uint32_t(object.brick_states.size());
+  field.features = object.features.data();
+  field.corners = object.corners;
+  field.features_per_corner = object.features_per_corner;
+  field.samples = object.samples;
+  field.length_scale = object.length_scale;
+  field.network.layer_count = uint32_t(std::min<size_t>(network.layers.size(), kernels::kMaxLayers));
+  field.network.logit_scale = network.logit_scale;
+  for (uint32_t l = 0; l < field.network.layer_count; ++l) {
+    const Layer& layer = network.layers[l];
+    field.network.layers[l] = {layer.inputs, layer.outputs, layer.shift, layer.weights.data(),
+                               layer.biases.data()};
+  }
+  return field;
+}
+
+Asset to_asset(const AssetView& view) {
+  Asset asset;
+  asset.metadata = view.metadata;
+  for (const NetworkView& from : view.networks) {
+    Network& network = asset.networks.emplace_back();
+    network.logit_scale = from.network.logit_scale;
+    for (uint32_t l = 0; l < from.network.layer_count; ++l) {
+      const kernels::Network::Layer& layer = from.network.layers[l];
+      network.layers.push_back({layer.inputs,
+                                layer.outputs,
+                                layer.shift,
+                                {layer.biases, layer.biases + layer.outputs},
+                                {layer.weights, layer.weights + size_t(layer.outputs) * layer.inputs}});
+    }
+  }
+  for (const ObjectView& from : view.objects) {
+    const kernels::SegmentField& field = from.field;
+    Object& object = asset.objects.emplace_back();
+    object.name = from.name;
+    object.network = from.network;
+    object.aabb_min = from.aabb_min;
+    object.aabb_max = from.aabb_max;
+    object.bias = from.bias;
+    object.triangles = from.triangles;
+    std::copy_n(field.origin, 3, object.origin.begin());
+    object.voxels_per_unit = field.voxels_per_unit;
+    std::copy_n(field.voxels, 3, object.voxels.begin());
+    const size_t mixed = field.mixed_bricks;
+    const size_t bricks = size_t(field.bricks[0]) * field.bricks[1] * field.bricks[2];
+    object.brick_table.assign(field.brick_table, field.brick_table + bricks);
+    object.brick_states.assign(field.brick_states, field.brick_states + mixed);
+    object.brick_corners.assign(field.brick_corners, field.brick_corners + mixed);
+    object.corner_base.assign(field.corner_base, field.corner_base + mixed);
+    object.features.assign(field.features, field.features + from.feature_bytes);
+    object.corners = field.corners;
+    object.features_per_corner = field.features_per_corner;
+    object.samples = field.samples;
+    object.length_scale = field.length_scale;
+  }
+  for (const InstanceView& from : view.instances)
+    asset.instances.push_back({std::string(from.name), from.object, from.transform});
+  return asset;
+}
+
+}  // namespace nif::format

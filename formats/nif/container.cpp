@@ -1,0 +1,134 @@
+// Checks of a .nif file's shell, all in integers: no pointer into the file is formed before its range is
+// known to lie inside.
+#include "formats/nif/container.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "formats/nif/crc32c.hpp"
+
+namespace nif::format {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "a .nif file is used in place, and little-endian");
+
+bool starts_with(std::span<const std::byte> bytes, std::string_view text) {
+  return bytes.size() >= text.size() && std::memcmp(bytes.data(), text.data(), text.size()) == 0;
+}
+
+std::string at_byte(uint64_t offset) { return "byte " + std::to_string(offset); }
+
+/// Tells apart the ways in which a file is not ours.
+void check_identifier(std::span<const std::byte> start, std::string_view file) {
+  if (start.empty()) refuse(Status::file_empty, file, "", "the file is empty");
+  const std::string_view ours(reinterpret_cast<const char*>(kIdentifier), sizeof(kIdentifier));
+  if (starts_with(start, ours)) return;
+  for (std::string_view engine : {"NetImmerse File Format", "Gamebryo File Format"})
+    if (starts_with(start, engine))
+      refuse(Status::foreign_nif, file, "",
+             "this is a NetImmerse/Gamebryo model, which shares the extension .nif but is another format");
+  if (start.size() < ours.size() &&
+      ours.starts_with(std::string_view(reinterpret_cast<const char*>(start.data()), start.size())))
+    refuse(Status::file_truncated, file, "",
+           "ends after " + std::to_string(start.size()) + " bytes, within the identifier");
+  if (starts_with(start, ours.substr(0, 4)) || starts_with(start.subspan(1), ours.substr(1, 6)))
+    refuse(Status::damaged_nif, file, "identifier",
+           "changed on the way, as a text-mode or 7-bit transfer does");
+  refuse(Status::not_a_nif, file, "", "not a .nif asset: it does not start with the identifier");
+}
+
+void check_padding(std::span<const std::byte> bytes, uint64_t begin, uint64_t end, std::string_view file) {
+  for (uint64_t at = begin; at < end; ++at)
+    if (bytes[at] != std::byte{0}) refuse(Status::damaged_nif, file, at_byte(at), "padding that is not zero");
+}
+
+}  // namespace
+
+void refuse(Status status, std::string_view file, const std::string& place, const std::string& what) {
+  throw Error(status, std::string(file) + ": " + (place.empty() ? what : place + ": " + what));
+}
+
+std::string section_name(uint32_t type) {
+  std::string name;
+  for (int i = 0; i < 4; ++i) {
+    const char c = char((type >> (8 * i)) & 0xff);
+    if (c < 0x20 || c > 0x7e) {
+      constexpr char kDigits[] = "0123456789abcdef";
+      name = "0x";
+      for (int shift = 28; shift >= 0; shift -= 4) name += kDigits[(type >> shift) & 15];
+      return name;
+    }
+    name += c;
+  }
+  return name;
+}
+
+Header check_header(std::span<const std::byte> start, uint64_t file_bytes, std::string_view file) {
+  check_identifier(start, file);
+  if (start.size() < sizeof(Header))
+    refuse(Status::file_truncated, file, "header",
+           "ends after " + std::to_string(start.size()) + " of its 64 bytes");
+  Header header;
+  std::memcpy(&header, start.data(), sizeof(header));
+  Header zeroed = header;
+  zeroed.header_crc = 0;
+  if (crc32c(std::as_bytes(std::span(&zeroed, 1))) != header.header_crc)
+    refuse(Status::damaged_nif, file, "header", "wrong checksum");
+  if (header.version != kVersion)
+    refuse(Status::unsupported_nif, file, "header",
+           "format version " + std::to_string(header.version) + "; this build reads version " +
+               std::to_string(kVersion));
+  if (std::any_of(std::begin(header.reserved), std::end(header.reserved), [](uint32_t r) { return r != 0; }))
+    refuse(Status::damaged_nif, file, "header", "reserved bytes are not zero");
+  if (header.section_count == 0 || header.section_count > kMaxSections)
+    refuse(Status::damaged_nif, file, "header",
+           std::to_string(header.section_count) + " sections, not 1 to " + std::to_string(kMaxSections));
+  if (file_bytes < header.file_bytes)
+    refuse(Status::file_truncated, file, "",
+           "ends after " + std::to_string(file_bytes) + " of the " + std::to_string(header.file_bytes) +
+               " bytes that its header states");
+  if (file_bytes > header.file_bytes)
+    refuse(Status::damaged_nif, file, at_byte(header.file_bytes),
+           std::to_string(file_bytes - header.file_bytes) + " bytes follow the end that the header states");
+  return header;
+}
+
+std::pmr::vector<SectionView> open_container(std::span<const std::byte> bytes, std::string_view file,
+                                             std::pmr::memory_resource* memory) {
+  const Header header = check_header(bytes.first(std::min(bytes.size(), sizeof(Header))), bytes.size(), file);
+  const uint64_t table_end = sizeof(Header) + uint64_t(header.section_count) * sizeof(SectionEntry);
+  if (table_end > bytes.size()) refuse(Status::damaged_nif, file, "section table", "reaches past the end");
+  const auto table = bytes.subspan(sizeof(Header), header.section_count * sizeof(SectionEntry));
+  if (crc32c(table) != header.table_crc) refuse(Status::damaged_nif, file, "section table", "wrong checksum");
+
+  std::pmr::vector<SectionView> sections(memory);
+  sections.reserve(header.section_count);
+  uint64_t end = table_end;
+  for (uint32_t i = 0; i < header.section_count; ++i) {
+    SectionEntry entry;
+    std::memcpy(&entry, table.data() + i * sizeof(entry), sizeof(entry));
+    const std::string place = "section " + section_name(entry.type) + " (entry " + std::to_string(i) + ")";
+    const auto damaged = [&](const std::string& what) { refuse(Status::damaged_nif, file, place, what); };
+    if (entry.reserved != 0 || (entry.flags & ~uint32_t{kRequired}) != 0)
+      damaged("reserved bits are not zero");
+    // `end` is at most the file's size, so aligned() cannot wrap; nor can the sum, once the offset is right.
+    if (entry.offset != aligned(end))
+      damaged("starts at byte " + std::to_string(entry.offset) + ", not at " + std::to_string(aligned(end)));
+    if (entry.offset > bytes.size() || entry.bytes > bytes.size() - entry.offset)
+      damaged("reaches past the end of the file");
+    check_padding(bytes, end, entry.offset, file);
+    end = entry.offset + entry.bytes;
+    const auto content = bytes.subspan(entry.offset, entry.bytes);
+    if (crc32c(content) != entry.crc) damaged("wrong checksum");
+    for (const SectionView& other : sections)
+      if (other.type == entry.type) damaged("occurs twice");
+    sections.push_back({entry.type, entry.flags, entry.offset, content});
+  }
+  if (end != bytes.size())
+    refuse(Status::damaged_nif, file, at_byte(end),
+           std::to_string(bytes.size() - end) + " bytes belong to no section");
+  return sections;
+}
+
+}  // namespace nif::format

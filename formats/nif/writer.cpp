@@ -1,0 +1,169 @@
+// Lays out the sections of a .nif file; formats/nif/layout.hpp and docs/format.md say what goes where.
+#include "formats/nif/writer.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+
+#include "formats/nif/crc32c.hpp"
+#include "formats/nif/reader.hpp"
+#include "formats/nif/utf8.hpp"
+
+namespace nif::format {
+namespace {
+
+/// The bytes of one section as they grow.
+class Section {
+ public:
+  template <class T>
+  void append(const T* values, size_t count) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const auto bytes = std::as_bytes(std::span(values, count));
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  }
+  template <class T>
+  void append(const std::vector<T>& values) {
+    append(values.data(), values.size());
+  }
+  Block begin_block() {
+    bytes_.resize(aligned(bytes_.size()));
+    return {bytes_.size(), 0};
+  }
+  void end_block(Block& block) const { block.bytes = bytes_.size() - block.offset; }
+  Name append_name(const std::string& name) {
+    const Name place{uint32_t(bytes_.size()), uint32_t(name.size())};
+    append(name.c_str(), name.size() + 1);
+    return place;
+  }
+  const std::vector<std::byte>& bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
+struct Sections {
+  Section objects, instances, names, networks, weights, occupancy, features, metadata;
+};
+
+void add_network(const Network& network, Sections& out) {
+  NetworkRecord record{};
+  if (network.layers.size() > std::size(record.layers))
+    throw Error(Status::internal,
+                "an asset's network has " + std::to_string(network.layers.size()) + " layers");
+  record.layer_count = uint32_t(network.layers.size());
+  record.logit_scale = network.logit_scale;
+  record.weights = out.weights.begin_block();
+  for (size_t l = 0; l < network.layers.size(); ++l) {
+    const Layer& layer = network.layers[l];
+    record.layers[l] = {layer.inputs, layer.outputs, layer.shift};
+    out.weights.append(layer.biases);
+    out.weights.append(layer.weights);
+  }
+  out.weights.end_block(record.weights);
+  out.networks.append(&record, 1);
+}
+
+void add_object(const Object& object, Sections& out) {
+  ObjectRecord record{};
+  record.encoding = kSegment;
+  record.network = object.network;
+  record.name = out.names.append_name(object.name);
+  std::copy(object.aabb_min.begin(), object.aabb_min.end(), record.aabb_min);
+  std::copy(object.aabb_max.begin(), object.aabb_max.end(), record.aabb_max);
+  record.bias = object.bias;
+  record.triangles = object.triangles;
+  std::copy(object.origin.begin(), object.origin.end(), record.origin);
+  record.voxels_per_unit = object.voxels_per_unit;
+  std::copy(object.voxels.begin(), object.voxels.end(), record.voxels);
+  record.mixed_bricks = uint32_t(object.brick_states.size());
+  record.corners = object.corners;
+  record.features_per_corner = object.features_per_corner;
+  record.samples = object.samples;
+  record.length_scale = object.length_scale;
+
+  record.occupancy = out.occupancy.begin_block();
+  out.occupancy.append(object.brick_states);
+  out.occupancy.append(object.brick_corners);
+  out.occupancy.append(object.corner_base);
+  out.occupancy.append(object.brick_table);
+  out.occupancy.end_block(record.occupancy);
+  record.features = out.features.begin_block();
+  out.features.append(object.features);
+  out.features.end_block(record.features);
+  out.objects.append(&record, 1);
+}
+
+void add_instance(const Instance& instance, Sections& out) {
+  InstanceRecord record{};
+  std::copy(instance.transform.begin(), instance.transform.end(), record.transform);
+  record.object = instance.object;
+  record.name = out.names.append_name(instance.name);
+  out.instances.append(&record, 1);
+}
+
+template <class T>
+void store(std::vector<std::byte>& file, uint64_t offset, const T& value) {
+  std::memcpy(file.data() + offset, &value, sizeof(value));
+}
+
+}  // namespace
+
+std::vector<std::byte> encode(const Asset& asset) {
+  Sections out;
+  for (const Network& network : asset.networks) add_network(network, out);
+  for (const Object& object : asset.objects) add_object(object, out);
+  for (const Instance& instance : asset.instances) add_instance(instance, out);
+  out.metadata.append(asset.metadata.data(), asset.metadata.size());
+
+  // Small tables first: one page holds what a tool needs to describe the file. Features before occupancy, so
+  // that a vector load at the last feature stays inside the file.
+  struct Part {
+    uint32_t type, flags;
+    const std::vector<std::byte>& bytes;
+  };
+  std::vector<Part> parts = {
+      {kObjects, kRequired, out.objects.bytes()},    {kInstances, kRequired, out.instances.bytes()},
+      {kNetworks, kRequired, out.networks.bytes()},  {kNames, kRequired, out.names.bytes()},
+      {kWeights, kRequired, out.weights.bytes()},    {kFeatures, kRequired, out.features.bytes()},
+      {kOccupancy, kRequired, out.occupancy.bytes()}};
+  if (!asset.metadata.empty()) parts.push_back({kMetadata, 0, out.metadata.bytes()});
+
+  std::vector<std::byte> file(sizeof(Header) + parts.size() * sizeof(SectionEntry));
+  for (size_t i = 0; i < parts.size(); ++i) {
+    const auto& bytes = parts[i].bytes;
+    file.resize(aligned(file.size()));
+    store(file, sizeof(Header) + i * sizeof(SectionEntry),
+          SectionEntry{parts[i].type, parts[i].flags, file.size(), bytes.size(), crc32c(bytes), 0});
+    file.insert(file.end(), bytes.begin(), bytes.end());
+  }
+  Header header{};
+  std::copy(std::begin(kIdentifier), std::end(kIdentifier), header.identifier);
+  header.version = kVersion;
+  header.file_bytes = file.size();
+  header.section_count = uint32_t(parts.size());
+  header.table_crc = crc32c(std::span(file).subspan(sizeof(Header), parts.size() * sizeof(SectionEntry)));
+  header.header_crc = crc32c(std::as_bytes(std::span(&header, 1)));
+  store(file, 0, header);
+
+  try {
+    read_asset(file, "the asset to be written");
+  } catch (const Error& error) {
+    throw Error(Status::internal, error.what());
+  }
+  return file;
+}
+
+std::string clean_name(std::string_view text) {
+  std::string clean;
+  while (!text.empty()) {
+    const size_t bytes = text[0] == '\0' ? 0 : utf8_sequence(text);
+    if (bytes == 0)
+      clean += "\xef\xbf\xbd";
+    else
+      clean += text.substr(0, bytes);
+    text.remove_prefix(std::max<size_t>(bytes, 1));
+  }
+  return clean;
+}
+
+}  // namespace nif::format

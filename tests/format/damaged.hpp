@@ -1,0 +1,77 @@
+// Ways to break a .nif file in tests, and to make its checksums right again afterwards.
+#pragma once
+
+#include <cstring>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "formats/nif/container.hpp"
+#include "formats/nif/crc32c.hpp"
+
+namespace nif::test {
+
+using Bytes = std::vector<std::byte>;
+
+template <class T>
+T load(const Bytes& file, size_t offset) {
+  T value;
+  std::memcpy(&value, file.data() + offset, sizeof(value));
+  return value;
+}
+template <class T>
+void store(Bytes& file, size_t offset, const T& value) {
+  std::memcpy(file.data() + offset, &value, sizeof(value));
+}
+
+inline format::SectionEntry section_entry(const Bytes& file, uint32_t index) {
+  return load<format::SectionEntry>(file, sizeof(format::Header) + index * sizeof(format::SectionEntry));
+}
+inline void store_entry(Bytes& file, uint32_t index, const format::SectionEntry& entry) {
+  store(file, sizeof(format::Header) + index * sizeof(format::SectionEntry), entry);
+}
+
+/// The section's index in the table; the file has it.
+inline uint32_t find_section(const Bytes& file, uint32_t type) {
+  uint32_t i = 0;
+  while (section_entry(file, i).type != type) ++i;
+  return i;
+}
+
+/// Computes every checksum anew, as far as the file's lengths allow.
+inline void fix_checksums(Bytes& file) {
+  if (file.size() < sizeof(format::Header)) return;
+  auto header = load<format::Header>(file, 0);
+  const uint64_t room = (file.size() - sizeof(header)) / sizeof(format::SectionEntry);
+  const auto count = uint32_t(std::min<uint64_t>(header.section_count, room));
+  for (uint32_t i = 0; i < count; ++i) {
+    auto entry = section_entry(file, i);
+    if (entry.offset > file.size() || entry.bytes > file.size() - entry.offset) continue;
+    entry.crc = format::crc32c(std::span(file).subspan(entry.offset, entry.bytes));
+    store_entry(file, i, entry);
+  }
+  header.table_crc = format::crc32c(
+      std::span<const std::byte>(file).subspan(sizeof(header), count * sizeof(format::SectionEntry)));
+  header.header_crc = 0;
+  header.header_crc = format::crc32c(std::as_bytes(std::span(&header, 1)));
+  store(file, 0, header);
+}
+
+/// The bytes in a heap block of exactly their length, so that the address sanitizer sees every overread.
+class ExactBuffer {
+ public:
+  explicit ExactBuffer(std::span<const std::byte> bytes)
+      : data_(static_cast<std::byte*>(::operator new(bytes.size()))), size_(bytes.size()) {
+    if (size_ > 0) std::memcpy(data_, bytes.data(), size_);
+  }
+  ExactBuffer(const ExactBuffer&) = delete;
+  ExactBuffer& operator=(const ExactBuffer&) = delete;
+  ~ExactBuffer() { ::operator delete(data_); }
+  std::span<const std::byte> bytes() const { return {data_, size_}; }
+
+ private:
+  std::byte* data_;
+  size_t size_;
+};
+
+}  // namespace nif::test

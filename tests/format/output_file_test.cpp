@@ -1,0 +1,103 @@
+// Result files: there as a whole or not at all.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "formats/output_file.hpp"
+#include "formats/status.hpp"
+
+namespace nif {
+namespace {
+
+namespace fs = std::filesystem;
+
+class OutputFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = testing::TempDir() + "nif_output_XXXXXX";
+    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  static Status status_of(auto&& call) {
+    try {
+      call();
+      return Status::ok;
+    } catch (const Error& error) {
+      return error.status();
+    }
+  }
+  static std::span<const std::byte> bytes(std::string_view text) { return std::as_bytes(std::span(text)); }
+  static std::string content(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  size_t files() const { return size_t(std::distance(fs::directory_iterator(folder_), {})); }
+
+  fs::path folder_;
+};
+
+TEST_F(OutputFile, WritesAndReplaces) {
+  const fs::path target = folder_ / "out.nif";
+  check_output(target);
+  EXPECT_EQ(files(), 0u);
+  write_output(target, bytes("one"));
+  EXPECT_EQ(content(target), "one");
+  check_output(target);
+  EXPECT_EQ(content(target), "one");
+  write_output(target, bytes(""));
+  EXPECT_EQ(content(target), "");
+  EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(OutputFile, RelativePath) {
+  const fs::path before = fs::current_path();
+  fs::current_path(folder_);
+  write_output("plain.nif", bytes("here"));
+  fs::current_path(before);
+  EXPECT_EQ(content(folder_ / "plain.nif"), "here");
+}
+
+TEST_F(OutputFile, FollowsLinks) {
+  write_output(folder_ / "real", bytes("old"));
+  fs::create_symlink("real", folder_ / "link");
+  write_output(folder_ / "link", bytes("new"));
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+  EXPECT_EQ(content(folder_ / "real"), "new");
+}
+
+TEST_F(OutputFile, RefusesByName) {
+  const fs::path missing = folder_ / "no" / "out.nif";
+  EXPECT_EQ(status_of([&] { check_output(missing); }), Status::output_folder_missing);
+  EXPECT_EQ(status_of([&] { write_output(missing, bytes("x")); }), Status::output_folder_missing);
+  EXPECT_EQ(status_of([&] { check_output(folder_); }), Status::output_not_writable);
+  EXPECT_EQ(status_of([&] { check_output(folder_.string() + "/"); }), Status::output_not_writable);
+  EXPECT_EQ(status_of([&] { check_output(""); }), Status::output_not_writable);
+  write_output(folder_ / "file", bytes("x"));
+  EXPECT_EQ(status_of([&] { check_output(folder_ / "file" / "out.nif"); }), Status::output_not_writable);
+  EXPECT_EQ(status_of([&] { check_output(folder_ / std::string(300, 'x')); }), Status::output_not_writable);
+}
+
+TEST_F(OutputFile, RefusesFolderThatTakesNoFiles) {
+  if (!fs::is_directory("/proc/self")) GTEST_SKIP() << "no /proc here";  // not even root may write there
+  EXPECT_EQ(status_of([] { check_output("/proc/self/out.nif"); }), Status::output_not_writable);
+  EXPECT_EQ(status_of([] { write_output("/proc/self/out.nif", bytes("x")); }), Status::output_not_writable);
+}
+
+TEST_F(OutputFile, LeavesDevicesAlone) {
+  check_output("/dev/null");
+  write_output("/dev/null", bytes("gone"));
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST_F(OutputFile, FullDiskLeavesNothing) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  EXPECT_EQ(status_of([&] { write_output("/dev/full", bytes("x")); }), Status::output_not_writable);
+}
+
+}  // namespace
+}  // namespace nif

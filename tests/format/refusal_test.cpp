@@ -1,0 +1,277 @@
+// Each reason to refuse a file, by its status and its sentence; and what is skipped, as promised.
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "formats/nif/reader.hpp"
+#include "formats/nif/writer.hpp"
+#include "tests/format/damaged.hpp"
+#include "tests/support/random_asset.hpp"
+
+namespace nif {
+namespace {
+
+using test::Bytes;
+
+struct Outcome {
+  Status status = Status::ok;
+  std::string sentence;
+};
+
+Outcome outcome_of(std::span<const std::byte> bytes) {
+  try {
+    format::read_asset(bytes, "x.nif");
+    return {};
+  } catch (const Error& error) {
+    return {error.status(), error.what()};
+  }
+}
+
+Bytes bytes_of(std::string_view text) {
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
+}
+
+/// A file with one more section, given by type and flags, before the others or after them.
+Bytes with_section(const Bytes& file, uint32_t type, uint32_t flags, bool first) {
+  const auto header = test::load<format::Header>(file, 0);
+  Bytes result(sizeof(format::Header) + (header.section_count + 1) * sizeof(format::SectionEntry));
+  uint32_t written = 0;
+  const auto append = [&](uint32_t t, uint32_t f, std::span<const std::byte> content) {
+    result.resize(format::aligned(result.size()));
+    test::store_entry(result, written++, {t, f, result.size(), content.size(), 0, 0});
+    result.insert(result.end(), content.begin(), content.end());
+  };
+  const Bytes content = bytes_of("from the future");
+  if (first) append(type, flags, content);
+  for (uint32_t i = 0; i < header.section_count; ++i) {
+    const auto entry = test::section_entry(file, i);
+    append(entry.type, entry.flags, std::span(file).subspan(entry.offset, entry.bytes));
+  }
+  if (!first) append(type, flags, content);
+  auto grown = header;
+  grown.section_count = header.section_count + 1;
+  grown.file_bytes = result.size();
+  test::store(result, 0, grown);
+  test::fix_checksums(result);
+  return result;
+}
+
+/// Changes one record in place and makes the checksums right.
+template <class Record>
+Bytes with_record(Bytes file, uint32_t section, uint32_t index, const std::function<void(Record&)>& change) {
+  const auto entry = test::section_entry(file, test::find_section(file, section));
+  const size_t at = entry.offset + index * sizeof(Record);
+  auto record = test::load<Record>(file, at);
+  change(record);
+  test::store(file, at, record);
+  test::fix_checksums(file);
+  return file;
+}
+
+const Bytes& good() {
+  static const Bytes file = format::encode(test::random_asset(21));
+  return file;
+}
+
+TEST(Refusal, NotOurs) {
+  EXPECT_EQ(outcome_of({}).status, Status::file_empty);
+  EXPECT_EQ(outcome_of({}).sentence, "x.nif: the file is empty");
+  EXPECT_EQ(outcome_of(bytes_of("solid cube\n facet")).status, Status::not_a_nif);
+  EXPECT_EQ(outcome_of(bytes_of("P")).status, Status::not_a_nif);
+  EXPECT_EQ(outcome_of(bytes_of("\xab"
+                                "NI"))
+                .status,
+            Status::file_truncated);
+  for (const char* text :
+       {"NetImmerse File Format, Version 4.0.0.2\n", "Gamebryo File Format, Version 20.2.0.7\n"}) {
+    const Outcome outcome = outcome_of(bytes_of(text));
+    EXPECT_EQ(outcome.status, Status::foreign_nif);
+    EXPECT_NE(outcome.sentence.find("NetImmerse/Gamebryo"), std::string::npos);
+  }
+}
+
+TEST(Refusal, TextModeTransfers) {
+  Bytes unix_to_dos, dos_to_unix, seven_bits = good();
+  for (const std::byte b : good()) {
+    if (b == std::byte{'\n'}) unix_to_dos.push_back(std::byte{'\r'});
+    unix_to_dos.push_back(b);
+    if (b != std::byte{'\r'}) dos_to_unix.push_back(b);
+  }
+  for (std::byte& b : seven_bits) b &= std::byte{0x7f};
+  EXPECT_EQ(outcome_of(unix_to_dos).status, Status::damaged_nif);
+  EXPECT_EQ(outcome_of(dos_to_unix).status, Status::damaged_nif);
+  EXPECT_EQ(outcome_of(seven_bits).status, Status::damaged_nif);
+}
+
+TEST(Refusal, LaterVersion) {
+  Bytes file = good();
+  auto header = test::load<format::Header>(file, 0);
+  header.version = 2;
+  test::store(file, 0, header);
+  test::fix_checksums(file);
+  const Outcome outcome = outcome_of(file);
+  EXPECT_EQ(outcome.status, Status::unsupported_nif);
+  EXPECT_NE(outcome.sentence.find("version 2"), std::string::npos);
+}
+
+TEST(Refusal, UnknownSections) {
+  for (const bool first : {true, false}) {
+    const uint32_t type = format::fourcc("XTRA");
+    const Bytes optional = with_section(good(), type, 0, first);
+    EXPECT_EQ(outcome_of(optional).sentence, "");
+    EXPECT_EQ(format::encode(format::to_asset(format::read_asset(optional, "file"))), good());
+    const Outcome required = outcome_of(with_section(good(), type, format::kRequired, first));
+    EXPECT_EQ(required.status, Status::unsupported_nif);
+    EXPECT_NE(required.sentence.find("XTRA"), std::string::npos);
+  }
+}
+
+TEST(Refusal, SectionTable) {
+  const Outcome twice = outcome_of(with_section(good(), format::kMetadata, 0, true));
+  EXPECT_EQ(twice.status, Status::damaged_nif);
+  EXPECT_NE(twice.sentence.find("twice"), std::string::npos);
+
+  for (const uint32_t type : {format::kObjects, format::kInstances, format::kNames, format::kNetworks,
+                              format::kWeights, format::kOccupancy, format::kFeatures}) {
+    Bytes file = good();
+    const uint32_t index = test::find_section(file, type);
+    auto entry = test::section_entry(file, index);
+    entry.flags = 0;
+    test::store_entry(file, index, entry);
+    test::fix_checksums(file);
+    EXPECT_EQ(outcome_of(file).status, Status::damaged_nif) << "flag of " << format::section_name(type);
+    entry.type = format::fourcc("GONE");
+    test::store_entry(file, index, entry);
+    test::fix_checksums(file);
+    const Outcome missing = outcome_of(file);
+    EXPECT_EQ(missing.status, Status::damaged_nif);
+    EXPECT_NE(missing.sentence.find("missing"), std::string::npos);
+  }
+
+  const auto with_entry = [](uint32_t index, const std::function<void(format::SectionEntry&)>& change) {
+    Bytes file = good();
+    auto entry = test::section_entry(file, index);
+    change(entry);
+    test::store_entry(file, index, entry);
+    test::fix_checksums(file);
+    return outcome_of(file).status;
+  };
+  for (uint32_t i = 0; i < test::load<format::Header>(good(), 0).section_count; ++i) {
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.offset += 64; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.offset -= 64; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.offset += 1; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.offset = 0; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.offset = ~uint64_t{0} - 63; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.bytes = ~uint64_t{0}; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.bytes += 64; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.reserved = 1; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.flags |= 2; }), Status::damaged_nif);
+  }
+}
+
+TEST(Refusal, ObjectRecords) {
+  using Record = format::ObjectRecord;
+  const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  const auto refused = [](const std::function<void(Record&)>& change) {
+    const Outcome outcome = outcome_of(with_record<Record>(good(), format::kObjects, 1, change));
+    if (outcome.status == Status::damaged_nif) {
+      EXPECT_NE(outcome.sentence.find("section OBJS, record 1: "), std::string::npos) << outcome.sentence;
+    }
+    return outcome.status == Status::damaged_nif;
+  };
+  EXPECT_FALSE(refused([](auto&) {}));
+  EXPECT_TRUE(refused([](auto& r) { r.network = 3; }));
+  EXPECT_TRUE(refused([](auto& r) { r.name.offset += 1; }));
+  EXPECT_TRUE(refused([](auto& r) { r.name.bytes = 0xffffffff; }));
+  EXPECT_TRUE(refused([](auto& r) { r.name.bytes -= 1; }));
+  EXPECT_TRUE(refused([&](auto& r) { r.aabb_min[0] = nan; }));
+  EXPECT_TRUE(refused([&](auto& r) { r.aabb_max[2] = inf; }));
+  EXPECT_TRUE(refused([](auto& r) { std::swap(r.aabb_min[0], r.aabb_max[0]); }));
+  EXPECT_TRUE(refused([](auto& r) { r.bias = -1; }));
+  EXPECT_TRUE(refused([&](auto& r) { r.origin[1] = inf; }));
+  EXPECT_TRUE(refused([](auto& r) { r.voxels_per_unit = 0; }));
+  EXPECT_TRUE(refused([&](auto& r) { r.voxels_per_unit = nan; }));
+  EXPECT_TRUE(refused([](auto& r) { r.voxels[0] = 0; }));
+  EXPECT_TRUE(refused([](auto& r) { r.voxels[2] = 513; }));
+  EXPECT_TRUE(refused([](auto& r) { r.voxels[2] += 4; }));
+  EXPECT_TRUE(refused([](auto& r) { r.mixed_bricks += 1; }));
+  EXPECT_TRUE(refused([](auto& r) { r.mixed_bricks = 0xffffffff; }));
+  EXPECT_TRUE(refused([](auto& r) { r.corners += 1; }));
+  EXPECT_TRUE(refused([](auto& r) { r.features_per_corner = 0; }));
+  EXPECT_TRUE(refused([](auto& r) { r.features_per_corner = 9; }));
+  EXPECT_TRUE(refused([](auto& r) { r.samples = 33; }));
+  EXPECT_TRUE(refused([](auto& r) { r.samples += 4; }));
+  EXPECT_TRUE(refused([&](auto& r) { r.length_scale = nan; }));
+  EXPECT_TRUE(refused([](auto& r) { r.length_scale = -1; }));
+  EXPECT_TRUE(refused([](auto& r) { r.occupancy.offset += 64; }));
+  EXPECT_TRUE(refused([](auto& r) { r.occupancy.bytes -= 2; }));
+  EXPECT_TRUE(refused([](auto& r) { r.features.offset = ~uint64_t{0}; }));
+  EXPECT_TRUE(refused([](auto& r) { r.features.bytes += 64; }));
+  EXPECT_TRUE(refused([](auto& r) { r.reserved[15] = 1; }));
+  for (const uint32_t encoding : {0u, 2u, 3u, 77u})
+    EXPECT_EQ(
+        outcome_of(with_record<Record>(good(), format::kObjects, 0, [&](auto& r) { r.encoding = encoding; }))
+            .status,
+        Status::unsupported_nif);
+}
+
+TEST(Refusal, NetworkAndInstanceRecords) {
+  const auto network = [](const std::function<void(format::NetworkRecord&)>& change) {
+    return outcome_of(with_record<format::NetworkRecord>(good(), format::kNetworks, 0, change)).status ==
+           Status::damaged_nif;
+  };
+  EXPECT_FALSE(network([](auto&) {}));
+  EXPECT_TRUE(network([](auto& r) { r.layer_count = 0; }));
+  EXPECT_TRUE(network([](auto& r) { r.layer_count = 5; }));
+  EXPECT_TRUE(network([](auto& r) { r.logit_scale = 0; }));
+  EXPECT_TRUE(network([](auto& r) { r.layers[0].inputs += 4; }));
+  EXPECT_TRUE(network([](auto& r) { r.layers[0].outputs += 1; }));
+  EXPECT_TRUE(network([](auto& r) { r.layers[0].outputs = 0x40000000; }));
+  EXPECT_TRUE(network([](auto& r) { r.layers[0].shift = 25; }));
+  EXPECT_TRUE(network([](auto& r) { r.layers[3].shift = 1; }));
+  EXPECT_TRUE(network([](auto& r) { r.reserved = 1; }));
+  EXPECT_TRUE(network([](auto& r) { r.weights.offset = 64; }));
+
+  const auto instance = [](const std::function<void(format::InstanceRecord&)>& change) {
+    return outcome_of(with_record<format::InstanceRecord>(good(), format::kInstances, 2, change)).status ==
+           Status::damaged_nif;
+  };
+  EXPECT_FALSE(instance([](auto&) {}));
+  EXPECT_TRUE(instance([](auto& r) { r.object = 3; }));
+  EXPECT_TRUE(instance([](auto& r) { r.reserved = 1; }));
+  EXPECT_TRUE(instance([](auto& r) { r.transform[5] = std::numeric_limits<float>::quiet_NaN(); }));
+  EXPECT_TRUE(instance([](auto& r) { r.name.bytes += 1; }));
+}
+
+TEST(Refusal, Payload) {
+  const auto object = format::to_asset(format::read_asset(good(), "file"));
+  ASSERT_GT(object.objects[0].brick_states.size(), 1u);
+  const auto changed = [](uint32_t section, size_t at, auto value) {
+    Bytes file = good();
+    test::store(file, test::section_entry(file, test::find_section(file, section)).offset + at, value);
+    test::fix_checksums(file);
+    return outcome_of(file).status;
+  };
+  const size_t mixed = object.objects[0].brick_states.size();
+  EXPECT_EQ(changed(format::kOccupancy, mixed * 16, object.objects[0].brick_corners[0] ^ 1),
+            Status::damaged_nif);
+  EXPECT_EQ(changed(format::kOccupancy, mixed * 24 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
+  EXPECT_EQ(changed(format::kOccupancy, mixed * 28, uint16_t(3 + mixed)), Status::damaged_nif);
+  EXPECT_EQ(changed(format::kFeatures, 0, int8_t(-128)), Status::damaged_nif);
+  EXPECT_EQ(changed(format::kWeights, 0, int32_t(-(1 << 26) - 1)), Status::damaged_nif);
+  EXPECT_EQ(changed(format::kWeights, 0, int32_t(1 << 26)), Status::ok);
+  EXPECT_EQ(changed(format::kNames, 0, char(0)), Status::damaged_nif);
+  EXPECT_EQ(changed(format::kNames, 0, uint8_t(0xff)), Status::damaged_nif);
+}
+
+TEST(Refusal, MisalignedAddress) {
+  Bytes shifted(good().size() + 16);
+  std::copy(good().begin(), good().end(), shifted.begin() + 4);
+  EXPECT_EQ(outcome_of(std::span(shifted).subspan(4, good().size())).status, Status::usage);
+  std::copy(good().begin(), good().end(), shifted.begin() + 8);
+  EXPECT_EQ(outcome_of(std::span(shifted).subspan(8, good().size())).status, Status::ok);
+}
+
+}  // namespace
+}  // namespace nif
