@@ -33,8 +33,8 @@ struct Instance {
 struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Instance> instances;
-  uint64_t source_hash = 0;            ///< XXH3-64 of the bytes of the file (decompressed) and of its buffers
-  std::vector<std::string> warnings;   ///< one sentence each: what was skipped and why
+  uint64_t source_hash = 0;           ///< XXH3-64 of the bytes of the file (decompressed) and of its buffers
+  std::vector<std::string> warnings;  ///< one sentence each: what was skipped and why
 };
 
 }  // namespace nif::mesh

@@ -1,0 +1,110 @@
+// What every reader shares: turning polygons into triangles, and the checks that make a Scene safe to use.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/mesh/readers.hpp"
+
+namespace nif::mesh::detail {
+namespace {
+
+bool finite(const Float3& p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
+
+/// Length of the UTF-8 sequence at the start of `text`, 0 where there is no valid one.
+size_t utf8_length(std::string_view text) {
+  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
+  if (byte(0) < 0x80) return 1;
+  const size_t length = byte(0) >= 0xF0 ? 4 : byte(0) >= 0xE0 ? 3 : 2;
+  if (byte(0) < 0xC2 || byte(0) > 0xF4 || text.size() < length) return 0;
+  for (size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xC0) != 0x80) return 0;
+  }
+  // Overlong forms, surrogates and code points beyond U+10FFFF.
+  if (byte(0) == 0xE0 && byte(1) < 0xA0) return 0;
+  if (byte(0) == 0xED && byte(1) > 0x9F) return 0;
+  if (byte(0) == 0xF0 && byte(1) < 0x90) return 0;
+  if (byte(0) == 0xF4 && byte(1) > 0x8F) return 0;
+  return length;
+}
+
+/// Names come from files in any encoding and go into JSON and onto terminals.
+std::string clean_name(std::string_view name) {
+  std::string out;
+  while (!name.empty()) {
+    const size_t length = utf8_length(name);
+    if (length == 0) {
+      out += "\xEF\xBF\xBD";  // U+FFFD
+    } else if (length > 1 || (name[0] >= ' ' && name[0] != 0x7F)) {
+      out += name.substr(0, length);
+    }
+    name.remove_prefix(std::max<size_t>(length, 1));
+  }
+  return out;
+}
+
+void check_mesh(const Input& input, const Mesh& mesh) {
+  const uint64_t vertices = mesh.positions.size();
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const uint32_t v : mesh.triangles[t]) {
+      if (v >= vertices) {
+        input.fail(Status::index_out_of_range,
+                   fmt::format("triangle {} of mesh '{}' names vertex {}, but there are {}", t, mesh.name, v,
+                               vertices));
+      }
+      if (!finite(mesh.positions[v])) {
+        const Float3& p = mesh.positions[v];
+        input.fail(Status::non_finite_vertex,
+                   fmt::format("vertex {} of mesh '{}' is not finite: ({}, {}, {})", v, mesh.name, p[0], p[1],
+                               p[2]));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void FaceSink::polygon(std::span<const uint32_t> corners) {
+  if (corners.size() < 3) {
+    ++skipped_;
+    return;
+  }
+  check_triangle_limit(input_, mesh_.triangles.size() + corners.size() - 2);
+  for (size_t i = 2; i < corners.size(); ++i)
+    mesh_.triangles.push_back({corners[0], corners[i - 1], corners[i]});
+}
+
+void FaceSink::report(Scene& scene) const {
+  if (skipped_ == 0) return;
+  scene.warnings.push_back(
+      fmt::format("{}: left out {} faces of fewer than three corners.", input_.file.string(), skipped_));
+}
+
+void check_triangle_limit(const Input& input, uint64_t count) {
+  if (count > input.limits.max_triangles) {
+    input.fail(Status::too_large,
+               fmt::format("has more than the limit of {} triangles", input.limits.max_triangles));
+  }
+}
+
+Scene scene_of(std::vector<Mesh> meshes) {
+  Scene scene;
+  for (Mesh& mesh : meshes) {
+    if (mesh.triangles.empty()) continue;
+    scene.instances.push_back({mesh.name, static_cast<uint32_t>(scene.meshes.size()), kIdentity});
+    scene.meshes.push_back(std::move(mesh));
+  }
+  return scene;
+}
+
+void check(const Input& input, Scene& scene) {
+  for (Mesh& mesh : scene.meshes) mesh.name = clean_name(mesh.name);
+  for (Instance& instance : scene.instances) instance.name = clean_name(instance.name);
+  uint64_t triangles = 0;
+  for (const Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
+  if (triangles == 0) input.fail(Status::no_triangles, "has no triangles");
+  check_triangle_limit(input, triangles);
+  for (const Mesh& mesh : scene.meshes) check_mesh(input, mesh);
+}
+
+}  // namespace nif::mesh::detail

@@ -1,0 +1,122 @@
+// Welding and removal of duplicates through open-addressing hash tables, which hold nothing but indices:
+// seven million triangles take a few dozen megabytes and about a second.
+#include "formats/mesh/clean.hpp"
+
+#include <array>
+#include <bit>
+#include <limits>
+#include <string>
+
+#include "formats/mesh/collinear.hpp"
+
+namespace nif::mesh {
+namespace {
+
+constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
+
+uint64_t mix(uint32_t a, uint32_t b, uint32_t c) {
+  uint64_t h = (uint64_t{a} << 32 | b) * 0x9E3779B97F4A7C15u;
+  h = (h ^ (h >> 32) ^ c) * 0xD6E8FEB86659FD93u;
+  return h ^ (h >> 32);
+}
+
+/// A set of indices into some array, told apart by what they stand for.
+class IndexSet {
+ public:
+  explicit IndexSet(size_t most) : slots_(std::bit_ceil(most * 2 + 2), kNone) {}
+
+  /// The member that `equal` says `index` equals; else inserts `index` and returns it.
+  template <class Equal>
+  uint32_t insert(uint64_t hash, uint32_t index, Equal equal) {
+    const size_t mask = slots_.size() - 1;
+    for (size_t i = hash & mask;; i = (i + 1) & mask) {
+      if (slots_[i] == kNone) return slots_[i] = index;
+      if (equal(slots_[i])) return slots_[i];
+    }
+  }
+
+ private:
+  std::vector<uint32_t> slots_;
+};
+
+Float3 without_negative_zero(Float3 p) {
+  for (float& x : p) x += 0.0f;  // -0 + 0 is +0; nothing else changes
+  return p;
+}
+
+using Bits = std::array<uint32_t, 3>;
+Bits bits(const Float3& p) { return std::bit_cast<Bits>(p); }
+
+/// Maps every used position to its index in `out`; positions that no triangle uses map to kNone.
+std::vector<uint32_t> weld(const Mesh& mesh, CleanMesh& out) {
+  std::vector<bool> used(mesh.positions.size());
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const uint32_t v : triangle) used[v] = true;
+  }
+  std::vector<uint32_t> welded(mesh.positions.size(), kNone);
+  IndexSet seen(mesh.positions.size());
+  for (size_t v = 0; v < mesh.positions.size(); ++v) {
+    if (!used[v]) continue;
+    const Float3 p = without_negative_zero(mesh.positions[v]);
+    const Bits key = bits(p);
+    const uint32_t next = static_cast<uint32_t>(out.positions.size());
+    welded[v] = seen.insert(mix(key[0], key[1], key[2]), next,
+                            [&](uint32_t other) { return bits(out.positions[other]) == key; });
+    welded[v] == next ? out.positions.push_back(p) : void(++out.report.welded_positions);
+  }
+  return welded;
+}
+
+/// The same triangle with its smallest index first.
+Triangle rotated(const Triangle& t) {
+  if (t[0] < t[1] && t[0] < t[2]) return t;
+  return t[1] < t[2] ? Triangle{t[1], t[2], t[0]} : Triangle{t[2], t[0], t[1]};
+}
+
+}  // namespace
+
+CleanMesh clean(const Mesh& mesh) {
+  CleanMesh out;
+  const std::vector<uint32_t> welded = weld(mesh, out);
+
+  // Slivers are told apart from triangles afterwards: both are in one list, in the same order.
+  std::vector<Triangle> distinct;
+  distinct.reserve(mesh.triangles.size());
+  IndexSet seen(mesh.triangles.size());
+  for (const Triangle& source : mesh.triangles) {
+    const Triangle t{welded[source[0]], welded[source[1]], welded[source[2]]};
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
+      ++out.report.degenerate;
+      continue;
+    }
+    const bool sliver = collinear(out.positions[t[0]], out.positions[t[1]], out.positions[t[2]]);
+    const Triangle key = rotated(t);
+    const uint32_t next = static_cast<uint32_t>(distinct.size());
+    const uint32_t first = seen.insert(mix(key[0], key[1], key[2]), next,
+                                       [&](uint32_t other) { return rotated(distinct[other]) == key; });
+    out.report.degenerate += sliver;
+    if (first == next) {
+      distinct.push_back(t);
+      if (sliver) out.slivers.push_back(t);
+    } else if (!sliver) {
+      ++out.report.duplicate;
+    }
+  }
+  if (out.slivers.empty()) {
+    out.triangles = std::move(distinct);
+  } else {
+    out.triangles.reserve(distinct.size() - out.slivers.size());
+    size_t sliver = 0;
+    for (const Triangle& t : distinct) {
+      sliver < out.slivers.size() && t == out.slivers[sliver] ? void(++sliver) : out.triangles.push_back(t);
+    }
+  }
+  if (out.triangles.empty()) {
+    throw Error(Status::all_degenerate, "mesh '" + mesh.name + "' has " +
+                                            std::to_string(mesh.triangles.size()) +
+                                            " triangles, but none of them has an area.");
+  }
+  return out;
+}
+
+}  // namespace nif::mesh

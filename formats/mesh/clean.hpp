@@ -1,0 +1,32 @@
+// Making a mesh fit for geometry: equal positions welded, triangles without area and duplicates set aside.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/mesh/scene.hpp"
+#include "formats/status.hpp"
+
+namespace nif::mesh {
+
+struct CleanReport {
+  uint64_t degenerate = 0;        ///< triangles without area, the slivers among them
+  uint64_t duplicate = 0;         ///< triangles that another one, facing the same way, already covers
+  uint64_t welded_positions = 0;  ///< used positions that equalled an earlier one
+};
+
+struct CleanMesh {
+  std::vector<Float3> positions;    ///< used ones, each once, in the order of the mesh; -0 became +0
+  std::vector<Triangle> triangles;  ///< with an area, each once, in the order of the mesh; a triangle and its
+                                    ///< opposite-facing twin are both kept
+  std::vector<Triangle> slivers;    ///< three distinct but exactly collinear vertices, each once. They hide
+                                  ///< nothing, but a test for closure must count their edges: without them,
+                                  ///< the edges of their neighbours look open.
+  CleanReport report;
+};
+
+/// Welding compares bits and collinearity is decided exactly, so the result depends on nothing but the mesh.
+/// `mesh` must have passed the checks of read(). Throws Error all_degenerate where no triangle has an area.
+CleanMesh clean(const Mesh& mesh);
+
+}  // namespace nif::mesh

@@ -1,0 +1,52 @@
+// Bytes of a file in memory: a buffer that grows without copying, and the reading of a whole file into it.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <string_view>
+#include <utility>
+
+#include "formats/status.hpp"
+
+namespace nif::mesh::detail {
+
+/// Grows by realloc, which remaps large blocks instead of copying them, and never writes what is overwritten
+/// anyway: a std::vector would do both and double the peak memory of a large file.
+class ByteBuffer {
+ public:
+  ByteBuffer() = default;
+  ByteBuffer(ByteBuffer&& other) noexcept { swap(other); }
+  ByteBuffer& operator=(ByteBuffer&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ByteBuffer(const ByteBuffer&) = delete;
+  ByteBuffer& operator=(const ByteBuffer&) = delete;
+  ~ByteBuffer() { std::free(data_); }
+
+  char* data() { return data_; }
+  size_t size() const { return size_; }
+  size_t capacity() const { return capacity_; }
+  std::string_view view() const { return {data_, size_}; }
+
+  void reserve(size_t capacity);                ///< throws std::bad_alloc
+  void set_size(size_t size) { size_ = size; }  ///< at most capacity()
+  void shrink();                                ///< gives unused capacity back
+
+ private:
+  void swap(ByteBuffer& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    std::swap(capacity_, other.capacity_);
+  }
+
+  char* data_ = nullptr;
+  size_t size_ = 0;
+  size_t capacity_ = 0;
+};
+
+/// Reads a regular file or a pipe. Throws file_not_found, file_unreadable, or too_large beyond
+/// `max_bytes`.
+ByteBuffer load_file(const std::filesystem::path& file, uint64_t max_bytes);
+
+}  // namespace nif::mesh::detail

@@ -1,0 +1,25 @@
+// What every format reader is given: the bytes of one file, its name for messages, and a way to refuse it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "formats/mesh/read.hpp"
+
+namespace nif::mesh::detail {
+
+struct Input {
+  std::filesystem::path file;  ///< as the caller wrote it
+  std::string stem;            ///< the file's name without folder, .gz/.zst and extension
+  std::string extension;       ///< in lower case with its dot, without .gz/.zst; may be empty
+  std::string_view bytes;      ///< the whole file, decompressed
+  ReadLimits limits;
+
+  /// Throws an Error whose sentence is "<file>: <reason>."
+  [[noreturn]] void fail(Status status, const std::string& reason) const {
+    throw Error(status, file.string() + ": " + reason + ".");
+  }
+};
+
+}  // namespace nif::mesh::detail

@@ -1,0 +1,199 @@
+// Wavefront OBJ: polygons with positive or relative indices. Each object ("o") becomes a mesh.
+//
+// Our own, because the reader of OpenMesh 9 opens whatever file a "mtllib" line names (a device blocks it for
+// ever), leaves out vertices it cannot parse, "nan" among them, so that every later index means another
+// vertex, and removes repeated corners, so that degenerate triangles vanish uncounted.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "formats/mesh/readers.hpp"
+#include "formats/mesh/text_cursor.hpp"
+
+namespace nif::mesh::detail {
+namespace {
+
+/// The triangles from `first_triangle` up to those of the next object.
+struct Object {
+  std::string name;
+  size_t first_triangle = 0;
+};
+
+class ObjReader {
+ public:
+  explicit ObjReader(const Input& input) : input_(input), text_(input.bytes), faces_(input, all_) {}
+
+  Scene read() {
+    objects_.push_back({input_.stem, 0});
+    while (!text_.at_end()) {
+      line_ = text_.line();
+      read_line(next_line());
+    }
+    if (all_.positions.empty() && !saw_face_) {
+      input_.fail(Status::not_a_mesh, "has neither a vertex nor a face of an OBJ file");
+    }
+    const uint64_t vertices = all_.positions.size();
+    if (vertices > std::numeric_limits<uint32_t>::max()) {
+      input_.fail(Status::too_large,
+                  fmt::format("has {} vertices, more than 32-bit indices reach", vertices));
+    }
+    Scene scene = scene_of(split());
+    faces_.report(scene);
+    if (skipped_curves_ != 0) {
+      scene.warnings.push_back(fmt::format("{}: left out {} points, lines and free-form shapes.",
+                                           input_.file.string(), skipped_curves_));
+    }
+    return scene;
+  }
+
+ private:
+  /// A line, with those that a backslash joins to it.
+  std::string_view next_line() {
+    std::string_view line = text_.rest_of_line();
+    if (!line.ends_with('\\')) return line;
+    joined_.clear();
+    while (line.ends_with('\\')) {
+      line.remove_suffix(1);
+      joined_.append(line).push_back(' ');
+      line = text_.rest_of_line();
+    }
+    return joined_.append(line);
+  }
+
+  void read_line(std::string_view line) {
+    TextCursor words(line);
+    const std::string_view keyword = words.word();
+    if (keyword == "v") {
+      read_vertex(words);
+    } else if (keyword == "f" || keyword == "fo") {
+      read_face(words);
+    } else if (keyword == "o") {
+      begin_object(words.rest_of_line());
+    } else if (keyword == "l" || keyword == "p" || keyword == "curv" || keyword == "curv2" ||
+               keyword == "surf") {
+      ++skipped_curves_;
+    }
+    // Everything else (normals, texture coordinates, groups, materials) does not change the surface.
+  }
+
+  void read_vertex(TextCursor& words) {
+    Float3 position;
+    for (float& x : position) {
+      const std::string_view word = words.word();
+      if (!parse_float(word, x)) fail_word("vertex", word, "a number");
+    }
+    all_.positions.push_back(position);  // a weight or a colour may follow
+  }
+
+  void read_face(TextCursor& words) {
+    saw_face_ = true;
+    corners_.clear();
+    for (std::string_view word = words.word(); !word.empty() && word[0] != '#'; word = words.word()) {
+      int64_t index = 0;
+      if (!parse_integer(word.substr(0, word.find('/')), index)) fail_word("face", word, "a vertex index");
+      // Positive indices count from 1 and may name vertices that come later; negative ones count back from
+      // here.
+      const int64_t known = static_cast<int64_t>(all_.positions.size());
+      const int64_t vertex = index > 0 ? index - 1 : known + index;
+      if (index == 0 || index < -known || vertex >= std::numeric_limits<uint32_t>::max()) {
+        input_.fail(Status::index_out_of_range,
+                    fmt::format("the face in line {} names vertex {}, but {} vertices precede it", line_,
+                                index, known));
+      }
+      corners_.push_back(static_cast<uint32_t>(vertex));
+    }
+    faces_.polygon(corners_);
+  }
+
+  /// An object goes on to the next "o" line; each such line starts a new one, even under a name seen before.
+  void begin_object(std::string_view name) {
+    objects_.push_back(
+        {std::string(name.empty() ? std::string_view(input_.stem) : name), all_.triangles.size()});
+  }
+
+  std::vector<Mesh> split() {
+    std::vector<Mesh> meshes;
+    objects_.push_back({"", all_.triangles.size()});
+    size_t used = 0;
+    for (size_t i = 0; i + 1 < objects_.size(); ++i) {
+      used += objects_[i].first_triangle != objects_[i + 1].first_triangle;
+    }
+    if (used <= 1) {
+      for (size_t i = 0; i + 1 < objects_.size(); ++i) {
+        if (objects_[i].first_triangle != objects_[i + 1].first_triangle) all_.name = objects_[i].name;
+      }
+      meshes.push_back(std::move(all_));
+      return meshes;
+    }
+    check_range();
+    local_.assign(all_.positions.size(), kNone);
+    for (size_t i = 0; i + 1 < objects_.size(); ++i) {
+      const size_t first = objects_[i].first_triangle, last = objects_[i + 1].first_triangle;
+      if (first != last) meshes.push_back(extract(objects_[i].name, first, last));
+    }
+    return meshes;
+  }
+
+  /// The shared check comes too late for extract(), which looks vertices up.
+  void check_range() const {
+    for (size_t t = 0; t < all_.triangles.size(); ++t) {
+      const uint32_t v = std::ranges::max(all_.triangles[t]);
+      if (v >= all_.positions.size()) {
+        input_.fail(Status::index_out_of_range, fmt::format("triangle {} names vertex {}, but there are {}",
+                                                            t, uint64_t{v} + 1, all_.positions.size()));
+      }
+    }
+  }
+
+  /// The vertices that the triangles use, in the order of the file.
+  Mesh extract(const std::string& name, size_t first, size_t last) {
+    Mesh mesh;
+    mesh.name = name;
+    mesh.triangles.assign(all_.triangles.begin() + static_cast<std::ptrdiff_t>(first),
+                          all_.triangles.begin() + static_cast<std::ptrdiff_t>(last));
+    std::vector<uint32_t> used;
+    for (const Triangle& triangle : mesh.triangles) {
+      for (const uint32_t v : triangle) {
+        if (local_[v] == kNone) used.push_back(v);
+        local_[v] = 0;
+      }
+    }
+    std::ranges::sort(used);
+    for (const uint32_t v : used) {
+      local_[v] = static_cast<uint32_t>(mesh.positions.size());
+      mesh.positions.push_back(all_.positions[v]);
+    }
+    for (Triangle& triangle : mesh.triangles) {
+      for (uint32_t& v : triangle) v = local_[v];
+    }
+    for (const uint32_t v : used) local_[v] = kNone;
+    return mesh;
+  }
+
+  [[noreturn]] void fail_word(const char* what, std::string_view word, const char* wanted) const {
+    const std::string found = word.empty() ? "ends" : fmt::format("has '{}'", word.substr(0, 40));
+    input_.fail(Status::malformed_mesh,
+                fmt::format("the {} in line {} {} where {} belongs", what, line_, found, wanted));
+  }
+
+  static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
+
+  const Input& input_;
+  TextCursor text_;
+  uint64_t line_ = 0;
+  std::string joined_;
+  Mesh all_;  // every object's triangles, over the one index space that the file has
+  FaceSink faces_;
+  std::vector<Object> objects_;
+  std::vector<uint32_t> corners_;
+  std::vector<uint32_t> local_;  // a vertex's index within the object being extracted
+  uint64_t skipped_curves_ = 0;
+  bool saw_face_ = false;
+};
+
+}  // namespace
+
+Scene read_obj(const Input& input) { return ObjReader(input).read(); }
+
+}  // namespace nif::mesh::detail

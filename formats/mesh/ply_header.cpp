@@ -1,0 +1,219 @@
+// Parsing of PLY headers, strict about everything that the layout of the body depends on.
+#include "formats/mesh/ply_header.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "formats/mesh/text_cursor.hpp"
+
+namespace nif::mesh::detail {
+namespace {
+
+std::optional<PlyType> type_named(std::string_view word) {
+  static constexpr std::array<std::pair<std::string_view, PlyType>, 16> kNames{{
+      {"char", PlyType::i8},
+      {"int8", PlyType::i8},
+      {"uchar", PlyType::u8},
+      {"uint8", PlyType::u8},
+      {"short", PlyType::i16},
+      {"int16", PlyType::i16},
+      {"ushort", PlyType::u16},
+      {"uint16", PlyType::u16},
+      {"int", PlyType::i32},
+      {"int32", PlyType::i32},
+      {"uint", PlyType::u32},
+      {"uint32", PlyType::u32},
+      {"float", PlyType::f32},
+      {"float32", PlyType::f32},
+      {"double", PlyType::f64},
+      {"float64", PlyType::f64},
+  }};
+  for (const auto& [name, type] : kNames) {
+    if (word == name) return type;
+  }
+  return std::nullopt;
+}
+
+bool is_integer(PlyType type) { return type < PlyType::f32; }
+
+/// Hands out the header's lines; knows the three line endings, which also tell where a binary body starts.
+class HeaderLines {
+ public:
+  explicit HeaderLines(const Input& input) : input_(input) {
+    const size_t end = input.bytes.find_first_of("\r\n");
+    if (end == std::string_view::npos) {
+      input.fail(Status::file_truncated, "the PLY header ends in its first line");
+    }
+    const std::string_view rest = input.bytes.substr(end);
+    ending_ = rest.starts_with("\r\n") ? "\r\n" : rest.starts_with('\n') ? "\n" : "\r";
+  }
+
+  std::string_view next() {
+    const size_t end = input_.bytes.find(ending_, at_);
+    if (end == std::string_view::npos) {
+      input_.fail(Status::file_truncated,
+                  fmt::format("the PLY header ends in line {}, before 'end_header'", line_ + 1));
+    }
+    const std::string_view text = input_.bytes.substr(at_, end - at_);
+    at_ = end + ending_.size();
+    ++line_;
+    return text;
+  }
+
+  size_t at() const { return at_; }
+
+  [[noreturn]] void fail(const std::string& reason) const {
+    input_.fail(Status::malformed_mesh, fmt::format("line {} of the PLY header {}", line_, reason));
+  }
+
+ private:
+  const Input& input_;
+  std::string_view ending_;
+  size_t at_ = 0;
+  uint64_t line_ = 0;
+};
+
+PlyElement parse_element(TextCursor& words, const HeaderLines& lines) {
+  PlyElement element;
+  element.name = words.word();
+  int64_t count = 0;
+  if (element.name.empty() || !parse_integer(words.word(), count) || count < 0) {
+    lines.fail("does not give an element's name and count");
+  }
+  element.count = static_cast<uint64_t>(count);
+  using Kind = PlyElement::Kind;
+  element.kind = element.name == "vertex"      ? Kind::vertex
+                 : element.name == "face"      ? Kind::face
+                 : element.name == "tristrips" ? Kind::strip
+                                               : Kind::other;
+  return element;
+}
+
+PlyProperty::Role role_of(const PlyElement& element, const PlyProperty& property, std::string_view name) {
+  using Role = PlyProperty::Role;
+  if (element.kind == PlyElement::Kind::vertex && !property.is_list) {
+    if (name == "x") return Role::x;
+    if (name == "y") return Role::y;
+    if (name == "z") return Role::z;
+  }
+  if (element.kind != PlyElement::Kind::vertex && element.kind != PlyElement::Kind::other &&
+      property.is_list && (name == "vertex_indices" || name == "vertex_index")) {
+    return Role::corners;
+  }
+  return Role::skip;
+}
+
+void parse_property(TextCursor& words, const HeaderLines& lines, PlyHeader& header) {
+  if (header.elements.empty()) lines.fail("gives a property before any element");
+  PlyElement& element = header.elements.back();
+  PlyProperty property;
+  std::string_view type = words.word();
+  if (type == "list") {
+    property.is_list = true;
+    const auto count_type = type_named(words.word());
+    if (!count_type || !is_integer(*count_type)) lines.fail("gives a list whose count has no integer type");
+    property.count_type = *count_type;
+    type = words.word();
+  }
+  const auto known = type_named(type);
+  const std::string_view name = words.word();
+  if (!known || name.empty()) lines.fail("gives a property without a known type and a name");
+  property.type = *known;
+  property.role = role_of(element, property, name);
+  if (property.role == PlyProperty::Role::corners && !is_integer(property.type)) {
+    lines.fail("gives vertex indices that are not integers");
+  }
+  element.has_list |= property.is_list;
+  element.properties.push_back(property);
+}
+
+void check_elements(const Input& input, PlyHeader& header) {
+  uint64_t left = input.bytes.size() - header.body;
+  bool seen_vertices = false;
+  for (PlyElement& element : header.elements) {
+    for (const PlyProperty& p : element.properties) {
+      // A number of a text file takes a digit and, but for the very last one, a space.
+      element.min_bytes +=
+          header.format == PlyHeader::Format::text ? 2 : ply_size(p.is_list ? p.count_type : p.type);
+    }
+    const uint64_t slack = header.format == PlyHeader::Format::text ? 1 : 0;
+    if (element.min_bytes != 0 && element.count > (left + slack) / element.min_bytes) {
+      input.fail(
+          Status::file_truncated,
+          fmt::format("the PLY header announces {} elements '{}' of at least {} bytes, but {} bytes follow",
+                      element.count, element.name, element.min_bytes, left));
+    }
+    left -= std::min(left, element.count * element.min_bytes);
+    const auto has = [&](PlyProperty::Role role) {
+      return std::ranges::count(element.properties, role, &PlyProperty::role);
+    };
+    using Role = PlyProperty::Role;
+    if (element.kind == PlyElement::Kind::vertex) {
+      if (seen_vertices) input.fail(Status::malformed_mesh, "the PLY header has two elements 'vertex'");
+      seen_vertices = true;
+      if (has(Role::x) != 1 || has(Role::y) != 1 || has(Role::z) != 1) {
+        input.fail(Status::malformed_mesh, "the PLY header does not give each vertex one x, y and z");
+      }
+      if (element.count > std::numeric_limits<uint32_t>::max()) {
+        input.fail(Status::too_large,
+                   fmt::format("has {} vertices, more than 32-bit indices reach", element.count));
+      }
+    } else if (has(Role::corners) > 1) {
+      input.fail(Status::malformed_mesh,
+                 fmt::format("the PLY element '{}' has two lists of vertices", element.name));
+    }
+  }
+  if (!seen_vertices) input.fail(Status::malformed_mesh, "the PLY header has no element 'vertex'");
+}
+
+}  // namespace
+
+uint32_t ply_size(PlyType type) {
+  static constexpr std::array<uint32_t, 8> kSizes{1, 1, 2, 2, 4, 4, 4, 8};
+  return kSizes[static_cast<size_t>(type)];
+}
+
+PlyHeader read_ply_header(const Input& input) {
+  if (!input.bytes.starts_with("ply") && !input.bytes.starts_with("PLY")) {
+    input.fail(Status::not_a_mesh, "is named .ply but does not start with 'ply'");
+  }
+  HeaderLines lines(input);
+  lines.next();
+  PlyHeader header;
+  bool has_format = false;
+  for (;;) {
+    TextCursor words(lines.next());
+    const std::string_view keyword = words.word();
+    if (keyword == "end_header") break;
+    if (keyword == "format") {
+      const std::string_view format = words.word();
+      has_format = true;
+      if (format == "ascii") {
+        header.format = PlyHeader::Format::text;
+      } else if (format == "binary_little_endian") {
+        header.format = PlyHeader::Format::little_endian;
+      } else if (format == "binary_big_endian") {
+        header.format = PlyHeader::Format::big_endian;
+      } else {
+        lines.fail(fmt::format("gives the unknown format '{}'", format.substr(0, 40)));
+      }
+    } else if (keyword == "element") {
+      header.elements.push_back(parse_element(words, lines));
+    } else if (keyword == "property") {
+      parse_property(words, lines, header);
+    } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
+      lines.fail(fmt::format("has the unknown keyword '{}'", keyword.substr(0, 40)));
+    }
+  }
+  if (!has_format) input.fail(Status::malformed_mesh, "the PLY header has no 'format' line");
+  header.body = lines.at();
+  check_elements(input, header);
+  return header;
+}
+
+}  // namespace nif::mesh::detail

@@ -1,0 +1,118 @@
+// The way of every file: load, unpack, recognise the format, read, check, hash.
+#include "formats/mesh/read.hpp"
+
+#include <fmt/format.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <exception>
+#include <memory>
+#include <new>
+#include <stdexcept>
+
+#include "formats/mesh/decompress.hpp"
+#include "formats/mesh/file_bytes.hpp"
+#include "formats/mesh/readers.hpp"
+#include "formats/mesh/text_cursor.hpp"
+
+namespace nif::mesh {
+namespace {
+
+using namespace detail;
+
+std::string lower(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
+}
+
+Input describe(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits) {
+  std::filesystem::path name = file.filename();
+  const std::string packing = lower(name.extension().string());
+  if (packing == ".gz" || packing == ".zst") name = name.stem();
+  return {file, name.stem().string(), lower(name.extension().string()), bytes, limits};
+}
+
+/// Files that are something else than a mesh in an unmistakable way.
+void refuse_strangers(const Input& input) {
+  if (input.bytes.empty()) input.fail(Status::file_empty, "is empty");
+  if (input.bytes.starts_with("\xAB"
+                              "NIF")) {
+    input.fail(Status::not_a_mesh, "is a baked nifkit asset, not the mesh that it was baked from");
+  }
+  if (input.bytes.starts_with("NetImmerse File Format") || input.bytes.starts_with("Gamebryo File Format")) {
+    input.fail(Status::foreign_nif,
+               "is a NetImmerse/Gamebryo model, which only shares the extension .nif; convert "
+               "it to one of PLY, OBJ, STL, OFF, glTF or Draco first");
+  }
+}
+
+bool is_off_keyword(std::string_view word) {
+  static constexpr std::array kKeywords{"OFF",   "COFF",   "NOFF",   "CNOFF",
+                                        "STOFF", "STCOFF", "STNOFF", "STCNOFF"};
+  return std::ranges::find(kKeywords, word) != kKeywords.end();
+}
+
+Scene read_format(const Input& input, std::vector<std::string>& external) {
+  const std::string_view bytes = input.bytes;
+  const std::string_view first_word = TextCursor(bytes.substr(0, 64)).word();
+  if (bytes.starts_with("glTF") || first_word.starts_with('{')) return read_gltf(input, external);
+  if (bytes.starts_with("DRACO")) return read_draco(input);
+  if (first_word == "ply" || first_word == "PLY") return read_ply(input);
+  if (is_off_keyword(first_word)) return read_off(input);
+  if (input.extension == ".obj") return read_obj(input);
+  if (looks_like_stl(bytes)) return read_stl(input);
+
+  if (input.extension == ".ply") return read_ply(input);
+  if (input.extension == ".off") return read_off(input);
+  if (input.extension == ".stl") return read_stl(input);
+  if (input.extension == ".gltf" || input.extension == ".glb" || input.extension == ".drc") {
+    input.fail(Status::not_a_mesh,
+               fmt::format("is named {} but its content is of another kind", input.extension));
+  }
+  input.fail(
+      Status::not_a_mesh,
+      "is of no known mesh format; PLY, OBJ, STL, OFF, glTF, GLB and Draco are read, also as .gz or .zst");
+}
+
+uint64_t hash(std::string_view main, const std::vector<std::string>& external) {
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                              &XXH3_freeState);
+  if (!state) throw std::bad_alloc();
+  XXH3_64bits_reset(state.get());
+  XXH3_64bits_update(state.get(), main.data(), main.size());
+  for (const std::string& bytes : external) XXH3_64bits_update(state.get(), bytes.data(), bytes.size());
+  return XXH3_64bits_digest(state.get());
+}
+
+Scene read_checked(const std::filesystem::path& file, const ReadLimits& limits) {
+  const ByteBuffer bytes = decompress(load_file(file, limits.max_decompressed_bytes), file, limits);
+  const Input input = describe(file, bytes.view(), limits);
+  refuse_strangers(input);
+  std::vector<std::string> external;
+  Scene scene = read_format(input, external);
+  check(input, scene);
+  scene.source_hash = hash(input.bytes, external);
+  return scene;
+}
+
+}  // namespace
+
+Scene read(const std::filesystem::path& file, const ReadLimits& limits) {
+  // Libraries throw what they like; callers are promised an Error.
+  try {
+    return read_checked(file, limits);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw Error(Status::too_large, file.string() + ": takes more memory than there is.");
+  } catch (const std::length_error&) {
+    throw Error(Status::too_large, file.string() + ": takes more memory than there is.");
+  } catch (const std::exception& error) {
+    throw Error(Status::malformed_mesh, file.string() + ": cannot be read (" + error.what() + ").");
+  }
+}
+
+}  // namespace nif::mesh

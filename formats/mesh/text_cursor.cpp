@@ -1,0 +1,66 @@
+// Numbers and lines of text formats. std::from_chars is correctly rounded and knows no locale.
+#include "formats/mesh/text_cursor.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace nif::mesh::detail {
+
+std::string_view TextCursor::rest_of_line() {
+  while (at_ != end_ && *at_ != '\n' && is_space(*at_)) ++at_;
+  const char* begin = at_;
+  while (at_ != end_ && *at_ != '\n') ++at_;
+  const char* last = at_;
+  while (last != begin && is_space(last[-1])) --last;
+  if (at_ != end_) {
+    ++at_;
+    ++line_;
+  }
+  return {begin, static_cast<size_t>(last - begin)};
+}
+
+bool parse_float(std::string_view word, float& value) {
+  const char* begin = word.data();
+  const char* end = begin + word.size();
+  if (word.size() > 1 && *begin == '+' && begin[1] != '-') ++begin;
+  const auto [stop, code] = std::from_chars(begin, end, value);
+  if (code == std::errc::invalid_argument) return false;
+  if (stop != end) {
+    // "1.#QNAN", "1.#INF", "-1.#IND": what printf of older Microsoft libraries wrote.
+    if (*stop == '#' && end - stop > 1) {
+      value = std::numeric_limits<float>::quiet_NaN();
+      return true;
+    }
+    return false;
+  }
+  if (code == std::errc::result_out_of_range) {
+    // from_chars does not say on which side; a double has the range to tell in all but absurd cases.
+    double wide = 0;
+    const bool known = std::from_chars(begin, end, wide).ec == std::errc();
+    const bool tiny =
+        known ? std::abs(wide) < 1 : word.find("e-") != word.npos || word.find("E-") != word.npos;
+    value = std::copysign(tiny ? static_cast<float>(wide) : std::numeric_limits<float>::infinity(),
+                          *begin == '-' ? -1.0f : 1.0f);
+  }
+  return true;
+}
+
+bool parse_integer(std::string_view word, int64_t& value) {
+  const char* begin = word.data();
+  const char* end = begin + word.size();
+  if (word.size() > 1 && *begin == '+' && begin[1] != '-') ++begin;
+  const auto [stop, code] = std::from_chars(begin, end, value);
+  return code == std::errc() && stop == end;
+}
+
+bool same_word(std::string_view word, std::string_view lower) {
+  if (word.size() != lower.size()) return false;
+  for (size_t i = 0; i < word.size(); ++i) {
+    const char c = word[i] >= 'A' && word[i] <= 'Z' ? static_cast<char>(word[i] - 'A' + 'a') : word[i];
+    if (c != lower[i]) return false;
+  }
+  return true;
+}
+
+}  // namespace nif::mesh::detail

@@ -1,0 +1,55 @@
+// Walking over the text of a mesh file word by word. Locale-free and without copies, because the files have
+// tens of millions of words.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace nif::mesh::detail {
+
+class TextCursor {
+ public:
+  explicit TextCursor(std::string_view text) : at_(text.data()), end_(text.data() + text.size()) {}
+
+  /// The next word, on this or a later line; empty at the end of the text.
+  std::string_view word() {
+    for (; at_ != end_ && is_space(*at_); ++at_) line_ += *at_ == '\n';
+    return take();
+  }
+
+  /// The next word on this line; empty where the line has no more.
+  std::string_view word_on_line() {
+    while (at_ != end_ && *at_ != '\n' && is_space(*at_)) ++at_;
+    return take();
+  }
+
+  /// The rest of this line, trimmed; the cursor then stands at the start of the next line.
+  std::string_view rest_of_line();
+
+  bool at_end() const { return at_ == end_; }
+  uint64_t line() const { return line_; }
+  uint64_t bytes_left() const { return static_cast<uint64_t>(end_ - at_); }
+
+ private:
+  static bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+  std::string_view take() {
+    const char* begin = at_;
+    while (at_ != end_ && !is_space(*at_)) ++at_;
+    return {begin, static_cast<size_t>(at_ - begin)};
+  }
+
+  const char* at_;
+  const char* end_;
+  uint64_t line_ = 1;
+};
+
+/// Reads a whole word as a number, rounded to the nearest float. NaN and infinities are numbers too, in the
+/// spellings of C and of older Microsoft libraries; too large a number becomes an infinity.
+bool parse_float(std::string_view word, float& value);
+
+bool parse_integer(std::string_view word, int64_t& value);
+
+/// True where both are equal but for the case of ASCII letters; `lower` is in lower case.
+bool same_word(std::string_view word, std::string_view lower);
+
+}  // namespace nif::mesh::detail
