@@ -1,0 +1,80 @@
+// The whole way from a scene of meshes to an asset: prepare, classify, train, measure.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "bake/evaluate.hpp"
+#include "bake/trainer.hpp"
+#include "formats/mesh/clean.hpp"
+#include "formats/nif/asset.hpp"
+
+namespace nif::bake {
+
+enum class Preset { fast, balanced, high };
+std::string_view name_of(Preset preset);
+std::optional<Preset> preset_named(std::string_view name);
+
+struct BakeOptions {
+  Preset preset = Preset::balanced;
+  uint64_t seed = 1;
+  std::optional<uint64_t> max_bytes;      ///< of the whole file: the finest grid that fits is taken
+  std::optional<double> max_error;        ///< of every stated ray set; else Error(target_not_met)
+  std::optional<uint32_t> resolution;     ///< voxels along the longest side, in place of the preset's choice
+  std::optional<Mix> mix;                 ///< in place of the preset's
+  std::optional<double> effort;           ///< factor on the preset's training rays, > 0
+  uint64_t evaluation_rays = 1'000'000;   ///< of each set, spread over the objects
+  uint64_t spoil_at_step = ~uint64_t{0};  ///< for tests, see TrainingOptions
+};
+
+/// What the options come to for an object of some 150,000 triangles or more; smaller ones get a coarser grid.
+struct ResolvedOptions {
+  uint32_t resolution;
+  uint32_t samples, features_per_corner;
+  float length_scale;
+  NetworkOptions network;
+  Mix mix;
+  double rays_per_corner;  ///< training rays for each corner that has features
+  uint64_t max_rays;
+};
+ResolvedOptions resolve(const BakeOptions& options);
+
+/// What the work is at, for a bar or a line. Fractions run from 0 to 1 over the whole bake.
+struct BakeProgress {
+  enum class Stage { preparing, training, measuring } stage;
+  std::string_view object;
+  size_t object_index, object_count;
+  double fraction;
+  double loss, error;  ///< while training: of recent ambiguous rays
+};
+using BakeCallback = std::function<void(const BakeProgress&)>;
+
+struct ObjectReport {
+  std::string name;
+  uint64_t triangles = 0;  ///< after cleaning
+  mesh::CleanReport cleaned;
+  size_t closed_components = 0, open_components = 0;
+  std::array<uint32_t, 3> voxels{};
+  size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
+  uint64_t training_rays = 0;
+  uint32_t recoveries = 0;
+  SetAccuracies sets{};
+};
+
+struct BakeResult {
+  format::Asset asset;
+  std::vector<ObjectReport> objects;  ///< one for each of the asset's
+  SetAccuracies sets{};               ///< of all objects together
+  uint64_t triangles = 0;             ///< of all objects, each once
+};
+
+/// Bakes every mesh once, however many instances it has; meshes of equal content become one object. Uses all
+/// threads that TBB gives; the result does not depend on their number. `callback` is called from the calling
+/// thread. Throws nif::Error: all_degenerate, too_large, target_not_met, training_failed, interrupted (once
+/// `cancel` is set).
+BakeResult bake(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
+                const std::atomic<bool>& cancel);
+
+}  // namespace nif::bake

@@ -1,0 +1,61 @@
+#include "bake/evaluate.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+
+#include "kernels/reference/segment.hpp"
+
+namespace nif::bake {
+
+Accuracy& Accuracy::operator+=(const Accuracy& other) {
+  rays += other.rays;
+  leak += other.leak;
+  spurious += other.spurious;
+  certain += other.certain;
+  certain_wrong += other.certain_wrong;
+  squared_error += other.squared_error;
+  return *this;
+}
+
+Accuracy evaluate(const LabelledRays& rays, const Answerer& answer) {
+  constexpr size_t kBlock = 4096;
+  const size_t count = rays.segments.size(), blocks = (count + kBlock - 1) / kBlock;
+  std::vector<Accuracy> parts(blocks);
+  tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {
+    const size_t first = b * kBlock, size = std::min(kBlock, count - first);
+    uint8_t visible[kBlock], certain[kBlock];
+    float probability[kBlock];
+    answer(std::span(rays.segments).subspan(first, size), {visible, certain, probability});
+    Accuracy& part = parts[b];
+    part.rays = size;
+    for (size_t i = 0; i < size; ++i) {
+      const bool truth = rays.visible[first + i], wrong = (visible[i] != 0) != truth;
+      part.leak += wrong && !truth;
+      part.spurious += wrong && truth;
+      part.certain += certain[i] != 0;
+      part.certain_wrong += wrong && certain[i];
+      const double off = double(probability[i]) - (truth ? 1.0 : 0.0);
+      part.squared_error += off * off;
+    }
+  });
+  Accuracy all;
+  for (const Accuracy& part : parts) all += part;
+  return all;
+}
+
+Answerer reference_answerer(const kernels::SegmentField& field) {
+  return [&field](std::span<const Segment> segments, const Answers& answers) {
+    for (size_t i = 0; i < segments.size(); ++i) {
+      const kernels::Answer answer = kernels::query_segment(field, segments[i]);
+      answers.visible[i] = answer.visible;
+      answers.certain[i] = answer.certain;
+      const bool exact = answer.logit == kernels::kCertainLogit || answer.logit == -kernels::kCertainLogit;
+      answers.probability[i] =
+          exact ? (answer.visible ? 1.0f : 0.0f)
+                : 1.0f / (1.0f + std::exp(-static_cast<float>(answer.logit) * field.network.logit_scale));
+    }
+  };
+}
+
+}  // namespace nif::bake

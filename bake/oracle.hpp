@@ -1,0 +1,66 @@
+// Ground truth for visibility queries: Embree on the source mesh.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "bake/closure.hpp"
+#include "bake/vector.hpp"
+#include "formats/mesh/scene.hpp"
+#include "kernels/reference/walk.hpp"
+
+namespace nif::bake {
+
+using kernels::Segment;
+
+/// How Embree builds its BVH; `robust` is what labels rays, the others are what renderers use.
+enum class EmbreeBuild { robust, standard, compact };
+
+/// A triangle mesh in an Embree scene. Immutable once made; any number of threads may ask it.
+class Oracle {
+ public:
+  /// Copies what it needs. Throws Error(out_of_memory) or Error(internal) with Embree's own message.
+  Oracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
+         EmbreeBuild build = EmbreeBuild::robust);
+  ~Oracle();
+  Oracle(const Oracle&) = delete;
+  Oracle& operator=(const Oracle&) = delete;
+
+  /// True where a triangle is met at tmin <= t <= tmax.
+  bool occluded(const Segment& segment) const;
+
+  struct Hit {
+    float t;
+    uint32_t triangle;
+    Double3 normal;  ///< geometric, by the triangle's winding; not normalised
+  };
+  std::optional<Hit> first_hit(const Segment& segment) const;
+
+  /// Bytes that Embree holds for the scene, by its own memory monitor: BVH and copied vertices and indices
+  /// apart.
+  struct Memory {
+    int64_t bvh;
+    int64_t buffers;
+  };
+  Memory memory() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Tells points inside closed components from all others, by counting signed crossings along a ray.
+class InsideTest {
+ public:
+  InsideTest(std::span<const mesh::Float3> positions, const ClosedComponents& closed);
+  /// True where some winding number along a fixed direction is not zero. A ray that grazes an edge may err,
+  /// which shifts a sampling density by less than one can measure; nothing is proven by this.
+  bool inside(const std::array<float, 3>& point) const;
+
+ private:
+  std::unique_ptr<Oracle> oracle_;  // null where nothing is closed
+};
+
+}  // namespace nif::bake

@@ -1,0 +1,47 @@
+// Meshes made ready for baking or measuring: cleaned, with their closed parts and bounds known.
+#pragma once
+
+#include <vector>
+
+#include "bake/closure.hpp"
+#include "bake/ray_sets.hpp"
+#include "bake/voxelize.hpp"
+#include "formats/mesh/clean.hpp"
+
+namespace nif::bake {
+
+/// One mesh, made ready: all that depends neither on the resolution nor on the rays.
+struct Prepared {
+  const mesh::Mesh* source;  ///< not owned
+  mesh::CleanMesh surface;
+  ClosedComponents closed;
+  Box box;
+  float bias;  ///< kBiasFraction of the longest side
+};
+
+/// Throws Error(all_degenerate) from clean(), Error(too_large) where the size cannot be computed with.
+Prepared prepare(const mesh::Mesh& mesh);
+
+/// The meshes of a scene that become objects: of several with equal positions and triangles only the first.
+struct DistinctMeshes {
+  std::vector<uint32_t> meshes;     ///< by object: index into Scene::meshes
+  std::vector<uint32_t> object_of;  ///< by mesh: its object
+};
+DistinctMeshes find_distinct(const mesh::Scene& scene);
+
+/// The ground truth of one object, over its prepared mesh, which must outlive it.
+class GroundTruth {
+ public:
+  explicit GroundTruth(const Prepared& prepared)
+      : oracle_(prepared.surface.positions, prepared.surface.triangles),
+        inside_(prepared.surface.positions, prepared.closed),
+        source_{oracle_, inside_, prepared.box, prepared.bias} {}
+  const RaySource& source() const { return source_; }
+
+ private:
+  Oracle oracle_;
+  InsideTest inside_;
+  RaySource source_;
+};
+
+}  // namespace nif::bake

@@ -1,0 +1,47 @@
+// The named ray sets on which accuracy is stated, and from which training rays are drawn.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "bake/oracle.hpp"
+#include "bake/random.hpp"
+#include "bake/voxelize.hpp"
+
+namespace nif::bake {
+
+/// docs/ray-sets.md defines each.
+enum class RaySet : uint32_t { outer_lines, inner_surface, inner_volume, segments, sun };
+inline constexpr std::array kRaySets{RaySet::outer_lines, RaySet::inner_surface, RaySet::inner_volume,
+                                     RaySet::segments, RaySet::sun};
+
+std::string_view name_of(RaySet set);
+std::optional<RaySet> ray_set_named(std::string_view name);
+
+/// Distance from the surface at which shadow rays start, as a fraction of the AABB's longest side.
+inline constexpr float kBiasFraction = 1e-3f;
+
+/// Everything that drawing a ray needs to know of an object. Immutable while in use; not owned.
+struct RaySource {
+  const Oracle& oracle;
+  const InsideTest& inside;
+  Box box;
+  float bias;
+};
+
+/// One random ray of a set (all but `sun`, which is a picture and not a distribution). Directions have unit
+/// length. nullopt where the object does not let itself be hit (or left free) within many tries.
+std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& random);
+
+struct LabelledRays {
+  std::vector<Segment> segments;
+  std::vector<uint8_t> visible;  ///< by the oracle
+};
+
+/// The first `count` rays of a set for a seed, in parallel and the same for any number of threads. Fewer,
+/// where the object has no such rays (a set of a flat sheet, say, can be empty).
+LabelledRays make_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed);
+
+}  // namespace nif::bake

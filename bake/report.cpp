@@ -1,0 +1,56 @@
+#include "bake/report.hpp"
+
+#include <fmt/format.h>
+
+namespace nif::bake {
+
+nlohmann::ordered_json to_json(const SetAccuracies& sets) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (RaySet set : kRaySets) {
+    const Accuracy& accuracy = sets[size_t(set)];
+    if (accuracy.rays == 0) continue;
+    json[std::string(name_of(set))] = {{"rays", accuracy.rays},
+                                       {"error", accuracy.error()},
+                                       {"leak", accuracy.rate(accuracy.leak)},
+                                       {"spurious", accuracy.rate(accuracy.spurious)},
+                                       {"certain", accuracy.rate(accuracy.certain)},
+                                       {"certain_wrong", accuracy.certain_wrong},
+                                       {"brier", accuracy.brier()}};
+  }
+  return json;
+}
+
+std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result) {
+  nlohmann::ordered_json mix = nlohmann::ordered_json::object();
+  const Mix weights = resolve(options).mix;
+  for (RaySet set : kRaySets) {
+    if (weights[size_t(set)] > 0) mix[std::string(name_of(set))] = weights[size_t(set)];
+  }
+  nlohmann::ordered_json json{{"tool", {{"name", "nifkit"}, {"version", NIF_VERSION_STRING}}},
+                              {"seed", options.seed},
+                              {"options", {{"preset", name_of(options.preset)}, {"mix", mix}}},
+                              {"source", {{"hash", fmt::format("xxh3-64:{:016x}", scene.source_hash)}}},
+                              {"accuracy", to_json(result.sets)}};
+  if (options.resolution) json["options"]["resolution"] = *options.resolution;
+  if (options.effort) json["options"]["effort"] = *options.effort;
+  if (options.max_bytes) json["options"]["max_bytes"] = *options.max_bytes;
+  if (options.max_error) json["options"]["max_error"] = *options.max_error;
+  nlohmann::ordered_json objects = nlohmann::ordered_json::array();
+  for (size_t i = 0; i < result.objects.size(); ++i) {
+    const ObjectReport& report = result.objects[i];
+    const format::Object& object = result.asset.objects[i];
+    objects.push_back({{"name", object.name},
+                       {"triangles", report.triangles},
+                       {"bounds", {object.aabb_min, object.aabb_max}},
+                       {"bias", object.bias},
+                       {"voxels", report.voxels},
+                       {"closed_components", report.closed_components},
+                       {"open_components", report.open_components},
+                       {"training_rays", report.training_rays},
+                       {"accuracy", to_json(report.sets)}});
+  }
+  json["objects"] = std::move(objects);
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace nif::bake

@@ -1,0 +1,18 @@
+// Figures of a bake or an evaluation as JSON: the forms that `--json` and the asset's metadata share.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "bake/bake.hpp"
+
+namespace nif::bake {
+
+/// {"outer-lines": {"rays", "error", "leak", "spurious", "certain", "certain_wrong", "brier"}, ...}; rates
+/// are fractions of the set's rays, certain_wrong is a count. Sets without rays are left out.
+nlohmann::ordered_json to_json(const SetAccuracies& sets);
+
+/// The asset's metadata: tool version, seed, resolved options, source hash, and for each object what was
+/// measured. No path, thread count or time, so that it depends on nothing but the input and the options.
+std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result);
+
+}  // namespace nif::bake

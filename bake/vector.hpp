@@ -1,0 +1,25 @@
+// Double-precision 3-vectors for the offline geometry of the baker.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+namespace nif::bake {
+
+using Double3 = std::array<double, 3>;
+
+inline Double3 to_double(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }
+inline Double3 operator+(const Double3& a, const Double3& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+inline Double3 operator-(const Double3& a, const Double3& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+inline Double3 operator*(const Double3& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }
+inline double dot(const Double3& a, const Double3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline Double3 cross(const Double3& a, const Double3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+inline double length(const Double3& a) { return std::sqrt(dot(a, a)); }
+
+}  // namespace nif::bake

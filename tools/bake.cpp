@@ -1,0 +1,252 @@
+// `nif bake`: a mesh file in, a .nif asset out.
+#include "bake/bake.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+
+#include "bake/report.hpp"
+#include "formats/mesh/read.hpp"
+#include "formats/nif/reader.hpp"
+#include "formats/nif/writer.hpp"
+#include "formats/output_file.hpp"
+#include "tools/accuracy_table.hpp"
+#include "tools/command.hpp"
+#include "tools/progress.hpp"
+
+namespace nif::tools {
+namespace {
+
+struct Arguments {
+  std::string mesh, output;
+  std::string preset = "balanced", encoding = "auto";
+  std::optional<uint32_t> resolution;
+  std::string max_bytes, max_error, mix;
+  uint64_t seed = 1;
+  uint32_t threads = 0;
+  uint64_t rays = 1'000'000;
+  bool json = false, quiet = false;
+};
+
+/// "outer-lines=0.5,segments=0.5", or names alone for equal shares.
+bake::Mix parse_mix(const std::string& text) {
+  bake::Mix mix{};
+  for (const std::string& part : CLI::detail::split(text, ',')) {
+    const size_t equals = part.find('=');
+    const std::string name = part.substr(0, equals);
+    const std::optional<bake::RaySet> set = bake::ray_set_named(name);
+    if (!set || *set == bake::RaySet::sun) {
+      throw Error(Status::usage,
+                  fmt::format("--mix names '{}'; rays can be drawn from outer-lines, inner-surface, "
+                              "inner-volume and segments",
+                              name));
+    }
+    mix[size_t(*set)] =
+        equals == std::string::npos ? 1.0 : parse_rate(part.substr(equals + 1), "--mix " + name);
+  }
+  double total = 0;
+  for (double share : mix) total += share;
+  if (!(total > 0)) throw Error(Status::usage, "--mix leaves no rays to train on");
+  return mix;
+}
+
+bake::BakeOptions resolve_options(const Arguments& arguments) {
+  bake::BakeOptions options;
+  if (arguments.preset == "paper" || arguments.encoding == "spherical") {
+    throw Error(Status::usage,
+                "this version has the segment encoding only: the paper's (--preset paper, --encoding "
+                "spherical) is not in it");
+  }
+  if (arguments.encoding == "bvh") {
+    throw Error(Status::usage, "this version has the segment encoding only: --encoding bvh is not in it");
+  }
+  const std::optional<bake::Preset> preset = bake::preset_named(arguments.preset);
+  if (!preset)
+    throw Error(Status::usage,
+                fmt::format("--preset '{}' is none of fast, balanced, high", arguments.preset));
+  if (arguments.encoding != "auto" && arguments.encoding != "segment") {
+    throw Error(Status::usage, fmt::format("--encoding '{}' is none of auto, segment", arguments.encoding));
+  }
+  options.preset = *preset;
+  options.seed = arguments.seed;
+  options.evaluation_rays = arguments.rays;
+  options.resolution = arguments.resolution;
+  if (!arguments.max_bytes.empty()) {
+    if (arguments.resolution) {
+      throw Error(Status::usage, "--resolution and --max-bytes contradict each other: each sets the grid");
+    }
+    options.max_bytes = parse_bytes(arguments.max_bytes, "--max-bytes");
+  }
+  if (!arguments.max_error.empty()) {
+    if (arguments.rays == 0) {
+      throw Error(Status::usage, "--max-error and --rays 0 contradict each other: nothing would be measured");
+    }
+    options.max_error = parse_rate(arguments.max_error, "--max-error");
+  }
+  if (!arguments.mix.empty()) options.mix = parse_mix(arguments.mix);
+  return options;
+}
+
+struct AssetBytes {
+  uint64_t file, resident, occupancy = 0, features = 0, network = 0;
+};
+
+AssetBytes count_bytes(std::span<const std::byte> file) {
+  const format::AssetView view = format::read_asset(file, "the new asset");
+  AssetBytes bytes{file.size(), view.resident_bytes()};
+  for (const format::ObjectView& object : view.objects) {
+    bytes.occupancy += object.occupancy_bytes;
+    bytes.features += object.feature_bytes;
+  }
+  for (const format::NetworkView& network : view.networks) bytes.network += network.bytes;
+  return bytes;
+}
+
+void print_json(const Arguments& arguments, const bake::BakeResult& result, const AssetBytes& bytes,
+                double seconds) {
+  nlohmann::ordered_json objects = nlohmann::ordered_json::array();
+  for (const bake::ObjectReport& object : result.objects) {
+    objects.push_back({{"name", object.name},
+                       {"triangles", object.triangles},
+                       {"degenerate", object.cleaned.degenerate},
+                       {"duplicate", object.cleaned.duplicate},
+                       {"closed_components", object.closed_components},
+                       {"open_components", object.open_components},
+                       {"voxels", object.voxels},
+                       {"surface_voxels", object.surface_voxels},
+                       {"inside_voxels", object.inside_voxels},
+                       {"unknown_voxels", object.unknown_voxels},
+                       {"training_rays", object.training_rays},
+                       {"recoveries", object.recoveries},
+                       {"sets", bake::to_json(object.sets)}});
+  }
+  const nlohmann::ordered_json json{{"schema", "nifkit.bake/1"},
+                                    {"file", arguments.output},
+                                    {"triangles", result.triangles},
+                                    {"instances", result.asset.instances.size()},
+                                    {"seconds", seconds},
+                                    {"peak_memory", peak_memory()},
+                                    {"bytes",
+                                     {{"file", bytes.file},
+                                      {"resident", bytes.resident},
+                                      {"occupancy", bytes.occupancy},
+                                      {"features", bytes.features},
+                                      {"network", bytes.network}}},
+                                    {"sets", bake::to_json(result.sets)},
+                                    {"objects", std::move(objects)}};
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+void print_summary(const Arguments& arguments, const bake::BakeResult& result, const AssetBytes& bytes,
+                   double seconds) {
+  fmt::print("{}: {} triangles in {} object{}, {} instance{}; baked in {:.1f} s, at most {} of memory\n",
+             arguments.output, result.triangles, result.objects.size(), result.objects.size() == 1 ? "" : "s",
+             result.asset.instances.size(), result.asset.instances.size() == 1 ? "" : "s", seconds,
+             format_bytes(double(peak_memory())));
+  fmt::print("{} as a file, {} resident (occupancy {}, features {}, networks {})\n",
+             format_bytes(double(bytes.file)), format_bytes(double(bytes.resident)),
+             format_bytes(double(bytes.occupancy)), format_bytes(double(bytes.features)),
+             format_bytes(double(bytes.network)));
+  if (arguments.rays > 0) fmt::print("\n{}", accuracy_table(result.sets));
+}
+
+/// What preparation changed or could not do, for people to see.
+void print_notes(const mesh::Scene& scene, const bake::BakeResult& result) {
+  for (const std::string& warning : scene.warnings) fmt::print(stderr, "nif: note: {}\n", warning);
+  for (const bake::ObjectReport& object : result.objects) {
+    if (object.cleaned.degenerate || object.cleaned.duplicate) {
+      fmt::print(stderr, "nif: note: '{}': dropped {} triangles without area and {} duplicates\n",
+                 object.name, object.cleaned.degenerate, object.cleaned.duplicate);
+    }
+    if (object.recoveries) {
+      fmt::print(stderr,
+                 "nif: note: '{}': the loss became non-finite {} time(s); training went back and on more "
+                 "carefully\n",
+                 object.name, object.recoveries);
+    }
+  }
+}
+
+void run(const Arguments& arguments) {
+  const auto start = std::chrono::steady_clock::now();
+  const bake::BakeOptions options = resolve_options(arguments);
+  std::error_code ignored;
+  if (std::filesystem::equivalent(arguments.mesh, arguments.output, ignored)) {
+    throw Error(Status::usage, fmt::format("{}: the output would overwrite the input", arguments.output));
+  }
+  check_output(arguments.output);
+  limit_threads(arguments.threads);
+
+  Progress progress(arguments.quiet);
+  progress.update(0, "reading " + arguments.mesh);
+  const mesh::Scene scene = mesh::read(arguments.mesh);
+  const std::atomic<bool>& cancel = interruption();
+  const bake::BakeResult result = bake::bake(
+      scene, options,
+      [&](const bake::BakeProgress& p) {
+        std::string text = p.stage == bake::BakeProgress::Stage::preparing  ? "preparing "
+                           : p.stage == bake::BakeProgress::Stage::training ? "training "
+                                                                            : "measuring ";
+        text += p.object;
+        if (p.object_count > 1) text += fmt::format(" ({} of {})", p.object_index + 1, p.object_count);
+        if (p.loss > 0)
+          text += fmt::format("  loss {:.4f}  wrong where learned {:.2f} %", p.loss, p.error * 100);
+        progress.update(p.fraction, text);
+      },
+      cancel);
+  const std::vector<std::byte> file = format::encode(result.asset);
+  if (options.max_bytes && file.size() > *options.max_bytes) {
+    throw Error(Status::target_not_met, fmt::format("--max-bytes {} is not met: the asset takes {} bytes",
+                                                    *options.max_bytes, file.size()));
+  }
+  const AssetBytes bytes = count_bytes(file);
+  if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
+  write_output(arguments.output, file);
+  progress.finish();
+
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!arguments.quiet) print_notes(scene, result);
+  if (arguments.json) {
+    print_json(arguments, result, bytes, seconds);
+  } else if (!arguments.quiet) {
+    print_summary(arguments, result, bytes, seconds);
+  }
+}
+
+}  // namespace
+
+void add_bake(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("bake", "Bake a mesh into a .nif asset");
+  auto a = std::make_shared<Arguments>();
+  command->add_option("MESH", a->mesh, "OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst")
+      ->required();
+  command->add_option("-o,--output", a->output, "The .nif file to write")->required();
+  command->add_option("--preset", a->preset, "fast, balanced or high: how fine and how long")
+      ->capture_default_str();
+  command->add_option("--encoding", a->encoding, "auto or segment")->capture_default_str();
+  command
+      ->add_option("--resolution", a->resolution,
+                   "Voxels along the longest side of objects of 150,000 triangles or "
+                   "more; fewer for smaller ones")
+      ->check(CLI::Range(2u, kernels::kMaxVoxels));
+  command->add_option("--max-bytes", a->max_bytes,
+                      "Largest size of the file, e.g. 200kB: takes the finest grid that fits");
+  command->add_option("--max-error", a->max_error,
+                      "Write nothing where more of a ray set is wrong, e.g. 0.002 or 0.2%");
+  command->add_option("--mix", a->mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");
+  command
+      ->add_option("--seed", a->seed, "Start of all random numbers: same input, options and seed, same bytes")
+      ->capture_default_str();
+  command->add_option("-j,--threads", a->threads, "Threads; 0: all. The result is the same for any number")
+      ->capture_default_str();
+  command->add_option("--rays", a->rays, "Rays of each set to measure the accuracy with; 0: do not")
+      ->capture_default_str();
+  command->add_flag("--json", a->json, "Print the results as one JSON object (nifkit.bake/1)");
+  command->add_flag("--quiet", a->quiet, "No progress, notes or summary");
+  command->footer("Example: nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB");
+  command->callback([a] { run(*a); });
+}
+
+}  // namespace nif::tools

@@ -1,0 +1,36 @@
+// What the subcommands of `nif` share: how they are declared, how they fail, how they can be interrupted.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+namespace nif::tools {
+
+/// Adds a subcommand's options to `app`; its callback does the work and throws nif::Error on failure. Each of
+/// these lies in the file of its name.
+void add_bake(CLI::App& app);
+void add_eval(CLI::App& app);
+void add_info(CLI::App& app);
+
+/// Set once Ctrl-C or a termination signal has come; a second one ends the process at once. The first call
+/// installs the handler: before it, signals kill as usual.
+const std::atomic<bool>& interruption();
+
+/// Limits the threads of everything that follows in the process; 0: all of them.
+void limit_threads(uint32_t threads);
+
+/// A rate as text: "0.002" or "0.2%". Throws nif::Error(usage) naming `option`.
+double parse_rate(const std::string& text, const std::string& option);
+
+/// A count of bytes as text: "200000", "200k" (1000), "1M", "256KiB", "1MiB".
+uint64_t parse_bytes(const std::string& text, const std::string& option);
+
+/// Bytes for a reader: "162 kB", "31.2 MB".
+std::string format_bytes(double bytes);
+
+/// Most memory that the process has held so far, in bytes.
+uint64_t peak_memory();
+
+}  // namespace nif::tools

@@ -1,0 +1,78 @@
+// The `nif` executable: picks the subcommand, and turns every failure into one sentence and an exit code.
+// Called as `nif-bake` it is `nif bake`.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <new>
+
+#include "formats/status.hpp"
+#include "tools/command.hpp"
+
+namespace nif::tools {
+namespace {
+
+constexpr const char* kExitCodes =
+    "Exit codes: 0 done, 1 internal error, 2 wrong options, 10-22 an input file that cannot be used, 30-34 "
+    "an asset\n"
+    "that cannot be used, 40-41 an output that cannot be written, 50-52 a bake that failed, 130 "
+    "interrupted.\n"
+    "README.md lists each.\n";
+
+int run(int argc, char** argv) {
+  CLI::App app("Neural visibility for games and rendering: bakes triangle meshes into small .nif assets.");
+  app.set_version_flag(
+      "--version", "nif " NIF_VERSION_STRING "\nLicence: Apache-2.0. This executable links no GPL library.");
+  app.require_subcommand(1);
+  app.footer(std::string("Examples:\n"
+                         "  nif bake dragon.ply -o dragon.nif\n"
+                         "  nif eval dragon.nif --mesh dragon.ply\n"
+                         "  nif info dragon.nif\n\n") +
+             kExitCodes);
+  add_bake(app);
+  add_eval(app);
+  add_info(app);
+
+  // The command line is handed over reversed, as CLI11 wants it.
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (std::filesystem::path(argc > 0 ? argv[0] : "nif").filename() == "nif-bake") {
+    arguments.insert(arguments.begin(), "bake");
+  }
+  std::reverse(arguments.begin(), arguments.end());
+  try {
+    app.parse(arguments);
+  } catch (const CLI::Success& request) {
+    return app.exit(request);  // --help, --version
+  } catch (const CLI::ParseError& error) {
+    fmt::print(stderr, "nif: {}; see --help\n", error.what());
+    return int(Status::usage);
+  }
+  return int(Status::ok);
+}
+
+}  // namespace
+}  // namespace nif::tools
+
+int main(int argc, char** argv) {
+  using nif::Status;
+  Status status = Status::internal;
+  std::string sentence;
+  try {
+    const int code = nif::tools::run(argc, argv);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
+      fmt::print(stderr, "nif: standard output: the results could not be written\n");
+      return int(Status::output_not_writable);
+    }
+    return code;
+  } catch (const nif::Error& error) {
+    status = error.status();
+    sentence = error.what();
+  } catch (const std::bad_alloc&) {
+    status = Status::out_of_memory;
+    sentence = "out of memory";
+  } catch (const std::exception& error) {
+    sentence = std::string("internal error: ") + error.what();
+  }
+  fmt::print(stderr, "nif: {}\n", sentence);
+  return int(status);
+}
