@@ -1,0 +1,128 @@
+#!/usr/bin/env bash
+# Checks everything, from a clean clone on a bare machine: builds with warnings as errors, checks the style, runs all
+# tests, builds the runtime alone, and runs the tests of format, runtime and mesh readers under the sanitizers.
+#
+#   tests/run.sh [--quick]     --quick: the release build and its tests only
+#
+# NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are skipped.
+# The last line is "N passed, N failed, N skipped", added up over all runs of tests; a step that fails without having
+# run a test counts as one failure. Ends with 0 only where nothing failed.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+quick=0
+case ${1-} in
+  '') ;;
+  --quick) quick=1 ;;
+  -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" && exit 0 ;;
+  *) echo "tests/run.sh: unknown option '$1'; see --help" >&2 && exit 2 ;;
+esac
+
+passed=0 failed=0 skipped=0
+times=() reasons=''
+
+finish() {
+  local status=$?
+  if ((${#times[@]})); then
+    printf '\nseconds  step\n'
+    printf '%s\n' "${times[@]}"
+  fi
+  if [[ -n $reasons ]]; then
+    printf '\nskipped  why\n'
+    sort <<<"$reasons" | sed '/^$/d' | uniq -c | awk '{ n = $1; sub(/^ *[0-9]+ /, ""); printf "%7d  %s\n", n, $0 }'
+  fi
+  ((status == 0 || failed > 0)) || failed=1
+  printf '\n%d passed, %d failed, %d skipped\n' "$passed" "$failed" "$skipped"
+  ((failed == 0)) || exit 1
+}
+trap finish EXIT
+
+# step NAME COMMAND...: runs it and notes how long it took. What fails is counted; the caller decides about going on.
+step() {
+  local name=$1 start=$SECONDS status=0
+  shift
+  printf '\n== %s\n' "$name"
+  "$@" || status=$?
+  times+=("$(printf '%7d  %s' $((SECONDS - start)) "$name")")
+  if ((status)); then
+    echo "== $name: failed" >&2
+    times[-1]+=' (failed)'
+    step_failed "$name"
+  fi
+  return "$status"
+}
+step_failed() { [[ $1 == test* ]] || failed=$((failed + 1)); }
+
+# run_tests FOLDER [ctest options]: runs the tests of a build folder or of a part of it, and adds up their outcomes.
+run_tests() {
+  local folder=$1 report status=0 tests failures skips
+  shift
+  report=$(mktemp)
+  ctest --test-dir "$folder" --parallel 2 --output-on-failure --no-tests=error --output-junit "$report" "$@" \
+    | { grep -vE '^ +Start +[0-9]+:' || true; } || status=$?
+  tests=$(count tests "$report") failures=$(count failures "$report")
+  skips=$(($(count skipped "$report") + $(count disabled "$report")))
+  # GoogleTest prints a line that ends in ": Skipped", then the reason.
+  reasons+=$(awk 'why { print; why = 0 } /: Skipped$/ { why = 1 }' "$report")$'\n'
+  rm -f "$report"
+  ((status == 0 || failures > 0)) || failures=1
+  passed=$((passed + tests - failures - skips))
+  failed=$((failed + failures))
+  skipped=$((skipped + skips))
+  return "$status"
+}
+
+# count KEY REPORT: an attribute of a JUnit report's test suite; 0 where ctest came to nothing.
+count() {
+  local number
+  number=$(sed -n "s/^[[:space:]]*$1=\"\([0-9]*\)\".*/\1/p" "$2" | head -n 1)
+  echo "${number:-0}"
+}
+
+jobs=$(nproc)
+launcher=()
+if command -v ccache >/dev/null; then
+  launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+fi
+
+# configure PRESET [cmake options]
+configure() { cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON "${launcher[@]}" "${@:2}" >/dev/null; }
+
+check_style() { git ls-files -z '*.cpp' '*.hpp' '*.h' '*.c' | xargs -0 clang-format --dry-run -Werror; }
+
+# The runtime needs a compiler and nothing else: its own folder is all that CMake is shown.
+build_runtime() {
+  cmake -S runtime -B build/runtime -G Ninja -DNIF_WERROR=ON "${launcher[@]}" >/dev/null \
+    && cmake --build build/runtime --parallel "$jobs"
+}
+
+# sanitize PRESET FOLDERS CMAKE-OPTIONS...: builds the tests of some folders under a preset of sanitizers.
+build_sanitized() {
+  local preset=$1 targets=()
+  local -a folders
+  read -ra folders <<<"$2"
+  targets=("${folders[@]/%//all}")
+  configure "$preset" "${@:3}" && cmake --build "build/$preset" --parallel "$jobs" --target "${targets[@]/#/tests/}"
+}
+
+if [[ -z ${NIF_TEST_MESHES-} ]]; then
+  echo 'NIF_TEST_MESHES is not set: tests over real meshes will be skipped'
+fi
+
+step 'set up' tools/setup.sh build sample check || exit 1
+step 'configure release' configure release || exit 1
+step 'build release' cmake --build build/release --parallel "$jobs" || exit 1
+step 'check style' check_style || true
+step 'test release' run_tests build/release || true
+if ((!quick)); then
+  step 'build the runtime alone' build_runtime || true
+  if step 'build asan' build_sanitized asan 'format mesh runtime'; then
+    for folder in format mesh runtime; do
+      step "test asan: $folder" run_tests "build/asan/tests/$folder" || true
+    done
+  fi
+  # Threads are the runtime's: the baker's TBB and Embree are not built for the thread sanitizer.
+  if step 'build tsan' build_sanitized tsan runtime -DNIF_BUILD_TOOLS=OFF; then
+    step 'test tsan: threads' run_tests build/tsan/tests/runtime --tests-regex '[Tt]hread' || true
+  fi
+fi

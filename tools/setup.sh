@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# Installs what nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
+#
+#   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz; all of them where none is named
+#
+# Does nothing, without output and without the network, where nothing is missing. Where it may not install, it names
+# the missing packages in one line and ends with 1.
+set -euo pipefail
+
+# Group, package, reason. Everything else comes with these as their dependencies.
+packages='
+build   g++                   C++20 compiler
+build   cmake                 configures; 3.25 or newer
+build   ninja-build           builds; the generator of every preset
+build   libembree-dev         ray oracle of the baker, and the BVH that it is compared to
+build   libtbb-dev            threads of the baker
+build   libhwy-dev            SIMD in the trainer
+build   libdraco-dev          .drc files and KHR_draco_mesh_compression
+build   libtinygltf-dev       .gltf and .glb files
+build   nlohmann-json3-dev    JSON in and out, also for tinygltf
+build   zlib1g-dev            meshes compressed as .gz
+build   libzstd-dev           meshes compressed as .zst
+build   libxxhash-dev         hash of the source mesh, kept in the asset
+build   libfmt-dev            text output
+build   libcli11-dev          command line of the nif program
+sample  jq                    samples/run.sh reads the JSON that nif prints
+check   libgtest-dev          tests
+check   libcgal-dev           tests: an oracle of rays that is independent of Embree (NIF_WITH_CGAL)
+check   libopenmesh-dev       tests: what the mesh readers read is compared to what OpenMesh reads
+check   clang-format          style
+check   git                   the list of files whose style is checked
+fuzz    clang                 preset fuzz: libFuzzer
+fuzz    libclang-rt-14-dev    preset fuzz: libFuzzer and the sanitizers of clang
+'
+
+if [[ ${1-} == -h || ${1-} == --help ]]; then
+  sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "$0"
+  exit 0
+fi
+
+groups=("$@")
+((${#groups[@]})) || groups=(build sample check fuzz)
+wanted=()
+for group in "${groups[@]}"; do
+  found=$(awk -v group="$group" '$1 == group { print $2 }' <<<"$packages")
+  if [[ -z $found ]]; then
+    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check and fuzz" >&2
+    exit 2
+  fi
+  mapfile -t -O "${#wanted[@]}" wanted <<<"$found"
+done
+
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+  echo "tools/setup.sh: not a Debian system; install the equivalents of: ${wanted[*]}" >&2
+  exit 1
+fi
+
+installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "${wanted[@]}" 2>/dev/null || true)
+missing=()
+for package in "${wanted[@]}"; do
+  grep -qxF "$package installed" <<<"$installed" || missing+=("$package")
+done
+((${#missing[@]})) || exit 0
+
+as_root=()
+if ((EUID != 0)); then
+  # sudo may ask for a password only where somebody is there to answer.
+  if command -v sudo >/dev/null && { sudo -n true 2>/dev/null || [[ -t 0 ]]; }; then
+    as_root=(sudo)
+  else
+    echo "tools/setup.sh: neither root nor sudo; missing packages: ${missing[*]}" >&2
+    exit 1
+  fi
+fi
+
+apt() {
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 "$@"
+}
+
+echo "tools/setup.sh: installing ${missing[*]}" >&2
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+if ! { apt update && apt install --yes --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+  tail -n 20 "$log" >&2
+  echo "tools/setup.sh: apt-get failed, as shown above; missing packages: ${missing[*]}" >&2
+  exit 1
+fi
