@@ -118,6 +118,9 @@ class OffReader {
   }
 
   [[noreturn]] void fail_word(std::string_view word, const std::string& wanted) const {
+    if (words_.at_end()) {
+      input_.fail(Status::file_truncated, fmt::format("ends in line {}, within {}", words_.line(), wanted));
+    }
     input_.fail(Status::malformed_mesh,
                 fmt::format("line {} has '{}' where {} belongs", words_.line(), word.substr(0, 40), wanted));
   }

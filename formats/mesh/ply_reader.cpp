@@ -62,6 +62,7 @@ class TextBody {
     return word;
   }
   [[noreturn]] void fail_word(std::string_view word) const {
+    if (words_.at_end()) place_.fail_truncated();  // within a word
     place_.fail(Status::malformed_mesh, fmt::format("has '{}' where a number belongs", word.substr(0, 40)));
   }
 

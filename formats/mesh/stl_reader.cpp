@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstring>
+#include <limits>
 
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
@@ -27,14 +28,10 @@ bool has_binary_size(std::string_view bytes) {
   return bytes.size() >= kHeader && bytes.size() == kHeader + kRecord * announced_triangles(bytes);
 }
 
-/// Binary files may also begin with "solid", so a text file must show a keyword of its second line, too.
+/// Binary files may also begin with "solid". The count in their header has a zero byte, which no text has.
 bool looks_like_text(std::string_view bytes) {
-  TextCursor words(bytes);
-  if (has_binary_size(bytes) || !same_word(words.word(), "solid")) return false;
-  words.rest_of_line();
-  const std::string_view second = words.word();
-  return second.empty() || same_word(second, "facet") || same_word(second, "endsolid") ||
-         bytes.substr(0, 1024).find('\0') == std::string_view::npos;
+  return !has_binary_size(bytes) && same_word(TextCursor(bytes).word(), "solid") &&
+         bytes.substr(0, kHeader).find('\0') == std::string_view::npos;
 }
 
 void add_corner_positions(Mesh& mesh, const std::array<Float3, 3>& corners) {
@@ -131,6 +128,7 @@ class TextReader {
   }
 
   [[noreturn]] void fail(std::string_view word, const std::string& wanted) const {
+    if (words_.at_end() && open_) fail_truncated();  // within a word
     const Status status = meshes_.empty() ? Status::not_a_mesh : Status::malformed_mesh;
     input_.fail(status, fmt::format("line {} of the STL text has '{}' where {} belongs", words_.line(),
                                     word.substr(0, 40), wanted));
@@ -150,20 +148,18 @@ class TextReader {
 }  // namespace
 
 bool looks_like_stl(std::string_view bytes) {
-  if (has_binary_size(bytes)) return true;
-  TextCursor words(bytes);
-  return bytes.starts_with("solid") && same_word(words.word(), "solid");
+  return has_binary_size(bytes) || same_word(TextCursor(bytes.substr(0, kHeader)).word(), "solid");
 }
 
 Scene read_stl(const Input& input) {
-  const bool text = looks_like_text(input.bytes);
-  if (!text && !has_binary_size(input.bytes) &&
-      input.bytes.substr(0, 512).find_first_of(std::string_view("\0", 1)) == std::string_view::npos &&
-      input.bytes.size() > 512) {
+  if (looks_like_text(input.bytes)) return scene_of(TextReader(input).read());
+  // A text of another kind would pass for a binary file that announces an absurd number of triangles.
+  if (input.bytes.size() > kHeader && !has_binary_size(input.bytes) &&
+      input.bytes.substr(0, kHeader).find('\0') == std::string_view::npos) {
     input.fail(Status::not_a_mesh,
                "is named .stl but is neither a binary STL file nor a text that starts with 'solid'");
   }
-  return scene_of(text ? TextReader(input).read() : read_binary(input));
+  return scene_of(read_binary(input));
 }
 
 }  // namespace nif::mesh::detail

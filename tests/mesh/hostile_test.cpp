@@ -1,0 +1,163 @@
+// No file may crash the reader, hang it or make it allocate without bound: every truncation of a small file
+// of each format, and thousands of random damages. Meant to run under the address sanitizer, too.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "formats/mesh/clean.hpp"
+#include "formats/mesh/read.hpp"
+#include "tests/mesh/encode.hpp"
+#include "tests/support/shapes.hpp"
+#include "tests/support/temp_dir.hpp"
+
+namespace nif::test {
+namespace {
+
+/// std::mt19937 gives 32 bits, but in a wider type.
+class Random {
+ public:
+  explicit Random(uint32_t seed) : engine_(seed) {}
+  uint32_t operator()() { return static_cast<uint32_t>(engine_()); }
+
+ private:
+  std::mt19937 engine_;
+};
+
+struct Sample {
+  std::string name;
+  std::string bytes;
+  bool knows_its_end;  ///< every proper beginning of the file must be refused
+};
+
+std::vector<Sample> samples() {
+  const mesh::Mesh shape = icosphere(0);
+  const std::string draco_file = draco(shape);
+  Gltf compressed;
+  compressed.json["accessors"] = {{{"componentType", 5126}, {"type", "VEC3"}, {"count", 12}}};
+  compressed.mesh(0, -1);
+  compressed.json["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] = {
+      {"bufferView", compressed.view(draco_file)}, {"attributes", {{"POSITION", 0}}}};
+  return {{"a.ply", ply_text(shape), false},           {"b.ply", ply_binary(shape), true},
+          {"c.ply", ply_binary(shape, true), true},    {"a.stl", stl_text(shape), false},
+          {"b.stl", stl_binary(shape), true},          {"a.obj", obj_text(shape), false},
+          {"a.off", off_text(shape), false},           {"a.drc", draco_file, false},
+          {"a.glb", gltf_of(shape).glb(), true},       {"a.gltf", gltf_of(shape).embedded(), true},
+          {"b.glb", compressed.glb(), true},           {"a.ply.gz", gzip(ply_binary(shape)), true},
+          {"a.ply.zst", zstd(ply_binary(shape)), true}};
+}
+
+/// Reads, and uses what was read; true where it was accepted.
+bool survives(const TempDir& folder, const Sample& sample, std::string_view bytes) {
+  try {
+    const mesh::Scene scene = mesh::read(folder.write(sample.name, bytes),
+                                         {.max_decompressed_bytes = 1 << 24, .max_triangles = 1 << 20});
+    EXPECT_FALSE(scene.meshes.empty());
+    EXPECT_FALSE(scene.instances.empty());
+    for (const mesh::Mesh& mesh : scene.meshes) {
+      EXPECT_FALSE(mesh.triangles.empty());
+      try {
+        mesh::clean(mesh);
+      } catch (const Error& error) {
+        EXPECT_EQ(error.status(), Status::all_degenerate);
+      }
+    }
+    return true;
+  } catch (const Error& error) {
+    EXPECT_NE(error.status(), Status::internal);
+    EXPECT_NE(std::string(error.what()).find(sample.name), std::string::npos) << error.what();
+    return false;
+  }
+}
+
+TEST(Hostile, EveryTruncation) {
+  const TempDir folder;
+  for (const Sample& sample : samples()) {
+    SCOPED_TRACE(sample.name);
+    EXPECT_TRUE(survives(folder, sample, sample.bytes));
+    for (size_t length = 0; length < sample.bytes.size(); ++length) {
+      const bool accepted = survives(folder, sample, std::string_view(sample.bytes).substr(0, length));
+      EXPECT_FALSE(accepted && sample.knows_its_end) << length;
+    }
+  }
+}
+
+TEST(Hostile, RandomDamage) {
+  const TempDir folder;
+  Random random(20);
+  for (const Sample& sample : samples()) {
+    SCOPED_TRACE(sample.name);
+    for (int round = 0; round < 400; ++round) {
+      std::string bytes = sample.bytes;
+      for (uint32_t n = 1 + random() % 4; n != 0; --n) {
+        const size_t at = random() % bytes.size();
+        switch (random() % 5) {
+          case 0:
+            bytes[at] = static_cast<char>(random());
+            break;
+          case 1:
+            bytes[at] = static_cast<char>(bytes[at] ^ (1 << random() % 8));
+            break;
+          case 2:
+            bytes.erase(at, 1 + random() % 8);
+            break;
+          case 3:
+            bytes.insert(at, 1 + random() % 4, "09-e\xFF"[random() % 5]);
+            break;
+          default:
+            bytes.insert(at, bytes.substr(random() % bytes.size(), random() % 32));
+            break;
+        }
+        if (bytes.empty()) bytes.push_back('x');
+      }
+      survives(folder, sample, bytes);
+    }
+  }
+}
+
+TEST(Hostile, DamagedStructureOfGltf) {
+  // Replaces single values of the JSON, which random bytes rarely leave valid.
+  const TempDir folder;
+  Random random(21);
+  const Gltf whole = gltf_of(icosphere(0));
+  const nlohmann::json flat = whole.json.flatten();
+  const std::vector<nlohmann::json> values{-1,
+                                           0,
+                                           1,
+                                           3,
+                                           5121,
+                                           4294967295u,
+                                           1e300,
+                                           "x",
+                                           nullptr,
+                                           true,
+                                           nlohmann::json::array(),
+                                           nlohmann::json::object(),
+                                           {0, 1, 2},
+                                           18446744073709551615u};
+  for (int round = 0; round < 1500; ++round) {
+    Gltf damaged = whole;
+    auto entry = flat.begin();
+    std::advance(entry, static_cast<std::ptrdiff_t>(random() % flat.size()));
+    std::string pointer = entry.key();
+    for (uint32_t up = random() % 3; up != 0 && pointer.rfind('/') > 0; --up)
+      pointer.resize(pointer.rfind('/'));
+    damaged.json[nlohmann::json::json_pointer(pointer)] = values[random() % values.size()];
+    survives(folder, {"a.glb", "", false}, damaged.glb());
+  }
+}
+
+TEST(Hostile, RandomBytesOfEveryExtension) {
+  const TempDir folder;
+  Random random(22);
+  for (const char* start :
+       {"", "ply\n", "solid ", "OFF\n", "glTF", "DRACO", "{", "\x1f\x8b\x08", "\x28\xb5\x2f\xfd"}) {
+    for (const char* name : {"a.ply", "a.stl", "a.obj", "a.off", "a.glb", "a.gltf", "a.drc", "a"}) {
+      std::string bytes = start;
+      for (uint32_t n = random() % 300; n != 0; --n) bytes.push_back(static_cast<char>(random()));
+      survives(folder, {name, "", false}, bytes);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace nif::test
