@@ -108,6 +108,13 @@ std::optional<Segment> draw_from_volume(const RaySource& source, Random& random)
   return std::nullopt;
 }
 
+/// Gives an infinite ray a length, log-uniform from kShortestSegment to 1 times the diagonal.
+std::optional<Segment> cut(const RaySource& source, std::optional<Segment> ray, Random& random) {
+  const double fraction = std::exp(random.uniform(std::log(kShortestSegment), 0));
+  if (ray) ray->tmax = static_cast<float>(fraction * source.box.diagonal());
+  return ray;
+}
+
 /// Surface points of a picture in scan order, and one direction towards the sun; points that face away from
 /// it are left out, as a renderer would.
 std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t seed) {
@@ -165,18 +172,17 @@ std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& ran
       return draw_from_surface(source, random);
     case RaySet::inner_volume:
       return draw_from_volume(source, random);
-    case RaySet::segments: {
-      const bool surface = random.below(2) == 0;
-      auto segment = surface ? draw_from_surface(source, random) : draw_from_volume(source, random);
-      // Log-uniform from 1 % to 100 % of the diagonal.
-      const double fraction = std::exp(random.uniform(std::log(0.01), 0));
-      if (segment) segment->tmax = static_cast<float>(fraction * source.box.diagonal());
-      return segment;
-    }
+    case RaySet::segments:
+      if (random.below(2) == 0) return draw_surface_segment(source, random);
+      return cut(source, draw_from_volume(source, random), random);
     case RaySet::sun:
       break;
   }
   return std::nullopt;
+}
+
+std::optional<Segment> draw_surface_segment(const RaySource& source, Random& random) {
+  return cut(source, draw_from_surface(source, random), random);
 }
 
 LabelledRays make_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed) {

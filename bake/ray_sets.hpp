@@ -23,6 +23,9 @@ std::optional<RaySet> ray_set_named(std::string_view name);
 /// Distance from the surface at which shadow rays start, as a fraction of the AABB's longest side.
 inline constexpr float kBiasFraction = 1e-3f;
 
+/// Lengths of `segments` run from this fraction of the AABB's diagonal to all of it.
+inline constexpr double kShortestSegment = 0.01;
+
 /// Everything that drawing a ray needs to know of an object. Immutable while in use; not owned.
 struct RaySource {
   const Oracle& oracle;
@@ -34,6 +37,9 @@ struct RaySource {
 /// One random ray of a set (all but `sun`, which is a picture and not a distribution). Directions have unit
 /// length. nullopt where the object does not let itself be hit (or left free) within many tries.
 std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& random);
+
+/// The half of `segments` that starts on the surface, alone.
+std::optional<Segment> draw_surface_segment(const RaySource& source, Random& random);
 
 struct LabelledRays {
   std::vector<Segment> segments;

@@ -49,21 +49,47 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// A line through a random point of a random surface voxel: nearly all such lines are ambiguous, while of the
-/// lines of `outer-lines` nine in ten are not. Long ways through surface voxels are drawn more often than in
-/// that set.
-Segment draw_line_through_surface(const RaySource& source, const kernels::SegmentField& field,
-                                  const SurfaceCells& cells, Random& random) {
+/// A uniform point of a uniform surface voxel.
+Double3 draw_surface_voxel_point(const kernels::SegmentField& field, const SurfaceCells& cells,
+                                 Random& random) {
   const SurfaceCells::Cell& cell = cells.cells[random.below(uint32_t(cells.cells.size()))];
-  const Double3 direction = random.direction();
-  const double back = 1.25 * source.box.diagonal();
-  Segment segment{{}, {}, 0, kInfinity};
+  Double3 point;
   for (int a = 0; a < 3; ++a) {
-    const double point = field.origin[a] + (cell.voxel[a] + random.uniform()) / double(field.voxels_per_unit);
-    segment.origin[a] = static_cast<float>(point - direction[a] * back);
+    point[a] = field.origin[a] + (cell.voxel[a] + random.uniform()) / double(field.voxels_per_unit);
+  }
+  return point;
+}
+
+Segment make_segment(const Double3& origin, const Double3& direction, float tmax) {
+  Segment segment{{}, {}, 0, tmax};
+  for (int a = 0; a < 3; ++a) {
+    segment.origin[a] = static_cast<float>(origin[a]);
     segment.direction[a] = static_cast<float>(direction[a]);
   }
   return segment;
+}
+
+/// A line through a random surface voxel: nearly all such lines are ambiguous, while of the lines of
+/// `outer-lines` nine in ten are not. Long ways through surface voxels are drawn more often than in that set.
+Segment draw_line_through_surface(const RaySource& source, const kernels::SegmentField& field,
+                                  const SurfaceCells& cells, Random& random) {
+  const Double3 point = draw_surface_voxel_point(field, cells, random), direction = random.direction();
+  return make_segment(point - direction * (1.25 * source.box.diagonal()), direction, kInfinity);
+}
+
+/// A segment from the free volume through a random surface voxel. Its length is uniform, because a long
+/// segment passes through a given voxel more often than a short one: that makes it log-uniform among
+/// segments, as in `segments`. The origin may still lie inside.
+std::optional<Segment> draw_segment_through_surface(const RaySource& source,
+                                                    const kernels::SegmentField& field,
+                                                    const SurfaceCells& cells, Random& random) {
+  const Double3 point = draw_surface_voxel_point(field, cells, random), direction = random.direction();
+  const double size = random.uniform(kShortestSegment, 1.0) * source.box.diagonal();
+  const Double3 origin = point - direction * (random.uniform() * size);
+  for (int a = 0; a < 3; ++a) {
+    if (origin[a] < source.box.min[a] || origin[a] > source.box.max[a]) return std::nullopt;
+  }
+  return make_segment(origin, direction, static_cast<float>(size));
 }
 
 void draw_block(const RaySource& source, const kernels::SegmentField& field, const SurfaceCells& cells,
@@ -85,8 +111,15 @@ void draw_block(const RaySource& source, const kernels::SegmentField& field, con
     bool found = false;
     for (int i = 0; i < kTries && !found; ++i) {
       std::optional<Segment> segment;
+      bool free_origin = true;  // known to lie outside of every solid
       if (set == RaySet::outer_lines) {
         segment = draw_line_through_surface(source, field, cells, random);
+      } else if (set == RaySet::segments && random.below(2) == 0) {
+        segment = draw_segment_through_surface(source, field, cells, random);
+        free_origin = false;
+        if (!segment) continue;
+      } else if (set == RaySet::segments) {
+        segment = draw_surface_segment(source, random);
       } else {
         segment = draw_ray(source, set, random);
       }
@@ -94,6 +127,8 @@ void draw_block(const RaySource& source, const kernels::SegmentField& field, con
       kernels::walk_segment(field, *segment, walk);
       // A way of no length tells nothing of where the surface is.
       if (walk.verdict != kernels::Verdict::ambiguous || !(walk.surface_t > 0)) continue;
+      if (!free_origin && source.inside.inside({segment->origin[0], segment->origin[1], segment->origin[2]}))
+        continue;
       kernels::place_samples(field, walk, placement);
       uint32_t numbers[kernels::kMaxSamples];
       bool whole = true;
