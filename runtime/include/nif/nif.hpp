@@ -1,0 +1,195 @@
+// nif.hpp: nif.h for C++20: handles that release themselves, errors as exceptions, spans for arrays.
+//
+//   nifkit::Device device;
+//   nifkit::Scene scene(device);
+//   scene.add(nifkit::Asset::load(device, "dragon.nif"));
+//   scene.commit();
+//   scene.query(nifkit::rays(my_rays).visible(my_bytes));
+//
+// Everything that nif.h says of a call holds here too. Header only.
+#pragma once
+
+#include <nif/nif.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace nifkit {
+
+/// A call that failed: its code, and its sentence as what().
+class Error : public std::runtime_error {
+ public:
+  Error(NifError code, const char* sentence) : std::runtime_error(sentence), code_(code) {}
+  NifError code() const { return code_; }
+
+ private:
+  NifError code_;
+};
+
+inline void check(NifError code) {
+  if (code != NIF_OK) throw Error(code, nifGetErrorMessage());
+}
+
+/// A structure of nif.h, zero but for its size.
+template <class Structure>
+Structure sized() {
+  Structure structure{};
+  structure.struct_size = sizeof(structure);
+  return structure;
+}
+
+/// One reference to an object of nif.h; copies share the object.
+template <class Pointer, void (*kRetain)(Pointer), void (*kRelease)(Pointer)>
+class Handle {
+ public:
+  Handle() = default;
+  /// Takes over the reference that the pointer stands for.
+  explicit Handle(Pointer pointer) : pointer_(pointer) {}
+  Handle(const Handle& other) : pointer_(other.pointer_) { kRetain(pointer_); }
+  Handle(Handle&& other) noexcept : pointer_(std::exchange(other.pointer_, nullptr)) {}
+  Handle& operator=(Handle other) noexcept {
+    std::swap(pointer_, other.pointer_);
+    return *this;
+  }
+  ~Handle() { kRelease(pointer_); }
+
+  /// For calls of nif.h; null after a move.
+  Pointer get() const { return pointer_; }
+
+ protected:
+  Pointer pointer_ = nullptr;
+};
+
+/// Object to world, row-major 3x4.
+using Transform = std::array<float, 12>;
+
+class Device : public Handle<NifDevice, nifRetainDevice, nifReleaseDevice> {
+ public:
+  explicit Device(const std::string& config = {}, const NifDeviceCallbacks* callbacks = nullptr) {
+    check(nifNewDevice(config.c_str(), callbacks, &pointer_));
+  }
+  NifDeviceInfo info() const {
+    auto info = sized<NifDeviceInfo>();
+    check(nifGetDeviceInfo(pointer_, &info));
+    return info;
+  }
+};
+
+class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
+ public:
+  static Asset load(const Device& device, const std::string& path, NifLoadMode mode = NIF_LOAD_READ) {
+    Asset asset;
+    check(nifLoadAssetFile(device.get(), path.c_str(), mode, &asset.pointer_));
+    return asset;
+  }
+  /// The bytes may be freed afterwards.
+  static Asset copy(const Device& device, std::span<const std::byte> bytes) {
+    return from(device, bytes, NIF_MEMORY_COPY);
+  }
+  /// The bytes stay where they are until the last reference to the asset is gone, scenes' included.
+  static Asset borrow(const Device& device, std::span<const std::byte> bytes) {
+    return from(device, bytes, NIF_MEMORY_BORROW);
+  }
+
+  NifAssetInfo info() const {
+    auto info = sized<NifAssetInfo>();
+    check(nifGetAssetInfo(pointer_, &info));
+    return info;
+  }
+  NifObjectInfo object(uint32_t index) const {
+    auto info = sized<NifObjectInfo>();
+    check(nifGetObjectInfo(pointer_, index, &info));
+    return info;
+  }
+  NifInstanceInfo instance(uint32_t index) const {
+    auto info = sized<NifInstanceInfo>();
+    check(nifGetInstanceInfo(pointer_, index, &info));
+    return info;
+  }
+  /// JSON; empty where the file has none.
+  std::string_view metadata() const {
+    const NifAssetInfo about = info();
+    return {about.metadata, about.metadata_bytes};
+  }
+
+ private:
+  static Asset from(const Device& device, std::span<const std::byte> bytes, NifMemoryMode mode) {
+    Asset asset;
+    check(nifLoadAssetMemory(device.get(), bytes.data(), bytes.size(), mode, &asset.pointer_));
+    return asset;
+  }
+};
+
+/// A NifQuery with setters that check lengths. Its arrays stay the caller's.
+class Query {
+ public:
+  explicit Query(const NifQuery& query) : query_(query) {}
+
+  Query& visible(std::span<uint8_t> bytes) { return output(query_.visible, bytes, query_.count); }
+  Query& visible_bits(std::span<uint8_t> bytes) {
+    return output(query_.visible_bits, bytes, query_.count / 8 + (query_.count % 8 != 0));
+  }
+  Query& probability(std::span<float> values) { return output(query_.probability, values, query_.count); }
+  Query& certain(std::span<uint8_t> bytes) { return output(query_.certain, bytes, query_.count); }
+  Query& logit(std::span<int32_t> values) { return output(query_.logit, values, query_.count); }
+
+  const NifQuery& get() const { return query_; }
+
+ private:
+  template <class T>
+  Query& output(T*& pointer, std::span<T> array, uint64_t needed) {
+    if (array.size() < needed) throw Error(NIF_ERROR_INVALID_ARGUMENT, "query: an output is too short");
+    pointer = array.data();
+    return *this;
+  }
+
+  NifQuery query_;
+};
+
+inline Query rays(std::span<const NifRay> rays) { return Query(nifQueryRays(rays.data(), rays.size())); }
+
+class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
+ public:
+  explicit Scene(const Device& device) { check(nifNewScene(device.get(), &pointer_)); }
+
+  /// The whole asset with its own instances; the number of the first of them.
+  uint32_t add(const Asset& asset) { return add_all(asset, nullptr); }
+  uint32_t add(const Asset& asset, const Transform& transform) { return add_all(asset, transform.data()); }
+  /// One object; the number of its instance.
+  uint32_t add(const Asset& asset, uint32_t object, const Transform& transform) {
+    uint32_t instance = 0;
+    check(nifAddInstance(pointer_, asset.get(), object, transform.data(), &instance));
+    return instance;
+  }
+  void set_transform(uint32_t instance, const Transform& transform) {
+    check(nifSetInstanceTransform(pointer_, instance, transform.data()));
+  }
+  void commit() { check(nifCommitScene(pointer_)); }
+  NifSceneInfo info() const {
+    auto info = sized<NifSceneInfo>();
+    check(nifGetSceneInfo(pointer_, &info));
+    return info;
+  }
+
+  void query(const Query& query) const { check(nifQuery(pointer_, &query.get())); }
+  bool visible(const NifRay& ray) const {
+    uint8_t visible = 0;
+    check(nifQueryRay(pointer_, &ray, &visible));
+    return visible != 0;
+  }
+
+ private:
+  uint32_t add_all(const Asset& asset, const float* transform) {
+    uint32_t first = 0;
+    check(nifAddAsset(pointer_, asset.get(), transform, &first, nullptr));
+    return first;
+  }
+};
+
+}  // namespace nifkit

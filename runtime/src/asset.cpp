@@ -1,0 +1,83 @@
+// Loading assets and telling what is in them.
+#include "asset.hpp"
+
+#include "error.hpp"
+
+namespace nif::runtime {
+
+NifAssetObject* load_file(NifDeviceObject* device, const char* path, NifLoadMode mode) {
+  using Mode = format::FileMemory::Mode;
+  if (mode != NIF_LOAD_READ && mode != NIF_LOAD_MAP)
+    refuse_argument(std::string(path) + ": there is no load mode " + std::to_string(int(mode)));
+  auto* memory = device->memory();
+  return create<NifAssetObject>(
+      memory, device, format::FileMemory::load(path, mode == NIF_LOAD_MAP ? Mode::map : Mode::read, memory),
+      path);
+}
+
+NifAssetObject* load_memory(NifDeviceObject* device, const void* bytes, uint64_t size, NifMemoryMode mode) {
+  if (bytes == nullptr && size != 0) refuse_argument("memory: bytes is null");
+  if (mode != NIF_MEMORY_COPY && mode != NIF_MEMORY_BORROW)
+    refuse_argument("memory: there is no memory mode " + std::to_string(int(mode)));
+  if (mode == NIF_MEMORY_BORROW && reinterpret_cast<uintptr_t>(bytes) % NIF_ASSET_ALIGNMENT != 0)
+    refuse_argument("memory: the bytes to be borrowed do not start at a multiple of " +
+                    std::to_string(NIF_ASSET_ALIGNMENT));
+  const std::span<const std::byte> given(static_cast<const std::byte*>(bytes), size);
+  auto* memory = device->memory();
+  if (mode == NIF_MEMORY_BORROW)
+    return create<NifAssetObject>(memory, device, format::FileMemory::borrow(given), "memory");
+  // Before the copy, so that a wrong size takes no memory.
+  format::check_header(given.first(std::min<size_t>(given.size(), sizeof(format::Header))), size, "memory");
+  return create<NifAssetObject>(memory, device, format::FileMemory::copy(given, memory), "memory");
+}
+
+void release(NifAssetObject* asset) {
+  if (asset == nullptr || !asset->drop()) return;
+  const Ref<NifDeviceObject> device = asset->device;
+  destroy(device->memory(), asset);
+}
+
+NifAssetInfo describe(const NifAssetObject& asset) {
+  const format::AssetView& view = asset.view;
+  NifAssetInfo info{};
+  info.object_count = uint32_t(view.objects.size());
+  info.instance_count = uint32_t(view.instances.size());
+  info.network_count = uint32_t(view.networks.size());
+  info.format_version = format::kVersion;
+  info.file_bytes = view.bytes.size();
+  info.resident_bytes = sizeof(NifAssetObject) - sizeof(format::AssetView) + view.resident_bytes();
+  info.metadata = view.metadata.empty() ? nullptr : view.metadata.data();
+  info.metadata_bytes = view.metadata.size();
+  return info;
+}
+
+NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
+  if (object >= asset.view.objects.size())
+    refuse_argument("there is no object " + std::to_string(object) + "; the asset has " +
+                    std::to_string(asset.view.objects.size()));
+  const format::ObjectView& view = asset.view.objects[object];
+  NifObjectInfo info{};
+  info.name = view.name.data();
+  info.encoding = format::kSegment;
+  info.network = view.network;
+  std::copy(view.aabb_min.begin(), view.aabb_min.end(), info.bounds_min);
+  std::copy(view.aabb_max.begin(), view.aabb_max.end(), info.bounds_max);
+  info.bias = view.bias;
+  info.triangles = view.triangles;
+  info.resident_bytes = view.occupancy_bytes + view.feature_bytes + sizeof(format::ObjectView);
+  return info;
+}
+
+NifInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t instance) {
+  if (instance >= asset.view.instances.size())
+    refuse_argument("there is no instance " + std::to_string(instance) + "; the asset has " +
+                    std::to_string(asset.view.instances.size()));
+  const format::InstanceView& view = asset.view.instances[instance];
+  NifInstanceInfo info{};
+  info.name = view.name.data();
+  info.object = view.object;
+  std::copy(view.transform.begin(), view.transform.end(), info.transform);
+  return info;
+}
+
+}  // namespace nif::runtime

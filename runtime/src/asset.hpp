@@ -1,0 +1,29 @@
+// A loaded asset: its bytes, wherever they are, and the checked views into them.
+#pragma once
+
+#include "device.hpp"
+#include "formats/nif/file_memory.hpp"
+#include "formats/nif/reader.hpp"
+
+struct NifAssetObject : nif::runtime::Object {
+  NifAssetObject(NifDeviceObject* owner, nif::format::FileMemory bytes, std::string_view file_name)
+      : device(owner),
+        memory(std::move(bytes)),
+        view(nif::format::read_asset(memory.bytes(), file_name, owner->memory())) {}
+
+  nif::runtime::Ref<NifDeviceObject> device;
+  nif::format::FileMemory memory;
+  nif::format::AssetView view;
+};
+
+namespace nif::runtime {
+
+NifAssetObject* load_file(NifDeviceObject* device, const char* path, NifLoadMode mode);
+NifAssetObject* load_memory(NifDeviceObject* device, const void* bytes, uint64_t size, NifMemoryMode mode);
+void release(NifAssetObject* asset);
+
+NifAssetInfo describe(const NifAssetObject& asset);
+NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object);
+NifInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t instance);
+
+}  // namespace nif::runtime

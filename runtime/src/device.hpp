@@ -1,0 +1,58 @@
+// A device: configuration, the caller's allocator and task runner.
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <string_view>
+
+#include "nif/nif.h"
+#include "object.hpp"
+
+namespace nif::runtime {
+
+/// The caller's allocator as the standard library wants it.
+class CallbackMemory : public std::pmr::memory_resource {
+ public:
+  explicit CallbackMemory(const NifDeviceCallbacks& callbacks) : callbacks_(callbacks) {}
+
+ private:
+  void* do_allocate(size_t bytes, size_t alignment) override;
+  void do_deallocate(void* memory, size_t bytes, size_t alignment) override;
+  bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+
+  NifDeviceCallbacks callbacks_;
+};
+
+struct Configuration {
+  uint32_t threads = 1;
+  const char* isa = "scalar";
+  const char* backend = "cpu";
+};
+
+/// Parses "key=value,key=value". Throws Failure.
+Configuration parse_configuration(std::string_view text);
+
+/// The sentence for a backend that this build has not; empty where it has it.
+const char* why_no_hip();
+
+}  // namespace nif::runtime
+
+struct NifDeviceObject : nif::runtime::Object {
+  NifDeviceObject(const nif::runtime::Configuration& settings, const NifDeviceCallbacks& callbacks)
+      : configuration(settings), own_callbacks(callbacks), callback_memory(callbacks) {}
+
+  std::pmr::memory_resource* memory() {
+    return own_callbacks.allocate ? &callback_memory : std::pmr::new_delete_resource();
+  }
+
+  nif::runtime::Configuration configuration;
+  NifDeviceCallbacks own_callbacks;
+  nif::runtime::CallbackMemory callback_memory;
+};
+
+namespace nif::runtime {
+
+NifDeviceObject* new_device(const char* configuration, const NifDeviceCallbacks* callbacks);
+void release(NifDeviceObject* device);
+
+}  // namespace nif::runtime

@@ -1,0 +1,228 @@
+// Loading: from files read or mapped, from memory copied or borrowed, through the caller's allocator.
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "tests/runtime/runtime_fixture.hpp"
+
+namespace nif::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Assets : public RuntimeTest {
+ protected:
+  void SetUp() override {
+    RuntimeTest::SetUp();
+    std::string pattern = testing::TempDir() + "nif_assets_XXXXXX";
+    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override {
+    RuntimeTest::TearDown();
+    fs::remove_all(folder_);
+  }
+  std::string write(const std::string& name, std::string_view content) {
+    const std::string path = folder_ / name;
+    std::ofstream(path, std::ios::binary) << content;
+    return path;
+  }
+  std::string_view text() const { return {reinterpret_cast<const char*>(file_.data()), file_.size()}; }
+  NifError load_file(const std::string& path, NifLoadMode mode) {
+    NifAsset asset = nullptr;
+    const NifError error = nifLoadAssetFile(device_, path.c_str(), mode, &asset);
+    EXPECT_EQ(asset != nullptr, error == NIF_OK);
+    if (error != NIF_OK) {
+      EXPECT_NE(std::strstr(nifGetErrorMessage(), path.c_str()), nullptr) << nifGetErrorMessage();
+    }
+    if (asset) assets_.push_back(asset);
+    return error;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Assets, SameAnswersHoweverLoaded) {
+  const format::AssetView& view = make(1);
+  const std::string path = write("a.nif", text());
+  ASSERT_EQ(load_file(path, NIF_LOAD_READ), NIF_OK);
+  ASSERT_EQ(load_file(path, NIF_LOAD_MAP), NIF_OK);
+  load();
+  void* aligned = std::aligned_alloc(64, (file_.size() + 63) / 64 * 64);
+  std::memcpy(aligned, file_.data(), file_.size());
+  NifAsset borrowed = nullptr;
+  ASSERT_EQ(nifLoadAssetMemory(device_, aligned, file_.size(), NIF_MEMORY_BORROW, &borrowed), NIF_OK);
+  assets_.push_back(borrowed);
+  std::vector<std::byte> shifted(file_.size() + 3);
+  std::memcpy(shifted.data() + 3, file_.data(), file_.size());
+  NifAsset copied = nullptr;
+  ASSERT_EQ(nifLoadAssetMemory(device_, shifted.data() + 3, file_.size(), NIF_MEMORY_COPY, &copied), NIF_OK);
+  assets_.push_back(copied);
+
+  Random random(1);
+  for (uint32_t object = 0; object < view.objects.size(); ++object) {
+    const auto rays = random_rays(random, view.objects[object].field, 500);
+    std::vector<Answers> answers;
+    for (const NifAsset asset : assets_) answers.push_back(query_all(scene_of(asset, object), rays));
+    for (const Answers& other : answers) EXPECT_EQ(other, answers[0]);
+  }
+  for (const NifScene scene : scenes_) nifReleaseScene(scene);
+  scenes_.clear();
+  nifReleaseAsset(borrowed);
+  assets_.erase(std::find(assets_.begin(), assets_.end(), borrowed));
+  std::free(aligned);
+}
+
+TEST_F(Assets, Information) {
+  const format::Asset source = random_asset(2);
+  make(2);
+  const NifAsset asset = load();
+  auto info = nifkit::sized<NifAssetInfo>();
+  ASSERT_EQ(nifGetAssetInfo(asset, &info), NIF_OK);
+  EXPECT_EQ(info.object_count, source.objects.size());
+  EXPECT_EQ(info.instance_count, source.instances.size());
+  EXPECT_EQ(info.network_count, source.networks.size());
+  EXPECT_EQ(info.format_version, 1u);
+  EXPECT_EQ(info.file_bytes, file_.size());
+  EXPECT_GE(info.resident_bytes, file_.size());
+  EXPECT_LT(info.resident_bytes, file_.size() + 8192);
+  EXPECT_EQ(std::string_view(info.metadata, info.metadata_bytes), source.metadata);
+  for (uint32_t i = 0; i < info.object_count; ++i) {
+    auto object = nifkit::sized<NifObjectInfo>();
+    ASSERT_EQ(nifGetObjectInfo(asset, i, &object), NIF_OK);
+    EXPECT_EQ(object.name, source.objects[i].name);
+    EXPECT_EQ(object.encoding, 1u);
+    EXPECT_EQ(object.bias, source.objects[i].bias);
+    EXPECT_EQ(object.triangles, source.objects[i].triangles);
+    for (size_t a = 0; a < 3; ++a) {
+      EXPECT_EQ(object.bounds_min[a], source.objects[i].aabb_min[a]);
+      EXPECT_EQ(object.bounds_max[a], source.objects[i].aabb_max[a]);
+    }
+  }
+  for (uint32_t i = 0; i < info.instance_count; ++i) {
+    auto instance = nifkit::sized<NifInstanceInfo>();
+    ASSERT_EQ(nifGetInstanceInfo(asset, i, &instance), NIF_OK);
+    EXPECT_EQ(instance.name, source.instances[i].name);
+    EXPECT_EQ(instance.object, source.instances[i].object);
+    EXPECT_TRUE(std::equal(source.instances[i].transform.begin(), source.instances[i].transform.end(),
+                           instance.transform));
+  }
+  auto object = nifkit::sized<NifObjectInfo>();
+  EXPECT_EQ(nifGetObjectInfo(asset, info.object_count, &object), NIF_ERROR_INVALID_ARGUMENT);
+}
+
+TEST_F(Assets, BadFilesEachHaveTheirCode) {
+  make(3);
+  for (const NifLoadMode mode : {NIF_LOAD_READ, NIF_LOAD_MAP}) {
+    EXPECT_EQ(load_file(folder_ / "missing.nif", mode), NIF_ERROR_FILE_NOT_FOUND);
+    EXPECT_EQ(load_file(folder_ / "missing" / "a.nif", mode), NIF_ERROR_FILE_NOT_FOUND);
+    EXPECT_EQ(load_file(folder_, mode), NIF_ERROR_FILE_UNREADABLE);
+    EXPECT_EQ(load_file("/dev/null", mode), NIF_ERROR_FILE_UNREADABLE);
+    EXPECT_EQ(load_file(write("empty.nif", ""), mode), NIF_ERROR_FILE_EMPTY);
+    EXPECT_EQ(load_file(write("text.nif", "v 0 0 0\n"), mode), NIF_ERROR_NOT_A_NIF);
+    EXPECT_EQ(load_file(write("game.nif", "Gamebryo File Format, Version 20.0.0.5\n"), mode),
+              NIF_ERROR_FOREIGN_NIF);
+    EXPECT_NE(std::strstr(nifGetErrorMessage(), "Gamebryo"), nullptr);
+    EXPECT_EQ(load_file(write("short.nif", text().substr(0, file_.size() - 1)), mode),
+              NIF_ERROR_FILE_TRUNCATED);
+    EXPECT_EQ(load_file(write("start.nif", text().substr(0, 30)), mode), NIF_ERROR_FILE_TRUNCATED);
+    std::string changed(text());
+    changed[changed.size() / 2] = char(changed[changed.size() / 2] ^ 1);
+    EXPECT_EQ(load_file(write("changed.nif", changed), mode), NIF_ERROR_DAMAGED_NIF);
+  }
+}
+
+TEST_F(Assets, BadMemory) {
+  make(4);
+  NifAsset asset = nullptr;
+  const auto load_bytes = [&](const void* bytes, uint64_t size, NifMemoryMode mode) {
+    return nifLoadAssetMemory(device_, bytes, size, mode, &asset);
+  };
+  for (const NifMemoryMode mode : {NIF_MEMORY_COPY, NIF_MEMORY_BORROW}) {
+    EXPECT_EQ(load_bytes(nullptr, 0, mode), NIF_ERROR_FILE_EMPTY);
+    EXPECT_STREQ(nifGetErrorMessage(), "memory: the file is empty");
+    EXPECT_EQ(load_bytes(nullptr, 10, mode), NIF_ERROR_INVALID_ARGUMENT);
+  }
+  EXPECT_EQ(load_bytes(file_.data(), file_.size() - 1, NIF_MEMORY_COPY), NIF_ERROR_FILE_TRUNCATED);
+  std::vector<std::byte> padded(file_.size() + 128);
+  auto* at = reinterpret_cast<std::byte*>((reinterpret_cast<uintptr_t>(padded.data()) + 63) / 64 * 64 + 8);
+  std::memcpy(at, file_.data(), file_.size());
+  EXPECT_EQ(load_bytes(at, file_.size(), NIF_MEMORY_BORROW), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(asset, nullptr);
+}
+
+/// An allocator that counts, and fails after a while.
+struct Counter {
+  std::map<void*, std::pair<uint64_t, uint64_t>> blocks;
+  int64_t left = -1;  ///< allocations until it fails; negative: never
+  uint64_t calls = 0;
+
+  NifDeviceCallbacks callbacks() {
+    auto result = nifkit::sized<NifDeviceCallbacks>();
+    result.user = this;
+    result.allocate = [](void* user, uint64_t bytes, uint64_t alignment) -> void* {
+      auto& self = *static_cast<Counter*>(user);
+      ++self.calls;
+      if (self.left == 0) return nullptr;
+      --self.left;
+      EXPECT_GT(bytes, 0u);
+      void* memory = std::aligned_alloc(std::max<uint64_t>(alignment, 16), (bytes + 63) / 64 * 64);
+      self.blocks[memory] = {bytes, alignment};
+      return memory;
+    };
+    result.deallocate = [](void* user, void* memory, uint64_t bytes, uint64_t alignment) {
+      auto& self = *static_cast<Counter*>(user);
+      EXPECT_EQ(self.blocks[memory], std::make_pair(bytes, alignment));
+      self.blocks.erase(memory);
+      std::free(memory);
+    };
+    return result;
+  }
+};
+
+TEST_F(Assets, EverythingGoesThroughTheAllocator) {
+  const format::AssetView& view = make(5);
+  const std::string path = write("a.nif", text());
+  for (int64_t allowed = 0;; ++allowed) {
+    Counter counter;
+    counter.left = allowed;
+    const NifDeviceCallbacks callbacks = counter.callbacks();
+    NifDevice device = nullptr;
+    NifAsset asset = nullptr, mapped = nullptr;
+    NifScene scene = nullptr;
+    NifError error = nifNewDevice("", &callbacks, &device);
+    if (error == NIF_OK) error = nifLoadAssetFile(device, path.c_str(), NIF_LOAD_READ, &asset);
+    if (error == NIF_OK) error = nifLoadAssetFile(device, path.c_str(), NIF_LOAD_MAP, &mapped);
+    if (error == NIF_OK) error = nifNewScene(device, &scene);
+    if (error == NIF_OK) error = nifAddAsset(scene, asset, nullptr, nullptr, nullptr);
+    if (error == NIF_OK) error = nifAddInstance(scene, mapped, 1, nullptr, nullptr);
+    if (error == NIF_OK) error = nifCommitScene(scene);
+    if (error == NIF_OK) {
+      const uint64_t before = counter.calls;
+      Random random(5);
+      query_all(scene, random_rays(random, view.objects[0].field, 100));
+      EXPECT_EQ(counter.calls, before) << "a query allocated";
+      auto info = nifkit::sized<NifSceneInfo>();
+      EXPECT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
+      EXPECT_EQ(info.instance_count, view.instances.size() + 1);
+    } else {
+      EXPECT_EQ(error, NIF_ERROR_OUT_OF_MEMORY) << nifGetErrorMessage();
+    }
+    // In an order that leaves every object to be kept alive by another.
+    nifReleaseDevice(device);
+    nifReleaseAsset(asset);
+    nifReleaseAsset(mapped);
+    nifReleaseScene(scene);
+    EXPECT_TRUE(counter.blocks.empty());
+    if (error == NIF_OK) {
+      EXPECT_GT(allowed, 8);
+      break;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace nif::test

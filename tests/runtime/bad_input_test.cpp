@@ -1,0 +1,329 @@
+// Null pointers, wrong sizes, rays that are none: a documented code or answer each.
+#define NIF_EXPERIMENTAL
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "tests/runtime/runtime_fixture.hpp"
+
+namespace nif::test {
+namespace {
+
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+class BadInput : public RuntimeTest {};
+
+TEST_F(BadInput, Null) {
+  make(1);
+  const NifAsset asset = load();
+  const NifScene scene = scene_of(asset, 0);
+  const NifRay ray{};
+  uint8_t byte;
+  uint64_t bytes;
+  NifAsset other;
+  NifScene other_scene;
+  const auto invalid = [](NifError error) {
+    return error == NIF_ERROR_INVALID_ARGUMENT && std::strstr(nifGetErrorMessage(), "null") != nullptr;
+  };
+  EXPECT_TRUE(invalid(nifNewDevice("", nullptr, nullptr)));
+  EXPECT_TRUE(invalid(nifGetDeviceInfo(nullptr, nullptr)));
+  EXPECT_TRUE(invalid(nifGetDeviceInfo(device_, nullptr)));
+  EXPECT_TRUE(invalid(nifGetBackendInfo(0, nullptr)));
+  EXPECT_TRUE(invalid(nifLoadAssetFile(nullptr, "x", NIF_LOAD_READ, &other)));
+  EXPECT_TRUE(invalid(nifLoadAssetFile(device_, nullptr, NIF_LOAD_READ, &other)));
+  EXPECT_TRUE(invalid(nifLoadAssetFile(device_, "x", NIF_LOAD_READ, nullptr)));
+  EXPECT_TRUE(invalid(nifLoadAssetMemory(nullptr, "x", 1, NIF_MEMORY_COPY, &other)));
+  EXPECT_TRUE(invalid(nifLoadAssetMemory(device_, "x", 1, NIF_MEMORY_COPY, nullptr)));
+  EXPECT_TRUE(invalid(nifGetAssetInfo(nullptr, nullptr)));
+  EXPECT_TRUE(invalid(nifGetAssetInfo(asset, nullptr)));
+  EXPECT_TRUE(invalid(nifGetObjectInfo(nullptr, 0, nullptr)));
+  EXPECT_TRUE(invalid(nifGetObjectInfo(asset, 0, nullptr)));
+  EXPECT_TRUE(invalid(nifGetInstanceInfo(nullptr, 0, nullptr)));
+  EXPECT_TRUE(invalid(nifGetInstanceInfo(asset, 0, nullptr)));
+  EXPECT_TRUE(invalid(nifNewScene(nullptr, &other_scene)));
+  EXPECT_TRUE(invalid(nifNewScene(device_, nullptr)));
+  EXPECT_TRUE(invalid(nifAddInstance(nullptr, asset, 0, nullptr, nullptr)));
+  EXPECT_TRUE(invalid(nifAddInstance(scene, nullptr, 0, nullptr, nullptr)));
+  EXPECT_TRUE(invalid(nifAddAsset(nullptr, asset, nullptr, nullptr, nullptr)));
+  EXPECT_TRUE(invalid(nifAddAsset(scene, nullptr, nullptr, nullptr, nullptr)));
+  EXPECT_TRUE(invalid(nifSetInstanceTransform(nullptr, 0, nullptr)));
+  EXPECT_TRUE(invalid(nifCommitScene(nullptr)));
+  EXPECT_TRUE(invalid(nifGetSceneInfo(nullptr, nullptr)));
+  EXPECT_TRUE(invalid(nifGetSceneInfo(scene, nullptr)));
+  EXPECT_TRUE(invalid(nifGetQueryScratchBytes(nullptr, 1, &bytes)));
+  EXPECT_TRUE(invalid(nifGetQueryScratchBytes(scene, 1, nullptr)));
+  EXPECT_TRUE(invalid(nifQuery(nullptr, nullptr)));
+  EXPECT_TRUE(invalid(nifQuery(scene, nullptr)));
+  EXPECT_TRUE(invalid(nifQueryRay(nullptr, &ray, &byte)));
+  EXPECT_TRUE(invalid(nifQueryRay(scene, nullptr, &byte)));
+  EXPECT_TRUE(invalid(nifQueryRay(scene, &ray, nullptr)));
+  nifRetainDevice(nullptr);
+  nifRetainAsset(nullptr);
+  nifRetainScene(nullptr);
+  nifReleaseDevice(nullptr);
+  nifReleaseAsset(nullptr);
+  nifReleaseScene(nullptr);
+  nifReleaseJob(nullptr);
+}
+
+TEST_F(BadInput, Configurations) {
+  const auto code_of = [](const char* config) {
+    NifDevice device = nullptr;
+    const NifError error = nifNewDevice(config, nullptr, &device);
+    nifReleaseDevice(device);
+    return error;
+  };
+  for (const char* good : {"", "threads=0", "threads=1024", "isa=auto", "isa=scalar", "backend=cpu",
+                           "threads=2,isa=scalar,backend=cpu"})
+    EXPECT_EQ(code_of(good), NIF_OK) << good;
+  for (const char* bad :
+       {"threads", "threads=", "threads=-1", "threads=2x", "threads=1025", "threads=99999999999", "isa=mmx",
+        "backend=vulkan", "speed=11", ",", "threads=1,,", "="})
+    EXPECT_EQ(code_of(bad), NIF_ERROR_INVALID_ARGUMENT) << bad;
+  for (const char* absent : {"isa=avx2", "isa=sse4", "isa=avx512", "isa=neon", "backend=hip"})
+    EXPECT_EQ(code_of(absent), NIF_ERROR_NOT_AVAILABLE) << absent;
+  auto info = nifkit::sized<NifDeviceInfo>();
+  ASSERT_EQ(nifGetDeviceInfo(device_, &info), NIF_OK);
+  EXPECT_EQ(info.threads, 1u);
+  EXPECT_STREQ(info.isa, "scalar");
+  EXPECT_STREQ(info.backend, "cpu");
+  auto backend = nifkit::sized<NifBackendInfo>();
+  ASSERT_EQ(nifGetBackendInfo(0, &backend), NIF_OK);
+  EXPECT_EQ(backend.available, 1u);
+  ASSERT_EQ(nifGetBackendInfo(1, &backend), NIF_OK);
+  EXPECT_EQ(backend.available, 0u);
+  EXPECT_STRNE(backend.reason, "");
+  EXPECT_EQ(nifGetBackendInfo(2, &backend), NIF_ERROR_INVALID_ARGUMENT);
+}
+
+TEST_F(BadInput, CallbacksByHalves) {
+  auto callbacks = nifkit::sized<NifDeviceCallbacks>();
+  callbacks.allocate = [](void*, uint64_t, uint64_t) -> void* { return nullptr; };
+  NifDevice device = nullptr;
+  EXPECT_EQ(nifNewDevice("", &callbacks, &device), NIF_ERROR_INVALID_ARGUMENT);
+}
+
+TEST_F(BadInput, StructureSizes) {
+  make(2);
+  const NifAsset asset = load();
+  const NifScene scene = scene_of(asset, 0);
+  NifAssetInfo info{};
+  EXPECT_EQ(nifGetAssetInfo(asset, &info), NIF_ERROR_INVALID_ARGUMENT);
+  info.struct_size = 0xcdcdcdcdcdcdcdcd;
+  EXPECT_EQ(nifGetAssetInfo(asset, &info), NIF_ERROR_INVALID_ARGUMENT);
+
+  // An older program: only what it knows is written.
+  info = {};
+  info.struct_size = offsetof(NifAssetInfo, network_count);
+  info.network_count = 77;
+  ASSERT_EQ(nifGetAssetInfo(asset, &info), NIF_OK);
+  EXPECT_EQ(info.object_count, 3u);
+  EXPECT_EQ(info.network_count, 77u);
+
+  // A newer program: what we do not know is zero, and must be where it asks for something.
+  struct {
+    NifAssetInfo info;
+    uint64_t more;
+  } newer{{}, 5};
+  newer.info.struct_size = sizeof(newer);
+  ASSERT_EQ(nifGetAssetInfo(asset, &newer.info), NIF_OK);
+  EXPECT_EQ(newer.more, 0u);
+  struct {
+    NifQuery query;
+    uint64_t more;
+  } bigger{{}, 0};
+  bigger.query.struct_size = sizeof(bigger);
+  EXPECT_EQ(nifQuery(scene, &bigger.query), NIF_OK);
+  bigger.more = 1;
+  EXPECT_EQ(nifQuery(scene, &bigger.query), NIF_ERROR_NOT_AVAILABLE);
+  bigger.query.struct_size = sizeof(NifQuery) - 8;
+  EXPECT_EQ(nifQuery(scene, &bigger.query), NIF_ERROR_INVALID_ARGUMENT);
+}
+
+TEST_F(BadInput, Queries) {
+  make(3);
+  const NifScene scene = scene_of(load(), 0);
+  std::vector<NifRay> rays(4);
+  std::vector<uint8_t> visible(4, 7);
+  const auto code_with = [&](auto&& change) {
+    NifQuery query = nifQueryRays(rays.data(), rays.size());
+    query.visible = visible.data();
+    change(query);
+    return nifQuery(scene, &query);
+  };
+  EXPECT_EQ(code_with([](auto&) {}), NIF_OK);
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_EQ(code_with([&](auto& q) { q.origin[a] = nullptr; }), NIF_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(code_with([&](auto& q) { q.direction[a] = nullptr; }), NIF_ERROR_INVALID_ARGUMENT);
+  }
+  EXPECT_EQ(code_with([](auto& q) { q.visible = nullptr; }), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(code_with([](auto& q) { q.memory = NIF_DEVICE; }), NIF_ERROR_NOT_AVAILABLE);
+  EXPECT_EQ(code_with([](auto& q) { q.memory = NifMemory(9); }), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(code_with([&](auto& q) { q.stream = &rays; }), NIF_ERROR_NOT_AVAILABLE);
+  // No rays: nothing is read or written, whatever the pointers.
+  std::fill(visible.begin(), visible.end(), uint8_t(7));
+  EXPECT_EQ(code_with([](auto& q) { q.count = 0; }), NIF_OK);
+  EXPECT_EQ(visible[0], 7);
+  NifQuery none = nifQueryRays(nullptr, 0);
+  EXPECT_EQ(nifQuery(scene, &none), NIF_OK);
+  uint64_t scratch = 1;
+  EXPECT_EQ(nifGetQueryScratchBytes(scene, ~uint64_t{0}, &scratch), NIF_OK);
+  EXPECT_EQ(scratch, 0u);
+}
+
+TEST_F(BadInput, ScenesThatAreNotReady) {
+  make(4);
+  const NifAsset asset = load();
+  const NifScene scene = new_scene();
+  const NifRay ray{{0, 0, 0}, 0, {1, 0, 0}, 1};
+  uint8_t visible = 9;
+  EXPECT_EQ(nifQueryRay(scene, &ray, &visible), NIF_ERROR_INVALID_OPERATION);
+  EXPECT_EQ(visible, 9);
+  ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+  EXPECT_EQ(nifQueryRay(scene, &ray, &visible), NIF_OK);
+  EXPECT_EQ(visible, 1) << "nothing blocks in an empty scene";
+  ASSERT_EQ(nifAddInstance(scene, asset, 0, nullptr, nullptr), NIF_OK);
+  EXPECT_EQ(nifQueryRay(scene, &ray, &visible), NIF_ERROR_INVALID_OPERATION);
+  ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+  EXPECT_EQ(nifQueryRay(scene, &ray, &visible), NIF_OK);
+  ASSERT_EQ(nifSetInstanceTransform(scene, 0, kIdentity.data()), NIF_OK);
+  EXPECT_EQ(nifQueryRay(scene, &ray, &visible), NIF_ERROR_INVALID_OPERATION);
+
+  EXPECT_EQ(nifAddInstance(scene, asset, 3, nullptr, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifSetInstanceTransform(scene, 1, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  NifDevice other = nullptr;
+  ASSERT_EQ(nifNewDevice(nullptr, nullptr, &other), NIF_OK);
+  NifScene foreign = nullptr;
+  ASSERT_EQ(nifNewScene(other, &foreign), NIF_OK);
+  EXPECT_EQ(nifAddInstance(foreign, asset, 0, nullptr, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifAddAsset(foreign, asset, nullptr, nullptr, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  nifReleaseScene(foreign);
+  nifReleaseDevice(other);
+}
+
+TEST_F(BadInput, Transforms) {
+  make(5);
+  const NifAsset asset = load();
+  const NifScene scene = scene_of(asset, 0);
+  const auto code_of = [&](std::array<float, 12> transform) {
+    const NifError error = nifAddInstance(scene, asset, 0, transform.data(), nullptr);
+    EXPECT_EQ(nifSetInstanceTransform(scene, 0, transform.data()), error);
+    EXPECT_EQ(nifAddAsset(scene, asset, transform.data(), nullptr, nullptr), error);
+    return error;
+  };
+  EXPECT_EQ(code_of({0}), NIF_ERROR_SINGULAR_TRANSFORM);
+  EXPECT_EQ(code_of({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}), NIF_ERROR_SINGULAR_TRANSFORM);
+  EXPECT_EQ(code_of({1, 2, 3, 0, 2, 4, 6, 0, 0, 0, 1, 0}), NIF_ERROR_SINGULAR_TRANSFORM);
+  EXPECT_EQ(code_of({1e-44f, 0, 0, 0, 0, 1e-44f, 0, 0, 0, 0, 1e-44f, 0}), NIF_ERROR_SINGULAR_TRANSFORM);
+  for (size_t i = 0; i < 12; ++i)
+    for (const float bad : {kInf, -kInf, kNan}) {
+      auto transform = kIdentity;
+      transform[i] = bad;
+      EXPECT_EQ(code_of(transform), NIF_ERROR_INVALID_ARGUMENT);
+    }
+  auto info = nifkit::sized<NifSceneInfo>();
+  ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
+  EXPECT_EQ(info.instance_count, 1u) << "a failed call changed the scene";
+}
+
+TEST_F(BadInput, RaysThatAreNone) {
+  const format::AssetView& view = make(6);
+  const NifAsset asset = load();
+  const std::array<float, 12> turned{0, -2, 0, 5, 2, 0, 0, 1, 0, 0, 2, 0};
+  const NifRay good = to_ray({{0, 0, 0}, {1, 1, 1}, 0, 1});
+  std::vector<NifRay> rays;
+  for (const float bad : {kNan, kInf, -kInf})
+    for (int a = 0; a < 3; ++a) {
+      rays.push_back(good);
+      rays.back().origin[a] = bad;
+      rays.push_back(good);
+      rays.back().direction[a] = bad;
+    }
+  for (const float tiny : {0.0f, 1e-44f, 1e-30f}) {
+    rays.push_back(good);
+    for (float& d : rays.back().direction) d = tiny;
+  }
+  rays.push_back(good);
+  for (float& d : rays.back().direction) d = 3e38f;
+  for (const auto& [tmin, tmax] : {std::pair{kNan, 1.0f}, {0.0f, kNan}, {kNan, kNan}}) {
+    rays.push_back(good);
+    rays.back().tmin = tmin;
+    rays.back().tmax = tmax;
+  }
+  std::vector<NifRay> empty;
+  for (const auto& [tmin, tmax] : {std::pair{1.0f, 0.0f}, {kInf, 0.0f}, {kInf, -kInf}}) {
+    empty.push_back(good);
+    empty.back().tmin = tmin;
+    empty.back().tmax = tmax;
+  }
+  for (const float* transform : {static_cast<const float*>(nullptr), turned.data()}) {
+    const NifScene scene = scene_of(asset, 0, transform);
+    const Answers answers = query_all(scene, rays);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      EXPECT_EQ(answers.visible[i], 1) << i;
+      EXPECT_EQ(answers.certain[i], 0) << i;
+    }
+    const Answers nothing = query_all(scene, empty);
+    for (size_t i = 0; i < empty.size(); ++i) {
+      EXPECT_EQ(nothing.visible[i], 1) << i;
+      EXPECT_EQ(nothing.certain[i], 1) << i;
+      EXPECT_EQ(nothing.probability[i], 1.0f) << i;
+    }
+  }
+  // Any bits at all: the reference's answer, no fault.
+  Random random(6);
+  std::vector<NifRay> noise(5000);
+  for (NifRay& ray : noise) {
+    uint32_t words[8];
+    for (uint32_t& word : words) word = random.below(0xffffffff);
+    std::memcpy(&ray, words, sizeof(ray));
+  }
+  const Answers answers = query_all(scene_of(asset, 1), noise);
+  for (size_t i = 0; i < noise.size(); ++i) {
+    const auto expected = kernels::query_segment(view.objects[1].field, to_segment(noise[i]));
+    EXPECT_EQ(answers.visible[i], expected.visible);
+    EXPECT_EQ(answers.certain[i], expected.certain);
+  }
+  query_all(scene_of(asset, 1, turned.data()), noise);
+}
+
+TEST_F(BadInput, WhatIsNotThereYet) {
+  make(7);
+  const NifScene scene = scene_of(load(), 0);
+  NifQuery query = nifQueryRays(nullptr, 0);
+  NifJob job = nullptr;
+  uint32_t done = 0;
+  EXPECT_EQ(nifQueryAsync(scene, &query, &job), NIF_ERROR_NOT_AVAILABLE);
+  EXPECT_NE(std::strstr(nifGetErrorMessage(), "nifQueryAsync"), nullptr);
+  EXPECT_EQ(nifWaitJob(job), NIF_ERROR_NOT_AVAILABLE);
+  EXPECT_EQ(nifIsJobDone(job, &done), NIF_ERROR_NOT_AVAILABLE);
+  EXPECT_EQ(nifQueryWithFallback(scene, &query, 0.9f, nullptr, nullptr), NIF_ERROR_NOT_AVAILABLE);
+}
+
+TEST(Errors, NamesArePinned) {
+  const std::pair<int, const char*> pinned[] = {{0, "NIF_OK"},
+                                                {1, "NIF_ERROR_UNKNOWN"},
+                                                {2, "NIF_ERROR_INVALID_ARGUMENT"},
+                                                {3, "NIF_ERROR_INVALID_OPERATION"},
+                                                {4, "NIF_ERROR_OUT_OF_MEMORY"},
+                                                {5, "NIF_ERROR_NOT_AVAILABLE"},
+                                                {6, "NIF_ERROR_CANCELLED"},
+                                                {7, "NIF_ERROR_SINGULAR_TRANSFORM"},
+                                                {10, "NIF_ERROR_FILE_NOT_FOUND"},
+                                                {11, "NIF_ERROR_FILE_UNREADABLE"},
+                                                {12, "NIF_ERROR_FILE_EMPTY"},
+                                                {13, "NIF_ERROR_FILE_TRUNCATED"},
+                                                {30, "NIF_ERROR_NOT_A_NIF"},
+                                                {31, "NIF_ERROR_FOREIGN_NIF"},
+                                                {32, "NIF_ERROR_DAMAGED_NIF"},
+                                                {33, "NIF_ERROR_UNSUPPORTED_NIF"},
+                                                {60, "NIF_ERROR_DEVICE_LOST"},
+                                                {61, "NIF_ERROR_OUT_OF_DEVICE_MEMORY"},
+                                                {62, "NIF_ERROR_WRONG_POINTER"}};
+  for (const auto& [number, name] : pinned) EXPECT_STREQ(nifGetErrorName(NifError(number)), name);
+  EXPECT_STREQ(nifGetErrorName(NifError(9)), "unknown error code");
+}
+
+}  // namespace
+}  // namespace nif::test

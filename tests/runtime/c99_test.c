@@ -1,0 +1,67 @@
+/* The header is C99 without extensions, and a C program gets answers through it. */
+#define NIF_EXPERIMENTAL
+#include <nif/nif.h>
+#include <stdio.h>
+#include <string.h>
+
+#define CHECK(condition)                                                                        \
+  do {                                                                                          \
+    if (!(condition)) {                                                                         \
+      fprintf(stderr, "%s:%d: %s: %s\n", __FILE__, __LINE__, #condition, nifGetErrorMessage()); \
+      return 1;                                                                                 \
+    }                                                                                           \
+  } while (0)
+
+enum { kRays = 19 };
+
+int main(int argc, char** argv) {
+  NifDevice device = NULL;
+  NifAsset asset = NULL;
+  NifScene scene = NULL;
+  NifJob job = NULL;
+  NifAssetInfo about = {.struct_size = sizeof(about)};
+  NifObjectInfo object = {.struct_size = sizeof(object)};
+  NifSceneInfo info = {.struct_size = sizeof(info)};
+  NifRay rays[kRays];
+  NifQuery query;
+  uint8_t visible[kRays], bits[(kRays + 7) / 8], one;
+  int i, axis;
+
+  CHECK(argc == 2);
+  CHECK(nifGetVersion() == NIF_VERSION);
+  CHECK(strcmp(nifGetErrorMessage(), "") == 0);
+  CHECK(nifNewDevice("threads=2,isa=auto,backend=cpu", NULL, &device) == NIF_OK);
+  CHECK(nifLoadAssetFile(device, "no such file", NIF_LOAD_READ, &asset) == NIF_ERROR_FILE_NOT_FOUND);
+  CHECK(strstr(nifGetErrorMessage(), "no such file") != NULL);
+  CHECK(nifLoadAssetFile(device, argv[1], NIF_LOAD_MAP, &asset) == NIF_OK);
+  CHECK(nifGetAssetInfo(asset, &about) == NIF_OK && about.object_count == 3);
+  CHECK(nifGetObjectInfo(asset, 0, &object) == NIF_OK && strcmp(object.name, "object 0") == 0);
+  CHECK(nifNewScene(device, &scene) == NIF_OK);
+  CHECK(nifAddAsset(scene, asset, NULL, NULL, NULL) == NIF_OK);
+  CHECK(nifCommitScene(scene) == NIF_OK);
+  CHECK(nifGetSceneInfo(scene, &info) == NIF_OK && info.instance_count == about.instance_count);
+  nifReleaseAsset(asset);
+  nifReleaseDevice(device);
+
+  for (i = 0; i < kRays; ++i) {
+    for (axis = 0; axis < 3; ++axis) {
+      rays[i].origin[axis] = info.bounds_min[axis] - 1;
+      rays[i].direction[axis] = (info.bounds_max[axis] - rays[i].origin[axis]) * (float)(1 + (i + axis) % 5);
+    }
+    rays[i].tmin = 0;
+    rays[i].tmax = 1;
+  }
+  query = nifQueryRays(rays, kRays);
+  query.visible = visible;
+  query.visible_bits = bits;
+  CHECK(nifQuery(scene, &query) == NIF_OK);
+  for (i = 0; i < kRays; ++i) {
+    CHECK(visible[i] <= 1);
+    CHECK(visible[i] == ((bits[i / 8] >> (i % 8)) & 1));
+    CHECK(nifQueryRay(scene, &rays[i], &one) == NIF_OK && one == visible[i]);
+  }
+  CHECK(nifQueryAsync(scene, &query, &job) == NIF_ERROR_NOT_AVAILABLE);
+  nifReleaseJob(job);
+  nifReleaseScene(scene);
+  return 0;
+}

@@ -1,0 +1,110 @@
+// What the runtime's tests share: an encoded random asset, and the reference's answers to compare with.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <nif/nif.hpp>
+
+#include <memory>
+#include <vector>
+
+#include "formats/nif/reader.hpp"
+#include "formats/nif/writer.hpp"
+#include "tests/support/random_asset.hpp"
+
+namespace nif::test {
+
+inline constexpr std::array<float, 12> kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+/// An asset in memory with its views, and handles to the same bytes through the runtime.
+class RuntimeTest : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_EQ(nifNewDevice(nullptr, nullptr, &device_), NIF_OK); }
+  void TearDown() override {
+    for (const NifScene scene : scenes_) nifReleaseScene(scene);
+    for (const NifAsset asset : assets_) nifReleaseAsset(asset);
+    nifReleaseDevice(device_);
+  }
+
+  const format::AssetView& make(uint64_t seed, const RandomAssetOptions& options = {}) {
+    file_ = format::encode(random_asset(seed, options));
+    view_ = std::make_unique<format::AssetView>(format::read_asset(file_, "file"));
+    return *view_;
+  }
+  NifAsset load() {
+    NifAsset asset = nullptr;
+    EXPECT_EQ(nifLoadAssetMemory(device_, file_.data(), file_.size(), NIF_MEMORY_COPY, &asset), NIF_OK)
+        << nifGetErrorMessage();
+    assets_.push_back(asset);
+    return asset;
+  }
+  NifScene new_scene() {
+    NifScene scene = nullptr;
+    EXPECT_EQ(nifNewScene(device_, &scene), NIF_OK);
+    scenes_.push_back(scene);
+    return scene;
+  }
+  NifScene scene_of(NifAsset asset, uint32_t object, const float* transform = nullptr) {
+    const NifScene scene = new_scene();
+    EXPECT_EQ(nifAddInstance(scene, asset, object, transform, nullptr), NIF_OK) << nifGetErrorMessage();
+    EXPECT_EQ(nifCommitScene(scene), NIF_OK);
+    return scene;
+  }
+
+  NifDevice device_ = nullptr;
+  std::vector<std::byte> file_;
+  std::unique_ptr<format::AssetView> view_;
+  std::vector<NifAsset> assets_;
+  std::vector<NifScene> scenes_;
+};
+
+inline NifRay to_ray(const kernels::Segment& s) {
+  return {{s.origin[0], s.origin[1], s.origin[2]},
+          s.tmin,
+          {s.direction[0], s.direction[1], s.direction[2]},
+          s.tmax};
+}
+
+inline std::vector<NifRay> random_rays(Random& random, const kernels::SegmentField& field, size_t count) {
+  std::vector<NifRay> rays;
+  while (rays.size() < count) rays.push_back(to_ray(random_segment(random, field)));
+  return rays;
+}
+
+inline kernels::Segment to_segment(const NifRay& r) {
+  return {{r.origin[0], r.origin[1], r.origin[2]},
+          {r.direction[0], r.direction[1], r.direction[2]},
+          r.tmin,
+          r.tmax};
+}
+
+/// All outputs of one query, in arrays of their exact lengths.
+struct Answers {
+  explicit Answers(size_t count)
+      : visible(count, 0xcc),
+        bits((count + 7) / 8, 0xcc),
+        certain(count, 0xcc),
+        probability(count, -1),
+        logit(count) {}
+  void ask(NifQuery& query) {
+    query.visible = visible.data();
+    query.visible_bits = bits.data();
+    query.certain = certain.data();
+    query.probability = probability.data();
+    query.logit = logit.data();
+  }
+  bool operator==(const Answers&) const = default;
+
+  std::vector<uint8_t> visible, bits, certain;
+  std::vector<float> probability;
+  std::vector<int32_t> logit;
+};
+
+inline Answers query_all(NifScene scene, const std::vector<NifRay>& rays) {
+  Answers answers(rays.size());
+  NifQuery query = nifQueryRays(rays.data(), rays.size());
+  answers.ask(query);
+  EXPECT_EQ(nifQuery(scene, &query), NIF_OK) << nifGetErrorMessage();
+  return answers;
+}
+
+}  // namespace nif::test

@@ -1,0 +1,222 @@
+// Instances: transforms take rays to object space, and several answers become one as nif.h says.
+#include <cmath>
+
+#include "tests/runtime/runtime_fixture.hpp"
+
+namespace nif::test {
+namespace {
+
+using Matrix = std::array<float, 12>;
+
+class Scenes : public RuntimeTest {};
+
+/// The ray through the transform, exactly where its numbers are powers of two or permutations.
+NifRay moved(const NifRay& ray, const Matrix& m) {
+  NifRay result = ray;
+  for (size_t row = 0; row < 3; ++row) {
+    double o = double(m[4 * row + 3]), d = 0;
+    for (size_t k = 0; k < 3; ++k) {
+      o += double(m[4 * row + k]) * double(ray.origin[k]);
+      d += double(m[4 * row + k]) * double(ray.direction[k]);
+    }
+    result.origin[row] = static_cast<float>(o);
+    result.direction[row] = static_cast<float>(d);
+  }
+  return result;
+}
+
+TEST_F(Scenes, TransformsKeepAnswers) {
+  // Exact in binary floating point: scaling by powers of two, mirrors, quarter turns.
+  const Matrix transforms[] = {{2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0},        // uniform
+                               {0.5f, 0, 0, 0, 0, 4, 0, 0, 0, 0, 2, 0},     // not
+                               {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},       // mirror
+                               {0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0},       // quarter turn
+                               {0, 0, -8, 0, 0.25f, 0, 0, 0, 0, 1, 0, 0}};  // all of it
+  for (uint64_t seed = 0; seed < 4; ++seed) {
+    const format::AssetView& view = make(seed);
+    const NifAsset asset = load();
+    Random random(seed);
+    const auto rays = random_rays(random, view.objects[0].field, 1000);
+    const Answers plain = query_all(scene_of(asset, 0), rays);
+    for (const Matrix& transform : transforms) {
+      std::vector<NifRay> world;
+      for (const NifRay& ray : rays) world.push_back(moved(ray, transform));
+      const Answers answers = query_all(scene_of(asset, 0, transform.data()), world);
+      EXPECT_EQ(answers.visible, plain.visible);
+      EXPECT_EQ(answers.logit, plain.logit);
+      EXPECT_EQ(answers.certain, plain.certain);
+    }
+  }
+}
+
+TEST_F(Scenes, GeneralTransformsAlmostKeepAnswers) {
+  uint64_t different = 0, certain = 0, asked = 0;
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    const format::AssetView& view = make(seed);
+    const NifAsset asset = load();
+    Random random(seed);
+    Matrix transform = kIdentity;
+    for (size_t k = 0; k < 12; ++k) transform[k] += random.between(-0.4f, 0.4f) + (k % 4 == 3 ? 50.0f : 0.0f);
+    const auto rays = random_rays(random, view.objects[1].field, 1000);
+    std::vector<NifRay> world;
+    for (const NifRay& ray : rays) world.push_back(moved(ray, transform));
+    const Answers plain = query_all(scene_of(asset, 1), rays);
+    const Answers answers = query_all(scene_of(asset, 1, transform.data()), world);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      ++asked;
+      certain += answers.certain[i];
+      different += answers.visible[i] != plain.visible[i];
+    }
+  }
+  EXPECT_LT(different, asked / 20);  // random features and networks are far from smooth
+  EXPECT_GT(certain, asked / 4);
+}
+
+TEST_F(Scenes, NothingIsCertainWherePrecisionIsLost) {
+  const format::AssetView& view = make(3);
+  const NifAsset asset = load();
+  Random random(3);
+  const auto rays = random_rays(random, view.objects[0].field, 500);
+  const auto certain_with = [&](const Matrix& transform, const Matrix& of_rays) {
+    std::vector<NifRay> world;
+    for (const NifRay& ray : rays) world.push_back(moved(ray, of_rays));
+    const Answers answers = query_all(scene_of(asset, 0, transform.data()), world);
+    return std::count(answers.certain.begin(), answers.certain.end(), 1);
+  };
+  const auto before = certain_with(kIdentity, kIdentity);
+  EXPECT_GT(before, 0);
+  // Far from the world's origin, with the instance: as good as there.
+  const Matrix far{1, 0, 0, 1024, 0, 1, 0, 0, 0, 0, 1, 0};
+  EXPECT_GT(certain_with(far, far), before / 2);
+  // Rays from afar, a needle, a matrix with almost no inverse: an answer, but no promise.
+  const Matrix away{1, 0, 0, 1e6f, 0, 1, 0, 0, 0, 0, 1, 0}, needle{1e4f, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+      skewed{1, 1, 0, 0, 1, 1.0000005f, 0, 0, 0, 0, 1, 0};
+  for (const Matrix& bad : {needle, skewed}) EXPECT_EQ(certain_with(bad, kIdentity), 0);
+  EXPECT_EQ(certain_with(far, away), 0);
+}
+
+TEST_F(Scenes, SeveralInstancesCombine) {
+  uint64_t mixed = 0;
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    const format::AssetView& view = make(seed);
+    const NifAsset asset = load();
+    const NifScene whole = new_scene();
+    std::vector<NifScene> single;
+    for (uint32_t object = 0; object < view.objects.size(); ++object) {
+      // All at the same place and about the same size, so that many rays meet several.
+      const kernels::SegmentField &field = view.objects[object].field, &first = view.objects[0].field;
+      const float scale = std::exp2(std::round(std::log2(field.voxels_per_unit / first.voxels_per_unit)));
+      const Matrix transform{scale, 0,     0,     first.origin[0] - scale * field.origin[0],
+                             0,     scale, 0,     first.origin[1] - scale * field.origin[1],
+                             0,     0,     scale, first.origin[2] - scale * field.origin[2]};
+      ASSERT_EQ(nifAddInstance(whole, asset, object, transform.data(), nullptr), NIF_OK);
+      single.push_back(scene_of(asset, object, transform.data()));
+    }
+    ASSERT_EQ(nifCommitScene(whole), NIF_OK);
+    Random random(seed);
+    const auto rays = random_rays(random, view.objects[0].field, 500);
+    const Answers answers = query_all(whole, rays);
+    std::vector<Answers> alone;
+    for (const NifScene scene : single) alone.push_back(query_all(scene, rays));
+    for (size_t i = 0; i < rays.size(); ++i) {
+      bool visible = true, all_certain = true, certainly_occluded = false;
+      int32_t logit = NIF_LOGIT_CERTAIN;
+      float probability = 1;
+      for (const Answers& one : alone) {
+        visible = visible && one.visible[i];
+        all_certain = all_certain && one.certain[i];
+        certainly_occluded = certainly_occluded || (one.certain[i] && !one.visible[i]);
+        logit = std::min(logit, one.logit[i]);
+        probability *= one.probability[i];
+      }
+      ASSERT_EQ(answers.visible[i], visible);
+      ASSERT_EQ(answers.certain[i], certainly_occluded || (visible && all_certain));
+      ASSERT_EQ(answers.logit[i], logit);
+      ASSERT_FLOAT_EQ(answers.probability[i], probability);
+      if (certainly_occluded) {
+        ASSERT_EQ(answers.probability[i], 0.0f);
+      }
+      mixed += certainly_occluded && !all_certain;
+    }
+  }
+  EXPECT_GT(mixed, 0u);
+}
+
+TEST_F(Scenes, WholeAssets) {
+  const format::AssetView& view = make(5);
+  const NifAsset asset = load();
+  const Matrix outer{2, 0, 0, 3, 0, 0, -1, 1, 0, 1, 0, -2};
+  const NifScene whole = new_scene(), parts = new_scene();
+  ASSERT_EQ(nifAddInstance(whole, asset, 2, nullptr, nullptr), NIF_OK);
+  ASSERT_EQ(nifAddInstance(parts, asset, 2, nullptr, nullptr), NIF_OK);
+  uint32_t first = 99, count = 99;
+  ASSERT_EQ(nifAddAsset(whole, asset, outer.data(), &first, &count), NIF_OK);
+  EXPECT_EQ(first, 1u);
+  EXPECT_EQ(count, view.instances.size());
+  for (const format::InstanceView& placed : view.instances) {
+    Matrix combined;
+    for (size_t row = 0; row < 3; ++row)
+      for (size_t column = 0; column < 4; ++column) {
+        double sum = column == 3 ? double(outer[4 * row + 3]) : 0.0;
+        for (size_t k = 0; k < 3; ++k)
+          sum += double(outer[4 * row + k]) * double(placed.transform[4 * k + column]);
+        combined[4 * row + column] = static_cast<float>(sum);
+      }
+    ASSERT_EQ(nifAddInstance(parts, asset, placed.object, combined.data(), nullptr), NIF_OK);
+  }
+  ASSERT_EQ(nifCommitScene(whole), NIF_OK);
+  ASSERT_EQ(nifCommitScene(parts), NIF_OK);
+  Random random(5);
+  const auto rays = random_rays(random, view.objects[2].field, 500);
+  EXPECT_EQ(query_all(whole, rays), query_all(parts, rays));
+
+  // Without instances of its own, each object once.
+  RandomAssetOptions options;
+  options.instances = 0;
+  make(6, options);
+  const NifScene bare = new_scene();
+  ASSERT_EQ(nifAddAsset(bare, load(), nullptr, &first, &count), NIF_OK);
+  EXPECT_EQ(first, 0u);
+  EXPECT_EQ(count, 3u);
+}
+
+TEST_F(Scenes, MovingAnInstance) {
+  const format::AssetView& view = make(7);
+  const NifAsset asset = load();
+  const Matrix there{0, -1, 0, 2, 1, 0, 0, 0, 0, 0, 3, 0};
+  Random random(7);
+  const auto rays = random_rays(random, view.objects[0].field, 500);
+  const NifScene scene = scene_of(asset, 0);
+  const Answers at_home = query_all(scene, rays);
+  ASSERT_EQ(nifSetInstanceTransform(scene, 0, there.data()), NIF_OK);
+  ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+  EXPECT_EQ(query_all(scene, rays), query_all(scene_of(asset, 0, there.data()), rays));
+  ASSERT_EQ(nifSetInstanceTransform(scene, 0, nullptr), NIF_OK);
+  ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+  EXPECT_EQ(query_all(scene, rays), at_home);
+}
+
+TEST_F(Scenes, BoundsAndBytes) {
+  const format::AssetView& view = make(8);
+  const NifAsset asset = load();
+  const NifScene scene = new_scene();
+  auto info = nifkit::sized<NifSceneInfo>();
+  ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+  ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
+  EXPECT_GT(info.bounds_min[0], info.bounds_max[0]);
+  const Matrix mirrored{-2, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0};
+  for (int i = 0; i < 1000; ++i) ASSERT_EQ(nifAddInstance(scene, asset, 0, mirrored.data(), nullptr), NIF_OK);
+  ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
+  EXPECT_EQ(info.committed, 0u);
+  ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+  ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
+  EXPECT_EQ(info.committed, 1u);
+  EXPECT_EQ(info.instance_count, 1000u);
+  EXPECT_LT(info.resident_bytes, 1000 * 2 * 128u);
+  EXPECT_FLOAT_EQ(info.bounds_min[0], -2 * view.objects[0].aabb_max[0] + 1);
+  EXPECT_FLOAT_EQ(info.bounds_max[0], -2 * view.objects[0].aabb_min[0] + 1);
+  EXPECT_FLOAT_EQ(info.bounds_max[1], view.objects[0].aabb_max[1]);
+}
+
+}  // namespace
+}  // namespace nif::test

@@ -1,0 +1,75 @@
+// Many threads query one scene, load assets and fail at the same time; meant for the thread sanitizer.
+#include <atomic>
+#include <string>
+#include <thread>
+
+#include "tests/runtime/runtime_fixture.hpp"
+
+namespace nif::test {
+namespace {
+
+class Threads : public RuntimeTest {};
+
+TEST_F(Threads, QueryOneScene) {
+  const format::AssetView& view = make(1);
+  const NifScene scene = new_scene();
+  ASSERT_EQ(nifAddAsset(scene, load(), nullptr, nullptr, nullptr), NIF_OK);
+  ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+  Random random(1);
+  const auto rays = random_rays(random, view.objects[0].field, 2000);
+  const Answers expected = query_all(scene, rays);
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&] {
+      for (int round = 0; round < 3; ++round) wrong += !(query_all(scene, rays) == expected);
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(Threads, ShareDeviceAndAsset) {
+  const format::AssetView& view = make(2);
+  const NifAsset shared = load();
+  Random random(2);
+  const auto rays = random_rays(random, view.objects[0].field, 200);
+  const Answers expected = query_all(scene_of(shared, 0), rays);
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&] {
+      for (int round = 0; round < 20; ++round) {
+        NifAsset own = nullptr;
+        NifScene scene = nullptr;
+        wrong += nifLoadAssetMemory(device_, file_.data(), file_.size(), NIF_MEMORY_COPY, &own) != NIF_OK;
+        wrong += nifNewScene(device_, &scene) != NIF_OK;
+        wrong += nifAddInstance(scene, round % 2 ? own : shared, 0, nullptr, nullptr) != NIF_OK;
+        wrong += nifCommitScene(scene) != NIF_OK;
+        nifReleaseAsset(own);
+        wrong += !(query_all(scene, rays) == expected);
+        nifReleaseScene(scene);
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(Threads, EachHasItsOwnMessage) {
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&, t] {
+      wrong += std::string(nifGetErrorMessage()) != "";
+      const std::string path = "nowhere/" + std::to_string(t) + ".nif";
+      for (int round = 0; round < 100; ++round) {
+        NifAsset asset = nullptr;
+        wrong += nifLoadAssetFile(device_, path.c_str(), NIF_LOAD_READ, &asset) != NIF_ERROR_FILE_NOT_FOUND;
+        wrong += std::string(nifGetErrorMessage()).find(path) != 0;
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+}  // namespace
+}  // namespace nif::test

@@ -1,0 +1,58 @@
+// nif.hpp: the same answers with handles that release themselves and errors that are thrown.
+#include "tests/runtime/runtime_fixture.hpp"
+
+namespace nif::test {
+namespace {
+
+class Wrapper : public RuntimeTest {};
+
+TEST_F(Wrapper, LoadsAndQueries) {
+  const format::AssetView& view = make(1);
+  nifkit::Device device("threads=1");
+  nifkit::Scene scene(device);
+  {
+    const nifkit::Asset asset = nifkit::Asset::copy(device, file_);
+    EXPECT_EQ(asset.info().object_count, 3u);
+    EXPECT_STREQ(asset.object(1).name, "object 1 \u00e9");
+    EXPECT_STREQ(asset.instance(0).name, "instance 0");
+    EXPECT_EQ(asset.metadata(), view.metadata);
+    EXPECT_EQ(scene.add(asset, 0, kIdentity), 0u);
+    EXPECT_EQ(scene.add(asset), 1u);
+    EXPECT_EQ(scene.add(asset, kIdentity), 5u);
+    scene.set_transform(0, kIdentity);
+  }
+  nifkit::Scene copy = scene;
+  device = nifkit::Device();
+  scene.commit();
+  EXPECT_EQ(copy.info().committed, 1u);
+  Random random(1);
+  const auto rays = random_rays(random, view.objects[0].field, 99);
+  const Answers expected = query_all(scene.get(), rays);
+  Answers answers(rays.size());
+  copy.query(nifkit::rays(rays)
+                 .visible(answers.visible)
+                 .visible_bits(answers.bits)
+                 .certain(answers.certain)
+                 .probability(answers.probability)
+                 .logit(answers.logit));
+  EXPECT_EQ(answers, expected);
+  EXPECT_EQ(copy.visible(rays[5]), expected.visible[5] == 1);
+}
+
+TEST_F(Wrapper, Throws) {
+  const nifkit::Device device;
+  try {
+    nifkit::Asset::load(device, "nowhere.nif");
+    FAIL();
+  } catch (const nifkit::Error& error) {
+    EXPECT_EQ(error.code(), NIF_ERROR_FILE_NOT_FOUND);
+    EXPECT_STREQ(error.what(), "nowhere.nif: there is no such file");
+  }
+  const std::vector<NifRay> rays(9);
+  std::vector<uint8_t> bits(1);
+  EXPECT_THROW(nifkit::rays(rays).visible_bits(bits), nifkit::Error);
+  EXPECT_THROW(nifkit::Device("isa=none"), nifkit::Error);
+}
+
+}  // namespace
+}  // namespace nif::test
