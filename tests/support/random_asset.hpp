@@ -55,7 +55,7 @@ inline format::Network random_network(Random& random, uint32_t inputs) {
 /// Solid balls in a box: voxels inside, outside and between, some of them unknown.
 inline void fill_occupancy(Random& random, format::Object& object) {
   using kernels::VoxelState;
-  const auto [nx, ny, nz] = object.voxels;
+  const uint32_t nx = object.voxels[0], ny = object.voxels[1], nz = object.voxels[2];
   float centre[3];
   for (size_t a = 0; a < 3; ++a) centre[a] = random.unit() * static_cast<float>(object.voxels[a]);
   const float radius = random.between(0.2f, 0.6f) * static_cast<float>(std::max({nx, ny, nz}));

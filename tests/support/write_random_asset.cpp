@@ -1,0 +1,29 @@
+// write_random_asset SEED FILE [VOXELS]: a small asset, of at most VOXELS along an axis, for tests that need
+// one as a file.
+#include <cstdio>
+#include <cstdlib>
+
+#include "formats/nif/writer.hpp"
+#include "formats/output_file.hpp"
+#include "formats/status.hpp"
+#include "tests/support/random_asset.hpp"
+
+int main(int argc, char** argv) {
+  if (argc != 3 && argc != 4) {
+    std::fprintf(stderr, "usage: write_random_asset SEED FILE [VOXELS]\n");
+    return int(nif::Status::usage);
+  }
+  const uint64_t seed = std::strtoull(argv[1], nullptr, 10);
+  nif::test::RandomAssetOptions options;
+  if (argc == 4) {
+    options.max_voxels = uint32_t(std::max(1, std::atoi(argv[3])));
+    options.objects = 1 + uint32_t(seed % 3);
+    options.instances = uint32_t(seed % 4);
+  }
+  try {
+    nif::write_output(argv[2], nif::format::encode(nif::test::random_asset(seed, options)));
+  } catch (const nif::Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return int(error.status());
+  }
+}
