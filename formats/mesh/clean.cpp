@@ -62,7 +62,11 @@ std::vector<uint32_t> weld(const Mesh& mesh, CleanMesh& out) {
     const uint32_t next = static_cast<uint32_t>(out.positions.size());
     welded[v] = seen.insert(mix(key[0], key[1], key[2]), next,
                             [&](uint32_t other) { return bits(out.positions[other]) == key; });
-    welded[v] == next ? out.positions.push_back(p) : void(++out.report.welded_positions);
+    if (welded[v] == next) {
+      out.positions.push_back(p);
+    } else {
+      ++out.report.welded_positions;
+    }
   }
   return welded;
 }
@@ -108,7 +112,11 @@ CleanMesh clean(const Mesh& mesh) {
     out.triangles.reserve(distinct.size() - out.slivers.size());
     size_t sliver = 0;
     for (const Triangle& t : distinct) {
-      sliver < out.slivers.size() && t == out.slivers[sliver] ? void(++sliver) : out.triangles.push_back(t);
+      if (sliver < out.slivers.size() && t == out.slivers[sliver]) {
+        ++sliver;
+      } else {
+        out.triangles.push_back(t);
+      }
     }
   }
   if (out.triangles.empty()) {

@@ -20,8 +20,8 @@ struct CleanMesh {
   std::vector<Triangle> triangles;  ///< with an area, each once, in the order of the mesh; a triangle and its
                                     ///< opposite-facing twin are both kept
   std::vector<Triangle> slivers;    ///< three distinct but exactly collinear vertices, each once. They hide
-                                  ///< nothing, but a test for closure must count their edges: without them,
-                                  ///< the edges of their neighbours look open.
+                                    ///< nothing, but a test for closure must count their edges: without them,
+                                    ///< the edges of their neighbours look open.
   CleanReport report;
 };
 

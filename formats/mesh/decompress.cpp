@@ -15,7 +15,8 @@ namespace {
 
 class Output {
  public:
-  Output(const std::string& name, uint64_t limit) : name_(name), limit_(limit) {}
+  Output(const std::string& name, uint64_t limit)
+      : name_(name), limit_(std::min(limit, std::numeric_limits<uint64_t>::max() - 1)) {}
 
   /// Makes room for at least one more byte, or refuses.
   void grow(size_t first_guess) {

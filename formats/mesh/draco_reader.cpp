@@ -3,7 +3,10 @@
 #include <draco/mesh/mesh.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstring>
 #include <limits>
+#include <type_traits>
 
 #include "formats/mesh/readers.hpp"
 
@@ -18,12 +21,72 @@ std::string name_in(const draco::Mesh& decoded) {
   return name;
 }
 
+/// Reads positions straight from the decoded bytes. Draco's own conversion looks at a flag of the attribute
+/// that damaged files leave in a state that no bool may have.
+class Positions {
+ public:
+  Positions(const draco::PointAttribute& source, bool normalized)
+      : source_(source), normalized_(normalized) {}
+
+  bool valid() const {
+    const int64_t size = int64_t{3} * draco::DataTypeLength(source_.data_type());
+    return source_.num_components() == 3 && size > 0 && source_.byte_stride() >= size &&
+           source_.byte_offset() >= 0 && source_.buffer() != nullptr &&
+           static_cast<uint64_t>(source_.byte_offset()) + uint64_t{source_.size()} * source_.byte_stride() <=
+               source_.buffer()->data_size();
+  }
+
+  bool read(draco::PointIndex point, Float3& out) const {
+    const draco::AttributeValueIndex value = source_.mapped_index(point);
+    if (value.value() >= source_.size()) return false;
+    const uint8_t* at = source_.buffer()->data() + source_.GetBytePos(value);
+    switch (source_.data_type()) {
+      case draco::DT_INT8:
+        return convert<int8_t>(at, out);
+      case draco::DT_UINT8:
+        return convert<uint8_t>(at, out);
+      case draco::DT_INT16:
+        return convert<int16_t>(at, out);
+      case draco::DT_UINT16:
+        return convert<uint16_t>(at, out);
+      case draco::DT_INT32:
+        return convert<int32_t>(at, out);
+      case draco::DT_UINT32:
+        return convert<uint32_t>(at, out);
+      case draco::DT_FLOAT32:
+        return convert<float>(at, out);
+      case draco::DT_FLOAT64:
+        return convert<double>(at, out);
+      default:
+        return false;
+    }
+  }
+
+ private:
+  template <class T>
+  bool convert(const uint8_t* at, Float3& out) const {
+    for (float& x : out) {
+      T value;
+      std::memcpy(&value, at, sizeof value);
+      at += sizeof value;
+      x = static_cast<float>(value);
+      if (std::is_integral_v<T> && normalized_) {
+        x = std::max(x / static_cast<float>(std::numeric_limits<T>::max()), -1.0f);
+      }
+    }
+    return true;
+  }
+
+  const draco::PointAttribute& source_;
+  bool normalized_;
+};
+
 }  // namespace
 
-void append_draco(const Input& input, std::string_view bytes, int position_id, const std::string& where,
-                  Mesh& mesh) {
+void append_draco(const Input& input, const DracoData& data, Mesh& mesh) {
+  const std::string& where = data.where;
   draco::DecoderBuffer buffer;
-  buffer.Init(bytes.data(), bytes.size());
+  buffer.Init(data.bytes.data(), data.bytes.size());
   const auto type = draco::Decoder::GetEncodedGeometryType(&buffer);
   if (!type.ok()) {
     input.fail(Status::malformed_mesh, fmt::format("{} has no valid Draco header", where));
@@ -37,10 +100,10 @@ void append_draco(const Input& input, std::string_view bytes, int position_id, c
                                                    decoded.status().error_msg_string()));
   }
   const draco::Mesh& source = *decoded.value();
-  const draco::PointAttribute* positions =
-      position_id < 0 ? source.GetNamedAttribute(draco::GeometryAttribute::POSITION)
-                      : source.GetAttributeByUniqueId(static_cast<uint32_t>(position_id));
-  if (positions == nullptr || positions->num_components() != 3) {
+  const draco::PointAttribute* attribute =
+      data.position_id < 0 ? source.GetNamedAttribute(draco::GeometryAttribute::POSITION)
+                           : source.GetAttributeByUniqueId(static_cast<uint32_t>(data.position_id));
+  if (attribute == nullptr || !Positions(*attribute, data.normalized).valid()) {
     input.fail(Status::malformed_mesh, fmt::format("{} has no positions of three components", where));
   }
   check_triangle_limit(input, mesh.triangles.size() + source.num_faces());
@@ -50,11 +113,11 @@ void append_draco(const Input& input, std::string_view bytes, int position_id, c
   }
   if (mesh.name.empty()) mesh.name = name_in(source);
 
+  const Positions positions(*attribute, data.normalized);
   mesh.positions.reserve(base + source.num_points());
   for (draco::PointIndex p(0); p < source.num_points(); ++p) {
-    Float3 position{};
-    const draco::AttributeValueIndex value = positions->mapped_index(p);
-    if (value.value() >= positions->size() || !positions->ConvertValue<float, 3>(value, position.data())) {
+    Float3 position;
+    if (!positions.read(p, position)) {
       input.fail(Status::malformed_mesh, fmt::format("{} has no position for vertex {}", where, p.value()));
     }
     mesh.positions.push_back(position);
@@ -77,7 +140,7 @@ void append_draco(const Input& input, std::string_view bytes, int position_id, c
 
 Scene read_draco(const Input& input) {
   Mesh mesh;
-  append_draco(input, input.bytes, -1, "the Draco data", mesh);
+  append_draco(input, {.bytes = input.bytes, .where = "the Draco data"}, mesh);
   if (mesh.name.empty()) mesh.name = input.stem;
   std::vector<Mesh> meshes;
   meshes.push_back(std::move(mesh));

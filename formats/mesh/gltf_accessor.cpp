@@ -137,6 +137,8 @@ GltfData::Elements GltfData::elements(int accessor, int buffer_view, uint64_t of
   return {bytes.data() + (layout.count == 0 ? 0 : offset), stride};
 }
 
+bool GltfData::normalized(int index) const { return find(input_, model_, index).normalized; }
+
 std::vector<Float3> GltfData::positions(int index) const {
   const tinygltf::Accessor& accessor = find(input_, model_, index);
   const int type = accessor.componentType;

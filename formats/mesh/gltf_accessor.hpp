@@ -20,6 +20,7 @@ class GltfData {
 
   std::vector<Float3> positions(int accessor) const;  ///< of float or quantised integer components
   std::vector<uint32_t> indices(int accessor) const;
+  bool normalized(int accessor) const;
   std::string_view view(int buffer_view) const;  ///< the bytes of a buffer view
 
  private:

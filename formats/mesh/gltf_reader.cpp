@@ -61,7 +61,7 @@ class MeshReader {
     }
     morphs_ |= !primitive.targets.empty();
     if (const auto draco = primitive.extensions.find(kDraco); draco != primitive.extensions.end()) {
-      read_draco_primitive(draco->second, number);
+      read_draco_primitive(primitive, draco->second, number);
       return;
     }
     const auto position = primitive.attributes.find("POSITION");
@@ -125,14 +125,21 @@ class MeshReader {
     }
   }
 
-  void read_draco_primitive(const tinygltf::Value& extension, size_t number) {
+  void read_draco_primitive(const tinygltf::Primitive& primitive, const tinygltf::Value& extension,
+                            size_t number) {
     const tinygltf::Value& view = extension.Get("bufferView");
     const tinygltf::Value& position = extension.Get("attributes").Get("POSITION");
-    if (!view.IsInt() || !position.IsInt() || position.Get<int>() < 0) {
+    const auto accessor = primitive.attributes.find("POSITION");
+    if (!view.IsInt() || !position.IsInt() || position.Get<int>() < 0 ||
+        accessor == primitive.attributes.end()) {
       fail(number, "has Draco data without a buffer view and positions");
     }
-    append_draco(input_, data_.view(view.Get<int>()), position.Get<int>(),
-                 fmt::format("the Draco data of primitive {} of mesh {}", number, index_), mesh_);
+    append_draco(input_,
+                 {.bytes = data_.view(view.Get<int>()),
+                  .where = fmt::format("the Draco data of primitive {} of mesh {}", number, index_),
+                  .position_id = position.Get<int>(),
+                  .normalized = data_.normalized(accessor->second)},
+                 mesh_);
   }
 
   [[noreturn]] void fail(size_t number, const std::string& reason) const {

@@ -2,7 +2,7 @@
 //
 // Our own, because the reader of OpenMesh 9 cannot be guarded from outside. It assumes that the list of
 // corners is a face's first and only list: the "texcoord" list that MeshLab adds shifts everything after it,
-// silently. It takes the byte after a header that ends in a comment for data. It dereferences nothing where a
+// silently. It loses the first byte of binary data where the header ends in a comment, crashes where a
 // property precedes the first element, reads for ever where 'end_header' is missing, and keeps its state in
 // globals.
 #include <fmt/format.h>

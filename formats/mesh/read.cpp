@@ -89,12 +89,14 @@ uint64_t hash(std::string_view main, const std::vector<std::string>& external) {
 
 Scene read_checked(const std::filesystem::path& file, const ReadLimits& limits) {
   const ByteBuffer bytes = decompress(load_file(file, limits.max_decompressed_bytes), file, limits);
-  const Input input = describe(file, bytes.view(), limits);
+  Input input = describe(file, bytes.view(), limits);
   refuse_strangers(input);
+  // A byte order mark would hide the first word of a text.
+  if (input.bytes.starts_with("\xEF\xBB\xBF")) input.bytes.remove_prefix(3);
   std::vector<std::string> external;
   Scene scene = read_format(input, external);
   check(input, scene);
-  scene.source_hash = hash(input.bytes, external);
+  scene.source_hash = hash(bytes.view(), external);
   return scene;
 }
 

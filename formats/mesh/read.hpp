@@ -14,15 +14,16 @@ struct ReadLimits {
   uint64_t max_triangles = 500'000'000;
 };
 
-/// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf, with KHR_draco_mesh_compression) or DRC (Draco), each also as
+/// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf, with KHR_draco_mesh_compression) or DRC (Draco), each also
+/// as
 /// `.gz` or `.zst`. The format is told by content where it has a signature, else by extension.
 /// Polygons are triangulated; several meshes in one file become several meshes with instances.
 ///
-/// The result is checked: every index in range, every position that a triangle uses finite, at least one triangle
-/// in all. Meshes without triangles are left out.
-/// Degenerate and duplicate triangles are kept (clean() removes them, with a count).
+/// The result is checked: every index in range, every position that a triangle uses finite, at least one
+/// triangle in all. Meshes without triangles are left out. Degenerate and duplicate triangles are kept
+/// (clean() removes them, with a count).
 ///
-/// Safe on untrusted input. Throws nif::Error with a sentence that names the file and the place.
+/// Thread-safe; safe on untrusted input. Throws nif::Error with a sentence that names the file and the place.
 Scene read(const std::filesystem::path& file, const ReadLimits& limits = {});
 
 }  // namespace nif::mesh

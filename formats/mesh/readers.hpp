@@ -21,10 +21,16 @@ Scene read_gltf(const Input& input, std::vector<std::string>& external);
 /// True where the bytes can only be an STL file, text or binary.
 bool looks_like_stl(std::string_view bytes);
 
-/// Decodes a Draco mesh and appends it to `mesh`. `position_id` is the unique id of the attribute to read, or
-/// -1 for the one that Draco itself calls the position. `where` begins the reason of a refusal.
-void append_draco(const Input& input, std::string_view bytes, int position_id, const std::string& where,
-                  Mesh& mesh);
+struct DracoData {
+  std::string_view bytes;
+  std::string where;  ///< begins the reason of a refusal
+  int position_id =
+      -1;  ///< unique id of the attribute to read; -1 for the one that is marked as the position
+  bool normalized = false;  ///< integer components stand for fractions
+};
+
+/// Decodes a Draco mesh and appends it to `mesh`.
+void append_draco(const Input& input, const DracoData& data, Mesh& mesh);
 
 /// A scene of meshes that each stand once, untransformed. Meshes without triangles are left out.
 Scene scene_of(std::vector<Mesh> meshes);

@@ -228,6 +228,12 @@ TEST(Off, ReadsVariantsAndSkipsAttributes) {
   }
 }
 
+TEST(Formats, AByteOrderMarkHidesNothing) {
+  const std::string mark = "\xEF\xBB\xBF", text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  EXPECT_EQ(read_one("a.obj", mark + text).meshes[0].positions.size(), 3u);
+  EXPECT_EQ(read_one("a.gltf", mark + gltf_of(cube()).embedded()).meshes[0].triangles.size(), 12u);
+}
+
 TEST(Formats, NonFiniteVerticesThatNothingUsesAreIgnored) {
   const Scene scene = read_one("a.obj", "v nan 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4\n");
   EXPECT_EQ(scene.meshes[0].triangles.size(), 1u);

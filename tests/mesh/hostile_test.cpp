@@ -114,6 +114,20 @@ TEST(Hostile, RandomDamage) {
   }
 }
 
+TEST(Hostile, EveryByteOfDraco) {
+  // Found by fuzzing: a damaged "normalized" flag reached a bool as 89, which Draco's own conversion then
+  // tested.
+  const TempDir folder;
+  const std::string whole = draco(icosphere(0));
+  for (size_t at = 0; at < whole.size(); ++at) {
+    for (const char value : {'\0', '\2', '\x59', '\xFF'}) {
+      std::string bytes = whole;
+      bytes[at] = value;
+      survives(folder, {"a.drc", "", false}, bytes);
+    }
+  }
+}
+
 TEST(Hostile, DamagedStructureOfGltf) {
   // Replaces single values of the JSON, which random bytes rarely leave valid.
   const TempDir folder;

@@ -32,7 +32,11 @@ class TempDir {
   /// Writes (or overwrites) a file and returns its path.
   std::filesystem::path write(const std::string& name, std::string_view bytes) const {
     const std::filesystem::path file = path_ / name;
-    std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+    // A new file each time: some file systems flush one that is overwritten, which thousands of files would
+    // feel.
+    std::error_code ignored;
+    std::filesystem::remove(file, ignored);
+    std::ofstream stream(file, std::ios::binary);
     stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     stream.close();
     EXPECT_TRUE(stream.good()) << file;
