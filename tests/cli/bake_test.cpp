@@ -1,0 +1,192 @@
+// Baking small meshes through the program: what lands in the file, on the two streams, and what does not.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "formats/status.hpp"
+#include "tests/cli/mesh_text.hpp"
+#include "tests/cli/program.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using nlohmann::json;
+
+class Bake : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+
+  /// A short bake; `more` are further arguments.
+  Outcome bake(const std::string& mesh, const std::string& asset, std::vector<std::string> more = {}) const {
+    more.insert(more.begin(),
+                {"bake", mesh, "-o", asset, "--preset", "fast", "--resolution", "24", "--rays", "20000"});
+    return nif(more);
+  }
+
+  TempDir folder_;
+  std::string ball_ = folder_.write("a ball \u00e9.obj", obj_text(icosphere(4))).string();
+};
+
+TEST_F(Bake, PrintsJsonToStandardOutputAndProgressToStandardError) {
+  const auto start = std::chrono::steady_clock::now();
+  const Outcome outcome = bake(ball_, path("ball.nif"), {"--json"});
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["schema"], "nifkit.bake/1");
+  EXPECT_EQ(result["file"], path("ball.nif"));
+  EXPECT_EQ(result["triangles"], 20 * 256);
+  EXPECT_GT(result["seconds"].get<double>(), 0);
+  EXPECT_LE(result["seconds"].get<double>(), seconds);
+  EXPECT_GT(result["peak_memory"].get<uint64_t>(), 1'000'000u);
+  EXPECT_EQ(result["bytes"]["file"], std::filesystem::file_size(path("ball.nif")));
+  for (const char* part : {"resident", "occupancy", "features", "network"})
+    EXPECT_GT(result["bytes"][part].get<uint64_t>(), 0u) << part;
+  for (const char* set : {"outer-lines", "inner-surface", "inner-volume", "segments", "sun"}) {
+    SCOPED_TRACE(set);
+    const json& accuracy = result["sets"][set];
+    EXPECT_EQ(accuracy["rays"], 20000);
+    EXPECT_EQ(accuracy["certain_wrong"], 0);
+    const double leak = accuracy["leak"], spurious = accuracy["spurious"], error = accuracy["error"];
+    EXPECT_NEAR(error, leak + spurious, 1e-12);
+    // Rates, not percents; and a ball is easy.
+    EXPECT_LT(error, 0.05);
+    EXPECT_LE(accuracy["certain"].get<double>(), 1);
+    EXPECT_LT(accuracy["brier"].get<double>(), 0.05);
+  }
+
+  // No terminal: whole lines, about one a second, and nothing that moves a cursor.
+  const std::vector<std::string> lines = lines_of(outcome.err);
+  EXPECT_TRUE(without_progress(outcome.err).empty()) << outcome.err;
+  EXPECT_LE(double(lines.size()), seconds + 2);
+  EXPECT_GE(double(lines.size()), std::max(1.0, seconds / 2 - 1));
+  EXPECT_EQ(outcome.err.find_first_of("\r\033"), std::string::npos);
+}
+
+TEST_F(Bake, PrintsASummaryForPeople) {
+  const Outcome outcome = bake(ball_, path("ball.nif"));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  for (const char* word : {"ball.nif", "5120 triangles", "outer-lines", "leak", "spurious", "certain"})
+    EXPECT_NE(outcome.out.find(word), std::string::npos) << word << " in:\n" << outcome.out;
+  EXPECT_EQ(listing(folder_.path()), (std::vector<std::string>{"a ball \u00e9.obj", "ball.nif"}));
+}
+
+TEST_F(Bake, QuietIsSilent) {
+  const Outcome outcome = bake(ball_, path("ball.nif"), {"--quiet"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_TRUE(std::filesystem::exists(path("ball.nif")));
+  const Outcome with_json = bake(ball_, path("ball.nif"), {"--quiet", "--json"});
+  EXPECT_TRUE(json::accept(with_json.out)) << with_json.out;
+  EXPECT_EQ(with_json.err, "");
+}
+
+TEST_F(Bake, TheSameBytesForAnyNumberOfThreadsAndByEitherName) {
+  ASSERT_EQ(bake(ball_, path("one.nif"), {"--quiet", "-j", "1"}).code, 0);
+  ASSERT_EQ(bake(ball_, path("two.nif"), {"--quiet", "-j", "2"}).code, 0);
+  const std::vector<std::string> rest{ball_,          "-o", path("alias.nif"), "--preset", "fast",
+                                      "--resolution", "24", "--rays",          "20000",    "--quiet"};
+  ASSERT_EQ(Process(nif_path().parent_path() / "nif-bake", rest).finish().code, 0);
+  const std::string one = read_bytes(path("one.nif"));
+  EXPECT_FALSE(one.empty());
+  EXPECT_TRUE(one == read_bytes(path("two.nif"))) << "-j 1 and -j 2 differ";
+  EXPECT_TRUE(one == read_bytes(path("alias.nif"))) << "nif bake and nif-bake differ";
+}
+
+TEST_F(Bake, AnotherSeedIsAnotherFile) {
+  ASSERT_EQ(bake(ball_, path("one.nif"), {"--quiet"}).code, 0);
+  ASSERT_EQ(bake(ball_, path("two.nif"), {"--quiet", "--seed", "2"}).code, 0);
+  EXPECT_FALSE(read_bytes(path("one.nif")) == read_bytes(path("two.nif")));
+}
+
+TEST_F(Bake, DropsBadTrianglesAndSaysHowMany) {
+  mesh::Mesh mesh = icosphere(3);
+  mesh.triangles.push_back(mesh.triangles[5]);
+  mesh.triangles.push_back(mesh.triangles[6]);
+  mesh.triangles.push_back({1, 1, 2});
+  const std::string file = folder_.write("bad.obj", obj_text(mesh)).string();
+  const Outcome outcome = bake(file, path("bad.nif"), {"--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["triangles"], 20 * 64);
+  EXPECT_EQ(result["objects"][0]["duplicate"], 2);
+  EXPECT_EQ(result["objects"][0]["degenerate"], 1);
+  const std::vector<std::string> notes = without_progress(outcome.err);
+  ASSERT_EQ(notes.size(), 1u) << outcome.err;
+  EXPECT_NE(notes[0].find("1 triangles without area and 2 duplicates"), std::string::npos) << notes[0];
+}
+
+TEST_F(Bake, KeepsNamesAndBakesEqualMeshesOnce) {
+  size_t base = 0;
+  std::string text = obj_object(icosphere(2), "left ball", base);
+  text += obj_object(torus(24, 12), "ring", base);
+  text += obj_object(icosphere(2), "right ball", base);
+  const std::string file = folder_.write("three.obj", text).string();
+  ASSERT_EQ(bake(file, path("three.nif"), {"--quiet"}).code, 0);
+  const Outcome outcome = nif({"info", path("three.nif"), "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json info = json::parse(outcome.out);
+  EXPECT_EQ(info["schema"], "nifkit.info/1");
+  ASSERT_EQ(info["objects"].size(), 2u);
+  ASSERT_EQ(info["instances"].size(), 3u);
+  EXPECT_EQ(info["objects"][0]["name"], "left ball");
+  EXPECT_EQ(info["objects"][1]["name"], "ring");
+  EXPECT_EQ(info["instances"][2]["name"], "right ball");
+  EXPECT_EQ(info["instances"][2]["object"], 0);
+  EXPECT_EQ(info["metadata"]["seed"], 1);
+  EXPECT_EQ(info["bytes"]["file"], std::filesystem::file_size(path("three.nif")));
+  // The same file wherever it was baked: no path, time or number of threads in it.
+  EXPECT_EQ(read_bytes(path("three.nif")).find(folder_.path().string()), std::string::npos);
+}
+
+TEST_F(Bake, TargetsThatCannotBeReachedLeaveNoFile) {
+  for (const std::vector<std::string>& target : std::vector<std::vector<std::string>>{
+           {"--max-bytes", "1kB"}, {"--max-error", "0", "--rays", "50000"}}) {
+    SCOPED_TRACE(testing::PrintToString(target));
+    std::vector<std::string> arguments{"bake", ball_, "-o", path("ball.nif"), "--preset", "fast"};
+    arguments.insert(arguments.end(), target.begin(), target.end());
+    const Outcome outcome = nif(arguments);
+    EXPECT_EQ(outcome.code, int(Status::target_not_met)) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    const std::vector<std::string> lines = without_progress(outcome.err);
+    ASSERT_EQ(lines.size(), 1u) << outcome.err;
+    EXPECT_NE(lines[0].find(target[0]), std::string::npos) << lines[0];
+    EXPECT_EQ(listing(folder_.path()).size(), 1u);
+  }
+}
+
+TEST_F(Bake, MaxBytesIsOfTheWholeFile) {
+  ASSERT_EQ(nif({"bake", ball_, "-o", path("ball.nif"), "--preset", "fast", "--max-bytes", "9kB", "--rays",
+                 "20000", "--quiet"})
+                .code,
+            0);
+  EXPECT_LE(std::filesystem::file_size(path("ball.nif")), 9000u);
+}
+
+TEST_F(Bake, InterruptedLeavesWhatWasThere) {
+  folder_.write("old.nif", "what was there before");
+  const std::vector<std::string> before = listing(folder_.path());
+  for (const char* name : {"new.nif", "old.nif"}) {
+    SCOPED_TRACE(name);
+    Process process(nif_path(), {"bake", ball_, "-o", path(name), "--preset", "high", "--json"});
+    ASSERT_TRUE(process.wait_for_error_text("training"));
+    const auto start = std::chrono::steady_clock::now();
+    process.send(SIGINT);
+    const Outcome outcome = process.finish(60);
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+    EXPECT_EQ(outcome.code, int(Status::interrupted)) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(without_progress(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_EQ(listing(folder_.path()), before);
+  }
+  EXPECT_EQ(read_bytes(path("old.nif")), "what was there before");
+}
+
+}  // namespace
+}  // namespace nif::test

@@ -1,0 +1,98 @@
+// `nif eval` and `nif info` on an asset that the program has baked itself.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "formats/status.hpp"
+#include "tests/cli/mesh_text.hpp"
+#include "tests/cli/program.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using nlohmann::json;
+
+TEST(Eval, OfAFreshBake) {
+  TempDir folder;
+  const std::string mesh = folder.write("ring.obj", obj_text(torus(96, 48))).string();
+  const std::string asset = (folder.path() / "ring.nif").string();
+  ASSERT_EQ(nif({"bake", mesh, "-o", asset, "--preset", "fast", "--rays", "20000", "--quiet"}).code, 0);
+  const std::vector<std::string> files = listing(folder.path());
+
+  {
+    SCOPED_TRACE("all sets, with the BVHs");
+    const Outcome outcome = nif({"eval", asset, "--mesh", mesh, "--rays", "50000", "--bvh", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_TRUE(without_progress(outcome.err).empty()) << outcome.err;
+    const json result = json::parse(outcome.out);
+    EXPECT_EQ(result["schema"], "nifkit.eval/1");
+    EXPECT_EQ(result["file"], asset);
+    EXPECT_EQ(result["triangles"], 2 * 96 * 48);
+    EXPECT_EQ(result["bytes"]["file"], std::filesystem::file_size(asset));
+    EXPECT_GE(result["bytes"]["resident"].get<uint64_t>(), 1000u);
+    EXPECT_EQ(result["sets"].size(), 5u);
+    for (const auto& [name, accuracy] : result["sets"].items()) {
+      EXPECT_EQ(accuracy["rays"], 50000) << name;
+      EXPECT_EQ(accuracy["certain_wrong"], 0) << name;
+      EXPECT_LT(accuracy["error"].get<double>(), 0.05) << name;
+    }
+    const auto bvh = [&](const char* build) { return result["bvh"][build]["bytes"].get<uint64_t>(); };
+    EXPECT_GT(bvh("embree_compact"), 0u);
+    EXPECT_GT(bvh("embree_default"), bvh("embree_compact"));
+  }
+  {
+    SCOPED_TRACE("two sets, any number of threads");
+    const std::vector<std::string> arguments{"eval",  asset,      "--mesh", mesh,  "--rays", "50000",
+                                             "--set", "segments", "--set",  "sun", "--json", "--quiet"};
+    std::vector<std::string> one = arguments, two = arguments;
+    one.insert(one.end(), {"-j", "1"});
+    two.insert(two.end(), {"-j", "2"});
+    const Outcome outcome = nif(one);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    const json result = json::parse(outcome.out);
+    EXPECT_EQ(result["sets"].size(), 2u);
+    EXPECT_TRUE(result["sets"].contains("segments"));
+    EXPECT_TRUE(result["sets"].contains("sun"));
+    EXPECT_FALSE(result.contains("bvh"));
+    EXPECT_EQ(outcome.out, nif(two).out);
+  }
+  {
+    SCOPED_TRACE("a table for people");
+    const Outcome outcome = nif({"eval", asset, "--mesh", mesh, "--rays", "1000", "--set", "outer-lines"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("outer-lines"), std::string::npos) << outcome.out;
+    EXPECT_EQ(outcome.out.find("inner-volume"), std::string::npos) << outcome.out;
+  }
+  {
+    SCOPED_TRACE("a mesh that differs in one vertex");
+    mesh::Mesh other = torus(96, 48);
+    other.positions[7][2] += 10;
+    const std::string changed = folder.write("other.obj", obj_text(other)).string();
+    const Outcome outcome = nif({"eval", asset, "--mesh", changed, "--rays", "1000"});
+    EXPECT_EQ(outcome.code, int(Status::mesh_mismatch)) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    for (const std::string& file : {asset, changed})
+      EXPECT_NE(outcome.err.find(file), std::string::npos) << outcome.err;
+    std::filesystem::remove(changed);
+  }
+  {
+    SCOPED_TRACE("info");
+    const Outcome text = nif({"info", asset}), as_json = nif({"info", asset, "--json"});
+    ASSERT_EQ(text.code, 0) << text.err;
+    ASSERT_EQ(as_json.code, 0) << as_json.err;
+    EXPECT_EQ(text.err + as_json.err, "");
+    for (const char* word : {"ring.nif", "torus", "9216 triangles", "outer-lines"})
+      EXPECT_NE(text.out.find(word), std::string::npos) << word << " in:\n" << text.out;
+    const json info = json::parse(as_json.out);
+    EXPECT_EQ(info["schema"], "nifkit.info/1");
+    EXPECT_EQ(info["version"], 1);
+    EXPECT_EQ(info["objects"][0]["triangles"], 9216);
+    EXPECT_EQ(info["metadata"]["accuracy"]["segments"]["certain_wrong"], 0);
+  }
+  EXPECT_EQ(listing(folder.path()), files);
+}
+
+}  // namespace
+}  // namespace nif::test

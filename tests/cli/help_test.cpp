@@ -1,0 +1,50 @@
+// What a newcomer types first: help is a result, not an error.
+#include <gtest/gtest.h>
+
+#include "tests/cli/program.hpp"
+
+namespace nif::test {
+namespace {
+
+TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{}, {"bake"}, {"eval"}, {"info"}}) {
+    for (const char* option : {"--help", "-h"}) {
+      std::vector<std::string> arguments = command;
+      arguments.push_back(option);
+      SCOPED_TRACE(testing::PrintToString(arguments));
+      const Outcome outcome = nif(arguments);
+      EXPECT_EQ(outcome.code, 0);
+      EXPECT_NE(outcome.out.find("Usage"), std::string::npos) << outcome.out;
+      EXPECT_EQ(outcome.err, "");
+    }
+  }
+}
+
+TEST(Help, NamesTheSubcommandsAndTheirOptions) {
+  const std::string all = nif({"--help"}).out, bake = nif({"bake", "--help"}).out,
+                    eval = nif({"eval", "--help"}).out;
+  for (const char* word : {"bake", "eval", "info"}) EXPECT_NE(all.find(word), std::string::npos) << word;
+  for (const char* word :
+       {"--output", "--preset", "--max-bytes", "--max-error", "--mix", "--seed", "--json", "--quiet"})
+    EXPECT_NE(bake.find(word), std::string::npos) << word;
+  for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--json"})
+    EXPECT_NE(eval.find(word), std::string::npos) << word;
+}
+
+TEST(Help, VersionStatesTheLicenceToo) {
+  const Outcome outcome = nif({"--version"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_NE(outcome.out.find("nif " NIF_VERSION_STRING), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("Apache-2.0"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.err, "");
+}
+
+TEST(Help, OfNifBakeIsThatOfBake) {
+  const Outcome alias = Process(nif_path().parent_path() / "nif-bake", {"--help"}).finish();
+  EXPECT_EQ(alias.code, 0);
+  EXPECT_EQ(alias.out, nif({"bake", "--help"}).out);
+}
+
+}  // namespace
+}  // namespace nif::test

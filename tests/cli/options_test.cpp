@@ -1,0 +1,77 @@
+// Wrong and contradictory options are refused by name, with exit code 2, before any file is touched.
+#include <gtest/gtest.h>
+
+#include "formats/status.hpp"
+#include "tests/cli/program.hpp"
+
+namespace nif::test {
+namespace {
+
+struct WrongOptions {
+  const char* name;
+  std::vector<std::string> arguments;
+  std::vector<std::string> named;  ///< what the sentence must mention
+};
+void PrintTo(const WrongOptions& wrong, std::ostream* out) { *out << wrong.name; }
+
+class Options : public testing::TestWithParam<WrongOptions> {};
+
+TEST_P(Options, AreRefusedByName) {
+  const Outcome outcome = nif(GetParam().arguments);
+  EXPECT_EQ(outcome.code, int(Status::usage)) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  // The mesh that they name does not exist, which would be another code had anyone looked.
+  EXPECT_EQ(lines_of(outcome.err).size(), 1u) << outcome.err;
+  for (const std::string& word : GetParam().named)
+    EXPECT_NE(outcome.err.find(word), std::string::npos) << "'" << word << "' in: " << outcome.err;
+}
+
+/// Arguments of a bake of a mesh that is not there, and some more.
+std::vector<std::string> bake(std::vector<std::string> more) {
+  more.insert(more.begin(), {"bake", "none.ply", "-o", "none.nif"});
+  return more;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, Options,
+    testing::Values(
+        WrongOptions{"NoSubcommand", {}, {"--help"}},
+        WrongOptions{"UnknownSubcommand", {"fry", "none.ply"}, {"fry"}},
+        WrongOptions{"NoMesh", {"bake", "-o", "none.nif"}, {"MESH"}},
+        WrongOptions{"NoOutput", {"bake", "none.ply"}, {"--output"}},
+        WrongOptions{"UnknownOption", bake({"--turbo"}), {"--turbo"}},
+        WrongOptions{"UnknownPreset", bake({"--preset", "perfect"}), {"--preset", "perfect"}},
+        WrongOptions{"UnknownEncoding", bake({"--encoding", "zip"}), {"--encoding", "zip"}},
+        WrongOptions{"UnknownSetInMix", bake({"--mix", "moon=1"}), {"--mix", "moon"}},
+        WrongOptions{"EmptyMix", bake({"--mix", "segments=0"}), {"--mix"}},
+        WrongOptions{"ResolutionOutOfRange", bake({"--resolution", "1"}), {"--resolution"}},
+        WrongOptions{"ResolutionIsNoNumber", bake({"--resolution", "fine"}), {"--resolution"}},
+        WrongOptions{"MaxBytesIsNoSize", bake({"--max-bytes", "12 parsecs"}), {"--max-bytes", "12 parsecs"}},
+        WrongOptions{"MaxErrorIsNoRate", bake({"--max-error", "150%"}), {"--max-error", "150%"}},
+        WrongOptions{"NegativeThreads", bake({"-j", "-1"}), {"--threads"}},
+        WrongOptions{"GridGivenTwice",
+                     bake({"--resolution", "64", "--max-bytes", "100kB"}),
+                     {"--resolution", "--max-bytes"}},
+        WrongOptions{"LimitOfWhatIsNotMeasured",
+                     bake({"--max-error", "0.2%", "--rays", "0"}),
+                     {"--max-error", "--rays"}},
+        WrongOptions{"EvalWithoutMesh", {"eval", "none.nif"}, {"--mesh"}},
+        WrongOptions{"EvalOfUnknownSet",
+                     {"eval", "none.nif", "--mesh", "none.ply", "--set", "moon"},
+                     {"--set", "moon"}},
+        WrongOptions{"EvalOfNoRays", {"eval", "none.nif", "--mesh", "none.ply", "--rays", "0"}, {"--rays"}},
+        WrongOptions{"InfoOfNothing", {"info"}, {"ASSET"}}),
+    [](const auto& instance) { return std::string(instance.param.name); });
+
+TEST(OptionsThatClash, OutputOverTheInput) {
+  TempDir folder;
+  const std::string mesh = folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").string();
+  const std::string before = read_bytes(mesh);
+  const Outcome outcome = nif({"bake", mesh, "-o", mesh});
+  EXPECT_EQ(outcome.code, int(Status::usage)) << outcome.err;
+  EXPECT_NE(outcome.err.find(mesh), std::string::npos) << outcome.err;
+  EXPECT_EQ(read_bytes(mesh), before);
+}
+
+}  // namespace
+}  // namespace nif::test

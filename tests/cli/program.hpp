@@ -1,0 +1,58 @@
+// Running the `nif` executable as a user does: arguments in; exit code, standard output and standard error
+// out.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/support/temp_dir.hpp"
+
+namespace nif::test {
+
+struct Outcome {
+  int code = -1;  ///< exit code; 128 plus the number of the signal that ended the process
+  std::string out, err;
+};
+
+/// A started process whose outputs go to files. Ended, at the latest, by the destructor.
+class Process {
+ public:
+  /// `out` takes the place of the file for standard output, e.g. "/dev/full".
+  Process(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+          const std::filesystem::path& out = {});
+  ~Process();
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  /// Waits until standard error contains `text`; false where the process ends, or a minute passes, before.
+  bool wait_for_error_text(const std::string& text);
+  void send(int signal) const;
+  /// Waits for the end. After `seconds` the process is killed and the test fails.
+  Outcome finish(double seconds = 600);
+
+ private:
+  bool running();
+
+  TempDir folder_;
+  std::filesystem::path out_, err_;
+  pid_t pid_ = -1;
+  int status_ = 0;
+};
+
+/// Runs `nif` with these arguments, to the end.
+Outcome nif(const std::vector<std::string>& arguments);
+/// Path of the executable; `nif-bake` lies beside it.
+std::filesystem::path nif_path();
+
+std::vector<std::string> lines_of(const std::string& text);
+/// The lines of standard error that do not report progress.
+std::vector<std::string> without_progress(const std::string& err);
+bool is_progress(const std::string& line);
+
+/// Names of everything in a folder, sorted.
+std::vector<std::string> listing(const std::filesystem::path& folder);
+
+}  // namespace nif::test

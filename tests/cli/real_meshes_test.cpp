@@ -1,0 +1,68 @@
+// Each real mesh bakes, or says why not: scans, CAD and simulation meshes with all that is wrong with such.
+// They are not part of the repository: NIF_TEST_MESHES names the folder that holds them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/program.hpp"
+
+namespace nif::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+bool is_mesh(const fs::path& file) {
+  const std::string packing = file.extension().string();
+  const fs::path name = packing == ".gz" || packing == ".zst" ? file.stem() : file;
+  const std::vector<std::string> known{".ply", ".obj", ".stl", ".off", ".gltf", ".glb", ".drc"};
+  return std::find(known.begin(), known.end(), name.extension().string()) != known.end();
+}
+
+TEST(RealMeshes, BakeOrSayWhyNot) {
+  const char* folder = std::getenv("NIF_TEST_MESHES");
+  if (folder == nullptr) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
+  std::vector<fs::path> meshes;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file() && is_mesh(entry.path())) meshes.push_back(entry.path());
+  }
+  std::sort(meshes.begin(), meshes.end());
+  ASSERT_FALSE(meshes.empty()) << folder;
+
+  TempDir out;
+  for (const fs::path& mesh : meshes) {
+    SCOPED_TRACE(mesh);
+    const std::string asset = (out.path() / "out.nif").string();
+    const Outcome outcome = nif({"bake", mesh.string(), "-o", asset, "--preset", "fast", "--resolution", "32",
+                                 "--rays", "20000", "--json"});
+    const std::vector<std::string> lines = without_progress(outcome.err);
+    std::string result;
+    if (outcome.code == 0) {
+      const json bake = json::parse(outcome.out);
+      for (const auto& [name, accuracy] : bake["sets"].items())
+        EXPECT_EQ(accuracy["certain_wrong"], 0) << name;
+      char text[128];
+      std::snprintf(text, sizeof(text), "%9lld triangles, %6.1f s, %8lld bytes, outer-lines %6.3f %% wrong",
+                    bake["triangles"].get<long long>(), bake["seconds"].get<double>(),
+                    bake["bytes"]["file"].get<long long>(),
+                    100 * bake["sets"]["outer-lines"]["error"].get<double>());
+      result = text;
+      fs::remove(asset);
+    } else {
+      EXPECT_GE(outcome.code, 10) << outcome.err;
+      EXPECT_LT(outcome.code, 60) << outcome.err;
+      ASSERT_EQ(lines.size(), 1u) << outcome.err;
+      EXPECT_NE(lines[0].find(mesh.string()), std::string::npos) << lines[0];
+      result = lines[0];
+    }
+    EXPECT_EQ(listing(out.path()), std::vector<std::string>{});
+    std::printf("%-48s %s\n", mesh.filename().c_str(), result.c_str());
+    std::fflush(stdout);
+  }
+}
+
+}  // namespace
+}  // namespace nif::test
