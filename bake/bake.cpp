@@ -89,7 +89,7 @@ TrainingOptions training_options(const ResolvedOptions& resolved, const BakeOpti
                    : training.rays >= 20'000'000 ? 4096
                    : training.rays >= 6'000'000  ? 2048
                                                  : 1024;
-  training.passes = 4;
+  training.passes = 6;
   training.rays_per_round =
       std::clamp<uint64_t>(training.rays / training.passes, 16 * training.batch, kRaysPerRound);
   return training;

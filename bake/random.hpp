@@ -1,9 +1,10 @@
 // Random numbers that are the same on every machine: PCG32 (O'Neill 2014), one stream per block of work.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <cstdint>
+
+#include "bake/vector.hpp"
 
 namespace nif::bake {
 
@@ -29,7 +30,7 @@ class Random {
   uint32_t below(uint32_t count) { return uint32_t((uint64_t{bits()} * count) >> 32); }
 
   /// Uniform on the unit sphere, by rejection: only correctly rounded operations, so the same everywhere.
-  std::array<double, 3> direction() {
+  Double3 direction() {
     for (;;) {
       const double x = uniform(-1, 1), y = uniform(-1, 1), z = uniform(-1, 1);
       const double square = x * x + y * y + z * z;

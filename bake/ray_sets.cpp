@@ -32,38 +32,28 @@ void frame(const Double3& n, Double3& u, Double3& v) {
   v = {b, sign + n[1] * n[1] * a, -n[1]};
 }
 
-bool meets_box(const Segment& ray, const Box& box) {
-  double enter = ray.tmin, leave = ray.tmax;
-  for (int a = 0; a < 3; ++a) {
-    const double d = ray.direction[a], o = ray.origin[a];
-    if (d == 0) {
-      if (o < box.min[a] || o > box.max[a]) return false;
-      continue;
-    }
-    const double t0 = (box.min[a] - o) / d, t1 = (box.max[a] - o) / d;
-    enter = std::max(enter, std::min(t0, t1));
-    leave = std::min(leave, std::max(t0, t1));
-  }
-  return enter <= leave;
-}
+/// A line through the box, isotropic: it enters at a uniform point of the box's surface, cosine-weighted
+/// about the normal there, which is the uniform measure of lines that meet a convex body. Its origin lies
+/// outside.
+Segment draw_line(const RaySource& source, Random& random) {
+  const Double3 low = to_double(source.box.min), size = to_double(source.box.max) - low;
+  const double areas[3] = {size[1] * size[2], size[2] * size[0], size[0] * size[1]};
+  double pick = random.uniform(0, areas[0] + areas[1] + areas[2]);
+  int axis = 0;
+  while (axis < 2 && pick >= areas[axis]) pick -= areas[axis++];
+  const bool top = random.below(2) == 1;
 
-/// A line through the box, isotropic: uniform direction, uniform over the disc that shadows the bounding
-/// sphere, kept where it meets the box. Its origin lies outside.
-std::optional<Segment> draw_line(const RaySource& source, Random& random) {
-  const double radius = source.box.diagonal() / 2;
-  for (int i = 0; i < kTries; ++i) {
-    const Double3 direction = random.direction();
-    Double3 u, v;
-    frame(direction, u, v);
-    double x, y;
-    do {
-      x = random.uniform(-1, 1), y = random.uniform(-1, 1);
-    } while (x * x + y * y > 1);
-    const Double3 origin = centre(source.box) + (u * x + v * y - direction * 1.25) * radius;
-    const Segment ray = make_segment(origin, direction, kInfinity);
-    if (meets_box(ray, source.box)) return ray;
-  }
-  return std::nullopt;
+  Double3 entry;
+  for (int a = 0; a < 3; ++a) entry[a] = low[a] + size[a] * (a == axis ? double(top) : random.uniform());
+  double x, y;
+  do {
+    x = random.uniform(-1, 1), y = random.uniform(-1, 1);
+  } while (x * x + y * y > 1);
+  Double3 direction;
+  direction[(axis + 1) % 3] = x;
+  direction[(axis + 2) % 3] = y;
+  direction[axis] = (top ? -1 : 1) * std::sqrt(std::max(0.0, 1 - x * x - y * y));
+  return make_segment(entry - direction * (1.25 * source.box.diagonal()), direction, kInfinity);
 }
 
 struct SurfacePoint {
@@ -85,9 +75,7 @@ std::optional<SurfacePoint> shading_point(const RaySource& source, const Segment
 
 std::optional<Segment> draw_from_surface(const RaySource& source, Random& random) {
   for (int i = 0; i < kTries; ++i) {
-    const std::optional<Segment> view = draw_line(source, random);
-    if (!view) return std::nullopt;
-    const std::optional<SurfacePoint> point = shading_point(source, *view);
+    const std::optional<SurfacePoint> point = shading_point(source, draw_line(source, random));
     if (!point) continue;
     Double3 direction = random.direction();
     if (dot(direction, point->normal) < 0) direction = direction * -1;
@@ -97,6 +85,10 @@ std::optional<Segment> draw_from_surface(const RaySource& source, Random& random
 }
 
 std::optional<Segment> draw_from_volume(const RaySource& source, Random& random) {
+  // In a box flatter than the bias every origin would lie on the surface, as near as one can tell.
+  for (int a = 0; a < 3; ++a) {
+    if (source.box.max[a] - source.box.min[a] < source.bias) return std::nullopt;
+  }
   for (int i = 0; i < kTries; ++i) {
     std::array<float, 3> origin;
     for (int a = 0; a < 3; ++a) {
@@ -116,38 +108,46 @@ std::optional<Segment> cut(const RaySource& source, std::optional<Segment> ray, 
 }
 
 /// Surface points of a picture in scan order, and one direction towards the sun; points that face away from
-/// it are left out, as a renderer would.
+/// it are left out, as a renderer would. Parallel projection, the picture just large enough for the box.
 std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t seed) {
   Random random(seed, uint64_t(RaySet::sun), 0);
   const Double3 view = random.direction(), sun = random.direction();
   Double3 u, v;
   frame(view, u, v);
-  const double radius = source.box.diagonal() / 2;
-  // Of a picture's pixels some miss the object and some lie in their own shade: ask for finer ones until
-  // enough hit.
-  for (size_t side = size_t(std::sqrt(double(count))) + 1; side < 40000; side += side / 3 + 1) {
-    std::vector<std::vector<Segment>> rows(side);
-    tbb::parallel_for(size_t{0}, side, [&](size_t y) {
-      for (size_t x = 0; x < side; ++x) {
-        const double px = (double(x) + 0.5) / double(side) * 2 - 1,
-                     py = (double(y) + 0.5) / double(side) * 2 - 1;
-        const Double3 origin = centre(source.box) + (u * px + v * py - view * 1.25) * radius;
+  double low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
+  for (uint32_t c = 0; c < 8; ++c) {
+    Double3 corner;
+    for (int a = 0; a < 3; ++a) corner[a] = (c >> a) & 1 ? source.box.max[a] : source.box.min[a];
+    const double at[2] = {dot(corner - centre(source.box), u), dot(corner - centre(source.box), v)};
+    for (int i = 0; i < 2; ++i) low[i] = std::min(low[i], at[i]), high[i] = std::max(high[i], at[i]);
+  }
+  const double width = high[0] - low[0], height = high[1] - low[1];
+  if (!(width > 0 && height > 0)) return {};
+
+  // Of a picture's pixels some miss the object and some face away: ask for more until enough are left, within
+  // reason.
+  std::vector<Segment> segments;
+  for (double pixels = 2 * double(count) + 256; pixels < 200 * double(count) + 1e6; pixels *= 1.6) {
+    const double pitch = std::sqrt(width * height / pixels);
+    const size_t columns = size_t(std::min(width / pitch + 1, pixels)),
+                 rows = size_t(std::min(height / pitch + 1, pixels));
+    std::vector<std::vector<Segment>> lines(rows);
+    tbb::parallel_for(size_t{0}, rows, [&](size_t row) {
+      for (size_t column = 0; column < columns; ++column) {
+        const double x = low[0] + (double(column) + 0.5) / double(columns) * width,
+                     y = low[1] + (double(row) + 0.5) / double(rows) * height;
+        const Double3 origin = centre(source.box) + u * x + v * y - view * (1.25 * source.box.diagonal());
         const auto point = shading_point(source, make_segment(origin, view, kInfinity));
         if (point && dot(point->normal, sun) > 0)
-          rows[y].push_back(make_segment(point->origin, sun, kInfinity));
+          lines[row].push_back(make_segment(point->origin, sun, kInfinity));
       }
     });
-    size_t total = 0;
-    for (const auto& row : rows) total += row.size();
-    if (total == 0 && side > 1000) break;
-    if (total < count) continue;
-    std::vector<Segment> segments;
-    segments.reserve(total);
-    for (const auto& row : rows) segments.insert(segments.end(), row.begin(), row.end());
-    segments.resize(count);
-    return segments;
+    segments.clear();
+    for (const auto& line : lines) segments.insert(segments.end(), line.begin(), line.end());
+    if (segments.size() >= count) break;
   }
-  return {};
+  if (segments.size() > count) segments.resize(count);
+  return segments;
 }
 
 constexpr std::array<std::string_view, kRaySets.size()> kNames{"outer-lines", "inner-surface", "inner-volume",
@@ -173,8 +173,11 @@ std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& ran
     case RaySet::inner_volume:
       return draw_from_volume(source, random);
     case RaySet::segments:
-      if (random.below(2) == 0) return draw_surface_segment(source, random);
-      return cut(source, draw_from_volume(source, random), random);
+      // A flat object has no free volume: all its segments start on the surface.
+      if (random.below(2) == 1) {
+        if (auto segment = cut(source, draw_from_volume(source, random), random)) return segment;
+      }
+      return draw_surface_segment(source, random);
     case RaySet::sun:
       break;
   }

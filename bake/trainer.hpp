@@ -22,9 +22,9 @@ struct TrainingOptions {
   Mix mix{};
   uint64_t rays = 0;            ///< training steps' rays in all
   uint64_t rays_per_round = 0;  ///< fresh rays drawn at a time
-  uint32_t passes = 4;          ///< times that each drawn ray is used
+  uint32_t passes = 6;          ///< times that each drawn ray is used
   uint32_t batch = 8192;        ///< rays a step; a multiple of kTrainGroups * kTrainLanes
-  float feature_rate = 0.02f;   ///< Adam's learning rate at its height, for features
+  float feature_rate = 0.01f;   ///< Adam's learning rate at its height, for features
   float network_rate = 0.006f;  ///< and for weights and biases
   uint64_t seed = 0;
   /// Tests set this to spoil the parameters once at the given step, and so to see the recovery at work.

@@ -6,7 +6,8 @@
 
 namespace nif::bake {
 
-using Double3 = std::array<double, 3>;
+/// A type of its own, so that its operators are found from every namespace.
+struct Double3 : std::array<double, 3> {};
 
 inline Double3 to_double(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }
 inline Double3 operator+(const Double3& a, const Double3& b) {

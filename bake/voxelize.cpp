@@ -87,7 +87,7 @@ Box bounds(std::span<const mesh::Float3> positions, std::span<const mesh::Triang
   return box;
 }
 
-std::array<double, 3> Grid::to_grid(const std::array<float, 3>& p) const {
+Double3 Grid::to_grid(const std::array<float, 3>& p) const {
   return (to_double(p) - to_double(origin)) * double(voxels_per_unit);
 }
 

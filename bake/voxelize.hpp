@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "bake/vector.hpp"
 #include "formats/mesh/scene.hpp"
 
 namespace nif::bake {
@@ -31,7 +32,7 @@ struct Grid {
     return x + size_t(voxels[0]) * (y + size_t(voxels[1]) * z);
   }
   /// A point in units of voxels, exact but for one rounding in double precision.
-  std::array<double, 3> to_grid(const std::array<float, 3>& p) const;
+  Double3 to_grid(const std::array<float, 3>& p) const;
 };
 
 /// A grid of `resolution` voxels (2..kernels::kMaxVoxels) along the longest side. Its border keeps clear of

@@ -1,0 +1,128 @@
+// The named ray sets are what docs/ray-sets.md says, and the same for any number of threads.
+#include "bake/ray_sets.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cstring>
+#include <numbers>
+
+#include "tests/support/occupied_object.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using bake::Double3;
+using bake::RaySet;
+
+Double3 origin_of(const kernels::Segment& s) { return {s.origin[0], s.origin[1], s.origin[2]}; }
+Double3 direction_of(const kernels::Segment& s) { return {s.direction[0], s.direction[1], s.direction[2]}; }
+
+class RaySets : public testing::Test {
+ protected:
+  const OccupiedObject sphere{icosphere(5), 32};
+  const bake::RaySource& source = sphere.truth->source();
+};
+
+TEST_F(RaySets, DoNotDependOnTheNumberOfThreads) {
+  for (RaySet set : bake::kRaySets) {
+    bake::LabelledRays results[2];
+    for (size_t threads : {1, 2}) {
+      tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+      results[threads - 1] = bake::make_ray_set(source, set, 20'000, 9);
+    }
+    ASSERT_EQ(results[0].segments.size(), 20'000u) << bake::name_of(set);
+    ASSERT_EQ(std::memcmp(results[0].segments.data(), results[1].segments.data(),
+                          20'000 * sizeof(kernels::Segment)),
+              0);
+    ASSERT_EQ(results[0].visible, results[1].visible);
+    const bake::LabelledRays other = bake::make_ray_set(source, set, 20'000, 10);
+    ASSERT_NE(
+        std::memcmp(results[0].segments.data(), other.segments.data(), 20'000 * sizeof(kernels::Segment)), 0);
+  }
+}
+
+TEST_F(RaySets, NamesAreFoundAgain) {
+  for (RaySet set : bake::kRaySets) EXPECT_EQ(bake::ray_set_named(bake::name_of(set)), set);
+  EXPECT_FALSE(bake::ray_set_named("outer lines"));
+}
+
+TEST_F(RaySets, OuterLinesAreIsotropicLinesThroughTheBoxFromOutside) {
+  constexpr size_t kCount = 200'000;
+  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::outer_lines, kCount, 1);
+  Double3 mean{};
+  double squares[3] = {};
+  size_t occluded = 0;
+  for (size_t i = 0; i < kCount; ++i) {
+    const Double3 d = direction_of(rays.segments[i]), o = origin_of(rays.segments[i]);
+    mean = mean + d * (1.0 / kCount);
+    bool outside = false;
+    for (int a = 0; a < 3; ++a) {
+      squares[a] += d[a] * d[a] / kCount;
+      outside |= o[a] < source.box.min[a] || o[a] > source.box.max[a];
+    }
+    ASSERT_TRUE(outside);
+    ASSERT_EQ(rays.segments[i].tmax, std::numeric_limits<float>::infinity());
+    occluded += !rays.visible[i];
+  }
+  // Cauchy: of the lines through a convex body a share equal to the ratio of the surfaces meets a convex body
+  // in it.
+  EXPECT_NEAR(double(occluded) / kCount, std::numbers::pi * 4 / 24, 0.005);
+  for (int a = 0; a < 3; ++a) EXPECT_NEAR(squares[a], 1.0 / 3, 0.01);
+  EXPECT_NEAR(bake::length(mean), 0, 0.02);
+}
+
+TEST_F(RaySets, InnerSurfaceStartsAtTheBiasOnTheVisibleSide) {
+  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::inner_surface, 20'000, 1);
+  for (const kernels::Segment& s : rays.segments) {
+    const double distance = bake::length(origin_of(s)) - 1;
+    ASSERT_GT(distance, 0.0);
+    ASSERT_LT(distance, 2 * source.bias);
+    ASSERT_GT(bake::dot(direction_of(s), origin_of(s)), -0.05);  // facets lie a little askew of the sphere
+  }
+  // A convex body does not block what starts on it, but for what starts between a facet and its neighbours.
+  EXPECT_GT(std::count(rays.visible.begin(), rays.visible.end(), 1), 19'900);
+}
+
+TEST_F(RaySets, InnerVolumeStartsOutsideTheSolid) {
+  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::inner_volume, 20'000, 1);
+  size_t close = 0;
+  for (const kernels::Segment& s : rays.segments) {
+    ASSERT_GT(bake::length(origin_of(s)), 0.99);
+    close += bake::length(origin_of(s)) < 1.2;
+  }
+  EXPECT_GT(close, 2000u);
+}
+
+TEST_F(RaySets, SegmentsHaveLogUniformLengths) {
+  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::segments, 40'000, 1);
+  size_t tenth = 0;
+  for (const kernels::Segment& s : rays.segments) {
+    const double fraction = s.tmax / source.box.diagonal();
+    ASSERT_GE(fraction, 0.00999);
+    ASSERT_LE(fraction, 1.00001);
+    tenth += fraction < 0.1;  // half of the way from 0.01 to 1 in logarithms
+  }
+  EXPECT_NEAR(double(tenth) / 40'000, 0.5, 0.01);
+}
+
+TEST_F(RaySets, TheSunHasOneDirectionAndLightsWhatFacesIt) {
+  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::sun, 20'000, 1);
+  for (const kernels::Segment& s : rays.segments) {
+    ASSERT_EQ(direction_of(s), direction_of(rays.segments[0]));
+    ASSERT_GT(bake::dot(direction_of(s), origin_of(s)), -0.05);
+  }
+}
+
+TEST(RaySetsOfOddObjects, AFlatSheetHasAllButAVolume) {
+  mesh::Mesh sheet{"sheet", {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  const OccupiedObject o(sheet, 32);
+  for (RaySet set : bake::kRaySets) {
+    EXPECT_EQ(bake::make_ray_set(o.truth->source(), set, 1000, 1).segments.size(), 1000u)
+        << bake::name_of(set);
+  }
+}
+
+}  // namespace
+}  // namespace nif::test

@@ -1,0 +1,132 @@
+// Training learns, gives the same bytes for any number of threads, and survives non-finite losses.
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "bake/evaluate.hpp"
+#include "bake/trainer.hpp"
+#include "formats/status.hpp"
+#include "tests/support/occupied_object.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using bake::RaySet;
+
+bake::TrainingOptions short_training() {
+  bake::TrainingOptions options;
+  options.mix = {0.4, 0.3, 0, 0.3, 0};
+  options.rays = 1'000'000;
+  options.rays_per_round = 250'000;
+  options.batch = 1024;
+  options.seed = 4;
+  return options;
+}
+
+struct Trained {
+  std::unique_ptr<OccupiedObject> object;
+  bake::TrainingResult result;
+
+  explicit Trained(const bake::TrainingOptions& options)
+      : object(std::make_unique<OccupiedObject>(torus(60, 30), 24)) {
+    const std::atomic<bool> cancel{false};
+    result = bake::train(
+        object->truth->source(), object->object, options, [](const auto&) {}, cancel);
+  }
+  double error(RaySet set) const {
+    const kernels::SegmentField field = format::field_of(object->object, result.network);
+    const bake::LabelledRays rays = bake::make_ray_set(object->truth->source(), set, 50'000, 77);
+    return bake::evaluate(rays, bake::reference_answerer(field)).error();
+  }
+};
+
+TEST(Training, LearnsATorus) {
+  const Trained trained(short_training());
+  // The untrained field would call every ambiguous ray alike, and be wrong in some 10 % of them all.
+  EXPECT_LT(trained.error(RaySet::outer_lines), 0.008);
+  EXPECT_LT(trained.error(RaySet::inner_surface), 0.02);
+  EXPECT_LT(trained.error(RaySet::segments), 0.015);
+  EXPECT_EQ(trained.result.recoveries, 0u);
+}
+
+TEST(Training, GivesTheSameBytesForAnyNumberOfThreads) {
+  bake::TrainingOptions options = short_training();
+  options.rays = 200'000;
+  std::vector<format::Asset> assets;
+  for (size_t threads : {1, 2, 3}) {
+    tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    const Trained trained(options);
+    assets.emplace_back();
+    assets.back().objects.push_back(trained.object->object);
+    assets.back().networks.push_back(trained.result.network);
+  }
+  for (const format::Asset& asset : assets) {
+    ASSERT_EQ(asset.objects[0].features, assets[0].objects[0].features);
+    for (size_t l = 0; l < asset.networks[0].layers.size(); ++l) {
+      ASSERT_EQ(asset.networks[0].layers[l].weights, assets[0].networks[0].layers[l].weights);
+      ASSERT_EQ(asset.networks[0].layers[l].biases, assets[0].networks[0].layers[l].biases);
+    }
+  }
+}
+
+TEST(Training, GoesBackWhereTheLossBecomesNonFinite) {
+  bake::TrainingOptions options = short_training();
+  options.spoil_at_step = 300;
+  const Trained trained(options);
+  EXPECT_EQ(trained.result.recoveries, 1u);
+  EXPECT_LT(trained.error(RaySet::outer_lines), 0.012);
+}
+
+TEST(Training, FailsRatherThanShipWhatDidNotTrain) {
+  bake::TrainingOptions options = short_training();
+  options.network_rate = std::numeric_limits<float>::quiet_NaN();
+  try {
+    const Trained trained(options);
+    FAIL() << "a network of NaN was taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::training_failed);
+  }
+}
+
+TEST(Training, EndsWhereItIsCancelled) {
+  OccupiedObject o(torus(60, 30), 24);
+  std::atomic<bool> cancel{false};
+  uint64_t seen = 0;
+  try {
+    bake::train(
+        o.truth->source(), o.object, short_training(),
+        [&](const bake::TrainingProgress& p) {
+          seen = p.rays_done;
+          cancel = true;
+        },
+        cancel);
+    FAIL() << "it went on";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::interrupted);
+    EXPECT_GT(seen, 0u);
+    EXPECT_LT(seen, 500'000u);
+  }
+}
+
+TEST(TrainingRays, AreAmbiguousAndLabelledByTheOracle) {
+  const OccupiedObject o(torus(60, 30), 24);
+  const bake::SurfaceCells cells(o.field);
+  EXPECT_EQ(cells.cells.size(), o.occupancy.surface_voxels);
+  const std::atomic<bool> cancel{false};
+  const bake::TrainingRays rays = bake::draw_training_rays(o.truth->source(), o.field, cells,
+                                                           {0.25, 0.25, 0.25, 0.25, 0}, 3, 0, 20, cancel);
+  ASSERT_EQ(rays.count(), 20 * bake::kTrainingBlock);
+  size_t visible = 0, of_set[5] = {};
+  for (size_t i = 0; i < rays.count(); ++i) {
+    visible += rays.visible[i];
+    ++of_set[rays.set[i]];
+    for (uint32_t j = 0; j < rays.samples; ++j)
+      ASSERT_LT(rays.cells[i * rays.samples + j], cells.cells.size());
+  }
+  EXPECT_GT(visible, rays.count() / 10);
+  EXPECT_LT(visible, rays.count() * 9 / 10);
+  for (int s = 0; s < 4; ++s) EXPECT_NEAR(double(of_set[s]) / double(rays.count()), 0.25, 0.02);
+}
+
+}  // namespace
+}  // namespace nif::test
