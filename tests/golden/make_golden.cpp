@@ -1,0 +1,52 @@
+// make_golden SEED NAME: writes NAME.nif and NAME.answers. For a new version of the format only: files that
+// are in this folder are never made anew.
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "formats/nif/writer.hpp"
+#include "formats/output_file.hpp"
+#include "formats/status.hpp"
+#include "tests/golden/golden.hpp"
+#include "tests/support/random_asset.hpp"
+
+namespace {
+
+void make(uint64_t seed, const std::string& name) {
+  using namespace nif;
+  test::RandomAssetOptions options;
+  options.objects = 1 + uint32_t(seed % 3);
+  options.instances = 2 * uint32_t(seed % 3);
+  options.max_voxels = 9;
+  format::Asset asset = test::random_asset(seed, options);
+  if (options.instances == 0) asset.metadata.clear();
+  const auto bytes = format::encode(asset);
+  const auto view = format::read_asset(bytes, name);
+  std::vector<test::GoldenAnswer> answers;
+  test::Random random(seed);
+  for (uint32_t object = 0; object < view.objects.size(); ++object)
+    for (int i = 0; i < 300; ++i) {
+      const auto& field = view.objects[object].field;
+      const kernels::Segment ray = test::random_segment(random, field);
+      const kernels::Answer answer = kernels::query_segment(field, ray);
+      answers.push_back({object, ray, answer.logit, answer.visible, answer.certain, 0});
+    }
+  write_output(name + ".nif", bytes);
+  write_output(name + ".answers", std::as_bytes(std::span(answers)));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    std::fprintf(stderr, "usage: make_golden SEED NAME\n");
+    return int(nif::Status::usage);
+  }
+  try {
+    make(std::strtoull(argv[1], nullptr, 10), argv[2]);
+  } catch (const nif::Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return int(error.status());
+  }
+}
