@@ -21,8 +21,8 @@ std::string name_in(const draco::Mesh& decoded) {
   return name;
 }
 
-/// Reads positions straight from the decoded bytes. Draco's own conversion looks at a flag of the attribute
-/// that damaged files leave in a state that no bool may have.
+/// Reads positions of the types that make sense. Draco's own conversion also reads them as bools where a
+/// damaged file says so, and loading a byte that is no bool is undefined.
 class Positions {
  public:
   Positions(const draco::PointAttribute& source, bool normalized)
