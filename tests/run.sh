@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Checks everything, from a clean clone on a bare machine: builds with warnings as errors, checks the style, runs all
-# tests, builds the runtime alone, and runs the tests of format, runtime and mesh readers under the sanitizers.
+# tests, builds the runtime alone, runs the tests of format, runtime and mesh readers under the sanitizers, and fuzzes
+# the asset reader for a fixed number of inputs.
 #
 #   tests/run.sh [--quick]     --quick: the release build and its tests only
 #
@@ -96,33 +97,37 @@ build_runtime() {
     && cmake --build build/runtime --parallel "$jobs"
 }
 
-# sanitize PRESET FOLDERS CMAKE-OPTIONS...: builds the tests of some folders under a preset of sanitizers.
-build_sanitized() {
-  local preset=$1 targets=()
-  local -a folders
-  read -ra folders <<<"$2"
-  targets=("${folders[@]/%//all}")
-  configure "$preset" "${@:3}" && cmake --build "build/$preset" --parallel "$jobs" --target "${targets[@]/#/tests/}"
+# build_part PRESET 'TARGET...' [cmake options]: configures a preset and builds some of its targets.
+build_part() {
+  local targets
+  read -ra targets <<<"$2"
+  configure "$1" "${@:3}" && cmake --build "build/$1" --parallel "$jobs" --target "${targets[@]}"
 }
 
 if [[ -z ${NIF_TEST_MESHES-} ]]; then
   echo 'NIF_TEST_MESHES is not set: tests over real meshes will be skipped'
 fi
 
-step 'set up' tools/setup.sh build sample check || exit 1
+needed=(build check)
+((quick)) || needed+=(fuzz)
+step 'set up' tools/setup.sh "${needed[@]}" || exit 1
 step 'configure release' configure release || exit 1
 step 'build release' cmake --build build/release --parallel "$jobs" || exit 1
 step 'check style' check_style || true
 step 'test release' run_tests build/release || true
 if ((!quick)); then
   step 'build the runtime alone' build_runtime || true
-  if step 'build asan' build_sanitized asan 'format mesh runtime'; then
-    for folder in format mesh runtime; do
+  # Parts are named by folder: their tests are there, and their targets are the folder's "all".
+  if step 'build asan' build_part asan 'write_random_asset tests/format/all tests/golden/all tests/mesh/all tests/runtime/all'; then
+    for folder in format golden mesh runtime; do
       step "test asan: $folder" run_tests "build/asan/tests/$folder" || true
     done
   fi
   # Threads are the runtime's: the baker's TBB and Embree are not built for the thread sanitizer.
-  if step 'build tsan' build_sanitized tsan runtime -DNIF_BUILD_TOOLS=OFF; then
+  if step 'build tsan' build_part tsan tests/runtime/all -DNIF_BUILD_TOOLS=OFF; then
     step 'test tsan: threads' run_tests build/tsan/tests/runtime --tests-regex '[Tt]hread' || true
+  fi
+  if step 'build fuzz' build_part fuzz tests/fuzz/all; then
+    step 'test fuzz' run_tests build/fuzz/tests/fuzz || true
   fi
 fi
