@@ -8,6 +8,7 @@
 
 #include "formats/mesh/read.hpp"
 #include "kernels/reference/walk.hpp"
+#include "tests/bake/exact.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/real_meshes.hpp"
 #include "tests/support/shapes.hpp"
@@ -112,7 +113,8 @@ Segment random_segment(const OccupiedObject& o, bake::Random& random) {
 }
 
 struct Counts {
-  uint64_t certain_visible = 0, certain_occluded = 0, wrong = 0;
+  uint64_t certain_visible = 0, certain_occluded = 0, embree_misses = 0, wrong = 0;
+  std::vector<Segment> doubtful;  // Embree disagrees
 };
 
 Counts count_certain(const OccupiedObject& o, uint64_t segments) {
@@ -127,20 +129,30 @@ Counts count_certain(const OccupiedObject& o, uint64_t segments) {
       if (!walk.certain) continue;
       const bool visible = walk.verdict == kernels::Verdict::visible;
       (visible ? parts[b].certain_visible : parts[b].certain_occluded) += 1;
-      if (o.truth->source().oracle.occluded(s) == visible) {
-        ++parts[b].wrong;
-        ADD_FAILURE() << "certainly " << (visible ? "visible" : "occluded") << ", says the walk: origin "
-                      << s.origin[0] << ' ' << s.origin[1] << ' ' << s.origin[2] << ", direction "
-                      << s.direction[0] << ' ' << s.direction[1] << ' ' << s.direction[2] << ", t " << s.tmin
-                      << ".." << s.tmax;
-      }
+      if (o.truth->source().oracle.occluded(s) == visible) parts[b].doubtful.push_back(s);
     }
   });
   Counts all;
-  for (const Counts& part : parts) {
+  for (Counts& part : parts) {
     all.certain_visible += part.certain_visible;
     all.certain_occluded += part.certain_occluded;
-    all.wrong += part.wrong;
+    all.doubtful.insert(all.doubtful.end(), part.doubtful.begin(), part.doubtful.end());
+  }
+  if (all.doubtful.empty()) return all;
+  const ExactOracle exact(o.prepared.surface.positions, o.prepared.surface.triangles);
+  for (const Segment& s : all.doubtful) {
+    kernels::Walk walk;
+    kernels::walk_segment(o.field, s, walk);
+    const bool visible = walk.verdict == kernels::Verdict::visible;
+    if (exact.occluded(s, 100 * o.prepared.box.diagonal()) != visible) {
+      ++all.embree_misses;
+      continue;
+    }
+    ++all.wrong;
+    ADD_FAILURE() << "certainly " << (visible ? "visible" : "occluded") << ", says the walk: origin "
+                  << s.origin[0] << ' ' << s.origin[1] << ' ' << s.origin[2] << ", direction "
+                  << s.direction[0] << ' ' << s.direction[1] << ' ' << s.direction[2] << ", t " << s.tmin
+                  << ".." << s.tmax;
   }
   return all;
 }
@@ -196,10 +208,12 @@ TEST(CertainOnRealMeshes, IsNeverWrongOnTenMillionSegmentsEach) {
     const OccupiedObject o(*largest, 96);
     const Counts counts = count_certain(o, kSegments);
     EXPECT_EQ(counts.wrong, 0u);
-    std::printf("%-45s %4.1f %% certainly visible, %4.1f %% certainly occluded, %llu wrong of %llu\n",
-                file.filename().c_str(), 100.0 * double(counts.certain_visible) / double(kSegments),
-                100.0 * double(counts.certain_occluded) / double(kSegments),
-                static_cast<unsigned long long>(counts.wrong), static_cast<unsigned long long>(kSegments));
+    std::printf(
+        "%-45s %4.1f %% certainly visible, %4.1f %% certainly occluded, %d wrong; %d missed by Embree\n",
+        file.filename().c_str(), 100.0 * double(counts.certain_visible) / double(kSegments),
+        100.0 * double(counts.certain_occluded) / double(kSegments), int(counts.wrong),
+        int(counts.embree_misses));
+    EXPECT_LT(counts.embree_misses, 100u);  // more would mean that the walk is at fault, not Embree
   }
 }
 

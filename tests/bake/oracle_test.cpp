@@ -1,27 +1,18 @@
 // Embree's labels against CGAL's AABB tree, which decides with exact predicates. Where the two differ, the
 // ray must pass an edge, or end at the surface, within a millionth of the box's size.
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "bake/prepare.hpp"
+#include "tests/bake/exact.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {
 namespace {
 
 using bake::Double3;
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Triangles = std::vector<Kernel::Triangle_3>;
-using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
-using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-Double3 to_double3(const Kernel::Point_3& p) { return {p.x(), p.y(), p.z()}; }
 
 /// Distance between two segments given by their ends (Ericson 2005, 5.1.9).
 double distance(const Double3& p1, const Double3& q1, const Double3& p2, const Double3& q2) {
@@ -55,15 +46,9 @@ TEST_P(OracleAgainstCgal, DifferOnlyAtEdgesAndEnds) {
       break;
   }
   const bake::Prepared prepared = bake::prepare(mesh);
-  const auto& [positions, faces, slivers, report] = prepared.surface;
-  Triangles triangles;
-  for (const mesh::Triangle& f : faces) {
-    const auto corner = [&](int i) {
-      return Kernel::Point_3(positions[f[i]][0], positions[f[i]][1], positions[f[i]][2]);
-    };
-    triangles.emplace_back(corner(0), corner(1), corner(2));
-  }
-  const Tree tree(triangles.begin(), triangles.end());
+  const auto& positions = prepared.surface.positions;
+  const auto& faces = prepared.surface.triangles;
+  const ExactOracle exact(positions, faces);
   const bake::GroundTruth truth(prepared);
 
   const double size = prepared.box.longest_side(), close = 1e-6 * size;
@@ -84,27 +69,17 @@ TEST_P(OracleAgainstCgal, DifferOnlyAtEdgesAndEnds) {
       ray = bake::draw_ray(truth.source(), set, random);
     }
     ASSERT_TRUE(ray);
-    const Double3 origin{ray->origin[0], ray->origin[1], ray->origin[2]},
-        direction{ray->direction[0], ray->direction[1], ray->direction[2]};
-    const double end = std::min(double(ray->tmax), 10 * size / bake::length(direction));
-    const Double3 last = origin + direction * end;
-    const Kernel::Segment_3 exact(Kernel::Point_3(origin[0], origin[1], origin[2]),
-                                  Kernel::Point_3(last[0], last[1], last[2]));
-    const bool expected = tree.do_intersect(exact), found = truth.source().oracle.occluded(*ray);
+    const bool expected = exact.occluded(*ray, 10 * size), found = truth.source().oracle.occluded(*ray);
     occluded_count += expected;
     if (expected == found) continue;
     ++differences;
-    double nearest = kInfinity;
-    for (const Kernel::Triangle_3& t : triangles) {
+    const auto [first, last] = ends_of(*ray, 10 * size);
+    double nearest = std::min(exact.distance(first), exact.distance(last));
+    for (const mesh::Triangle& f : faces) {
       for (int e = 0; e < 3; ++e) {
-        nearest = std::min(
-            nearest, distance(origin, last, to_double3(t.vertex(e)), to_double3(t.vertex((e + 1) % 3))));
+        const Double3 a = bake::to_double(positions[f[e]]), b = bake::to_double(positions[f[(e + 1) % 3]]);
+        nearest = std::min(nearest, distance(first, last, a, b));
       }
-    }
-    for (const Double3& point : {origin, last}) {
-      const double off =
-          std::sqrt(CGAL::to_double(tree.squared_distance(Kernel::Point_3(point[0], point[1], point[2]))));
-      nearest = std::min(nearest, off);
     }
     EXPECT_LE(nearest, close) << "ray " << i << ": CGAL says " << (expected ? "occluded" : "visible");
   }

@@ -1,0 +1,34 @@
+// The truth that Embree is held against: CGAL's exact predicates.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "bake/vector.hpp"
+#include "formats/mesh/scene.hpp"
+#include "kernels/reference/walk.hpp"
+
+namespace nif::test {
+
+/// Decides whether segments meet a mesh with exact predicates, through CGAL's AABB tree. Slow to build and to
+/// ask.
+class ExactOracle {
+ public:
+  ExactOracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles);
+  ~ExactOracle();
+
+  /// An infinite segment is cut `reach` away from its origin, which should be beyond the mesh. The ends are
+  /// rounded to double precision; the rest is exact.
+  bool occluded(const kernels::Segment& segment, double reach) const;
+  /// Distance of a point from the nearest triangle.
+  double distance(const bake::Double3& point) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The ends of a segment, an infinite one cut `reach` away from its origin.
+std::pair<bake::Double3, bake::Double3> ends_of(const kernels::Segment& segment, double reach);
+
+}  // namespace nif::test
