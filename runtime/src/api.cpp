@@ -57,6 +57,7 @@ NifError nifLoadAssetFile(NifDevice device, const char* path, NifLoadMode mode, 
     require_argument(device, "device");
     require_argument(path, "path");
     require_argument(asset, "asset");
+    const FloatEnvironment environment;
     *asset = load_file(device, path, mode);
   });
 }
@@ -66,6 +67,7 @@ NifError nifLoadAssetMemory(NifDevice device, const void* bytes, uint64_t size, 
   return guarded([&] {
     require_argument(device, "device");
     require_argument(asset, "asset");
+    const FloatEnvironment environment;
     *asset = load_memory(device, bytes, size, mode);
   });
 }

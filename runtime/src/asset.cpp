@@ -37,6 +37,13 @@ void release(NifAssetObject* asset) {
   destroy(device->memory(), asset);
 }
 
+const format::ObjectView& object_of(const NifAssetObject& asset, uint32_t object) {
+  if (object >= asset.view.objects.size())
+    refuse_argument(std::string(asset.name) + ": there is no object " + std::to_string(object) + " of its " +
+                    std::to_string(asset.view.objects.size()));
+  return asset.view.objects[object];
+}
+
 NifAssetInfo describe(const NifAssetObject& asset) {
   const format::AssetView& view = asset.view;
   NifAssetInfo info{};
@@ -45,17 +52,14 @@ NifAssetInfo describe(const NifAssetObject& asset) {
   info.network_count = uint32_t(view.networks.size());
   info.format_version = format::kVersion;
   info.file_bytes = view.bytes.size();
-  info.resident_bytes = sizeof(NifAssetObject) - sizeof(format::AssetView) + view.resident_bytes();
+  info.resident_bytes = sizeof(NifAssetObject) + asset.name.capacity() + view.resident_bytes();
   info.metadata = view.metadata.empty() ? nullptr : view.metadata.data();
   info.metadata_bytes = view.metadata.size();
   return info;
 }
 
 NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
-  if (object >= asset.view.objects.size())
-    refuse_argument("there is no object " + std::to_string(object) + "; the asset has " +
-                    std::to_string(asset.view.objects.size()));
-  const format::ObjectView& view = asset.view.objects[object];
+  const format::ObjectView& view = object_of(asset, object);
   NifObjectInfo info{};
   info.name = view.name.data();
   info.encoding = format::kSegment;
@@ -70,8 +74,8 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
 
 NifInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t instance) {
   if (instance >= asset.view.instances.size())
-    refuse_argument("there is no instance " + std::to_string(instance) + "; the asset has " +
-                    std::to_string(asset.view.instances.size()));
+    refuse_argument(std::string(asset.name) + ": there is no instance " + std::to_string(instance) +
+                    " of its " + std::to_string(asset.view.instances.size()));
   const format::InstanceView& view = asset.view.instances[instance];
   NifInstanceInfo info{};
   info.name = view.name.data();

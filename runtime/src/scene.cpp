@@ -19,7 +19,7 @@ Transform read_transform(const float* transform) {
 /// Room for `count` more instances of the asset, and a reference to it, so that nothing later can fail.
 void prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   if (asset->device.get() != scene.device.get())
-    refuse_argument("the asset is of another device than the scene");
+    refuse_argument(std::string(asset->name) + ": loaded on another device than the scene's");
   if (count > std::numeric_limits<uint32_t>::max() - scene.instances.size())
     refuse_argument("a scene holds at most 2^32 - 1 instances");
   const size_t needed = scene.instances.size() + count;
@@ -45,10 +45,7 @@ void release(NifSceneObject* scene) {
 }
 
 Added add_instance(NifSceneObject& scene, NifAssetObject* asset, uint32_t object, const float* transform) {
-  if (object >= asset->view.objects.size())
-    refuse_argument("there is no object " + std::to_string(object) + "; the asset has " +
-                    std::to_string(asset->view.objects.size()));
-  const Instance instance = make_instance(asset->view.objects[object], read_transform(transform));
+  const Instance instance = make_instance(object_of(*asset, object), read_transform(transform));
   prepare(scene, asset, 1);
   scene.instances.push_back(instance);
   scene.committed = false;
@@ -66,8 +63,8 @@ Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* trans
     try {
       added.push_back(make_instance(view.objects[placed.object], whole));
     } catch (const Failure& failure) {
-      throw Failure(failure.code(), "instance " + std::to_string(i) + " (" + std::string(placed.name) +
-                                        ") of the asset: " + failure.what());
+      throw Failure(failure.code(), std::string(asset->name) + ": instance " + std::to_string(i) + " (" +
+                                        std::string(placed.name) + "): " + failure.what());
     }
   }
   if (view.instances.empty())

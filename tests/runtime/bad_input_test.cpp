@@ -227,6 +227,21 @@ TEST_F(BadInput, Transforms) {
   EXPECT_EQ(info.instance_count, 1u) << "a failed call changed the scene";
 }
 
+TEST_F(BadInput, MessagesNameTheAssetAndThePlace) {
+  format::Asset source = random_asset(8);
+  source.instances[2].transform = {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0};
+  file_ = format::encode(source);
+  const NifAsset asset = load();
+  const NifScene scene = new_scene();
+  EXPECT_EQ(nifAddAsset(scene, asset, nullptr, nullptr, nullptr), NIF_ERROR_SINGULAR_TRANSFORM);
+  EXPECT_NE(std::strstr(nifGetErrorMessage(), "memory: instance 2 (instance 2): "), nullptr);
+  EXPECT_EQ(nifAddInstance(scene, asset, 3, nullptr, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_STREQ(nifGetErrorMessage(), "memory: there is no object 3 of its 3");
+  auto info = nifkit::sized<NifSceneInfo>();
+  ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
+  EXPECT_EQ(info.instance_count, 0u);
+}
+
 TEST_F(BadInput, RaysThatAreNone) {
   const format::AssetView& view = make(6);
   const NifAsset asset = load();

@@ -33,6 +33,7 @@
 #define NIF_NIF_H
 
 #include <stdint.h>
+#include <string.h>
 
 /* Version of this header. Until 1.0.0 a new minor version may change calls; afterwards only a major one. */
 #define NIF_VERSION_MAJOR 0
@@ -256,8 +257,9 @@ NIF_API NifError nifCommitScene(NifScene scene);
 typedef struct NifSceneInfo {
   uint64_t struct_size;
   uint32_t instance_count;
-  uint32_t committed;  /* 0 where the scene has changed since its last commit, else 1 */
-  float bounds_min[3]; /* world box around all instances' bounds; min > max where there is none */
+  uint32_t committed; /* 0 where the scene has changed since its last commit, else 1 */
+  float
+      bounds_min[3]; /* world box around all instances' bounds at the last commit; min > max: there is none */
   float bounds_max[3];
   uint64_t resident_bytes; /* of the scene itself, without the assets */
 } NifSceneInfo;
@@ -351,27 +353,10 @@ NIF_API NifError nifQueryRay(NifScene scene, const NifRay* ray, uint8_t* visible
 
 /* A description of rays[count], without outputs. Null where count is 0. */
 static inline NifQuery nifQueryRays(const NifRay* rays, uint64_t count) {
-  NifQuery query = {sizeof(NifQuery),
-                    0,
-                    {0, 0, 0},
-                    sizeof(NifRay),
-                    {0, 0, 0},
-                    sizeof(NifRay),
-                    0,
-                    sizeof(NifRay),
-                    0,
-                    sizeof(NifRay),
-                    0,
-                    0,
-                    0,
-                    0,
-                    0,
-                    NIF_HOST,
-                    0,
-                    0,
-                    0,
-                    0};
+  NifQuery query;
   int axis;
+  memset(&query, 0, sizeof(query));
+  query.struct_size = sizeof(query);
   if (count == 0) return query;
   query.count = count;
   for (axis = 0; axis < 3; ++axis) {
@@ -380,6 +365,7 @@ static inline NifQuery nifQueryRays(const NifRay* rays, uint64_t count) {
   }
   query.tmin = &rays->tmin;
   query.tmax = &rays->tmax;
+  query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = sizeof(NifRay);
   return query;
 }
 
