@@ -139,14 +139,14 @@ class Baker {
 
  private:
   void choose_objects() {
-    const DistinctMeshes distinct = find_distinct(scene_);
-    for (uint32_t mesh : distinct.meshes) {
-      report(BakeProgress::Stage::preparing, scene_.meshes[mesh].name, prepared_.size(), 0, 0, 0);
-      prepared_.push_back(prepare(scene_.meshes[mesh]));
-    }
+    report(BakeProgress::Stage::preparing, scene_.meshes.front().name, 0, 0, 0, 0);
+    PreparedScene prepared = prepare(scene_);
+    prepared_ = std::move(prepared.objects);
+    result_.notes = std::move(prepared.notes);
     for (const mesh::Instance& instance : scene_.instances) {
-      result_.asset.instances.push_back(
-          {format::clean_name(instance.name), distinct.object_of[instance.mesh], instance.transform});
+      const uint32_t object = prepared.object_of[instance.mesh];
+      if (object == PreparedScene::kNone) continue;
+      result_.asset.instances.push_back({format::clean_name(instance.name), object, instance.transform});
     }
     // Progress is shared out by what training will roughly cost.
     for (const Prepared& p : prepared_)

@@ -211,8 +211,9 @@ void store_occupancy(const Occupancy& occupancy, uint32_t features_per_corner, f
         }
         const size_t index = object.brick_states.size();
         if (index + kernels::kFirstMixedBrick > 0xffff) {
-          throw Error(Status::too_large,
-                      "the occupancy grid needs more than 65,532 mixed bricks: use a lower resolution");
+          throw Error(Status::too_large, "object '" + object.name +
+                                             "' needs more than 65,532 mixed bricks at this resolution; " +
+                                             "use a lower one");
         }
         object.brick_table.push_back(uint16_t(index + kernels::kFirstMixedBrick));
         object.brick_states.push_back(states);

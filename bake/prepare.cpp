@@ -23,25 +23,34 @@ Prepared prepare(const mesh::Mesh& mesh) {
   return prepared;
 }
 
-DistinctMeshes find_distinct(const mesh::Scene& scene) {
-  DistinctMeshes distinct;
-  std::map<std::pair<size_t, size_t>, std::vector<uint32_t>> objects_by_size;
+PreparedScene prepare(const mesh::Scene& scene) {
+  PreparedScene prepared;
+  std::map<std::pair<size_t, size_t>, std::vector<uint32_t>> meshes_by_size;  // one of each content
   for (uint32_t m = 0; m < scene.meshes.size(); ++m) {
     const mesh::Mesh& mesh = scene.meshes[m];
-    auto& candidates = objects_by_size[{mesh.positions.size(), mesh.triangles.size()}];
-    const auto found = std::find_if(candidates.begin(), candidates.end(), [&](uint32_t object) {
-      const mesh::Mesh& other = scene.meshes[distinct.meshes[object]];
-      return mesh.positions == other.positions && mesh.triangles == other.triangles;
+    auto& candidates = meshes_by_size[{mesh.positions.size(), mesh.triangles.size()}];
+    const auto found = std::find_if(candidates.begin(), candidates.end(), [&](uint32_t other) {
+      return mesh.positions == scene.meshes[other].positions &&
+             mesh.triangles == scene.meshes[other].triangles;
     });
     if (found != candidates.end()) {
-      distinct.object_of.push_back(*found);
+      prepared.object_of.push_back(prepared.object_of[*found]);
       continue;
     }
-    distinct.object_of.push_back(uint32_t(distinct.meshes.size()));
-    candidates.push_back(distinct.object_of.back());
-    distinct.meshes.push_back(m);
+    candidates.push_back(m);
+    try {
+      prepared.objects.push_back(prepare(mesh));
+      prepared.object_of.push_back(uint32_t(prepared.objects.size() - 1));
+    } catch (const Error& error) {
+      // One mesh of many that is nothing but lines should not cost the others.
+      if (error.status() != Status::all_degenerate) throw;
+      const bool last = m + 1 == scene.meshes.size();
+      if (last && prepared.objects.empty()) throw;
+      prepared.object_of.push_back(PreparedScene::kNone);
+      prepared.notes.push_back(fmt::format("left out: {}", error.what()));
+    }
   }
-  return distinct;
+  return prepared;
 }
 
 }  // namespace nif::bake

@@ -1,6 +1,7 @@
 // Meshes made ready for baking or measuring: cleaned, with their closed parts and bounds known.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "bake/closure.hpp"
@@ -22,12 +23,18 @@ struct Prepared {
 /// Throws Error(all_degenerate) from clean(), Error(too_large) where the size cannot be computed with.
 Prepared prepare(const mesh::Mesh& mesh);
 
-/// The meshes of a scene that become objects: of several with equal positions and triangles only the first.
-struct DistinctMeshes {
-  std::vector<uint32_t> meshes;     ///< by object: index into Scene::meshes
-  std::vector<uint32_t> object_of;  ///< by mesh: its object
+/// The objects of a scene. Of several meshes with equal positions and triangles the first stands for all;
+/// meshes without any area are left out, with their instances.
+struct PreparedScene {
+  static constexpr uint32_t kNone = 0xffffffffu;
+  std::vector<Prepared> objects;
+  std::vector<uint32_t> object_of;  ///< by mesh: its object, or kNone where it was left out
+  std::vector<std::string> notes;   ///< one sentence for each mesh left out
 };
-DistinctMeshes find_distinct(const mesh::Scene& scene);
+
+/// Refers to the scene's meshes, which must outlive the result. Throws as prepare() of a mesh, all_degenerate
+/// only where no object is left.
+PreparedScene prepare(const mesh::Scene& scene);
 
 /// The ground truth of one object, over its prepared mesh, which must outlive it.
 class GroundTruth {
@@ -35,7 +42,8 @@ class GroundTruth {
   explicit GroundTruth(const Prepared& prepared)
       : oracle_(prepared.surface.positions, prepared.surface.triangles),
         inside_(prepared.surface.positions, prepared.closed),
-        source_{oracle_, inside_, prepared.box, prepared.bias} {}
+        source_{oracle_, inside_, prepared.box, prepared.bias,
+                has_free_volume(inside_, prepared.box, prepared.bias)} {}
   const RaySource& source() const { return source_; }
 
  private:

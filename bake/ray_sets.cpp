@@ -84,18 +84,16 @@ std::optional<Segment> draw_from_surface(const RaySource& source, Random& random
   return std::nullopt;
 }
 
+std::array<float, 3> draw_point(const Box& box, Random& random) {
+  std::array<float, 3> point;
+  for (int a = 0; a < 3; ++a) point[a] = static_cast<float>(random.uniform(box.min[a], box.max[a]));
+  return point;
+}
+
 std::optional<Segment> draw_from_volume(const RaySource& source, Random& random) {
-  // In a box flatter than the bias every origin would lie on the surface, as near as one can tell.
-  for (int a = 0; a < 3; ++a) {
-    if (source.box.max[a] - source.box.min[a] < source.bias) return std::nullopt;
-  }
-  for (int i = 0; i < kTries; ++i) {
-    std::array<float, 3> origin;
-    for (int a = 0; a < 3; ++a) {
-      origin[a] = static_cast<float>(random.uniform(source.box.min[a], source.box.max[a]));
-    }
-    if (source.inside.inside(origin)) continue;
-    return make_segment(to_double(origin), random.direction(), kInfinity);
+  for (int i = 0; source.has_volume && i < kTries; ++i) {
+    const std::array<float, 3> origin = draw_point(source.box, random);
+    if (!source.inside.inside(origin)) return make_segment(to_double(origin), random.direction(), kInfinity);
   }
   return std::nullopt;
 }
@@ -111,7 +109,12 @@ std::optional<Segment> cut(const RaySource& source, std::optional<Segment> ray, 
 /// it are left out, as a renderer would. Parallel projection, the picture just large enough for the box.
 std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t seed) {
   Random random(seed, uint64_t(RaySet::sun), 0);
-  const Double3 view = random.direction(), sun = random.direction();
+  // The sun stands behind the viewer, at most 60 degrees off, so that even a flat sheet is lit.
+  const Double3 view = random.direction();
+  Double3 sun;
+  do {
+    sun = random.direction();
+  } while (dot(sun, view) > -0.5);
   Double3 u, v;
   frame(view, u, v);
   double low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
@@ -124,10 +127,11 @@ std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t se
   const double width = high[0] - low[0], height = high[1] - low[1];
   if (!(width > 0 && height > 0)) return {};
 
-  // Of a picture's pixels some miss the object and some face away: ask for more until enough are left, within
-  // reason.
+  // Of a picture's pixels some miss the object and some face away: a second and third one are made as fine as
+  // the last one's yield asks for, within reason.
   std::vector<Segment> segments;
-  for (double pixels = 2 * double(count) + 256; pixels < 200 * double(count) + 1e6; pixels *= 1.6) {
+  double pixels = 2 * double(count) + 256;
+  for (int pictures = 0; pictures < 3; ++pictures) {
     const double pitch = std::sqrt(width * height / pixels);
     const size_t columns = size_t(std::min(width / pitch + 1, pixels)),
                  rows = size_t(std::min(height / pitch + 1, pixels));
@@ -144,7 +148,8 @@ std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t se
     });
     segments.clear();
     for (const auto& line : lines) segments.insert(segments.end(), line.begin(), line.end());
-    if (segments.size() >= count) break;
+    if (segments.size() >= count || segments.empty()) break;
+    pixels *= std::min(1.05 * double(count) / double(segments.size()), 50.0);
   }
   if (segments.size() > count) segments.resize(count);
   return segments;
@@ -164,6 +169,17 @@ std::optional<RaySet> ray_set_named(std::string_view name) {
   return std::nullopt;
 }
 
+bool has_free_volume(const InsideTest& inside, const Box& box, float bias) {
+  for (int a = 0; a < 3; ++a) {
+    if (box.max[a] - box.min[a] < bias) return false;
+  }
+  Random random(0, 0x766f6c756d65, 0);
+  for (int i = 0; i < 4096; ++i) {
+    if (!inside.inside(draw_point(box, random))) return true;
+  }
+  return false;
+}
+
 std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& random) {
   switch (set) {
     case RaySet::outer_lines:
@@ -173,7 +189,7 @@ std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& ran
     case RaySet::inner_volume:
       return draw_from_volume(source, random);
     case RaySet::segments:
-      // A flat object has no free volume: all its segments start on the surface.
+      // An object without free volume has all its segments start on the surface.
       if (random.below(2) == 1) {
         if (auto segment = cut(source, draw_from_volume(source, random), random)) return segment;
       }

@@ -32,7 +32,12 @@ struct RaySource {
   const InsideTest& inside;
   Box box;
   float bias;
+  bool has_volume;  ///< some of the box lies outside of every solid, see has_free_volume()
 };
+
+/// False where the box is flatter than the bias along an axis, or where 4,096 random points of it all lie
+/// inside.
+bool has_free_volume(const InsideTest& inside, const Box& box, float bias);
 
 /// One random ray of a set (all but `sun`, which is a picture and not a distribution). Directions have unit
 /// length. nullopt where the object does not let itself be hit (or left free) within many tries.

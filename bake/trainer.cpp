@@ -191,17 +191,17 @@ class Trainer {
     double loss = 0;
     for (const Group& group : groups_) loss += group.loss;
     loss /= options_.batch;
-    if (!std::isfinite(loss)) {
+    if (!std::isfinite(loss) || !update(steps)) {
       recover();
       return;
     }
-    update(steps);
     watch(rays, firsts, slice, loss);
     ++step_;
   }
 
-  /// Sums the lanes of the small gradients and moves all parameters.
-  void update(uint64_t steps) {
+  /// Sums the lanes of the small gradients and moves all parameters. False where one moved by something not
+  /// finite.
+  bool update(uint64_t steps) {
     ++adam_step_;
     // Warm-up, then half a cosine down to nearly nothing, so that the last steps settle on the quantised
     // grid.
@@ -221,10 +221,13 @@ class Trainer {
     adam.limit = features_.limit, adam.quantum = features_.quantum;
     constexpr size_t kChunk = 8192;
     const size_t chunks = (features_.master.size() + kChunk - 1) / kChunk;
+    std::atomic<bool> finite{true};
     tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
-      adam_update(adam, c * kChunk, std::min((c + 1) * kChunk, features_.master.size()), features,
-                  features_.master.data(), features_.first.data(), features_.second.data(),
-                  features_.quantised.data());
+      if (!adam_update(adam, c * kChunk, std::min((c + 1) * kChunk, features_.master.size()), features,
+                       features_.master.data(), features_.first.data(), features_.second.data(),
+                       features_.quantised.data())) {
+        finite = false;
+      }
     });
 
     adam.learning_rate = static_cast<float>(options_.network_rate * schedule);
@@ -239,11 +242,12 @@ class Trainer {
       }
       adam.limit = parameters.limit, adam.quantum = parameters.quantum;
       float* const one[] = {sums.data()};
-      adam_update(adam, 0, sums.size(), one, parameters.master.data(), parameters.first.data(),
-                  parameters.second.data(), parameters.quantised.data());
+      return adam_update(adam, 0, sums.size(), one, parameters.master.data(), parameters.first.data(),
+                         parameters.second.data(), parameters.quantised.data());
     };
-    move(weights_, &Group::weights);
-    move(biases_, &Group::biases);
+    const bool weights_finite = move(weights_, &Group::weights),
+               biases_finite = move(biases_, &Group::biases);
+    return finite && weights_finite && biases_finite;
   }
 
   /// Back to the last snapshot, with half the learning rate.

@@ -249,10 +249,10 @@ void TrainSlice(const TrainingModel& model, const TrainingSlice& slice, uint32_t
   }
 }
 
-void AdamUpdate(const AdamStep& step, size_t begin, size_t end, std::span<float* const> groups,
+bool AdamUpdate(const AdamStep& step, size_t begin, size_t end, std::span<float* const> groups,
                 float* HWY_RESTRICT master, float* HWY_RESTRICT first_moment,
                 float* HWY_RESTRICT second_moment, float* HWY_RESTRICT quantised) {
-  auto update = [&](auto d, size_t i) HWY_ATTR {
+  const auto update = [&](auto d, size_t i) HWY_ATTR {
     using V = hn::Vec<decltype(d)>;
     V gradient = hn::LoadU(d, groups[0] + i);
     hn::StoreU(hn::Zero(d), d, groups[0] + i);
@@ -274,12 +274,16 @@ void AdamUpdate(const AdamStep& step, size_t begin, size_t end, std::span<float*
     hn::StoreU(value, d, master + i);
     hn::StoreU(hn::Mul(hn::Round(hn::Div(value, hn::Set(d, step.quantum))), hn::Set(d, step.quantum)), d,
                quantised + i);
+    return hn::Mul(change, hn::Zero(d));  // NaN where the change was not finite
   };
   const Wide wide;
   const hn::FixedTag<float, 1> single;
+  Vector poison = hn::Zero(wide);
+  auto poison_left = hn::Zero(single);
   size_t i = begin;
-  for (; i + hn::Lanes(wide) <= end; i += hn::Lanes(wide)) update(wide, i);
-  for (; i < end; ++i) update(single, i);
+  for (; i + hn::Lanes(wide) <= end; i += hn::Lanes(wide)) poison = hn::Add(poison, update(wide, i));
+  for (; i < end; ++i) poison_left = hn::Add(poison_left, update(single, i));
+  return hn::AllTrue(wide, hn::Eq(poison, poison)) && hn::AllTrue(single, hn::Eq(poison_left, poison_left));
 }
 
 const char* Target() { return hwy::TargetName(HWY_TARGET); }
@@ -306,9 +310,10 @@ void train_slice(const TrainingModel& model, const TrainingSlice& slice, uint32_
   HWY_DYNAMIC_DISPATCH(TrainSlice)(model, slice, count, scratch, gradients);
 }
 
-void adam_update(const AdamStep& step, size_t begin, size_t end, std::span<float* const> groups,
+bool adam_update(const AdamStep& step, size_t begin, size_t end, std::span<float* const> groups,
                  float* master, float* first_moment, float* second_moment, float* quantised) {
-  HWY_DYNAMIC_DISPATCH(AdamUpdate)(step, begin, end, groups, master, first_moment, second_moment, quantised);
+  return HWY_DYNAMIC_DISPATCH(AdamUpdate)(step, begin, end, groups, master, first_moment, second_moment,
+                                          quantised);
 }
 
 const char* trainer_target() { return HWY_DYNAMIC_DISPATCH(Target)(); }

@@ -73,7 +73,8 @@ struct AdamStep {
   float limit;    ///< parameters stay in [-limit, limit]
   float quantum;  ///< steps of the quantised copy
 };
-void adam_update(const AdamStep& step, size_t begin, size_t end, std::span<float* const> groups,
+/// False where a change was not finite. Parameters alone would not tell: clamping turns NaN into a limit.
+bool adam_update(const AdamStep& step, size_t begin, size_t end, std::span<float* const> groups,
                  float* master, float* first_moment, float* second_moment, float* quantised);
 
 /// Name of the instruction set in use.

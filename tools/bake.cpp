@@ -155,6 +155,7 @@ void print_summary(const Arguments& arguments, const bake::BakeResult& result, c
 /// What preparation changed or could not do, for people to see.
 void print_notes(const mesh::Scene& scene, const bake::BakeResult& result) {
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "nif: note: {}\n", warning);
+  for (const std::string& note : result.notes) fmt::print(stderr, "nif: note: {}\n", note);
   for (const bake::ObjectReport& object : result.objects) {
     if (object.cleaned.degenerate || object.cleaned.duplicate) {
       fmt::print(stderr, "nif: note: '{}': dropped {} triangles without area and {} duplicates\n",
@@ -167,6 +168,25 @@ void print_notes(const mesh::Scene& scene, const bake::BakeResult& result) {
                  object.name, object.recoveries);
     }
   }
+}
+
+std::string describe(const bake::BakeProgress& p) {
+  std::string text;
+  switch (p.stage) {
+    case bake::BakeProgress::Stage::preparing:
+      text = "preparing ";
+      break;
+    case bake::BakeProgress::Stage::training:
+      text = "training ";
+      break;
+    case bake::BakeProgress::Stage::measuring:
+      text = "measuring ";
+      break;
+  }
+  text += p.object;
+  if (p.object_count > 1) text += fmt::format(" ({} of {})", p.object_index + 1, p.object_count);
+  if (p.loss > 0) text += fmt::format("  loss {:.4f}  wrong where learned {:.2f} %", p.loss, p.error * 100);
+  return text;
 }
 
 void run(const Arguments& arguments) {
@@ -183,19 +203,11 @@ void run(const Arguments& arguments) {
   progress.update(0, "reading " + arguments.mesh);
   const mesh::Scene scene = mesh::read(arguments.mesh);
   const std::atomic<bool>& cancel = interruption();
-  const bake::BakeResult result = bake::bake(
-      scene, options,
-      [&](const bake::BakeProgress& p) {
-        std::string text = p.stage == bake::BakeProgress::Stage::preparing  ? "preparing "
-                           : p.stage == bake::BakeProgress::Stage::training ? "training "
-                                                                            : "measuring ";
-        text += p.object;
-        if (p.object_count > 1) text += fmt::format(" ({} of {})", p.object_index + 1, p.object_count);
-        if (p.loss > 0)
-          text += fmt::format("  loss {:.4f}  wrong where learned {:.2f} %", p.loss, p.error * 100);
-        progress.update(p.fraction, text);
-      },
-      cancel);
+  const bake::BakeResult result = naming(arguments.mesh, [&] {
+    return bake::bake(
+        scene, options, [&](const bake::BakeProgress& p) { progress.update(p.fraction, describe(p)); },
+        cancel);
+  });
   const std::vector<std::byte> file = format::encode(result.asset);
   if (options.max_bytes && file.size() > *options.max_bytes) {
     throw Error(Status::target_not_met, fmt::format("--max-bytes {} is not met: the asset takes {} bytes",

@@ -9,8 +9,6 @@
 #include <csignal>
 #include <memory>
 
-#include "formats/status.hpp"
-
 namespace nif::tools {
 namespace {
 

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string>
 
+#include "formats/status.hpp"
+
 namespace nif::tools {
 
 /// Adds a subcommand's options to `app`; its callback does the work and throws nif::Error on failure. Each of
@@ -17,6 +19,19 @@ void add_info(CLI::App& app);
 /// Set once Ctrl-C or a termination signal has come; a second one ends the process at once. The first call
 /// installs the handler: before it, signals kill as usual.
 const std::atomic<bool>& interruption();
+
+/// Runs `work`; where that throws a nif::Error that does not name the file it is about, puts the file's name
+/// first.
+template <class Work>
+auto naming(const std::string& file, Work&& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    const std::string sentence = error.what();
+    if (sentence.find(file) != std::string::npos) throw;
+    throw Error(error.status(), file + ": " + sentence);
+  }
+}
 
 /// Limits the threads of everything that follows in the process; 0: all of them.
 void limit_threads(uint32_t threads);

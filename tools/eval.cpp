@@ -107,8 +107,8 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
   Progress progress(arguments.quiet);
   progress.update(0, "reading " + arguments.mesh);
   const mesh::Scene scene = mesh::read(arguments.mesh);
-  const bake::DistinctMeshes distinct = bake::find_distinct(scene);
-  const size_t count = distinct.meshes.size();
+  const bake::PreparedScene objects = naming(arguments.mesh, [&] { return bake::prepare(scene); });
+  const size_t count = objects.objects.size();
   if (result.info.object_count != count) {
     throw Error(Status::mesh_mismatch,
                 fmt::format("{} was not baked from {}: it holds {} objects, the mesh file {}",
@@ -119,7 +119,7 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
     NifObjectInfo object{};
     object.struct_size = sizeof(object);
     check(nifGetObjectInfo(asset.handle, i, &object));
-    const bake::Prepared prepared = bake::prepare(scene.meshes[distinct.meshes[i]]);
+    const bake::Prepared& prepared = objects.objects[i];
     match(arguments, object, prepared);
     result.triangles += prepared.surface.triangles.size();
 

@@ -84,6 +84,18 @@ TEST(Bake, KeepsNamesInstancesAndBoundsAndSharesEqualMeshes) {
   EXPECT_GT(metadata["accuracy"]["outer-lines"]["rays"], 0);
 }
 
+TEST(Bake, LeavesOutMeshesWithoutArea) {
+  mesh::Scene scene = two_kinds_thrice();
+  scene.meshes[1] = {"line", {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}, {{0, 1, 2}}};
+  const bake::BakeResult result = bake_quietly(scene, quick());
+  EXPECT_EQ(result.asset.objects.size(), 1u);
+  EXPECT_EQ(result.asset.instances.size(), 2u);
+  EXPECT_EQ(result.notes.size(), 1u);
+  scene.meshes = {scene.meshes[1]};
+  scene.instances = {{"line", 0, mesh::kIdentity}};
+  EXPECT_EQ(status_of(scene, quick()), Status::all_degenerate);
+}
+
 TEST(Bake, StaysWithinTheBytesItIsGiven) {
   mesh::Scene scene;
   scene.meshes = {icosphere(6)};
@@ -145,7 +157,7 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
   NifAsset asset = nullptr;
   ASSERT_EQ(nifNewDevice(nullptr, nullptr, &device), NIF_OK);
   ASSERT_EQ(nifLoadAssetMemory(device, file.data(), file.size(), NIF_MEMORY_COPY, &asset), NIF_OK);
-  const bake::DistinctMeshes distinct = bake::find_distinct(scene);
+  const bake::PreparedScene prepared = bake::prepare(scene);
   for (uint32_t i = 0; i < result.asset.objects.size(); ++i) {
     NifScene alone = nullptr;
     ASSERT_EQ(nifNewScene(device, &alone), NIF_OK);
@@ -153,8 +165,7 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
     ASSERT_EQ(nifCommitScene(alone), NIF_OK);
     const format::Object& object = result.asset.objects[i];
     const kernels::SegmentField field = format::field_of(object, result.asset.networks[object.network]);
-    const bake::Prepared prepared = bake::prepare(scene.meshes[distinct.meshes[i]]);
-    const bake::GroundTruth truth(prepared);
+    const bake::GroundTruth truth(prepared.objects[i]);
     for (RaySet set : bake::kRaySets) {
       const bake::LabelledRays rays = bake::make_ray_set(truth.source(), set, rays_per_set, 31);
       const size_t count = rays.segments.size();

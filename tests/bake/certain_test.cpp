@@ -189,7 +189,8 @@ TEST_P(CertainOnShapes, IsNeverWrong) {
   const Counts counts = count_certain(o, kSegments / 5);
   EXPECT_EQ(counts.wrong, 0u);
   EXPECT_GT(counts.certain_visible, kSegments / 50);
-  if (GetParam() != 4) {
+  // A bowl has no inside, and of a cube nothing but surface voxels lies between its inside and its box.
+  if (GetParam() != 3 && GetParam() != 4) {
     EXPECT_GT(counts.certain_occluded, kSegments / 500);
   }
 }

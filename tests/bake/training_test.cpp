@@ -33,8 +33,21 @@ struct Trained {
     result = bake::train(
         object->truth->source(), object->object, options, [](const auto&) {}, cancel);
   }
-  double error(RaySet set) const {
-    const kernels::SegmentField field = format::field_of(object->object, result.network);
+  double error(RaySet set) const { return error(set, result.network); }
+  double best_constant_error(RaySet set) const {
+    double best = 1;
+    for (int32_t logit : {-1, 1}) {
+      format::Network constant = result.network;
+      constant.layers.back().weights.assign(constant.layers.back().weights.size(), 0);
+      constant.layers.back().biases = {logit};
+      best = std::min(best, error(set, constant));
+    }
+    return best;
+  }
+
+ private:
+  double error(RaySet set, const format::Network& network) const {
+    const kernels::SegmentField field = format::field_of(object->object, network);
     const bake::LabelledRays rays = bake::make_ray_set(object->truth->source(), set, 50'000, 77);
     return bake::evaluate(rays, bake::reference_answerer(field)).error();
   }
@@ -42,10 +55,10 @@ struct Trained {
 
 TEST(Training, LearnsATorus) {
   const Trained trained(short_training());
-  // The untrained field would call every ambiguous ray alike, and be wrong in some 10 % of them all.
-  EXPECT_LT(trained.error(RaySet::outer_lines), 0.008);
-  EXPECT_LT(trained.error(RaySet::inner_surface), 0.02);
-  EXPECT_LT(trained.error(RaySet::segments), 0.015);
+  // Against a network that calls all ambiguous rays alike, whichever way is better.
+  for (RaySet set : {RaySet::outer_lines, RaySet::inner_surface, RaySet::segments}) {
+    EXPECT_LT(trained.error(set), 0.35 * trained.best_constant_error(set)) << bake::name_of(set);
+  }
   EXPECT_EQ(trained.result.recoveries, 0u);
 }
 
@@ -74,7 +87,7 @@ TEST(Training, GoesBackWhereTheLossBecomesNonFinite) {
   options.spoil_at_step = 300;
   const Trained trained(options);
   EXPECT_EQ(trained.result.recoveries, 1u);
-  EXPECT_LT(trained.error(RaySet::outer_lines), 0.012);
+  EXPECT_LT(trained.error(RaySet::outer_lines), 0.35 * trained.best_constant_error(RaySet::outer_lines));
 }
 
 TEST(Training, FailsRatherThanShipWhatDidNotTrain) {
