@@ -60,7 +60,7 @@ run_tests() {
   shift
   report=$(mktemp)
   ctest --test-dir "$folder" --parallel 2 --output-on-failure --no-tests=error --output-junit "$report" "$@" \
-    | { grep -vE '^ +Start +[0-9]+:' || true; } || status=$?
+    | sed -uE '/^ +Start +[0-9]+:/d; s/ \.{4,}/ .../' || status=$?
   tests=$(count tests "$report") failures=$(count failures "$report")
   skips=$(($(count skipped "$report") + $(count disabled "$report")))
   # GoogleTest prints a line that ends in ": Skipped", then the reason.
