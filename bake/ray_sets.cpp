@@ -13,15 +13,6 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr size_t kBlock = 4096;  // rays that share a random stream
 constexpr int kTries = 10000;
 
-Segment make_segment(const Double3& origin, const Double3& direction, float tmax) {
-  Segment segment{{}, {}, 0, tmax};
-  for (int a = 0; a < 3; ++a) {
-    segment.origin[a] = static_cast<float>(origin[a]);
-    segment.direction[a] = static_cast<float>(direction[a]);
-  }
-  return segment;
-}
-
 Double3 centre(const Box& box) { return (to_double(box.min) + to_double(box.max)) * 0.5; }
 
 /// Two unit vectors that make an orthogonal frame with a unit vector (Duff et al. 2017).
@@ -159,6 +150,15 @@ constexpr std::array<std::string_view, kRaySets.size()> kNames{"outer-lines", "i
                                                                "segments", "sun"};
 
 }  // namespace
+
+Segment make_segment(const Double3& origin, const Double3& direction, float tmax) {
+  Segment segment{{}, {}, 0, tmax};
+  for (int a = 0; a < 3; ++a) {
+    segment.origin[a] = static_cast<float>(origin[a]);
+    segment.direction[a] = static_cast<float>(direction[a]);
+  }
+  return segment;
+}
 
 std::string_view name_of(RaySet set) { return kNames[size_t(set)]; }
 

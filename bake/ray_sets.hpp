@@ -39,6 +39,9 @@ struct RaySource {
 /// inside.
 bool has_free_volume(const InsideTest& inside, const Box& box, float bias);
 
+/// A segment from single-precision copies of its origin and direction, with tmin = 0.
+Segment make_segment(const Double3& origin, const Double3& direction, float tmax);
+
 /// One random ray of a set (all but `sun`, which is a picture and not a distribution). Directions have unit
 /// length. nullopt where the object does not let itself be hit (or left free) within many tries.
 std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& random);

@@ -60,15 +60,6 @@ Double3 draw_surface_voxel_point(const kernels::SegmentField& field, const Surfa
   return point;
 }
 
-Segment make_segment(const Double3& origin, const Double3& direction, float tmax) {
-  Segment segment{{}, {}, 0, tmax};
-  for (int a = 0; a < 3; ++a) {
-    segment.origin[a] = static_cast<float>(origin[a]);
-    segment.direction[a] = static_cast<float>(direction[a]);
-  }
-  return segment;
-}
-
 /// A line through a random surface voxel: nearly all such lines are ambiguous, while of the lines of
 /// `outer-lines` nine in ten are not. Long ways through surface voxels are drawn more often than in that set.
 Segment draw_line_through_surface(const RaySource& source, const kernels::SegmentField& field,

@@ -141,9 +141,9 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result, cons
 
 void print_summary(const Arguments& arguments, const bake::BakeResult& result, const AssetBytes& bytes,
                    double seconds) {
-  fmt::print("{}: {} triangles in {} object{}, {} instance{}; baked in {:.1f} s, at most {} of memory\n",
-             arguments.output, result.triangles, result.objects.size(), result.objects.size() == 1 ? "" : "s",
-             result.asset.instances.size(), result.asset.instances.size() == 1 ? "" : "s", seconds,
+  fmt::print("{}: {} in {}, {}; baked in {:.1f} s, at most {} of memory\n", arguments.output,
+             count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
+             count_of(result.asset.instances.size(), "instance"), seconds,
              format_bytes(double(peak_memory())));
   fmt::print("{} as a file, {} resident (occupancy {}, features {}, networks {})\n",
              format_bytes(double(bytes.file)), format_bytes(double(bytes.resident)),

@@ -45,6 +45,9 @@ uint64_t parse_bytes(const std::string& text, const std::string& option);
 /// Bytes for a reader: "162 kB", "31.2 MB".
 std::string format_bytes(double bytes);
 
+/// "1 object", "2 objects".
+std::string count_of(uint64_t count, const std::string& noun);
+
 /// Most memory that the process has held so far, in bytes.
 uint64_t peak_memory();
 

@@ -170,7 +170,8 @@ void print_json(const Arguments& arguments, const Result& result) {
 
 void print(const Arguments& arguments, const Result& result) {
   const auto resident = double(result.info.resident_bytes);
-  fmt::print("{}: {} triangles, {} resident\n", arguments.asset, result.triangles, format_bytes(resident));
+  fmt::print("{}: {}, {} resident\n", arguments.asset, count_of(result.triangles, "triangle"),
+             format_bytes(resident));
   if (arguments.bvh) {
     fmt::print("Embree's BVH: {} ({:.0f} x), compact {} ({:.0f} x)\n",
                format_bytes(double(result.embree.standard)), double(result.embree.standard) / resident,

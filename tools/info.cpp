@@ -72,9 +72,8 @@ std::string text_at(const nlohmann::ordered_json& metadata, const std::string& p
 
 void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   const auto& bytes = json["bytes"];
-  fmt::print("{}: nif version {}, {} object{}, {} instance{}\n", json["file"].get<std::string>(),
-             format::kVersion, view.objects.size(), view.objects.size() == 1 ? "" : "s",
-             view.instances.size(), view.instances.size() == 1 ? "" : "s");
+  fmt::print("{}: nif version {}, {}, {}\n", json["file"].get<std::string>(), format::kVersion,
+             count_of(view.objects.size(), "object"), count_of(view.instances.size(), "instance"));
   fmt::print("bytes     {} as a file, {} resident (occupancy {}, features {}, networks {})\n",
              bytes["file"].get<uint64_t>(), bytes["resident"].get<uint64_t>(),
              bytes["occupancy"].get<uint64_t>(), bytes["features"].get<uint64_t>(),

@@ -2,6 +2,7 @@
 // Called as `nif-bake` it is `nif bake`.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <new>
@@ -37,6 +38,14 @@ int run(int argc, char** argv) {
   std::vector<std::string> arguments(argv + 1, argv + argc);
   if (std::filesystem::path(argc > 0 ? argv[0] : "nif").filename() == "nif-bake") {
     arguments.insert(arguments.begin(), "bake");
+  }
+  // CLI11 would only say that a subcommand is missing.
+  const std::vector<CLI::App*> subcommands = app.get_subcommands([](CLI::App*) { return true; });
+  if (!arguments.empty() && !arguments[0].starts_with('-') &&
+      std::none_of(subcommands.begin(), subcommands.end(),
+                   [&](CLI::App* command) { return command->check_name(arguments[0]); })) {
+    throw Error(Status::usage,
+                fmt::format("there is no subcommand '{}'; there are bake, eval and info", arguments[0]));
   }
   std::reverse(arguments.begin(), arguments.end());
   try {

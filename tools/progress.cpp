@@ -24,6 +24,8 @@ void Progress::update(double fraction, const std::string& text) {
   if (quiet_) return;
   const auto now = Clock::now();
   const auto interval = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(1000);
+  // In a log the first line comes after a second, too: what fails at once leaves nothing but its error there.
+  if (last_ == Clock::time_point{} && !terminal_) last_ = start_;
   if (last_ != Clock::time_point{} && now - last_ < interval) return;
   last_ = now;
 

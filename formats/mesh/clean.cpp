@@ -122,7 +122,7 @@ CleanMesh clean(const Mesh& mesh) {
   if (out.triangles.empty()) {
     throw Error(Status::all_degenerate, "mesh '" + mesh.name + "' has " +
                                             std::to_string(mesh.triangles.size()) +
-                                            " triangles, but none of them has an area.");
+                                            " triangles, but none of them has an area");
   }
   return out;
 }

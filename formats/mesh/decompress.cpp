@@ -23,7 +23,7 @@ class Output {
     if (bytes.size() < bytes.capacity()) return;
     if (bytes.size() > limit_) {
       throw Error(Status::too_large,
-                  fmt::format("{}: unpacks to more than the limit of {} bytes.", name_, limit_));
+                  fmt::format("{}: unpacks to more than the limit of {} bytes", name_, limit_));
     }
     // One byte beyond the limit is allowed in the buffer, so that exceeding it can be seen.
     const uint64_t wanted = std::max<uint64_t>({first_guess, uint64_t{bytes.capacity()} * 2, 1 << 16});
@@ -48,12 +48,12 @@ bool is_zstd(std::string_view bytes) { return bytes.substr(0, 4) == "\x28\xb5\x2
 
 [[noreturn]] void fail_truncated(const std::string& name, const char* kind, size_t at) {
   throw Error(Status::file_truncated,
-              fmt::format("{}: the {} data ends too early, at byte {}.", name, kind, at));
+              fmt::format("{}: the {} data ends too early, at byte {}", name, kind, at));
 }
 
 [[noreturn]] void fail_damaged(const std::string& name, const char* kind, size_t at, const char* why) {
   throw Error(Status::malformed_mesh,
-              fmt::format("{}: the {} data is damaged near byte {} ({}).", name, kind, at, why));
+              fmt::format("{}: the {} data is damaged near byte {} ({})", name, kind, at, why));
 }
 
 ByteBuffer gunzip(std::string_view packed, const std::string& name, uint64_t limit) {

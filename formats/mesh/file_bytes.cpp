@@ -36,26 +36,25 @@ ByteBuffer load_file(const fs::path& file, uint64_t max_bytes) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
   if (status.type() == fs::file_type::not_found) {
-    throw Error(Status::file_not_found, name + ": there is no such file.");
+    throw Error(Status::file_not_found, name + ": there is no such file");
   }
   if (status.type() == fs::file_type::directory) {
-    throw Error(Status::file_unreadable, name + ": is a folder, not a file.");
+    throw Error(Status::file_unreadable, name + ": is a folder, not a file");
   }
   // A device such as /dev/zero never ends; a pipe does.
   if (status.type() != fs::file_type::regular && status.type() != fs::file_type::fifo) {
     const std::string why = error ? error.message() : "is neither a file nor a pipe";
-    throw Error(Status::file_unreadable, name + ": " + why + ".");
+    throw Error(Status::file_unreadable, name + ": " + why);
   }
 
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "rb"), &std::fclose);
-  if (!stream)
-    throw Error(Status::file_unreadable, name + ": cannot be opened: " + std::strerror(errno) + ".");
+  if (!stream) throw Error(Status::file_unreadable, name + ": cannot be opened: " + std::strerror(errno));
 
   ByteBuffer bytes;
   const uint64_t size = status.type() == fs::file_type::regular ? fs::file_size(file, error) : 0;
   if (!error && size > max_bytes) {
     throw Error(Status::too_large,
-                fmt::format("{}: has {} bytes, more than the limit of {}.", name, size, max_bytes));
+                fmt::format("{}: has {} bytes, more than the limit of {}", name, size, max_bytes));
   }
   bytes.reserve(size + 1);  // one more, so that the end of the file is seen without growing
   for (;;) {
@@ -64,13 +63,12 @@ ByteBuffer load_file(const fs::path& file, uint64_t max_bytes) {
         std::fread(bytes.data() + bytes.size(), 1, bytes.capacity() - bytes.size(), stream.get());
     bytes.set_size(bytes.size() + got);
     if (bytes.size() > max_bytes) {
-      throw Error(Status::too_large,
-                  fmt::format("{}: has more than the limit of {} bytes.", name, max_bytes));
+      throw Error(Status::too_large, fmt::format("{}: has more than the limit of {} bytes", name, max_bytes));
     }
     if (got == 0) break;
   }
   if (std::ferror(stream.get())) {
-    throw Error(Status::file_unreadable, name + ": cannot be read: " + std::strerror(errno) + ".");
+    throw Error(Status::file_unreadable, name + ": cannot be read: " + std::strerror(errno));
   }
   return bytes;
 }

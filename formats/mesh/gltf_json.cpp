@@ -143,7 +143,7 @@ void check_extensions(const Input& input, const json& root, GltfSource& source) 
   if (const json* used = member(root, "extensionsUsed")) {
     if (std::ranges::find(*used, json("EXT_mesh_gpu_instancing")) != used->end()) {
       source.warnings.push_back(input.file.string() +
-                                ": EXT_mesh_gpu_instancing is not decoded; each of its nodes stands once.");
+                                ": EXT_mesh_gpu_instancing is not decoded; each of its nodes stands once");
     }
   }
 }

@@ -178,7 +178,7 @@ Scene read_gltf(const Input& input, std::vector<std::string>& external) {
   for (size_t i = 0; i < model.meshes.size(); ++i) {
     if (!shown[i]) {
       scene.warnings.push_back(
-          fmt::format("{}: mesh {} is not in the scene and was left out.", input.file.string(), i));
+          fmt::format("{}: mesh {} is not in the scene and was left out", input.file.string(), i));
       continue;
     }
     Mesh mesh = MeshReader(input, data, model.meshes[i], i).read(scene.warnings);

@@ -16,9 +16,9 @@ struct Input {
   std::string_view bytes;      ///< the whole file, decompressed
   ReadLimits limits;
 
-  /// Throws an Error whose sentence is "<file>: <reason>."
+  /// Throws an Error whose sentence is "<file>: <reason>"
   [[noreturn]] void fail(Status status, const std::string& reason) const {
-    throw Error(status, file.string() + ": " + reason + ".");
+    throw Error(status, file.string() + ": " + reason);
   }
 };
 

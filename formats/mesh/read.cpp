@@ -109,11 +109,11 @@ Scene read(const std::filesystem::path& file, const ReadLimits& limits) {
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {
-    throw Error(Status::too_large, file.string() + ": takes more memory than there is.");
+    throw Error(Status::too_large, file.string() + ": takes more memory than there is");
   } catch (const std::length_error&) {
-    throw Error(Status::too_large, file.string() + ": takes more memory than there is.");
+    throw Error(Status::too_large, file.string() + ": takes more memory than there is");
   } catch (const std::exception& error) {
-    throw Error(Status::malformed_mesh, file.string() + ": cannot be read (" + error.what() + ").");
+    throw Error(Status::malformed_mesh, file.string() + ": cannot be read (" + error.what() + ")");
   }
 }
 
