@@ -143,10 +143,10 @@ class Baker {
     PreparedScene prepared = prepare(scene_);
     prepared_ = std::move(prepared.objects);
     result_.notes = std::move(prepared.notes);
-    for (const mesh::Instance& instance : scene_.instances) {
-      const uint32_t object = prepared.object_of[instance.mesh];
-      if (object == PreparedScene::kNone) continue;
-      result_.asset.instances.push_back({format::clean_name(instance.name), object, instance.transform});
+    for (uint32_t i : prepared.instances) {
+      const mesh::Instance& instance = scene_.instances[i];
+      result_.asset.instances.push_back(
+          {format::clean_name(instance.name), prepared.object_of[instance.mesh], instance.transform});
     }
     // Progress is shared out by what training will roughly cost.
     for (const Prepared& p : prepared_)

@@ -68,7 +68,7 @@ struct BakeResult {
   std::vector<ObjectReport> objects;  ///< one for each of the asset's
   SetAccuracies sets{};               ///< of all objects together
   uint64_t triangles = 0;             ///< of all objects, each once
-  std::vector<std::string> notes;     ///< one sentence for each mesh that was left out
+  std::vector<std::string> notes;     ///< one sentence for each mesh or instance left out
 };
 
 /// Bakes every mesh once, however many instances it has; meshes of equal content become one object. Uses all

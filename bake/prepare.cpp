@@ -23,6 +23,22 @@ Prepared prepare(const mesh::Mesh& mesh) {
   return prepared;
 }
 
+namespace {
+
+/// True where the transform has no inverse in single precision: the runtime would refuse to place it.
+bool flattens(const mesh::Transform& t) {
+  const Double3 rows[3] = {{t[0], t[1], t[2]}, {t[4], t[5], t[6]}, {t[8], t[9], t[10]}};
+  const double determinant = dot(rows[0], cross(rows[1], rows[2]));
+  for (int a = 0; a < 3; ++a) {
+    for (double cofactor : cross(rows[(a + 1) % 3], rows[(a + 2) % 3])) {
+      if (!std::isfinite(static_cast<float>(cofactor / determinant))) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
 PreparedScene prepare(const mesh::Scene& scene) {
   PreparedScene prepared;
   std::map<std::pair<size_t, size_t>, std::vector<uint32_t>> meshes_by_size;  // one of each content
@@ -48,6 +64,16 @@ PreparedScene prepare(const mesh::Scene& scene) {
       if (last && prepared.objects.empty()) throw;
       prepared.object_of.push_back(PreparedScene::kNone);
       prepared.notes.push_back(fmt::format("left out: {}", error.what()));
+    }
+  }
+  for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+    const mesh::Instance& instance = scene.instances[i];
+    if (prepared.object_of[instance.mesh] == PreparedScene::kNone) continue;
+    if (flattens(instance.transform)) {
+      prepared.notes.push_back(
+          fmt::format("left out: the transform of instance '{}' flattens it", instance.name));
+    } else {
+      prepared.instances.push_back(i);
     }
   }
   return prepared;

@@ -29,7 +29,8 @@ struct PreparedScene {
   static constexpr uint32_t kNone = 0xffffffffu;
   std::vector<Prepared> objects;
   std::vector<uint32_t> object_of;  ///< by mesh: its object, or kNone where it was left out
-  std::vector<std::string> notes;   ///< one sentence for each mesh left out
+  std::vector<uint32_t> instances;  ///< of the scene, those that place an object and do not flatten it
+  std::vector<std::string> notes;   ///< one sentence for each mesh or instance left out
 };
 
 /// Refers to the scene's meshes, which must outlive the result. Throws as prepare() of a mesh, all_degenerate

@@ -96,6 +96,15 @@ TEST(Bake, LeavesOutMeshesWithoutArea) {
   EXPECT_EQ(status_of(scene, quick()), Status::all_degenerate);
 }
 
+TEST(Bake, LeavesOutInstancesThatNoRayCanBeTakenInto) {
+  mesh::Scene scene = two_kinds_thrice();
+  scene.instances[2].transform = {1, 0, 0, 5, 0, 0, 0, 6, 0, 0, 1, 7};
+  const bake::BakeResult result = bake_quietly(scene, quick());
+  EXPECT_EQ(result.asset.objects.size(), 2u);
+  EXPECT_EQ(result.asset.instances.size(), 2u);
+  EXPECT_EQ(result.notes.size(), 1u);
+}
+
 TEST(Bake, StaysWithinTheBytesItIsGiven) {
   mesh::Scene scene;
   scene.meshes = {icosphere(6)};
