@@ -196,6 +196,10 @@ void run(const Arguments& arguments) {
   if (std::filesystem::equivalent(arguments.mesh, arguments.output, ignored)) {
     throw Error(Status::usage, fmt::format("{}: the output would overwrite the input", arguments.output));
   }
+  if (arguments.output == "-") {
+    throw Error(Status::usage,
+                "-o -: an asset is written whole or not at all, so it needs a file, not a stream");
+  }
   check_output(arguments.output);
   limit_threads(arguments.threads);
 

@@ -55,6 +55,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{"LimitOfWhatIsNotMeasured",
                      bake({"--max-error", "0.2%", "--rays", "0"}),
                      {"--max-error", "--rays"}},
+        WrongOptions{"StreamAsOutput", {"bake", "none.ply", "-o", "-"}, {"-o -"}},
         WrongOptions{"EvalWithoutMesh", {"eval", "none.nif"}, {"--mesh"}},
         WrongOptions{"EvalOfUnknownSet",
                      {"eval", "none.nif", "--mesh", "none.ply", "--set", "moon"},
