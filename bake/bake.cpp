@@ -193,11 +193,12 @@ class Baker {
     result_.asset.networks.push_back(std::move(trained.network));
 
     const kernels::SegmentField field = format::field_of(object, result_.asset.networks.back());
-    const uint64_t rays = std::max<uint64_t>(20'000, options_.evaluation_rays / prepared_.size());
+    if (options_.evaluation_rays == 0) return;
+    const uint64_t share = std::max<uint64_t>(20'000, options_.evaluation_rays / prepared_.size());
+    const size_t count = size_t(std::min(share, options_.evaluation_rays));
     for (RaySet set : kRaySets) {
       if (cancel_) throw Error(Status::interrupted, "the bake was cancelled");
       report(BakeProgress::Stage::measuring, object.name, index, 0.90 + 0.02 * double(set), 0, 0);
-      const size_t count = size_t(std::min(rays, std::max<uint64_t>(options_.evaluation_rays, 1)));
       // A seed apart from the one that `nif eval` uses by default, and apart from training's streams.
       const LabelledRays labelled = make_ray_set(source, set, count, options_.seed + 0x6d65617375726564);
       report_of.sets[size_t(set)] = evaluate(labelled, reference_answerer(field));

@@ -1,6 +1,7 @@
 #include "bake/oracle.hpp"
 
 #include <embree3/rtcore.h>
+#include <tbb/task_arena.h>
 
 #include <atomic>
 #include <cstring>
@@ -81,7 +82,9 @@ Oracle::Oracle(std::span<const mesh::Float3> positions, std::span<const mesh::Tr
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(impl.scene, geometry);
   rtcReleaseGeometry(geometry);
-  rtcCommitScene(impl.scene);
+  // On one thread: with more, the order of triangles within a leaf may vary, and with it which of two
+  // triangles is reported for a hit on their common edge. A bake must not depend on that.
+  tbb::task_arena(1).execute([&] { rtcCommitScene(impl.scene); });
   if (!impl.error.empty() || rtcGetDeviceError(impl.device) != RTC_ERROR_NONE) {
     throw Error(Status::out_of_memory, "Embree cannot build a BVH over " + std::to_string(triangles.size()) +
                                            " triangles: " + impl.error);

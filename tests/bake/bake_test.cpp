@@ -96,6 +96,14 @@ TEST(Bake, LeavesOutMeshesWithoutArea) {
   EXPECT_EQ(status_of(scene, quick()), Status::all_degenerate);
 }
 
+TEST(Bake, MeasuresNothingWhereNoRaysAreAskedFor) {
+  bake::BakeOptions options = quick();
+  options.evaluation_rays = 0;
+  const bake::BakeResult result = bake_quietly(two_kinds_thrice(), options);
+  for (RaySet set : bake::kRaySets) EXPECT_EQ(result.sets[size_t(set)].rays, 0u);
+  EXPECT_TRUE(nlohmann::json::parse(result.asset.metadata)["accuracy"].empty());
+}
+
 TEST(Bake, LeavesOutInstancesThatNoRayCanBeTakenInto) {
   mesh::Scene scene = two_kinds_thrice();
   scene.instances[2].transform = {1, 0, 0, 5, 0, 0, 0, 6, 0, 0, 1, 7};
