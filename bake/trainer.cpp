@@ -92,14 +92,19 @@ class Trainer {
     const uint64_t steps = std::max<uint64_t>(1, options_.rays / options_.batch);
     const uint64_t blocks_per_round = std::max<uint64_t>(1, options_.rays_per_round / kTrainingBlock);
     uint64_t next_block = 0;
-    while (step_ < steps && !cells_.cells.empty()) {
+    while (step_ < steps) {
       const TrainingRays rays = draw_training_rays(source_, field_, cells_, options_.mix, options_.seed,
                                                    next_block, blocks_per_round, cancel);
       next_block += blocks_per_round;
-      if (rays.count() < options_.batch) break;  // next to nothing is ambiguous: nothing to learn
+      if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
+      if (rays.count() < options_.batch) {
+        throw Error(
+            Status::training_failed,
+            "training of '" + object_.name +
+                "' failed: the ray sets of the mix have too few rays that the network would be asked");
+      }
       for (uint32_t pass = 0; pass < options_.passes && step_ < steps; ++pass)
         train_pass(rays, pass, steps, progress, cancel);
-      if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
     }
     return finish();
   }

@@ -43,7 +43,7 @@ enum class Status : int {
 
   // Baking.
   target_not_met = 50,   ///< --max-bytes or --max-error cannot be reached
-  training_failed = 51,  ///< the loss stayed non-finite after every recovery
+  training_failed = 51,  ///< the loss stayed non-finite after every recovery, or no rays to learn from
   out_of_memory = 52,
 
   interrupted = 130,  ///< Ctrl-C or a cancelling callback

@@ -101,6 +101,20 @@ TEST(Training, FailsRatherThanShipWhatDidNotTrain) {
   }
 }
 
+TEST(Training, FailsWhereTheMixHasNoRays) {
+  OccupiedObject o(cube(), 24);  // fills its box: no origin of inner-volume is free
+  bake::TrainingOptions options = short_training();
+  options.mix = {0, 0, 1, 0, 0};
+  const std::atomic<bool> cancel{false};
+  try {
+    bake::train(
+        o.truth->source(), o.object, options, [](const auto&) {}, cancel);
+    FAIL() << "it learned from nothing";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::training_failed);
+  }
+}
+
 TEST(Training, EndsWhereItIsCancelled) {
   OccupiedObject o(torus(60, 30), 24);
   std::atomic<bool> cancel{false};
