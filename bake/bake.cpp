@@ -24,7 +24,7 @@ struct PresetRow {
 // they are left out.
 constexpr Mix kDefaultMix{0.30, 0.35, 0.0, 0.35, 0.0};
 
-// docs/results/dragon.md has the measurements behind `balanced`.
+// What `balanced` comes to stands in docs/results/dragon.md.
 constexpr PresetRow kPresets[] = {
     {Preset::fast, "fast", {64, 8, 2, 8.0f, {32, 2}, kDefaultMix, 400, 12'000'000}},
     {Preset::balanced, "balanced", {96, 8, 2, 8.0f, {32, 2}, kDefaultMix, 2200, 110'000'000}},

@@ -4,10 +4,10 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "formats/output_file.hpp"
 #include "formats/status.hpp"
+#include "tests/support/temp_dir.hpp"
 
 namespace nif {
 namespace {
@@ -16,13 +16,6 @@ namespace fs = std::filesystem;
 
 class OutputFile : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = testing::TempDir() + "nif_output_XXXXXX";
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   static Status status_of(auto&& call) {
     try {
       call();
@@ -32,13 +25,10 @@ class OutputFile : public testing::Test {
     }
   }
   static std::span<const std::byte> bytes(std::string_view text) { return std::as_bytes(std::span(text)); }
-  static std::string content(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
   size_t files() const { return size_t(std::distance(fs::directory_iterator(folder_), {})); }
 
-  fs::path folder_;
+  const test::TempDir temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(OutputFile, WritesAndReplaces) {
@@ -46,11 +36,11 @@ TEST_F(OutputFile, WritesAndReplaces) {
   check_output(target);
   EXPECT_EQ(files(), 0u);
   write_output(target, bytes("one"));
-  EXPECT_EQ(content(target), "one");
+  EXPECT_EQ(test::read_bytes(target), "one");
   check_output(target);
-  EXPECT_EQ(content(target), "one");
+  EXPECT_EQ(test::read_bytes(target), "one");
   write_output(target, bytes(""));
-  EXPECT_EQ(content(target), "");
+  EXPECT_EQ(test::read_bytes(target), "");
   EXPECT_EQ(files(), 1u);
 }
 
@@ -59,7 +49,7 @@ TEST_F(OutputFile, RelativePath) {
   fs::current_path(folder_);
   write_output("plain.nif", bytes("here"));
   fs::current_path(before);
-  EXPECT_EQ(content(folder_ / "plain.nif"), "here");
+  EXPECT_EQ(test::read_bytes(folder_ / "plain.nif"), "here");
 }
 
 TEST_F(OutputFile, FollowsLinks) {
@@ -67,7 +57,7 @@ TEST_F(OutputFile, FollowsLinks) {
   fs::create_symlink("real", folder_ / "link");
   write_output(folder_ / "link", bytes("new"));
   EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
-  EXPECT_EQ(content(folder_ / "real"), "new");
+  EXPECT_EQ(test::read_bytes(folder_ / "real"), "new");
 }
 
 TEST_F(OutputFile, RefusesByName) {

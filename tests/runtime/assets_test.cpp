@@ -7,6 +7,7 @@
 #include <map>
 
 #include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/temp_dir.hpp"
 
 namespace nif::test {
 namespace {
@@ -15,20 +16,8 @@ namespace fs = std::filesystem;
 
 class Assets : public RuntimeTest {
  protected:
-  void SetUp() override {
-    RuntimeTest::SetUp();
-    std::string pattern = testing::TempDir() + "nif_assets_XXXXXX";
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override {
-    RuntimeTest::TearDown();
-    fs::remove_all(folder_);
-  }
   std::string write(const std::string& name, std::string_view content) {
-    const std::string path = folder_ / name;
-    std::ofstream(path, std::ios::binary) << content;
-    return path;
+    return temporary_.write(name, content).string();
   }
   std::string_view text() const { return {reinterpret_cast<const char*>(file_.data()), file_.size()}; }
   NifError load_file(const std::string& path, NifLoadMode mode) {
@@ -42,7 +31,8 @@ class Assets : public RuntimeTest {
     return error;
   }
 
-  fs::path folder_;
+  const TempDir temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(Assets, SameAnswersHoweverLoaded) {
