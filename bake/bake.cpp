@@ -19,9 +19,9 @@ struct PresetRow {
   ResolvedOptions options;
 };
 
-// Where training rays come from matters little as long as each kind of query is among them; lines through the
-// volume are as good as `outer-lines` drawn through surface voxels, and nine in ten of them are certain, so
-// they are left out.
+// One part for each kind of query. Lines from within the volume are left out: they pass through surface
+// voxels as other lines do, and on the dragon nine in ten of them are certain, so finding the rest costs more
+// than it teaches.
 constexpr Mix kDefaultMix{0.30, 0.35, 0.0, 0.35, 0.0};
 
 // What `balanced` comes to stands in docs/results/dragon.md.
