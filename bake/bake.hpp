@@ -20,7 +20,7 @@ std::optional<Preset> preset_named(std::string_view name);
 struct BakeOptions {
   Preset preset = Preset::balanced;
   uint64_t seed = 1;
-  std::optional<uint64_t> max_bytes;      ///< of the whole file: the finest grid that fits is taken
+  std::optional<uint64_t> max_bytes;      ///< of the whole file: the finest grid up to the preset's that fits
   std::optional<double> max_error;        ///< of every stated ray set; else Error(target_not_met)
   std::optional<uint32_t> resolution;     ///< voxels along the longest side, in place of the preset's choice
   std::optional<Mix> mix;                 ///< in place of the preset's

@@ -19,7 +19,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 out=build/sample
 mkdir -p "$out"
-scratch=$(mktemp -d "$out/tmp.XXXXXX")
+scratch=$(mktemp -d -p "$out")
 trap 'rm -rf "$scratch"' EXIT
 
 say() { printf '%s\n' "$*" >&2; }

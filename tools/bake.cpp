@@ -248,7 +248,7 @@ void add_bake(CLI::App& app) {
                    "more; fewer for smaller ones")
       ->check(CLI::Range(2u, kernels::kMaxVoxels));
   command->add_option("--max-bytes", a->max_bytes,
-                      "Largest size of the file, e.g. 200kB: takes the finest grid that fits");
+                      "Largest size of the file, e.g. 200kB: the finest grid up to the preset's that fits");
   command->add_option("--max-error", a->max_error,
                       "Write nothing where more of a ray set is wrong, e.g. 0.002 or 0.2%");
   command->add_option("--mix", a->mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");

@@ -21,7 +21,8 @@ constexpr const char* kExitCodes =
     "README.md lists each.\n";
 
 int run(int argc, char** argv) {
-  CLI::App app("Neural visibility for games and rendering: bakes triangle meshes into small .nif assets.");
+  CLI::App app("Neural visibility for games and rendering: bakes triangle meshes into small .nif assets.",
+               "nif");
   app.set_version_flag(
       "--version", "nif " NIF_VERSION_STRING "\nLicence: Apache-2.0. This executable links no GPL library.");
   app.require_subcommand(1);

@@ -1,9 +1,11 @@
 // Training learns, gives the same bytes for any number of threads, and survives non-finite losses.
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 #include <tbb/global_control.h>
 
 #include "bake/evaluate.hpp"
 #include "bake/trainer.hpp"
+#include "bake/trainer_kernels.hpp"
 #include "formats/status.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"
@@ -79,6 +81,27 @@ TEST(Training, GivesTheSameBytesForAnyNumberOfThreads) {
       ASSERT_EQ(asset.networks[0].layers[l].weights, assets[0].networks[0].layers[l].weights);
       ASSERT_EQ(asset.networks[0].layers[l].biases, assets[0].networks[0].layers[l].biases);
     }
+  }
+}
+
+TEST(Training, GivesTheSameBytesWithNarrowerVectors) {
+  bake::TrainingOptions options = short_training();
+  options.rays = 200'000;
+  const Trained widest(options);
+  const std::string target = bake::trainer_target();
+  if (!target.starts_with("AVX3")) GTEST_SKIP() << "the widest vectors here are " << target;
+  hwy::DisableTargets(HWY_AVX3 | HWY_AVX3_DL);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  const std::string narrower = bake::trainer_target();
+  const Trained narrow(options);
+  hwy::DisableTargets(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  ASSERT_EQ(narrower, "AVX2");
+  ASSERT_EQ(bake::trainer_target(), target);
+  EXPECT_EQ(widest.object->object.features, narrow.object->object.features);
+  for (size_t l = 0; l < widest.result.network.layers.size(); ++l) {
+    EXPECT_EQ(widest.result.network.layers[l].weights, narrow.result.network.layers[l].weights);
+    EXPECT_EQ(widest.result.network.layers[l].biases, narrow.result.network.layers[l].biases);
   }
 }
 
