@@ -52,7 +52,10 @@ NifAssetInfo describe(const NifAssetObject& asset) {
   info.network_count = uint32_t(view.networks.size());
   info.format_version = format::kVersion;
   info.file_bytes = view.bytes.size();
-  info.resident_bytes = sizeof(NifAssetObject) + asset.name.capacity() + view.resident_bytes();
+  info.resident_bytes = sizeof(NifAssetObject) + asset.name.capacity() + view.resident_bytes() +
+                        asset.kernels.capacity() * sizeof(KernelPointer);
+  for (const KernelPointer& kernel : asset.kernels)
+    info.resident_bytes += kernel.get_deleter().bytes + kernel->resident_bytes();
   info.metadata = view.metadata.empty() ? nullptr : view.metadata.data();
   info.metadata_bytes = view.metadata.size();
   return info;

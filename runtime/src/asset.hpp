@@ -6,18 +6,24 @@
 #include "device.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
+#include "kernel.hpp"
 
 struct NifAssetObject : nif::runtime::Object {
   NifAssetObject(NifDeviceObject* owner, nif::format::FileMemory bytes, std::string_view file_name)
       : device(owner),
         name(file_name, owner->memory()),
         memory(std::move(bytes)),
-        view(nif::format::read_asset(memory.bytes(), file_name, owner->memory())) {}
+        view(nif::format::read_asset(memory.bytes(), file_name, owner->memory())),
+        kernels(owner->memory()) {
+    for (const nif::format::ObjectView& object : view.objects)
+      kernels.push_back(nif::runtime::make_kernel(object, owner->configuration, owner->memory()));
+  }
 
   nif::runtime::Ref<NifDeviceObject> device;
   std::pmr::string name;  ///< what messages call it: its file, or "memory"
   nif::format::FileMemory memory;
   nif::format::AssetView view;
+  std::pmr::vector<nif::runtime::KernelPointer> kernels;  ///< [object] answers it
 };
 
 namespace nif::runtime {

@@ -21,8 +21,9 @@ double norm(const double m[9]) {
 
 }  // namespace
 
-NIF_COMPUTES Instance make_instance(const format::ObjectView& object, const Transform& to_world) {
-  Instance instance{&object, to_world, {}, to_world == kIdentity, true};
+NIF_COMPUTES Instance make_instance(const format::ObjectView& object, const kernels::ObjectKernel& kernel,
+                                    const Transform& to_world) {
+  Instance instance{&object, &kernel, to_world, {}, to_world == kIdentity, true};
   for (const float value : to_world)
     if (!std::isfinite(value)) refuse_argument("the transform is not finite");
   double m[9], inverse[9];

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "formats/nif/reader.hpp"
+#include "kernels/object_kernel.hpp"
 #include "kernels/reference/segment.hpp"
 
 namespace nif::runtime {
@@ -13,6 +14,7 @@ inline constexpr Transform kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
 struct Instance {
   const format::ObjectView* object;
+  const kernels::ObjectKernel* kernel;  ///< answers the object
   Transform to_world;
   float inverse[9];       ///< of to_world's linear part, computed in double, row-major
   bool identity;          ///< rays are taken as they are
@@ -20,7 +22,8 @@ struct Instance {
 };
 
 /// Throws Failure where the transform is not finite or has no inverse.
-Instance make_instance(const format::ObjectView& object, const Transform& to_world);
+Instance make_instance(const format::ObjectView& object, const kernels::ObjectKernel& kernel,
+                       const Transform& to_world);
 
 /// first, then second; computed in double.
 Transform combine(const Transform& second, const Transform& first);

@@ -45,7 +45,8 @@ void release(NifSceneObject* scene) {
 }
 
 Added add_instance(NifSceneObject& scene, NifAssetObject* asset, uint32_t object, const float* transform) {
-  const Instance instance = make_instance(object_of(*asset, object), read_transform(transform));
+  const Instance instance =
+      make_instance(object_of(*asset, object), *asset->kernels[object], read_transform(transform));
   prepare(scene, asset, 1);
   scene.instances.push_back(instance);
   scene.committed = false;
@@ -61,14 +62,15 @@ Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* trans
     const format::InstanceView& placed = view.instances[i];
     const Transform whole = transform ? combine(outer, placed.transform) : placed.transform;
     try {
-      added.push_back(make_instance(view.objects[placed.object], whole));
+      added.push_back(make_instance(view.objects[placed.object], *asset->kernels[placed.object], whole));
     } catch (const Failure& failure) {
       throw Failure(failure.code(), std::string(asset->name) + ": instance " + std::to_string(i) + " (" +
                                         std::string(placed.name) + "): " + failure.what());
     }
   }
   if (view.instances.empty())
-    for (const format::ObjectView& object : view.objects) added.push_back(make_instance(object, outer));
+    for (size_t i = 0; i < view.objects.size(); ++i)
+      added.push_back(make_instance(view.objects[i], *asset->kernels[i], outer));
   prepare(scene, asset, added.size());
   const auto first = uint32_t(scene.instances.size());
   scene.instances.insert(scene.instances.end(), added.begin(), added.end());
@@ -81,7 +83,7 @@ void set_transform(NifSceneObject& scene, uint32_t instance, const float* transf
     refuse_argument("there is no instance " + std::to_string(instance) + "; the scene has " +
                     std::to_string(scene.instances.size()));
   Instance& changed = scene.instances[instance];
-  changed = make_instance(*changed.object, read_transform(transform));
+  changed = make_instance(*changed.object, *changed.kernel, read_transform(transform));
   scene.committed = false;
 }
 

@@ -1,0 +1,41 @@
+// What the runtime asks of an object, whatever its encoding and whatever instruction set answers: many rays
+// at a time, in object space.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace nif::kernels {
+
+/// Rays of one call at most. Large enough that the ends of batches, where SIMD lanes idle, do not count;
+/// small enough that a batch and what kernels write about it stay in the second-level cache.
+inline constexpr uint32_t kBatchRays = 1024;
+
+/// Segments in object space, component by component. Entries from `count` on have no meaning.
+struct SegmentBatch {
+  uint32_t count;
+  alignas(64) float origin[3][kBatchRays];
+  float direction[3][kBatchRays];
+  float tmin[kBatchRays], tmax[kBatchRays];
+};
+
+/// Entry i answers segment i: visible where logit[i] >= 0; +-kCertainLogit where no network was asked.
+struct AnswerBatch {
+  alignas(64) int32_t logit[kBatchRays];
+  uint8_t certain[kBatchRays];  ///< 0 or 1
+};
+
+/// Memory for a kernel to work in, one for each thread; 64-byte aligned, nothing is kept in it between calls.
+inline constexpr size_t kKernelScratchBytes = 256 * 1024;
+
+class ObjectKernel {
+ public:
+  virtual ~ObjectKernel() = default;
+  /// Answers batch.count segments, as kernels/reference says, to the bit. Thread-safe; allocates nothing;
+  /// `scratch` is kKernelScratchBytes.
+  virtual void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const = 0;
+  /// Memory that the kernel holds besides the field that it was made from.
+  virtual size_t resident_bytes() const = 0;
+};
+
+}  // namespace nif::kernels
