@@ -7,6 +7,7 @@
 #include <span>
 
 #include "bake/closure.hpp"
+#include "bake/embree_scene.hpp"
 #include "bake/vector.hpp"
 #include "formats/mesh/scene.hpp"
 #include "kernels/reference/walk.hpp"
@@ -15,18 +16,12 @@ namespace nif::bake {
 
 using kernels::Segment;
 
-/// How Embree builds its BVH; `robust` is what labels rays, the others are what renderers use.
-enum class EmbreeBuild { robust, standard, compact };
-
-/// A triangle mesh in an Embree scene. Immutable once made; any number of threads may ask it.
+/// Answers by Embree's robust traversal, one ray at a time. Any number of threads may ask it.
 class Oracle {
  public:
-  /// Copies what it needs. Throws Error(out_of_memory) or Error(internal) with Embree's own message.
-  Oracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
-         EmbreeBuild build = EmbreeBuild::robust);
-  ~Oracle();
-  Oracle(const Oracle&) = delete;
-  Oracle& operator=(const Oracle&) = delete;
+  /// As the constructor of EmbreeScene.
+  Oracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles)
+      : scene_(positions, triangles, EmbreeBuild::robust) {}
 
   /// True where a triangle is met at tmin <= t <= tmax.
   bool occluded(const Segment& segment) const;
@@ -38,17 +33,8 @@ class Oracle {
   };
   std::optional<Hit> first_hit(const Segment& segment) const;
 
-  /// Bytes that Embree holds for the scene, by its own memory monitor: BVH and copied vertices and indices
-  /// apart.
-  struct Memory {
-    int64_t bvh;
-    int64_t buffers;
-  };
-  Memory memory() const;
-
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  EmbreeScene scene_;
 };
 
 /// Tells points inside closed components from all others, by counting signed crossings along a ray.

@@ -1,0 +1,117 @@
+#include "tools/measuring.hpp"
+
+#include <fmt/format.h>
+
+#include "formats/mesh/read.hpp"
+#include "tools/command.hpp"
+
+namespace nif::tools {
+namespace {
+
+/// The asset must have been baked from this mesh, or from one that is the same in all that we can tell.
+bool match(const NifObjectInfo& object, const bake::Prepared& prepared) {
+  bool same = object.triangles == prepared.surface.triangles.size();
+  for (int a = 0; a < 3; ++a) {
+    same = same && object.bounds_min[a] == prepared.box.min[a] && object.bounds_max[a] == prepared.box.max[a];
+  }
+  return same;
+}
+
+}  // namespace
+
+void check(NifError error) {
+  if (error == NIF_OK) return;
+  const bool file = error >= NIF_ERROR_FILE_NOT_FOUND && error <= NIF_ERROR_UNSUPPORTED_NIF;
+  throw Error(file                               ? Status(error)
+              : error == NIF_ERROR_OUT_OF_MEMORY ? Status::out_of_memory
+                                                 : Status::internal,
+              nifGetErrorMessage());
+}
+
+MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
+                             const std::string& configuration, Progress& progress) {
+  const NifError error = nifNewDevice(configuration.c_str(), nullptr, &device_.handle);
+  if (error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_NOT_AVAILABLE)
+    throw Error(Status::usage, nifGetErrorMessage());
+  check(error);
+  device_info_.struct_size = sizeof(device_info_);
+  check(nifGetDeviceInfo(device_.handle, &device_info_));
+  check(nifLoadAssetFile(device_.handle, asset.c_str(), NIF_LOAD_READ, &asset_.handle));
+  info_.struct_size = sizeof(info_);
+  check(nifGetAssetInfo(asset_.handle, &info_));
+
+  progress.update(0, "reading " + mesh);
+  scene_ = mesh::read(mesh);
+  prepared_ = naming(mesh, [&] { return bake::prepare(scene_); });
+  const size_t count = prepared_.objects.size();
+  if (info_.object_count != count) {
+    throw Error(Status::mesh_mismatch,
+                fmt::format("{} was not baked from {}: it holds {} objects, the mesh file {}", asset, mesh,
+                            info_.object_count, count));
+  }
+  for (uint32_t i = 0; i < count; ++i) {
+    NifObjectInfo object{};
+    object.struct_size = sizeof(object);
+    check(nifGetObjectInfo(asset_.handle, i, &object));
+    const bake::Prepared& prepared = prepared_.objects[i];
+    if (!match(object, prepared)) {
+      throw Error(Status::mesh_mismatch,
+                  fmt::format("{} was not baked from {}: object '{}' has {} triangles, the mesh '{}' {}, or "
+                              "their bounds differ",
+                              asset, mesh, object.name, object.triangles, prepared.source->name,
+                              prepared.surface.triangles.size()));
+    }
+    names_.emplace_back(object.name);
+  }
+}
+
+uint64_t MeasuredAsset::triangles() const {
+  uint64_t sum = 0;
+  for (const bake::Prepared& object : prepared_.objects) sum += object.surface.triangles.size();
+  return sum;
+}
+
+Scene MeasuredAsset::alone(size_t object) const {
+  Scene scene;
+  check(nifNewScene(device_.handle, &scene.handle));
+  check(nifAddInstance(scene.handle, asset_.handle, uint32_t(object), nullptr, nullptr));
+  check(nifCommitScene(scene.handle));
+  return scene;
+}
+
+bake::Answerer runtime_answerer(NifScene scene) {
+  return [scene](std::span<const kernels::Segment> segments, const bake::Answers& answers) {
+    const kernels::Segment& first = segments.front();
+    NifQuery query{};
+    query.struct_size = sizeof(query);
+    query.count = segments.size();
+    for (int a = 0; a < 3; ++a) {
+      query.origin[a] = &first.origin[a];
+      query.direction[a] = &first.direction[a];
+    }
+    query.tmin = &first.tmin;
+    query.tmax = &first.tmax;
+    query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride =
+        sizeof(kernels::Segment);
+    query.visible = answers.visible;
+    query.certain = answers.certain;
+    query.probability = answers.probability;
+    check(nifQuery(scene, &query));
+  };
+}
+
+std::vector<bake::RaySet> parse_sets(const std::vector<std::string>& names) {
+  std::vector<bake::RaySet> sets;
+  for (const std::string& name : names) {
+    const std::optional<bake::RaySet> set = bake::ray_set_named(name);
+    if (!set) {
+      throw Error(
+          Status::usage,
+          fmt::format("--set '{}' is none of outer-lines, inner-surface, inner-volume, segments, sun", name));
+    }
+    sets.push_back(*set);
+  }
+  return sets;
+}
+
+}  // namespace nif::tools

@@ -1,0 +1,61 @@
+// What `nif eval` and `nif bench` share: an asset in the runtime beside the mesh that it was baked from.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bake/evaluate.hpp"
+#include "bake/prepare.hpp"
+#include "nif/nif.h"
+#include "tools/progress.hpp"
+
+namespace nif::tools {
+
+/// Turns a failed call of the runtime into an exception; its codes for files are our exit codes.
+void check(NifError error);
+
+template <class Handle, void (*kRelease)(Handle)>
+struct Released {
+  Handle handle = nullptr;
+  Released() = default;
+  Released(Released&& other) noexcept : handle(std::exchange(other.handle, nullptr)) {}
+  Released& operator=(Released&&) = delete;
+  ~Released() { kRelease(handle); }
+};
+using Device = Released<NifDevice, nifReleaseDevice>;
+using Asset = Released<NifAsset, nifReleaseAsset>;
+using Scene = Released<NifScene, nifReleaseScene>;
+
+class MeasuredAsset {
+ public:
+  /// `configuration` is the runtime's, of a device. Throws Error(usage) where it has not what that asks for,
+  /// Error(mesh_mismatch) where an object was baked from another mesh, as far as one can tell.
+  MeasuredAsset(const std::string& asset, const std::string& mesh, const std::string& configuration,
+                Progress& progress);
+
+  const NifAssetInfo& info() const { return info_; }
+  const NifDeviceInfo& device() const { return device_info_; }
+  const std::vector<bake::Prepared>& objects() const { return prepared_.objects; }
+  const std::string& name(size_t object) const { return names_[object]; }
+  uint64_t triangles() const;
+  /// One object, where it lies in its own space.
+  Scene alone(size_t object) const;
+
+ private:
+  Device device_;
+  Asset asset_;
+  NifDeviceInfo device_info_{};
+  NifAssetInfo info_{};
+  mesh::Scene scene_;
+  bake::PreparedScene prepared_;
+  std::vector<std::string> names_;
+};
+
+/// Answers through the runtime. The scene must outlive the answerer.
+bake::Answerer runtime_answerer(NifScene scene);
+
+/// The sets that --set names. Throws Error(usage).
+std::vector<bake::RaySet> parse_sets(const std::vector<std::string>& names);
+
+}  // namespace nif::tools
