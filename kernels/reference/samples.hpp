@@ -102,21 +102,25 @@ constexpr int32_t corner_weight(const uint8_t fraction[3], int c) {
 /// feature.
 constexpr uint8_t feature_input(int32_t sum) { return uint8_t((sum + (127 << 21) + (1 << 21)) >> 22); }
 
+/// The inputs [features_per_corner] of one point.
+inline void interpolate_features(const SegmentField& field, const SamplePoint& point, uint8_t* inputs) {
+  const uint32_t features = field.features_per_corner;
+  int32_t sums[kMaxFeatures] = {};
+  for (int c = 0; c < 8; ++c) {
+    const uint32_t corner = corner_index(field, point.voxel[0] + (c & 1), point.voxel[1] + ((c >> 1) & 1),
+                                         point.voxel[2] + (c >> 2));
+    if (corner == kNoCorner) continue;
+    const int32_t weight = corner_weight(point.fraction, c);
+    for (uint32_t f = 0; f < features; ++f) sums[f] += weight * field.features[corner * features + f];
+  }
+  for (uint32_t f = 0; f < features; ++f) inputs[f] = feature_input(sums[f]);
+}
+
 /// All inputs of the network: K points x F features, point by point, then the globals.
 inline void gather_inputs(const SegmentField& field, const Placement& placement, uint8_t* inputs) {
   const uint32_t features = field.features_per_corner;
-  for (uint32_t j = 0; j < field.samples; ++j) {
-    const SamplePoint& point = placement.points[j];
-    int32_t sums[kMaxFeatures] = {};
-    for (int c = 0; c < 8; ++c) {
-      const uint32_t corner = corner_index(field, point.voxel[0] + (c & 1), point.voxel[1] + ((c >> 1) & 1),
-                                           point.voxel[2] + (c >> 2));
-      if (corner == kNoCorner) continue;
-      const int32_t weight = corner_weight(point.fraction, c);
-      for (uint32_t f = 0; f < features; ++f) sums[f] += weight * field.features[corner * features + f];
-    }
-    for (uint32_t f = 0; f < features; ++f) inputs[j * features + f] = feature_input(sums[f]);
-  }
+  for (uint32_t j = 0; j < field.samples; ++j)
+    interpolate_features(field, placement.points[j], inputs + j * features);
   for (uint32_t g = 0; g < kGlobalInputs; ++g) inputs[field.samples * features + g] = placement.globals[g];
 }
 

@@ -38,7 +38,8 @@ NifError nifGetDeviceInfo(NifDevice device, NifDeviceInfo* info) {
   return guarded([&] {
     require_argument(device, "device");
     const Configuration& configuration = device->configuration;
-    write_structure(info, {0, configuration.threads, 0, configuration.isa, configuration.backend}, "info");
+    write_structure(info, {0, configuration.threads, 0, name_of(configuration.isa), configuration.backend},
+                    "info");
   });
 }
 

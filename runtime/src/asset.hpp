@@ -16,7 +16,7 @@ struct NifAssetObject : nif::runtime::Object {
         view(nif::format::read_asset(memory.bytes(), file_name, owner->memory())),
         kernels(owner->memory()) {
     for (const nif::format::ObjectView& object : view.objects)
-      kernels.push_back(nif::runtime::make_kernel(object, owner->configuration, owner->memory()));
+      kernels.push_back(nif::runtime::make_kernel(object, owner->configuration.isa, owner->memory()));
   }
 
   nif::runtime::Ref<NifDeviceObject> device;

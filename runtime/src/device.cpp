@@ -23,13 +23,17 @@ uint32_t parse_threads(std::string_view value) {
   return threads != 0 ? threads : std::max(1u, std::thread::hardware_concurrency());
 }
 
-void parse_isa(std::string_view value) {
-  constexpr std::string_view kOthers[] = {"sse4", "avx2", "avx512", "neon"};
-  if (value == "auto" || value == "scalar") return;
-  if (std::find(std::begin(kOthers), std::end(kOthers), value) == std::end(kOthers))
-    refuse_argument("configuration: there is no isa=" + std::string(value));
-  throw Failure(NIF_ERROR_NOT_AVAILABLE,
-                "configuration: isa=" + std::string(value) + " is not in this build, which has scalar only");
+Isa parse_isa(std::string_view value) {
+  if (value == "auto") return best_isa();
+  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512}) {
+    if (value != name_of(isa)) continue;
+    if (available(isa)) return isa;
+    throw Failure(NIF_ERROR_NOT_AVAILABLE, "configuration: isa=" + std::string(value) +
+                                               " is not in this build, or not in this machine");
+  }
+  if (value == "neon")
+    throw Failure(NIF_ERROR_NOT_AVAILABLE, "configuration: isa=neon is not in this version");
+  refuse_argument("configuration: there is no isa=" + std::string(value));
 }
 
 void parse_backend(std::string_view value) {
@@ -63,7 +67,7 @@ Configuration parse_configuration(std::string_view text) {
     if (key == "threads")
       configuration.threads = parse_threads(value);
     else if (key == "isa")
-      parse_isa(value);
+      configuration.isa = parse_isa(value);
     else if (key == "backend")
       parse_backend(value);
     else

@@ -5,6 +5,7 @@
 #include <memory_resource>
 #include <string_view>
 
+#include "kernel.hpp"
 #include "nif/nif.h"
 #include "object.hpp"
 
@@ -25,7 +26,7 @@ class CallbackMemory : public std::pmr::memory_resource {
 
 struct Configuration {
   uint32_t threads = 1;
-  const char* isa = "scalar";
+  Isa isa = best_isa();
   const char* backend = "cpu";
 };
 

@@ -3,6 +3,9 @@
 
 #include "kernels/reference/segment_kernel.hpp"
 #include "object.hpp"
+#ifdef NIF_HAS_SIMD
+#include "kernels/cpu/segment_kernel.hpp"
+#endif
 
 namespace nif::runtime {
 namespace {
@@ -13,10 +16,36 @@ KernelPointer hold(std::pmr::memory_resource* memory, Arguments&&... arguments) 
           KernelDeleter{memory, sizeof(Kernel), alignof(Kernel)}};
 }
 
+constexpr const char* kIsaNames[] = {"scalar", "sse4", "avx2", "avx512"};
+
 }  // namespace
 
-KernelPointer make_kernel(const format::ObjectView& object, const Configuration&,
-                          std::pmr::memory_resource* memory) {
+const char* name_of(Isa isa) { return kIsaNames[size_t(isa)]; }
+
+bool available(Isa isa) {
+  if (isa == Isa::scalar) return true;
+#ifdef NIF_HAS_SIMD
+  return kernels::cpu::available(kernels::cpu::Isa(int(isa) - 1));
+#else
+  return false;
+#endif
+}
+
+Isa best_isa() {
+  for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse4})
+    if (available(isa)) return isa;
+  return Isa::scalar;
+}
+
+KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::memory_resource* memory) {
+#ifdef NIF_HAS_SIMD
+  const uint64_t voxels = uint64_t(object.field.voxels[0]) * object.field.voxels[1] * object.field.voxels[2];
+  if (isa != Isa::scalar && voxels <= kernels::cpu::kMaxGridVoxels)
+    return hold<kernels::cpu::SimdSegmentKernel>(memory, object.field, kernels::cpu::Isa(int(isa) - 1),
+                                                 memory);
+#else
+  (void)isa;
+#endif
   return hold<kernels::ReferenceSegmentKernel>(memory, object.field);
 }
 

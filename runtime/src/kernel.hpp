@@ -4,11 +4,17 @@
 #include <memory>
 #include <memory_resource>
 
-#include "device.hpp"
 #include "formats/nif/reader.hpp"
 #include "kernels/object_kernel.hpp"
 
 namespace nif::runtime {
+
+/// Instruction sets that a device may use; `scalar` is the reference.
+enum class Isa { scalar, sse4, avx2, avx512 };
+const char* name_of(Isa isa);  ///< as in isa=NAME
+/// Whether this build has kernels for it and this machine can run them.
+bool available(Isa isa);
+Isa best_isa();
 
 /// Gives a kernel's memory back to where it came from.
 struct KernelDeleter {
@@ -22,7 +28,6 @@ struct KernelDeleter {
 using KernelPointer = std::unique_ptr<kernels::ObjectKernel, KernelDeleter>;
 
 /// The view's memory must outlive the kernel.
-KernelPointer make_kernel(const format::ObjectView& object, const Configuration& configuration,
-                          std::pmr::memory_resource* memory);
+KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::memory_resource* memory);
 
 }  // namespace nif::runtime

@@ -1,4 +1,4 @@
-// Answering batches of rays on the calling thread, through the reference kernels.
+// Answering batches of rays on the calling thread, block by block, through the objects' kernels.
 #include "query.hpp"
 
 #include <algorithm>
@@ -12,43 +12,75 @@
 namespace nif::runtime {
 namespace {
 
-struct SceneAnswer {
-  bool visible = true;
-  bool certain = true;
-  int32_t logit = kernels::kCertainLogit;
-  float probability = 1;
-};
-
-float probability_of(const kernels::Answer& answer, float logit_scale) {
-  if (answer.logit == kernels::kCertainLogit) return 1;
-  if (answer.logit == -kernels::kCertainLogit) return 0;
-  return 1.0f / (1.0f + std::exp(-static_cast<float>(answer.logit) * logit_scale));
+float probability_of(int32_t logit, float logit_scale) {
+  if (logit == kernels::kCertainLogit) return 1;
+  if (logit == -kernels::kCertainLogit) return 0;
+  return 1.0f / (1.0f + std::exp(-static_cast<float>(logit) * logit_scale));
 }
 
+/// What a thread needs to answer a block of rays.
+struct Work {
+  kernels::SegmentBatch batch;
+  kernels::AnswerBatch answers;
+  alignas(64) std::byte scratch[kernels::kKernelScratchBytes];
+  kernels::Segment rays[kernels::kBatchRays];  ///< in world space
+  uint32_t undecided[kernels::kBatchRays];     ///< rays that are still to be asked, as indices into the block
+  // Results of the block.
+  int32_t logit[kernels::kBatchRays];
+  float probability[kernels::kBatchRays];
+  uint8_t certain[kernels::kBatchRays];
+};
+
 /// Asks the instances in turn. `details`: whether more than the visible bit is wanted; then a learned
-/// "occluded" does not end the search, because another instance may be occluding for certain.
-SceneAnswer ask_scene(const NifSceneObject& scene, const kernels::Segment& ray, bool details) {
-  SceneAnswer result;
-  bool all_certain = true;
-  kernels::Walk walk;
-  for (const Instance& instance : scene.instances) {
-    const kernels::SegmentField& field = instance.object->field;
-    const kernels::Segment local = to_object(instance, ray);
-    kernels::walk_segment(field, local, walk);
-    const kernels::Answer answer = kernels::answer_walk(field, walk);
-    result.visible = result.visible && answer.visible;
-    if (!details) {
-      if (!answer.visible) break;
-      continue;
-    }
-    const bool certain = answer.certain && stays_certain(instance, ray, local);
-    if (certain && !answer.visible) return {false, true, -kernels::kCertainLogit, 0};
-    all_certain = all_certain && certain;
-    result.logit = std::min(result.logit, answer.logit);
-    result.probability *= probability_of(answer, field.network.logit_scale);
+/// "occluded" does not end a ray's search, because another instance may be occluding for certain.
+void ask_scene(const NifSceneObject& scene, uint32_t count, bool details, Work& work) {
+  for (uint32_t i = 0; i < count; ++i) {
+    work.logit[i] = kernels::kCertainLogit;
+    work.probability[i] = 1;
+    work.certain[i] = 1;
+    work.undecided[i] = i;
   }
-  result.certain = result.visible && all_certain;
-  return result;
+  uint32_t left = count;
+  for (const Instance& instance : scene.instances) {
+    if (left == 0) break;
+    work.batch.count = left;
+    for (uint32_t k = 0; k < left; ++k) {
+      const kernels::Segment local = to_object(instance, work.rays[work.undecided[k]]);
+      for (int a = 0; a < 3; ++a) {
+        work.batch.origin[a][k] = local.origin[a];
+        work.batch.direction[a][k] = local.direction[a];
+      }
+      work.batch.tmin[k] = local.tmin;
+      work.batch.tmax[k] = local.tmax;
+    }
+    instance.kernel->answer(work.batch, work.answers, work.scratch);
+    const float scale = instance.object->field.network.logit_scale;
+    uint32_t still = 0;
+    for (uint32_t k = 0; k < left; ++k) {
+      const uint32_t i = work.undecided[k];
+      const int32_t logit = work.answers.logit[k];
+      work.logit[i] = std::min(work.logit[i], logit);
+      if (!details) {
+        if (logit >= 0) work.undecided[still++] = i;
+        continue;
+      }
+      bool certain = work.answers.certain[k] != 0;
+      if (certain && !instance.identity) {
+        const kernels::Segment& ray = work.rays[i];
+        certain = stays_certain(instance, ray, to_object(instance, ray));
+      }
+      if (certain && logit < 0) {
+        work.certain[i] = 1;
+        work.logit[i] = -kernels::kCertainLogit;
+        work.probability[i] = 0;
+        continue;
+      }
+      work.certain[i] = work.certain[i] && certain && logit >= 0;
+      work.probability[i] *= probability_of(logit, scale);
+      work.undecided[still++] = i;
+    }
+    left = still;
+  }
 }
 
 /// One float of the caller's, at any alignment; `otherwise` where there is no array.
@@ -76,18 +108,24 @@ kernels::Segment load_ray(const NifQuery& query, uint64_t i) {
 }
 
 NIF_COMPUTES void answer_rays(const NifSceneObject& scene, const NifQuery& query) {
+  static thread_local Work work;  // too large for the stacks of fibres
   const bool details = query.probability || query.certain || query.logit;
-  uint8_t bits = 0;
-  for (uint64_t i = 0; i < query.count; ++i) {
-    const SceneAnswer answer = ask_scene(scene, load_ray(query, i), details);
-    store(query.visible, i, uint8_t(answer.visible));
-    store(query.probability, i, answer.probability);
-    store(query.certain, i, uint8_t(answer.certain));
-    store(query.logit, i, answer.logit);
-    bits = uint8_t(bits | unsigned(answer.visible) << (i % 8));
-    if (i % 8 == 7 || i + 1 == query.count) {
-      store(query.visible_bits, i / 8, bits);
-      bits = 0;
+  for (uint64_t begin = 0; begin < query.count; begin += kernels::kBatchRays) {
+    const auto count = uint32_t(std::min<uint64_t>(kernels::kBatchRays, query.count - begin));
+    for (uint32_t i = 0; i < count; ++i) work.rays[i] = load_ray(query, begin + i);
+    ask_scene(scene, count, details, work);
+    uint8_t bits = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint8_t visible = work.logit[i] >= 0;
+      store(query.visible, begin + i, visible);
+      store(query.probability, begin + i, work.probability[i]);
+      store(query.certain, begin + i, work.certain[i]);
+      store(query.logit, begin + i, work.logit[i]);
+      bits = uint8_t(bits | unsigned(visible) << (i % 8));
+      if (i % 8 == 7 || i + 1 == count) {
+        store(query.visible_bits, (begin + i) / 8, bits);
+        bits = 0;
+      }
     }
   }
 }

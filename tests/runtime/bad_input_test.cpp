@@ -81,12 +81,12 @@ TEST_F(BadInput, Configurations) {
        {"threads", "threads=", "threads=-1", "threads=2x", "threads=1025", "threads=99999999999", "isa=mmx",
         "backend=vulkan", "speed=11", ",", "threads=1,,", "="})
     EXPECT_EQ(code_of(bad), NIF_ERROR_INVALID_ARGUMENT) << bad;
-  for (const char* absent : {"isa=avx2", "isa=sse4", "isa=avx512", "isa=neon", "backend=hip"})
+  for (const char* absent : {"isa=neon", "backend=hip"})
     EXPECT_EQ(code_of(absent), NIF_ERROR_NOT_AVAILABLE) << absent;
   auto info = nifkit::sized<NifDeviceInfo>();
   ASSERT_EQ(nifGetDeviceInfo(device_, &info), NIF_OK);
   EXPECT_EQ(info.threads, 1u);
-  EXPECT_STREQ(info.isa, "scalar");
+  EXPECT_STRNE(info.isa, "auto");
   EXPECT_STREQ(info.backend, "cpu");
   auto backend = nifkit::sized<NifBackendInfo>();
   ASSERT_EQ(nifGetBackendInfo(0, &backend), NIF_OK);

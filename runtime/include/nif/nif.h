@@ -123,8 +123,8 @@ typedef struct NifDeviceCallbacks {
 /* Creates a device. `config` is null or text such as "threads=2,isa=avx2,backend=cpu":
  *   threads=N   at most N threads for one query, 0 for all that the machine has (default 1).
  *               In this version every query runs on the calling thread, whatever N.
- *   isa=NAME    auto (default), scalar, sse4, avx2, avx512, neon. In this version only scalar is there;
- *               auto takes the best that is. Answers are the same bits with each.
+ *   isa=NAME    auto (default): the best that this build and this machine have. scalar, sse4, avx2, avx512
+ *               (with VNNI where there is); neon is not in this version. Answers are the same bits with each.
  *   backend=NAME  cpu (default) or hip. In this version only cpu is there.
  * What is not there gives NIF_ERROR_NOT_AVAILABLE, what is not in this list NIF_ERROR_INVALID_ARGUMENT.
  * `callbacks` may be null; they are copied. */
@@ -136,7 +136,7 @@ typedef struct NifDeviceInfo {
   uint64_t struct_size;
   uint32_t threads; /* that one query uses at most */
   uint32_t reserved;
-  const char* isa;     /* "scalar" */
+  const char* isa;     /* in use, e.g. "avx512" */
   const char* backend; /* "cpu" */
 } NifDeviceInfo;
 

@@ -1,0 +1,335 @@
+// The walk in SIMD: a ray to a lane, several groups of lanes in turn so that one's loads hide another's.
+//
+// Each axis is mirrored where the direction is negative: (k - o) * inv keeps its bits when all three change
+// sign, and every ray then walks upward. A step leaps as far as the voxel's distance allows, to the crossing
+// (t, axis) at which the segment leaves the cube around it; where the other axes stand then follows from
+// their own crossings, counted in the reference's order (t, then the lower axis). An estimate from below that
+// is off by at most one voxel is put right by one such comparison.
+//
+// No include guard in the usual sense: compiled once for each target.
+#if defined(NIF_SEGMENT_WALK_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_SEGMENT_WALK_INL
+#undef NIF_SEGMENT_WALK_INL
+#else
+#define NIF_SEGMENT_WALK_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "kernels/cpu/walk_grid.hpp"
+#include "kernels/object_kernel.hpp"
+#include "kernels/reference/walk.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Floats = hn::CappedTag<float, 16>;
+using Ints = hn::RebindToSigned<Floats>;
+using Words = hn::RebindToUnsigned<Floats>;
+constexpr uint32_t kLanes = uint32_t(hn::MaxLanes(Floats()));
+constexpr uint32_t kGroups = 4;
+constexpr uint32_t kSlots = kGroups * kLanes;
+constexpr uint64_t kAllLanes = (uint64_t{1} << kLanes) - 1;
+
+/// Ends of runs that a slot has room for; rays with more go to the reference.
+constexpr uint32_t kMaxEvents = 32;
+
+/// More than the walk's rounding in voxels (docs/model.md: 0.0061 for the crossing and as much for the
+/// place), less than a voxel by far.
+constexpr float kEstimateSlack = 1.0f / 32;
+/// Stands for the origin along an axis that is not moved along: its planes are never reached.
+constexpr float kFlatOrigin = -3e38f;
+
+enum RayFlags : int32_t { kNegativeAxes = 7, kEntersGrid = 8, kLeavesGrid = 16 };
+
+/// Rays that meet the grid, ready to be walked.
+struct Queue {
+  alignas(64) float origin[3][kBatchRays];
+  float direction[3][kBatchRays], inverse[3][kBatchRays], voxel[3][kBatchRays];
+  float enter[kBatchRays], leave[kBatchRays];
+  int32_t flags[kBatchRays], ray[kBatchRays];
+  uint32_t count;
+};
+
+/// Rays being walked, one to a lane.
+struct Slots {
+  alignas(64) float origin[3][kSlots];
+  float direction[3][kSlots], inverse[3][kSlots], voxel[3][kSlots], stride[3][kSlots], base[kSlots];
+  float now[kSlots], leave[kSlots];
+  float entered[kSlots];  ///< t at which the current voxel was entered
+  int32_t state[kSlots];  ///< VoxelClass of the current voxel
+  int32_t seen[kSlots];   ///< union of all so far
+  uint32_t queued[kSlots], event_count[kSlots];
+  float events[kSlots][kMaxEvents];  ///< t of the begins and ends of runs, in turn
+};
+
+/// Lanes as the bits of an integer.
+HWY_INLINE uint32_t bits_of(Floats d, hn::Mask<Floats> mask) {
+  uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  uint32_t bits;
+  std::memcpy(&bits, bytes, sizeof(bits));
+  return bits;
+}
+
+template <class Tag, class T>
+HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> codes) {
+  if constexpr (kLanes == 16) {
+    return hn::TableLookupLanes(hn::Load(d, table), hn::IndicesFromVec(d, codes));
+  } else {
+    return hn::GatherIndex(d, table, codes);
+  }
+}
+
+/// Walks one batch. `Sink` receives what the walk cannot answer: sink.ambiguous(walker, slot) and
+/// sink.hard(ray).
+template <class Sink>
+class Walker {
+ public:
+  Walker(const SegmentField& field, const WalkGrid& grid, Queue& queue, Slots& slots, Sink& sink)
+      : field_(field), grid_(grid), queue_(queue), slots_(slots), sink_(sink) {
+    for (uint32_t octant = 0; octant < 8; ++octant) {
+      float base = 0;
+      for (uint32_t a = 0; a < 3; ++a) {
+        const bool negative = (octant >> a) & 1;
+        strides_[octant][a] = negative ? -grid.stride[a] : grid.stride[a];
+        if (negative) base -= grid.stride[a];  // mirrored voxel v is voxel -v - 1
+      }
+      strides_[octant][3] = base;
+    }
+  }
+
+  void walk(const SegmentBatch& batch, AnswerBatch& answers) {
+    answers_ = &answers;
+    queue_.count = 0;
+    for (uint32_t i = 0; i < batch.count; i += kLanes) enqueue(batch, i);
+    next_ = 0;
+    active_ = fresh_ = starts_ = 0;
+    for (uint32_t slot = 0; slot < kSlots; ++slot) refill(slot);
+    while (active_ != 0)
+      for (uint32_t group = 0; group < kGroups; ++group)
+        if ((active_ >> (group * kLanes)) & kAllLanes) step(group);
+  }
+
+  const Slots& slots() const { return slots_; }
+  const Queue& queue() const { return queue_; }
+  /// Whether the slot's first voxel is a surface voxel.
+  bool starts_in_surface(uint32_t slot) const { return (starts_ >> slot) & 1; }
+
+ private:
+  /// To grid space, clipped; rays that miss the grid are answered here.
+  HWY_INLINE void enqueue(const SegmentBatch& batch, uint32_t i) {
+    const Floats d;
+    const Ints di;
+    const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+    const auto tmin = hn::Load(d, batch.tmin + i), tmax = hn::Load(d, batch.tmax + i);
+    const auto present = hn::FirstN(d, batch.count - i);
+    const auto scale = hn::Set(d, field_.voxels_per_unit);
+    hn::Vec<Floats> origin[3], direction[3], inverse[3], voxel[3];
+
+    // Whatever is not finite or far away fails one of these.
+    auto easy = hn::And(present, hn::Le(tmin, tmax));
+    auto steepest = zero;
+    for (uint32_t a = 0; a < 3; ++a) {
+      origin[a] = hn::Mul(hn::Sub(hn::Load(d, batch.origin[a] + i), hn::Set(d, field_.origin[a])), scale);
+      direction[a] = hn::Mul(hn::Load(d, batch.direction[a] + i), scale);
+      easy = hn::And(easy, hn::Le(hn::Abs(origin[a]), hn::Set(d, kCertainReach)));
+      easy = hn::And(easy, hn::Le(hn::Abs(direction[a]), hn::Set(d, kMaxDirection)));
+      steepest = hn::Max(steepest, hn::Abs(direction[a]));
+    }
+    easy = hn::And(easy, hn::Ge(steepest, hn::Set(d, kMinDirection)));
+
+    const auto flat_limit = hn::Mul(steepest, hn::Set(d, kFlatDirection));
+    auto meets = easy;
+    auto enter = tmin, leave = tmax;
+    auto flags = hn::Zero(di);
+    hn::Mask<Floats> negative[3], flat[3];
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto size = hn::Set(d, float(field_.voxels[a]));
+      flat[a] = hn::Lt(hn::Abs(direction[a]), flat_limit);
+      const auto beside = hn::And(flat[a], hn::Or(hn::Lt(origin[a], zero), hn::Gt(origin[a], size)));
+      meets = hn::AndNot(beside, meets);
+      negative[a] = hn::AndNot(flat[a], hn::Lt(direction[a], zero));
+      origin[a] = hn::IfThenElse(negative[a], hn::Neg(origin[a]), origin[a]);
+      direction[a] = hn::IfThenZeroElse(flat[a], hn::Abs(direction[a]));
+      inverse[a] = hn::IfThenElse(flat[a], one, hn::Div(one, direction[a]));
+      const auto low = hn::IfThenElseZero(negative[a], hn::Neg(size));
+      const auto high = hn::IfThenZeroElse(negative[a], size);
+      const auto first = hn::Mul(hn::Sub(low, origin[a]), inverse[a]);
+      const auto last = hn::Mul(hn::Sub(high, origin[a]), inverse[a]);
+      const auto later = hn::AndNot(flat[a], hn::Gt(first, enter));
+      const auto sooner = hn::AndNot(flat[a], hn::Lt(last, leave));
+      enter = hn::IfThenElse(later, first, enter);
+      leave = hn::IfThenElse(sooner, last, leave);
+      flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, negative[a]), hn::Set(di, 1 << a)));
+      flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, later), hn::Set(di, kEntersGrid)));
+      flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, sooner), hn::Set(di, kLeavesGrid)));
+    }
+    meets = hn::And(meets, hn::Le(enter, leave));
+    for (uint32_t a = 0; a < 3; ++a) {
+      auto at = hn::Add(origin[a], hn::Mul(enter, direction[a]));
+      at = hn::IfThenElse(negative[a], hn::Neg(at), at);
+      const auto top = hn::Set(d, float(field_.voxels[a] - 1));
+      const auto index = hn::Trunc(hn::Min(hn::Max(at, zero), top));
+      voxel[a] = hn::IfThenElse(negative[a], hn::Sub(hn::Set(d, -1.0f), index), index);
+      origin[a] = hn::IfThenElse(flat[a], hn::Set(d, kFlatOrigin), origin[a]);
+    }
+
+    hn::StoreU(hn::Set(di, kCertainLogit), di, answers_->logit + i);
+    std::memset(answers_->certain + i, 1, std::min(kLanes, batch.count - i));
+    for (uint32_t hard = bits_of(d, hn::AndNot(easy, present)); hard != 0; hard &= hard - 1)
+      sink_.hard(i + uint32_t(__builtin_ctz(hard)));
+
+    const uint32_t to = queue_.count;
+    for (uint32_t a = 0; a < 3; ++a) {
+      hn::StoreU(hn::Compress(origin[a], meets), d, queue_.origin[a] + to);
+      hn::StoreU(hn::Compress(direction[a], meets), d, queue_.direction[a] + to);
+      hn::StoreU(hn::Compress(inverse[a], meets), d, queue_.inverse[a] + to);
+      hn::StoreU(hn::Compress(voxel[a], meets), d, queue_.voxel[a] + to);
+    }
+    hn::StoreU(hn::Compress(enter, meets), d, queue_.enter + to);
+    hn::StoreU(hn::Compress(leave, meets), d, queue_.leave + to);
+    const auto meets_int = hn::RebindMask(di, meets);
+    hn::StoreU(hn::Compress(flags, meets_int), di, queue_.flags + to);
+    hn::StoreU(hn::Compress(hn::Iota(di, int32_t(i)), meets_int), di, queue_.ray + to);
+    queue_.count += uint32_t(hn::CountTrue(d, meets));
+  }
+
+  /// Puts the next ray into a slot, or one that stands still.
+  HWY_INLINE void refill(uint32_t slot) {
+    const uint64_t bit = uint64_t{1} << slot;
+    slots_.state[slot] = slots_.seen[slot] = 0;
+    slots_.event_count[slot] = 0;
+    if (next_ == queue_.count) {
+      active_ &= ~bit;
+      for (uint32_t a = 0; a < 3; ++a) {
+        slots_.origin[a][slot] = slots_.direction[a][slot] = slots_.inverse[a][slot] = 0;
+        slots_.voxel[a][slot] = slots_.stride[a][slot] = 0;
+      }
+      slots_.base[slot] = slots_.now[slot] = 0;
+      slots_.leave[slot] = -1;
+      return;
+    }
+    const uint32_t i = next_++;
+    const float* strides = strides_[queue_.flags[i] & kNegativeAxes];
+    for (uint32_t a = 0; a < 3; ++a) {
+      slots_.origin[a][slot] = queue_.origin[a][i];
+      slots_.direction[a][slot] = queue_.direction[a][i];
+      slots_.inverse[a][slot] = queue_.inverse[a][i];
+      slots_.voxel[a][slot] = queue_.voxel[a][i];
+      slots_.stride[a][slot] = strides[a];
+    }
+    slots_.base[slot] = strides[3];
+    slots_.now[slot] = queue_.enter[i];
+    slots_.leave[slot] = queue_.leave[i];
+    slots_.queued[slot] = i;
+    active_ |= bit;
+    fresh_ |= bit;
+    starts_ &= ~bit;
+  }
+
+  /// One leap of every lane of a group.
+  HWY_INLINE void step(uint32_t group) {
+    const Floats d;
+    const Ints di;
+    const Words dw;
+    const uint32_t at = group * kLanes;
+    hn::Vec<Floats> voxel[3], origin[3], inverse[3], exit[3];
+    for (uint32_t a = 0; a < 3; ++a) {
+      voxel[a] = hn::Load(d, slots_.voxel[a] + at);
+      origin[a] = hn::Load(d, slots_.origin[a] + at);
+      inverse[a] = hn::Load(d, slots_.inverse[a] + at);
+    }
+    auto place = hn::Load(d, slots_.base + at);  // exact: integers below 2^24
+    for (uint32_t a = 0; a < 3; ++a) place = hn::MulAdd(voxel[a], hn::Load(d, slots_.stride[a] + at), place);
+    const auto number = hn::ConvertTo(di, place);
+    const auto word =
+        hn::GatherIndex(di, reinterpret_cast<const int32_t*>(grid_.codes.data()), hn::ShiftRight<3>(number));
+    const auto shift = hn::ShiftLeft<2>(hn::And(number, hn::Set(di, 7)));
+    const auto code =
+        hn::BitCast(di, hn::And(hn::Shr(hn::BitCast(dw, word), hn::BitCast(dw, shift)), hn::Set(dw, 15)));
+    const auto distance = look_up(d, kCodeDistance, code);
+    const auto state = look_up(di, kCodeClass, code);
+    const auto turns =
+        hn::TestBit(hn::Xor(state, hn::Load(di, slots_.state + at)), hn::Set(di, int32_t(kSurfaceBit)));
+    const auto seen = hn::Or(hn::Load(di, slots_.seen + at), state);
+    const auto both = hn::Set(di, int32_t(kOutsideBit) | int32_t(kInsideBit));
+    const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(seen, both), both));
+
+    for (uint32_t a = 0; a < 3; ++a)
+      exit[a] = hn::Mul(hn::Sub(hn::Add(voxel[a], distance), origin[a]), inverse[a]);
+    const auto t = hn::Min(hn::Min(exit[0], exit[1]), exit[2]);
+    const auto goes_on = hn::AndNot(blocked, hn::Lt(t, hn::Load(d, slots_.leave + at)));
+    const auto along_0 = hn::Eq(exit[0], t);
+    const auto below_2 = hn::Or(along_0, hn::Eq(exit[1], t));
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto reached = hn::MulAdd(t, hn::Load(d, slots_.direction[a] + at), origin[a]);
+      const auto estimate = hn::Floor(hn::Sub(reached, hn::Set(d, kEstimateSlack)));
+      const auto before = hn::Max(estimate, voxel[a]);
+      const auto plane = hn::Add(before, hn::Set(d, 1.0f));
+      const auto crossing = hn::Mul(hn::Sub(plane, origin[a]), inverse[a]);
+      // In the reference's order the crossing of a lower axis at the same t comes first.
+      auto crossed = hn::Le(crossing, t);
+      if (a > 0) crossed = hn::AndNot(hn::And(a == 1 ? along_0 : below_2, hn::Eq(crossing, t)), crossed);
+      hn::Store(hn::IfThenElse(crossed, plane, before), d, slots_.voxel[a] + at);
+    }
+    const auto now = hn::Load(d, slots_.now + at);
+    hn::Store(now, d, slots_.entered + at);
+    hn::Store(hn::Max(t, now), d, slots_.now + at);
+    hn::Store(state, di, slots_.state + at);
+    hn::Store(seen, di, slots_.seen + at);
+
+    const auto lanes = uint32_t((active_ >> at) & kAllLanes);
+    uint32_t turning = bits_of(d, hn::RebindMask(d, turns)) & lanes;
+    uint32_t ending = ~bits_of(d, goes_on) & lanes;
+    starts_ |= (fresh_ & (uint64_t{turning} << at));
+    fresh_ &= ~(kAllLanes << at);
+    for (; turning != 0; turning &= turning - 1) {
+      const uint32_t slot = at + uint32_t(__builtin_ctz(turning));
+      const uint32_t count = slots_.event_count[slot]++;
+      slots_.events[slot][std::min(count, kMaxEvents - 1)] = slots_.entered[slot];
+    }
+    for (; ending != 0; ending &= ending - 1) {
+      const uint32_t slot = at + uint32_t(__builtin_ctz(ending));
+      finish(slot);
+      refill(slot);
+    }
+  }
+
+  HWY_INLINE void finish(uint32_t slot) {
+    constexpr int32_t kBoth = kOutsideBit | kInsideBit;
+    const int32_t ray = queue_.ray[slots_.queued[slot]];
+    if ((slots_.seen[slot] & kBoth) == kBoth) {
+      answers_->logit[ray] = -kCertainLogit;
+      return;
+    }
+    uint32_t& count = slots_.event_count[slot];
+    if (count == 0) return;
+    if (count >= kMaxEvents) {
+      sink_.hard(uint32_t(ray));
+      return;
+    }
+    if (count % 2 == 1)
+      slots_.events[slot][count] = max_of(queue_.leave[slots_.queued[slot]], slots_.entered[slot]);
+    sink_.ambiguous(*this, slot);
+  }
+
+  const SegmentField& field_;
+  const WalkGrid& grid_;
+  Queue& queue_;
+  Slots& slots_;
+  Sink& sink_;
+  AnswerBatch* answers_ = nullptr;
+  float strides_[8][4];
+  uint32_t next_ = 0;
+  uint64_t active_ = 0, fresh_ = 0, starts_ = 0;  ///< slots as bits
+};
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,38 @@
+// The occupancy of a field as the SIMD walk reads it: four bits a voxel that say what it is and how far a
+// segment may leap from it.
+//
+// Built when an asset is loaded. A leap of distance d ends where the segment leaves the cube of voxels less
+// than d away (Chebyshev), all of which have the voxel's own state. So nothing is missed, and the crossing at
+// which the leap ends is one that the reference comes to as well.
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <vector>
+
+#include "kernels/field.hpp"
+
+namespace nif::kernels::cpu {
+
+/// What a code's voxel is; unknown is none of these.
+enum VoxelClass : int32_t { kSurfaceBit = 1, kOutsideBit = 2, kInsideBit = 4 };
+
+/// The sixteen codes: state and distance, rounded down to the next that there is.
+alignas(64) inline constexpr int32_t kCodeClass[16] = {kSurfaceBit, 2, 2, 2, 2, 2, 2, 2,
+                                                       2,           2, 4, 4, 4, 4, 0, 0};
+alignas(64) inline constexpr float kCodeDistance[16] = {1, 1, 2, 3, 4, 5, 6, 8, 11, 15, 1, 2, 3, 5, 1, 3};
+
+/// Voxel numbers are computed in single precision, exactly up to here.
+inline constexpr uint64_t kMaxGridVoxels = uint64_t{1} << 24;
+
+struct WalkGrid {
+  /// The field needs at most kMaxGridVoxels voxels.
+  WalkGrid(const SegmentField& field, std::pmr::memory_resource* memory);
+
+  /// Voxel (x, y, z) has number n = x + stride[1] y + stride[2] z; its code stands in bits 4 (n % 8) of word
+  /// n / 8.
+  std::pmr::vector<uint32_t> codes;
+  float stride[3];
+};
+
+}  // namespace nif::kernels::cpu

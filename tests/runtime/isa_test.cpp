@@ -1,0 +1,119 @@
+// Every instruction set gives the reference's bits, whatever the batch looks like.
+#include <cmath>
+#include <cstring>
+
+#include "tests/runtime/runtime_fixture.hpp"
+
+namespace nif::test {
+namespace {
+
+constexpr const char* kIsas[] = {"scalar", "sse4", "avx2", "avx512"};
+
+/// Tests with a device of the instruction set; skipped where the machine has it not.
+class IsaTest : public RuntimeTest, public testing::WithParamInterface<const char*> {
+ protected:
+  void SetUp() override {
+    const NifError error = nifNewDevice((std::string("isa=") + GetParam()).c_str(), nullptr, &device_);
+    if (error == NIF_ERROR_NOT_AVAILABLE) GTEST_SKIP() << nifGetErrorMessage();
+    ASSERT_EQ(error, NIF_OK);
+  }
+
+  static void expect_reference(const kernels::SegmentField& field, const std::vector<NifRay>& rays,
+                               const Answers& answers) {
+    for (size_t i = 0; i < rays.size(); ++i) {
+      const kernels::Answer expected = kernels::query_segment(field, to_segment(rays[i]));
+      ASSERT_EQ(answers.logit[i], expected.logit) << "ray " << i;
+      ASSERT_EQ(answers.certain[i], expected.certain) << "ray " << i;
+      ASSERT_EQ(answers.visible[i], expected.visible) << "ray " << i;
+    }
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Each, IsaTest, testing::ValuesIn(kIsas), [](const auto& p) { return p.param; });
+
+TEST_P(IsaTest, RandomFields) {
+  for (uint64_t seed = 0; seed < 60; ++seed) {
+    const format::AssetView& view =
+        make(seed, {.objects = 3, .instances = 0, .max_voxels = seed % 2 ? 14u : 40u});
+    const NifAsset asset = load();
+    Random random(seed);
+    for (uint32_t object = 0; object < 3; ++object) {
+      const kernels::SegmentField& field = view.objects[object].field;
+      const auto rays = random_rays(random, field, 3000);
+      expect_reference(field, rays, query_all(scene_of(asset, object), rays));
+    }
+  }
+}
+
+/// Origins and ends on planes and corners of voxels, directions along axes and diagonals: every tie there is.
+TEST_P(IsaTest, RaysThroughPlanesAndCorners) {
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    const format::AssetView& view = make(seed, {.objects = 1, .instances = 0, .max_voxels = 30});
+    const NifScene scene = scene_of(load(), 0);
+    const kernels::SegmentField& field = view.objects[0].field;
+    Random random(seed);
+    std::vector<NifRay> rays(4000);
+    for (NifRay& ray : rays) {
+      const float half = random.below(2) ? 0.5f : 1.0f;
+      for (size_t a = 0; a < 3; ++a) {
+        const auto size = int32_t(field.voxels[a]);
+        ray.origin[a] = field.origin[a] + float(random.between(-2, size + 2)) * half / field.voxels_per_unit;
+        ray.direction[a] = float(random.between(-2, 2)) * (random.below(8) ? 1.0f : 1e-13f);
+      }
+      ray.tmin = random.below(3) ? 0.0f : -INFINITY;
+      ray.tmax = random.below(3) ? INFINITY : float(random.between(0, 20)) / field.voxels_per_unit;
+    }
+    expect_reference(field, rays, query_all(scene, rays));
+  }
+}
+
+TEST_P(IsaTest, RaysThatAreNone) {
+  const float odd[] = {NAN,    INFINITY, -INFINITY, 0.0f,  -0.0f, 1e-45f,
+                       1e-30f, 3e38f,    -3e38f,    1e20f, 1.0f,  0.5f};
+  const format::AssetView& view = make(5, {.objects = 1, .instances = 0, .max_voxels = 14});
+  const NifScene scene = scene_of(load(), 0);
+  Random random(1);
+  auto rays = random_rays(random, view.objects[0].field, 20000);
+  for (NifRay& ray : rays) {
+    float* members[] = {&ray.origin[0],    &ray.origin[1],    &ray.origin[2],    &ray.tmin,
+                        &ray.direction[0], &ray.direction[1], &ray.direction[2], &ray.tmax};
+    for (uint32_t k = random.below(4); k > 0; --k)
+      *members[random.below(8)] = odd[random.below(std::size(odd))];
+  }
+  expect_reference(view.objects[0].field, rays, query_all(scene, rays));
+}
+
+TEST_P(IsaTest, AnyBatchAndAlignment) {
+  const format::AssetView& view = make(7, {.objects = 1, .instances = 0, .max_voxels = 30});
+  const NifScene scene = scene_of(load(), 0);
+  Random random(7);
+  const auto rays = random_rays(random, view.objects[0].field, 2600);
+  const Answers whole = query_all(scene, rays);
+  for (const size_t count : {1, 2, 3, 4, 5, 8, 15, 16, 17, 31, 63, 65, 127, 1023, 1024, 1025, 2049, 2600}) {
+    // One byte off any alignment, in structures of an odd size.
+    constexpr size_t kStride = sizeof(NifRay) + 3;
+    std::vector<char> bytes(count * kStride + 1);
+    for (size_t i = 0; i < count; ++i) std::memcpy(bytes.data() + 1 + i * kStride, &rays[i], sizeof(NifRay));
+    const auto member = [&](size_t offset) {
+      return reinterpret_cast<const float*>(bytes.data() + 1 + offset);
+    };
+    NifQuery query = nifQueryRays(rays.data(), count);
+    for (size_t a = 0; a < 3; ++a) {
+      query.origin[a] = member(offsetof(NifRay, origin) + 4 * a);
+      query.direction[a] = member(offsetof(NifRay, direction) + 4 * a);
+    }
+    query.tmin = member(offsetof(NifRay, tmin));
+    query.tmax = member(offsetof(NifRay, tmax));
+    query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = kStride;
+    Answers answers(count);
+    answers.ask(query);
+    ASSERT_EQ(nifQuery(scene, &query), NIF_OK);
+    for (size_t i = 0; i < count; ++i) {
+      ASSERT_EQ(answers.logit[i], whole.logit[i]) << count;
+      ASSERT_EQ(answers.certain[i], whole.certain[i]) << count;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace nif::test
