@@ -9,6 +9,14 @@
 
 namespace nif::bake {
 
+std::string embree_version() {
+  RTCDevice device = rtcNewDevice(nullptr);
+  const long version = long(rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION));
+  rtcReleaseDevice(device);
+  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
+         std::to_string(version % 100);
+}
+
 void EmbreeScene::Release::operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
 void EmbreeScene::Release::operator()(RTCSceneTy* scene) const { rtcReleaseScene(scene); }
 

@@ -18,6 +18,9 @@ namespace nif::bake {
 /// standard form with spatial splits, slower to build.
 enum class EmbreeBuild { robust, standard, compact, high };
 
+/// Of the library that is loaded, "3.13.5".
+std::string embree_version();
+
 /// Immutable once made; any number of threads may ask it.
 class EmbreeScene {
  public:

@@ -29,9 +29,11 @@ int run(int argc, char** argv) {
   app.footer(std::string("Examples:\n"
                          "  nif bake dragon.ply -o dragon.nif\n"
                          "  nif eval dragon.nif --mesh dragon.ply\n"
+                         "  nif bench dragon.nif --mesh dragon.ply\n"
                          "  nif info dragon.nif\n\n") +
              kExitCodes);
   add_bake(app);
+  add_bench(app);
   add_eval(app);
   add_info(app);
 
@@ -45,8 +47,9 @@ int run(int argc, char** argv) {
   if (!arguments.empty() && !arguments[0].starts_with('-') &&
       std::none_of(subcommands.begin(), subcommands.end(),
                    [&](CLI::App* command) { return command->check_name(arguments[0]); })) {
-    throw Error(Status::usage,
-                fmt::format("there is no subcommand '{}'; there are bake, eval and info", arguments[0]));
+    throw Error(
+        Status::usage,
+        fmt::format("there is no subcommand '{}'; there are bake, bench, eval and info", arguments[0]));
   }
   std::reverse(arguments.begin(), arguments.end());
   try {

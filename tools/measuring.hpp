@@ -20,7 +20,10 @@ struct Released {
   Handle handle = nullptr;
   Released() = default;
   Released(Released&& other) noexcept : handle(std::exchange(other.handle, nullptr)) {}
-  Released& operator=(Released&&) = delete;
+  Released& operator=(Released&& other) noexcept {
+    std::swap(handle, other.handle);
+    return *this;
+  }
   ~Released() { kRelease(handle); }
 };
 using Device = Released<NifDevice, nifReleaseDevice>;

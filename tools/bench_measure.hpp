@@ -1,0 +1,75 @@
+// The measuring of `nif bench`: an asset and Embree on the same rays, in the same rounds.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "bake/embree_baseline.hpp"
+#include "tools/measuring.hpp"
+#include "tools/rounds.hpp"
+
+namespace nif::tools {
+
+/// In the order in which they are listed.
+inline constexpr std::array kEmbreeBuilds{bake::EmbreeBuild::standard, bake::EmbreeBuild::high,
+                                          bake::EmbreeBuild::compact, bake::EmbreeBuild::robust};
+/// "default", "high", "compact", "robust".
+std::string_view name_of(bake::EmbreeBuild build);
+
+/// One way to ask Embree, and how it fared. Rates are in millions of rays a second.
+struct EmbreeVariant {
+  size_t build;  ///< in kEmbreeBuilds
+  bake::EmbreeCall call;
+  bool coherent;              ///< with Embree's hint that the rays are
+  uint64_t wrong = 0;         ///< answers that differ from the labels
+  std::vector<double> rates = {};  ///< by round; empty where it dropped out after the heats
+  double fastest_heat = 0;
+
+  Spread rate() const { return spread_of(rates); }
+};
+/// "default rtcOccluded16", "robust rtcOccluded1M coherent".
+std::string name_of(const EmbreeVariant& variant);
+
+struct SetSpeeds {
+  bake::RaySet set;
+  bake::Accuracy accuracy;            ///< of the asset, on the very rays of the race
+  std::vector<double> rates;          ///< of the asset, by round
+  std::vector<EmbreeVariant> embree;  ///< the fastest first, by median; those that dropped out last
+
+  Spread rate() const { return spread_of(rates); }
+  const EmbreeVariant& best() const { return embree.front(); }
+  /// The fastest of a build.
+  const EmbreeVariant& best(size_t build) const;
+  /// Of the medians, in millions of rays a second: how many times as fast as the best Embree.
+  double ratio() const { return rate().median / best().rate().median; }
+  /// Of the ratios round by round.
+  Spread ratio_by_round() const;
+};
+
+struct ThreadRun {
+  uint32_t threads;
+  std::vector<SetSpeeds> sets;
+};
+
+struct BenchOptions {
+  std::string asset, mesh, isa;
+  std::vector<bake::RaySet> sets;
+  std::vector<uint32_t> threads;
+  uint64_t rays, seed;
+  Schedule schedule;
+};
+
+struct BenchResult {
+  uint64_t triangles = 0;
+  size_t objects = 0;
+  NifAssetInfo info{};
+  std::string isa;
+  std::array<uint64_t, kEmbreeBuilds.size()> embree_bytes{};
+  std::vector<ThreadRun> runs;
+};
+
+/// Throws nif::Error; Error(interrupted) soon after a signal has come.
+BenchResult measure(const BenchOptions& options, Progress& progress);
+
+}  // namespace nif::tools

@@ -1,0 +1,139 @@
+#include "tools/bench_report.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+
+#include "tools/command.hpp"
+
+namespace nif::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json rate_json(const Spread& rate, uint64_t bytes) {
+  return {{"mrays_per_s", rate.median}, {"lowest", rate.lowest}, {"highest", rate.highest}, {"bytes", bytes}};
+}
+
+Json variant_json(const EmbreeVariant& variant, uint64_t rays, const BenchResult& result) {
+  Json json{{"variant", name_of(variant)},         {"build", name_of(kEmbreeBuilds[variant.build])},
+            {"call", bake::name_of(variant.call)}, {"coherent", variant.coherent},
+            {"rounds", variant.rates.size()},      {"error", double(variant.wrong) / double(rays)}};
+  const Spread rate = variant.rates.empty()
+                          ? Spread{variant.fastest_heat, variant.fastest_heat, variant.fastest_heat}
+                          : variant.rate();
+  json.update(rate_json(rate, result.embree_bytes[variant.build]));
+  return json;
+}
+
+Json sets_json(const ThreadRun& run, const BenchResult& result) {
+  Json sets = Json::object();
+  for (const SetSpeeds& speeds : run.sets) {
+    const bake::Accuracy& accuracy = speeds.accuracy;
+    const Spread ratio = speeds.ratio_by_round();
+    Json variants = Json::array();
+    for (const EmbreeVariant& variant : speeds.embree)
+      variants.push_back(variant_json(variant, accuracy.rays, result));
+    sets[std::string(bake::name_of(speeds.set))] = {
+        {"rays", accuracy.rays},
+        {"error", accuracy.error()},
+        {"leak", accuracy.rate(accuracy.leak)},
+        {"spurious", accuracy.rate(accuracy.spurious)},
+        {"certain", accuracy.rate(accuracy.certain)},
+        {"certain_wrong", accuracy.certain_wrong},
+        {"embree", variant_json(speeds.best(), accuracy.rays, result)},
+        {"nif", rate_json(speeds.rate(), result.info.resident_bytes)},
+        {"ratio", speeds.ratio()},
+        {"ratio_lowest", ratio.lowest},
+        {"ratio_highest", ratio.highest},
+        {"variants", std::move(variants)}};
+  }
+  return sets;
+}
+
+std::string with_spread(const Spread& spread) {
+  return fmt::format("{:.2f} ({:.2f}-{:.2f})", spread.median, spread.lowest, spread.highest);
+}
+
+std::string speed_table(const ThreadRun& run) {
+  std::string table =
+      fmt::format("{:<14}{:>9}{:>9}{:>10}{:>9}{:>23}{:>23}{:>21}\n", "ray set", "error", "leak", "spurious",
+                  "certain", "nif, Mray/s", "best Embree, Mray/s", "nif / Embree");
+  for (const SetSpeeds& speeds : run.sets) {
+    const bake::Accuracy& a = speeds.accuracy;
+    Spread ratio = speeds.ratio_by_round();
+    ratio.median = speeds.ratio();
+    table += fmt::format("{:<14}{:>8.3f}%{:>8.3f}%{:>9.3f}%{:>8.1f}%{:>23}{:>23}{:>21}  {}\n",
+                         bake::name_of(speeds.set), 100 * a.error(), 100 * a.rate(a.leak),
+                         100 * a.rate(a.spurious), 100 * a.rate(a.certain), with_spread(speeds.rate()),
+                         with_spread(speeds.best().rate()), with_spread(ratio), name_of(speeds.best()));
+  }
+  return table;
+}
+
+/// The fastest of each build, so that its bytes can be seen beside its speed.
+std::string build_table(const ThreadRun& run, const BenchResult& result) {
+  const auto resident = double(result.info.resident_bytes);
+  std::string table = fmt::format("{:<16}{:>12}{:>9}", "", "memory", "");
+  for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>15}", bake::name_of(speeds.set));
+  table += fmt::format("\n{:<16}{:>12}{:>9}", "nif", format_bytes(resident), "1 x");
+  for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>15.2f}", speeds.rate().median);
+  for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {
+    const auto bytes = double(result.embree_bytes[b]);
+    table += fmt::format("\nEmbree {:<9}{:>12}{:>7.0f} x", name_of(kEmbreeBuilds[b]), format_bytes(bytes),
+                         bytes / resident);
+    for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>15.2f}", speeds.best(b).rate().median);
+  }
+  return table + "\n";
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& result) {
+  Json scaling = Json::array();
+  for (const ThreadRun& run : result.runs)
+    scaling.push_back({{"threads", run.threads}, {"sets", sets_json(run, result)}});
+  Json embree_bytes = Json::object();
+  for (size_t b = 0; b < kEmbreeBuilds.size(); ++b)
+    embree_bytes[std::string(name_of(kEmbreeBuilds[b]))] = result.embree_bytes[b];
+  return {{"schema", "nifkit.bench/1"},
+          {"file", options.asset},
+          {"threads", result.runs.front().threads},
+          {"isa", result.isa},
+          {"sets", sets_json(result.runs.front(), result)},
+          {"scaling", std::move(scaling)},
+          {"processor", processor_name()},
+          {"embree_version", bake::embree_version()},
+          {"triangles", result.triangles},
+          {"objects", result.objects},
+          {"seed", options.seed},
+          {"rounds", options.schedule.rounds},
+          {"bytes",
+           {{"file", result.info.file_bytes},
+            {"resident", result.info.resident_bytes},
+            {"embree", std::move(embree_bytes)}}}};
+}
+
+std::string bench_tables(const BenchOptions& options, const BenchResult& result) {
+  std::string text = fmt::format(
+      "{}: {}, isa {}, against Embree {}{}{}\n"
+      "Speeds in millions of rays a second: the median of {}, and the lowest and highest.\n",
+      options.asset, count_of(result.triangles, "triangle"), result.isa, bake::embree_version(),
+      processor_name().empty() ? "" : " on ", processor_name(), count_of(options.schedule.rounds, "round"));
+  for (const ThreadRun& run : result.runs) {
+    text += fmt::format("\n{}\n\n{}\n{}", count_of(run.threads, "thread"), speed_table(run),
+                        build_table(run, result));
+  }
+  return text;
+}
+
+std::string processor_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    const size_t colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "";
+}
+
+}  // namespace nif::tools
