@@ -64,12 +64,23 @@ void check_plot(const Arguments& arguments) {
   check_output(arguments.plot);
 }
 
+/// Speeds of a busy machine are of little worth, and nothing else would tell.
+void print_notes(const BenchResult& result) {
+  for (const ThreadRun& run : result.runs) {
+    if (run.cores > 0.85 * run.threads) continue;
+    fmt::print(stderr,
+               "nif: note: {} got {:.2f} cores: other programs, or too few rays, kept them from more\n",
+               count_of(run.threads, "thread"), run.cores);
+  }
+}
+
 void run(const Arguments& arguments) {
   const BenchOptions options = resolve(arguments);
   check_plot(arguments);
   Progress progress(arguments.quiet);
   const BenchResult result = measure(options, progress);
   progress.finish();
+  if (!arguments.quiet) print_notes(result);
   if (arguments.json) {
     fmt::print("{}\n",
                to_json(options, result).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));

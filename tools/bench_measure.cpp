@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 
 #include "tools/command.hpp"
 
@@ -20,11 +21,24 @@ struct Subject {
   std::vector<bake::LabelledRays> sets;
 };
 
-double seconds_of(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+/// Times work by the clock, and adds up how much of the processor it got.
+class Stopwatch {
+ public:
+  template <class Work>
+  double time(Work&& work) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t before = std::clock();
+    work();
+    processor_ += double(std::clock() - before) / CLOCKS_PER_SEC;
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    wall_ += seconds;
+    return seconds;
+  }
+  double cores() const { return wall_ > 0 ? processor_ / wall_ : 0; }
+
+ private:
+  double wall_ = 0, processor_ = 0;
+};
 
 NifRay to_ray(const kernels::Segment& s) {
   return {{s.origin[0], s.origin[1], s.origin[2]},
@@ -87,7 +101,7 @@ std::vector<double> rates_of(uint64_t rays, const std::vector<double>& seconds) 
 }
 
 SetSpeeds race_set(const std::vector<Subject>& subjects, size_t index, bake::RaySet set, uint32_t threads,
-                   const Schedule& schedule,
+                   const Schedule& schedule, Stopwatch& stopwatch,
                    const std::function<void(double, const std::string&)>& progress) {
   SetSpeeds result{set, {}, {}, variants_for(set)};
   std::vector<Asked> asked;
@@ -107,7 +121,7 @@ SetSpeeds race_set(const std::vector<Subject>& subjects, size_t index, bake::Ray
   std::vector<Contender> contenders;
   contenders.push_back({"nif", kEmbreeBuilds.size(), [&] {
                           for (Asked& a : asked) a.lay_out();
-                          const double seconds = seconds_of([&] {
+                          const double seconds = stopwatch.time([&] {
                             arena.execute([&] {
                               for (Asked& a : asked) a.ask(threads);
                             });
@@ -123,7 +137,7 @@ SetSpeeds race_set(const std::vector<Subject>& subjects, size_t index, bake::Ray
     contenders.push_back({"Embree " + name_of(variant), variant.build, [&, v = &variant] {
                             for (size_t i = 0; i < subjects.size(); ++i)
                               laid_out[i].lay_out(subjects[i].sets[index].segments, v->call);
-                            const double seconds = seconds_of([&] {
+                            const double seconds = stopwatch.time([&] {
                               arena.execute([&] {
                                 for (size_t i = 0; i < subjects.size(); ++i)
                                   laid_out[i].ask(*subjects[i].embree[v->build], v->coherent);
@@ -224,17 +238,19 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
                                                               tbb::global_control::max_allowed_parallelism)));
   const double races = double(options.threads.size() * options.sets.size());
   for (size_t t = 0; t < options.threads.size(); ++t) {
-    ThreadRun& run = result.runs.emplace_back(ThreadRun{options.threads[t], {}});
+    ThreadRun& run = result.runs.emplace_back(ThreadRun{options.threads[t], 0, {}});
+    Stopwatch stopwatch;
     for (size_t s = 0; s < options.sets.size(); ++s) {
       const std::string where =
           fmt::format("{}, {}: ", bake::name_of(options.sets[s]), count_of(run.threads, "thread"));
       const double before = double(t * options.sets.size() + s);
-      SetSpeeds speeds = race_set(subjects, s, options.sets[s], run.threads, options.schedule,
+      SetSpeeds speeds = race_set(subjects, s, options.sets[s], run.threads, options.schedule, stopwatch,
                                   [&](double fraction, const std::string& contender) {
                                     go_on((before + fraction) / races, where + contender);
                                   });
       if (speeds.accuracy.rays > 0) run.sets.push_back(std::move(speeds));
     }
+    run.cores = stopwatch.cores();
   }
   return result;
 }

@@ -21,8 +21,8 @@ std::string_view name_of(bake::EmbreeBuild build);
 struct EmbreeVariant {
   size_t build;  ///< in kEmbreeBuilds
   bake::EmbreeCall call;
-  bool coherent;              ///< with Embree's hint that the rays are
-  uint64_t wrong = 0;         ///< answers that differ from the labels
+  bool coherent;                   ///< with Embree's hint that the rays are
+  uint64_t wrong = 0;              ///< answers that differ from the labels
   std::vector<double> rates = {};  ///< by round; empty where it dropped out after the heats
   double fastest_heat = 0;
 
@@ -49,6 +49,7 @@ struct SetSpeeds {
 
 struct ThreadRun {
   uint32_t threads;
+  double cores;  ///< that the threads got while a clock ran, by the system's account of processor time
   std::vector<SetSpeeds> sets;
 };
 

@@ -56,35 +56,41 @@ std::string with_spread(const Spread& spread) {
 }
 
 std::string speed_table(const ThreadRun& run) {
-  std::string table =
-      fmt::format("{:<14}{:>9}{:>9}{:>10}{:>9}{:>23}{:>23}{:>21}\n", "ray set", "error", "leak", "spurious",
-                  "certain", "nif, Mray/s", "best Embree, Mray/s", "nif / Embree");
+  std::string table = fmt::format("{:<14}{:>8}{:>8}{:>9}{:>8}{:>19}{:>20}{:>18}\n", "ray set", "error",
+                                  "leak", "spurious", "certain", "nif", "best Embree", "nif / Embree");
   for (const SetSpeeds& speeds : run.sets) {
     const bake::Accuracy& a = speeds.accuracy;
     Spread ratio = speeds.ratio_by_round();
     ratio.median = speeds.ratio();
-    table += fmt::format("{:<14}{:>8.3f}%{:>8.3f}%{:>9.3f}%{:>8.1f}%{:>23}{:>23}{:>21}  {}\n",
+    table += fmt::format("{:<14}{:>7.3f}%{:>7.3f}%{:>8.3f}%{:>7.1f}%{:>19}{:>20}{:>18}\n",
                          bake::name_of(speeds.set), 100 * a.error(), 100 * a.rate(a.leak),
                          100 * a.rate(a.spurious), 100 * a.rate(a.certain), with_spread(speeds.rate()),
-                         with_spread(speeds.best().rate()), with_spread(ratio), name_of(speeds.best()));
+                         with_spread(speeds.best().rate()), with_spread(ratio));
   }
   return table;
 }
 
-/// The fastest of each build, so that its bytes can be seen beside its speed.
+/// The fastest call of each of Embree's builds, so that its bytes can be seen beside its speed.
 std::string build_table(const ThreadRun& run, const BenchResult& result) {
   const auto resident = double(result.info.resident_bytes);
-  std::string table = fmt::format("{:<16}{:>12}{:>9}", "", "memory", "");
-  for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>15}", bake::name_of(speeds.set));
-  table += fmt::format("\n{:<16}{:>12}{:>9}", "nif", format_bytes(resident), "1 x");
-  for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>15.2f}", speeds.rate().median);
+  std::string table = fmt::format("{:<16}{:>9}{:>7}", "", "memory", "");
+  for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>9}{:<14}", "", bake::name_of(speeds.set));
+  table += fmt::format("\n{:<16}{:>9}{:>7}", "nif", format_bytes(resident), "1 x");
+  for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>8.2f}{:15}", speeds.rate().median, "");
   for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {
     const auto bytes = double(result.embree_bytes[b]);
-    table += fmt::format("\nEmbree {:<9}{:>12}{:>7.0f} x", name_of(kEmbreeBuilds[b]), format_bytes(bytes),
+    table += fmt::format("\nEmbree {:<9}{:>9}{:>5.0f} x", name_of(kEmbreeBuilds[b]), format_bytes(bytes),
                          bytes / resident);
-    for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>15.2f}", speeds.best(b).rate().median);
+    for (const SetSpeeds& speeds : run.sets) {
+      const EmbreeVariant& best = speeds.best(b);
+      table += fmt::format("{:>8.2f} {:<14}", best.rate().median,
+                           fmt::format("{}{}", bake::name_of(best.call), best.coherent ? "*" : ""));
+    }
   }
-  return table + "\n";
+  std::string trimmed;
+  for (const std::string& line : CLI::detail::split(table, '\n'))
+    trimmed += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  return trimmed;
 }
 
 }  // namespace
@@ -92,7 +98,7 @@ std::string build_table(const ThreadRun& run, const BenchResult& result) {
 nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& result) {
   Json scaling = Json::array();
   for (const ThreadRun& run : result.runs)
-    scaling.push_back({{"threads", run.threads}, {"sets", sets_json(run, result)}});
+    scaling.push_back({{"threads", run.threads}, {"cores", run.cores}, {"sets", sets_json(run, result)}});
   Json embree_bytes = Json::object();
   for (size_t b = 0; b < kEmbreeBuilds.size(); ++b)
     embree_bytes[std::string(name_of(kEmbreeBuilds[b]))] = result.embree_bytes[b];
@@ -115,11 +121,12 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
 }
 
 std::string bench_tables(const BenchOptions& options, const BenchResult& result) {
+  const std::string processor = processor_name();
   std::string text = fmt::format(
       "{}: {}, isa {}, against Embree {}{}{}\n"
-      "Speeds in millions of rays a second: the median of {}, and the lowest and highest.\n",
+      "Millions of rays a second: the median of {} (lowest-highest). *: told that the rays are coherent.\n",
       options.asset, count_of(result.triangles, "triangle"), result.isa, bake::embree_version(),
-      processor_name().empty() ? "" : " on ", processor_name(), count_of(options.schedule.rounds, "round"));
+      processor.empty() ? "" : " on ", processor, count_of(options.schedule.rounds, "round"));
   for (const ThreadRun& run : result.runs) {
     text += fmt::format("\n{}\n\n{}\n{}", count_of(run.threads, "thread"), speed_table(run),
                         build_table(run, result));

@@ -161,12 +161,15 @@ std::string with_byte_changed(size_t from_end) {
 
 class BadAssets : public testing::TestWithParam<BadAsset> {};
 
-TEST_P(BadAssets, AreRefusedByInfoAndByEval) {
+TEST_P(BadAssets, AreRefusedByWhateverReadsThem) {
   TempDir folder;
   const std::string asset = folder.write("asset.nif", GetParam().bytes()).string();
   const std::string mesh = folder.write("mesh.obj", obj_text(cube())).string();
-  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
-           {"info", asset}, {"info", asset, "--json"}, {"eval", asset, "--mesh", mesh, "--rays", "1000"}}) {
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{"info", asset},
+                                             {"info", asset, "--json"},
+                                             {"eval", asset, "--mesh", mesh, "--rays", "1000"},
+                                             {"bench", asset, "--mesh", mesh, "--rays", "1000"}}) {
     expect_failure(command, GetParam().status, asset, folder.path(), GetParam().place);
   }
 }

@@ -8,7 +8,7 @@ namespace {
 
 TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
   for (const std::vector<std::string>& command :
-       std::vector<std::vector<std::string>>{{}, {"bake"}, {"eval"}, {"info"}}) {
+       std::vector<std::vector<std::string>>{{}, {"bake"}, {"bench"}, {"eval"}, {"info"}}) {
     for (const char* option : {"--help", "-h"}) {
       std::vector<std::string> arguments = command;
       arguments.push_back(option);
@@ -23,11 +23,14 @@ TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
 
 TEST(Help, NamesTheSubcommandsAndTheirOptions) {
   const std::string all = nif({"--help"}).out, bake = nif({"bake", "--help"}).out,
-                    eval = nif({"eval", "--help"}).out;
-  for (const char* word : {"bake", "eval", "info"}) EXPECT_NE(all.find(word), std::string::npos) << word;
+                    bench = nif({"bench", "--help"}).out, eval = nif({"eval", "--help"}).out;
+  for (const char* word : {"bake", "bench", "eval", "info"})
+    EXPECT_NE(all.find(word), std::string::npos) << word;
   for (const char* word :
        {"--output", "--preset", "--max-bytes", "--max-error", "--mix", "--seed", "--json", "--quiet"})
     EXPECT_NE(bake.find(word), std::string::npos) << word;
+  for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot"})
+    EXPECT_NE(bench.find(word), std::string::npos) << word;
   for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--json"})
     EXPECT_NE(eval.find(word), std::string::npos) << word;
 }

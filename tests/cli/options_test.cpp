@@ -32,6 +32,11 @@ std::vector<std::string> bake(std::vector<std::string> more) {
   return more;
 }
 
+std::vector<std::string> bench(std::vector<std::string> more) {
+  more.insert(more.begin(), {"bench", "none.nif", "--mesh", "none.ply"});
+  return more;
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, Options,
     testing::Values(
@@ -61,6 +66,13 @@ INSTANTIATE_TEST_SUITE_P(
                      {"eval", "none.nif", "--mesh", "none.ply", "--set", "moon"},
                      {"--set", "moon"}},
         WrongOptions{"EvalOfNoRays", {"eval", "none.nif", "--mesh", "none.ply", "--rays", "0"}, {"--rays"}},
+        WrongOptions{"BenchWithoutMesh", {"bench", "none.nif"}, {"--mesh"}},
+        WrongOptions{"BenchOfUnknownSet", bench({"--set", "moon"}), {"--set", "moon"}},
+        WrongOptions{"BenchOfNoRays", bench({"--rays", "0"}), {"--rays"}},
+        WrongOptions{"BenchOfNoRounds", bench({"--rounds", "0"}), {"--rounds"}},
+        WrongOptions{"BenchOfTooManyThreads", bench({"--threads", "5000"}), {"--threads"}},
+        WrongOptions{"BenchOfUnknownEmbree", bench({"--embree", "some"}), {"--embree", "some"}},
+        WrongOptions{"PlotAsStream", bench({"--plot", "-"}), {"--plot -"}},
         WrongOptions{"InfoOfNothing", {"info"}, {"ASSET"}}),
     [](const auto& instance) { return std::string(instance.param.name); });
 

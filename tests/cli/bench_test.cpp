@@ -1,0 +1,247 @@
+// `nif bench` on small assets that the program has baked itself: what it states, and what it refuses. How
+// fast anything is on the machine of the tests is nobody's business here.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+
+#include "formats/status.hpp"
+#include "tests/cli/mesh_text.hpp"
+#include "tests/cli/program.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using nlohmann::json;
+
+/// Empty where the elements of a document open and close in order, else what is wrong. Enough of XML for our
+/// pictures: no comments, no CDATA, no document type.
+std::string xml_fault(const std::string& text) {
+  std::vector<std::string> open;
+  bool rooted = false;
+  for (size_t at = 0; at < text.size();) {
+    if (text[at] == '&') {
+      const std::string entity = text.substr(at, text.find(';', at) - at + 1);
+      if (entity != "&amp;" && entity != "&lt;" && entity != "&gt;") return "entity " + entity.substr(0, 10);
+    }
+    if (text[at] != '<') {
+      if (open.empty() && !std::isspace(static_cast<unsigned char>(text[at]))) return "text outside";
+      ++at;
+      continue;
+    }
+    const size_t end = text.find('>', at);
+    if (end == std::string::npos) return "an open tag";
+    const std::string tag = text.substr(at + 1, end - at - 1);
+    at = end + 1;
+    if (std::count(tag.begin(), tag.end(), '"') % 2 || tag.find('<') != std::string::npos)
+      return "tag " + tag;
+    if (tag.front() == '?') continue;
+    const std::string name =
+        tag.substr(tag.front() == '/', tag.find_first_of(" /", 1) - (tag.front() == '/'));
+    if (tag.front() == '/') {
+      if (open.empty() || open.back() != name) return "unexpected </" + name + ">";
+      open.pop_back();
+    } else {
+      if (open.empty() && rooted) return "a second root";
+      rooted = true;
+      if (tag.back() != '/') open.push_back(name);
+    }
+  }
+  return rooted && open.empty() ? "" : "not closed";
+}
+
+TEST(XmlFault, SeesFaults) {
+  EXPECT_EQ(xml_fault("<?xml version=\"1.0\"?>\n<a b=\"c\"><d/>x &amp; y</a>\n"), "");
+  for (const char* text : {"", "<a>", "<a></b>", "<a/><b/>", "<a>x & y</a>", "<a b=\"c></a>", "x<a/>"})
+    EXPECT_NE(xml_fault(text), "") << text;
+}
+
+class Bench : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TempDir;
+    mesh_ = folder_->write("ring.obj", obj_text(torus(48, 24))).string();
+    asset_ = (folder_->path() / "<a & b>.nif").string();
+    ASSERT_EQ(nif({"bake", mesh_, "-o", asset_, "--preset", "fast", "--rays", "0", "--quiet"}).code, 0);
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static std::vector<std::string> bench(std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {"bench", asset_, "--mesh", mesh_, "--rays", "5000", "--rounds", "2", "--quiet"});
+    return more;
+  }
+  static std::string path(const char* name) { return (folder_->path() / name).string(); }
+
+  static inline TempDir* folder_ = nullptr;
+  static inline std::string mesh_, asset_;
+};
+
+void check_rate(const json& rate) {
+  EXPECT_GT(rate["lowest"].get<double>(), 0);
+  EXPECT_LE(rate["lowest"], rate["mrays_per_s"]);
+  EXPECT_LE(rate["mrays_per_s"], rate["highest"]);
+  EXPECT_GT(rate["bytes"].get<uint64_t>(), 1000u);
+}
+
+/// One set's results, when `finalists` calls of each build have run two rounds.
+void check_set(const std::string& name, const json& set, size_t finalists) {
+  SCOPED_TRACE(name);
+  EXPECT_EQ(set["rays"], 5000);
+  EXPECT_DOUBLE_EQ(set["error"].get<double>(), set["leak"].get<double>() + set["spurious"].get<double>());
+  EXPECT_LT(set["error"].get<double>(), 0.1);
+  EXPECT_EQ(set["certain_wrong"], 0);
+  check_rate(set["nif"]);
+  check_rate(set["embree"]);
+  EXPECT_DOUBLE_EQ(set["ratio"].get<double>(),
+                   set["nif"]["mrays_per_s"].get<double>() / set["embree"]["mrays_per_s"].get<double>());
+  EXPECT_LE(set["ratio_lowest"], set["ratio_highest"]);
+
+  EXPECT_EQ(set["variants"].size(), 4u * (name == "sun" ? 13 : 7));
+  EXPECT_EQ(set["variants"][0], set["embree"]);
+  size_t raced = 0;
+  for (const json& variant : set["variants"]) {
+    SCOPED_TRACE(variant["variant"]);
+    check_rate(variant);
+    // Not one ray in a thousand passes so close to an edge that the builds disagree.
+    EXPECT_LT(variant["error"].get<double>(), 1e-3);
+    const size_t rounds = variant["rounds"];
+    raced += rounds > 0;
+    if (rounds > 0) {
+      EXPECT_EQ(rounds, 2u);
+      EXPECT_LE(variant["mrays_per_s"], set["embree"]["mrays_per_s"]);
+    }
+  }
+  EXPECT_EQ(raced, std::min(finalists * 4, set["variants"].size()));
+}
+
+TEST_F(Bench, StatesSpeedBesideError) {
+  const std::vector<std::string> files = listing(folder_->path());
+  const Outcome outcome = nif(bench({"--json", "-j", "1", "-j", "2"}));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["schema"], "nifkit.bench/1");
+  EXPECT_EQ(result["file"], asset_);
+  EXPECT_EQ(result["threads"], 1);
+  EXPECT_NE(result["isa"], "");
+  EXPECT_EQ(result["triangles"], 2 * 48 * 24);
+  EXPECT_EQ(result["bytes"]["file"], std::filesystem::file_size(asset_));
+  EXPECT_LT(result["bytes"]["embree"]["compact"], result["bytes"]["embree"]["default"]);
+  EXPECT_EQ(result["sets"].size(), 3u);
+  ASSERT_EQ(result["scaling"].size(), 2u);
+  EXPECT_EQ(result["scaling"][0]["sets"], result["sets"]);
+  EXPECT_EQ(result["scaling"][1]["threads"], 2);
+  for (const json& run : result["scaling"]) {
+    for (const char* name : {"outer-lines", "inner-surface", "sun"}) {
+      ASSERT_TRUE(run["sets"].contains(name)) << name;
+      check_set(name, run["sets"][name], 2);
+      EXPECT_EQ(run["sets"][name]["error"], result["sets"][name]["error"]) << name;
+    }
+  }
+  EXPECT_EQ(listing(folder_->path()), files);
+}
+
+TEST_F(Bench, LetsAllOfEmbreesCallsRaceOnRequest) {
+  const Outcome outcome =
+      nif(bench({"--json", "-j", "1", "--set", "segments", "--embree", "all", "--isa", "scalar"}));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["isa"], "scalar");
+  EXPECT_EQ(result["sets"].size(), 1u);
+  check_set("segments", result["sets"]["segments"], 7);
+}
+
+TEST_F(Bench, ErrorIsThatOfEval) {
+  const Outcome ours = nif(bench({"--json", "-j", "1", "--set", "sun", "--set", "inner-volume"}));
+  const Outcome eval = nif({"eval", asset_, "--mesh", mesh_, "--rays", "5000", "--json", "--quiet"});
+  ASSERT_EQ(ours.code, 0) << ours.err;
+  ASSERT_EQ(eval.code, 0) << eval.err;
+  const json sets = json::parse(ours.out)["sets"], expected = json::parse(eval.out)["sets"];
+  EXPECT_EQ(sets.size(), 2u);
+  for (const char* name : {"sun", "inner-volume"}) {
+    for (const char* field : {"rays", "error", "leak", "spurious", "certain", "certain_wrong"})
+      EXPECT_EQ(sets[name][field], expected[name][field]) << name << " " << field;
+  }
+}
+
+TEST_F(Bench, PrintsATableAndDrawsAPicture) {
+  const Outcome outcome = nif(bench({"--plot", path("speed.svg")}));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  for (const char* word :
+       {"outer-lines", "inner-surface", "sun", "1 thread", "rtcOccluded", "compact", "leak"})
+    EXPECT_NE(outcome.out.find(word), std::string::npos) << word << " in:\n" << outcome.out;
+  const std::string picture = read_bytes(path("speed.svg"));
+  EXPECT_EQ(xml_fault(picture), "");
+  EXPECT_NE(picture.find("&lt;a &amp; b&gt;.nif"), std::string::npos);
+  for (const char* word : {"<svg xmlns=", "outer-lines", "% wrong", "1 thread", "Embree compact"})
+    EXPECT_NE(picture.find(word), std::string::npos) << word;
+  EXPECT_EQ(picture.find("nan"), std::string::npos);
+  std::filesystem::remove(path("speed.svg"));
+}
+
+TEST_F(Bench, AddsUpObjects) {
+  size_t base = 0;
+  mesh::Mesh second = cube();
+  const std::string mesh =
+      folder_->write("two.obj", obj_object(torus(48, 24), "ring", base) + obj_object(second, "box", base))
+          .string();
+  const std::string asset = path("two.nif");
+  ASSERT_EQ(nif({"bake", mesh, "-o", asset, "--preset", "fast", "--rays", "0", "--quiet"}).code, 0);
+  const Outcome outcome = nif({"bench", asset, "--mesh", mesh, "--rays", "5000", "--rounds", "2", "--set",
+                               "outer-lines", "-j", "1", "--json", "--quiet"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["objects"], 2);
+  EXPECT_EQ(result["triangles"], 2 * 48 * 24 + 12);
+  check_set("outer-lines", result["sets"]["outer-lines"], 2);
+  for (const std::string& file : {mesh, asset}) std::filesystem::remove(file);
+}
+
+TEST_F(Bench, RefusesAnotherMesh) {
+  const std::string other = folder_->write("other.obj", obj_text(cube())).string();
+  const Outcome outcome = nif({"bench", asset_, "--mesh", other, "--quiet", "--plot", path("speed.svg")});
+  EXPECT_EQ(outcome.code, int(Status::mesh_mismatch)) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  for (const std::string& file : {asset_, other})
+    EXPECT_NE(outcome.err.find(file), std::string::npos) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(path("speed.svg")));
+  std::filesystem::remove(other);
+}
+
+TEST_F(Bench, RefusesAnUnknownInstructionSet) {
+  const Outcome outcome = nif(bench({"--isa", "abacus"}));
+  EXPECT_EQ(outcome.code, int(Status::usage)) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_NE(outcome.err.find("abacus"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Bench, RefusesAPictureThatCannotBeWritten) {
+  const std::string before = read_bytes(mesh_);
+  const Outcome over = nif(bench({"--plot", mesh_}));
+  EXPECT_EQ(over.code, int(Status::usage)) << over.err;
+  EXPECT_NE(over.err.find("--plot"), std::string::npos) << over.err;
+  EXPECT_EQ(read_bytes(mesh_), before);
+  const Outcome nowhere = nif(bench({"--plot", path("none/speed.svg")}));
+  EXPECT_EQ(nowhere.code, int(Status::output_folder_missing)) << nowhere.err;
+  EXPECT_EQ(nowhere.out, "");
+}
+
+TEST_F(Bench, InterruptedLeavesNothing) {
+  const std::vector<std::string> files = listing(folder_->path());
+  Process process(nif_path(),
+                  {"bench", asset_, "--mesh", mesh_, "--rounds", "1000", "--plot", path("speed.svg")});
+  ASSERT_TRUE(process.wait_for_error_text("outer-lines, 1 thread"));
+  process.send(SIGINT);
+  const Outcome outcome = process.finish(60);
+  EXPECT_EQ(outcome.code, int(Status::interrupted)) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(without_progress(outcome.err).size(), 1u) << outcome.err;
+  EXPECT_EQ(listing(folder_->path()), files);
+}
+
+}  // namespace
+}  // namespace nif::test
