@@ -164,11 +164,11 @@ NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info) {
 
 // ---- Queries
 
-NifError nifGetQueryScratchBytes(NifScene scene, uint64_t, uint64_t* bytes) {
+NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_t* bytes) {
   return guarded([&] {
     require_argument(scene, "scene");
     require_argument(bytes, "bytes");
-    *bytes = 0;
+    *bytes = scratch_bytes(count);
   });
 }
 

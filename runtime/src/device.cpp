@@ -14,13 +14,16 @@ namespace {
 
 constexpr uint32_t kMaxThreads = 1024;
 
-uint32_t parse_threads(std::string_view value) {
-  uint32_t threads = 0;
-  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), threads);
-  if (error != std::errc() || end != value.data() + value.size() || threads > kMaxThreads)
-    refuse_argument("configuration: threads=" + std::string(value) + " is no number from 0 to " +
-                    std::to_string(kMaxThreads));
-  return threads != 0 ? threads : std::max(1u, std::thread::hardware_concurrency());
+uint32_t machine_threads() { return std::clamp(std::thread::hardware_concurrency(), 1u, kMaxThreads); }
+
+/// 0 stands for as many as the machine has threads.
+uint32_t parse_count(std::string_view key, std::string_view value) {
+  uint32_t count = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), count);
+  if (error != std::errc() || end != value.data() + value.size() || count > kMaxThreads)
+    refuse_argument("configuration: " + std::string(key) + "=" + std::string(value) +
+                    " is no number from 0 to " + std::to_string(kMaxThreads));
+  return count != 0 ? count : machine_threads();
 }
 
 Isa parse_isa(std::string_view value) {
@@ -58,6 +61,7 @@ void CallbackMemory::do_deallocate(void* memory, size_t bytes, size_t alignment)
 
 Configuration parse_configuration(std::string_view text) {
   Configuration configuration;
+  configuration.queries = machine_threads();
   while (!text.empty()) {
     const std::string_view item = text.substr(0, text.find(','));
     text.remove_prefix(std::min(text.size(), item.size() + 1));
@@ -65,7 +69,9 @@ Configuration parse_configuration(std::string_view text) {
     const std::string_view key = item.substr(0, equals);
     const std::string_view value = item.substr(std::min(item.size(), equals + 1));
     if (key == "threads")
-      configuration.threads = parse_threads(value);
+      configuration.threads = parse_count(key, value);
+    else if (key == "queries")
+      configuration.queries = parse_count(key, value);
     else if (key == "isa")
       configuration.isa = parse_isa(value);
     else if (key == "backend")
@@ -73,6 +79,7 @@ Configuration parse_configuration(std::string_view text) {
     else
       refuse_argument("configuration: '" + std::string(item) + "' is not known");
   }
+  configuration.queries = std::max(configuration.queries, configuration.threads);
   return configuration;
 }
 

@@ -8,6 +8,7 @@
 #include "kernel.hpp"
 #include "nif/nif.h"
 #include "object.hpp"
+#include "work_areas.hpp"
 
 namespace nif::runtime {
 
@@ -27,6 +28,7 @@ class CallbackMemory : public std::pmr::memory_resource {
 struct Configuration {
   uint32_t threads = 1;
   Isa isa = best_isa();
+  uint32_t queries;  ///< that find memory to work in at the same time
   const char* backend = "cpu";
 };
 
@@ -40,7 +42,10 @@ const char* why_no_hip();
 
 struct NifDeviceObject : nif::runtime::Object {
   NifDeviceObject(const nif::runtime::Configuration& settings, const NifDeviceCallbacks& callbacks)
-      : configuration(settings), own_callbacks(callbacks), callback_memory(callbacks) {}
+      : configuration(settings),
+        own_callbacks(callbacks),
+        callback_memory(callbacks),
+        areas(settings.queries, memory()) {}
 
   std::pmr::memory_resource* memory() {
     return own_callbacks.allocate ? &callback_memory : std::pmr::new_delete_resource();
@@ -49,6 +54,7 @@ struct NifDeviceObject : nif::runtime::Object {
   nif::runtime::Configuration configuration;
   NifDeviceCallbacks own_callbacks;
   nif::runtime::CallbackMemory callback_memory;
+  nif::runtime::WorkAreas areas;
 };
 
 namespace nif::runtime {

@@ -1,4 +1,4 @@
-// Building scenes. In this version a committed scene is a plain list: queries ask every instance.
+// Building scenes and committing them.
 #include "scene.hpp"
 
 #include <algorithm>
@@ -16,20 +16,52 @@ Transform read_transform(const float* transform) {
   return result;
 }
 
-/// Room for `count` more instances of the asset, and a reference to it, so that nothing later can fail.
-void prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
+/// Room for more, in steps that keep adding cheap.
+template <class T>
+void make_room(std::pmr::vector<T>& values, size_t more) {
+  const size_t needed = values.size() + more;
+  if (needed > values.capacity()) values.reserve(std::max(needed, values.capacity() * 2));
+}
+
+/// What is needed to add `count` instances of the asset: room, so that nothing later can fail, and a
+/// reference to it. Returns the index of its first object.
+uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   if (asset->device.get() != scene.device.get())
     refuse_argument(std::string(asset->name) + ": loaded on another device than the scene's");
-  if (count > std::numeric_limits<uint32_t>::max() - scene.instances.size())
-    refuse_argument("a scene holds at most 2^32 - 1 instances");
-  const size_t needed = scene.instances.size() + count;
-  if (needed > scene.instances.capacity())
-    scene.instances.reserve(std::max(needed, scene.instances.capacity() * 2));
-  const auto by_address = [](const Ref<NifAssetObject>& held, const NifAssetObject* wanted) {
-    return std::less<const NifAssetObject*>()(held.get(), wanted);
+  if (count > kMaxInstances - scene.instances.size())
+    refuse_argument("a scene holds at most 2^31 - 1 instances");
+  make_room(scene.instances, count);
+  if (scene.new_boxes.empty()) {
+    scene.new_boxes.reserve(scene.instances.size() + count);
+    for (const Instance& instance : scene.instances)
+      scene.new_boxes.push_back(scene.hierarchy.box(instance.place));
+  }
+  make_room(scene.new_boxes, count);
+
+  const auto by_address = [](const HeldAsset& held, const NifAssetObject* wanted) {
+    return std::less<const NifAssetObject*>()(held.asset.get(), wanted);
   };
   const auto at = std::lower_bound(scene.assets.begin(), scene.assets.end(), asset, by_address);
-  if (at == scene.assets.end() || at->get() != asset) scene.assets.insert(at, Ref<NifAssetObject>(asset));
+  if (at != scene.assets.end() && at->asset.get() == asset) return at->first_object;
+  const size_t first = scene.objects.size();
+  if (asset->view.objects.size() > kMaxPlacedObjects - first)
+    refuse_argument("a scene holds at most 2^30 objects");
+  make_room(scene.objects, asset->view.objects.size());
+  scene.assets.insert(at, {Ref<NifAssetObject>(asset), uint32_t(first)});
+  for (size_t i = 0; i < asset->view.objects.size(); ++i) {
+    const format::ObjectView& view = asset->view.objects[i];
+    scene.objects.push_back(
+        {&view, asset->kernels[i].get(), view.field.network.logit_scale, view.field.voxels_per_unit});
+  }
+  return uint32_t(first);
+}
+
+/// After prepare(); cannot fail.
+void append(NifSceneObject& scene, Instance instance, uint32_t object, const kernels::WorldBox& box) {
+  instance.object = object & (kMaxPlacedObjects - 1);
+  scene.instances.push_back(instance);
+  scene.new_boxes.push_back(box);
+  scene.committed = false;
 }
 
 }  // namespace
@@ -45,11 +77,11 @@ void release(NifSceneObject* scene) {
 }
 
 Added add_instance(NifSceneObject& scene, NifAssetObject* asset, uint32_t object, const float* transform) {
-  const Instance instance =
-      make_instance(object_of(*asset, object), *asset->kernels[object], read_transform(transform));
-  prepare(scene, asset, 1);
-  scene.instances.push_back(instance);
-  scene.committed = false;
+  const format::ObjectView& view = object_of(*asset, object);
+  const Transform to_world = read_transform(transform);
+  const Instance instance = make_instance(to_world);
+  const kernels::WorldBox box = world_box(view, to_world);
+  append(scene, instance, prepare(scene, asset, 1) + object, box);
   return {uint32_t(scene.instances.size() - 1), 1};
 }
 
@@ -57,47 +89,70 @@ Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* trans
   const format::AssetView& view = asset->view;
   const Transform outer = read_transform(transform);
   std::pmr::vector<Instance> added(scene.device->memory());
-  added.reserve(view.instances.empty() ? view.objects.size() : view.instances.size());
+  std::pmr::vector<kernels::WorldBox> boxes(scene.device->memory());
+  const size_t count = view.instances.empty() ? view.objects.size() : view.instances.size();
+  added.reserve(count);
+  boxes.reserve(count);
   for (size_t i = 0; i < view.instances.size(); ++i) {
     const format::InstanceView& placed = view.instances[i];
     const Transform whole = transform ? combine(outer, placed.transform) : placed.transform;
     try {
-      added.push_back(make_instance(view.objects[placed.object], *asset->kernels[placed.object], whole));
+      added.push_back(make_instance(whole));
     } catch (const Failure& failure) {
       throw Failure(failure.code(), std::string(asset->name) + ": instance " + std::to_string(i) + " (" +
                                         std::string(placed.name) + "): " + failure.what());
     }
+    boxes.push_back(world_box(view.objects[placed.object], whole));
   }
   if (view.instances.empty())
-    for (size_t i = 0; i < view.objects.size(); ++i)
-      added.push_back(make_instance(view.objects[i], *asset->kernels[i], outer));
-  prepare(scene, asset, added.size());
+    for (size_t i = 0; i < view.objects.size(); ++i) {
+      added.push_back(make_instance(outer));
+      boxes.push_back(world_box(view.objects[i], outer));
+    }
+  const uint32_t first_object = prepare(scene, asset, count);
   const auto first = uint32_t(scene.instances.size());
-  scene.instances.insert(scene.instances.end(), added.begin(), added.end());
-  scene.committed = false;
-  return {first, uint32_t(added.size())};
+  for (size_t i = 0; i < count; ++i)
+    append(scene, added[i], first_object + (view.instances.empty() ? uint32_t(i) : view.instances[i].object),
+           boxes[i]);
+  return {first, uint32_t(count)};
 }
 
 void set_transform(NifSceneObject& scene, uint32_t instance, const float* transform) {
   if (instance >= scene.instances.size())
     refuse_argument("there is no instance " + std::to_string(instance) + "; the scene has " +
                     std::to_string(scene.instances.size()));
+  const Transform to_world = read_transform(transform);
   Instance& changed = scene.instances[instance];
-  changed = make_instance(*changed.object, *changed.kernel, read_transform(transform));
+  Instance moved = make_instance(to_world);
+  moved.object = changed.object;
+  moved.place = changed.place;
+  changed = moved;
+  const kernels::WorldBox box = world_box(*scene.objects[moved.object].view, to_world);
+  if (scene.new_boxes.empty())
+    scene.hierarchy.set_box(moved.place, box);
+  else
+    scene.new_boxes[instance] = box;
   scene.committed = false;
 }
 
 void commit(NifSceneObject& scene) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  Box all{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-  for (const Instance& instance : scene.instances) {
-    const Box box = world_bounds(instance);
-    for (int a = 0; a < 3; ++a) {
-      all.min[a] = std::min(all.min[a], box.min[a]);
-      all.max[a] = std::max(all.max[a], box.max[a]);
+  auto* memory = scene.device->memory();
+  if (scene.committed) return;
+  if (!scene.new_boxes.empty() || !scene.hierarchy.refit()) {
+    const size_t count = scene.instances.size();
+    std::pmr::vector<kernels::WorldBox> boxes(memory);
+    std::pmr::vector<uint32_t> places(count, memory);
+    if (scene.new_boxes.empty()) {
+      boxes.reserve(count);
+      for (const Instance& instance : scene.instances) boxes.push_back(scene.hierarchy.box(instance.place));
     }
+    scene.instances.shrink_to_fit();
+    scene.objects.shrink_to_fit();
+    scene.hierarchy.build(scene.new_boxes.empty() ? boxes : scene.new_boxes, places);
+    for (size_t i = 0; i < count; ++i) scene.instances[i].place = places[i];
+    std::pmr::vector<kernels::WorldBox>(memory).swap(scene.new_boxes);
   }
-  scene.bounds = all;
+  scene.bounds = scene.hierarchy.bounds();
   scene.committed = true;
 }
 
@@ -107,8 +162,10 @@ NifSceneInfo describe(const NifSceneObject& scene) {
   info.committed = scene.committed;
   std::copy_n(scene.bounds.min, 3, info.bounds_min);
   std::copy_n(scene.bounds.max, 3, info.bounds_max);
-  info.resident_bytes = sizeof(NifSceneObject) + scene.instances.capacity() * sizeof(Instance) +
-                        scene.assets.capacity() * sizeof(scene.assets[0]);
+  info.resident_bytes =
+      sizeof(NifSceneObject) + scene.assets.capacity() * sizeof(HeldAsset) +
+      scene.objects.capacity() * sizeof(PlacedObject) + scene.instances.capacity() * sizeof(Instance) +
+      scene.new_boxes.capacity() * sizeof(kernels::WorldBox) + scene.hierarchy.resident_bytes();
   return info;
 }
 

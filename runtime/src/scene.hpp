@@ -1,21 +1,42 @@
-// A scene: instances of objects, and the assets that they keep alive.
+// A scene: instances of objects, the hierarchy over them, and the assets that they keep alive.
 #pragma once
 
 #include <memory_resource>
 #include <vector>
 
 #include "asset.hpp"
+#include "hierarchy.hpp"
 #include "instance.hpp"
+
+namespace nif::runtime {
+
+/// An asset that a scene uses.
+struct HeldAsset {
+  Ref<NifAssetObject> asset;
+  uint32_t first_object;  ///< where its objects begin among the scene's
+};
+
+}  // namespace nif::runtime
 
 struct NifSceneObject : nif::runtime::Object {
   explicit NifSceneObject(NifDeviceObject* owner)
-      : device(owner), assets(owner->memory()), instances(owner->memory()) {}
+      : device(owner),
+        assets(owner->memory()),
+        objects(owner->memory()),
+        instances(owner->memory()),
+        hierarchy(owner->memory()),
+        new_boxes(owner->memory()) {}
 
   nif::runtime::Ref<NifDeviceObject> device;
-  std::pmr::vector<nif::runtime::Ref<NifAssetObject>> assets;  ///< each once, sorted by address
+  std::pmr::vector<nif::runtime::HeldAsset> assets;  ///< each once, sorted by address
+  std::pmr::vector<nif::runtime::PlacedObject> objects;
   std::pmr::vector<nif::runtime::Instance> instances;
+  nif::runtime::Hierarchy hierarchy;
+  /// [instance] its box, from the first instance added after a commit until the next commit; else empty, and
+  /// the hierarchy has the boxes.
+  std::pmr::vector<nif::kernels::WorldBox> new_boxes;
   bool committed = false;
-  nif::runtime::Box bounds{{1, 1, 1}, {-1, -1, -1}};
+  nif::kernels::WorldBox bounds{{1, 1, 1}, {-1, -1, -1}};
 };
 
 namespace nif::runtime {

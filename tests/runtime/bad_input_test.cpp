@@ -167,9 +167,17 @@ TEST_F(BadInput, Queries) {
   EXPECT_EQ(visible[0], 7);
   NifQuery none = nifQueryRays(nullptr, 0);
   EXPECT_EQ(nifQuery(scene, &none), NIF_OK);
-  uint64_t scratch = 1;
-  EXPECT_EQ(nifGetQueryScratchBytes(scene, ~uint64_t{0}, &scratch), NIF_OK);
-  EXPECT_EQ(scratch, 0u);
+  uint64_t bytes = 1;
+  EXPECT_EQ(nifGetQueryScratchBytes(scene, 0, &bytes), NIF_OK);
+  EXPECT_EQ(bytes, 0u);
+  EXPECT_EQ(nifGetQueryScratchBytes(scene, ~uint64_t{0}, &bytes), NIF_OK);
+  void* scratch = std::aligned_alloc(64, (bytes + 127) / 64 * 64);
+  EXPECT_EQ(code_with([&](auto& q) { q.scratch = scratch, q.scratch_bytes = bytes; }), NIF_OK);
+  EXPECT_EQ(code_with([&](auto& q) { q.scratch = scratch, q.scratch_bytes = bytes - 1; }),
+            NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(code_with([&](auto& q) { q.scratch = static_cast<char*>(scratch) + 8, q.scratch_bytes = bytes; }),
+            NIF_ERROR_INVALID_ARGUMENT);
+  std::free(scratch);
 }
 
 TEST_F(BadInput, ScenesThatAreNotReady) {

@@ -1,0 +1,168 @@
+// One placed object: how a ray gets from world to object space, when what is proven there is proven in the
+// world, and which rays need not be asked of the object at all. Like everything in kernels/reference the
+// order of operations defines the answer.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "kernels/reference/walk.hpp"
+
+namespace nif::kernels {
+
+/// The way from world to object space: p -> inverse (p - translation).
+struct WorldToObject {
+  float inverse[9];  ///< of the transform's linear part, row-major, computed in double
+  float translation[3];
+};
+
+/// Transforms are row-major 3x4, object to world. False where there is no inverse in single precision.
+/// well_conditioned: the inverse is as good as its rounding to float, up to a scale of 1 : 4096.
+inline bool invert(const float to_world[12], WorldToObject& transform, bool& well_conditioned) {
+  double m[9], inverse[9], norm = 0, inverse_norm = 0;
+  for (int i = 0; i < 9; ++i) m[i] = double(to_world[i / 3 * 4 + i % 3]);
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) {
+      const int r1 = (column + 1) % 3, r2 = (column + 2) % 3, c1 = (row + 1) % 3, c2 = (row + 2) % 3;
+      inverse[3 * row + column] = m[3 * r1 + c1] * m[3 * r2 + c2] - m[3 * r1 + c2] * m[3 * r2 + c1];
+    }
+  const double determinant = m[0] * inverse[0] + m[1] * inverse[3] + m[2] * inverse[6];
+  for (int i = 0; i < 9; ++i) {
+    inverse[i] /= determinant;
+    transform.inverse[i] = static_cast<float>(inverse[i]);
+    if (!is_finite(transform.inverse[i])) return false;
+    norm += m[i] * m[i];
+    inverse_norm += inverse[i] * inverse[i];
+  }
+  for (int row = 0; row < 3; ++row) transform.translation[row] = to_world[4 * row + 3];
+  well_conditioned = std::sqrt(norm) * std::sqrt(inverse_norm) <= 4096.0 * 3;
+  return true;
+}
+
+/// The ray in object space. The translation is taken off first, where it costs no precision near the
+/// instance, then the linear part. Not for identity transforms: they take rays as they are.
+inline Segment to_object(const WorldToObject& transform, const Segment& world) {
+  const float* m = transform.inverse;
+  const float o[3] = {world.origin[0] - transform.translation[0], world.origin[1] - transform.translation[1],
+                      world.origin[2] - transform.translation[2]};
+  const float* d = world.direction;
+  Segment local;
+  for (int a = 0; a < 3; ++a) {
+    local.origin[a] = (m[3 * a] * o[0] + m[3 * a + 1] * o[1]) + m[3 * a + 2] * o[2];
+    local.direction[a] = (m[3 * a] * d[0] + m[3 * a + 1] * d[1]) + m[3 * a + 2] * d[2];
+  }
+  local.tmin = world.tmin;
+  local.tmax = world.tmax;
+  return local;
+}
+
+/// Does an answer that is certain for the ray in object space hold for the ray in world space? Yes where
+/// rounding on the way moved it by less than 1/256 voxel, a quarter of what voxels are padded by:
+/// - origin: at most 5 roundings of 2^-24, each of the sum of magnitudes, which is kept below 2^11 voxels;
+/// - direction: at most 4, each of the sum of magnitudes, kept below 4 times the direction itself, over the
+///   at most 2^11 + 512 voxels that the ray travels along any axis until it leaves the grid.
+/// The walk's own rounding, at an eighth of its allowed reach, takes at most an eighth of the padding.
+/// Presumes that the inverse is as good as its rounding to float; not for identity transforms: yes.
+inline bool stays_certain(const WorldToObject& transform, float voxels_per_unit, const Segment& world,
+                          const Segment& local) {
+  const float* m = transform.inverse;
+  float reach = 0, spread = 0, steepest = 0;
+  for (int a = 0; a < 3; ++a) {
+    float origin = 0, direction = 0;
+    for (int b = 0; b < 3; ++b) {
+      origin += magnitude(m[3 * a + b]) * magnitude(world.origin[b] - transform.translation[b]);
+      direction += magnitude(m[3 * a + b]) * magnitude(world.direction[b]);
+    }
+    reach = max_of(origin, reach);
+    spread = max_of(direction, spread);
+    steepest = max_of(magnitude(local.direction[a]), steepest);
+  }
+  return world.tmin > world.tmax || (reach * voxels_per_unit <= kCertainReach / 8 && spread <= 4 * steepest);
+}
+
+// ---- The box rule: in a scene of several instances an object is asked only of rays that may meet its box.
+//
+// The box lies around the object's whole grid and kBoxMargin voxels more, computed in double and rounded
+// outward. The test below may let rays through that miss it but stops none that
+// meets it: each t carries at most 3 roundings, 3 * 2^-24 of itself, and the slack is 2^-16. So a ray that is
+// stopped misses the object for certain, however far away it starts; and one that is in reach of the object's
+// own proofs and meets its grid, as the object sees it, is never stopped, because rounding on the way to
+// object space moves it by less than the margin. (To 2^56 voxels, where a direction's component that is
+// taken as 2^-120 in place of 0 may have moved it by the margin.)
+
+inline constexpr double kBoxMargin = 1.0 / 8;  ///< in voxels
+inline constexpr float kBoxSlack = 0x1p-16f;
+inline constexpr float kLeastComponent = 0x1p-120f;
+
+struct WorldBox {
+  float min[3], max[3];
+};
+
+/// The box in object space outside of which the object blocks nothing, margin included.
+struct ObjectBox {
+  double low[3], high[3];
+};
+inline ObjectBox object_box(const SegmentField& field) {
+  ObjectBox box;
+  const double voxel = 1 / double(field.voxels_per_unit);
+  for (int a = 0; a < 3; ++a) {
+    box.low[a] = double(field.origin[a]) - kBoxMargin * voxel;
+    box.high[a] = double(field.origin[a]) + (double(field.voxels[a]) + kBoxMargin) * voxel;
+  }
+  return box;
+}
+
+inline WorldBox world_box(const ObjectBox& object, const float to_world[12]) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  WorldBox box;
+  for (int row = 0; row < 3; ++row) {
+    double least = double(to_world[4 * row + 3]), most = least;
+    for (int a = 0; a < 3; ++a) {
+      const double m = double(to_world[4 * row + a]);
+      least += m * (m < 0 ? object.high[a] : object.low[a]);
+      most += m * (m < 0 ? object.low[a] : object.high[a]);
+    }
+    box.min[row] = std::nextafter(static_cast<float>(least), -kInfinity);
+    box.max[row] = std::nextafter(static_cast<float>(most), kInfinity);
+  }
+  return box;
+}
+
+/// What the test needs of a ray besides its origin, tmin and tmax: 1 / direction, with components away from
+/// 0, so that all are finite and none is 0.
+struct BoxRay {
+  float inverse[3];
+};
+
+/// False where the ray is none, so that no object is asked: a number that is not finite (tmin and tmax may be
+/// infinite), no direction, one smaller or larger than can be computed with, or tmin > tmax.
+inline bool prepare_box_ray(const Segment& ray, BoxRay& prepared) {
+  float steepest = 0;
+  bool finite = true;
+  for (int a = 0; a < 3; ++a) {
+    finite = finite && is_finite(ray.origin[a]) && is_finite(ray.direction[a]);
+    steepest = max_of(magnitude(ray.direction[a]), steepest);
+  }
+  for (int a = 0; a < 3; ++a) {
+    const float d = ray.direction[a];
+    prepared.inverse[a] = 1.0f / (magnitude(d) >= kLeastComponent ? d : kLeastComponent);
+  }
+  return finite && steepest >= kMinDirection && steepest <= kMaxDirection && ray.tmin <= ray.tmax;
+}
+
+/// Each operation is monotone in the box's planes: where a ray passes a box it passes each box around it.
+inline bool may_meet(const WorldBox& box, const Segment& ray, const BoxRay& prepared) {
+  float near[3], far[3];
+  for (int a = 0; a < 3; ++a) {
+    const float low = (box.min[a] - ray.origin[a]) * prepared.inverse[a];
+    const float high = (box.max[a] - ray.origin[a]) * prepared.inverse[a];
+    near[a] = min_of(low, high);
+    far[a] = max_of(low, high);
+  }
+  const float enter = max_of(max_of(near[0], near[1]), near[2]);
+  const float leave = min_of(min_of(far[0], far[1]), far[2]);
+  return max_of(min_of(enter * (1 - kBoxSlack), enter * (1 + kBoxSlack)), ray.tmin) <=
+         min_of(max_of(leave * (1 - kBoxSlack), leave * (1 + kBoxSlack)), ray.tmax);
+}
+
+}  // namespace nif::kernels
