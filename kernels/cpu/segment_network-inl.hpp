@@ -157,42 +157,59 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
   hn::Store(hn::BitCast(dw, hn::IfThenElse(reversed_int, swapped, flags)), dw, words[1]);
 }
 
-/// The rows of a voxel's corners, for two features: row r runs along x at (y + r % 2, z + r / 2).
-HWY_INLINE void fetch_corners(const SegmentField& field, const uint32_t voxel[3], uint32_t rows[4]) {
-  const uint32_t x = voxel[0], y = voxel[1], z = voxel[2];
-  const uint32_t last = kBrickSide - 1;
-  if (HWY_LIKELY((x & last) != last && (y & last) != last && (z & last) != last)) {
-    const uint32_t brick = (x >> 2) + field.bricks[0] * ((y >> 2) + field.bricks[1] * (z >> 2));
-    const uint16_t entry = field.brick_table[brick];
-    constexpr uint64_t kVoxelCorners = 0x330033;  // bits of a voxel's eight corners, seen from its lowest
-    const uint32_t bit = (x & last) + 4 * (y & last) + 16 * (z & last);
-    if (entry >= kFirstMixedBrick) {
-      const uint64_t corners = field.brick_corners[entry - kFirstMixedBrick];
-      if (HWY_LIKELY(((corners >> bit) & kVoxelCorners) == kVoxelCorners)) {
-        const int8_t* features = field.features + 2 * size_t(field.corner_base[entry - kFirstMixedBrick]);
-        for (uint32_t r = 0; r < 4; ++r) {
-          const uint64_t below = corners & ((uint64_t{1} << (bit + 4 * (r % 2) + 16 * (r / 2))) - 1);
-          std::memcpy(&rows[r], features + 2 * __builtin_popcountll(below), 4);
-        }
-        return;
-      }
+/// Features of the corners (x, y, z) and (x + 1, y, z), two bytes each; 0 where one has none.
+HWY_INLINE uint32_t fetch_two(const SegmentField& field, uint32_t x, uint32_t bits_yz, uint32_t bricks_yz) {
+  uint32_t two = 0;
+  for (uint32_t k = 0; k < 2; ++k) {
+    const uint16_t entry = field.brick_table[bricks_yz + ((x + k) >> 2)];
+    if (HWY_UNLIKELY(entry < kFirstMixedBrick)) continue;
+    const uint64_t corners = field.brick_corners[entry - kFirstMixedBrick];
+    const uint32_t bit = ((x + k) & 3) + bits_yz;
+    if (HWY_UNLIKELY(!((corners >> bit) & 1))) continue;
+    const auto rank = uint32_t(__builtin_popcountll(corners & ((uint64_t{1} << bit) - 1)));
+    uint16_t pair;
+    std::memcpy(&pair, field.features + 2 * size_t(field.corner_base[entry - kFirstMixedBrick] + rank), 2);
+    two |= uint32_t(pair) << (16 * k);
+  }
+  return two;
+}
+
+/// The rows of a voxel's corners, for two features: row r runs along x at (y + r % 2, z + r / 2). All eight
+/// are looked up alike, because branches on where a voxel lies in its brick are mispredicted.
+HWY_INLINE void fetch_corners(const SegmentField& field, uint32_t x, uint32_t y, uint32_t z, uint32_t lane,
+                              uint32_t (*rows)[kLanes]) {
+  const uint32_t brick_x[2] = {x >> 2, (x + 1) >> 2}, bit_x[2] = {x & 3, (x + 1) & 3};
+  uint32_t two[4];
+  bool all = true;
+  HWY_UNROLL(4)
+  for (uint32_t r = 0; r < 4; ++r) {
+    const uint32_t cy = y + r % 2, cz = z + r / 2;
+    const uint32_t bits_yz = 4 * (cy & 3) + 16 * (cz & 3);
+    const uint32_t bricks_yz = field.bricks[0] * ((cy >> 2) + field.bricks[1] * (cz >> 2));
+    two[r] = 0;
+    HWY_UNROLL(2)
+    for (uint32_t k = 0; k < 2; ++k) {
+      const uint32_t entry = field.brick_table[bricks_yz + brick_x[k]];
+      const bool mixed = entry >= kFirstMixedBrick;
+      const uint32_t brick = mixed ? entry - kFirstMixedBrick : 0;
+      const uint64_t corners = field.brick_corners[brick];
+      const uint32_t bit = bit_x[k] + bits_yz;
+      all = all & mixed & ((corners >> bit) & 1);
+      const auto rank = uint32_t(__builtin_popcountll(corners & ((uint64_t{1} << bit) - 1)));
+      uint32_t corner = field.corner_base[brick] + rank;
+      corner = corner < field.corners ? corner : 0;
+      uint16_t pair;
+      std::memcpy(&pair, field.features + 2 * size_t(corner), 2);
+      two[r] |= uint32_t(pair) << (16 * k);
     }
   }
-  for (uint32_t r = 0; r < 4; ++r) {
-    rows[r] = 0;
-    const uint32_t cy = y + r % 2, cz = z + r / 2;
-    const uint32_t row_bit = 4 * (cy & last) + 16 * (cz & last);
-    const uint32_t row = field.bricks[0] * ((cy >> 2) + field.bricks[1] * (cz >> 2));
-    for (uint32_t k = 0; k < 2; ++k) {
-      const uint16_t entry = field.brick_table[row + ((x + k) >> 2)];
-      if (entry < kFirstMixedBrick) continue;
-      const uint64_t corners = field.brick_corners[entry - kFirstMixedBrick];
-      const uint32_t bit = ((x + k) & last) + row_bit;
-      if (!((corners >> bit) & 1)) continue;
-      const auto rank = uint32_t(__builtin_popcountll(corners & ((uint64_t{1} << bit) - 1)));
-      uint16_t pair;
-      std::memcpy(&pair, field.features + 2 * size_t(field.corner_base[entry - kFirstMixedBrick] + rank), 2);
-      rows[r] |= uint32_t(pair) << (16 * k);
+  for (uint32_t r = 0; r < 4; ++r) rows[r][lane] = two[r];
+  if (HWY_UNLIKELY(!all)) {
+    // A point that rounding has put into a voxel beside the surface.
+    for (uint32_t r = 0; r < 4; ++r) {
+      const uint32_t cy = y + r % 2, cz = z + r / 2;
+      rows[r][lane] = fetch_two(field, x, 4 * (cy & 3) + 16 * (cz & 3),
+                                field.bricks[0] * ((cy >> 2) + field.bricks[1] * (cz >> 2)));
     }
   }
 }
@@ -201,23 +218,22 @@ HWY_INLINE void fetch_corners(const SegmentField& field, const uint32_t voxel[3]
 HWY_INLINE void gather_pairs(const SegmentField& field, uint32_t rays, NetworkInputs& out) {
   const Ints di;
   const Words dw;
-  uint32_t cached[kLanes];  // the voxel whose corners a lane holds
-  for (uint32_t lane = 0; lane < kLanes; ++lane) {
-    cached[lane] = 0xffffffffu;
-    for (uint32_t r = 0; r < 4; ++r) out.corners[r][lane] = 0;
-  }
+  const SegmentField own = field;  // which no store below can change
+  const uint32_t present = (1u << rays) - 1;
+  auto held = hn::Set(di, -1);  // the voxels whose corners the lanes hold
+  for (uint32_t r = 0; r < 4; ++r) hn::Store(hn::Zero(dw), dw, out.corners[r]);
   const auto one = hn::Set(di, kFractionOne);
   const auto rounding = hn::Set(di, (127 << 21) + (1 << 21));
   for (uint32_t j = 0; j < field.samples; ++j) {
-    for (uint32_t lane = 0; lane < rays; ++lane) {
-      const uint32_t voxel[3] = {uint32_t(out.voxel[0][j][lane]), uint32_t(out.voxel[1][j][lane]),
-                                 uint32_t(out.voxel[2][j][lane])};
-      const uint32_t key = voxel[0] | voxel[1] << 10 | voxel[2] << 20;
-      if (key == cached[lane]) continue;
-      cached[lane] = key;
-      uint32_t rows[4];
-      fetch_corners(field, voxel, rows);
-      for (uint32_t r = 0; r < 4; ++r) out.corners[r][lane] = rows[r];
+    const auto key =
+        hn::Or(hn::Load(di, out.voxel[0][j]), hn::Or(hn::ShiftLeft<10>(hn::Load(di, out.voxel[1][j])),
+                                                     hn::ShiftLeft<20>(hn::Load(di, out.voxel[2][j]))));
+    uint32_t wanted = bits_of(Floats(), hn::RebindMask(Floats(), hn::Ne(key, held))) & present;
+    held = key;
+    for (; wanted != 0; wanted &= wanted - 1) {
+      const auto lane = uint32_t(__builtin_ctz(wanted));
+      fetch_corners(own, uint32_t(out.voxel[0][j][lane]), uint32_t(out.voxel[1][j][lane]),
+                    uint32_t(out.voxel[2][j][lane]), lane, out.corners);
     }
     // Weights of low and high end along x, as a pair of 16-bit numbers.
     const auto x1 = hn::Load(di, out.fraction[0][j]), y1 = hn::Load(di, out.fraction[1][j]),

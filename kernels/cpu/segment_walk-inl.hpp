@@ -46,12 +46,14 @@ constexpr float kFlatOrigin = -3e38f;
 
 enum RayFlags : int32_t { kNegativeAxes = 7, kEntersGrid = 8, kLeavesGrid = 16 };
 
-/// Rays that meet the grid, ready to be walked.
+/// Rays that meet the grid, ready to be walked. Entries beyond the last may be read, as they are by whole
+/// vectors.
+inline constexpr uint32_t kQueueRoom = kBatchRays + 16;
 struct Queue {
-  alignas(64) float origin[3][kBatchRays];
-  float direction[3][kBatchRays], inverse[3][kBatchRays], voxel[3][kBatchRays];
-  float enter[kBatchRays], leave[kBatchRays];
-  int32_t flags[kBatchRays], ray[kBatchRays];
+  alignas(64) float origin[3][kQueueRoom];
+  float direction[3][kQueueRoom], inverse[3][kQueueRoom], voxel[3][kQueueRoom];
+  float enter[kQueueRoom], leave[kQueueRoom];
+  int32_t flags[kQueueRoom], ray[kQueueRoom];
   uint32_t count;
 };
 
@@ -100,6 +102,7 @@ class Walker {
         if (negative) base -= grid.stride[a];  // mirrored voxel v is voxel -v - 1
       }
       strides_[octant][3] = base;
+      for (uint32_t k = 0; k < 4; ++k) strides_by_octant_[k][octant] = strides_[octant][k];
     }
   }
 
@@ -232,6 +235,50 @@ class Walker {
     starts_ &= ~bit;
   }
 
+  /// Puts the next rays into the slots `ended` of a group.
+  HWY_INLINE void refill_group(uint32_t at, uint32_t ended) {
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+    const auto wanted = uint32_t(__builtin_popcount(ended));
+    if (HWY_LIKELY(queue_.count - next_ >= wanted)) {
+      const auto lanes = __mmask16(ended);
+      const auto spread = [&](const float* from, float* to) {
+        const __m512 held = _mm512_load_ps(to + at);
+        _mm512_store_ps(to + at, _mm512_mask_expand_ps(held, lanes, _mm512_loadu_ps(from + next_)));
+      };
+      for (uint32_t a = 0; a < 3; ++a) {
+        spread(queue_.origin[a], slots_.origin[a]);
+        spread(queue_.direction[a], slots_.direction[a]);
+        spread(queue_.inverse[a], slots_.inverse[a]);
+        spread(queue_.voxel[a], slots_.voxel[a]);
+      }
+      spread(queue_.enter, slots_.now);
+      spread(queue_.leave, slots_.leave);
+      const __m512i flags = _mm512_maskz_expand_epi32(lanes, _mm512_loadu_si512(queue_.flags + next_));
+      const __m512i octants = _mm512_and_si512(flags, _mm512_set1_epi32(kNegativeAxes));
+      const auto choose = [&](uint32_t which, float* to) {
+        const __m512 strides = _mm512_permutexvar_ps(octants, _mm512_load_ps(strides_by_octant_[which]));
+        _mm512_mask_store_ps(to + at, lanes, strides);
+      };
+      for (uint32_t a = 0; a < 3; ++a) choose(a, slots_.stride[a]);
+      choose(3, slots_.base);
+      const __m512i numbers =
+          _mm512_add_epi32(_mm512_set1_epi32(int32_t(next_)),
+                           _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
+      _mm512_mask_store_epi32(slots_.queued + at, lanes, _mm512_maskz_expand_epi32(lanes, numbers));
+      const __m512i none = _mm512_setzero_si512();
+      _mm512_mask_store_epi32(slots_.state + at, lanes, none);
+      _mm512_mask_store_epi32(slots_.seen + at, lanes, none);
+      _mm512_mask_store_epi32(slots_.event_count + at, lanes, none);
+      next_ += wanted;
+      const uint64_t bits = uint64_t{ended} << at;
+      fresh_ |= bits;
+      starts_ &= ~bits;
+      return;
+    }
+#endif
+    for (; ended != 0; ended &= ended - 1) refill(at + uint32_t(__builtin_ctz(ended)));
+  }
+
   /// One leap of every lane of a group.
   HWY_INLINE void step(uint32_t group) {
     const Floats d;
@@ -285,7 +332,7 @@ class Walker {
 
     const auto lanes = uint32_t((active_ >> at) & kAllLanes);
     uint32_t turning = bits_of(d, hn::RebindMask(d, turns)) & lanes;
-    uint32_t ending = ~bits_of(d, goes_on) & lanes;
+    const uint32_t ending = ~bits_of(d, goes_on) & lanes;
     starts_ |= (fresh_ & (uint64_t{turning} << at));
     fresh_ &= ~(kAllLanes << at);
     for (; turning != 0; turning &= turning - 1) {
@@ -293,11 +340,9 @@ class Walker {
       const uint32_t count = slots_.event_count[slot]++;
       slots_.events[slot][std::min(count, kMaxEvents - 1)] = slots_.entered[slot];
     }
-    for (; ending != 0; ending &= ending - 1) {
-      const uint32_t slot = at + uint32_t(__builtin_ctz(ending));
-      finish(slot);
-      refill(slot);
-    }
+    if (ending == 0) return;
+    for (uint32_t left = ending; left != 0; left &= left - 1) finish(at + uint32_t(__builtin_ctz(left)));
+    refill_group(at, ending);
   }
 
   HWY_INLINE void finish(uint32_t slot) {
@@ -324,7 +369,8 @@ class Walker {
   Slots& slots_;
   Sink& sink_;
   AnswerBatch* answers_ = nullptr;
-  float strides_[8][4];
+  float strides_[8][4];                              ///< [octant]: of the mirrored voxels, then the base
+  alignas(64) float strides_by_octant_[4][16] = {};  ///< the same, transposed
   uint32_t next_ = 0;
   uint64_t active_ = 0, fresh_ = 0, starts_ = 0;  ///< slots as bits
 };
