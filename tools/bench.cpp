@@ -67,10 +67,12 @@ void check_plot(const Arguments& arguments) {
 /// Speeds of a busy machine are of little worth, and nothing else would tell.
 void print_notes(const BenchResult& result) {
   for (const ThreadRun& run : result.runs) {
-    if (run.cores > 0.85 * run.threads) continue;
-    fmt::print(stderr,
-               "nif: note: {} got {:.2f} cores: other programs, or too few rays, kept them from more\n",
-               count_of(run.threads, "thread"), run.cores);
+    for (const SetSpeeds& speeds : run.sets) {
+      if (speeds.cores > 0.85 * run.threads) continue;
+      fmt::print(stderr,
+                 "nif: note: {}: {} got {:.2f} cores: other programs, or too few rays, kept them from more\n",
+                 bake::name_of(speeds.set), count_of(run.threads, "thread"), speeds.cores);
+    }
   }
 }
 

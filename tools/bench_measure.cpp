@@ -101,9 +101,11 @@ std::vector<double> rates_of(uint64_t rays, const std::vector<double>& seconds) 
 }
 
 SetSpeeds race_set(const std::vector<Subject>& subjects, size_t index, bake::RaySet set, uint32_t threads,
-                   const Schedule& schedule, Stopwatch& stopwatch,
+                   const Schedule& schedule,
                    const std::function<void(double, const std::string&)>& progress) {
-  SetSpeeds result{set, {}, {}, variants_for(set)};
+  SetSpeeds result;
+  result.set = set;
+  result.embree = variants_for(set);
   std::vector<Asked> asked;
   std::vector<bake::EmbreeRays> laid_out;
   for (const Subject& subject : subjects) {
@@ -117,6 +119,7 @@ SetSpeeds race_set(const std::vector<Subject>& subjects, size_t index, bake::Ray
 
   // Both sides' rays are written anew before each pass, while no clock runs: Embree overwrites its own with
   // its answers, and so both find theirs as warm in the caches. What they then write is part of their work.
+  Stopwatch stopwatch;
   tbb::task_arena arena(static_cast<int>(threads));
   std::vector<Contender> contenders;
   contenders.push_back({"nif", kEmbreeBuilds.size(), [&] {
@@ -152,6 +155,7 @@ SetSpeeds race_set(const std::vector<Subject>& subjects, size_t index, bake::Ray
   const std::vector<Timing> timings = race(contenders, schedule, progress);
 
   const uint64_t rays = result.accuracy.rays;
+  result.cores = stopwatch.cores();
   result.rates = rates_of(rays, timings[0].rounds);
   for (size_t v = 0; v < result.embree.size(); ++v) {
     const std::vector<double> heats = rates_of(rays, timings[v + 1].heats);
@@ -238,19 +242,17 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
                                                               tbb::global_control::max_allowed_parallelism)));
   const double races = double(options.threads.size() * options.sets.size());
   for (size_t t = 0; t < options.threads.size(); ++t) {
-    ThreadRun& run = result.runs.emplace_back(ThreadRun{options.threads[t], 0, {}});
-    Stopwatch stopwatch;
+    ThreadRun& run = result.runs.emplace_back(ThreadRun{options.threads[t], {}});
     for (size_t s = 0; s < options.sets.size(); ++s) {
       const std::string where =
           fmt::format("{}, {}: ", bake::name_of(options.sets[s]), count_of(run.threads, "thread"));
       const double before = double(t * options.sets.size() + s);
-      SetSpeeds speeds = race_set(subjects, s, options.sets[s], run.threads, options.schedule, stopwatch,
+      SetSpeeds speeds = race_set(subjects, s, options.sets[s], run.threads, options.schedule,
                                   [&](double fraction, const std::string& contender) {
                                     go_on((before + fraction) / races, where + contender);
                                   });
       if (speeds.accuracy.rays > 0) run.sets.push_back(std::move(speeds));
     }
-    run.cores = stopwatch.cores();
   }
   return result;
 }

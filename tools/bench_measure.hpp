@@ -33,8 +33,9 @@ std::string name_of(const EmbreeVariant& variant);
 
 struct SetSpeeds {
   bake::RaySet set;
-  bake::Accuracy accuracy;            ///< of the asset, on the very rays of the race
-  std::vector<double> rates;          ///< of the asset, by round
+  bake::Accuracy accuracy;    ///< of the asset, on the very rays of the race
+  std::vector<double> rates;  ///< of the asset, by round
+  double cores = 0;  ///< that the threads got while a clock ran, by the system's account of processor time
   std::vector<EmbreeVariant> embree;  ///< the fastest first, by median; those that dropped out last
 
   Spread rate() const { return spread_of(rates); }
@@ -49,7 +50,6 @@ struct SetSpeeds {
 
 struct ThreadRun {
   uint32_t threads;
-  double cores;  ///< that the threads got while a clock ran, by the system's account of processor time
   std::vector<SetSpeeds> sets;
 };
 

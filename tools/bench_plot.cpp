@@ -131,7 +131,7 @@ void draw_bar(Svg& svg, const Scale& scale, const Bar& bar, double y) {
   const double low = scale.x(bar.rate.lowest), high = scale.x(bar.rate.highest);
   svg.line(low, middle, high, middle, "#0f172a");
   for (double x : {low, high}) svg.line(x, middle - 3, x, middle + 3, "#0f172a");
-  svg.text(std::max(end, high) + 6, base, bar.ours ? "nif" : "", fmt::format("{:.2f}", bar.rate.median));
+  svg.text(std::max(end, high) + 6, base, bar.ours ? "nif" : "", format_rate(bar.rate.median));
   svg.text(kCallLeft, base, "note", bar.call);
   svg.text(kWidth - kMargin, base, bar.ours ? "name nif" : "name", format_bytes(bar.bytes));
 }
@@ -142,7 +142,7 @@ void draw_set(Svg& svg, const Scale& scale, const SetSpeeds& speeds, const Bench
   svg.text(kBarLeft, y + 16, "",
            fmt::format("{:.3f} % wrong ({:.3f} % leak, {:.3f} % spurious), {:.1f} % certain", 100 * a.error(),
                        100 * a.rate(a.leak), 100 * a.rate(a.spurious), 100 * a.rate(a.certain)));
-  svg.text(kCallLeft, y + 16, "set", fmt::format("{:.2f} x the best Embree", speeds.ratio()));
+  svg.text(kCallLeft, y + 16, "set", fmt::format("{} x the best Embree", format_rate(speeds.ratio())));
   y += kSetHeader;
   draw_bar(svg, scale, {"nif", "", speeds.rate(), double(result.info.resident_bytes), kNifColour, true}, y);
   for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {

@@ -46,13 +46,15 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
         {"ratio", speeds.ratio()},
         {"ratio_lowest", ratio.lowest},
         {"ratio_highest", ratio.highest},
+        {"cores", speeds.cores},
         {"variants", std::move(variants)}};
   }
   return sets;
 }
 
 std::string with_spread(const Spread& spread) {
-  return fmt::format("{:.2f} ({:.2f}-{:.2f})", spread.median, spread.lowest, spread.highest);
+  return fmt::format("{} ({}-{})", format_rate(spread.median), format_rate(spread.lowest),
+                     format_rate(spread.highest));
 }
 
 std::string speed_table(const ThreadRun& run) {
@@ -76,14 +78,15 @@ std::string build_table(const ThreadRun& run, const BenchResult& result) {
   std::string table = fmt::format("{:<16}{:>9}{:>7}", "", "memory", "");
   for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>9}{:<14}", "", bake::name_of(speeds.set));
   table += fmt::format("\n{:<16}{:>9}{:>7}", "nif", format_bytes(resident), "1 x");
-  for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>8.2f}{:15}", speeds.rate().median, "");
+  for (const SetSpeeds& speeds : run.sets)
+    table += fmt::format("{:>8}{:15}", format_rate(speeds.rate().median), "");
   for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {
     const auto bytes = double(result.embree_bytes[b]);
     table += fmt::format("\nEmbree {:<9}{:>9}{:>5.0f} x", name_of(kEmbreeBuilds[b]), format_bytes(bytes),
                          bytes / resident);
     for (const SetSpeeds& speeds : run.sets) {
       const EmbreeVariant& best = speeds.best(b);
-      table += fmt::format("{:>8.2f} {:<14}", best.rate().median,
+      table += fmt::format("{:>8} {:<14}", format_rate(best.rate().median),
                            fmt::format("{}{}", bake::name_of(best.call), best.coherent ? "*" : ""));
     }
   }
@@ -98,7 +101,7 @@ std::string build_table(const ThreadRun& run, const BenchResult& result) {
 nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& result) {
   Json scaling = Json::array();
   for (const ThreadRun& run : result.runs)
-    scaling.push_back({{"threads", run.threads}, {"cores", run.cores}, {"sets", sets_json(run, result)}});
+    scaling.push_back({{"threads", run.threads}, {"sets", sets_json(run, result)}});
   Json embree_bytes = Json::object();
   for (size_t b = 0; b < kEmbreeBuilds.size(); ++b)
     embree_bytes[std::string(name_of(kEmbreeBuilds[b]))] = result.embree_bytes[b];
@@ -132,6 +135,10 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
                         build_table(run, result));
   }
   return text;
+}
+
+std::string format_rate(double rate) {
+  return fmt::format("{:.{}f}", rate, rate < 9.995 ? 2 : rate < 99.95 ? 1 : 0);
 }
 
 std::string processor_name() {

@@ -12,6 +12,9 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
 
 std::string bench_tables(const BenchOptions& options, const BenchResult& result);
 
+/// Three digits, for people: "0.87", "13.2", "104".
+std::string format_rate(double rate);
+
 /// The processor's name as the system gives it, "" where it gives none.
 std::string processor_name();
 
