@@ -27,6 +27,7 @@ sample  jq                    samples/run.sh reads the JSON that nif prints
 check   libgtest-dev          tests
 check   libcgal-dev           tests: an oracle of rays that is independent of Embree (NIF_WITH_CGAL)
 check   libopenmesh-dev       tests: what the mesh readers read is compared to what OpenMesh reads
+check   pkgconf               tests: the installed package through its .pc file
 check   clang-format          style
 check   git                   the list of files whose style is checked
 fuzz    clang                 preset fuzz: libFuzzer
