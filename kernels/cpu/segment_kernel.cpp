@@ -22,6 +22,7 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 struct Scratch {
   Queue queue;
   Slots slots;
+  WalkLog log;
   Pending pending;
   NetworkInputs inputs;
 };
@@ -50,29 +51,29 @@ class Rest {
     answers_.certain[ray] = answer.certain;
   }
 
-  HWY_INLINE void ambiguous(const Walker<Rest>& walker, uint32_t slot) {
-    const Slots& slots = walker.slots();
-    const Queue& queue = walker.queue();
-    const uint32_t queued = slots.queued[slot], lane = pending_.count;
+  /// `t`: the begins and ends of its runs in turn; `turns` of them were met, and the last run may end with
+  /// the ray.
+  HWY_INLINE void ambiguous(const Queue& queue, uint32_t queued, int32_t seen, bool starts_in_surface,
+                            uint32_t turns, const float* t) {
+    const uint32_t lane = pending_.count;
     const auto ray = uint32_t(queue.ray[queued]);
     for (uint32_t a = 0; a < 3; ++a) {
       const bool flat = queue.origin[a][queued] == kFlatOrigin;
       pending_.origin[a][lane] = (batch_.origin[a][ray] - field_.origin[a]) * field_.voxels_per_unit;
       pending_.direction[a][lane] = flat ? 0.0f : batch_.direction[a][ray] * field_.voxels_per_unit;
     }
-    const float* events = slots.events[slot];
-    const uint32_t event_count = slots.event_count[slot], runs = (event_count + 1) / 2;
+    const uint32_t runs = (turns + 1) / 2;
     float surface_t = 0;
     for (uint32_t r = 0; r < runs; ++r) {
-      pending_.begin[r][lane] = events[2 * r];
-      pending_.end[r][lane] = events[2 * r + 1];
-      surface_t += events[2 * r + 1] - events[2 * r];
+      pending_.begin[r][lane] = t[2 * r];
+      pending_.end[r][lane] = t[2 * r + 1];
+      surface_t += t[2 * r + 1] - t[2 * r];
     }
     pending_.surface_t[lane] = surface_t;
     pending_.run_count[lane] = int32_t(runs);
-    const int32_t flags = queue.flags[queued], seen = slots.seen[slot];
-    const bool starts = walker.starts_in_surface(slot) && !(flags & kEntersGrid);
-    const bool ends = event_count % 2 == 1 && !(flags & kLeavesGrid);
+    const int32_t flags = queue.flags[queued];
+    const bool starts = starts_in_surface && !(flags & kEntersGrid);
+    const bool ends = turns % 2 == 1 && !(flags & kLeavesGrid);
     pending_.flags[lane] = (seen & kOutsideBit ? 127 : 0) | (seen & kInsideBit ? 127 << 8 : 0) |
                            (starts ? 127 << 16 : 0) | (ends ? 127 << 24 : 0);
     pending_.ray[lane] = ray;
@@ -101,7 +102,7 @@ void answer_segments(const SegmentField& field, const WalkGrid& grid, const Segm
     for (uint32_t i = 0; i < batch.count; ++i) rest.hard(i);
     return;
   }
-  Walker<Rest> walker(field, grid, scratch.queue, scratch.slots, rest);
+  Walker<Rest> walker(field, grid, scratch.queue, scratch.slots, scratch.log, rest);
   walker.walk(batch, answers);
   rest.flush();
 }

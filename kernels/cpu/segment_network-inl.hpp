@@ -18,7 +18,7 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 struct Pending {
   alignas(64) float origin[3][kLanes];  ///< in grid space, as the reference has them
   float direction[3][kLanes];
-  float begin[kMaxEvents / 2][kLanes], end[kMaxEvents / 2][kLanes];  ///< of runs
+  float begin[kMaxPendingRuns][kLanes], end[kMaxPendingRuns][kLanes];  ///< of runs
   float surface_t[kLanes];
   int32_t run_count[kLanes];
   int32_t flags[kLanes];  ///< bytes: saw outside, saw inside, starts, ends; 0 or 127 each

@@ -31,12 +31,16 @@ using Floats = hn::CappedTag<float, 16>;
 using Ints = hn::RebindToSigned<Floats>;
 using Words = hn::RebindToUnsigned<Floats>;
 constexpr uint32_t kLanes = uint32_t(hn::MaxLanes(Floats()));
-constexpr uint32_t kGroups = 4;
+constexpr uint32_t kGroups = 2;
 constexpr uint32_t kSlots = kGroups * kLanes;
 constexpr uint64_t kAllLanes = (uint64_t{1} << kLanes) - 1;
 
-/// Ends of runs that a slot has room for; rays with more go to the reference.
-constexpr uint32_t kMaxEvents = 32;
+/// Rays walked before their answers are collected.
+inline constexpr uint32_t kQueueRays = 512;
+/// Ends of runs that a batch of them has room for; where there are more, the rest goes to the reference.
+inline constexpr uint32_t kMaxTurns = 24 * kQueueRays;
+/// Runs of one ray that the network's part has room for.
+inline constexpr uint32_t kMaxPendingRuns = 16;
 
 /// More than the walk's rounding in voxels (docs/model.md: 0.0061 for the crossing and as much for the
 /// place), less than a voxel by far.
@@ -45,10 +49,14 @@ constexpr float kEstimateSlack = 1.0f / 32;
 constexpr float kFlatOrigin = -3e38f;
 
 enum RayFlags : int32_t { kNegativeAxes = 7, kEntersGrid = 8, kLeavesGrid = 16 };
+/// Marks a turn in a ray's first voxel.
+constexpr int32_t kFresh = 1 << 30;
+/// In place of what a ray has seen: its turns are not all in the log.
+constexpr int32_t kIncomplete = -1;
 
 /// Rays that meet the grid, ready to be walked. Entries beyond the last may be read, as they are by whole
 /// vectors.
-inline constexpr uint32_t kQueueRoom = kBatchRays + 16;
+inline constexpr uint32_t kQueueRoom = kQueueRays + 16;
 struct Queue {
   alignas(64) float origin[3][kQueueRoom];
   float direction[3][kQueueRoom], inverse[3][kQueueRoom], voxel[3][kQueueRoom];
@@ -62,11 +70,23 @@ struct Slots {
   alignas(64) float origin[3][kSlots];
   float direction[3][kSlots], inverse[3][kSlots], voxel[3][kSlots], stride[3][kSlots], base[kSlots];
   float now[kSlots], leave[kSlots];
-  float entered[kSlots];  ///< t at which the current voxel was entered
-  int32_t state[kSlots];  ///< VoxelClass of the current voxel
-  int32_t seen[kSlots];   ///< union of all so far
-  uint32_t queued[kSlots], event_count[kSlots];
-  float events[kSlots][kMaxEvents];  ///< t of the begins and ends of runs, in turn
+  int32_t state[kSlots];   ///< VoxelClass of the current voxel
+  int32_t seen[kSlots];    ///< union of all so far
+  int32_t queued[kSlots];  ///< which ray of the queue; with kFresh in its first voxel
+};
+
+/// What happens on the way, in the order of the steps: written without a branch, and sorted by ray at the
+/// end.
+struct WalkLog {
+  alignas(64) int32_t turn_queued[kMaxTurns + 16];       ///< a run begins or ends: the ray, with kFresh
+  float turn_t[kMaxTurns + 16];                          ///< and the t at which the voxel was entered
+  int32_t end_queued[kQueueRoom], end_seen[kQueueRoom];  ///< a ray is done: which, what it has seen,
+  float end_entered[kQueueRoom];                         ///< and the t at which its last voxel was entered
+  uint32_t turns, ends;
+  uint32_t first[kQueueRays + 1];  ///< of each ray's turns in `t`
+  uint32_t count[kQueueRays];
+  uint8_t starts[kQueueRays];  ///< whether the first voxel is a surface voxel
+  float t[kMaxTurns + 2 * kQueueRays];
 };
 
 /// Lanes as the bits of an integer.
@@ -76,6 +96,12 @@ HWY_INLINE uint32_t bits_of(Floats d, hn::Mask<Floats> mask) {
   uint32_t bits;
   std::memcpy(&bits, bytes, sizeof(bits));
   return bits;
+}
+
+HWY_INLINE hn::Mask<Floats> mask_of(Floats d, uint32_t bits) {
+  uint8_t bytes[8] = {};
+  std::memcpy(bytes, &bits, sizeof(bits));
+  return hn::LoadMaskBits(d, bytes);
 }
 
 template <class Tag, class T>
@@ -92,8 +118,9 @@ HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> codes) {
 template <class Sink>
 class Walker {
  public:
-  Walker(const SegmentField& field, const WalkGrid& grid, Queue& queue, Slots& slots, Sink& sink)
-      : field_(field), grid_(grid), queue_(queue), slots_(slots), sink_(sink) {
+  Walker(const SegmentField& field, const WalkGrid& grid, Queue& queue, Slots& slots, WalkLog& log,
+         Sink& sink)
+      : field_(field), grid_(grid), queue_(queue), slots_(slots), log_(log), sink_(sink) {
     for (uint32_t octant = 0; octant < 8; ++octant) {
       float base = 0;
       for (uint32_t a = 0; a < 3; ++a) {
@@ -108,20 +135,21 @@ class Walker {
 
   void walk(const SegmentBatch& batch, AnswerBatch& answers) {
     answers_ = &answers;
-    queue_.count = 0;
-    for (uint32_t i = 0; i < batch.count; i += kLanes) enqueue(batch, i);
-    next_ = 0;
-    active_ = fresh_ = starts_ = 0;
-    for (uint32_t slot = 0; slot < kSlots; ++slot) refill(slot);
-    while (active_ != 0)
-      for (uint32_t group = 0; group < kGroups; ++group)
-        if ((active_ >> (group * kLanes)) & kAllLanes) step(group);
+    for (uint32_t first = 0; first < batch.count; first += kQueueRays) {
+      const uint32_t end = std::min(first + kQueueRays, batch.count);
+      queue_.count = 0;
+      for (uint32_t i = first; i < end; i += kLanes) enqueue(batch, i);
+      next_ = 0;
+      active_ = 0;
+      log_.turns = log_.ends = 0;
+      full_ = false;
+      for (uint32_t slot = 0; slot < kSlots; ++slot) refill(slot);
+      while (active_ != 0)
+        for (uint32_t group = 0; group < kGroups; ++group)
+          if ((active_ >> (group * kLanes)) & kAllLanes) step(group);
+      collect();
+    }
   }
-
-  const Slots& slots() const { return slots_; }
-  const Queue& queue() const { return queue_; }
-  /// Whether the slot's first voxel is a surface voxel.
-  bool starts_in_surface(uint32_t slot) const { return (starts_ >> slot) & 1; }
 
  private:
   /// To grid space, clipped; rays that miss the grid are answered here.
@@ -205,8 +233,7 @@ class Walker {
   /// Puts the next ray into a slot, or one that stands still.
   HWY_INLINE void refill(uint32_t slot) {
     const uint64_t bit = uint64_t{1} << slot;
-    slots_.state[slot] = slots_.seen[slot] = 0;
-    slots_.event_count[slot] = 0;
+    slots_.state[slot] = slots_.seen[slot] = slots_.queued[slot] = 0;
     if (next_ == queue_.count) {
       active_ &= ~bit;
       for (uint32_t a = 0; a < 3; ++a) {
@@ -229,10 +256,8 @@ class Walker {
     slots_.base[slot] = strides[3];
     slots_.now[slot] = queue_.enter[i];
     slots_.leave[slot] = queue_.leave[i];
-    slots_.queued[slot] = i;
+    slots_.queued[slot] = int32_t(i) | kFresh;
     active_ |= bit;
-    fresh_ |= bit;
-    starts_ &= ~bit;
   }
 
   /// Puts the next rays into the slots `ended` of a group.
@@ -262,17 +287,13 @@ class Walker {
       for (uint32_t a = 0; a < 3; ++a) choose(a, slots_.stride[a]);
       choose(3, slots_.base);
       const __m512i numbers =
-          _mm512_add_epi32(_mm512_set1_epi32(int32_t(next_)),
+          _mm512_add_epi32(_mm512_set1_epi32(int32_t(next_) | kFresh),
                            _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
       _mm512_mask_store_epi32(slots_.queued + at, lanes, _mm512_maskz_expand_epi32(lanes, numbers));
       const __m512i none = _mm512_setzero_si512();
       _mm512_mask_store_epi32(slots_.state + at, lanes, none);
       _mm512_mask_store_epi32(slots_.seen + at, lanes, none);
-      _mm512_mask_store_epi32(slots_.event_count + at, lanes, none);
       next_ += wanted;
-      const uint64_t bits = uint64_t{ended} << at;
-      fresh_ |= bits;
-      starts_ &= ~bits;
       return;
     }
 #endif
@@ -325,54 +346,89 @@ class Walker {
       hn::Store(hn::IfThenElse(crossed, plane, before), d, slots_.voxel[a] + at);
     }
     const auto now = hn::Load(d, slots_.now + at);
-    hn::Store(now, d, slots_.entered + at);
     hn::Store(hn::Max(t, now), d, slots_.now + at);
     hn::Store(state, di, slots_.state + at);
     hn::Store(seen, di, slots_.seen + at);
+    const auto queued = hn::Load(di, slots_.queued + at);
+    const auto ray = hn::AndNot(hn::Set(di, kFresh), queued);
+    hn::Store(ray, di, slots_.queued + at);
 
     const auto lanes = uint32_t((active_ >> at) & kAllLanes);
-    uint32_t turning = bits_of(d, hn::RebindMask(d, turns)) & lanes;
-    const uint32_t ending = ~bits_of(d, goes_on) & lanes;
-    starts_ |= (fresh_ & (uint64_t{turning} << at));
-    fresh_ &= ~(kAllLanes << at);
-    for (; turning != 0; turning &= turning - 1) {
-      const uint32_t slot = at + uint32_t(__builtin_ctz(turning));
-      const uint32_t count = slots_.event_count[slot]++;
-      slots_.events[slot][std::min(count, kMaxEvents - 1)] = slots_.entered[slot];
+    const auto active = mask_of(d, lanes);
+    const auto turning = hn::And(hn::RebindMask(d, turns), active);
+    const auto turning_int = hn::RebindMask(di, turning);
+    hn::StoreU(hn::Compress(queued, turning_int), di, log_.turn_queued + log_.turns);
+    hn::StoreU(hn::Compress(now, turning), d, log_.turn_t + log_.turns);
+    log_.turns += uint32_t(hn::CountTrue(d, turning));
+    if (HWY_UNLIKELY(log_.turns > kMaxTurns)) {
+      log_.turns = kMaxTurns;
+      full_ = true;
     }
-    if (ending == 0) return;
-    for (uint32_t left = ending; left != 0; left &= left - 1) finish(at + uint32_t(__builtin_ctz(left)));
-    refill_group(at, ending);
+    const auto ending = hn::AndNot(goes_on, active);
+    const uint32_t ending_bits = bits_of(d, ending);
+    if (ending_bits == 0) return;
+    const auto ending_int = hn::RebindMask(di, ending);
+    // A ray that ends once the log is full may lack turns: no state is what it is known by.
+    const auto seen_or_none = full_ ? hn::Set(di, kIncomplete) : seen;
+    hn::StoreU(hn::Compress(ray, ending_int), di, log_.end_queued + log_.ends);
+    hn::StoreU(hn::Compress(seen_or_none, ending_int), di, log_.end_seen + log_.ends);
+    hn::StoreU(hn::Compress(now, ending), d, log_.end_entered + log_.ends);
+    log_.ends += uint32_t(hn::CountTrue(d, ending));
+    refill_group(at, ending_bits);
   }
 
-  HWY_INLINE void finish(uint32_t slot) {
+  /// Sorts the log by ray, and hands out the answers.
+  HWY_INLINE void collect() {
+    std::memset(log_.count, 0, sizeof(log_.count));
+    std::memset(log_.starts, 0, sizeof(log_.starts));
+    for (uint32_t i = 0; i < log_.turns; ++i) {
+      const int32_t queued = log_.turn_queued[i];
+      const uint32_t ray = uint32_t(queued & ~kFresh);
+      ++log_.count[ray];
+      log_.starts[ray] |= uint8_t(queued != int32_t(ray));
+    }
+    uint32_t sum = 0;
+    for (uint32_t ray = 0; ray < queue_.count; ++ray) {
+      log_.first[ray] = sum;
+      sum += (log_.count[ray] + 1) & ~1u;  // room for the end of a run that the segment ends in
+      log_.count[ray] = 0;
+    }
+    for (uint32_t i = 0; i < log_.turns; ++i) {
+      const auto ray = uint32_t(log_.turn_queued[i] & ~kFresh);
+      log_.t[log_.first[ray] + log_.count[ray]++] = log_.turn_t[i];
+    }
     constexpr int32_t kBoth = kOutsideBit | kInsideBit;
-    const int32_t ray = queue_.ray[slots_.queued[slot]];
-    if ((slots_.seen[slot] & kBoth) == kBoth) {
-      answers_->logit[ray] = -kCertainLogit;
-      return;
+    for (uint32_t i = 0; i < log_.ends; ++i) {
+      const auto queued = uint32_t(log_.end_queued[i]);
+      const auto ray = uint32_t(queue_.ray[queued]);
+      const int32_t seen = log_.end_seen[i];
+      const uint32_t turns = log_.count[queued];
+      if (HWY_UNLIKELY(seen == kIncomplete)) {
+        sink_.hard(ray);
+      } else if ((seen & kBoth) == kBoth) {
+        answers_->logit[ray] = -kCertainLogit;
+      } else if (HWY_UNLIKELY(turns > 2 * kMaxPendingRuns)) {
+        sink_.hard(ray);
+      } else if (turns != 0) {
+        float* t = log_.t + log_.first[queued];
+        if (turns % 2 == 1) t[turns] = max_of(queue_.leave[queued], log_.end_entered[i]);
+        sink_.ambiguous(queue_, queued, seen, log_.starts[queued] != 0, turns, t);
+      }
     }
-    uint32_t& count = slots_.event_count[slot];
-    if (count == 0) return;
-    if (count >= kMaxEvents) {
-      sink_.hard(uint32_t(ray));
-      return;
-    }
-    if (count % 2 == 1)
-      slots_.events[slot][count] = max_of(queue_.leave[slots_.queued[slot]], slots_.entered[slot]);
-    sink_.ambiguous(*this, slot);
   }
 
   const SegmentField& field_;
   const WalkGrid& grid_;
   Queue& queue_;
   Slots& slots_;
+  WalkLog& log_;
   Sink& sink_;
   AnswerBatch* answers_ = nullptr;
   float strides_[8][4];                              ///< [octant]: of the mirrored voxels, then the base
   alignas(64) float strides_by_octant_[4][16] = {};  ///< the same, transposed
   uint32_t next_ = 0;
-  uint64_t active_ = 0, fresh_ = 0, starts_ = 0;  ///< slots as bits
+  uint64_t active_ = 0;  ///< slots as bits
+  bool full_ = false;    ///< the log of turns
 };
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
