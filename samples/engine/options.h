@@ -1,0 +1,13 @@
+/* The command line. */
+#ifndef ENGINE_OPTIONS_H
+#define ENGINE_OPTIONS_H
+
+typedef struct Options {
+  const char* path;
+  int frames, instances, threads, rays;
+} Options;
+
+/* 0: go on. 1: --help was asked for and printed. 2: wrong, and said so on standard error. */
+int read_options(int argc, char** argv, Options* options);
+
+#endif

@@ -1,0 +1,26 @@
+/* What the game places and moves: copies of one asset on a floor, a sun and a lamp. */
+#ifndef ENGINE_WORLD_H
+#define ENGINE_WORLD_H
+
+#include <nif/nif.h>
+
+typedef struct World {
+  NifScene scene;
+  uint32_t* first;  /* [copies] number of each copy's first instance in the scene */
+  float (*own)[12]; /* [per_copy] where the asset's file places its instances */
+  uint32_t copies, per_copy;
+  float low[3], high[3]; /* box of one copy */
+  float spacing;
+  float sun[3];  /* direction towards it */
+  float lamp[3]; /* position */
+  float floor_low[2], floor_size[2];
+  float floor_height;
+} World;
+
+/* Each 1, or 0 with a sentence on standard error. */
+int make_world(NifDevice device, NifAsset asset, uint32_t copies, World* world);
+/* Moves every copy and makes the scene ready for queries. */
+int move_world(World* world, int frame);
+void free_world(World* world);
+
+#endif

@@ -1,0 +1,70 @@
+# One step of the package's test, see CMakeLists.txt: cmake -D STEP=... -P package.cmake
+set(prefix ${DIR}/moved)
+set(asset ${DIR}/asset.nif)
+
+function(run)
+  execute_process(COMMAND ${ARGV} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+# build_consumer(name source [options...]): an outside project against the moved package.
+function(build_consumer name source)
+  file(REMOVE_RECURSE ${DIR}/${name})
+  run(${CMAKE_COMMAND} -S ${source} -B ${DIR}/${name} -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${prefix}
+      -DCMAKE_BUILD_TYPE=Release ${ARGN})
+  run(${CMAKE_COMMAND} --build ${DIR}/${name} --config Release)
+endfunction()
+
+if(STEP STREQUAL "install")
+  file(REMOVE_RECURSE ${DIR})
+  run(${CMAKE_COMMAND} --install ${BUILD}/runtime --prefix ${DIR}/installed --config "${CONFIG}")
+  file(RENAME ${DIR}/installed ${prefix})
+  run(${WRITE_ASSET} 7 ${asset} 16)
+  # Nothing may remember where it was installed or built.
+  file(GLOB_RECURSE files ${prefix}/*.cmake ${prefix}/*.pc)
+  if(NOT files)
+    message(FATAL_ERROR "the package has neither CMake files nor a .pc file")
+  endif()
+  foreach(file IN LISTS files)
+    file(READ ${file} text)
+    foreach(path ${DIR} ${BUILD} ${SOURCE})
+      string(FIND "${text}" "${path}/" found)
+      if(NOT found EQUAL -1)
+        message(FATAL_ERROR "${file} names ${path}, so it cannot be moved")
+      endif()
+    endforeach()
+  endforeach()
+
+elseif(STEP STREQUAL "engine")
+  # A project without C++.
+  build_consumer(engine ${SOURCE}/samples/engine -DCMAKE_C_COMPILER=${CC} -DCMAKE_C_FLAGS=-Werror)
+  run(${DIR}/engine/engine --help)
+  run(${DIR}/engine/engine ${asset} --frames 5 --instances 10 --threads 3 --rays 5000)
+  foreach(wrong "--frames;0" "--what" "${DIR}/no_such.nif" "${SOURCE}/README.md")
+    execute_process(COMMAND ${DIR}/engine/engine ${wrong} RESULT_VARIABLE code ERROR_VARIABLE said)
+    if(NOT code MATCHES "^[12]$" OR NOT said MATCHES "^engine: [^\n]+\n$")
+      message(FATAL_ERROR "engine ${wrong}: ended with ${code} and said: ${said}")
+    endif()
+  endforeach()
+
+elseif(STEP STREQUAL "cpp_consumer")
+  build_consumer(cpp_consumer ${SOURCE}/tests/package/cpp_consumer -DCMAKE_CXX_COMPILER=${CXX}
+                 -DCMAKE_CXX_FLAGS=-Werror)
+  run(${DIR}/cpp_consumer/cpp_consumer ${asset})
+
+elseif(STEP STREQUAL "pkg_config")
+  find_program(pkg_config NAMES pkg-config pkgconf)
+  if(NOT pkg_config)
+    message("Skipped: pkg-config is not installed")
+    return()
+  endif()
+  set(ENV{PKG_CONFIG_PATH} ${prefix}/${LIBDIR}/pkgconfig)
+  set(ENV{LD_LIBRARY_PATH} ${prefix}/${LIBDIR})
+  execute_process(COMMAND ${pkg_config} --cflags --libs nifkit OUTPUT_VARIABLE flags COMMAND_ERROR_IS_FATAL ANY)
+  separate_arguments(flags UNIX_COMMAND "${flags}")
+  file(GLOB sources ${SOURCE}/samples/engine/*.c)
+  run(${CC} -std=c99 -Wall -Wextra -pedantic -Werror ${sources} -o ${DIR}/engine_pc ${flags} -pthread -lm)
+  run(${DIR}/engine_pc ${asset} --frames 2)
+
+else()
+  message(FATAL_ERROR "there is no step '${STEP}'")
+endif()
