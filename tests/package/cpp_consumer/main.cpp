@@ -10,7 +10,8 @@ int main(int argc, char** argv) try {
   scene.add(nifkit::Asset::load(device, argv[1]));
   scene.commit();
   const NifSceneInfo info = scene.info();
-  const NifRay away{{info.bounds_max[0] + 1, info.bounds_max[1] + 1, info.bounds_max[2] + 1}, 0, {1, 1, 1}, 1};
+  const NifRay away{
+      {info.bounds_max[0] + 1, info.bounds_max[1] + 1, info.bounds_max[2] + 1}, 0, {1, 1, 1}, 1};
   std::puts(scene.visible(away) ? "visible" : "occluded");
   return scene.visible(away) ? 0 : 1;
 } catch (const std::exception& error) {
