@@ -35,6 +35,31 @@ kernels::SegmentField field_of(const Object& object, const Network& network) {
   return field;
 }
 
+kernels::BvhField field_of(const Bvh& bvh) {
+  kernels::BvhField field;
+  field.nodes = bvh.nodes.data();
+  field.vertices = reinterpret_cast<const float(*)[3]>(bvh.vertices.data());
+  field.triangles = reinterpret_cast<const uint8_t(*)[3]>(bvh.triangles.data());
+  field.node_count = uint32_t(bvh.nodes.size());
+  field.vertex_count = uint32_t(bvh.vertices.size());
+  field.triangle_count = uint32_t(bvh.triangles.size());
+  if (!bvh.nodes.empty()) field.extent = kernels::bvh_extent(bvh.nodes.front());
+  return field;
+}
+
+namespace {
+
+Bvh to_bvh(const kernels::BvhField& field) {
+  Bvh bvh;
+  bvh.nodes.assign(field.nodes, field.nodes + field.node_count);
+  for (uint32_t v = 0; v < field.vertex_count; ++v) bvh.vertices.push_back(std::to_array(field.vertices[v]));
+  for (uint32_t t = 0; t < field.triangle_count; ++t)
+    bvh.triangles.push_back(std::to_array(field.triangles[t]));
+  return bvh;
+}
+
+}  // namespace
+
 Asset to_asset(const AssetView& view) {
   Asset asset;
   asset.metadata = view.metadata;
@@ -53,12 +78,17 @@ Asset to_asset(const AssetView& view) {
   for (const ObjectView& from : view.objects) {
     const kernels::SegmentField& field = from.field;
     Object& object = asset.objects.emplace_back();
+    object.encoding = from.encoding;
     object.name = from.name;
     object.network = from.network;
     object.aabb_min = from.aabb_min;
     object.aabb_max = from.aabb_max;
     object.bias = from.bias;
     object.triangles = from.triangles;
+    if (from.encoding == kBvh) {
+      object.bvh = to_bvh(from.bvh);
+      continue;
+    }
     std::copy_n(field.origin, 3, object.origin.begin());
     object.voxels_per_unit = field.voxels_per_unit;
     std::copy_n(field.voxels, 3, object.voxels.begin());

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "formats/nif/layout.hpp"
+#include "kernels/bvh_field.hpp"
 #include "kernels/field.hpp"
 
 namespace nif::format {
@@ -21,8 +23,23 @@ struct Network {
   float logit_scale = 1;
 };
 
-/// One object in the `segment` encoding; members as in kernels::SegmentField.
+/// The `bvh` encoding; members as in kernels::BvhField.
+struct Bvh {
+  std::vector<kernels::BvhNode> nodes;
+  std::vector<std::array<float, 3>> vertices;
+  std::vector<std::array<uint8_t, 3>> triangles;
+
+  /// Of the block that holds it in a file.
+  uint64_t bytes() const {
+    return nodes.size() * sizeof(nodes[0]) + vertices.size() * sizeof(vertices[0]) +
+           triangles.size() * sizeof(triangles[0]);
+  }
+};
+
+/// One object; what is not of its encoding stays empty. The members of `segment` are those of
+/// kernels::SegmentField.
 struct Object {
+  Encoding encoding = kSegment;
   std::string name;
   uint32_t network = 0;
   std::array<float, 3> aabb_min{}, aabb_max{};
@@ -41,6 +58,8 @@ struct Object {
   uint32_t features_per_corner = 0;
   uint32_t samples = 0;
   float length_scale = 0;
+
+  Bvh bvh;
 };
 
 struct Instance {
@@ -61,5 +80,6 @@ constexpr uint32_t bricks_for(uint32_t voxels) { return voxels / kernels::kBrick
 
 /// The kernels' view of an object; valid while both live and are not changed.
 kernels::SegmentField field_of(const Object& object, const Network& network);
+kernels::BvhField field_of(const Bvh& bvh);
 
 }  // namespace nif::format

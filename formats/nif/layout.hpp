@@ -40,6 +40,7 @@ enum SectionType : uint32_t {
   kWeights = fourcc("WGTS"),    ///< each network's block
   kOccupancy = fourcc("OCCU"),  ///< each object's block
   kFeatures = fourcc("FEAT"),   ///< each object's block
+  kBvhs = fourcc("BVHS"),       ///< each `bvh` object's block; there only where there is such an object
 };
 
 enum SectionFlags : uint32_t {
@@ -71,13 +72,13 @@ enum Encoding : uint32_t { kSegment = 1, kSpherical = 2, kBvh = 3 };
 
 struct ObjectRecord {  // 192 bytes
   uint32_t encoding;
-  uint32_t network;  ///< index into kNetworks; objects may share one
+  uint32_t network;  ///< index into kNetworks; objects may share one; 0 for `bvh`
   Name name;
   float aabb_min[3], aabb_max[3];
   float bias;          ///< distance from the surface at which shadow rays start, object units
   uint32_t triangles;  ///< of the source mesh, after cleaning (saturated at 2^32 - 1)
 
-  // `segment`: the members of kernels::SegmentField of the same names.
+  // `segment`: the members of kernels::SegmentField of the same names. 0 for others, as what is below for it.
   float origin[3];
   float voxels_per_unit;
   uint32_t voxels[3];
@@ -88,7 +89,11 @@ struct ObjectRecord {  // 192 bytes
   float length_scale;
   Block occupancy;  ///< brick_states, brick_corners, corner_base, brick_table, in that order, without gaps
   Block features;   ///< [corners][features_per_corner] int8
-  uint32_t reserved[16];  ///< 0
+
+  // `bvh`: those of kernels::BvhField.
+  Block bvh;  ///< nodes, vertices, triangles, in that order, without gaps
+  uint32_t bvh_nodes, bvh_vertices, bvh_triangles;
+  uint32_t reserved[9];  ///< 0
 };
 static_assert(sizeof(ObjectRecord) == 192);
 

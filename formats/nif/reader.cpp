@@ -14,7 +14,9 @@
 #include <string>
 
 #include "formats/nif/asset.hpp"
+#include "formats/nif/check_bvh.hpp"
 #include "formats/nif/utf8.hpp"
+#include "kernels/reference/instance.hpp"
 
 namespace nif::format {
 namespace {
@@ -129,9 +131,10 @@ class Reader {
       uint32_t type;
       Bytes* bytes;
       bool found = false;
-    } known[] = {{kObjects, &objects_},   {kInstances, &instances_}, {kNames, &names_},
-                 {kNetworks, &networks_}, {kWeights, &weights_},     {kOccupancy, &occupancy_},
-                 {kFeatures, &features_}};
+      bool optional = false;
+    } known[] = {{kObjects, &objects_},   {kInstances, &instances_},   {kNames, &names_},
+                 {kNetworks, &networks_}, {kWeights, &weights_},       {kOccupancy, &occupancy_},
+                 {kFeatures, &features_}, {kBvhs, &bvhs_, false, true}};
     for (const SectionView& section : asset_.sections) {
       const auto place = [&] { return "section " + section_name(section.type); };
       const bool required = section.flags & kRequired;
@@ -149,10 +152,12 @@ class Reader {
       }
       if (!required) refuse(Status::damaged_nif, file_, place(), "is not marked as required");
       match->found = true;
+      has_bvhs_ |= section.type == kBvhs;
       *match->bytes = section.bytes;
     }
     for (const Known& k : known)
-      if (!k.found) refuse(Status::damaged_nif, file_, "section " + section_name(k.type), "is missing");
+      if (!k.found && !k.optional)
+        refuse(Status::damaged_nif, file_, "section " + section_name(k.type), "is missing");
   }
 
   std::string_view read_name(const Name& name, const Place& place) {
@@ -224,24 +229,28 @@ class Reader {
   void read_objects() {
     const Records<ObjectRecord> records(objects_, "OBJS", file_);
     if (records.count() == 0) refuse(Status::damaged_nif, file_, "section OBJS", "holds no object");
-    Blocks occupancy(occupancy_), features(features_);
+    Blocks occupancy(occupancy_), features(features_), bvhs(bvhs_);
     asset_.objects.reserve(records.count());
     for (uint32_t i = 0; i < records.count(); ++i)
-      asset_.objects.push_back(read_object(records[i], occupancy, features, Place{file_, "OBJS", i}));
+      asset_.objects.push_back(read_object(records[i], occupancy, features, bvhs, Place{file_, "OBJS", i}));
     if (!occupancy.finished())
       refuse(Status::damaged_nif, file_, "section OCCU", "bytes that belong to no object");
     if (!features.finished())
       refuse(Status::damaged_nif, file_, "section FEAT", "bytes that belong to no object");
+    const bool any_bvh = std::any_of(asset_.objects.begin(), asset_.objects.end(),
+                                     [](const ObjectView& object) { return object.encoding == kBvh; });
+    if (!bvhs.finished() || (has_bvhs_ && !any_bvh))
+      refuse(Status::damaged_nif, file_, "section BVHS", "bytes that belong to no object");
   }
 
-  ObjectView read_object(const ObjectRecord& record, Blocks& occupancy, Blocks& features,
+  ObjectView read_object(const ObjectRecord& record, Blocks& occupancy, Blocks& features, Blocks& bvhs,
                          const Place& place) {
-    if (record.encoding != kSegment)
+    if (record.encoding != kSegment && record.encoding != kBvh)
       refuse(Status::unsupported_nif, file_, place.text(),
-             "encoding " + std::to_string(record.encoding) + "; this build reads 1 (segment)");
+             "encoding " + std::to_string(record.encoding) + "; this build reads 1 (segment) and 3 (bvh)");
     ObjectView view;
+    view.encoding = Encoding(record.encoding);
     view.name = read_name(record.name, place);
-    place.require(record.network < asset_.networks.size(), "network is out of range");
     place.require(all_finite(record.aabb_min) && all_finite(record.aabb_max), "bounds are not finite");
     for (int a = 0; a < 3; ++a) place.require(record.aabb_min[a] <= record.aabb_max[a], "bounds are empty");
     place.require(std::isfinite(record.bias) && record.bias >= 0, "bias is negative or not finite");
@@ -253,7 +262,50 @@ class Reader {
     view.triangles = record.triangles;
     std::copy_n(record.aabb_min, 3, view.aabb_min.begin());
     std::copy_n(record.aabb_max, 3, view.aabb_max.begin());
+    if (view.encoding == kBvh) {
+      read_bvh(record, view, bvhs, place);
+    } else {
+      read_segment(record, view, occupancy, features, place);
+    }
+    return view;
+  }
 
+  static void read_bvh(const ObjectRecord& record, ObjectView& view, Blocks& blocks, const Place& place) {
+    ObjectRecord blank{};  // all that it shares with `segment`, and nothing else
+    blank.encoding = record.encoding;
+    blank.name = record.name;
+    std::copy_n(record.aabb_min, 3, blank.aabb_min);
+    std::copy_n(record.aabb_max, 3, blank.aabb_max);
+    blank.bias = record.bias;
+    blank.triangles = record.triangles;
+    blank.bvh = record.bvh;
+    blank.bvh_nodes = record.bvh_nodes;
+    blank.bvh_vertices = record.bvh_vertices;
+    blank.bvh_triangles = record.bvh_triangles;
+    place.require(std::memcmp(&blank, &record, sizeof(record)) == 0, "members of `segment` are not zero");
+
+    kernels::BvhField& field = view.bvh;
+    field.node_count = record.bvh_nodes;
+    field.vertex_count = record.bvh_vertices;
+    field.triangle_count = record.bvh_triangles;
+    const uint64_t node_bytes = uint64_t(record.bvh_nodes) * sizeof(kernels::BvhNode),
+                   vertex_bytes = uint64_t(record.bvh_vertices) * sizeof(*field.vertices);
+    view.bvh_bytes = node_bytes + vertex_bytes + uint64_t(record.bvh_triangles) * sizeof(*field.triangles);
+    const std::byte* at = blocks.next(record.bvh, view.bvh_bytes, "bvh", place).data();
+    field.nodes = reinterpret_cast<const kernels::BvhNode*>(at);
+    field.vertices = reinterpret_cast<const float(*)[3]>(at + node_bytes);
+    field.triangles = reinterpret_cast<const uint8_t(*)[3]>(at + node_bytes + vertex_bytes);
+    if (const char* wrong = fault_of(field)) place.damaged(wrong);
+    field.extent = kernels::bvh_extent(field.nodes[0]);
+    view.reach_scale = kernels::kBvhUnits / field.extent;
+  }
+
+  void read_segment(const ObjectRecord& record, ObjectView& view, Blocks& occupancy, Blocks& features,
+                    const Place& place) const {
+    place.require(record.network < asset_.networks.size(), "network is out of range");
+    place.require(record.bvh.offset == 0 && record.bvh.bytes == 0 && record.bvh_nodes == 0 &&
+                      record.bvh_vertices == 0 && record.bvh_triangles == 0,
+                  "members of `bvh` are not zero");
     kernels::SegmentField& field = view.field;
     place.require(all_finite(record.origin), "origin is not finite");
     place.require(std::isfinite(record.voxels_per_unit) && record.voxels_per_unit > 0,
@@ -270,6 +322,7 @@ class Reader {
     field.features_per_corner = record.features_per_corner;
     field.samples = record.samples;
     field.network = asset_.networks[record.network].network;
+    view.reach_scale = record.voxels_per_unit;
     place.require(field.network.layers[0].inputs ==
                       record.samples * record.features_per_corner + kernels::kGlobalInputs,
                   "its network takes another number of inputs");
@@ -279,7 +332,6 @@ class Reader {
     field.features = reinterpret_cast<const int8_t*>(
         features.next(record.features, view.feature_bytes, "features", place).data());
     place.require(symmetric(field.features, view.feature_bytes), "a feature is -128");
-    return view;
   }
 
   static void read_occupancy(const ObjectRecord& record, ObjectView& view, Blocks& blocks,
@@ -339,8 +391,9 @@ class Reader {
 
   std::string_view file_;
   AssetView asset_;
-  Bytes objects_, instances_, names_, networks_, weights_, occupancy_, features_;
+  Bytes objects_, instances_, names_, networks_, weights_, occupancy_, features_, bvhs_;
   uint64_t names_end_ = 0;
+  bool has_bvhs_ = false;
 };
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "formats/nif/container.hpp"
+#include "kernels/bvh_field.hpp"
 #include "kernels/field.hpp"
 
 namespace nif::format {
@@ -22,14 +23,20 @@ namespace nif::format {
 /// The file's first byte must lie at a multiple of this, because its 64-bit words are read in place.
 inline constexpr size_t kAddressAlignment = 8;
 
+/// What of fields is not of its object's encoding is empty.
 struct ObjectView {
+  Encoding encoding = kSegment;
   std::string_view name;  ///< a 0 follows it in memory
   uint32_t network = 0;
   std::array<float, 3> aabb_min{}, aabb_max{};
   float bias = 0;
   uint32_t triangles = 0;
-  uint64_t occupancy_bytes = 0, feature_bytes = 0;
+  uint64_t occupancy_bytes = 0, feature_bytes = 0, bvh_bytes = 0;
+  /// Distances in object space, times this, are what kernels::kCertainReach limits: voxels, or for a `bvh`
+  /// object kernels::kBvhUnits to its extent.
+  float reach_scale = 0;
   kernels::SegmentField field;  ///< ready to be queried
+  kernels::BvhField bvh;        ///< ready to be queried
 };
 
 struct InstanceView {

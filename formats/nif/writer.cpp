@@ -42,7 +42,7 @@ class Section {
 };
 
 struct Sections {
-  Section objects, instances, names, networks, weights, occupancy, features, metadata;
+  Section objects, instances, names, networks, weights, occupancy, features, bvhs, metadata;
 };
 
 void add_network(const Network& network, Sections& out) {
@@ -63,15 +63,7 @@ void add_network(const Network& network, Sections& out) {
   out.networks.append(&record, 1);
 }
 
-void add_object(const Object& object, Sections& out) {
-  ObjectRecord record{};
-  record.encoding = kSegment;
-  record.network = object.network;
-  record.name = out.names.append_name(object.name);
-  std::copy(object.aabb_min.begin(), object.aabb_min.end(), record.aabb_min);
-  std::copy(object.aabb_max.begin(), object.aabb_max.end(), record.aabb_max);
-  record.bias = object.bias;
-  record.triangles = object.triangles;
+void add_segment(const Object& object, ObjectRecord& record, Sections& out) {
   std::copy(object.origin.begin(), object.origin.end(), record.origin);
   record.voxels_per_unit = object.voxels_per_unit;
   std::copy(object.voxels.begin(), object.voxels.end(), record.voxels);
@@ -90,6 +82,29 @@ void add_object(const Object& object, Sections& out) {
   record.features = out.features.begin_block();
   out.features.append(object.features);
   out.features.end_block(record.features);
+}
+
+void add_object(const Object& object, Sections& out) {
+  ObjectRecord record{};
+  record.encoding = object.encoding;
+  record.network = object.network;
+  record.name = out.names.append_name(object.name);
+  std::copy(object.aabb_min.begin(), object.aabb_min.end(), record.aabb_min);
+  std::copy(object.aabb_max.begin(), object.aabb_max.end(), record.aabb_max);
+  record.bias = object.bias;
+  record.triangles = object.triangles;
+  if (object.encoding == kBvh) {
+    record.bvh_nodes = uint32_t(object.bvh.nodes.size());
+    record.bvh_vertices = uint32_t(object.bvh.vertices.size());
+    record.bvh_triangles = uint32_t(object.bvh.triangles.size());
+    record.bvh = out.bvhs.begin_block();
+    out.bvhs.append(object.bvh.nodes);
+    out.bvhs.append(object.bvh.vertices);
+    out.bvhs.append(object.bvh.triangles);
+    out.bvhs.end_block(record.bvh);
+  } else {
+    add_segment(object, record, out);
+  }
   out.objects.append(&record, 1);
 }
 
@@ -126,6 +141,7 @@ std::vector<std::byte> encode(const Asset& asset) {
       {kNetworks, kRequired, out.networks.bytes()},  {kNames, kRequired, out.names.bytes()},
       {kWeights, kRequired, out.weights.bytes()},    {kFeatures, kRequired, out.features.bytes()},
       {kOccupancy, kRequired, out.occupancy.bytes()}};
+  if (!out.bvhs.bytes().empty()) parts.push_back({kBvhs, kRequired, out.bvhs.bytes()});
   if (!asset.metadata.empty()) parts.push_back({kMetadata, 0, out.metadata.bytes()});
 
   std::vector<std::byte> file(sizeof(Header) + parts.size() * sizeof(SectionEntry));

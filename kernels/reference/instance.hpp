@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels/bvh_field.hpp"
 #include "kernels/reference/walk.hpp"
 
 namespace nif::kernels {
@@ -62,8 +63,10 @@ inline Segment to_object(const WorldToObject& transform, const Segment& world) {
 /// - direction: at most 4, each of the sum of magnitudes, kept below 4 times the direction itself, over the
 ///   at most 2^11 + 512 voxels that the ray travels along any axis until it leaves the grid.
 /// The walk's own rounding, at an eighth of its allowed reach, takes at most an eighth of the padding.
+/// For a `bvh` object kBvhUnits to its extent stand for voxels: nothing pads its triangles, and its answer is
+/// that of a ray moved by less than 2^-14 of the extent.
 /// Presumes that the inverse is as good as its rounding to float; not for identity transforms: yes.
-inline bool stays_certain(const WorldToObject& transform, float voxels_per_unit, const Segment& world,
+inline bool stays_certain(const WorldToObject& transform, float reach_scale, const Segment& world,
                           const Segment& local) {
   const float* m = transform.inverse;
   float reach = 0, spread = 0, steepest = 0;
@@ -77,18 +80,18 @@ inline bool stays_certain(const WorldToObject& transform, float voxels_per_unit,
     spread = max_of(direction, spread);
     steepest = max_of(magnitude(local.direction[a]), steepest);
   }
-  return world.tmin > world.tmax || (reach * voxels_per_unit <= kCertainReach / 8 && spread <= 4 * steepest);
+  return world.tmin > world.tmax || (reach * reach_scale <= kCertainReach / 8 && spread <= 4 * steepest);
 }
 
 // ---- The box rule: in a scene of several instances an object is asked only of rays that may meet its box.
 //
-// The box lies around the object's whole grid and kBoxMargin voxels more, computed in double and rounded
-// outward. The test below may let rays through that miss it but stops none that
-// meets it: each t carries at most 3 roundings, 3 * 2^-24 of itself, and the slack is 2^-16. So a ray that is
-// stopped misses the object for certain, however far away it starts; and one that is in reach of the object's
-// own proofs and meets its grid, as the object sees it, is never stopped, because rounding on the way to
-// object space moves it by less than the margin. (To 2^56 voxels, where a direction's component that is
-// taken as 2^-120 in place of 0 may have moved it by the margin.)
+// The box lies around the object's whole grid and kBoxMargin voxels more (or around its BVH and as much
+// more), computed in double and rounded outward. The test below may let rays through that miss it but stops
+// none that meets it: each t carries at most 3 roundings, 3 * 2^-24 of itself, and the slack is 2^-16. So a
+// ray that is stopped misses the object for certain, however far away it starts; and one that is in reach of
+// the object's own proofs and meets its grid, as the object sees it, is never stopped, because rounding on
+// the way to object space moves it by less than the margin. (To 2^56 voxels, where a direction's component
+// that is taken as 2^-120 in place of 0 may have moved it by the margin.)
 
 inline constexpr double kBoxMargin = 1.0 / 8;  ///< in voxels
 inline constexpr float kBoxSlack = 0x1p-16f;
@@ -108,6 +111,24 @@ inline ObjectBox object_box(const SegmentField& field) {
   for (int a = 0; a < 3; ++a) {
     box.low[a] = double(field.origin[a]) - kBoxMargin * voxel;
     box.high[a] = double(field.origin[a]) + (double(field.voxels[a]) + kBoxMargin) * voxel;
+  }
+  return box;
+}
+
+/// Of a `bvh` object: the boxes of the root, and as margin what stays_certain() lets a ray be moved by.
+inline constexpr float kBvhUnits = 64;
+inline constexpr double kBvhMargin = 0x1p-14;  ///< of the extent
+inline ObjectBox object_box(const BvhField& field) {
+  const BvhNode& root = field.nodes[0];
+  ObjectBox box;
+  for (int a = 0; a < 3; ++a) {
+    uint8_t low = 255, high = 0;
+    for (uint32_t s = 0; s < kBvhWidth && root.slots[s] != 0; ++s) {
+      low = root.low[a][s] < low ? root.low[a][s] : low;
+      high = root.high[a][s] > high ? root.high[a][s] : high;
+    }
+    box.low[a] = double(frame_plane(root.frame[a], low)) - kBvhMargin * double(field.extent);
+    box.high[a] = double(frame_plane(root.frame[a], high)) + kBvhMargin * double(field.extent);
   }
   return box;
 }

@@ -51,7 +51,7 @@ void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, Work
       for (uint32_t i = 0; i < count; ++i)
         area.answers.certain[i] &= uint8_t(
             area.rays.tmin[i] > area.rays.tmax[i] ||
-            (instance.well_conditioned && stays_certain(instance.to_object, object.voxels_per_unit,
+            (instance.well_conditioned && stays_certain(instance.to_object, object.reach_scale,
                                                         get(area.rays, i), get(area.object_rays, i))));
   }
   if (wanted.probability)
@@ -126,7 +126,7 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
       const Instance& instance = scene.instances[pairs[k].instance];
       bool certain = area.object_answers.certain[k];
       if (certain && !instance.identity)
-        certain = instance.well_conditioned && stays_certain(instance.to_object, object.voxels_per_unit,
+        certain = instance.well_conditioned && stays_certain(instance.to_object, object.reach_scale,
                                                              get(area.rays, i), get(area.object_rays, k));
       area.combined[i].add(logit, certain, object.logit_scale, wanted.probability);
       decided = area.combined[i].blocked_for_certain();

@@ -65,13 +65,14 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   const format::ObjectView& view = object_of(asset, object);
   NifObjectInfo info{};
   info.name = view.name.data();
-  info.encoding = format::kSegment;
+  info.encoding = view.encoding;
   info.network = view.network;
   std::copy(view.aabb_min.begin(), view.aabb_min.end(), info.bounds_min);
   std::copy(view.aabb_max.begin(), view.aabb_max.end(), info.bounds_max);
   info.bias = view.bias;
   info.triangles = view.triangles;
-  info.resident_bytes = view.occupancy_bytes + view.feature_bytes + sizeof(format::ObjectView);
+  info.resident_bytes =
+      view.occupancy_bytes + view.feature_bytes + view.bvh_bytes + sizeof(format::ObjectView);
   return info;
 }
 

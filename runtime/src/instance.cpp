@@ -33,7 +33,9 @@ NIF_COMPUTES Transform combine(const Transform& second, const Transform& first) 
 }
 
 NIF_COMPUTES kernels::WorldBox world_box(const format::ObjectView& object, const Transform& to_world) {
-  return kernels::world_box(kernels::object_box(object.field), to_world.data());
+  const kernels::ObjectBox box =
+      object.encoding == format::kBvh ? kernels::object_box(object.bvh) : kernels::object_box(object.field);
+  return kernels::world_box(box, to_world.data());
 }
 
 kernels::WorldBox empty_box() {

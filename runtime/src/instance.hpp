@@ -17,7 +17,7 @@ struct PlacedObject {
   const format::ObjectView* view;
   const kernels::ObjectKernel* kernel;  ///< answers it
   float logit_scale;
-  float voxels_per_unit;
+  float reach_scale;  ///< as format::ObjectView's
 };
 
 struct Instance {

@@ -1,6 +1,7 @@
 // Choosing kernels.
 #include "kernel.hpp"
 
+#include "kernels/reference/bvh_kernel.hpp"
 #include "kernels/reference/segment_kernel.hpp"
 #include "object.hpp"
 #ifdef NIF_HAS_SIMD
@@ -38,6 +39,7 @@ Isa best_isa() {
 }
 
 KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::memory_resource* memory) {
+  if (object.encoding == format::kBvh) return hold<kernels::ReferenceBvhKernel>(memory, object.bvh);
 #ifdef NIF_HAS_SIMD
   const uint64_t voxels = uint64_t(object.field.voxels[0]) * object.field.voxels[1] * object.field.voxels[2];
   if (isa != Isa::scalar && voxels <= kernels::cpu::kMaxGridVoxels)

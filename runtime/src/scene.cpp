@@ -51,7 +51,7 @@ uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   for (size_t i = 0; i < asset->view.objects.size(); ++i) {
     const format::ObjectView& view = asset->view.objects[i];
     scene.objects.push_back(
-        {&view, asset->kernels[i].get(), view.field.network.logit_scale, view.field.voxels_per_unit});
+        {&view, asset->kernels[i].get(), view.field.network.logit_scale, view.reach_scale});
   }
   return uint32_t(first);
 }

@@ -4,7 +4,7 @@
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/format/damaged.hpp"
-#include "tests/support/random_asset.hpp"
+#include "tests/support/query_object.hpp"
 
 namespace nif {
 namespace {
@@ -17,6 +17,7 @@ Bytes small_file(uint64_t seed) {
   options.objects = 2;
   options.instances = 2;
   options.max_voxels = 5;
+  options.bvhs = uint32_t(seed % 2);
   return format::encode(test::random_asset(seed, options));
 }
 
@@ -26,8 +27,7 @@ Status status_of(std::span<const std::byte> bytes, uint64_t seed) {
     const format::AssetView view = format::read_asset(bytes, "file");
     test::Random random(seed);
     for (const format::ObjectView& object : view.objects)
-      for (int ray = 0; ray < 8; ++ray)
-        kernels::query_segment(object.field, test::random_segment(random, object.field));
+      for (int ray = 0; ray < 8; ++ray) test::query_object(object, test::random_segment(random, object));
     return Status::ok;
   } catch (const Error& error) {
     EXPECT_TRUE(std::string_view(error.what()).starts_with("file: ")) << error.what();

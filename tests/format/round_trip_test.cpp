@@ -41,6 +41,8 @@ TEST(RoundTrip, SameBytes) {
     test::RandomAssetOptions options;
     options.objects = 1 + uint32_t(seed % 5);
     options.instances = uint32_t(seed % 4);
+    options.bvhs = uint32_t(seed % 3);
+    if (seed % 6 == 5) options.objects = 0;
     format::Asset asset = test::random_asset(seed, options);
     if (seed % 3 == 0) asset.metadata.clear();
     if (seed % 7 == 0) asset.objects[0].name.clear();

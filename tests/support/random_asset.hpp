@@ -1,37 +1,25 @@
 // A small valid asset from a seed, made without the baker: random voxels, features and networks, several
-// objects and instances. For tests of the format, the runtime and the fuzzers' seeds.
+// objects and instances, some of them of triangles. For tests of the format, the runtime and the fuzzers'
+// seeds.
 #pragma once
 
 #include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <limits>
-#include <random>
 #include <string>
 
 #include "formats/nif/asset.hpp"
 #include "kernels/reference/segment.hpp"
+#include "tests/support/random_bvh.hpp"
 
 namespace nif::test {
-
-/// Numbers that are the same with every standard library (whose distributions are not).
-class Random {
- public:
-  explicit Random(uint64_t seed) : engine_(seed) {}
-  uint32_t below(uint32_t n) { return uint32_t((engine_() >> 32) * n >> 32); }
-  int32_t between(int32_t low, int32_t high) { return low + int32_t(below(uint32_t(high - low) + 1)); }
-  /// 0 <= x < 1
-  float unit() { return static_cast<float>(engine_() >> 40) * 0x1p-24f; }
-  float between(float low, float high) { return low + (high - low) * unit(); }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 struct RandomAssetOptions {
   uint32_t objects = 3;
   uint32_t instances = 4;
   uint32_t max_voxels = 14;  ///< along an axis
+  uint32_t bvhs = 0;         ///< objects of the `bvh` encoding, after the others
 };
 
 inline format::Network random_network(Random& random, uint32_t inputs) {
@@ -98,6 +86,23 @@ inline void fill_occupancy(Random& random, format::Object& object) {
   }
 }
 
+inline format::Object random_bvh_object(Random& random, const std::string& name) {
+  format::Object object;
+  object.encoding = format::kBvh;
+  object.name = name;
+  object.bvh =
+      random_bvh(random, 1 + random.below(60), random.between(-2.0f, 2.0f), random.between(0.5f, 3.0f));
+  object.aabb_min = object.aabb_max = object.bvh.vertices[0];
+  for (const auto& p : object.bvh.vertices)
+    for (size_t a = 0; a < 3; ++a) {
+      object.aabb_min[a] = std::min(object.aabb_min[a], p[a]);
+      object.aabb_max[a] = std::max(object.aabb_max[a], p[a]);
+    }
+  object.bias = 1e-3f * (object.aabb_max[0] - object.aabb_min[0]);
+  object.triangles = uint32_t(object.bvh.triangles.size());
+  return object;
+}
+
 inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& options = {}) {
   Random random(seed);
   format::Asset asset;
@@ -124,10 +129,12 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
         random_network(random, object.samples * object.features_per_corner + kernels::kGlobalInputs));
     asset.objects.push_back(std::move(object));
   }
+  for (uint32_t i = 0; i < options.bvhs; ++i)
+    asset.objects.push_back(random_bvh_object(random, "bvh " + std::to_string(i)));
   for (uint32_t i = 0; i < options.instances; ++i) {
     format::Instance instance;
     instance.name = "instance " + std::to_string(i);
-    instance.object = random.below(options.objects);
+    instance.object = random.below(options.objects + options.bvhs);
     for (size_t k = 0; k < 12; ++k)
       instance.transform[k] = random.between(-0.4f, 0.4f) + (k % 5 == 0 ? 1.0f : 0.0f);
     asset.instances.push_back(std::move(instance));

@@ -1,5 +1,5 @@
-// write_random_asset SEED FILE [VOXELS]: a small asset, of at most VOXELS along an axis, for tests that need
-// one as a file.
+// write_random_asset SEED FILE [VOXELS]: a small asset for tests that need one as a file. With VOXELS, its
+// grids have at most so many along an axis, and an odd seed gives it a `bvh` object, too.
 #include <cstdio>
 #include <cstdlib>
 
@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
     options.max_voxels = uint32_t(std::max(1, std::atoi(argv[3])));
     options.objects = 1 + uint32_t(seed % 3);
     options.instances = uint32_t(seed % 4);
+    options.bvhs = uint32_t(seed % 2);
   }
   try {
     nif::write_output(argv[2], nif::format::encode(nif::test::random_asset(seed, options)));

@@ -1,0 +1,154 @@
+// Every way to traverse a `bvh` object gives the answer of a loop over its triangles.
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "kernels/reference/bvh_kernel.hpp"
+#include "tests/support/random_bvh.hpp"
+
+namespace nif {
+namespace {
+
+using kernels::Answer;
+using kernels::Segment;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// Trees of all sizes, near the origin of coordinates and far from it.
+struct Trees {
+  std::vector<format::Bvh> bvhs;
+  Trees() {
+    test::Random random(1);
+    for (const uint32_t triangles : {1u, 4u, 5u, 33u, 300u, 2000u})
+      for (const float size : {1.0f, 1e-12f, 1e12f})
+        for (const float centre : {0.0f, 3.0f, 1000.0f})
+          bvhs.push_back(test::random_bvh(random, triangles, centre * size, size));
+  }
+};
+
+TEST(Bvh, IsALoopOverItsTriangles) {
+  uint64_t occluded = 0, rays = 0;
+  test::Random random(2);
+  for (const format::Bvh& bvh : Trees().bvhs) {
+    const kernels::BvhField field = format::field_of(bvh);
+    const int count = bvh.triangles.size() > 1000 ? 3000 : 10'000;
+    for (int i = 0; i < count; ++i) {
+      const Segment segment = test::random_segment(random, field);
+      const Answer expected = test::ask_each_triangle(field, segment),
+                   found = kernels::query_bvh(field, segment);
+      ASSERT_EQ(found.visible, expected.visible) << bvh.triangles.size() << " triangles, ray " << i;
+      ASSERT_EQ(found.certain, expected.certain);
+      ASSERT_EQ(found.logit, expected.logit);
+      ++rays;
+      occluded += !found.visible;
+    }
+  }
+  EXPECT_GT(occluded, rays / 4);
+  EXPECT_LT(occluded, rays - rays / 20);
+}
+
+TEST(Bvh, RaysThatAreNone) {
+  test::Random random(3);
+  const format::Bvh bvh = test::random_bvh(random, 50);
+  const kernels::BvhField field = format::field_of(bvh);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto ask = [&](const Segment& segment) { return kernels::query_bvh(field, segment); };
+  const Segment empty{{0, 0, 0}, {0, 0, 1}, 2, 1};
+  EXPECT_TRUE(ask(empty).visible);
+  EXPECT_TRUE(ask(empty).certain);
+  for (const Segment& none :
+       {Segment{{nan, 0, 0}, {0, 0, 1}, 0, 1}, Segment{{0, kInfinity, 0}, {0, 0, 1}, 0, 1},
+        Segment{{0, 0, 0}, {0, nan, 1}, 0, 1}, Segment{{0, 0, 0}, {0, -kInfinity, 1}, 0, 1},
+        Segment{{0, 0, 0}, {0, 0, 0}, 0, 1}, Segment{{0, 0, 0}, {0, 1e-30f, 0}, 0, 1},
+        Segment{{0, 0, 0}, {1e30f, 0, 1}, 0, 1}, Segment{{0, 0, 0}, {0, 0, 1}, nan, 1},
+        Segment{{0, 0, 0}, {0, 0, 1}, 0, nan}, Segment{{0, 0, 1e30f}, {0, 0, 1}, 0, 1}}) {
+    EXPECT_TRUE(ask(none).visible);
+    EXPECT_FALSE(ask(none).certain);
+    EXPECT_EQ(ask(none).logit, kernels::kCertainLogit);
+  }
+}
+
+TEST(Bvh, NothingLeaksAtEdgesAndVertices) {
+  // A wall of squares, each cut along its diagonal, closed all around any point looked at from the front.
+  test::Soup wall;
+  constexpr uint32_t kSide = 17;
+  test::Random random(4);
+  for (uint32_t y = 0; y < kSide; ++y)
+    for (uint32_t x = 0; x < kSide; ++x)
+      wall.positions.push_back(
+          {static_cast<float>(x) / 3, static_cast<float>(y) / 7, random.between(-0.3f, 0.3f)});
+  for (uint32_t y = 0; y + 1 < kSide; ++y)
+    for (uint32_t x = 0; x + 1 < kSide; ++x) {
+      const uint32_t at = y * kSide + x;
+      wall.triangles.push_back({at, at + 1, at + kSide});
+      wall.triangles.push_back({at + 1, at + kSide + 1, at + kSide});
+    }
+  const format::Bvh bvh = test::RandomTree(wall).pack(random);
+  const kernels::BvhField field = format::field_of(bvh);
+  for (int i = 0; i < 200'000; ++i) {
+    const auto& t = wall.triangles[random.below(uint32_t(wall.triangles.size()))];
+    const auto &p = wall.positions[t[random.below(3)]], &q = wall.positions[t[random.below(3)]];
+    const float share = random.below(2) ? 0.5f : random.unit();
+    Segment segment{{}, {}, 0, kInfinity};
+    for (size_t a = 0; a < 3; ++a) {
+      const float target = p[a] + share * (q[a] - p[a]);
+      segment.origin[a] = a == 2 ? -9.0f : (random.below(2) ? target : target + random.between(-2.0f, 2.0f));
+      segment.direction[a] = target - segment.origin[a];
+    }
+    // Rays to the rim may pass it by.
+    if (p[0] == 0 || p[1] == 0 || q[0] == 0 || q[1] == 0) continue;
+    const float right = wall.positions.back()[0], top = wall.positions.back()[1];
+    if (p[0] == right || q[0] == right || p[1] == top || q[1] == top) continue;
+    ASSERT_FALSE(kernels::query_bvh(field, segment).visible) << i;
+  }
+}
+
+TEST(Bvh, EndsOfTheSegmentBelongToIt) {
+  test::Soup one;
+  one.positions = {{-1, -1, 2}, {1, -1, 2}, {0, 1, 2}};
+  one.triangles = {{0, 1, 2}};
+  test::Random random(5);
+  const format::Bvh bvh = test::RandomTree(one).pack(random);
+  const kernels::BvhField field = format::field_of(bvh);
+  const auto visible = [&](float tmin, float tmax) {
+    return kernels::query_bvh(field, {{0, 0, 0}, {0, 0, 1}, tmin, tmax}).visible;
+  };
+  EXPECT_FALSE(visible(0, 2));
+  EXPECT_TRUE(visible(0, 1.9999999f));
+  EXPECT_FALSE(visible(2, kInfinity));
+  EXPECT_TRUE(visible(2.0000002f, kInfinity));
+  EXPECT_FALSE(visible(2, 2));
+  EXPECT_FALSE(visible(-kInfinity, kInfinity));
+  EXPECT_TRUE(visible(-kInfinity, 0));
+}
+
+/// Asks a kernel batch by batch, and the reference ray by ray.
+void expect_same_bits(const kernels::ObjectKernel& kernel, const kernels::BvhField& field, uint64_t seed) {
+  test::Random random(seed);
+  const auto batch = std::make_unique<kernels::SegmentBatch>();
+  const auto answers = std::make_unique<kernels::AnswerBatch>();
+  for (const uint32_t count : {1u, 7u, kernels::kBatchRays, kernels::kBatchRays}) {
+    std::vector<Segment> segments;
+    batch->count = count;
+    for (uint32_t i = 0; i < count; ++i) {
+      const Segment& s = segments.emplace_back(test::random_segment(random, field));
+      for (int a = 0; a < 3; ++a) batch->origin[a][i] = s.origin[a], batch->direction[a][i] = s.direction[a];
+      batch->tmin[i] = s.tmin, batch->tmax[i] = s.tmax;
+    }
+    kernel.answer(*batch, *answers, nullptr);
+    for (uint32_t i = 0; i < count; ++i) {
+      const Answer expected = kernels::query_bvh(field, segments[i]);
+      ASSERT_EQ(answers->logit[i], expected.logit);
+      ASSERT_EQ(answers->certain[i] != 0, expected.certain);
+    }
+  }
+}
+
+TEST(BvhKernels, SameBits) {
+  for (const format::Bvh& bvh : Trees().bvhs) {
+    const kernels::BvhField field = format::field_of(bvh);
+    expect_same_bits(kernels::ReferenceBvhKernel(field), field, bvh.triangles.size());
+  }
+}
+
+}  // namespace
+}  // namespace nif
