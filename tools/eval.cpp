@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <memory>
 
 #include "bake/report.hpp"
@@ -17,7 +18,8 @@ struct Arguments {
   std::vector<std::string> sets;
   uint64_t rays = 1'000'000, seed = 2;
   uint32_t threads = 0;
-  bool bvh = false, json = false, quiet = false;
+  std::string isa = "auto";
+  bool bvh = false, reference = false, json = false, quiet = false;
 };
 
 struct EmbreeBytes {
@@ -26,6 +28,8 @@ struct EmbreeBytes {
 
 struct Result {
   uint64_t triangles = 0;
+  std::string isa;
+  uint64_t compared = 0, different = 0;  ///< rays also answered by the reference
   NifAssetInfo info{};
   EmbreeBytes embree;
   bake::SetAccuracies sets{};
@@ -35,14 +39,19 @@ struct Result {
 Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets) {
   Result result;
   Progress progress(arguments.quiet);
-  const MeasuredAsset asset(arguments.asset, arguments.mesh, "", progress);
+  const MeasuredAsset asset(arguments.asset, arguments.mesh, "isa=" + arguments.isa, progress);
   const size_t count = asset.objects().size();
   result.info = asset.info();
   result.triangles = asset.triangles();
+  result.isa = asset.device().isa;
+  std::atomic<uint64_t> different{0};
   const std::atomic<bool>& cancel = interruption();
   for (size_t i = 0; i < count; ++i) {
     const bake::Prepared& prepared = asset.objects()[i];
-    const Scene alone = asset.alone(i);
+    const Scene alone = asset.alone(i), reference = asset.alone_by_reference(i);
+    const bake::Answerer answer = arguments.reference
+                                      ? comparing_answerer(alone.handle, reference.handle, different)
+                                      : runtime_answerer(alone.handle);
     const bake::GroundTruth truth(prepared);
     auto& [name, accuracies] = result.objects.emplace_back(asset.name(i), bake::SetAccuracies{});
     const uint64_t rays = std::max<uint64_t>(1, arguments.rays / count);
@@ -51,7 +60,8 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
       progress.update((double(i) + double(s) / double(sets.size())) / double(count),
                       fmt::format("measuring {} on {}", name, bake::name_of(sets[s])));
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), sets[s], rays, arguments.seed);
-      accuracies[size_t(sets[s])] = bake::evaluate(labelled, runtime_answerer(alone.handle));
+      accuracies[size_t(sets[s])] = bake::evaluate(labelled, answer);
+      if (arguments.reference) result.compared += labelled.segments.size();
       result.sets[size_t(sets[s])] += accuracies[size_t(sets[s])];
     }
     if (arguments.bvh) {
@@ -63,6 +73,7 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
           uint64_t(bake::EmbreeScene(positions, triangles, bake::EmbreeBuild::compact).memory().bvh);
     }
   }
+  result.different = different;
   return result;
 }
 
@@ -81,6 +92,8 @@ void print_json(const Arguments& arguments, const Result& result) {
     json["bvh"] = {{"embree_default", {{"bytes", result.embree.standard}}},
                    {"embree_compact", {{"bytes", result.embree.compact}}}};
   }
+  if (arguments.reference)
+    json["reference"] = {{"isa", result.isa}, {"rays", result.compared}, {"different", result.different}};
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
@@ -94,6 +107,9 @@ void print(const Arguments& arguments, const Result& result) {
                format_bytes(double(result.embree.compact)), double(result.embree.compact) / resident);
   }
   fmt::print("\n{}", accuracy_table(result.sets));
+  if (arguments.reference)
+    fmt::print("\n{} of {} rays answered differently by {} and the scalar reference\n", result.different,
+               result.compared, result.isa);
 }
 
 void run(const Arguments& arguments) {
@@ -106,6 +122,9 @@ void run(const Arguments& arguments) {
   } else {
     print(arguments, result);
   }
+  if (result.different != 0)
+    throw Error(Status::internal,
+                fmt::format("{}: {} and the scalar reference disagree", arguments.asset, result.isa));
 }
 
 }  // namespace
@@ -124,6 +143,10 @@ void add_eval(CLI::App& app) {
   command->add_option("-j,--threads", a->threads, "Threads; 0: all")->capture_default_str();
   command->add_flag("--bvh", a->bvh,
                     "Also build Embree's default and compact BVH, and say how many bytes they take");
+  command->add_option("--isa", a->isa, "Instruction set that answers: auto, scalar, sse4, avx2 or avx512")
+      ->capture_default_str();
+  command->add_flag("--reference", a->reference,
+                    "Also ask the scalar reference, and fail where one bit of an answer differs");
   command->add_flag("--json", a->json, "Print the results as one JSON object (nifkit.eval/1)");
   command->add_flag("--quiet", a->quiet, "No progress");
   command->footer("Example: nif eval dragon.nif --mesh dragon.ply.gz --set outer-lines --set segments");

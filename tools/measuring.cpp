@@ -37,6 +37,8 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   device_info_.struct_size = sizeof(device_info_);
   check(nifGetDeviceInfo(device_.handle, &device_info_));
   check(nifLoadAssetFile(device_.handle, asset.c_str(), NIF_LOAD_READ, &asset_.handle));
+  check(nifNewDevice("isa=scalar", nullptr, &reference_device_.handle));
+  check(nifLoadAssetFile(reference_device_.handle, asset.c_str(), NIF_LOAD_READ, &reference_asset_.handle));
   info_.struct_size = sizeof(info_);
   check(nifGetAssetInfo(asset_.handle, &info_));
 
@@ -71,32 +73,75 @@ uint64_t MeasuredAsset::triangles() const {
   return sum;
 }
 
-Scene MeasuredAsset::alone(size_t object) const {
+namespace {
+
+Scene scene_of(const Device& device, const Asset& asset, size_t object) {
   Scene scene;
-  check(nifNewScene(device_.handle, &scene.handle));
-  check(nifAddInstance(scene.handle, asset_.handle, uint32_t(object), nullptr, nullptr));
+  check(nifNewScene(device.handle, &scene.handle));
+  check(nifAddInstance(scene.handle, asset.handle, uint32_t(object), nullptr, nullptr));
   check(nifCommitScene(scene.handle));
   return scene;
 }
 
+/// A query of these segments, without outputs.
+NifQuery query_of(std::span<const kernels::Segment> segments) {
+  const kernels::Segment& first = segments.front();
+  NifQuery query{};
+  query.struct_size = sizeof(query);
+  query.count = segments.size();
+  for (int a = 0; a < 3; ++a) {
+    query.origin[a] = &first.origin[a];
+    query.direction[a] = &first.direction[a];
+  }
+  query.tmin = &first.tmin;
+  query.tmax = &first.tmax;
+  query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride =
+      sizeof(kernels::Segment);
+  return query;
+}
+
+/// The outputs that are promised to be the same bits everywhere.
+struct ExactAnswers {
+  std::vector<uint8_t> visible, certain;
+  std::vector<int32_t> logit;
+  ExactAnswers(NifScene scene, std::span<const kernels::Segment> segments)
+      : visible(segments.size()), certain(segments.size()), logit(segments.size()) {
+    NifQuery query = query_of(segments);
+    query.visible = visible.data();
+    query.certain = certain.data();
+    query.logit = logit.data();
+    check(nifQuery(scene, &query));
+  }
+};
+
+}  // namespace
+
+Scene MeasuredAsset::alone(size_t object) const { return scene_of(device_, asset_, object); }
+
+Scene MeasuredAsset::alone_by_reference(size_t object) const {
+  return scene_of(reference_device_, reference_asset_, object);
+}
+
 bake::Answerer runtime_answerer(NifScene scene) {
   return [scene](std::span<const kernels::Segment> segments, const bake::Answers& answers) {
-    const kernels::Segment& first = segments.front();
-    NifQuery query{};
-    query.struct_size = sizeof(query);
-    query.count = segments.size();
-    for (int a = 0; a < 3; ++a) {
-      query.origin[a] = &first.origin[a];
-      query.direction[a] = &first.direction[a];
-    }
-    query.tmin = &first.tmin;
-    query.tmax = &first.tmax;
-    query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride =
-        sizeof(kernels::Segment);
+    NifQuery query = query_of(segments);
     query.visible = answers.visible;
     query.certain = answers.certain;
     query.probability = answers.probability;
     check(nifQuery(scene, &query));
+  };
+}
+
+bake::Answerer comparing_answerer(NifScene scene, NifScene reference, std::atomic<uint64_t>& different) {
+  return [answer = runtime_answerer(scene), scene, reference, &different](
+             std::span<const kernels::Segment> segments, const bake::Answers& answers) {
+    answer(segments, answers);
+    const ExactAnswers ours(scene, segments), theirs(reference, segments);
+    uint64_t count = 0;
+    for (size_t i = 0; i < segments.size(); ++i)
+      count += ours.visible[i] != theirs.visible[i] || ours.certain[i] != theirs.certain[i] ||
+               ours.logit[i] != theirs.logit[i] || answers.visible[i] != ours.visible[i];
+    different += count;
   };
 }
 

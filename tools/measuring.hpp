@@ -1,6 +1,7 @@
 // What `nif eval` and `nif bench` share: an asset in the runtime beside the mesh that it was baked from.
 #pragma once
 
+#include <atomic>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,10 +45,12 @@ class MeasuredAsset {
   uint64_t triangles() const;
   /// One object, where it lies in its own space.
   Scene alone(size_t object) const;
+  /// The same, answered by the scalar reference.
+  Scene alone_by_reference(size_t object) const;
 
  private:
-  Device device_;
-  Asset asset_;
+  Device device_, reference_device_;
+  Asset asset_, reference_asset_;
   NifDeviceInfo device_info_{};
   NifAssetInfo info_{};
   mesh::Scene scene_;
@@ -57,6 +60,10 @@ class MeasuredAsset {
 
 /// Answers through the runtime. The scene must outlive the answerer.
 bake::Answerer runtime_answerer(NifScene scene);
+
+/// The same, and counts the rays that `reference` answers differently in any bit that is promised to be the
+/// same.
+bake::Answerer comparing_answerer(NifScene scene, NifScene reference, std::atomic<uint64_t>& different);
 
 /// The sets that --set names. Throws Error(usage).
 std::vector<bake::RaySet> parse_sets(const std::vector<std::string>& names);
