@@ -1,19 +1,10 @@
 // The C interface: checks of arguments, then the call, under one wrapper that turns exceptions into codes.
-#define NIF_EXPERIMENTAL
 #include "error.hpp"
 #include "float_environment.hpp"
 #include "query.hpp"
 #include "structure.hpp"
 
 using namespace nif::runtime;
-
-namespace {
-
-[[noreturn]] void not_there(const char* what) {
-  throw Failure(NIF_ERROR_NOT_AVAILABLE, std::string(what) + " is not in this version; nifQuery is");
-}
-
-}  // namespace
 
 extern "C" {
 
@@ -175,9 +166,10 @@ NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_t* bytes
 NifError nifQuery(NifScene scene, const NifQuery* query) {
   return guarded([&] {
     require_argument(scene, "scene");
-    const NifQuery own = read_structure(query, "query");
-    const FloatEnvironment environment;
-    run_query(*scene, own);
+    Request request;
+    request.query = read_structure(query, "query");
+    check_query(*scene, request.query);
+    answer(*scene, request);
   });
 }
 
@@ -186,27 +178,64 @@ NifError nifQueryRay(NifScene scene, const NifRay* ray, uint8_t* visible) {
     require_argument(scene, "scene");
     require_argument(ray, "ray");
     require_argument(visible, "visible");
-    NifQuery query = nifQueryRays(ray, 1);
-    query.visible = visible;
-    const FloatEnvironment environment;
-    run_query(*scene, query);
+    Request request;
+    request.query = nifQueryRays(ray, 1);
+    request.query.visible = visible;
+    check_query(*scene, request.query);
+    answer(*scene, request);
   });
 }
 
-// ---- Experimental
+NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confidence, NifFallback fallback,
+                              void* user) {
+  return guarded([&] {
+    require_argument(scene, "scene");
+    require_argument(reinterpret_cast<const void*>(fallback), "fallback");
+    if (!(confidence >= 0)) refuse_argument("confidence is negative or not a number");
+    Request request;
+    request.query = read_structure(query, "query");
+    request.fallback = fallback;
+    request.fallback_user = user;
+    request.confidence = confidence;
+    check_query(*scene, request.query);
+    answer(*scene, request);
+  });
+}
 
-NifError nifQueryAsync(NifScene, const NifQuery*, NifJob*) {
-  return guarded([] { not_there("nifQueryAsync"); });
+// ---- Jobs
+
+NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job) {
+  return guarded([&] {
+    require_argument(scene, "scene");
+    require_argument(job, "job");
+    Request request;
+    request.query = read_structure(query, "query");
+    check_query(*scene, request.query);
+    *job = start_job(*scene, request);
+  });
 }
-NifError nifWaitJob(NifJob) {
-  return guarded([] { not_there("nifWaitJob"); });
+
+NifError nifWaitJob(NifJob job) {
+  return guarded([&] {
+    require_argument(job, "job");
+    job->device->crew.finish(*job, nullptr);
+  });
 }
-NifError nifIsJobDone(NifJob, uint32_t*) {
-  return guarded([] { not_there("nifIsJobDone"); });
+
+NifError nifIsJobDone(NifJob job, uint32_t* done) {
+  return guarded([&] {
+    require_argument(job, "job");
+    require_argument(done, "done");
+    *done = job->is_done();
+  });
 }
-void nifReleaseJob(NifJob) {}
-NifError nifQueryWithFallback(NifScene, const NifQuery*, float, NifFallback, void*) {
-  return guarded([] { not_there("nifQueryWithFallback"); });
+
+void nifRetainJob(NifJob job) {
+  if (job) job->device->crew.add_handle(*job);
+}
+
+void nifReleaseJob(NifJob job) {
+  if (job) job->device->crew.drop_handle(*job);
 }
 
 }  // extern "C"

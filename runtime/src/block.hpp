@@ -12,8 +12,13 @@ struct Wanted {
       : probability(query.probability != nullptr),
         details(query.probability || query.certain || query.logit) {}
 
-  bool probability;
-  bool details;  ///< more than the visible bit: then a learned "occluded" does not end the search
+  static Wanted everything() { return Wanted(); }
+
+  bool probability = true;
+  bool details = true;  ///< more than the visible bit: then a learned "occluded" does not end the search
+
+ private:
+  Wanted() = default;
 };
 
 /// Reads rays first .. first + count - 1 of the query; count <= kBatchRays.

@@ -5,6 +5,7 @@
 #include <memory_resource>
 #include <string_view>
 
+#include "crew.hpp"
 #include "kernel.hpp"
 #include "nif/nif.h"
 #include "object.hpp"
@@ -45,7 +46,12 @@ struct NifDeviceObject : nif::runtime::Object {
       : configuration(settings),
         own_callbacks(callbacks),
         callback_memory(callbacks),
-        areas(settings.queries, memory()) {}
+        areas(settings.queries, memory()),
+        jobs(settings.threads > 1 ? settings.queries : 0, memory()),
+        free_jobs(uint32_t(jobs.size()), memory()),
+        crew(callbacks.submit ? 0 : settings.threads - 1, memory()) {
+    for (NifJobObject& job : jobs) job.drop();  // nobody refers to them yet
+  }
 
   std::pmr::memory_resource* memory() {
     return own_callbacks.allocate ? &callback_memory : std::pmr::new_delete_resource();
@@ -55,6 +61,9 @@ struct NifDeviceObject : nif::runtime::Object {
   NifDeviceCallbacks own_callbacks;
   nif::runtime::CallbackMemory callback_memory;
   nif::runtime::WorkAreas areas;
+  std::pmr::vector<NifJobObject> jobs;  ///< for queries that return when they are answered
+  nif::runtime::Claims free_jobs;
+  nif::runtime::Crew crew;
 };
 
 namespace nif::runtime {

@@ -1,30 +1,14 @@
-// Answering batches of rays, block by block.
+// Checks what a query asks for, before any ray is read.
 #include "query.hpp"
 
-#include <algorithm>
-
-#include "answer.hpp"
 #include "error.hpp"
+#include "work_area.hpp"
 
 namespace nif::runtime {
-namespace {
-
-void answer_rays(const NifSceneObject& scene, const NifQuery& query) {
-  const ClaimedArea area(scene.device->areas, query.scratch);
-  const Wanted wanted(query);
-  for (uint64_t first = 0; first < query.count; first += kBatchRays) {
-    const auto count = uint32_t(std::min<uint64_t>(kBatchRays, query.count - first));
-    read_rays(query, first, count, (*area).rays);
-    answer_block(scene, wanted, *area);
-    write_answers(query, first, count, *area);
-  }
-}
-
-}  // namespace
 
 uint64_t scratch_bytes(uint64_t count) { return count == 0 ? 0 : sizeof(WorkArea); }
 
-void run_query(const NifSceneObject& scene, const NifQuery& query) {
+void check_query(const NifSceneObject& scene, const NifQuery& query) {
   if (!scene.committed)
     throw Failure(NIF_ERROR_INVALID_OPERATION, "the scene has changed since it was committed, or never was");
   if (query.memory != NIF_HOST && query.memory != NIF_DEVICE)
@@ -45,7 +29,6 @@ void run_query(const NifSceneObject& scene, const NifQuery& query) {
   if (query.scratch && query.scratch_bytes < sizeof(WorkArea))
     refuse_argument("query: scratch has " + std::to_string(query.scratch_bytes) + " bytes of " +
                     std::to_string(sizeof(WorkArea)));
-  answer_rays(scene, query);
 }
 
 }  // namespace nif::runtime

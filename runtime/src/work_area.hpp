@@ -29,6 +29,7 @@ struct alignas(64) WorkArea {
   kernels::AnswerBatch answers;
   float probability[kBatchRays];
   uint8_t visible[kBatchRays];
+  uint64_t fallback_rays[kBatchRays];  ///< numbers within the query
 
   // For scenes of several instances.
   float inverse[3][kBatchRays];  ///< BoxRay

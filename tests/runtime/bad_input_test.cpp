@@ -1,5 +1,4 @@
 // Null pointers, wrong sizes, rays that are none: a documented code or answer each.
-#define NIF_EXPERIMENTAL
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -75,11 +74,11 @@ TEST_F(BadInput, Configurations) {
     return error;
   };
   for (const char* good : {"", "threads=0", "threads=1024", "isa=auto", "isa=scalar", "backend=cpu",
-                           "threads=2,isa=scalar,backend=cpu"})
+                           "threads=2,isa=scalar,backend=cpu", "queries=0", "queries=3,threads=2"})
     EXPECT_EQ(code_of(good), NIF_OK) << good;
   for (const char* bad :
        {"threads", "threads=", "threads=-1", "threads=2x", "threads=1025", "threads=99999999999", "isa=mmx",
-        "backend=vulkan", "speed=11", ",", "threads=1,,", "="})
+        "backend=vulkan", "speed=11", "queries=", "queries=1025", ",", "threads=1,,", "="})
     EXPECT_EQ(code_of(bad), NIF_ERROR_INVALID_ARGUMENT) << bad;
   for (const char* absent : {"isa=neon", "backend=hip"})
     EXPECT_EQ(code_of(absent), NIF_ERROR_NOT_AVAILABLE) << absent;
@@ -311,17 +310,46 @@ TEST_F(BadInput, RaysThatAreNone) {
   query_all(scene_of(asset, 1, turned.data()), noise);
 }
 
-TEST_F(BadInput, WhatIsNotThereYet) {
+TEST_F(BadInput, JobsAndFallbacks) {
   make(7);
-  const NifScene scene = scene_of(load(), 0);
-  NifQuery query = nifQueryRays(nullptr, 0);
+  const NifAsset asset = load();
+  const NifScene scene = scene_of(asset, 0), uncommitted = new_scene();
+  std::vector<NifRay> rays(4);
+  std::vector<uint8_t> visible(4, 7);
+  NifQuery query = nifQueryRays(rays.data(), rays.size());
+  const NifFallback none = [](void*, uint64_t, const uint64_t*, uint8_t*) {};
   NifJob job = nullptr;
-  uint32_t done = 0;
-  EXPECT_EQ(nifQueryAsync(scene, &query, &job), NIF_ERROR_NOT_AVAILABLE);
-  EXPECT_NE(std::strstr(nifGetErrorMessage(), "nifQueryAsync"), nullptr);
-  EXPECT_EQ(nifWaitJob(job), NIF_ERROR_NOT_AVAILABLE);
-  EXPECT_EQ(nifIsJobDone(job, &done), NIF_ERROR_NOT_AVAILABLE);
-  EXPECT_EQ(nifQueryWithFallback(scene, &query, 0.9f, nullptr, nullptr), NIF_ERROR_NOT_AVAILABLE);
+  uint32_t done = 7;
+  EXPECT_EQ(nifQueryAsync(scene, &query, &job), NIF_ERROR_INVALID_ARGUMENT) << "no output";
+  EXPECT_EQ(nifQueryWithFallback(scene, &query, 0.9f, none, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  query.visible = visible.data();
+  EXPECT_EQ(nifQueryAsync(nullptr, &query, &job), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifQueryAsync(scene, nullptr, &job), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifQueryAsync(scene, &query, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifQueryAsync(uncommitted, &query, &job), NIF_ERROR_INVALID_OPERATION);
+  EXPECT_EQ(job, nullptr);
+  EXPECT_EQ(nifWaitJob(nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifIsJobDone(nullptr, &done), NIF_ERROR_INVALID_ARGUMENT);
+  nifRetainJob(nullptr);
+  nifReleaseJob(nullptr);
+  EXPECT_EQ(nifQueryWithFallback(nullptr, &query, 0.9f, none, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifQueryWithFallback(scene, nullptr, 0.9f, none, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifQueryWithFallback(scene, &query, 0.9f, nullptr, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifQueryWithFallback(uncommitted, &query, 0.9f, none, nullptr), NIF_ERROR_INVALID_OPERATION);
+  for (const float confidence : {kNan, -kInf, -0.1f})
+    EXPECT_EQ(nifQueryWithFallback(scene, &query, confidence, none, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  for (const float confidence : {0.0f, 1.0f, kInf})
+    EXPECT_EQ(nifQueryWithFallback(scene, &query, confidence, none, nullptr), NIF_OK);
+
+  // No rays: done at once.
+  query = nifQueryRays(nullptr, 0);
+  EXPECT_EQ(nifQueryWithFallback(scene, &query, 0.9f, none, nullptr), NIF_OK);
+  ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+  EXPECT_EQ(nifIsJobDone(job, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifIsJobDone(job, &done), NIF_OK);
+  EXPECT_EQ(done, 1u);
+  EXPECT_EQ(nifWaitJob(job), NIF_OK);
+  nifReleaseJob(job);
 }
 
 TEST(Errors, NamesArePinned) {

@@ -1,5 +1,4 @@
 /* The header is C99 without extensions, and a C program gets answers through it. */
-#define NIF_EXPERIMENTAL
 #include <nif/nif.h>
 #include <stdio.h>
 #include <string.h>
@@ -14,6 +13,12 @@
 
 enum { kRays = 19 };
 
+static void occlude(void* user, uint64_t count, const uint64_t* indices, uint8_t* answers) {
+  uint64_t k;
+  for (k = 0; k < count; ++k) answers[k] = indices[k] >= kRays;
+  *(uint64_t*)user += count;
+}
+
 int main(int argc, char** argv) {
   NifDevice device = NULL;
   NifAsset asset = NULL;
@@ -24,7 +29,9 @@ int main(int argc, char** argv) {
   NifSceneInfo info = {.struct_size = sizeof(info)};
   NifRay rays[kRays];
   NifQuery query;
-  uint8_t visible[kRays], bits[(kRays + 7) / 8], one;
+  uint8_t visible[kRays], bits[(kRays + 7) / 8], later[kRays], one;
+  uint32_t done = 0;
+  uint64_t bytes = 0, asked = 0;
   int i, axis;
 
   CHECK(argc == 2);
@@ -60,8 +67,19 @@ int main(int argc, char** argv) {
     CHECK(visible[i] == ((bits[i / 8] >> (i % 8)) & 1));
     CHECK(nifQueryRay(scene, &rays[i], &one) == NIF_OK && one == visible[i]);
   }
-  CHECK(nifQueryAsync(scene, &query, &job) == NIF_ERROR_NOT_AVAILABLE);
+  CHECK(nifGetQueryScratchBytes(scene, kRays, &bytes) == NIF_OK && bytes > 0);
+
+  query.visible = later;
+  query.visible_bits = NULL;
+  CHECK(nifQueryAsync(scene, &query, &job) == NIF_OK);
+  CHECK(nifWaitJob(job) == NIF_OK);
+  CHECK(nifIsJobDone(job, &done) == NIF_OK && done == 1);
+  CHECK(memcmp(later, visible, kRays) == 0);
+  nifRetainJob(job);
   nifReleaseJob(job);
+  nifReleaseJob(job);
+  CHECK(nifQueryWithFallback(scene, &query, 2.0f, occlude, &asked) == NIF_OK);
+  for (i = 0; i < kRays; ++i) CHECK(later[i] <= visible[i]);
   nifReleaseScene(scene);
   return 0;
 }

@@ -37,6 +37,23 @@ TEST_F(Wrapper, LoadsAndQueries) {
                  .logit(answers.logit));
   EXPECT_EQ(answers, expected);
   EXPECT_EQ(copy.visible(rays[5]), expected.visible[5] == 1);
+
+  std::vector<uint8_t> later(rays.size());
+  nifkit::Job job = copy.query_async(nifkit::rays(rays).visible(later));
+  const nifkit::Job same = job;
+  job = {};
+  same.wait();
+  EXPECT_TRUE(same.done());
+  EXPECT_EQ(later, expected.visible);
+
+  size_t asked = 0;
+  copy.query_with_fallback(nifkit::rays(rays).visible(later), 2,
+                           [&](std::span<const uint64_t> uncertain, std::span<uint8_t> answers_of_uncertain) {
+                             asked += uncertain.size();
+                             std::ranges::fill(answers_of_uncertain, uint8_t(0));
+                           });
+  EXPECT_EQ(asked, size_t(std::ranges::count(expected.certain, 0)));
+  for (size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(later[i], expected.certain[i] ? expected.visible[i] : 0);
 }
 
 TEST_F(Wrapper, Throws) {

@@ -21,7 +21,8 @@
  * - Thread-safe: calls on different scenes may run at the same time, and so may calls on one device or one
  *   asset. Calls that change a scene (nifAdd..., nifSet..., nifCommitScene) must not overlap with any other
  *   call on the same scene. Any number of threads may query one committed scene.
- * - It may allocate, through the device's allocator. Queries never allocate.
+ * - It may allocate, through the device's allocator. Queries never allocate, but for the job of
+ * nifQueryAsync.
  * - Pointers handed out belong to nifkit and live as long as the object that they were asked of.
  * - The caller's floating-point environment (rounding, flushing of denormals, exception flags) has no
  *   influence on any result and is left as it was.
@@ -104,7 +105,8 @@ typedef struct NifSceneObject* NifScene;
 typedef void (*NifTask)(void* argument, uint64_t index);
 
 /* What a program may bring itself. Null members mean nifkit's own. Callbacks may be called from any thread
- * that calls nifkit, at the same time, until the device is destroyed; they must not throw or call nifkit. */
+ * that calls nifkit and from the device's own, at the same time, until the device is destroyed; they must not
+ * throw or call nifkit. */
 typedef struct NifDeviceCallbacks {
   uint64_t struct_size;
   void* user; /* passed to each callback */
@@ -114,15 +116,19 @@ typedef struct NifDeviceCallbacks {
   void* (*allocate)(void* user, uint64_t bytes, uint64_t alignment);
   void (*deallocate)(void* user, void* memory, uint64_t bytes, uint64_t alignment);
 
-  /* Calls task(argument, i) once for each i in 0 .. count - 1, on any threads, in any order, now or later.
-   * May return before they have run. In this version queries run on the thread that calls them, and this is
-   * not called. */
+  /* The caller's task runner, in place of threads of the device's own. Calls task(argument, i) once for each
+   * i in 0 .. count - 1, on any threads, in any order, now or later, and may return before they have run;
+   * count is less than the device's threads, or as many for nifQueryAsync. No query waits for a task that has
+   * not begun: tasks that begin too late find nothing to do. But each must be run at some time, because the
+   * device lives until then. Tasks need stack as nifQuery. */
   void (*submit)(void* user, NifTask task, void* argument, uint64_t count);
 } NifDeviceCallbacks;
 
 /* Creates a device. `config` is null or text such as "threads=2,isa=avx2,backend=cpu":
- *   threads=N   at most N threads for one query, 0 for all that the machine has (default 1).
- *               In this version every query runs on the calling thread, whatever N.
+ *   threads=N   at most N threads for one query, 0 for all that the machine has (default 1): the calling
+ *               thread and N - 1 that the device starts here and ends when it is destroyed, or tasks of
+ *               `submit`. Batches of fewer than 2,048 rays stay on the calling thread. Answers are the same
+ *               bits with any number.
  *   queries=N   so many queries can run at the same time without scratch of their own; more wait for one
  *               of these to end. The device keeps nifGetQueryScratchBytes for each; with the system's
  *               allocator only what is used takes memory. 0 for the machine's threads (default); never less
@@ -341,8 +347,9 @@ typedef struct NifQuery {
 
   NifMemory memory; /* where the arrays are */
   uint32_t reserved;
-  /* Memory for the calling thread to work in, of at least nifGetQueryScratchBytes bytes, aligned to 64; free
-   * for other use afterwards. Null: the device's, see queries=N. */
+  /* Memory for the calling thread to work in (other threads of the device use their own), of at least
+   * nifGetQueryScratchBytes bytes, aligned to 64; free for other use afterwards. Null: the device's, see
+   * queries=N. */
   void* scratch;
   uint64_t scratch_bytes;
   void* stream; /* hipStream_t or cudaStream_t to run on; null on the CPU */
@@ -382,33 +389,48 @@ static inline NifQuery nifQueryRays(const NifRay* rays, uint64_t count) {
   return query;
 }
 
-/* ---- Experimental ------------------------------------------------------------------------------------ */
+/* ---- Exact answers for uncertain rays ---------------------------------------------------------------- */
 
-/* Calls whose form may still change. Define NIF_EXPERIMENTAL before including this header to have them.
- * In this version each returns NIF_ERROR_NOT_AVAILABLE. */
-#ifdef NIF_EXPERIMENTAL
-
-typedef struct NifJobObject* NifJob;
-
-/* Starts a query on the device's threads or task runner and returns. The query's arrays and the scene must
- * stay as they are until the job is done; the structure itself is copied. */
-NIF_API NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job);
-/* Waits, helping where it can, and returns the query's code. Thread-safe. */
-NIF_API NifError nifWaitJob(NifJob job);
-/* *done receives 1 or 0, without waiting. Thread-safe. */
-NIF_API NifError nifIsJobDone(NifJob job, uint32_t* done);
-/* Releasing does not wait; null is fine. */
-NIF_API void nifReleaseJob(NifJob job);
-
-/* Exact answers for some rays: sets visible[k] to 1 or 0 for ray rays[k] of the query, k = 0 .. count - 1. */
+/* Exact answers, e.g. by a triangle BVH: sets visible[k] to 1 or 0 for ray rays[k] of the query, k = 0 ..
+ * count - 1; count is 1 to 1024, rays ascend. On entry visible[k] is the learned answer. Runs on every thread
+ * that works on the query, at the same time where there are several, in the default floating-point
+ * environment. It must not throw or query on the same device, and needs what stack it needs besides
+ * nifQuery's. */
 typedef void (*NifFallback)(void* user, uint64_t count, const uint64_t* rays, uint8_t* visible);
 
-/* As nifQuery, then hands the rays that are not certain and whose probability p has max(p, 1 - p) <
- * confidence to the fallback, in batches, and replaces their answers. */
+/* As nifQuery, and hands the rays that are neither certain nor have a probability p with max(p, 1 - p) >=
+ * confidence to the fallback, in batches. Its answers replace the learned ones in all outputs, as certain
+ * ones: probability 0 or 1, certain 1, logit -NIF_LOGIT_CERTAIN or NIF_LOGIT_CERTAIN. confidence: 0.5 or less
+ * hands over none, more than 1 every ray that is not certain; negative or NaN: NIF_ERROR_INVALID_ARGUMENT.
+ * `user` is passed on. Allocates nothing. */
 NIF_API NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confidence,
                                       NifFallback fallback, void* user);
 
-#endif /* NIF_EXPERIMENTAL */
+/* ---- Asynchronous queries ---------------------------------------------------------------------------- */
+
+/* A query that others answer. Reference-counted, as all handles. */
+typedef struct NifJobObject* NifJob;
+
+/* Starts a query and returns. The query's arrays and the scene must stay as they are until the job is done;
+ * the structure itself is copied, its scratch not used. It is checked at once, as by nifQuery, and there is
+ * no job where that fails. Who answers it: the caller's task runner, where the device has one; else the
+ * device's own threads, of which there are threads - 1; with threads=1 the calling thread, before this
+ * returns. The one query that allocates: the job, from the device's allocator. */
+NIF_API NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job);
+
+/* Helps with what nobody has started on, then waits until the job is done. So it returns even where a task
+ * runner never runs its tasks. Returns the query's code. Thread-safe; allocates nothing; needs stack as
+ * nifQuery. */
+NIF_API NifError nifWaitJob(NifJob job);
+
+/* *done receives 1 or 0, without waiting; what the job wrote is then visible to the calling thread.
+ * Thread-safe; allocates nothing. */
+NIF_API NifError nifIsJobDone(NifJob job, uint32_t* done);
+
+/* The job keeps its scene until it is done and its device until all tasks of the caller's runner have run.
+ * Releasing does not wait for it, nor end it. */
+NIF_API void nifRetainJob(NifJob job);
+NIF_API void nifReleaseJob(NifJob job);
 
 #ifdef __cplusplus
 }

@@ -14,10 +14,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 namespace nifkit {
@@ -152,6 +154,19 @@ class Query {
   NifQuery query_;
 };
 
+/// A query that others answer. Its arrays and the scene must stay as they are until it is done.
+class Job : public Handle<NifJob, nifRetainJob, nifReleaseJob> {
+ public:
+  using Handle::Handle;
+  /// Helps, and returns when the job is done.
+  void wait() const { check(nifWaitJob(pointer_)); }
+  bool done() const {
+    uint32_t done = 0;
+    check(nifIsJobDone(pointer_, &done));
+    return done != 0;
+  }
+};
+
 inline Query rays(std::span<const NifRay> rays) { return Query(nifQueryRays(rays.data(), rays.size())); }
 
 class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
@@ -178,6 +193,23 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
   }
 
   void query(const Query& query) const { check(nifQuery(pointer_, &query.get())); }
+  /// The job does not wait when it is destroyed: wait() for it before the arrays go.
+  [[nodiscard]] Job query_async(const Query& query) const {
+    NifJob job = nullptr;
+    check(nifQueryAsync(pointer_, &query.get(), &job));
+    return Job(job);
+  }
+  /// `fallback(rays, visible)` sets visible[k] for ray rays[k] of the query; it must not throw, and is called
+  /// by several threads at the same time where the device has several.
+  template <class Fallback>
+  void query_with_fallback(const Query& query, float confidence, Fallback&& fallback) const {
+    const NifFallback call = [](void* user, uint64_t count, const uint64_t* rays, uint8_t* visible) {
+      (*static_cast<std::remove_reference_t<Fallback>*>(user))(std::span(rays, count),
+                                                               std::span(visible, count));
+    };
+    check(nifQueryWithFallback(pointer_, &query.get(), confidence, call,
+                               const_cast<void*>(static_cast<const void*>(std::addressof(fallback)))));
+  }
   bool visible(const NifRay& ray) const {
     uint8_t visible = 0;
     check(nifQueryRay(pointer_, &ray, &visible));

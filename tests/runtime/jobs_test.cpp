@@ -1,0 +1,342 @@
+// Queries that several threads answer, with threads of the device's own and with the caller's task runner:
+// the same answers, nothing allocated, and an end whatever the runner does. Meant for the thread sanitizer,
+// too.
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "tests/runtime/runtime_fixture.hpp"
+
+namespace nif::test {
+namespace {
+
+/// An allocator that any thread may use, and that knows what is still allocated.
+struct Allocations {
+  std::atomic<int64_t> live = 0, calls = 0;
+
+  void install(NifDeviceCallbacks& callbacks) {
+    callbacks.user = this;
+    callbacks.allocate = [](void* user, uint64_t bytes, uint64_t alignment) -> void* {
+      auto& self = *static_cast<Allocations*>(user);
+      ++self.live, ++self.calls;
+      return std::aligned_alloc(std::max<uint64_t>(alignment, 64), (bytes + 63) / 64 * 64);
+    };
+    callbacks.deallocate = [](void* user, void* memory, uint64_t, uint64_t) {
+      --static_cast<Allocations*>(user)->live;
+      std::free(memory);
+    };
+  }
+};
+
+/// A task runner of the caller's.
+struct Runner : Allocations {
+  enum class When { never, inside, later, on_threads };
+  struct Given {
+    NifTask task;
+    void* argument;
+    uint64_t index;
+  };
+
+  explicit Runner(When what) : when(what) {
+    if (when == When::on_threads)
+      for (int i = 0; i < 2; ++i) threads.emplace_back([this] { work(); });
+  }
+  ~Runner() {
+    {
+      const std::lock_guard lock(mutex);
+      stopping = true;
+    }
+    wake.notify_all();
+    for (std::thread& thread : threads) thread.join();
+  }
+
+  NifDeviceCallbacks callbacks() {
+    auto result = nifkit::sized<NifDeviceCallbacks>();
+    install(result);
+    result.user = static_cast<Allocations*>(this);
+    result.submit = [](void* user, NifTask task, void* argument, uint64_t count) {
+      auto& self = *static_cast<Runner*>(static_cast<Allocations*>(user));
+      self.submitted += count;
+      for (uint64_t i = 0; i < count; ++i) {
+        if (self.when == When::inside) {
+          task(argument, i);
+          continue;
+        }
+        const std::lock_guard lock(self.mutex);
+        self.given.push_back({task, argument, i});
+      }
+      self.wake.notify_all();
+    };
+    return result;
+  }
+  void run_what_was_given() {
+    for (; !given.empty(); given.pop_front()) given[0].task(given[0].argument, given[0].index);
+  }
+  void work() {
+    std::unique_lock lock(mutex);
+    for (;;) {
+      wake.wait(lock, [&] { return stopping || !given.empty(); });
+      if (given.empty()) return;
+      const Given next = given.front();
+      given.pop_front();
+      lock.unlock();
+      next.task(next.argument, next.index);
+      lock.lock();
+    }
+  }
+
+  When when;
+  std::atomic<uint64_t> submitted = 0;
+  std::mutex mutex;
+  std::condition_variable wake;
+  std::deque<Given> given;
+  std::vector<std::thread> threads;
+  bool stopping = false;
+};
+
+class ThreadJobs : public RuntimeTest {
+ protected:
+  void SetUp() override {
+    RuntimeTest::SetUp();
+    const format::AssetView& view = make(1);
+    Random random(1);
+    rays_ = random_rays(random, view.objects[0].field, 20001);
+    expected_ = std::make_unique<Answers>(query_all(whole_asset(load()), rays_));
+  }
+  /// The asset's own instances, of a device of the test's.
+  NifScene whole_asset(NifAsset asset) {
+    const NifScene scene = new_scene();
+    EXPECT_EQ(nifAddAsset(scene, asset, nullptr, nullptr, nullptr), NIF_OK);
+    EXPECT_EQ(nifCommitScene(scene), NIF_OK);
+    return scene;
+  }
+  /// The same scene on another device, which it alone keeps alive.
+  NifScene scene_on(const char* config, const NifDeviceCallbacks* callbacks) {
+    NifDevice device = nullptr;
+    NifAsset asset = nullptr;
+    NifScene scene = nullptr;
+    EXPECT_EQ(nifNewDevice(config, callbacks, &device), NIF_OK) << nifGetErrorMessage();
+    EXPECT_EQ(nifLoadAssetMemory(device, file_.data(), file_.size(), NIF_MEMORY_COPY, &asset), NIF_OK);
+    EXPECT_EQ(nifNewScene(device, &scene), NIF_OK);
+    EXPECT_EQ(nifAddAsset(scene, asset, nullptr, nullptr, nullptr), NIF_OK);
+    EXPECT_EQ(nifCommitScene(scene), NIF_OK);
+    nifReleaseAsset(asset);
+    nifReleaseDevice(device);
+    return scene;
+  }
+  NifQuery query_of(Answers& answers, size_t count) const {
+    NifQuery query = nifQueryRays(rays_.data(), count);
+    answers.ask(query);
+    return query;
+  }
+
+  std::vector<NifRay> rays_;
+  std::unique_ptr<Answers> expected_;
+};
+
+TEST_F(ThreadJobs, AnyNumberOfThreadsSaysTheSame) {
+  for (const char* config : {"threads=2", "threads=3", "threads=7,queries=9"}) {
+    const NifScene scene = scene_on(config, nullptr);
+    for (int round = 0; round < 5; ++round) EXPECT_EQ(query_all(scene, rays_), *expected_);
+    for (const size_t count : {1, 7, 2047, 2048, 2049, 5000, 10007}) {
+      Answers answers(count);
+      NifQuery query = query_of(answers, count);
+      ASSERT_EQ(nifQuery(scene, &query), NIF_OK);
+      EXPECT_TRUE(std::equal(answers.logit.begin(), answers.logit.end(), expected_->logit.begin()));
+      EXPECT_TRUE(std::equal(answers.certain.begin(), answers.certain.end(), expected_->certain.begin()));
+      EXPECT_TRUE(std::equal(answers.bits.begin(), answers.bits.end() - 1, expected_->bits.begin()));
+    }
+    nifReleaseScene(scene);
+  }
+}
+
+TEST_F(ThreadJobs, QueriesAllocateNothing) {
+  Allocations memory;
+  auto callbacks = nifkit::sized<NifDeviceCallbacks>();
+  memory.install(callbacks);
+  const NifScene scene = scene_on("threads=3", &callbacks);
+  Answers answers(rays_.size());
+  NifQuery query = query_of(answers, rays_.size());
+  const int64_t before = memory.calls;
+  ASSERT_EQ(nifQuery(scene, &query), NIF_OK);
+  EXPECT_EQ(memory.calls, before);
+  NifJob job = nullptr;
+  ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+  ASSERT_EQ(nifWaitJob(job), NIF_OK);
+  EXPECT_EQ(memory.calls, before + 1) << "the job";
+  EXPECT_EQ(answers, *expected_);
+  nifReleaseJob(job);
+  nifReleaseScene(scene);
+  EXPECT_EQ(memory.live, 0) << "all is gone as soon as the last reference is";
+}
+
+TEST_F(ThreadJobs, Asynchronous) {
+  for (const char* config : {"threads=1", "threads=2", "threads=4"}) {
+    const NifScene scene = scene_on(config, nullptr);
+    constexpr size_t kJobs = 5;
+    std::vector<Answers> answers(kJobs, Answers(rays_.size()));
+    NifJob jobs[kJobs];
+    for (size_t k = 0; k < kJobs; ++k) {
+      NifQuery query = query_of(answers[k], rays_.size());
+      ASSERT_EQ(nifQueryAsync(scene, &query, &jobs[k]), NIF_OK);
+    }
+    // The first two by asking, the others by waiting, the last from two threads.
+    for (size_t k = 0; k < 2; ++k) {
+      for (uint32_t done = 0; !done; std::this_thread::yield())
+        ASSERT_EQ(nifIsJobDone(jobs[k], &done), NIF_OK);
+      EXPECT_EQ(answers[k], *expected_);
+    }
+    std::thread other([&] { EXPECT_EQ(nifWaitJob(jobs[kJobs - 1]), NIF_OK); });
+    for (size_t k = 2; k < kJobs; ++k) {
+      ASSERT_EQ(nifWaitJob(jobs[k]), NIF_OK);
+      EXPECT_EQ(answers[k], *expected_);
+    }
+    other.join();
+    for (const NifJob job : jobs) nifReleaseJob(job);
+    nifReleaseScene(scene);
+  }
+}
+
+TEST_F(ThreadJobs, EverythingReleasedBeforeItIsDone) {
+  Allocations memory;
+  auto callbacks = nifkit::sized<NifDeviceCallbacks>();
+  memory.install(callbacks);
+  for (int round = 0; round < 10; ++round) {
+    Answers answers(rays_.size());
+    NifQuery query = query_of(answers, rays_.size());
+    const NifScene scene = scene_on("threads=3", &callbacks);
+    NifJob job = nullptr;
+    ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+    nifReleaseJob(job);
+    nifReleaseScene(scene);
+    // The device's own threads end the job, and with it scene and device.
+    while (memory.live != 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(answers, *expected_);
+  }
+}
+
+TEST_F(ThreadJobs, ManyCallersShareTheThreads) {
+  const NifScene scene = scene_on("threads=2,queries=2", nullptr);
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> callers;
+  for (int t = 0; t < 5; ++t)
+    callers.emplace_back([&, t] {
+      for (int round = 0; round < 4; ++round) {
+        Answers answers(rays_.size());
+        NifQuery query = query_of(answers, rays_.size());
+        if ((t + round) % 2) {
+          wrong += nifQuery(scene, &query) != NIF_OK;
+        } else {
+          NifJob job = nullptr;
+          wrong += nifQueryAsync(scene, &query, &job) != NIF_OK;
+          wrong += nifWaitJob(job) != NIF_OK;
+          nifReleaseJob(job);
+        }
+        wrong += !(answers == *expected_);
+      }
+    });
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(wrong, 0);
+  nifReleaseScene(scene);
+}
+
+TEST_F(ThreadJobs, ScratchOfTheCaller) {
+  const NifScene scene = scene_on("threads=2,queries=2", nullptr);
+  uint64_t bytes = 0;
+  ASSERT_EQ(nifGetQueryScratchBytes(scene, rays_.size(), &bytes), NIF_OK);
+  EXPECT_LT(bytes, uint64_t(1) << 20);
+  std::vector<std::thread> callers;
+  std::atomic<int> wrong = 0;
+  for (int t = 0; t < 4; ++t)
+    callers.emplace_back([&] {
+      void* scratch = std::aligned_alloc(64, (bytes + 63) / 64 * 64);
+      Answers answers(rays_.size());
+      NifQuery query = query_of(answers, rays_.size());
+      query.scratch = scratch;
+      query.scratch_bytes = bytes;
+      wrong += nifQuery(scene, &query) != NIF_OK;
+      wrong += !(answers == *expected_);
+      std::free(scratch);
+    });
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(wrong, 0);
+  nifReleaseScene(scene);
+}
+
+TEST_F(ThreadJobs, RunnersOfTheCaller) {
+  using When = Runner::When;
+  for (const When when : {When::never, When::inside, When::later, When::on_threads}) {
+    SCOPED_TRACE(int(when));
+    Runner runner(when);
+    const NifDeviceCallbacks callbacks = runner.callbacks();
+    const NifScene scene = scene_on("threads=3", &callbacks);
+    EXPECT_EQ(query_all(scene, rays_), *expected_);
+    EXPECT_EQ(runner.submitted, 2u) << "the calling thread works, too";
+    const int64_t before = runner.calls;
+    for (int round = 0; round < 30; ++round)  // more than the device has ready where tasks never run
+      EXPECT_EQ(query_all(scene, rays_), *expected_);
+    EXPECT_EQ(runner.calls, before);
+
+    Answers answers(rays_.size());
+    NifQuery query = query_of(answers, rays_.size());
+    NifJob job = nullptr;
+    ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+    uint32_t done = 7;
+    ASSERT_EQ(nifIsJobDone(job, &done), NIF_OK);
+    if (when == When::inside) {
+      EXPECT_EQ(done, 1u);
+    }
+    if (when == When::never || when == When::later) {
+      EXPECT_EQ(done, 0u);
+    }
+    ASSERT_EQ(nifWaitJob(job), NIF_OK);
+    EXPECT_EQ(answers, *expected_);
+    nifReleaseJob(job);
+    nifReleaseScene(scene);
+    if (when == When::later || when == When::never) {
+      EXPECT_GT(runner.live, 0) << "tasks that have not run keep their device";
+      runner.run_what_was_given();  // finds nothing to do
+    }
+    while (when == When::on_threads && runner.live != 0) std::this_thread::yield();
+    EXPECT_EQ(runner.live, 0);
+  }
+}
+
+TEST_F(ThreadJobs, RunnerAfterEverythingIsReleased) {
+  Runner runner(Runner::When::later);
+  const NifDeviceCallbacks callbacks = runner.callbacks();
+  const NifScene scene = scene_on("threads=3", &callbacks);
+  Answers answers(rays_.size());
+  NifQuery query = query_of(answers, rays_.size());
+  NifJob job = nullptr;
+  ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+  nifReleaseJob(job);
+  nifReleaseScene(scene);
+  runner.run_what_was_given();
+  EXPECT_EQ(answers, *expected_);
+  EXPECT_EQ(runner.live, 0);
+}
+
+TEST_F(ThreadJobs, RunnerOfOneThread) {
+  // threads=1: queries do not leave their thread, asynchronous ones are one task.
+  Runner runner(Runner::When::on_threads);
+  const NifDeviceCallbacks callbacks = runner.callbacks();
+  const NifScene scene = scene_on("threads=1", &callbacks);
+  EXPECT_EQ(query_all(scene, rays_), *expected_);
+  EXPECT_EQ(runner.submitted, 0u);
+  Answers answers(rays_.size());
+  NifQuery query = query_of(answers, rays_.size());
+  NifJob job = nullptr;
+  ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+  for (uint32_t done = 0; !done; std::this_thread::yield()) ASSERT_EQ(nifIsJobDone(job, &done), NIF_OK);
+  EXPECT_EQ(runner.submitted, 1u);
+  EXPECT_EQ(answers, *expected_);
+  nifReleaseJob(job);
+  nifReleaseScene(scene);
+}
+
+}  // namespace
+}  // namespace nif::test
