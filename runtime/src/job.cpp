@@ -13,8 +13,8 @@ namespace {
 /// Waking a thread takes about as long as answering a block: queries of fewer rays stay on their thread.
 constexpr uint64_t kWorthSharing = 2 * kBatchRays;
 
-/// Blocks of several threads may be smaller, so that all end at about the same time, but not so small that the
-/// kernels' ends of batches count.
+/// Blocks of several threads may be smaller, so that all end at about the same time, but not so small that
+/// the kernels' ends of batches count.
 constexpr uint64_t kSmallestBlock = 256, kBlocksOfAThread = 8;
 
 uint32_t block_size(uint64_t rays, uint32_t threads) {

@@ -9,7 +9,8 @@
 namespace nif::runtime {
 namespace {
 
-/// Hands over the block's rays that are neither certain nor confident enough, and takes the answers as proven.
+/// Hands over the block's rays that are neither certain nor confident enough, and takes the answers as
+/// proven.
 void ask_fallback(const Request& request, uint64_t first, WorkArea& area) {
   uint32_t asked = 0;
   for (uint32_t i = 0; i < area.rays.count; ++i) {
