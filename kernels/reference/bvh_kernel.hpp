@@ -6,6 +6,17 @@
 
 namespace nif::kernels {
 
+inline Segment segment_of(const SegmentBatch& batch, uint32_t i) {
+  Segment segment;
+  for (int a = 0; a < 3; ++a) {
+    segment.origin[a] = batch.origin[a][i];
+    segment.direction[a] = batch.direction[a][i];
+  }
+  segment.tmin = batch.tmin[i];
+  segment.tmax = batch.tmax[i];
+  return segment;
+}
+
 class ReferenceBvhKernel final : public ObjectKernel {
  public:
   /// The field's memory must outlive the kernel.
@@ -19,17 +30,6 @@ class ReferenceBvhKernel final : public ObjectKernel {
     }
   }
   size_t resident_bytes() const override { return 0; }
-
-  static Segment segment_of(const SegmentBatch& batch, uint32_t i) {
-    Segment segment;
-    for (int a = 0; a < 3; ++a) {
-      segment.origin[a] = batch.origin[a][i];
-      segment.direction[a] = batch.direction[a][i];
-    }
-    segment.tmin = batch.tmin[i];
-    segment.tmax = batch.tmax[i];
-    return segment;
-  }
 
  private:
   BvhField field_;

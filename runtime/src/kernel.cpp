@@ -5,6 +5,7 @@
 #include "kernels/reference/segment_kernel.hpp"
 #include "object.hpp"
 #ifdef NIF_HAS_SIMD
+#include "kernels/cpu/bvh_kernel.hpp"
 #include "kernels/cpu/segment_kernel.hpp"
 #endif
 
@@ -39,8 +40,9 @@ Isa best_isa() {
 }
 
 KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::memory_resource* memory) {
-  if (object.encoding == format::kBvh) return hold<kernels::ReferenceBvhKernel>(memory, object.bvh);
 #ifdef NIF_HAS_SIMD
+  if (object.encoding == format::kBvh && isa != Isa::scalar)
+    return hold<kernels::cpu::SimdBvhKernel>(memory, object.bvh, kernels::cpu::Isa(int(isa) - 1));
   const uint64_t voxels = uint64_t(object.field.voxels[0]) * object.field.voxels[1] * object.field.voxels[2];
   if (isa != Isa::scalar && voxels <= kernels::cpu::kMaxGridVoxels)
     return hold<kernels::cpu::SimdSegmentKernel>(memory, object.field, kernels::cpu::Isa(int(isa) - 1),
@@ -48,6 +50,7 @@ KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::m
 #else
   (void)isa;
 #endif
+  if (object.encoding == format::kBvh) return hold<kernels::ReferenceBvhKernel>(memory, object.bvh);
   return hold<kernels::ReferenceSegmentKernel>(memory, object.field);
 }
 
