@@ -31,8 +31,14 @@ static_assert(sizeof(Scratch) <= kKernelScratchBytes);
 /// Takes what the walk leaves open.
 class Rest {
  public:
-  Rest(const SegmentField& field, const SegmentBatch& batch, Scratch& scratch, AnswerBatch& answers)
-      : field_(field), batch_(batch), pending_(scratch.pending), inputs_(scratch.inputs), answers_(answers) {
+  Rest(const SegmentField& field, const FeatureGrid& features, const SegmentBatch& batch, Scratch& scratch,
+       AnswerBatch& answers)
+      : field_(field),
+        features_(features),
+        batch_(batch),
+        pending_(scratch.pending),
+        inputs_(scratch.inputs),
+        answers_(answers) {
     pending_.count = 0;
   }
 
@@ -81,21 +87,22 @@ class Rest {
   }
 
   void flush() {
-    if (pending_.count != 0) answer_pending(field_, pending_, inputs_, answers_);
+    if (pending_.count != 0) answer_pending(field_, features_, pending_, inputs_, answers_);
   }
 
  private:
   const SegmentField& field_;
+  const FeatureGrid& features_;
   const SegmentBatch& batch_;
   Pending& pending_;
   NetworkInputs& inputs_;
   AnswerBatch& answers_;
 };
 
-void answer_segments(const SegmentField& field, const WalkGrid& grid, const SegmentBatch& batch,
-                     AnswerBatch& answers, void* memory) {
+void answer_segments(const SegmentField& field, const WalkGrid& grid, const FeatureGrid& features,
+                     const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
   Scratch& scratch = *static_cast<Scratch*>(memory);
-  Rest rest(field, batch, scratch, answers);
+  Rest rest(field, features, batch, scratch, answers);
   // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
   constexpr uint32_t kFewRays = 2;
   if (batch.count <= kFewRays) {
@@ -115,8 +122,8 @@ HWY_AFTER_NAMESPACE();
 namespace nif::kernels::cpu {
 namespace {
 
-using AnswerSegments = void (*)(const SegmentField&, const WalkGrid&, const SegmentBatch&, AnswerBatch&,
-                                void*);
+using AnswerSegments = void (*)(const SegmentField&, const WalkGrid&, const FeatureGrid&, const SegmentBatch&,
+                                AnswerBatch&, void*);
 
 /// Null where this build or this machine has none.
 AnswerSegments kernel_for(Isa isa) {
@@ -156,10 +163,10 @@ AnswerSegments kernel_for(Isa isa) {
 bool available(Isa isa) { return kernel_for(isa) != nullptr; }
 
 SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, Isa isa, std::pmr::memory_resource* memory)
-    : field_(field), grid_(field, memory), answer_(kernel_for(isa)) {}
+    : field_(field), grid_(field, memory), features_(field, memory), answer_(kernel_for(isa)) {}
 
 void SimdSegmentKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
-  answer_(field_, grid_, batch, answers, scratch);
+  answer_(field_, grid_, features_, batch, answers, scratch);
 }
 
 }  // namespace nif::kernels::cpu

@@ -3,6 +3,7 @@
 
 #include <memory_resource>
 
+#include "kernels/cpu/feature_grid.hpp"
 #include "kernels/cpu/walk_grid.hpp"
 #include "kernels/object_kernel.hpp"
 
@@ -20,12 +21,14 @@ class SimdSegmentKernel final : public ObjectKernel {
   SimdSegmentKernel(const SegmentField& field, Isa isa, std::pmr::memory_resource* memory);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
-  size_t resident_bytes() const override { return grid_.codes.capacity() * sizeof(grid_.codes[0]); }
+  size_t resident_bytes() const override { return grid_.resident_bytes() + features_.resident_bytes(); }
 
  private:
-  using Answer = void (*)(const SegmentField&, const WalkGrid&, const SegmentBatch&, AnswerBatch&, void*);
+  using Answer = void (*)(const SegmentField&, const WalkGrid&, const FeatureGrid&, const SegmentBatch&,
+                          AnswerBatch&, void*);
   SegmentField field_;
   WalkGrid grid_;
+  FeatureGrid features_;
   Answer answer_;
 };
 

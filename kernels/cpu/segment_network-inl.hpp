@@ -8,6 +8,7 @@
 #define NIF_SEGMENT_NETWORK_INL
 #endif
 
+#include "kernels/cpu/feature_grid.hpp"
 #include "kernels/cpu/segment_walk-inl.hpp"
 #include "kernels/reference/samples.hpp"
 
@@ -26,12 +27,18 @@ struct Pending {
   uint32_t count;
 };
 
+/// Voxels whose corners are fetched in one go: of all points of all lanes, wherever one differs from the
+/// last.
+inline constexpr uint32_t kMaxVisits = kMaxSamples * kLanes;
+
 /// What the reference calls a Placement and inputs, for all lanes.
 struct NetworkInputs {
-  alignas(64) int32_t voxel[3][kMaxSamples][kLanes];
-  int32_t fraction[3][kMaxSamples][kLanes];
-  uint32_t corners[4][kLanes];  ///< features of one point's voxel: x and x + 1 of a row along x, F = 2 each
-  uint32_t inputs[kMaxInputs / 4][kLanes];  ///< four to a word
+  alignas(64) int32_t voxel[kMaxSamples][kLanes];  ///< x + 2^10 y + 2^20 z
+  int32_t fraction[kMaxSamples][kLanes];           ///< x + 2^8 y + 2^16 z, 0..128 each
+  int32_t visits[kMaxVisits + kLanes];             ///< voxels, in the order of points and then lanes
+  uint32_t visited[4][kMaxVisits + kLanes];        ///< of each: features at x and x + 1 of a row along x
+  uint32_t corners[4][kLanes];                     ///< the same of each lane's current voxel
+  uint32_t inputs[kMaxInputs / 4][kLanes];         ///< four to a word
   uint32_t hidden[2][kMaxWidth / 4][kLanes];
 };
 
@@ -103,34 +110,43 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
 
   const auto surface_t = hn::Load(d, rays.surface_t);
   const auto spacing = hn::Div(surface_t, hn::Set(d, float(count)));
-  const auto last_run = hn::Sub(hn::Load(di, rays.run_count), hn::Set(di, 1));
-  auto run = hn::Zero(di);
-  auto run_start = zero, begin = hn::Load(d, rays.begin[0]), end = hn::Load(d, rays.end[0]);
+  // Where each run starts, by arc length, added up as the reference does. It comes to the point s in the last
+  // run that starts before s, because no run's length is negative.
+  const auto run_count = hn::Load(di, rays.run_count);
+  uint32_t runs = 1;
+  alignas(64) float run_start[kMaxPendingRuns][kLanes];
+  auto start = zero;
+  for (; runs < kMaxPendingRuns; ++runs) {
+    const auto more = hn::RebindMask(d, hn::Gt(run_count, hn::Set(di, int32_t(runs))));
+    if (hn::AllFalse(d, more)) break;
+    start = hn::Add(start, hn::Sub(hn::Load(d, rays.end[runs - 1]), hn::Load(d, rays.begin[runs - 1])));
+    hn::Store(hn::IfThenElse(more, start, hn::Set(d, kNever)), d, run_start[runs]);
+  }
+  const auto first_begin = hn::Load(d, rays.begin[0]), first_end = hn::Load(d, rays.end[0]);
   for (uint32_t j = 0; j < count; ++j) {
-    const auto s = hn::Mul(hn::Set(d, float(j) + 0.5f), spacing);
-    for (;;) {
-      const auto run_end = hn::Add(run_start, hn::Sub(end, begin));
-      const auto beyond = hn::And(hn::RebindMask(d, hn::Lt(run, last_run)), hn::Gt(s, run_end));
-      if (hn::AllFalse(d, beyond)) break;
-      run_start = hn::IfThenElse(beyond, run_end, run_start);
-      run = hn::Add(run, hn::IfThenElseZero(hn::RebindMask(di, beyond), hn::Set(di, 1)));
-      const auto at = hn::Add(hn::Mul(run, hn::Set(di, int32_t(kLanes))), hn::Iota(di, 0));
-      begin = hn::GatherIndex(d, rays.begin[0], at);
-      end = hn::GatherIndex(d, rays.end[0], at);
+    // Points are counted from the end where the ray is reversed.
+    const auto rank =
+        hn::IfThenElse(reversed, hn::Set(d, float(count - 1 - j) + 0.5f), hn::Set(d, float(j) + 0.5f));
+    const auto s = hn::Mul(rank, spacing);
+    auto t = hn::Min(hn::Add(first_begin, s), first_end);
+    for (uint32_t r = 1; r < runs; ++r) {
+      const auto from = hn::Load(d, run_start[r]);
+      const auto in_run =
+          hn::Min(hn::Add(hn::Load(d, rays.begin[r]), hn::Sub(s, from)), hn::Load(d, rays.end[r]));
+      t = hn::IfThenElse(hn::Gt(s, from), in_run, t);
     }
-    const auto t = hn::Min(hn::Add(begin, hn::Sub(s, run_start)), end);
+    auto voxels = hn::Zero(di), fractions = hn::Zero(di);
     for (uint32_t a = 0; a < 3; ++a) {
       const auto at = hn::Add(origin[a], hn::Mul(t, direction[a]));
       const auto voxel = to_index(d, at, float(field.voxels[a] - 1));
       const auto scaled =
           hn::Add(hn::Mul(hn::Sub(at, voxel), hn::Set(d, float(kFractionOne))), hn::Set(d, 0.5f));
-      const auto voxel_int = hn::ConvertTo(di, voxel);
-      const auto fraction = hn::ConvertTo(di, to_index(d, scaled, float(kFractionOne)));
-      hn::BlendedStore(voxel_int, hn::Not(reversed_int), di, out.voxel[a][j]);
-      hn::BlendedStore(voxel_int, reversed_int, di, out.voxel[a][count - 1 - j]);
-      hn::BlendedStore(fraction, hn::Not(reversed_int), di, out.fraction[a][j]);
-      hn::BlendedStore(fraction, reversed_int, di, out.fraction[a][count - 1 - j]);
+      const auto fraction = to_index(d, scaled, float(kFractionOne));
+      voxels = hn::Or(voxels, hn::ShiftLeftSame(hn::ConvertTo(di, voxel), int(10 * a)));
+      fractions = hn::Or(fractions, hn::ShiftLeftSame(hn::ConvertTo(di, fraction), int(8 * a)));
     }
+    hn::Store(voxels, di, out.voxel[j]);
+    hn::Store(fractions, di, out.fraction[j]);
   }
 
   const auto square = [&](uint32_t a) { return hn::Mul(direction[a], direction[a]); };
@@ -157,94 +173,107 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
   hn::Store(hn::BitCast(dw, hn::IfThenElse(reversed_int, swapped, flags)), dw, words[1]);
 }
 
-/// Features of the corners (x, y, z) and (x + 1, y, z), two bytes each; 0 where one has none.
-HWY_INLINE uint32_t fetch_two(const SegmentField& field, uint32_t x, uint32_t bits_yz, uint32_t bricks_yz) {
-  uint32_t two = 0;
-  for (uint32_t k = 0; k < 2; ++k) {
-    const uint16_t entry = field.brick_table[bricks_yz + ((x + k) >> 2)];
-    if (HWY_UNLIKELY(entry < kFirstMixedBrick)) continue;
-    const uint64_t corners = field.brick_corners[entry - kFirstMixedBrick];
-    const uint32_t bit = ((x + k) & 3) + bits_yz;
-    if (HWY_UNLIKELY(!((corners >> bit) & 1))) continue;
-    const auto rank = uint32_t(__builtin_popcountll(corners & ((uint64_t{1} << bit) - 1)));
-    uint16_t pair;
-    std::memcpy(&pair, field.features + 2 * size_t(field.corner_base[entry - kFirstMixedBrick] + rank), 2);
-    two |= uint32_t(pair) << (16 * k);
-  }
-  return two;
-}
-
-/// The rows of a voxel's corners, for two features: row r runs along x at (y + r % 2, z + r / 2). All eight
-/// are looked up alike, because branches on where a voxel lies in its brick are mispredicted.
-HWY_INLINE void fetch_corners(const SegmentField& field, uint32_t x, uint32_t y, uint32_t z, uint32_t lane,
-                              uint32_t (*rows)[kLanes]) {
-  const uint32_t brick_x[2] = {x >> 2, (x + 1) >> 2}, bit_x[2] = {x & 3, (x + 1) & 3};
-  uint32_t two[4];
-  bool all = true;
-  HWY_UNROLL(4)
+/// The features at the corners of a voxel that is none of the surface's: rounding has put a point there.
+HWY_NOINLINE void visit_beside(const SegmentField& field, NetworkInputs& out, uint32_t visit) {
+  const auto voxel = uint32_t(out.visits[visit]);
   for (uint32_t r = 0; r < 4; ++r) {
-    const uint32_t cy = y + r % 2, cz = z + r / 2;
-    const uint32_t bits_yz = 4 * (cy & 3) + 16 * (cz & 3);
-    const uint32_t bricks_yz = field.bricks[0] * ((cy >> 2) + field.bricks[1] * (cz >> 2));
-    two[r] = 0;
-    HWY_UNROLL(2)
+    uint32_t two = 0;
     for (uint32_t k = 0; k < 2; ++k) {
-      const uint32_t entry = field.brick_table[bricks_yz + brick_x[k]];
-      const bool mixed = entry >= kFirstMixedBrick;
-      const uint32_t brick = mixed ? entry - kFirstMixedBrick : 0;
-      const uint64_t corners = field.brick_corners[brick];
-      const uint32_t bit = bit_x[k] + bits_yz;
-      all = all & mixed & ((corners >> bit) & 1);
-      const auto rank = uint32_t(__builtin_popcountll(corners & ((uint64_t{1} << bit) - 1)));
-      uint32_t corner = field.corner_base[brick] + rank;
-      corner = corner < field.corners ? corner : 0;
+      const uint32_t corner =
+          corner_index(field, (voxel & 1023) + k, (voxel >> 10 & 1023) + r % 2, (voxel >> 20) + r / 2);
+      if (corner == kNoCorner) continue;
       uint16_t pair;
       std::memcpy(&pair, field.features + 2 * size_t(corner), 2);
-      two[r] |= uint32_t(pair) << (16 * k);
+      two |= uint32_t(pair) << (16 * k);
     }
+    out.visited[r][visit] = two;
   }
-  for (uint32_t r = 0; r < 4; ++r) rows[r][lane] = two[r];
-  if (HWY_UNLIKELY(!all)) {
-    // A point that rounding has put into a voxel beside the surface.
-    for (uint32_t r = 0; r < 4; ++r) {
-      const uint32_t cy = y + r % 2, cz = z + r / 2;
-      rows[r][lane] = fetch_two(field, x, 4 * (cy & 3) + 16 * (cz & 3),
-                                field.bricks[0] * ((cy >> 2) + field.bricks[1] * (cz >> 2)));
-    }
+}
+
+/// Fetches the corners of all voxels visited.
+HWY_INLINE void visit_voxels(const SegmentField& field, const FeatureGrid& grid, uint32_t count,
+                             NetworkInputs& out) {
+  const Ints di;
+  const Words dw;
+  const auto three = hn::Set(di, 3), one = hn::Set(di, 1);
+  for (uint32_t i = 0; i < count; i += kLanes) {
+    const auto voxel = hn::Load(di, out.visits + i);
+    const auto ten_bits = hn::Set(di, 1023);
+    const auto x = hn::And(voxel, ten_bits), y = hn::And(hn::ShiftRight<10>(voxel), ten_bits),
+               z = hn::ShiftRight<20>(voxel);
+    const auto row =
+        hn::Add(hn::ShiftRight<2>(y), hn::Mul(hn::ShiftRight<2>(z), hn::Set(di, int32_t(grid.size[1]))));
+    const auto brick = hn::Add(hn::ShiftRight<2>(x), hn::Mul(row, hn::Set(di, int32_t(grid.size[0]))));
+    const auto entry = hn::And(gather_ints(grid.table.data(), hn::ShiftLeft<1>(brick)), hn::Set(di, 0xffff));
+    const auto record = hn::ShiftLeft<3>(hn::Add(entry, hn::ShiftLeft<1>(entry)));  // of 24 bytes
+    const auto layer = hn::Add(record, hn::ShiftLeft<2>(hn::And(z, three)));
+    const auto first = gather_ints(grid.bricks.data(), record);
+    const char* const layers = reinterpret_cast<const char*>(grid.bricks.data()) + sizeof(uint32_t);
+    const auto low = gather_ints(layers, layer), high = gather_ints(layers + 4, layer);
+    const auto y_bit = hn::And(y, three);
+    const auto bit = hn::Add(hn::And(x, three), hn::Add(y_bit, hn::ShiftLeft<2>(y_bit)));
+    const auto below_0 = hn::Sub(hn::Shl(one, bit), one);
+    const auto below_1 = hn::Or(hn::ShiftLeft<5>(below_0), hn::Set(di, 31));
+    const auto four = hn::Shl(hn::Set(di, 0x63), bit);
+    const auto missing = hn::Ne(hn::And(hn::And(low, high), four), four);
+    const auto at = [&](hn::Vec<Ints> corners, hn::Vec<Ints> below) {
+      const auto words = hn::BitCast(dw, corners);
+      const auto under = hn::Add(hn::BitCast(di, hn::ShiftRight<25>(words)), first);
+      const auto rank = hn::BitCast(di, hn::PopulationCount(hn::BitCast(dw, hn::And(corners, below))));
+      return hn::ShiftLeft<1>(hn::Add(under, rank));
+    };
+    hn::Store(gather_words(grid.pairs.data(), at(low, below_0)), dw, out.visited[0] + i);
+    hn::Store(gather_words(grid.pairs.data(), at(low, below_1)), dw, out.visited[1] + i);
+    hn::Store(gather_words(grid.pairs.data(), at(high, below_0)), dw, out.visited[2] + i);
+    hn::Store(gather_words(grid.pairs.data(), at(high, below_1)), dw, out.visited[3] + i);
+    uint32_t beside = bits_of(missing);
+    for (beside &= (count - i >= kLanes ? ~0u : (1u << (count - i)) - 1); HWY_UNLIKELY(beside != 0);
+         beside &= beside - 1)
+      visit_beside(field, out, i + uint32_t(__builtin_ctz(beside)));
   }
 }
 
 /// Inputs from features, for two features a corner: each point gives two bytes.
-HWY_INLINE void gather_pairs(const SegmentField& field, uint32_t rays, NetworkInputs& out) {
+HWY_INLINE void gather_pairs(const SegmentField& field, const FeatureGrid& grid, uint32_t rays,
+                             NetworkInputs& out) {
   const Ints di;
   const Words dw;
-  const SegmentField own = field;  // which no store below can change
   const uint32_t present = (1u << rays) - 1;
-  auto held = hn::Set(di, -1);  // the voxels whose corners the lanes hold
-  for (uint32_t r = 0; r < 4; ++r) hn::Store(hn::Zero(dw), dw, out.corners[r]);
-  const auto one = hn::Set(di, kFractionOne);
-  const auto rounding = hn::Set(di, (127 << 21) + (1 << 21));
+  uint32_t count = 0;
+  uint32_t fresh[kMaxSamples];  // lanes whose point lies in another voxel than the one before
+  auto held = hn::Set(di, -1);
   for (uint32_t j = 0; j < field.samples; ++j) {
-    const auto key =
-        hn::Or(hn::Load(di, out.voxel[0][j]), hn::Or(hn::ShiftLeft<10>(hn::Load(di, out.voxel[1][j])),
-                                                     hn::ShiftLeft<20>(hn::Load(di, out.voxel[2][j]))));
-    uint32_t wanted = bits_of(Floats(), hn::RebindMask(Floats(), hn::Ne(key, held))) & present;
-    held = key;
-    for (; wanted != 0; wanted &= wanted - 1) {
-      const auto lane = uint32_t(__builtin_ctz(wanted));
-      fetch_corners(own, uint32_t(out.voxel[0][j][lane]), uint32_t(out.voxel[1][j][lane]),
-                    uint32_t(out.voxel[2][j][lane]), lane, out.corners);
+    const auto voxel = hn::Load(di, out.voxel[j]);
+    fresh[j] = bits_of(hn::Ne(voxel, held)) & present;
+    hn::StoreU(gather_lanes(fresh[j], voxel), di, out.visits + count);
+    count += uint32_t(__builtin_popcount(fresh[j]));
+    held = voxel;
+  }
+  hn::StoreU(hn::Zero(di), di, out.visits + count);
+  visit_voxels(field, grid, count, out);
+
+  for (uint32_t r = 0; r < 4; ++r) hn::Store(hn::Zero(dw), dw, out.corners[r]);
+  const auto whole = hn::Set(di, kFractionOne), byte = hn::Set(di, 255);
+  const auto rounding = hn::Set(di, (127 << 21) + (1 << 21));
+  uint32_t next = 0;
+  for (uint32_t j = 0; j < field.samples; ++j) {
+    hn::Vec<Words> corners[4];
+    for (uint32_t r = 0; r < 4; ++r) {
+      corners[r] = scatter_lanes(fresh[j], hn::Load(dw, out.corners[r]), out.visited[r] + next);
+      hn::Store(corners[r], dw, out.corners[r]);
     }
+    next += uint32_t(__builtin_popcount(fresh[j]));
     // Weights of low and high end along x, as a pair of 16-bit numbers.
-    const auto x1 = hn::Load(di, out.fraction[0][j]), y1 = hn::Load(di, out.fraction[1][j]),
-               z1 = hn::Load(di, out.fraction[2][j]);
-    const auto y0 = hn::Sub(one, y1), z0 = hn::Sub(one, z1);
-    const auto x_pair = hn::Or(hn::Sub(one, x1), hn::ShiftLeft<16>(x1));
+    const auto fraction = hn::Load(di, out.fraction[j]);
+    const auto x1 = hn::And(fraction, byte), y1 = hn::And(hn::ShiftRight<8>(fraction), byte),
+               z1 = hn::ShiftRight<16>(fraction);
+    const auto y0 = hn::Sub(whole, y1), z0 = hn::Sub(whole, z1);
+    const auto x_pair = hn::Or(hn::Sub(whole, x1), hn::ShiftLeft<16>(x1));
     hn::Vec<Ints> along_x[2][4];  // [feature][row], -127..127 times 128
     for (uint32_t r = 0; r < 4; ++r) {
       // Bytes: feature 0 and 1 at x, then at x + 1.
       const hn::RepartitionToNarrow<Ints> dn;
-      const auto row = hn::BitCast(dn, hn::Load(dw, out.corners[r]));
+      const auto row = hn::BitCast(dn, corners[r]);
       const auto first = hn::ShiftRight<8>(hn::ShiftLeft<8>(row)), second = hn::ShiftRight<8>(row);
       along_x[0][r] = pair_dot(hn::BitCast(di, first), x_pair);
       along_x[1][r] = pair_dot(hn::BitCast(di, second), x_pair);
@@ -271,8 +300,8 @@ HWY_INLINE void gather_each(const SegmentField& field, uint32_t rays, NetworkInp
     for (uint32_t j = 0; j < field.samples; ++j) {
       SamplePoint point;
       for (uint32_t a = 0; a < 3; ++a) {
-        point.voxel[a] = uint16_t(out.voxel[a][j][lane]);
-        point.fraction[a] = uint8_t(out.fraction[a][j][lane]);
+        point.voxel[a] = uint16_t(out.voxel[j][lane] >> (10 * a) & 1023);
+        point.fraction[a] = uint8_t(out.fraction[j][lane] >> (8 * a) & 255);
       }
       interpolate_features(field, point, inputs + j * features);
     }
@@ -321,8 +350,8 @@ HWY_INLINE hn::Vec<Ints> evaluate_network(const Network& network, NetworkInputs&
 }
 
 /// Answers all rays that wait.
-HWY_INLINE void answer_pending(const SegmentField& field, Pending& rays, NetworkInputs& work,
-                               AnswerBatch& answers) {
+HWY_INLINE void answer_pending(const SegmentField& field, const FeatureGrid& grid, Pending& rays,
+                               NetworkInputs& work, AnswerBatch& answers) {
   // Lanes beyond the last ray repeat what an earlier batch left there or this does: any numbers will do that
   // place points inside the grid and end.
   for (uint32_t lane = rays.count; lane < kLanes; ++lane) {
@@ -333,7 +362,7 @@ HWY_INLINE void answer_pending(const SegmentField& field, Pending& rays, Network
   }
   place_samples(field, rays, work);
   if (field.features_per_corner == 2)
-    gather_pairs(field, rays.count, work);
+    gather_pairs(field, grid, rays.count, work);
   else
     gather_each(field, rays.count, work);
   const Ints di;

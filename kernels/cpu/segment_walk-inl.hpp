@@ -14,11 +14,10 @@
 #define NIF_SEGMENT_WALK_INL
 #endif
 
-#include <hwy/highway.h>
-
 #include <algorithm>
 #include <cstring>
 
+#include "kernels/cpu/lanes-inl.hpp"
 #include "kernels/cpu/walk_grid.hpp"
 #include "kernels/object_kernel.hpp"
 #include "kernels/reference/walk.hpp"
@@ -26,14 +25,11 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-using Floats = hn::CappedTag<float, 16>;
-using Ints = hn::RebindToSigned<Floats>;
-using Words = hn::RebindToUnsigned<Floats>;
-constexpr uint32_t kLanes = uint32_t(hn::MaxLanes(Floats()));
+/// Groups of lanes that take turns: while one's voxels are fetched, another leaps.
 constexpr uint32_t kGroups = 2;
 constexpr uint32_t kSlots = kGroups * kLanes;
-constexpr uint64_t kAllLanes = (uint64_t{1} << kLanes) - 1;
+/// Leaps between two looks for lanes that are done: more leave lanes idle, fewer cost more than they fill.
+constexpr uint32_t kLeapsPerRefill = 4;
 
 /// Rays walked before their answers are collected.
 inline constexpr uint32_t kQueueRays = 512;
@@ -45,6 +41,8 @@ inline constexpr uint32_t kMaxPendingRuns = 16;
 /// More than the walk's rounding in voxels (docs/model.md: 0.0061 for the crossing and as much for the
 /// place), less than a voxel by far.
 constexpr float kEstimateSlack = 1.0f / 32;
+/// Ranks of lanes.
+alignas(64) constexpr int32_t kAscending[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 /// Stands for the origin along an axis that is not moved along: its planes are never reached.
 constexpr float kFlatOrigin = -3e38f;
 
@@ -70,6 +68,7 @@ struct Slots {
   alignas(64) float origin[3][kSlots];
   float direction[3][kSlots], inverse[3][kSlots], voxel[3][kSlots], stride[3][kSlots], base[kSlots];
   float now[kSlots], leave[kSlots];
+  int32_t code[kSlots];    ///< of the current voxel
   int32_t state[kSlots];   ///< VoxelClass of the current voxel
   int32_t seen[kSlots];    ///< union of all so far
   int32_t queued[kSlots];  ///< which ray of the queue; with kFresh in its first voxel
@@ -89,30 +88,6 @@ struct WalkLog {
   float t[kMaxTurns + 2 * kQueueRays];
 };
 
-/// Lanes as the bits of an integer.
-HWY_INLINE uint32_t bits_of(Floats d, hn::Mask<Floats> mask) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  uint32_t bits;
-  std::memcpy(&bits, bytes, sizeof(bits));
-  return bits;
-}
-
-HWY_INLINE hn::Mask<Floats> mask_of(Floats d, uint32_t bits) {
-  uint8_t bytes[8] = {};
-  std::memcpy(bytes, &bits, sizeof(bits));
-  return hn::LoadMaskBits(d, bytes);
-}
-
-template <class Tag, class T>
-HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> codes) {
-  if constexpr (kLanes == 16) {
-    return hn::TableLookupLanes(hn::Load(d, table), hn::IndicesFromVec(d, codes));
-  } else {
-    return hn::GatherIndex(d, table, codes);
-  }
-}
-
 /// Walks one batch. `Sink` receives what the walk cannot answer: sink.ambiguous(walker, slot) and
 /// sink.hard(ray).
 template <class Sink>
@@ -126,7 +101,8 @@ class Walker {
       for (uint32_t a = 0; a < 3; ++a) {
         const bool negative = (octant >> a) & 1;
         strides_[octant][a] = negative ? -grid.stride[a] : grid.stride[a];
-        if (negative) base -= grid.stride[a];  // mirrored voxel v is voxel -v - 1
+        // Mirrored voxel v is voxel -v - 1, and its brick floor(v / 4) is brick -floor(v / 4) - 1.
+        if (negative) base -= grid.stride[a] * (1 + grid.beyond[a]);
       }
       strides_[octant][3] = base;
       for (uint32_t k = 0; k < 4; ++k) strides_by_octant_[k][octant] = strides_[octant][k];
@@ -144,9 +120,15 @@ class Walker {
       log_.turns = log_.ends = 0;
       full_ = false;
       for (uint32_t slot = 0; slot < kSlots; ++slot) refill(slot);
-      while (active_ != 0)
-        for (uint32_t group = 0; group < kGroups; ++group)
-          if ((active_ >> (group * kLanes)) & kAllLanes) step(group);
+      for (uint32_t group = 0; group < kGroups; ++group) look(group);
+      while (active_ != 0) {
+        for (uint32_t k = 0; k < kLeapsPerRefill; ++k)
+          for (uint32_t group = 0; group < kGroups; ++group) {
+            leap(group);
+            if (k + 1 == kLeapsPerRefill) refill_group(group);
+            look(group);
+          }
+      }
       collect();
     }
   }
@@ -212,22 +194,21 @@ class Walker {
 
     hn::StoreU(hn::Set(di, kCertainLogit), di, answers_->logit + i);
     std::memset(answers_->certain + i, 1, std::min(kLanes, batch.count - i));
-    for (uint32_t hard = bits_of(d, hn::AndNot(easy, present)); hard != 0; hard &= hard - 1)
+    for (uint32_t hard = bits_of(hn::AndNot(easy, present)); hard != 0; hard &= hard - 1)
       sink_.hard(i + uint32_t(__builtin_ctz(hard)));
 
-    const uint32_t to = queue_.count;
+    const uint32_t to = queue_.count, lanes = bits_of(meets);
     for (uint32_t a = 0; a < 3; ++a) {
-      hn::StoreU(hn::Compress(origin[a], meets), d, queue_.origin[a] + to);
-      hn::StoreU(hn::Compress(direction[a], meets), d, queue_.direction[a] + to);
-      hn::StoreU(hn::Compress(inverse[a], meets), d, queue_.inverse[a] + to);
-      hn::StoreU(hn::Compress(voxel[a], meets), d, queue_.voxel[a] + to);
+      hn::StoreU(gather_lanes(lanes, origin[a]), d, queue_.origin[a] + to);
+      hn::StoreU(gather_lanes(lanes, direction[a]), d, queue_.direction[a] + to);
+      hn::StoreU(gather_lanes(lanes, inverse[a]), d, queue_.inverse[a] + to);
+      hn::StoreU(gather_lanes(lanes, voxel[a]), d, queue_.voxel[a] + to);
     }
-    hn::StoreU(hn::Compress(enter, meets), d, queue_.enter + to);
-    hn::StoreU(hn::Compress(leave, meets), d, queue_.leave + to);
-    const auto meets_int = hn::RebindMask(di, meets);
-    hn::StoreU(hn::Compress(flags, meets_int), di, queue_.flags + to);
-    hn::StoreU(hn::Compress(hn::Iota(di, int32_t(i)), meets_int), di, queue_.ray + to);
-    queue_.count += uint32_t(hn::CountTrue(d, meets));
+    hn::StoreU(gather_lanes(lanes, enter), d, queue_.enter + to);
+    hn::StoreU(gather_lanes(lanes, leave), d, queue_.leave + to);
+    hn::StoreU(gather_lanes(lanes, flags), di, queue_.flags + to);
+    hn::StoreU(gather_lanes(lanes, hn::Iota(di, int32_t(i))), di, queue_.ray + to);
+    queue_.count += uint32_t(__builtin_popcount(lanes));
   }
 
   /// Puts the next ray into a slot, or one that stands still.
@@ -260,51 +241,74 @@ class Walker {
     active_ |= bit;
   }
 
-  /// Puts the next rays into the slots `ended` of a group.
-  HWY_INLINE void refill_group(uint32_t at, uint32_t ended) {
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
-    const auto wanted = uint32_t(__builtin_popcount(ended));
-    if (HWY_LIKELY(queue_.count - next_ >= wanted)) {
-      const auto lanes = __mmask16(ended);
-      const auto spread = [&](const float* from, float* to) {
-        const __m512 held = _mm512_load_ps(to + at);
-        _mm512_store_ps(to + at, _mm512_mask_expand_ps(held, lanes, _mm512_loadu_ps(from + next_)));
-      };
-      for (uint32_t a = 0; a < 3; ++a) {
-        spread(queue_.origin[a], slots_.origin[a]);
-        spread(queue_.direction[a], slots_.direction[a]);
-        spread(queue_.inverse[a], slots_.inverse[a]);
-        spread(queue_.voxel[a], slots_.voxel[a]);
-      }
-      spread(queue_.enter, slots_.now);
-      spread(queue_.leave, slots_.leave);
-      const __m512i flags = _mm512_maskz_expand_epi32(lanes, _mm512_loadu_si512(queue_.flags + next_));
-      const __m512i octants = _mm512_and_si512(flags, _mm512_set1_epi32(kNegativeAxes));
-      const auto choose = [&](uint32_t which, float* to) {
-        const __m512 strides = _mm512_permutexvar_ps(octants, _mm512_load_ps(strides_by_octant_[which]));
-        _mm512_mask_store_ps(to + at, lanes, strides);
-      };
-      for (uint32_t a = 0; a < 3; ++a) choose(a, slots_.stride[a]);
-      choose(3, slots_.base);
-      const __m512i numbers =
-          _mm512_add_epi32(_mm512_set1_epi32(int32_t(next_) | kFresh),
-                           _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
-      _mm512_mask_store_epi32(slots_.queued + at, lanes, _mm512_maskz_expand_epi32(lanes, numbers));
-      const __m512i none = _mm512_setzero_si512();
-      _mm512_mask_store_epi32(slots_.state + at, lanes, none);
-      _mm512_mask_store_epi32(slots_.seen + at, lanes, none);
-      next_ += wanted;
+  /// Puts the next rays into the slots of a group that stand still.
+  HWY_INLINE void refill_group(uint32_t group) {
+    const Floats d;
+    const Ints di;
+    const uint32_t at = group * kLanes, idle = ~uint32_t(active_ >> at) & kAllLanes;
+    const auto wanted = uint32_t(__builtin_popcount(idle));
+    if (HWY_UNLIKELY(queue_.count - next_ < wanted)) {
+      for (uint32_t left = idle; left != 0; left &= left - 1) refill(at + uint32_t(__builtin_ctz(left)));
       return;
     }
-#endif
-    for (; ended != 0; ended &= ended - 1) refill(at + uint32_t(__builtin_ctz(ended)));
+    const auto put = [&](const float* from, float* to) {
+      hn::Store(scatter_lanes(idle, hn::Load(d, to + at), from + next_), d, to + at);
+    };
+    for (uint32_t a = 0; a < 3; ++a) {
+      put(queue_.origin[a], slots_.origin[a]);
+      put(queue_.direction[a], slots_.direction[a]);
+      put(queue_.inverse[a], slots_.inverse[a]);
+      put(queue_.voxel[a], slots_.voxel[a]);
+    }
+    put(queue_.enter, slots_.now);
+    put(queue_.leave, slots_.leave);
+    const auto filled = mask_of(idle);
+    const auto filled_int = hn::RebindMask(di, filled);
+    const auto flags = scatter_lanes(idle, hn::Zero(di), queue_.flags + next_);
+    const auto octants = hn::And(flags, hn::Set(di, kNegativeAxes));
+    const auto choose = [&](uint32_t which, float* to) {
+      const auto strides = look_up<8>(d, strides_by_octant_[which], octants);
+      hn::Store(hn::IfThenElse(filled, strides, hn::Load(d, to + at)), d, to + at);
+    };
+    for (uint32_t a = 0; a < 3; ++a) choose(a, slots_.stride[a]);
+    choose(3, slots_.base);
+    const auto number = hn::Set(di, int32_t(next_) | kFresh);
+    hn::Store(hn::Add(scatter_lanes(idle, hn::Load(di, slots_.queued + at), kAscending),
+                      hn::IfThenElseZero(filled_int, number)),
+              di, slots_.queued + at);
+    hn::Store(hn::IfThenZeroElse(filled_int, hn::Load(di, slots_.state + at)), di, slots_.state + at);
+    hn::Store(hn::IfThenZeroElse(filled_int, hn::Load(di, slots_.seen + at)), di, slots_.seen + at);
+    next_ += wanted;
+    active_ |= uint64_t{kAllLanes} << at;
   }
 
-  /// One leap of every lane of a group.
-  HWY_INLINE void step(uint32_t group) {
+  /// Fetches the codes of a group's voxels. The leap that needs them comes after another group's.
+  HWY_INLINE void look(uint32_t group) {
     const Floats d;
     const Ints di;
     const Words dw;
+    const uint32_t at = group * kLanes;
+    auto place = hn::Load(d, slots_.base + at);  // exact: integers below 2^24
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto voxel = hn::Load(d, slots_.voxel[a] + at);
+      const auto brick = hn::Floor(hn::Mul(voxel, hn::Set(d, 0.25f)));
+      const auto number = hn::MulAdd(brick, hn::Set(d, grid_.beyond[a]), voxel);
+      place = hn::MulAdd(number, hn::Load(d, slots_.stride[a] + at), place);
+    }
+    // Lanes that stand still may have left the grid.
+    const auto active = mask_of(uint32_t((active_ >> at) & kAllLanes));
+    const auto number = hn::IfThenElseZero(hn::RebindMask(di, active), hn::ConvertTo(di, place));
+    const auto word =
+        hn::GatherIndex(di, reinterpret_cast<const int32_t*>(grid_.codes.data()), hn::ShiftRight<3>(number));
+    const auto shift = hn::ShiftLeft<2>(hn::And(number, hn::Set(di, 7)));
+    const auto code = hn::And(hn::Shr(hn::BitCast(dw, word), hn::BitCast(dw, shift)), hn::Set(dw, 15));
+    hn::Store(hn::BitCast(di, code), di, slots_.code + at);
+  }
+
+  /// One leap of every lane of a group.
+  HWY_INLINE void leap(uint32_t group) {
+    const Floats d;
+    const Ints di;
     const uint32_t at = group * kLanes;
     hn::Vec<Floats> voxel[3], origin[3], inverse[3], exit[3];
     for (uint32_t a = 0; a < 3; ++a) {
@@ -312,16 +316,10 @@ class Walker {
       origin[a] = hn::Load(d, slots_.origin[a] + at);
       inverse[a] = hn::Load(d, slots_.inverse[a] + at);
     }
-    auto place = hn::Load(d, slots_.base + at);  // exact: integers below 2^24
-    for (uint32_t a = 0; a < 3; ++a) place = hn::MulAdd(voxel[a], hn::Load(d, slots_.stride[a] + at), place);
-    const auto number = hn::ConvertTo(di, place);
-    const auto word =
-        hn::GatherIndex(di, reinterpret_cast<const int32_t*>(grid_.codes.data()), hn::ShiftRight<3>(number));
-    const auto shift = hn::ShiftLeft<2>(hn::And(number, hn::Set(di, 7)));
-    const auto code =
-        hn::BitCast(di, hn::And(hn::Shr(hn::BitCast(dw, word), hn::BitCast(dw, shift)), hn::Set(dw, 15)));
-    const auto distance = look_up(d, kCodeDistance, code);
-    const auto state = look_up(di, kCodeClass, code);
+    const auto active = mask_of(uint32_t((active_ >> at) & kAllLanes));
+    const auto code = hn::Load(di, slots_.code + at);
+    const auto distance = look_up<16>(d, kCodeDistance, code);
+    const auto state = look_up<16>(di, kCodeClass, code);
     const auto turns =
         hn::TestBit(hn::Xor(state, hn::Load(di, slots_.state + at)), hn::Set(di, int32_t(kSurfaceBit)));
     const auto seen = hn::Or(hn::Load(di, slots_.seen + at), state);
@@ -353,28 +351,22 @@ class Walker {
     const auto ray = hn::AndNot(hn::Set(di, kFresh), queued);
     hn::Store(ray, di, slots_.queued + at);
 
-    const auto lanes = uint32_t((active_ >> at) & kAllLanes);
-    const auto active = mask_of(d, lanes);
-    const auto turning = hn::And(hn::RebindMask(d, turns), active);
-    const auto turning_int = hn::RebindMask(di, turning);
-    hn::StoreU(hn::Compress(queued, turning_int), di, log_.turn_queued + log_.turns);
-    hn::StoreU(hn::Compress(now, turning), d, log_.turn_t + log_.turns);
-    log_.turns += uint32_t(hn::CountTrue(d, turning));
+    const uint32_t turning = bits_of(hn::And(hn::RebindMask(d, turns), active));
+    hn::StoreU(gather_lanes(turning, queued), di, log_.turn_queued + log_.turns);
+    hn::StoreU(gather_lanes(turning, now), d, log_.turn_t + log_.turns);
+    log_.turns += uint32_t(__builtin_popcount(turning));
     if (HWY_UNLIKELY(log_.turns > kMaxTurns)) {
       log_.turns = kMaxTurns;
       full_ = true;
     }
-    const auto ending = hn::AndNot(goes_on, active);
-    const uint32_t ending_bits = bits_of(d, ending);
-    if (ending_bits == 0) return;
-    const auto ending_int = hn::RebindMask(di, ending);
+    const uint32_t ending = bits_of(hn::AndNot(goes_on, active));
+    active_ &= ~(uint64_t{ending} << at);
     // A ray that ends once the log is full may lack turns: no state is what it is known by.
     const auto seen_or_none = full_ ? hn::Set(di, kIncomplete) : seen;
-    hn::StoreU(hn::Compress(ray, ending_int), di, log_.end_queued + log_.ends);
-    hn::StoreU(hn::Compress(seen_or_none, ending_int), di, log_.end_seen + log_.ends);
-    hn::StoreU(hn::Compress(now, ending), d, log_.end_entered + log_.ends);
-    log_.ends += uint32_t(hn::CountTrue(d, ending));
-    refill_group(at, ending_bits);
+    hn::StoreU(gather_lanes(ending, ray), di, log_.end_queued + log_.ends);
+    hn::StoreU(gather_lanes(ending, seen_or_none), di, log_.end_seen + log_.ends);
+    hn::StoreU(gather_lanes(ending, now), d, log_.end_entered + log_.ends);
+    log_.ends += uint32_t(__builtin_popcount(ending));
   }
 
   /// Sorts the log by ray, and hands out the answers.
@@ -424,8 +416,8 @@ class Walker {
   WalkLog& log_;
   Sink& sink_;
   AnswerBatch* answers_ = nullptr;
-  float strides_[8][4];                              ///< [octant]: of the mirrored voxels, then the base
-  alignas(64) float strides_by_octant_[4][16] = {};  ///< the same, transposed
+  float strides_[8][4];                        ///< [octant]: of the mirrored voxels, then the base
+  alignas(64) float strides_by_octant_[4][8];  ///< the same, transposed
   uint32_t next_ = 0;
   uint64_t active_ = 0;  ///< slots as bits
   bool full_ = false;    ///< the log of turns

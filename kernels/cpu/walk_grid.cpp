@@ -61,16 +61,22 @@ WalkGrid::WalkGrid(const SegmentField& field, std::pmr::memory_resource* memory)
     for (int32_t y = ny; y-- > 0;)
       for (int32_t x = nx; x-- > 0;) sweep.relax(x, y, z, 1);
 
-  codes.assign(count / 8 + 1, 0);
-  for (size_t i = 0; i < count; ++i) {
-    const uint32_t state = voxels[i] >> 6;
-    uint32_t code = kFirstCode[state];
-    while (code < kLastCode[state] && kCodeDistance[code + 1] <= float(voxels[i] & 63)) ++code;
-    codes[i / 8] |= code << (4 * (i % 8));
-  }
-  stride[0] = 1;
-  stride[1] = float(nx);
-  stride[2] = float(nx) * float(ny);
+  const int32_t bx = (nx + 3) / 4, by = (ny + 3) / 4, bz = (nz + 3) / 4;
+  codes.assign(size_t(bx) * size_t(by) * size_t(bz) * 8, 0);
+  at = 0;
+  for (int32_t z = 0; z < nz; ++z)
+    for (int32_t y = 0; y < ny; ++y)
+      for (int32_t x = 0; x < nx; ++x) {
+        const uint32_t voxel = voxels[at++], state = voxel >> 6;
+        uint32_t code = kFirstCode[state];
+        while (code < kLastCode[state] && kCodeDistance[code + 1] <= float(voxel & 63)) ++code;
+        const size_t brick = size_t(x / 4) + size_t(bx) * (size_t(y / 4) + size_t(by) * size_t(z / 4));
+        const auto local = uint32_t(x % 4 + 4 * (y % 4) + 16 * (z % 4));
+        codes[8 * brick + local / 8] |= code << (4 * (local % 8));
+      }
+  beyond[0] = 64 - 4;
+  beyond[1] = float(64 / 4 * bx - 4);
+  beyond[2] = float(64 / 16 * bx * by - 4);
 }
 
 }  // namespace nif::kernels::cpu

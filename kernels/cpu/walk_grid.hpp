@@ -29,10 +29,14 @@ struct WalkGrid {
   /// The field needs at most kMaxGridVoxels voxels.
   WalkGrid(const SegmentField& field, std::pmr::memory_resource* memory);
 
-  /// Voxel (x, y, z) has number n = x + stride[1] y + stride[2] z; its code stands in bits 4 (n % 8) of word
-  /// n / 8.
+  /// Voxels are numbered brick by brick, so that neighbours share a cache line: n = sum over the axes of
+  /// stride[a] (v + beyond[a] floor(v / 4)), whole numbers all of them. Voxel n's code stands in bits 4 (n %
+  /// 8) of word n / 8.
   std::pmr::vector<uint32_t> codes;
-  float stride[3];
+  static constexpr float stride[3] = {1, 4, 16};
+  float beyond[3];
+
+  size_t resident_bytes() const { return codes.capacity() * sizeof(codes[0]); }
 };
 
 }  // namespace nif::kernels::cpu

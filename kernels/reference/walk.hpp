@@ -61,6 +61,9 @@ inline constexpr float kMinDirection = 0x1p-60f, kMaxDirection = 0x1p+60f;
 /// 0.
 inline constexpr float kFlatDirection = 0x1p-40f;
 
+/// Later than any crossing.
+inline constexpr float kNever = 3.402823466e+38f;
+
 inline VoxelState voxel_state(const SegmentField& field, const int32_t voxel[3]) {
   const uint32_t x = uint32_t(voxel[0]), y = uint32_t(voxel[1]), z = uint32_t(voxel[2]);
   const uint32_t brick = (x >> 2) + field.bricks[0] * ((y >> 2) + field.bricks[1] * (z >> 2));
@@ -125,7 +128,6 @@ inline void walk_segment(const SegmentField& field, const Segment& segment, Walk
   // The first voxel, and the t at which each axis crosses its next plane.
   int32_t voxel[3], plane[3];
   float next[3];
-  constexpr float kNever = 3.402823466e+38f;
   for (int a = 0; a < 3; ++a) {
     const float at = walk.origin[a] + enter * walk.direction[a];
     voxel[a] = to_index(at, int32_t(field.voxels[a]) - 1);

@@ -1,0 +1,132 @@
+// Vectors of one ray to a lane, and what Highway (1.0.3) has no fast way for: sets of lanes as the bits of an
+// integer, moving chosen lanes together and apart, small tables, and loads from anywhere.
+//
+// Compiled once for each target.
+#if defined(NIF_LANES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_LANES_INL
+#undef NIF_LANES_INL
+#else
+#define NIF_LANES_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstring>
+
+#include "kernels/cpu/lane_tables.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Floats = hn::CappedTag<float, 16>;
+using Ints = hn::RebindToSigned<Floats>;
+using Words = hn::RebindToUnsigned<Floats>;
+constexpr uint32_t kLanes = uint32_t(hn::MaxLanes(Floats()));
+constexpr uint32_t kAllLanes = (1u << kLanes) - 1;
+
+template <class Mask>
+HWY_INLINE uint32_t bits_of(Mask mask) {
+  const Floats d;
+  uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, hn::RebindMask(d, mask), bytes);
+  uint32_t bits;
+  std::memcpy(&bits, bytes, sizeof(bits));
+  return bits;
+}
+
+/// Bits beyond kLanes must be 0.
+HWY_INLINE hn::Mask<Floats> mask_of(uint32_t bits) {
+  uint8_t bytes[8] = {};
+  std::memcpy(bytes, &bits, sizeof(bits));
+  return hn::LoadMaskBits(Floats(), bytes);
+}
+
+/// The chosen lanes of v, moved to the front; the others after them are anything.
+template <class V>
+HWY_INLINE V gather_lanes(uint32_t lanes, V v) {
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+  return hn::Compress(v, hn::RebindMask(hn::DFromV<V>(), mask_of(lanes)));
+#elif HWY_TARGET == HWY_AVX2
+  const hn::DFromV<V> d;
+  const __m256i order =
+      _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kTogether8[lanes])));
+  return hn::BitCast(d, hn::Vec<Ints>{_mm256_permutevar8x32_epi32(hn::BitCast(Ints(), v).raw, order)});
+#elif HWY_TARGET == HWY_SSE4
+  const hn::DFromV<V> d;
+  const __m128i order = _mm_load_si128(reinterpret_cast<const __m128i*>(kTogether4[lanes]));
+  return hn::BitCast(d, hn::Vec<Ints>{_mm_shuffle_epi8(hn::BitCast(Ints(), v).raw, order)});
+#else
+  return hn::Compress(v, hn::RebindMask(hn::DFromV<V>(), mask_of(lanes)));
+#endif
+}
+
+/// Puts consecutive entries from `from` on into the chosen lanes of v. A whole vector must be readable.
+template <class V, class T>
+HWY_INLINE V scatter_lanes(uint32_t lanes, V v, const T* from) {
+  const hn::DFromV<V> d;
+  [[maybe_unused]] const auto chosen = hn::RebindMask(d, mask_of(lanes));
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+  const Ints di;
+  const auto next = hn::BitCast(di, hn::LoadU(d, from));
+  return hn::BitCast(
+      d, hn::Vec<Ints>{_mm512_mask_expand_epi32(hn::BitCast(di, v).raw, __mmask16(lanes), next.raw)});
+#elif HWY_TARGET == HWY_AVX2
+  const __m256i order =
+      _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kApart8[lanes])));
+  const hn::Vec<Ints> next{_mm256_permutevar8x32_epi32(hn::BitCast(Ints(), hn::LoadU(d, from)).raw, order)};
+  return hn::IfThenElse(chosen, hn::BitCast(d, next), v);
+#elif HWY_TARGET == HWY_SSE4
+  const __m128i order = _mm_load_si128(reinterpret_cast<const __m128i*>(kApart4[lanes]));
+  const hn::Vec<Ints> next{_mm_shuffle_epi8(hn::BitCast(Ints(), hn::LoadU(d, from)).raw, order)};
+  return hn::IfThenElse(chosen, hn::BitCast(d, next), v);
+#else
+  alignas(64) T entries[kLanes];
+  hn::Store(v, d, entries);
+  for (; lanes != 0; lanes &= lanes - 1) entries[__builtin_ctz(lanes)] = *from++;
+  return hn::Load(d, entries);
+#endif
+}
+
+/// table[index], of an aligned table of kSize entries.
+template <uint32_t kSize, class Tag, class T>
+HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> index) {
+  static_assert(kSize <= 16);
+  if constexpr (kLanes >= kSize) {
+    return hn::TableLookupLanes(hn::Load(d, table), hn::IndicesFromVec(d, index));
+  } else if constexpr (kLanes * 2 == kSize) {
+    const Ints di;
+    const auto half = hn::Set(di, int32_t(kLanes));
+    const auto indices = hn::IndicesFromVec(d, hn::And(index, hn::Set(di, int32_t(kLanes - 1))));
+    const auto low = hn::TableLookupLanes(hn::Load(d, table), indices);
+    const auto high = hn::TableLookupLanes(hn::Load(d, table + kLanes), indices);
+    return hn::IfThenElse(hn::RebindMask(d, hn::Lt(index, half)), low, high);
+  } else {
+    return hn::GatherIndex(d, table, index);
+  }
+}
+
+/// Words that start at the given bytes behind `base`, which need not be aligned.
+HWY_INLINE hn::Vec<Words> gather_words(const void* base, hn::Vec<Ints> bytes) {
+  const Words dw;
+  if constexpr (kLanes >= 8) {
+    return hn::GatherOffset(dw, static_cast<const uint32_t*>(base), bytes);
+  } else {
+    const Ints di;
+    alignas(16) int32_t offsets[kLanes];
+    alignas(16) uint32_t words[kLanes];
+    hn::Store(bytes, di, offsets);
+    for (uint32_t lane = 0; lane < kLanes; ++lane)
+      std::memcpy(&words[lane], static_cast<const char*>(base) + offsets[lane], sizeof(uint32_t));
+    return hn::Load(dw, words);
+  }
+}
+
+HWY_INLINE hn::Vec<Ints> gather_ints(const void* base, hn::Vec<Ints> bytes) {
+  return hn::BitCast(Ints(), gather_words(base, bytes));
+}
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
