@@ -23,95 +23,40 @@ struct Scratch {
   Queue queue;
   Slots slots;
   WalkLog log;
+  OpenRays open;
+  HardRays hard;
   Pending pending;
   NetworkInputs inputs;
 };
 static_assert(sizeof(Scratch) <= kKernelScratchBytes);
 
-/// Takes what the walk leaves open.
-class Rest {
- public:
-  Rest(const SegmentField& field, const FeatureGrid& features, const SegmentBatch& batch, Scratch& scratch,
-       AnswerBatch& answers)
-      : field_(field),
-        features_(features),
-        batch_(batch),
-        pending_(scratch.pending),
-        inputs_(scratch.inputs),
-        answers_(answers) {
-    pending_.count = 0;
+HWY_NOINLINE void answer_by_reference(const SegmentField& field, const SegmentBatch& batch, uint32_t ray,
+                                      AnswerBatch& answers) {
+  Segment segment;
+  for (uint32_t a = 0; a < 3; ++a) {
+    segment.origin[a] = batch.origin[a][ray];
+    segment.direction[a] = batch.direction[a][ray];
   }
-
-  /// A ray that the walk in SIMD does not take: far away, not finite, or through more runs than it has room
-  /// for.
-  HWY_NOINLINE void hard(uint32_t ray) {
-    Segment segment;
-    for (uint32_t a = 0; a < 3; ++a) {
-      segment.origin[a] = batch_.origin[a][ray];
-      segment.direction[a] = batch_.direction[a][ray];
-    }
-    segment.tmin = batch_.tmin[ray];
-    segment.tmax = batch_.tmax[ray];
-    const Answer answer = query_segment(field_, segment);
-    answers_.logit[ray] = answer.logit;
-    answers_.certain[ray] = answer.certain;
-  }
-
-  /// `t`: the begins and ends of its runs in turn; `turns` of them were met, and the last run may end with
-  /// the ray.
-  HWY_INLINE void ambiguous(const Queue& queue, uint32_t queued, int32_t seen, bool starts_in_surface,
-                            uint32_t turns, const float* t) {
-    const uint32_t lane = pending_.count;
-    const auto ray = uint32_t(queue.ray[queued]);
-    for (uint32_t a = 0; a < 3; ++a) {
-      const bool flat = queue.origin[a][queued] == kFlatOrigin;
-      pending_.origin[a][lane] = (batch_.origin[a][ray] - field_.origin[a]) * field_.voxels_per_unit;
-      pending_.direction[a][lane] = flat ? 0.0f : batch_.direction[a][ray] * field_.voxels_per_unit;
-    }
-    const uint32_t runs = (turns + 1) / 2;
-    float surface_t = 0;
-    for (uint32_t r = 0; r < runs; ++r) {
-      pending_.begin[r][lane] = t[2 * r];
-      pending_.end[r][lane] = t[2 * r + 1];
-      surface_t += t[2 * r + 1] - t[2 * r];
-    }
-    pending_.surface_t[lane] = surface_t;
-    pending_.run_count[lane] = int32_t(runs);
-    const int32_t flags = queue.flags[queued];
-    const bool starts = starts_in_surface && !(flags & kEntersGrid);
-    const bool ends = turns % 2 == 1 && !(flags & kLeavesGrid);
-    pending_.flags[lane] = (seen & kOutsideBit ? 127 : 0) | (seen & kInsideBit ? 127 << 8 : 0) |
-                           (starts ? 127 << 16 : 0) | (ends ? 127 << 24 : 0);
-    pending_.ray[lane] = ray;
-    if (++pending_.count == kLanes) flush();
-  }
-
-  void flush() {
-    if (pending_.count != 0) answer_pending(field_, features_, pending_, inputs_, answers_);
-  }
-
- private:
-  const SegmentField& field_;
-  const FeatureGrid& features_;
-  const SegmentBatch& batch_;
-  Pending& pending_;
-  NetworkInputs& inputs_;
-  AnswerBatch& answers_;
-};
+  segment.tmin = batch.tmin[ray];
+  segment.tmax = batch.tmax[ray];
+  const Answer answer = query_segment(field, segment);
+  answers.logit[ray] = answer.logit;
+  answers.certain[ray] = answer.certain;
+}
 
 void answer_segments(const SegmentField& field, const WalkGrid& grid, const FeatureGrid& features,
                      const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
-  Scratch& scratch = *static_cast<Scratch*>(memory);
-  Rest rest(field, features, batch, scratch, answers);
   // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
   constexpr uint32_t kFewRays = 2;
   if (batch.count <= kFewRays) {
-    for (uint32_t i = 0; i < batch.count; ++i) rest.hard(i);
+    for (uint32_t i = 0; i < batch.count; ++i) answer_by_reference(field, batch, i, answers);
     return;
   }
-  Walker<Rest> walker(field, grid, scratch.queue, scratch.slots, scratch.log, rest);
-  walker.walk(batch, answers);
-  rest.flush();
+  Scratch& s = *static_cast<Scratch*>(memory);
+  Walker walker(field, grid, batch, answers, s.queue, s.slots, s.log, s.open, s.hard);
+  while (walker.walk())
+    answer_open(field, features, batch, s.log, s.open, s.pending, s.inputs, answers, s.hard);
+  for (uint32_t k = 0; k < s.hard.count; ++k) answer_by_reference(field, batch, s.hard.ray[k], answers);
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

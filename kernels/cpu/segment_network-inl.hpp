@@ -15,7 +15,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// Rays that wait for the network, one to a lane.
+/// Rays that the network answers next, one to a lane.
 struct Pending {
   alignas(64) float origin[3][kLanes];  ///< in grid space, as the reference has them
   float direction[3][kLanes];
@@ -23,8 +23,6 @@ struct Pending {
   float surface_t[kLanes];
   int32_t run_count[kLanes];
   int32_t flags[kLanes];  ///< bytes: saw outside, saw inside, starts, ends; 0 or 127 each
-  uint32_t ray[kLanes];
-  uint32_t count;
 };
 
 /// Voxels whose corners are fetched in one go: of all points of all lanes, wherever one differs from the
@@ -349,30 +347,90 @@ HWY_INLINE hn::Vec<Ints> evaluate_network(const Network& network, NetworkInputs&
   }
 }
 
-/// Answers all rays that wait.
-HWY_INLINE void answer_pending(const SegmentField& field, const FeatureGrid& grid, Pending& rays,
-                               NetworkInputs& work, AnswerBatch& answers) {
-  // Lanes beyond the last ray repeat what an earlier batch left there or this does: any numbers will do that
-  // place points inside the grid and end.
-  for (uint32_t lane = rays.count; lane < kLanes; ++lane) {
-    for (uint32_t a = 0; a < 3; ++a) rays.origin[a][lane] = rays.direction[a][lane] = 0;
-    rays.begin[0][lane] = rays.end[0][lane] = rays.surface_t[lane] = 0;
-    rays.run_count[lane] = 1;
-    rays.flags[lane] = 0;
-  }
-  place_samples(field, rays, work);
-  if (field.features_per_corner == 2)
-    gather_pairs(field, grid, rays.count, work);
-  else
-    gather_each(field, rays.count, work);
+/// Takes up to kLanes open rays, from number k on.
+HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, const WalkLog& log,
+                          const OpenRays& open, uint32_t k, Pending& rays) {
+  const Floats d;
   const Ints di;
-  alignas(64) int32_t logits[kLanes];
-  hn::Store(evaluate_network(field.network, work), di, logits);
-  for (uint32_t lane = 0; lane < rays.count; ++lane) {
-    answers.logit[rays.ray[lane]] = logits[lane];
-    answers.certain[rays.ray[lane]] = 0;
+  const auto present = hn::FirstN(d, open.count - k);
+  const auto present_int = hn::RebindMask(di, present);
+  const auto zero = hn::Zero(di);
+  const auto if_present = [&](hn::Vec<Ints> v) { return hn::IfThenElseZero(present_int, v); };
+  // Lanes beyond the last ray: a run of no length, anywhere in the grid.
+  const auto ray = if_present(hn::Load(di, log.end_ray + k)),
+             seen = if_present(hn::Load(di, log.end_seen + k));
+  const auto flags = hn::GatherIndex(di, log.flags, ray);
+  const auto turns_fresh = if_present(hn::Load(di, open.turns + k));
+  const auto turns = hn::AndNot(hn::Set(di, kFresh), turns_fresh);
+  const auto first = hn::Sub(if_present(hn::Load(di, open.first + k)), turns);
+
+  const auto scale = hn::Set(d, field.voxels_per_unit);
+  for (uint32_t a = 0; a < 3; ++a) {
+    const auto origin = hn::GatherIndex(d, batch.origin[a], ray),
+               direction = hn::GatherIndex(d, batch.direction[a], ray);
+    const auto flat = hn::RebindMask(d, hn::TestBit(flags, hn::Set(di, kFlatAxis << a)));
+    const auto from = hn::Mul(hn::Sub(origin, hn::Set(d, field.origin[a])), scale);
+    hn::Store(hn::IfThenElseZero(present, from), d, rays.origin[a]);
+    hn::Store(hn::IfThenElseZero(hn::AndNot(flat, present), hn::Mul(direction, scale)), d, rays.direction[a]);
   }
-  rays.count = 0;
+
+  const auto one = hn::Set(di, 1);
+  const auto run_count =
+      hn::Min(hn::ShiftRight<1>(hn::Add(turns, one)), hn::Set(di, int32_t(kMaxPendingRuns)));
+  const auto odd = hn::Eq(hn::And(turns, one), one);
+  const auto last_end = hn::Max(hn::GatherIndex(d, log.leave, ray), hn::Load(d, log.end_entered + k));
+  auto surface_t = hn::Zero(d);
+  for (uint32_t r = 0; r < kMaxPendingRuns; ++r) {
+    const auto left = hn::Sub(run_count, hn::Set(di, int32_t(r)));
+    const auto in_use = hn::RebindMask(d, hn::Gt(left, zero));
+    if (r > 0 && hn::AllFalse(d, in_use)) break;
+    const auto at =
+        hn::IfThenElseZero(hn::RebindMask(di, in_use), hn::Add(first, hn::Set(di, int32_t(2 * r))));
+    const auto begin = hn::IfThenElseZero(in_use, hn::GatherIndex(d, open.t, at));
+    const auto cut = hn::RebindMask(d, hn::And(odd, hn::Eq(left, one)));
+    const auto end =
+        hn::IfThenElseZero(in_use, hn::IfThenElse(cut, last_end, hn::GatherIndex(d, open.t + 1, at)));
+    hn::Store(begin, d, rays.begin[r]);
+    hn::Store(end, d, rays.end[r]);
+    surface_t = hn::Add(surface_t, hn::Sub(end, begin));
+  }
+  hn::Store(surface_t, d, rays.surface_t);
+  hn::Store(run_count, di, rays.run_count);
+
+  const auto when = [&](auto condition, int32_t value) {
+    return hn::IfThenElseZero(condition, hn::Set(di, value));
+  };
+  const auto has = [&](hn::Vec<Ints> bits, int32_t bit) { return hn::TestBit(bits, hn::Set(di, bit)); };
+  const auto starts = hn::AndNot(has(flags, kEntersGrid), has(turns_fresh, kFresh));
+  const auto ends = hn::AndNot(has(flags, kLeavesGrid), odd);
+  hn::Store(hn::Or(hn::Or(when(has(seen, kOutsideBit), 127), when(has(seen, kInsideBit), 127 << 8)),
+                   hn::Or(when(starts, 127 << 16), when(ends, 127 << 24))),
+            di, rays.flags);
+}
+
+/// Answers what the walk has left open, and adds to the hard rays what has too many runs.
+HWY_INLINE void answer_open(const SegmentField& field, const FeatureGrid& grid, const SegmentBatch& batch,
+                            const WalkLog& log, const OpenRays& open, Pending& rays, NetworkInputs& work,
+                            AnswerBatch& answers, HardRays& hard) {
+  const Ints di;
+  for (uint32_t k = 0; k < open.count; k += kLanes) {
+    const uint32_t count = std::min(kLanes, open.count - k);
+    take_open(field, batch, log, open, k, rays);
+    place_samples(field, rays, work);
+    if (field.features_per_corner == 2)
+      gather_pairs(field, grid, count, work);
+    else
+      gather_each(field, count, work);
+    alignas(64) int32_t logits[kLanes];
+    hn::Store(evaluate_network(field.network, work), di, logits);
+    for (uint32_t lane = 0; lane < count; ++lane) {
+      const auto ray = uint32_t(log.end_ray[k + lane]);
+      answers.logit[ray] = logits[lane];
+      answers.certain[ray] = 0;
+      if (HWY_UNLIKELY((open.turns[k + lane] & ~kFresh) > int32_t(2 * kMaxPendingRuns)))
+        hard.ray[hard.count++] = ray;
+    }
+  }
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 #include "kernels/cpu/lanes-inl.hpp"
 #include "kernels/cpu/walk_grid.hpp"
@@ -31,36 +32,38 @@ constexpr uint32_t kSlots = kGroups * kLanes;
 /// Leaps between two looks for lanes that are done: more leave lanes idle, fewer cost more than they fill.
 constexpr uint32_t kLeapsPerRefill = 4;
 
-/// Rays walked before their answers are collected.
-inline constexpr uint32_t kQueueRays = 512;
-/// Ends of runs that a batch of them has room for; where there are more, the rest goes to the reference.
-inline constexpr uint32_t kMaxTurns = 24 * kQueueRays;
+/// Rays that are taken up at a time; few, so that they stay in the nearest cache.
+inline constexpr uint32_t kQueueRays = 128;
+/// Ends of runs that are logged before answers are collected. Where those of a few rays are more than there
+/// is room for, the reference answers them.
+inline constexpr uint32_t kMaxTurns = 8 * kBatchRays;
 /// Runs of one ray that the network's part has room for.
 inline constexpr uint32_t kMaxPendingRuns = 16;
 
 /// More than the walk's rounding in voxels (docs/model.md: 0.0061 for the crossing and as much for the
 /// place), less than a voxel by far.
 constexpr float kEstimateSlack = 1.0f / 32;
-/// Ranks of lanes.
-alignas(64) constexpr int32_t kAscending[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 /// Stands for the origin along an axis that is not moved along: its planes are never reached.
 constexpr float kFlatOrigin = -3e38f;
 
-enum RayFlags : int32_t { kNegativeAxes = 7, kEntersGrid = 8, kLeavesGrid = 16 };
+enum RayFlags : int32_t { kNegativeAxes = 7, kFlatAxis = 8, kEntersGrid = 64, kLeavesGrid = 128 };
 /// Marks a turn in a ray's first voxel.
 constexpr int32_t kFresh = 1 << 30;
 /// In place of what a ray has seen: its turns are not all in the log.
 constexpr int32_t kIncomplete = -1;
 
-/// Rays that meet the grid, ready to be walked. Entries beyond the last may be read, as they are by whole
-/// vectors.
-inline constexpr uint32_t kQueueRoom = kQueueRays + 16;
+/// Whole vectors are read and written, also where the last entries are fewer.
+inline constexpr uint32_t kSlack = 16;
+
+/// Rays that meet the grid, ready to be walked, from `next` on.
 struct Queue {
-  alignas(64) float origin[3][kQueueRoom];
-  float direction[3][kQueueRoom], inverse[3][kQueueRoom], voxel[3][kQueueRoom];
-  float enter[kQueueRoom], leave[kQueueRoom];
-  int32_t flags[kQueueRoom], ray[kQueueRoom];
-  uint32_t count;
+  static constexpr uint32_t kRoom = kQueueRays + kSlots + kSlack;
+  alignas(64) float origin[3][kRoom];
+  float direction[3][kRoom], inverse[3][kRoom], voxel[3][kRoom];
+  float enter[kRoom], leave[kRoom];
+  int32_t octant[kRoom];  ///< kNegativeAxes
+  int32_t ray[kRoom];
+  uint32_t next, count;
 };
 
 /// Rays being walked, one to a lane.
@@ -68,79 +71,104 @@ struct Slots {
   alignas(64) float origin[3][kSlots];
   float direction[3][kSlots], inverse[3][kSlots], voxel[3][kSlots], stride[3][kSlots], base[kSlots];
   float now[kSlots], leave[kSlots];
-  int32_t code[kSlots];    ///< of the current voxel
-  int32_t state[kSlots];   ///< VoxelClass of the current voxel
-  int32_t seen[kSlots];    ///< union of all so far
-  int32_t queued[kSlots];  ///< which ray of the queue; with kFresh in its first voxel
+  int32_t code[kSlots];   ///< of the current voxel
+  int32_t state[kSlots];  ///< VoxelClass of the one before
+  int32_t seen[kSlots];   ///< union of all so far
+  int32_t ray[kSlots];    ///< with kFresh in its first voxel
 };
 
 /// What happens on the way, in the order of the steps: written without a branch, and sorted by ray at the
 /// end.
 struct WalkLog {
-  alignas(64) int32_t turn_queued[kMaxTurns + 16];       ///< a run begins or ends: the ray, with kFresh
-  float turn_t[kMaxTurns + 16];                          ///< and the t at which the voxel was entered
-  int32_t end_queued[kQueueRoom], end_seen[kQueueRoom];  ///< a ray is done: which, what it has seen,
-  float end_entered[kQueueRoom];                         ///< and the t at which its last voxel was entered
+  alignas(64) int32_t turn_ray[kMaxTurns + kSlack];  ///< a run begins or ends: the ray, with kFresh
+  float turn_t[kMaxTurns + kSlack];                  ///< and the t at which the voxel was entered
+  int32_t end_ray[kBatchRays + kSlack],
+      end_seen[kBatchRays + kSlack];       ///< a ray is done: which, what it has seen,
+  float end_entered[kBatchRays + kSlack];  ///< and the t at which its last voxel was entered
   uint32_t turns, ends;
-  uint32_t first[kQueueRays + 1];  ///< of each ray's turns in `t`
-  uint32_t count[kQueueRays];
-  uint8_t starts[kQueueRays];  ///< whether the first voxel is a surface voxel
-  float t[kMaxTurns + 2 * kQueueRays];
+  float leave[kBatchRays + kSlack];    ///< [ray]
+  int32_t flags[kBatchRays + kSlack];  ///< [ray]
+  int32_t rank[kBatchRays + kSlack];   ///< [ray] among those that the walk leaves open; -1 where it does not
 };
 
-/// Walks one batch. `Sink` receives what the walk cannot answer: sink.ambiguous(walker, slot) and
-/// sink.hard(ray).
-template <class Sink>
+/// Rays that the walk leaves open: the first `count` ends of the log are theirs.
+struct OpenRays {
+  uint32_t count;
+  alignas(64) int32_t turns[kBatchRays + kSlack];  ///< how often a run begins or ends, with kFresh as above
+  int32_t first[kBatchRays + kSlack];              ///< past the last of these in `t`
+  float t[kMaxTurns + kBatchRays + 2 * kMaxPendingRuns];
+};
+
+/// Rays that are for the reference: not finite, far away, or with more runs than there is room for.
+struct HardRays {
+  uint32_t count;
+  uint32_t ray[kBatchRays + kSlack];
+};
+
+/// Walks one batch, as far as the log has room at a time.
 class Walker {
  public:
-  Walker(const SegmentField& field, const WalkGrid& grid, Queue& queue, Slots& slots, WalkLog& log,
-         Sink& sink)
-      : field_(field), grid_(grid), queue_(queue), slots_(slots), log_(log), sink_(sink) {
+  Walker(const SegmentField& field, const WalkGrid& grid, const SegmentBatch& batch, AnswerBatch& answers,
+         Queue& queue, Slots& slots, WalkLog& log, OpenRays& open, HardRays& hard)
+      : field_(field),
+        grid_(grid),
+        batch_(batch),
+        answers_(answers),
+        queue_(queue),
+        slots_(slots),
+        log_(log),
+        open_(open),
+        hard_(hard) {
     for (uint32_t octant = 0; octant < 8; ++octant) {
-      float base = 0;
+      strides_[3][octant] = 0;
       for (uint32_t a = 0; a < 3; ++a) {
         const bool negative = (octant >> a) & 1;
-        strides_[octant][a] = negative ? -grid.stride[a] : grid.stride[a];
+        strides_[a][octant] = negative ? -grid.stride[a] : grid.stride[a];
         // Mirrored voxel v is voxel -v - 1, and its brick floor(v / 4) is brick -floor(v / 4) - 1.
-        if (negative) base -= grid.stride[a] * (1 + grid.beyond[a]);
+        if (negative) strides_[3][octant] -= grid.stride[a] * (1 + grid.beyond[a]);
       }
-      strides_[octant][3] = base;
-      for (uint32_t k = 0; k < 4; ++k) strides_by_octant_[k][octant] = strides_[octant][k];
     }
+    std::memset(slots_.voxel, 0, sizeof(slots_.voxel));
+    std::memset(slots_.code, 0, sizeof(slots_.code));
+    queue_.next = queue_.count = 0;
+    hard_.count = 0;
   }
 
-  void walk(const SegmentBatch& batch, AnswerBatch& answers) {
-    answers_ = &answers;
-    for (uint32_t first = 0; first < batch.count; first += kQueueRays) {
-      const uint32_t end = std::min(first + kQueueRays, batch.count);
-      queue_.count = 0;
-      for (uint32_t i = first; i < end; i += kLanes) enqueue(batch, i);
-      next_ = 0;
-      active_ = 0;
-      log_.turns = log_.ends = 0;
-      full_ = false;
-      for (uint32_t slot = 0; slot < kSlots; ++slot) refill(slot);
-      for (uint32_t group = 0; group < kGroups; ++group) look(group);
-      while (active_ != 0) {
-        for (uint32_t k = 0; k < kLeapsPerRefill; ++k)
-          for (uint32_t group = 0; group < kGroups; ++group) {
-            leap(group);
-            if (k + 1 == kLeapsPerRefill) refill_group(group);
-            look(group);
-          }
-      }
-      collect();
+  /// Answers rays that the walk alone decides, and lists the others. False where there are no more.
+  bool walk() {
+    log_.turns = log_.ends = 0;
+    full_ = false;
+    take_up();
+    for (uint32_t group = 0; group < kGroups; ++group) {
+      refill(group);
+      look(group);
     }
+    if (active_ == 0) return false;
+    while (active_ != 0) {
+      take_up();
+      for (uint32_t k = 1; k < kLeapsPerRefill; ++k)
+        for (uint32_t group = 0; group < kGroups; ++group) {
+          leap(group);
+          look(group);
+        }
+      for (uint32_t group = 0; group < kGroups; ++group) {
+        leap(group);
+        refill(group);
+        look(group);
+      }
+    }
+    collect();
+    return true;
   }
 
  private:
   /// To grid space, clipped; rays that miss the grid are answered here.
-  HWY_INLINE void enqueue(const SegmentBatch& batch, uint32_t i) {
+  HWY_INLINE void enqueue(uint32_t i) {
     const Floats d;
     const Ints di;
     const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-    const auto tmin = hn::Load(d, batch.tmin + i), tmax = hn::Load(d, batch.tmax + i);
-    const auto present = hn::FirstN(d, batch.count - i);
+    const auto tmin = hn::Load(d, batch_.tmin + i), tmax = hn::Load(d, batch_.tmax + i);
+    const auto present = hn::FirstN(d, batch_.count - i);
     const auto scale = hn::Set(d, field_.voxels_per_unit);
     hn::Vec<Floats> origin[3], direction[3], inverse[3], voxel[3];
 
@@ -148,8 +176,8 @@ class Walker {
     auto easy = hn::And(present, hn::Le(tmin, tmax));
     auto steepest = zero;
     for (uint32_t a = 0; a < 3; ++a) {
-      origin[a] = hn::Mul(hn::Sub(hn::Load(d, batch.origin[a] + i), hn::Set(d, field_.origin[a])), scale);
-      direction[a] = hn::Mul(hn::Load(d, batch.direction[a] + i), scale);
+      origin[a] = hn::Mul(hn::Sub(hn::Load(d, batch_.origin[a] + i), hn::Set(d, field_.origin[a])), scale);
+      direction[a] = hn::Mul(hn::Load(d, batch_.direction[a] + i), scale);
       easy = hn::And(easy, hn::Le(hn::Abs(origin[a]), hn::Set(d, kCertainReach)));
       easy = hn::And(easy, hn::Le(hn::Abs(direction[a]), hn::Set(d, kMaxDirection)));
       steepest = hn::Max(steepest, hn::Abs(direction[a]));
@@ -179,6 +207,7 @@ class Walker {
       enter = hn::IfThenElse(later, first, enter);
       leave = hn::IfThenElse(sooner, last, leave);
       flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, negative[a]), hn::Set(di, 1 << a)));
+      flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, flat[a]), hn::Set(di, kFlatAxis << a)));
       flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, later), hn::Set(di, kEntersGrid)));
       flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, sooner), hn::Set(di, kLeavesGrid)));
     }
@@ -192,11 +221,15 @@ class Walker {
       origin[a] = hn::IfThenElse(flat[a], hn::Set(d, kFlatOrigin), origin[a]);
     }
 
-    hn::StoreU(hn::Set(di, kCertainLogit), di, answers_->logit + i);
-    std::memset(answers_->certain + i, 1, std::min(kLanes, batch.count - i));
-    for (uint32_t hard = bits_of(hn::AndNot(easy, present)); hard != 0; hard &= hard - 1)
-      sink_.hard(i + uint32_t(__builtin_ctz(hard)));
+    hn::StoreU(hn::Set(di, kCertainLogit), di, answers_.logit + i);
+    std::memset(answers_.certain + i, 1, std::min(kLanes, batch_.count - i));
+    const uint32_t hard = bits_of(hn::AndNot(easy, present));
+    hn::StoreU(gather_lanes(hard, hn::Iota(Words(), i)), Words(), hard_.ray + hard_.count);
+    hard_.count += uint32_t(__builtin_popcount(hard));
 
+    hn::StoreU(leave, d, log_.leave + i);
+    hn::StoreU(flags, di, log_.flags + i);
+    hn::StoreU(hn::Set(di, -1), di, log_.rank + i);
     const uint32_t to = queue_.count, lanes = bits_of(meets);
     for (uint32_t a = 0; a < 3; ++a) {
       hn::StoreU(gather_lanes(lanes, origin[a]), d, queue_.origin[a] + to);
@@ -206,53 +239,50 @@ class Walker {
     }
     hn::StoreU(gather_lanes(lanes, enter), d, queue_.enter + to);
     hn::StoreU(gather_lanes(lanes, leave), d, queue_.leave + to);
-    hn::StoreU(gather_lanes(lanes, flags), di, queue_.flags + to);
+    hn::StoreU(gather_lanes(lanes, hn::And(flags, hn::Set(di, kNegativeAxes))), di, queue_.octant + to);
     hn::StoreU(gather_lanes(lanes, hn::Iota(di, int32_t(i))), di, queue_.ray + to);
     queue_.count += uint32_t(__builtin_popcount(lanes));
   }
 
-  /// Puts the next ray into a slot, or one that stands still.
-  HWY_INLINE void refill(uint32_t slot) {
-    const uint64_t bit = uint64_t{1} << slot;
-    slots_.state[slot] = slots_.seen[slot] = slots_.queued[slot] = 0;
-    if (next_ == queue_.count) {
-      active_ &= ~bit;
-      for (uint32_t a = 0; a < 3; ++a) {
-        slots_.origin[a][slot] = slots_.direction[a][slot] = slots_.inverse[a][slot] = 0;
-        slots_.voxel[a][slot] = slots_.stride[a][slot] = 0;
-      }
-      slots_.base[slot] = slots_.now[slot] = 0;
-      slots_.leave[slot] = -1;
-      return;
+  /// Sees to it that the queue has enough for all lanes, as long as there are rays and the log has room.
+  HWY_INLINE void take_up() {
+    while (queue_.count - queue_.next < kSlots && taken_ < batch_.count && log_.turns <= kMaxTurns / 2) {
+      move_to_front();
+      const uint32_t end = std::min(taken_ + kQueueRays, batch_.count);
+      for (; taken_ < end; taken_ += kLanes) enqueue(taken_);
     }
-    const uint32_t i = next_++;
-    const float* strides = strides_[queue_.flags[i] & kNegativeAxes];
-    for (uint32_t a = 0; a < 3; ++a) {
-      slots_.origin[a][slot] = queue_.origin[a][i];
-      slots_.direction[a][slot] = queue_.direction[a][i];
-      slots_.inverse[a][slot] = queue_.inverse[a][i];
-      slots_.voxel[a][slot] = queue_.voxel[a][i];
-      slots_.stride[a][slot] = strides[a];
-    }
-    slots_.base[slot] = strides[3];
-    slots_.now[slot] = queue_.enter[i];
-    slots_.leave[slot] = queue_.leave[i];
-    slots_.queued[slot] = int32_t(i) | kFresh;
-    active_ |= bit;
   }
 
-  /// Puts the next rays into the slots of a group that stand still.
-  HWY_INLINE void refill_group(uint32_t group) {
+  void move_to_front() {
+    const uint32_t next = queue_.next, left = queue_.count - next;
+    const auto move = [&](auto* entries) {
+      const hn::Rebind<std::remove_pointer_t<decltype(entries)>, Floats> d;
+      for (uint32_t i = 0; i < left; i += kLanes) hn::Store(hn::LoadU(d, entries + next + i), d, entries + i);
+    };
+    for (uint32_t a = 0; a < 3; ++a) {
+      move(queue_.origin[a]);
+      move(queue_.direction[a]);
+      move(queue_.inverse[a]);
+      move(queue_.voxel[a]);
+    }
+    move(queue_.enter);
+    move(queue_.leave);
+    move(queue_.octant);
+    move(queue_.ray);
+    queue_.next = 0;
+    queue_.count = left;
+  }
+
+  /// Puts the next rays into the slots of a group that stand still, as far as there are any.
+  HWY_INLINE void refill(uint32_t group) {
     const Floats d;
     const Ints di;
-    const uint32_t at = group * kLanes, idle = ~uint32_t(active_ >> at) & kAllLanes;
-    const auto wanted = uint32_t(__builtin_popcount(idle));
-    if (HWY_UNLIKELY(queue_.count - next_ < wanted)) {
-      for (uint32_t left = idle; left != 0; left &= left - 1) refill(at + uint32_t(__builtin_ctz(left)));
-      return;
-    }
+    const uint32_t at = group * kLanes;
+    uint32_t idle = ~uint32_t(active_ >> at) & kAllLanes;
+    const uint32_t next = queue_.next;
+    while (uint32_t(__builtin_popcount(idle)) > queue_.count - next) idle &= idle - 1;
     const auto put = [&](const float* from, float* to) {
-      hn::Store(scatter_lanes(idle, hn::Load(d, to + at), from + next_), d, to + at);
+      hn::Store(scatter_lanes(idle, hn::Load(d, to + at), from + next), d, to + at);
     };
     for (uint32_t a = 0; a < 3; ++a) {
       put(queue_.origin[a], slots_.origin[a]);
@@ -264,22 +294,19 @@ class Walker {
     put(queue_.leave, slots_.leave);
     const auto filled = mask_of(idle);
     const auto filled_int = hn::RebindMask(di, filled);
-    const auto flags = scatter_lanes(idle, hn::Zero(di), queue_.flags + next_);
-    const auto octants = hn::And(flags, hn::Set(di, kNegativeAxes));
+    const auto octants = scatter_lanes(idle, hn::Zero(di), queue_.octant + next);
     const auto choose = [&](uint32_t which, float* to) {
-      const auto strides = look_up<8>(d, strides_by_octant_[which], octants);
+      const auto strides = look_up<8>(d, strides_[which], octants);
       hn::Store(hn::IfThenElse(filled, strides, hn::Load(d, to + at)), d, to + at);
     };
     for (uint32_t a = 0; a < 3; ++a) choose(a, slots_.stride[a]);
     choose(3, slots_.base);
-    const auto number = hn::Set(di, int32_t(next_) | kFresh);
-    hn::Store(hn::Add(scatter_lanes(idle, hn::Load(di, slots_.queued + at), kAscending),
-                      hn::IfThenElseZero(filled_int, number)),
-              di, slots_.queued + at);
+    const auto rays = scatter_lanes(idle, hn::Load(di, slots_.ray + at), queue_.ray + next);
+    hn::Store(hn::Or(rays, hn::IfThenElseZero(filled_int, hn::Set(di, kFresh))), di, slots_.ray + at);
     hn::Store(hn::IfThenZeroElse(filled_int, hn::Load(di, slots_.state + at)), di, slots_.state + at);
     hn::Store(hn::IfThenZeroElse(filled_int, hn::Load(di, slots_.seen + at)), di, slots_.seen + at);
-    next_ += wanted;
-    active_ |= uint64_t{kAllLanes} << at;
+    queue_.next += uint32_t(__builtin_popcount(idle));
+    active_ |= uint64_t{idle} << at;
   }
 
   /// Fetches the codes of a group's voxels. The leap that needs them comes after another group's.
@@ -347,12 +374,12 @@ class Walker {
     hn::Store(hn::Max(t, now), d, slots_.now + at);
     hn::Store(state, di, slots_.state + at);
     hn::Store(seen, di, slots_.seen + at);
-    const auto queued = hn::Load(di, slots_.queued + at);
-    const auto ray = hn::AndNot(hn::Set(di, kFresh), queued);
-    hn::Store(ray, di, slots_.queued + at);
+    const auto maybe_fresh = hn::Load(di, slots_.ray + at);
+    const auto ray = hn::AndNot(hn::Set(di, kFresh), maybe_fresh);
+    hn::Store(ray, di, slots_.ray + at);
 
     const uint32_t turning = bits_of(hn::And(hn::RebindMask(d, turns), active));
-    hn::StoreU(gather_lanes(turning, queued), di, log_.turn_queued + log_.turns);
+    hn::StoreU(gather_lanes(turning, maybe_fresh), di, log_.turn_ray + log_.turns);
     hn::StoreU(gather_lanes(turning, now), d, log_.turn_t + log_.turns);
     log_.turns += uint32_t(__builtin_popcount(turning));
     if (HWY_UNLIKELY(log_.turns > kMaxTurns)) {
@@ -363,64 +390,78 @@ class Walker {
     active_ &= ~(uint64_t{ending} << at);
     // A ray that ends once the log is full may lack turns: no state is what it is known by.
     const auto seen_or_none = full_ ? hn::Set(di, kIncomplete) : seen;
-    hn::StoreU(gather_lanes(ending, ray), di, log_.end_queued + log_.ends);
+    hn::StoreU(gather_lanes(ending, ray), di, log_.end_ray + log_.ends);
     hn::StoreU(gather_lanes(ending, seen_or_none), di, log_.end_seen + log_.ends);
     hn::StoreU(gather_lanes(ending, now), d, log_.end_entered + log_.ends);
     log_.ends += uint32_t(__builtin_popcount(ending));
   }
 
-  /// Sorts the log by ray, and hands out the answers.
+  /// Hands out the answers that there are, and sorts the log of the rays left open by ray.
   HWY_INLINE void collect() {
-    std::memset(log_.count, 0, sizeof(log_.count));
-    std::memset(log_.starts, 0, sizeof(log_.starts));
-    for (uint32_t i = 0; i < log_.turns; ++i) {
-      const int32_t queued = log_.turn_queued[i];
-      const uint32_t ray = uint32_t(queued & ~kFresh);
-      ++log_.count[ray];
-      log_.starts[ray] |= uint8_t(queued != int32_t(ray));
+    const Floats d;
+    const Ints di;
+    open_.count = 0;
+    const auto both = hn::Set(di, int32_t(kOutsideBit) | int32_t(kInsideBit));
+    for (uint32_t i = 0; i < log_.ends; i += kLanes) {
+      const auto present = hn::RebindMask(di, hn::FirstN(d, log_.ends - i));
+      const auto ray = hn::Load(di, log_.end_ray + i), seen = hn::Load(di, log_.end_seen + i);
+      const auto entered = hn::Load(d, log_.end_entered + i);
+      const auto incomplete = hn::And(present, hn::Lt(seen, hn::Zero(di)));
+      const auto blocked = hn::AndNot(incomplete, hn::And(present, hn::Eq(hn::And(seen, both), both)));
+      const auto surface = hn::And(present, hn::TestBit(seen, hn::Set(di, int32_t(kSurfaceBit))));
+      const uint32_t open = bits_of(hn::AndNot(hn::Or(incomplete, blocked), surface));
+      alignas(64) int32_t rays[kLanes];
+      hn::Store(ray, di, rays);
+      for (uint32_t lanes = bits_of(blocked); lanes != 0; lanes &= lanes - 1)
+        answers_.logit[rays[__builtin_ctz(lanes)]] = -kCertainLogit;
+      for (uint32_t lanes = bits_of(incomplete); HWY_UNLIKELY(lanes != 0); lanes &= lanes - 1)
+        hard_.ray[hard_.count++] = uint32_t(rays[__builtin_ctz(lanes)]);
+      // No more than have been read.
+      hn::StoreU(gather_lanes(open, ray), di, log_.end_ray + open_.count);
+      hn::StoreU(gather_lanes(open, seen), di, log_.end_seen + open_.count);
+      hn::StoreU(gather_lanes(open, entered), d, log_.end_entered + open_.count);
+      open_.count += uint32_t(__builtin_popcount(open));
     }
-    uint32_t sum = 0;
-    for (uint32_t ray = 0; ray < queue_.count; ++ray) {
-      log_.first[ray] = sum;
-      sum += (log_.count[ray] + 1) & ~1u;  // room for the end of a run that the segment ends in
-      log_.count[ray] = 0;
+    for (uint32_t k = 0; k < open_.count; ++k) log_.rank[log_.end_ray[k]] = int32_t(k);
+
+    uint32_t turns = 0;
+    for (uint32_t i = 0; i < log_.turns; i += kLanes) {
+      const auto ray = hn::Load(di, log_.turn_ray + i);
+      const auto present = hn::RebindMask(di, hn::FirstN(d, log_.turns - i));
+      const auto fresh = hn::And(ray, hn::Set(di, kFresh));
+      const auto rank = hn::GatherIndex(di, log_.rank, hn::IfThenElseZero(present, hn::Xor(ray, fresh)));
+      const uint32_t open = bits_of(hn::And(present, hn::Gt(rank, hn::Set(di, -1))));
+      const auto t = hn::Load(d, log_.turn_t + i);
+      hn::StoreU(gather_lanes(open, hn::Or(rank, fresh)), di, log_.turn_ray + turns);
+      hn::StoreU(gather_lanes(open, t), d, log_.turn_t + turns);
+      turns += uint32_t(__builtin_popcount(open));
     }
-    for (uint32_t i = 0; i < log_.turns; ++i) {
-      const auto ray = uint32_t(log_.turn_queued[i] & ~kFresh);
-      log_.t[log_.first[ray] + log_.count[ray]++] = log_.turn_t[i];
+    std::memset(open_.turns, 0, open_.count * sizeof(open_.turns[0]));
+    for (uint32_t i = 0; i < turns; ++i) {
+      const int32_t rank = log_.turn_ray[i];
+      open_.turns[rank & ~kFresh] += (rank & kFresh) + 1;
     }
-    constexpr int32_t kBoth = kOutsideBit | kInsideBit;
-    for (uint32_t i = 0; i < log_.ends; ++i) {
-      const auto queued = uint32_t(log_.end_queued[i]);
-      const auto ray = uint32_t(queue_.ray[queued]);
-      const int32_t seen = log_.end_seen[i];
-      const uint32_t turns = log_.count[queued];
-      if (HWY_UNLIKELY(seen == kIncomplete)) {
-        sink_.hard(ray);
-      } else if ((seen & kBoth) == kBoth) {
-        answers_->logit[ray] = -kCertainLogit;
-      } else if (HWY_UNLIKELY(turns > 2 * kMaxPendingRuns)) {
-        sink_.hard(ray);
-      } else if (turns != 0) {
-        float* t = log_.t + log_.first[queued];
-        if (turns % 2 == 1) t[turns] = max_of(queue_.leave[queued], log_.end_entered[i]);
-        sink_.ambiguous(queue_, queued, seen, log_.starts[queued] != 0, turns, t);
-      }
+    int32_t sum = 0;
+    for (uint32_t k = 0; k < open_.count; ++k) {
+      open_.first[k] = sum;
+      sum += open_.turns[k] & ~kFresh;
     }
+    for (uint32_t i = 0; i < turns; ++i) open_.t[open_.first[log_.turn_ray[i] & ~kFresh]++] = log_.turn_t[i];
   }
 
   const SegmentField& field_;
   const WalkGrid& grid_;
+  const SegmentBatch& batch_;
+  AnswerBatch& answers_;
   Queue& queue_;
   Slots& slots_;
   WalkLog& log_;
-  Sink& sink_;
-  AnswerBatch* answers_ = nullptr;
-  float strides_[8][4];                        ///< [octant]: of the mirrored voxels, then the base
-  alignas(64) float strides_by_octant_[4][8];  ///< the same, transposed
-  uint32_t next_ = 0;
-  uint64_t active_ = 0;  ///< slots as bits
-  bool full_ = false;    ///< the log of turns
+  OpenRays& open_;
+  HardRays& hard_;
+  alignas(64) float strides_[4][8];  ///< along each axis, then the base; [octant]
+  uint32_t taken_ = 0;               ///< rays of the batch so far
+  uint64_t active_ = 0;              ///< slots as bits
+  bool full_ = false;                ///< the log of turns
 };
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
