@@ -25,6 +25,19 @@ using Words = hn::RebindToUnsigned<Floats>;
 constexpr uint32_t kLanes = uint32_t(hn::MaxLanes(Floats()));
 constexpr uint32_t kAllLanes = (1u << kLanes) - 1;
 
+/// Of whole numbers that fit. Highway's conversion spends as much again on those that do not.
+HWY_INLINE hn::Vec<Ints> to_ints(hn::Vec<Floats> v) {
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+  return hn::Vec<Ints>{_mm512_cvttps_epi32(v.raw)};
+#elif HWY_TARGET == HWY_AVX2
+  return hn::Vec<Ints>{_mm256_cvttps_epi32(v.raw)};
+#elif HWY_TARGET == HWY_SSE4
+  return hn::Vec<Ints>{_mm_cvttps_epi32(v.raw)};
+#else
+  return hn::ConvertTo(Ints(), v);
+#endif
+}
+
 template <class Mask>
 HWY_INLINE uint32_t bits_of(Mask mask) {
   const Floats d;

@@ -40,9 +40,10 @@ struct NetworkInputs {
   uint32_t hidden[2][kMaxWidth / 4][kLanes];
 };
 
-/// As to_index of the reference; the result is still a float.
-HWY_INLINE hn::Vec<Floats> to_index(Floats d, hn::Vec<Floats> x, float top) {
-  return hn::Trunc(hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, top)));
+/// As to_index of the reference, but for the rounding towards zero, which conversion to integers brings.
+HWY_INLINE hn::Vec<Floats> clamp(hn::Vec<Floats> x, float top) {
+  const Floats d;
+  return hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, top));
 }
 
 /// Adds to each 32-bit sum the products of its four bytes, 0..127 in x and -127..127 in w.
@@ -136,12 +137,12 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
     auto voxels = hn::Zero(di), fractions = hn::Zero(di);
     for (uint32_t a = 0; a < 3; ++a) {
       const auto at = hn::Add(origin[a], hn::Mul(t, direction[a]));
-      const auto voxel = to_index(d, at, float(field.voxels[a] - 1));
+      const auto voxel = hn::Trunc(clamp(at, float(field.voxels[a] - 1)));
       const auto scaled =
           hn::Add(hn::Mul(hn::Sub(at, voxel), hn::Set(d, float(kFractionOne))), hn::Set(d, 0.5f));
-      const auto fraction = to_index(d, scaled, float(kFractionOne));
-      voxels = hn::Or(voxels, hn::ShiftLeftSame(hn::ConvertTo(di, voxel), int(10 * a)));
-      fractions = hn::Or(fractions, hn::ShiftLeftSame(hn::ConvertTo(di, fraction), int(8 * a)));
+      const auto fraction = clamp(scaled, float(kFractionOne));
+      voxels = hn::Or(voxels, hn::ShiftLeftSame(to_ints(voxel), int(10 * a)));
+      fractions = hn::Or(fractions, hn::ShiftLeftSame(to_ints(fraction), int(8 * a)));
     }
     hn::Store(voxels, di, out.voxel[j]);
     hn::Store(fractions, di, out.fraction[j]);
@@ -154,11 +155,11 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
     const auto unit = hn::Div(direction[a], length);
     const auto upward = hn::IfThenElse(reversed, hn::Neg(unit), unit);
     const auto scaled = hn::Add(hn::Set(d, 64.0f), hn::Mul(hn::Set(d, 63.5f), upward));
-    const auto input = hn::ConvertTo(di, to_index(d, scaled, 127));
+    const auto input = to_ints(clamp(scaled, 127));
     globals = hn::Or(globals, hn::ShiftLeftSame(input, int(8 * a)));
   }
   const auto inside = hn::Mul(hn::Mul(surface_t, length), hn::Set(d, field.length_scale));
-  const auto inside_input = hn::ConvertTo(di, to_index(d, hn::Add(inside, hn::Set(d, 0.5f)), 127));
+  const auto inside_input = to_ints(clamp(hn::Add(inside, hn::Set(d, 0.5f)), 127));
   globals = hn::Or(globals, hn::ShiftLeft<24>(inside_input));
   // Bytes: saw outside, saw inside, starts, ends; a reversed segment ends where it started.
   const auto flags = hn::Load(di, rays.flags);

@@ -324,7 +324,7 @@ class Walker {
     }
     // Lanes that stand still may have left the grid.
     const auto active = mask_of(uint32_t((active_ >> at) & kAllLanes));
-    const auto number = hn::IfThenElseZero(hn::RebindMask(di, active), hn::ConvertTo(di, place));
+    const auto number = hn::IfThenElseZero(hn::RebindMask(di, active), to_ints(place));
     const auto word =
         hn::GatherIndex(di, reinterpret_cast<const int32_t*>(grid_.codes.data()), hn::ShiftRight<3>(number));
     const auto shift = hn::ShiftLeft<2>(hn::And(number, hn::Set(di, 7)));
