@@ -26,8 +26,9 @@ struct Placement {
 std::mt19937 random_bits(1);
 int between(int low, int high) { return low + int(random_bits() % unsigned(high - low + 1)); }
 
-/// Rays about a box, in numbers of few bits: moved by an exact transform they are not rounded.
-std::vector<NifRay> make_rays(const NifSceneInfo& box) {
+/// Rays about a box, in numbers of few bits: moved by an exact transform they are not rounded. Parallel ones
+/// are coherent.
+std::vector<NifRay> make_rays(const NifSceneInfo& box, bool parallel) {
   float size = 0;
   for (int a = 0; a < 3; ++a) size = std::max(size, box.bounds_max[a] - box.bounds_min[a]);
   const float step = std::exp2(std::ceil(std::log2(size)) - 8);
@@ -41,11 +42,11 @@ std::vector<NifRay> make_rays(const NifSceneInfo& box) {
   for (NifRay& ray : rays) {
     for (int a = 0; a < 3; ++a) {
       ray.origin[a] = point(a);
-      ray.direction[a] = point(a) - ray.origin[a];
+      ray.direction[a] = parallel ? step * float(40 * a + 60) : point(a) - ray.origin[a];
     }
     if (ray.direction[0] == 0 && ray.direction[1] == 0 && ray.direction[2] == 0) ray.direction[0] = step;
     ray.tmin = 0.125f * float(between(0, 3));
-    ray.tmax = between(0, 3) == 0 ? kInfinity : 0.125f * float(between(2, 16));
+    ray.tmax = parallel || between(0, 3) == 0 ? kInfinity : 0.125f * float(between(2, 16));
   }
   return rays;
 }
@@ -150,15 +151,19 @@ struct Check {
     nifkit::Scene nif(device);
     for (const Placement& placement : placements) nif.add(asset, placement.object, placement.transform);
     nif.commit();
-    const std::vector<NifRay> rays = make_rays(nif.info());
-    std::vector<uint8_t> expected(rays.size());
-    nif.query(nifkit::rays(rays).visible(expected));
-    const auto blocked = std::count(expected.begin(), expected.end(), 0);
-    std::printf("%s: %zu rays, %td blocked\n", what, rays.size(), blocked);
-    if (blocked * 50 < std::ptrdiff_t(rays.size()) || blocked * 50 > 49 * std::ptrdiff_t(rays.size())) {
-      std::puts("  too few of one answer to tell anything");
-      failed = true;
-    }
+    std::vector<NifRay> rays;
+    std::vector<uint8_t> expected;
+    const auto draw = [&](bool parallel) {
+      rays = make_rays(nif.info(), parallel);
+      expected.resize(rays.size());
+      nif.query(nifkit::rays(rays).visible(expected));
+      const auto blocked = std::count(expected.begin(), expected.end(), 0);
+      std::printf("%s: %zu %srays, %td blocked\n", what, rays.size(), parallel ? "parallel " : "", blocked);
+      if (blocked * 50 < std::ptrdiff_t(rays.size()) || blocked * 50 > 49 * std::ptrdiff_t(rays.size())) {
+        std::puts("  too few of one answer to tell anything");
+        failed = true;
+      }
+    };
     const auto see = [&](const char* call, const std::vector<uint8_t>& got, bool lanes_left_out) {
       size_t wrong = 0;
       for (size_t i = 0; i < rays.size(); ++i)
@@ -167,11 +172,14 @@ struct Check {
       std::printf("  %-22s %6zu differ%s\n", call, wrong, fine ? "" : "  FAILED");
       failed |= !fine;
     };
+    draw(false);
     see("rtcOccluded1", ask_singles(scene, rays), false);
     see("rtcOccluded4", ask_packets<4, RTCRay4>(scene, rays, rtcOccluded4), true);
     see("rtcOccluded8", ask_packets<8, RTCRay8>(scene, rays, rtcOccluded8), true);
     see("rtcOccluded16", ask_packets<16, RTCRay16>(scene, rays, rtcOccluded16), true);
     see("rtcOccluded1M", ask_stream(scene, rays, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT), false);
+    // Embree 3.13 never returns from this call for rays that are not coherent, among instances of whatever.
+    draw(true);
     see("rtcOccluded1M coherent", ask_stream(scene, rays, RTC_INTERSECT_CONTEXT_FLAG_COHERENT), false);
   }
 

@@ -1,0 +1,141 @@
+// Renders copies of a model on a floor with the shadows of its triangles, and again with those of the asset
+// that was baked from it, and says how often, and how fast, the two agree.
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <string>
+
+#include "render.hpp"
+
+namespace {
+
+constexpr char kHelp[] =
+    "embree_geometry ASSET.nif MESH.obj [options]: an asset in Embree's place for shadow rays.\n"
+    "\n"
+    "MESH.obj is what the asset was baked from. The picture shows, from the left: shadows of the triangles,\n"
+    "shadows of the asset, and where they differ (red: the asset lets light through; blue: it takes some).\n"
+    "\n"
+    "  -o FILE.png   the picture (default: none is written)\n"
+    "  --width N     pixels of each of its three parts (default 480)\n"
+    "  --soft N      the sun's radius in degrees, 0 to 20 (default 0: hard shadows)\n"
+    "  --help        this text\n";
+
+struct Options {
+  std::string asset, mesh, picture;
+  int width = 480, soft = 0;
+};
+
+struct Usage {
+  std::string sentence;
+};
+
+int read_number(const std::string& option, const char* text, int least, int most) {
+  int number = 0;
+  const char* end = text + std::strlen(text);
+  const auto [stop, error] = std::from_chars(text, end, number);
+  if (error != std::errc() || stop != end || number < least || number > most)
+    throw Usage{option + " takes a whole number, " + std::to_string(least) + " to " + std::to_string(most)};
+  return number;
+}
+
+Options read_options(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word.empty() || word[0] != '-') {
+      if (!options.mesh.empty()) throw Usage{"one asset and one mesh are enough: '" + word + "'"};
+      (options.asset.empty() ? options.asset : options.mesh) = word;
+      continue;
+    }
+    if (word != "-o" && word != "--width" && word != "--soft")
+      throw Usage{"unknown option '" + word + "'; see --help"};
+    if (++i == argc) throw Usage{word + " needs a value; see --help"};
+    if (word == "-o") options.picture = argv[i];
+    if (word == "--width") options.width = read_number(word, argv[i], 16, 4096);
+    if (word == "--soft") options.soft = read_number(word, argv[i], 0, 20);
+  }
+  if (options.mesh.empty()) throw Usage{"an asset and its mesh are needed; see --help"};
+  return options;
+}
+
+struct ReleaseDevice {
+  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+};
+
+/// Red where the asset lets more light through, blue where less.
+void draw_difference(Picture& picture, uint32_t width) {
+  for (uint32_t y = 0; y < picture.height; ++y) {
+    for (uint32_t x = 0; x < width; ++x) {
+      const int exact = picture.at(x, y)[0], learned = picture.at(width + x, y)[0];
+      const int dim = exact / 6;
+      uint8_t* colour = picture.at(2 * width + x, y);
+      colour[0] = uint8_t(std::clamp(dim + 3 * (learned - exact), dim, 255));
+      colour[1] = uint8_t(dim);
+      colour[2] = uint8_t(std::clamp(dim + 3 * (exact - learned), dim, 255));
+    }
+  }
+}
+
+void print_row(const char* what, const Asked& asked, const Answers& expected) {
+  const auto total = double(std::max<size_t>(1, expected.size()));
+  size_t dark = 0, same = 0;
+  for (size_t i = 0; i < expected.size(); ++i) {
+    dark += !asked.visible[i];
+    same += asked.visible[i] == expected[i];
+  }
+  std::printf("%-34s %8.2f %% %8.2f %% %9.1f\n", what, 100 * double(dark) / total, 100 * double(same) / total,
+              1e3 * asked.seconds);
+}
+
+void run(const Options& options) {
+  // One thread each: the times below compare like with like.
+  const std::unique_ptr<RTCDeviceTy, ReleaseDevice> embree(rtcNewDevice("threads=1"));
+  if (!embree) throw std::runtime_error("Embree gives no device");
+  const nifkit::Device device;
+  const nifkit::Asset asset = nifkit::Asset::load(device, options.asset);
+  const Mesh mesh = read_obj(options.mesh);
+  const World world(embree.get(), device, asset, mesh);
+
+  const auto width = uint32_t(options.width), height = width * 3 / 4;
+  const Shading shading = shade(world, width, height, 0.01745f * float(options.soft));
+  const Asked triangles = ask_embree(world.own(), shading.rays);
+  const Asked learned = ask_embree(world.shadow(), shading.rays);
+  const Asked direct = ask_directly(world.direct(), shading.rays);
+  world.throw_where_a_query_failed();
+  if (const RTCError error = rtcGetDeviceError(embree.get()); error != RTC_ERROR_NONE)
+    throw std::runtime_error("Embree: error " + std::to_string(int(error)));
+
+  std::printf("%zu triangles, %zu shadow rays\n\n", mesh.triangles.size(), shading.rays.size());
+  std::printf("%-34s %10s %10s %9s\n", "", "in shadow", "agree", "ms");
+  print_row("triangles, rtcOccluded16", triangles, triangles.visible);
+  print_row("asset as geometry, rtcOccluded16", learned, triangles.visible);
+  print_row("asset alone, nifQuery", direct, triangles.visible);
+  if (options.picture.empty()) return;
+  Picture picture(3 * width, height);
+  draw(shading, triangles.visible, picture, 0);
+  draw(shading, learned.visible, picture, width);
+  draw_difference(picture, width);
+  write_png(picture, options.picture);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    if (argc == 2 && (std::strcmp(argv[1], "--help") == 0 || std::strcmp(argv[1], "-h") == 0)) {
+      std::fputs(kHelp, stdout);
+      return 0;
+    }
+    run(read_options(argc, argv));
+    return 0;
+  } catch (const Usage& usage) {
+    std::fprintf(stderr, "embree_geometry: %s\n", usage.sentence.c_str());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "embree_geometry: %s\n", error.what());
+    return 1;
+  }
+}

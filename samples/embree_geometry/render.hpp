@@ -1,0 +1,31 @@
+// A picture's primary rays, the shadow rays that they lead to, and the shadow rays' answers.
+#pragma once
+
+#include <vector>
+
+#include "picture.hpp"
+#include "world.hpp"
+
+struct Shading {
+  uint32_t width, height;
+  std::vector<float> light;     // [4 samples of each pixel] of the sun, were there no shadow
+  std::vector<uint32_t> asker;  // [shadow rays] which sample asks
+  std::vector<NifRay> rays;     // [shadow rays] towards the sun
+};
+
+/// Primary rays into the renderer's own scene. `soft` is the radius of the sun's disk, as a tangent.
+Shading shade(const World& world, uint32_t width, uint32_t height, float soft);
+
+/// Each 1 visible, 0 in shadow.
+using Answers = std::vector<uint8_t>;
+
+/// Both in packets of 16.
+struct Asked {
+  Answers visible;
+  double seconds;
+};
+Asked ask_embree(RTCScene scene, const std::vector<NifRay>& rays);
+Asked ask_directly(const nifkit::Scene& scene, const std::vector<NifRay>& rays);
+
+/// Fills the picture's columns from `left` on.
+void draw(const Shading& shading, const Answers& visible, Picture& picture, uint32_t left);
