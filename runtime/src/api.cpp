@@ -1,10 +1,80 @@
 // The C interface: checks of arguments, then the call, under one wrapper that turns exceptions into codes.
 #include "error.hpp"
 #include "float_environment.hpp"
+#include "handles.hpp"
 #include "query.hpp"
 #include "structure.hpp"
 
 using namespace nif::runtime;
+
+namespace {
+
+template <class Handle>
+struct Handled;
+template <>
+struct Handled<NifDevice> {
+  using Type = NifDeviceObject;
+  static constexpr Kind kKind = Kind::device;
+  static constexpr const char* kName = "device";
+};
+template <>
+struct Handled<NifAsset> {
+  using Type = NifAssetObject;
+  static constexpr Kind kKind = Kind::asset;
+  static constexpr const char* kName = "asset";
+};
+template <>
+struct Handled<NifScene> {
+  using Type = NifSceneObject;
+  static constexpr Kind kKind = Kind::scene;
+  static constexpr const char* kName = "scene";
+};
+template <>
+struct Handled<NifJob> {
+  using Type = NifJobObject;
+  static constexpr Kind kKind = Kind::job;
+  static constexpr const char* kName = "job";
+};
+
+/// What a handle stands for. Throws Failure where that is nothing.
+template <class Handle>
+auto& get(Handle handle) {
+  using About = Handled<Handle>;
+  require_argument(handle, About::kName);
+  Object* object = find_object(About::kKind, reinterpret_cast<uintptr_t>(handle));
+  if (!object) refuse_argument(std::string(About::kName) + " is no handle, or that of a destroyed object");
+  return static_cast<typename About::Type&>(*object);
+}
+
+/// A handle for a new object, whose reference it takes over.
+template <class Handle>
+Handle hand_out(typename Handled<Handle>::Type* object) {
+  try {
+    return reinterpret_cast<Handle>(make_handle(Handled<Handle>::kKind, object));
+  } catch (...) {
+    release(object);
+    throw;
+  }
+}
+
+template <class Handle>
+void retain(Handle handle) {
+  retain_handle(Handled<Handle>::kKind, reinterpret_cast<uintptr_t>(handle));
+}
+
+void give_back(NifDeviceObject& device) { release(&device); }
+void give_back(NifAssetObject& asset) { release(&asset); }
+void give_back(NifSceneObject& scene) { release(&scene); }
+void give_back(NifJobObject& job) { job.device->crew.drop_handle(job); }
+
+template <class Handle>
+void release_one(Handle handle) {
+  using About = Handled<Handle>;
+  if (Object* object = release_handle(About::kKind, reinterpret_cast<uintptr_t>(handle)))
+    give_back(static_cast<typename About::Type&>(*object));
+}
+
+}  // namespace
 
 extern "C" {
 
@@ -15,20 +85,17 @@ uint32_t nifGetVersion(void) { return NIF_VERSION; }
 NifError nifNewDevice(const char* config, const NifDeviceCallbacks* callbacks, NifDevice* device) {
   return guarded([&] {
     require_argument(device, "device");
-    *device = new_device(config, callbacks);
+    *device = hand_out<NifDevice>(new_device(config, callbacks));
   });
 }
 
-void nifRetainDevice(NifDevice device) {
-  if (device) device->retain();
-}
-
-void nifReleaseDevice(NifDevice device) { release(device); }
+void nifRetainDevice(NifDevice device) { retain(device); }
+void nifReleaseDevice(NifDevice device) { release_one(device); }
 
 NifError nifGetDeviceInfo(NifDevice device, NifDeviceInfo* info) {
   return guarded([&] {
-    require_argument(device, "device");
-    const Configuration& configuration = device->configuration;
+    auto& the_device = get(device);
+    const Configuration& configuration = the_device.configuration;
     write_structure(info, {0, configuration.threads, 0, name_of(configuration.isa), configuration.backend},
                     "info");
   });
@@ -46,48 +113,45 @@ NifError nifGetBackendInfo(uint32_t index, NifBackendInfo* info) {
 
 NifError nifLoadAssetFile(NifDevice device, const char* path, NifLoadMode mode, NifAsset* asset) {
   return guarded([&] {
-    require_argument(device, "device");
+    auto& the_device = get(device);
     require_argument(path, "path");
     require_argument(asset, "asset");
     const FloatEnvironment environment;
-    *asset = load_file(device, path, mode);
+    *asset = hand_out<NifAsset>(load_file(&the_device, path, mode));
   });
 }
 
 NifError nifLoadAssetMemory(NifDevice device, const void* bytes, uint64_t size, NifMemoryMode mode,
                             NifAsset* asset) {
   return guarded([&] {
-    require_argument(device, "device");
+    auto& the_device = get(device);
     require_argument(asset, "asset");
     const FloatEnvironment environment;
-    *asset = load_memory(device, bytes, size, mode);
+    *asset = hand_out<NifAsset>(load_memory(&the_device, bytes, size, mode));
   });
 }
 
-void nifRetainAsset(NifAsset asset) {
-  if (asset) asset->retain();
-}
-
-void nifReleaseAsset(NifAsset asset) { release(asset); }
+void nifRetainAsset(NifAsset asset) { retain(asset); }
+void nifReleaseAsset(NifAsset asset) { release_one(asset); }
 
 NifError nifGetAssetInfo(NifAsset asset, NifAssetInfo* info) {
   return guarded([&] {
-    require_argument(asset, "asset");
-    write_structure(info, describe(*asset), "info");
+    auto& the_asset = get(asset);
+    write_structure(info, describe(the_asset), "info");
   });
 }
 
 NifError nifGetObjectInfo(NifAsset asset, uint32_t object, NifObjectInfo* info) {
   return guarded([&] {
-    require_argument(asset, "asset");
-    write_structure(info, describe_object(*asset, object), "info");
+    auto& the_asset = get(asset);
+    write_structure(info, describe_object(the_asset, object), "info");
   });
 }
 
 NifError nifGetInstanceInfo(NifAsset asset, uint32_t instance, NifInstanceInfo* info) {
   return guarded([&] {
-    require_argument(asset, "asset");
-    write_structure(info, describe_instance(*asset, instance), "info");
+    auto& the_asset = get(asset);
+    write_structure(info, describe_instance(the_asset, instance), "info");
   });
 }
 
@@ -95,25 +159,22 @@ NifError nifGetInstanceInfo(NifAsset asset, uint32_t instance, NifInstanceInfo* 
 
 NifError nifNewScene(NifDevice device, NifScene* scene) {
   return guarded([&] {
-    require_argument(device, "device");
+    auto& the_device = get(device);
     require_argument(scene, "scene");
-    *scene = new_scene(device);
+    *scene = hand_out<NifScene>(new_scene(&the_device));
   });
 }
 
-void nifRetainScene(NifScene scene) {
-  if (scene) scene->retain();
-}
-
-void nifReleaseScene(NifScene scene) { release(scene); }
+void nifRetainScene(NifScene scene) { retain(scene); }
+void nifReleaseScene(NifScene scene) { release_one(scene); }
 
 NifError nifAddInstance(NifScene scene, NifAsset asset, uint32_t object, const float* transform,
                         uint32_t* instance) {
   return guarded([&] {
-    require_argument(scene, "scene");
-    require_argument(asset, "asset");
+    auto& the_scene = get(scene);
+    auto& the_asset = get(asset);
     const FloatEnvironment environment;
-    const Added added = add_instance(*scene, asset, object, transform);
+    const Added added = add_instance(the_scene, &the_asset, object, transform);
     if (instance) *instance = added.first;
   });
 }
@@ -121,10 +182,10 @@ NifError nifAddInstance(NifScene scene, NifAsset asset, uint32_t object, const f
 NifError nifAddAsset(NifScene scene, NifAsset asset, const float* transform, uint32_t* first,
                      uint32_t* count) {
   return guarded([&] {
-    require_argument(scene, "scene");
-    require_argument(asset, "asset");
+    auto& the_scene = get(scene);
+    auto& the_asset = get(asset);
     const FloatEnvironment environment;
-    const Added added = add_asset(*scene, asset, transform);
+    const Added added = add_asset(the_scene, &the_asset, transform);
     if (first) *first = added.first;
     if (count) *count = added.count;
   });
@@ -132,24 +193,24 @@ NifError nifAddAsset(NifScene scene, NifAsset asset, const float* transform, uin
 
 NifError nifSetInstanceTransform(NifScene scene, uint32_t instance, const float* transform) {
   return guarded([&] {
-    require_argument(scene, "scene");
+    auto& the_scene = get(scene);
     const FloatEnvironment environment;
-    set_transform(*scene, instance, transform);
+    set_transform(the_scene, instance, transform);
   });
 }
 
 NifError nifCommitScene(NifScene scene) {
   return guarded([&] {
-    require_argument(scene, "scene");
+    auto& the_scene = get(scene);
     const FloatEnvironment environment;
-    commit(*scene);
+    commit(the_scene);
   });
 }
 
 NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info) {
   return guarded([&] {
-    require_argument(scene, "scene");
-    write_structure(info, describe(*scene), "info");
+    auto& the_scene = get(scene);
+    write_structure(info, describe(the_scene), "info");
   });
 }
 
@@ -157,7 +218,7 @@ NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info) {
 
 NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_t* bytes) {
   return guarded([&] {
-    require_argument(scene, "scene");
+    get(scene);
     require_argument(bytes, "bytes");
     *bytes = scratch_bytes(count);
   });
@@ -165,31 +226,31 @@ NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_t* bytes
 
 NifError nifQuery(NifScene scene, const NifQuery* query) {
   return guarded([&] {
-    require_argument(scene, "scene");
+    auto& the_scene = get(scene);
     Request request;
     request.query = read_structure(query, "query");
-    check_query(*scene, request.query);
-    answer(*scene, request);
+    check_query(the_scene, request.query);
+    answer(the_scene, request);
   });
 }
 
 NifError nifQueryRay(NifScene scene, const NifRay* ray, uint8_t* visible) {
   return guarded([&] {
-    require_argument(scene, "scene");
+    auto& the_scene = get(scene);
     require_argument(ray, "ray");
     require_argument(visible, "visible");
     Request request;
     request.query = nifQueryRays(ray, 1);
     request.query.visible = visible;
-    check_query(*scene, request.query);
-    answer(*scene, request);
+    check_query(the_scene, request.query);
+    answer(the_scene, request);
   });
 }
 
 NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confidence, NifFallback fallback,
                               void* user) {
   return guarded([&] {
-    require_argument(scene, "scene");
+    auto& the_scene = get(scene);
     require_argument(reinterpret_cast<const void*>(fallback), "fallback");
     if (!(confidence >= 0)) refuse_argument("confidence is negative or not a number");
     Request request;
@@ -197,8 +258,8 @@ NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confi
     request.fallback = fallback;
     request.fallback_user = user;
     request.confidence = confidence;
-    check_query(*scene, request.query);
-    answer(*scene, request);
+    check_query(the_scene, request.query);
+    answer(the_scene, request);
   });
 }
 
@@ -206,36 +267,31 @@ NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confi
 
 NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job) {
   return guarded([&] {
-    require_argument(scene, "scene");
+    auto& the_scene = get(scene);
     require_argument(job, "job");
     Request request;
     request.query = read_structure(query, "query");
-    check_query(*scene, request.query);
-    *job = start_job(*scene, request);
+    check_query(the_scene, request.query);
+    *job = reinterpret_cast<NifJob>(start_job(the_scene, request));
   });
 }
 
 NifError nifWaitJob(NifJob job) {
   return guarded([&] {
-    require_argument(job, "job");
-    job->device->crew.finish(*job, nullptr);
+    auto& the_job = get(job);
+    the_job.device->crew.finish(the_job, nullptr);
   });
 }
 
 NifError nifIsJobDone(NifJob job, uint32_t* done) {
   return guarded([&] {
-    require_argument(job, "job");
+    auto& the_job = get(job);
     require_argument(done, "done");
-    *done = job->is_done();
+    *done = the_job.is_done();
   });
 }
 
-void nifRetainJob(NifJob job) {
-  if (job) job->device->crew.add_handle(*job);
-}
-
-void nifReleaseJob(NifJob job) {
-  if (job) job->device->crew.drop_handle(*job);
-}
+void nifRetainJob(NifJob job) { retain(job); }
+void nifReleaseJob(NifJob job) { release_one(job); }
 
 }  // extern "C"

@@ -114,7 +114,7 @@ void Crew::leave_and_drop(NifJobObject& job) {
   {
     const Lock lock(mutex_);
     leave(job, lock);
-    if (job.handles == 0) scene = job.take_scene();
+    if (!job.has_handle) scene = job.take_scene();
     last = job.drop();
   }
   release(scene);
@@ -136,21 +136,14 @@ void Crew::finish(NifJobObject& job, void* scratch) {
   release(scene);
 }
 
-void Crew::add_handle(NifJobObject& job) {
-  const Lock lock(mutex_);
-  job.retain();
-  ++job.handles;
-}
-
 void Crew::drop_handle(NifJobObject& job) {
   NifSceneObject* scene = nullptr;
   bool last;
   {
     Lock lock(mutex_);
-    if (--job.handles == 0) {
-      if (job.is_done()) wait_until_left(job, lock);
-      scene = job.take_scene();
-    }
+    job.has_handle = false;
+    if (job.is_done()) wait_until_left(job, lock);
+    scene = job.take_scene();
     last = job.drop();
   }
   release(scene);

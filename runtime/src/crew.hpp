@@ -35,9 +35,8 @@ class Crew {
   /// help(), after which the caller's reference to the job is given back.
   void help_and_drop(NifJobObject& job);
 
-  /// One more, or one less handle of the caller's. With the last one its reference is given back; of a job
-  /// that is done, after everyone has left it, so that nothing happens behind the caller's back.
-  void add_handle(NifJobObject& job);
+  /// The caller's handle is gone: its reference is given back; of a job that is done, after everyone has left
+  /// it, so that nothing happens behind the caller's back.
   void drop_handle(NifJobObject& job);
 
  private:

@@ -5,6 +5,7 @@
 
 #include "device.hpp"
 #include "float_environment.hpp"
+#include "handles.hpp"
 #include "scene.hpp"
 
 namespace nif::runtime {
@@ -96,20 +97,27 @@ void answer(NifSceneObject& scene, Request request) {
   if (job.drop()) dispose(job);
 }
 
-NifJobObject* start_job(NifSceneObject& scene, Request request) {
+uintptr_t start_job(NifSceneObject& scene, Request request) {
   NifDeviceObject& device = *scene.device.get();
   const uint32_t threads = device.configuration.threads;
   if (threads > 1) request.block_rays = block_size(request.query.count, threads);
   auto* job = create<NifJobObject>(device.memory());
+  uintptr_t handle;
+  try {
+    handle = make_handle(Kind::job, job);
+  } catch (...) {
+    destroy(device.memory(), job);
+    throw;
+  }
   set_up(*job, scene, request);
   scene.retain();
   job->holds_scene = true;
-  job->handles = 1;
+  job->has_handle = true;
   if (job->blocks == 0 || (device.crew.empty() && device.own_callbacks.submit == nullptr))
     device.crew.finish(*job, request.query.scratch);
   else
     share(*job, std::min<uint64_t>(threads, job->blocks));
-  return job;
+  return handle;
 }
 
 }  // namespace nif::runtime

@@ -24,7 +24,7 @@ struct NifJobObject : nif::runtime::Object {
 
   // The rest is guarded by the crew.
   uint32_t inside = 0;                ///< threads that work on it
-  uint32_t handles = 0;               ///< the caller's, of an asynchronous job
+  bool has_handle = false;            ///< the caller knows it: an asynchronous job
   bool holds_scene = false;           ///< a reference, while the job is not done
   bool queued = false;                ///< in the crew's queue
   NifJobObject* following = nullptr;  ///< in the queue
@@ -50,7 +50,8 @@ void dispose(NifJobObject& job);
 /// Answers a request on the calling thread and those that help it; returns when it is answered.
 void answer(NifSceneObject& scene, Request request);
 
-/// Lets others answer a request. Where there is nobody, it is answered before this returns.
-NifJobObject* start_job(NifSceneObject& scene, Request request);
+/// Lets others answer a request. Where there is nobody, it is answered before this returns. Returns the job's
+/// handle.
+uintptr_t start_job(NifSceneObject& scene, Request request);
 
 }  // namespace nif::runtime

@@ -1,10 +1,16 @@
-// What every handle is: a reference-counted object in memory of its device's allocator.
+// What every handle stands for: a reference-counted object in memory of its device's allocator.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <memory_resource>
 #include <utility>
+
+// What the caller's handles stand for.
+struct NifDeviceObject;
+struct NifAssetObject;
+struct NifSceneObject;
+struct NifJobObject;
 
 namespace nif::runtime {
 

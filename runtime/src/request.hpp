@@ -2,6 +2,7 @@
 #pragma once
 
 #include "block.hpp"
+#include "object.hpp"
 
 namespace nif::runtime {
 

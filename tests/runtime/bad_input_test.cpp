@@ -66,6 +66,110 @@ TEST_F(BadInput, Null) {
   nifReleaseJob(nullptr);
 }
 
+TEST_F(BadInput, DestroyedObjects) {
+  // A handle whose last reference was released stands for nothing, for good: every call says so.
+  make(9);
+  NifDevice device = nullptr;
+  NifAsset asset = nullptr;
+  NifScene scene = nullptr;
+  NifJob job = nullptr;
+  ASSERT_EQ(nifNewDevice("threads=2", nullptr, &device), NIF_OK);
+  ASSERT_EQ(nifLoadAssetMemory(device, file_.data(), file_.size(), NIF_MEMORY_COPY, &asset), NIF_OK);
+  ASSERT_EQ(nifNewScene(device, &scene), NIF_OK);
+  ASSERT_EQ(nifAddAsset(scene, asset, nullptr, nullptr, nullptr), NIF_OK);
+  ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+  const std::vector<NifRay> rays(4);
+  uint8_t visible[4] = {7, 7, 7, 7};
+  NifQuery query = nifQueryRays(rays.data(), rays.size());
+  query.visible = visible;
+  ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+  ASSERT_EQ(nifWaitJob(job), NIF_OK);
+
+  // A second reference keeps the handle; releases beyond the last do no harm to what others hold.
+  nifRetainAsset(asset);
+  nifReleaseAsset(asset);
+  auto about_asset = nifkit::sized<NifAssetInfo>();
+  EXPECT_EQ(nifGetAssetInfo(asset, &about_asset), NIF_OK);
+  for (int i = 0; i < 3; ++i) {
+    nifReleaseDevice(device);
+    nifReleaseAsset(asset);
+    nifReleaseJob(job);
+    nifRetainAsset(asset);
+  }
+  EXPECT_EQ(nifQuery(scene, &query), NIF_OK) << "the scene keeps asset and device";
+  NifScene later = nullptr;  // in the place of one that is gone
+  const auto gone = [](NifError error) {
+    return error == NIF_ERROR_INVALID_ARGUMENT && std::strstr(nifGetErrorMessage(), "destroyed") != nullptr;
+  };
+  auto about_device = nifkit::sized<NifDeviceInfo>();
+  auto about_object = nifkit::sized<NifObjectInfo>();
+  auto about_instance = nifkit::sized<NifInstanceInfo>();
+  NifAsset other = nullptr;
+  uint32_t done = 7;
+  uint64_t bytes = 7;
+  EXPECT_TRUE(gone(nifGetDeviceInfo(device, &about_device)));
+  EXPECT_TRUE(gone(nifLoadAssetFile(device, "x", NIF_LOAD_READ, &other)));
+  EXPECT_TRUE(gone(nifLoadAssetMemory(device, "x", 1, NIF_MEMORY_COPY, &other)));
+  EXPECT_TRUE(gone(nifNewScene(device, &later)));
+  EXPECT_TRUE(gone(nifGetAssetInfo(asset, &about_asset)));
+  EXPECT_TRUE(gone(nifGetObjectInfo(asset, 0, &about_object)));
+  EXPECT_TRUE(gone(nifGetInstanceInfo(asset, 0, &about_instance)));
+  EXPECT_TRUE(gone(nifAddInstance(scene, asset, 0, nullptr, nullptr)));
+  EXPECT_TRUE(gone(nifAddAsset(scene, asset, nullptr, nullptr, nullptr)));
+  EXPECT_TRUE(gone(nifWaitJob(job)));
+  EXPECT_TRUE(gone(nifIsJobDone(job, &done)));
+
+  nifReleaseScene(scene);
+  ASSERT_EQ(nifNewScene(device_, &later), NIF_OK);
+  for (int i = 0; i < 3; ++i) nifReleaseScene(scene);
+  nifRetainScene(scene);
+  const NifRay ray{};
+  auto about_scene = nifkit::sized<NifSceneInfo>();
+  const NifFallback none = [](void*, uint64_t, const uint64_t*, uint8_t*) {};
+  visible[0] = 7;
+  EXPECT_TRUE(gone(nifAddInstance(scene, asset, 0, nullptr, nullptr)));
+  EXPECT_TRUE(gone(nifAddAsset(scene, asset, nullptr, nullptr, nullptr)));
+  EXPECT_TRUE(gone(nifSetInstanceTransform(scene, 0, nullptr)));
+  EXPECT_TRUE(gone(nifCommitScene(scene)));
+  EXPECT_TRUE(gone(nifGetSceneInfo(scene, &about_scene)));
+  EXPECT_TRUE(gone(nifGetQueryScratchBytes(scene, 1, &bytes)));
+  EXPECT_TRUE(gone(nifQuery(scene, &query)));
+  EXPECT_TRUE(gone(nifQueryRay(scene, &ray, visible)));
+  EXPECT_TRUE(gone(nifQueryWithFallback(scene, &query, 1, none, nullptr)));
+  EXPECT_TRUE(gone(nifQueryAsync(scene, &query, &job)));
+  EXPECT_EQ(visible[0], 7);
+  EXPECT_EQ(nifGetSceneInfo(later, &about_scene), NIF_OK);
+  nifReleaseScene(later);
+
+  // What never was a handle: of another kind, or any number.
+  for (const uint64_t bits : {uint64_t(1), uint64_t(4096), uint64_t(0x7ffd12345678), ~uint64_t(0)}) {
+    const auto wild = reinterpret_cast<NifScene>(bits);
+    EXPECT_TRUE(gone(nifCommitScene(wild)));
+    nifRetainScene(wild);
+    nifReleaseScene(wild);
+  }
+  EXPECT_TRUE(gone(nifCommitScene(reinterpret_cast<NifScene>(device_))));
+}
+
+TEST_F(BadInput, MoreHandlesThanTheTableStartsWith) {
+  std::vector<NifScene> scenes(5000, nullptr);
+  for (int round = 0; round < 3; ++round) {
+    for (NifScene& scene : scenes) {
+      const NifScene before = scene;
+      ASSERT_EQ(nifNewScene(device_, &scene), NIF_OK);
+      ASSERT_NE(scene, before) << "a handle was used again";
+      ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+    }
+    for (size_t i = 0; i < scenes.size(); ++i) {
+      nifReleaseScene(scenes[i]);
+      ASSERT_EQ(nifCommitScene(scenes[i]), NIF_ERROR_INVALID_ARGUMENT);
+      if (i + 1 < scenes.size()) {
+        ASSERT_EQ(nifCommitScene(scenes[i + 1]), NIF_OK);
+      }
+    }
+  }
+}
+
 TEST_F(BadInput, Configurations) {
   const auto code_of = [](const char* config) {
     NifDevice device = nullptr;

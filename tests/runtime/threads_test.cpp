@@ -54,6 +54,36 @@ TEST_F(Threads, ShareDeviceAndAsset) {
   EXPECT_EQ(wrong, 0);
 }
 
+TEST_F(Threads, MakeAndReleaseHandles) {
+  // The table of handles grows, and slots are used again, while others look theirs up.
+  make(3);
+  const NifAsset asset = load();
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&] {
+      std::vector<NifScene> scenes(400, nullptr);
+      for (int round = 0; round < 3; ++round) {
+        for (NifScene& scene : scenes) {
+          wrong += nifNewScene(device_, &scene) != NIF_OK;
+          wrong += nifAddInstance(scene, asset, 0, nullptr, nullptr) != NIF_OK;
+          nifRetainScene(scene);
+          nifRetainAsset(asset);
+          nifReleaseAsset(asset);
+          nifReleaseScene(scene);
+        }
+        for (const NifScene scene : scenes) {
+          wrong += nifCommitScene(scene) != NIF_OK;
+          nifReleaseScene(scene);
+          wrong += nifCommitScene(scene) != NIF_ERROR_INVALID_ARGUMENT;
+          nifReleaseScene(scene);
+        }
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
 TEST_F(Threads, EachHasItsOwnMessage) {
   std::atomic<int> wrong = 0;
   std::vector<std::thread> threads;

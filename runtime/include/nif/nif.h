@@ -17,12 +17,15 @@
  * - It returns NIF_OK, or a code; nifGetErrorMessage() then holds one sentence. After a failure nothing has
  *   changed and outputs are as they were, except for output arrays of a query.
  * - Handles and pointers must not be null where no meaning of null is given; where one is, the call returns
- *   NIF_ERROR_INVALID_ARGUMENT. A handle may be used until its last reference is released, not after.
+ *   NIF_ERROR_INVALID_ARGUMENT. So it does for a handle whose last reference was released, or that never was
+ *   one: handles are numbers that are not used again. (That is for mistakes in a row. A release of the last
+ *   reference must not overlap with another call with that handle.)
  * - Thread-safe: calls on different scenes may run at the same time, and so may calls on one device or one
  *   asset. Calls that change a scene (nifAdd..., nifSet..., nifCommitScene) must not overlap with any other
  *   call on the same scene. Any number of threads may query one committed scene.
  * - It may allocate, through the device's allocator. Queries never allocate, but for the job of
- * nifQueryAsync.
+ *   nifQueryAsync. (Error messages, and more than 1,024 handles at once, take a little of the system's
+ * memory.)
  * - Pointers handed out belong to nifkit and live as long as the object that they were asked of.
  * - The caller's floating-point environment (rounding, flushing of denormals, exception flags) has no
  *   influence on any result and is left as it was.
@@ -96,10 +99,11 @@ NIF_API const char* nifGetErrorName(NifError error);
 
 /* Handles are opaque and reference-counted: nifNew... and nifLoad... give one reference, nifRetain... adds
  * one, nifRelease... gives one back and destroys the object with the last. Objects keep what they use alive:
- * a scene its assets, both their device. Releasing null is fine. */
-typedef struct NifDeviceObject* NifDevice;
-typedef struct NifAssetObject* NifAsset;
-typedef struct NifSceneObject* NifScene;
+ * a scene its assets, both their device. Retaining or releasing null, or a handle whose last reference was
+ * released, does nothing. */
+typedef struct NifDeviceHandle* NifDevice;
+typedef struct NifAssetHandle* NifAsset;
+typedef struct NifSceneHandle* NifScene;
 
 /* Part of a query, given to the caller's task runner. */
 typedef void (*NifTask)(void* argument, uint64_t index);
@@ -409,7 +413,7 @@ NIF_API NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, flo
 /* ---- Asynchronous queries ---------------------------------------------------------------------------- */
 
 /* A query that others answer. Reference-counted, as all handles. */
-typedef struct NifJobObject* NifJob;
+typedef struct NifJobHandle* NifJob;
 
 /* Starts a query and returns. The query's arrays and the scene must stay as they are until the job is done;
  * the structure itself is copied, its scratch not used. It is checked at once, as by nifQuery, and there is
