@@ -205,6 +205,11 @@ TEST_F(BadInput, CallbacksByHalves) {
   callbacks.allocate = [](void*, uint64_t, uint64_t) -> void* { return nullptr; };
   NifDevice device = nullptr;
   EXPECT_EQ(nifNewDevice("", &callbacks, &device), NIF_ERROR_INVALID_ARGUMENT);
+  callbacks.deallocate = [](void*, void*, uint64_t, uint64_t) {};
+  EXPECT_EQ(nifNewDevice("", &callbacks, &device), NIF_ERROR_OUT_OF_MEMORY);
+  callbacks = {};
+  EXPECT_EQ(nifNewDevice("", &callbacks, &device), NIF_ERROR_INVALID_ARGUMENT) << "struct_size is 0";
+  EXPECT_EQ(device, nullptr);
 }
 
 TEST_F(BadInput, StructureSizes) {
@@ -354,7 +359,7 @@ TEST_F(BadInput, MessagesNameTheAssetAndThePlace) {
 }
 
 TEST_F(BadInput, RaysThatAreNone) {
-  const format::AssetView& view = make(6);
+  const format::AssetView& view = make(6, {.objects = 2, .bvhs = 1});
   const NifAsset asset = load();
   const std::array<float, 12> turned{0, -2, 0, 5, 2, 0, 0, 1, 0, 0, 2, 0};
   const NifRay good = to_ray({{0, 0, 0}, {1, 1, 1}, 0, 1});
@@ -383,8 +388,16 @@ TEST_F(BadInput, RaysThatAreNone) {
     empty.back().tmin = tmin;
     empty.back().tmax = tmax;
   }
-  for (const float* transform : {static_cast<const float*>(nullptr), turned.data()}) {
-    const NifScene scene = scene_of(asset, 0, transform);
+  std::vector<NifScene> scenes;
+  for (const uint32_t object : {0, 2}) {  // one of each encoding
+    scenes.push_back(scene_of(asset, object));
+    scenes.push_back(scene_of(asset, object, turned.data()));
+  }
+  scenes.push_back(new_scene());  // several instances of both
+  for (int i = 0; i < 9; ++i)
+    ASSERT_EQ(nifAddInstance(scenes.back(), asset, i % 3, i < 5 ? nullptr : turned.data(), nullptr), NIF_OK);
+  ASSERT_EQ(nifCommitScene(scenes.back()), NIF_OK);
+  for (const NifScene scene : scenes) {
     const Answers answers = query_all(scene, rays);
     for (size_t i = 0; i < rays.size(); ++i) {
       EXPECT_EQ(answers.visible[i], 1) << i;
@@ -412,6 +425,7 @@ TEST_F(BadInput, RaysThatAreNone) {
     EXPECT_EQ(answers.certain[i], expected.certain);
   }
   query_all(scene_of(asset, 1, turned.data()), noise);
+  query_all(scenes.back(), noise);
 }
 
 TEST_F(BadInput, JobsAndFallbacks) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstring>
 #include <deque>
 #include <mutex>
 #include <thread>
@@ -33,7 +34,7 @@ struct Allocations {
 
 /// A task runner of the caller's.
 struct Runner : Allocations {
-  enum class When { never, inside, later, on_threads };
+  enum class When { never, inside, later, backwards, on_threads };
   struct Given {
     NifTask task;
     void* argument;
@@ -73,7 +74,11 @@ struct Runner : Allocations {
     return result;
   }
   void run_what_was_given() {
-    for (; !given.empty(); given.pop_front()) given[0].task(given[0].argument, given[0].index);
+    while (!given.empty()) {
+      const Given next = when == When::backwards ? given.back() : given.front();
+      when == When::backwards ? given.pop_back() : given.pop_front();
+      next.task(next.argument, next.index);
+    }
   }
   void work() {
     std::unique_lock lock(mutex);
@@ -268,7 +273,7 @@ TEST_F(ThreadJobs, ScratchOfTheCaller) {
 
 TEST_F(ThreadJobs, RunnersOfTheCaller) {
   using When = Runner::When;
-  for (const When when : {When::never, When::inside, When::later, When::on_threads}) {
+  for (const When when : {When::never, When::inside, When::later, When::backwards, When::on_threads}) {
     SCOPED_TRACE(int(when));
     Runner runner(when);
     const NifDeviceCallbacks callbacks = runner.callbacks();
@@ -289,20 +294,77 @@ TEST_F(ThreadJobs, RunnersOfTheCaller) {
     if (when == When::inside) {
       EXPECT_EQ(done, 1u);
     }
-    if (when == When::never || when == When::later) {
+    const bool waits = when == When::never || when == When::later || when == When::backwards;
+    if (waits) {
       EXPECT_EQ(done, 0u);
     }
     ASSERT_EQ(nifWaitJob(job), NIF_OK);
     EXPECT_EQ(answers, *expected_);
     nifReleaseJob(job);
     nifReleaseScene(scene);
-    if (when == When::later || when == When::never) {
+    if (waits) {
       EXPECT_GT(runner.live, 0) << "tasks that have not run keep their device";
       runner.run_what_was_given();  // finds nothing to do
     }
     while (when == When::on_threads && runner.live != 0) std::this_thread::yield();
     EXPECT_EQ(runner.live, 0);
   }
+}
+
+TEST_F(ThreadJobs, RunnerThatIsOutOfOrder) {
+  // Several jobs at once, whose tasks run from the last to the first, of which one job's alone on time.
+  Runner runner(Runner::When::backwards);
+  const NifDeviceCallbacks callbacks = runner.callbacks();
+  const NifScene scene = scene_on("threads=3", &callbacks);
+  constexpr size_t kJobs = 4;
+  std::vector<Answers> answers(kJobs, Answers(rays_.size()));
+  NifJob jobs[kJobs];
+  for (size_t k = 0; k < kJobs; ++k) {
+    NifQuery query = query_of(answers[k], rays_.size());
+    ASSERT_EQ(nifQueryAsync(scene, &query, &jobs[k]), NIF_OK);
+  }
+  const Runner::Given latest = runner.given.back();
+  runner.given.pop_back();
+  latest.task(latest.argument, latest.index);
+  uint32_t done[kJobs];
+  for (size_t k = 0; k < kJobs; ++k) ASSERT_EQ(nifIsJobDone(jobs[k], &done[k]), NIF_OK);
+  EXPECT_EQ(done[kJobs - 1], 1u);
+  EXPECT_EQ(done[0], 0u);
+  ASSERT_EQ(nifWaitJob(jobs[1]), NIF_OK);
+  EXPECT_EQ(answers[1], *expected_);
+  nifReleaseJob(jobs[0]);  // before anybody has begun on it
+  nifReleaseScene(scene);
+  runner.run_what_was_given();
+  for (size_t k = 0; k < kJobs; ++k) EXPECT_EQ(answers[k], *expected_) << k;
+  for (size_t k = 1; k < kJobs; ++k) {
+    EXPECT_EQ(nifWaitJob(jobs[k]), NIF_OK);
+    EXPECT_EQ(nifWaitJob(jobs[k]), NIF_OK) << "again";
+    nifReleaseJob(jobs[k]);
+  }
+  EXPECT_EQ(runner.live, 0);
+}
+
+TEST_F(ThreadJobs, BadRays) {
+  // Any bits at all, on several threads and later, are answered as on one thread and at once.
+  std::vector<NifRay> noise(20001);
+  Random random(3);
+  for (NifRay& ray : noise) {
+    uint32_t words[8];
+    for (uint32_t& word : words) word = random.below(0xffffffff);
+    std::memcpy(&ray, words, sizeof(ray));
+  }
+  const Answers expected = query_all(whole_asset(load()), noise);
+  const NifScene scene = scene_on("threads=3", nullptr);
+  EXPECT_EQ(query_all(scene, noise), expected);
+  Answers answers(noise.size());
+  NifQuery query = nifQueryRays(noise.data(), noise.size());
+  answers.ask(query);
+  NifJob job = nullptr;
+  ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+  ASSERT_EQ(nifWaitJob(job), NIF_OK);
+  EXPECT_EQ(answers, expected);
+  nifReleaseJob(job);
+  nifReleaseScene(scene);
 }
 
 TEST_F(ThreadJobs, RunnerAfterEverythingIsReleased) {

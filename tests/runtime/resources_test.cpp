@@ -1,0 +1,196 @@
+// What queries may use: no memory that they allocate, by any allocator, and 16 kB of stack. A program of its
+// own, because it counts every call of malloc and its like.
+#include <pthread.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <thread>
+
+#include "tests/runtime/runtime_fixture.hpp"
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define COUNTS_ALLOCATIONS 1
+
+namespace {
+std::atomic<int64_t> allocations = 0;
+}
+
+// glibc's own names for what is replaced here; operator new, new_delete_resource and all else end in these.
+extern "C" {
+void* __libc_malloc(size_t bytes);
+void* __libc_calloc(size_t count, size_t bytes);
+void* __libc_realloc(void* memory, size_t bytes);
+void* __libc_memalign(size_t alignment, size_t bytes);
+
+void* malloc(size_t bytes) {
+  ++allocations;
+  return __libc_malloc(bytes);
+}
+void* calloc(size_t count, size_t bytes) {
+  ++allocations;
+  return __libc_calloc(count, bytes);
+}
+void* realloc(void* memory, size_t bytes) {
+  ++allocations;
+  return __libc_realloc(memory, bytes);
+}
+void* memalign(size_t alignment, size_t bytes) {
+  ++allocations;
+  return __libc_memalign(alignment, bytes);
+}
+void* aligned_alloc(size_t alignment, size_t bytes) {
+  ++allocations;
+  return __libc_memalign(alignment, bytes);
+}
+int posix_memalign(void** memory, size_t alignment, size_t bytes) {
+  ++allocations;
+  *memory = __libc_memalign(alignment, bytes);
+  return *memory ? 0 : ENOMEM;
+}
+}
+#endif
+
+namespace nif::test {
+namespace {
+
+class ThreadResources : public RuntimeTest, public testing::WithParamInterface<const char*> {
+ protected:
+  void SetUp() override {
+#if !COUNTS_ALLOCATIONS
+    GTEST_SKIP() << "the sanitizers have allocators and stack frames of their own";
+#endif
+    const NifError error = nifNewDevice(GetParam(), nullptr, &device_);
+    if (error == NIF_ERROR_NOT_AVAILABLE) GTEST_SKIP() << nifGetErrorMessage();
+    ASSERT_EQ(error, NIF_OK);
+    const format::AssetView& view = make(1, {.objects = 2, .instances = 0, .bvhs = 1});
+    const NifAsset asset = load();
+    scene_of(asset, 0);
+    scene_of(asset, 2);
+    const NifScene all = new_scene();
+    for (uint32_t i = 0; i < 12; ++i) {
+      std::array<float, 12> transform = kIdentity;
+      transform[3] = float(i / 3);
+      ASSERT_EQ(nifAddInstance(all, asset, i % 3, transform.data(), nullptr), NIF_OK);
+    }
+    ASSERT_EQ(nifCommitScene(all), NIF_OK);
+    Random random(1);
+    rays_ = random_rays(random, view.objects[0].field, 10001);
+  }
+
+  /// Every kind of query, none of which fails.
+  static void ask(const ThreadResources& test, Answers& answers, void* scratch, uint64_t scratch_bytes) {
+    const NifFallback occlude = [](void*, uint64_t count, const uint64_t*, uint8_t* visible) {
+      std::memset(visible, 0, count);
+    };
+    for (const NifScene scene : test.scenes_) {
+      NifQuery query = nifQueryRays(test.rays_.data(), test.rays_.size());
+      answers.ask(query);
+      check(nifQuery(scene, &query));
+      query.scratch = scratch;
+      query.scratch_bytes = scratch_bytes;
+      check(nifQuery(scene, &query));
+      check(nifQueryWithFallback(scene, &query, 0.9f, occlude, nullptr));
+      query = nifQueryRays(test.rays_.data(), 100);
+      query.visible = answers.visible.data();
+      check(nifQuery(scene, &query));
+      check(nifQueryRay(scene, &test.rays_[0], answers.visible.data()));
+    }
+  }
+  static void check(NifError error) {
+    if (error != NIF_OK) std::abort();  // gtest's own checks allocate
+  }
+
+  std::vector<NifRay> rays_;
+};
+
+INSTANTIATE_TEST_SUITE_P(Each, ThreadResources,
+                         testing::Values("threads=1,isa=scalar", "threads=1,isa=sse4", "threads=1,isa=avx2",
+                                         "threads=1,isa=avx512", "threads=3"));
+
+#if COUNTS_ALLOCATIONS
+TEST_P(ThreadResources, NothingIsAllocated) {
+  Answers answers(rays_.size());
+  uint64_t bytes = 0;
+  ASSERT_EQ(nifGetQueryScratchBytes(scenes_[0], rays_.size(), &bytes), NIF_OK);
+  void* scratch = std::aligned_alloc(64, (bytes + 63) / 64 * 64);
+  std::memset(scratch, 0, bytes);
+  NifQuery query = nifQueryRays(rays_.data(), rays_.size());
+  answers.ask(query);
+  NifJob job = nullptr;
+  ASSERT_EQ(nifQueryAsync(scenes_[2], &query, &job), NIF_OK);
+  auto device_info = nifkit::sized<NifDeviceInfo>();
+  auto asset_info = nifkit::sized<NifAssetInfo>();
+  auto scene_info = nifkit::sized<NifSceneInfo>();
+  auto object_info = nifkit::sized<NifObjectInfo>();
+  uint32_t done = 0;
+
+  const int64_t before = allocations;
+  ask(*this, answers, scratch, bytes);
+  ask(*this, answers, scratch, bytes);
+  check(nifWaitJob(job));
+  check(nifIsJobDone(job, &done));
+  // The others of which nif.h says so.
+  check(nifGetQueryScratchBytes(scenes_[0], 5, &bytes));
+  check(nifGetDeviceInfo(device_, &device_info));
+  check(nifGetAssetInfo(assets_[0], &asset_info));
+  check(nifGetObjectInfo(assets_[0], 0, &object_info));
+  check(nifGetSceneInfo(scenes_[0], &scene_info));
+  check(nifSetInstanceTransform(scenes_[2], 3, nullptr));
+  nifGetErrorName(NIF_ERROR_CANCELLED);
+  nifGetErrorMessage();
+  const int64_t during = allocations - before;
+
+  EXPECT_EQ(during, 0);
+  EXPECT_GT(before, 100) << "nothing is counted at all";
+  nifReleaseJob(job);
+  std::free(scratch);
+}
+
+TEST_P(ThreadResources, LittleStack) {
+  // A thread on a stack that is painted before, so that it shows how far down it was used.
+  constexpr size_t kStack = 256 * 1024;
+  constexpr unsigned char kPaint = 0xa5;
+  auto* stack = static_cast<unsigned char*>(std::aligned_alloc(4096, kStack));
+  struct Work {
+    const ThreadResources* test;
+    Answers* answers;
+    bool asks;
+  };
+  Answers answers(rays_.size());
+  const auto used_by = [&](bool asks) {
+    std::memset(stack, kPaint, kStack);
+    Work work{this, &answers, asks};
+    pthread_attr_t attributes;
+    pthread_attr_init(&attributes);
+    EXPECT_EQ(pthread_attr_setstack(&attributes, stack, kStack), 0);
+    pthread_t thread;
+    EXPECT_EQ(pthread_create(
+                  &thread, &attributes,
+                  [](void* argument) -> void* {
+                    const auto& todo = *static_cast<Work*>(argument);
+                    if (todo.asks) ask(*todo.test, *todo.answers, nullptr, 0);
+                    return nullptr;
+                  },
+                  &work),
+              0);
+    pthread_join(thread, nullptr);
+    pthread_attr_destroy(&attributes);
+    size_t untouched = 0;
+    while (untouched < kStack && stack[untouched] == kPaint) ++untouched;
+    return kStack - untouched;
+  };
+  const size_t without = used_by(false), with = used_by(true);
+  std::free(stack);
+  RecordProperty("bytes", std::to_string(with - without));
+#ifdef __OPTIMIZE__
+  EXPECT_LE(with - without, 16u * 1024);
+#endif
+  EXPECT_GT(with - without, 500u);
+}
+#else
+TEST_P(ThreadResources, AreNotCounted) {}
+#endif
+
+}  // namespace
+}  // namespace nif::test
