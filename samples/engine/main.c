@@ -30,6 +30,24 @@ static void print_times(const char* what, double* seconds, int count) {
          1e3 * seconds[count - 1]);
 }
 
+/* Makes the world ready for queries for the first time, and says what that took. */
+static int build(World* world, NifAsset asset) {
+  NifAssetInfo of_asset = {.struct_size = sizeof(of_asset)};
+  NifSceneInfo of_scene = {.struct_size = sizeof(of_scene)};
+  double start = now(), seconds;
+  if (!commit_world(world)) return 0;
+  seconds = now() - start;
+  if (nifGetAssetInfo(asset, &of_asset) != NIF_OK || nifGetSceneInfo(world->scene, &of_scene) != NIF_OK) {
+    fprintf(stderr, "engine: scene: %s\n", nifGetErrorMessage());
+    return 0;
+  }
+  printf("first commit of %u instances: %.3f ms\n", of_scene.instance_count, 1e3 * seconds);
+  printf("bytes: %llu of the asset, %llu of the scene: %.1f an instance\n\n",
+         (unsigned long long)of_asset.resident_bytes, (unsigned long long)of_scene.resident_bytes,
+         (double)of_scene.resident_bytes / of_scene.instance_count);
+  return 1;
+}
+
 static int run(const Options* options, World* world, Jobs* jobs, Frame* frame, double* seconds) {
   double *move = seconds, *ask = seconds + options->frames, *all = seconds + 2 * options->frames, asking = 0;
   uint64_t lit = 0;
@@ -76,11 +94,11 @@ int main(int argc, char** argv) {
              (seconds = malloc(3 * (size_t)options.frames * sizeof(double))) == NULL) {
     fputs("engine: no memory or no threads\n", stderr);
   } else if (stream_asset(device, options.path, &asset) &&
-             make_world(device, asset, (uint32_t)options.instances, &world) &&
+             make_world(device, asset, (uint32_t)options.instances, options.scatter, &world) &&
              make_frame(&world, options.rays, &frame)) {
     printf("%s: %d copies, %d frames, %d threads, %s\n\n", options.path, options.instances, options.frames,
            options.threads, about.isa);
-    fine = run(&options, &world, jobs, &frame, seconds);
+    fine = build(&world, asset) && run(&options, &world, jobs, &frame, seconds);
   }
   jobs_stop(jobs);
   free(seconds);

@@ -11,6 +11,7 @@ static const char kHelp[] =
     "  --frames N      frames to run (default 100)\n"
     "  --instances N   copies of the asset, all of which move (default 36)\n"
     "  --threads N     threads that query (default 2)\n"
+    "  --scatter       copies at random places and of random sizes, in place of a grid\n"
     "  --rays N        sun-shadow rays a frame, and as many lamp rays (default 20000)\n"
     "  --help          this text\n";
 
@@ -40,6 +41,7 @@ int read_options(int argc, char** argv, Options* options) {
   options->instances = 36;
   options->threads = 2;
   options->rays = 20000;
+  options->scatter = 0;
   known[0].number = &options->frames;
   known[1].number = &options->instances;
   known[2].number = &options->threads;
@@ -49,6 +51,10 @@ int read_options(int argc, char** argv, Options* options) {
     if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
       fputs(kHelp, stdout);
       return 1;
+    }
+    if (strcmp(argv[i], "--scatter") == 0) {
+      options->scatter = 1;
+      continue;
     }
     if (argv[i][0] != '-') {
       if (options->path != NULL) {

@@ -5,6 +5,7 @@
 typedef struct Options {
   const char* path;
   int frames, instances, threads, rays;
+  int scatter; /* 1: copies at random places and of random sizes, 0: on a grid */
 } Options;
 
 /* 0: go on. 1: --help was asked for and printed. 2: wrong, and said so on standard error. */

@@ -21,22 +21,32 @@ static void multiply(const float* a, const float* b, float* c) {
   }
 }
 
-/* Where a copy is in a frame: on a square grid, turning about the y axis and bobbing. */
+/* In 0 .. 1, always the same for a number. */
+static float random_of(uint32_t number) {
+  number = (number ^ number >> 16) * 0x7feb352du;
+  number = (number ^ number >> 15) * 0x846ca68bu;
+  return (float)((number ^ number >> 16) >> 8) / (1 << 24);
+}
+
+/* Where a copy is in a frame: turning about the y axis and bobbing, somewhere or on a square grid. */
 static void place(const World* world, uint32_t copy, int frame, float* t) {
   uint32_t side = (uint32_t)ceil(sqrt((double)world->copies));
   float angle = 0.05f * (float)frame + (float)copy;
-  float c = cosf(angle), s = sinf(angle);
+  float size = world->scatter ? 0.5f + random_of(3 * copy) : 1;
+  float column = world->scatter ? (float)side * random_of(3 * copy + 1) : (float)(copy % side);
+  float row = world->scatter ? (float)side * random_of(3 * copy + 2) : (float)(copy / side);
+  float c = size * cosf(angle), s = size * sinf(angle);
   float middle[3];
   int axis;
   for (axis = 0; axis < 3; ++axis) middle[axis] = (world->low[axis] + world->high[axis]) / 2;
   memset(t, 0, 12 * sizeof(float));
-  t[0] = c, t[2] = s, t[5] = 1, t[8] = -s, t[10] = c;
-  t[3] = world->spacing * (float)(copy % side) - c * middle[0] - s * middle[2];
+  t[0] = c, t[2] = s, t[5] = size, t[8] = -s, t[10] = c;
+  t[3] = world->spacing * column - c * middle[0] - s * middle[2];
   t[7] = 0.1f * (world->high[1] - world->low[1]) * sinf(2 * angle);
-  t[11] = world->spacing * (float)(copy / side) + s * middle[0] - c * middle[2];
+  t[11] = world->spacing * row + s * middle[0] - c * middle[2];
 }
 
-int make_world(NifDevice device, NifAsset asset, uint32_t copies, World* world) {
+int make_world(NifDevice device, NifAsset asset, uint32_t copies, int scatter, World* world) {
   NifSceneInfo info = {.struct_size = sizeof(info)};
   NifAssetInfo about = {.struct_size = sizeof(about)};
   float extent, transform[12];
@@ -46,6 +56,7 @@ int make_world(NifDevice device, NifAsset asset, uint32_t copies, World* world) 
   memset(world, 0, sizeof(*world));
   if (nifGetAssetInfo(asset, &about) != NIF_OK) return failed("asset");
   world->copies = copies;
+  world->scatter = scatter;
   world->per_copy = about.instance_count > 0 ? about.instance_count : about.object_count;
   world->first = calloc(copies, sizeof(*world->first));
   world->own = calloc(world->per_copy, sizeof(*world->own));
@@ -98,6 +109,8 @@ int make_world(NifDevice device, NifAsset asset, uint32_t copies, World* world) 
   return 1;
 }
 
+int commit_world(World* world) { return nifCommitScene(world->scene) == NIF_OK ? 1 : failed("commit"); }
+
 int move_world(World* world, int frame) {
   uint32_t copy, i;
   for (copy = 0; copy < world->copies; ++copy) {
@@ -109,7 +122,7 @@ int move_world(World* world, int frame) {
         return failed("move");
     }
   }
-  return nifCommitScene(world->scene) == NIF_OK ? 1 : failed("commit");
+  return commit_world(world);
 }
 
 void free_world(World* world) {

@@ -9,6 +9,7 @@ typedef struct World {
   uint32_t* first;  /* [copies] number of each copy's first instance in the scene */
   float (*own)[12]; /* [per_copy] where the asset's file places its instances */
   uint32_t copies, per_copy;
+  int scatter;           /* copies at random places, in place of a grid */
   float low[3], high[3]; /* box of one copy */
   float spacing;
   float sun[3];  /* direction towards it */
@@ -17,8 +18,9 @@ typedef struct World {
   float floor_height;
 } World;
 
-/* Each 1, or 0 with a sentence on standard error. */
-int make_world(NifDevice device, NifAsset asset, uint32_t copies, World* world);
+/* Each 1, or 0 with a sentence on standard error. The world that is made is not yet committed. */
+int make_world(NifDevice device, NifAsset asset, uint32_t copies, int scatter, World* world);
+int commit_world(World* world);
 /* Moves every copy and makes the scene ready for queries. */
 int move_world(World* world, int frame);
 void free_world(World* world);

@@ -9,9 +9,6 @@
 
 #include "tests/runtime/runtime_fixture.hpp"
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define COUNTS_ALLOCATIONS 1
-
 namespace {
 std::atomic<int64_t> allocations = 0;
 }
@@ -49,7 +46,6 @@ int posix_memalign(void** memory, size_t alignment, size_t bytes) {
   return *memory ? 0 : ENOMEM;
 }
 }
-#endif
 
 namespace nif::test {
 namespace {
@@ -57,9 +53,6 @@ namespace {
 class ThreadResources : public RuntimeTest, public testing::WithParamInterface<const char*> {
  protected:
   void SetUp() override {
-#if !COUNTS_ALLOCATIONS
-    GTEST_SKIP() << "the sanitizers have allocators and stack frames of their own";
-#endif
     const NifError error = nifNewDevice(GetParam(), nullptr, &device_);
     if (error == NIF_ERROR_NOT_AVAILABLE) GTEST_SKIP() << nifGetErrorMessage();
     ASSERT_EQ(error, NIF_OK);
@@ -108,7 +101,6 @@ INSTANTIATE_TEST_SUITE_P(Each, ThreadResources,
                          testing::Values("threads=1,isa=scalar", "threads=1,isa=sse4", "threads=1,isa=avx2",
                                          "threads=1,isa=avx512", "threads=3"));
 
-#if COUNTS_ALLOCATIONS
 TEST_P(ThreadResources, NothingIsAllocated) {
   Answers answers(rays_.size());
   uint64_t bytes = 0;
@@ -188,9 +180,6 @@ TEST_P(ThreadResources, LittleStack) {
 #endif
   EXPECT_GT(with - without, 500u);
 }
-#else
-TEST_P(ThreadResources, AreNotCounted) {}
-#endif
 
 }  // namespace
 }  // namespace nif::test
