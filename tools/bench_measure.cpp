@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -58,14 +57,11 @@ class Asked {
     std::fill(visible_.begin(), visible_.end(), uint8_t{0xff});
   }
 
-  /// One call for all rays on one thread; on several, calls for blocks of them.
-  void ask(uint32_t threads) {
-    const size_t count = rays_.size(), block = threads == 1 ? count : bake::kRayBlock;
-    tbb::parallel_for(size_t{0}, (count + block - 1) / block, [&](size_t b) {
-      NifQuery query = nifQueryRays(rays_.data() + b * block, std::min(block, count - b * block));
-      query.visible = visible_.data() + b * block;
-      check(nifQuery(scene_, &query));
-    });
+  /// One call for all rays, whatever the threads: they are the device's.
+  void ask() {
+    NifQuery query = nifQueryRays(rays_.data(), rays_.size());
+    query.visible = visible_.data();
+    check(nifQuery(scene_, &query));
   }
 
   size_t wrong() const {
@@ -125,9 +121,7 @@ SetSpeeds race_set(const std::vector<Subject>& subjects, size_t index, bake::Ray
   contenders.push_back({"nif", kEmbreeBuilds.size(), [&] {
                           for (Asked& a : asked) a.lay_out();
                           const double seconds = stopwatch.time([&] {
-                            arena.execute([&] {
-                              for (Asked& a : asked) a.ask(threads);
-                            });
+                            for (Asked& a : asked) a.ask();
                           });
                           size_t wrong = 0;
                           for (const Asked& a : asked) wrong += a.wrong();
@@ -219,7 +213,6 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   std::vector<Subject> subjects(result.objects);
   for (size_t i = 0; i < subjects.size(); ++i) {
     const bake::Prepared& prepared = asset.objects()[i];
-    subjects[i].scene = asset.alone(i);
     {
       const bake::GroundTruth truth(prepared);
       const uint64_t rays = std::max<uint64_t>(1, options.rays / subjects.size());
@@ -243,6 +236,8 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   const double races = double(options.threads.size() * options.sets.size());
   for (size_t t = 0; t < options.threads.size(); ++t) {
     ThreadRun& run = result.runs.emplace_back(ThreadRun{options.threads[t], {}});
+    std::vector<Scene> scenes = asset.each_alone(run.threads);
+    for (size_t i = 0; i < subjects.size(); ++i) subjects[i].scene = std::move(scenes[i]);
     for (size_t s = 0; s < options.sets.size(); ++s) {
       const std::string where =
           fmt::format("{}, {}: ", bake::name_of(options.sets[s]), count_of(run.threads, "thread"));

@@ -29,7 +29,8 @@ void check(NifError error) {
 }
 
 MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
-                             const std::string& configuration, Progress& progress) {
+                             const std::string& configuration, Progress& progress)
+    : path_(asset), configuration_(configuration) {
   const NifError error = nifNewDevice(configuration.c_str(), nullptr, &device_.handle);
   if (error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_NOT_AVAILABLE)
     throw Error(Status::usage, nifGetErrorMessage());
@@ -115,6 +116,19 @@ struct ExactAnswers {
 };
 
 }  // namespace
+
+std::vector<Scene> MeasuredAsset::each_alone(uint32_t threads) const {
+  const std::string configuration =
+      fmt::format("{}{}threads={}", configuration_, configuration_.empty() ? "" : ",", threads);
+  Device device;
+  Asset asset;
+  check(nifNewDevice(configuration.c_str(), nullptr, &device.handle));
+  check(nifLoadAssetFile(device.handle, path_.c_str(), NIF_LOAD_READ, &asset.handle));
+  std::vector<Scene> scenes;
+  for (size_t object = 0; object < info_.object_count; ++object)
+    scenes.push_back(scene_of(device, asset, object));
+  return scenes;
+}
 
 Scene MeasuredAsset::alone(size_t object) const { return scene_of(device_, asset_, object); }
 

@@ -45,10 +45,13 @@ class MeasuredAsset {
   uint64_t triangles() const;
   /// One object, where it lies in its own space.
   Scene alone(size_t object) const;
-  /// The same, answered by the scalar reference.
+  /// Each object so, on a device of so many threads.
+  std::vector<Scene> each_alone(uint32_t threads) const;
+  /// One, answered by the scalar reference.
   Scene alone_by_reference(size_t object) const;
 
  private:
+  std::string path_, configuration_;
   Device device_, reference_device_;
   Asset asset_, reference_asset_;
   NifDeviceInfo device_info_{};
