@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "kernels/reference/bvh.hpp"
 #include "kernels/reference/segment.hpp"
 
 namespace nif::bake {
@@ -18,7 +19,7 @@ Accuracy& Accuracy::operator+=(const Accuracy& other) {
   return *this;
 }
 
-Accuracy evaluate(const LabelledRays& rays, const Answerer& answer) {
+Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle& oracle) {
   constexpr size_t kBlock = 4096;
   const size_t count = rays.segments.size(), blocks = (count + kBlock - 1) / kBlock;
   std::vector<Accuracy> parts(blocks);
@@ -34,7 +35,7 @@ Accuracy evaluate(const LabelledRays& rays, const Answerer& answer) {
       part.leak += wrong && !truth;
       part.spurious += wrong && truth;
       part.certain += certain[i] != 0;
-      part.certain_wrong += wrong && certain[i];
+      part.certain_wrong += wrong && certain[i] && !oracle.in_doubt(rays.segments[first + i]);
       const double off = double(probability[i]) - (truth ? 1.0 : 0.0);
       part.squared_error += off * off;
     }
@@ -54,6 +55,17 @@ Answerer reference_answerer(const kernels::SegmentField& field) {
       answers.probability[i] =
           exact ? (answer.visible ? 1.0f : 0.0f)
                 : 1.0f / (1.0f + std::exp(-static_cast<float>(answer.logit) * field.network.logit_scale));
+    }
+  };
+}
+
+Answerer reference_answerer(const kernels::BvhField& field) {
+  return [&field](std::span<const Segment> segments, const Answers& answers) {
+    for (size_t i = 0; i < segments.size(); ++i) {
+      const kernels::Answer answer = kernels::query_bvh(field, segments[i]);
+      answers.visible[i] = answer.visible;
+      answers.certain[i] = answer.certain;
+      answers.probability[i] = answer.visible ? 1.0f : 0.0f;
     }
   };
 }

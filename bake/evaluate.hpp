@@ -5,6 +5,7 @@
 #include <span>
 
 #include "bake/ray_sets.hpp"
+#include "kernels/bvh_field.hpp"
 
 namespace nif::bake {
 
@@ -14,7 +15,7 @@ struct Accuracy {
   uint64_t leak = 0;           ///< occluded, called visible
   uint64_t spurious = 0;       ///< visible, called occluded
   uint64_t certain = 0;        ///< answered exactly, by the walk alone
-  uint64_t certain_wrong = 0;  ///< of those, wrong: must be 0
+  uint64_t certain_wrong = 0;  ///< of those, wrong where the label is not in doubt: must be 0
   double squared_error = 0;    ///< sum over rays of (probability of being visible - truth)^2
 
   double rate(uint64_t count) const { return rays ? double(count) / double(rays) : 0; }
@@ -34,11 +35,12 @@ struct Answers {
 /// Answers a run of segments; called from several threads at once.
 using Answerer = std::function<void(std::span<const Segment>, const Answers&)>;
 
-/// Compares answers to labels, in parallel; sums are ordered, so the figures do not depend on the number of
-/// threads.
-Accuracy evaluate(const LabelledRays& rays, const Answerer& answer);
+/// Compares answers to the labels that `oracle` gave, in parallel; sums are ordered, so the figures do not
+/// depend on the number of threads.
+Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle& oracle);
 
 /// Answers by the reference kernels. The field must outlive the answerer.
 Answerer reference_answerer(const kernels::SegmentField& field);
+Answerer reference_answerer(const kernels::BvhField& field);
 
 }  // namespace nif::bake

@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <limits>
+#include <numbers>
 
 namespace nif::bake {
 namespace {
@@ -27,6 +28,38 @@ bool Oracle::occluded(const Segment& segment) const {
   RTCRay ray = to_ray(segment);
   rtcOccluded1(scene_.handle(), &context, &ray);
   return ray.tfar == -kInfinity;
+}
+
+bool Oracle::in_doubt(const Segment& segment) const {
+  const Double3 origin = to_double(std::to_array(segment.origin)),
+                direction = to_double(std::to_array(segment.direction));
+  double reach = reach_;
+  for (const double x : origin) reach = std::max(reach, std::abs(x));
+  const double aside = 1e-6 * reach, along = aside / length(direction);
+  const size_t flattest =
+      size_t(std::min_element(direction.begin(), direction.end(),
+                              [](double a, double b) { return std::abs(a) < std::abs(b); }) -
+             direction.begin());
+  Double3 axis{};
+  axis[flattest] = 1;
+  Double3 across = cross(direction, axis);
+  across = across * (aside / length(across));
+  const Double3 other = cross(direction, across) * (1 / length(direction));
+
+  const bool answer = occluded(segment);
+  for (int turn = 0; turn < 8; ++turn) {
+    const double angle = turn * std::numbers::pi / 4;
+    const Double3 moved = origin + across * std::cos(angle) + other * std::sin(angle);
+    Segment beside = segment;
+    for (size_t a = 0; a < 3; ++a) beside.origin[a] = static_cast<float>(moved[a]);
+    if (occluded(beside) != answer) return true;
+  }
+  // Embree takes no negative t, so the longer one starts from farther back.
+  Segment shorter = segment, longer = segment;
+  for (size_t a = 0; a < 3; ++a) longer.origin[a] = static_cast<float>(origin[a] - along * direction[a]);
+  longer.tmax += static_cast<float>(2 * along);
+  shorter.tmin += static_cast<float>(along), shorter.tmax -= static_cast<float>(along);
+  return shorter.tmin > shorter.tmax || occluded(longer) != answer || occluded(shorter) != answer;
 }
 
 std::optional<Oracle::Hit> Oracle::first_hit(const Segment& segment) const {

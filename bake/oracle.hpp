@@ -1,6 +1,8 @@
 // Ground truth for visibility queries: Embree on the source mesh.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -21,10 +23,18 @@ class Oracle {
  public:
   /// As the constructor of EmbreeScene.
   Oracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles)
-      : scene_(positions, triangles, EmbreeBuild::robust) {}
+      : scene_(positions, triangles, EmbreeBuild::robust) {
+    for (const mesh::Triangle& triangle : triangles)
+      for (const uint32_t corner : triangle)
+        for (const float x : positions[corner]) reach_ = std::max(reach_, std::abs(double(x)));
+  }
 
   /// True where a triangle is met at tmin <= t <= tmax.
   bool occluded(const Segment& segment) const;
+
+  /// True where the answer is another one for a segment that is a millionth of the coordinates' size away: it
+  /// passes so close by an edge, or ends so close to a triangle, that rounding decides.
+  bool in_doubt(const Segment& segment) const;
 
   struct Hit {
     float t;
@@ -35,6 +45,7 @@ class Oracle {
 
  private:
   EmbreeScene scene_;
+  double reach_ = 0;  ///< largest coordinate
 };
 
 /// Tells points inside closed components from all others, by counting signed crossings along a ray.

@@ -18,6 +18,7 @@ struct Subject {
   Scene scene;
   std::array<std::unique_ptr<bake::EmbreeScene>, kEmbreeBuilds.size()> embree;
   std::vector<bake::LabelledRays> sets;
+  std::vector<bake::Accuracy> accuracies;  ///< of the same sets
 };
 
 /// Times work by the clock, and adds up how much of the processor it got.
@@ -107,7 +108,7 @@ SetSpeeds race_set(const std::vector<Subject>& subjects, size_t index, bake::Ray
   for (const Subject& subject : subjects) {
     const bake::LabelledRays& rays = subject.sets[index];
     if (rays.segments.empty()) continue;
-    result.accuracy += bake::evaluate(rays, runtime_answerer(subject.scene.handle));
+    result.accuracy += subject.accuracies[index];
     asked.emplace_back(subject.scene.handle, rays);
   }
   for (const Subject& subject : subjects) laid_out.emplace_back(subject.sets[index].segments.size());
@@ -219,6 +220,8 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
       for (bake::RaySet set : options.sets) {
         go_on(0, fmt::format("drawing {} of {}", bake::name_of(set), asset.name(i)));
         subjects[i].sets.push_back(bake::make_ray_set(truth.source(), set, rays, options.seed));
+        subjects[i].accuracies.push_back(bake::evaluate(
+            subjects[i].sets.back(), runtime_answerer(subjects[i].scene.handle), truth.source().oracle));
       }
     }
     for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {

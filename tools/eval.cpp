@@ -60,7 +60,7 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
       progress.update((double(i) + double(s) / double(sets.size())) / double(count),
                       fmt::format("measuring {} on {}", name, bake::name_of(sets[s])));
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), sets[s], rays, arguments.seed);
-      accuracies[size_t(sets[s])] = bake::evaluate(labelled, answer);
+      accuracies[size_t(sets[s])] = bake::evaluate(labelled, answer, truth.source().oracle);
       if (arguments.reference) result.compared += labelled.segments.size();
       result.sets[size_t(sets[s])] += accuracies[size_t(sets[s])];
     }

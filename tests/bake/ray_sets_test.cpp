@@ -126,5 +126,23 @@ TEST(RaySetsOfOddObjects, AFlatSheetHasAllButAVolume) {
   }
 }
 
+TEST(Oracle, IsInDoubtWhereRoundingDecides) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const mesh::Mesh box = cube();
+  const bake::Oracle oracle(box.positions, box.triangles);
+  const auto in_doubt = [&](float x, float y, float tmax) {
+    return oracle.in_doubt({{x, y, -5}, {0, 0, 1}, 0, tmax});
+  };
+  EXPECT_FALSE(in_doubt(0.3f, 0.2f, kInfinity));
+  EXPECT_FALSE(in_doubt(1.5f, 0.2f, kInfinity));
+  EXPECT_FALSE(in_doubt(0.2f, 0.2f, kInfinity)) << "an edge between two triangles hides what they hide";
+  EXPECT_TRUE(in_doubt(1, 0.2f, kInfinity));
+  EXPECT_TRUE(in_doubt(0.3f, -1, kInfinity));
+  EXPECT_FALSE(in_doubt(0.999f, 0.2f, kInfinity));
+  EXPECT_TRUE(in_doubt(0.3f, 0.2f, 4)) << "it ends on the surface";
+  EXPECT_FALSE(in_doubt(0.3f, 0.2f, 3.99f));
+  EXPECT_FALSE(in_doubt(0.3f, 0.2f, 4.01f));
+}
+
 }  // namespace
 }  // namespace nif::test

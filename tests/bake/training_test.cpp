@@ -51,7 +51,7 @@ struct Trained {
   double error(RaySet set, const format::Network& network) const {
     const kernels::SegmentField field = format::field_of(object->object, network);
     const bake::LabelledRays rays = bake::make_ray_set(object->truth->source(), set, 50'000, 77);
-    return bake::evaluate(rays, bake::reference_answerer(field)).error();
+    return bake::evaluate(rays, bake::reference_answerer(field), object->truth->source().oracle).error();
   }
 };
 
