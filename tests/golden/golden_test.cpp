@@ -10,6 +10,7 @@
 
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/writer.hpp"
+#include "tests/support/query_object.hpp"
 
 namespace nif {
 namespace {
@@ -44,7 +45,7 @@ TEST(Golden, StillAnswersTheSame) {
     ASSERT_GE(answers.size(), 300u);
     for (const test::GoldenAnswer& golden : answers) {
       ASSERT_LT(golden.object, view.objects.size());
-      const auto answer = kernels::query_segment(view.objects[golden.object].field, golden.ray);
+      const auto answer = test::query_object(view.objects[golden.object], golden.ray);
       ASSERT_EQ(answer.visible, golden.visible != 0);
       ASSERT_EQ(answer.certain, golden.certain != 0);
       ASSERT_EQ(answer.logit, golden.logit);

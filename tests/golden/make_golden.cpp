@@ -1,5 +1,5 @@
-// make_golden SEED NAME: writes NAME.nif and NAME.answers. For a new version of the format only: files that
-// are in this folder are never made anew.
+// make_golden SEED NAME [BVHS]: writes NAME.nif, with so many `bvh` objects after the others, and
+// NAME.answers. For what the format newly holds only: files that are in this folder are never made anew.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -9,16 +9,17 @@
 #include "formats/output_file.hpp"
 #include "formats/status.hpp"
 #include "tests/golden/golden.hpp"
-#include "tests/support/random_asset.hpp"
+#include "tests/support/query_object.hpp"
 
 namespace {
 
-void make(uint64_t seed, const std::string& name) {
+void make(uint64_t seed, const std::string& name, uint32_t bvhs) {
   using namespace nif;
   test::RandomAssetOptions options;
   options.objects = 1 + uint32_t(seed % 3);
   options.instances = 2 * uint32_t(seed % 3);
   options.max_voxels = 9;
+  options.bvhs = bvhs;
   format::Asset asset = test::random_asset(seed, options);
   if (options.instances == 0) asset.metadata.clear();
   const auto bytes = format::encode(asset);
@@ -27,9 +28,8 @@ void make(uint64_t seed, const std::string& name) {
   test::Random random(seed);
   for (uint32_t object = 0; object < view.objects.size(); ++object)
     for (int i = 0; i < 300; ++i) {
-      const auto& field = view.objects[object].field;
-      const kernels::Segment ray = test::random_segment(random, field);
-      const kernels::Answer answer = kernels::query_segment(field, ray);
+      const kernels::Segment ray = test::random_segment(random, view.objects[object]);
+      const kernels::Answer answer = test::query_object(view.objects[object], ray);
       answers.push_back({object, ray, answer.logit, answer.visible, answer.certain, 0});
     }
   write_output(name + ".nif", bytes);
@@ -39,12 +39,13 @@ void make(uint64_t seed, const std::string& name) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: make_golden SEED NAME\n");
+  if (argc != 3 && argc != 4) {
+    std::fprintf(stderr, "usage: make_golden SEED NAME [BVHS]\n");
     return int(nif::Status::usage);
   }
   try {
-    make(std::strtoull(argv[1], nullptr, 10), argv[2]);
+    make(std::strtoull(argv[1], nullptr, 10), argv[2],
+         argc == 4 ? uint32_t(std::strtoul(argv[3], nullptr, 10)) : 0);
   } catch (const nif::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return int(error.status());
