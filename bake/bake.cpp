@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "bake/bvh_builder.hpp"
 #include "bake/occupancy.hpp"
 #include "bake/prepare.hpp"
 #include "bake/report.hpp"
@@ -45,15 +46,25 @@ uint32_t resolution_for(uint64_t triangles, uint32_t full, double scale) {
   return std::clamp(uint32_t(std::lround(wanted)), 2u, kernels::kMaxVoxels);
 }
 
-/// The object with its occupancy and zero features.
-format::Object lay_out(const Prepared& prepared, const ResolvedOptions& options, uint32_t resolution,
-                       ObjectReport& report) {
+/// What is the same of an object in any encoding.
+format::Object describe(const Prepared& prepared, ObjectReport& report) {
   format::Object object;
   object.name = format::clean_name(prepared.source->name);
   object.aabb_min = prepared.box.min;
   object.aabb_max = prepared.box.max;
   object.bias = prepared.bias;
   object.triangles = uint32_t(std::min<uint64_t>(prepared.surface.triangles.size(), 0xffffffffu));
+  report.name = object.name;
+  report.triangles = prepared.surface.triangles.size();
+  report.cleaned = prepared.surface.report;
+  report.closed_components = prepared.closed.count();
+  report.open_components = prepared.closed.open_components;
+  return object;
+}
+
+/// Gives a field its occupancy and zero features.
+void lay_out(const Prepared& prepared, const ResolvedOptions& options, uint32_t resolution,
+             format::Object& object, ObjectReport& report) {
   object.samples = options.samples;
   object.length_scale = options.length_scale;
   const auto& [positions, triangles, slivers, cleaned] = prepared.surface;
@@ -61,17 +72,10 @@ format::Object lay_out(const Prepared& prepared, const ResolvedOptions& options,
   const Occupancy occupancy =
       classify(grid, positions, voxelize(grid, positions, triangles), prepared.closed);
   store_occupancy(occupancy, options.features_per_corner, object);
-
-  report.name = object.name;
-  report.triangles = triangles.size();
-  report.cleaned = cleaned;
-  report.closed_components = prepared.closed.count();
-  report.open_components = prepared.closed.open_components;
   report.voxels = grid.voxels;
   report.surface_voxels = occupancy.surface_voxels;
   report.inside_voxels = occupancy.inside_voxels;
   report.unknown_voxels = occupancy.unknown_voxels;
-  return object;
 }
 
 TrainingOptions training_options(const ResolvedOptions& resolved, const BakeOptions& options,
@@ -108,8 +112,18 @@ format::Network blank_network(const ResolvedOptions& options) {
   return network;
 }
 
+uint64_t bytes_of(const format::Network& network) {
+  uint64_t bytes = 0;
+  for (const format::Layer& layer : network.layers)
+    bytes += layer.biases.size() * sizeof(layer.biases[0]) + layer.weights.size();
+  return bytes;
+}
+
 /// Reserve for what the metadata will say once accuracy has been measured.
-constexpr uint64_t kMetadataBytes = 1024, kMetadataBytesPerObject = 1536;
+constexpr uint64_t kMetadataBytes = 1024, kMetadataBytesPerObject = 1792;
+
+/// Seeds apart from the one that `nif eval` uses by default, from training's streams and from each other's.
+constexpr uint64_t kMeasuringSeed = 0x6d65617375726564, kChoosingSeed = 0x63686f6f73696e67;
 
 class Baker {
  public:
@@ -119,25 +133,25 @@ class Baker {
 
   BakeResult run() {
     choose_objects();
-    double scale = 1;
-    lay_out_all(scale);
-    while (options_.max_bytes && estimated_bytes() > *options_.max_bytes) {
-      scale *= 0.95;
-      if (resolved_.resolution * scale < 4) {
-        throw Error(Status::target_not_met,
-                    fmt::format("--max-bytes {} cannot be reached: the coarsest grids take {} bytes",
-                                *options_.max_bytes, estimated_bytes()));
-      }
-      lay_out_all(scale);
-    }
+    build_bvhs();
+    lay_out_fields(1);
+    if (options_.max_bytes) shrink_to(*options_.max_bytes);
     for (size_t i = 0; i < prepared_.size(); ++i) bake_object(i);
     for (const ObjectReport& report : result_.objects) result_.triangles += report.triangles;
     check_error();
+    result_.asset = assemble();
     result_.asset.metadata = make_metadata(scene_, options_, result_);
     return std::move(result_);
   }
 
  private:
+  /// An object on its way: both of its forms, as far as there are such.
+  struct Candidate {
+    format::Object field, bvh;
+    std::optional<format::Network> network;  ///< of the field, once it is trained
+    bool has_bvh = false, takes_bvh = false;
+  };
+
   void choose_objects() {
     report(BakeProgress::Stage::preparing, scene_.meshes.front().name, 0, 0, 0, 0);
     PreparedScene prepared = prepare(scene_);
@@ -151,36 +165,192 @@ class Baker {
     // Progress is shared out by what training will roughly cost.
     for (const Prepared& p : prepared_)
       weights_.push_back(std::clamp(double(p.surface.triangles.size()), 10e3, kFullTriangles));
+    candidates_.resize(prepared_.size());
+    result_.objects.resize(prepared_.size());
   }
 
-  void lay_out_all(double scale) {
-    result_.asset.objects.clear();
-    result_.objects.assign(prepared_.size(), {});
+  void build_bvhs() {
     for (size_t i = 0; i < prepared_.size(); ++i) {
-      if (cancel_) throw Error(Status::interrupted, "the bake was cancelled");
-      const uint32_t resolution =
-          resolution_for(prepared_[i].surface.triangles.size(), resolved_.resolution, scale);
-      result_.asset.objects.push_back(lay_out(prepared_[i], resolved_, resolution, result_.objects[i]));
-      result_.asset.objects.back().network = uint32_t(i);
+      stop_if_cancelled();
+      const auto& [positions, triangles, slivers, cleaned] = prepared_[i].surface;
+      Candidate& candidate = candidates_[i];
+      candidate.bvh = candidate.field = describe(prepared_[i], result_.objects[i]);
+      if (options_.encoding == EncodingOption::segment) continue;
+      if (!fits_bvh(positions)) {
+        if (options_.encoding == EncodingOption::automatic) continue;
+        throw Error(Status::too_large,
+                    fmt::format("'{}' has coordinates beyond {:.1e}, which a BVH cannot compute with",
+                                candidate.bvh.name, kernels::kMaxBvhCoordinate / 4));
+      }
+      candidate.bvh.encoding = format::kBvh;
+      candidate.bvh.bvh = build_bvh(positions, triangles);
+      candidate.has_bvh = true;
+      candidate.takes_bvh = options_.encoding == EncodingOption::bvh;
     }
   }
 
-  uint64_t estimated_bytes() {
-    result_.asset.networks.assign(prepared_.size(), blank_network(resolved_));
-    const uint64_t bytes = format::encode(result_.asset).size();
-    result_.asset.networks.clear();
-    return bytes + kMetadataBytes + kMetadataBytesPerObject * prepared_.size();
+  void lay_out_fields(double scale) {
+    if (options_.encoding == EncodingOption::bvh) return;
+    for (size_t i = 0; i < prepared_.size(); ++i) {
+      stop_if_cancelled();
+      lay_out(prepared_[i], resolved_,
+              resolution_for(prepared_[i].surface.triangles.size(), resolved_.resolution, scale),
+              candidates_[i].field, result_.objects[i]);
+    }
+    choose_by_bytes(false);
+  }
+
+  /// A BVH that takes no more than the field needs no further comparison. What counts is memory or, where
+  /// there is little room, the file.
+  void choose_by_bytes(bool in_file) {
+    const uint64_t network = bytes_of(blank_network(resolved_));
+    for (size_t i = 0; i < candidates_.size(); ++i) {
+      Candidate& candidate = candidates_[i];
+      if (options_.encoding != EncodingOption::automatic || !candidate.has_bvh) continue;
+      ObjectReport& report = result_.objects[i];
+      report.as_bvh = cost_of_bvh(candidate.bvh.bvh);
+      report.as_segment = cost_of_field(candidate.field, network);
+      const uint64_t bvh = report.as_bvh->bytes, field = in_file
+                                                             ? file_bytes_of_field(candidate.field, network)
+                                                             : report.as_segment->bytes;
+      candidate.takes_bvh = bvh <= field;
+      report.reason = !candidate.takes_bvh
+                          ? ""
+                          : fmt::format("exact, and with {} no larger than a field with {}",
+                                        format_bytes(double(bvh)), format_bytes(double(field)));
+    }
+  }
+
+  void shrink_to(uint64_t most) {
+    if (estimated_bytes() <= most) return;
+    if (options_.encoding == EncodingOption::bvh) {
+      throw Error(Status::target_not_met,
+                  fmt::format("--max-bytes {} cannot be reached: with BVHs the asset takes {} bytes; try "
+                              "--encoding segment",
+                              most, estimated_bytes()));
+    }
+    choose_by_bytes(true);
+    for (double scale = 0.95; estimated_bytes() > most; scale *= 0.95) {
+      if (resolved_.resolution * scale < 4) {
+        throw Error(Status::target_not_met,
+                    fmt::format("--max-bytes {} cannot be reached: the coarsest grids take {} bytes", most,
+                                estimated_bytes()));
+      }
+      lay_out_fields(scale);
+      choose_by_bytes(true);
+    }
+  }
+
+  /// The asset as far as it is made; where a field is not trained yet its network is blank.
+  format::Asset assemble() const {
+    format::Asset asset;
+    asset.instances = result_.asset.instances;
+    for (const Candidate& candidate : candidates_) {
+      asset.objects.push_back(candidate.takes_bvh ? candidate.bvh : candidate.field);
+      if (candidate.takes_bvh) continue;
+      asset.objects.back().network = uint32_t(asset.networks.size());
+      asset.networks.push_back(candidate.network ? *candidate.network : blank_network(resolved_));
+    }
+    return asset;
+  }
+
+  uint64_t estimated_bytes() const {
+    return format::encode(assemble()).size() + kMetadataBytes + kMetadataBytesPerObject * prepared_.size();
   }
 
   void bake_object(size_t index) {
-    const Prepared& prepared = prepared_[index];
-    format::Object& object = result_.asset.objects[index];
-    ObjectReport& report_of = result_.objects[index];
-    const GroundTruth truth(prepared);
-    const RaySource& source = truth.source();
+    Candidate& candidate = candidates_[index];
+    ObjectReport& own = result_.objects[index];
+    if (options_.encoding != EncodingOption::automatic)
+      own.reason = fmt::format("--encoding {}", name_of(options_.encoding));
+    else if (!candidate.has_bvh)
+      own.reason = "coordinates are too large for a BVH to compute with";
+    if (!candidate.takes_bvh || options_.evaluation_rays > 0) {
+      const GroundTruth truth(prepared_[index]);
+      if (!candidate.takes_bvh && candidate.has_bvh) {
+        bake_the_better(index, truth.source());
+      } else {
+        if (!candidate.takes_bvh) train_field(index, truth.source());
+        own.sets = measure(index, truth.source());
+      }
+    }
+    own.encoding = candidate.takes_bvh ? format::kBvh : format::kSegment;
+    for (RaySet set : kRaySets) result_.sets[size_t(set)] += own.sets[size_t(set)];
+  }
 
+  /// The object as a field where that is worth its errors, else as a BVH.
+  void bake_the_better(size_t index, const RaySource& source) {
+    ObjectReport& own = result_.objects[index];
+    EncodingCost &field = *own.as_segment, &bvh = *own.as_bvh;
+    report(BakeProgress::Stage::choosing, own.name, index, 0.01, 0, 0);
+    const uint64_t seed = options_.seed + kChoosingSeed;
+    const format::Network blank = blank_network(resolved_);
+    field.work = work_of(format::field_of(candidates_[index].field, blank), source, seed);
+    bvh.work = work_of(format::field_of(candidates_[index].bvh.bvh), source, seed);
+    const std::string field_is = fmt::format("a field would be {}", describe_gain(field, bvh));
+    if (gain_of(field, bvh) < kLeastGain &&
+        take_bvh(index, fmt::format("exact; {}, too little to be wrong for", field_is))) {
+      own.sets = measure(index, source);
+      return;
+    }
+
+    try {
+      train_field(index, source);
+    } catch (const Error& error) {
+      if (error.status() != Status::training_failed ||
+          !take_bvh(index, fmt::format("exact; {}", error.what())))
+        throw;
+      own.sets = measure(index, source);
+      return;
+    }
+    report(BakeProgress::Stage::choosing, own.name, index, 0.90, 0, 0);
+    const kernels::SegmentField trained =
+        format::field_of(candidates_[index].field, *candidates_[index].network);
+    const WorstError worst = worst_error(reference_answerer(trained), source, seed);
+    field.error = worst.error;
+    const std::string cost = fmt::format("{:.2f} % of {} wrong", 100 * worst.error, name_of(worst.set));
+    // Who states a largest error has said what errors are worth.
+    const bool worth = options_.max_error || gain_of(field, bvh) >= 100 * worst.error * kGainPerPercent;
+    if (!worth && take_bvh(index, fmt::format("exact; {}, too little for {}", field_is, cost))) {
+      own.sets = measure(index, source);
+      return;
+    }
+    if (own.reason.empty())
+      own.reason = fmt::format("{} as a BVH of {}, for {}", describe_gain(field, bvh),
+                               format_bytes(double(bvh.bytes)), cost);
+    own.sets = measure(index, source);
+    if (!options_.max_error) return;
+    for (RaySet set : kRaySets) {
+      const double error = own.sets[size_t(set)].error();
+      if (error > *options_.max_error &&
+          take_bvh(index,
+                   fmt::format("exact; a field would answer {:.2f} % of {} wrongly, more than --max-error",
+                               100 * error, name_of(set)))) {
+        own.sets = measure(index, source);
+        return;
+      }
+    }
+  }
+
+  /// Makes the object a BVH where --max-bytes leaves room for it; false where it does not.
+  bool take_bvh(size_t index, const std::string& reason) {
+    Candidate& candidate = candidates_[index];
+    candidate.takes_bvh = true;
+    if (options_.max_bytes && estimated_bytes() > *options_.max_bytes) {
+      candidate.takes_bvh = false;
+      result_.objects[index].reason = fmt::format("--max-bytes leaves no room for a BVH of {}",
+                                                  format_bytes(double(candidate.bvh.bvh.bytes())));
+      return false;
+    }
+    result_.objects[index].reason = reason;
+    return true;
+  }
+
+  void train_field(size_t index, const RaySource& source) {
+    format::Object& object = candidates_[index].field;
+    ObjectReport& own = result_.objects[index];
     const TrainingOptions training = training_options(resolved_, options_, object.corners);
-    report_of.training_rays = training.rays;
+    own.training_rays = training.rays;
     report(BakeProgress::Stage::training, object.name, index, 0.03, 0, 0);
     TrainingResult trained = train(
         source, object, training,
@@ -189,21 +359,32 @@ class Baker {
           report(BakeProgress::Stage::training, object.name, index, 0.03 + 0.87 * share, p.loss, p.error);
         },
         cancel_);
-    report_of.recoveries = trained.recoveries;
-    result_.asset.networks.push_back(std::move(trained.network));
+    own.recoveries = trained.recoveries;
+    candidates_[index].network = std::move(trained.network);
+  }
 
-    const kernels::SegmentField field = format::field_of(object, result_.asset.networks.back());
-    if (options_.evaluation_rays == 0) return;
+  /// The accuracy of what the object is now.
+  SetAccuracies measure(size_t index, const RaySource& source) {
+    SetAccuracies sets{};
+    if (options_.evaluation_rays == 0) return sets;
+    const Candidate& candidate = candidates_[index];
+    const kernels::BvhField bvh = format::field_of(candidate.bvh.bvh);
+    kernels::SegmentField field;
+    if (!candidate.takes_bvh) field = format::field_of(candidate.field, *candidate.network);
+    const Answerer answer = candidate.takes_bvh ? reference_answerer(bvh) : reference_answerer(field);
     const uint64_t share = std::max<uint64_t>(20'000, options_.evaluation_rays / prepared_.size());
     const size_t count = size_t(std::min(share, options_.evaluation_rays));
     for (RaySet set : kRaySets) {
-      if (cancel_) throw Error(Status::interrupted, "the bake was cancelled");
-      report(BakeProgress::Stage::measuring, object.name, index, 0.90 + 0.02 * double(set), 0, 0);
-      // A seed apart from the one that `nif eval` uses by default, and apart from training's streams.
-      const LabelledRays labelled = make_ray_set(source, set, count, options_.seed + 0x6d65617375726564);
-      report_of.sets[size_t(set)] = evaluate(labelled, reference_answerer(field));
-      result_.sets[size_t(set)] += report_of.sets[size_t(set)];
+      stop_if_cancelled();
+      report(BakeProgress::Stage::measuring, candidate.field.name, index, 0.90 + 0.02 * double(set), 0, 0);
+      sets[size_t(set)] =
+          evaluate(make_ray_set(source, set, count, options_.seed + kMeasuringSeed), answer, source.oracle);
     }
+    return sets;
+  }
+
+  void stop_if_cancelled() const {
+    if (cancel_) throw Error(Status::interrupted, "the bake was cancelled");
   }
 
   void check_error() const {
@@ -211,12 +392,12 @@ class Baker {
     for (RaySet set : kRaySets) {
       const double error = result_.sets[size_t(set)].error();
       if (error <= *options_.max_error) continue;
-      throw Error(
-          Status::target_not_met,
-          fmt::format(
-              "--max-error {:.4f}% is not met: {:.4f}% of {} are answered wrongly; try a higher preset or "
-              "--resolution",
-              *options_.max_error * 100, error * 100, name_of(set)));
+      throw Error(Status::target_not_met,
+                  fmt::format("--max-error {:.4f}% is not met: {:.4f}% of {} are answered wrongly; {}",
+                              *options_.max_error * 100, error * 100, name_of(set),
+                              options_.encoding == EncodingOption::segment
+                                  ? "try a higher preset, --resolution or --encoding auto"
+                                  : "try a higher preset or --resolution"));
     }
   }
 
@@ -238,11 +419,29 @@ class Baker {
   const BakeCallback& callback_;
   const std::atomic<bool>& cancel_;
   std::vector<Prepared> prepared_;
+  std::vector<Candidate> candidates_;
   std::vector<double> weights_;
   BakeResult result_;
 };
 
+constexpr std::pair<EncodingOption, std::string_view> kEncodings[] = {
+    {EncodingOption::automatic, "auto"}, {EncodingOption::segment, "segment"}, {EncodingOption::bvh, "bvh"}};
+
 }  // namespace
+
+std::string_view name_of(EncodingOption option) {
+  for (const auto& [known, name] : kEncodings) {
+    if (known == option) return name;
+  }
+  return {};
+}
+
+std::optional<EncodingOption> encoding_named(std::string_view name) {
+  for (const auto& [option, known] : kEncodings) {
+    if (known == name) return option;
+  }
+  return std::nullopt;
+}
 
 std::string_view name_of(Preset preset) {
   for (const PresetRow& row : kPresets) {

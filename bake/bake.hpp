@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "bake/encoding.hpp"
 #include "bake/evaluate.hpp"
 #include "bake/trainer.hpp"
 #include "formats/mesh/clean.hpp"
@@ -17,10 +18,21 @@ enum class Preset { fast, balanced, high };
 std::string_view name_of(Preset preset);
 std::optional<Preset> preset_named(std::string_view name);
 
+/// What each object becomes.
+enum class EncodingOption {
+  automatic,  ///< whichever is better for it, see bake/encoding.hpp
+  segment,
+  bvh,  ///< nothing is trained; preset, resolution, mix and effort have no meaning
+};
+std::string_view name_of(EncodingOption option);
+std::optional<EncodingOption> encoding_named(std::string_view name);
+
 struct BakeOptions {
+  EncodingOption encoding = EncodingOption::automatic;
   Preset preset = Preset::balanced;
   uint64_t seed = 1;
-  std::optional<uint64_t> max_bytes;      ///< of the whole file: the finest grid up to the preset's that fits
+  /// Of the whole file: the finest grids up to the preset's that fit, and BVHs where there is room for them.
+  std::optional<uint64_t> max_bytes;
   std::optional<double> max_error;        ///< of every stated ray set; else Error(target_not_met)
   std::optional<uint32_t> resolution;     ///< voxels along the longest side, in place of the preset's choice
   std::optional<Mix> mix;                 ///< in place of the preset's
@@ -43,7 +55,7 @@ ResolvedOptions resolve(const BakeOptions& options);
 
 /// What the work is at, for a bar or a line. Fractions run from 0 to 1 over the whole bake.
 struct BakeProgress {
-  enum class Stage { preparing, training, measuring } stage;
+  enum class Stage { preparing, choosing, training, measuring } stage;
   std::string_view object;
   size_t object_index, object_count;
   double fraction;
@@ -55,8 +67,11 @@ struct ObjectReport {
   std::string name;
   uint64_t triangles = 0;  ///< after cleaning
   mesh::CleanReport cleaned;
+  format::Encoding encoding = format::kSegment;
+  std::string reason;                              ///< for the encoding: what is known, as words
+  std::optional<EncodingCost> as_segment, as_bvh;  ///< what was compared, as far as it was needed
   size_t closed_components = 0, open_components = 0;
-  std::array<uint32_t, 3> voxels{};
+  std::array<uint32_t, 3> voxels{};  ///< of a field's grid, as the rest; also where it was not chosen
   size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
   uint64_t training_rays = 0;
   uint32_t recoveries = 0;
@@ -73,8 +88,8 @@ struct BakeResult {
 
 /// Bakes every mesh once, however many instances it has; meshes of equal content become one object. Uses all
 /// threads that TBB gives; the result does not depend on their number. `callback` is called from the calling
-/// thread. Throws nif::Error: all_degenerate, too_large, target_not_met, training_failed, interrupted (once
-/// `cancel` is set).
+/// thread. Throws nif::Error: all_degenerate, too_large (also where EncodingOption::bvh meets coordinates
+/// that a BVH cannot compute with), target_not_met, training_failed, interrupted (once `cancel` is set).
 BakeResult bake(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
                 const std::atomic<bool>& cancel);
 

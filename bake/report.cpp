@@ -26,31 +26,48 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, 
   for (RaySet set : kRaySets) {
     if (weights[size_t(set)] > 0) mix[std::string(name_of(set))] = weights[size_t(set)];
   }
+  nlohmann::ordered_json chosen{{"encoding", name_of(options.encoding)}};
+  if (options.encoding != EncodingOption::bvh) {
+    chosen["preset"] = name_of(options.preset);
+    chosen["mix"] = mix;
+    if (options.resolution) chosen["resolution"] = *options.resolution;
+    if (options.effort) chosen["effort"] = *options.effort;
+  }
+  if (options.max_bytes) chosen["max_bytes"] = *options.max_bytes;
+  if (options.max_error) chosen["max_error"] = *options.max_error;
   nlohmann::ordered_json json{{"tool", {{"name", "nifkit"}, {"version", NIF_VERSION_STRING}}},
                               {"seed", options.seed},
-                              {"options", {{"preset", name_of(options.preset)}, {"mix", mix}}},
+                              {"options", std::move(chosen)},
                               {"source", {{"hash", fmt::format("xxh3-64:{:016x}", scene.source_hash)}}},
                               {"accuracy", to_json(result.sets)}};
-  if (options.resolution) json["options"]["resolution"] = *options.resolution;
-  if (options.effort) json["options"]["effort"] = *options.effort;
-  if (options.max_bytes) json["options"]["max_bytes"] = *options.max_bytes;
-  if (options.max_error) json["options"]["max_error"] = *options.max_error;
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (size_t i = 0; i < result.objects.size(); ++i) {
     const ObjectReport& report = result.objects[i];
     const format::Object& object = result.asset.objects[i];
-    objects.push_back({{"name", object.name},
-                       {"triangles", report.triangles},
-                       {"bounds", {object.aabb_min, object.aabb_max}},
-                       {"bias", object.bias},
-                       {"voxels", report.voxels},
-                       {"closed_components", report.closed_components},
-                       {"open_components", report.open_components},
-                       {"training_rays", report.training_rays},
-                       {"accuracy", to_json(report.sets)}});
+    nlohmann::ordered_json& described =
+        objects.emplace_back(nlohmann::ordered_json{{"name", object.name},
+                                                    {"encoding", name_of(report.encoding)},
+                                                    {"reason", report.reason},
+                                                    {"triangles", report.triangles},
+                                                    {"bounds", {object.aabb_min, object.aabb_max}},
+                                                    {"bias", object.bias},
+                                                    {"closed_components", report.closed_components},
+                                                    {"open_components", report.open_components}});
+    if (report.encoding == format::kSegment) {
+      described["voxels"] = report.voxels;
+      described["training_rays"] = report.training_rays;
+    }
+    described["accuracy"] = to_json(report.sets);
   }
   json["objects"] = std::move(objects);
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::string format_bytes(double bytes) {
+  if (bytes < 1e3) return fmt::format("{:.0f} B", bytes);
+  if (bytes < 1e6) return fmt::format("{:.1f} kB", bytes / 1e3);
+  if (bytes < 1e9) return fmt::format("{:.1f} MB", bytes / 1e6);
+  return fmt::format("{:.2f} GB", bytes / 1e9);
 }
 
 }  // namespace nif::bake

@@ -15,4 +15,7 @@ nlohmann::ordered_json to_json(const SetAccuracies& sets);
 /// measured. No path, thread count or time, so that it depends on nothing but the input and the options.
 std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result);
 
+/// "152.3 kB", in powers of 1000.
+std::string format_bytes(double bytes);
+
 }  // namespace nif::bake

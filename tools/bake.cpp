@@ -21,7 +21,8 @@ namespace {
 
 struct Arguments {
   std::string mesh, output;
-  std::string preset = "balanced", encoding = "auto";
+  std::optional<std::string> preset;
+  std::string encoding = "auto";
   std::optional<uint32_t> resolution;
   std::string max_bytes, max_error, mix;
   uint64_t seed = 1;
@@ -54,22 +55,31 @@ bake::Mix parse_mix(const std::string& text) {
 
 bake::BakeOptions resolve_options(const Arguments& arguments) {
   bake::BakeOptions options;
-  if (arguments.preset == "paper" || arguments.encoding == "spherical") {
+  const std::string preset = arguments.preset.value_or("balanced");
+  if (preset == "paper" || arguments.encoding == "spherical") {
     throw Error(Status::usage,
-                "this version has the segment encoding only: the paper's (--preset paper, --encoding "
+                "this version has the encodings segment and bvh: the paper's (--preset paper, --encoding "
                 "spherical) is not in it");
   }
-  if (arguments.encoding == "bvh") {
-    throw Error(Status::usage, "this version has the segment encoding only: --encoding bvh is not in it");
-  }
-  const std::optional<bake::Preset> preset = bake::preset_named(arguments.preset);
-  if (!preset)
+  const std::optional<bake::Preset> known_preset = bake::preset_named(preset);
+  if (!known_preset)
+    throw Error(Status::usage, fmt::format("--preset '{}' is none of fast, balanced, high", preset));
+  const std::optional<bake::EncodingOption> encoding = bake::encoding_named(arguments.encoding);
+  if (!encoding) {
     throw Error(Status::usage,
-                fmt::format("--preset '{}' is none of fast, balanced, high", arguments.preset));
-  if (arguments.encoding != "auto" && arguments.encoding != "segment") {
-    throw Error(Status::usage, fmt::format("--encoding '{}' is none of auto, segment", arguments.encoding));
+                fmt::format("--encoding '{}' is none of auto, segment, bvh", arguments.encoding));
   }
-  options.preset = *preset;
+  if (*encoding == bake::EncodingOption::bvh) {
+    const char* idle = arguments.preset         ? "--preset"
+                       : arguments.resolution   ? "--resolution"
+                       : !arguments.mix.empty() ? "--mix"
+                                                : nullptr;
+    if (idle)
+      throw Error(Status::usage,
+                  fmt::format("--encoding bvh and {} contradict each other: no field is trained", idle));
+  }
+  options.encoding = *encoding;
+  options.preset = *known_preset;
   options.seed = arguments.seed;
   options.evaluation_rays = arguments.rays;
   options.resolution = arguments.resolution;
@@ -90,7 +100,7 @@ bake::BakeOptions resolve_options(const Arguments& arguments) {
 }
 
 struct AssetBytes {
-  uint64_t file, resident, occupancy = 0, features = 0, network = 0;
+  uint64_t file, resident, occupancy = 0, features = 0, network = 0, bvh = 0;
 };
 
 AssetBytes count_bytes(std::span<const std::byte> file) {
@@ -99,29 +109,47 @@ AssetBytes count_bytes(std::span<const std::byte> file) {
   for (const format::ObjectView& object : view.objects) {
     bytes.occupancy += object.occupancy_bytes;
     bytes.features += object.feature_bytes;
+    bytes.bvh += object.bvh_bytes;
   }
   for (const format::NetworkView& network : view.networks) bytes.network += network.bytes;
   return bytes;
 }
 
+nlohmann::ordered_json to_json(const std::optional<bake::EncodingCost>& cost) {
+  if (!cost) return nullptr;
+  nlohmann::ordered_json json{{"bytes", cost->bytes}};
+  if (cost->work > 0) json["work"] = cost->work;
+  if (cost->error) json["error"] = *cost->error;
+  return json;
+}
+
+nlohmann::ordered_json to_json(const bake::ObjectReport& object) {
+  nlohmann::ordered_json json{{"name", object.name},
+                              {"encoding", bake::name_of(object.encoding)},
+                              {"reason", object.reason},
+                              {"triangles", object.triangles},
+                              {"degenerate", object.cleaned.degenerate},
+                              {"duplicate", object.cleaned.duplicate},
+                              {"closed_components", object.closed_components},
+                              {"open_components", object.open_components}};
+  if (object.as_bvh || object.as_segment)
+    json["compared"] = {{"segment", to_json(object.as_segment)}, {"bvh", to_json(object.as_bvh)}};
+  if (object.encoding == format::kSegment) {
+    json["voxels"] = object.voxels;
+    json["surface_voxels"] = object.surface_voxels;
+    json["inside_voxels"] = object.inside_voxels;
+    json["unknown_voxels"] = object.unknown_voxels;
+  }
+  json["training_rays"] = object.training_rays;
+  json["recoveries"] = object.recoveries;
+  json["sets"] = bake::to_json(object.sets);
+  return json;
+}
+
 void print_json(const Arguments& arguments, const bake::BakeResult& result, const AssetBytes& bytes,
                 double seconds) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
-  for (const bake::ObjectReport& object : result.objects) {
-    objects.push_back({{"name", object.name},
-                       {"triangles", object.triangles},
-                       {"degenerate", object.cleaned.degenerate},
-                       {"duplicate", object.cleaned.duplicate},
-                       {"closed_components", object.closed_components},
-                       {"open_components", object.open_components},
-                       {"voxels", object.voxels},
-                       {"surface_voxels", object.surface_voxels},
-                       {"inside_voxels", object.inside_voxels},
-                       {"unknown_voxels", object.unknown_voxels},
-                       {"training_rays", object.training_rays},
-                       {"recoveries", object.recoveries},
-                       {"sets", bake::to_json(object.sets)}});
-  }
+  for (const bake::ObjectReport& object : result.objects) objects.push_back(to_json(object));
   const nlohmann::ordered_json json{{"schema", "nifkit.bake/1"},
                                     {"file", arguments.output},
                                     {"triangles", result.triangles},
@@ -133,7 +161,8 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result, cons
                                       {"resident", bytes.resident},
                                       {"occupancy", bytes.occupancy},
                                       {"features", bytes.features},
-                                      {"network", bytes.network}}},
+                                      {"network", bytes.network},
+                                      {"bvh", bytes.bvh}}},
                                     {"sets", bake::to_json(result.sets)},
                                     {"objects", std::move(objects)}};
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -145,10 +174,17 @@ void print_summary(const Arguments& arguments, const bake::BakeResult& result, c
              count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
              count_of(result.asset.instances.size(), "instance"), seconds,
              format_bytes(double(peak_memory())));
-  fmt::print("{} as a file, {} resident (occupancy {}, features {}, networks {})\n",
+  fmt::print("{} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {})\n",
              format_bytes(double(bytes.file)), format_bytes(double(bytes.resident)),
              format_bytes(double(bytes.occupancy)), format_bytes(double(bytes.features)),
-             format_bytes(double(bytes.network)));
+             format_bytes(double(bytes.network)), format_bytes(double(bytes.bvh)));
+  constexpr size_t kShown = 20;
+  for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
+    const bake::ObjectReport& object = result.objects[i];
+    fmt::print("'{}' is {}: {}\n", object.name, bake::name_of(object.encoding), object.reason);
+  }
+  if (result.objects.size() > kShown)
+    fmt::print("and {} more; --json lists all\n", result.objects.size() - kShown);
   if (arguments.rays > 0) fmt::print("\n{}", accuracy_table(result.sets));
 }
 
@@ -175,6 +211,9 @@ std::string describe(const bake::BakeProgress& p) {
   switch (p.stage) {
     case bake::BakeProgress::Stage::preparing:
       text = "preparing ";
+      break;
+    case bake::BakeProgress::Stage::choosing:
+      text = "choosing an encoding for ";
       break;
     case bake::BakeProgress::Stage::training:
       text = "training ";
@@ -240,17 +279,24 @@ void add_bake(CLI::App& app) {
       ->required();
   command->add_option("-o,--output", a->output, "The .nif file to write")->required();
   command->add_option("--preset", a->preset, "fast, balanced or high: how fine and how long")
+      ->default_str("balanced");
+  command
+      ->add_option(
+          "--encoding", a->encoding,
+          "segment: small fields, some answers wrong. bvh: exact, 16 bytes or so a triangle; nothing is "
+          "trained. auto: for each object the better one, by bytes, work and measured error, and why")
       ->capture_default_str();
-  command->add_option("--encoding", a->encoding, "auto or segment")->capture_default_str();
   command
       ->add_option("--resolution", a->resolution,
                    "Voxels along the longest side of objects of 150,000 triangles or "
                    "more; fewer for smaller ones")
       ->check(CLI::Range(2u, kernels::kMaxVoxels));
   command->add_option("--max-bytes", a->max_bytes,
-                      "Largest size of the file, e.g. 200kB: the finest grid up to the preset's that fits");
+                      "Largest size of the file, e.g. 200kB: the finest grids up to the preset's that fit, "
+                      "BVHs where there is room");
   command->add_option("--max-error", a->max_error,
-                      "Write nothing where more of a ray set is wrong, e.g. 0.002 or 0.2%");
+                      "Write nothing where more of a ray set is wrong, e.g. 0.002 or 0.2%; with auto, fields "
+                      "that are become BVHs");
   command->add_option("--mix", a->mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");
   command
       ->add_option("--seed", a->seed, "Start of all random numbers: same input, options and seed, same bytes")

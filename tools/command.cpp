@@ -78,13 +78,6 @@ uint64_t parse_bytes(const std::string& text, const std::string& option) {
               fmt::format("{} '{}' is not a size: write 200000, 200kB or 256KiB", option, text));
 }
 
-std::string format_bytes(double bytes) {
-  if (bytes < 1e3) return fmt::format("{:.0f} B", bytes);
-  if (bytes < 1e6) return fmt::format("{:.1f} kB", bytes / 1e3);
-  if (bytes < 1e9) return fmt::format("{:.1f} MB", bytes / 1e6);
-  return fmt::format("{:.2f} GB", bytes / 1e9);
-}
-
 std::string count_of(uint64_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 
+#include "bake/report.hpp"
 #include "formats/status.hpp"
 
 namespace nif::tools {
@@ -43,8 +44,7 @@ double parse_rate(const std::string& text, const std::string& option);
 /// A count of bytes as text: "200000", "200k" (1000), "1M", "256KiB", "1MiB".
 uint64_t parse_bytes(const std::string& text, const std::string& option);
 
-/// Bytes for a reader: "162 kB", "31.2 MB".
-std::string format_bytes(double bytes);
+using bake::format_bytes;
 
 /// "1 object", "2 objects".
 std::string count_of(uint64_t count, const std::string& noun);

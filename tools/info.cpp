@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "bake/encoding.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
 #include "tools/command.hpp"
@@ -16,28 +17,39 @@ struct Arguments {
   bool json = false;
 };
 
+nlohmann::ordered_json describe_object(const format::ObjectView& object) {
+  nlohmann::ordered_json json{{"name", object.name},
+                              {"encoding", bake::name_of(object.encoding)},
+                              {"triangles", object.triangles},
+                              {"bounds", {object.aabb_min, object.aabb_max}},
+                              {"bias", object.bias}};
+  if (object.encoding == format::kBvh) {
+    json["nodes"] = object.bvh.node_count;
+    json["vertices"] = object.bvh.vertex_count;
+    json["bytes"] = {{"bvh", object.bvh_bytes}};
+    return json;
+  }
+  std::vector<uint32_t> widths;
+  const kernels::Network& network = object.field.network;
+  for (uint32_t l = 0; l < network.layer_count; ++l) widths.push_back(network.layers[l].outputs);
+  json["voxels"] = object.field.voxels;
+  json["corners"] = object.field.corners;
+  json["features_per_corner"] = object.field.features_per_corner;
+  json["samples"] = object.field.samples;
+  json["network"] = object.network;
+  json["layers"] = widths;
+  json["bytes"] = {{"occupancy", object.occupancy_bytes}, {"features", object.feature_bytes}};
+  return json;
+}
+
 nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetView& view) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
-  uint64_t occupancy = 0, features = 0, networks = 0;
+  uint64_t occupancy = 0, features = 0, networks = 0, bvhs = 0;
   for (const format::ObjectView& object : view.objects) {
-    std::vector<uint32_t> widths;
-    const kernels::Network& network = object.field.network;
-    for (uint32_t l = 0; l < network.layer_count; ++l) widths.push_back(network.layers[l].outputs);
-    objects.push_back(
-        {{"name", object.name},
-         {"encoding", "segment"},
-         {"triangles", object.triangles},
-         {"bounds", {object.aabb_min, object.aabb_max}},
-         {"bias", object.bias},
-         {"voxels", object.field.voxels},
-         {"corners", object.field.corners},
-         {"features_per_corner", object.field.features_per_corner},
-         {"samples", object.field.samples},
-         {"network", object.network},
-         {"layers", widths},
-         {"bytes", {{"occupancy", object.occupancy_bytes}, {"features", object.feature_bytes}}}});
+    objects.push_back(describe_object(object));
     occupancy += object.occupancy_bytes;
     features += object.feature_bytes;
+    bvhs += object.bvh_bytes;
   }
   for (const format::NetworkView& network : view.networks) networks += network.bytes;
   nlohmann::ordered_json instances = nlohmann::ordered_json::array();
@@ -58,7 +70,8 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
             {"resident", view.resident_bytes()},
             {"occupancy", occupancy},
             {"features", features},
-            {"network", networks}}},
+            {"network", networks},
+            {"bvh", bvhs}}},
           {"metadata", std::move(metadata)}};
 }
 
@@ -74,14 +87,17 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   const auto& bytes = json["bytes"];
   fmt::print("{}: nif version {}, {}, {}\n", json["file"].get<std::string>(), format::kVersion,
              count_of(view.objects.size(), "object"), count_of(view.instances.size(), "instance"));
-  fmt::print("bytes     {} as a file, {} resident (occupancy {}, features {}, networks {})\n",
+  fmt::print("bytes     {} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {})\n",
              bytes["file"].get<uint64_t>(), bytes["resident"].get<uint64_t>(),
              bytes["occupancy"].get<uint64_t>(), bytes["features"].get<uint64_t>(),
-             bytes["network"].get<uint64_t>());
+             bytes["network"].get<uint64_t>(), bytes["bvh"].get<uint64_t>());
   const auto& metadata = json["metadata"];
-  fmt::print("baked by  {} {}, preset {}, seed {}, from {}\n", text_at(metadata, "/tool/name"),
-             text_at(metadata, "/tool/version"), text_at(metadata, "/options/preset"),
-             text_at(metadata, "/seed"), text_at(metadata, "/source/hash"));
+  // Without fields there is no preset.
+  const std::string encoding = text_at(metadata, "/options/encoding"),
+                    preset = encoding == "bvh" ? "" : ", preset " + text_at(metadata, "/options/preset");
+  fmt::print("baked by  {} {}, encoding {}{}, seed {}, from {}\n", text_at(metadata, "/tool/name"),
+             text_at(metadata, "/tool/version"), encoding, preset, text_at(metadata, "/seed"),
+             text_at(metadata, "/source/hash"));
   for (const char* set : {"outer-lines", "inner-surface", "inner-volume", "segments", "sun"}) {
     const nlohmann::ordered_json::json_pointer at(std::string("/accuracy/") + set);
     if (!metadata.is_object() || !metadata.contains(at)) continue;
@@ -97,9 +113,12 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, view.objects.size()); ++i) {
     const format::ObjectView& object = view.objects[i];
-    fmt::print("object    '{}': {} triangles, {} x {} x {} voxels, {} corners\n", object.name,
-               object.triangles, object.field.voxels[0], object.field.voxels[1], object.field.voxels[2],
-               object.field.corners);
+    const std::string form =
+        object.encoding == format::kBvh
+            ? fmt::format("bvh, {} nodes", object.bvh.node_count)
+            : fmt::format("segment, {} x {} x {} voxels, {} corners", object.field.voxels[0],
+                          object.field.voxels[1], object.field.voxels[2], object.field.corners);
+    fmt::print("object    '{}': {} triangles, {}\n", object.name, object.triangles, form);
   }
   if (view.objects.size() > kShown)
     fmt::print("          and {} more; --json lists all\n", view.objects.size() - kShown);

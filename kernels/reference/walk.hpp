@@ -76,8 +76,16 @@ inline VoxelState voxel_state(const SegmentField& field, const int32_t voxel[3])
   return aux ? VoxelState::inside : VoxelState::outside;
 }
 
-/// Walks one segment. `walk` is overwritten; its runs beyond run_count are left as they are.
-inline void walk_segment(const SegmentField& field, const Segment& segment, Walk& walk) {
+/// Looks at no voxel.
+struct NoVisit {
+  void operator()(const int32_t (&)[3]) const {}
+};
+
+/// Walks one segment. `walk` is overwritten; its runs beyond run_count are left as they are. `visit` is
+/// called with each voxel on the way, in order: the baker counts work with it.
+template <class Visit = NoVisit>
+void walk_segment(const SegmentField& field, const Segment& segment, Walk& walk,
+                  const Visit& visit = Visit()) {
   walk.verdict = Verdict::visible;
   walk.certain = true;
   walk.run_count = 0;
@@ -138,6 +146,7 @@ inline void walk_segment(const SegmentField& field, const Segment& segment, Walk
   float now = enter, surface_t = 0, run_begin = 0;
   bool in_run = false, saw_outside = false, saw_inside = false, first_surface = false, last_surface = false;
   for (bool first = true;; first = false) {
+    visit(voxel);
     const VoxelState state = voxel_state(field, voxel);
     const bool surface = state == VoxelState::surface;
     saw_outside |= state == VoxelState::outside;

@@ -11,6 +11,7 @@
 #include "formats/mesh/read.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
+#include "kernels/reference/bvh.hpp"
 #include "kernels/reference/segment.hpp"
 #include "nif/nif.h"
 #include "tests/support/real_meshes.hpp"
@@ -23,6 +24,7 @@ using bake::RaySet;
 
 bake::BakeOptions quick() {
   bake::BakeOptions options;
+  options.encoding = bake::EncodingOption::segment;
   options.preset = bake::Preset::fast;
   options.resolution = 24;
   options.effort = 0.1;
@@ -181,7 +183,10 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
     ASSERT_EQ(nifAddInstance(alone, asset, i, nullptr, nullptr), NIF_OK);
     ASSERT_EQ(nifCommitScene(alone), NIF_OK);
     const format::Object& object = result.asset.objects[i];
-    const kernels::SegmentField field = format::field_of(object, result.asset.networks[object.network]);
+    const kernels::BvhField bvh = format::field_of(object.bvh);
+    kernels::SegmentField field;
+    if (object.encoding == format::kSegment)
+      field = format::field_of(object, result.asset.networks[object.network]);
     const bake::GroundTruth truth(prepared.objects[i]);
     for (RaySet set : bake::kRaySets) {
       const bake::LabelledRays rays = bake::make_ray_set(truth.source(), set, rays_per_set, 31);
@@ -201,7 +206,9 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
       ASSERT_EQ(nifQuery(alone, &query), NIF_OK);
       size_t differing = 0;
       for (size_t r = 0; r < count; ++r) {
-        const kernels::Answer own = kernels::query_segment(field, rays.segments[r]);
+        const kernels::Answer own = object.encoding == format::kBvh
+                                        ? kernels::query_bvh(bvh, rays.segments[r])
+                                        : kernels::query_segment(field, rays.segments[r]);
         differing +=
             own.visible != (visible[r] != 0) || own.certain != (certain[r] != 0) || own.logit != logits[r];
       }
@@ -214,6 +221,12 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
 }
 
 TEST(LoadedAsset, AnswersAsTheBakersOwnCopy) { expect_same_answers(two_kinds_thrice(), quick(), 1'000'000); }
+
+TEST(LoadedAsset, AnswersAsTheBakersOwnBvhs) {
+  bake::BakeOptions options = quick();
+  options.encoding = bake::EncodingOption::bvh;
+  expect_same_answers(two_kinds_thrice(), options, 200'000);
+}
 
 TEST(LoadedAsset, AnswersAsTheBakersOwnCopyOfTheDragon) {
   const auto folder = real_mesh_folder();

@@ -19,10 +19,10 @@ class Bake : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
 
-  /// A short bake; `more` are further arguments.
+  /// A short bake of fields; `more` are further arguments.
   Outcome bake(const std::string& mesh, const std::string& asset, std::vector<std::string> more = {}) const {
-    more.insert(more.begin(),
-                {"bake", mesh, "-o", asset, "--preset", "fast", "--resolution", "24", "--rays", "20000"});
+    more.insert(more.begin(), {"bake", mesh, "-o", asset, "--preset", "fast", "--resolution", "24", "--rays",
+                               "20000", "--encoding", "segment"});
     return nif(more);
   }
 
@@ -89,8 +89,9 @@ TEST_F(Bake, QuietIsSilent) {
 TEST_F(Bake, TheSameBytesForAnyNumberOfThreadsAndByEitherName) {
   ASSERT_EQ(bake(ball_, path("one.nif"), {"--quiet", "-j", "1"}).code, 0);
   ASSERT_EQ(bake(ball_, path("two.nif"), {"--quiet", "-j", "2"}).code, 0);
-  const std::vector<std::string> rest{ball_,          "-o", path("alias.nif"), "--preset", "fast",
-                                      "--resolution", "24", "--rays",          "20000",    "--quiet"};
+  const std::vector<std::string> rest{ball_,          "-o",     path("alias.nif"), "--preset", "fast",
+                                      "--resolution", "24",     "--rays",          "20000",    "--encoding",
+                                      "segment",      "--quiet"};
   ASSERT_EQ(Process(nif_path().parent_path() / "nif-bake", rest).finish().code, 0);
   const std::string one = read_bytes(path("one.nif"));
   EXPECT_FALSE(one.empty());
@@ -148,7 +149,8 @@ TEST_F(Bake, TargetsThatCannotBeReachedLeaveNoFile) {
   for (const std::vector<std::string>& target : std::vector<std::vector<std::string>>{
            {"--max-bytes", "1kB"}, {"--max-error", "0", "--rays", "50000"}}) {
     SCOPED_TRACE(testing::PrintToString(target));
-    std::vector<std::string> arguments{"bake", ball_, "-o", path("ball.nif"), "--preset", "fast"};
+    std::vector<std::string> arguments{"bake",     ball_,  "-o",         path("ball.nif"),
+                                       "--preset", "fast", "--encoding", "segment"};
     arguments.insert(arguments.end(), target.begin(), target.end());
     const Outcome outcome = nif(arguments);
     EXPECT_EQ(outcome.code, int(Status::target_not_met)) << outcome.err;
@@ -168,12 +170,77 @@ TEST_F(Bake, MaxBytesIsOfTheWholeFile) {
   EXPECT_LE(std::filesystem::file_size(path("ball.nif")), 9000u);
 }
 
+TEST_F(Bake, ExactlyWhereAsked) {
+  const Outcome outcome =
+      nif({"bake", ball_, "-o", path("ball.nif"), "--encoding", "bvh", "--rays", "20000", "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["bytes"]["features"], 0);
+  EXPECT_GT(result["bytes"]["bvh"], 10 * 5120);
+  EXPECT_EQ(result["objects"][0]["encoding"], "bvh");
+  EXPECT_EQ(result["objects"][0]["reason"], "--encoding bvh");
+  EXPECT_EQ(result["objects"][0]["training_rays"], 0);
+  for (const auto& [name, accuracy] : result["sets"].items()) {
+    EXPECT_LE(accuracy["error"].get<double>(), 1e-4) << name;
+    EXPECT_EQ(accuracy["certain"], 1) << name;
+    EXPECT_EQ(accuracy["certain_wrong"], 0) << name;
+  }
+
+  // Through the runtime, with the kernels of this machine and with the reference.
+  const Outcome eval =
+      nif({"eval", path("ball.nif"), "--mesh", ball_, "--rays", "20000", "--reference", "--json"});
+  ASSERT_EQ(eval.code, 0) << eval.err;
+  EXPECT_EQ(json::parse(eval.out)["reference"]["different"], 0);
+  EXPECT_LE(json::parse(eval.out)["sets"]["inner-surface"]["error"].get<double>(), 1e-4);
+
+  const Outcome info = nif({"info", path("ball.nif"), "--json"}), text = nif({"info", path("ball.nif")});
+  ASSERT_EQ(info.code, 0) << info.err;
+  const json described = json::parse(info.out);
+  EXPECT_EQ(described["objects"][0]["encoding"], "bvh");
+  EXPECT_GT(described["objects"][0]["nodes"], 100);
+  EXPECT_EQ(described["objects"][0]["bytes"]["bvh"], result["bytes"]["bvh"]);
+  EXPECT_EQ(described["bytes"]["bvh"], result["bytes"]["bvh"]);
+  EXPECT_NE(text.out.find("bvh, "), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("encoding bvh, seed 1"), std::string::npos) << text.out;
+}
+
+TEST_F(Bake, ChoosesTheEncodingAndSaysWhy) {
+  const std::vector<std::string> arguments{"bake",     ball_,  "-o",     path("ball.nif"),
+                                           "--preset", "fast", "--rays", "20000"};
+  std::vector<std::string> with_json = arguments;
+  with_json.push_back("--json");
+  const Outcome outcome = nif(with_json);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json object = json::parse(outcome.out)["objects"][0];
+  EXPECT_EQ(object["encoding"], "bvh");
+  EXPECT_FALSE(object["reason"].get<std::string>().empty());
+  EXPECT_GT(object["compared"]["bvh"]["bytes"], object["compared"]["segment"]["bytes"]);
+  const std::string as_json = read_bytes(path("ball.nif"));
+
+  std::vector<std::string> one = arguments;
+  one.insert(one.end(), {"-j", "1"});
+  const Outcome summary = nif(one);
+  ASSERT_EQ(summary.code, 0) << summary.err;
+  EXPECT_NE(summary.out.find("is bvh: " + object["reason"].get<std::string>()), std::string::npos)
+      << summary.out;
+  EXPECT_TRUE(read_bytes(path("ball.nif")) == as_json) << "-j 1 and all threads differ";
+}
+
+TEST_F(Bake, MaxBytesAlsoLimitsBvhs) {
+  const Outcome outcome =
+      nif({"bake", ball_, "-o", path("ball.nif"), "--encoding", "bvh", "--max-bytes", "50kB"});
+  EXPECT_EQ(outcome.code, int(Status::target_not_met)) << outcome.err;
+  EXPECT_NE(outcome.err.find("--max-bytes"), std::string::npos) << outcome.err;
+  EXPECT_EQ(listing(folder_.path()).size(), 1u);
+}
+
 TEST_F(Bake, InterruptedLeavesWhatWasThere) {
   folder_.write("old.nif", "what was there before");
   const std::vector<std::string> before = listing(folder_.path());
   for (const char* name : {"new.nif", "old.nif"}) {
     SCOPED_TRACE(name);
-    Process process(nif_path(), {"bake", ball_, "-o", path(name), "--preset", "high", "--json"});
+    Process process(nif_path(),
+                    {"bake", ball_, "-o", path(name), "--preset", "high", "--encoding", "segment", "--json"});
     ASSERT_TRUE(process.wait_for_error_text("training"));
     const auto start = std::chrono::steady_clock::now();
     process.send(SIGINT);

@@ -17,7 +17,10 @@ TEST(Eval, OfAFreshBake) {
   TempDir folder;
   const std::string mesh = folder.write("ring.obj", obj_text(torus(96, 48))).string();
   const std::string asset = (folder.path() / "ring.nif").string();
-  ASSERT_EQ(nif({"bake", mesh, "-o", asset, "--preset", "fast", "--rays", "20000", "--quiet"}).code, 0);
+  ASSERT_EQ(nif({"bake", mesh, "-o", asset, "--preset", "fast", "--encoding", "segment", "--rays", "20000",
+                 "--quiet"})
+                .code,
+            0);
   const std::vector<std::string> files = listing(folder.path());
 
   {

@@ -47,6 +47,12 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{"UnknownOption", bake({"--turbo"}), {"--turbo"}},
         WrongOptions{"UnknownPreset", bake({"--preset", "perfect"}), {"--preset", "perfect"}},
         WrongOptions{"UnknownEncoding", bake({"--encoding", "zip"}), {"--encoding", "zip"}},
+        WrongOptions{
+            "PresetOfABvh", bake({"--encoding", "bvh", "--preset", "fast"}), {"--encoding", "--preset"}},
+        WrongOptions{"ResolutionOfABvh",
+                     bake({"--encoding", "bvh", "--resolution", "64"}),
+                     {"--encoding", "--resolution"}},
+        WrongOptions{"MixOfABvh", bake({"--encoding", "bvh", "--mix", "segments"}), {"--encoding", "--mix"}},
         WrongOptions{"UnknownSetInMix", bake({"--mix", "moon=1"}), {"--mix", "moon"}},
         WrongOptions{"EmptyMix", bake({"--mix", "segments=0"}), {"--mix"}},
         WrongOptions{"ResolutionOutOfRange", bake({"--resolution", "1"}), {"--resolution"}},

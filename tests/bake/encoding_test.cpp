@@ -1,0 +1,271 @@
+// What each object becomes, field or BVH, and why; that BVHs answer as Embree; and that nothing of it depends
+// on threads.
+#include "bake/encoding.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "bake/bake.hpp"
+#include "bake/bvh_builder.hpp"
+#include "bake/occupancy.hpp"
+#include "bake/prepare.hpp"
+#include "formats/nif/reader.hpp"
+#include "formats/nif/writer.hpp"
+#include "tests/support/random.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using bake::EncodingOption, bake::RaySet;
+
+mesh::Scene scene_of(const std::vector<mesh::Mesh>& meshes) {
+  mesh::Scene scene;
+  for (const mesh::Mesh& mesh : meshes) {
+    scene.instances.push_back({mesh.name, uint32_t(scene.meshes.size()), mesh::kIdentity});
+    scene.meshes.push_back(mesh);
+  }
+  return scene;
+}
+
+bake::BakeOptions quick(EncodingOption encoding) {
+  bake::BakeOptions options;
+  options.encoding = encoding;
+  options.preset = bake::Preset::fast;
+  options.effort = 0.1;
+  options.evaluation_rays = 20'000;
+  return options;
+}
+
+bake::BakeResult bake_quietly(const mesh::Scene& scene, const bake::BakeOptions& options) {
+  const std::atomic<bool> cancel{false};
+  return bake::bake(scene, options, {}, cancel);
+}
+
+/// Status and sentence of a bake that is refused; ok where it is not.
+std::pair<Status, std::string> refusal_of(const mesh::Scene& scene, const bake::BakeOptions& options) {
+  try {
+    bake_quietly(scene, options);
+  } catch (const Error& error) {
+    return {error.status(), error.what()};
+  }
+  return {Status::ok, ""};
+}
+
+/// Triangles of all sizes, every way round: nothing that a network could learn.
+mesh::Mesh soup(uint32_t triangles) {
+  mesh::Mesh mesh{"soup", {}, {}};
+  Random random(1);
+  for (uint32_t t = 0; t < triangles; ++t) {
+    const mesh::Float3 centre{random.unit(), random.unit(), random.unit()};
+    for (int k = 0; k < 3; ++k) {
+      mesh::Float3 p = centre;
+      for (float& x : p) x += random.between(-0.1f, 0.1f);
+      mesh.positions.push_back(p);
+    }
+    mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+  }
+  return mesh;
+}
+
+/// Smooth and of many triangles: what fields are for.
+mesh::Mesh many() {
+  mesh::Mesh mesh = torus(600, 250);
+  mesh.name = "many";
+  return mesh;
+}
+
+TEST(Encoding, OfABvhAnswersAsEmbree) {
+  for (const mesh::Mesh& mesh : {icosphere(4), open_bowl(20, 40), soup(500), cube(), torus(100, 50),
+                                 mesh::Mesh{"one", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}}) {
+    SCOPED_TRACE(mesh.name);
+    bake::BakeOptions options = quick(EncodingOption::bvh);
+    options.evaluation_rays = 200'000;
+    const bake::BakeResult result = bake_quietly(scene_of({mesh}), options);
+    const format::Object& object = result.asset.objects[0];
+    EXPECT_EQ(object.encoding, format::kBvh);
+    EXPECT_EQ(object.bvh.triangles.size(), mesh.triangles.size());
+    EXPECT_TRUE(result.asset.networks.empty());
+    EXPECT_EQ(result.objects[0].encoding, format::kBvh);
+    EXPECT_EQ(result.objects[0].training_rays, 0u);
+    uint64_t rays = 0;
+    for (RaySet set : bake::kRaySets) {
+      const bake::Accuracy& accuracy = result.sets[size_t(set)];
+      rays += accuracy.rays;
+      // A ray in a million passes an edge so closely that Embree's single precision decides.
+      EXPECT_LE(accuracy.leak + accuracy.spurious, 3u) << bake::name_of(set);
+      EXPECT_EQ(accuracy.certain, accuracy.rays) << bake::name_of(set);
+      EXPECT_EQ(accuracy.certain_wrong, 0u) << bake::name_of(set);
+    }
+    EXPECT_GE(rays, 400'000u);
+  }
+}
+
+TEST(Encoding, OfABvhCanBeWrittenWithoutMeasuring) {
+  bake::BakeOptions options = quick(EncodingOption::bvh);
+  options.evaluation_rays = 0;
+  const bake::BakeResult result = bake_quietly(scene_of({cube(), torus(20, 10)}), options);
+  const std::vector<std::byte> file = format::encode(result.asset);
+  const format::AssetView view = format::read_asset(file, "test");
+  ASSERT_EQ(view.objects.size(), 2u);
+  for (const format::ObjectView& object : view.objects) EXPECT_EQ(object.encoding, format::kBvh);
+  const auto metadata = nlohmann::json::parse(view.metadata);
+  EXPECT_EQ(metadata["options"]["encoding"], "bvh");
+  EXPECT_FALSE(metadata["options"].contains("preset"));
+  EXPECT_EQ(metadata["objects"][1]["encoding"], "bvh");
+  EXPECT_EQ(metadata["objects"][1]["reason"], "--encoding bvh");
+}
+
+TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
+  bake::BakeOptions options = quick(EncodingOption::automatic);
+  const bake::BakeResult result = bake_quietly(scene_of({cube(), many(), soup(30'000)}), options);
+  ASSERT_EQ(result.objects.size(), 3u);
+  const bake::ObjectReport &simple = result.objects[0], &smooth = result.objects[1],
+                           &wild = result.objects[2];
+
+  EXPECT_EQ(simple.encoding, format::kBvh);
+  EXPECT_NE(simple.reason.find("no larger than a field"), std::string::npos) << simple.reason;
+  EXPECT_LE(simple.as_bvh->bytes, simple.as_segment->bytes);
+  EXPECT_EQ(simple.training_rays, 0u);
+
+  EXPECT_EQ(smooth.encoding, format::kSegment);
+  EXPECT_NE(smooth.reason.find("times as fast as a BVH"), std::string::npos) << smooth.reason;
+  EXPECT_GT(smooth.as_bvh->bytes, 10 * smooth.as_segment->bytes);
+  EXPECT_GT(smooth.as_segment->work, 0);
+  EXPECT_GT(smooth.as_bvh->work, smooth.as_segment->work);
+  EXPECT_GT(smooth.training_rays, 0u);
+  ASSERT_TRUE(smooth.as_segment->error);
+  EXPECT_LE(100 * *smooth.as_segment->error * bake::kGainPerPercent,
+            bake::gain_of(*smooth.as_segment, *smooth.as_bvh));
+
+  EXPECT_EQ(wild.encoding, format::kBvh);
+  EXPECT_NE(wild.reason.find("too little"), std::string::npos) << wild.reason;
+
+  // Networks are numbered as if the others were not there.
+  ASSERT_EQ(result.asset.networks.size(), 1u);
+  EXPECT_EQ(result.asset.objects[1].network, 0u);
+  const auto metadata = nlohmann::json::parse(result.asset.metadata);
+  for (size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(metadata["objects"][i]["encoding"], bake::name_of(result.objects[i].encoding));
+    EXPECT_EQ(metadata["objects"][i]["reason"], result.objects[i].reason);
+  }
+}
+
+TEST(Encoding, IsTheSameForAnyNumberOfThreadsAndWhateverIsMeasured) {
+  const mesh::Scene scene = scene_of({cube(), many()});
+  bake::BakeOptions options = quick(EncodingOption::automatic);
+  const auto bytes = [&](size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    return format::encode(bake_quietly(scene, options).asset);
+  };
+  const std::vector<std::byte> one = bytes(1);
+  EXPECT_TRUE(one == bytes(2));
+  bake::BakeResult measured = bake_quietly(scene, options);
+  options.evaluation_rays = 0;
+  bake::BakeResult unmeasured = bake_quietly(scene, options);
+  measured.asset.metadata = unmeasured.asset.metadata = "{}";
+  EXPECT_TRUE(format::encode(measured.asset) == format::encode(unmeasured.asset));
+}
+
+TEST(Encoding, KeepsToTheBytesGiven) {
+  const mesh::Scene scene = scene_of({icosphere(6), soup(2000)});
+  bake::BakeOptions options = quick(EncodingOption::automatic);
+  const size_t free = format::encode(bake_quietly(scene, options).asset).size();
+  for (const size_t share : {2, 4, 12}) {
+    SCOPED_TRACE(share);
+    options.max_bytes = free / share;
+    const bake::BakeResult result = bake_quietly(scene, options);
+    EXPECT_LE(format::encode(result.asset).size(), *options.max_bytes);
+  }
+  // By then neither object has room for its BVH.
+  const bake::BakeResult result = bake_quietly(scene, options);
+  EXPECT_EQ(result.objects[1].encoding, format::kSegment);
+  EXPECT_NE(result.objects[1].reason.find("leaves no room"), std::string::npos) << result.objects[1].reason;
+}
+
+TEST(Encoding, OfABvhDoesNotShrink) {
+  bake::BakeOptions options = quick(EncodingOption::bvh);
+  options.max_bytes = 100'000;
+  EXPECT_EQ(refusal_of(scene_of({icosphere(3)}), options).first, Status::ok);
+  const auto [status, sentence] = refusal_of(scene_of({icosphere(6)}), options);
+  EXPECT_EQ(status, Status::target_not_met);
+  EXPECT_NE(sentence.find("--max-bytes 100000"), std::string::npos) << sentence;
+}
+
+TEST(Encoding, IsExactWhereFieldsMissTheErrorAllowed) {
+  bake::BakeOptions options = quick(EncodingOption::automatic);
+  options.max_error = 1e-5;
+  const bake::BakeResult result = bake_quietly(scene_of({icosphere(6)}), options);
+  EXPECT_EQ(result.objects[0].encoding, format::kBvh);
+  EXPECT_NE(result.objects[0].reason.find("--max-error"), std::string::npos) << result.objects[0].reason;
+  options.encoding = EncodingOption::segment;
+  EXPECT_EQ(refusal_of(scene_of({icosphere(6)}), options).first, Status::target_not_met);
+}
+
+TEST(Encoding, IsExactWhereTrainingFails) {
+  // A flat sheet: no ray starts in the volume of its box.
+  mesh::Mesh sheet{"sheet", {}, {}};
+  constexpr uint32_t kSide = 200;
+  for (uint32_t y = 0; y <= kSide; ++y)
+    for (uint32_t x = 0; x <= kSide; ++x)
+      sheet.positions.push_back({static_cast<float>(x), static_cast<float>(y), 0});
+  for (uint32_t y = 0; y < kSide; ++y)
+    for (uint32_t x = 0; x < kSide; ++x) {
+      const uint32_t corner = x + y * (kSide + 1);
+      sheet.triangles.push_back({corner, corner + 1, corner + kSide + 1});
+      sheet.triangles.push_back({corner + 1, corner + kSide + 2, corner + kSide + 1});
+    }
+  bake::BakeOptions options = quick(EncodingOption::automatic);
+  options.mix = bake::Mix{};
+  (*options.mix)[size_t(RaySet::inner_volume)] = 1;
+  const bake::BakeResult result = bake_quietly(scene_of({sheet}), options);
+  EXPECT_EQ(result.objects[0].encoding, format::kBvh);
+  EXPECT_NE(result.objects[0].reason.find("training of 'sheet' failed"), std::string::npos)
+      << result.objects[0].reason;
+  options.encoding = EncodingOption::segment;
+  EXPECT_EQ(refusal_of(scene_of({sheet}), options).first, Status::training_failed);
+}
+
+TEST(Encoding, OfABvhNeedsCoordinatesThatItCanComputeWith) {
+  mesh::Mesh mesh = icosphere(3);
+  for (mesh::Float3& p : mesh.positions)
+    for (float& x : p) x = 1e18f + x * 1e14f;
+  ASSERT_FALSE(bake::fits_bvh(mesh.positions));
+  const auto [status, sentence] = refusal_of(scene_of({mesh}), quick(EncodingOption::bvh));
+  EXPECT_EQ(status, Status::too_large);
+  EXPECT_NE(sentence.find("icosphere"), std::string::npos) << sentence;
+}
+
+TEST(Encoding, CountsTheWorkOfBoth) {
+  const mesh::Mesh fine = icosphere(6), coarse = icosphere(2);
+  const auto work = [](const mesh::Mesh& mesh) {
+    const bake::Prepared prepared = bake::prepare(mesh);
+    const bake::GroundTruth truth(prepared);
+    const format::Bvh bvh = bake::build_bvh(prepared.surface.positions, prepared.surface.triangles);
+    return bake::work_of(format::field_of(bvh), truth.source(), 5);
+  };
+  EXPECT_GT(work(coarse), 0);
+  EXPECT_GT(work(fine), 1.5 * work(coarse));
+
+  const bake::Prepared prepared = bake::prepare(coarse);
+  const bake::GroundTruth truth(prepared);
+  const auto field_work = [&](uint32_t resolution) {
+    const bake::Grid grid = bake::make_grid(prepared.box, resolution);
+    format::Object object;
+    bake::store_occupancy(
+        bake::classify(grid, prepared.surface.positions,
+                       bake::voxelize(grid, prepared.surface.positions, prepared.surface.triangles),
+                       prepared.closed),
+        2, object);
+    return bake::work_of(format::field_of(object, {}), truth.source(), 5);
+  };
+  // Leaps keep a finer grid from costing as much as it has voxels.
+  EXPECT_GT(field_work(128), 0);
+  EXPECT_LT(field_work(128), 3 * field_work(32));
+}
+
+}  // namespace
+}  // namespace nif::test
