@@ -36,6 +36,8 @@ class ObjectKernel {
   virtual void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const = 0;
   /// Memory that the kernel holds besides the field that it was made from.
   virtual size_t resident_bytes() const = 0;
+  /// Whether it reads the memory of that field, which then must stay.
+  virtual bool reads_field() const { return true; }
 };
 
 }  // namespace nif::kernels

@@ -5,6 +5,7 @@
 // voxel then needs one look-up in place of up to eight.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <memory_resource>
 #include <vector>
@@ -24,16 +25,33 @@ struct FeatureGrid {
   /// Empty unless the field has two features a corner.
   FeatureGrid(const SegmentField& field, std::pmr::memory_resource* memory);
 
-  std::pmr::vector<uint16_t> table;  ///< [bricks z][y][x] of voxels: 1 + index in `bricks`, 0 where no voxel
-                                     ///< is surface
-  std::pmr::vector<CornerBrick> bricks;  ///< the first has no corners
+  /// Both features of a corner; 0 where no surface voxel touches it.
+  uint16_t pair_at(uint32_t x, uint32_t y, uint32_t z) const;
+
+  /// [16 bricks, of voxels, in order of z, y, x]: bit k where brick k has surface voxels; from bit 16, how
+  /// many have before these.
+  std::pmr::vector<uint32_t> table;
+  std::pmr::vector<CornerBrick> bricks;  ///< those with surface voxels; before them, one without corners
   std::pmr::vector<uint16_t> pairs;      ///< both features of each corner, and one more
   uint32_t size[3];                      ///< bricks along each axis
+
+  /// Whether every corner of the field that has features is here: corners that no surface voxel touches are
+  /// not, nor is anything where there are not two features a corner.
+  bool complete;
 
   size_t resident_bytes() const {
     return table.capacity() * sizeof(table[0]) + bricks.capacity() * sizeof(bricks[0]) +
            pairs.capacity() * sizeof(pairs[0]);
   }
+
+  /// Index in `bricks` of the brick with the given number.
+  uint32_t index_of(size_t number) const {
+    const uint32_t word = table[number / 16], bit = 1u << (number % 16);
+    return word & bit ? 1 + (word >> 16) + uint32_t(std::popcount(word & (bit - 1))) : 0;
+  }
+
+ private:
+  const uint16_t* find(uint32_t x, uint32_t y, uint32_t z) const;
 };
 
 }  // namespace nif::kernels::cpu

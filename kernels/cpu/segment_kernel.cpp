@@ -30,7 +30,7 @@ struct Scratch {
 };
 static_assert(sizeof(Scratch) <= kKernelScratchBytes);
 
-HWY_NOINLINE void answer_by_reference(const SegmentField& field, const SegmentBatch& batch, uint32_t ray,
+HWY_NOINLINE void answer_by_reference(const PackedField& field, const SegmentBatch& batch, uint32_t ray,
                                       AnswerBatch& answers) {
   Segment segment;
   for (uint32_t a = 0; a < 3; ++a) {
@@ -44,8 +44,8 @@ HWY_NOINLINE void answer_by_reference(const SegmentField& field, const SegmentBa
   answers.certain[ray] = answer.certain;
 }
 
-void answer_segments(const SegmentField& field, const WalkGrid& grid, const FeatureGrid& features,
-                     const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
+void answer_segments(const PackedField& field, const SegmentBatch& batch, AnswerBatch& answers,
+                     void* memory) {
   // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
   constexpr uint32_t kFewRays = 2;
   if (batch.count <= kFewRays) {
@@ -53,9 +53,8 @@ void answer_segments(const SegmentField& field, const WalkGrid& grid, const Feat
     return;
   }
   Scratch& s = *static_cast<Scratch*>(memory);
-  Walker walker(field, grid, batch, answers, s.queue, s.slots, s.log, s.open, s.hard);
-  while (walker.walk())
-    answer_open(field, features, batch, s.log, s.open, s.pending, s.inputs, answers, s.hard);
+  Walker walker(field, field.walk, batch, answers, s.queue, s.slots, s.log, s.open, s.hard);
+  while (walker.walk()) answer_open(field, batch, s.log, s.open, s.pending, s.inputs, answers, s.hard);
   for (uint32_t k = 0; k < s.hard.count; ++k) answer_by_reference(field, batch, s.hard.ray[k], answers);
 }
 
@@ -67,8 +66,7 @@ HWY_AFTER_NAMESPACE();
 namespace nif::kernels::cpu {
 namespace {
 
-using AnswerSegments = void (*)(const SegmentField&, const WalkGrid&, const FeatureGrid&, const SegmentBatch&,
-                                AnswerBatch&, void*);
+using AnswerSegments = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, void*);
 
 /// Null where this build or this machine has none.
 AnswerSegments kernel_for(Isa isa) {
@@ -108,10 +106,10 @@ AnswerSegments kernel_for(Isa isa) {
 bool available(Isa isa) { return kernel_for(isa) != nullptr; }
 
 SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, Isa isa, std::pmr::memory_resource* memory)
-    : field_(field), grid_(field, memory), features_(field, memory), answer_(kernel_for(isa)) {}
+    : field_(field, memory), answer_(kernel_for(isa)) {}
 
 void SimdSegmentKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
-  answer_(field_, grid_, features_, batch, answers, scratch);
+  answer_(field_, batch, answers, scratch);
 }
 
 }  // namespace nif::kernels::cpu

@@ -3,8 +3,7 @@
 
 #include <memory_resource>
 
-#include "kernels/cpu/feature_grid.hpp"
-#include "kernels/cpu/walk_grid.hpp"
+#include "kernels/cpu/packed_field.hpp"
 #include "kernels/object_kernel.hpp"
 
 namespace nif::kernels::cpu {
@@ -17,18 +16,16 @@ bool available(Isa isa);
 
 class SimdSegmentKernel final : public ObjectKernel {
  public:
-  /// The field must outlive the kernel, have at most kMaxGridVoxels voxels, and the machine must have `isa`.
+  /// The field must have at most kMaxGridVoxels voxels, and the machine must have `isa`.
   SimdSegmentKernel(const SegmentField& field, Isa isa, std::pmr::memory_resource* memory);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
-  size_t resident_bytes() const override { return grid_.resident_bytes() + features_.resident_bytes(); }
+  size_t resident_bytes() const override { return field_.resident_bytes(); }
+  bool reads_field() const override { return field_.reads_field; }
 
  private:
-  using Answer = void (*)(const SegmentField&, const WalkGrid&, const FeatureGrid&, const SegmentBatch&,
-                          AnswerBatch&, void*);
-  SegmentField field_;
-  WalkGrid grid_;
-  FeatureGrid features_;
+  using Answer = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, void*);
+  PackedField field_;
   Answer answer_;
 };
 

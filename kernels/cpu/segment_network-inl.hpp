@@ -8,7 +8,7 @@
 #define NIF_SEGMENT_NETWORK_INL
 #endif
 
-#include "kernels/cpu/feature_grid.hpp"
+#include "kernels/cpu/packed_field.hpp"
 #include "kernels/cpu/segment_walk-inl.hpp"
 #include "kernels/reference/samples.hpp"
 
@@ -173,27 +173,21 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
 }
 
 /// The features at the corners of a voxel that is none of the surface's: rounding has put a point there.
-HWY_NOINLINE void visit_beside(const SegmentField& field, NetworkInputs& out, uint32_t visit) {
+HWY_NOINLINE void visit_beside(const PackedField& field, NetworkInputs& out, uint32_t visit) {
   const auto voxel = uint32_t(out.visits[visit]);
   for (uint32_t r = 0; r < 4; ++r) {
-    uint32_t two = 0;
-    for (uint32_t k = 0; k < 2; ++k) {
-      const uint32_t corner =
-          corner_index(field, (voxel & 1023) + k, (voxel >> 10 & 1023) + r % 2, (voxel >> 20) + r / 2);
-      if (corner == kNoCorner) continue;
-      uint16_t pair;
-      std::memcpy(&pair, field.features + 2 * size_t(corner), 2);
-      two |= uint32_t(pair) << (16 * k);
-    }
-    out.visited[r][visit] = two;
+    uint16_t two[2];
+    for (uint32_t k = 0; k < 2; ++k)
+      two[k] = corner_pair(field, (voxel & 1023) + k, (voxel >> 10 & 1023) + r % 2, (voxel >> 20) + r / 2);
+    out.visited[r][visit] = uint32_t(two[0]) | uint32_t(two[1]) << 16;
   }
 }
 
 /// Fetches the corners of all voxels visited.
-HWY_INLINE void visit_voxels(const SegmentField& field, const FeatureGrid& grid, uint32_t count,
-                             NetworkInputs& out) {
+HWY_INLINE void visit_voxels(const PackedField& field, uint32_t count, NetworkInputs& out) {
   const Ints di;
   const Words dw;
+  const FeatureGrid& grid = field.corners_by_brick;
   const auto three = hn::Set(di, 3), one = hn::Set(di, 1);
   for (uint32_t i = 0; i < count; i += kLanes) {
     const auto voxel = hn::Load(di, out.visits + i);
@@ -203,7 +197,12 @@ HWY_INLINE void visit_voxels(const SegmentField& field, const FeatureGrid& grid,
     const auto row =
         hn::Add(hn::ShiftRight<2>(y), hn::Mul(hn::ShiftRight<2>(z), hn::Set(di, int32_t(grid.size[1]))));
     const auto brick = hn::Add(hn::ShiftRight<2>(x), hn::Mul(row, hn::Set(di, int32_t(grid.size[0]))));
-    const auto entry = hn::And(gather_ints(grid.table.data(), hn::ShiftLeft<1>(brick)), hn::Set(di, 0xffff));
+    const auto word = gather_ints(grid.table.data(), hn::ShiftLeft<2>(hn::ShiftRight<4>(brick)));
+    const auto number_bit = hn::Shl(one, hn::And(brick, hn::Set(di, 15)));
+    const auto before = hn::PopulationCount(hn::BitCast(dw, hn::And(word, hn::Sub(number_bit, one))));
+    const auto rank =
+        hn::Add(hn::BitCast(di, before), hn::BitCast(di, hn::ShiftRight<16>(hn::BitCast(dw, word))));
+    const auto entry = hn::IfThenElseZero(hn::TestBit(word, number_bit), hn::Add(rank, one));
     const auto record = hn::ShiftLeft<3>(hn::Add(entry, hn::ShiftLeft<1>(entry)));  // of 24 bytes
     const auto layer = hn::Add(record, hn::ShiftLeft<2>(hn::And(z, three)));
     const auto first = gather_ints(grid.bricks.data(), record);
@@ -218,8 +217,8 @@ HWY_INLINE void visit_voxels(const SegmentField& field, const FeatureGrid& grid,
     const auto at = [&](hn::Vec<Ints> corners, hn::Vec<Ints> below) {
       const auto words = hn::BitCast(dw, corners);
       const auto under = hn::Add(hn::BitCast(di, hn::ShiftRight<25>(words)), first);
-      const auto rank = hn::BitCast(di, hn::PopulationCount(hn::BitCast(dw, hn::And(corners, below))));
-      return hn::ShiftLeft<1>(hn::Add(under, rank));
+      const auto lower = hn::BitCast(di, hn::PopulationCount(hn::BitCast(dw, hn::And(corners, below))));
+      return hn::ShiftLeft<1>(hn::Add(under, lower));
     };
     hn::Store(gather_words(grid.pairs.data(), at(low, below_0)), dw, out.visited[0] + i);
     hn::Store(gather_words(grid.pairs.data(), at(low, below_1)), dw, out.visited[1] + i);
@@ -233,8 +232,7 @@ HWY_INLINE void visit_voxels(const SegmentField& field, const FeatureGrid& grid,
 }
 
 /// Inputs from features, for two features a corner: each point gives two bytes.
-HWY_INLINE void gather_pairs(const SegmentField& field, const FeatureGrid& grid, uint32_t rays,
-                             NetworkInputs& out) {
+HWY_INLINE void gather_pairs(const PackedField& field, uint32_t rays, NetworkInputs& out) {
   const Ints di;
   const Words dw;
   const uint32_t present = (1u << rays) - 1;
@@ -249,7 +247,7 @@ HWY_INLINE void gather_pairs(const SegmentField& field, const FeatureGrid& grid,
     held = voxel;
   }
   hn::StoreU(hn::Zero(di), di, out.visits + count);
-  visit_voxels(field, grid, count, out);
+  visit_voxels(field, count, out);
 
   for (uint32_t r = 0; r < 4; ++r) hn::Store(hn::Zero(dw), dw, out.corners[r]);
   const auto whole = hn::Set(di, kFractionOne), byte = hn::Set(di, 255);
@@ -292,7 +290,7 @@ HWY_INLINE void gather_pairs(const SegmentField& field, const FeatureGrid& grid,
 }
 
 /// The same for any number of features, a ray at a time.
-HWY_INLINE void gather_each(const SegmentField& field, uint32_t rays, NetworkInputs& out) {
+HWY_INLINE void gather_each(const PackedField& field, uint32_t rays, NetworkInputs& out) {
   const uint32_t features = field.features_per_corner;
   for (uint32_t lane = 0; lane < rays; ++lane) {
     uint8_t inputs[kMaxFeatures * kMaxSamples];
@@ -410,16 +408,16 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
 }
 
 /// Answers what the walk has left open, and adds to the hard rays what has too many runs.
-HWY_INLINE void answer_open(const SegmentField& field, const FeatureGrid& grid, const SegmentBatch& batch,
-                            const WalkLog& log, const OpenRays& open, Pending& rays, NetworkInputs& work,
-                            AnswerBatch& answers, HardRays& hard) {
+HWY_INLINE void answer_open(const PackedField& field, const SegmentBatch& batch, const WalkLog& log,
+                            const OpenRays& open, Pending& rays, NetworkInputs& work, AnswerBatch& answers,
+                            HardRays& hard) {
   const Ints di;
   for (uint32_t k = 0; k < open.count; k += kLanes) {
     const uint32_t count = std::min(kLanes, open.count - k);
     take_open(field, batch, log, open, k, rays);
     place_samples(field, rays, work);
     if (field.features_per_corner == 2)
-      gather_pairs(field, grid, count, work);
+      gather_pairs(field, count, work);
     else
       gather_each(field, count, work);
     alignas(64) int32_t logits[kLanes];

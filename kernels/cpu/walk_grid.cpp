@@ -61,8 +61,8 @@ WalkGrid::WalkGrid(const SegmentField& field, std::pmr::memory_resource* memory)
     for (int32_t y = ny; y-- > 0;)
       for (int32_t x = nx; x-- > 0;) sweep.relax(x, y, z, 1);
 
-  const int32_t bx = (nx + 3) / 4, by = (ny + 3) / 4, bz = (nz + 3) / 4;
-  codes.assign(size_t(bx) * size_t(by) * size_t(bz) * 8, 0);
+  for (int a = 0; a < 3; ++a) bricks[a] = (field.voxels[a] + 3) / 4;
+  codes.assign(size_t(bricks[0]) * bricks[1] * bricks[2] * 8, 0);
   at = 0;
   for (int32_t z = 0; z < nz; ++z)
     for (int32_t y = 0; y < ny; ++y)
@@ -70,13 +70,13 @@ WalkGrid::WalkGrid(const SegmentField& field, std::pmr::memory_resource* memory)
         const uint32_t voxel = voxels[at++], state = voxel >> 6;
         uint32_t code = kFirstCode[state];
         while (code < kLastCode[state] && kCodeDistance[code + 1] <= float(voxel & 63)) ++code;
-        const size_t brick = size_t(x / 4) + size_t(bx) * (size_t(y / 4) + size_t(by) * size_t(z / 4));
+        const size_t brick = size_t(x / 4) + bricks[0] * (size_t(y / 4) + bricks[1] * size_t(z / 4));
         const auto local = uint32_t(x % 4 + 4 * (y % 4) + 16 * (z % 4));
         codes[8 * brick + local / 8] |= code << (4 * (local % 8));
       }
   beyond[0] = 64 - 4;
-  beyond[1] = float(64 / 4 * bx - 4);
-  beyond[2] = float(64 / 16 * bx * by - 4);
+  beyond[1] = float(64 / 4 * bricks[0] - 4);
+  beyond[2] = float(64 / 16 * bricks[0] * bricks[1] - 4);
 }
 
 }  // namespace nif::kernels::cpu

@@ -35,6 +35,14 @@ struct WalkGrid {
   std::pmr::vector<uint32_t> codes;
   static constexpr float stride[3] = {1, 4, 16};
   float beyond[3];
+  uint32_t bricks[3];  ///< along each axis
+
+  /// The code of one voxel.
+  uint32_t code_at(uint32_t x, uint32_t y, uint32_t z) const {
+    const size_t brick = (x >> 2) + bricks[0] * (size_t(y >> 2) + bricks[1] * size_t(z >> 2));
+    const uint32_t local = (x & 3) + 4 * (y & 3) + 16 * (z & 3);
+    return codes[8 * brick + local / 8] >> (4 * (local % 8)) & 15;
+  }
 
   size_t resident_bytes() const { return codes.capacity() * sizeof(codes[0]); }
 };

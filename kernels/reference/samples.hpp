@@ -117,7 +117,8 @@ inline void interpolate_features(const SegmentField& field, const SamplePoint& p
 }
 
 /// All inputs of the network: K points x F features, point by point, then the globals.
-inline void gather_inputs(const SegmentField& field, const Placement& placement, uint8_t* inputs) {
+template <class Field>
+void gather_inputs(const Field& field, const Placement& placement, uint8_t* inputs) {
   const uint32_t features = field.features_per_corner;
   for (uint32_t j = 0; j < field.samples; ++j)
     interpolate_features(field, placement.points[j], inputs + j * features);

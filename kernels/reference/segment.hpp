@@ -35,7 +35,8 @@ struct Answer {
 /// Stands for a logit where the walk alone gave the answer; farther from 0 than any network can get.
 inline constexpr int32_t kCertainLogit = 0x7fffffff;
 
-inline Answer answer_walk(const SegmentField& field, const Walk& walk) {
+template <class Field>
+Answer answer_walk(const Field& field, const Walk& walk) {
   if (walk.verdict != Verdict::ambiguous) {
     const bool visible = walk.verdict == Verdict::visible;
     return {visible, walk.certain, visible ? kCertainLogit : -kCertainLogit};
@@ -48,7 +49,8 @@ inline Answer answer_walk(const SegmentField& field, const Walk& walk) {
   return {logit >= 0, false, logit};
 }
 
-inline Answer query_segment(const SegmentField& field, const Segment& segment) {
+template <class Field>
+Answer query_segment(const Field& field, const Segment& segment) {
   Walk walk;
   walk_segment(field, segment, walk);
   return answer_walk(field, walk);

@@ -83,9 +83,11 @@ struct NoVisit {
 
 /// Walks one segment. `walk` is overwritten; its runs beyond run_count are left as they are. `visit` is
 /// called with each voxel on the way, in order: the baker counts work with it.
-template <class Visit = NoVisit>
-void walk_segment(const SegmentField& field, const Segment& segment, Walk& walk,
-                  const Visit& visit = Visit()) {
+///
+/// Here and below, Field is a SegmentField, or derives from one and says by a voxel_state() and an
+/// interpolate_features() of its own how it stores them.
+template <class Field, class Visit = NoVisit>
+void walk_segment(const Field& field, const Segment& segment, Walk& walk, const Visit& visit = Visit()) {
   walk.verdict = Verdict::visible;
   walk.certain = true;
   walk.run_count = 0;

@@ -3,6 +3,36 @@
 
 #include "error.hpp"
 
+void NifAssetObject::drop_bytes() {
+  size_t size = view.metadata.size();
+  for (const auto& object : view.objects) size += object.name.size() + 1;
+  for (const auto& instance : view.instances) size += instance.name.size() + 1;
+  texts.reserve(size);  // which is enough, so that what is handed out below stays where it is
+  const auto keep = [&](std::string_view& text, bool with_end) {
+    const size_t start = texts.size();
+    texts.insert(texts.end(), text.begin(), text.end());
+    if (with_end) texts.push_back(0);
+    text = {texts.data() + start, text.size()};
+  };
+  if (!view.metadata.empty()) keep(view.metadata, false);
+  for (nif::format::ObjectView& object : view.objects) {
+    keep(object.name, true);
+    object.occupancy_bytes = object.feature_bytes = 0;
+    nif::kernels::SegmentField& field = object.field;
+    field.brick_table = nullptr;
+    field.brick_states = nullptr;
+    field.brick_corners = nullptr;
+    field.corner_base = nullptr;
+    field.features = nullptr;
+    field.network = {.logit_scale = field.network.logit_scale};
+  }
+  for (nif::format::InstanceView& instance : view.instances) keep(instance.name, true);
+  for (nif::format::NetworkView& network : view.networks) network = {};
+  view.sections = std::pmr::vector<nif::format::SectionView>(view.sections.get_allocator());
+  view.bytes = {};
+  memory = nif::format::FileMemory::borrow({});
+}
+
 namespace nif::runtime {
 
 NifAssetObject* load_file(NifDeviceObject* device, const char* path, NifLoadMode mode) {
@@ -51,9 +81,9 @@ NifAssetInfo describe(const NifAssetObject& asset) {
   info.instance_count = uint32_t(view.instances.size());
   info.network_count = uint32_t(view.networks.size());
   info.format_version = format::kVersion;
-  info.file_bytes = view.bytes.size();
+  info.file_bytes = asset.file_bytes;
   info.resident_bytes = sizeof(NifAssetObject) + asset.name.capacity() + view.resident_bytes() +
-                        asset.kernels.capacity() * sizeof(KernelPointer);
+                        asset.texts.capacity() + asset.kernels.capacity() * sizeof(KernelPointer);
   for (const KernelPointer& kernel : asset.kernels)
     info.resident_bytes += kernel.get_deleter().bytes + kernel->resident_bytes();
   info.metadata = view.metadata.empty() ? nullptr : view.metadata.data();
@@ -71,8 +101,8 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   std::copy(view.aabb_max.begin(), view.aabb_max.end(), info.bounds_max);
   info.bias = view.bias;
   info.triangles = view.triangles;
-  info.resident_bytes =
-      view.occupancy_bytes + view.feature_bytes + view.bvh_bytes + sizeof(format::ObjectView);
+  info.resident_bytes = view.occupancy_bytes + view.feature_bytes + view.bvh_bytes +
+                        sizeof(format::ObjectView) + asset.kernels[object]->resident_bytes();
   return info;
 }
 

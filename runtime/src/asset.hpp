@@ -1,4 +1,5 @@
-// A loaded asset: its bytes, wherever they are, and the checked views into them.
+// A loaded asset: its bytes, wherever they are, the checked views into them, and the kernels made from them.
+// Where no kernel reads the bytes any more they are let go, and the views keep names, boxes and numbers.
 #pragma once
 
 #include <string>
@@ -14,16 +15,26 @@ struct NifAssetObject : nif::runtime::Object {
         name(file_name, owner->memory()),
         memory(std::move(bytes)),
         view(nif::format::read_asset(memory.bytes(), file_name, owner->memory())),
-        kernels(owner->memory()) {
+        texts(owner->memory()),
+        kernels(owner->memory()),
+        file_bytes(memory.bytes().size()) {
     for (const nif::format::ObjectView& object : view.objects)
       kernels.push_back(nif::runtime::make_kernel(object, owner->configuration.isa, owner->memory()));
+    bool read = false;
+    for (const nif::runtime::KernelPointer& kernel : kernels) read = read || kernel->reads_field();
+    if (!read) drop_bytes();
   }
 
   nif::runtime::Ref<NifDeviceObject> device;
   std::pmr::string name;  ///< what messages call it: its file, or "memory"
   nif::format::FileMemory memory;
   nif::format::AssetView view;
+  std::pmr::vector<char> texts;  ///< names and metadata of the view, where `memory` is let go
   std::pmr::vector<nif::runtime::KernelPointer> kernels;  ///< [object] answers it
+  uint64_t file_bytes;
+
+ private:
+  void drop_bytes();
 };
 
 namespace nif::runtime {

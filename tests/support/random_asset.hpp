@@ -20,6 +20,8 @@ struct RandomAssetOptions {
   uint32_t instances = 4;
   uint32_t max_voxels = 14;  ///< along an axis
   uint32_t bvhs = 0;         ///< objects of the `bvh` encoding, after the others
+  uint32_t features = 0;     ///< of each corner; 0: any number
+  bool odd_corners = false;  ///< as no baker would: some at the surface have no features, some beside it have
 };
 
 inline format::Network random_network(Random& random, uint32_t inputs) {
@@ -41,7 +43,7 @@ inline format::Network random_network(Random& random, uint32_t inputs) {
 }
 
 /// Solid balls in a box: voxels inside, outside and between, some of them unknown.
-inline void fill_occupancy(Random& random, format::Object& object) {
+inline void fill_occupancy(Random& random, const RandomAssetOptions& options, format::Object& object) {
   using kernels::VoxelState;
   const uint32_t nx = object.voxels[0], ny = object.voxels[1], nz = object.voxels[2];
   float centre[3];
@@ -78,6 +80,8 @@ inline void fill_occupancy(Random& random, format::Object& object) {
       object.brick_table.push_back(uint16_t(seen == 0 ? 0 : std::countr_zero(seen)));
       continue;
     }
+    if (options.odd_corners)
+      for (uint32_t n = random.below(8); n > 0; --n) corners ^= uint64_t{1} << random.below(64);
     object.brick_table.push_back(uint16_t(kernels::kFirstMixedBrick + object.brick_states.size()));
     object.brick_states.push_back(states);
     object.brick_corners.push_back(corners);
@@ -118,10 +122,11 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
     }
     object.bias = 1e-3f * (object.aabb_max[0] - object.aabb_min[0]);
     object.triangles = 100 + random.below(1000);
-    object.features_per_corner = 1 + random.below(kernels::kMaxFeatures);
+    object.features_per_corner =
+        options.features ? options.features : 1 + random.below(kernels::kMaxFeatures);
     object.samples = 4 * (1 + random.below(3));
     object.length_scale = random.between(1.0f, 20.0f);
-    fill_occupancy(random, object);
+    fill_occupancy(random, options, object);
     for (uint32_t f = 0; f < object.corners * object.features_per_corner; ++f)
       object.features.push_back(int8_t(random.between(-127, 127)));
     object.network = i;

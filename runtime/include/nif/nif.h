@@ -205,9 +205,10 @@ typedef struct NifAssetInfo {
   uint32_t network_count;  /* objects may share networks */
   uint32_t format_version;
   uint64_t file_bytes;
-  uint64_t resident_bytes; /* everything that the library keeps for this asset, padding and tables included;
-                              of a borrowed or mapped asset, its bytes as well */
-  const char* metadata;    /* JSON, UTF-8, [metadata_bytes], not terminated; null where there is none */
+  uint64_t
+      resident_bytes;   /* everything that the library keeps for this asset, tables made at load included, and
+                           the file's bytes, borrowed and mapped ones too, unless these tables replace them */
+  const char* metadata; /* JSON, UTF-8, [metadata_bytes], not terminated; null where there is none */
   uint64_t metadata_bytes;
 } NifAssetInfo;
 
@@ -221,9 +222,10 @@ typedef struct NifObjectInfo {
   uint32_t network;    /* 0 .. network_count - 1; of no meaning for a bvh, which has none */
   float bounds_min[3]; /* of the source mesh, in object space */
   float bounds_max[3];
-  float bias;              /* how far from the surface to start shadow rays, in object units */
-  uint32_t triangles;      /* of the source mesh */
-  uint64_t resident_bytes; /* the object's own data: occupancy and features, or BVH, without its network */
+  float bias;         /* how far from the surface to start shadow rays, in object units */
+  uint32_t triangles; /* of the source mesh */
+  uint64_t
+      resident_bytes; /* the object's own data: occupancy and features, or BVH, and tables made at load */
 } NifObjectInfo;
 
 /* object = 0 .. object_count - 1. Allocates nothing. */
