@@ -212,6 +212,11 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   result.triangles = asset.triangles();
 
   std::vector<Subject> subjects(result.objects);
+  const auto set_scenes = [&](uint32_t threads) {
+    std::vector<Scene> scenes = asset.each_alone(threads);
+    for (size_t i = 0; i < subjects.size(); ++i) subjects[i].scene = std::move(scenes[i]);
+  };
+  set_scenes(options.threads.front());
   for (size_t i = 0; i < subjects.size(); ++i) {
     const bake::Prepared& prepared = asset.objects()[i];
     {
@@ -239,8 +244,7 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   const double races = double(options.threads.size() * options.sets.size());
   for (size_t t = 0; t < options.threads.size(); ++t) {
     ThreadRun& run = result.runs.emplace_back(ThreadRun{options.threads[t], {}});
-    std::vector<Scene> scenes = asset.each_alone(run.threads);
-    for (size_t i = 0; i < subjects.size(); ++i) subjects[i].scene = std::move(scenes[i]);
+    set_scenes(run.threads);
     for (size_t s = 0; s < options.sets.size(); ++s) {
       const std::string where =
           fmt::format("{}, {}: ", bake::name_of(options.sets[s]), count_of(run.threads, "thread"));
