@@ -43,7 +43,7 @@ FeatureGrid::FeatureGrid(const SegmentField& field, std::pmr::memory_resource* m
         }
         bricks.push_back(brick);
       }
-  pairs.push_back(0);
+  pairs.insert(pairs.end(), 2, 0);
   pairs.shrink_to_fit();
   bricks.shrink_to_fit();
 

@@ -32,7 +32,7 @@ struct FeatureGrid {
   /// many have before these.
   std::pmr::vector<uint32_t> table;
   std::pmr::vector<CornerBrick> bricks;  ///< those with surface voxels; before them, one without corners
-  std::pmr::vector<uint16_t> pairs;      ///< both features of each corner, and one more
+  std::pmr::vector<uint16_t> pairs;      ///< both features of each corner, and two more
   uint32_t size[3];                      ///< bricks along each axis
 
   /// Whether every corner of the field that has features is here: corners that no surface voxel touches are

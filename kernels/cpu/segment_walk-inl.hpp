@@ -85,10 +85,16 @@ struct WalkLog {
   int32_t end_ray[kBatchRays + kSlack],
       end_seen[kBatchRays + kSlack];       ///< a ray is done: which, what it has seen,
   float end_entered[kBatchRays + kSlack];  ///< and the t at which its last voxel was entered
-  uint32_t turns, ends;
-  float leave[kBatchRays + kSlack];    ///< [ray]
-  int32_t flags[kBatchRays + kSlack];  ///< [ray]
-  int32_t rank[kBatchRays + kSlack];   ///< [ray] among those that the walk leaves open; -1 where it does not
+  float leave[kBatchRays + kSlack];        ///< [ray]
+  int32_t flags[kBatchRays + kSlack];      ///< [ray]
+  int32_t rank[kBatchRays + kSlack];  ///< [ray] among those that the walk leaves open; -1 where it does not
+};
+
+/// How far a walk is. Kept by itself, so that no store through a pointer can seem to change it.
+struct Progress {
+  uint64_t active = 0;           ///< slots with a ray, as bits
+  uint32_t turns = 0, ends = 0;  ///< in the log
+  bool full = false;             ///< the log of turns
 };
 
 /// Rays that the walk leaves open: the first `count` ends of the log are theirs.
@@ -136,28 +142,27 @@ class Walker {
 
   /// Answers rays that the walk alone decides, and lists the others. False where there are no more.
   bool walk() {
-    log_.turns = log_.ends = 0;
-    full_ = false;
-    take_up();
+    Progress now;
+    take_up(now);
     for (uint32_t group = 0; group < kGroups; ++group) {
-      refill(group);
-      look(group);
+      refill(group, now);
+      look(group, now);
     }
-    if (active_ == 0) return false;
-    while (active_ != 0) {
-      take_up();
+    if (now.active == 0) return false;
+    while (now.active != 0) {
+      take_up(now);
       for (uint32_t k = 1; k < kLeapsPerRefill; ++k)
         for (uint32_t group = 0; group < kGroups; ++group) {
-          leap(group);
-          look(group);
+          leap(group, now);
+          look(group, now);
         }
       for (uint32_t group = 0; group < kGroups; ++group) {
-        leap(group);
-        refill(group);
-        look(group);
+        leap(group, now);
+        refill(group, now);
+        look(group, now);
       }
     }
-    collect();
+    collect(now);
     return true;
   }
 
@@ -245,8 +250,8 @@ class Walker {
   }
 
   /// Sees to it that the queue has enough for all lanes, as long as there are rays and the log has room.
-  HWY_INLINE void take_up() {
-    while (queue_.count - queue_.next < kSlots && taken_ < batch_.count && log_.turns <= kMaxTurns / 2) {
+  HWY_INLINE void take_up(const Progress& p) {
+    while (queue_.count - queue_.next < kSlots && taken_ < batch_.count && p.turns <= kMaxTurns / 2) {
       move_to_front();
       const uint32_t end = std::min(taken_ + kQueueRays, batch_.count);
       for (; taken_ < end; taken_ += kLanes) enqueue(taken_);
@@ -274,11 +279,11 @@ class Walker {
   }
 
   /// Puts the next rays into the slots of a group that stand still, as far as there are any.
-  HWY_INLINE void refill(uint32_t group) {
+  HWY_INLINE void refill(uint32_t group, Progress& p) {
     const Floats d;
     const Ints di;
     const uint32_t at = group * kLanes;
-    uint32_t idle = ~uint32_t(active_ >> at) & kAllLanes;
+    uint32_t idle = ~uint32_t(p.active >> at) & kAllLanes;
     const uint32_t next = queue_.next;
     while (uint32_t(__builtin_popcount(idle)) > queue_.count - next) idle &= idle - 1;
     const auto put = [&](const float* from, float* to) {
@@ -306,11 +311,11 @@ class Walker {
     hn::Store(hn::IfThenZeroElse(filled_int, hn::Load(di, slots_.state + at)), di, slots_.state + at);
     hn::Store(hn::IfThenZeroElse(filled_int, hn::Load(di, slots_.seen + at)), di, slots_.seen + at);
     queue_.next += uint32_t(__builtin_popcount(idle));
-    active_ |= uint64_t{idle} << at;
+    p.active |= uint64_t{idle} << at;
   }
 
   /// Fetches the codes of a group's voxels. The leap that needs them comes after another group's.
-  HWY_INLINE void look(uint32_t group) {
+  HWY_INLINE void look(uint32_t group, Progress& p) {
     const Floats d;
     const Ints di;
     const Words dw;
@@ -323,7 +328,7 @@ class Walker {
       place = hn::MulAdd(number, hn::Load(d, slots_.stride[a] + at), place);
     }
     // Lanes that stand still may have left the grid.
-    const auto active = mask_of(uint32_t((active_ >> at) & kAllLanes));
+    const auto active = mask_of(uint32_t((p.active >> at) & kAllLanes));
     const auto number = hn::IfThenElseZero(hn::RebindMask(di, active), to_ints(place));
     const auto word =
         hn::GatherIndex(di, reinterpret_cast<const int32_t*>(grid_.codes.data()), hn::ShiftRight<3>(number));
@@ -333,7 +338,7 @@ class Walker {
   }
 
   /// One leap of every lane of a group.
-  HWY_INLINE void leap(uint32_t group) {
+  HWY_INLINE void leap(uint32_t group, Progress& p) {
     const Floats d;
     const Ints di;
     const uint32_t at = group * kLanes;
@@ -343,7 +348,7 @@ class Walker {
       origin[a] = hn::Load(d, slots_.origin[a] + at);
       inverse[a] = hn::Load(d, slots_.inverse[a] + at);
     }
-    const auto active = mask_of(uint32_t((active_ >> at) & kAllLanes));
+    const auto active = mask_of(uint32_t((p.active >> at) & kAllLanes));
     const auto code = hn::Load(di, slots_.code + at);
     const auto distance = look_up<16>(d, kCodeDistance, code);
     const auto state = look_up<16>(di, kCodeClass, code);
@@ -379,31 +384,31 @@ class Walker {
     hn::Store(ray, di, slots_.ray + at);
 
     const uint32_t turning = bits_of(hn::And(hn::RebindMask(d, turns), active));
-    hn::StoreU(gather_lanes(turning, maybe_fresh), di, log_.turn_ray + log_.turns);
-    hn::StoreU(gather_lanes(turning, now), d, log_.turn_t + log_.turns);
-    log_.turns += uint32_t(__builtin_popcount(turning));
-    if (HWY_UNLIKELY(log_.turns > kMaxTurns)) {
-      log_.turns = kMaxTurns;
-      full_ = true;
+    hn::StoreU(gather_lanes(turning, maybe_fresh), di, log_.turn_ray + p.turns);
+    hn::StoreU(gather_lanes(turning, now), d, log_.turn_t + p.turns);
+    p.turns += uint32_t(__builtin_popcount(turning));
+    if (HWY_UNLIKELY(p.turns > kMaxTurns)) {
+      p.turns = kMaxTurns;
+      p.full = true;
     }
     const uint32_t ending = bits_of(hn::AndNot(goes_on, active));
-    active_ &= ~(uint64_t{ending} << at);
+    p.active &= ~(uint64_t{ending} << at);
     // A ray that ends once the log is full may lack turns: no state is what it is known by.
-    const auto seen_or_none = full_ ? hn::Set(di, kIncomplete) : seen;
-    hn::StoreU(gather_lanes(ending, ray), di, log_.end_ray + log_.ends);
-    hn::StoreU(gather_lanes(ending, seen_or_none), di, log_.end_seen + log_.ends);
-    hn::StoreU(gather_lanes(ending, now), d, log_.end_entered + log_.ends);
-    log_.ends += uint32_t(__builtin_popcount(ending));
+    const auto seen_or_none = p.full ? hn::Set(di, kIncomplete) : seen;
+    hn::StoreU(gather_lanes(ending, ray), di, log_.end_ray + p.ends);
+    hn::StoreU(gather_lanes(ending, seen_or_none), di, log_.end_seen + p.ends);
+    hn::StoreU(gather_lanes(ending, now), d, log_.end_entered + p.ends);
+    p.ends += uint32_t(__builtin_popcount(ending));
   }
 
   /// Hands out the answers that there are, and sorts the log of the rays left open by ray.
-  HWY_INLINE void collect() {
+  HWY_INLINE void collect(const Progress& p) {
     const Floats d;
     const Ints di;
     open_.count = 0;
     const auto both = hn::Set(di, int32_t(kOutsideBit) | int32_t(kInsideBit));
-    for (uint32_t i = 0; i < log_.ends; i += kLanes) {
-      const auto present = hn::RebindMask(di, hn::FirstN(d, log_.ends - i));
+    for (uint32_t i = 0; i < p.ends; i += kLanes) {
+      const auto present = hn::RebindMask(di, hn::FirstN(d, p.ends - i));
       const auto ray = hn::Load(di, log_.end_ray + i), seen = hn::Load(di, log_.end_seen + i);
       const auto entered = hn::Load(d, log_.end_entered + i);
       const auto incomplete = hn::And(present, hn::Lt(seen, hn::Zero(di)));
@@ -425,9 +430,9 @@ class Walker {
     for (uint32_t k = 0; k < open_.count; ++k) log_.rank[log_.end_ray[k]] = int32_t(k);
 
     uint32_t turns = 0;
-    for (uint32_t i = 0; i < log_.turns; i += kLanes) {
+    for (uint32_t i = 0; i < p.turns; i += kLanes) {
       const auto ray = hn::Load(di, log_.turn_ray + i);
-      const auto present = hn::RebindMask(di, hn::FirstN(d, log_.turns - i));
+      const auto present = hn::RebindMask(di, hn::FirstN(d, p.turns - i));
       const auto fresh = hn::And(ray, hn::Set(di, kFresh));
       const auto rank = hn::GatherIndex(di, log_.rank, hn::IfThenElseZero(present, hn::Xor(ray, fresh)));
       const uint32_t open = bits_of(hn::And(present, hn::Gt(rank, hn::Set(di, -1))));
@@ -458,10 +463,8 @@ class Walker {
   WalkLog& log_;
   OpenRays& open_;
   HardRays& hard_;
-  alignas(64) float strides_[4][8];  ///< along each axis, then the base; [octant]
-  uint32_t taken_ = 0;               ///< rays of the batch so far
-  uint64_t active_ = 0;              ///< slots as bits
-  bool full_ = false;                ///< the log of turns
+  alignas(64) float strides_[4][kLanes > 8 ? kLanes : 8];  ///< along each axis, then the base; [octant]
+  uint32_t taken_ = 0;                                     ///< rays of the batch so far
 };
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
