@@ -96,6 +96,20 @@ std::string build_table(const ThreadRun& run, const BenchResult& result) {
   return trimmed;
 }
 
+/// What more threads bring both sides, set by set.
+std::string gain_line(const ThreadRun& first, const ThreadRun& more) {
+  std::string nif, embree;
+  for (size_t s = 0; s < more.sets.size(); ++s) {
+    const auto gain = [&](const Spread& from, const Spread& to) {
+      return fmt::format("{}{:.2f}", s ? ", " : "", to.median / from.median);
+    };
+    nif += gain(first.sets[s].rate(), more.sets[s].rate());
+    embree += gain(first.sets[s].best().rate(), more.sets[s].best().rate());
+  }
+  return fmt::format("\nTimes the speed with {}, by ray set: nif {}; best Embree {}\n",
+                     count_of(first.threads, "thread"), nif, embree);
+}
+
 }  // namespace
 
 nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& result) {
@@ -133,6 +147,7 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
   for (const ThreadRun& run : result.runs) {
     text += fmt::format("\n{}\n\n{}\n{}", count_of(run.threads, "thread"), speed_table(run),
                         build_table(run, result));
+    if (&run != &result.runs.front()) text += gain_line(result.runs.front(), run);
   }
   return text;
 }

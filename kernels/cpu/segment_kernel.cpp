@@ -10,6 +10,9 @@
 #include <hwy/foreach_target.h>  // must come before highway.h
 
 #include <hwy/highway.h>
+#if HWY_ONCE && HWY_ARCH_X86
+#include <cpuid.h>
+#endif
 
 // One lane is what the reference is for.
 #if HWY_TARGET != HWY_SCALAR
@@ -44,8 +47,8 @@ HWY_NOINLINE void answer_by_reference(const PackedField& field, const SegmentBat
   answers.certain[ray] = answer.certain;
 }
 
-void answer_segments(const PackedField& field, const SegmentBatch& batch, AnswerBatch& answers,
-                     void* memory) {
+template <bool kAvxVnni>
+void answer_with(const PackedField& field, const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
   // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
   constexpr uint32_t kFewRays = 2;
   if (batch.count <= kFewRays) {
@@ -54,9 +57,21 @@ void answer_segments(const PackedField& field, const SegmentBatch& batch, Answer
   }
   Scratch& s = *static_cast<Scratch*>(memory);
   Walker walker(field, field.walk, batch, answers, s.queue, s.slots, s.log, s.open, s.hard);
-  while (walker.walk()) answer_open(field, batch, s.log, s.open, s.pending, s.inputs, answers, s.hard);
+  while (walker.walk())
+    answer_open<kAvxVnni>(field, batch, s.log, s.open, s.pending, s.inputs, answers, s.hard);
   for (uint32_t k = 0; k < s.hard.count; ++k) answer_by_reference(field, batch, s.hard.ray[k], answers);
 }
+
+void answer_segments(const PackedField& field, const SegmentBatch& batch, AnswerBatch& answers,
+                     void* memory) {
+  answer_with<false>(field, batch, answers, memory);
+}
+#if HWY_TARGET == HWY_AVX2
+void answer_segments_vnni(const PackedField& field, const SegmentBatch& batch, AnswerBatch& answers,
+                          void* memory) {
+  answer_with<true>(field, batch, answers, memory);
+}
+#endif
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -67,6 +82,14 @@ namespace nif::kernels::cpu {
 namespace {
 
 using AnswerSegments = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, void*);
+
+#if HWY_TARGETS & HWY_AVX2
+/// Not a name that every compiler's __builtin_cpu_supports knows.
+bool has_avx_vnni() {
+  unsigned a, b, c, d;
+  return __get_cpuid_count(7, 1, &a, &b, &c, &d) && (a & 1u << 4) != 0;
+}
+#endif
 
 /// Null where this build or this machine has none.
 AnswerSegments kernel_for(Isa isa) {
@@ -80,7 +103,7 @@ AnswerSegments kernel_for(Isa isa) {
     case Isa::avx2:
 #if HWY_TARGETS & HWY_AVX2
       if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2"))
-        return N_AVX2::answer_segments;
+        return has_avx_vnni() ? N_AVX2::answer_segments_vnni : N_AVX2::answer_segments;
 #endif
       return nullptr;
     case Isa::avx512:

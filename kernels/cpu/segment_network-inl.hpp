@@ -46,7 +46,9 @@ HWY_INLINE hn::Vec<Floats> clamp(hn::Vec<Floats> x, float top) {
   return hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, top));
 }
 
-/// Adds to each 32-bit sum the products of its four bytes, 0..127 in x and -127..127 in w.
+/// Adds to each 32-bit sum the products of its four bytes, 0..127 in x and -127..127 in w. kAvxVnni: the
+/// machine has AVX-VNNI, which is the one instruction of AVX-512 VNNI for AVX2.
+template <bool kAvxVnni>
 HWY_INLINE hn::Vec<Ints> add_dot(hn::Vec<Ints> sum, hn::Vec<Words> x, hn::Vec<Words> w) {
 #if HWY_TARGET == HWY_AVX3_DL
   // The intrinsic wants a target that Highway's list for AVX3_DL does not name (1.0.3).
@@ -56,6 +58,10 @@ HWY_INLINE hn::Vec<Ints> add_dot(hn::Vec<Ints> sum, hn::Vec<Words> x, hn::Vec<Wo
   const __m512i pairs = _mm512_maddubs_epi16(x.raw, w.raw);
   return hn::Vec<Ints>{_mm512_add_epi32(sum.raw, _mm512_madd_epi16(pairs, _mm512_set1_epi16(1)))};
 #elif HWY_TARGET == HWY_AVX2
+  if constexpr (kAvxVnni) {
+    asm("%{vex%} vpdpbusd %2, %1, %0" : "+x"(sum.raw) : "x"(x.raw), "x"(w.raw));
+    return sum;
+  }
   const __m256i pairs = _mm256_maddubs_epi16(x.raw, w.raw);
   return hn::Vec<Ints>{_mm256_add_epi32(sum.raw, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)))};
 #elif HWY_TARGET == HWY_SSE4
@@ -308,6 +314,7 @@ HWY_INLINE void gather_each(const PackedField& field, uint32_t rays, NetworkInpu
 }
 
 /// The logits of all lanes.
+template <bool kAvxVnni>
 HWY_INLINE hn::Vec<Ints> evaluate_network(const Network& network, NetworkInputs& in) {
   const Ints di;
   const Words dw;
@@ -322,7 +329,7 @@ HWY_INLINE hn::Vec<Ints> evaluate_network(const Network& network, NetworkInputs&
     };
     if (l + 1 == network.layer_count) {
       auto sum = hn::Set(di, layer.biases[0]);
-      for (uint32_t i = 0; i < words; ++i) sum = add_dot(sum, hn::Load(dw, x[i]), weight(0, i));
+      for (uint32_t i = 0; i < words; ++i) sum = add_dot<kAvxVnni>(sum, hn::Load(dw, x[i]), weight(0, i));
       return sum;
     }
     uint32_t(*const y)[kLanes] = in.hidden[l % 2];
@@ -332,7 +339,7 @@ HWY_INLINE hn::Vec<Ints> evaluate_network(const Network& network, NetworkInputs&
       for (uint32_t k = 0; k < 4; ++k) sum[k] = hn::Set(di, layer.biases[row + k]);
       for (uint32_t i = 0; i < words; ++i) {
         const auto input = hn::Load(dw, x[i]);
-        for (uint32_t k = 0; k < 4; ++k) sum[k] = add_dot(sum[k], input, weight(row + k, i));
+        for (uint32_t k = 0; k < 4; ++k) sum[k] = add_dot<kAvxVnni>(sum[k], input, weight(row + k, i));
       }
       auto four = hn::Zero(dw);
       for (uint32_t k = 0; k < 4; ++k) {
@@ -408,6 +415,7 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
 }
 
 /// Answers what the walk has left open, and adds to the hard rays what has too many runs.
+template <bool kAvxVnni>
 HWY_INLINE void answer_open(const PackedField& field, const SegmentBatch& batch, const WalkLog& log,
                             const OpenRays& open, Pending& rays, NetworkInputs& work, AnswerBatch& answers,
                             HardRays& hard) {
@@ -421,7 +429,7 @@ HWY_INLINE void answer_open(const PackedField& field, const SegmentBatch& batch,
     else
       gather_each(field, count, work);
     alignas(64) int32_t logits[kLanes];
-    hn::Store(evaluate_network(field.network, work), di, logits);
+    hn::Store(evaluate_network<kAvxVnni>(field.network, work), di, logits);
     for (uint32_t lane = 0; lane < count; ++lane) {
       const auto ray = uint32_t(log.end_ray[k + lane]);
       answers.logit[ray] = logits[lane];

@@ -44,6 +44,20 @@ TEST(Eval, OfAFreshBake) {
     EXPECT_GT(bvh("embree_compact"), 0u);
     EXPECT_GT(bvh("embree_default"), bvh("embree_compact"));
   }
+  for (const std::string isa : {"scalar", "sse4", "avx2", "avx512"}) {
+    SCOPED_TRACE(isa);
+    const Outcome outcome = nif(
+        {"eval", asset, "--mesh", mesh, "--rays", "50000", "--isa", isa, "--reference", "--json", "--quiet"});
+    if (outcome.code != 0) {  // only where the machine has it not
+      EXPECT_NE(isa, "scalar");
+      EXPECT_NE(outcome.err.find("isa=" + isa), std::string::npos) << outcome.err;
+      continue;
+    }
+    const json reference = json::parse(outcome.out)["reference"];
+    EXPECT_EQ(reference["isa"], isa);
+    EXPECT_EQ(reference["rays"], 5 * 50000);
+    EXPECT_EQ(reference["different"], 0);
+  }
   {
     SCOPED_TRACE("two sets, any number of threads");
     const std::vector<std::string> arguments{"eval",  asset,      "--mesh", mesh,  "--rays", "50000",
