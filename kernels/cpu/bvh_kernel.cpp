@@ -6,7 +6,8 @@
 
 #include "kernels/reference/bvh_kernel.hpp"
 
-#define HWY_DISABLED_TARGETS HWY_SSSE3
+// Vectors of unknown length cannot stand in arrays.
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/cpu/bvh_kernel.cpp"
 #include <hwy/foreach_target.h>  // must come before highway.h
@@ -128,6 +129,10 @@ AnswerBvh kernel_for(Isa isa) {
 #if HWY_TARGETS & HWY_SSE4
     case Isa::sse4:
       return N_SSE4::answer_bvh;
+#endif
+#if HWY_ARCH_ARM_A64 && HWY_TARGETS & HWY_NEON
+    case Isa::neon:
+      return N_NEON::answer_bvh;
 #endif
     default:
       return nullptr;

@@ -4,7 +4,8 @@
 
 // AVX3_DL is AVX-512 with VNNI; plain AVX3 is for the machines before it.
 #define HWY_WANT_AVX3_DL 1
-#define HWY_DISABLED_TARGETS HWY_SSSE3
+// Vectors of unknown length cannot stand in arrays.
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/cpu/segment_kernel.cpp"
 #include <hwy/foreach_target.h>  // must come before highway.h
@@ -120,6 +121,12 @@ AnswerSegments kernel_for(Isa isa) {
         return N_AVX3::answer_segments;
 #endif
       return nullptr;
+    case Isa::neon:
+#if HWY_ARCH_ARM_A64 && HWY_TARGETS & HWY_NEON
+      return N_NEON::answer_segments;
+#else
+      return nullptr;
+#endif
   }
   return nullptr;
 }

@@ -8,8 +8,8 @@
 
 namespace nif::kernels::cpu {
 
-/// Instruction sets that there are kernels for, from narrow to wide.
-enum class Isa { sse4, avx2, avx512 };
+/// Instruction sets that there are kernels for, of a family from narrow to wide.
+enum class Isa { sse4, avx2, avx512, neon };
 
 /// Whether this build has kernels for it and this machine can run them.
 bool available(Isa isa);

@@ -28,14 +28,12 @@ uint32_t parse_count(std::string_view key, std::string_view value) {
 
 Isa parse_isa(std::string_view value) {
   if (value == "auto") return best_isa();
-  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512}) {
+  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
     if (value != name_of(isa)) continue;
     if (available(isa)) return isa;
     throw Failure(NIF_ERROR_NOT_AVAILABLE, "configuration: isa=" + std::string(value) +
                                                " is not in this build, or not in this machine");
   }
-  if (value == "neon")
-    throw Failure(NIF_ERROR_NOT_AVAILABLE, "configuration: isa=neon is not in this version");
   refuse_argument("configuration: there is no isa=" + std::string(value));
 }
 

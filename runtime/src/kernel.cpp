@@ -18,7 +18,7 @@ KernelPointer hold(std::pmr::memory_resource* memory, Arguments&&... arguments) 
           KernelDeleter{memory, sizeof(Kernel), alignof(Kernel)}};
 }
 
-constexpr const char* kIsaNames[] = {"scalar", "sse4", "avx2", "avx512"};
+constexpr const char* kIsaNames[] = {"scalar", "sse4", "avx2", "avx512", "neon"};
 
 }  // namespace
 
@@ -34,7 +34,7 @@ bool available(Isa isa) {
 }
 
 Isa best_isa() {
-  for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse4})
+  for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse4, Isa::neon})
     if (available(isa)) return isa;
   return Isa::scalar;
 }

@@ -7,7 +7,7 @@
 namespace nif::test {
 namespace {
 
-constexpr const char* kIsas[] = {"scalar", "sse4", "avx2", "avx512"};
+constexpr const char* kIsas[] = {"scalar", "sse4", "avx2", "avx512", "neon"};
 
 /// Tests with a device of the instruction set; skipped where the machine has it not.
 class IsaTest : public RuntimeTest, public testing::WithParamInterface<const char*> {

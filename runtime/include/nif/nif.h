@@ -137,7 +137,7 @@ typedef struct NifDeviceCallbacks {
  *               allocator only what is used takes memory. 0 for the machine's threads (default); never less
  *               than threads.
  *   isa=NAME    auto (default): the best that this build and this machine have. scalar, sse4, avx2, avx512
- *               (with VNNI where there is); neon is not in this version. Answers are the same bits with each.
+ *               (both with VNNI where there is), neon (64-bit ARM). Answers are the same bits with each.
  *   backend=NAME  cpu (default) or hip. In this version only cpu is there.
  * What is not there gives NIF_ERROR_NOT_AVAILABLE, what is not in this list NIF_ERROR_INVALID_ARGUMENT.
  * `callbacks` may be null; they are copied. */

@@ -1,0 +1,88 @@
+// compare ASSET...: whether NEON gives the scalar reference's bits. Rays go through each object's box and
+// about it, from a generator of their own, so that nothing but the runtime needs to be compiled for the other
+// machine.
+#include <nif/nif.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <random>
+#include <vector>
+
+namespace {
+
+constexpr size_t kRays = 200'000;
+
+struct Loaded {
+  NifDevice device = nullptr;
+  NifAsset asset = nullptr;
+  bool open(const char* configuration, const char* path) {
+    if (nifNewDevice(configuration, nullptr, &device) == NIF_OK &&
+        nifLoadAssetFile(device, path, NIF_LOAD_READ, &asset) == NIF_OK)
+      return true;
+    std::fprintf(stderr, "%s\n", nifGetErrorMessage());
+    return false;
+  }
+  std::vector<int32_t> answers(uint32_t object, const std::vector<NifRay>& rays) const {
+    NifScene scene = nullptr;
+    std::vector<int32_t> logits(rays.size());
+    std::vector<uint8_t> certain(rays.size());
+    NifQuery query = nifQueryRays(rays.data(), rays.size());
+    query.logit = logits.data();
+    query.certain = certain.data();
+    if (nifNewScene(device, &scene) != NIF_OK ||
+        nifAddInstance(scene, asset, object, nullptr, nullptr) != NIF_OK || nifCommitScene(scene) != NIF_OK ||
+        nifQuery(scene, &query) != NIF_OK) {
+      std::fprintf(stderr, "%s\n", nifGetErrorMessage());
+      return {};
+    }
+    nifReleaseScene(scene);
+    for (size_t i = 0; i < rays.size(); ++i) logits[i] ^= int32_t(certain[i]) << 30;
+    return logits;
+  }
+};
+
+std::vector<NifRay> make_rays(const NifObjectInfo& info) {
+  std::mt19937 random(1);
+  const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
+  const auto point = [&](int a) {
+    const float low = info.bounds_min[a], size = info.bounds_max[a] - low;
+    return low + size * (1.5f * unit() - 0.25f);
+  };
+  std::vector<NifRay> rays(kRays);
+  for (NifRay& ray : rays) {
+    for (int a = 0; a < 3; ++a) {
+      ray.origin[a] = point(a);
+      ray.direction[a] = point(a) - ray.origin[a];
+      if (random() % 16 == 0) ray.direction[a] = 0;
+    }
+    ray.tmin = random() % 2 ? 0 : unit() / 2;
+    ray.tmax = random() % 2 ? INFINITY : 0.5f + unit();
+  }
+  return rays;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  size_t different = 0;
+  for (int i = 1; i < argc; ++i) {
+    Loaded neon, scalar;
+    if (!neon.open("isa=neon", argv[i]) || !scalar.open("isa=scalar", argv[i])) return 1;
+    NifAssetInfo about{};
+    about.struct_size = sizeof(about);
+    nifGetAssetInfo(scalar.asset, &about);
+    for (uint32_t object = 0; object < about.object_count; ++object) {
+      NifObjectInfo info{};
+      info.struct_size = sizeof(info);
+      nifGetObjectInfo(scalar.asset, object, &info);
+      const std::vector<NifRay> rays = make_rays(info);
+      const std::vector<int32_t> a = neon.answers(object, rays), b = scalar.answers(object, rays);
+      if (a.size() != kRays || b.size() != kRays) return 1;
+      for (size_t r = 0; r < kRays; ++r) different += a[r] != b[r];
+    }
+    std::printf("%s: %u objects, %zu rays each, %zu answers differ\n", argv[i], about.object_count, kRays,
+                different);
+  }
+  return different != 0;
+}
