@@ -197,47 +197,42 @@ class Baker {
               resolution_for(prepared_[i].surface.triangles.size(), resolved_.resolution, scale),
               candidates_[i].field, result_.objects[i]);
     }
-    choose_by_bytes(false);
+    choose_by_bytes();
   }
 
-  /// A BVH that takes no more than the field needs no further comparison. What counts is memory or, where
-  /// there is little room, the file.
-  void choose_by_bytes(bool in_file) {
+  /// A BVH that takes no more than the field needs no further comparison.
+  void choose_by_bytes() {
     const uint64_t network = bytes_of(blank_network(resolved_));
     for (size_t i = 0; i < candidates_.size(); ++i) {
       Candidate& candidate = candidates_[i];
-      if (options_.encoding != EncodingOption::automatic || !candidate.has_bvh) continue;
-      ObjectReport& report = result_.objects[i];
-      report.as_bvh = cost_of_bvh(candidate.bvh.bvh);
-      report.as_segment = cost_of_field(candidate.field, network);
-      const uint64_t bvh = report.as_bvh->bytes, field = in_file
-                                                             ? file_bytes_of_field(candidate.field, network)
-                                                             : report.as_segment->bytes;
-      candidate.takes_bvh = bvh <= field;
-      report.reason = !candidate.takes_bvh
-                          ? ""
-                          : fmt::format("exact, and with {} no larger than a field with {}",
-                                        format_bytes(double(bvh)), format_bytes(double(field)));
+      if (!candidate.has_bvh) continue;
+      ObjectReport& own = result_.objects[i];
+      own.as_bvh = cost_of_bvh(candidate.bvh.bvh);
+      own.as_segment = cost_of_field(candidate.field, network);
+      candidate.takes_bvh = own.as_bvh->bytes <= own.as_segment->bytes;
+      if (candidate.takes_bvh)
+        own.reason =
+            fmt::format("exact, and with {} no larger than a field with {}",
+                        format_bytes(double(own.as_bvh->bytes)), format_bytes(double(own.as_segment->bytes)));
+      else
+        own.reason.clear();
     }
   }
 
   void shrink_to(uint64_t most) {
-    if (estimated_bytes() <= most) return;
-    if (options_.encoding == EncodingOption::bvh) {
-      throw Error(Status::target_not_met,
-                  fmt::format("--max-bytes {} cannot be reached: with BVHs the asset takes {} bytes; try "
-                              "--encoding segment",
-                              most, estimated_bytes()));
-    }
-    choose_by_bytes(true);
     for (double scale = 0.95; estimated_bytes() > most; scale *= 0.95) {
+      if (options_.encoding == EncodingOption::bvh) {
+        throw Error(Status::target_not_met,
+                    fmt::format("--max-bytes {} cannot be reached: with BVHs the asset takes {} bytes; try "
+                                "--encoding segment",
+                                most, estimated_bytes()));
+      }
       if (resolved_.resolution * scale < 4) {
         throw Error(Status::target_not_met,
                     fmt::format("--max-bytes {} cannot be reached: the coarsest grids take {} bytes", most,
                                 estimated_bytes()));
       }
       lay_out_fields(scale);
-      choose_by_bytes(true);
     }
   }
 

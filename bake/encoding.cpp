@@ -4,10 +4,6 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
-#include <algorithm>
-#include <cstdlib>
-
-#include "kernels/cpu/walk_grid.hpp"
 #include "kernels/reference/bvh.hpp"
 #include "kernels/reference/segment.hpp"
 
@@ -19,21 +15,21 @@ constexpr size_t kWorkRays = 10'000, kErrorRays = 50'000;
 /// What was counted over some rays.
 struct Count {
   uint64_t rays = 0;
-  uint64_t leaps = 0, ambiguous = 0;  ///< of a field: steps of the SIMD walk; rays that the network is asked
-  uint64_t nodes = 0, leaves = 0;     ///< of a BVH
+  uint64_t voxels = 0, ambiguous = 0;  ///< of a field, see below; rays that the network is asked
+  uint64_t nodes = 0, leaves = 0;      ///< of a BVH
 
   Count operator+(const Count& other) const {
-    return {rays + other.rays, leaps + other.leaps, ambiguous + other.ambiguous, nodes + other.nodes,
+    return {rays + other.rays, voxels + other.voxels, ambiguous + other.ambiguous, nodes + other.nodes,
             leaves + other.leaves};
   }
 };
 
-// Nanoseconds, by least squares over the times that docs/results/encoding.md is about (AVX-512, Zen 4).
-constexpr double kLeap = 9, kAmbiguous = 110, kNode = 40, kLeaf = 35;
+// Nanoseconds, by least squares over times of the AVX-512 kernels on the meshes of docs/results/encoding.md.
+constexpr double kVoxel = 6.5, kAmbiguous = 55, kNode = 45, kLeaf = 35;
 
 double work_of(const Count& count) {
   if (count.rays == 0) return 0;
-  return (kLeap * double(count.leaps) + kAmbiguous * double(count.ambiguous) + kNode * double(count.nodes) +
+  return (kVoxel * double(count.voxels) + kAmbiguous * double(count.ambiguous) + kNode * double(count.nodes) +
           kLeaf * double(count.leaves)) /
          double(count.rays);
 }
@@ -64,12 +60,6 @@ uint64_t bytes_of(const std::vector<T>& values) {
   return values.size() * sizeof(T);
 }
 
-/// Words of the walk's own grid, which a runtime with SIMD kernels makes for itself.
-uint64_t walk_grid_bytes(const format::Object& object) {
-  const uint64_t voxels = uint64_t(object.voxels[0]) * object.voxels[1] * object.voxels[2];
-  return voxels <= kernels::cpu::kMaxGridVoxels ? (voxels / 8 + 1) * sizeof(uint32_t) : 0;
-}
-
 /// "12", "1.2": two digits at least.
 std::string digits(double value) { return fmt::format("{:.{}f}", value, value < 9.95 ? 1 : 0); }
 
@@ -87,14 +77,10 @@ std::string_view name_of(format::Encoding encoding) {
   return "";
 }
 
-uint64_t file_bytes_of_field(const format::Object& object, uint64_t network_bytes) {
-  return bytes_of(object.brick_table) + bytes_of(object.brick_states) + bytes_of(object.brick_corners) +
-         bytes_of(object.corner_base) + bytes_of(object.features) + network_bytes;
-}
-
 EncodingCost cost_of_field(const format::Object& object, uint64_t network_bytes) {
   EncodingCost cost;
-  cost.bytes = file_bytes_of_field(object, network_bytes) + walk_grid_bytes(object);
+  cost.bytes = bytes_of(object.brick_table) + bytes_of(object.brick_states) + bytes_of(object.brick_corners) +
+               bytes_of(object.corner_base) + bytes_of(object.features) + network_bytes;
   return cost;
 }
 
@@ -106,22 +92,15 @@ EncodingCost cost_of_bvh(const format::Bvh& bvh) {
 }
 
 double work_of(const kernels::SegmentField& field, const RaySource& source, uint64_t seed) {
-  const uint64_t voxels = uint64_t(field.voxels[0]) * field.voxels[1] * field.voxels[2];
-  std::optional<kernels::cpu::WalkGrid> grid;
-  if (voxels <= kernels::cpu::kMaxGridVoxels) grid.emplace(field, std::pmr::get_default_resource());
   return count_work(source, seed, [&](const Segment& segment, Count& count) {
-    // A leap ends where the walk leaves the cube of voxels that are less than its distance away.
-    int32_t start[3] = {}, distance = 0;
+    // Only voxels of mixed bricks: a fast walk leaps over the others.
     kernels::Walk walk;
     kernels::walk_segment(field, segment, walk, [&](const int32_t(&voxel)[3]) {
-      if (std::abs(voxel[0] - start[0]) < distance && std::abs(voxel[1] - start[1]) < distance &&
-          std::abs(voxel[2] - start[2]) < distance)
-        return;
-      ++count.leaps;
-      std::copy(voxel, voxel + 3, start);
-      const uint64_t n =
-          uint64_t(voxel[0]) + field.voxels[0] * (uint64_t(voxel[1]) + field.voxels[1] * uint64_t(voxel[2]));
-      distance = grid ? int32_t(kernels::cpu::kCodeDistance[grid->codes[n / 8] >> (4 * (n % 8)) & 15]) : 1;
+      const uint32_t x = uint32_t(voxel[0]) / kernels::kBrickSide,
+                     y = uint32_t(voxel[1]) / kernels::kBrickSide,
+                     z = uint32_t(voxel[2]) / kernels::kBrickSide;
+      const uint16_t entry = field.brick_table[x + field.bricks[0] * (y + field.bricks[1] * z)];
+      count.voxels += entry >= kernels::kFirstMixedBrick;
     });
     count.ambiguous += walk.verdict == kernels::Verdict::ambiguous;
   });

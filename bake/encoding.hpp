@@ -16,15 +16,12 @@ std::string_view name_of(format::Encoding encoding);
 
 /// What an encoding costs an object.
 struct EncodingCost {
-  uint64_t bytes = 0;           ///< that a runtime with SIMD kernels holds in memory
+  uint64_t bytes = 0;           ///< in a file
   double work = 0;              ///< of a ray, in nanoseconds of the machine that the weights were measured on
   std::optional<double> error;  ///< share of wrong answers on the worst ray set, where it was measured
 };
 
-/// Of a field whose network has so many bytes of weights: its blocks in a file.
-uint64_t file_bytes_of_field(const format::Object& object, uint64_t network_bytes);
-
-/// Bytes alone.
+/// Bytes alone: of a field whose network has so many bytes of weights, and of a BVH.
 EncodingCost cost_of_field(const format::Object& object, uint64_t network_bytes);
 EncodingCost cost_of_bvh(const format::Bvh& bvh);
 
@@ -40,16 +37,16 @@ struct WorstError {
 };
 WorstError worst_error(const Answerer& answer, const RaySource& source, uint64_t seed);
 
-/// A field's gain over a BVH: how many times less memory, times how many times less work.
+/// A field's gain over a BVH: how many times fewer bytes, times how many times less work.
 double gain_of(const EncodingCost& field, const EncodingCost& bvh);
 
 /// Each percent of wrong answers must be paid for with so much gain. On the meshes of
-/// docs/results/encoding.md that puts the change from BVHs to fields near 100,000 triangles, where Fujieda et
-/// al. put it.
-inline constexpr double kGainPerPercent = 25;
-/// With less gain than this no field is trained: it would pay for 0.4 % of wrong answers, and objects with
+/// docs/results/encoding.md BVHs then give way to fields near 100,000 triangles, where Fujieda et al. see the
+/// change: earlier on smooth ones, later where fields are often wrong.
+inline constexpr double kGainPerPercent = 100;
+/// With less gain than this no field is trained: it would pay for 0.2 % of wrong answers, and objects with
 /// little gain are small ones, whose fields have more.
-inline constexpr double kLeastGain = 10;
+inline constexpr double kLeastGain = 20;
 
 /// "1/5.5 as large and 1.2 times as fast"
 std::string describe_gain(const EncodingCost& field, const EncodingCost& bvh);
