@@ -17,7 +17,7 @@ namespace nif::tools {
 namespace {
 
 struct Arguments {
-  std::string asset, mesh, isa, plot;
+  std::string asset, mesh, against, isa, plot;
   std::vector<std::string> sets;
   std::vector<uint32_t> threads;
   uint64_t rays = 1'000'000, seed = 2;
@@ -36,8 +36,15 @@ void drop_repeats(std::vector<T>& list) {
 }
 
 BenchOptions resolve(const Arguments& arguments) {
-  BenchOptions options{arguments.asset,   arguments.mesh, arguments.isa,  parse_sets(arguments.sets),
-                       arguments.threads, arguments.rays, arguments.seed, {}};
+  BenchOptions options{arguments.asset,
+                       arguments.mesh,
+                       arguments.isa,
+                       arguments.against,
+                       parse_sets(arguments.sets),
+                       arguments.threads,
+                       arguments.rays,
+                       arguments.seed,
+                       {}};
   if (options.sets.empty())
     options.sets = {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun};
   const auto all = uint32_t(tbb::info::default_concurrency());
@@ -57,7 +64,7 @@ void check_plot(const Arguments& arguments) {
                 "--plot -: standard output is taken by the results, so a picture needs a file");
   }
   std::error_code ignored;
-  for (const std::string& input : {arguments.asset, arguments.mesh}) {
+  for (const std::string& input : {arguments.asset, arguments.mesh, arguments.against}) {
     if (std::filesystem::equivalent(arguments.plot, input, ignored))
       throw Error(Status::usage, fmt::format("--plot {}: the picture would overwrite an input", input));
   }
@@ -124,6 +131,9 @@ void add_bench(CLI::App& app) {
           "take part in all rounds")
       ->check(CLI::IsMember({"fastest", "all"}))
       ->capture_default_str();
+  command->add_option(
+      "--against", a->against,
+      "Another .nif file of the same mesh to race in the same rounds, e.g. of another encoding");
   command->add_flag("--json", a->json, "Print the results as one JSON object (nifkit.bench/1)");
   command->add_option("--plot", a->plot, "Also draw them, as this SVG file");
   command->add_flag("--quiet", a->quiet, "No progress");

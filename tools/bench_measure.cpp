@@ -19,6 +19,8 @@ struct Subject {
   std::array<std::unique_ptr<bake::EmbreeScene>, kEmbreeBuilds.size()> embree;
   std::vector<bake::LabelledRays> sets;
   std::vector<bake::Accuracy> accuracies;  ///< of the same sets
+  Scene against;                           ///< of the other asset, where there is one
+  std::vector<bake::Accuracy> against_accuracies;
 };
 
 /// Times work by the clock, and adds up how much of the processor it got.
@@ -103,34 +105,42 @@ SetSpeeds race_set(const std::vector<Subject>& subjects, size_t index, bake::Ray
   SetSpeeds result;
   result.set = set;
   result.embree = variants_for(set);
-  std::vector<Asked> asked;
+  std::vector<Asked> asked, others;
   std::vector<bake::EmbreeRays> laid_out;
   for (const Subject& subject : subjects) {
     const bake::LabelledRays& rays = subject.sets[index];
     if (rays.segments.empty()) continue;
     result.accuracy += subject.accuracies[index];
     asked.emplace_back(subject.scene.handle, rays);
+    if (subject.against.handle == nullptr) continue;
+    if (!result.against) result.against.emplace();
+    result.against->accuracy += subject.against_accuracies[index];
+    others.emplace_back(subject.against.handle, rays);
   }
   for (const Subject& subject : subjects) laid_out.emplace_back(subject.sets[index].segments.size());
   if (asked.empty()) return result;
 
-  // Both sides' rays are written anew before each pass, while no clock runs: Embree overwrites its own with
-  // its answers, and so both find theirs as warm in the caches. What they then write is part of their work.
+  // All sides' rays are written anew before each pass, while no clock runs: Embree overwrites its own with
+  // its answers, and so all find theirs as warm in the caches. What they then write is part of their work.
   Stopwatch stopwatch;
   tbb::task_arena arena(static_cast<int>(threads));
   std::vector<Contender> contenders;
-  contenders.push_back({"nif", kEmbreeBuilds.size(), [&] {
-                          for (Asked& a : asked) a.lay_out();
-                          const double seconds = stopwatch.time([&] {
-                            for (Asked& a : asked) a.ask();
-                          });
-                          size_t wrong = 0;
-                          for (const Asked& a : asked) wrong += a.wrong();
-                          if (wrong != result.accuracy.leak + result.accuracy.spurious)
-                            throw Error(Status::internal,
-                                        "the answers timed are not those whose error is stated");
-                          return seconds;
-                        }});
+  const auto ask_all = [&](std::vector<Asked>& all, const bake::Accuracy& stated) {
+    for (Asked& a : all) a.lay_out();
+    const double seconds = stopwatch.time([&] {
+      for (Asked& a : all) a.ask();
+    });
+    size_t wrong = 0;
+    for (const Asked& a : all) wrong += a.wrong();
+    if (wrong != stated.leak + stated.spurious)
+      throw Error(Status::internal, "the answers timed are not those whose error is stated");
+    return seconds;
+  };
+  contenders.push_back({"nif", kEmbreeBuilds.size(), [&] { return ask_all(asked, result.accuracy); }});
+  if (result.against)
+    contenders.push_back({"the other asset", kEmbreeBuilds.size() + 1,
+                          [&] { return ask_all(others, result.against->accuracy); }});
+  const size_t assets = contenders.size();
   for (EmbreeVariant& variant : result.embree) {
     contenders.push_back({"Embree " + name_of(variant), variant.build, [&, v = &variant] {
                             for (size_t i = 0; i < subjects.size(); ++i)
@@ -152,9 +162,10 @@ SetSpeeds race_set(const std::vector<Subject>& subjects, size_t index, bake::Ray
   const uint64_t rays = result.accuracy.rays;
   result.cores = stopwatch.cores();
   result.rates = rates_of(rays, timings[0].rounds);
+  if (result.against) result.against->rates = rates_of(rays, timings[1].rounds);
   for (size_t v = 0; v < result.embree.size(); ++v) {
-    const std::vector<double> heats = rates_of(rays, timings[v + 1].heats);
-    result.embree[v].rates = rates_of(rays, timings[v + 1].rounds);
+    const std::vector<double> heats = rates_of(rays, timings[v + assets].heats);
+    result.embree[v].rates = rates_of(rays, timings[v + assets].rounds);
     result.embree[v].fastest_heat = *std::max_element(heats.begin(), heats.end());
   }
   std::stable_sort(result.embree.begin(), result.embree.end(),
@@ -197,9 +208,20 @@ Spread SetSpeeds::ratio_by_round() const {
   return spread_of(ratios);
 }
 
+Spread SetSpeeds::ratio_to_other() const {
+  std::vector<double> ratios;
+  for (size_t r = 0; r < rates.size(); ++r) ratios.push_back(rates[r] / against->rates[r]);
+  Spread spread = spread_of(ratios);
+  spread.median = rate().median / against->rate().median;
+  return spread;
+}
+
 BenchResult measure(const BenchOptions& options, Progress& progress) {
   const MeasuredAsset asset(options.asset, options.mesh, options.isa.empty() ? "" : "isa=" + options.isa,
                             progress);
+  std::optional<MeasuredAsset> against;
+  if (!options.against.empty())
+    against.emplace(options.against, options.mesh, options.isa.empty() ? "" : "isa=" + options.isa, progress);
   const std::atomic<bool>& cancel = interruption();
   const auto go_on = [&](double fraction, const std::string& text) {
     if (cancel) throw Error(Status::interrupted, "the benchmark was cancelled");
@@ -207,6 +229,7 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   };
   BenchResult result;
   result.info = asset.info();
+  if (against) result.against = against->info();
   result.isa = asset.device().isa;
   result.objects = asset.objects().size();
   result.triangles = asset.triangles();
@@ -215,6 +238,9 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   const auto set_scenes = [&](uint32_t threads) {
     std::vector<Scene> scenes = asset.each_alone(threads);
     for (size_t i = 0; i < subjects.size(); ++i) subjects[i].scene = std::move(scenes[i]);
+    if (!against) return;
+    scenes = against->each_alone(threads);
+    for (size_t i = 0; i < subjects.size(); ++i) subjects[i].against = std::move(scenes[i]);
   };
   set_scenes(options.threads.front());
   for (size_t i = 0; i < subjects.size(); ++i) {
@@ -227,6 +253,9 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
         subjects[i].sets.push_back(bake::make_ray_set(truth.source(), set, rays, options.seed));
         subjects[i].accuracies.push_back(bake::evaluate(
             subjects[i].sets.back(), runtime_answerer(subjects[i].scene.handle), truth.source().oracle));
+        if (against)
+          subjects[i].against_accuracies.push_back(bake::evaluate(
+              subjects[i].sets.back(), runtime_answerer(subjects[i].against.handle), truth.source().oracle));
       }
     }
     for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {

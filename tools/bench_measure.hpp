@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,10 +32,19 @@ struct EmbreeVariant {
 /// "default rtcOccluded16", "robust rtcOccluded1M coherent".
 std::string name_of(const EmbreeVariant& variant);
 
+/// An asset's part in a race.
+struct AssetSpeed {
+  bake::Accuracy accuracy;    ///< on the very rays of the race
+  std::vector<double> rates;  ///< by round
+
+  Spread rate() const { return spread_of(rates); }
+};
+
 struct SetSpeeds {
   bake::RaySet set;
-  bake::Accuracy accuracy;    ///< of the asset, on the very rays of the race
-  std::vector<double> rates;  ///< of the asset, by round
+  bake::Accuracy accuracy;            ///< of the asset, on the very rays of the race
+  std::vector<double> rates;          ///< of the asset, by round
+  std::optional<AssetSpeed> against;  ///< of the other asset, where there is one
   double cores = 0;  ///< that the threads got while a clock ran, by the system's account of processor time
   std::vector<EmbreeVariant> embree;  ///< the fastest first, by median; those that dropped out last
 
@@ -46,6 +56,8 @@ struct SetSpeeds {
   double ratio() const { return rate().median / best().rate().median; }
   /// Of the ratios round by round.
   Spread ratio_by_round() const;
+  /// How many times as fast as the other asset: of the medians, with the spread of the rounds.
+  Spread ratio_to_other() const;
 };
 
 struct ThreadRun {
@@ -55,6 +67,7 @@ struct ThreadRun {
 
 struct BenchOptions {
   std::string asset, mesh, isa;
+  std::string against;  ///< another asset of the same mesh, to race beside it; may be empty
   std::vector<bake::RaySet> sets;
   std::vector<uint32_t> threads;
   uint64_t rays, seed;
@@ -64,7 +77,7 @@ struct BenchOptions {
 struct BenchResult {
   uint64_t triangles = 0;
   size_t objects = 0;
-  NifAssetInfo info{};
+  NifAssetInfo info{}, against{};
   std::string isa;
   std::array<uint64_t, kEmbreeBuilds.size()> embree_bytes{};
   std::vector<ThreadRun> runs;

@@ -48,6 +48,14 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
         {"ratio_highest", ratio.highest},
         {"cores", speeds.cores},
         {"variants", std::move(variants)}};
+    if (!speeds.against) continue;
+    const Spread to_other = speeds.ratio_to_other();
+    Json against = rate_json(speeds.against->rate(), result.against.resident_bytes);
+    against.update({{"error", speeds.against->accuracy.error()},
+                    {"ratio", to_other.median},
+                    {"ratio_lowest", to_other.lowest},
+                    {"ratio_highest", to_other.highest}});
+    sets[std::string(bake::name_of(speeds.set))]["against"] = std::move(against);
   }
   return sets;
 }
@@ -69,6 +77,19 @@ std::string speed_table(const ThreadRun& run) {
                          100 * a.rate(a.spurious), 100 * a.rate(a.certain), with_spread(speeds.rate()),
                          with_spread(speeds.best().rate()), with_spread(ratio));
   }
+  return table;
+}
+
+/// The other asset on the same rays.
+std::string other_table(const ThreadRun& run, const BenchOptions& options, const BenchResult& result) {
+  if (options.against.empty()) return "";
+  std::string table =
+      fmt::format("\nagainst {}, {}\n{:<14}{:>8}{:>19}{:>20}\n", options.against,
+                  format_bytes(double(result.against.resident_bytes)), "ray set", "error", "it", "nif / it");
+  for (const SetSpeeds& speeds : run.sets)
+    table += fmt::format("{:<14}{:>7.3f}%{:>19}{:>20}\n", bake::name_of(speeds.set),
+                         100 * speeds.against->accuracy.error(), with_spread(speeds.against->rate()),
+                         with_spread(speeds.ratio_to_other()));
   return table;
 }
 
@@ -119,22 +140,24 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
   Json embree_bytes = Json::object();
   for (size_t b = 0; b < kEmbreeBuilds.size(); ++b)
     embree_bytes[std::string(name_of(kEmbreeBuilds[b]))] = result.embree_bytes[b];
-  return {{"schema", "nifkit.bench/1"},
-          {"file", options.asset},
-          {"threads", result.runs.front().threads},
-          {"isa", result.isa},
-          {"sets", sets_json(result.runs.front(), result)},
-          {"scaling", std::move(scaling)},
-          {"processor", processor_name()},
-          {"embree_version", bake::embree_version()},
-          {"triangles", result.triangles},
-          {"objects", result.objects},
-          {"seed", options.seed},
-          {"rounds", options.schedule.rounds},
-          {"bytes",
-           {{"file", result.info.file_bytes},
-            {"resident", result.info.resident_bytes},
-            {"embree", std::move(embree_bytes)}}}};
+  Json json{{"schema", "nifkit.bench/1"},
+            {"file", options.asset},
+            {"threads", result.runs.front().threads},
+            {"isa", result.isa},
+            {"sets", sets_json(result.runs.front(), result)},
+            {"scaling", std::move(scaling)},
+            {"processor", processor_name()},
+            {"embree_version", bake::embree_version()},
+            {"triangles", result.triangles},
+            {"objects", result.objects},
+            {"seed", options.seed},
+            {"rounds", options.schedule.rounds},
+            {"bytes",
+             {{"file", result.info.file_bytes},
+              {"resident", result.info.resident_bytes},
+              {"embree", std::move(embree_bytes)}}}};
+  if (!options.against.empty()) json["against"] = options.against;
+  return json;
 }
 
 std::string bench_tables(const BenchOptions& options, const BenchResult& result) {
@@ -145,8 +168,8 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
       options.asset, count_of(result.triangles, "triangle"), result.isa, bake::embree_version(),
       processor.empty() ? "" : " on ", processor, count_of(options.schedule.rounds, "round"));
   for (const ThreadRun& run : result.runs) {
-    text += fmt::format("\n{}\n\n{}\n{}", count_of(run.threads, "thread"), speed_table(run),
-                        build_table(run, result));
+    text += fmt::format("\n{}\n\n{}\n{}{}", count_of(run.threads, "thread"), speed_table(run),
+                        build_table(run, result), other_table(run, options, result));
     if (&run != &result.runs.front()) text += gain_line(result.runs.front(), run);
   }
   return text;

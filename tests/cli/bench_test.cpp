@@ -171,6 +171,28 @@ TEST_F(Bench, ErrorIsThatOfEval) {
   }
 }
 
+TEST_F(Bench, RacesAnotherAssetOfTheSameMesh) {
+  const std::string exact = path("exact.nif");
+  ASSERT_EQ(nif({"bake", mesh_, "-o", exact, "--encoding", "bvh", "--rays", "0", "--quiet"}).code, 0);
+  const Outcome outcome = nif(bench({"--json", "-j", "1", "--set", "outer-lines", "--against", exact}));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out), set = result["sets"]["outer-lines"];
+  EXPECT_EQ(result["against"], exact);
+  check_set("outer-lines", set, 2);
+  check_rate(set["against"]);
+  EXPECT_LT(set["against"]["error"], 1e-3);
+  EXPECT_DOUBLE_EQ(set["against"]["ratio"].get<double>(),
+                   set["nif"]["mrays_per_s"].get<double>() / set["against"]["mrays_per_s"].get<double>());
+  const Outcome text = nif(bench({"-j", "1", "--set", "outer-lines", "--against", exact}));
+  EXPECT_NE(text.out.find("against " + exact), std::string::npos) << text.out;
+
+  const std::string mesh = folder_->write("other.obj", obj_text(torus(40, 24))).string();
+  const std::string other = path("other.nif");
+  ASSERT_EQ(nif({"bake", mesh, "-o", other, "--encoding", "bvh", "--rays", "0", "--quiet"}).code, 0);
+  EXPECT_EQ(nif(bench({"--against", other})).code, int(Status::mesh_mismatch));
+  for (const std::string& file : {exact, mesh, other}) std::filesystem::remove(file);
+}
+
 TEST_F(Bench, PrintsATableAndDrawsAPicture) {
   const Outcome outcome = nif(bench({"--plot", path("speed.svg")}));
   ASSERT_EQ(outcome.code, 0) << outcome.err;
