@@ -18,7 +18,7 @@ for name in check_bvh container crc32c file_memory reader; do sources+=("$root/f
 rm -f "$out"/*.o
 export root out
 # shellcheck disable=SC2016
-printf '%s\n' "${sources[@]}" | xargs -P "$(nproc)" -I{} sh -c 'aarch64-linux-gnu-g++ -std=c++20 -O2 -Wall -Wextra \
+printf '%s\n' "${sources[@]}" | xargs -P "$(nproc)" -I{} sh -c 'aarch64-linux-gnu-g++ -std=c++20 -O2 -Wall -Wextra -Wno-psabi \
   -ffp-contract=off -DNIF_HAS_SIMD -DHWY_IS_DEBUG_BUILD=0 -I"$root" -I"$root/runtime/include" -I"$root/runtime/src" \
   -I"$out" -c {} -o "$out/$(echo {} | tr / _).o"'
 aarch64-linux-gnu-g++ -static "$out"/*.o -o "$out/compare" -pthread
