@@ -124,7 +124,7 @@ if ((!quick)); then
     done
   fi
   # Threads are the runtime's: the baker's TBB and Embree are not built for the thread sanitizer.
-  if step 'build tsan' build_part tsan tests/runtime/all -DNIF_BUILD_TOOLS=OFF; then
+  if step 'build tsan' build_part tsan 'write_random_asset tests/runtime/all' -DNIF_BUILD_TOOLS=OFF; then
     step 'test tsan: runtime' run_tests build/tsan/tests/runtime || true
   fi
   if step 'build fuzz' build_part fuzz tests/fuzz/all; then

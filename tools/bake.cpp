@@ -14,6 +14,7 @@
 #include "formats/output_file.hpp"
 #include "tools/accuracy_table.hpp"
 #include "tools/command.hpp"
+#include "tools/measuring.hpp"
 #include "tools/progress.hpp"
 
 namespace nif::tools {
@@ -105,7 +106,7 @@ struct AssetBytes {
 
 AssetBytes count_bytes(std::span<const std::byte> file) {
   const format::AssetView view = format::read_asset(file, "the new asset");
-  AssetBytes bytes{file.size(), view.resident_bytes()};
+  AssetBytes bytes{file.size(), resident_bytes(file)};
   for (const format::ObjectView& object : view.objects) {
     bytes.occupancy += object.occupancy_bytes;
     bytes.features += object.feature_bytes;

@@ -8,6 +8,7 @@
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
 #include "tools/command.hpp"
+#include "tools/measuring.hpp"
 
 namespace nif::tools {
 namespace {
@@ -67,7 +68,7 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
           {"instances", std::move(instances)},
           {"bytes",
            {{"file", view.bytes.size()},
-            {"resident", view.resident_bytes()},
+            {"resident", resident_bytes(view.bytes)},
             {"occupancy", occupancy},
             {"features", features},
             {"network", networks},

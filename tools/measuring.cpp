@@ -28,6 +28,17 @@ void check(NifError error) {
               nifGetErrorMessage());
 }
 
+uint64_t resident_bytes(std::span<const std::byte> file) {
+  Device device;
+  Asset asset;
+  check(nifNewDevice(nullptr, nullptr, &device.handle));
+  check(nifLoadAssetMemory(device.handle, file.data(), file.size(), NIF_MEMORY_COPY, &asset.handle));
+  NifAssetInfo info{};
+  info.struct_size = sizeof(info);
+  check(nifGetAssetInfo(asset.handle, &info));
+  return info.resident_bytes;
+}
+
 MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
                              const std::string& configuration, Progress& progress)
     : path_(asset), configuration_(configuration) {

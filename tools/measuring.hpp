@@ -31,6 +31,9 @@ using Device = Released<NifDevice, nifReleaseDevice>;
 using Asset = Released<NifAsset, nifReleaseAsset>;
 using Scene = Released<NifScene, nifReleaseScene>;
 
+/// What the runtime keeps in memory for an asset, with the best instruction set of this machine.
+uint64_t resident_bytes(std::span<const std::byte> file);
+
 class MeasuredAsset {
  public:
   /// `configuration` is the runtime's, of a device. Throws Error(usage) where it has not what that asks for,
