@@ -63,7 +63,8 @@ indent() { sed 's/^/    /; s/ *$//'; }
     printf '\n## A circuit board, 6.9 million triangles\n\n'
     printf 'Baked with `nif bake board.ply.zst -o board.nif --resolution 256`: %s bytes. Model: made from parts of the KiCad\n' \
       "$(stat -c %s "$out/board.nif")"
-    printf 'libraries (CC-BY-SA 4.0 with exception). `nif bench board.nif --mesh board.ply.zst --set outer-lines --set\n    inner-surface -j 1 --rays 300000`\n\n'
+    printf 'libraries (CC-BY-SA 4.0 with exception).\n\n'
+    printf '`nif bench board.nif --mesh board.ply.zst --set outer-lines --set inner-surface -j 1 --rays 300000`\n\n'
     indent <"$out/board.txt"
   fi
 } >docs/results/speed.md.new
