@@ -28,7 +28,7 @@ constexpr Mix kDefaultMix{0.30, 0.35, 0.0, 0.35, 0.0};
 // What `balanced` comes to stands in docs/results/dragon.md.
 constexpr PresetRow kPresets[] = {
     {Preset::fast, "fast", {64, 8, 2, 8.0f, {32, 2}, kDefaultMix, 400, 12'000'000}},
-    {Preset::balanced, "balanced", {96, 8, 2, 8.0f, {32, 2}, kDefaultMix, 2200, 110'000'000}},
+    {Preset::balanced, "balanced", {96, 6, 2, 8.0f, {32, 2}, kDefaultMix, 2200, 110'000'000}},
     {Preset::high, "high", {128, 12, 2, 8.0f, {48, 2}, kDefaultMix, 4000, 500'000'000}},
 };
 
