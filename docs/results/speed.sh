@@ -32,7 +32,7 @@ done
 
 board=${NIF_TEST_MESHES:+$NIF_TEST_MESHES/kicad_board_6.94m.ply.zst}
 if [[ -n $board && -f $board ]]; then
-  [[ -f $out/board.nif ]] || "$nif" bake "$board" -o "$out/board.nif" --encoding segment --resolution 256 \
+  [[ -f $out/board.nif ]] || "$nif" bake "$board" -o "$out/board.nif" --encoding segment --resolution 288 \
     --rays 0 --quiet
   "$nif" bench "$out/board.nif" --mesh "$board" --set outer-lines --set inner-surface -j 1 --rays 300000 --quiet \
     >"$out/board.txt"
@@ -62,7 +62,7 @@ indent() { sed 's/^/    /; s/ *$//'; }
   done
   if [[ -f $out/board.txt ]]; then
     printf '\n## A circuit board, 6.9 million triangles\n\n'
-    printf 'Baked with `nif bake board.ply.zst -o board.nif --encoding segment --resolution 256`: %s bytes. Model: made from parts of the KiCad\n' \
+    printf 'Baked with `nif bake board.ply.zst -o board.nif --encoding segment --resolution 288`: %s bytes. Model: made from parts of the KiCad\n' \
       "$(stat -c %s "$out/board.nif")"
     printf 'libraries (CC-BY-SA 4.0 with exception).\n\n'
     printf '`nif bench board.nif --mesh board.ply.zst --set outer-lines --set inner-surface -j 1 --rays 300000`\n\n'
