@@ -1,5 +1,6 @@
 #include "kernels/cpu/segment_kernel.hpp"
 
+#include "kernels/reference/batch.hpp"
 #include "kernels/reference/segment.hpp"
 
 // AVX3_DL is AVX-512 with VNNI; plain AVX3 is for the machines before it.
@@ -36,14 +37,7 @@ static_assert(sizeof(Scratch) <= kKernelScratchBytes);
 
 HWY_NOINLINE void answer_by_reference(const PackedField& field, const SegmentBatch& batch, uint32_t ray,
                                       AnswerBatch& answers) {
-  Segment segment;
-  for (uint32_t a = 0; a < 3; ++a) {
-    segment.origin[a] = batch.origin[a][ray];
-    segment.direction[a] = batch.direction[a][ray];
-  }
-  segment.tmin = batch.tmin[ray];
-  segment.tmax = batch.tmax[ray];
-  const Answer answer = query_segment(field, segment);
+  const Answer answer = query_segment(field, segment_of(batch, ray));
   answers.logit[ray] = answer.logit;
   answers.certain[ray] = answer.certain;
 }

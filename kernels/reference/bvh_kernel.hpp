@@ -1,21 +1,10 @@
 // The `bvh` reference as an ObjectKernel: what `isa=scalar` runs.
 #pragma once
 
-#include "kernels/object_kernel.hpp"
+#include "kernels/reference/batch.hpp"
 #include "kernels/reference/bvh.hpp"
 
 namespace nif::kernels {
-
-inline Segment segment_of(const SegmentBatch& batch, uint32_t i) {
-  Segment segment;
-  for (int a = 0; a < 3; ++a) {
-    segment.origin[a] = batch.origin[a][i];
-    segment.direction[a] = batch.direction[a][i];
-  }
-  segment.tmin = batch.tmin[i];
-  segment.tmax = batch.tmax[i];
-  return segment;
-}
 
 class ReferenceBvhKernel final : public ObjectKernel {
  public:

@@ -1,7 +1,7 @@
 // The reference as an ObjectKernel: what `isa=scalar` runs.
 #pragma once
 
-#include "kernels/object_kernel.hpp"
+#include "kernels/reference/batch.hpp"
 #include "kernels/reference/segment.hpp"
 
 namespace nif::kernels {
@@ -13,14 +13,7 @@ class ReferenceSegmentKernel final : public ObjectKernel {
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void*) const override {
     for (uint32_t i = 0; i < batch.count; ++i) {
-      Segment segment;
-      for (int a = 0; a < 3; ++a) {
-        segment.origin[a] = batch.origin[a][i];
-        segment.direction[a] = batch.direction[a][i];
-      }
-      segment.tmin = batch.tmin[i];
-      segment.tmax = batch.tmax[i];
-      const Answer answer = query_segment(field_, segment);
+      const Answer answer = query_segment(field_, segment_of(batch, i));
       answers.logit[i] = answer.logit;
       answers.certain[i] = answer.certain;
     }

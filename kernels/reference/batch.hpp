@@ -1,0 +1,21 @@
+// One segment of a batch, as the scalar code takes it.
+#pragma once
+
+#include "kernels/object_kernel.hpp"
+#include "kernels/reference/walk.hpp"
+
+namespace nif::kernels {
+
+/// i < batch.count.
+inline Segment segment_of(const SegmentBatch& batch, uint32_t i) {
+  Segment segment;
+  for (int a = 0; a < 3; ++a) {
+    segment.origin[a] = batch.origin[a][i];
+    segment.direction[a] = batch.direction[a][i];
+  }
+  segment.tmin = batch.tmin[i];
+  segment.tmax = batch.tmax[i];
+  return segment;
+}
+
+}  // namespace nif::kernels
