@@ -2,23 +2,25 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <atomic>
+#include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 namespace nif::test {
 
 class TempDir {
  public:
   TempDir() {
-    static std::atomic<unsigned> count{0};
-    path_ = std::filesystem::temp_directory_path() /
-            ("nif-test-" + std::to_string(::getpid()) + "-" + std::to_string(count++));
-    std::filesystem::create_directories(path_);
+    // A name nobody has: a folder that a killed test left behind must not be taken for a new one.
+    std::string name = (std::filesystem::temp_directory_path() / "nif-test-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr)
+      throw std::system_error(errno, std::generic_category(), "no temporary folder " + name);
+    path_ = name;
   }
   ~TempDir() {
     std::error_code ignored;
