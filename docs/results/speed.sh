@@ -28,11 +28,11 @@ done
 for isa in "${isas[@]}"; do
   "$nif" bench "$asset" --mesh "$mesh" --isa "$isa" -j 1 --rays 300000 --quiet >"$out/dragon_$isa.txt"
 done
-"$nif" bench "$asset" --mesh "$mesh" --rays 500000 --plot docs/results/speed.svg --quiet >"$out/dragon.txt"
+"$nif" bench "$asset" --mesh "$mesh" --rays 1000000 --plot docs/results/speed.svg --quiet >"$out/dragon.txt"
 
 board=${NIF_TEST_MESHES:+$NIF_TEST_MESHES/kicad_board_6.94m.ply.zst}
 if [[ -n $board && -f $board ]]; then
-  [[ -f $out/board.nif ]] || "$nif" bake "$board" -o "$out/board.nif" --encoding segment --resolution 288 \
+  [[ -f $out/board.nif ]] || "$nif" bake "$board" -o "$out/board.nif" --encoding segment --resolution 224 \
     --rays 0 --quiet
   "$nif" bench "$out/board.nif" --mesh "$board" --set outer-lines --set inner-surface -j 1 --rays 300000 --quiet \
     >"$out/board.txt"
@@ -46,7 +46,7 @@ indent() { sed 's/^/    /; s/ *$//'; }
   printf 'Other programs may have run beside it; [benchmark.md](../benchmark.md) says how it is measured, and\n'
   printf '[cpu-kernels.md](cpu-kernels.md) what the kernels do.\n\n'
   printf 'Model: the Stanford dragon, Stanford University Computer Graphics Laboratory, preset `balanced`.\n\n'
-  printf '## `nif bench dragon.nif --mesh dragon.ply.gz --rays 500000`\n\n'
+  printf '## `nif bench dragon.nif --mesh dragon.ply.gz --rays 1000000`\n\n'
   indent <"$out/dragon.txt"
   printf '\n![Speed against bytes](speed.svg)\n'
   for isa in "${isas[@]}"; do
@@ -62,7 +62,7 @@ indent() { sed 's/^/    /; s/ *$//'; }
   done
   if [[ -f $out/board.txt ]]; then
     printf '\n## A circuit board, 6.9 million triangles\n\n'
-    printf 'Baked with `nif bake board.ply.zst -o board.nif --encoding segment --resolution 288`: %s bytes. Model: made from parts of the KiCad\n' \
+    printf 'Baked with `nif bake board.ply.zst -o board.nif --encoding segment --resolution 224`: %s bytes. Model: made from parts of the KiCad\n' \
       "$(stat -c %s "$out/board.nif")"
     printf 'libraries (CC-BY-SA 4.0 with exception).\n\n'
     printf '`nif bench board.nif --mesh board.ply.zst --set outer-lines --set inner-surface -j 1 --rays 300000`\n\n'

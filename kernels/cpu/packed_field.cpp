@@ -30,12 +30,19 @@ void copy_network(Network& network, std::pmr::vector<std::byte>& to) {
   }
 }
 
+uint32_t walk_tables(const SegmentField& field, const FeatureGrid& corners, size_t ample_bytes) {
+  return WalkGrid::can_hold(field, 2) &&
+                 WalkGrid::bytes_of(field, 2) + corners.resident_bytes() <= ample_bytes
+             ? 2
+             : 1;
+}
+
 }  // namespace
 
-PackedField::PackedField(const SegmentField& field, std::pmr::memory_resource* memory)
+PackedField::PackedField(const SegmentField& field, size_t ample_bytes, std::pmr::memory_resource* memory)
     : SegmentField(field),
-      walk(field, memory),
       corners_by_brick(field, memory),
+      walk(field, walk_tables(field, corners_by_brick, ample_bytes), memory),
       network_memory(memory),
       reads_field(!corners_by_brick.complete) {
   copy_network(network, network_memory);

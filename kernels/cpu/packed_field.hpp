@@ -13,11 +13,12 @@ namespace nif::kernels::cpu {
 
 /// What it derives from points to its own network, and to nothing else unless it reads the asset's field.
 struct PackedField : SegmentField {
-  /// The field needs at most kMaxGridVoxels voxels, and must outlive this where reads_field.
-  PackedField(const SegmentField& field, std::pmr::memory_resource* memory);
+  /// WalkGrid must be able to hold the field, which must outlive this where reads_field. Memory that would
+  /// make queries faster is taken only where all of it stays below so many bytes.
+  PackedField(const SegmentField& field, size_t ample_bytes, std::pmr::memory_resource* memory);
 
-  WalkGrid walk;
   FeatureGrid corners_by_brick;
+  WalkGrid walk;
   std::pmr::vector<std::byte> network_memory;
   bool reads_field;  ///< where corners_by_brick is not complete
 

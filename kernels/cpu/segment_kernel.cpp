@@ -129,8 +129,9 @@ AnswerSegments kernel_for(Isa isa) {
 
 bool available(Isa isa) { return kernel_for(isa) != nullptr; }
 
-SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, Isa isa, std::pmr::memory_resource* memory)
-    : field_(field, memory), answer_(kernel_for(isa)) {}
+SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, size_t ample_bytes, Isa isa,
+                                     std::pmr::memory_resource* memory)
+    : field_(field, ample_bytes, memory), answer_(kernel_for(isa)) {}
 
 void SimdSegmentKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(field_, batch, answers, scratch);

@@ -16,8 +16,9 @@ bool available(Isa isa);
 
 class SimdSegmentKernel final : public ObjectKernel {
  public:
-  /// The field must have at most kMaxGridVoxels voxels, and the machine must have `isa`.
-  SimdSegmentKernel(const SegmentField& field, Isa isa, std::pmr::memory_resource* memory);
+  /// As PackedField; the machine must have `isa`.
+  SimdSegmentKernel(const SegmentField& field, size_t ample_bytes, Isa isa,
+                    std::pmr::memory_resource* memory);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
   size_t resident_bytes() const override { return field_.resident_bytes(); }

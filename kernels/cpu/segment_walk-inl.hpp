@@ -126,7 +126,7 @@ class Walker {
         open_(open),
         hard_(hard) {
     for (uint32_t octant = 0; octant < 8; ++octant) {
-      strides_[3][octant] = 0;
+      strides_[3][octant] = (octant >> grid.axis) & 1 ? float(grid.second) : 0.0f;
       for (uint32_t a = 0; a < 3; ++a) {
         const bool negative = (octant >> a) & 1;
         strides_[a][octant] = negative ? -grid.stride[a] : grid.stride[a];

@@ -121,7 +121,8 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
       object.aabb_max[a] = object.origin[a] + static_cast<float>(object.voxels[a]) / object.voxels_per_unit;
     }
     object.bias = 1e-3f * (object.aabb_max[0] - object.aabb_min[0]);
-    object.triangles = 100 + random.below(1000);
+    // Every other object stands for a mesh so large that kernels may take memory to be faster.
+    object.triangles = (i % 2 == 0 ? 100 : 10'000'000) + random.below(1000);
     object.features_per_corner =
         options.features ? options.features : 1 + random.below(kernels::kMaxFeatures);
     object.samples = 4 * (1 + random.below(3));
