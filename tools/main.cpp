@@ -14,7 +14,7 @@ namespace nif::tools {
 namespace {
 
 constexpr const char* kExitCodes =
-    "Exit codes: 0 done, 1 internal error, 2 wrong options, 10-22 an input file that cannot be used, 30-34 "
+    "Exit codes: 0 done, 1 internal error, 2 wrong options, 10-24 an input file that cannot be used, 30-34 "
     "an asset\n"
     "that cannot be used, 40-41 an output that cannot be written, 50-52 a bake that failed, 130 "
     "interrupted.\n"
@@ -30,12 +30,14 @@ int run(int argc, char** argv) {
                          "  nif bake dragon.ply -o dragon.nif\n"
                          "  nif eval dragon.nif --mesh dragon.ply\n"
                          "  nif bench dragon.nif --mesh dragon.ply\n"
-                         "  nif info dragon.nif\n\n") +
+                         "  nif info dragon.nif\n"
+                         "  nif render scene.toml -o pictures\n\n") +
              kExitCodes);
   add_bake(app);
   add_bench(app);
   add_eval(app);
   add_info(app);
+  add_render(app);
 
   // The command line is handed over reversed, as CLI11 wants it.
   std::vector<std::string> arguments(argv + 1, argv + argc);
@@ -47,9 +49,9 @@ int run(int argc, char** argv) {
   if (!arguments.empty() && !arguments[0].starts_with('-') &&
       std::none_of(subcommands.begin(), subcommands.end(),
                    [&](CLI::App* command) { return command->check_name(arguments[0]); })) {
-    throw Error(
-        Status::usage,
-        fmt::format("there is no subcommand '{}'; there are bake, bench, eval and info", arguments[0]));
+    throw Error(Status::usage,
+                fmt::format("there is no subcommand '{}'; there are bake, bench, eval, info and render",
+                            arguments[0]));
   }
   std::reverse(arguments.begin(), arguments.end());
   try {

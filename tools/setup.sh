@@ -23,6 +23,10 @@ build   libzstd-dev           meshes compressed as .zst
 build   libxxhash-dev         hash of the source mesh, kept in the asset
 build   libfmt-dev            text output
 build   libcli11-dev          command line of the nif program
+build   libtomlplusplus-dev   scene files of nif render
+build   libpng-dev            pictures
+build   libopenexr-dev        pictures and environment maps
+build   libstb-dev            environment maps, .hdr
 sample  jq                    samples/run.sh reads the JSON that nif prints
 check   libgtest-dev          tests
 check   libcgal-dev           tests: an oracle of rays that is independent of Embree (NIF_WITH_CGAL)

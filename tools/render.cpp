@@ -1,0 +1,266 @@
+// `nif render`: pictures of a scene whose shadow rays Embree answers, and assets answer, side by side.
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "formats/status.hpp"
+#include "tools/command.hpp"
+#include "tools/progress.hpp"
+#include "tools/render/picture_error.hpp"
+#include "tools/render/renderer.hpp"
+#include "tools/render/scene_file.hpp"
+
+namespace nif::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using render::Image;
+using render::Mode;
+using Json = nlohmann::ordered_json;
+
+struct Arguments {
+  std::string scene, folder;
+  std::vector<std::string> cameras;
+  std::optional<uint32_t> samples, width, height, bounces;
+  std::optional<uint64_t> seed;
+  double confidence = 0.9;
+  uint32_t threads = 0;
+  std::string isa = "auto";
+  bool exr = false, json = false, quiet = false;
+};
+
+/// What stands in a picture of the assets' answers, beside the reference's.
+struct PictureError {
+  Mode mode;
+  double psnr, ssim;
+};
+
+struct CameraResult {
+  std::string name;
+  render::ShadowRays shadow_rays;
+  std::vector<PictureError> errors;
+  double seconds = 0;
+};
+
+void override_picture(const Arguments& arguments, render::PictureDescription& picture) {
+  picture.samples = arguments.samples.value_or(picture.samples);
+  picture.width = arguments.width.value_or(picture.width);
+  picture.height = arguments.height.value_or(picture.height);
+  picture.bounces = arguments.bounces.value_or(picture.bounces);
+  picture.seed = arguments.seed.value_or(picture.seed);
+}
+
+void keep_cameras(const Arguments& arguments, render::SceneDescription& scene) {
+  if (arguments.cameras.empty()) return;
+  std::vector<render::CameraDescription> kept;
+  for (const std::string& name : arguments.cameras) {
+    const auto found =
+        std::find_if(scene.cameras.begin(), scene.cameras.end(),
+                     [&](const render::CameraDescription& camera) { return camera.name == name; });
+    if (found == scene.cameras.end()) {
+      std::string names;
+      for (const auto& camera : scene.cameras) names += (names.empty() ? "" : ", ") + camera.name;
+      throw Error(Status::usage,
+                  fmt::format("--camera: {} has no camera '{}'; there are {}", scene.file, name, names));
+    }
+    kept.push_back(*found);
+  }
+  scene.cameras = std::move(kept);
+}
+
+/// The folder that pictures go to; made where only its last part is missing.
+void make_folder(const std::string& folder) {
+  const fs::path path(folder);
+  std::error_code error;
+  if (fs::is_directory(path, error)) return;
+  const fs::path parent = fs::absolute(path).lexically_normal().parent_path();
+  if (fs::exists(path, error)) throw Error(Status::output_not_writable, folder + ": is no folder");
+  if (!fs::is_directory(parent, error))
+    throw Error(Status::output_folder_missing,
+                fmt::format("{}: the folder {} does not exist", folder, parent.string()));
+  if (!fs::create_directory(path, error) && error)
+    throw Error(Status::output_not_writable, fmt::format("{}: cannot be made: {}", folder, error.message()));
+}
+
+/// Writes what there is and returns how much each picture differs from the reference.
+std::vector<PictureError> write_pictures(const Arguments& arguments, const std::string& camera,
+                                         const render::Rendering& rendering, bool last) {
+  const auto path = [&](const std::string& what) {
+    return (fs::path(arguments.folder) / fmt::format("{}-{}", camera, what)).string();
+  };
+  std::array<Image, render::kModes.size()> shown;
+  std::vector<PictureError> errors;
+  const Image& reference = shown[size_t(Mode::reference)];
+  for (const Mode mode : render::kModes) {
+    const Image& linear = rendering.images[size_t(mode)];
+    if (linear.values.empty()) continue;
+    shown[size_t(mode)] = render::srgb_encoded(linear);
+    render::write_png(path(fmt::format("{}.png", name_of(mode))), shown[size_t(mode)]);
+    if (!last) continue;
+    if (arguments.exr) render::write_exr(path(fmt::format("{}.exr", name_of(mode))), linear);
+    if (mode != Mode::reference)
+      errors.push_back(
+          {mode, render::psnr(reference, shown[size_t(mode)]), render::ssim(reference, shown[size_t(mode)])});
+  }
+  if (last && !errors.empty()) {
+    const Image& learned = shown[size_t(Mode::probability)];
+    const Image error = render::difference(reference, learned, 3);
+    render::write_png(path("error.png"), error);
+    render::write_png(path("compare.png"), render::side_by_side({&reference, &learned, &error}));
+  }
+  return errors;
+}
+
+double mrays_per_s(uint64_t rays, double seconds) { return seconds > 0 ? double(rays) / seconds / 1e6 : 0; }
+
+void print_table(const std::vector<CameraResult>& results, const render::World& world, double exposure) {
+  fmt::print("{} triangles", world.triangles());
+  if (world.has_assets())
+    fmt::print("; assets {}, {} in memory", format_bytes(double(world.asset_bytes())),
+               format_bytes(double(world.resident_bytes())));
+  fmt::print("; exposure {:.4g}\n\n", exposure);
+  if (!world.has_assets()) {
+    fmt::print("{:16} {:>12} {:>10} {:>9}\n", "camera", "shadow rays", "Mrays/s", "seconds");
+    for (const CameraResult& result : results)
+      fmt::print("{:16} {:>12} {:>10.2f} {:>9.1f}\n", result.name, result.shadow_rays.rays,
+                 mrays_per_s(result.shadow_rays.rays, result.shadow_rays.embree_seconds), result.seconds);
+    return;
+  }
+  fmt::print("{:16} {:>24} {:>24} {:>24}   {:>11} {:>8} {:>8} {:>8} {:>9}\n", "", "bits", "probability",
+             "hybrid", "", "", "", "", "seconds");
+  fmt::print("{:16}", "camera");
+  for (int i = 0; i < 3; ++i) fmt::print(" {:>14} {:>9}", "PSNR", "SSIM");
+  fmt::print("   {:>11} {:>8} {:>8} {:>8} {:>9}\n", "shadow rays", "wrong", "certain", "exact", "in all");
+  for (const CameraResult& result : results) {
+    const render::ShadowRays& rays = result.shadow_rays;
+    const double percent = rays.rays ? 100.0 / double(rays.rays) : 0;
+    fmt::print("{:16}", result.name);
+    for (const PictureError& error : result.errors)
+      fmt::print(" {:>11.2f} dB {:>9.5f}", error.psnr, error.ssim);
+    fmt::print("   {:>11} {:>7.3f}% {:>7.1f}% {:>7.1f}% {:>9.1f}\n", rays.rays,
+               percent * double(rays.leak + rays.spurious), percent * double(rays.certain),
+               percent * double(rays.exact), result.seconds);
+  }
+}
+
+Json to_json(const std::vector<CameraResult>& results, const Arguments& arguments, const render::World& world,
+             const render::PictureDescription& picture, double exposure) {
+  Json json{{"schema", "nifkit.render/1"},
+            {"file", arguments.scene},
+            {"triangles", world.triangles()},
+            {"bytes", {{"file", world.asset_bytes()}, {"resident", world.resident_bytes()}}},
+            {"width", picture.width},
+            {"height", picture.height},
+            {"samples", picture.samples},
+            {"exposure", exposure},
+            {"cameras", Json::object()}};
+  for (const CameraResult& result : results) {
+    const render::ShadowRays& rays = result.shadow_rays;
+    const double each = rays.rays ? 1 / double(rays.rays) : 0;
+    Json camera{{"shadow_rays", rays.rays},
+                {"seconds", result.seconds},
+                {"embree_mrays_per_s", mrays_per_s(rays.rays, rays.embree_seconds)}};
+    if (!result.errors.empty()) {
+      camera["nif_mrays_per_s"] = mrays_per_s(rays.rays, rays.asset_seconds + rays.beside_seconds);
+      camera["error"] = double(rays.leak + rays.spurious) * each;
+      camera["leak"] = double(rays.leak) * each;
+      camera["spurious"] = double(rays.spurious) * each;
+      camera["certain"] = double(rays.certain) * each;
+      camera["exact"] = double(rays.exact) * each;
+      for (const PictureError& error : result.errors)  // equal pictures: JSON has no infinity
+        camera["pictures"][name_of(error.mode)] = {
+            {"psnr", std::isfinite(error.psnr) ? Json(error.psnr) : Json(nullptr)}, {"ssim", error.ssim}};
+    }
+    json["cameras"][result.name] = std::move(camera);
+  }
+  return json;
+}
+
+void run(const Arguments& arguments) {
+  const std::atomic<bool>& cancel = interruption();
+  limit_threads(arguments.threads);
+  render::SceneDescription scene = render::read_scene(arguments.scene);
+  override_picture(arguments, scene.picture);
+  keep_cameras(arguments, scene);
+  make_folder(arguments.folder);
+  Progress progress(arguments.quiet);
+  const int threads = tbb::this_task_arena::max_concurrency();
+  const render::Lighting lighting(scene);
+  const render::World world(scene, fmt::format("isa={},queries={}", arguments.isa, threads), progress);
+  const double exposure = render::find_exposure(scene, world, lighting);
+
+  std::vector<CameraResult> results;
+  for (size_t i = 0; i < scene.cameras.size(); ++i) {
+    using Clock = std::chrono::steady_clock;
+    const auto start = Clock::now();
+    auto written = start;
+    const render::CameraDescription& about = scene.cameras[i];
+    const render::PictureDescription& picture = scene.picture;
+    const render::Camera camera =
+        render::place_camera(about, world.box(), scene.up, picture.width, picture.height);
+    const auto show = [&](double fraction, const std::function<render::Rendering()>& so_far) {
+      progress.update((double(i) + fraction) / double(scene.cameras.size()), "rendering " + about.name);
+      // Long pictures can be looked at while they are made.
+      constexpr auto kBetweenPictures = std::chrono::seconds(5);
+      if (fraction < 1 && Clock::now() - written >= kBetweenPictures) {
+        write_pictures(arguments, about.name, so_far(), false);
+        written = Clock::now();
+      }
+    };
+    const render::Rendering rendering =
+        render::render(world, lighting, camera, {picture, exposure, arguments.confidence}, show, cancel);
+    CameraResult result{about.name, rendering.shadow_rays,
+                        write_pictures(arguments, about.name, rendering, true), 0};
+    result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    results.push_back(std::move(result));
+  }
+  progress.finish();
+  if (arguments.json)
+    fmt::print("{}\n", to_json(results, arguments, world, scene.picture, exposure).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  else if (!arguments.quiet)
+    print_table(results, world, exposure);
+}
+
+}  // namespace
+
+void add_render(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("render", "Render a scene with assets and with Embree, and compare the pictures");
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  command->add_option("SCENE", a.scene, "A scene in TOML: objects, lights, cameras (docs/rendering.md)")
+      ->required();
+  command->add_option("-o,--output", a.folder, "Folder for the pictures; made where it is missing")
+      ->required();
+  command->add_option("--camera", a.cameras, "Only the cameras of these names");
+  command->add_option("--samples", a.samples, "Rays through each pixel, in place of the scene's")
+      ->check(CLI::Range(1u, render::kMaxPictureSamples));
+  command->add_option("--width", a.width, "Pixels, in place of the scene's")
+      ->check(CLI::Range(1u, render::kMaxPictureSide));
+  command->add_option("--height", a.height, "Pixels, in place of the scene's")
+      ->check(CLI::Range(1u, render::kMaxPictureSide));
+  command->add_option("--bounces", a.bounces, "Diffuse bounces, in place of the scene's")
+      ->check(CLI::Range(0u, render::kMaxBounces));
+  command->add_option("--seed", a.seed, "Start of all random numbers, in place of the scene's");
+  command
+      ->add_option(
+          "--confidence", a.confidence,
+          "What a hybrid picture trusts assets from, 0.5 to 1: where they are less sure, Embree answers")
+      ->capture_default_str()
+      ->check(CLI::Range(0.5, 1.0));
+  command
+      ->add_option("--isa", a.isa, "Instruction set of the runtime: auto, scalar, sse4, avx2, avx512, neon")
+      ->capture_default_str();
+  command->add_option("-j,--threads", a.threads, "Threads; 0: all. The pictures are the same for any number")
+      ->capture_default_str();
+  command->add_flag("--exr", a.exr, "Write linear pictures too, as OpenEXR");
+  command->add_flag("--json", a.json, "Print the results as one JSON object (nifkit.render/1)");
+  command->add_flag("--quiet", a.quiet, "No progress, no table");
+  command->footer("Example: nif render scene.toml -o pictures --samples 64");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace nif::tools

@@ -1,0 +1,25 @@
+// A pinhole camera.
+#pragma once
+
+#include "bake/voxelize.hpp"
+#include "tools/render/scene.hpp"
+
+namespace nif::render {
+
+struct Camera {
+  Double3 position;
+  Double3 forward;      ///< unit length
+  Double3 right, down;  ///< from the picture's middle to its edges, at a distance of 1
+
+  /// Through the point x, y of the picture, 0..1 each from its upper left corner; unit length.
+  Double3 direction(double x, double y) const {
+    const Double3 d = forward + right * (2 * x - 1) + down * (2 * y - 1);
+    return d * (1 / bake::length(d));
+  }
+};
+
+/// Places a camera about the objects' box, which an orbit needs; `up` is an axis.
+Camera place_camera(const CameraDescription& camera, const bake::Box& box, int up, uint32_t width,
+                    uint32_t height);
+
+}  // namespace nif::render

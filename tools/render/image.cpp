@@ -1,0 +1,184 @@
+// PNG by libpng, OpenEXR by its own library, Radiance's .hdr by stb.
+#include "tools/render/image.hpp"
+
+#include <ImathBox.h>
+#include <ImfArray.h>
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <png.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <span>
+
+#include "formats/mesh/file_bytes.hpp"
+#include "formats/output_file.hpp"
+#include "formats/status.hpp"
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_HDR
+#define STBI_NO_STDIO
+#include <stb/stb_image.h>
+#pragma GCC diagnostic pop
+
+namespace nif::render {
+namespace {
+
+constexpr int kMaxSide = 16384;
+
+/// OpenEXR writes into memory, so that a file is there as a whole or not at all.
+class MemoryStream : public Imf::OStream {
+ public:
+  MemoryStream() : Imf::OStream("memory") {}
+  void write(const char bytes[], int count) override {
+    if (at_ + size_t(count) > bytes_.size()) bytes_.resize(at_ + size_t(count));
+    std::memcpy(bytes_.data() + at_, bytes, size_t(count));
+    at_ += size_t(count);
+  }
+  uint64_t tellp() override { return at_; }
+  void seekp(uint64_t position) override { at_ = position; }
+  std::span<const std::byte> bytes() const { return std::as_bytes(std::span(bytes_)); }
+
+ private:
+  std::vector<char> bytes_;
+  size_t at_ = 0;
+};
+
+class MemorySource : public Imf::IStream {
+ public:
+  MemorySource(const char* name, std::string_view bytes) : Imf::IStream(name), bytes_(bytes) {}
+  bool read(char to[], int count) override {
+    if (count < 0 || uint64_t(count) > bytes_.size() - std::min<uint64_t>(at_, bytes_.size()))
+      throw Iex::InputExc("the file ends too early");
+    std::memcpy(to, bytes_.data() + at_, size_t(count));
+    at_ += uint64_t(count);
+    return at_ < bytes_.size();
+  }
+  uint64_t tellg() override { return at_; }
+  void seekg(uint64_t position) override { at_ = position; }
+
+ private:
+  std::string_view bytes_;
+  uint64_t at_ = 0;
+};
+
+[[noreturn]] void no_image(const std::string& path, const std::string& why) {
+  throw Error(Status::not_an_image, path + ": " + why);
+}
+
+Image read_exr(const std::string& path, std::string_view bytes) {
+  try {
+    Imf::Header::setMaxImageSize(kMaxSide, kMaxSide);
+    MemorySource source(path.c_str(), bytes);
+    Imf::InputFile file(source, 1);
+    const Imath::Box2i window = file.header().dataWindow();
+    const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
+    for (const char* channel : {"R", "G", "B"})
+      if (file.header().channels().findChannel(channel) == nullptr)
+        no_image(path, std::string("has no channel ") + channel);
+    Image image{uint32_t(width), uint32_t(height)};
+    Imf::FrameBuffer frame;
+    const size_t pixel = 3 * sizeof(float), row = pixel * size_t(width);
+    for (size_t c = 0; c < 3; ++c)
+      frame.insert(std::string(1, "RGB"[c]),
+                   Imf::Slice::Make(Imf::FLOAT, image.values.data() + c, window, pixel, row));
+    file.setFrameBuffer(frame);
+    file.readPixels(window.min.y, window.max.y);
+    return image;
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& problem) {
+    no_image(path, std::string("is no OpenEXR picture that can be read: ") + problem.what());
+  }
+}
+
+Image read_hdr(const std::string& path, std::string_view bytes) {
+  const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
+  int width = 0, height = 0, channels = 0;
+  if (bytes.size() > 0x7fffffff ||
+      !stbi_info_from_memory(data, int(bytes.size()), &width, &height, &channels))
+    no_image(path, "is no Radiance picture");
+  if (width > kMaxSide || height > kMaxSide) no_image(path, "is larger than 16,384 x 16,384 pixels");
+  float* values = stbi_loadf_from_memory(data, int(bytes.size()), &width, &height, &channels, 3);
+  if (values == nullptr)
+    no_image(path, std::string("is no Radiance picture that can be read: ") + stbi_failure_reason());
+  Image image{uint32_t(width), uint32_t(height)};
+  std::copy_n(values, image.values.size(), image.values.begin());
+  stbi_image_free(values);
+  return image;
+}
+
+}  // namespace
+
+float srgb_encode(float linear) {
+  const float x = std::clamp(linear, 0.0f, 1.0f);
+  return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
+}
+
+float srgb_decode(float encoded) {
+  return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
+Image srgb_encoded(const Image& linear) {
+  Image encoded = linear;
+  for (float& value : encoded.values) value = srgb_encode(value);
+  return encoded;
+}
+
+void write_png(const std::string& path, const Image& encoded) {
+  std::vector<uint8_t> bytes(encoded.values.size());
+  std::transform(encoded.values.begin(), encoded.values.end(), bytes.begin(),
+                 [](float value) { return uint8_t(std::lround(255 * std::clamp(value, 0.0f, 1.0f))); });
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = encoded.width;
+  png.height = encoded.height;
+  png.format = PNG_FORMAT_RGB;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+  std::vector<std::byte> file(size);
+  if (!png_image_write_to_memory(&png, file.data(), &size, 0, bytes.data(), 0, nullptr))
+    throw Error(Status::internal, path + ": libpng failed: " + png.message);
+  write_output(path, std::span(file).first(size));
+}
+
+void write_exr(const std::string& path, const Image& linear) {
+  Imf::Header header(int(linear.width), int(linear.height));
+  header.compression() = Imf::ZIP_COMPRESSION;
+  Imf::FrameBuffer frame;
+  for (size_t c = 0; c < 3; ++c) {
+    const std::string name(1, "RGB"[c]);
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    auto* base = reinterpret_cast<char*>(const_cast<float*>(linear.values.data() + c));
+    frame.insert(name, Imf::Slice(Imf::FLOAT, base, 3 * sizeof(float), 3 * sizeof(float) * linear.width));
+  }
+  MemoryStream stream;
+  {
+    Imf::OutputFile file(stream, header, 1);
+    file.setFrameBuffer(frame);
+    file.writePixels(int(linear.height));
+  }
+  write_output(path, stream.bytes());
+}
+
+Image read_environment(const std::string& path) {
+  const mesh::detail::ByteBuffer bytes = mesh::detail::load_file(path, uint64_t{4} << 30);
+  const std::string_view view = bytes.view();
+  Image image = view.starts_with("\x76\x2f\x31\x01") ? read_exr(path, view)
+                : view.starts_with("#?")
+                    ? read_hdr(path, view)
+                    : (no_image(path, "is neither an OpenEXR nor a Radiance picture"), Image());
+  for (const float value : image.values)
+    if (!(value >= 0 && value <= 1e30f)) no_image(path, "has values that are negative or not finite");
+  return image;
+}
+
+}  // namespace nif::render

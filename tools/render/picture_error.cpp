@@ -1,0 +1,99 @@
+#include "tools/render/picture_error.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace nif::render {
+namespace {
+
+using Plane = std::vector<double>;
+
+constexpr int kRadius = 5;
+
+/// Convolved with the window in both directions; weights are scaled where some of it lies outside.
+Plane blurred(const Plane& plane, int width, int height) {
+  std::array<double, 2 * kRadius + 1> window;
+  for (int k = -kRadius; k <= kRadius; ++k) window[size_t(k + kRadius)] = std::exp(-k * k / (2 * 1.5 * 1.5));
+  const auto pass = [&](const Plane& from, int length, int lines, int step, int line_step) {
+    Plane to(from.size());
+    for (int line = 0; line < lines; ++line)
+      for (int i = 0; i < length; ++i) {
+        double sum = 0, weight = 0;
+        for (int k = std::max(-kRadius, -i); k <= std::min(kRadius, length - 1 - i); ++k) {
+          const double w = window[size_t(k + kRadius)];
+          sum += w * from[size_t(line) * size_t(line_step) + size_t(i + k) * size_t(step)];
+          weight += w;
+        }
+        to[size_t(line) * size_t(line_step) + size_t(i) * size_t(step)] = sum / weight;
+      }
+    return to;
+  };
+  return pass(pass(plane, width, height, 1, width), height, width, width, 1);
+}
+
+Plane luma(const Image& image) {
+  Plane plane(size_t(image.width) * image.height);
+  for (size_t i = 0; i < plane.size(); ++i) {
+    const float* rgb = &image.values[3 * i];
+    plane[i] = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+  }
+  return plane;
+}
+
+Plane product(const Plane& a, const Plane& b) {
+  Plane out(a.size());
+  std::transform(a.begin(), a.end(), b.begin(), out.begin(), [](double x, double y) { return x * y; });
+  return out;
+}
+
+}  // namespace
+
+double psnr(const Image& a, const Image& b) {
+  double sum = 0;
+  for (size_t i = 0; i < a.values.size(); ++i) {
+    const double d = double(a.values[i]) - double(b.values[i]);
+    sum += d * d;
+  }
+  return sum > 0 ? 10 * std::log10(double(a.values.size()) / sum) : std::numeric_limits<double>::infinity();
+}
+
+double ssim(const Image& a, const Image& b) {
+  const int width = int(a.width), height = int(a.height);
+  const Plane x = luma(a), y = luma(b);
+  const Plane mean_x = blurred(x, width, height), mean_y = blurred(y, width, height);
+  const Plane xx = blurred(product(x, x), width, height), yy = blurred(product(y, y), width, height),
+              xy = blurred(product(x, y), width, height);
+  constexpr double c1 = 0.01 * 0.01, c2 = 0.03 * 0.03;
+  double sum = 0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    const double mx = mean_x[i], my = mean_y[i];
+    const double vx = xx[i] - mx * mx, vy = yy[i] - my * my, cov = xy[i] - mx * my;
+    sum += (2 * mx * my + c1) * (2 * cov + c2) / ((mx * mx + my * my + c1) * (vx + vy + c2));
+  }
+  return sum / double(x.size());
+}
+
+Image difference(const Image& a, const Image& b, float factor) {
+  Image out(a.width, a.height);
+  for (size_t i = 0; i < out.values.size(); ++i) out.values[i] = factor * std::abs(a.values[i] - b.values[i]);
+  return out;
+}
+
+Image side_by_side(const std::vector<const Image*>& images) {
+  constexpr uint32_t kGap = 4;
+  uint32_t width = uint32_t(images.size() - 1) * kGap;
+  for (const Image* image : images) width += image->width;
+  Image out(width, images[0]->height);
+  std::fill(out.values.begin(), out.values.end(), 1.0f);
+  uint32_t left = 0;
+  for (const Image* image : images) {
+    for (uint32_t y = 0; y < image->height; ++y)
+      std::copy_n(image->at(0, y), 3 * size_t(image->width), out.at(left, y));
+    left += image->width + kGap;
+  }
+  return out;
+}
+
+}  // namespace nif::render

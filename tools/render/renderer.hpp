@@ -1,0 +1,62 @@
+// Renders one camera's picture with direct light (and diffuse bounces), by several answers to the same shadow
+// rays.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <functional>
+
+#include "tools/render/camera.hpp"
+#include "tools/render/image.hpp"
+#include "tools/render/lighting.hpp"
+#include "tools/render/world.hpp"
+
+namespace nif::render {
+
+/// Who answers the shadow rays.
+enum class Mode {
+  reference,    ///< Embree
+  bits,         ///< assets, visible or occluded
+  probability,  ///< assets, a light's share by the probability that it is visible
+  hybrid,       ///< assets where they are sure, else Embree
+};
+inline constexpr std::array kModes{Mode::reference, Mode::bits, Mode::probability, Mode::hybrid};
+const char* name_of(Mode mode);
+
+/// What the shadow rays of a picture came to. Seconds are summed over threads.
+struct ShadowRays {
+  uint64_t rays = 0;
+  uint64_t leak = 0, spurious = 0;  ///< by bits: occluded called visible, and the other way round
+  uint64_t certain = 0;
+  uint64_t exact = 0;  ///< those that hybrid leaves to Embree
+  double embree_seconds = 0;
+  double asset_seconds = 0, beside_seconds = 0;  ///< the assets, and Embree for what has none
+  ShadowRays& operator+=(const ShadowRays& other);
+};
+
+struct Rendering {
+  std::array<Image, kModes.size()>
+      images;  ///< by Mode, linear, exposed; empty but for the reference without assets
+  ShadowRays shadow_rays;
+};
+
+struct RenderOptions {
+  PictureDescription picture;
+  double exposure = 1;
+  double confidence = 0.9;  ///< hybrid trusts an answer with max(p, 1 - p) of at least this
+};
+
+/// Called between passes, from the calling thread, with the picture so far; `fraction` of the samples are
+/// done.
+using RenderCallback = std::function<void(double fraction, const std::function<Rendering()>& so_far)>;
+
+/// The factor on radiance that shows unshadowed ground in the middle of the scene at picture.ground_level, or
+/// picture.exposure.
+double find_exposure(const SceneDescription& scene, const World& world, const Lighting& lighting);
+
+/// The same for any number of threads. Throws Error(interrupted) once `cancel` is set.
+Rendering render(const World& world, const Lighting& lighting, const Camera& camera,
+                 const RenderOptions& options, const RenderCallback& callback,
+                 const std::atomic<bool>& cancel);
+
+}  // namespace nif::render

@@ -1,0 +1,98 @@
+// What is to be rendered: objects, lights, cameras and the picture, as a scene file describes them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "bake/vector.hpp"
+#include "formats/mesh/scene.hpp"
+
+namespace nif::render {
+
+using bake::Double3;
+using Colour = Double3;  ///< linear RGB with the primaries of sRGB
+
+/// A mesh file, placed; with an asset, what that says stands beside Embree's answers.
+struct ObjectDescription {
+  std::string mesh;                ///< path
+  std::optional<std::string> nif;  ///< path of the asset baked from it; none: always answered exactly
+  mesh::Transform transform = mesh::kIdentity;
+  Colour albedo{0.6, 0.6, 0.6};
+};
+
+/// A square that lies across the up axis, below the middle of all objects.
+struct GroundDescription {
+  Colour albedo{0.8, 0.8, 0.8};
+  std::optional<double> height;  ///< along the up axis; none: the lowest point of the objects
+  double size = 20;              ///< its side, in diagonals of the objects' box
+};
+
+struct Sun {
+  Double3 direction;  ///< towards it, unit length
+  Colour irradiance;  ///< on a surface that faces it
+  double angle = 0;   ///< its diameter in degrees; 0: hard shadows
+};
+
+enum class Sampling { importance, uniform };
+
+/// Light from all sides: one colour, or an environment map in latitude and longitude.
+struct Sky {
+  Colour radiance{1, 1, 1};        ///< times the map's, where there is one
+  std::optional<std::string> map;  ///< path of an .exr or .hdr
+  double rotation = 0;             ///< of the map about the up axis, degrees
+  Sampling sampling = Sampling::importance;
+};
+
+/// A parallelogram that shines to the side that edge_u x edge_v points to. Cameras do not see it.
+struct AreaLight {
+  Double3 corner, edge_u, edge_v;
+  Colour radiance;
+};
+
+struct PointLight {
+  Double3 position;
+  Colour intensity;  ///< radiant, per steradian
+};
+
+using Light = std::variant<Sun, Sky, AreaLight, PointLight>;
+
+/// A camera that looks at the middle of the objects.
+struct Orbit {
+  double azimuth = 30, elevation = 20;  ///< degrees
+  double fill = 0.8;                    ///< of the picture's height that the objects' box takes, as seen
+};
+
+struct Place {
+  Double3 position, target;
+};
+
+struct CameraDescription {
+  std::string name;
+  std::variant<Orbit, Place> where;
+  double fov = 40;  ///< from the bottom of the picture to its top, degrees
+};
+
+struct PictureDescription {
+  uint32_t width = 960, height = 540;
+  uint32_t samples = 16;  ///< rays through each pixel, each with one shadow ray for each light
+  uint32_t bounces = 0;   ///< of diffuse light, each with shadow rays of its own
+  uint64_t seed = 1;
+  std::optional<double> exposure;     ///< factor on radiance; none: by ground_level
+  double ground_level = 0.8;          ///< sRGB value of unshadowed ground in the middle of the scene
+  Colour background{0.1, 0.13, 0.2};  ///< linear, as shown, where there is neither object nor sky
+};
+
+struct SceneDescription {
+  std::string file;  ///< for messages
+  int up = 1;        ///< axis: 0 x, 1 y, 2 z
+  PictureDescription picture;
+  std::vector<ObjectDescription> objects;
+  std::optional<GroundDescription> ground;
+  std::vector<Light> lights;
+  std::vector<CameraDescription> cameras;
+};
+
+}  // namespace nif::render

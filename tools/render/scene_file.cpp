@@ -1,0 +1,310 @@
+// TOML by toml++; every key is checked, and unknown ones are refused, so that a misspelt one is found.
+#include "tools/render/scene_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#define TOML_ENABLE_FORMATTERS 0
+#include <toml++/toml.h>
+
+#include "formats/mesh/file_bytes.hpp"
+#include "formats/status.hpp"
+
+namespace nif::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// One table of the file. Remembers what was asked of it, so that finish() can refuse the rest.
+class Reader {
+ public:
+  Reader(const std::string& file, std::string name, const toml::table& table)
+      : file_(file), name_(std::move(name)), table_(table) {}
+
+  bool has(const char* key) const { return table_.contains(key); }
+
+  std::string text(const char* key) {
+    const toml::node& node = need(key);
+    const auto value = node.value_exact<std::string>();
+    if (!value || value->empty()) fail(key, "must be text");
+    return *value;
+  }
+  std::string text(const char* key, const std::string& otherwise) {
+    return has(key) ? text(key) : note(key, otherwise);
+  }
+
+  double number(const char* key, double low, double high) {
+    const toml::node& node = need(key);
+    if (!node.is_number()) fail(key, "must be a number");
+    return in_range(key, *node.value<double>(), low, high);
+  }
+  double number(const char* key, double low, double high, double otherwise) {
+    return has(key) ? number(key, low, high) : note(key, otherwise);
+  }
+
+  uint64_t whole(const char* key, uint64_t low, uint64_t high, uint64_t otherwise) {
+    if (!has(key)) return note(key, otherwise);
+    const auto value = need(key).value_exact<int64_t>();
+    if (!value || *value < 0 || uint64_t(*value) < low || uint64_t(*value) > high)
+      fail(key, fmt::format("must be a whole number from {} to {}", low, high));
+    return uint64_t(*value);
+  }
+
+  Double3 vector(const char* key) {
+    const toml::array* array = need(key).as_array();
+    if (array == nullptr || array->size() != 3) fail(key, "must be three numbers");
+    Double3 v{};
+    for (size_t a = 0; a < 3; ++a) v[a] = element(key, *array, a, -1e15, 1e15);
+    return v;
+  }
+  Double3 vector(const char* key, const Double3& otherwise) {
+    return has(key) ? vector(key) : note(key, otherwise);
+  }
+
+  /// Not zero, and made one unit long.
+  Double3 unit(const char* key) {
+    const Double3 v = vector(key);
+    const double size = bake::length(v);
+    if (!(size > 1e-12)) fail(key, "must not be zero");
+    return v * (1 / size);
+  }
+
+  /// Three numbers, or one for all three.
+  Colour colour(const char* key, double high) {
+    const toml::node& node = need(key);
+    if (node.is_number()) {
+      const double grey = in_range(key, *node.value<double>(), 0, high);
+      return {grey, grey, grey};
+    }
+    const toml::array* array = node.as_array();
+    if (array == nullptr || array->size() != 3) fail(key, "must be a number or three of them");
+    Colour c{};
+    for (size_t a = 0; a < 3; ++a) c[a] = element(key, *array, a, 0, high);
+    return c;
+  }
+  Colour colour(const char* key, double high, const Colour& otherwise) {
+    return has(key) ? colour(key, high) : note(key, otherwise);
+  }
+
+  std::vector<double> numbers(const char* key, size_t count) {
+    const toml::array* array = need(key).as_array();
+    if (array == nullptr || array->size() != count) fail(key, fmt::format("must be {} numbers", count));
+    std::vector<double> values;
+    for (size_t i = 0; i < count; ++i) values.push_back(element(key, *array, i, -1e15, 1e15));
+    return values;
+  }
+
+  /// Each table of an array of tables ([[key]]); none where there is no such key.
+  template <class Use>
+  void tables(const char* key, Use&& use) {
+    known_.insert(key);
+    if (!has(key)) return;
+    const toml::array* array = table_.get(key)->as_array();
+    if (array == nullptr || !array->is_array_of_tables())
+      fail(key, fmt::format("must be tables, [[{}]]", key));
+    for (size_t i = 0; i < array->size(); ++i) {
+      Reader reader(file_, fmt::format("{} {}", key, i + 1), *array->get_as<toml::table>(i));
+      use(reader);
+      reader.finish();
+    }
+  }
+
+  template <class Use>
+  void table(const char* key, Use&& use) {
+    known_.insert(key);
+    if (!has(key)) return;
+    const toml::table* table = table_.get(key)->as_table();
+    if (table == nullptr) fail(key, fmt::format("must be a table, [{}]", key));
+    Reader reader(file_, key, *table);
+    use(reader);
+    reader.finish();
+  }
+
+  /// Refuses keys that nobody has asked for.
+  void finish() const {
+    for (const auto& [key, node] : table_)
+      if (!known_.contains(std::string(key.str()))) fail(std::string(key.str()).c_str(), "is not known here");
+  }
+
+  [[noreturn]] void fail(const char* key, const std::string& what) const {
+    const toml::node* node = table_.get(key);
+    const auto line = (node != nullptr ? node->source() : table_.source()).begin.line;
+    const std::string of = name_.empty() ? "" : name_ + ": ";
+    throw Error(Status::malformed_scene,
+                fmt::format("{}: line {}: {}'{}' {}", file_, std::max<uint64_t>(line, 1), of, key, what));
+  }
+
+ private:
+  const toml::node& need(const char* key) {
+    known_.insert(key);
+    const toml::node* node = table_.get(key);
+    if (node == nullptr) fail(key, "is missing");
+    return *node;
+  }
+  template <class T>
+  T note(const char* key, const T& otherwise) {
+    known_.insert(key);
+    return otherwise;
+  }
+  double in_range(const char* key, double value, double low, double high) const {
+    if (!(value >= low && value <= high)) fail(key, fmt::format("must be from {} to {}", low, high));
+    return value;
+  }
+  double element(const char* key, const toml::array& array, size_t index, double low, double high) const {
+    const auto value = array[index].value<double>();
+    if (!array[index].is_number() || !value) fail(key, "must hold numbers");
+    return in_range(key, *value, low, high);
+  }
+
+  const std::string& file_;
+  std::string name_;
+  const toml::table& table_;
+  std::set<std::string> known_;
+};
+
+constexpr double kBright = 1e12;  ///< most of any light
+
+std::string beside(const fs::path& folder, const std::string& name) { return (folder / name).string(); }
+
+/// scale, then rotate (degrees about x, y and z, in that order), then translate; or a whole matrix.
+mesh::Transform read_transform(Reader& reader) {
+  if (reader.has("transform")) {
+    mesh::Transform t;
+    const std::vector<double> values = reader.numbers("transform", 12);
+    for (size_t i = 0; i < 12; ++i) t[i] = float(values[i]);
+    for (const char* other : {"scale", "rotate", "translate"})
+      if (reader.has(other)) reader.fail(other, "cannot stand beside 'transform'");
+    return t;
+  }
+  const Double3 turn = reader.vector("rotate", {0, 0, 0}) * (std::numbers::pi / 180);
+  const Double3 move = reader.vector("translate", {0, 0, 0});
+  const double scale = reader.number("scale", 1e-12, 1e12, 1);
+  Double3 columns[3] = {{scale, 0, 0}, {0, scale, 0}, {0, 0, scale}};
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const double c = std::cos(turn[axis]), s = std::sin(turn[axis]);
+    const size_t a = (axis + 1) % 3, b = (axis + 2) % 3;
+    for (Double3& column : columns) {
+      const double x = column[a], y = column[b];
+      column[a] = c * x - s * y;
+      column[b] = s * x + c * y;
+    }
+  }
+  mesh::Transform t;
+  for (size_t row = 0; row < 3; ++row) {
+    for (size_t k = 0; k < 3; ++k) t[4 * row + k] = float(columns[k][row]);
+    t[4 * row + 3] = float(move[row]);
+  }
+  return t;
+}
+
+Light read_light(Reader& reader, const fs::path& folder) {
+  const std::string type = reader.text("type");
+  if (type == "sun")
+    return Sun{reader.unit("direction"), reader.colour("irradiance", kBright, {1, 1, 1}),
+               reader.number("angle", 0, 90, 0)};
+  if (type == "sky") {
+    Sky sky;
+    sky.radiance = reader.colour("radiance", kBright, {1, 1, 1});
+    if (reader.has("map")) sky.map = beside(folder, reader.text("map"));
+    sky.rotation = reader.number("rotation", -360, 360, 0);
+    const std::string sampling = reader.text("sampling", "importance");
+    if (sampling != "importance" && sampling != "uniform")
+      reader.fail("sampling", "must be 'importance' or 'uniform'");
+    sky.sampling = sampling == "uniform" ? Sampling::uniform : Sampling::importance;
+    return sky;
+  }
+  if (type == "area") {
+    AreaLight light{reader.vector("corner"), reader.vector("edge_u"), reader.vector("edge_v"),
+                    reader.colour("radiance", kBright)};
+    if (!(bake::length(bake::cross(light.edge_u, light.edge_v)) > 0))
+      reader.fail("edge_v", "spans no area with 'edge_u'");
+    return light;
+  }
+  if (type == "point") return PointLight{reader.vector("position"), reader.colour("intensity", kBright)};
+  reader.fail("type", fmt::format("is '{}'; there are sun, sky, area and point", type));
+}
+
+CameraDescription read_camera(Reader& reader, size_t number) {
+  CameraDescription camera;
+  camera.name = reader.text("name", fmt::format("camera{}", number));
+  if (camera.name.find_first_of("/\\") != std::string::npos || camera.name.starts_with('.'))
+    reader.fail("name", "must be usable as a file's name");
+  camera.fov = reader.number("fov", 0.1, 170, 40);
+  if (reader.has("position") || reader.has("target")) {
+    const Place place{reader.vector("position"), reader.vector("target")};
+    if (!(bake::length(place.target - place.position) > 0))
+      reader.fail("target", "is where the camera stands");
+    camera.where = place;
+  } else {
+    camera.where = Orbit{reader.number("azimuth", -360, 360, 30), reader.number("elevation", -89, 89, 20),
+                         reader.number("fill", 0.01, 10, 0.8)};
+  }
+  return camera;
+}
+
+}  // namespace
+
+SceneDescription read_scene(const fs::path& file) {
+  constexpr uint64_t kMaxBytes = 16 << 20;
+  const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, kMaxBytes);
+  SceneDescription scene;
+  scene.file = file.string();
+  toml::table root;
+  try {
+    root = toml::parse(text.view(), scene.file);
+  } catch (const toml::parse_error& problem) {
+    throw Error(Status::malformed_scene, fmt::format("{}: line {}: {}", scene.file,
+                                                     problem.source().begin.line, problem.description()));
+  }
+  const fs::path folder = file.parent_path();
+  Reader reader(scene.file, "", root);
+
+  const std::string up = reader.text("up", "y");
+  if (up.size() != 1 || up < "x" || up > "z") reader.fail("up", "must be 'x', 'y' or 'z'");
+  scene.up = up[0] - 'x';
+  reader.table("picture", [&](Reader& r) {
+    PictureDescription& picture = scene.picture;
+    picture.width = uint32_t(r.whole("width", 1, kMaxPictureSide, picture.width));
+    picture.height = uint32_t(r.whole("height", 1, kMaxPictureSide, picture.height));
+    picture.samples = uint32_t(r.whole("samples", 1, kMaxPictureSamples, picture.samples));
+    picture.bounces = uint32_t(r.whole("bounces", 0, kMaxBounces, picture.bounces));
+    picture.seed = r.whole("seed", 0, uint64_t(1) << 62, picture.seed);
+    if (r.has("exposure")) picture.exposure = r.number("exposure", 1e-12, 1e12);
+    picture.ground_level = r.number("ground_level", 0.01, 1, picture.ground_level);
+    picture.background = r.colour("background", 1, picture.background);
+  });
+  reader.tables("object", [&](Reader& r) {
+    ObjectDescription object;
+    object.mesh = beside(folder, r.text("mesh"));
+    if (r.has("nif")) object.nif = beside(folder, r.text("nif"));
+    object.transform = read_transform(r);
+    object.albedo = r.colour("albedo", 1, object.albedo);
+    scene.objects.push_back(std::move(object));
+  });
+  reader.table("ground", [&](Reader& r) {
+    GroundDescription ground;
+    ground.albedo = r.colour("albedo", 1, ground.albedo);
+    if (r.has("height")) ground.height = r.number("height", -1e15, 1e15);
+    ground.size = r.number("size", 0.001, 1e6, ground.size);
+    scene.ground = ground;
+  });
+  reader.tables("light", [&](Reader& r) { scene.lights.push_back(read_light(r, folder)); });
+  std::set<std::string> names;
+  reader.tables("camera", [&](Reader& r) {
+    scene.cameras.push_back(read_camera(r, scene.cameras.size() + 1));
+    if (!names.insert(scene.cameras.back().name).second) r.fail("name", "is another camera's too");
+  });
+  reader.finish();
+  if (scene.objects.empty())
+    throw Error(Status::malformed_scene, scene.file + ": has no object; add an [[object]] with a mesh");
+  if (scene.lights.empty())
+    throw Error(Status::malformed_scene, scene.file + ": has no light; add a [[light]]");
+  if (scene.cameras.empty())
+    throw Error(Status::malformed_scene, scene.file + ": has no camera; add a [[camera]]");
+  return scene;
+}
+
+}  // namespace nif::render

@@ -1,0 +1,295 @@
+#include "tools/render/world.hpp"
+
+#include <embree3/rtcore.h>
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "bake/ray_sets.hpp"
+#include "formats/mesh/read.hpp"
+#include "formats/status.hpp"
+
+namespace nif::render {
+namespace {
+
+using bake::cross;
+using bake::dot;
+using mesh::Transform;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+mesh::Float3 transformed(const Transform& t, const mesh::Float3& p) {
+  mesh::Float3 out;
+  for (size_t row = 0; row < 3; ++row)
+    out[row] = t[4 * row] * p[0] + t[4 * row + 1] * p[1] + t[4 * row + 2] * p[2] + t[4 * row + 3];
+  return out;
+}
+
+/// First `inner`, then `outer`.
+Transform compose(const Transform& outer, const Transform& inner) {
+  Transform out;
+  for (size_t row = 0; row < 3; ++row)
+    for (size_t k = 0; k < 4; ++k) {
+      double sum = k == 3 ? outer[4 * row + 3] : 0;
+      for (size_t j = 0; j < 3; ++j) sum += double(outer[4 * row + j]) * inner[4 * j + k];
+      out[4 * row + k] = float(sum);
+    }
+  return out;
+}
+
+std::array<Double3, 3> rows_of(const Transform& t) {
+  return {Double3{t[0], t[1], t[2]}, Double3{t[4], t[5], t[6]}, Double3{t[8], t[9], t[10]}};
+}
+double determinant(const Transform& t) {
+  const auto rows = rows_of(t);
+  return dot(rows[0], cross(rows[1], rows[2]));
+}
+/// The inverse transposed, times the determinant: takes normals along.
+Transform cofactors(const Transform& t) {
+  const auto rows = rows_of(t);
+  Transform out{};
+  for (size_t a = 0; a < 3; ++a) {
+    const Double3 row = cross(rows[(a + 1) % 3], rows[(a + 2) % 3]);
+    for (size_t k = 0; k < 3; ++k) out[4 * a + k] = float(row[k]);
+  }
+  return out;
+}
+
+void include(bake::Box& box, const mesh::Float3& p) {
+  for (size_t a = 0; a < 3; ++a) {
+    box.min[a] = std::min(box.min[a], p[a]);
+    box.max[a] = std::max(box.max[a], p[a]);
+  }
+}
+
+RTCRay to_ray(const Segment& segment) {
+  RTCRay ray;
+  ray.org_x = segment.origin[0], ray.org_y = segment.origin[1], ray.org_z = segment.origin[2];
+  ray.dir_x = segment.direction[0], ray.dir_y = segment.direction[1], ray.dir_z = segment.direction[2];
+  ray.tnear = segment.tmin, ray.tfar = segment.tmax;
+  ray.time = 0;
+  ray.mask = ~0u;
+  ray.id = 0;
+  ray.flags = 0;
+  return ray;
+}
+
+void ask(RTCScene scene, std::span<const Segment> rays, uint8_t* visible) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    RTCRay ray = to_ray(rays[i]);
+    rtcOccluded1(scene, &context, &ray);
+    visible[i] = ray.tfar != -kInfinity;
+  }
+}
+
+}  // namespace
+
+void World::Release::operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
+void World::Release::operator()(RTCSceneTy* scene) const { rtcReleaseScene(scene); }
+
+World::World(const SceneDescription& scene, const std::string& configuration, tools::Progress& progress)
+    : device_(rtcNewDevice(nullptr)) {
+  if (!device_) throw Error(Status::internal, "Embree cannot create a device on this machine");
+  rtcSetDeviceErrorFunction(
+      device_.get(), [](void* user, RTCError, const char* text) { static_cast<World*>(user)->error_ = text; },
+      this);
+  for (EmbreePointer* top : {&everything_, &beside_assets_}) {
+    top->reset(rtcNewScene(device_.get()));
+    rtcSetSceneFlags(top->get(), RTC_SCENE_FLAG_ROBUST);
+  }
+  const NifError error = nifNewDevice(configuration.c_str(), nullptr, &runtime_.handle);
+  if (error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_NOT_AVAILABLE)
+    throw Error(Status::usage, nifGetErrorMessage());
+  tools::check(error);
+  tools::check(nifNewScene(runtime_.handle, &neural_.handle));
+  box_.min.fill(kInfinity);
+  box_.max.fill(-kInfinity);
+
+  for (size_t i = 0; i < scene.objects.size(); ++i) {
+    const ObjectDescription& object = scene.objects[i];
+    progress.update(double(i) / double(scene.objects.size()), "reading " + object.mesh);
+    const mesh::Scene meshes = mesh::read(object.mesh);
+    std::vector<std::vector<Transform>> places(meshes.meshes.size());
+    for (const mesh::Instance& instance : meshes.instances) {
+      const Transform place = compose(object.transform, instance.transform);
+      if (determinant(place) != 0) places[instance.mesh].push_back(place);
+    }
+    progress.update((double(i) + 0.5) / double(scene.objects.size()), "building a BVH over " + object.mesh);
+    for (size_t m = 0; m < meshes.meshes.size(); ++m) add_mesh(meshes.meshes[m], places[m], object);
+    if (object.nif) add_asset(object, meshes);
+  }
+  if (scene.ground) add_ground(scene);
+  // On one thread: with more, which of two triangles is hit on their common edge may vary.
+  tbb::task_arena(1).execute([&] {
+    rtcCommitScene(everything_.get());
+    rtcCommitScene(beside_assets_.get());
+  });
+  if (!error_.empty()) throw Error(Status::out_of_memory, "Embree cannot build the scene's BVH: " + error_);
+  tools::check(nifCommitScene(neural_.handle));
+}
+
+World::~World() = default;
+
+void World::add_mesh(const mesh::Mesh& mesh, std::span<const Transform> places,
+                     const ObjectDescription& object) {
+  if (places.empty()) return;
+  const bake::Box own = bake::bounds(mesh.positions, mesh.triangles);
+  const double bias = double(bake::kBiasFraction) * own.longest_side();
+  for (const Transform& place : places) {
+    for (uint32_t corner = 0; corner < 8; ++corner) {
+      mesh::Float3 p;
+      for (size_t a = 0; a < 3; ++a) p[a] = (corner >> a & 1 ? own.max : own.min)[a];
+      include(box_, transformed(place, p));
+    }
+    parts_.push_back({object.albedo, bias * std::cbrt(std::abs(determinant(place))), cofactors(place)});
+  }
+  triangles_ += mesh.triangles.size() * places.size();
+  if (places.size() == 1) {
+    std::vector<mesh::Float3> positions(mesh.positions.size());
+    std::transform(mesh.positions.begin(), mesh.positions.end(), positions.begin(),
+                   [&](const mesh::Float3& p) { return transformed(places[0], p); });
+    add_triangles(positions, mesh.triangles, object.nif.has_value());
+    return;
+  }
+  EmbreePointer child(rtcNewScene(device_.get()));
+  rtcSetSceneFlags(child.get(), RTC_SCENE_FLAG_ROBUST);
+  RTCGeometry geometry = make_geometry(mesh.positions, mesh.triangles);
+  rtcAttachGeometry(child.get(), geometry);
+  rtcReleaseGeometry(geometry);
+  tbb::task_arena(1).execute([&] { rtcCommitScene(child.get()); });
+  for (const Transform& place : places) {
+    RTCGeometry instance = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(instance, child.get());
+    rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, place.data());
+    attach(instance, object.nif.has_value());
+  }
+  children_.push_back(std::move(child));
+}
+
+RTCGeometryTy* World::make_geometry(std::span<const mesh::Float3> positions,
+                                    std::span<const mesh::Triangle> triangles) {
+  RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  void* vertices =
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, positions.size());
+  void* indices =
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, triangles.size());
+  if (vertices == nullptr || indices == nullptr) {
+    rtcReleaseGeometry(geometry);
+    throw Error(Status::out_of_memory,
+                fmt::format("Embree cannot hold {} triangles: {}", triangles.size(), error_));
+  }
+  std::memcpy(vertices, positions.data(), positions.size_bytes());
+  std::memcpy(indices, triangles.data(), triangles.size_bytes());
+  rtcCommitGeometry(geometry);
+  return geometry;
+}
+
+void World::add_triangles(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
+                          bool answered_by_asset) {
+  attach(make_geometry(positions, triangles), answered_by_asset);
+}
+
+void World::attach(RTCGeometryTy* geometry, bool answered_by_asset) {
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(everything_.get(), geometry);
+  if (!answered_by_asset) rtcAttachGeometry(beside_assets_.get(), geometry);
+  rtcReleaseGeometry(geometry);
+}
+
+void World::add_ground(const SceneDescription& scene) {
+  const auto up = size_t(scene.up), a = (up + 1) % 3, b = (up + 2) % 3;
+  const double half = scene.ground->size * box_.diagonal() / 2;
+  std::vector<mesh::Float3> corners(4);
+  for (size_t corner = 0; corner < 4; ++corner) {
+    const bool far_a = corner == 1 || corner == 2, far_b = corner >= 2;
+    corners[corner][up] = scene.ground->height ? float(*scene.ground->height) : box_.min[up];
+    corners[corner][a] = float((double(box_.min[a]) + box_.max[a]) / 2 + (far_a ? half : -half));
+    corners[corner][b] = float((double(box_.min[b]) + box_.max[b]) / 2 + (far_b ? half : -half));
+  }
+  const mesh::Triangle triangles[] = {{0, 1, 2}, {0, 2, 3}};
+  parts_.push_back(
+      {scene.ground->albedo, double(bake::kBiasFraction) * box_.longest_side(), mesh::kIdentity});
+  add_triangles(corners, triangles, false);
+}
+
+void World::add_asset(const ObjectDescription& object, const mesh::Scene& meshes) {
+  tools::Asset asset;
+  tools::check(nifLoadAssetFile(runtime_.handle, object.nif->c_str(), NIF_LOAD_READ, &asset.handle));
+  NifAssetInfo info{};
+  info.struct_size = sizeof(info);
+  tools::check(nifGetAssetInfo(asset.handle, &info));
+  for (uint32_t i = 0; i < info.object_count; ++i) {
+    NifObjectInfo about{};
+    about.struct_size = sizeof(about);
+    tools::check(nifGetObjectInfo(asset.handle, i, &about));
+    const bool known = std::any_of(meshes.meshes.begin(), meshes.meshes.end(), [&](const mesh::Mesh& mesh) {
+      const bake::Box box = bake::bounds(mesh.positions, mesh.triangles);
+      return std::equal(box.min.begin(), box.min.end(), about.bounds_min) &&
+             std::equal(box.max.begin(), box.max.end(), about.bounds_max);
+    });
+    if (!known)
+      throw Error(Status::mesh_mismatch,
+                  fmt::format("{} was not baked from {}: no mesh there has the bounds of its object '{}'",
+                              *object.nif, object.mesh, about.name));
+  }
+  tools::check(nifAddAsset(neural_.handle, asset.handle, object.transform.data(), nullptr, nullptr));
+  asset_bytes_ += info.file_bytes;
+  resident_bytes_ += info.resident_bytes;
+  has_assets_ = true;
+  assets_.push_back(std::move(asset));
+}
+
+std::optional<SurfacePoint> World::trace(const Double3& origin, const Double3& direction) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit hit;
+  hit.ray = to_ray(bake::make_segment(origin, direction, kInfinity));
+  hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(everything_.get(), &context, &hit);
+  if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const bool placed = hit.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
+  const Part& part = parts_[placed ? hit.hit.instID[0] : hit.hit.geomID];
+  Double3 normal{hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z};
+  if (placed) {
+    const auto rows = rows_of(part.normals);
+    normal = {dot(rows[0], normal), dot(rows[1], normal), dot(rows[2], normal)};
+  }
+  const double size = bake::length(normal);
+  if (!(size > 0)) return std::nullopt;
+  normal = normal * ((dot(normal, direction) > 0 ? -1 : 1) / size);
+  return SurfacePoint{origin + direction * double(hit.ray.tfar), normal, part.bias, part.albedo};
+}
+
+void World::ask_embree(std::span<const Segment> rays, uint8_t* visible) const {
+  ask(everything_.get(), rays, visible);
+}
+
+void World::ask_embree_beside_assets(std::span<const Segment> rays, uint8_t* visible) const {
+  ask(beside_assets_.get(), rays, visible);
+}
+
+void World::ask_assets(std::span<const Segment> rays, const Answers& answers) const {
+  NifQuery query{};
+  query.struct_size = sizeof(query);
+  query.count = rays.size();
+  if (rays.empty()) return;
+  for (size_t a = 0; a < 3; ++a) {
+    query.origin[a] = &rays[0].origin[a];
+    query.direction[a] = &rays[0].direction[a];
+  }
+  query.tmin = &rays[0].tmin;
+  query.tmax = &rays[0].tmax;
+  query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = sizeof(Segment);
+  query.visible = answers.visible;
+  query.probability = answers.probability;
+  query.certain = answers.certain;
+  tools::check(nifQuery(neural_.handle, &query));
+}
+
+}  // namespace nif::render

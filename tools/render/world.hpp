@@ -1,0 +1,101 @@
+// A scene made ready for rays: Embree over its meshes, and the runtime over its assets.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bake/oracle.hpp"
+#include "bake/voxelize.hpp"
+#include "tools/measuring.hpp"
+#include "tools/render/scene.hpp"
+
+struct RTCDeviceTy;
+struct RTCGeometryTy;
+struct RTCSceneTy;
+
+namespace nif::render {
+
+using kernels::Segment;
+
+/// A point that a camera's ray or a bounce has come to.
+struct SurfacePoint {
+  Double3 position;
+  Double3 normal;  ///< geometric, unit length, on the side that the ray came from
+  double bias;     ///< how far from the surface shadow rays start
+  Colour albedo;
+};
+
+/// Immutable once made; any number of threads may ask it. Answers do not depend on the number of threads.
+class World {
+ public:
+  /// Reads meshes and assets. `configuration` is the runtime's, of a device. Throws as mesh::read() and the
+  /// loading of assets, and Error(mesh_mismatch) where an asset's bounds are not those of its mesh.
+  World(const SceneDescription& scene, const std::string& configuration, tools::Progress& progress);
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  /// Of the objects, without the ground.
+  const bake::Box& box() const { return box_; }
+  uint64_t triangles() const { return triangles_; }
+  /// Of all assets, each once; 0 where there is none.
+  uint64_t asset_bytes() const { return asset_bytes_; }
+  uint64_t resident_bytes() const { return resident_bytes_; }
+
+  std::optional<SurfacePoint> trace(const Double3& origin, const Double3& direction) const;
+
+  /// visible[i] = 1 or 0, by Embree over everything.
+  void ask_embree(std::span<const Segment> rays, uint8_t* visible) const;
+  /// The same over what no asset answers for.
+  void ask_embree_beside_assets(std::span<const Segment> rays, uint8_t* visible) const;
+
+  /// What the assets say of each ray; the arrays are as those of NifQuery. Without assets all is visible, for
+  /// certain.
+  struct Answers {
+    uint8_t* visible;
+    float* probability;
+    uint8_t* certain;
+  };
+  void ask_assets(std::span<const Segment> rays, const Answers& answers) const;
+  bool has_assets() const { return has_assets_; }
+
+ private:
+  struct Release {
+    void operator()(RTCDeviceTy* device) const;
+    void operator()(RTCSceneTy* scene) const;
+  };
+  using EmbreePointer = std::unique_ptr<RTCSceneTy, Release>;
+  struct Part {  // by Embree's geometry in everything_
+    Colour albedo;
+    double bias;
+    mesh::Transform normals;  // object to world, for normals; of instances only
+  };
+
+  void add_mesh(const mesh::Mesh& mesh, std::span<const mesh::Transform> places,
+                const ObjectDescription& object);
+  void add_triangles(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
+                     bool answered_by_asset);
+  RTCGeometryTy* make_geometry(std::span<const mesh::Float3> positions,
+                               std::span<const mesh::Triangle> triangles);
+  /// Takes the geometry over.
+  void attach(RTCGeometryTy* geometry, bool answered_by_asset);
+  void add_ground(const SceneDescription& scene);
+  void add_asset(const ObjectDescription& object, const mesh::Scene& meshes);
+
+  std::string error_;
+  std::unique_ptr<RTCDeviceTy, Release> device_;
+  std::vector<EmbreePointer> children_;  // scenes that instances place
+  EmbreePointer everything_, beside_assets_;
+  std::vector<Part> parts_;
+  bake::Box box_;
+  uint64_t triangles_ = 0, asset_bytes_ = 0, resident_bytes_ = 0;
+  tools::Device runtime_;
+  std::vector<tools::Asset> assets_;
+  tools::Scene neural_;
+  bool has_assets_ = false;
+};
+
+}  // namespace nif::render
