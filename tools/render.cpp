@@ -6,10 +6,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "formats/output_file.hpp"
 #include "formats/status.hpp"
 #include "tools/command.hpp"
 #include "tools/progress.hpp"
-#include "tools/render/picture_error.hpp"
+#include "tools/render/compare.hpp"
 #include "tools/render/renderer.hpp"
 #include "tools/render/scene_file.hpp"
 
@@ -29,6 +30,8 @@ struct Arguments {
   double confidence = 0.9;
   uint32_t threads = 0;
   std::string isa = "auto";
+  std::optional<std::string> sheet;
+  uint32_t thumbnail = 240;
   bool exr = false, json = false, quiet = false;
 };
 
@@ -42,6 +45,7 @@ struct CameraResult {
   std::string name;
   render::ShadowRays shadow_rays;
   std::vector<PictureError> errors;
+  Image thumbnail;  ///< of reference, assets and error side by side; empty where no sheet is wanted
   double seconds = 0;
 };
 
@@ -71,28 +75,31 @@ void keep_cameras(const Arguments& arguments, render::SceneDescription& scene) {
   scene.cameras = std::move(kept);
 }
 
-/// The folder that pictures go to; made where only its last part is missing.
-void make_folder(const std::string& folder) {
-  const fs::path path(folder);
+/// The folder that pictures go to may be there, or be made where only its last part is missing.
+void check_folder(const std::string& folder) {
   std::error_code error;
+  const fs::path path(folder), parent = fs::absolute(path).lexically_normal().parent_path();
   if (fs::is_directory(path, error)) return;
-  const fs::path parent = fs::absolute(path).lexically_normal().parent_path();
   if (fs::exists(path, error)) throw Error(Status::output_not_writable, folder + ": is no folder");
   if (!fs::is_directory(parent, error))
     throw Error(Status::output_folder_missing,
                 fmt::format("{}: the folder {} does not exist", folder, parent.string()));
-  if (!fs::create_directory(path, error) && error)
+}
+
+void make_folder(const std::string& folder) {
+  std::error_code error;
+  if (!fs::create_directory(folder, error) && error)
     throw Error(Status::output_not_writable, fmt::format("{}: cannot be made: {}", folder, error.message()));
 }
 
-/// Writes what there is and returns how much each picture differs from the reference.
-std::vector<PictureError> write_pictures(const Arguments& arguments, const std::string& camera,
-                                         const render::Rendering& rendering, bool last) {
+/// Writes what there is; of the last rendering also how much each picture differs from the reference.
+CameraResult write_pictures(const Arguments& arguments, const std::string& camera,
+                            const render::Rendering& rendering, bool last) {
   const auto path = [&](const std::string& what) {
     return (fs::path(arguments.folder) / fmt::format("{}-{}", camera, what)).string();
   };
   std::array<Image, render::kModes.size()> shown;
-  std::vector<PictureError> errors;
+  CameraResult result{camera, rendering.shadow_rays, {}, {}, 0};
   const Image& reference = shown[size_t(Mode::reference)];
   for (const Mode mode : render::kModes) {
     const Image& linear = rendering.images[size_t(mode)];
@@ -102,16 +109,20 @@ std::vector<PictureError> write_pictures(const Arguments& arguments, const std::
     if (!last) continue;
     if (arguments.exr) render::write_exr(path(fmt::format("{}.exr", name_of(mode))), linear);
     if (mode != Mode::reference)
-      errors.push_back(
+      result.errors.push_back(
           {mode, render::psnr(reference, shown[size_t(mode)]), render::ssim(reference, shown[size_t(mode)])});
   }
-  if (last && !errors.empty()) {
+  if (last && !result.errors.empty()) {
     const Image& learned = shown[size_t(Mode::probability)];
     const Image error = render::difference(reference, learned, 3);
     render::write_png(path("error.png"), error);
-    render::write_png(path("compare.png"), render::side_by_side({&reference, &learned, &error}));
+    const Image together = render::side_by_side({&reference, &learned, &error});
+    render::write_png(path("compare.png"), together);
+    if (arguments.sheet) result.thumbnail = render::scaled_down(together, 3 * arguments.thumbnail);
+  } else if (last && arguments.sheet) {
+    result.thumbnail = render::scaled_down(reference, arguments.thumbnail);
   }
-  return errors;
+  return result;
 }
 
 double mrays_per_s(uint64_t rays, double seconds) { return seconds > 0 ? double(rays) / seconds / 1e6 : 0; }
@@ -129,18 +140,18 @@ void print_table(const std::vector<CameraResult>& results, const render::World& 
                  mrays_per_s(result.shadow_rays.rays, result.shadow_rays.embree_seconds), result.seconds);
     return;
   }
-  fmt::print("{:16} {:>24} {:>24} {:>24}   {:>11} {:>8} {:>8} {:>8} {:>9}\n", "", "bits", "probability",
-             "hybrid", "", "", "", "", "seconds");
+  // PSNR and SSIM stand under the name of the picture that they are of.
   fmt::print("{:16}", "camera");
-  for (int i = 0; i < 3; ++i) fmt::print(" {:>14} {:>9}", "PSNR", "SSIM");
-  fmt::print("   {:>11} {:>8} {:>8} {:>8} {:>9}\n", "shadow rays", "wrong", "certain", "exact", "in all");
+  for (const Mode mode : render::kModes)
+    if (mode != Mode::reference) fmt::print(" {:<17}", name_of(mode));
+  fmt::print(" {:>11} {:>7} {:>8} {:>7} {:>8}\n", "shadow rays", "wrong", "certain", "exact", "seconds");
   for (const CameraResult& result : results) {
     const render::ShadowRays& rays = result.shadow_rays;
     const double percent = rays.rays ? 100.0 / double(rays.rays) : 0;
     fmt::print("{:16}", result.name);
     for (const PictureError& error : result.errors)
-      fmt::print(" {:>11.2f} dB {:>9.5f}", error.psnr, error.ssim);
-    fmt::print("   {:>11} {:>7.3f}% {:>7.1f}% {:>7.1f}% {:>9.1f}\n", rays.rays,
+      fmt::print(" {:5.2f} dB {:<8.5f}", error.psnr, error.ssim);
+    fmt::print(" {:>11} {:>6.3f}% {:>7.1f}% {:>6.1f}% {:>8.1f}\n", rays.rays,
                percent * double(rays.leak + rays.spurious), percent * double(rays.certain),
                percent * double(rays.exact), result.seconds);
   }
@@ -185,13 +196,15 @@ void run(const Arguments& arguments) {
   render::SceneDescription scene = render::read_scene(arguments.scene);
   override_picture(arguments, scene.picture);
   keep_cameras(arguments, scene);
-  make_folder(arguments.folder);
+  check_folder(arguments.folder);
+  if (arguments.sheet) check_output(*arguments.sheet);
   Progress progress(arguments.quiet);
   const int threads = tbb::this_task_arena::max_concurrency();
   const render::Lighting lighting(scene);
   const render::World world(scene, fmt::format("isa={},queries={}", arguments.isa, threads), progress);
   const double exposure = render::find_exposure(scene, world, lighting);
 
+  make_folder(arguments.folder);
   std::vector<CameraResult> results;
   for (size_t i = 0; i < scene.cameras.size(); ++i) {
     using Clock = std::chrono::steady_clock;
@@ -205,21 +218,26 @@ void run(const Arguments& arguments) {
       progress.update((double(i) + fraction) / double(scene.cameras.size()), "rendering " + about.name);
       // Long pictures can be looked at while they are made.
       constexpr auto kBetweenPictures = std::chrono::seconds(5);
-      if (fraction < 1 && Clock::now() - written >= kBetweenPictures) {
+      if (so_far && fraction < 1 && Clock::now() - written >= kBetweenPictures) {
         write_pictures(arguments, about.name, so_far(), false);
         written = Clock::now();
       }
     };
     const render::Rendering rendering =
         render::render(world, lighting, camera, {picture, exposure, arguments.confidence}, show, cancel);
-    CameraResult result{about.name, rendering.shadow_rays,
-                        write_pictures(arguments, about.name, rendering, true), 0};
+    CameraResult result = write_pictures(arguments, about.name, rendering, true);
     result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     results.push_back(std::move(result));
   }
   progress.finish();
+  if (arguments.sheet) {
+    std::vector<const Image*> thumbnails;
+    for (const CameraResult& result : results) thumbnails.push_back(&result.thumbnail);
+    render::write_png(*arguments.sheet, render::contact_sheet(thumbnails, world.has_assets() ? 2 : 4));
+  }
   if (arguments.json)
-    fmt::print("{}\n", to_json(results, arguments, world, scene.picture, exposure).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    fmt::print("{}\n", to_json(results, arguments, world, scene.picture, exposure)
+                           .dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   else if (!arguments.quiet)
     print_table(results, world, exposure);
 }
@@ -257,6 +275,11 @@ void add_render(CLI::App& app) {
   command->add_option("-j,--threads", a.threads, "Threads; 0: all. The pictures are the same for any number")
       ->capture_default_str();
   command->add_flag("--exr", a.exr, "Write linear pictures too, as OpenEXR");
+  command->add_option("--sheet", a.sheet,
+                      "A PNG of all cameras' pictures, small: reference, assets (probability) and error x 3");
+  command->add_option("--thumbnail", a.thumbnail, "Width of a picture in it, in pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(16u, 4096u));
   command->add_flag("--json", a.json, "Print the results as one JSON object (nifkit.render/1)");
   command->add_flag("--quiet", a.quiet, "No progress, no table");
   command->footer("Example: nif render scene.toml -o pictures --samples 64");

@@ -8,7 +8,7 @@ namespace {
 
 TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
   for (const std::vector<std::string>& command :
-       std::vector<std::vector<std::string>>{{}, {"bake"}, {"bench"}, {"eval"}, {"info"}}) {
+       std::vector<std::vector<std::string>>{{}, {"bake"}, {"bench"}, {"eval"}, {"info"}, {"render"}}) {
     for (const char* option : {"--help", "-h"}) {
       std::vector<std::string> arguments = command;
       arguments.push_back(option);
@@ -24,7 +24,7 @@ TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
 TEST(Help, NamesTheSubcommandsAndTheirOptions) {
   const std::string all = nif({"--help"}).out, bake = nif({"bake", "--help"}).out,
                     bench = nif({"bench", "--help"}).out, eval = nif({"eval", "--help"}).out;
-  for (const char* word : {"bake", "bench", "eval", "info"})
+  for (const char* word : {"bake", "bench", "eval", "info", "render"})
     EXPECT_NE(all.find(word), std::string::npos) << word;
   for (const char* word : {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--mix",
                            "--seed", "--json", "--quiet"})

@@ -18,6 +18,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr uint32_t kTile = 32;  ///< pixels along its sides
 constexpr uint32_t kSamplesPerPass = 4;
+constexpr uint32_t kTilesBetweenCalls = 128;
 constexpr size_t kRaysAtOnce = 16384;  ///< of one tile, roughly
 
 double seconds_since(Clock::time_point start) {
@@ -232,14 +233,19 @@ Rendering render(const World& world, const Lighting& lighting, const Camera& cam
   ShadowRays counts;
   for (uint32_t done = 0; done < picture.samples;) {
     const uint32_t samples = std::min(kSamplesPerPass, picture.samples - done);
-    std::vector<ShadowRays> tiles(size_t{across} * down);
-    tbb::parallel_for(uint32_t{0}, across * down, [&](uint32_t tile) {
-      if (cancel) return;
-      TileRenderer renderer(world, lighting, camera, options, film);
-      tiles[tile] = renderer.run(tile % across * kTile, tile / across * kTile, done, samples);
-    });
-    if (cancel) throw Error(Status::interrupted, "the rendering was cancelled");
-    for (const ShadowRays& tile : tiles) counts += tile;
+    const uint32_t tiles = across * down;
+    for (uint32_t first = 0; first < tiles; first += kTilesBetweenCalls) {
+      const uint32_t last = std::min(first + kTilesBetweenCalls, tiles);
+      std::vector<ShadowRays> tile_counts(last - first);
+      tbb::parallel_for(first, last, [&](uint32_t tile) {
+        if (cancel) return;
+        TileRenderer renderer(world, lighting, camera, options, film);
+        tile_counts[tile - first] = renderer.run(tile % across * kTile, tile / across * kTile, done, samples);
+      });
+      if (cancel) throw Error(Status::interrupted, "the rendering was cancelled");
+      for (const ShadowRays& tile : tile_counts) counts += tile;
+      if (last < tiles) callback((done + double(samples) * last / tiles) / picture.samples, {});
+    }
     done += samples;
     callback(double(done) / picture.samples, [&] { return develop(film, options, done, counts); });
   }

@@ -46,8 +46,8 @@ struct RenderOptions {
   double confidence = 0.9;  ///< hybrid trusts an answer with max(p, 1 - p) of at least this
 };
 
-/// Called between passes, from the calling thread, with the picture so far; `fraction` of the samples are
-/// done.
+/// Called now and then, from the calling thread; `fraction` of the work is done. Where all pixels have equally
+/// many samples, `so_far` gives the picture as it is; else it is empty.
 using RenderCallback = std::function<void(double fraction, const std::function<Rendering()>& so_far)>;
 
 /// The factor on radiance that shows unshadowed ground in the middle of the scene at picture.ground_level, or

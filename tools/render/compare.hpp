@@ -1,4 +1,4 @@
-// How much one picture differs from another.
+// Pictures beside each other: how much one differs from another, and sheets of them.
 #pragma once
 
 #include "tools/render/image.hpp"
@@ -18,5 +18,12 @@ Image difference(const Image& a, const Image& b, float factor);
 
 /// Pictures of one height side by side, with a few white pixels between them.
 Image side_by_side(const std::vector<const Image*>& images);
+
+/// So many pixels wide (or as wide as it is), in proportion; each is the mean of those that it covers, in
+/// linear light. Of encoded values, as the pictures above.
+Image scaled_down(const Image& encoded, uint32_t width);
+
+/// Pictures in rows of so many, white where there is none.
+Image contact_sheet(const std::vector<const Image*>& images, uint32_t columns);
 
 }  // namespace nif::render

@@ -1,4 +1,4 @@
-#include "tools/render/picture_error.hpp"
+#include "tools/render/compare.hpp"
 
 #include <algorithm>
 #include <array>
@@ -82,18 +82,47 @@ Image difference(const Image& a, const Image& b, float factor) {
 }
 
 Image side_by_side(const std::vector<const Image*>& images) {
-  constexpr uint32_t kGap = 4;
-  uint32_t width = uint32_t(images.size() - 1) * kGap;
-  for (const Image* image : images) width += image->width;
-  Image out(width, images[0]->height);
-  std::fill(out.values.begin(), out.values.end(), 1.0f);
-  uint32_t left = 0;
-  for (const Image* image : images) {
-    for (uint32_t y = 0; y < image->height; ++y)
-      std::copy_n(image->at(0, y), 3 * size_t(image->width), out.at(left, y));
-    left += image->width + kGap;
-  }
+  return contact_sheet(images, uint32_t(images.size()));
+}
+
+Image scaled_down(const Image& encoded, uint32_t width) {
+  if (width >= encoded.width) return encoded;
+  const uint32_t height = std::max(1u, uint32_t(uint64_t{encoded.height} * width / encoded.width));
+  Image out(width, height);
+  for (uint32_t y = 0; y < height; ++y)
+    for (uint32_t x = 0; x < width; ++x) {
+      const uint32_t left = uint32_t(uint64_t{x} * encoded.width / width),
+                     right = uint32_t(uint64_t{x + 1} * encoded.width / width);
+      const uint32_t top = uint32_t(uint64_t{y} * encoded.height / height),
+                     bottom = uint32_t(uint64_t{y + 1} * encoded.height / height);
+      for (size_t c = 0; c < 3; ++c) {
+        float sum = 0;
+        for (uint32_t v = top; v < bottom; ++v)
+          for (uint32_t u = left; u < right; ++u)
+            sum += srgb_decode(std::clamp(encoded.at(u, v)[c], 0.0f, 1.0f));
+        out.at(x, y)[c] = srgb_encode(sum / float((right - left) * (bottom - top)));
+      }
+    }
   return out;
+}
+
+Image contact_sheet(const std::vector<const Image*>& images, uint32_t columns) {
+  constexpr uint32_t kGap = 4;
+  uint32_t width = 0, height = 0;
+  for (const Image* image : images) {
+    width = std::max(width, image->width);
+    height = std::max(height, image->height);
+  }
+  columns = std::min(columns, uint32_t(images.size()));
+  const uint32_t rows = (uint32_t(images.size()) + columns - 1) / columns;
+  Image sheet(columns * (width + kGap) - kGap, rows * (height + kGap) - kGap);
+  std::fill(sheet.values.begin(), sheet.values.end(), 1.0f);
+  for (uint32_t i = 0; i < images.size(); ++i) {
+    const uint32_t left = i % columns * (width + kGap), top = i / columns * (height + kGap);
+    for (uint32_t y = 0; y < images[i]->height; ++y)
+      std::copy_n(images[i]->at(0, y), 3 * size_t(images[i]->width), sheet.at(left, top + y));
+  }
+  return sheet;
 }
 
 }  // namespace nif::render

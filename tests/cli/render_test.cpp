@@ -1,0 +1,161 @@
+// `nif render` on assets that the program has baked itself.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "formats/status.hpp"
+#include "tests/cli/mesh_text.hpp"
+#include "tests/cli/program.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+class Render : public testing::Test {
+ protected:
+  static std::string scene_text(const std::string& object) {
+    return "[picture]\nwidth = 64\nheight = 48\nsamples = 4\n[[object]]\n" + object +
+           "[ground]\n[[light]]\ntype = 'sun'\ndirection = [0.4, 0.8, 0.3]\nangle = 2\n[[light]]\ntype = "
+           "'sky'\n"
+           "[[camera]]\nname = 'front'\n[[camera]]\nname = 'side'\nazimuth = 120\n";
+  }
+  std::string bake(const std::string& encoding) {
+    if (!fs::exists(folder_.path() / "ring.obj")) folder_.write("ring.obj", obj_text(torus(64, 32)));
+    const std::string asset = (folder_.path() / (encoding + ".nif")).string();
+    std::vector<std::string> arguments{
+        "bake",   (folder_.path() / "ring.obj").string(), "-o", asset, "--encoding", encoding, "--rays", "0",
+        "--quiet"};
+    if (encoding != "bvh") arguments.insert(arguments.end(), {"--preset", "fast"});
+    const Outcome outcome = nif(arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return asset;
+  }
+  void refused(const std::vector<std::string>& arguments, Status status, const std::string& fragment) {
+    SCOPED_TRACE(testing::PrintToString(arguments));
+    const std::vector<std::string> before = listing(folder_.path());
+    const Outcome outcome = nif(arguments);
+    EXPECT_EQ(outcome.code, int(status)) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    const std::vector<std::string> lines = without_progress(outcome.err);
+    ASSERT_EQ(lines.size(), 1u) << outcome.err;
+    EXPECT_NE(lines[0].find(fragment), std::string::npos) << "'" << fragment << "' in: " << lines[0];
+    EXPECT_EQ(listing(folder_.path()), before);
+  }
+
+  const TempDir folder_;
+  const std::string out_ = (folder_.path() / "out").string();
+};
+
+TEST_F(Render, ExactAssetsGiveTheReferencesPicture) {
+  bake("bvh");
+  const std::string scene =
+      folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\nnif = 'bvh.nif'\n")).string();
+  const Outcome outcome = nif({"render", scene, "-o", out_, "--json", "--exr"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["schema"], "nifkit.render/1");
+  EXPECT_EQ(result["triangles"], 2 * 64 * 32);
+  ASSERT_EQ(result["cameras"].size(), 2u);
+  for (const auto& [name, camera] : result["cameras"].items()) {
+    EXPECT_GT(camera["shadow_rays"], 64 * 48) << name;
+    EXPECT_EQ(camera["certain"], 1) << name;
+    // Rounding may decide otherwise on an edge.
+    EXPECT_LT(camera["error"].get<double>(), 1e-3) << name;
+    for (const char* mode : {"bits", "probability", "hybrid"}) {
+      const json& psnr = camera["pictures"][mode]["psnr"];
+      EXPECT_TRUE(psnr.is_null() || psnr.get<double>() > 45) << name << mode << psnr;
+    }
+  }
+  std::vector<std::string> files;
+  for (const char* camera : {"front", "side"})
+    for (const char* file : {"bits.exr", "bits.png", "compare.png", "error.png", "hybrid.exr", "hybrid.png",
+                             "probability.exr", "probability.png", "reference.exr", "reference.png"})
+      files.push_back(std::string(camera) + "-" + file);
+  EXPECT_EQ(listing(out_), files);
+}
+
+TEST_F(Render, FieldsComeCloseAndThreadsDoNotMatter) {
+  bake("segment");
+  const std::string scene =
+      folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\nnif = 'segment.nif'\n")).string();
+  const Outcome outcome = nif({"render", scene, "-o", out_, "-j", "1", "--json", "--quiet"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  for (const auto& [name, camera] : json::parse(outcome.out)["cameras"].items()) {
+    EXPECT_GT(camera["pictures"]["bits"]["psnr"], 25) << name;
+    EXPECT_GT(camera["pictures"]["hybrid"]["psnr"], camera["pictures"]["bits"]["psnr"]) << name;
+    EXPECT_GT(camera["pictures"]["probability"]["ssim"], 0.9) << name;
+    EXPECT_GT(camera["error"], 0) << name;
+    EXPECT_LT(camera["certain"], 1) << name;
+  }
+  const std::string other = (folder_.path() / "other").string();
+  ASSERT_EQ(nif({"render", scene, "-o", other, "-j", "2", "--quiet"}).code, 0);
+  ASSERT_EQ(listing(out_), listing(other));
+  for (const std::string& file : listing(out_))
+    EXPECT_EQ(read_bytes(fs::path(out_) / file), read_bytes(fs::path(other) / file)) << file;
+}
+
+TEST_F(Render, WithoutAssetsThereIsTheReference) {
+  folder_.write("ring.obj", obj_text(torus(32, 16)));
+  const std::string scene = folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\n")).string();
+  const std::string sheet = (folder_.path() / "sheet.png").string();
+  const Outcome outcome = nif(
+      {"render", scene, "-o", out_, "--camera", "side", "--width", "32", "--samples", "1", "--sheet", sheet});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("side"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.out.find("front"), std::string::npos) << outcome.out;
+  EXPECT_EQ(listing(out_), std::vector<std::string>{"side-reference.png"});
+  EXPECT_TRUE(fs::exists(sheet));
+}
+
+TEST_F(Render, WhatCannotBeRendered) {
+  folder_.write("ring.obj", obj_text(torus(32, 16)));
+  folder_.write("cube.obj", obj_text(cube()));
+  const std::string asset = bake("bvh");
+  const auto scene = [&](const std::string& text) { return folder_.write("scene.toml", text).string(); };
+  const std::string none = (folder_.path() / "none.toml").string();
+  refused({"render", none, "-o", out_}, Status::file_not_found, "none.toml");
+  refused({"render", scene("nonsense"), "-o", out_}, Status::malformed_scene, "scene.toml: line 1");
+  refused({"render", scene(scene_text("mesh = 'none.obj'\n")), "-o", out_}, Status::file_not_found,
+          "none.obj");
+  refused({"render", scene(scene_text("mesh = 'ring.obj'\nnif = 'none.nif'\n")), "-o", out_},
+          Status::file_not_found, "none.nif");
+  refused({"render", scene(scene_text("mesh = 'ring.obj'\nnif = 'ring.obj'\n")), "-o", out_},
+          Status::not_a_nif, "ring.obj");
+  refused({"render", scene(scene_text("mesh = 'cube.obj'\nnif = 'bvh.nif'\n")), "-o", out_},
+          Status::mesh_mismatch, "was not baked from");
+  refused({"render", scene(scene_text("mesh = 'ring.obj'\n") + "[[light]]\ntype = 'sky'\nmap = 'ring.obj'\n"),
+           "-o", out_},
+          Status::not_an_image, "ring.obj");
+  refused({"render", scene(scene_text("mesh = 'ring.obj'\n") + "[[light]]\ntype = 'sky'\nmap = 'none.exr'\n"),
+           "-o", out_},
+          Status::file_not_found, "none.exr");
+  const std::string good = scene(scene_text("mesh = 'ring.obj'\n"));
+  refused({"render", good}, Status::usage, "--output");
+  refused({"render", good, "-o", out_, "--camera", "back"}, Status::usage, "there are front, side");
+  refused({"render", good, "-o", out_, "--width", "0"}, Status::usage, "--width");
+  refused({"render", good, "-o", out_, "--samples", "0"}, Status::usage, "--samples");
+  refused({"render", good, "-o", out_, "--isa", "sse99"}, Status::usage, "sse99");
+  refused({"render", good, "-o", (folder_.path() / "no" / "out").string()}, Status::output_folder_missing,
+          "does not exist");
+  refused({"render", good, "-o", (folder_.path() / "ring.obj").string()}, Status::output_not_writable,
+          "no folder");
+}
+
+TEST_F(Render, CancelledItEndsAndKeepsWholePictures) {
+  folder_.write("ring.obj", obj_text(torus(64, 32)));
+  const std::string scene = folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\n")).string();
+  Process process(nif_path(),
+                  {"render", scene, "-o", out_, "--width", "4096", "--height", "4096", "--samples", "4096"});
+  ASSERT_TRUE(process.wait_for_error_text("rendering"));
+  process.send(SIGINT);
+  const Outcome outcome = process.finish(60);
+  EXPECT_EQ(outcome.code, int(Status::interrupted));
+  for (const std::string& file : listing(out_)) EXPECT_EQ(file, "front-reference.png");
+}
+
+}  // namespace
+}  // namespace nif::test
