@@ -4,10 +4,12 @@
 
 #include <algorithm>
 
+#include "bake/bake_steps.hpp"
 #include "bake/bvh_builder.hpp"
 #include "bake/occupancy.hpp"
 #include "bake/prepare.hpp"
 #include "bake/report.hpp"
+#include "bake/spherical_bake.hpp"
 #include "formats/nif/writer.hpp"
 #include "formats/status.hpp"
 
@@ -25,17 +27,20 @@ struct PresetRow {
 // than it teaches.
 constexpr Mix kDefaultMix{0.30, 0.35, 0.0, 0.35, 0.0};
 
+// Of `spherical`: the two kinds of rays that the paper's networks are for. Segments that end are left out,
+// because these networks are not told where.
+constexpr Mix kSphericalMix{0.5, 0.35, 0.15, 0.0, 0.0};
+
 // What `balanced` comes to stands in docs/results/dragon.md.
 constexpr PresetRow kPresets[] = {
     {Preset::fast, "fast", {64, 8, 2, 8.0f, {32, 2}, kDefaultMix, 400, 12'000'000}},
     {Preset::balanced, "balanced", {96, 6, 2, 8.0f, {32, 2}, kDefaultMix, 2200, 110'000'000}},
     {Preset::high, "high", {128, 12, 2, 8.0f, {48, 2}, kDefaultMix, 4000, 500'000'000}},
+    {Preset::paper, "paper", {0, 0, 0, 0, {}, kSphericalMix, 0, 0}},
 };
 
-/// Objects with at least so many triangles get the preset's resolution. Below, surface detail is what
-/// triangles there are, and the voxels' size follows the triangles': resolution falls with the square root of
-/// their number.
-constexpr double kFullTriangles = 150'000;
+/// Below kFullTriangles, surface detail is what triangles there are, and the voxels' size follows the
+/// triangles': resolution falls with the square root of their number.
 constexpr uint32_t kMinResolution = 16;
 constexpr uint64_t kMinRays = 2'000'000;
 constexpr uint64_t kRaysPerRound = 3'000'000;
@@ -44,22 +49,6 @@ uint32_t resolution_for(uint64_t triangles, uint32_t full, double scale) {
   const double share = std::min(1.0, std::sqrt(double(triangles) / kFullTriangles));
   const double wanted = std::max(full * share, double(std::min(kMinResolution, full))) * scale;
   return std::clamp(uint32_t(std::lround(wanted)), 2u, kernels::kMaxVoxels);
-}
-
-/// What is the same of an object in any encoding.
-format::Object describe(const Prepared& prepared, ObjectReport& report) {
-  format::Object object;
-  object.name = format::clean_name(prepared.source->name);
-  object.aabb_min = prepared.box.min;
-  object.aabb_max = prepared.box.max;
-  object.bias = prepared.bias;
-  object.triangles = uint32_t(std::min<uint64_t>(prepared.surface.triangles.size(), 0xffffffffu));
-  report.name = object.name;
-  report.triangles = prepared.surface.triangles.size();
-  report.cleaned = prepared.surface.report;
-  report.closed_components = prepared.closed.count();
-  report.open_components = prepared.closed.open_components;
-  return object;
 }
 
 /// Gives a field its occupancy and zero features.
@@ -119,12 +108,6 @@ uint64_t bytes_of(const format::Network& network) {
   return bytes;
 }
 
-/// Reserve for what the metadata will say once accuracy has been measured.
-constexpr uint64_t kMetadataBytes = 1024, kMetadataBytesPerObject = 1792;
-
-/// Seeds apart from the one that `nif eval` uses by default, from training's streams and from each other's.
-constexpr uint64_t kMeasuringSeed = 0x6d65617375726564, kChoosingSeed = 0x63686f6f73696e67;
-
 class Baker {
  public:
   Baker(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
@@ -138,7 +121,10 @@ class Baker {
     if (options_.max_bytes) shrink_to(*options_.max_bytes);
     for (size_t i = 0; i < prepared_.size(); ++i) bake_object(i);
     for (const ObjectReport& report : result_.objects) result_.triangles += report.triangles;
-    check_error();
+    check_error(options_, result_.sets,
+                options_.encoding == EncodingOption::segment
+                    ? "try a higher preset, --resolution or --encoding auto"
+                    : "try a higher preset or --resolution");
     result_.asset = assemble();
     result_.asset.metadata = make_metadata(scene_, options_, result_);
     return std::move(result_);
@@ -153,25 +139,19 @@ class Baker {
   };
 
   void choose_objects() {
-    report(BakeProgress::Stage::preparing, scene_.meshes.front().name, 0, 0, 0, 0);
+    if (callback_) callback_({BakeProgress::Stage::preparing, scene_.meshes.front().name, 0, 1, 0, 0, 0});
     PreparedScene prepared = prepare(scene_);
-    prepared_ = std::move(prepared.objects);
     result_.notes = std::move(prepared.notes);
-    for (uint32_t i : prepared.instances) {
-      const mesh::Instance& instance = scene_.instances[i];
-      result_.asset.instances.push_back(
-          {format::clean_name(instance.name), prepared.object_of[instance.mesh], instance.transform});
-    }
-    // Progress is shared out by what training will roughly cost.
-    for (const Prepared& p : prepared_)
-      weights_.push_back(std::clamp(double(p.surface.triangles.size()), 10e3, kFullTriangles));
+    result_.asset.instances = instances_of(scene_, prepared);
+    prepared_ = std::move(prepared.objects);
+    clock_.emplace(prepared_, callback_);
     candidates_.resize(prepared_.size());
     result_.objects.resize(prepared_.size());
   }
 
   void build_bvhs() {
     for (size_t i = 0; i < prepared_.size(); ++i) {
-      stop_if_cancelled();
+      stop_if(cancel_);
       const auto& [positions, triangles, slivers, cleaned] = prepared_[i].surface;
       Candidate& candidate = candidates_[i];
       candidate.bvh = candidate.field = describe(prepared_[i], result_.objects[i]);
@@ -192,7 +172,7 @@ class Baker {
   void lay_out_fields(double scale) {
     if (options_.encoding == EncodingOption::bvh) return;
     for (size_t i = 0; i < prepared_.size(); ++i) {
-      stop_if_cancelled();
+      stop_if(cancel_);
       lay_out(prepared_[i], resolved_,
               resolution_for(prepared_[i].surface.triangles.size(), resolved_.resolution, scale),
               candidates_[i].field, result_.objects[i]);
@@ -360,52 +340,20 @@ class Baker {
 
   /// The accuracy of what the object is now.
   SetAccuracies measure(size_t index, const RaySource& source) {
-    SetAccuracies sets{};
-    if (options_.evaluation_rays == 0) return sets;
     const Candidate& candidate = candidates_[index];
     const kernels::BvhField bvh = format::field_of(candidate.bvh.bvh);
     kernels::SegmentField field;
     if (!candidate.takes_bvh) field = format::field_of(candidate.field, *candidate.network);
     const Answerer answer = candidate.takes_bvh ? reference_answerer(bvh) : reference_answerer(field);
-    const uint64_t share = std::max<uint64_t>(20'000, options_.evaluation_rays / prepared_.size());
-    const size_t count = size_t(std::min(share, options_.evaluation_rays));
-    for (RaySet set : kRaySets) {
-      stop_if_cancelled();
+    return measure_sets(source, answer, options_, prepared_.size(), [&](RaySet set) {
+      stop_if(cancel_);
       report(BakeProgress::Stage::measuring, candidate.field.name, index, 0.90 + 0.02 * double(set), 0, 0);
-      sets[size_t(set)] =
-          evaluate(make_ray_set(source, set, count, options_.seed + kMeasuringSeed), answer, source.oracle);
-    }
-    return sets;
-  }
-
-  void stop_if_cancelled() const {
-    if (cancel_) throw Error(Status::interrupted, "the bake was cancelled");
-  }
-
-  void check_error() const {
-    if (!options_.max_error) return;
-    for (RaySet set : kRaySets) {
-      const double error = result_.sets[size_t(set)].error();
-      if (error <= *options_.max_error) continue;
-      throw Error(Status::target_not_met,
-                  fmt::format("--max-error {:.4f}% is not met: {:.4f}% of {} are answered wrongly; {}",
-                              *options_.max_error * 100, error * 100, name_of(set),
-                              options_.encoding == EncodingOption::segment
-                                  ? "try a higher preset, --resolution or --encoding auto"
-                                  : "try a higher preset or --resolution"));
-    }
+    });
   }
 
   void report(BakeProgress::Stage stage, std::string_view name, size_t index, double share, double loss,
-              double error) {
-    double done = 0, all = 0;
-    for (size_t i = 0; i < weights_.size(); ++i) {
-      done += i < index ? weights_[i] : i == index ? weights_[i] * share : 0;
-      all += weights_[i];
-    }
-    const double fraction = stage == BakeProgress::Stage::preparing || all == 0 ? 0 : done / all;
-    if (callback_)
-      callback_({stage, name, index, std::max<size_t>(prepared_.size(), 1), fraction, loss, error});
+              double error) const {
+    clock_->report(stage, name, index, share, loss, error);
   }
 
   const mesh::Scene& scene_;
@@ -415,12 +363,15 @@ class Baker {
   const std::atomic<bool>& cancel_;
   std::vector<Prepared> prepared_;
   std::vector<Candidate> candidates_;
-  std::vector<double> weights_;
+  std::optional<BakeClock> clock_;
   BakeResult result_;
 };
 
 constexpr std::pair<EncodingOption, std::string_view> kEncodings[] = {
-    {EncodingOption::automatic, "auto"}, {EncodingOption::segment, "segment"}, {EncodingOption::bvh, "bvh"}};
+    {EncodingOption::automatic, "auto"},
+    {EncodingOption::segment, "segment"},
+    {EncodingOption::bvh, "bvh"},
+    {EncodingOption::spherical, "spherical"}};
 
 }  // namespace
 
@@ -464,6 +415,7 @@ ResolvedOptions resolve(const BakeOptions& options) {
 
 BakeResult bake(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
                 const std::atomic<bool>& cancel) {
+  if (options.encoding == EncodingOption::spherical) return bake_spherical(scene, options, callback, cancel);
   return Baker(scene, options, callback, cancel).run();
 }
 

@@ -8,13 +8,19 @@
 
 #include "bake/encoding.hpp"
 #include "bake/evaluate.hpp"
+#include "bake/spherical_trainer.hpp"
 #include "bake/trainer.hpp"
 #include "formats/mesh/clean.hpp"
 #include "formats/nif/asset.hpp"
 
 namespace nif::bake {
 
-enum class Preset { fast, balanced, high };
+enum class Preset {
+  fast,
+  balanced,
+  high,
+  paper,  ///< of EncodingOption::spherical, the only one: the others are for `segment` fields
+};
 std::string_view name_of(Preset preset);
 std::optional<Preset> preset_named(std::string_view name);
 
@@ -22,14 +28,25 @@ std::optional<Preset> preset_named(std::string_view name);
 enum class EncodingOption {
   automatic,  ///< whichever is better for it, see bake/encoding.hpp
   segment,
-  bvh,  ///< nothing is trained; preset, resolution, mix and effort have no meaning
+  bvh,        ///< nothing is trained; preset, resolution, mix and effort have no meaning
+  spherical,  ///< the paper's; resolution has no meaning
 };
 std::string_view name_of(EncodingOption option);
 std::optional<EncodingOption> encoding_named(std::string_view name);
 
+/// How `spherical` objects are baked; what the fields are made of is in `fields`, whose seed is the bake's.
+struct SphericalBakeOptions {
+  SphericalOptions fields;
+  bool shared_network = false;  ///< one pair of networks for all objects, in place of one for each
+  /// Rays that are drawn and labelled for an object of kFullTriangles or more; fewer for smaller ones.
+  uint64_t rays = 48'000'000;
+  uint32_t passes = 3;  ///< times that each is learned from
+};
+
 struct BakeOptions {
   EncodingOption encoding = EncodingOption::automatic;
   Preset preset = Preset::balanced;
+  SphericalBakeOptions spherical;  ///< where that is the encoding
   uint64_t seed = 1;
   /// Of the whole file: the finest grids up to the preset's that fit, and BVHs where there is room for them.
   std::optional<uint64_t> max_bytes;

@@ -2,10 +2,10 @@
 
 #include <tbb/parallel_for.h>
 
-#include <cmath>
-
 #include "kernels/reference/bvh.hpp"
+#include "kernels/reference/scene.hpp"
 #include "kernels/reference/segment.hpp"
+#include "kernels/reference/spherical.hpp"
 
 namespace nif::bake {
 
@@ -45,29 +45,35 @@ Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle
   return all;
 }
 
-Answerer reference_answerer(const kernels::SegmentField& field) {
-  return [&field](std::span<const Segment> segments, const Answers& answers) {
+namespace {
+
+/// Answers by `ask`, a reference kernel's query of one segment.
+template <class Ask>
+Answerer answer_each(const Ask& ask, float logit_scale) {
+  return [ask, logit_scale](std::span<const Segment> segments, const Answers& answers) {
     for (size_t i = 0; i < segments.size(); ++i) {
-      const kernels::Answer answer = kernels::query_segment(field, segments[i]);
+      const kernels::Answer answer = ask(segments[i]);
       answers.visible[i] = answer.visible;
       answers.certain[i] = answer.certain;
-      const bool exact = answer.logit == kernels::kCertainLogit || answer.logit == -kernels::kCertainLogit;
-      answers.probability[i] =
-          exact ? (answer.visible ? 1.0f : 0.0f)
-                : 1.0f / (1.0f + std::exp(-static_cast<float>(answer.logit) * field.network.logit_scale));
+      answers.probability[i] = kernels::visible_probability(answer.logit, logit_scale);
     }
   };
 }
 
+}  // namespace
+
+Answerer reference_answerer(const kernels::SegmentField& field) {
+  return answer_each([&field](const Segment& segment) { return kernels::query_segment(field, segment); },
+                     field.network.logit_scale);
+}
+
 Answerer reference_answerer(const kernels::BvhField& field) {
-  return [&field](std::span<const Segment> segments, const Answers& answers) {
-    for (size_t i = 0; i < segments.size(); ++i) {
-      const kernels::Answer answer = kernels::query_bvh(field, segments[i]);
-      answers.visible[i] = answer.visible;
-      answers.certain[i] = answer.certain;
-      answers.probability[i] = answer.visible ? 1.0f : 0.0f;
-    }
-  };
+  return answer_each([&field](const Segment& segment) { return kernels::query_bvh(field, segment); }, 1);
+}
+
+Answerer reference_answerer(const kernels::SphericalField& field) {
+  return answer_each([&field](const Segment& segment) { return kernels::query_spherical(field, segment); },
+                     kernels::kSphericalLogitScale);
 }
 
 }  // namespace nif::bake

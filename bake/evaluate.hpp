@@ -6,6 +6,7 @@
 
 #include "bake/ray_sets.hpp"
 #include "kernels/bvh_field.hpp"
+#include "kernels/spherical_field.hpp"
 
 namespace nif::bake {
 
@@ -42,5 +43,6 @@ Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle
 /// Answers by the reference kernels. The field must outlive the answerer.
 Answerer reference_answerer(const kernels::SegmentField& field);
 Answerer reference_answerer(const kernels::BvhField& field);
+Answerer reference_answerer(const kernels::SphericalField& field);
 
 }  // namespace nif::bake

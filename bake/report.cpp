@@ -20,6 +20,38 @@ nlohmann::ordered_json to_json(const SetAccuracies& sets) {
   return json;
 }
 
+namespace {
+
+/// The hyperparameters of `spherical`, all of them.
+nlohmann::ordered_json to_json(const SphericalBakeOptions& options) {
+  const SphericalOptions& fields = options.fields;
+  const auto precision = [](bool half) { return half ? "half" : "single"; };
+  return {{"outer",
+           {{"resolution", fields.outer.resolution},
+            {"features", fields.outer.features},
+            {"width", fields.outer.width},
+            {"layers", fields.outer.hidden_layers},
+            {"batch", fields.outer.batch}}},
+          {"inner",
+           {{"resolution", fields.inner.resolution},
+            {"features", fields.inner.features},
+            {"distance_resolution", fields.inner.distance_resolution},
+            {"distance_features", fields.inner.distance_features},
+            {"width", fields.inner.width},
+            {"layers", fields.inner.hidden_layers},
+            {"batch", fields.inner.batch}}},
+          {"grids", precision(fields.half_grids)},
+          {"networks", precision(fields.half_networks)},
+          {"shared_network", options.shared_network},
+          {"slope", fields.slope},
+          {"latent_reach", fields.latent_reach},
+          {"learning_rate", fields.learning_rate},
+          {"rays", options.rays},
+          {"passes", options.passes}};
+}
+
+}  // namespace
+
 std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result) {
   nlohmann::ordered_json mix = nlohmann::ordered_json::object();
   const Mix weights = resolve(options).mix;
@@ -30,6 +62,7 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, 
   if (options.encoding != EncodingOption::bvh) {
     chosen["preset"] = name_of(options.preset);
     chosen["mix"] = mix;
+    if (options.encoding == EncodingOption::spherical) chosen["spherical"] = to_json(options.spherical);
     if (options.resolution) chosen["resolution"] = *options.resolution;
     if (options.effort) chosen["effort"] = *options.effort;
   }
@@ -55,6 +88,10 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, 
                                                     {"open_components", report.open_components}});
     if (report.encoding == format::kSegment) {
       described["voxels"] = report.voxels;
+      described["training_rays"] = report.training_rays;
+    }
+    if (report.encoding == format::kSpherical) {
+      described["networks"] = object.network;
       described["training_rays"] = report.training_rays;
     }
     described["accuracy"] = to_json(report.sets);

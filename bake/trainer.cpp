@@ -71,7 +71,7 @@ class Trainer {
       : source_(source),
         object_(object),
         options_(options),
-        field_(format::field_of(object, {})),
+        field_(format::field_of(object, format::Network{})),
         cells_(field_),
         shape_(make_shape(object.samples * object.features_per_corner + kernels::kGlobalInputs,
                           options.network)),

@@ -10,13 +10,11 @@
 #include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
+#include "bake/layers-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace nif::bake {
 namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using Wide = hn::CappedTag<float, kVirtualLanes>;
-using Vector = hn::Vec<Wide>;
 
 constexpr float kActivationTop = 127.0f;
 /// Slope of the activation outside (0, 1) in the backward pass only, so that no neuron stays dead for good.
@@ -93,75 +91,6 @@ void scatter(const TrainingModel& model, const TrainingSlice& slice, const float
           float* to = gradients + size_t(corners[c]) * width + f;
           hn::StoreU(hn::MulAdd(hn::Set(pair, weights[c]), gradient, hn::LoadU(pair, to)), pair, to);
         }
-      }
-    }
-  }
-}
-
-/// y[o][ray] = sum_i weights[o * row + i * column] x[i][ray] (+ biases[o]) for `rows` outputs.
-template <uint32_t kRows>
-HWY_INLINE void multiply_rows(const float* HWY_RESTRICT weights, uint32_t row, uint32_t column,
-                              uint32_t inputs, const float* HWY_RESTRICT biases, const float* HWY_RESTRICT x,
-                              float* HWY_RESTRICT y) {
-  const Wide d;
-  const size_t lanes = hn::Lanes(d);
-  for (size_t s = 0; s < kTrainLanes; s += 2 * lanes) {
-    Vector sums[kRows][2];
-    for (uint32_t o = 0; o < kRows; ++o) {
-      sums[o][0] = sums[o][1] = biases ? hn::Set(d, biases[o]) : hn::Zero(d);
-    }
-    for (uint32_t i = 0; i < inputs; ++i) {
-      const Vector x0 = hn::Load(d, x + size_t(i) * kTrainLanes + s);
-      const Vector x1 = hn::Load(d, x + size_t(i) * kTrainLanes + s + lanes);
-      for (uint32_t o = 0; o < kRows; ++o) {
-        const Vector w = hn::Set(d, weights[size_t(o) * row + size_t(i) * column]);
-        sums[o][0] = hn::MulAdd(w, x0, sums[o][0]);
-        sums[o][1] = hn::MulAdd(w, x1, sums[o][1]);
-      }
-    }
-    for (uint32_t o = 0; o < kRows; ++o) {
-      hn::Store(sums[o][0], d, y + size_t(o) * kTrainLanes + s);
-      hn::Store(sums[o][1], d, y + size_t(o) * kTrainLanes + s + lanes);
-    }
-  }
-}
-
-void multiply(const float* weights, uint32_t row, uint32_t column, uint32_t inputs, uint32_t outputs,
-              const float* biases, const float* x, float* y) {
-  uint32_t o = 0;
-  for (; o + 4 <= outputs; o += 4) {
-    multiply_rows<4>(weights + size_t(o) * row, row, column, inputs, biases ? biases + o : nullptr, x,
-                     y + size_t(o) * kTrainLanes);
-  }
-  for (; o < outputs; ++o) {
-    multiply_rows<1>(weights + size_t(o) * row, row, column, inputs, biases ? biases + o : nullptr, x,
-                     y + size_t(o) * kTrainLanes);
-  }
-}
-
-/// weights[o][i][lane] += sum over rays of dz[o][ray] x[i][ray], ray % kVirtualLanes == lane; biases
-/// likewise.
-void accumulate(const float* HWY_RESTRICT dz, const float* HWY_RESTRICT x, uint32_t inputs, uint32_t outputs,
-                float* HWY_RESTRICT weights, float* HWY_RESTRICT biases) {
-  const Wide d;
-  const size_t lanes = hn::Lanes(d);
-  constexpr size_t kParts = kTrainLanes / kVirtualLanes;
-  for (size_t lane = 0; lane < kVirtualLanes; lane += lanes) {
-    for (uint32_t o = 0; o < outputs; ++o) {
-      Vector dzs[kParts];
-      Vector bias = hn::Load(d, biases + size_t(o) * kVirtualLanes + lane);
-      for (size_t p = 0; p < kParts; ++p) {
-        dzs[p] = hn::Load(d, dz + size_t(o) * kTrainLanes + p * kVirtualLanes + lane);
-        bias = hn::Add(bias, dzs[p]);
-      }
-      hn::Store(bias, d, biases + size_t(o) * kVirtualLanes + lane);
-      float* to = weights + size_t(o) * inputs * kVirtualLanes + lane;
-      for (uint32_t i = 0; i < inputs; ++i) {
-        Vector sum = hn::Load(d, to + size_t(i) * kVirtualLanes);
-        for (size_t p = 0; p < kParts; ++p) {
-          sum = hn::MulAdd(dzs[p], hn::Load(d, x + size_t(i) * kTrainLanes + p * kVirtualLanes + lane), sum);
-        }
-        hn::Store(sum, d, to + size_t(i) * kVirtualLanes);
       }
     }
   }

@@ -16,6 +16,7 @@
 #include "tools/command.hpp"
 #include "tools/measuring.hpp"
 #include "tools/progress.hpp"
+#include "tools/spherical_options.hpp"
 
 namespace nif::tools {
 namespace {
@@ -23,12 +24,13 @@ namespace {
 struct Arguments {
   std::string mesh, output;
   std::optional<std::string> preset;
-  std::string encoding = "auto";
+  std::optional<std::string> encoding;
   std::optional<uint32_t> resolution;
   std::string max_bytes, max_error, mix;
   uint64_t seed = 1;
   uint32_t threads = 0;
   uint64_t rays = 1'000'000;
+  SphericalArguments spherical;
   bool json = false, quiet = false;
 };
 
@@ -56,19 +58,16 @@ bake::Mix parse_mix(const std::string& text) {
 
 bake::BakeOptions resolve_options(const Arguments& arguments) {
   bake::BakeOptions options;
-  const std::string preset = arguments.preset.value_or("balanced");
-  if (preset == "paper" || arguments.encoding == "spherical") {
-    throw Error(Status::usage,
-                "this version has the encodings segment and bvh: the paper's (--preset paper, --encoding "
-                "spherical) is not in it");
-  }
+  const bool paper = arguments.preset == "paper";
+  const std::string encoding_name = arguments.encoding.value_or(paper ? "spherical" : "auto");
+  const std::string preset = arguments.preset.value_or(encoding_name == "spherical" ? "paper" : "balanced");
   const std::optional<bake::Preset> known_preset = bake::preset_named(preset);
   if (!known_preset)
-    throw Error(Status::usage, fmt::format("--preset '{}' is none of fast, balanced, high", preset));
-  const std::optional<bake::EncodingOption> encoding = bake::encoding_named(arguments.encoding);
+    throw Error(Status::usage, fmt::format("--preset '{}' is none of fast, balanced, high, paper", preset));
+  const std::optional<bake::EncodingOption> encoding = bake::encoding_named(encoding_name);
   if (!encoding) {
     throw Error(Status::usage,
-                fmt::format("--encoding '{}' is none of auto, segment, bvh", arguments.encoding));
+                fmt::format("--encoding '{}' is none of auto, segment, bvh, spherical", encoding_name));
   }
   if (*encoding == bake::EncodingOption::bvh) {
     const char* idle = arguments.preset         ? "--preset"
@@ -78,6 +77,22 @@ bake::BakeOptions resolve_options(const Arguments& arguments) {
     if (idle)
       throw Error(Status::usage,
                   fmt::format("--encoding bvh and {} contradict each other: no field is trained", idle));
+  }
+  const bool spherical = *encoding == bake::EncodingOption::spherical;
+  if (spherical != (preset == "paper"))
+    throw Error(Status::usage,
+                fmt::format("--encoding {} and --preset {} contradict each other: paper is the "
+                            "preset of spherical, and its only one",
+                            encoding_name, preset));
+  if (spherical && arguments.resolution)
+    throw Error(Status::usage,
+                "--encoding spherical and --resolution contradict each other: its grids are set by "
+                "--outer-resolution, --inner-resolution and --distance-resolution");
+  if (spherical) {
+    options.spherical = resolve_spherical(arguments.spherical);
+  } else if (const char* idle = arguments.spherical.first_given()) {
+    throw Error(Status::usage, fmt::format("{} is an option of --encoding spherical, and the encoding is {}",
+                                           idle, encoding_name));
   }
   options.encoding = *encoding;
   options.preset = *known_preset;
@@ -101,7 +116,7 @@ bake::BakeOptions resolve_options(const Arguments& arguments) {
 }
 
 struct AssetBytes {
-  uint64_t file, resident, occupancy = 0, features = 0, network = 0, bvh = 0;
+  uint64_t file, resident, occupancy = 0, features = 0, network = 0, bvh = 0, grids = 0;
 };
 
 AssetBytes count_bytes(std::span<const std::byte> file) {
@@ -111,8 +126,11 @@ AssetBytes count_bytes(std::span<const std::byte> file) {
     bytes.occupancy += object.occupancy_bytes;
     bytes.features += object.feature_bytes;
     bytes.bvh += object.bvh_bytes;
+    bytes.grids += object.grid_bytes;
   }
   for (const format::NetworkView& network : view.networks) bytes.network += network.bytes;
+  for (const format::SphericalNetworksView& networks : view.spherical_networks)
+    bytes.network += networks.bytes;
   return bytes;
 }
 
@@ -163,7 +181,8 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result, cons
                                       {"occupancy", bytes.occupancy},
                                       {"features", bytes.features},
                                       {"network", bytes.network},
-                                      {"bvh", bytes.bvh}}},
+                                      {"bvh", bytes.bvh},
+                                      {"grids", bytes.grids}}},
                                     {"sets", bake::to_json(result.sets)},
                                     {"objects", std::move(objects)}};
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -175,10 +194,11 @@ void print_summary(const Arguments& arguments, const bake::BakeResult& result, c
              count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
              count_of(result.asset.instances.size(), "instance"), seconds,
              format_bytes(double(peak_memory())));
-  fmt::print("{} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {})\n",
+  fmt::print("{} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {}, grids {})\n",
              format_bytes(double(bytes.file)), format_bytes(double(bytes.resident)),
              format_bytes(double(bytes.occupancy)), format_bytes(double(bytes.features)),
-             format_bytes(double(bytes.network)), format_bytes(double(bytes.bvh)));
+             format_bytes(double(bytes.network)), format_bytes(double(bytes.bvh)),
+             format_bytes(double(bytes.grids)));
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
     const bake::ObjectReport& object = result.objects[i];
@@ -279,14 +299,18 @@ void add_bake(CLI::App& app) {
   command->add_option("MESH", a->mesh, "OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst")
       ->required();
   command->add_option("-o,--output", a->output, "The .nif file to write")->required();
-  command->add_option("--preset", a->preset, "fast, balanced or high: how fine and how long")
+  command
+      ->add_option("--preset", a->preset,
+                   "fast, balanced or high: how fine and how long. paper: spherical, as published")
       ->default_str("balanced");
   command
       ->add_option(
           "--encoding", a->encoding,
           "segment: small fields, some answers wrong. bvh: exact, 16 bytes or so a triangle; nothing is "
-          "trained. auto: for each object the better one, by bytes, work and measured error, and why")
-      ->capture_default_str();
+          "trained. auto: for each object the better one of these, by bytes, work and measured error, and "
+          "why. "
+          "spherical: the fields of the paper that this idea is from, for comparison")
+      ->default_str("auto");
   command
       ->add_option("--resolution", a->resolution,
                    "Voxels along the longest side of objects of 150,000 triangles or "
@@ -306,6 +330,7 @@ void add_bake(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--rays", a->rays, "Rays of each set to measure the accuracy with; 0: do not")
       ->capture_default_str();
+  add_spherical_options(*command, a->spherical);
   command->add_flag("--json", a->json, "Print the results as one JSON object (nifkit.bake/1)");
   command->add_flag("--quiet", a->quiet, "No progress, notes or summary");
   command->footer("Example: nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB");

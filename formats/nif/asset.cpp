@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "formats/nif/writer.hpp"
+#include "kernels/reference/spherical.hpp"
 
 namespace nif::format {
 
@@ -47,6 +48,28 @@ kernels::BvhField field_of(const Bvh& bvh) {
   return field;
 }
 
+kernels::SphericalField field_of(const Object& object, const SphericalNetworks& networks) {
+  kernels::SphericalField field;
+  kernels::set_bounds(object.aabb_min.data(), object.aabb_max.data(), field);
+  const SphericalGrids& grids = object.grids;
+  const auto grid = [](const std::vector<float>& values, uint32_t resolution, uint32_t features) {
+    return kernels::SphericalGrid{{values.data(), false}, resolution, features};
+  };
+  field.outer_position = grid(grids.outer_position, grids.outer_resolution, grids.outer_features);
+  field.outer_direction = grid(grids.outer_direction, grids.outer_resolution, grids.outer_features);
+  field.inner_position = grid(grids.inner_position, grids.inner_resolution, grids.inner_features);
+  field.inner_direction = grid(grids.inner_direction, grids.inner_resolution, grids.inner_features);
+  field.distance = grid(grids.distance, grids.distance_resolution, grids.distance_features);
+  const auto network = [](const SphericalLayers& layers) {
+    return kernels::SphericalNetwork{
+        {layers.weights.data(), false}, layers.inputs, layers.width, layers.hidden_layers};
+  };
+  field.outer = network(networks.outer);
+  field.inner = network(networks.inner);
+  field.slope = networks.slope;
+  return field;
+}
+
 namespace {
 
 Bvh to_bvh(const kernels::BvhField& field) {
@@ -56,6 +79,39 @@ Bvh to_bvh(const kernels::BvhField& field) {
   for (uint32_t t = 0; t < field.triangle_count; ++t)
     bvh.triangles.push_back(std::to_array(field.triangles[t]));
   return bvh;
+}
+
+std::vector<float> to_floats(const kernels::SphericalValues& values, size_t count) {
+  std::vector<float> floats(count);
+  for (size_t i = 0; i < count; ++i) floats[i] = kernels::value_of(values, i);
+  return floats;
+}
+
+SphericalLayers to_layers(const kernels::SphericalNetwork& network) {
+  return {network.inputs, network.width, network.hidden_layers,
+          to_floats(network.weights,
+                    kernels::spherical_weights(network.inputs, network.width, network.hidden_layers))};
+}
+
+SphericalGrids to_grids(const kernels::SphericalField& field) {
+  SphericalGrids grids;
+  grids.half = field.outer_position.values.half;
+  grids.outer_resolution = field.outer_position.resolution;
+  grids.outer_features = field.outer_position.features;
+  grids.inner_resolution = field.inner_position.resolution;
+  grids.inner_features = field.inner_position.features;
+  grids.distance_resolution = field.distance.resolution;
+  grids.distance_features = field.distance.features;
+  const auto angles = [](const kernels::SphericalGrid& grid) {
+    return to_floats(grid.values, size_t(grid.resolution) * grid.resolution * grid.features);
+  };
+  grids.outer_position = angles(field.outer_position);
+  grids.outer_direction = angles(field.outer_direction);
+  grids.inner_position = angles(field.inner_position);
+  grids.inner_direction = angles(field.inner_direction);
+  grids.distance =
+      to_floats(field.distance.values, size_t(field.distance.resolution) * field.distance.features);
+  return grids;
 }
 
 }  // namespace
@@ -75,6 +131,9 @@ Asset to_asset(const AssetView& view) {
                                 {layer.weights, layer.weights + size_t(layer.outputs) * layer.inputs}});
     }
   }
+  for (const SphericalNetworksView& from : view.spherical_networks)
+    asset.spherical_networks.push_back(
+        {from.outer.weights.half, from.slope, to_layers(from.outer), to_layers(from.inner)});
   for (const ObjectView& from : view.objects) {
     const kernels::SegmentField& field = from.field;
     Object& object = asset.objects.emplace_back();
@@ -87,6 +146,10 @@ Asset to_asset(const AssetView& view) {
     object.triangles = from.triangles;
     if (from.encoding == kBvh) {
       object.bvh = to_bvh(from.bvh);
+      continue;
+    }
+    if (from.encoding == kSpherical) {
+      object.grids = to_grids(from.spherical);
       continue;
     }
     std::copy_n(field.origin, 3, object.origin.begin());

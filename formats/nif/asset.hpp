@@ -9,6 +9,7 @@
 #include "formats/nif/layout.hpp"
 #include "kernels/bvh_field.hpp"
 #include "kernels/field.hpp"
+#include "kernels/spherical_field.hpp"
 
 namespace nif::format {
 
@@ -36,6 +37,37 @@ struct Bvh {
   }
 };
 
+/// Latent vectors of a `spherical` object; each array is [resolution][resolution][features], theta before
+/// phi, `distance` is [resolution][features]. Where `half` is set, all values are such that half precision
+/// holds.
+struct SphericalGrids {
+  bool half = false;
+  uint32_t outer_resolution = 0, outer_features = 0;
+  uint32_t inner_resolution = 0, inner_features = 0;
+  uint32_t distance_resolution = 0, distance_features = 0;
+  std::vector<float> outer_position, outer_direction, inner_position, inner_direction, distance;
+
+  /// Of the block that holds them in a file.
+  uint64_t bytes() const {
+    return (half ? 2 : 4) * (outer_position.size() + outer_direction.size() + inner_position.size() +
+                             inner_direction.size() + distance.size());
+  }
+};
+
+struct SphericalLayers {
+  uint32_t inputs = 0, width = 0, hidden_layers = 0;
+  std::vector<float> weights;  ///< layer by layer, [inputs][outputs] each
+};
+
+/// Both networks of one or several `spherical` objects.
+struct SphericalNetworks {
+  bool half = false;  ///< as with grids
+  float slope = 0.01f;
+  SphericalLayers outer, inner;
+
+  uint64_t bytes() const { return (half ? 2 : 4) * (outer.weights.size() + inner.weights.size()); }
+};
+
 /// One object; what is not of its encoding stays empty. The members of `segment` are those of
 /// kernels::SegmentField.
 struct Object {
@@ -60,6 +92,8 @@ struct Object {
   float length_scale = 0;
 
   Bvh bvh;
+
+  SphericalGrids grids;  ///< `network` then counts in Asset::spherical_networks
 };
 
 struct Instance {
@@ -72,6 +106,7 @@ struct Asset {
   std::vector<Object> objects;
   std::vector<Instance> instances;
   std::vector<Network> networks;
+  std::vector<SphericalNetworks> spherical_networks;
   std::string metadata;  ///< JSON
 };
 
@@ -81,5 +116,7 @@ constexpr uint32_t bricks_for(uint32_t voxels) { return voxels / kernels::kBrick
 /// The kernels' view of an object; valid while both live and are not changed.
 kernels::SegmentField field_of(const Object& object, const Network& network);
 kernels::BvhField field_of(const Bvh& bvh);
+/// The object's bounds must be such as kernels::set_bounds() takes.
+kernels::SphericalField field_of(const Object& object, const SphericalNetworks& networks);
 
 }  // namespace nif::format

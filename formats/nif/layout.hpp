@@ -41,6 +41,10 @@ enum SectionType : uint32_t {
   kOccupancy = fourcc("OCCU"),  ///< each object's block
   kFeatures = fourcc("FEAT"),   ///< each object's block
   kBvhs = fourcc("BVHS"),       ///< each `bvh` object's block; there only where there is such an object
+  // There only where there is a `spherical` object.
+  kSphericalNetworks = fourcc("SNET"),  ///< SphericalNetworksRecord[]
+  kSphericalWeights = fourcc("SWGT"),   ///< each record's block
+  kGrids = fourcc("GRID"),              ///< each `spherical` object's block
 };
 
 enum SectionFlags : uint32_t {
@@ -72,7 +76,8 @@ enum Encoding : uint32_t { kSegment = 1, kSpherical = 2, kBvh = 3 };
 
 struct ObjectRecord {  // 192 bytes
   uint32_t encoding;
-  uint32_t network;  ///< index into kNetworks; objects may share one; 0 for `bvh`
+  uint32_t network;  ///< index into kNetworks, of `spherical` into kSphericalNetworks; objects may share one;
+                     ///< 0 for `bvh`
   Name name;
   float aabb_min[3], aabb_max[3];
   float bias;          ///< distance from the surface at which shadow rays start, object units
@@ -93,7 +98,15 @@ struct ObjectRecord {  // 192 bytes
   // `bvh`: those of kernels::BvhField.
   Block bvh;  ///< nodes, vertices, triangles, in that order, without gaps
   uint32_t bvh_nodes, bvh_vertices, bvh_triangles;
-  uint32_t reserved[9];  ///< 0
+
+  // `spherical`: latent vectors along an axis of the grids, and floats of each.
+  uint16_t outer_resolution, inner_resolution;
+  Block grids;  ///< outer position, outer direction, inner position, inner direction, distance, without gaps
+  uint16_t distance_resolution;
+  uint8_t outer_features, inner_features, distance_features;
+  uint8_t half_grids;      ///< 1: in half precision, 0: in single
+  uint16_t reserved_half;  ///< 0
+  uint32_t reserved[2];    ///< 0
 };
 static_assert(sizeof(ObjectRecord) == 192);
 
@@ -118,5 +131,20 @@ struct NetworkRecord {  // 80 bytes
                           ///< int32 biases [outputs], int8 weights [outputs][inputs]
 };
 static_assert(sizeof(NetworkRecord) == 80);
+
+/// The shape of a network of `spherical`: hidden layers of one width, then one output.
+struct SphericalShapeRecord {  // 12 bytes
+  uint32_t inputs, width, hidden_layers;
+};
+
+/// The two networks of a `spherical` object.
+struct SphericalNetworksRecord {  // 64 bytes
+  uint32_t half;                  ///< 1: weights in half precision, 0: in single
+  float slope;                    ///< of the leaky ReLU below 0
+  SphericalShapeRecord outer, inner;
+  uint32_t reserved[4];  ///< 0
+  Block weights;         ///< of outer, then of inner, layer by layer, [inputs][outputs] each, without gaps
+};
+static_assert(sizeof(SphericalNetworksRecord) == 64);
 
 }  // namespace nif::format

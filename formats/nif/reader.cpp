@@ -16,6 +16,7 @@
 #include "formats/nif/asset.hpp"
 #include "formats/nif/check_bvh.hpp"
 #include "formats/nif/utf8.hpp"
+#include "kernels/reference/half.hpp"
 #include "kernels/reference/instance.hpp"
 
 namespace nif::format {
@@ -55,10 +56,32 @@ bool all_finite(const T& values) {
   return std::all_of(std::begin(values), std::end(values), [](float v) { return std::isfinite(v); });
 }
 
+template <class T>
+bool all_zero(const T& values) {
+  return std::all_of(std::begin(values), std::end(values), [](auto value) { return value == 0; });
+}
+
 /// No byte is -128: weights and features are symmetric, -127..127.
 bool symmetric(const int8_t* values, uint64_t count) {
   uint32_t found = 0;
   for (uint64_t i = 0; i < count; ++i) found |= uint32_t(values[i] == -128);
+  return found == 0;
+}
+
+/// None is NaN or larger than kernels::kMaxSphericalValue.
+bool bounded(const kernels::SphericalValues& values, uint64_t count) {
+  constexpr float kMost = kernels::kMaxSphericalValue;
+  constexpr uint16_t kMostAsHalf = kernels::to_half(kMost);
+  static_assert(kernels::from_half(kMostAsHalf) == kMost);
+  uint32_t found = 0;
+  if (values.half) {
+    const auto* halves = static_cast<const uint16_t*>(values.data);
+    for (uint64_t i = 0; i < count; ++i) found |= uint32_t((halves[i] & 0x7fff) > kMostAsHalf);
+  } else {
+    const auto* floats = static_cast<const float*>(values.data);
+    for (uint64_t i = 0; i < count; ++i)
+      found |= uint32_t(!(floats[i] <= kMost)) | uint32_t(!(floats[i] >= -kMost));
+  }
   return found == 0;
 }
 
@@ -107,6 +130,11 @@ class Records {
   Bytes section_;
 };
 
+/// What the blocks of objects are taken from.
+struct ObjectBlocks {
+  Blocks occupancy, features, bvhs, grids;
+};
+
 class Reader {
  public:
   Reader(Bytes bytes, std::string_view file, std::pmr::memory_resource* memory)
@@ -118,6 +146,7 @@ class Reader {
   AssetView read() {
     find_sections();
     read_networks();
+    read_spherical_networks();
     read_objects();
     read_instances();
     if (names_end_ != names_.size())
@@ -132,9 +161,17 @@ class Reader {
       Bytes* bytes;
       bool found = false;
       bool optional = false;
-    } known[] = {{kObjects, &objects_},   {kInstances, &instances_},   {kNames, &names_},
-                 {kNetworks, &networks_}, {kWeights, &weights_},       {kOccupancy, &occupancy_},
-                 {kFeatures, &features_}, {kBvhs, &bvhs_, false, true}};
+    } known[] = {{kObjects, &objects_},
+                 {kInstances, &instances_},
+                 {kNames, &names_},
+                 {kNetworks, &networks_},
+                 {kWeights, &weights_},
+                 {kOccupancy, &occupancy_},
+                 {kFeatures, &features_},
+                 {kBvhs, &bvhs_, false, true},
+                 {kSphericalNetworks, &spherical_networks_, false, true},
+                 {kSphericalWeights, &spherical_weights_, false, true},
+                 {kGrids, &grids_, false, true}};
     for (const SectionView& section : asset_.sections) {
       const auto place = [&] { return "section " + section_name(section.type); };
       const bool required = section.flags & kRequired;
@@ -153,6 +190,8 @@ class Reader {
       if (!required) refuse(Status::damaged_nif, file_, place(), "is not marked as required");
       match->found = true;
       has_bvhs_ |= section.type == kBvhs;
+      has_spherical_ |=
+          section.type == kSphericalNetworks || section.type == kSphericalWeights || section.type == kGrids;
       *match->bytes = section.bytes;
     }
     for (const Known& k : known)
@@ -226,63 +265,172 @@ class Reader {
     return view;
   }
 
+  void read_spherical_networks() {
+    const Records<SphericalNetworksRecord> records(spherical_networks_, "SNET", file_);
+    Blocks blocks(spherical_weights_);
+    asset_.spherical_networks.reserve(records.count());
+    for (uint32_t i = 0; i < records.count(); ++i)
+      asset_.spherical_networks.push_back(
+          read_spherical_networks(records[i], blocks, Place{file_, "SNET", i}));
+    if (!blocks.finished())
+      refuse(Status::damaged_nif, file_, "section SWGT", "bytes that belong to no network");
+  }
+
+  static SphericalNetworksView read_spherical_networks(const SphericalNetworksRecord& record, Blocks& blocks,
+                                                       const Place& place) {
+    SphericalNetworksView view;
+    place.within(record.half, 0, 1, "half");
+    place.require(record.slope >= 0 && record.slope <= 1, "slope is not a number from 0 to 1");
+    place.require(all_zero(record.reserved), "reserved bytes are not zero");
+    view.slope = record.slope;
+    const uint64_t size = record.half ? sizeof(uint16_t) : sizeof(float);
+    uint64_t weights[2];
+    const SphericalShapeRecord* shapes[] = {&record.outer, &record.inner};
+    kernels::SphericalNetwork* networks[] = {&view.outer, &view.inner};
+    for (int n = 0; n < 2; ++n) {
+      const SphericalShapeRecord& shape = *shapes[n];
+      place.within(shape.inputs, 1, kernels::kMaxSphericalInputs, "inputs");
+      place.within(shape.width, 4, kernels::kMaxSphericalWidth, "width");
+      place.require(shape.width % 4 == 0, "width is no multiple of 4");
+      place.within(shape.hidden_layers, 1, kernels::kMaxSphericalLayers, "hidden_layers");
+      weights[n] = kernels::spherical_weights(shape.inputs, shape.width, shape.hidden_layers);
+      *networks[n] = {{nullptr, record.half != 0}, shape.inputs, shape.width, shape.hidden_layers};
+    }
+    view.bytes = (weights[0] + weights[1]) * size;
+    const std::byte* at = blocks.next(record.weights, view.bytes, "weights", place).data();
+    for (int n = 0; n < 2; ++n) {
+      networks[n]->weights.data = at;
+      at += weights[n] * size;
+      place.require(bounded(networks[n]->weights, weights[n]), "a weight is NaN or beyond +-4096");
+    }
+    return view;
+  }
+
   void read_objects() {
     const Records<ObjectRecord> records(objects_, "OBJS", file_);
     if (records.count() == 0) refuse(Status::damaged_nif, file_, "section OBJS", "holds no object");
-    Blocks occupancy(occupancy_), features(features_), bvhs(bvhs_);
+    ObjectBlocks blocks{Blocks(occupancy_), Blocks(features_), Blocks(bvhs_), Blocks(grids_)};
     asset_.objects.reserve(records.count());
     for (uint32_t i = 0; i < records.count(); ++i)
-      asset_.objects.push_back(read_object(records[i], occupancy, features, bvhs, Place{file_, "OBJS", i}));
-    if (!occupancy.finished())
+      asset_.objects.push_back(read_object(records[i], blocks, Place{file_, "OBJS", i}));
+    if (!blocks.occupancy.finished())
       refuse(Status::damaged_nif, file_, "section OCCU", "bytes that belong to no object");
-    if (!features.finished())
+    if (!blocks.features.finished())
       refuse(Status::damaged_nif, file_, "section FEAT", "bytes that belong to no object");
-    const bool any_bvh = std::any_of(asset_.objects.begin(), asset_.objects.end(),
-                                     [](const ObjectView& object) { return object.encoding == kBvh; });
-    if (!bvhs.finished() || (has_bvhs_ && !any_bvh))
+    const auto any = [&](Encoding encoding) {
+      return std::any_of(asset_.objects.begin(), asset_.objects.end(),
+                         [&](const ObjectView& object) { return object.encoding == encoding; });
+    };
+    if (!blocks.bvhs.finished() || (has_bvhs_ && !any(kBvh)))
       refuse(Status::damaged_nif, file_, "section BVHS", "bytes that belong to no object");
+    if (!blocks.grids.finished() || (has_spherical_ && !any(kSpherical)))
+      refuse(Status::damaged_nif, file_, "section GRID", "is there, or holds bytes, for no object");
   }
 
-  ObjectView read_object(const ObjectRecord& record, Blocks& occupancy, Blocks& features, Blocks& bvhs,
-                         const Place& place) {
-    if (record.encoding != kSegment && record.encoding != kBvh)
+  ObjectView read_object(const ObjectRecord& record, ObjectBlocks& blocks, const Place& place) {
+    if (record.encoding != kSegment && record.encoding != kSpherical && record.encoding != kBvh)
       refuse(Status::unsupported_nif, file_, place.text(),
-             "encoding " + std::to_string(record.encoding) + "; this build reads 1 (segment) and 3 (bvh)");
+             "encoding " + std::to_string(record.encoding) +
+                 "; this build reads 1 (segment), 2 (spherical) and 3 (bvh)");
     ObjectView view;
     view.encoding = Encoding(record.encoding);
     view.name = read_name(record.name, place);
     place.require(all_finite(record.aabb_min) && all_finite(record.aabb_max), "bounds are not finite");
     for (int a = 0; a < 3; ++a) place.require(record.aabb_min[a] <= record.aabb_max[a], "bounds are empty");
     place.require(std::isfinite(record.bias) && record.bias >= 0, "bias is negative or not finite");
-    place.require(std::all_of(std::begin(record.reserved), std::end(record.reserved),
-                              [](uint32_t r) { return r == 0; }),
-                  "reserved bytes are not zero");
+    place.require(all_zero(record.reserved) && record.reserved_half == 0, "reserved bytes are not zero");
     view.network = record.network;
     view.bias = record.bias;
     view.triangles = record.triangles;
     std::copy_n(record.aabb_min, 3, view.aabb_min.begin());
     std::copy_n(record.aabb_max, 3, view.aabb_max.begin());
     if (view.encoding == kBvh) {
-      read_bvh(record, view, bvhs, place);
+      read_bvh(record, view, blocks.bvhs, place);
+    } else if (view.encoding == kSpherical) {
+      read_spherical(record, view, blocks.grids, place);
     } else {
-      read_segment(record, view, occupancy, features, place);
+      read_segment(record, view, blocks.occupancy, blocks.features, place);
     }
     return view;
   }
 
-  static void read_bvh(const ObjectRecord& record, ObjectView& view, Blocks& blocks, const Place& place) {
-    ObjectRecord blank{};  // all that it shares with `segment`, and nothing else
+  /// What is the same for every encoding, and nothing else.
+  static ObjectRecord shared_part(const ObjectRecord& record) {
+    ObjectRecord blank{};
     blank.encoding = record.encoding;
     blank.name = record.name;
     std::copy_n(record.aabb_min, 3, blank.aabb_min);
     std::copy_n(record.aabb_max, 3, blank.aabb_max);
     blank.bias = record.bias;
     blank.triangles = record.triangles;
+    return blank;
+  }
+
+  void read_spherical(const ObjectRecord& record, ObjectView& view, Blocks& blocks,
+                      const Place& place) const {
+    ObjectRecord blank = shared_part(record);
+    blank.network = record.network;
+    blank.outer_resolution = record.outer_resolution;
+    blank.inner_resolution = record.inner_resolution;
+    blank.distance_resolution = record.distance_resolution;
+    blank.outer_features = record.outer_features;
+    blank.inner_features = record.inner_features;
+    blank.distance_features = record.distance_features;
+    blank.half_grids = record.half_grids;
+    blank.grids = record.grids;
+    place.require(std::memcmp(&blank, &record, sizeof(record)) == 0,
+                  "members of `segment` or `bvh` are not zero");
+    kernels::SphericalField& field = view.spherical;
+    place.require(kernels::set_bounds(record.aabb_min, record.aabb_max, field),
+                  "bounds are too small or too large to compute with");
+    place.require(record.network < asset_.spherical_networks.size(), "network is out of range");
+    const SphericalNetworksView& networks = asset_.spherical_networks[record.network];
+    field.outer = networks.outer;
+    field.inner = networks.inner;
+    field.slope = networks.slope;
+    place.within(record.half_grids, 0, 1, "half_grids");
+    const std::pair<kernels::SphericalGrid*, bool> grids[] = {{&field.outer_position, true},
+                                                              {&field.outer_direction, true},
+                                                              {&field.inner_position, true},
+                                                              {&field.inner_direction, true},
+                                                              {&field.distance, false}};
+    uint64_t counts[5], all = 0;
+    for (size_t g = 0; g < 5; ++g) {
+      kernels::SphericalGrid& grid = *grids[g].first;
+      grid.resolution = g < 2   ? record.outer_resolution
+                        : g < 4 ? record.inner_resolution
+                                : record.distance_resolution;
+      grid.features = g < 2   ? record.outer_features
+                      : g < 4 ? record.inner_features
+                              : record.distance_features;
+      place.within(grid.resolution, 2, kernels::kMaxSphericalResolution, "a grid's resolution");
+      place.within(grid.features, 1, kernels::kMaxSphericalFeatures, "a grid's number of features");
+      counts[g] = uint64_t(grid.resolution) * (grids[g].second ? grid.resolution : 1) * grid.features;
+      all += counts[g];
+    }
+    place.require(field.outer.inputs == 2 * field.outer_position.features &&
+                      field.inner.inputs == 2 * field.inner_position.features + field.distance.features,
+                  "its network takes another number of inputs");
+    const uint64_t size = record.half_grids ? sizeof(uint16_t) : sizeof(float);
+    view.grid_bytes = all * size;
+    const std::byte* at = blocks.next(record.grids, view.grid_bytes, "grids", place).data();
+    for (size_t g = 0; g < 5; ++g) {
+      grids[g].first->values = {at, record.half_grids != 0};
+      at += counts[g] * size;
+      place.require(bounded(grids[g].first->values, counts[g]), "a latent vector is NaN or beyond +-4096");
+    }
+    view.reach_scale = field.reach_scale;
+    view.logit_scale = kernels::kSphericalLogitScale;
+  }
+
+  static void read_bvh(const ObjectRecord& record, ObjectView& view, Blocks& blocks, const Place& place) {
+    ObjectRecord blank = shared_part(record);
     blank.bvh = record.bvh;
     blank.bvh_nodes = record.bvh_nodes;
     blank.bvh_vertices = record.bvh_vertices;
     blank.bvh_triangles = record.bvh_triangles;
-    place.require(std::memcmp(&blank, &record, sizeof(record)) == 0, "members of `segment` are not zero");
+    place.require(std::memcmp(&blank, &record, sizeof(record)) == 0,
+                  "members of `segment` or `spherical` are not zero");
 
     kernels::BvhField& field = view.bvh;
     field.node_count = record.bvh_nodes;
@@ -306,6 +454,11 @@ class Reader {
     place.require(record.bvh.offset == 0 && record.bvh.bytes == 0 && record.bvh_nodes == 0 &&
                       record.bvh_vertices == 0 && record.bvh_triangles == 0,
                   "members of `bvh` are not zero");
+    place.require(record.outer_resolution == 0 && record.inner_resolution == 0 && record.grids.offset == 0 &&
+                      record.grids.bytes == 0 && record.distance_resolution == 0 &&
+                      record.outer_features == 0 && record.inner_features == 0 &&
+                      record.distance_features == 0 && record.half_grids == 0,
+                  "members of `spherical` are not zero");
     kernels::SegmentField& field = view.field;
     place.require(all_finite(record.origin), "origin is not finite");
     place.require(std::isfinite(record.voxels_per_unit) && record.voxels_per_unit > 0,
@@ -323,6 +476,7 @@ class Reader {
     field.samples = record.samples;
     field.network = asset_.networks[record.network].network;
     view.reach_scale = record.voxels_per_unit;
+    view.logit_scale = field.network.logit_scale;
     place.require(field.network.layers[0].inputs ==
                       record.samples * record.features_per_corner + kernels::kGlobalInputs,
                   "its network takes another number of inputs");
@@ -392,8 +546,9 @@ class Reader {
   std::string_view file_;
   AssetView asset_;
   Bytes objects_, instances_, names_, networks_, weights_, occupancy_, features_, bvhs_;
+  Bytes spherical_networks_, spherical_weights_, grids_;
   uint64_t names_end_ = 0;
-  bool has_bvhs_ = false;
+  bool has_bvhs_ = false, has_spherical_ = false;
 };
 
 }  // namespace
@@ -408,7 +563,8 @@ AssetView read_asset(std::span<const std::byte> bytes, std::string_view file_nam
 
 uint64_t AssetView::resident_bytes() const {
   return bytes.size() + sections.capacity() * sizeof(SectionView) + objects.capacity() * sizeof(ObjectView) +
-         instances.capacity() * sizeof(InstanceView) + networks.capacity() * sizeof(NetworkView);
+         instances.capacity() * sizeof(InstanceView) + networks.capacity() * sizeof(NetworkView) +
+         spherical_networks.capacity() * sizeof(SphericalNetworksView);
 }
 
 }  // namespace nif::format

@@ -17,6 +17,7 @@
 #include "formats/nif/container.hpp"
 #include "kernels/bvh_field.hpp"
 #include "kernels/field.hpp"
+#include "kernels/spherical_field.hpp"
 
 namespace nif::format {
 
@@ -31,12 +32,14 @@ struct ObjectView {
   std::array<float, 3> aabb_min{}, aabb_max{};
   float bias = 0;
   uint32_t triangles = 0;
-  uint64_t occupancy_bytes = 0, feature_bytes = 0, bvh_bytes = 0;
+  uint64_t occupancy_bytes = 0, feature_bytes = 0, bvh_bytes = 0, grid_bytes = 0;
   /// Distances in object space, times this, are what kernels::kCertainReach limits: voxels, or for a `bvh`
-  /// object kernels::kBvhUnits to its extent.
+  /// object kernels::kBvhUnits to its extent, for a `spherical` one kernels::kSphericalUnits to its diagonal.
   float reach_scale = 0;
-  kernels::SegmentField field;  ///< ready to be queried
-  kernels::BvhField bvh;        ///< ready to be queried
+  float logit_scale = 1;              ///< probability of being visible = 1 / (1 + exp(-logit * logit_scale))
+  kernels::SegmentField field;        ///< ready to be queried
+  kernels::BvhField bvh;              ///< ready to be queried
+  kernels::SphericalField spherical;  ///< ready to be queried
 };
 
 struct InstanceView {
@@ -50,10 +53,17 @@ struct NetworkView {
   uint64_t bytes = 0;
 };
 
+/// Both networks of `spherical` objects.
+struct SphericalNetworksView {
+  kernels::SphericalNetwork outer, inner;
+  float slope = 0;
+  uint64_t bytes = 0;
+};
+
 /// Views into the bytes of one file; valid while those stay where they are, unchanged.
 struct AssetView {
   explicit AssetView(std::pmr::memory_resource* memory)
-      : sections(memory), objects(memory), instances(memory), networks(memory) {}
+      : sections(memory), objects(memory), instances(memory), networks(memory), spherical_networks(memory) {}
 
   std::span<const std::byte> bytes;
   std::string_view metadata;  ///< JSON, not parsed; empty where the file has none
@@ -61,6 +71,7 @@ struct AssetView {
   std::pmr::vector<ObjectView> objects;
   std::pmr::vector<InstanceView> instances;
   std::pmr::vector<NetworkView> networks;
+  std::pmr::vector<SphericalNetworksView> spherical_networks;
 
   /// Everything that this asset keeps in memory: the file's bytes and these views.
   uint64_t resident_bytes() const;

@@ -8,6 +8,7 @@
 #include "formats/nif/crc32c.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/utf8.hpp"
+#include "kernels/reference/half.hpp"
 
 namespace nif::format {
 namespace {
@@ -24,6 +25,13 @@ class Section {
   template <class T>
   void append(const std::vector<T>& values) {
     append(values.data(), values.size());
+  }
+  /// In half precision or as they are.
+  void append_values(const std::vector<float>& values, bool half) {
+    if (!half) return append(values);
+    std::vector<uint16_t> halves;
+    for (const float value : values) halves.push_back(kernels::to_half(value));
+    append(halves);
   }
   Block begin_block() {
     bytes_.resize(aligned(bytes_.size()));
@@ -43,6 +51,7 @@ class Section {
 
 struct Sections {
   Section objects, instances, names, networks, weights, occupancy, features, bvhs, metadata;
+  Section spherical_networks, spherical_weights, grids;
 };
 
 void add_network(const Network& network, Sections& out) {
@@ -61,6 +70,37 @@ void add_network(const Network& network, Sections& out) {
   }
   out.weights.end_block(record.weights);
   out.networks.append(&record, 1);
+}
+
+void add_networks(const SphericalNetworks& networks, Sections& out) {
+  SphericalNetworksRecord record{};
+  record.half = networks.half;
+  record.slope = networks.slope;
+  const auto shape = [](const SphericalLayers& layers) {
+    return SphericalShapeRecord{layers.inputs, layers.width, layers.hidden_layers};
+  };
+  record.outer = shape(networks.outer);
+  record.inner = shape(networks.inner);
+  record.weights = out.spherical_weights.begin_block();
+  out.spherical_weights.append_values(networks.outer.weights, networks.half);
+  out.spherical_weights.append_values(networks.inner.weights, networks.half);
+  out.spherical_weights.end_block(record.weights);
+  out.spherical_networks.append(&record, 1);
+}
+
+void add_spherical(const SphericalGrids& grids, ObjectRecord& record, Sections& out) {
+  record.outer_resolution = uint16_t(grids.outer_resolution);
+  record.inner_resolution = uint16_t(grids.inner_resolution);
+  record.distance_resolution = uint16_t(grids.distance_resolution);
+  record.outer_features = uint8_t(grids.outer_features);
+  record.inner_features = uint8_t(grids.inner_features);
+  record.distance_features = uint8_t(grids.distance_features);
+  record.half_grids = grids.half;
+  record.grids = out.grids.begin_block();
+  for (const std::vector<float>* values : {&grids.outer_position, &grids.outer_direction,
+                                           &grids.inner_position, &grids.inner_direction, &grids.distance})
+    out.grids.append_values(*values, grids.half);
+  out.grids.end_block(record.grids);
 }
 
 void add_segment(const Object& object, ObjectRecord& record, Sections& out) {
@@ -102,6 +142,8 @@ void add_object(const Object& object, Sections& out) {
     out.bvhs.append(object.bvh.vertices);
     out.bvhs.append(object.bvh.triangles);
     out.bvhs.end_block(record.bvh);
+  } else if (object.encoding == kSpherical) {
+    add_spherical(object.grids, record, out);
   } else {
     add_segment(object, record, out);
   }
@@ -126,6 +168,7 @@ void store(std::vector<std::byte>& file, uint64_t offset, const T& value) {
 std::vector<std::byte> encode(const Asset& asset) {
   Sections out;
   for (const Network& network : asset.networks) add_network(network, out);
+  for (const SphericalNetworks& networks : asset.spherical_networks) add_networks(networks, out);
   for (const Object& object : asset.objects) add_object(object, out);
   for (const Instance& instance : asset.instances) add_instance(instance, out);
   out.metadata.append(asset.metadata.data(), asset.metadata.size());
@@ -142,6 +185,11 @@ std::vector<std::byte> encode(const Asset& asset) {
       {kWeights, kRequired, out.weights.bytes()},    {kFeatures, kRequired, out.features.bytes()},
       {kOccupancy, kRequired, out.occupancy.bytes()}};
   if (!out.bvhs.bytes().empty()) parts.push_back({kBvhs, kRequired, out.bvhs.bytes()});
+  if (!asset.spherical_networks.empty()) {
+    parts.push_back({kSphericalNetworks, kRequired, out.spherical_networks.bytes()});
+    parts.push_back({kSphericalWeights, kRequired, out.spherical_weights.bytes()});
+    parts.push_back({kGrids, kRequired, out.grids.bytes()});
+  }
   if (!asset.metadata.empty()) parts.push_back({kMetadata, 0, out.metadata.bytes()});
 
   std::vector<std::byte> file(sizeof(Header) + parts.size() * sizeof(SectionEntry));

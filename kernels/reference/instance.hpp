@@ -8,6 +8,7 @@
 
 #include "kernels/bvh_field.hpp"
 #include "kernels/reference/walk.hpp"
+#include "kernels/spherical_field.hpp"
 
 namespace nif::kernels {
 
@@ -65,6 +66,7 @@ inline Segment to_object(const WorldToObject& transform, const Segment& world) {
 /// The walk's own rounding, at an eighth of its allowed reach, takes at most an eighth of the padding.
 /// For a `bvh` object kBvhUnits to its extent stand for voxels: nothing pads its triangles, and its answer is
 /// that of a ray moved by less than 2^-14 of the extent.
+/// So for a `spherical` one with kSphericalUnits to its diagonal, and kSphericalMargin.
 /// Presumes that the inverse is as good as its rounding to float; not for identity transforms: yes.
 inline bool stays_certain(const WorldToObject& transform, float reach_scale, const Segment& world,
                           const Segment& local) {
@@ -129,6 +131,17 @@ inline ObjectBox object_box(const BvhField& field) {
     }
     box.low[a] = double(frame_plane(root.frame[a], low)) - kBvhMargin * double(field.extent);
     box.high[a] = double(frame_plane(root.frame[a], high)) + kBvhMargin * double(field.extent);
+  }
+  return box;
+}
+
+/// Of a `spherical` object: the AABB, and a margin within which lies every ray in reach of the object's own
+/// proofs that it does not prove to miss it (kSphericalMargin, and 2^-20 of the reach of 2^8 diagonals).
+inline ObjectBox object_box(const SphericalField& field) {
+  ObjectBox box;
+  for (int a = 0; a < 3; ++a) {
+    box.low[a] = double(field.low[a]) - 8 * double(field.margin);
+    box.high[a] = double(field.high[a]) + 8 * double(field.margin);
   }
   return box;
 }

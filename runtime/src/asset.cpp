@@ -24,7 +24,7 @@ void NifAssetObject::drop_bytes() {
     field.brick_corners = nullptr;
     field.corner_base = nullptr;
     field.features = nullptr;
-    field.network = {.logit_scale = field.network.logit_scale};
+    field.network = {};
   }
   for (nif::format::InstanceView& instance : view.instances) keep(instance.name, true);
   for (nif::format::NetworkView& network : view.networks) network = {};
@@ -79,7 +79,7 @@ NifAssetInfo describe(const NifAssetObject& asset) {
   NifAssetInfo info{};
   info.object_count = uint32_t(view.objects.size());
   info.instance_count = uint32_t(view.instances.size());
-  info.network_count = uint32_t(view.networks.size());
+  info.network_count = uint32_t(view.networks.size() + view.spherical_networks.size());
   info.format_version = format::kVersion;
   info.file_bytes = asset.file_bytes;
   info.resident_bytes = sizeof(NifAssetObject) + asset.name.capacity() + view.resident_bytes() +
@@ -97,11 +97,13 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   info.name = view.name.data();
   info.encoding = view.encoding;
   info.network = view.network;
+  // Pairs of networks are counted after the others.
+  if (view.encoding == format::kSpherical) info.network += uint32_t(asset.view.networks.size());
   std::copy(view.aabb_min.begin(), view.aabb_min.end(), info.bounds_min);
   std::copy(view.aabb_max.begin(), view.aabb_max.end(), info.bounds_max);
   info.bias = view.bias;
   info.triangles = view.triangles;
-  info.resident_bytes = view.occupancy_bytes + view.feature_bytes + view.bvh_bytes +
+  info.resident_bytes = view.occupancy_bytes + view.feature_bytes + view.bvh_bytes + view.grid_bytes +
                         sizeof(format::ObjectView) + asset.kernels[object]->resident_bytes();
   return info;
 }

@@ -3,6 +3,7 @@
 
 #include "kernels/reference/bvh_kernel.hpp"
 #include "kernels/reference/segment_kernel.hpp"
+#include "kernels/reference/spherical_kernel.hpp"
 #include "object.hpp"
 #ifdef NIF_HAS_SIMD
 #include "kernels/cpu/bvh_kernel.hpp"
@@ -49,13 +50,16 @@ KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::m
 #ifdef NIF_HAS_SIMD
   if (object.encoding == format::kBvh && isa != Isa::scalar)
     return hold<kernels::cpu::SimdBvhKernel>(memory, object.bvh, kernels::cpu::Isa(int(isa) - 1));
-  if (isa != Isa::scalar && kernels::cpu::WalkGrid::can_hold(object.field))
+  if (object.encoding == format::kSegment && isa != Isa::scalar &&
+      kernels::cpu::WalkGrid::can_hold(object.field))
     return hold<kernels::cpu::SimdSegmentKernel>(memory, object.field, ample_bytes(object),
                                                  kernels::cpu::Isa(int(isa) - 1), memory);
 #else
   (void)isa;
 #endif
   if (object.encoding == format::kBvh) return hold<kernels::ReferenceBvhKernel>(memory, object.bvh);
+  if (object.encoding == format::kSpherical)
+    return hold<kernels::ReferenceSphericalKernel>(memory, object.spherical);
   return hold<kernels::ReferenceSegmentKernel>(memory, object.field);
 }
 

@@ -50,8 +50,7 @@ uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   scene.assets.insert(at, {Ref<NifAssetObject>(asset), uint32_t(first)});
   for (size_t i = 0; i < asset->view.objects.size(); ++i) {
     const format::ObjectView& view = asset->view.objects[i];
-    scene.objects.push_back(
-        {&view, asset->kernels[i].get(), view.field.network.logit_scale, view.reach_scale});
+    scene.objects.push_back({&view, asset->kernels[i].get(), view.logit_scale, view.reach_scale});
   }
   return uint32_t(first);
 }

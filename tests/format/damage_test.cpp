@@ -18,6 +18,7 @@ Bytes small_file(uint64_t seed) {
   options.instances = 2;
   options.max_voxels = 5;
   options.bvhs = uint32_t(seed % 2);
+  options.sphericals = seed % 4 < 2 ? 0 : 1 + uint32_t(seed % 2);
   return format::encode(test::random_asset(seed, options));
 }
 

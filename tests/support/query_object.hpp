@@ -1,4 +1,4 @@
-// The reference's answer for an object of either encoding, and rays to ask it.
+// The reference's answer for an object of any encoding, and rays to ask it.
 #pragma once
 
 #include "formats/nif/reader.hpp"
@@ -7,13 +7,27 @@
 namespace nif::test {
 
 inline kernels::Answer query_object(const format::ObjectView& object, const kernels::Segment& segment) {
-  return object.encoding == format::kBvh ? kernels::query_bvh(object.bvh, segment)
-                                         : kernels::query_segment(object.field, segment);
+  switch (object.encoding) {
+    case format::kBvh:
+      return kernels::query_bvh(object.bvh, segment);
+    case format::kSpherical:
+      return kernels::query_spherical(object.spherical, segment);
+    case format::kSegment:
+      break;
+  }
+  return kernels::query_segment(object.field, segment);
 }
 
 inline kernels::Segment random_segment(Random& random, const format::ObjectView& object) {
-  return object.encoding == format::kBvh ? random_segment(random, object.bvh)
-                                         : random_segment(random, object.field);
+  switch (object.encoding) {
+    case format::kBvh:
+      return random_segment(random, object.bvh);
+    case format::kSpherical:
+      return random_segment(random, object.spherical);
+    case format::kSegment:
+      break;
+  }
+  return random_segment(random, object.field);
 }
 
 }  // namespace nif::test

@@ -12,6 +12,7 @@
 #include "formats/nif/asset.hpp"
 #include "kernels/reference/segment.hpp"
 #include "tests/support/random_bvh.hpp"
+#include "tests/support/random_spherical.hpp"
 
 namespace nif::test {
 
@@ -20,7 +21,9 @@ struct RandomAssetOptions {
   uint32_t instances = 4;
   uint32_t max_voxels = 14;  ///< along an axis
   uint32_t bvhs = 0;         ///< objects of the `bvh` encoding, after the others
-  uint32_t features = 0;     ///< of each corner; 0: any number
+  uint32_t sphericals =
+      0;                  ///< objects of the `spherical` encoding, after those; the first two share networks
+  uint32_t features = 0;  ///< of each corner; 0: any number
   bool odd_corners = false;  ///< as no baker would: some at the surface have no features, some beside it have
 };
 
@@ -137,10 +140,23 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
   }
   for (uint32_t i = 0; i < options.bvhs; ++i)
     asset.objects.push_back(random_bvh_object(random, "bvh " + std::to_string(i)));
+  for (uint32_t i = 0; i < options.sphericals; ++i) {
+    format::Object object =
+        random_spherical_object(random, "spherical " + std::to_string(i), 2 + options.max_voxels / 4);
+    if (i == 1) {
+      object.grids = asset.objects.back().grids;
+      for (float& value : object.grids.outer_position) value = -value;
+    } else {
+      asset.spherical_networks.push_back(
+          random_networks(random, object.grids, options.max_voxels > 8 ? 24 : 4));
+    }
+    object.network = uint32_t(asset.spherical_networks.size() - 1);
+    asset.objects.push_back(std::move(object));
+  }
   for (uint32_t i = 0; i < options.instances; ++i) {
     format::Instance instance;
     instance.name = "instance " + std::to_string(i);
-    instance.object = random.below(options.objects + options.bvhs);
+    instance.object = random.below(options.objects + options.bvhs + options.sphericals);
     for (size_t k = 0; k < 12; ++k)
       instance.transform[k] = random.between(-0.4f, 0.4f) + (k % 5 == 0 ? 1.0f : 0.0f);
     asset.instances.push_back(std::move(instance));

@@ -217,14 +217,14 @@ NIF_API NifError nifGetAssetInfo(NifAsset asset, NifAssetInfo* info);
 typedef struct NifObjectInfo {
   uint64_t struct_size;
   const char* name;    /* UTF-8, 0-terminated, may be "" */
-  uint32_t encoding;   /* 1: segment, 3: bvh */
+  uint32_t encoding;   /* 1: segment, 2: spherical, 3: bvh */
   uint32_t network;    /* 0 .. network_count - 1; of no meaning for a bvh, which has none */
   float bounds_min[3]; /* of the source mesh, in object space */
   float bounds_max[3];
   float bias;         /* how far from the surface to start shadow rays, in object units */
   uint32_t triangles; /* of the source mesh */
   uint64_t
-      resident_bytes; /* the object's own data: occupancy and features, or BVH, and tables made at load */
+      resident_bytes; /* the object's own data: occupancy and features, grids, or BVH, and tables made at load */
 } NifObjectInfo;
 
 /* object = 0 .. object_count - 1. Allocates nothing. */

@@ -1,0 +1,227 @@
+#include "bake/spherical_bake.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <deque>
+#include <numeric>
+
+#include "bake/bake_steps.hpp"
+#include "bake/report.hpp"
+#include "formats/status.hpp"
+
+namespace nif::bake {
+namespace {
+
+constexpr uint64_t kRaysPerRound = 2'000'000, kLeastRays = 2'000'000;
+constexpr uint64_t kPurpose = 0x7370686572;  // apart from the ray sets' own streams: never the same rays
+
+uint64_t rays_for(uint64_t triangles, const BakeOptions& options) {
+  const double share = std::min(1.0, double(triangles) / kFullTriangles);
+  const double rays =
+      std::max(double(options.spherical.rays) * share, double(std::min(kLeastRays, options.spherical.rays)));
+  return uint64_t(rays * options.effort.value_or(1.0));
+}
+
+/// Draws and labels blocks of rays from the mix, in parallel, the same for any number of threads. Each block
+/// is of one object: `blocks_of` has one entry for each, how many, and counts are from `first_block` on.
+SphericalRays draw_rays(std::span<const GroundTruth* const> truths, const Mix& mix, uint64_t seed,
+                        std::span<const uint64_t> first_block, std::span<const uint64_t> blocks_of,
+                        const std::atomic<bool>& cancel) {
+  struct Part {
+    uint32_t object;
+    uint64_t block;
+    std::vector<Segment> segments;
+    std::vector<uint8_t> visible;
+  };
+  std::vector<Part> parts;
+  for (uint32_t object = 0; object < truths.size(); ++object)
+    for (uint64_t b = 0; b < blocks_of[object]; ++b)
+      parts.push_back({object, first_block[object] + b, {}, {}});
+  const double total = std::accumulate(mix.begin(), mix.end(), 0.0);
+  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) {
+    if (cancel.load(std::memory_order_relaxed)) return;
+    Part& part = parts[p];
+    const RaySource& source = truths[part.object]->source();
+    Random random(seed, kPurpose + (uint64_t{part.object} << 40), part.block);
+    for (size_t i = 0; i < kTrainingBlock; ++i) {
+      double pick = random.uniform(0, total);
+      RaySet set = RaySet::outer_lines;
+      for (RaySet candidate : kRaySets) {
+        if (mix[size_t(candidate)] <= 0) continue;
+        set = candidate;
+        pick -= mix[size_t(candidate)];
+        if (pick < 0) break;
+      }
+      const std::optional<Segment> segment = draw_ray(source, set, random);
+      if (!segment) continue;
+      part.segments.push_back(*segment);
+      part.visible.push_back(!source.oracle.occluded(*segment));
+    }
+  });
+  SphericalRays rays;
+  for (const Part& part : parts) {
+    rays.segments.insert(rays.segments.end(), part.segments.begin(), part.segments.end());
+    rays.visible.insert(rays.visible.end(), part.visible.begin(), part.visible.end());
+    rays.objects.insert(rays.objects.end(), part.segments.size(), part.object);
+  }
+  return rays;
+}
+
+class SphericalBaker {
+ public:
+  SphericalBaker(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
+                 const std::atomic<bool>& cancel)
+      : scene_(scene), options_(options), callback_(callback), cancel_(cancel) {
+    options_.preset = Preset::paper;
+    options_.spherical.fields.seed = options.seed;
+    options_.spherical.fields.spoil_at_step = options.spoil_at_step;
+    check(options_.spherical.fields);
+  }
+
+  BakeResult run() {
+    if (callback_) callback_({BakeProgress::Stage::preparing, scene_.meshes.front().name, 0, 1, 0, 0, 0});
+    PreparedScene prepared = prepare(scene_);
+    result_.notes = std::move(prepared.notes);
+    result_.asset.instances = instances_of(scene_, prepared);
+    prepared_ = std::move(prepared.objects);
+    clock_.emplace(prepared_, callback_);
+    result_.objects.resize(prepared_.size());
+    for (size_t i = 0; i < prepared_.size(); ++i) {
+      ObjectReport& own = result_.objects[i];
+      format::Object& object = result_.asset.objects.emplace_back(describe(prepared_[i], own));
+      object.encoding = own.encoding = format::kSpherical;
+      own.reason = "--encoding spherical";
+      result_.triangles += own.triangles;
+    }
+    check_bytes();
+    if (options_.spherical.shared_network) {
+      bake_objects(0, prepared_.size());
+    } else {
+      for (size_t i = 0; i < prepared_.size(); ++i) bake_objects(i, 1);
+    }
+    for (const ObjectReport& own : result_.objects)
+      for (RaySet set : kRaySets) result_.sets[size_t(set)] += own.sets[size_t(set)];
+    check_error(options_, result_.sets, "try --encoding segment or bvh");
+    result_.asset.metadata = make_metadata(scene_, options_, result_);
+    return std::move(result_);
+  }
+
+ private:
+  /// Bytes are known before anything is trained.
+  void check_bytes() const {
+    if (!options_.max_bytes) return;
+    const SphericalOptions& fields = options_.spherical.fields;
+    const auto& [outer, inner] = std::pair{fields.outer, fields.inner};
+    const uint64_t grids = 2 * uint64_t{outer.resolution} * outer.resolution * outer.features +
+                           2 * uint64_t{inner.resolution} * inner.resolution * inner.features +
+                           uint64_t{inner.distance_resolution} * inner.distance_features;
+    const uint64_t networks =
+        kernels::spherical_weights(2 * outer.features, outer.width, outer.hidden_layers) +
+        kernels::spherical_weights(2 * inner.features + inner.distance_features, inner.width,
+                                   inner.hidden_layers);
+    const uint64_t objects = prepared_.size();
+    const uint64_t bytes =
+        objects * grids * (fields.half_grids ? 2 : 4) +
+        (options_.spherical.shared_network ? 1 : objects) * networks * (fields.half_networks ? 2 : 4) +
+        kMetadataBytes + kMetadataBytesPerObject * objects;
+    if (bytes <= *options_.max_bytes) return;
+    throw Error(Status::target_not_met,
+                fmt::format("--max-bytes {} cannot be reached: these grids and networks take {} bytes; try a "
+                            "smaller --outer-resolution and --inner-resolution, or --precision half",
+                            *options_.max_bytes, bytes));
+  }
+
+  /// Objects first .. first + count - 1, with one pair of networks.
+  void bake_objects(size_t first, size_t count) {
+    stop_if(cancel_);
+    std::deque<GroundTruth> truths;
+    std::vector<const GroundTruth*> pointers;
+    for (size_t i = first; i < first + count; ++i) pointers.push_back(&truths.emplace_back(prepared_[i]));
+    train(first, pointers);
+    for (size_t i = first; i < first + count; ++i) {
+      const format::Object& object = result_.asset.objects[i];
+      const kernels::SphericalField field =
+          format::field_of(object, result_.asset.spherical_networks[object.network]);
+      result_.objects[i].sets = measure_sets(pointers[i - first]->source(), reference_answerer(field),
+                                             options_, prepared_.size(), [&](RaySet set) {
+                                               stop_if(cancel_);
+                                               clock_->report(BakeProgress::Stage::measuring, object.name, i,
+                                                              0.90 + 0.02 * double(set));
+                                             });
+    }
+  }
+
+  void train(size_t first, std::span<const GroundTruth* const> truths) {
+    const size_t count = truths.size();
+    const std::span<format::Object> objects = std::span(result_.asset.objects).subspan(first, count);
+    SphericalTrainer trainer(objects, options_.spherical.fields);
+    uint64_t all = 0;
+    std::vector<uint64_t> blocks;  // of each object, in all rounds
+    for (size_t i = 0; i < count; ++i) {
+      const uint64_t rays = rays_for(result_.objects[first + i].triangles, options_);
+      blocks.push_back((rays + kTrainingBlock - 1) / kTrainingBlock);
+      all += blocks.back() * kTrainingBlock;
+    }
+    const uint64_t rounds = std::max<uint64_t>(1, all / kRaysPerRound);
+    std::vector<uint64_t> begin(count), size(count);
+    const Mix mix = resolve(options_).mix;
+    uint64_t drawn = 0;
+    for (uint64_t round = 0; round < rounds; ++round) {
+      const auto report = [&](double share, double loss, double error) {
+        // A shared network's training is shown as that of the first object.
+        clock_->report(BakeProgress::Stage::training, objects[0].name, first,
+                       0.03 + 0.87 * (double(round) + share) / double(rounds), loss, error);
+      };
+      report(0, loss_, error_);
+      for (size_t i = 0; i < count; ++i) {
+        begin[i] = blocks[i] * round / rounds;
+        size[i] = blocks[i] * (round + 1) / rounds - begin[i];
+      }
+      const SphericalRays rays = draw_rays(truths, mix, options_.seed, begin, size, cancel_);
+      stop_if(cancel_);
+      drawn += rays.segments.size();
+      trainer.learn(
+          rays, options_.spherical.passes,
+          [&](const SphericalProgress& p) {
+            loss_ = p.loss, error_ = p.error;
+            report(0.5, loss_, error_);
+          },
+          cancel_);
+    }
+    if (trainer.outer_rays() + trainer.inner_rays() == 0)
+      throw Error(Status::training_failed,
+                  fmt::format("training of '{}' failed: the ray sets of the mix have "
+                              "too few rays",
+                              objects[0].name));
+    const auto network = uint32_t(result_.asset.spherical_networks.size());
+    result_.asset.spherical_networks.push_back(trainer.networks());
+    for (size_t i = 0; i < count; ++i) {
+      objects[i].grids = trainer.grids(i);
+      objects[i].network = network;
+      ObjectReport& own = result_.objects[first + i];
+      own.training_rays = uint64_t(double(trainer.outer_rays() + trainer.inner_rays()) * double(blocks[i]) *
+                                   double(kTrainingBlock) / double(all));
+      own.recoveries = trainer.recoveries();
+    }
+  }
+
+  const mesh::Scene& scene_;
+  BakeOptions options_;
+  const BakeCallback& callback_;
+  const std::atomic<bool>& cancel_;
+  std::vector<Prepared> prepared_;
+  std::optional<BakeClock> clock_;
+  BakeResult result_;
+  double loss_ = 0, error_ = 0;
+};
+
+}  // namespace
+
+BakeResult bake_spherical(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
+                          const std::atomic<bool>& cancel) {
+  return SphericalBaker(scene, options, callback, cancel).run();
+}
+
+}  // namespace nif::bake

@@ -1,0 +1,61 @@
+// The inner loops of training a `spherical` field, compiled for each instruction set: the network over one
+// group of a mini-batch, and steps of Adam.
+//
+// As in bake/trainer_kernels.hpp everything is computed in the same order with fused multiply-adds on every
+// target that has them.
+#pragma once
+
+#include "bake/trainer_kernels.hpp"
+
+namespace nif::bake {
+
+/// Entries of a grid that a sample's latent vector is a mean of, and their weights; those over a distance use
+/// the first two.
+struct LatentLookup {
+  uint32_t entries[4];  ///< counted through all objects
+  float weights[4];
+};
+
+/// One grid of all objects in training. Of each entry there are `features` floats of the latent vector, then
+/// as many each of Adam's first and second moment.
+struct LatentGrid {
+  uint32_t features;
+  uint32_t corners;  ///< entries that a sample looks up: 4, or 2
+  const float* entries;
+};
+inline constexpr uint32_t kMaxLatentGrids = 3;
+
+struct SphericalModel {
+  NetworkShape shape;  ///< without biases
+  const float* weights;
+  float slope;
+  uint32_t grid_count;
+  LatentGrid grids[kMaxLatentGrids];  ///< their features are the network's inputs, one after the other
+};
+
+/// Samples of one group of a mini-batch.
+struct SphericalSlice {
+  const LatentLookup* lookups[kMaxLatentGrids];  ///< [sample] of each grid
+  const uint8_t* visible;                        ///< [sample]: 0 or 1
+  float* input_gradients;   ///< receives, for each kTrainLanes samples, [input][kTrainLanes]
+  float* weight_gradients;  ///< [weight][kVirtualLanes], added to
+  uint8_t* wrong;           ///< [sample] receives 1 where the answer was wrong
+  double loss;              ///< receives the sum of squares
+};
+
+/// Floats of scratch that train_spherical needs.
+size_t spherical_scratch_floats(const NetworkShape& shape);
+
+/// Loss (squared difference of the probability of being visible to the label) and gradients of `count`
+/// samples, a multiple of kTrainLanes. `scratch` must be aligned to 64 bytes.
+void train_spherical(const SphericalModel& model, uint32_t count, float* scratch, SphericalSlice& slice);
+
+/// One step of Adam for `count` parameters in arrays side by side. Their gradients are multiplied by `scale`;
+/// values stay within +-limit. False where a change was not finite.
+bool adam_step(const AdamStep& step, size_t count, const float* gradients, float* values, float* first_moment,
+               float* second_moment);
+
+/// Sums of all lanes of all groups for weights `begin` to `end`, in a fixed order; clears what it has read.
+void sum_lanes(std::span<float* const> groups, size_t begin, size_t end, float* sums);
+
+}  // namespace nif::bake

@@ -1,0 +1,179 @@
+// `spherical` objects in files: everything is kept, in either precision, and what is wrong is refused.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+#include "formats/nif/writer.hpp"
+#include "tests/format/damaged.hpp"
+#include "tests/support/query_object.hpp"
+
+namespace nif {
+namespace {
+
+using test::Bytes;
+
+/// One `segment` object, then three `spherical` ones of which the first two share networks.
+format::Asset asset_with_sphericals(uint64_t seed) {
+  return test::random_asset(seed, {.objects = 1, .instances = 1, .max_voxels = 6, .sphericals = 3});
+}
+
+Status status_of(const Bytes& file) {
+  try {
+    format::read_asset(file, "file");
+    return Status::ok;
+  } catch (const Error& error) {
+    return error.status();
+  }
+}
+
+TEST(SphericalFile, KeepsEveryFieldAndAnswer) {
+  uint64_t asked = 0;
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    const format::Asset asset = asset_with_sphericals(seed);
+    const Bytes bytes = format::encode(asset);
+    const format::AssetView view = format::read_asset(bytes, "file");
+    EXPECT_EQ(bytes, format::encode(format::to_asset(view)));
+    ASSERT_EQ(view.spherical_networks.size(), 2u);
+    for (size_t n = 0; n < 2; ++n) {
+      EXPECT_EQ(view.spherical_networks[n].bytes, asset.spherical_networks[n].bytes());
+      EXPECT_EQ(view.spherical_networks[n].slope, asset.spherical_networks[n].slope);
+    }
+    test::Random random(seed);
+    for (size_t i = 1; i < 4; ++i) {
+      const format::Object& object = asset.objects[i];
+      const format::ObjectView& seen = view.objects[i];
+      EXPECT_EQ(seen.encoding, format::kSpherical);
+      EXPECT_EQ(seen.network, i < 3 ? 0u : 1u);
+      EXPECT_EQ(seen.grid_bytes, object.grids.bytes());
+      EXPECT_EQ(seen.logit_scale, kernels::kSphericalLogitScale);
+      EXPECT_EQ(seen.spherical.distance.values.half, object.grids.half);
+      const auto at = static_cast<const std::byte*>(seen.spherical.outer_position.values.data) - bytes.data();
+      EXPECT_EQ(uint64_t(at) % format::kAlignment, 0u);
+      const kernels::SphericalField field =
+          format::field_of(object, asset.spherical_networks[object.network]);
+      for (int ray = 0; ray < 500; ++ray) {
+        const kernels::Segment segment = test::random_segment(random, field);
+        const kernels::Answer ours = kernels::query_spherical(field, segment),
+                              theirs = kernels::query_spherical(seen.spherical, segment);
+        ASSERT_EQ(ours.logit, theirs.logit);
+        ASSERT_EQ(ours.certain, theirs.certain);
+        asked += !ours.certain;
+      }
+    }
+  }
+  EXPECT_GT(asked, 10'000u);
+}
+
+TEST(SphericalFile, HasItsSectionsOnlyWhereTheyAreNeeded) {
+  const Bytes with = format::encode(asset_with_sphericals(1)),
+              without = format::encode(test::random_asset(1));
+  for (const uint32_t type : {format::kSphericalNetworks, format::kSphericalWeights, format::kGrids}) {
+    const uint32_t index = test::find_section(with, type);
+    EXPECT_EQ(test::section_entry(with, index).flags, format::kRequired);
+    for (uint32_t i = 0; i < test::load<format::Header>(without, 0).section_count; ++i)
+      EXPECT_NE(test::section_entry(without, i).type, type);
+    Bytes gone = with;
+    auto entry = test::section_entry(gone, index);
+    entry.type = format::fourcc("GONE");
+    entry.flags = 0;
+    test::store_entry(gone, index, entry);
+    test::fix_checksums(gone);
+    EXPECT_EQ(status_of(gone), Status::damaged_nif);
+  }
+  format::Asset idle = test::random_asset(1);
+  idle.spherical_networks = asset_with_sphericals(1).spherical_networks;
+  EXPECT_THROW(format::encode(idle), Error);
+}
+
+template <class Record>
+bool refused(uint32_t section, uint32_t index, const std::function<void(Record&)>& change) {
+  Bytes file = format::encode(asset_with_sphericals(2));
+  const size_t at =
+      test::section_entry(file, test::find_section(file, section)).offset + index * sizeof(Record);
+  auto record = test::load<Record>(file, at);
+  change(record);
+  test::store(file, at, record);
+  test::fix_checksums(file);
+  return status_of(file) == Status::damaged_nif;
+}
+
+TEST(SphericalFile, RefusesWrongObjects) {
+  const auto object = [](uint32_t index, const std::function<void(format::ObjectRecord&)>& change) {
+    return refused<format::ObjectRecord>(format::kObjects, index, change);
+  };
+  EXPECT_FALSE(object(1, [](auto&) {}));
+  EXPECT_TRUE(object(1, [](auto& r) { r.encoding = format::kSegment; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.encoding = format::kBvh; }));
+  EXPECT_TRUE(object(0, [](auto& r) { r.encoding = format::kSpherical; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.network = 2; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.samples = 4; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.bvh_nodes = 1; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.outer_resolution = 1; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.outer_resolution = 0xffff; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.inner_resolution += 1; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.distance_resolution = 0; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.outer_features += 1; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.inner_features = 0; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.distance_features = 9; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.half_grids ^= 1; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.half_grids = 2; }));
+  EXPECT_TRUE(object(2, [](auto& r) { r.grids.offset += 64; }));
+  EXPECT_TRUE(object(2, [](auto& r) { r.grids.bytes = ~uint64_t{0}; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.reserved_half = 1; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.reserved[0] = 1; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.aabb_max[0] = 3e38f; }));
+  EXPECT_TRUE(object(1, [](auto& r) { std::copy_n(r.aabb_min, 3, r.aabb_max); })) << "a point";
+  for (uint32_t index : {0u}) {
+    EXPECT_TRUE(object(index, [](auto& r) { r.outer_resolution = 2; }));
+    EXPECT_TRUE(object(index, [](auto& r) { r.half_grids = 1; }));
+    EXPECT_TRUE(object(index, [](auto& r) { r.grids.bytes = 2; }));
+  }
+}
+
+TEST(SphericalFile, RefusesWrongNetworks) {
+  const auto network = [](const std::function<void(format::SphericalNetworksRecord&)>& change) {
+    return refused<format::SphericalNetworksRecord>(format::kSphericalNetworks, 1, change);
+  };
+  EXPECT_FALSE(network([](auto&) {}));
+  EXPECT_TRUE(network([](auto& r) { r.half = 2; }));
+  EXPECT_TRUE(network([](auto& r) { r.half ^= 1; }));
+  EXPECT_TRUE(network([](auto& r) { r.slope = -0.1f; }));
+  EXPECT_TRUE(network([](auto& r) { r.slope = std::numeric_limits<float>::quiet_NaN(); }));
+  EXPECT_TRUE(network([](auto& r) { r.outer.inputs += 1; }));
+  EXPECT_TRUE(network([](auto& r) { r.outer.inputs = 0; }));
+  EXPECT_TRUE(network([](auto& r) { r.inner.width = 6; }));
+  EXPECT_TRUE(network([](auto& r) { r.inner.width = 132; }));
+  EXPECT_TRUE(network([](auto& r) { r.inner.hidden_layers = 0; }));
+  EXPECT_TRUE(network([](auto& r) { r.outer.hidden_layers = 4; }));
+  EXPECT_TRUE(network([](auto& r) { r.weights.offset = 0; }));
+  EXPECT_TRUE(network([](auto& r) { r.reserved[3] = 1; }));
+}
+
+TEST(SphericalFile, RefusesValuesThatCannotBeComputedWith) {
+  for (const bool half : {false, true}) {
+    const auto status_after = [&](float value, bool weight) {
+      format::Asset asset = asset_with_sphericals(3);
+      asset.objects[1].grids.half = asset.spherical_networks[0].half = half;
+      (weight ? asset.spherical_networks[0].inner.weights : asset.objects[1].grids.distance).back() = value;
+      try {
+        format::encode(asset);
+        return Status::ok;
+      } catch (const Error& error) {
+        return error.status();
+      }
+    };
+    for (const bool weight : {false, true}) {
+      EXPECT_EQ(status_after(4096, weight), Status::ok);
+      EXPECT_EQ(status_after(-4096, weight), Status::ok);
+      for (const float value : {4100.0f, -1e9f, std::numeric_limits<float>::infinity()})
+        EXPECT_EQ(status_after(value, weight), Status::internal) << value;
+      if (!half) {
+        EXPECT_EQ(status_after(std::numeric_limits<float>::quiet_NaN(), weight), Status::internal);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace nif

@@ -1,0 +1,30 @@
+// Options of `nif bake` for `spherical` fields.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+
+#include "bake/bake.hpp"
+
+namespace nif::tools {
+
+/// As given; what is not given is the paper's.
+struct SphericalArguments {
+  std::optional<uint32_t> outer_resolution, outer_features, outer_width, outer_layers, outer_batch;
+  std::optional<uint32_t> inner_resolution, inner_features, inner_width, inner_layers, inner_batch;
+  std::optional<uint32_t> distance_resolution, distance_features;
+  std::optional<std::string> precision;
+  std::optional<float> learning_rate;
+  bool shared_network = false;
+
+  /// Name of an option that was given; null where none was.
+  const char* first_given() const;
+};
+
+void add_spherical_options(CLI::App& command, SphericalArguments& arguments);
+
+/// Throws Error(usage) naming the option whose value nothing can be made of.
+bake::SphericalBakeOptions resolve_spherical(const SphericalArguments& arguments);
+
+}  // namespace nif::tools
