@@ -34,6 +34,17 @@ enum class EncodingOption {
 std::string_view name_of(EncodingOption option);
 std::optional<EncodingOption> encoding_named(std::string_view name);
 
+/// Rays to learn from that are not the named sets'.
+struct MeshRays {
+  std::vector<Segment> segments;  ///< each in the space of its mesh
+  std::vector<uint32_t> meshes;   ///< [segment]: index into the scene's meshes
+};
+struct GivenRays {
+  std::string name;  ///< what the asset's metadata says they are
+  uint64_t rounds = 0;
+  std::function<MeshRays(uint64_t round)> draw;  ///< for 0 .. rounds - 1; the same each time
+};
+
 /// How `spherical` objects are baked; what the fields are made of is in `fields`, whose seed is the bake's.
 struct SphericalBakeOptions {
   SphericalOptions fields;
@@ -41,6 +52,8 @@ struct SphericalBakeOptions {
   /// Rays that are drawn and labelled for an object of kFullTriangles or more; fewer for smaller ones.
   uint64_t rays = 48'000'000;
   uint32_t passes = 3;  ///< times that each is learned from
+  /// In place of rays that are drawn by the mix; each is learned from once, as the paper does.
+  std::optional<GivenRays> given;
 };
 
 struct BakeOptions {

@@ -46,8 +46,8 @@ nlohmann::ordered_json to_json(const SphericalBakeOptions& options) {
           {"slope", fields.slope},
           {"latent_reach", fields.latent_reach},
           {"learning_rate", fields.learning_rate},
-          {"rays", options.rays},
-          {"passes", options.passes}};
+          {"rays", options.given ? nlohmann::ordered_json() : nlohmann::ordered_json(options.rays)},
+          {"passes", options.given ? 1 : options.passes}};
 }
 
 }  // namespace
@@ -61,7 +61,10 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, 
   nlohmann::ordered_json chosen{{"encoding", name_of(options.encoding)}};
   if (options.encoding != EncodingOption::bvh) {
     chosen["preset"] = name_of(options.preset);
-    chosen["mix"] = mix;
+    if (options.encoding == EncodingOption::spherical && options.spherical.given)
+      chosen["rays_from"] = options.spherical.given->name;
+    else
+      chosen["mix"] = mix;
     if (options.encoding == EncodingOption::spherical) chosen["spherical"] = to_json(options.spherical);
     if (options.resolution) chosen["resolution"] = *options.resolution;
     if (options.effort) chosen["effort"] = *options.effort;

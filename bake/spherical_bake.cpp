@@ -1,6 +1,7 @@
 #include "bake/spherical_bake.hpp"
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -85,6 +86,7 @@ class SphericalBaker {
     PreparedScene prepared = prepare(scene_);
     result_.notes = std::move(prepared.notes);
     result_.asset.instances = instances_of(scene_, prepared);
+    object_of_ = prepared.object_of;
     prepared_ = std::move(prepared.objects);
     clock_.emplace(prepared_, callback_);
     result_.objects.resize(prepared_.size());
@@ -157,53 +159,89 @@ class SphericalBaker {
     const size_t count = truths.size();
     const std::span<format::Object> objects = std::span(result_.asset.objects).subspan(first, count);
     SphericalTrainer trainer(objects, options_.spherical.fields);
+    std::vector<uint64_t> learned(count);  // rays of each object
+    if (options_.spherical.given)
+      learn_given(first, truths, trainer, learned);
+    else
+      learn_mix(first, truths, trainer, learned);
+    if (trainer.outer_rays() + trainer.inner_rays() == 0)
+      throw Error(
+          Status::training_failed,
+          fmt::format("training of '{}' failed: there are too few rays to learn from that meet its bounds",
+                      objects[0].name));
+    const auto network = uint32_t(result_.asset.spherical_networks.size());
+    result_.asset.spherical_networks.push_back(trainer.networks());
+    const double all = double(std::accumulate(learned.begin(), learned.end(), uint64_t{0}));
+    for (size_t i = 0; i < count; ++i) {
+      objects[i].grids = trainer.grids(i);
+      objects[i].network = network;
+      ObjectReport& own = result_.objects[first + i];
+      own.training_rays =
+          uint64_t(double(trainer.outer_rays() + trainer.inner_rays()) * double(learned[i]) / all);
+      own.recoveries = trainer.recoveries();
+    }
+  }
+
+  /// What training tells of itself, for a round of several.
+  std::function<void(const SphericalProgress&)> reporter(size_t first, uint64_t round, uint64_t rounds) {
+    // A shared network's training is shown as that of the first object.
+    return [=, this](const SphericalProgress& p) {
+      loss_ = p.loss, error_ = p.error;
+      clock_->report(BakeProgress::Stage::training, result_.asset.objects[first].name, first,
+                     0.03 + 0.87 * (double(round) + 0.5) / double(rounds), loss_, error_);
+    };
+  }
+
+  void learn_mix(size_t first, std::span<const GroundTruth* const> truths, SphericalTrainer& trainer,
+                 std::vector<uint64_t>& learned) {
+    const size_t count = truths.size();
     uint64_t all = 0;
     std::vector<uint64_t> blocks;  // of each object, in all rounds
     for (size_t i = 0; i < count; ++i) {
       const uint64_t rays = rays_for(result_.objects[first + i].triangles, options_);
       blocks.push_back((rays + kTrainingBlock - 1) / kTrainingBlock);
-      all += blocks.back() * kTrainingBlock;
+      learned[i] = blocks.back() * kTrainingBlock;
+      all += learned[i];
     }
     const uint64_t rounds = std::max<uint64_t>(1, all / kRaysPerRound);
     std::vector<uint64_t> begin(count), size(count);
     const Mix mix = resolve(options_).mix;
-    uint64_t drawn = 0;
     for (uint64_t round = 0; round < rounds; ++round) {
-      const auto report = [&](double share, double loss, double error) {
-        // A shared network's training is shown as that of the first object.
-        clock_->report(BakeProgress::Stage::training, objects[0].name, first,
-                       0.03 + 0.87 * (double(round) + share) / double(rounds), loss, error);
-      };
-      report(0, loss_, error_);
+      const auto report = reporter(first, round, rounds);
+      report({loss_, error_});
       for (size_t i = 0; i < count; ++i) {
         begin[i] = blocks[i] * round / rounds;
         size[i] = blocks[i] * (round + 1) / rounds - begin[i];
       }
       const SphericalRays rays = draw_rays(truths, mix, options_.seed, begin, size, cancel_);
       stop_if(cancel_);
-      drawn += rays.segments.size();
-      trainer.learn(
-          rays, options_.spherical.passes,
-          [&](const SphericalProgress& p) {
-            loss_ = p.loss, error_ = p.error;
-            report(0.5, loss_, error_);
-          },
-          cancel_);
+      trainer.learn(rays, options_.spherical.passes, report, cancel_);
     }
-    if (trainer.outer_rays() + trainer.inner_rays() == 0)
-      throw Error(Status::training_failed,
-                  fmt::format("training of '{}' failed: the ray sets of the mix have "
-                              "too few rays",
-                              objects[0].name));
-    const auto network = uint32_t(result_.asset.spherical_networks.size());
-    result_.asset.spherical_networks.push_back(trainer.networks());
-    for (size_t i = 0; i < count; ++i) {
-      objects[i].grids = trainer.grids(i);
-      objects[i].network = network;
-      ObjectReport& own = result_.objects[first + i];
-      own.training_rays = uint64_t(double(trainer.outer_rays() + trainer.inner_rays()) * double(blocks[i]) *
-                                   double(kTrainingBlock) / double(all));
-      own.recoveries = trainer.recoveries();
+  }
+
+  void learn_given(size_t first, std::span<const GroundTruth* const> truths, SphericalTrainer& trainer,
+                   std::vector<uint64_t>& learned) {
+    const GivenRays& given = *options_.spherical.given;
+    for (uint64_t round = 0; round < given.rounds; ++round) {
+      const auto report = reporter(first, round, given.rounds);
+      report({loss_, error_});
+      const MeshRays drawn = given.draw(round);
+      stop_if(cancel_);
+      SphericalRays rays;
+      for (size_t i = 0; i < drawn.segments.size(); ++i) {
+        const uint32_t object = object_of_[drawn.meshes[i]];
+        if (object < first || object >= first + truths.size()) continue;  // kNone, too
+        rays.segments.push_back(drawn.segments[i]);
+        rays.objects.push_back(uint32_t(object - first));
+        ++learned[object - first];
+      }
+      rays.visible.resize(rays.segments.size());
+      tbb::parallel_for(
+          tbb::blocked_range<size_t>(0, rays.segments.size(), kTrainingBlock), [&](const auto& range) {
+            for (size_t i = range.begin(); i < range.end(); ++i)
+              rays.visible[i] = !truths[rays.objects[i]]->source().oracle.occluded(rays.segments[i]);
+          });
+      trainer.learn(rays, 1, report, cancel_);
     }
   }
 
@@ -212,6 +250,7 @@ class SphericalBaker {
   const BakeCallback& callback_;
   const std::atomic<bool>& cancel_;
   std::vector<Prepared> prepared_;
+  std::vector<uint32_t> object_of_;  // [mesh]
   std::optional<BakeClock> clock_;
   BakeResult result_;
   double loss_ = 0, error_ = 0;

@@ -16,6 +16,8 @@
 #include "tools/command.hpp"
 #include "tools/measuring.hpp"
 #include "tools/progress.hpp"
+#include "tools/render/scene_file.hpp"
+#include "tools/render/view_rays.hpp"
 #include "tools/spherical_options.hpp"
 
 namespace nif::tools {
@@ -88,6 +90,8 @@ bake::BakeOptions resolve_options(const Arguments& arguments) {
     throw Error(Status::usage,
                 "--encoding spherical and --resolution contradict each other: its grids are set by "
                 "--outer-resolution, --inner-resolution and --distance-resolution");
+  if (arguments.spherical.view && !arguments.mix.empty())
+    throw Error(Status::usage, "--view and --mix contradict each other: rays come from the one or the other");
   if (spherical) {
     options.spherical = resolve_spherical(arguments.spherical);
   } else if (const char* idle = arguments.spherical.first_given()) {
@@ -249,9 +253,31 @@ std::string describe(const bake::BakeProgress& p) {
   return text;
 }
 
+/// What the training rays of a view are drawn from.
+struct View {
+  render::SceneDescription scene;
+  render::Lighting lighting;
+  render::World world;
+  render::ViewRays rays;
+
+  View(render::SceneDescription description, const std::string& mesh, const mesh::Scene& meshes,
+       Progress& progress)
+      : scene(std::move(description)),
+        lighting(scene),
+        world(scene, "", progress),
+        rays(scene, world, lighting, mesh, meshes) {}
+};
+
+render::SceneDescription read_view(const SphericalArguments& arguments) {
+  render::SceneDescription scene = render::read_scene(*arguments.view);
+  scene.picture.samples = arguments.view_samples.value_or(scene.picture.samples);
+  for (render::ObjectDescription& object : scene.objects) object.nif.reset();  // labels are exact
+  return scene;
+}
+
 void run(const Arguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
-  const bake::BakeOptions options = resolve_options(arguments);
+  bake::BakeOptions options = resolve_options(arguments);
   std::error_code ignored;
   if (std::filesystem::equivalent(arguments.mesh, arguments.output, ignored)) {
     throw Error(Status::usage, fmt::format("{}: the output would overwrite the input", arguments.output));
@@ -267,6 +293,15 @@ void run(const Arguments& arguments) {
   progress.update(0, "reading " + arguments.mesh);
   const mesh::Scene scene = mesh::read(arguments.mesh);
   const std::atomic<bool>& cancel = interruption();
+  std::unique_ptr<View> view;
+  if (arguments.spherical.view) {
+    view = std::make_unique<View>(read_view(arguments.spherical), arguments.mesh, scene, progress);
+    const render::PictureDescription& picture = view->scene.picture;
+    options.spherical.given = bake::GivenRays{
+        fmt::format("{}, {} x {} pixels, {} samples each", count_of(view->scene.cameras.size(), "camera"),
+                    picture.width, picture.height, picture.samples),
+        picture.samples, [&](uint64_t round) { return view->rays.draw(round); }};
+  }
   const bake::BakeResult result = naming(arguments.mesh, [&] {
     return bake::bake(
         scene, options, [&](const bake::BakeProgress& p) { progress.update(p.fraction, describe(p)); },

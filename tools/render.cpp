@@ -28,6 +28,7 @@ struct Arguments {
   std::optional<uint32_t> samples, width, height, bounces;
   std::optional<uint64_t> seed;
   double confidence = 0.9;
+  std::string exact = "none";
   uint32_t threads = 0;
   std::string isa = "auto";
   std::optional<std::string> sheet;
@@ -125,6 +126,12 @@ CameraResult write_pictures(const Arguments& arguments, const std::string& camer
   return result;
 }
 
+render::Exact exact_named(const std::string& name) {
+  return name == "inside"    ? render::Exact::inside
+         : name == "outside" ? render::Exact::outside
+                             : render::Exact::none;
+}
+
 double mrays_per_s(uint64_t rays, double seconds) { return seconds > 0 ? double(rays) / seconds / 1e6 : 0; }
 
 void print_table(const std::vector<CameraResult>& results, const render::World& world, double exposure) {
@@ -166,6 +173,7 @@ Json to_json(const std::vector<CameraResult>& results, const Arguments& argument
             {"width", picture.width},
             {"height", picture.height},
             {"samples", picture.samples},
+            {"exact", arguments.exact},
             {"exposure", exposure},
             {"cameras", Json::object()}};
   for (const CameraResult& result : results) {
@@ -224,7 +232,8 @@ void run(const Arguments& arguments) {
       }
     };
     const render::Rendering rendering =
-        render::render(world, lighting, camera, {picture, exposure, arguments.confidence}, show, cancel);
+        render::render(world, lighting, camera,
+                       {picture, exposure, exact_named(arguments.exact), arguments.confidence}, show, cancel);
     CameraResult result = write_pictures(arguments, about.name, rendering, true);
     result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     results.push_back(std::move(result));
@@ -269,6 +278,13 @@ void add_render(CLI::App& app) {
           "What a hybrid picture trusts assets from, 0.5 to 1: where they are less sure, Embree answers")
       ->capture_default_str()
       ->check(CLI::Range(0.5, 1.0));
+  command
+      ->add_option("--exact", a.exact,
+                   "Rays that Embree answers in all pictures: none, or those that start inside of an asset's "
+                   "box, or outside, "
+                   "to see one part of the answers alone")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"none", "inside", "outside"}));
   command
       ->add_option("--isa", a.isa, "Instruction set of the runtime: auto, scalar, sse4, avx2, avx512, neon")
       ->capture_default_str();

@@ -58,6 +58,8 @@ const char* SphericalArguments::first_given() const {
     if (this->*option.given) return option.name;
   if (precision) return "--precision";
   if (learning_rate) return "--learning-rate";
+  if (view) return "--view";
+  if (view_samples) return "--view-samples";
   return shared_network ? "--shared-network" : nullptr;
 }
 
@@ -78,6 +80,17 @@ void add_spherical_options(CLI::App& command, SphericalArguments& arguments) {
       ->default_str(fmt::format("{}", defaults.learning_rate))
       ->group(kGroup);
   command
+      .add_option(
+          "--view", arguments.view,
+          "A scene for nif render that has the mesh among its objects: learn from the shadow rays of its "
+          "cameras, as the paper does, in place of --mix")
+      ->group(kGroup);
+  command
+      .add_option("--view-samples", arguments.view_samples,
+                  "Rays through each pixel for that, in place of the scene's")
+      ->check(CLI::Range(1u, 65536u))
+      ->group(kGroup);
+  command
       .add_flag("--shared-network", arguments.shared_network,
                 "One pair of networks for all objects, with grids for each")
       ->group(kGroup);
@@ -95,6 +108,9 @@ bake::SphericalBakeOptions resolve_spherical(const SphericalArguments& arguments
   }
   if (arguments.learning_rate) options.fields.learning_rate = *arguments.learning_rate;
   options.shared_network = arguments.shared_network;
+  if (arguments.view_samples && !arguments.view)
+    throw Error(Status::usage,
+                "--view-samples says how often the pixels of --view are sampled, and there is none");
   bake::check(options.fields);
   return options;
 }

@@ -17,6 +17,8 @@ struct SphericalArguments {
   std::optional<std::string> precision;
   std::optional<float> learning_rate;
   bool shared_network = false;
+  std::optional<std::string> view;  ///< a scene file, whose shadow rays are learned from
+  std::optional<uint32_t> view_samples;
 
   /// Name of an option that was given; null where none was.
   const char* first_given() const;

@@ -35,6 +35,9 @@ void normalise(std::span<double> table) {
   table.back() = 1;
 }
 
+/// What a tabulated sky's values are multiplied by: a glow's table has the radiance in it already.
+Colour scale_of(const Sky& sky) { return sky.map ? sky.radiance : Colour{1, 1, 1}; }
+
 /// A direction within a cone about an axis, uniform in solid angle.
 Double3 cone_direction(const Double3& axis, double angle_degrees, const Pair& u) {
   if (angle_degrees == 0) return axis;
@@ -67,6 +70,22 @@ Double3 cosine_direction(const Double3& normal, const Pair& u) {
 
 EnvironmentMap::EnvironmentMap(const std::string& path, int up, double rotation_degrees)
     : image_(read_environment(path)), up_(up), rotation_(rotation_degrees * pi / 180) {
+  if (!tabulate()) throw Error(Status::not_an_image, path + ": is black: there is no light in it");
+}
+
+EnvironmentMap::EnvironmentMap(const Sky& sky, int up) : image_(1024, 512), up_(up), rotation_(0) {
+  const Glow& glow = *sky.glow;
+  for (uint32_t y = 0; y < image_.height; ++y)
+    for (uint32_t x = 0; x < image_.width; ++x) {
+      const double away =
+          std::acos(std::clamp(dot(direction_of(x + 0.5, y + 0.5), glow.direction), -1.0, 1.0));
+      const double part = away / (glow.angle * pi / 180), share = std::exp(-part * part);
+      for (size_t c = 0; c < 3; ++c) image_.at(x, y)[c] = float(sky.radiance[c] + share * glow.radiance[c]);
+    }
+  tabulate();
+}
+
+bool EnvironmentMap::tabulate() {
   const uint32_t width = image_.width, height = image_.height;
   rows_.assign(height + 1, 0);
   texels_.assign(size_t(height) * (width + 1), 0);
@@ -77,8 +96,18 @@ EnvironmentMap::EnvironmentMap(const std::string& path, int up, double rotation_
     rows_[y + 1] = rows_[y] + row[width];
     normalise({row, width + 1});
   }
-  if (!(rows_.back() > 0)) throw Error(Status::not_an_image, path + ": is black: there is no light in it");
+  if (!(rows_.back() > 0)) return false;
   normalise(rows_);
+  return true;
+}
+
+Double3 EnvironmentMap::direction_of(double x, double y) const {
+  const double theta = pi * y / image_.height, phi = 2 * pi * x / image_.width + rotation_;
+  Double3 direction;
+  direction[size_t(up_)] = std::cos(theta);
+  direction[size_t((up_ + 1) % 3)] = std::sin(theta) * std::cos(phi);
+  direction[size_t((up_ + 2) % 3)] = std::sin(theta) * std::sin(phi);
+  return direction;
 }
 
 Colour EnvironmentMap::radiance(const Double3& direction) const {
@@ -116,6 +145,8 @@ Lighting::Lighting(const SceneDescription& scene) : lights_(scene.lights) {
     const auto* sky = std::get_if<Sky>(&light);
     if (sky != nullptr && sky->map)
       maps_.emplace_back(EnvironmentMap(*sky->map, scene.up, sky->rotation));
+    else if (sky != nullptr && sky->glow)
+      maps_.emplace_back(EnvironmentMap(*sky, scene.up));
     else
       maps_.emplace_back(std::nullopt);
   }
@@ -128,13 +159,13 @@ LightSample Lighting::draw(size_t light, const Double3& point, const Double3& no
     const std::optional<EnvironmentMap>& map = maps_[light];
     if (sky->sampling == Sampling::uniform) {
       const Double3 direction = hemisphere_direction(normal, u);
-      const Colour radiance = map ? sky->radiance * map->radiance(direction) : sky->radiance;
+      const Colour radiance = map ? scale_of(*sky) * map->radiance(direction) : sky->radiance;
       return {direction, kInfinity, Colour(radiance * (2 * pi))};
     }
     if (map) {
       const EnvironmentMap::Sample sample = map->draw(u);
       if (!(sample.density > 0)) return {sample.direction, kInfinity, {}};
-      return {sample.direction, kInfinity, Colour(sky->radiance * sample.radiance * (1 / sample.density))};
+      return {sample.direction, kInfinity, Colour(scale_of(*sky) * sample.radiance * (1 / sample.density))};
     }
     const Double3 direction = cosine_direction(normal, u);
     const double cosine = dot(direction, normal);
@@ -159,7 +190,7 @@ Colour Lighting::background(const Double3& direction) const {
   for (size_t i = 0; i < lights_.size(); ++i) {
     const auto* sky = std::get_if<Sky>(&lights_[i]);
     if (sky == nullptr) continue;
-    const Colour radiance = maps_[i] ? sky->radiance * maps_[i]->radiance(direction) : sky->radiance;
+    const Colour radiance = maps_[i] ? scale_of(*sky) * maps_[i]->radiance(direction) : sky->radiance;
     for (size_t c = 0; c < 3; ++c) sum[c] += radiance[c];
   }
   return sum;

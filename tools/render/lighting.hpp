@@ -28,6 +28,8 @@ class EnvironmentMap {
  public:
   /// Throws as read_environment(), and Error(not_an_image) where it is black.
   EnvironmentMap(const std::string& path, int up, double rotation_degrees);
+  /// Tabulates a sky with a glow, whose radiance must not be black as a whole.
+  EnvironmentMap(const Sky& sky, int up);
 
   Colour radiance(const Double3& direction) const;
   struct Sample {
@@ -38,6 +40,11 @@ class EnvironmentMap {
   Sample draw(const Pair& u) const;
 
  private:
+  /// False where it is black.
+  bool tabulate();
+  /// Where the middle of a texel is.
+  Double3 direction_of(double x, double y) const;
+
   Image image_;
   int up_;
   double rotation_;
@@ -62,7 +69,7 @@ class Lighting {
 
  private:
   std::vector<Light> lights_;
-  std::vector<std::optional<EnvironmentMap>> maps_;  // [light]
+  std::vector<std::optional<EnvironmentMap>> maps_;  // [light]; of skies that are not the same all over
 };
 
 /// Two unit vectors that make a right-handed frame with a unit vector.

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "formats/status.hpp"
-#include "tools/render/pixel_samples.hpp"
+#include "tools/render/paths.hpp"
 
 namespace nif::render {
 namespace {
@@ -44,7 +44,11 @@ class TileRenderer {
  public:
   TileRenderer(const World& world, const Lighting& lighting, const Camera& camera,
                const RenderOptions& options, Film& film)
-      : world_(world), lighting_(lighting), camera_(camera), options_(options), film_(film) {}
+      : world_(world),
+        lighting_(lighting),
+        paths_(world, lighting, camera, options.picture),
+        options_(options),
+        film_(film) {}
 
   ShadowRays run(uint32_t left, uint32_t top, uint32_t first_sample, uint32_t samples) {
     const PictureDescription& picture = options_.picture;
@@ -52,9 +56,16 @@ class TileRenderer {
                    bottom = std::min(top + kTile, picture.height);
     for (uint32_t y = top; y < bottom; ++y)
       for (uint32_t x = left; x < right; ++x) {
-        const PixelSamples numbers(picture.seed, uint64_t{y} << 32 | x, picture.samples);
+        const PixelSamples numbers = paths_.samples_of(x, y);
+        const size_t pixel = size_t{y} * picture.width + x;
         for (uint32_t s = first_sample; s < first_sample + samples; ++s) {
-          follow(numbers, s, x, y);
+          paths_.follow(
+              numbers, s, x, y,
+              [&](const ShadowRay& ray) {
+                rays_.push_back(ray.segment);
+                carries_.push_back({pixel, ray.radiance});
+              },
+              [&](const Double3& direction) { add_background(pixel, direction); });
           if (rays_.size() >= kRaysAtOnce) answer();
         }
       }
@@ -63,48 +74,11 @@ class TileRenderer {
   }
 
  private:
-  /// One path from the camera: shadow rays at each of its points.
-  void follow(const PixelSamples& numbers, uint32_t sample, uint32_t x, uint32_t y) {
-    const PictureDescription& picture = options_.picture;
-    const size_t pixel = size_t{y} * picture.width + x;
-    const Pair jitter = numbers.pair(0, sample);
-    Double3 origin = camera_.position;
-    Double3 direction = camera_.direction((x + jitter[0]) / picture.width, (y + jitter[1]) / picture.height);
-    Colour carried{1, 1, 1};
-    const auto lights = uint32_t(lighting_.count());
-    for (uint32_t bounce = 0; bounce <= picture.bounces; ++bounce) {
-      const std::optional<SurfacePoint> hit = world_.trace(origin, direction);
-      if (!hit) {
-        if (bounce == 0) add_background(pixel, direction);
-        return;  // skies are drawn as lights at each point
-      }
-      for (size_t c = 0; c < 3; ++c) carried[c] *= hit->albedo[c];
-      const Double3 start = hit->position + hit->normal * hit->bias;
-      const uint32_t dimension = 1 + bounce * (lights + 1);
-      for (uint32_t light = 0; light < lights; ++light)
-        add_shadow_ray(pixel, *hit, start, carried, light, numbers.pair(dimension + light, sample));
-      direction = cosine_direction(hit->normal, numbers.pair(dimension + lights, sample));
-      origin = start;
-    }
-  }
-
   void add_background(size_t pixel, const Double3& direction) {
     Colour colour = options_.picture.background * (1 / options_.exposure);
     if (lighting_.has_sky()) colour = lighting_.background(direction);
     for (const Mode mode : kModes)
       if (!film_.sums[size_t(mode)].empty()) film_.add(mode, pixel, colour, 1);
-  }
-
-  void add_shadow_ray(size_t pixel, const SurfacePoint& hit, const Double3& start, const Colour& carried,
-                      uint32_t light, const Pair& u) {
-    const LightSample sample = lighting_.draw(light, start, hit.normal, u);
-    const double cosine = dot(sample.direction, hit.normal);
-    Colour colour{};
-    for (size_t c = 0; c < 3; ++c) colour[c] = carried[c] * sample.irradiance[c] * cosine / std::numbers::pi;
-    if (!(cosine > 0) || !(colour[0] + colour[1] + colour[2] > 0)) return;
-    // Lights are no part of the scene that is asked, so the ray may go all the way.
-    rays_.push_back(bake::make_segment(start, sample.direction, float(sample.distance)));
-    carries_.push_back({pixel, colour});
   }
 
   void answer() {
@@ -130,6 +104,13 @@ class TileRenderer {
     auto start = Clock::now();
     world_.ask_assets(rays_, {visible_.data(), probability_.data(), certain_.data()});
     counts_.asset_seconds += seconds_since(start);
+    if (options_.exact != Exact::none)
+      for (size_t i = 0; i < count; ++i) {
+        if (world_.starts_in_asset(rays_[i]) != (options_.exact == Exact::inside)) continue;
+        visible_[i] = reference_[i];
+        probability_[i] = reference_[i];
+        certain_[i] = 1;
+      }
     start = Clock::now();
     world_.ask_embree_beside_assets(rays_, beside_.data());
     counts_.beside_seconds += seconds_since(start);
@@ -156,7 +137,7 @@ class TileRenderer {
 
   const World& world_;
   const Lighting& lighting_;
-  const Camera& camera_;
+  const Paths paths_;
   const RenderOptions& options_;
   Film& film_;
   ShadowRays counts_;

@@ -40,14 +40,22 @@ struct Rendering {
   ShadowRays shadow_rays;
 };
 
+/// Rays that assets are not asked, to see one part of what they do alone.
+enum class Exact {
+  none,
+  inside,   ///< those that start within an asset's AABB, as the paper shows its outer field
+  outside,  ///< the others
+};
+
 struct RenderOptions {
   PictureDescription picture;
   double exposure = 1;
+  Exact exact = Exact::none;
   double confidence = 0.9;  ///< hybrid trusts an answer with max(p, 1 - p) of at least this
 };
 
-/// Called now and then, from the calling thread; `fraction` of the work is done. Where all pixels have equally
-/// many samples, `so_far` gives the picture as it is; else it is empty.
+/// Called now and then, from the calling thread; `fraction` of the work is done. Where all pixels have
+/// equally many samples, `so_far` gives the picture as it is; else it is empty.
 using RenderCallback = std::function<void(double fraction, const std::function<Rendering()>& so_far)>;
 
 /// The factor on radiance that shows unshadowed ground in the middle of the scene at picture.ground_level, or

@@ -38,10 +38,18 @@ struct Sun {
 
 enum class Sampling { importance, uniform };
 
-/// Light from all sides: one colour, or an environment map in latitude and longitude.
+/// What makes one side of a sky brighter.
+struct Glow {
+  Double3 direction;  ///< of its middle, unit length
+  Colour radiance;    ///< there; it falls to 1/e at `angle`, as exp(-(distance / angle)^2)
+  double angle = 10;  ///< degrees
+};
+
+/// Light from all sides: one colour, with a glow or without, or an environment map in latitude and longitude.
 struct Sky {
   Colour radiance{1, 1, 1};        ///< times the map's, where there is one
   std::optional<std::string> map;  ///< path of an .exr or .hdr
+  std::optional<Glow> glow;        ///< added to the radiance; not with a map
   double rotation = 0;             ///< of the map about the up axis, degrees
   Sampling sampling = Sampling::importance;
 };

@@ -210,6 +210,10 @@ Light read_light(Reader& reader, const fs::path& folder) {
     sky.radiance = reader.colour("radiance", kBright, {1, 1, 1});
     if (reader.has("map")) sky.map = beside(folder, reader.text("map"));
     sky.rotation = reader.number("rotation", -360, 360, 0);
+    reader.table("glow", [&](Reader& r) {
+      sky.glow = Glow{r.unit("direction"), r.colour("radiance", kBright), r.number("angle", 0.5, 180, 10)};
+    });
+    if (sky.glow && sky.map) reader.fail("glow", "cannot stand beside 'map'");
     const std::string sampling = reader.text("sampling", "importance");
     if (sampling != "importance" && sampling != "uniform")
       reader.fail("sampling", "must be 'importance' or 'uniform'");

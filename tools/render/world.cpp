@@ -12,52 +12,15 @@
 #include "bake/ray_sets.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/status.hpp"
+#include "tools/render/transform.hpp"
 
 namespace nif::render {
 namespace {
 
-using bake::cross;
 using bake::dot;
 using mesh::Transform;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-mesh::Float3 transformed(const Transform& t, const mesh::Float3& p) {
-  mesh::Float3 out;
-  for (size_t row = 0; row < 3; ++row)
-    out[row] = t[4 * row] * p[0] + t[4 * row + 1] * p[1] + t[4 * row + 2] * p[2] + t[4 * row + 3];
-  return out;
-}
-
-/// First `inner`, then `outer`.
-Transform compose(const Transform& outer, const Transform& inner) {
-  Transform out;
-  for (size_t row = 0; row < 3; ++row)
-    for (size_t k = 0; k < 4; ++k) {
-      double sum = k == 3 ? outer[4 * row + 3] : 0;
-      for (size_t j = 0; j < 3; ++j) sum += double(outer[4 * row + j]) * inner[4 * j + k];
-      out[4 * row + k] = float(sum);
-    }
-  return out;
-}
-
-std::array<Double3, 3> rows_of(const Transform& t) {
-  return {Double3{t[0], t[1], t[2]}, Double3{t[4], t[5], t[6]}, Double3{t[8], t[9], t[10]}};
-}
-double determinant(const Transform& t) {
-  const auto rows = rows_of(t);
-  return dot(rows[0], cross(rows[1], rows[2]));
-}
-/// The inverse transposed, times the determinant: takes normals along.
-Transform cofactors(const Transform& t) {
-  const auto rows = rows_of(t);
-  Transform out{};
-  for (size_t a = 0; a < 3; ++a) {
-    const Double3 row = cross(rows[(a + 1) % 3], rows[(a + 2) % 3]);
-    for (size_t k = 0; k < 3; ++k) out[4 * a + k] = float(row[k]);
-  }
-  return out;
-}
 
 void include(bake::Box& box, const mesh::Float3& p) {
   for (size_t a = 0; a < 3; ++a) {
@@ -149,6 +112,9 @@ void World::add_mesh(const mesh::Mesh& mesh, std::span<const Transform> places,
     }
     parts_.push_back({object.albedo, bias * std::cbrt(std::abs(determinant(place))), cofactors(place)});
   }
+  if (object.nif)
+    for (const Transform& place : places)
+      asset_boxes_.push_back({own, inverse_rows(place), {place[3], place[7], place[11]}});
   triangles_ += mesh.triangles.size() * places.size();
   if (places.size() == 1) {
     std::vector<mesh::Float3> positions(mesh.positions.size());
@@ -264,6 +230,18 @@ std::optional<SurfacePoint> World::trace(const Double3& origin, const Double3& d
   if (!(size > 0)) return std::nullopt;
   normal = normal * ((dot(normal, direction) > 0 ? -1 : 1) / size);
   return SurfacePoint{origin + direction * double(hit.ray.tfar), normal, part.bias, part.albedo};
+}
+
+bool World::starts_in_asset(const Segment& ray) const {
+  const Double3 start = bake::to_double({ray.origin[0], ray.origin[1], ray.origin[2]});
+  return std::any_of(asset_boxes_.begin(), asset_boxes_.end(), [&](const AssetBox& asset) {
+    bool inside = true;
+    for (size_t a = 0; a < 3; ++a) {
+      const double x = dot(asset.inverse[a], start - asset.origin);
+      inside = inside && x >= double(asset.box.min[a]) && x <= double(asset.box.max[a]);
+    }
+    return inside;
+  });
 }
 
 void World::ask_embree(std::span<const Segment> rays, uint8_t* visible) const {

@@ -61,11 +61,19 @@ class World {
   };
   void ask_assets(std::span<const Segment> rays, const Answers& answers) const;
   bool has_assets() const { return has_assets_; }
+  /// Whether the ray starts within the AABB of a mesh that an asset answers for.
+  bool starts_in_asset(const Segment& ray) const;
 
  private:
   struct Release {
     void operator()(RTCDeviceTy* device) const;
     void operator()(RTCSceneTy* scene) const;
+  };
+  /// The AABB of an asset's instance.
+  struct AssetBox {
+    bake::Box box;                   ///< object space
+    std::array<Double3, 3> inverse;  ///< rows: world to object, for directions
+    Double3 origin;                  ///< of the object, in world space
   };
   using EmbreePointer = std::unique_ptr<RTCSceneTy, Release>;
   struct Part {  // by Embree's geometry in everything_
@@ -90,6 +98,7 @@ class World {
   std::vector<EmbreePointer> children_;  // scenes that instances place
   EmbreePointer everything_, beside_assets_;
   std::vector<Part> parts_;
+  std::vector<AssetBox> asset_boxes_;
   bake::Box box_;
   uint64_t triangles_ = 0, asset_bytes_ = 0, resident_bytes_ = 0;
   tools::Device runtime_;

@@ -1,0 +1,61 @@
+// Affine transforms: points, normals, and one after another.
+#pragma once
+
+#include <array>
+
+#include "bake/vector.hpp"
+#include "formats/mesh/scene.hpp"
+
+namespace nif::render {
+
+using bake::Double3;
+using mesh::Transform;
+
+inline mesh::Float3 transformed(const Transform& t, const mesh::Float3& p) {
+  mesh::Float3 out;
+  for (size_t row = 0; row < 3; ++row)
+    out[row] = t[4 * row] * p[0] + t[4 * row + 1] * p[1] + t[4 * row + 2] * p[2] + t[4 * row + 3];
+  return out;
+}
+
+/// First `inner`, then `outer`.
+inline Transform compose(const Transform& outer, const Transform& inner) {
+  Transform out;
+  for (size_t row = 0; row < 3; ++row)
+    for (size_t k = 0; k < 4; ++k) {
+      double sum = k == 3 ? outer[4 * row + 3] : 0;
+      for (size_t j = 0; j < 3; ++j) sum += double(outer[4 * row + j]) * inner[4 * j + k];
+      out[4 * row + k] = float(sum);
+    }
+  return out;
+}
+
+inline std::array<Double3, 3> rows_of(const Transform& t) {
+  return {Double3{t[0], t[1], t[2]}, Double3{t[4], t[5], t[6]}, Double3{t[8], t[9], t[10]}};
+}
+inline double determinant(const Transform& t) {
+  const auto rows = rows_of(t);
+  return bake::dot(rows[0], bake::cross(rows[1], rows[2]));
+}
+/// The inverse transposed, times the determinant: takes normals along.
+inline Transform cofactors(const Transform& t) {
+  const auto rows = rows_of(t);
+  Transform out{};
+  for (size_t a = 0; a < 3; ++a) {
+    const Double3 row = bake::cross(rows[(a + 1) % 3], rows[(a + 2) % 3]);
+    for (size_t k = 0; k < 3; ++k) out[4 * a + k] = float(row[k]);
+  }
+  return out;
+}
+/// Rows of the inverse of the part that turns directions; the determinant must not be 0.
+inline std::array<Double3, 3> inverse_rows(const Transform& t) {
+  const auto rows = rows_of(t);
+  std::array<Double3, 3> inverse;
+  for (size_t column = 0; column < 3; ++column) {
+    const Double3 cofactor = bake::cross(rows[(column + 1) % 3], rows[(column + 2) % 3]);
+    for (size_t row = 0; row < 3; ++row) inverse[row][column] = cofactor[row] / determinant(t);
+  }
+  return inverse;
+}
+
+}  // namespace nif::render
