@@ -145,7 +145,7 @@ class SphericalBaker {
     for (size_t i = first; i < first + count; ++i) {
       const format::Object& object = result_.asset.objects[i];
       const kernels::SphericalField field =
-          format::field_of(object, result_.asset.spherical_networks[object.network]);
+          format::spherical_field_of(object, result_.asset.spherical_networks[object.network]);
       result_.objects[i].sets = measure_sets(pointers[i - first]->source(), reference_answerer(field),
                                              options_, prepared_.size(), [&](RaySet set) {
                                                stop_if(cancel_);

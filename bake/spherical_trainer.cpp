@@ -98,20 +98,23 @@ class Grid {
     }
     const size_t count = gradients_.size();
     for (Floats& part : parts_) part.resize(count);
+    // One loop for all three: a latent vector is too short for copying functions to be worth their call.
     for (size_t t = 0; t < touched_.size(); ++t) {
       const float* from = entries_.data() + size_t(touched_[t]) * 3 * features_;
-      for (Floats& part : parts_) {
-        std::copy_n(from, features_, part.data() + t * features_);
-        from += features_;
+      for (size_t i = t * features_; i < (t + 1) * features_; ++i, ++from) {
+        parts_[0][i] = from[0];
+        parts_[1][i] = from[features_];
+        parts_[2][i] = from[2 * features_];
       }
     }
     const bool finite =
         adam_step(step, count, gradients_.data(), parts_[0].data(), parts_[1].data(), parts_[2].data());
     for (size_t t = 0; t < touched_.size(); ++t) {
       float* to = entries_.data() + size_t(touched_[t]) * 3 * features_;
-      for (const Floats& part : parts_) {
-        std::copy_n(part.data() + t * features_, features_, to);
-        to += features_;
+      for (size_t i = t * features_; i < (t + 1) * features_; ++i, ++to) {
+        to[0] = parts_[0][i];
+        to[features_] = parts_[1][i];
+        to[2 * features_] = parts_[2][i];
       }
       slots_[touched_[t]] = kNone;
     }

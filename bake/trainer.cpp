@@ -71,7 +71,7 @@ class Trainer {
       : source_(source),
         object_(object),
         options_(options),
-        field_(format::field_of(object, format::Network{})),
+        field_(format::field_of(object, {})),
         cells_(field_),
         shape_(make_shape(object.samples * object.features_per_corner + kernels::kGlobalInputs,
                           options.network)),

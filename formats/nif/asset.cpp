@@ -48,7 +48,7 @@ kernels::BvhField field_of(const Bvh& bvh) {
   return field;
 }
 
-kernels::SphericalField field_of(const Object& object, const SphericalNetworks& networks) {
+kernels::SphericalField spherical_field_of(const Object& object, const SphericalNetworks& networks) {
   kernels::SphericalField field;
   kernels::set_bounds(object.aabb_min.data(), object.aabb_max.data(), field);
   const SphericalGrids& grids = object.grids;

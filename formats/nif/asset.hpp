@@ -117,6 +117,6 @@ constexpr uint32_t bricks_for(uint32_t voxels) { return voxels / kernels::kBrick
 kernels::SegmentField field_of(const Object& object, const Network& network);
 kernels::BvhField field_of(const Bvh& bvh);
 /// The object's bounds must be such as kernels::set_bounds() takes.
-kernels::SphericalField field_of(const Object& object, const SphericalNetworks& networks);
+kernels::SphericalField spherical_field_of(const Object& object, const SphericalNetworks& networks);
 
 }  // namespace nif::format

@@ -8,6 +8,7 @@
 #ifdef NIF_HAS_SIMD
 #include "kernels/cpu/bvh_kernel.hpp"
 #include "kernels/cpu/segment_kernel.hpp"
+#include "kernels/cpu/spherical_kernel.hpp"
 #endif
 
 namespace nif::runtime {
@@ -50,6 +51,8 @@ KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::m
 #ifdef NIF_HAS_SIMD
   if (object.encoding == format::kBvh && isa != Isa::scalar)
     return hold<kernels::cpu::SimdBvhKernel>(memory, object.bvh, kernels::cpu::Isa(int(isa) - 1));
+  if (object.encoding == format::kSpherical && isa != Isa::scalar)
+    return hold<kernels::cpu::SimdSphericalKernel>(memory, object.spherical, kernels::cpu::Isa(int(isa) - 1));
   if (object.encoding == format::kSegment && isa != Isa::scalar &&
       kernels::cpu::WalkGrid::can_hold(object.field))
     return hold<kernels::cpu::SimdSegmentKernel>(memory, object.field, ample_bytes(object),

@@ -51,7 +51,7 @@ TEST(SphericalFile, KeepsEveryFieldAndAnswer) {
       const auto at = static_cast<const std::byte*>(seen.spherical.outer_position.values.data) - bytes.data();
       EXPECT_EQ(uint64_t(at) % format::kAlignment, 0u);
       const kernels::SphericalField field =
-          format::field_of(object, asset.spherical_networks[object.network]);
+          format::spherical_field_of(object, asset.spherical_networks[object.network]);
       for (int ray = 0; ray < 500; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
         const kernels::Answer ours = kernels::query_spherical(field, segment),

@@ -151,7 +151,7 @@ TEST(Spherical, NoWeightsThatAReaderTakesGiveNaN) {
                          &object.grids.inner_position, &object.grids.inner_direction, &object.grids.distance,
                          &networks.outer.weights, &networks.inner.weights})
       for (float& value : *values) value = random.below(4) ? top : -top;
-    const SphericalField field = format::field_of(object, networks);
+    const SphericalField field = format::spherical_field_of(object, networks);
     for (int r = 0; r < 200; ++r) {
       const Segment segment = test::random_segment(random, field);
       const Answer answer = kernels::query_spherical(field, segment);
@@ -174,7 +174,7 @@ TEST(Spherical, RaysThatAreNoneAreVisible) {
   test::Random random(4);
   const format::Object object = test::random_spherical_object(random, "", 4);
   const format::SphericalNetworks networks = test::random_networks(random, object.grids, 8);
-  const SphericalField field = format::field_of(object, networks);
+  const SphericalField field = format::spherical_field_of(object, networks);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const Segment& none :
        {Segment{{nan, 0, 0}, {0, 0, 1}, 0, 1}, Segment{{0, kInfinity, 0}, {0, 0, 1}, 0, 1},

@@ -1,0 +1,25 @@
+// The `spherical` encoding in SIMD: the same bits as kernels/reference, a ray to a lane.
+#pragma once
+
+#include "kernels/cpu/segment_kernel.hpp"
+#include "kernels/spherical_field.hpp"
+
+namespace nif::kernels::cpu {
+
+/// Grids are read where they lie in the asset; weights in half precision are made single ones batch by batch.
+class SimdSphericalKernel final : public ObjectKernel {
+ public:
+  /// The field's memory must outlive the kernel, and the machine must have `isa`. Two bytes before a grid in
+  /// half precision must be readable, as they are in a file.
+  SimdSphericalKernel(const SphericalField& field, Isa isa);
+
+  void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
+  size_t resident_bytes() const override { return 0; }
+
+ private:
+  using Answer = void (*)(const SphericalField&, const SegmentBatch&, AnswerBatch&, void*);
+  SphericalField field_;
+  Answer answer_;
+};
+
+}  // namespace nif::kernels::cpu
