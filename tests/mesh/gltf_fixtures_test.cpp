@@ -19,26 +19,11 @@ using std::numbers::pi;
 /// A cube whose scene can carry more.
 class Fixtures : public testing::Test {
  protected:
-  Fixtures() : gltf_(gltf_of(cube())) {
-    gltf_.json["cameras"] = json::array();
-    gltf_.json["extensions"]["KHR_lights_punctual"]["lights"] = json::array();
-  }
   /// A node in the scene; its number.
   int node(json node) {
     const int index = gltf_.node(std::move(node));
     gltf_.json["scenes"][0]["nodes"].push_back(index);
     return index;
-  }
-  void camera(json definition, json carrier = json::object()) {
-    carrier["camera"] = gltf_.json["cameras"].size();
-    gltf_.json["cameras"].push_back(std::move(definition));
-    node(std::move(carrier));
-  }
-  void light(json definition, json carrier = json::object()) {
-    json& lights = gltf_.json["extensions"]["KHR_lights_punctual"]["lights"];
-    carrier["extensions"]["KHR_lights_punctual"]["light"] = lights.size();
-    lights.push_back(std::move(definition));
-    node(std::move(carrier));
   }
   Scene read() const { return mesh::read(folder_.write("file.glb", gltf_.glb())); }
   /// The file is read, with one warning that holds all of these and no camera or light.
@@ -55,7 +40,7 @@ class Fixtures : public testing::Test {
   }
 
   const TempDir folder_;
-  Gltf gltf_;
+  Gltf gltf_ = gltf_of(cube());
 };
 
 const json kPerspective = {{"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}}};
@@ -63,8 +48,8 @@ const json kPerspective = {{"type", "perspective"}, {"perspective", {{"yfov", 0.
 TEST_F(Fixtures, CamerasStandWhereTheirNodesDo) {
   json named = kPerspective;
   named["name"] = "definition";
-  camera(named, {{"name", "front"}, {"translation", {1, 2, 3}}});
-  camera(named);
+  gltf_.camera(named, {{"name", "front"}, {"translation", {1, 2, 3}}});
+  gltf_.camera(named);
   const int parent = node({{"translation", {10, 0, 0}}});
   const int child = gltf_.node({{"camera", 0}, {"rotation", {0, std::sqrt(0.5), 0, std::sqrt(0.5)}}});
   gltf_.json["nodes"][size_t(parent)]["children"] = {child};
@@ -80,11 +65,11 @@ TEST_F(Fixtures, CamerasStandWhereTheirNodesDo) {
 }
 
 TEST_F(Fixtures, LightsOfAllKinds) {
-  light({{"type", "directional"}, {"color", {1, 0.5, 0.25}}, {"intensity", 3}}, {{"name", "sun"}});
-  light({{"type", "point"}, {"name", "bulb"}});
-  light({{"type", "spot"}, {"spot", {{"innerConeAngle", 0.1}, {"outerConeAngle", 0.2}}}});
-  light({{"type", "spot"}, {"spot", json::object()}});
-  light({{"type", "spot"}, {"spot", {{"outerConeAngle", double(float(pi / 2))}}}});
+  gltf_.light({{"type", "directional"}, {"color", {1, 0.5, 0.25}}, {"intensity", 3}}, {{"name", "sun"}});
+  gltf_.light({{"type", "point"}, {"name", "bulb"}});
+  gltf_.light({{"type", "spot"}, {"spot", {{"innerConeAngle", 0.1}, {"outerConeAngle", 0.2}}}});
+  gltf_.light({{"type", "spot"}, {"spot", json::object()}});
+  gltf_.light({{"type", "spot"}, {"spot", {{"outerConeAngle", double(float(pi / 2))}}}});
   const Scene scene = read();
   EXPECT_TRUE(scene.warnings.empty());
   ASSERT_EQ(scene.lights.size(), 5u);
@@ -121,8 +106,8 @@ TEST_F(Fixtures, OtherFormatsHaveNone) {
 
 TEST_F(Fixtures, MeshesAreTheSameWithAndWithout) {
   const Scene without = mesh::read(folder_.write("file.glb", gltf_of(cube()).glb()));
-  camera(kPerspective);
-  light({{"type", "point"}});
+  gltf_.camera(kPerspective);
+  gltf_.light({{"type", "point"}});
   const Scene with = read();
   EXPECT_EQ(with.meshes[0].positions, without.meshes[0].positions);
   EXPECT_EQ(with.meshes[0].triangles, without.meshes[0].triangles);
@@ -148,8 +133,7 @@ TEST_F(Fixtures, MalformedCamerasAreLeftOut) {
   for (const auto& [definition, fragment] : cases) {
     SCOPED_TRACE(definition.dump());
     gltf_ = gltf_of(cube());
-    gltf_.json["cameras"] = json::array();
-    camera(definition);
+    gltf_.camera(definition);
     expect_left_out({"camera 0, of node 1,", fragment, "was left out"});
   }
 }
@@ -179,8 +163,7 @@ TEST_F(Fixtures, MalformedLightsAreLeftOut) {
   for (const auto& [definition, fragment] : cases) {
     SCOPED_TRACE(definition.dump());
     gltf_ = gltf_of(cube());
-    gltf_.json["extensions"]["KHR_lights_punctual"]["lights"] = json::array();
-    light(definition);
+    gltf_.light(definition);
     expect_left_out({"light 0, of node 1,", fragment, "was left out"});
   }
 }
@@ -210,7 +193,7 @@ TEST_F(Fixtures, ReferencesToNothing) {
 }
 
 TEST_F(Fixtures, AtInfinity) {
-  camera(kPerspective, {{"translation", {1e300, 0, 0}}});
+  gltf_.camera(kPerspective, {{"translation", {1e300, 0, 0}}});
   expect_left_out({"node 1 is placed at infinity"});
 }
 
@@ -225,7 +208,7 @@ TEST_F(Fixtures, LongNamesAreCut) {
   json definition = kPerspective;
   definition["name"] = "a";
   for (int i = 0; i < 1000; ++i) definition["name"].get_ref<std::string&>() += "ü";
-  camera(definition);
+  gltf_.camera(definition);
   const Scene scene = read();
   ASSERT_EQ(scene.cameras.size(), 1u);
   EXPECT_EQ(scene.cameras[0].name.size(), 127u);  // no character is cut in two
