@@ -13,6 +13,7 @@
 #include "tools/render/compare.hpp"
 #include "tools/render/renderer.hpp"
 #include "tools/render/scene_file.hpp"
+#include "tools/render/scene_meshes.hpp"
 
 namespace nif::tools {
 namespace {
@@ -203,13 +204,19 @@ void run(const Arguments& arguments) {
   limit_threads(arguments.threads);
   render::SceneDescription scene = render::read_scene(arguments.scene);
   override_picture(arguments, scene.picture);
-  keep_cameras(arguments, scene);
   check_folder(arguments.folder);
   if (arguments.sheet) check_output(*arguments.sheet);
   Progress progress(arguments.quiet);
+  std::vector<std::string> notes;
+  render::ObjectMeshes meshes = render::read_meshes(scene, notes, progress);
+  keep_cameras(arguments, scene);
+  progress.finish();
+  if (!arguments.quiet)
+    for (const std::string& note : notes) fmt::print(stderr, "nif: note: {}\n", note);
   const int threads = tbb::this_task_arena::max_concurrency();
   const render::Lighting lighting(scene);
-  const render::World world(scene, fmt::format("isa={},queries={}", arguments.isa, threads), progress);
+  const render::World world(scene, std::move(meshes),
+                            fmt::format("isa={},queries={}", arguments.isa, threads), progress);
   const double exposure = render::find_exposure(scene, world, lighting);
 
   make_folder(arguments.folder);
@@ -258,7 +265,10 @@ void add_render(CLI::App& app) {
       app.add_subcommand("render", "Render a scene with assets and with Embree, and compare the pictures");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command->add_option("SCENE", a.scene, "A scene in TOML: objects, lights, cameras (docs/rendering.md)")
+  command
+      ->add_option("SCENE", a.scene,
+                   "A scene in TOML: objects, lights, cameras (docs/rendering.md); or a .gltf or .glb, also "
+                   ".gz or .zst, with the lights and cameras that are in it")
       ->required();
   command->add_option("-o,--output", a.folder, "Folder for the pictures; made where it is missing")
       ->required();

@@ -10,7 +10,6 @@
 namespace nif::mesh::detail {
 namespace {
 
-using Affine = std::array<double, 12>;  // row-major 3x4
 constexpr Affine kUnmoved{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
 Affine multiply(const Affine& a, const Affine& b) {
@@ -72,19 +71,19 @@ std::vector<int> roots(const Input& input, const tinygltf::Model& model) {
   return out;
 }
 
-Transform to_float(const Input& input, size_t node, const Affine& world) {
+}  // namespace
+
+std::optional<Transform> to_transform(const Affine& world) {
   Transform out{};
   for (size_t i = 0; i < out.size(); ++i) {
     out[i] = static_cast<float>(world[i]);
-    if (!std::isfinite(out[i]))
-      input.fail(Status::malformed_mesh, fmt::format("node {} is placed at infinity", node));
+    if (!std::isfinite(out[i])) return std::nullopt;
   }
   return out;
 }
 
-}  // namespace
-
-std::vector<GltfPlacement> flatten(const Input& input, const tinygltf::Model& model) {
+std::vector<GltfPlacement> flatten(const Input& input, const tinygltf::Model& model,
+                                   const std::function<void(size_t node, const Affine& world)>& visit_node) {
   struct Visit {
     int node;
     Affine parent;
@@ -116,9 +115,11 @@ std::vector<GltfPlacement> flatten(const Input& input, const tinygltf::Model& mo
         input.fail(Status::malformed_mesh, fmt::format("node {} names mesh {}, but there are {}", index,
                                                        node.mesh, model.meshes.size()));
       }
-      out.push_back(
-          {node.name, static_cast<size_t>(node.mesh), node.skin >= 0, to_float(input, index, world)});
+      const std::optional<Transform> transform = to_transform(world);
+      if (!transform) input.fail(Status::malformed_mesh, fmt::format("node {} is placed at infinity", index));
+      out.push_back({node.name, static_cast<size_t>(node.mesh), node.skin >= 0, *transform});
     }
+    visit_node(index, world);
     for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
       stack.push_back({*child, world});
   }

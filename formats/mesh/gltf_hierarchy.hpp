@@ -1,6 +1,9 @@
-// Which meshes a glTF scene shows, and where: the node hierarchy, flattened.
+// Which nodes a glTF scene shows, and where: the hierarchy, flattened.
 #pragma once
 
+#include <array>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +15,11 @@ class Model;
 
 namespace nif::mesh::detail {
 
+using Affine = std::array<double, 12>;  ///< row-major 3x4, as Transform
+
+/// None where a number is beyond float.
+std::optional<Transform> to_transform(const Affine& world);
+
 /// A node that carries a mesh.
 struct GltfPlacement {
   std::string name;  ///< may be empty
@@ -21,7 +29,8 @@ struct GltfPlacement {
 };
 
 /// The placements of the default scene; of all roots where there is no scene. Throws malformed_mesh where the
-/// nodes are not a forest.
-std::vector<GltfPlacement> flatten(const Input& input, const tinygltf::Model& model);
+/// nodes are not a forest. `visit_node` is called with each node that is shown, whatever it carries.
+std::vector<GltfPlacement> flatten(const Input& input, const tinygltf::Model& model,
+                                   const std::function<void(size_t node, const Affine& world)>& visit_node);
 
 }  // namespace nif::mesh::detail

@@ -271,6 +271,7 @@ GltfSource open_gltf(const Input& input, std::vector<std::string>& external) {
   if (const json* buffers = member(root, "buffers")) {
     for (const json& buffer : *buffers) open_buffer(input, buffer, container, external, source);
   }
+  source.fixtures = read_fixtures(root);
   source.json = reduced(root).dump(-1, ' ', false, json::error_handler_t::replace);
   return source;
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/mesh/gltf_fixtures.hpp"
 #include "formats/mesh/input.hpp"
 
 namespace nif::mesh::detail {
@@ -19,7 +20,8 @@ struct GltfSource {
   /// compression extensions do.
   std::vector<std::optional<std::string_view>> buffers;
 
-  std::deque<std::string> owned;  ///< what the views point into, where it is not the file itself
+  std::deque<std::string> owned;      ///< what the views point into, where it is not the file itself
+  std::vector<GltfFixture> fixtures;  ///< cameras and lights, by node
   std::vector<std::string> warnings;
 };
 

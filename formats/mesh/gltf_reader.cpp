@@ -165,7 +165,10 @@ Scene read_gltf(const Input& input, std::vector<std::string>& external) {
   Scene scene;
   scene.warnings = std::move(source.warnings);
 
-  std::vector<GltfPlacement> placements = flatten(input, model);
+  FixturePlacer fixtures(input, source.fixtures, scene);
+  std::vector<GltfPlacement> placements = flatten(
+      input, model, [&](size_t node, const Affine& world) { fixtures.visit(node, to_transform(world)); });
+  fixtures.report();
   if (model.nodes.empty()) {
     for (size_t i = 0; i < model.meshes.size(); ++i) placements.push_back({"", i, false, kIdentity});
   }

@@ -1,4 +1,5 @@
-// Triangle meshes and their instances, as every reader of formats/mesh fills them.
+// Triangle meshes and their instances, as every reader of formats/mesh fills them; cameras and lights, where
+// the format has them.
 #pragma once
 
 #include <array>
@@ -29,10 +30,35 @@ struct Instance {
   Transform transform = kIdentity;
 };
 
+/// A perspective camera. It stands at its transform's origin and looks along -z, with +y up.
+struct Camera {
+  std::string name;  ///< the node's name, else the camera's; may be empty
+  Transform transform = kIdentity;
+  double vertical_fov = 0;  ///< from the bottom of the picture to its top; radians, above 0 and below pi
+};
+
+/// A light without extent. It lies at its transform's origin and shines along -z. As glTF has it, a
+/// transform's scale changes neither intensity nor cone.
+struct Light {
+  enum class Kind : uint8_t { directional = 0, point = 1, spot = 2 };
+
+  Kind kind = Kind::point;
+  std::string name;  ///< the node's name, else the light's; may be empty
+  Transform transform = kIdentity;
+  Float3 colour{1, 1, 1};  ///< linear RGB with the primaries of sRGB, not negative
+  /// Times the colour, not negative: irradiance on a surface that faces a directional light (lux), else
+  /// intensity per steradian (candela).
+  double intensity = 1;
+  /// Of a spot, from its axis, radians: full light within, none without; 0 <= inner <= outer <= pi / 2.
+  double inner_cone = 0, outer_cone = 0;
+};
+
 /// A whole input file. Every mesh has at least one instance.
 struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Instance> instances;
+  std::vector<Camera> cameras;        ///< of glTF, in the order of the hierarchy; other formats have none
+  std::vector<Light> lights;          ///< likewise, by KHR_lights_punctual
   uint64_t source_hash = 0;           ///< XXH3-64 of the bytes of the file (decompressed) and of its buffers
   std::vector<std::string> warnings;  ///< one sentence each: what was skipped and why
 };

@@ -7,6 +7,7 @@
 #include "formats/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
+#include "tests/support/gltf.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {
@@ -111,6 +112,45 @@ TEST_F(Render, WithoutAssetsThereIsTheReference) {
   EXPECT_TRUE(fs::exists(sheet));
 }
 
+TEST_F(Render, AGlbIsASceneWithItsLightsAndCameras) {
+  Gltf gltf = gltf_of(torus(32, 16));
+  gltf.camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.7}}}},
+              {{"name", "eye/1"}, {"translation", {0, 0, 5}}});
+  gltf.camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.7}}}},
+              {{"name", "eye/1"}, {"translation", {0, 0, 6}}});
+  gltf.light({{"type", "directional"}, {"intensity", 3}});
+  const std::string glb = folder_.write("ring.glb", gltf.glb()).string();
+  const std::vector<std::string> small{"--width", "32", "--height", "24", "--samples", "1"};
+  const auto render = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), small.begin(), small.end());
+    return nif(arguments);
+  };
+  Outcome outcome = render({"render", glb, "-o", out_, "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(without_progress(outcome.err), std::vector<std::string>{});
+  EXPECT_EQ(listing(out_), (std::vector<std::string>{"eye_1-reference.png", "eye_12-reference.png"}));
+  EXPECT_EQ(json::parse(outcome.out)["cameras"].size(), 2u);
+  EXPECT_GT(json::parse(outcome.out)["cameras"]["eye_1"]["shadow_rays"], 0);
+  refused({"render", glb, "-o", out_, "--camera", "back"}, Status::usage, "there are eye_1, eye_12");
+
+  // As an object, beside what the scene says itself; with a light that is none.
+  gltf.light({{"type", "laser"}});
+  folder_.write("ring.glb", gltf.glb());
+  const std::string scene =
+      folder_.write("scene.toml", "[[object]]\nmesh = 'ring.glb'\n[[camera]]\nname = 'own'\n").string();
+  const std::string other = (folder_.path() / "other").string();
+  outcome = render({"render", scene, "-o", other, "--camera", "own", "eye_1"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(listing(other), (std::vector<std::string>{"eye_1-reference.png", "own-reference.png"}));
+  const std::vector<std::string> notes = without_progress(outcome.err);
+  ASSERT_EQ(notes.size(), 1u) << outcome.err;
+  EXPECT_NE(notes[0].find("nif: note: "), std::string::npos);
+  EXPECT_NE(notes[0].find("light 1, of node 4,"), std::string::npos) << notes[0];
+  outcome = render({"render", scene, "-o", other, "--quiet"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.err, "");
+}
+
 TEST_F(Render, WhatCannotBeRendered) {
   folder_.write("ring.obj", obj_text(torus(32, 16)));
   folder_.write("cube.obj", obj_text(cube()));
@@ -133,6 +173,13 @@ TEST_F(Render, WhatCannotBeRendered) {
   refused({"render", scene(scene_text("mesh = 'ring.obj'\n") + "[[light]]\ntype = 'sky'\nmap = 'none.exr'\n"),
            "-o", out_},
           Status::file_not_found, "none.exr");
+  refused({"render", scene("[[object]]\nmesh = 'ring.obj'\n[[camera]]\n"), "-o", out_},
+          Status::malformed_scene, "scene.toml: has no light");
+  refused({"render", scene("[[object]]\nmesh = 'ring.obj'\n[[light]]\ntype = 'sky'\n"), "-o", out_},
+          Status::malformed_scene, "scene.toml: has no camera");
+  refused({"render", (folder_.path() / "none.glb").string(), "-o", out_}, Status::file_not_found, "none.glb");
+  refused({"render", folder_.write("false.glb", "nonsense").string(), "-o", out_}, Status::not_a_mesh,
+          "false.glb");
   const std::string good = scene(scene_text("mesh = 'ring.obj'\n"));
   refused({"render", good}, Status::usage, "--output");
   refused({"render", good, "-o", out_, "--camera", "back"}, Status::usage, "there are front, side");

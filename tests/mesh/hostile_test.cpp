@@ -2,6 +2,7 @@
 // of each format, and thousands of random damages. Meant to run under the address sanitizer, too.
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <random>
 
 #include "formats/mesh/clean.hpp"
@@ -53,6 +54,10 @@ bool survives(const TempDir& folder, const Sample& sample, std::string_view byte
                                          {.max_decompressed_bytes = 1 << 24, .max_triangles = 1 << 20});
     EXPECT_FALSE(scene.meshes.empty());
     EXPECT_FALSE(scene.instances.empty());
+    for (const mesh::Camera& camera : scene.cameras)
+      EXPECT_TRUE(camera.vertical_fov > 0 && camera.vertical_fov < std::numbers::pi);
+    for (const mesh::Light& light : scene.lights)
+      EXPECT_TRUE(light.intensity >= 0 && light.inner_cone <= light.outer_cone);
     for (const mesh::Mesh& mesh : scene.meshes) {
       EXPECT_FALSE(mesh.triangles.empty());
       try {
@@ -128,12 +133,9 @@ TEST(Hostile, DracoPositionsOfImpossibleTypes) {
   }
 }
 
-TEST(Hostile, DamagedStructureOfGltf) {
-  // Replaces single values of the JSON, which random bytes rarely leave valid.
-  const TempDir folder;
-  Random random(21);
-  const Gltf whole = gltf_of(icosphere(0));
-  const nlohmann::json flat = whole.json.flatten();
+/// Replaces a value of the JSON, which random bytes rarely leave valid, or a whole part; returns its pointer.
+std::string damage(Gltf& gltf, Random& random) {
+  const nlohmann::json flat = gltf.json.flatten();
   const std::vector<nlohmann::json> values{-1,
                                            0,
                                            1,
@@ -148,15 +150,48 @@ TEST(Hostile, DamagedStructureOfGltf) {
                                            nlohmann::json::object(),
                                            {0, 1, 2},
                                            18446744073709551615u};
+  auto entry = flat.begin();
+  std::advance(entry, static_cast<std::ptrdiff_t>(random() % flat.size()));
+  std::string pointer = entry.key();
+  for (uint32_t up = random() % 3; up != 0 && pointer.rfind('/') > 0; --up)
+    pointer.resize(pointer.rfind('/'));
+  gltf.json[nlohmann::json::json_pointer(pointer)] = values[random() % values.size()];
+  return pointer;
+}
+
+TEST(Hostile, DamagedStructureOfGltf) {
+  const TempDir folder;
+  Random random(21);
+  const Gltf whole = gltf_of(icosphere(0));
   for (int round = 0; round < 1500; ++round) {
     Gltf damaged = whole;
-    auto entry = flat.begin();
-    std::advance(entry, static_cast<std::ptrdiff_t>(random() % flat.size()));
-    std::string pointer = entry.key();
-    for (uint32_t up = random() % 3; up != 0 && pointer.rfind('/') > 0; --up)
-      pointer.resize(pointer.rfind('/'));
-    damaged.json[nlohmann::json::json_pointer(pointer)] = values[random() % values.size()];
+    damage(damaged, random);
     survives(folder, {"a.glb", "", false}, damaged.glb());
+  }
+}
+
+TEST(Hostile, DamagedCamerasAndLightsOfGltfCostNoMesh) {
+  const TempDir folder;
+  Random random(23);
+  Gltf whole = gltf_of(icosphere(0));
+  whole.json["cameras"] = {{{"type", "perspective"}, {"name", "c"}, {"perspective", {{"yfov", 1}}}}};
+  whole.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "spot"},
+       {"name", "l"},
+       {"color", {1, 1, 1}},
+       {"intensity", 5},
+       {"spot", {{"innerConeAngle", 0.1}, {"outerConeAngle", 0.2}}}}};
+  const nlohmann::json of_light = {{"KHR_lights_punctual", {{"light", 0}}}};
+  whole.node({{"name", "n"}, {"camera", 0}, {"extensions", of_light}});
+  whole.json["scenes"][0]["nodes"].push_back(1);
+  for (int round = 0; round < 1500; ++round) {
+    Gltf damaged = whole;
+    const std::string place = damage(damaged, random);
+    const bool accepted = survives(folder, {"a.glb", "", false}, damaged.glb());
+    const bool of_fixtures = place.starts_with("/cameras") || place.starts_with("/extensions") ||
+                             place.starts_with("/nodes/1/camera") ||
+                             place.starts_with("/nodes/1/extensions/");
+    EXPECT_TRUE(accepted || !of_fixtures) << place << ' ' << damaged.json.dump();
   }
 }
 

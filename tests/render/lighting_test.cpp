@@ -93,6 +93,34 @@ TEST(Lighting, AreaFromFarIsAPoint) {
   EXPECT_EQ(irradiance(scene_of(area), {0, 2 * distance, 0}, {0, -1, 0})[0], 0);
 }
 
+TEST(Lighting, SpotsFallOffBetweenTheirCones) {
+  const SpotLight spot{{0, 2, 0}, {0, -1, 0}, {3, 3, 3}, 20, 40};
+  const auto degrees = [](double angle) { return std::cos(angle * pi / 180); };
+  EXPECT_EQ(spot_share(spot, 1), 1);
+  EXPECT_EQ(spot_share(spot, degrees(19.9)), 1);
+  EXPECT_EQ(spot_share(spot, degrees(40.1)), 0);
+  EXPECT_EQ(spot_share(spot, -1), 0);
+  // Halfway in cosines there is a quarter; it falls all the way, without a step.
+  EXPECT_NEAR(spot_share(spot, (degrees(20) + degrees(40)) / 2), 0.25, 1e-12);
+  double last = 1;
+  for (double angle = 20; angle <= 40; angle += 0.1) {
+    const double share = spot_share(spot, degrees(angle));
+    EXPECT_LE(share, last);
+    EXPECT_GT(share, last - 0.02);
+    last = share;
+  }
+  // Narrow cones, and those without a falloff.
+  EXPECT_EQ(spot_share({{}, {0, -1, 0}, {1, 1, 1}, 0, 0.5}, 1), 1);
+  const SpotLight hard{{}, {0, -1, 0}, {1, 1, 1}, 30, 30};
+  EXPECT_EQ(spot_share(hard, degrees(29.9)), 1);
+  EXPECT_EQ(spot_share(hard, degrees(30.1)), 0);
+  // Within the inner cone it is a point light; it does not shine backwards.
+  EXPECT_NEAR(irradiance(scene_of(spot), {}, {0, 1, 0})[0], 3.0 / 4, 1e-9);
+  EXPECT_EQ(irradiance(scene_of(spot), {3, 0, 0}, {0, 1, 0})[0], 0);
+  EXPECT_EQ(irradiance(scene_of(spot), {0, 5, 0}, {0, -1, 0})[0], 0);
+  EXPECT_EQ(irradiance(scene_of(spot), spot.position, {0, 1, 0})[0], 0);
+}
+
 class Environment : public testing::Test {
  protected:
   /// Dark but for one bright texel, and a dim lower half.

@@ -5,12 +5,16 @@
 #include <tbb/task_arena.h>
 
 #include <cmath>
+#include <memory>
+#include <numbers>
 
 #include "formats/status.hpp"
 #include "tests/cli/mesh_text.hpp"
+#include "tests/support/gltf.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
 #include "tools/render/compare.hpp"
+#include "tools/render/scene_file.hpp"
 
 namespace nif::render {
 namespace {
@@ -30,9 +34,17 @@ class Renderer : public testing::Test {
     scene.cameras.push_back({.name = "c", .where = Orbit{.azimuth = 20, .elevation = 35, .fill = 0.5}});
     return scene;
   }
-  Rendering render_scene(const SceneDescription& scene) {
+  /// Completes the scene.
+  static std::unique_ptr<World> make_world(SceneDescription& scene, const std::string& configuration = "") {
     tools::Progress quiet(true);
-    const World world(scene, "queries=8", quiet);
+    std::vector<std::string> notes;
+    ObjectMeshes meshes = read_meshes(scene, notes, quiet);
+    EXPECT_TRUE(notes.empty());
+    return std::make_unique<World>(scene, std::move(meshes), configuration, quiet);
+  }
+  Rendering render_scene(SceneDescription scene) {
+    const auto owned = make_world(scene, "queries=8");
+    const World& world = *owned;
     const Lighting lighting(scene);
     const Camera camera =
         place_camera(scene.cameras[0], world.box(), scene.up, scene.picture.width, scene.picture.height);
@@ -69,8 +81,8 @@ TEST_F(Renderer, SunCastsAShadowWhereItShould) {
   SceneDescription scene = sphere_on_ground(Sun{Double3{0.6, 0.8, 0}, {2, 2, 2}, 0});
   // From above: the shadow lies towards -x.
   scene.cameras[0].where = Place{{0, 12, 0}, {0, 0, 0}};
-  tools::Progress quiet(true);
-  const World world(scene, "", quiet);
+  const auto owned = make_world(scene);
+  const World& world = *owned;
   uint8_t visible[2];
   const Segment rays[] = {bake::make_segment({-1.6, -0.99, 0}, {0.6, 0.8, 0}, 1e30f),
                           bake::make_segment({1.6, -0.99, 0}, {0.6, 0.8, 0}, 1e30f)};
@@ -109,8 +121,8 @@ TEST_F(Renderer, InstancesStandWhereTheirTransformsSay) {
   SceneDescription scene = sphere_on_ground(Sun{{0, 1, 0}, {2, 2, 2}, 0});
   scene.objects[0].transform = {2, 0, 0, 10, 0, 2, 0, 0, 0, 0, -2, 0};  // mirrored
   scene.ground.reset();
-  tools::Progress quiet(true);
-  const World world(scene, "", quiet);
+  const auto owned = make_world(scene);
+  const World& world = *owned;
   EXPECT_NEAR(world.box().max[0], 12, 1e-5);
   const auto hit = world.trace({10, 50, 0.001}, {0, -1, 0});
   ASSERT_TRUE(hit);
@@ -131,10 +143,65 @@ TEST_F(Renderer, OrbitsShowTheBoxAsLargeAsAsked) {
   }
 }
 
+TEST_F(Renderer, ViewsLookAlongTheirLineAndMayRoll) {
+  const double fov = 90;
+  const Camera camera = place_camera({"c", View{{1, 2, 3}, {0, 0, -1}, {1, 0, 0}}, fov}, {}, 1, 200, 100);
+  EXPECT_EQ(camera.position, (Double3{1, 2, 3}));
+  const auto expect_near = [](const Double3& a, const Double3& b) {
+    for (size_t k = 0; k < 3; ++k) EXPECT_NEAR(a[k], b[k], 1e-12) << k;
+  };
+  expect_near(camera.direction(0.5, 0.5), {0, 0, -1});
+  // A quarter turn to the left: the picture's upper edge is at +x, its right edge at -y.
+  const double half = std::sqrt(0.5), wide = std::sqrt(0.2);
+  expect_near(camera.direction(0.5, 0), {half, 0, -half});
+  expect_near(camera.direction(1, 0.5), {0, -2 * wide, -wide});
+  // "up" may lean forwards.
+  const Camera leaning =
+      place_camera({"c", View{{1, 2, 3}, {0, 0, -1}, {0.6, 0, -0.8}}, fov}, {}, 1, 200, 100);
+  expect_near(leaning.direction(0.5, 0), {half, 0, -half});
+}
+
+TEST_F(Renderer, ASpotLightsItsCone) {
+  SceneDescription scene = sphere_on_ground(SpotLight{{6, 3, 0}, {0, -1, 0}, {5, 5, 5}, 5, 10});
+  scene.picture.exposure = 1;
+  // From above the ground below the spot: lit in the middle, dark at the edges.
+  scene.cameras[0].where = Place{{6, 3, 0}, {6, -1, 0}};
+  const Image picture = reference(render_scene(scene));
+  EXPECT_NEAR(picture.at(24, 16)[0], 5.0 / 16 * 0.8 / std::numbers::pi, 1e-3);
+  EXPECT_EQ(picture.at(1, 1)[0], 0);
+}
+
+/// The same camera and lights, said by a scene and by a mesh file.
+TEST_F(Renderer, GltfGivesThePictureOfTheSceneThatSaysTheSame) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  test::Gltf gltf = test::gltf_of(test::cube());
+  // From (3, 0, 4) along (-0.6, 0, -0.8).
+  const double turn = std::atan2(0.6, 0.8) / 2;
+  gltf.camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.8}}}},
+              {{"translation", {3, 0, 4}}, {"rotation", {0, std::sin(turn), 0, std::cos(turn)}}});
+  gltf.light({{"type", "directional"}, {"intensity", 2}});
+  gltf.light({{"type", "spot"}, {"intensity", 9}, {"spot", {{"outerConeAngle", 0.6}}}},
+             {{"translation", {0, 4, 0}}, {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}}});
+  SceneDescription scene = read_scene(folder_.write("a.glb", gltf.glb()));
+  scene.picture.width = 64;
+  scene.picture.height = 48;
+  const Image by_gltf = srgb_encoded(reference(render_scene(scene)));
+
+  scene.objects[0].lights = scene.objects[0].cameras = false;
+  scene.lights = {Sun{{0, 0, 1}, {2, 2, 2}, 0},
+                  SpotLight{{0, 4, 0}, {0, -1, 0}, {9, 9, 9}, 0, 0.6 * kDegrees}};
+  scene.cameras = {{"c", Place{{3, 0, 4}, {0, 0, 0}}, 0.8 * kDegrees}};
+  const Image by_scene = srgb_encoded(reference(render_scene(scene)));
+  EXPECT_GT(psnr(by_gltf, by_scene), 50);
+  // There is something to be seen: both lights.
+  scene.lights.pop_back();
+  EXPECT_LT(psnr(by_gltf, srgb_encoded(reference(render_scene(scene)))), 40);
+}
+
 TEST_F(Renderer, Cancelled) {
-  const SceneDescription scene = sphere_on_ground(Sky{});
-  tools::Progress quiet(true);
-  const World world(scene, "", quiet);
+  SceneDescription scene = sphere_on_ground(Sky{});
+  const auto owned = make_world(scene);
+  const World& world = *owned;
   const Lighting lighting(scene);
   const Camera camera = place_camera(scene.cameras[0], world.box(), 1, 48, 32);
   const std::atomic<bool> cancel{true};

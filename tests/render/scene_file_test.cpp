@@ -49,6 +49,8 @@ TEST_F(SceneFile, DefaultsFillWhatIsLeftOut) {
   EXPECT_EQ(scene.objects[0].mesh, (folder_.path() / "a.ply").string());
   EXPECT_FALSE(scene.objects[0].nif);
   EXPECT_EQ(scene.objects[0].transform, mesh::kIdentity);
+  EXPECT_TRUE(scene.objects[0].lights);
+  EXPECT_TRUE(scene.objects[0].cameras);
   ASSERT_EQ(scene.cameras.size(), 1u);
   EXPECT_EQ(scene.cameras[0].name, "front");
   EXPECT_TRUE(std::holds_alternative<Orbit>(scene.cameras[0].where));
@@ -74,6 +76,8 @@ size = 3
 mesh = "/m.obj"
 nif = "m.nif"
 albedo = [0.1, 0.2, 0.3]
+lights = false
+cameras = false
 scale = 2
 rotate = [0, 0, 90]
 translate = [1, 2, 3]
@@ -98,6 +102,13 @@ radiance = 7
 type = "point"
 position = [1, 1, 1]
 intensity = [1, 0, 0]
+[[light]]
+type = "spot"
+position = [1, 2, 3]
+direction = [0, -2, 0]
+intensity = 4
+inner_angle = 20
+outer_angle = 30
 [[camera]]
 position = [5, 0, 1]
 target = [0, 0, 0]
@@ -119,22 +130,36 @@ fill = 0.6
   EXPECT_NEAR(t[0] + t[3], 1, 1e-6);
   EXPECT_NEAR(t[4] + t[7], 4, 1e-6);
   EXPECT_NEAR(t[8] + t[11], 3, 1e-6);
-  ASSERT_EQ(scene.lights.size(), 4u);
+  EXPECT_FALSE(object.lights);
+  EXPECT_FALSE(object.cameras);
+  ASSERT_EQ(scene.lights.size(), 5u);
   EXPECT_EQ(std::get<Sun>(scene.lights[0]).direction, (Double3{0, 0, 1}));
   EXPECT_EQ(std::get<Sky>(scene.lights[1]).sampling, Sampling::uniform);
   EXPECT_EQ(std::get<AreaLight>(scene.lights[2]).radiance, (Colour{7, 7, 7}));
   EXPECT_EQ(std::get<PointLight>(scene.lights[3]).intensity, (Colour{1, 0, 0}));
+  const auto& spot = std::get<SpotLight>(scene.lights[4]);
+  EXPECT_EQ(spot.direction, (Double3{0, -1, 0}));
+  EXPECT_EQ(spot.inner_angle, 20);
+  EXPECT_EQ(spot.outer_angle, 30);
   EXPECT_EQ(scene.cameras[0].name, "camera1");
   EXPECT_EQ(std::get<Place>(scene.cameras[0].where).position, (Double3{5, 0, 1}));
   EXPECT_EQ(std::get<Orbit>(scene.cameras[1].where).fill, 0.6);
+}
+
+TEST_F(SceneFile, AGltfIsASceneOfOneObject) {
+  for (const char* name : {"a.gltf", "a.glb", "a.GLB", "a.gltf.gz", "a.glb.zst"}) {
+    const SceneDescription scene = read_scene(folder_.path() / name);  // not opened yet
+    ASSERT_EQ(scene.objects.size(), 1u) << name;
+    EXPECT_EQ(scene.objects[0].mesh, (folder_.path() / name).string());
+    EXPECT_EQ(scene.up, 1);
+  }
+  EXPECT_THROW(read_scene(folder_.path() / "a.toml.gz"), Error);
 }
 
 TEST_F(SceneFile, MistakesAreNamed) {
   const std::string small = kSmall;
   expect_refusal("[[object]\n", "line 1");
   expect_refusal("", "no object");
-  expect_refusal("[[object]]\nmesh = 'a.ply'\n", "no light");
-  expect_refusal("[[object]]\nmesh = 'a.ply'\n[[light]]\ntype = 'sky'\n", "no camera");
   expect_refusal("[[object]]\n" + small, "line 1: object 1: 'mesh' is missing");
   expect_refusal(small + "zoom = 2\n", "line 7: camera 1: 'zoom' is not known here");
   expect_refusal(small + "fov = 500\n", "line 7: camera 1: 'fov' must be from 0.1 to 170");
@@ -148,7 +173,16 @@ TEST_F(SceneFile, MistakesAreNamed) {
   expect_refusal(small + "[picture]\nwidth = 0\n", "'width' must be a whole number from 1 to 16384");
   expect_refusal(small + "[picture]\nheight = 1e3\n", "'height' must be a whole number");
   expect_refusal(small + "[picture]\nsamples = -1\n", "'samples' must be");
-  expect_refusal(small + "[[light]]\ntype = 'laser'\n", "is 'laser'; there are sun, sky, area and point");
+  expect_refusal(small + "[[light]]\ntype = 'laser'\n",
+                 "is 'laser'; there are sun, sky, area, point and spot");
+  const std::string spot =
+      small + "[[light]]\ntype = 'spot'\nposition = [0,0,0]\nintensity = 1\ndirection = ";
+  expect_refusal(spot + "[0,0,0]\n", "'direction' must not be zero");
+  expect_refusal(spot + "[0,0,1]\ninner_angle = 50\n", "'inner_angle' is larger than 'outer_angle'");
+  expect_refusal(spot + "[0,0,1]\nouter_angle = 91\n", "'outer_angle' must be from 0.01 to 90");
+  expect_refusal(spot + "[0,0,1]\nouter_angle = 0\n", "'outer_angle' must be from 0.01 to 90");
+  expect_refusal("[[object]]\nmesh = 'a.glb'\nlights = 1\n" + small, "'lights' must be true or false");
+  expect_refusal("[[object]]\nmesh = 'a.glb'\ncameras = 'no'\n" + small, "'cameras' must be true or false");
   expect_refusal(small + "[[light]]\ntype = 'sun'\ndirection = [0, 0, 0]\n", "'direction' must not be zero");
   expect_refusal(small + "[[light]]\ntype = 'sky'\nradiance = -1\n", "'radiance' must be from 0");
   expect_refusal(small + "[[light]]\ntype = 'sky'\nradiance = ['a', 1, 1]\n", "'radiance' must hold numbers");

@@ -11,24 +11,30 @@ using bake::cross;
 using bake::dot;
 using bake::length;
 
-Camera look(const Double3& position, const Double3& target, int up, double fov, double aspect) {
+/// `up` is not parallel to `forward`, which has unit length.
+Camera look_along(const Double3& position, const Double3& forward, const Double3& up, double fov,
+                  double aspect) {
   Camera camera;
   camera.position = position;
-  camera.forward = target - position;
-  camera.forward = camera.forward * (1 / length(camera.forward));
-  Double3 axis{};
-  axis[size_t(up)] = 1;
-  Double3 right = cross(camera.forward, axis);
-  if (length(right) < 1e-6) {  // straight up or down
-    axis = {};
-    axis[size_t((up + 1) % 3)] = 1;
-    right = cross(camera.forward, axis);
-  }
+  camera.forward = forward;
+  Double3 right = cross(forward, up);
   right = right * (1 / length(right));
   const double half = std::tan(fov / 2 * std::numbers::pi / 180);
   camera.down = cross(camera.forward, right) * half;
   camera.right = right * (half * aspect);
   return camera;
+}
+
+Camera look(const Double3& position, const Double3& target, int up, double fov, double aspect) {
+  Double3 forward = target - position;
+  forward = forward * (1 / length(forward));
+  Double3 axis{};
+  axis[size_t(up)] = 1;
+  if (length(cross(forward, axis)) < 1e-6) {  // straight up or down
+    axis = {};
+    axis[size_t((up + 1) % 3)] = 1;
+  }
+  return look_along(position, forward, axis, fov, aspect);
 }
 
 /// How much of the picture's height the box takes.
@@ -54,6 +60,8 @@ Camera place_camera(const CameraDescription& camera, const bake::Box& box, int u
   const double aspect = double(width) / height;
   if (const auto* place = std::get_if<Place>(&camera.where))
     return look(place->position, place->target, up, camera.fov, aspect);
+  if (const auto* view = std::get_if<View>(&camera.where))
+    return look_along(view->position, view->forward, view->up, camera.fov, aspect);
   const auto& orbit = std::get<Orbit>(camera.where);
   const double azimuth = orbit.azimuth * std::numbers::pi / 180,
                elevation = orbit.elevation * std::numbers::pi / 180;

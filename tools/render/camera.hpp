@@ -18,7 +18,7 @@ struct Camera {
   }
 };
 
-/// Places a camera about the objects' box, which an orbit needs; `up` is an axis.
+/// Places a camera about the objects' box, which an orbit needs; `up` is an axis, for all but views.
 Camera place_camera(const CameraDescription& camera, const bake::Box& box, int up, uint32_t width,
                     uint32_t height);
 

@@ -53,6 +53,14 @@ Double3 hemisphere_direction(const Double3& normal, const Pair& u) {
   return normal * c + x * (s * std::cos(2 * pi * u[1])) + y * (s * std::sin(2 * pi * u[1]));
 }
 
+/// Of a light that is a point, before what lies in its way.
+LightSample from_point(const Double3& position, const Colour& intensity, const Double3& point) {
+  const Double3 to = position - point;
+  const double distance = length(to);
+  if (!(distance > 0)) return {{0, 0, 1}, 1, {}};
+  return {to * (1 / distance), distance, Colour(intensity * (1 / (distance * distance)))};
+}
+
 }  // namespace
 
 std::array<Double3, 2> tangents(const Double3& normal) {
@@ -152,6 +160,14 @@ Lighting::Lighting(const SceneDescription& scene) : lights_(scene.lights) {
   }
 }
 
+double spot_share(const SpotLight& spot, double cosine) {
+  const double inner = std::cos(spot.inner_angle * pi / 180), outer = std::cos(spot.outer_angle * pi / 180);
+  if (cosine >= inner) return 1;
+  if (cosine <= outer) return 0;
+  const double share = (cosine - outer) / (inner - outer);
+  return share * share;
+}
+
 LightSample Lighting::draw(size_t light, const Double3& point, const Double3& normal, const Pair& u) const {
   if (const auto* sun = std::get_if<Sun>(&lights_[light]))
     return {cone_direction(sun->direction, sun->angle, u), kInfinity, sun->irradiance};
@@ -178,11 +194,14 @@ LightSample Lighting::draw(size_t light, const Double3& point, const Double3& no
     if (!(distance > 0) || !(shine > 0)) return {{0, 0, 1}, 1, {}};
     return {to * (1 / distance), distance, Colour(area->radiance * (shine / (distance * distance)))};
   }
+  if (const auto* spot = std::get_if<SpotLight>(&lights_[light])) {
+    LightSample sample = from_point(spot->position, spot->intensity, point);
+    sample.irradiance =
+        Colour(sample.irradiance * spot_share(*spot, -dot(sample.direction, spot->direction)));
+    return sample;
+  }
   const auto& lamp = std::get<PointLight>(lights_[light]);
-  const Double3 to = lamp.position - point;
-  const double distance = length(to);
-  if (!(distance > 0)) return {{0, 0, 1}, 1, {}};
-  return {to * (1 / distance), distance, Colour(lamp.intensity * (1 / (distance * distance)))};
+  return from_point(lamp.position, lamp.intensity, point);
 }
 
 Colour Lighting::background(const Double3& direction) const {

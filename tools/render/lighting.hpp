@@ -72,6 +72,11 @@ class Lighting {
   std::vector<std::optional<EnvironmentMap>> maps_;  // [light]; of skies that are not the same all over
 };
 
+/// The share of its intensity, 0..1, that a spot sends at an angle from its axis, given by its cosine: as
+/// KHR_lights_punctual recommends, but without the least difference of cosines there, which dims narrow
+/// cones.
+double spot_share(const SpotLight& spot, double cosine);
+
 /// Two unit vectors that make a right-handed frame with a unit vector.
 std::array<Double3, 2> tangents(const Double3& normal);
 /// A direction about the normal with a density of cos / pi.

@@ -1,4 +1,5 @@
-// What is to be rendered: objects, lights, cameras and the picture, as a scene file describes them.
+// What is to be rendered: objects, lights, cameras and the picture, as a scene file describes them and the
+// mesh files that it names complete it (scene_meshes.hpp).
 #pragma once
 
 #include <cstdint>
@@ -21,6 +22,7 @@ struct ObjectDescription {
   std::optional<std::string> nif;  ///< path of the asset baked from it; none: always answered exactly
   mesh::Transform transform = mesh::kIdentity;
   Colour albedo{0.6, 0.6, 0.6};
+  bool lights = true, cameras = true;  ///< whether those that the mesh file brings are taken along
 };
 
 /// A square that lies across the up axis, below the middle of all objects.
@@ -65,7 +67,16 @@ struct PointLight {
   Colour intensity;  ///< radiant, per steradian
 };
 
-using Light = std::variant<Sun, Sky, AreaLight, PointLight>;
+/// A point light that shines into a cone, with a smooth falloff between two angles from the axis.
+struct SpotLight {
+  Double3 position;
+  Double3 direction;        ///< that it shines in, unit length
+  Colour intensity;         ///< radiant, per steradian, within the inner angle
+  double inner_angle = 0;   ///< degrees from the axis; 0 <= inner <= outer <= 90
+  double outer_angle = 45;  ///< there is no light beyond
+};
+
+using Light = std::variant<Sun, Sky, AreaLight, PointLight, SpotLight>;
 
 /// A camera that looks at the middle of the objects.
 struct Orbit {
@@ -77,9 +88,15 @@ struct Place {
   Double3 position, target;
 };
 
+/// A camera that may roll about its line of sight.
+struct View {
+  Double3 position;
+  Double3 forward, up;  ///< unit length, not parallel; `up` need not be at a right angle
+};
+
 struct CameraDescription {
   std::string name;
-  std::variant<Orbit, Place> where;
+  std::variant<Orbit, Place, View> where;
   double fov = 40;  ///< from the bottom of the picture to its top, degrees
 };
 
@@ -101,6 +118,9 @@ struct SceneDescription {
   std::optional<GroundDescription> ground;
   std::vector<Light> lights;
   std::vector<CameraDescription> cameras;
+  /// Where neither this nor a mesh file has a light or a camera, there is a white sky or an orbit; else that
+  /// is a mistake.
+  bool light_by_default = false, camera_by_default = false;
 };
 
 }  // namespace nif::render

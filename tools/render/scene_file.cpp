@@ -45,6 +45,13 @@ class Reader {
     return has(key) ? number(key, low, high) : note(key, otherwise);
   }
 
+  bool flag(const char* key, bool otherwise) {
+    if (!has(key)) return note(key, otherwise);
+    const auto value = need(key).value_exact<bool>();
+    if (!value) fail(key, "must be true or false");
+    return *value;
+  }
+
   uint64_t whole(const char* key, uint64_t low, uint64_t high, uint64_t otherwise) {
     if (!has(key)) return note(key, otherwise);
     const auto value = need(key).value_exact<int64_t>();
@@ -228,7 +235,14 @@ Light read_light(Reader& reader, const fs::path& folder) {
     return light;
   }
   if (type == "point") return PointLight{reader.vector("position"), reader.colour("intensity", kBright)};
-  reader.fail("type", fmt::format("is '{}'; there are sun, sky, area and point", type));
+  if (type == "spot") {
+    const SpotLight spot{reader.vector("position"), reader.unit("direction"),
+                         reader.colour("intensity", kBright), reader.number("inner_angle", 0, 90, 0),
+                         reader.number("outer_angle", 0.01, 90, 45)};
+    if (spot.inner_angle > spot.outer_angle) reader.fail("inner_angle", "is larger than 'outer_angle'");
+    return spot;
+  }
+  reader.fail("type", fmt::format("is '{}'; there are sun, sky, area, point and spot", type));
 }
 
 CameraDescription read_camera(Reader& reader, size_t number) {
@@ -249,9 +263,29 @@ CameraDescription read_camera(Reader& reader, size_t number) {
   return camera;
 }
 
+/// By its name, without .gz or .zst.
+bool is_gltf(fs::path file) {
+  const auto extension = [&] {
+    std::string text = file.extension().string();
+    for (char& c : text) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+    return text;
+  };
+  if (extension() == ".gz" || extension() == ".zst") file.replace_extension();
+  return extension() == ".gltf" || extension() == ".glb";
+}
+
+SceneDescription scene_of_mesh(const fs::path& file) {
+  SceneDescription scene;
+  scene.file = file.string();
+  scene.objects.emplace_back().mesh = scene.file;
+  scene.light_by_default = scene.camera_by_default = true;
+  return scene;
+}
+
 }  // namespace
 
 SceneDescription read_scene(const fs::path& file) {
+  if (is_gltf(file)) return scene_of_mesh(file);
   constexpr uint64_t kMaxBytes = 16 << 20;
   const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, kMaxBytes);
   SceneDescription scene;
@@ -286,6 +320,8 @@ SceneDescription read_scene(const fs::path& file) {
     if (r.has("nif")) object.nif = beside(folder, r.text("nif"));
     object.transform = read_transform(r);
     object.albedo = r.colour("albedo", 1, object.albedo);
+    object.lights = r.flag("lights", object.lights);
+    object.cameras = r.flag("cameras", object.cameras);
     scene.objects.push_back(std::move(object));
   });
   reader.table("ground", [&](Reader& r) {
@@ -304,10 +340,6 @@ SceneDescription read_scene(const fs::path& file) {
   reader.finish();
   if (scene.objects.empty())
     throw Error(Status::malformed_scene, scene.file + ": has no object; add an [[object]] with a mesh");
-  if (scene.lights.empty())
-    throw Error(Status::malformed_scene, scene.file + ": has no light; add a [[light]]");
-  if (scene.cameras.empty())
-    throw Error(Status::malformed_scene, scene.file + ": has no camera; add a [[camera]]");
   return scene;
 }
 

@@ -10,7 +10,6 @@
 #include <limits>
 
 #include "bake/ray_sets.hpp"
-#include "formats/mesh/read.hpp"
 #include "formats/status.hpp"
 #include "tools/render/transform.hpp"
 
@@ -56,7 +55,8 @@ void ask(RTCScene scene, std::span<const Segment> rays, uint8_t* visible) {
 void World::Release::operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
 void World::Release::operator()(RTCSceneTy* scene) const { rtcReleaseScene(scene); }
 
-World::World(const SceneDescription& scene, const std::string& configuration, tools::Progress& progress)
+World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const std::string& configuration,
+             tools::Progress& progress)
     : device_(rtcNewDevice(nullptr)) {
   if (!device_) throw Error(Status::internal, "Embree cannot create a device on this machine");
   rtcSetDeviceErrorFunction(
@@ -76,14 +76,14 @@ World::World(const SceneDescription& scene, const std::string& configuration, to
 
   for (size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectDescription& object = scene.objects[i];
-    progress.update(double(i) / double(scene.objects.size()), "reading " + object.mesh);
-    const mesh::Scene meshes = mesh::read(object.mesh);
+    progress.update(double(i) / double(scene.objects.size()), "building a BVH over " + object.mesh);
+    const std::shared_ptr<const mesh::Scene> owned = std::move(object_meshes.at(i));
+    const mesh::Scene& meshes = *owned;
     std::vector<std::vector<Transform>> places(meshes.meshes.size());
     for (const mesh::Instance& instance : meshes.instances) {
       const Transform place = compose(object.transform, instance.transform);
       if (determinant(place) != 0) places[instance.mesh].push_back(place);
     }
-    progress.update((double(i) + 0.5) / double(scene.objects.size()), "building a BVH over " + object.mesh);
     for (size_t m = 0; m < meshes.meshes.size(); ++m) add_mesh(meshes.meshes[m], places[m], object);
     if (object.nif) add_asset(object, meshes);
   }

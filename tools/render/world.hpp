@@ -11,6 +11,7 @@
 #include "bake/voxelize.hpp"
 #include "tools/measuring.hpp"
 #include "tools/render/scene.hpp"
+#include "tools/render/scene_meshes.hpp"
 
 struct RTCDeviceTy;
 struct RTCGeometryTy;
@@ -31,9 +32,11 @@ struct SurfacePoint {
 /// Immutable once made; any number of threads may ask it. Answers do not depend on the number of threads.
 class World {
  public:
-  /// Reads meshes and assets. `configuration` is the runtime's, of a device. Throws as mesh::read() and the
-  /// loading of assets, and Error(mesh_mismatch) where an asset's bounds are not those of its mesh.
-  World(const SceneDescription& scene, const std::string& configuration, tools::Progress& progress);
+  /// Takes the meshes of a scene's objects ([object], none null), each let go once it is built, and reads
+  /// their assets. `configuration` is the runtime's, of a device. Throws as the loading of assets, and
+  /// Error(mesh_mismatch) where an asset's bounds are not those of its mesh.
+  World(const SceneDescription& scene, ObjectMeshes meshes, const std::string& configuration,
+        tools::Progress& progress);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;

@@ -1,0 +1,48 @@
+// Cameras and lights of glTF (KHR_lights_punctual). What is wrong with one of them is told and leaves it out;
+// it never keeps a file's meshes from being read.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "formats/mesh/input.hpp"
+
+namespace nif::mesh::detail {
+
+/// A camera or a light that a node carries, or why it is none: the rest of a sentence that begins with the
+/// file.
+struct GltfFixture {
+  size_t node = 0;
+  std::variant<Camera, Light, std::string> what;  ///< not yet placed
+};
+
+/// Of all nodes of a document, shown or not, in their order. Throws nothing but bad_alloc, whatever the
+/// document holds.
+std::vector<GltfFixture> read_fixtures(const nlohmann::json& root);
+
+/// Adds cameras and lights of the nodes that are shown to a scene, and warnings.
+class FixturePlacer {
+ public:
+  /// `fixtures` in the order of their nodes. The arguments must outlive the placer.
+  FixturePlacer(const Input& input, std::span<const GltfFixture> fixtures, Scene& scene)
+      : input_(input), fixtures_(fixtures), scene_(scene) {}
+
+  /// A node that is shown; `world` is none where it is placed beyond what float reaches.
+  void visit(size_t node, const std::optional<Transform>& world);
+  /// To be called once, at the end: says how many warnings were too many to be given.
+  void report();
+
+ private:
+  void warn(const std::string& sentence);
+
+  const Input& input_;
+  std::span<const GltfFixture> fixtures_;
+  Scene& scene_;
+  uint64_t warnings_ = 0;
+};
+
+}  // namespace nif::mesh::detail

@@ -1,0 +1,44 @@
+// A builder of glTF documents.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/mesh/scene.hpp"
+
+namespace nif::test {
+
+/// The bytes of the values, in their order.
+template <class T>
+std::string raw(const std::vector<T>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+/// A glTF document under construction: `json` is open to any change before it is written.
+struct Gltf {
+  nlohmann::json json = {{"asset", {{"version", "2.0"}}}};
+  std::string data;  ///< the only buffer
+
+  int view(std::string_view bytes);
+  int accessor(std::string_view bytes, int component_type, const char* type, size_t count);
+  int positions(const std::vector<mesh::Float3>& values);
+  int indices(const std::vector<uint32_t>& values);
+  int indices16(const std::vector<uint16_t>& values);
+  /// A mesh of one primitive; `indices` may be -1.
+  int mesh(int positions, int indices, const char* name = nullptr, int mode = 4);
+  int node(nlohmann::json node);
+  void scene(std::vector<int> roots);
+  /// A node in scene 0, `carrier`, that carries a camera or a light by KHR_lights_punctual; its number.
+  int camera(nlohmann::json definition, nlohmann::json carrier = nlohmann::json::object());
+  int light(nlohmann::json definition, nlohmann::json carrier = nlohmann::json::object());
+
+  std::string glb() const;
+  std::string gltf(const std::string& buffer_uri) const;
+  std::string embedded() const;  ///< .gltf with a data URI
+};
+
+Gltf gltf_of(const mesh::Mesh& mesh);
+
+}  // namespace nif::test
