@@ -17,6 +17,7 @@
 #include "tools/measuring.hpp"
 #include "tools/progress.hpp"
 #include "tools/render/scene_file.hpp"
+#include "tools/render/scene_meshes.hpp"
 #include "tools/render/view_rays.hpp"
 #include "tools/spherical_options.hpp"
 
@@ -256,16 +257,19 @@ std::string describe(const bake::BakeProgress& p) {
 /// What the training rays of a view are drawn from.
 struct View {
   render::SceneDescription scene;
+  std::vector<std::string> notes;
+  render::ObjectMeshes meshes;
   render::Lighting lighting;
   render::World world;
   render::ViewRays rays;
 
-  View(render::SceneDescription description, const std::string& mesh, const mesh::Scene& meshes,
+  View(render::SceneDescription description, const std::string& mesh, const mesh::Scene& baked,
        Progress& progress)
       : scene(std::move(description)),
+        meshes(render::read_meshes(scene, notes, progress)),
         lighting(scene),
-        world(scene, "", progress),
-        rays(scene, world, lighting, mesh, meshes) {}
+        world(scene, std::move(meshes), "", progress),
+        rays(scene, world, lighting, mesh, baked) {}
 };
 
 render::SceneDescription read_view(const SphericalArguments& arguments) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "formats/status.hpp"
@@ -97,6 +98,63 @@ TEST_F(Render, FieldsComeCloseAndThreadsDoNotMatter) {
   ASSERT_EQ(listing(out_), listing(other));
   for (const std::string& file : listing(out_))
     EXPECT_EQ(read_bytes(fs::path(out_) / file), read_bytes(fs::path(other) / file)) << file;
+}
+
+/// Rays from inside and from outside of an asset's box: together they are all.
+TEST_F(Render, PartsOfTheAnswersAlone) {
+  bake("segment");
+  const std::string scene =
+      folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\nnif = 'segment.nif'\n")).string();
+  std::map<std::string, double> wrong;
+  for (const std::string exact : {"none", "inside", "outside"}) {
+    const Outcome outcome = nif({"render", scene, "-o", out_, "--exact", exact, "--json", "--quiet"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const json camera = json::parse(outcome.out)["cameras"]["front"];
+    wrong[exact] = camera["error"].get<double>() * camera["shadow_rays"].get<double>();
+  }
+  EXPECT_GT(wrong["inside"], 0);
+  EXPECT_GT(wrong["outside"], 0);
+  EXPECT_NEAR(wrong["none"], wrong["inside"] + wrong["outside"], 1e-3);
+}
+
+TEST_F(Render, FieldsLearnedFromAView) {
+  folder_.write("ring.obj", obj_text(torus(64, 32)));
+  const std::string mesh = (folder_.path() / "ring.obj").string();
+  const std::string asset = (folder_.path() / "view.nif").string();
+  const std::string view = folder_.write("view.toml", scene_text("mesh = 'ring.obj'\n")).string();
+  const std::vector<std::string> bake{"bake",   mesh, "-o",     asset, "--preset", "paper",
+                                      "--view", view, "--rays", "0",   "--quiet"};
+  std::vector<std::string> arguments = bake;
+  arguments.insert(arguments.end(), {"--view-samples", "256", "-j", "2"});
+  ASSERT_EQ(nif(arguments).code, 0);
+  const std::string bytes = read_bytes(asset);
+  arguments.back() = "1";
+  ASSERT_EQ(nif(arguments).code, 0);
+  EXPECT_EQ(bytes, read_bytes(asset));
+  EXPECT_NE(bytes.find("2 cameras, 64 x 48 pixels, 256 samples each"), std::string::npos);
+
+  const std::string scene =
+      folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\nnif = 'view.nif'\n")).string();
+  const Outcome outcome =
+      nif({"render", scene, "-o", out_, "--json", "--quiet", "--samples", "16", "--seed", "5"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  for (const auto& [name, camera] : json::parse(outcome.out)["cameras"].items()) {
+    EXPECT_GT(camera["pictures"]["probability"]["psnr"], 24) << name;
+    EXPECT_LT(camera["error"], 0.1) << name;
+  }
+
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"bake", mesh, "-o", (folder_.path() / "none.nif").string()});
+    return more;
+  };
+  refused(with({"--view", view}), Status::usage, "--view is an option of --encoding spherical");
+  refused(with({"--preset", "paper", "--view-samples", "4"}), Status::usage, "there is none");
+  refused(with({"--preset", "paper", "--view", view, "--mix", "outer-lines"}), Status::usage,
+          "--view and --mix");
+  refused(with({"--preset", "paper", "--view", "none.toml"}), Status::file_not_found, "none.toml");
+  const std::string other = folder_.write("cube.obj", obj_text(cube())).string();
+  const std::string without = folder_.write("other.toml", scene_text("mesh = 'cube.obj'\n")).string();
+  refused(with({"--preset", "paper", "--view", without}), Status::usage, "no object of this scene is");
 }
 
 TEST_F(Render, WithoutAssetsThereIsTheReference) {

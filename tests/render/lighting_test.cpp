@@ -153,6 +153,24 @@ TEST_F(Environment, BothSamplingsAgree) {
     }
 }
 
+TEST(Lighting, SkyWithAGlow) {
+  Sky sky;
+  sky.radiance = {0.5, 0.5, 0.5};
+  sky.glow = Glow{{0.6, 0.8, 0}, {40, 20, 10}, 12};
+  for (const int up : {0, 1, 2}) {
+    SceneDescription scene = scene_of(sky);
+    scene.up = up;
+    const Double3 normal{0, 0.8, 0.6};
+    const Colour important = irradiance(scene, {}, normal);
+    std::get<Sky>(scene.lights[0]).sampling = Sampling::uniform;
+    const Colour uniform = irradiance(scene, {}, normal);
+    for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(important[c], uniform[c], 0.02 * uniform[c]) << up;
+    const Lighting lighting(scene);
+    EXPECT_NEAR(lighting.background({0.6, 0.8, 0})[0], 40.5, 0.1);
+    EXPECT_NEAR(lighting.background({-0.6, -0.8, 0})[0], 0.5, 1e-6);
+  }
+}
+
 TEST_F(Environment, SamplesAreWhereTheLightIs) {
   const SceneDescription description = scene(Sampling::importance, 30, 1);
   const Lighting lighting(description);

@@ -192,6 +192,11 @@ TEST_F(SceneFile, MistakesAreNamed) {
       "spans no area");
   expect_refusal(small + "[[object]]\nmesh = 'b'\nscale = 2\ntransform = [1,0,0,0,0,1,0,0,0,0,1,0]\n",
                  "beside 'transform'");
+  expect_refusal(small + "[[light]]\ntype = 'sky'\nglow = {direction = [0, 1, 0]}\n",
+                 "glow: 'radiance' is missing");
+  expect_refusal(
+      small + "[[light]]\ntype = 'sky'\nmap = 'a.exr'\nglow = {direction = [0, 1, 0], radiance = 1}\n",
+      "beside 'map'");
   expect_refusal(small + "[ground]\nalbedo = 2\n", "'albedo' must be from 0 to 1");
   expect_refusal("object = 3\n", "'object' must be tables");
   expect_refusal("ground = 3\n" + small, "'ground' must be a table");

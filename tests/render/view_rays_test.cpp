@@ -1,0 +1,113 @@
+// Training rays from a view: those that a renderer would ask, in the space of the object they are for.
+#include "tools/render/view_rays.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/task_arena.h>
+
+#include "formats/mesh/read.hpp"
+#include "formats/status.hpp"
+#include "tests/cli/mesh_text.hpp"
+#include "tests/support/shapes.hpp"
+#include "tests/support/temp_dir.hpp"
+#include "tools/render/scene_meshes.hpp"
+
+namespace nif::render {
+namespace {
+
+class Views : public testing::Test {
+ protected:
+  void SetUp() override {
+    mesh_ = folder_.write("sphere.obj", test::obj_text(test::icosphere(2))).string();
+    meshes_ = mesh::read(mesh_);
+  }
+  SceneDescription scene_with(std::vector<mesh::Transform> places) {
+    SceneDescription scene;
+    scene.file = "scene.toml";
+    scene.picture.width = 40;
+    scene.picture.height = 30;
+    scene.picture.samples = 2;
+    for (const mesh::Transform& place : places) {
+      ObjectDescription& object = scene.objects.emplace_back();
+      object.mesh = mesh_;
+      object.transform = place;
+    }
+    scene.ground = GroundDescription{};
+    scene.lights.push_back(Sky{});
+    CameraDescription& camera = scene.cameras.emplace_back();
+    camera.name = "c";
+    camera.where = Orbit{.azimuth = 20, .elevation = 35, .fill = 0.5};
+    return scene;
+  }
+  bake::MeshRays draw(SceneDescription scene, uint64_t round) {
+    tools::Progress quiet(true);
+    std::vector<std::string> notes;
+    ObjectMeshes meshes = read_meshes(scene, notes, quiet);
+    const World world(scene, std::move(meshes), "", quiet);
+    const Lighting lighting(scene);
+    return ViewRays(scene, world, lighting, mesh_, meshes_).draw(round);
+  }
+
+  const test::TempDir folder_;
+  std::string mesh_;
+  mesh::Scene meshes_;
+};
+
+constexpr mesh::Transform kMoved{0, 0, 3, 10, 0, 3, 0, -2, -3, 0, 0, 7};
+
+TEST_F(Views, RaysMeetTheObjectInItsOwnSpace) {
+  const bake::MeshRays rays = draw(scene_with({kMoved}), 0);
+  ASSERT_GT(rays.segments.size(), 100u);
+  ASSERT_EQ(rays.meshes.size(), rays.segments.size());
+  const bake::Oracle oracle(meshes_.meshes[0].positions, meshes_.meshes[0].triangles);
+  size_t on_sphere = 0, blocked = 0;
+  for (const Segment& ray : rays.segments) {
+    const Double3 origin = bake::to_double({ray.origin[0], ray.origin[1], ray.origin[2]});
+    const Double3 direction = bake::to_double({ray.direction[0], ray.direction[1], ray.direction[2]});
+    on_sphere += std::abs(bake::length(origin) - 1) < 0.05;
+    blocked += oracle.occluded(ray);
+    // The sphere's box is within a ball of sqrt 3.
+    const double along = std::max(0.0, -bake::dot(origin, direction) / bake::dot(direction, direction));
+    EXPECT_LT(bake::length(origin + direction * along), 1.75);
+  }
+  EXPECT_GT(on_sphere, 40u);
+  EXPECT_GT(blocked, 20u);                               // from the ground
+  EXPECT_LT(blocked, rays.segments.size() - on_sphere);  // nothing that starts on a sphere is blocked by it
+}
+
+TEST_F(Views, OneRayForEachBoxThatIsMet) {
+  // Two spheres in one place: every ray counts for both.
+  EXPECT_EQ(draw(scene_with({kMoved, kMoved}), 1).segments.size(),
+            2 * draw(scene_with({kMoved}), 1).segments.size());
+}
+
+TEST_F(Views, RoundsDifferAndThreadsDoNotMatter) {
+  const SceneDescription scene = scene_with({mesh::kIdentity});
+  bake::MeshRays one, two;
+  tbb::task_arena(1).execute([&] { one = draw(scene, 0); });
+  tbb::task_arena(2).execute([&] { two = draw(scene, 0); });
+  ASSERT_EQ(one.segments.size(), two.segments.size());
+  const auto differ = [](const bake::MeshRays& a, const bake::MeshRays& b) {
+    for (size_t i = 0; i < std::min(a.segments.size(), b.segments.size()); ++i)
+      if (a.segments[i].direction[0] != b.segments[i].direction[0] ||
+          a.segments[i].origin[1] != b.segments[i].origin[1])
+        return true;
+    return false;
+  };
+  EXPECT_FALSE(differ(one, two));
+  EXPECT_TRUE(differ(one, draw(scene, 1)));
+}
+
+TEST_F(Views, SceneWithoutTheMesh) {
+  SceneDescription scene = scene_with({mesh::kIdentity});
+  scene.objects[0].mesh = folder_.write("other.obj", test::obj_text(test::cube())).string();
+  try {
+    draw(scene, 0);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::usage);
+    EXPECT_NE(std::string(error.what()).find("scene.toml"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace nif::render
