@@ -50,7 +50,7 @@ struct SphericalBakeOptions {
   SphericalOptions fields;
   bool shared_network = false;  ///< one pair of networks for all objects, in place of one for each
   /// Rays that are drawn and labelled for an object of kFullTriangles or more; fewer for smaller ones.
-  uint64_t rays = 48'000'000;
+  uint64_t rays = 64'000'000;
   uint32_t passes = 3;  ///< times that each is learned from
   /// In place of rays that are drawn by the mix; each is learned from once, as the paper does.
   std::optional<GivenRays> given;

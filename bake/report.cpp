@@ -22,6 +22,9 @@ nlohmann::ordered_json to_json(const SetAccuracies& sets) {
 
 namespace {
 
+/// The number that someone wrote down for it: 0.005, not 0.00499999988824.
+double decimal(float value) { return std::stod(fmt::format("{}", value)); }
+
 /// The hyperparameters of `spherical`, all of them.
 nlohmann::ordered_json to_json(const SphericalBakeOptions& options) {
   const SphericalOptions& fields = options.fields;
@@ -43,9 +46,9 @@ nlohmann::ordered_json to_json(const SphericalBakeOptions& options) {
           {"grids", precision(fields.half_grids)},
           {"networks", precision(fields.half_networks)},
           {"shared_network", options.shared_network},
-          {"slope", fields.slope},
-          {"latent_reach", fields.latent_reach},
-          {"learning_rate", fields.learning_rate},
+          {"slope", decimal(fields.slope)},
+          {"latent_reach", decimal(fields.latent_reach)},
+          {"learning_rate", decimal(fields.learning_rate)},
           {"rays", options.given ? nlohmann::ordered_json() : nlohmann::ordered_json(options.rays)},
           {"passes", options.given ? 1 : options.passes}};
 }

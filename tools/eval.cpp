@@ -29,6 +29,7 @@ struct EmbreeBytes {
 struct Result {
   uint64_t triangles = 0;
   std::string isa;
+  bool any_spherical = false;
   uint64_t compared = 0, different = 0;  ///< rays also answered by the reference
   NifAssetInfo info{};
   EmbreeBytes embree;
@@ -44,6 +45,7 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
   result.info = asset.info();
   result.triangles = asset.triangles();
   result.isa = asset.device().isa;
+  result.any_spherical = asset.any_spherical();
   std::atomic<uint64_t> different{0};
   const std::atomic<bool>& cancel = interruption();
   for (size_t i = 0; i < count; ++i) {
@@ -107,6 +109,9 @@ void print(const Arguments& arguments, const Result& result) {
                format_bytes(double(result.embree.compact)), double(result.embree.compact) / resident);
   }
   fmt::print("\n{}", accuracy_table(result.sets));
+  if (result.any_spherical)
+    fmt::print(
+        "\nSpherical objects are not told where a segment ends, so finite ones are answered as rays.\n");
   if (arguments.reference)
     fmt::print("\n{} of {} rays answered differently by {} and the scalar reference\n", result.different,
                result.compared, result.isa);

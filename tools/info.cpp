@@ -9,6 +9,7 @@
 #include "formats/nif/reader.hpp"
 #include "tools/command.hpp"
 #include "tools/measuring.hpp"
+#include "tools/spherical_info.hpp"
 
 namespace nif::tools {
 namespace {
@@ -30,6 +31,11 @@ nlohmann::ordered_json describe_object(const format::ObjectView& object) {
     json["bytes"] = {{"bvh", object.bvh_bytes}};
     return json;
   }
+  if (object.encoding == format::kSpherical) {
+    json["network"] = object.network;
+    json.update(describe_spherical(object));
+    return json;
+  }
   std::vector<uint32_t> widths;
   const kernels::Network& network = object.field.network;
   for (uint32_t l = 0; l < network.layer_count; ++l) widths.push_back(network.layers[l].outputs);
@@ -45,14 +51,16 @@ nlohmann::ordered_json describe_object(const format::ObjectView& object) {
 
 nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetView& view) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
-  uint64_t occupancy = 0, features = 0, networks = 0, bvhs = 0;
+  uint64_t occupancy = 0, features = 0, networks = 0, bvhs = 0, grids = 0;
   for (const format::ObjectView& object : view.objects) {
     objects.push_back(describe_object(object));
     occupancy += object.occupancy_bytes;
     features += object.feature_bytes;
     bvhs += object.bvh_bytes;
+    grids += object.grid_bytes;
   }
   for (const format::NetworkView& network : view.networks) networks += network.bytes;
+  for (const format::SphericalNetworksView& pair : view.spherical_networks) networks += pair.bytes;
   nlohmann::ordered_json instances = nlohmann::ordered_json::array();
   for (const format::InstanceView& instance : view.instances) {
     instances.push_back(
@@ -72,7 +80,8 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
             {"occupancy", occupancy},
             {"features", features},
             {"network", networks},
-            {"bvh", bvhs}}},
+            {"bvh", bvhs},
+            {"grids", grids}}},
           {"metadata", std::move(metadata)}};
 }
 
@@ -88,10 +97,11 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   const auto& bytes = json["bytes"];
   fmt::print("{}: nif version {}, {}, {}\n", json["file"].get<std::string>(), format::kVersion,
              count_of(view.objects.size(), "object"), count_of(view.instances.size(), "instance"));
-  fmt::print("bytes     {} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {})\n",
-             bytes["file"].get<uint64_t>(), bytes["resident"].get<uint64_t>(),
-             bytes["occupancy"].get<uint64_t>(), bytes["features"].get<uint64_t>(),
-             bytes["network"].get<uint64_t>(), bytes["bvh"].get<uint64_t>());
+  fmt::print(
+      "bytes     {} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {}, grids {})\n",
+      bytes["file"].get<uint64_t>(), bytes["resident"].get<uint64_t>(), bytes["occupancy"].get<uint64_t>(),
+      bytes["features"].get<uint64_t>(), bytes["network"].get<uint64_t>(), bytes["bvh"].get<uint64_t>(),
+      bytes["grids"].get<uint64_t>());
   const auto& metadata = json["metadata"];
   // Without fields there is no preset.
   const std::string encoding = text_at(metadata, "/options/encoding"),
@@ -115,12 +125,14 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   for (size_t i = 0; i < std::min(kShown, view.objects.size()); ++i) {
     const format::ObjectView& object = view.objects[i];
     const std::string form =
-        object.encoding == format::kBvh
-            ? fmt::format("bvh, {} nodes", object.bvh.node_count)
+        object.encoding == format::kBvh ? fmt::format("bvh, {} nodes", object.bvh.node_count)
+        : object.encoding == format::kSpherical
+            ? fmt::format("spherical, networks {}", object.network)
             : fmt::format("segment, {} x {} x {} voxels, {} corners", object.field.voxels[0],
                           object.field.voxels[1], object.field.voxels[2], object.field.corners);
     fmt::print("object    '{}': {} triangles, {}\n", object.name, object.triangles, form);
   }
+  print_spherical(view);
   if (view.objects.size() > kShown)
     fmt::print("          and {} more; --json lists all\n", view.objects.size() - kShown);
 }

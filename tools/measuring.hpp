@@ -46,6 +46,8 @@ class MeasuredAsset {
   const std::vector<bake::Prepared>& objects() const { return prepared_.objects; }
   const std::string& name(size_t object) const { return names_[object]; }
   uint64_t triangles() const;
+  /// Some objects are `spherical`, which cannot tell where a segment ends.
+  bool any_spherical() const { return any_spherical_; }
   /// One object, where it lies in its own space.
   Scene alone(size_t object) const;
   /// Each object so, on a device of so many threads.
@@ -62,6 +64,7 @@ class MeasuredAsset {
   mesh::Scene scene_;
   bake::PreparedScene prepared_;
   std::vector<std::string> names_;
+  bool any_spherical_ = false;
 };
 
 /// Answers through the runtime. The scene must outlive the answerer.

@@ -149,7 +149,7 @@ Asset to_asset(const AssetView& view) {
       continue;
     }
     if (from.encoding == kSpherical) {
-      object.grids = to_grids(from.spherical);
+      object.grids = to_grids(*from.spherical);
       continue;
     }
     std::copy_n(field.origin, 3, object.origin.begin());

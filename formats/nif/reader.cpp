@@ -311,6 +311,9 @@ class Reader {
     if (records.count() == 0) refuse(Status::damaged_nif, file_, "section OBJS", "holds no object");
     ObjectBlocks blocks{Blocks(occupancy_), Blocks(features_), Blocks(bvhs_), Blocks(grids_)};
     asset_.objects.reserve(records.count());
+    size_t sphericals = 0;
+    for (uint32_t i = 0; i < records.count(); ++i) sphericals += records[i].encoding == kSpherical;
+    asset_.spherical_fields.reserve(sphericals);  // so that they stay where they are
     for (uint32_t i = 0; i < records.count(); ++i)
       asset_.objects.push_back(read_object(records[i], blocks, Place{file_, "OBJS", i}));
     if (!blocks.occupancy.finished())
@@ -366,8 +369,7 @@ class Reader {
     return blank;
   }
 
-  void read_spherical(const ObjectRecord& record, ObjectView& view, Blocks& blocks,
-                      const Place& place) const {
+  void read_spherical(const ObjectRecord& record, ObjectView& view, Blocks& blocks, const Place& place) {
     ObjectRecord blank = shared_part(record);
     blank.network = record.network;
     blank.outer_resolution = record.outer_resolution;
@@ -380,7 +382,8 @@ class Reader {
     blank.grids = record.grids;
     place.require(std::memcmp(&blank, &record, sizeof(record)) == 0,
                   "members of `segment` or `bvh` are not zero");
-    kernels::SphericalField& field = view.spherical;
+    kernels::SphericalField& field = asset_.spherical_fields.emplace_back();
+    view.spherical = &field;
     place.require(kernels::set_bounds(record.aabb_min, record.aabb_max, field),
                   "bounds are too small or too large to compute with");
     place.require(record.network < asset_.spherical_networks.size(), "network is out of range");
@@ -564,7 +567,8 @@ AssetView read_asset(std::span<const std::byte> bytes, std::string_view file_nam
 uint64_t AssetView::resident_bytes() const {
   return bytes.size() + sections.capacity() * sizeof(SectionView) + objects.capacity() * sizeof(ObjectView) +
          instances.capacity() * sizeof(InstanceView) + networks.capacity() * sizeof(NetworkView) +
-         spherical_networks.capacity() * sizeof(SphericalNetworksView);
+         spherical_networks.capacity() * sizeof(SphericalNetworksView) +
+         spherical_fields.capacity() * sizeof(kernels::SphericalField);
 }
 
 }  // namespace nif::format

@@ -36,10 +36,11 @@ struct ObjectView {
   /// Distances in object space, times this, are what kernels::kCertainReach limits: voxels, or for a `bvh`
   /// object kernels::kBvhUnits to its extent, for a `spherical` one kernels::kSphericalUnits to its diagonal.
   float reach_scale = 0;
-  float logit_scale = 1;              ///< probability of being visible = 1 / (1 + exp(-logit * logit_scale))
-  kernels::SegmentField field;        ///< ready to be queried
-  kernels::BvhField bvh;              ///< ready to be queried
-  kernels::SphericalField spherical;  ///< ready to be queried
+  float logit_scale = 1;        ///< probability of being visible = 1 / (1 + exp(-logit * logit_scale))
+  kernels::SegmentField field;  ///< ready to be queried
+  kernels::BvhField bvh;        ///< ready to be queried
+  const kernels::SphericalField* spherical =
+      nullptr;  ///< ready to be queried; of AssetView::spherical_fields
 };
 
 struct InstanceView {
@@ -63,7 +64,14 @@ struct SphericalNetworksView {
 /// Views into the bytes of one file; valid while those stay where they are, unchanged.
 struct AssetView {
   explicit AssetView(std::pmr::memory_resource* memory)
-      : sections(memory), objects(memory), instances(memory), networks(memory), spherical_networks(memory) {}
+      : sections(memory),
+        objects(memory),
+        instances(memory),
+        networks(memory),
+        spherical_networks(memory),
+        spherical_fields(memory) {}
+  AssetView(AssetView&&) = default;
+  AssetView(const AssetView&) = delete;  // its objects point to its fields
 
   std::span<const std::byte> bytes;
   std::string_view metadata;  ///< JSON, not parsed; empty where the file has none
@@ -72,6 +80,7 @@ struct AssetView {
   std::pmr::vector<InstanceView> instances;
   std::pmr::vector<NetworkView> networks;
   std::pmr::vector<SphericalNetworksView> spherical_networks;
+  std::pmr::vector<kernels::SphericalField> spherical_fields;  ///< of those objects that are such
 
   /// Everything that this asset keeps in memory: the file's bytes and these views.
   uint64_t resident_bytes() const;

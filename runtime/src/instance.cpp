@@ -35,7 +35,7 @@ NIF_COMPUTES Transform combine(const Transform& second, const Transform& first) 
 NIF_COMPUTES kernels::WorldBox world_box(const format::ObjectView& object, const Transform& to_world) {
   const kernels::ObjectBox box = object.encoding == format::kBvh ? kernels::object_box(object.bvh)
                                  : object.encoding == format::kSpherical
-                                     ? kernels::object_box(object.spherical)
+                                     ? kernels::object_box(*object.spherical)
                                      : kernels::object_box(object.field);
   return kernels::world_box(box, to_world.data());
 }

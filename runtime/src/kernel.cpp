@@ -52,7 +52,8 @@ KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::m
   if (object.encoding == format::kBvh && isa != Isa::scalar)
     return hold<kernels::cpu::SimdBvhKernel>(memory, object.bvh, kernels::cpu::Isa(int(isa) - 1));
   if (object.encoding == format::kSpherical && isa != Isa::scalar)
-    return hold<kernels::cpu::SimdSphericalKernel>(memory, object.spherical, kernels::cpu::Isa(int(isa) - 1));
+    return hold<kernels::cpu::SimdSphericalKernel>(memory, *object.spherical,
+                                                   kernels::cpu::Isa(int(isa) - 1));
   if (object.encoding == format::kSegment && isa != Isa::scalar &&
       kernels::cpu::WalkGrid::can_hold(object.field))
     return hold<kernels::cpu::SimdSegmentKernel>(memory, object.field, ample_bytes(object),
@@ -62,7 +63,7 @@ KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::m
 #endif
   if (object.encoding == format::kBvh) return hold<kernels::ReferenceBvhKernel>(memory, object.bvh);
   if (object.encoding == format::kSpherical)
-    return hold<kernels::ReferenceSphericalKernel>(memory, object.spherical);
+    return hold<kernels::ReferenceSphericalKernel>(memory, *object.spherical);
   return hold<kernels::ReferenceSegmentKernel>(memory, object.field);
 }
 

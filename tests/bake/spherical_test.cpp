@@ -308,7 +308,7 @@ TEST(SphericalBake, SharesANetworkOrDoesNot) {
       for (RaySet set : bake::kRaySets)
         for (const kernels::Segment& s : bake::make_ray_set(truth.source(), set, 1000, 3).segments)
           ASSERT_EQ(kernels::query_spherical(field, s).logit,
-                    kernels::query_spherical(view.objects[i].spherical, s).logit);
+                    kernels::query_spherical(*view.objects[i].spherical, s).logit);
     }
   }
 }

@@ -204,6 +204,58 @@ TEST_F(Bake, ExactlyWhereAsked) {
   EXPECT_NE(text.out.find("encoding bvh, seed 1"), std::string::npos) << text.out;
 }
 
+TEST_F(Bake, ThePapersFields) {
+  const std::vector<std::string> arguments{"bake",
+                                           ball_,
+                                           "-o",
+                                           path("ball.nif"),
+                                           "--preset",
+                                           "paper",
+                                           "--outer-resolution",
+                                           "64",
+                                           "--inner-resolution",
+                                           "32",
+                                           "--precision",
+                                           "single",
+                                           "--rays",
+                                           "20000"};
+  std::vector<std::string> one = arguments, text = arguments;
+  one.insert(one.end(), {"--json", "-j", "1"});
+  const Outcome outcome = nif(one);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["bytes"]["network"], 4 * (4544 + 5280));
+  EXPECT_EQ(result["bytes"]["grids"], 4 * (2 * 64 * 64 * 3 + 2 * 32 * 32 * 5 + 128 * 3));
+  EXPECT_EQ(result["objects"][0]["encoding"], "spherical");
+  EXPECT_GT(result["objects"][0]["training_rays"], 1'000'000);
+  for (const auto& [name, accuracy] : result["sets"].items()) {
+    EXPECT_EQ(accuracy["certain_wrong"], 0) << name;
+    EXPECT_LT(accuracy["error"].get<double>(), 0.3) << name;
+  }
+  const std::string bytes = read_bytes(path("ball.nif"));
+  const Outcome summary = nif(text);
+  ASSERT_EQ(summary.code, 0) << summary.err;
+  EXPECT_NE(summary.out.find("is spherical: --encoding spherical"), std::string::npos) << summary.out;
+  EXPECT_TRUE(read_bytes(path("ball.nif")) == bytes) << "-j 1 and all threads differ";
+
+  const Outcome eval = nif({"eval", path("ball.nif"), "--mesh", ball_, "--rays", "5000", "--reference"});
+  ASSERT_EQ(eval.code, 0) << eval.err;
+  EXPECT_NE(eval.out.find("where a segment ends"), std::string::npos) << eval.out;
+  const Outcome info = nif({"info", path("ball.nif"), "--json"}), lines = nif({"info", path("ball.nif")});
+  ASSERT_EQ(info.code, 0) << info.err;
+  const json described = json::parse(info.out), object = described["objects"][0];
+  EXPECT_EQ(object["encoding"], "spherical");
+  EXPECT_EQ(object["outer"]["width"], 64);
+  EXPECT_EQ(object["inner"]["distance_resolution"], 128);
+  EXPECT_EQ(object["bytes"]["grids"], result["bytes"]["grids"]);
+  EXPECT_EQ(object["bytes"]["outer_network"], 4 * 4544);
+  EXPECT_EQ(object["paper"]["outer_grids"], 4 * 64 * 64);
+  EXPECT_EQ(described["metadata"]["options"]["spherical"]["outer"]["resolution"], 64);
+  EXPECT_EQ(described["metadata"]["options"]["spherical"]["learning_rate"].get<float>(), 0.005f);
+  for (const char* word : {"preset paper", "spherical, networks 0", "28 R^2"})
+    EXPECT_NE(lines.out.find(word), std::string::npos) << word << " in:\n" << lines.out;
+}
+
 TEST_F(Bake, ChoosesTheEncodingAndSaysWhy) {
   const std::vector<std::string> arguments{"bake",     ball_,  "-o",     path("ball.nif"),
                                            "--preset", "fast", "--rays", "20000"};

@@ -26,8 +26,9 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
                     bench = nif({"bench", "--help"}).out, eval = nif({"eval", "--help"}).out;
   for (const char* word : {"bake", "bench", "eval", "info", "render"})
     EXPECT_NE(all.find(word), std::string::npos) << word;
-  for (const char* word : {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--mix",
-                           "--seed", "--json", "--quiet"})
+  for (const char* word :
+       {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--mix", "--outer-resolution",
+        "--precision", "--shared-network", "--seed", "--json", "--quiet"})
     EXPECT_NE(bake.find(word), std::string::npos) << word;
   for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot"})
     EXPECT_NE(bench.find(word), std::string::npos) << word;

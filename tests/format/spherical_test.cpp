@@ -47,15 +47,16 @@ TEST(SphericalFile, KeepsEveryFieldAndAnswer) {
       EXPECT_EQ(seen.network, i < 3 ? 0u : 1u);
       EXPECT_EQ(seen.grid_bytes, object.grids.bytes());
       EXPECT_EQ(seen.logit_scale, kernels::kSphericalLogitScale);
-      EXPECT_EQ(seen.spherical.distance.values.half, object.grids.half);
-      const auto at = static_cast<const std::byte*>(seen.spherical.outer_position.values.data) - bytes.data();
+      EXPECT_EQ(seen.spherical->distance.values.half, object.grids.half);
+      const auto at =
+          static_cast<const std::byte*>(seen.spherical->outer_position.values.data) - bytes.data();
       EXPECT_EQ(uint64_t(at) % format::kAlignment, 0u);
       const kernels::SphericalField field =
           format::spherical_field_of(object, asset.spherical_networks[object.network]);
       for (int ray = 0; ray < 500; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
         const kernels::Answer ours = kernels::query_spherical(field, segment),
-                              theirs = kernels::query_spherical(seen.spherical, segment);
+                              theirs = kernels::query_spherical(*seen.spherical, segment);
         ASSERT_EQ(ours.logit, theirs.logit);
         ASSERT_EQ(ours.certain, theirs.certain);
         asked += !ours.certain;

@@ -1,5 +1,6 @@
-// make_golden SEED NAME [BVHS]: writes NAME.nif, with so many `bvh` objects after the others, and
-// NAME.answers. For what the format newly holds only: files that are in this folder are never made anew.
+// make_golden SEED NAME [BVHS [SPHERICALS]]: writes NAME.nif, with so many `bvh` and `spherical` objects
+// after the others, and NAME.answers. For what the format newly holds only: files that are in this folder are
+// never made anew.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -13,13 +14,14 @@
 
 namespace {
 
-void make(uint64_t seed, const std::string& name, uint32_t bvhs) {
+void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t sphericals) {
   using namespace nif;
   test::RandomAssetOptions options;
   options.objects = 1 + uint32_t(seed % 3);
   options.instances = 2 * uint32_t(seed % 3);
   options.max_voxels = 9;
   options.bvhs = bvhs;
+  options.sphericals = sphericals;
   format::Asset asset = test::random_asset(seed, options);
   if (options.instances == 0) asset.metadata.clear();
   const auto bytes = format::encode(asset);
@@ -39,13 +41,13 @@ void make(uint64_t seed, const std::string& name, uint32_t bvhs) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3 && argc != 4) {
-    std::fprintf(stderr, "usage: make_golden SEED NAME [BVHS]\n");
+  if (argc < 3 || argc > 5) {
+    std::fprintf(stderr, "usage: make_golden SEED NAME [BVHS [SPHERICALS]]\n");
     return int(nif::Status::usage);
   }
   try {
-    make(std::strtoull(argv[1], nullptr, 10), argv[2],
-         argc == 4 ? uint32_t(std::strtoul(argv[3], nullptr, 10)) : 0);
+    const auto count = [&](int i) { return i < argc ? uint32_t(std::strtoul(argv[i], nullptr, 10)) : 0; };
+    make(std::strtoull(argv[1], nullptr, 10), argv[2], count(3), count(4));
   } catch (const nif::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return int(error.status());

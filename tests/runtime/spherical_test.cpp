@@ -28,7 +28,7 @@ TEST_P(RuntimeSpherical, AnswersAsTheReference) {
     const NifAsset asset = load();
     Random random(seed);
     for (uint32_t object = 0; object < 3; ++object) {
-      const kernels::SphericalField& field = view.objects[object].spherical;
+      const kernels::SphericalField& field = *view.objects[object].spherical;
       std::vector<NifRay> rays;
       while (rays.size() < 3000) rays.push_back(to_ray(random_segment(random, field)));
       const Answers answers = query_all(scene_of(asset, object), rays);
@@ -56,7 +56,7 @@ TEST_P(RuntimeSpherical, AnyBatch) {
   const NifScene scene = scene_of(load(), 0);
   Random random(3);
   std::vector<NifRay> rays;
-  while (rays.size() < 2600) rays.push_back(to_ray(random_segment(random, view.objects[0].spherical)));
+  while (rays.size() < 2600) rays.push_back(to_ray(random_segment(random, *view.objects[0].spherical)));
   const Answers whole = query_all(scene, rays);
   for (const size_t count : {1, 2, 3, 5, 15, 16, 17, 31, 33, 63, 65, 1023, 1024, 1025, 2049}) {
     const std::vector<NifRay> last(rays.end() - ptrdiff_t(count), rays.end());

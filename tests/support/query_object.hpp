@@ -11,7 +11,7 @@ inline kernels::Answer query_object(const format::ObjectView& object, const kern
     case format::kBvh:
       return kernels::query_bvh(object.bvh, segment);
     case format::kSpherical:
-      return kernels::query_spherical(object.spherical, segment);
+      return kernels::query_spherical(*object.spherical, segment);
     case format::kSegment:
       break;
   }
@@ -23,7 +23,7 @@ inline kernels::Segment random_segment(Random& random, const format::ObjectView&
     case format::kBvh:
       return random_segment(random, object.bvh);
     case format::kSpherical:
-      return random_segment(random, object.spherical);
+      return random_segment(random, *object.spherical);
     case format::kSegment:
       break;
   }
