@@ -13,10 +13,10 @@ for r in 64 256 1024; do
   judge "outer_$r" "$out/outer_$r.nif" "$front" inside
 done
 judge inner "$out/outer_256.nif" "$front" outside
-judge both "$out/outer_256.nif" "$front" none
+judge both "$out/outer_256.nif" "$front" none --sheet "$pages/resolution-spherical.png" --thumbnail 480
 judge ours_outer "$ours" "$front" inside
 judge ours_inner "$ours" "$front" outside
-judge ours_both "$ours" "$front" none --sheet "$pages/resolution.png" --thumbnail 480
+judge ours_both "$ours" "$front" none --sheet "$pages/resolution-segment.png" --thumbnail 480
 
 declare -A stated=([64]=48.4 [256]=49.8 [1024]=45.7)
 row() { printf '| %s | %s | %s | %s dB | %s dB | %s |\n' "$1" "$2" "$3" "$(psnr "$4" bits)" "$(psnr "$4" probability)" "${5-}"; }
@@ -31,6 +31,9 @@ row() { printf '| %s | %s | %s | %s dB | %s dB | %s |\n' "$1" "$2" "$3" "$(psnr 
   row '`segment`, rays from outside alone' '' "$(size "$ours")" ours_outer
   row '`segment`, rays from inside alone' '' "$(size "$ours")" ours_inner
   row '`segment`, all' '' "$(size "$ours")" ours_both
+  printf '\n![Embree, the paper'"'"'s fields by probability, and the difference times 3](resolution-spherical.png)\n'
+  printf '\nEmbree, `spherical` (both fields, R = 256 and 128) by probability, and the difference times 3; the same with `segment`:\n'
+  printf '\n![Embree, segment by probability, and the difference times 3](resolution-segment.png)\n'
   printf '\nTraining took %s, %s and %s seconds.\n' "$(of outer_64 '.seconds | round')" "$(of outer_256 '.seconds | round')" \
     "$(of outer_1024 '.seconds | round')"
 } >"$pages/resolution.md.new"
