@@ -224,7 +224,7 @@ typedef struct NifObjectInfo {
   float bias;         /* how far from the surface to start shadow rays, in object units */
   uint32_t triangles; /* of the source mesh */
   uint64_t
-      resident_bytes; /* the object's own data: occupancy and features, grids, or BVH, and tables made at load */
+      resident_bytes; /* the object's own data: occupancy and features, grids, BVH, and tables made at load */
 } NifObjectInfo;
 
 /* object = 0 .. object_count - 1. Allocates nothing. */
