@@ -13,11 +13,11 @@ namespace nif::kernels {
 
 inline constexpr uint32_t kMaxSphericalResolution = 2048;  ///< latent vectors along one axis of a grid
 inline constexpr uint32_t kMaxSphericalFeatures = 8;       ///< floats of a latent vector
-inline constexpr uint32_t kMaxSphericalWidth = 128;        ///< neurons of a hidden layer, a multiple of 4
+inline constexpr uint32_t kMaxSphericalWidth = 256;        ///< neurons of a hidden layer, a multiple of 4
 inline constexpr uint32_t kMaxSphericalLayers = 3;         ///< hidden ones
 inline constexpr uint32_t kMaxSphericalInputs = 3 * kMaxSphericalFeatures;
 /// Latent vectors and weights are at most this in size. A layer then grows its inputs by at most
-/// 128 * 4096 = 2^19, and four of them 2^12 to 2^88: no sum overflows, and no answer can be NaN.
+/// 256 * 4096 = 2^20, and four of them 2^12 to 2^92: no sum overflows, and no answer can be NaN.
 inline constexpr float kMaxSphericalValue = 4096;
 /// Coordinates of the AABB, and of the origins of rays, are at most this, and its longest side is at least
 /// kMinSphericalSide: no square overflows, and no quotient either.

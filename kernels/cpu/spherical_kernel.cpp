@@ -35,7 +35,6 @@ inline constexpr uint32_t kRows = kGroups * kLanes;
 struct SphericalScratch {
   alignas(64) SphericalQueue queues[2];  ///< outer, inner
   alignas(64) float layers[2][kMaxSphericalWidth][kRows];
-  alignas(64) float weights[spherical_weights(kMaxSphericalInputs, kMaxSphericalWidth, kMaxSphericalLayers)];
 };
 static_assert(sizeof(SphericalScratch) <= kKernelScratchBytes);
 
@@ -266,12 +265,7 @@ HWY_INLINE void answer_queue(const SphericalField& field, bool outer, SphericalS
   const SphericalNetwork& network = outer ? field.outer : field.inner;
   const SphericalGrid& position = outer ? field.outer_position : field.inner_position;
   const SphericalGrid& direction = outer ? field.outer_direction : field.inner_direction;
-  const float* weights = static_cast<const float*>(network.weights.data);
-  if (network.weights.half) {
-    const size_t count = spherical_weights(network.inputs, network.width, network.hidden_layers);
-    for (size_t i = 0; i < count; ++i) s.weights[i] = value_of(network.weights, i);
-    weights = s.weights;
-  }
+  const float* weights = static_cast<const float*>(network.weights.data);  // single: the kernel's own
   alignas(64) float out[kRows];
   for (uint32_t first = 0; first < queue.count; first += kRows) {
     for (uint32_t g = 0; g < kGroups; ++g) {
@@ -354,8 +348,23 @@ AnswerSpherical kernel_for(Isa isa) {
 
 }  // namespace
 
-SimdSphericalKernel::SimdSphericalKernel(const SphericalField& field, Isa isa)
-    : field_(field), answer_(kernel_for(isa)) {}
+SimdSphericalKernel::SimdSphericalKernel(const SphericalField& field, Isa isa,
+                                         std::pmr::memory_resource* memory)
+    : field_(field), weights_(memory), answer_(kernel_for(isa)) {
+  const auto size = [](const SphericalNetwork& network) {
+    return spherical_weights(network.inputs, network.width, network.hidden_layers);
+  };
+  SphericalNetwork* const networks[] = {&field_.outer, &field_.inner};
+  size_t halves = 0;
+  for (const SphericalNetwork* network : networks) halves += network->weights.half ? size(*network) : 0;
+  weights_.reserve(halves);  // so that they stay where they are
+  for (SphericalNetwork* network : networks) {
+    if (!network->weights.half) continue;
+    const float* first = weights_.data() + weights_.size();
+    for (size_t i = 0; i < size(*network); ++i) weights_.push_back(value_of(network->weights, i));
+    network->weights = {first, false};
+  }
+}
 
 void SimdSphericalKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(field_, batch, answers, scratch);

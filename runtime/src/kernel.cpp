@@ -52,8 +52,8 @@ KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::m
   if (object.encoding == format::kBvh && isa != Isa::scalar)
     return hold<kernels::cpu::SimdBvhKernel>(memory, object.bvh, kernels::cpu::Isa(int(isa) - 1));
   if (object.encoding == format::kSpherical && isa != Isa::scalar)
-    return hold<kernels::cpu::SimdSphericalKernel>(memory, *object.spherical,
-                                                   kernels::cpu::Isa(int(isa) - 1));
+    return hold<kernels::cpu::SimdSphericalKernel>(memory, *object.spherical, kernels::cpu::Isa(int(isa) - 1),
+                                                   memory);
   if (object.encoding == format::kSegment && isa != Isa::scalar &&
       kernels::cpu::WalkGrid::can_hold(object.field))
     return hold<kernels::cpu::SimdSegmentKernel>(memory, object.field, ample_bytes(object),

@@ -145,7 +145,8 @@ TEST(Spherical, NoWeightsThatAReaderTakesGiveNaN) {
   test::Random random(3);
   for (int i = 0; i < 40; ++i) {
     format::Object object = test::random_spherical_object(random, "", 3);
-    format::SphericalNetworks networks = test::random_networks(random, object.grids, 128);
+    format::SphericalNetworks networks =
+        test::random_networks(random, object.grids, kernels::kMaxSphericalWidth);
     const float top = kernels::kMaxSphericalValue;
     for (auto* values : {&object.grids.outer_position, &object.grids.outer_direction,
                          &object.grids.inner_position, &object.grids.inner_direction, &object.grids.distance,
