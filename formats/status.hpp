@@ -29,9 +29,8 @@ enum class Status : int {
   missing_buffer = 20,         ///< a glTF that names a buffer or image file which is not there
   unsupported_extension = 21,  ///< a required extension that we do not decode, e.g. EXT_meshopt_compression
   too_large = 22,              ///< beyond a stated limit of nifkit or of this machine's memory
-
-  malformed_scene = 23,  ///< a scene file that is none, or whose fields contradict each other
-  not_an_image = 24,     ///< an environment map that is no picture, or holds no light
+  malformed_scene = 23,        ///< a scene file that is none, or whose fields contradict each other
+  not_an_image = 24,           ///< an environment map that is no picture, or holds no light
 
   // Reading an asset.
   not_a_nif = 30,
