@@ -10,9 +10,10 @@ for program in aarch64-linux-gnu-g++ qemu-aarch64-static; do
   command -v "$program" >/dev/null || { echo "tests/neon/run.sh: $program is not installed" >&2 && exit 1; }
 done
 out=$root/build/neon
-mkdir -p "$out"
-# Highway's headers without the others of this machine.
-ln -sfn /usr/include/hwy "$out/hwy"
+# Highway's headers without the others of this machine, and apart from what is made here: the program has the name of a
+# standard header.
+mkdir -p "$out/include"
+ln -sfn /usr/include/hwy "$out/include/hwy"
 sources=("$root"/runtime/src/*.cpp "$root"/kernels/cpu/*.cpp "$root/tests/neon/compare.cpp")
 for name in check_bvh container crc32c file_memory reader; do sources+=("$root/formats/nif/$name.cpp"); done
 rm -f "$out"/*.o
@@ -20,6 +21,6 @@ export root out
 # shellcheck disable=SC2016
 printf '%s\n' "${sources[@]}" | xargs -P "$(nproc)" -I{} sh -c 'aarch64-linux-gnu-g++ -std=c++20 -O2 -Wall -Wextra -Wno-psabi \
   -ffp-contract=off -DNIF_HAS_SIMD -DHWY_IS_DEBUG_BUILD=0 -I"$root" -I"$root/runtime/include" -I"$root/runtime/src" \
-  -I"$out" -c {} -o "$out/$(echo {} | tr / _).o"'
+  -I"$out/include" -c {} -o "$out/$(echo {} | tr / _).o"'
 aarch64-linux-gnu-g++ -static "$out"/*.o -o "$out/compare" -pthread
 qemu-aarch64-static "$out/compare" "$@"
