@@ -80,7 +80,8 @@ void keep_cameras(const Arguments& arguments, render::SceneDescription& scene) {
 /// The folder that pictures go to may be there, or be made where only its last part is missing.
 void check_folder(const std::string& folder) {
   std::error_code error;
-  const fs::path path(folder), parent = fs::absolute(path).lexically_normal().parent_path();
+  const fs::path path(folder), whole = fs::absolute(path / "").lexically_normal();
+  const fs::path parent = whole.parent_path().parent_path();  // whole ends in a slash, given or not
   if (fs::is_directory(path, error)) return;
   if (fs::exists(path, error)) throw Error(Status::output_not_writable, folder + ": is no folder");
   if (!fs::is_directory(parent, error))

@@ -209,6 +209,14 @@ TEST_F(Render, AGlbIsASceneWithItsLightsAndCameras) {
   EXPECT_EQ(outcome.err, "");
 }
 
+TEST_F(Render, FolderNamedWithASlash) {
+  folder_.write("ring.obj", obj_text(torus(32, 16)));
+  const std::string scene = folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\n")).string();
+  const Outcome outcome = nif({"render", scene, "-o", out_ + "/", "--camera", "side", "--quiet"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(listing(out_), std::vector<std::string>{"side-reference.png"});
+}
+
 TEST_F(Render, WhatCannotBeRendered) {
   folder_.write("ring.obj", obj_text(torus(32, 16)));
   folder_.write("cube.obj", obj_text(cube()));
