@@ -40,21 +40,13 @@ SphericalRays draw_rays(std::span<const GroundTruth* const> truths, const Mix& m
   for (uint32_t object = 0; object < truths.size(); ++object)
     for (uint64_t b = 0; b < blocks_of[object]; ++b)
       parts.push_back({object, first_block[object] + b, {}, {}});
-  const double total = std::accumulate(mix.begin(), mix.end(), 0.0);
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) {
     if (cancel.load(std::memory_order_relaxed)) return;
     Part& part = parts[p];
     const RaySource& source = truths[part.object]->source();
     Random random(seed, kPurpose + (uint64_t{part.object} << 40), part.block);
     for (size_t i = 0; i < kTrainingBlock; ++i) {
-      double pick = random.uniform(0, total);
-      RaySet set = RaySet::outer_lines;
-      for (RaySet candidate : kRaySets) {
-        if (mix[size_t(candidate)] <= 0) continue;
-        set = candidate;
-        pick -= mix[size_t(candidate)];
-        if (pick < 0) break;
-      }
+      const RaySet set = draw_set(mix, random);
       const std::optional<Segment> segment = draw_ray(source, set, random);
       if (!segment) continue;
       part.segments.push_back(*segment);

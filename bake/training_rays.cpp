@@ -89,16 +89,8 @@ void draw_block(const RaySource& source, const kernels::SegmentField& field, con
   rays.samples = field.samples;
   kernels::Walk walk;
   kernels::Placement placement;
-  const double total = std::accumulate(mix.begin(), mix.end(), 0.0);
   while (rays.visible.size() < kTrainingBlock) {
-    double pick = random.uniform(0, total);
-    RaySet set = RaySet::outer_lines;
-    for (RaySet candidate : kRaySets) {
-      if (mix[size_t(candidate)] <= 0) continue;
-      set = candidate;
-      pick -= mix[size_t(candidate)];
-      if (pick < 0) break;
-    }
+    const RaySet set = draw_set(mix, random);
     bool found = false;
     for (int i = 0; i < kTries && !found; ++i) {
       std::optional<Segment> segment;
@@ -151,6 +143,18 @@ void append(std::vector<T>& to, std::vector<T>& from) {
 }
 
 }  // namespace
+
+RaySet draw_set(const Mix& mix, Random& random) {
+  double pick = random.uniform(0, std::accumulate(mix.begin(), mix.end(), 0.0));
+  RaySet set = RaySet::outer_lines;
+  for (RaySet candidate : kRaySets) {
+    if (mix[size_t(candidate)] <= 0) continue;
+    set = candidate;
+    pick -= mix[size_t(candidate)];
+    if (pick < 0) break;
+  }
+  return set;
+}
 
 TrainingRays draw_training_rays(const RaySource& source, const kernels::SegmentField& field,
                                 const SurfaceCells& cells, const Mix& mix, uint64_t seed,

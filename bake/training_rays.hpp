@@ -33,6 +33,9 @@ class SurfaceCells {
 /// How often each ray set stands among the training rays; need not sum to 1.
 using Mix = std::array<double, kRaySets.size()>;
 
+/// A set by its weight; some weight must be above 0.
+RaySet draw_set(const Mix& mix, Random& random);
+
 /// Training rays as arrays, `samples` points each.
 struct TrainingRays {
   uint32_t samples = 0;
