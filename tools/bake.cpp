@@ -300,6 +300,9 @@ void run(const Arguments& arguments) {
   std::unique_ptr<View> view;
   if (arguments.spherical.view) {
     view = std::make_unique<View>(read_view(arguments.spherical), arguments.mesh, scene, progress);
+    progress.finish();
+    if (!arguments.quiet)
+      for (const std::string& note : view->notes) fmt::print(stderr, "nif: note: {}\n", note);
     const render::PictureDescription& picture = view->scene.picture;
     options.spherical.given = bake::GivenRays{
         fmt::format("{}, {} x {} pixels, {} samples each", count_of(view->scene.cameras.size(), "camera"),
