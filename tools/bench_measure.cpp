@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <deque>
 
 #include "tools/command.hpp"
 
@@ -15,12 +16,11 @@ namespace {
 
 /// An object with its scenes and the rays that are asked of it.
 struct Subject {
-  Scene scene;
+  std::vector<Scene> scenes;   ///< by number of threads
+  std::vector<Scene> against;  ///< of the other asset, where there is one
   std::array<std::unique_ptr<bake::EmbreeScene>, kEmbreeBuilds.size()> embree;
   std::vector<bake::LabelledRays> sets;
-  std::vector<bake::Accuracy> accuracies;  ///< of the same sets
-  Scene against;                           ///< of the other asset, where there is one
-  std::vector<bake::Accuracy> against_accuracies;
+  std::vector<bake::Accuracy> accuracies, against_accuracies;  ///< of the same sets
 };
 
 /// Times work by the clock, and adds up how much of the processor it got.
@@ -49,11 +49,11 @@ NifRay to_ray(const kernels::Segment& s) {
           s.tmax};
 }
 
-/// The asset, asked through the runtime's public interface.
+/// A set of rays as the runtime's public interface takes them.
 class Asked {
  public:
-  Asked(NifScene scene, const bake::LabelledRays& rays)
-      : scene_(scene), source_(rays), rays_(rays.segments.size()), visible_(rays.segments.size()) {}
+  explicit Asked(const bake::LabelledRays& rays)
+      : source_(rays), rays_(rays.segments.size()), visible_(rays.segments.size()) {}
 
   void lay_out() {
     std::transform(source_.segments.begin(), source_.segments.end(), rays_.begin(), to_ray);
@@ -61,10 +61,10 @@ class Asked {
   }
 
   /// One call for all rays, whatever the threads: they are the device's.
-  void ask() {
+  void ask(NifScene scene) {
     NifQuery query = nifQueryRays(rays_.data(), rays_.size());
     query.visible = visible_.data();
-    check(nifQuery(scene_, &query));
+    check(nifQuery(scene, &query));
   }
 
   size_t wrong() const {
@@ -74,7 +74,6 @@ class Asked {
   }
 
  private:
-  NifScene scene_;
   const bake::LabelledRays& source_;
   std::vector<NifRay> rays_;
   std::vector<uint8_t> visible_;
@@ -99,81 +98,99 @@ std::vector<double> rates_of(uint64_t rays, const std::vector<double>& seconds) 
   return rates;
 }
 
-SetSpeeds race_set(const std::vector<Subject>& subjects, size_t index, bake::RaySet set, uint32_t threads,
-                   const Schedule& schedule,
-                   const std::function<void(double, const std::string&)>& progress) {
-  SetSpeeds result;
-  result.set = set;
-  result.embree = variants_for(set);
-  std::vector<Asked> asked, others;
+/// A set's race: every side with every number of threads in the same rounds. Results by number of threads;
+/// none where the set has no rays.
+std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t index, bake::RaySet set,
+                                const std::vector<uint32_t>& threads, const Schedule& schedule,
+                                const std::function<void(double, const std::string&)>& progress) {
+  SetSpeeds start;
+  start.set = set;
+  start.embree = variants_for(set);
+  std::vector<Asked> asked;
   std::vector<bake::EmbreeRays> laid_out;
   for (const Subject& subject : subjects) {
-    const bake::LabelledRays& rays = subject.sets[index];
-    if (rays.segments.empty()) continue;
-    result.accuracy += subject.accuracies[index];
-    asked.emplace_back(subject.scene.handle, rays);
-    if (subject.against.handle == nullptr) continue;
-    if (!result.against) result.against.emplace();
-    result.against->accuracy += subject.against_accuracies[index];
-    others.emplace_back(subject.against.handle, rays);
+    start.accuracy += subject.accuracies[index];
+    asked.emplace_back(subject.sets[index]);
+    laid_out.emplace_back(subject.sets[index].segments.size());
+    if (subject.against.empty()) continue;
+    if (!start.against) start.against.emplace();
+    start.against->accuracy += subject.against_accuracies[index];
   }
-  for (const Subject& subject : subjects) laid_out.emplace_back(subject.sets[index].segments.size());
-  if (asked.empty()) return result;
+  if (start.accuracy.rays == 0) return {};
 
   // All sides' rays are written anew before each pass, while no clock runs: Embree overwrites its own with
   // its answers, and so all find theirs as warm in the caches. What they then write is part of their work.
-  Stopwatch stopwatch;
-  tbb::task_arena arena(static_cast<int>(threads));
-  std::vector<Contender> contenders;
-  const auto ask_all = [&](std::vector<Asked>& all, const bake::Accuracy& stated) {
-    for (Asked& a : all) a.lay_out();
+  const auto ask_all = [&](Stopwatch& stopwatch, std::vector<Scene> Subject::*scenes, size_t t,
+                           const bake::Accuracy& stated) {
+    for (Asked& a : asked) a.lay_out();
     const double seconds = stopwatch.time([&] {
-      for (Asked& a : all) a.ask();
+      for (size_t i = 0; i < subjects.size(); ++i)
+        if (!subjects[i].sets[index].segments.empty()) asked[i].ask((subjects[i].*scenes)[t].handle);
     });
     size_t wrong = 0;
-    for (const Asked& a : all) wrong += a.wrong();
+    for (const Asked& a : asked) wrong += a.wrong();
     if (wrong != stated.leak + stated.spurious)
       throw Error(Status::internal, "the answers timed are not those whose error is stated");
     return seconds;
   };
-  contenders.push_back({"nif", kEmbreeBuilds.size(), [&] { return ask_all(asked, result.accuracy); }});
-  if (result.against)
-    contenders.push_back({"the other asset", kEmbreeBuilds.size() + 1,
-                          [&] { return ask_all(others, result.against->accuracy); }});
-  const size_t assets = contenders.size();
-  for (EmbreeVariant& variant : result.embree) {
-    contenders.push_back({"Embree " + name_of(variant), variant.build, [&, v = &variant] {
-                            for (size_t i = 0; i < subjects.size(); ++i)
-                              laid_out[i].lay_out(subjects[i].sets[index].segments, v->call);
-                            const double seconds = stopwatch.time([&] {
-                              arena.execute([&] {
-                                for (size_t i = 0; i < subjects.size(); ++i)
-                                  laid_out[i].ask(*subjects[i].embree[v->build], v->coherent);
-                              });
-                            });
-                            v->wrong = 0;
-                            for (size_t i = 0; i < subjects.size(); ++i)
-                              v->wrong += laid_out[i].wrong(subjects[i].sets[index].visible);
-                            return seconds;
-                          }});
+  const auto ask_embree = [&](Stopwatch& stopwatch, tbb::task_arena& arena, EmbreeVariant& variant) {
+    for (size_t i = 0; i < subjects.size(); ++i)
+      laid_out[i].lay_out(subjects[i].sets[index].segments, variant.call);
+    const double seconds = stopwatch.time([&] {
+      arena.execute([&] {
+        for (size_t i = 0; i < subjects.size(); ++i)
+          laid_out[i].ask(*subjects[i].embree[variant.build], variant.coherent);
+      });
+    });
+    variant.wrong = 0;
+    for (size_t i = 0; i < subjects.size(); ++i)
+      variant.wrong += laid_out[i].wrong(subjects[i].sets[index].visible);
+    return seconds;
+  };
+
+  std::vector<SetSpeeds> results(threads.size(), start);
+  std::vector<Stopwatch> stopwatches(threads.size());
+  std::deque<tbb::task_arena> arenas;
+  std::vector<Contender> contenders;
+  const size_t groups = kEmbreeBuilds.size() + 2, assets = start.against ? 2 : 1;
+  for (size_t t = 0; t < threads.size(); ++t) {
+    const std::string with = count_of(threads[t], "thread") + ": ";
+    const size_t first = t * groups;
+    tbb::task_arena& arena = arenas.emplace_back(static_cast<int>(threads[t]));
+    Stopwatch& stopwatch = stopwatches[t];
+    contenders.push_back({with + "nif", first + kEmbreeBuilds.size(),
+                          [&, t] { return ask_all(stopwatch, &Subject::scenes, t, start.accuracy); }});
+    if (start.against)
+      contenders.push_back({with + "the other asset", first + kEmbreeBuilds.size() + 1, [&, t] {
+                              return ask_all(stopwatch, &Subject::against, t, start.against->accuracy);
+                            }});
+    for (EmbreeVariant& variant : results[t].embree)
+      contenders.push_back({with + "Embree " + name_of(variant), first + variant.build,
+                            [&] { return ask_embree(stopwatch, arena, variant); }});
   }
   const std::vector<Timing> timings = race(contenders, schedule, progress);
 
-  const uint64_t rays = result.accuracy.rays;
-  result.cores = stopwatch.cores();
-  result.rates = rates_of(rays, timings[0].rounds);
-  if (result.against) result.against->rates = rates_of(rays, timings[1].rounds);
-  for (size_t v = 0; v < result.embree.size(); ++v) {
-    const std::vector<double> heats = rates_of(rays, timings[v + assets].heats);
-    result.embree[v].rates = rates_of(rays, timings[v + assets].rounds);
-    result.embree[v].fastest_heat = *std::max_element(heats.begin(), heats.end());
+  const uint64_t rays = start.accuracy.rays;
+  auto timing = timings.begin();
+  for (size_t t = 0; t < threads.size(); ++t) {
+    SetSpeeds& result = results[t];
+    result.cores = stopwatches[t].cores();
+    result.rates = rates_of(rays, timing[0].rounds);
+    if (result.against) result.against->rates = rates_of(rays, timing[1].rounds);
+    timing += assets;
+    for (EmbreeVariant& variant : result.embree) {
+      const std::vector<double> heats = rates_of(rays, timing->heats);
+      variant.rates = rates_of(rays, timing->rounds);
+      variant.fastest_heat = *std::max_element(heats.begin(), heats.end());
+      ++timing;
+    }
+    std::stable_sort(result.embree.begin(), result.embree.end(),
+                     [](const EmbreeVariant& a, const EmbreeVariant& b) {
+                       if (a.rates.empty() || b.rates.empty()) return a.rates.size() > b.rates.size();
+                       return a.rate().median > b.rate().median;
+                     });
   }
-  std::stable_sort(result.embree.begin(), result.embree.end(),
-                   [](const EmbreeVariant& a, const EmbreeVariant& b) {
-                     if (a.rates.empty() || b.rates.empty()) return a.rates.size() > b.rates.size();
-                     return a.rate().median > b.rate().median;
-                   });
-  return result;
+  return results;
 }
 
 }  // namespace
@@ -202,16 +219,14 @@ const EmbreeVariant& SetSpeeds::best(size_t build) const {
                        [&](const EmbreeVariant& v) { return v.build == build; });
 }
 
-Spread SetSpeeds::ratio_by_round() const {
-  std::vector<double> ratios;
-  for (size_t r = 0; r < rates.size(); ++r) ratios.push_back(rates[r] / best().rates[r]);
-  return spread_of(ratios);
+Spread SetSpeeds::ratio_to_best() const {
+  Spread spread = ratio_by_round(rates, best().rates);
+  spread.median = rate().median / best().rate().median;
+  return spread;
 }
 
 Spread SetSpeeds::ratio_to_other() const {
-  std::vector<double> ratios;
-  for (size_t r = 0; r < rates.size(); ++r) ratios.push_back(rates[r] / against->rates[r]);
-  Spread spread = spread_of(ratios);
+  Spread spread = ratio_by_round(rates, against->rates);
   spread.median = rate().median / against->rate().median;
   return spread;
 }
@@ -235,14 +250,13 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   result.triangles = asset.triangles();
 
   std::vector<Subject> subjects(result.objects);
-  const auto set_scenes = [&](uint32_t threads) {
+  for (uint32_t threads : options.threads) {
     std::vector<Scene> scenes = asset.each_alone(threads);
-    for (size_t i = 0; i < subjects.size(); ++i) subjects[i].scene = std::move(scenes[i]);
-    if (!against) return;
+    for (size_t i = 0; i < subjects.size(); ++i) subjects[i].scenes.push_back(std::move(scenes[i]));
+    if (!against) continue;
     scenes = against->each_alone(threads);
-    for (size_t i = 0; i < subjects.size(); ++i) subjects[i].against = std::move(scenes[i]);
-  };
-  set_scenes(options.threads.front());
+    for (size_t i = 0; i < subjects.size(); ++i) subjects[i].against.push_back(std::move(scenes[i]));
+  }
   for (size_t i = 0; i < subjects.size(); ++i) {
     const bake::Prepared& prepared = asset.objects()[i];
     {
@@ -251,11 +265,13 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
       for (bake::RaySet set : options.sets) {
         go_on(0, fmt::format("drawing {} of {}", bake::name_of(set), asset.name(i)));
         subjects[i].sets.push_back(bake::make_ray_set(truth.source(), set, rays, options.seed));
-        subjects[i].accuracies.push_back(bake::evaluate(
-            subjects[i].sets.back(), runtime_answerer(subjects[i].scene.handle), truth.source().oracle));
+        subjects[i].accuracies.push_back(bake::evaluate(subjects[i].sets.back(),
+                                                        runtime_answerer(subjects[i].scenes.front().handle),
+                                                        truth.source().oracle));
         if (against)
-          subjects[i].against_accuracies.push_back(bake::evaluate(
-              subjects[i].sets.back(), runtime_answerer(subjects[i].against.handle), truth.source().oracle));
+          subjects[i].against_accuracies.push_back(
+              bake::evaluate(subjects[i].sets.back(), runtime_answerer(subjects[i].against.front().handle),
+                             truth.source().oracle));
       }
     }
     for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {
@@ -270,20 +286,15 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   const tbb::global_control enough(tbb::global_control::max_allowed_parallelism,
                                    std::max<size_t>(most, tbb::global_control::active_value(
                                                               tbb::global_control::max_allowed_parallelism)));
-  const double races = double(options.threads.size() * options.sets.size());
-  for (size_t t = 0; t < options.threads.size(); ++t) {
-    ThreadRun& run = result.runs.emplace_back(ThreadRun{options.threads[t], {}});
-    set_scenes(run.threads);
-    for (size_t s = 0; s < options.sets.size(); ++s) {
-      const std::string where =
-          fmt::format("{}, {}: ", bake::name_of(options.sets[s]), count_of(run.threads, "thread"));
-      const double before = double(t * options.sets.size() + s);
-      SetSpeeds speeds = race_set(subjects, s, options.sets[s], run.threads, options.schedule,
-                                  [&](double fraction, const std::string& contender) {
-                                    go_on((before + fraction) / races, where + contender);
-                                  });
-      if (speeds.accuracy.rays > 0) run.sets.push_back(std::move(speeds));
-    }
+  for (uint32_t threads : options.threads) result.runs.push_back({threads, {}});
+  for (size_t s = 0; s < options.sets.size(); ++s) {
+    std::vector<SetSpeeds> speeds =
+        race_set(subjects, s, options.sets[s], options.threads, options.schedule,
+                 [&](double fraction, const std::string& contender) {
+                   go_on((double(s) + fraction) / double(options.sets.size()),
+                         fmt::format("{}, {}", bake::name_of(options.sets[s]), contender));
+                 });
+    for (size_t t = 0; t < speeds.size(); ++t) result.runs[t].sets.push_back(std::move(speeds[t]));
   }
   return result;
 }

@@ -52,10 +52,8 @@ struct SetSpeeds {
   const EmbreeVariant& best() const { return embree.front(); }
   /// The fastest of a build.
   const EmbreeVariant& best(size_t build) const;
-  /// Of the medians, in millions of rays a second: how many times as fast as the best Embree.
-  double ratio() const { return rate().median / best().rate().median; }
-  /// Of the ratios round by round.
-  Spread ratio_by_round() const;
+  /// How many times as fast as the best Embree: of the medians, with the spread of the rounds.
+  Spread ratio_to_best() const;
   /// How many times as fast as the other asset: of the medians, with the spread of the rounds.
   Spread ratio_to_other() const;
 };

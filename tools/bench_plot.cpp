@@ -142,7 +142,8 @@ void draw_set(Svg& svg, const Scale& scale, const SetSpeeds& speeds, const Bench
   svg.text(kBarLeft, y + 16, "",
            fmt::format("{:.3f} % wrong ({:.3f} % leak, {:.3f} % spurious), {:.1f} % certain", 100 * a.error(),
                        100 * a.rate(a.leak), 100 * a.rate(a.spurious), 100 * a.rate(a.certain)));
-  svg.text(kCallLeft, y + 16, "set", fmt::format("{} x the best Embree", format_rate(speeds.ratio())));
+  svg.text(kCallLeft, y + 16, "set",
+           fmt::format("{} x the best Embree", format_rate(speeds.ratio_to_best().median)));
   y += kSetHeader;
   draw_bar(svg, scale, {"nif", "", speeds.rate(), double(result.info.resident_bytes), kNifColour, true}, y);
   for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {

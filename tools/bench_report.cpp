@@ -30,7 +30,7 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
   Json sets = Json::object();
   for (const SetSpeeds& speeds : run.sets) {
     const bake::Accuracy& accuracy = speeds.accuracy;
-    const Spread ratio = speeds.ratio_by_round();
+    const Spread ratio = speeds.ratio_to_best();
     Json variants = Json::array();
     for (const EmbreeVariant& variant : speeds.embree)
       variants.push_back(variant_json(variant, accuracy.rays, result));
@@ -43,7 +43,7 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
         {"certain_wrong", accuracy.certain_wrong},
         {"embree", variant_json(speeds.best(), accuracy.rays, result)},
         {"nif", rate_json(speeds.rate(), result.info.resident_bytes)},
-        {"ratio", speeds.ratio()},
+        {"ratio", ratio.median},
         {"ratio_lowest", ratio.lowest},
         {"ratio_highest", ratio.highest},
         {"cores", speeds.cores},
@@ -70,8 +70,7 @@ std::string speed_table(const ThreadRun& run) {
                                   "leak", "spurious", "certain", "nif", "best Embree", "nif / Embree");
   for (const SetSpeeds& speeds : run.sets) {
     const bake::Accuracy& a = speeds.accuracy;
-    Spread ratio = speeds.ratio_by_round();
-    ratio.median = speeds.ratio();
+    const Spread ratio = speeds.ratio_to_best();
     table += fmt::format("{:<14}{:>7.3f}%{:>7.3f}%{:>8.3f}%{:>7.1f}%{:>19}{:>20}{:>18}\n",
                          bake::name_of(speeds.set), 100 * a.error(), 100 * a.rate(a.leak),
                          100 * a.rate(a.spurious), 100 * a.rate(a.certain), with_spread(speeds.rate()),
@@ -121,13 +120,13 @@ std::string build_table(const ThreadRun& run, const BenchResult& result) {
 std::string gain_line(const ThreadRun& first, const ThreadRun& more) {
   std::string nif, embree;
   for (size_t s = 0; s < more.sets.size(); ++s) {
-    const auto gain = [&](const Spread& from, const Spread& to) {
-      return fmt::format("{}{:.2f}", s ? ", " : "", to.median / from.median);
+    const auto gain = [&](const std::vector<double>& from, const std::vector<double>& to) {
+      return fmt::format("{}{}", s ? ", " : "", with_spread(ratio_by_round(to, from)));
     };
-    nif += gain(first.sets[s].rate(), more.sets[s].rate());
-    embree += gain(first.sets[s].best().rate(), more.sets[s].best().rate());
+    nif += gain(first.sets[s].rates, more.sets[s].rates);
+    embree += gain(first.sets[s].best().rates, more.sets[s].best().rates);
   }
-  return fmt::format("\nTimes the speed with {}, by ray set: nif {}; best Embree {}\n",
+  return fmt::format("\nTimes the speed with {}, by ray set:\n  nif          {}\n  best Embree  {}\n",
                      count_of(first.threads, "thread"), nif, embree);
 }
 

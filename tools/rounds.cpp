@@ -33,6 +33,12 @@ Spread spread_of(std::vector<double> values) {
   return {(values[(n - 1) / 2] + values[n / 2]) / 2, values.front(), values.back()};
 }
 
+Spread ratio_by_round(const std::vector<double>& of, const std::vector<double>& to) {
+  std::vector<double> ratios;
+  for (size_t r = 0; r < of.size(); ++r) ratios.push_back(of[r] / to[r]);
+  return spread_of(ratios);
+}
+
 std::vector<Timing> race(const std::vector<Contender>& contenders, const Schedule& schedule,
                          const std::function<void(double, const std::string&)>& progress) {
   std::vector<Timing> timings(contenders.size());

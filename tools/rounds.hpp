@@ -15,6 +15,8 @@ struct Spread {
 };
 /// The median of an even number is the mean of the middle two. Not of nothing.
 Spread spread_of(std::vector<double> values);
+/// Of the ratios `of[r] / to[r]`, one for each round of both.
+Spread ratio_by_round(const std::vector<double>& of, const std::vector<double>& to);
 
 struct Contender {
   std::string name;
