@@ -48,7 +48,12 @@ nlohmann::ordered_json to_json(const SphericalBakeOptions& options) {
           {"shared_network", options.shared_network},
           {"slope", decimal(fields.slope)},
           {"latent_reach", decimal(fields.latent_reach)},
+          {"weights", fields.he_weights ? "he" : "xavier"},
+          {"loss", fields.loss == SphericalLoss::squared ? "l2" : "cross-entropy"},
           {"learning_rate", decimal(fields.learning_rate)},
+          {"beta1", decimal(fields.beta1)},
+          {"beta2", decimal(fields.beta2)},
+          {"epsilon", decimal(fields.epsilon)},
           {"rays", options.given ? nlohmann::ordered_json() : nlohmann::ordered_json(options.rays)},
           {"passes", options.given ? 1 : options.passes}};
 }

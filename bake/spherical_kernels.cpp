@@ -37,10 +37,10 @@ void gather_latents(const SphericalModel& model, const SphericalSlice& slice, ui
   }
 }
 
-/// Sum of squared differences of the probabilities to the labels, and its derivative by the outputs.
-double squared_loss(const uint8_t* visible, const float* z, float* dz, uint8_t* wrong) {
+/// Sum of the losses, and its derivative by the outputs.
+double sum_losses(SphericalLoss loss, const uint8_t* visible, const float* z, float* dz, uint8_t* wrong) {
   const Wide d;
-  const Vector one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
+  const Vector zero = hn::Zero(d), one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
   HWY_ALIGN float labels[kTrainLanes];
   HWY_ALIGN float losses[kTrainLanes];
   for (uint32_t ray = 0; ray < kTrainLanes; ++ray) {
@@ -51,13 +51,20 @@ double squared_loss(const uint8_t* visible, const float* z, float* dz, uint8_t* 
     const Vector odds = hn::Load(d, z + s);
     const Vector e = hn::Exp(d, hn::Neg(hn::Abs(odds)));
     const Vector larger = hn::Div(one, hn::Add(one, e)), smaller = hn::Mul(e, larger);
-    const Vector probability = hn::IfThenElse(hn::Ge(odds, hn::Zero(d)), larger, smaller);
-    const Vector off = hn::Sub(probability, hn::Load(d, labels + s));
-    hn::Store(hn::Mul(hn::Mul(two, off), hn::Mul(larger, smaller)), d, dz + s);
-    hn::Store(hn::Mul(off, off), d, losses + s);
+    const Vector probability = hn::IfThenElse(hn::Ge(odds, zero), larger, smaller);
+    const Vector label = hn::Load(d, labels + s);
+    const Vector off = hn::Sub(probability, label);
+    if (loss == SphericalLoss::squared) {
+      hn::Store(hn::Mul(hn::Mul(two, off), hn::Mul(larger, smaller)), d, dz + s);
+      hn::Store(hn::Mul(off, off), d, losses + s);
+    } else {
+      const Vector against = hn::IfThenElse(hn::Gt(label, zero), hn::Neg(odds), odds);
+      hn::Store(off, d, dz + s);
+      hn::Store(hn::Add(hn::Max(against, zero), hn::Log1p(d, e)), d, losses + s);
+    }
   }
   double sum = 0;
-  for (float loss : losses) sum += double(loss);
+  for (float of_ray : losses) sum += double(of_ray);
   return sum;
 }
 
@@ -93,8 +100,8 @@ void TrainSpherical(const SphericalModel& model, uint32_t count, float* scratch,
         hn::Store(hn::Max(z, hn::Mul(slope, z)), d, inputs[l + 1] + i);
       }
     }
-    slice.loss +=
-        squared_loss(slice.visible + first, sums[shape.layer_count - 1], delta, slice.wrong + first);
+    slice.loss += sum_losses(model.loss, slice.visible + first, sums[shape.layer_count - 1], delta,
+                             slice.wrong + first);
 
     for (uint32_t l = shape.layer_count; l-- > 0;) {
       const NetworkShape::Layer& layer = shape.layers[l];

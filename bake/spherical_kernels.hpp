@@ -25,10 +25,14 @@ struct LatentGrid {
 };
 inline constexpr uint32_t kMaxLatentGrids = 3;
 
+/// Between the probability of being visible and the label.
+enum class SphericalLoss : uint8_t { squared, cross_entropy };
+
 struct SphericalModel {
   NetworkShape shape;  ///< without biases
   const float* weights;
   float slope;
+  SphericalLoss loss;
   uint32_t grid_count;
   LatentGrid grids[kMaxLatentGrids];  ///< their features are the network's inputs, one after the other
 };
@@ -40,14 +44,13 @@ struct SphericalSlice {
   float* input_gradients;   ///< receives, for each kTrainLanes samples, [input][kTrainLanes]
   float* weight_gradients;  ///< [weight][kVirtualLanes], added to
   uint8_t* wrong;           ///< [sample] receives 1 where the answer was wrong
-  double loss;              ///< receives the sum of squares
+  double loss;              ///< receives the sum over the samples
 };
 
 /// Floats of scratch that train_spherical needs.
 size_t spherical_scratch_floats(const NetworkShape& shape);
 
-/// Loss (squared difference of the probability of being visible to the label) and gradients of `count`
-/// samples, a multiple of kTrainLanes. `scratch` must be aligned to 64 bytes.
+/// Loss and gradients of `count` samples, a multiple of kTrainLanes. `scratch` must be aligned to 64 bytes.
 void train_spherical(const SphericalModel& model, uint32_t count, float* scratch, SphericalSlice& slice);
 
 /// One step of Adam for `count` parameters in arrays side by side. Their gradients are multiplied by `scale`;

@@ -171,7 +171,8 @@ class Field {
     for (Floats* part : {&weights_, &first_, &second_, &sums_}) part->assign(shape_.weights, 0.f);
     for (uint32_t l = 0; l < shape_.layer_count; ++l) {
       const NetworkShape::Layer& layer = shape_.layers[l];
-      const double reach = std::sqrt(6.0 / double(layer.inputs + layer.outputs));
+      const double reach =
+          std::sqrt(6.0 / double(options.he_weights ? layer.inputs : layer.inputs + layer.outputs));
       for (uint32_t i = 0; i < layer.inputs * layer.outputs; ++i)
         weights_[layer.weights + i] = static_cast<float>(random.uniform(-reach, reach));
     }
@@ -207,7 +208,7 @@ class Field {
   /// One mini-batch: waiting()[order[0 .. batch)]. False where something was not finite.
   bool step(const uint32_t* order, double caution, double& loss, double& error) {
     ++steps_;
-    SphericalModel model{shape_, weights_.data(), options_.slope, uint32_t(grids_.size()), {}};
+    SphericalModel model{shape_, weights_.data(), options_.slope, options_.loss, uint32_t(grids_.size()), {}};
     for (size_t g = 0; g < grids_.size(); ++g) model.grids[g] = grids_[g].view();
     const uint32_t part = batch_ / kGroups;
     tbb::parallel_for(
@@ -382,7 +383,7 @@ class SphericalTrainer::Implementation {
     for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random_.below(uint32_t(i))]);
     for (size_t first = 0; first + field.batch() <= order.size(); first += field.batch()) {
       if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
-      if (&field == &outer_ && field.steps() == options_.spoil_at_step) field.spoil();
+      if (&field == &outer_ && field.steps() - options_.spoil_at_step < options_.spoil_steps) field.spoil();
       double loss = 0, error = 0;
       if (!field.step(order.data() + first, caution_, loss, error)) {
         recover();
@@ -445,9 +446,20 @@ void check(const SphericalOptions& options) {
     within(batch, kSphericalBatchUnit, 1 << 20, name);
     fits_lanes(batch, kSphericalBatchUnit, name);
   }
-  if (!(options.learning_rate > 0 && options.learning_rate <= 1))
-    throw Error(Status::usage, fmt::format("--learning-rate {} is not above 0 and at most 1",
-                                           double(options.learning_rate)));
+  const auto above_0 = [](float value, float most, const char* option) {
+    if (!(value > 0 && value <= most))
+      throw Error(Status::usage, fmt::format("{} {} is not above 0 and at most {}", option, value, most));
+  };
+  const auto below_1 = [](float value, const char* option) {
+    if (!(value >= 0 && value < 1))
+      throw Error(Status::usage, fmt::format("{} {} is not from 0 to below 1", option, value));
+  };
+  below_1(options.slope, "--leaky-slope");
+  above_0(options.latent_reach, 1, "--latent-reach");
+  above_0(options.learning_rate, 1, "--learning-rate");
+  below_1(options.beta1, "--adam-beta1");
+  below_1(options.beta2, "--adam-beta2");
+  above_0(options.epsilon, 1, "--adam-epsilon");
 }
 
 SphericalTrainer::SphericalTrainer(std::span<const format::Object> objects, const SphericalOptions& options)

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bake/oracle.hpp"
+#include "bake/spherical_kernels.hpp"
 #include "formats/nif/asset.hpp"
 
 namespace nif::bake {
@@ -28,15 +29,19 @@ struct SphericalOptions {
     uint32_t width = 48, hidden_layers = 3;
     uint32_t batch = 4096;
   } inner;
-  float slope = 0.01f;           ///< of the leaky ReLU below 0
-  float latent_reach = 1e-4f;    ///< latent vectors start uniform in +-this; weights as Xavier has it
+  float slope = 0.01f;         ///< of the leaky ReLU below 0
+  float latent_reach = 1e-4f;  ///< latent vectors start uniform in +-this
+  /// Weights start uniform in +-sqrt(6 / n), with n inputs (He et al. 2015), or inputs and outputs together
+  /// (Glorot and Bengio 2010, which the paper names Xavier).
+  bool he_weights = false;
+  SphericalLoss loss = SphericalLoss::squared;
   float learning_rate = 0.005f;  ///< of Adam, with the next three
   float beta1 = 0.9f, beta2 = 0.999f, epsilon = 1e-15f;
   /// How values are stored. That is how the bytes that the paper states come about.
   bool half_grids = true, half_networks = false;
   uint64_t seed = 1;
-  /// Tests set this to spoil a weight once, at the given step of the outer network.
-  uint64_t spoil_at_step = ~uint64_t{0};
+  /// Tests set these to spoil a weight at that step of the outer network and at so many in all.
+  uint64_t spoil_at_step = ~uint64_t{0}, spoil_steps = 1;
 };
 inline constexpr uint32_t kSphericalBatchUnit = 512;
 
@@ -52,7 +57,7 @@ struct SphericalRays {
 };
 
 struct SphericalProgress {
-  double loss;   ///< squared difference to the label, mean over recent rays of both kinds
+  double loss;   ///< mean over recent rays of both kinds
   double error;  ///< share of those answered wrongly
 };
 

@@ -14,8 +14,10 @@ struct SphericalArguments {
   std::optional<uint32_t> outer_resolution, outer_features, outer_width, outer_layers, outer_batch;
   std::optional<uint32_t> inner_resolution, inner_features, inner_width, inner_layers, inner_batch;
   std::optional<uint32_t> distance_resolution, distance_features;
-  std::optional<std::string> precision;
-  std::optional<float> learning_rate;
+  std::optional<float> slope, latent_reach, learning_rate, beta1, beta2, epsilon;
+  std::optional<uint64_t> rays;
+  std::optional<uint32_t> passes;
+  std::optional<std::string> precision, weights, loss;
   bool shared_network = false;
   std::optional<std::string> view;  ///< a scene file, whose shadow rays are learned from
   std::optional<uint32_t> view_samples;

@@ -89,9 +89,11 @@ struct SmallModel {
     std::vector<float> weights;
     double loss = 0;
   };
+  bake::SphericalLoss loss = bake::SphericalLoss::squared;
+
   Gradients run() const {
     Gradients result;
-    bake::SphericalModel model{shape, weights.data(), 0.01f, 3, {}};
+    bake::SphericalModel model{shape, weights.data(), 0.01f, loss, 3, {}};
     for (int g = 0; g < 3; ++g) model.grids[g] = {kFeatures[g], g == 2 ? 2u : 4u, entries[g].data()};
     const auto aligned = [](size_t floats) {
       return std::unique_ptr<float[], decltype(&std::free)>(
@@ -128,8 +130,11 @@ struct SmallModel {
 };
 
 TEST(SphericalTraining, GradientsAreThoseOfFiniteDifferences) {
-  for (const uint32_t layers : {1u, 2u, 3u}) {
+  using enum bake::SphericalLoss;
+  for (const auto& [layers, loss] :
+       {std::pair{1u, squared}, {2u, squared}, {3u, squared}, {2u, cross_entropy}}) {
     SmallModel model(layers);
+    model.loss = loss;
     const SmallModel::Gradients found = model.run();
     double largest = 0;
     for (uint32_t i = 0; i < model.shape.weights; ++i) {
@@ -213,7 +218,8 @@ Status status_of(const mesh::Scene& scene, const bake::BakeOptions& options) {
 
 TEST(SphericalTraining, FailsRatherThanShipWhatDidNotTrain) {
   bake::BakeOptions options = quick();
-  options.spherical.fields.slope = std::numeric_limits<float>::quiet_NaN();
+  options.spoil_at_step = 0;
+  options.spherical.fields.spoil_steps = 1'000;
   EXPECT_EQ(status_of(scene_of({icosphere(3)}), options), Status::training_failed);
   options = quick();
   options.mix = bake::Mix{0, 0, 1, 0, 0};  // a cube fills its box: no origin is free
@@ -344,6 +350,11 @@ TEST(SphericalOptions, OutOfRangeAreRefusedByName) {
   EXPECT_TRUE(
       refusal([](Options& o) { o.inner.distance_resolution = 1; }).starts_with("--distance-resolution 1"));
   EXPECT_TRUE(refusal([](Options& o) { o.learning_rate = 0; }).starts_with("--learning-rate 0"));
+  EXPECT_TRUE(refusal([](Options& o) { o.slope = NAN; }).starts_with("--leaky-slope nan"));
+  EXPECT_TRUE(refusal([](Options& o) { o.latent_reach = 2; }).starts_with("--latent-reach 2"));
+  EXPECT_TRUE(refusal([](Options& o) { o.beta1 = 1; }).starts_with("--adam-beta1 1"));
+  EXPECT_TRUE(refusal([](Options& o) { o.beta2 = -1; }).starts_with("--adam-beta2 -1"));
+  EXPECT_TRUE(refusal([](Options& o) { o.epsilon = 0; }).starts_with("--adam-epsilon 0"));
 }
 
 }  // namespace

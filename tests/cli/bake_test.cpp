@@ -252,6 +252,7 @@ TEST_F(Bake, ThePapersFields) {
   EXPECT_EQ(object["paper"]["outer_grids"], 4 * 64 * 64);
   EXPECT_EQ(described["metadata"]["options"]["spherical"]["outer"]["resolution"], 64);
   EXPECT_EQ(described["metadata"]["options"]["spherical"]["learning_rate"].get<float>(), 0.005f);
+  EXPECT_EQ(described["metadata"]["options"]["spherical"]["epsilon"].get<float>(), 1e-15f);
   for (const char* word : {"preset paper", "spherical, networks 0", "28 R^2"})
     EXPECT_NE(lines.out.find(word), std::string::npos) << word << " in:\n" << lines.out;
 }

@@ -87,6 +87,16 @@ INSTANTIATE_TEST_SUITE_P(
                      {"--precision", "double"}},
         WrongOptions{
             "NoLearningRate", bake({"--preset", "paper", "--learning-rate", "0"}), {"--learning-rate 0"}},
+        WrongOptions{
+            "UnknownLoss", bake({"--preset", "paper", "--loss", "l1"}), {"--loss", "l1", "cross-entropy"}},
+        WrongOptions{"UnknownWeights",
+                     bake({"--preset", "paper", "--weights", "zero"}),
+                     {"--weights", "zero", "xavier"}},
+        WrongOptions{
+            "NoPasses", bake({"--preset", "paper", "--training-passes", "0"}), {"--training-passes"}},
+        WrongOptions{"PassesOverAView",
+                     bake({"--preset", "paper", "--view", "s.toml", "--training-passes", "2"}),
+                     {"--training-passes", "--view-samples"}},
         WrongOptions{"UnknownSetInMix", bake({"--mix", "moon=1"}), {"--mix", "moon"}},
         WrongOptions{"EmptyMix", bake({"--mix", "segments=0"}), {"--mix"}},
         WrongOptions{"ResolutionOutOfRange", bake({"--resolution", "1"}), {"--resolution"}},

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# The size N of latent vectors: 3 to 7 of the outer grids; 2 to 5 over angles by 3 to 6 over the distance of the inner
+# ones. Writes docs/results/paper/latent.md; takes an hour on two cores.
+#
+#   docs/results/paper/latent.sh
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../../.."
+source docs/results/paper/common.sh
+
+samples=64
+view view importance "$front"
+for n in 3 4 5 6 7; do
+  bake "latent_$n" view $samples --outer-features "$n"
+  judge "latent_$n" "$out/latent_$n.nif" "$front" inside
+done
+for angles in 2 3 4 5; do
+  for distance in 3 4 5 6; do
+    name=latent_${angles}_$distance
+    bake "$name" view $samples --inner-features "$angles" --distance-features "$distance"
+    judge "$name" "$out/$name.nif" "$front" outside
+  done
+done
+judge ours_outer "$ours" "$front" inside
+judge ours_inner "$ours" "$front" outside
+
+cell() { printf ' %s dB (%s), %s |' "$(psnr "$1" probability)" "$(psnr "$1" bits)" "$(size "$out/$1.nif")"; }
+{
+  heading 'Size of the latent vectors'
+  printf 'Trained with %s samples a pixel from the very view that is judged. PSNR by probability (and by bits), and the whole file.\n\n' $samples
+  printf '## Outer grids\n\nRays from inside are answered by Embree.\n\n| N | |\n| ---: | --- |\n'
+  for n in 3 4 5 6 7; do printf '| %s |%s\n' "$n" "$(cell "latent_$n")"; done
+  printf '| `segment` | %s dB (%s), %s |\n' "$(psnr ours_outer probability)" "$(psnr ours_outer bits)" "$(size "$ours")"
+  printf '\n## Inner grids\n\nRays from outside are answered by Embree.\n\n| over angles |'
+  for distance in 3 4 5 6; do printf ' %s over the distance |' "$distance"; done
+  printf '\n| ---: | --- | --- | --- | --- |\n'
+  for angles in 2 3 4 5; do
+    printf '| %s |' "$angles"
+    for distance in 3 4 5 6; do cell "latent_${angles}_$distance"; done
+    printf '\n'
+  done
+  printf '\n`segment` on the same: %s dB (%s), %s.\n' "$(psnr ours_inner probability)" "$(psnr ours_inner bits)" "$(size "$ours")"
+} >"$pages/latent.md.new"
+mv "$pages/latent.md.new" "$pages/latent.md"
