@@ -23,7 +23,7 @@ struct Arguments {
   uint64_t rays = 1'000'000, seed = 2;
   uint32_t rounds = 7;
   std::string embree = "fastest";
-  bool json = false, quiet = false;
+  bool stages = false, json = false, quiet = false;
 };
 
 /// Each once, where it was first named.
@@ -36,15 +36,9 @@ void drop_repeats(std::vector<T>& list) {
 }
 
 BenchOptions resolve(const Arguments& arguments) {
-  BenchOptions options{arguments.asset,
-                       arguments.mesh,
-                       arguments.isa,
-                       arguments.against,
-                       parse_sets(arguments.sets),
-                       arguments.threads,
-                       arguments.rays,
-                       arguments.seed,
-                       {}};
+  BenchOptions options{
+      arguments.asset,   arguments.mesh,   arguments.isa,  arguments.against, parse_sets(arguments.sets),
+      arguments.threads, arguments.stages, arguments.rays, arguments.seed,    {}};
   if (options.sets.empty())
     options.sets = {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun};
   const auto all = uint32_t(tbb::info::default_concurrency());
@@ -134,6 +128,8 @@ void add_bench(CLI::App& app) {
   command->add_option(
       "--against", a->against,
       "Another .nif file of the same mesh to race in the same rounds, e.g. of another encoding");
+  command->add_flag("--stages", a->stages,
+                    "Also time the stages of spherical objects by themselves, on one thread");
   command->add_flag("--json", a->json, "Print the results as one JSON object (nifkit.bench/1)");
   command->add_option("--plot", a->plot, "Also draw them, as this SVG file");
   command->add_flag("--quiet", a->quiet, "No progress");

@@ -193,6 +193,17 @@ std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t ind
   return results;
 }
 
+void add_stages(const BenchOptions& options, const std::vector<Subject>& subjects, size_t index,
+                SetSpeeds& speeds) {
+  std::vector<const bake::LabelledRays*> rays;
+  for (const Subject& subject : subjects) rays.push_back(&subject.sets[index]);
+  const auto wrong = [](const bake::Accuracy& accuracy) { return accuracy.leak + accuracy.spurious; };
+  const size_t rounds = options.schedule.rounds;
+  speeds.stages = time_stages(options.asset, rays, rounds, wrong(speeds.accuracy));
+  if (speeds.against)
+    speeds.against->stages = time_stages(options.against, rays, rounds, wrong(speeds.against->accuracy));
+}
+
 }  // namespace
 
 std::string_view name_of(bake::EmbreeBuild build) {
@@ -294,6 +305,11 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
                    go_on((double(s) + fraction) / double(options.sets.size()),
                          fmt::format("{}, {}", bake::name_of(options.sets[s]), contender));
                  });
+    if (options.stages && !speeds.empty()) {
+      go_on(double(s) / double(options.sets.size()),
+            fmt::format("{}, stages", bake::name_of(options.sets[s])));
+      add_stages(options, subjects, s, speeds.front());
+    }
     for (size_t t = 0; t < speeds.size(); ++t) result.runs[t].sets.push_back(std::move(speeds[t]));
   }
   return result;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bake/embree_baseline.hpp"
+#include "tools/bench_stages.hpp"
 #include "tools/measuring.hpp"
 #include "tools/rounds.hpp"
 
@@ -34,8 +35,9 @@ std::string name_of(const EmbreeVariant& variant);
 
 /// An asset's part in a race.
 struct AssetSpeed {
-  bake::Accuracy accuracy;    ///< on the very rays of the race
-  std::vector<double> rates;  ///< by round
+  bake::Accuracy accuracy;           ///< on the very rays of the race
+  std::vector<double> rates;         ///< by round
+  std::optional<StageTimes> stages;  ///< where they were asked for and it has `spherical` objects
 
   Spread rate() const { return spread_of(rates); }
 };
@@ -44,6 +46,7 @@ struct SetSpeeds {
   bake::RaySet set;
   bake::Accuracy accuracy;            ///< of the asset, on the very rays of the race
   std::vector<double> rates;          ///< of the asset, by round
+  std::optional<StageTimes> stages;   ///< where they were asked for and it has `spherical` objects
   std::optional<AssetSpeed> against;  ///< of the other asset, where there is one
   double cores = 0;  ///< that the threads got while a clock ran, by the system's account of processor time
   std::vector<EmbreeVariant> embree;  ///< the fastest first, by median; those that dropped out last
@@ -68,6 +71,7 @@ struct BenchOptions {
   std::string against;  ///< another asset of the same mesh, to race beside it; may be empty
   std::vector<bake::RaySet> sets;
   std::vector<uint32_t> threads;
+  bool stages;  ///< on one thread, kept with the first of `threads`
   uint64_t rays, seed;
   Schedule schedule;
 };

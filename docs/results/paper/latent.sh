@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # The size N of latent vectors: 3 to 7 of the outer grids; 2 to 5 over angles by 3 to 6 over the distance of the inner
-# ones. Writes docs/results/paper/latent.md; takes an hour on two cores.
+# ones. Writes docs/results/paper/latent.md; takes half an hour on two cores.
 #
 #   docs/results/paper/latent.sh
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../../.."
 source docs/results/paper/common.sh
 
-samples=64
+samples=32
 view view importance "$front"
 for n in 3 4 5 6 7; do
   bake "latent_$n" view $samples --outer-features "$n"
