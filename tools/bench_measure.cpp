@@ -248,6 +248,8 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   std::optional<MeasuredAsset> against;
   if (!options.against.empty())
     against.emplace(options.against, options.mesh, options.isa.empty() ? "" : "isa=" + options.isa, progress);
+  if (options.stages && !asset.any_spherical() && !(against && against->any_spherical()))
+    throw Error(Status::usage, "--stages: no object of these assets is spherical, and only those have them");
   const std::atomic<bool>& cancel = interruption();
   const auto go_on = [&](double fraction, const std::string& text) {
     if (cancel) throw Error(Status::interrupted, "the benchmark was cancelled");

@@ -171,6 +171,29 @@ TEST_F(Bench, ErrorIsThatOfEval) {
   }
 }
 
+TEST_F(Bench, TimesTheStagesOfThePapersFields) {
+  const std::string paper = path("paper.nif");
+  ASSERT_EQ(nif({"bake", mesh_, "-o", paper, "--preset", "paper", "--training-rays", "20000", "--precision",
+                 "half", "--rays", "0", "--quiet"})
+                .code,
+            0);
+  const Outcome outcome =
+      nif(bench({"--json", "-j", "1", "--set", "inner-surface", "--against", paper, "--stages"}));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json set = json::parse(outcome.out)["sets"]["inner-surface"];
+  EXPECT_FALSE(set.contains("stages"));
+  const json stages = set["against"]["stages"];
+  for (const char* stage : {"ray_cast", "inner_grids", "inner_network"})
+    EXPECT_GT(stages[stage]["ns"].get<double>(), 0) << stage;
+  EXPECT_GT(stages["inner_network"]["ns"], stages["outer_network"]["ns"]);
+  const Outcome text = nif(bench({"-j", "1", "--set", "inner-surface", "--against", paper, "--stages"}));
+  EXPECT_NE(text.out.find("Stages of " + paper), std::string::npos) << text.out;
+  const Outcome none = nif(bench({"--stages"}));
+  EXPECT_EQ(none.code, int(Status::usage));
+  EXPECT_NE(none.err.find("--stages"), std::string::npos) << none.err;
+  std::filesystem::remove(paper);
+}
+
 TEST_F(Bench, RacesAnotherAssetOfTheSameMesh) {
   const std::string exact = path("exact.nif");
   ASSERT_EQ(nif({"bake", mesh_, "-o", exact, "--encoding", "bvh", "--rays", "0", "--quiet"}).code, 0);
