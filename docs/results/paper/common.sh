@@ -29,6 +29,21 @@ of_light() {
 # Objects beside the mesh that is baked, as TOML, answered by Embree.
 others=''
 
+# generated NAME SHAPE TRIANGLES SEED: a mesh of `nif mesh generate`, build/paper/NAME.ply.
+generated() {
+  [[ -f $out/$1.ply ]] || "$nif" mesh generate "$2" -o "$out/$1.ply" --triangles "$3" --seed "$4" --quiet
+}
+# placed NAME X Y Z SCALE [TURN]: such a mesh as an object of a scene in build/paper/, as TOML; turned about y, in degrees.
+placed() {
+  printf '[[object]]\nmesh = "%s.ply"\ntranslate = [%s, %s, %s]\nscale = %s\nrotate = [0, %s, 0]\n\n' "$1" "$2" "$3" "$4" \
+    "$5" "${6-0}"
+}
+# assembled NAME: the objects that standard input describes as one mesh file, build/paper/NAME.glb.
+assembled() {
+  cat >"$out/$1.objects.toml"
+  "$nif" mesh convert "$out/$1.objects.toml" -o "$out/$1.glb" --quiet
+}
+
 # view NAME SAMPLING CAMERAS [NIF]: the scene, without an asset to learn from.
 view() {
   printf '[picture]\nwidth = 960\nheight = 540\n\n[[object]]\nmesh = "../../%s"\n%s\n%s\n[ground]\n\n%s\n\n%s\n' \
@@ -42,6 +57,15 @@ bake() {
   [[ -f $out/$name.json ]] && return
   "$nif" bake "$mesh" -o "$out/$name.nif" --preset paper --view "$out/$from.toml" --view-samples "$samples" --rays 0 \
     --json "$@" >"$out/$name.json.new"
+  mv "$out/$name.json.new" "$out/$name.json"
+}
+
+# bake_ours NAME [options of nif bake]: this project's own encoding, from rays of all directions.
+bake_ours() {
+  local name=$1
+  shift
+  [[ -f $out/$name.json ]] && return
+  "$nif" bake "$mesh" -o "$out/$name.nif" --encoding segment --rays 0 --json "$@" >"$out/$name.json.new"
   mv "$out/$name.json.new" "$out/$name.json"
 }
 
@@ -64,6 +88,6 @@ size() { kilobytes "$(stat -c %s "$1")"; }
 heading() {
   printf '# %s\n\nWritten by `%s`: change nothing here by hand.\n' "$1" "$0"
   printf 'Settings, but for what the table says: `nif bake --preset paper --view`, whose values are the paper'"'"'s, one camera of\n'
-  printf '960 x 540 pixels, a sky with a glow (`docs/results/paper/common.sh`), judged by 64 samples a pixel that were not\n'
+  printf '960 x 540 pixels, %s (`docs/results/paper/common.sh`), judged by 64 samples a pixel that were not\n' "${lit:-a sky with a glow}"
   printf 'learned from. %s\n\n' "${model-Model: the Stanford dragon, Stanford University Computer Graphics Laboratory.}"
 }
