@@ -11,9 +11,32 @@ namespace nif {
 /// Status::output_folder_missing or Status::output_not_writable and one sentence; leaves nothing behind.
 void check_output(const std::string& path);
 
-/// Writes the bytes to a temporary file beside the target, sees to it that they have reached the disk, and
-/// renames it. A file that was there before stays whole until then; where anything fails, the temporary is
-/// removed and nif::Error thrown. Devices and pipes are written to directly.
+/// A result that is written piece by piece, to a temporary file beside the target. A file that was there
+/// before stays whole until commit(); an OutputFile that ends without it leaves nothing behind. Devices and
+/// pipes are written to directly, and keep what they were given. Not thread-safe.
+///
+/// Every call throws nif::Error with one sentence that names the path: Status::output_folder_missing from the
+/// constructor alone, Status::output_not_writable from all.
+class OutputFile {
+ public:
+  explicit OutputFile(const std::string& path);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  /// Appends the bytes. Not after commit().
+  void write(std::span<const std::byte> bytes);
+  /// Sees to it that all bytes have reached the disk, and moves them to the target. Once.
+  void commit();
+
+ private:
+  std::string path_;       ///< as given, for errors
+  std::string target_;     ///< where links lead
+  std::string temporary_;  ///< empty: written to the target itself, or committed
+  int fd_ = -1;
+};
+
+/// Writes all bytes of a result: an OutputFile in one call.
 void write_output(const std::string& path, std::span<const std::byte> bytes);
 
 }  // namespace nif

@@ -17,6 +17,8 @@ void add_bake(CLI::App& app);
 void add_bench(CLI::App& app);
 void add_eval(CLI::App& app);
 void add_info(CLI::App& app);
+void add_mesh(CLI::App& app);
+void add_mesh_generate(CLI::App& mesh);
 void add_render(CLI::App& app);
 
 /// Set once Ctrl-C or a termination signal has come; a second one ends the process at once. The first call

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <new>
+#include <span>
 
 #include "formats/status.hpp"
 #include "tools/command.hpp"
@@ -20,6 +21,19 @@ constexpr const char* kExitCodes =
     "interrupted.\n"
     "README.md lists each.\n";
 
+/// Refuses words that name no subcommand, of which CLI11 would only say that a subcommand is missing.
+void check_subcommands(const CLI::App& app, std::span<const std::string> arguments) {
+  const std::vector<const CLI::App*> subcommands = app.get_subcommands([](const CLI::App*) { return true; });
+  if (subcommands.empty() || arguments.empty() || arguments[0].starts_with('-')) return;
+  std::string names;
+  for (const CLI::App* command : subcommands) {
+    if (command->check_name(arguments[0])) return check_subcommands(*command, arguments.subspan(1));
+    names += (names.empty() ? "" : ", ") + command->get_name();
+  }
+  throw Error(Status::usage,
+              fmt::format("'{}' has no subcommand '{}'; it has {}", app.get_name(), arguments[0], names));
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Neural visibility for games and rendering: bakes triangle meshes into small .nif assets.",
                "nif");
@@ -31,12 +45,14 @@ int run(int argc, char** argv) {
                          "  nif eval dragon.nif --mesh dragon.ply\n"
                          "  nif bench dragon.nif --mesh dragon.ply\n"
                          "  nif info dragon.nif\n"
+                         "  nif mesh generate statue -o statue.ply\n"
                          "  nif render scene.toml -o pictures\n\n") +
              kExitCodes);
   add_bake(app);
   add_bench(app);
   add_eval(app);
   add_info(app);
+  add_mesh(app);
   add_render(app);
 
   // The command line is handed over reversed, as CLI11 wants it.
@@ -44,15 +60,7 @@ int run(int argc, char** argv) {
   if (std::filesystem::path(argc > 0 ? argv[0] : "nif").filename() == "nif-bake") {
     arguments.insert(arguments.begin(), "bake");
   }
-  // CLI11 would only say that a subcommand is missing.
-  const std::vector<CLI::App*> subcommands = app.get_subcommands([](CLI::App*) { return true; });
-  if (!arguments.empty() && !arguments[0].starts_with('-') &&
-      std::none_of(subcommands.begin(), subcommands.end(),
-                   [&](CLI::App* command) { return command->check_name(arguments[0]); })) {
-    throw Error(Status::usage,
-                fmt::format("there is no subcommand '{}'; there are bake, bench, eval, info and render",
-                            arguments[0]));
-  }
+  check_subcommands(app, arguments);
   std::reverse(arguments.begin(), arguments.end());
   try {
     app.parse(arguments);

@@ -7,8 +7,8 @@ namespace nif::test {
 namespace {
 
 TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
-  for (const std::vector<std::string>& command :
-       std::vector<std::vector<std::string>>{{}, {"bake"}, {"bench"}, {"eval"}, {"info"}, {"render"}}) {
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+           {}, {"bake"}, {"bench"}, {"eval"}, {"info"}, {"mesh"}, {"mesh", "generate"}, {"render"}}) {
     for (const char* option : {"--help", "-h"}) {
       std::vector<std::string> arguments = command;
       arguments.push_back(option);
@@ -23,8 +23,9 @@ TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
 
 TEST(Help, NamesTheSubcommandsAndTheirOptions) {
   const std::string all = nif({"--help"}).out, bake = nif({"bake", "--help"}).out,
-                    bench = nif({"bench", "--help"}).out, eval = nif({"eval", "--help"}).out;
-  for (const char* word : {"bake", "bench", "eval", "info", "render"})
+                    bench = nif({"bench", "--help"}).out, eval = nif({"eval", "--help"}).out,
+                    generate = nif({"mesh", "generate", "--help"}).out;
+  for (const char* word : {"bake", "bench", "eval", "info", "mesh", "render"})
     EXPECT_NE(all.find(word), std::string::npos) << word;
   for (const char* word :
        {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--mix", "--outer-resolution",
@@ -34,6 +35,9 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
     EXPECT_NE(bench.find(word), std::string::npos) << word;
   for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--json"})
     EXPECT_NE(eval.find(word), std::string::npos) << word;
+  for (const char* word : {"--output", "--triangles", "--seed", "--json", "--quiet", "statue", "tori",
+                           "torus", "tree", "terrain", "chain-mail"})
+    EXPECT_NE(generate.find(word), std::string::npos) << word;
 }
 
 TEST(Help, VersionStatesTheLicenceToo) {

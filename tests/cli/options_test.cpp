@@ -41,7 +41,9 @@ INSTANTIATE_TEST_SUITE_P(
     All, Options,
     testing::Values(
         WrongOptions{"NoSubcommand", {}, {"--help"}},
-        WrongOptions{"UnknownSubcommand", {"fry", "none.ply"}, {"fry"}},
+        WrongOptions{"UnknownSubcommand", {"fry", "none.ply"}, {"fry", "bake", "render"}},
+        WrongOptions{"NoVerb", {"mesh"}, {"--help"}},
+        WrongOptions{"UnknownVerb", {"mesh", "fry", "none.ply"}, {"mesh", "fry", "generate"}},
         WrongOptions{"NoMesh", {"bake", "-o", "none.nif"}, {"MESH"}},
         WrongOptions{"NoOutput", {"bake", "none.ply"}, {"--output"}},
         WrongOptions{"UnknownOption", bake({"--turbo"}), {"--turbo"}},

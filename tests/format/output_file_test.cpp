@@ -85,6 +85,42 @@ TEST_F(OutputFile, RefusesFolderThatTakesNoFiles) {
   EXPECT_EQ(status_of([] { write_output("/proc/self/out.nif", bytes("x")); }), Status::output_not_writable);
 }
 
+TEST_F(OutputFile, InPiecesIsThereOnceCommitted) {
+  const fs::path target = folder_ / "out.nif";
+  write_output(target, bytes("old"));
+  {
+    ::nif::OutputFile file(target);
+    file.write(bytes("one "));
+    file.write(bytes(""));
+    file.write(bytes("two"));
+    EXPECT_EQ(files().size(), 2u);
+    EXPECT_EQ(test::read_bytes(target), "old");
+    file.commit();
+  }
+  EXPECT_EQ(test::read_bytes(target), "one two");
+  EXPECT_EQ(files(), std::vector<std::string>{"out.nif"});
+}
+
+TEST_F(OutputFile, NotCommittedLeavesNothing) {
+  { ::nif::OutputFile(folder_ / "out.nif").write(bytes("half")); }
+  EXPECT_EQ(files(), std::vector<std::string>());
+}
+
+TEST_F(OutputFile, PipesAreWrittenToByAnyName) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const std::string name = "/dev/fd/" + std::to_string(ends[1]);  // leads to a name that no folder has
+  if (fs::exists(name)) {
+    check_output(name);
+    write_output(name, bytes("through"));
+    char read[8] = {};
+    EXPECT_EQ(::read(ends[0], read, sizeof(read)), 7);
+    EXPECT_STREQ(read, "through");
+  }
+  ::close(ends[0]);
+  ::close(ends[1]);
+}
+
 TEST_F(OutputFile, LeavesDevicesAlone) {
   check_output("/dev/null");
   write_output("/dev/null", bytes("gone"));

@@ -1,0 +1,140 @@
+#include "formats/mesh/ply_writer.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <limits>
+
+#include "formats/output_file.hpp"
+#include "formats/status.hpp"
+
+namespace nif::mesh {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "blocks are written as they lie in memory");
+
+constexpr uint64_t kBlock = 1 << 14;  ///< vertices or triangles that are computed together; some 200 kB
+constexpr float kHuge = std::numeric_limits<float>::max();
+constexpr size_t kFaceBytes = 1 + sizeof(Triangle);
+
+constexpr Float3 kLowest{-kHuge, -kHuge, -kHuge}, kHighest{kHuge, kHuge, kHuge};
+
+/// A block as it stands in the file, and its bounds.
+struct Block {
+  std::vector<std::byte> bytes;
+  Float3 low = kHighest, high = kLowest;
+
+  void include(const Float3& l, const Float3& h) {
+    for (size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], l[axis]);
+      high[axis] = std::max(high[axis], h[axis]);
+    }
+  }
+};
+
+std::string header(const MeshSource& source, const std::string& comment) {
+  return fmt::format(
+      "ply\nformat binary_little_endian 1.0\n{}element vertex {}\nproperty float x\nproperty float y\n"
+      "property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      comment.empty() ? "" : "comment " + comment + "\n", source.vertex_count(), source.triangle_count());
+}
+
+/// The source cut into blocks, those of the vertices first.
+class Blocks {
+ public:
+  explicit Blocks(const MeshSource& source)
+      : source_(source),
+        of_vertices_((source.vertex_count() + kBlock - 1) / kBlock),
+        count_(of_vertices_ + (source.triangle_count() + kBlock - 1) / kBlock) {}
+
+  uint64_t count() const { return count_; }
+
+  Block compute(uint64_t index) const {
+    return index < of_vertices_ ? of_vertices(index * kBlock) : of_faces((index - of_vertices_) * kBlock);
+  }
+
+ private:
+  Block of_vertices(uint64_t first) const {
+    std::vector<Float3> points(std::min(kBlock, source_.vertex_count() - first));
+    source_.vertices(first, points);
+    Block block;
+    for (const Float3& point : points) block.include(point, point);
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(points));
+    block.bytes.assign(bytes.begin(), bytes.end());
+    return block;
+  }
+
+  Block of_faces(uint64_t first) const {
+    std::vector<Triangle> triangles(std::min(kBlock, source_.triangle_count() - first));
+    source_.triangles(first, triangles);
+    Block block;
+    block.bytes.resize(triangles.size() * kFaceBytes);
+    std::byte* at = block.bytes.data();
+    for (const Triangle& triangle : triangles) {
+      *at = std::byte{3};
+      std::memcpy(at + 1, triangle.data(), sizeof(triangle));
+      at += kFaceBytes;
+    }
+    return block;
+  }
+
+  const MeshSource& source_;
+  uint64_t of_vertices_, count_;
+};
+
+}  // namespace
+
+PlyFile write_ply(const std::string& path, const MeshSource& source, const std::string& comment,
+                  const std::function<void(double)>& progress, const std::atomic<bool>& cancel) {
+  constexpr uint64_t kMost = std::numeric_limits<int32_t>::max();
+  if (source.vertex_count() > kMost || source.triangle_count() > kMost)
+    throw Error(Status::too_large, fmt::format("{}: {} vertices and {} triangles are more than a PLY takes",
+                                               path, source.vertex_count(), source.triangle_count()));
+  OutputFile file(path);
+  PlyFile written;
+  const auto append = [&](std::span<const std::byte> bytes) {
+    file.write(bytes);
+    written.bytes += bytes.size();
+  };
+  const std::string text = header(source, comment);
+  append(std::as_bytes(std::span(text)));
+
+  const Blocks blocks(source);
+  // So many blocks are under way at once: enough that no thread waits while one is written. They end in
+  // order, so that each has a place to itself. (As tokens of the pipeline they would leak where one of them
+  // throws.)
+  std::vector<Block> places(2 * size_t(tbb::this_task_arena::max_concurrency()) + 2);
+  Block all;
+  uint64_t next = 0, done = 0;
+  const auto begin = [&](tbb::flow_control& flow) {
+    if (cancel) throw Error(Status::interrupted, path + ": the writing was cancelled");
+    if (next == blocks.count()) flow.stop();
+    return next++;
+  };
+  const auto compute = [&](uint64_t index) {
+    places[index % places.size()] = blocks.compute(index);
+    return index;
+  };
+  const auto finish = [&](uint64_t index) {
+    const Block& block = places[index % places.size()];
+    append(block.bytes);
+    all.include(block.low, block.high);
+    progress(double(++done) / double(blocks.count()));
+  };
+  tbb::parallel_pipeline(places.size(),
+                         tbb::make_filter<void, uint64_t>(tbb::filter_mode::serial_in_order, begin) &
+                             tbb::make_filter<uint64_t, uint64_t>(tbb::filter_mode::parallel, compute) &
+                             tbb::make_filter<uint64_t, void>(tbb::filter_mode::serial_in_order, finish));
+  if (source.vertex_count() > 0) {
+    written.low = all.low;
+    written.high = all.high;
+  }
+  file.commit();
+  return written;
+}
+
+}  // namespace nif::mesh

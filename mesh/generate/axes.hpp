@@ -1,0 +1,20 @@
+// Directions that belong to others.
+#pragma once
+
+#include <cmath>
+
+#include "bake/vector.hpp"
+
+namespace nif::generate {
+
+using bake::Double3;
+
+/// `a`, which is not zero, with length 1.
+inline Double3 unit(const Double3& a) { return a * (1 / length(a)); }
+
+/// Some direction at a right angle to `a`, which has length 1.
+inline Double3 perpendicular(const Double3& a) {
+  return unit(cross(a, std::fabs(a[1]) < 0.7 ? Double3{0, 1, 0} : Double3{1, 0, 0}));
+}
+
+}  // namespace nif::generate

@@ -1,0 +1,40 @@
+// A mesh source from a formula that knows each vertex and each triangle by its number.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "bake/vector.hpp"
+#include "formats/mesh/mesh_source.hpp"
+
+namespace nif::generate {
+
+using bake::Double3;
+
+inline mesh::Float3 to_float(const Double3& p) { return {float(p[0]), float(p[1]), float(p[2])}; }
+
+/// `Formula` has vertex_count(), triangle_count(), vertex(i) (a Double3) and triangle(i); all const.
+template <class Formula>
+class Computed final : public mesh::MeshSource {
+ public:
+  explicit Computed(Formula formula) : formula_(std::move(formula)) {}
+
+  uint64_t vertex_count() const override { return formula_.vertex_count(); }
+  uint64_t triangle_count() const override { return formula_.triangle_count(); }
+  void vertices(uint64_t first, std::span<mesh::Float3> out) const override {
+    for (mesh::Float3& vertex : out) vertex = to_float(formula_.vertex(first++));
+  }
+  void triangles(uint64_t first, std::span<mesh::Triangle> out) const override {
+    for (mesh::Triangle& triangle : out) triangle = formula_.triangle(first++);
+  }
+
+ private:
+  Formula formula_;
+};
+
+template <class Formula>
+std::unique_ptr<mesh::MeshSource> computed(Formula formula) {
+  return std::make_unique<Computed<Formula>>(std::move(formula));
+}
+
+}  // namespace nif::generate

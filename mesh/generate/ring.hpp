@@ -1,0 +1,37 @@
+// A ring: a torus as a grid of quads, closed in both directions, that stands anywhere.
+#pragma once
+
+#include <cstdint>
+
+#include "bake/vector.hpp"
+#include "formats/mesh/scene.hpp"
+#include "mesh/generate/turn.hpp"
+
+namespace nif::generate {
+
+using bake::Double3;
+
+/// How finely a ring is divided.
+struct RingGrid {
+  uint32_t around = 3, across = 3;  ///< quads along the ring and about its wire, 3 or more each
+
+  /// About square quads, at most `triangles` (18 or more) of them halved, on a ring whose radius is
+  /// `slimness` times its wire's.
+  static RingGrid of(uint64_t triangles, double slimness);
+
+  uint64_t vertex_count() const { return uint64_t{around} * across; }
+  uint64_t triangle_count() const { return 2 * vertex_count(); }
+  mesh::Triangle triangle(uint64_t index) const;
+};
+
+struct Ring {
+  Double3 centre{0, 0, 0};
+  Double3 x{1, 0, 0}, y{0, 0, -1};  ///< unit vectors at a right angle, in the plane of the ring
+  double radius = 1;                ///< of the circle in the middle of the wire
+  double wire = 0.1;                ///< radius of the wire
+
+  /// The vertex of this number.
+  Double3 vertex(const RingGrid& grid, uint64_t index) const;
+};
+
+}  // namespace nif::generate

@@ -1,0 +1,14 @@
+// `nif mesh`: what can be done with meshes themselves, one file a verb.
+#include "tools/command.hpp"
+
+namespace nif::tools {
+
+void add_mesh(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("mesh", "Make and convert meshes");
+  command->require_subcommand(1);
+  add_mesh_convert(*command);
+  add_mesh_generate(*command);
+  command->footer("Example: nif mesh generate statue -o statue.ply --triangles 1000000");
+}
+
+}  // namespace nif::tools
