@@ -18,6 +18,7 @@ void add_bench(CLI::App& app);
 void add_eval(CLI::App& app);
 void add_info(CLI::App& app);
 void add_mesh(CLI::App& app);
+void add_mesh_convert(CLI::App& mesh);
 void add_mesh_generate(CLI::App& mesh);
 void add_render(CLI::App& app);
 

@@ -15,7 +15,7 @@ cmake --build build/release --target nif >&2
 out=build/pictures pages=docs/results
 mkdir -p "$out"
 papers=$out/paper.nif
-[[ -f $papers ]] || "$nif" bake "$mesh" -o "$papers" --preset paper --quiet
+[[ -f $papers ]] || "$nif" bake "$mesh" -o "$papers" --preset paper --training-rays 24000000 --quiet
 
 # scene LIGHT SAMPLES: scenes with the light that standard input describes, one for each asset.
 scene() {

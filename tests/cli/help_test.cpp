@@ -7,8 +7,15 @@ namespace nif::test {
 namespace {
 
 TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
-  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
-           {}, {"bake"}, {"bench"}, {"eval"}, {"info"}, {"mesh"}, {"mesh", "generate"}, {"render"}}) {
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{{},
+                                                                                       {"bake"},
+                                                                                       {"bench"},
+                                                                                       {"eval"},
+                                                                                       {"info"},
+                                                                                       {"mesh"},
+                                                                                       {"mesh", "convert"},
+                                                                                       {"mesh", "generate"},
+                                                                                       {"render"}}) {
     for (const char* option : {"--help", "-h"}) {
       std::vector<std::string> arguments = command;
       arguments.push_back(option);

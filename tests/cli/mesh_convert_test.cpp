@@ -1,0 +1,83 @@
+// `nif mesh convert`: a mesh, or the objects of a scene, as one .glb that bakes and renders.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "formats/mesh/read.hpp"
+#include "formats/status.hpp"
+#include "tests/cli/mesh_text.hpp"
+#include "tests/cli/program.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+class MeshConvert : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  static Outcome convert(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"mesh", "convert"});
+    return nif(arguments);
+  }
+
+  const TempDir folder_;
+};
+
+TEST_F(MeshConvert, KeepsAMeshToTheBit) {
+  const std::string input = folder_.write("ring.obj", obj_text(torus(16, 8))).string();
+  const Outcome outcome = convert({input, "-o", path("ring.glb"), "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["schema"], "nifkit.mesh-convert/1");
+  EXPECT_EQ(json["bytes"], std::filesystem::file_size(path("ring.glb")));
+  const mesh::Scene before = mesh::read(input), after = mesh::read(path("ring.glb"));
+  ASSERT_EQ(after.meshes.size(), 1u);
+  EXPECT_EQ(json["triangles"], after.meshes[0].triangles.size());
+  EXPECT_EQ(after.meshes[0].positions, before.meshes[0].positions);
+  EXPECT_EQ(after.meshes[0].triangles, before.meshes[0].triangles);
+  EXPECT_EQ(after.meshes[0].name, before.meshes[0].name);
+}
+
+TEST_F(MeshConvert, PutsTheObjectsOfASceneWhereTheyStand) {
+  folder_.write("ring.obj", obj_text(torus(16, 8)));
+  folder_.write("ball.obj", obj_text(icosphere(2)));
+  const std::string scene =
+      folder_
+          .write("plan.toml",
+                 "[[object]]\nmesh = 'ring.obj'\ntranslate = [1, 2, 3]\n"
+                 "[[object]]\nmesh = 'ball.obj'\n[[object]]\nmesh = 'ring.obj'\nscale = 2\n"
+                 "[[camera]]\nname = 'front'\n")
+          .string();
+  const Outcome outcome = convert({scene, "-o", path("all.glb")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("0 lights and 1 camera are the scene's own"), std::string::npos) << outcome.err;
+  const mesh::Scene all = mesh::read(path("all.glb"));
+  ASSERT_EQ(all.meshes.size(), 2u) << "a file named twice is there once";
+  ASSERT_EQ(all.instances.size(), 3u);
+  EXPECT_EQ(all.instances[0].mesh, all.instances[2].mesh);
+  EXPECT_EQ(all.instances[0].transform, (mesh::Transform{1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3}));
+  EXPECT_EQ(all.instances[2].transform, (mesh::Transform{2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0}));
+  EXPECT_EQ(nif({"bake", path("all.glb"), "-o", path("all.nif"), "--encoding", "bvh", "--rays", "0"}).code,
+            0);
+}
+
+TEST_F(MeshConvert, RefusesAndLeavesNothing) {
+  const std::string input = folder_.write("ring.obj", obj_text(torus(16, 8))).string();
+  const auto refused = [&](const std::string& from, const std::string& to, Status status,
+                           const std::string& fragment) {
+    const Outcome outcome = convert({from, "-o", to});
+    EXPECT_EQ(outcome.code, int(status)) << outcome.err;
+    EXPECT_NE(outcome.err.find(fragment), std::string::npos) << outcome.err;
+  };
+  refused(input, path("ring.stl"), Status::usage, ".glb");
+  refused(path("none.obj"), path("ring.glb"), Status::file_not_found, "none.obj");
+  refused(input, path("none/ring.glb"), Status::output_folder_missing, "none");
+  folder_.write("bad.toml", "[[object]]\nmesh = 'ring.obj'\nshade = 1\n");
+  refused(path("bad.toml"), path("ring.glb"), Status::malformed_scene, "shade");
+  ASSERT_EQ(convert({input, "-o", path("ring.glb"), "--quiet"}).code, 0);
+  refused(path("ring.glb"), path("ring.glb"), Status::usage, "overwrite");
+  EXPECT_EQ(listing(folder_.path()), (std::vector<std::string>{"bad.toml", "ring.glb", "ring.obj"}));
+}
+
+}  // namespace
+}  // namespace nif::test
