@@ -61,7 +61,7 @@ numbers='def two: . * 100 | round / 100;
   printf '# Pictures\n\n'
   printf 'Written by `docs/results/pictures.sh`: change nothing here by hand. 960 x 540 pixels; 16 samples a pixel under the\n'
   printf 'sun, 64 under sky and area light. `segment` is an asset of preset `balanced`, %s bytes; `spherical` one of preset\n' "$(stat -c %s "$ours")"
-  printf '`paper`, %s bytes. Both were baked once, from rays of all directions: none of these views and lights were known\n' "$(stat -c %s "$papers")"
+  printf '`paper` with `--training-rays 24000000`, %s bytes. Both were baked once, from rays of all directions: none of these views and lights were known\n' "$(stat -c %s "$papers")"
   printf 'to them. (The paper trains for one view and light; [paper/](paper/) does so, too.) Model: the Stanford dragon, Stanford\n'
   printf 'University Computer Graphics Laboratory. How pictures are compared stands in [rendering.md](../rendering.md).\n\n'
   printf '| light | encoding | PSNR, bits: lowest (mean) | probability: lowest (mean) | hybrid: lowest (mean) | SSIM, probability: lowest | shadow rays wrong |\n'
