@@ -69,13 +69,16 @@ bake_ours() {
   mv "$out/$name.json.new" "$out/$name.json"
 }
 
-# judge NAME ASSET CAMERAS EXACT [options of nif render]: leaves NAME.judged.json, and its pictures in a folder.
+# judge NAME ASSET CAMERAS EXACT [options of nif render]: leaves NAME.judged.json, and its pictures in a folder. As with
+# bake, what is there already is not made again: the same options give the same bytes.
 judge() {
   local name=$1 asset=$2 cameras=$3 exact=$4
   shift 4
+  [[ -f $out/$name.judged.json ]] && return
   view "$name.judged" importance "$cameras" "nif = \"../../$asset\""
   "$nif" render "$out/$name.judged.toml" -o "$out/$name" --samples 64 --seed 2 --exact "$exact" --json "$@" \
-    >"$out/$name.judged.json"
+    >"$out/$name.judged.json.new"
+  mv "$out/$name.judged.json.new" "$out/$name.judged.json"
 }
 
 # psnr NAME MODE: lowest over the cameras, in dB.

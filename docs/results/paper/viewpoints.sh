@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Offline training from 1, 4, 16 and 64 viewpoints with networks of width 64, 128 and 256, judged from viewpoints that were
 # never seen: what the paper proposes and does not show. Every training has equally many rays: 64 viewpoints learn from one
-# sample of each pixel, one viewpoint from 64. Writes docs/results/paper/viewpoints.md. Wide networks take long.
+# sample of each pixel, one viewpoint from 64. Writes docs/results/paper/viewpoints.md. Wide networks take
+# long: in all some half an hour on two cores.
 #
 #   docs/results/paper/viewpoints.sh
 set -euo pipefail
@@ -24,10 +25,12 @@ for views in 1 4 16 64; do
   for width in "${widths[@]}"; do
     name=views_${views}_$width
     bake "$name" "views_$views" $((64 / views)) --outer-width "$width" --inner-width "$width"
-    judge "$name" "$out/$name.nif" "$unseen" none --width 480 --height 270
+    sheet=()
+    [[ $name != views_64_64 ]] || sheet=(--sheet "$pages/viewpoints-spherical.png" --thumbnail 160)
+    judge "$name" "$out/$name.nif" "$unseen" none --width 480 --height 270 "${sheet[@]}"
   done
 done
-judge ours_unseen "$ours" "$unseen" none --width 480 --height 270
+judge ours_unseen "$ours" "$unseen" none --width 480 --height 270 --sheet "$pages/viewpoints-segment.png" --thumbnail 160
 {
   heading 'Offline training from several viewpoints'
   printf 'Judged from four viewpoints that no training saw, by pictures of 480 x 270 pixels: the lowest PSNR of the four, by probability\n'
@@ -45,5 +48,7 @@ judge ours_unseen "$ours" "$unseen" none --width 480 --height 270
   printf '\nFiles:'
   for width in "${widths[@]}"; do printf ' %s with width %s,' "$(size "$out/views_1_$width.nif")" "$width"; done
   printf ' and %s of `segment`, which comes to **%s dB** (%s).\n' "$(size "$ours")" "$(psnr ours_unseen probability)" "$(psnr ours_unseen bits)"
+  printf '\nThe four views by Embree, by `spherical` of width 64 from 64 viewpoints (probability), and the difference times 3:\n\n'
+  printf '![By spherical fields](viewpoints-spherical.png)\n\nThe same with `segment`:\n\n![By segment](viewpoints-segment.png)\n'
 } >"$pages/viewpoints.md.new"
 mv "$pages/viewpoints.md.new" "$pages/viewpoints.md"
