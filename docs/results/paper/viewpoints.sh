@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Offline training from 1, 4, 16 and 64 viewpoints with networks of width 64, 128 and 256, judged from viewpoints that were
 # never seen: what the paper proposes and does not show. Every training has equally many rays: 64 viewpoints learn from one
-# sample of each pixel, one viewpoint from 64. Writes docs/results/paper/viewpoints.md. Wide networks take
-# long: in all some half an hour on two cores.
+# sample of each pixel, one viewpoint from 64. Writes docs/results/paper/viewpoints.md. Wide networks take long: in all some
+# half an hour on two cores.
 #
 #   docs/results/paper/viewpoints.sh
 set -euo pipefail
