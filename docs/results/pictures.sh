@@ -46,8 +46,8 @@ render() {
   "$nif" render "$out/$1.$2.toml" -o "$out/$1.$2" --json "${@:3}" >"$out/$1.$2.json"
 }
 for light in sun sky area; do
-  render $light ours --sheet "$pages/pictures-$light.png" --thumbnail 128
-  render $light papers --sheet "$pages/pictures-$light-spherical.png" --thumbnail 96
+  render $light ours --sheet "$pages/pictures-$light.png" --thumbnail 112
+  render $light papers --sheet "$pages/pictures-$light-spherical.png" --thumbnail 80
   worst=$(jq -r '.cameras | to_entries | min_by(.value.pictures.bits.psnr).key' "$out/$light.ours.json")
   "$nif" render "$out/$light.ours.toml" -o "$out/$light.large" --camera "$worst" --width 1920 --height 1080 --json \
     >"$out/$light.large.json"

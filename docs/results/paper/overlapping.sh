@@ -21,8 +21,8 @@ samples=64
 view overlapping importance "$front"
 bake overlapping overlapping $samples
 bake_ours overlapping_ours --preset fast
-judge overlapping "$out/overlapping.nif" "$front" none --sheet "$pages/overlapping-spherical.png" --thumbnail 400
-judge overlapping_ours "$out/overlapping_ours.nif" "$front" none --sheet "$pages/overlapping-segment.png" --thumbnail 400
+judge overlapping "$out/overlapping.nif" "$front" none --sheet "$pages/overlapping-spherical.png" --thumbnail 320
+judge overlapping_ours "$out/overlapping_ours.nif" "$front" none --sheet "$pages/overlapping-segment.png" --thumbnail 320
 {
   heading 'Overlapping objects'
   printf 'A bust of 500,000 triangles within two rings of 200,000, whose boxes overlap: a ray is learned from once for each box that it\n'

@@ -37,8 +37,8 @@ samples=64
 view complex importance "$front"
 bake complex complex $samples
 bake_ours complex_ours --preset fast
-judge complex "$out/complex.nif" "$front" none --sheet "$pages/simple-spherical.png" --thumbnail 400
-judge complex_ours "$out/complex_ours.nif" "$front" none --sheet "$pages/simple-segment.png" --thumbnail 400
+judge complex "$out/complex.nif" "$front" none --sheet "$pages/simple-spherical.png" --thumbnail 320
+judge complex_ours "$out/complex_ours.nif" "$front" none --sheet "$pages/simple-segment.png" --thumbnail 320
 {
   heading 'Complex objects among simple ones'
   printf 'Five complex objects, three busts of 500,000 triangles and rings of 200,000, answered by fields; sixteen simple ones, at most\n'
