@@ -36,8 +36,10 @@ done
 samples=64
 view complex importance "$front"
 bake complex complex $samples
+bake complex_twice complex $((2 * samples))
 bake_ours complex_ours --preset fast
 judge complex "$out/complex.nif" "$front" none --sheet "$pages/simple-spherical.png" --thumbnail 320
+judge complex_twice "$out/complex_twice.nif" "$front" none
 judge complex_ours "$out/complex_ours.nif" "$front" none --sheet "$pages/simple-segment.png" --thumbnail 320
 {
   heading 'Complex objects among simple ones'
@@ -45,6 +47,8 @@ judge complex_ours "$out/complex_ours.nif" "$front" none --sheet "$pages/simple-
   printf '%s triangles in all, and the ground by Embree. Trained with %s samples a pixel from the very view that is judged.\n\n' "$simple_triangles" $samples
   printf '| | file | bits | probability | the paper states, for a scene of its own |\n| --- | ---: | ---: | ---: | ---: |\n'
   printf '| `spherical` | %s | %s dB | %s dB | 39.1 dB |\n' "$(size "$out/complex.nif")" "$(psnr complex bits)" "$(psnr complex probability)"
+  printf '| `spherical`, %s samples | %s | %s dB | %s dB | |\n' $((2 * samples)) "$(size "$out/complex_twice.nif")" \
+    "$(psnr complex_twice bits)" "$(psnr complex_twice probability)"
   printf '| `segment`, preset `fast`, any view and light | %s | %s dB | %s dB | |\n' "$(size "$out/complex_ours.nif")" \
     "$(psnr complex_ours bits)" "$(psnr complex_ours probability)"
   printf '\nEmbree, `spherical` by probability, and the difference times 3:\n\n![By spherical fields](simple-spherical.png)\n'
