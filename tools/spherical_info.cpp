@@ -25,8 +25,7 @@ GridBytes grid_bytes(const kernels::SphericalField& field) {
 }
 
 uint64_t bytes_of(const kernels::SphericalNetwork& network) {
-  return (network.weights.half ? 2 : 4) *
-         kernels::spherical_weights(network.inputs, network.width, network.hidden_layers);
+  return (network.weights.half ? 2 : 4) * kernels::spherical_weights(network);
 }
 
 /// Bytes by the formulas of the paper, for grids of these resolutions: 4 R^2 for a pair of grids over angles,

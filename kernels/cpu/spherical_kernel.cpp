@@ -351,9 +351,7 @@ AnswerSpherical kernel_for(Isa isa) {
 SimdSphericalKernel::SimdSphericalKernel(const SphericalField& field, Isa isa,
                                          std::pmr::memory_resource* memory)
     : field_(field), weights_(memory), answer_(kernel_for(isa)) {
-  const auto size = [](const SphericalNetwork& network) {
-    return spherical_weights(network.inputs, network.width, network.hidden_layers);
-  };
+  const auto size = [](const SphericalNetwork& network) { return spherical_weights(network); };
   SphericalNetwork* const networks[] = {&field_.outer, &field_.inner};
   size_t halves = 0;
   for (const SphericalNetwork* network : networks) halves += network->weights.half ? size(*network) : 0;
