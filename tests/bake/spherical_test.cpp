@@ -54,7 +54,7 @@ struct SmallModel {
   std::vector<float> entries[3];
   std::vector<float> weights;
   std::vector<bake::LatentLookup> lookups[3];
-  std::vector<uint8_t> visible;
+  std::vector<uint8_t> labels;
   bake::NetworkShape shape;
 
   explicit SmallModel(uint32_t hidden_layers) {
@@ -81,7 +81,7 @@ struct SmallModel {
         lookups[g].push_back(lookup);
       }
     }
-    for (uint32_t s = 0; s < bake::kTrainLanes; ++s) visible.push_back(uint8_t(random.below(2)));
+    for (uint32_t s = 0; s < bake::kTrainLanes; ++s) labels.push_back(uint8_t(random.below(2)));
   }
 
   struct Gradients {
@@ -104,7 +104,8 @@ struct SmallModel {
     std::fill_n(lanes.get(), size_t(shape.weights) * bake::kVirtualLanes, 0.f);
     uint8_t wrong[bake::kTrainLanes];
     bake::SphericalSlice slice{{lookups[0].data(), lookups[1].data(), lookups[2].data()},
-                               visible.data(),
+                               labels.data(),
+                               nullptr,
                                result.inputs,
                                lanes.get(),
                                wrong,
