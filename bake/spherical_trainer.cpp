@@ -74,7 +74,7 @@ void check(const SphericalOptions& options) {
       throw Error(Status::usage, fmt::format("{} {} is no multiple of {}", option, value, unit));
   };
   using namespace kernels;
-  const SphericalOptions::Outer& outer = options.outer;
+  const SphericalOptions::Outer &outer = options.outer, &primary = options.primary;
   const SphericalOptions::Inner& inner = options.inner;
   within(outer.resolution, 2, kMaxSphericalResolution, "--outer-resolution");
   within(outer.features, 1, kMaxSphericalFeatures, "--outer-features");
@@ -88,6 +88,11 @@ void check(const SphericalOptions& options) {
   within(inner.width, 4, kMaxSphericalWidth, "--inner-width");
   fits_lanes(inner.width, 4, "--inner-width");
   within(inner.hidden_layers, 1, kMaxSphericalLayers, "--inner-layers");
+  within(primary.resolution, 2, kMaxSphericalResolution, "--primary-resolution");
+  within(primary.features, 1, kMaxSphericalFeatures, "--primary-features");
+  within(primary.width, 4, kMaxSphericalWidth, "--primary-width");
+  fits_lanes(primary.width, 4, "--primary-width");
+  within(primary.hidden_layers, 1, kMaxSphericalLayers, "--primary-layers");
   for (const auto& [batch, name] :
        {std::pair{outer.batch, "--outer-batch"}, {inner.batch, "--inner-batch"}}) {
     within(batch, kSphericalBatchUnit, 1 << 20, name);

@@ -80,6 +80,9 @@ struct PrimaryField : SphericalBounds {
   SphericalGrid position, direction;  ///< alike in resolution and features
   SphericalNetwork network;           ///< of kPrimaryOutputs
   float slope = 0;                    ///< as a SphericalField's
+  /// Part of the AABB's diagonal by which other rays start before a hit, along the ray: depths are not exact,
+  /// and what starts behind the surface sees nothing. 0 to 1.
+  float margin = 0;
 };
 
 /// The AABB is grown by this part of its diagonal: what stays_certain() lets a ray be moved by on its way to

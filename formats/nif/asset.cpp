@@ -83,6 +83,7 @@ kernels::PrimaryField primary_field_of(const Object& object) {
   field.direction = grid_of(primary.direction, primary.resolution, primary.features);
   field.network = network_of(primary.network, kernels::kPrimaryOutputs);
   field.slope = primary.slope;
+  field.margin = primary.margin;
   return field;
 }
 
@@ -132,9 +133,15 @@ SphericalGrids to_grids(const kernels::SphericalField& field) {
 }
 
 Primary to_primary(const kernels::PrimaryField& field) {
-  return {field.position.values.half,   field.network.weights.half, field.slope,
-          field.position.resolution,    field.position.features,    over_angles(field.position),
-          over_angles(field.direction), to_layers(field.network)};
+  return {field.position.values.half,
+          field.network.weights.half,
+          field.slope,
+          field.margin,
+          field.position.resolution,
+          field.position.features,
+          over_angles(field.position),
+          over_angles(field.direction),
+          to_layers(field.network)};
 }
 
 }  // namespace

@@ -74,6 +74,7 @@ struct SphericalNetworks {
 struct Primary {
   bool half_grids = false, half_network = false;  ///< as with SphericalGrids
   float slope = 0.01f;
+  float margin = 0;  ///< as kernels::PrimaryField's
   uint32_t resolution = 0, features = 0;
   std::vector<float> position, direction;
   SphericalLayers network;

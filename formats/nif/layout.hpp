@@ -159,7 +159,8 @@ struct PrimaryRecord {  // 64 bytes
   uint32_t half_network;
   float slope;  ///< of the leaky ReLU below 0
   SphericalShapeRecord network;
-  uint32_t reserved[5];  ///< 0
+  float margin;          ///< part of the AABB's diagonal, 0 to 1
+  uint32_t reserved[4];  ///< 0
   Block values;  ///< position, direction, then the network's layers, [inputs][outputs] each, without gaps
 };
 static_assert(sizeof(PrimaryRecord) == 64);

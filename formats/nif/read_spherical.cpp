@@ -137,8 +137,10 @@ PrimaryView read_primary(const PrimaryRecord& record, const ObjectView& object, 
   place.within(record.half_grids, 0, 1, "half_grids");
   place.within(record.half_network, 0, 1, "half_network");
   check_slope(record.slope, place);
+  place.require(record.margin >= 0 && record.margin <= 1, "margin is not a number from 0 to 1");
   place.require(all_zero(record.reserved), "reserved bytes are not zero");
   field.slope = record.slope;
+  field.margin = record.margin;
   field.position = field.direction = grid_of(record.resolution, record.features, record.half_grids, place);
   field.network = network_of(record.network, kernels::kPrimaryOutputs, record.half_network, place);
   place.require(field.network.inputs == 2 * field.position.features, kOtherInputs);

@@ -112,6 +112,7 @@ void add_primary(const Primary& primary, uint32_t object, Sections& out) {
   record.half_grids = primary.half_grids;
   record.half_network = primary.half_network;
   record.slope = primary.slope;
+  record.margin = primary.margin;
   record.network = shape_of(primary.network);
   record.values = out.primary_values.begin_block();
   out.primary_values.append_values(primary.position, primary.half_grids);

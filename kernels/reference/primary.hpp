@@ -11,6 +11,7 @@ namespace nif::kernels {
 struct PrimaryAnswer {
   bool hit;
   float t;          ///< of the hit, on the ray; 0 where there is none
+  float start;      ///< where on the ray others start that are to leave the surface, before t by the margin
   float normal[3];  ///< unit length, object space; 0 where there is no hit
 };
 
@@ -36,6 +37,7 @@ inline PrimaryAnswer query_primary(const PrimaryField& field, const Segment& seg
   const float size = length(normal);
   answer.hit = true;
   answer.t = t;
+  answer.start = max_of(t - field.margin * diagonal / speed, ray.enter);
   // Where the network has no normal to speak of, the surface faces the ray.
   constexpr float kShortest = 0x1p-40f;
   for (int a = 0; a < 3; ++a) answer.normal[a] = size >= kShortest ? normal[a] / size : -d[a] / speed;

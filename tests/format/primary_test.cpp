@@ -49,6 +49,7 @@ TEST(PrimaryFile, KeepsEveryFieldAndAnswer) {
       EXPECT_EQ(seen->field.position.values.half, primary.half_grids);
       EXPECT_EQ(seen->field.network.weights.half, primary.half_network);
       EXPECT_EQ(seen->field.slope, primary.slope);
+      EXPECT_EQ(seen->field.margin, primary.margin);
       const auto at = static_cast<const std::byte*>(seen->field.position.values.data) - bytes.data();
       EXPECT_EQ(uint64_t(at) % format::kAlignment, 0u);
       const kernels::PrimaryField field = format::primary_field_of(asset.objects[i]);
@@ -58,10 +59,11 @@ TEST(PrimaryFile, KeepsEveryFieldAndAnswer) {
                                      theirs = kernels::query_primary(seen->field, segment);
         ASSERT_EQ(ours.hit, theirs.hit);
         ASSERT_EQ(ours.t, theirs.t);
+        ASSERT_EQ(ours.start, theirs.start);
         for (int a = 0; a < 3; ++a) ASSERT_EQ(ours.normal[a], theirs.normal[a]);
         if (!ours.hit) continue;
         ++hits;
-        ASSERT_TRUE(std::isfinite(ours.t) && ours.t <= segment.tmax);
+        ASSERT_TRUE(std::isfinite(ours.t) && ours.t <= segment.tmax && ours.start <= ours.t);
         ASSERT_NEAR(std::hypot(ours.normal[0], ours.normal[1], ours.normal[2]), 1, 1e-4);
       }
     }
@@ -127,12 +129,14 @@ TEST(PrimaryFile, RefusesWrongRecords) {
   EXPECT_TRUE(refused(0, [](auto& r) { r.half_network ^= 1; }));
   EXPECT_TRUE(refused(0, [](auto& r) { r.slope = -0.1f; }));
   EXPECT_TRUE(refused(0, [](auto& r) { r.slope = std::numeric_limits<float>::quiet_NaN(); }));
+  EXPECT_TRUE(refused(0, [](auto& r) { r.margin = 1.5f; }));
+  EXPECT_TRUE(refused(0, [](auto& r) { r.margin = std::numeric_limits<float>::quiet_NaN(); }));
   EXPECT_TRUE(refused(0, [](auto& r) { r.network.inputs += 2; }));
   EXPECT_TRUE(refused(0, [](auto& r) { r.network.width = 6; }));
   EXPECT_TRUE(refused(0, [](auto& r) { r.network.width = 260; }));
   EXPECT_TRUE(refused(0, [](auto& r) { r.network.hidden_layers = 0; }));
   EXPECT_TRUE(refused(0, [](auto& r) { r.network.hidden_layers = 4; }));
-  EXPECT_TRUE(refused(0, [](auto& r) { r.reserved[4] = 1; }));
+  EXPECT_TRUE(refused(0, [](auto& r) { r.reserved[3] = 1; }));
   EXPECT_TRUE(refused(1, [](auto& r) { r.values.offset += 64; }));
   EXPECT_TRUE(refused(1, [](auto& r) { r.values.bytes = ~uint64_t{0}; }));
 }

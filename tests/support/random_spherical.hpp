@@ -63,6 +63,7 @@ inline format::Primary random_primary(Random& random, uint32_t max_resolution, u
   format::Primary primary;
   primary.half_grids = random.below(2) == 0;
   primary.half_network = random.below(2) == 0;
+  primary.margin = random.below(2) == 0 ? 0.0f : 0.1f * random.unit();
   primary.resolution = 2 + random.below(max_resolution - 1);
   primary.features = 1 + random.below(max_resolution > 4 ? kernels::kMaxSphericalFeatures : 2);
   const size_t latents = size_t(primary.resolution) * primary.resolution * primary.features;
