@@ -43,6 +43,8 @@ struct GivenRays {
   std::string name;  ///< what the asset's metadata says they are
   uint64_t rounds = 0;
   std::function<MeshRays(uint64_t round)> draw;  ///< for 0 .. rounds - 1; the same each time
+  /// Likewise those that fields for primary rays learn from; empty: there are no such fields.
+  std::function<MeshRays(uint64_t round)> draw_primary;
 };
 
 /// How `spherical` objects are baked; what the fields are made of is in `fields`, whose seed is the bake's.
@@ -103,8 +105,8 @@ struct ObjectReport {
   size_t closed_components = 0, open_components = 0;
   std::array<uint32_t, 3> voxels{};  ///< of a field's grid, as the rest; also where it was not chosen
   size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
-  uint64_t training_rays = 0;
-  uint32_t recoveries = 0;
+  uint64_t training_rays = 0, primary_rays = 0;  ///< the latter of a field for primary rays
+  uint32_t recoveries = 0;                       ///< of all training
   SetAccuracies sets{};
 };
 

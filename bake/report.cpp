@@ -26,36 +26,42 @@ namespace {
 double decimal(float value) { return std::stod(fmt::format("{}", value)); }
 
 /// The hyperparameters of `spherical`, all of them.
+nlohmann::ordered_json to_json(const SphericalOptions::Outer& field) {
+  return {{"resolution", field.resolution},
+          {"features", field.features},
+          {"width", field.width},
+          {"layers", field.hidden_layers},
+          {"batch", field.batch}};
+}
+
 nlohmann::ordered_json to_json(const SphericalBakeOptions& options) {
   const SphericalOptions& fields = options.fields;
   const auto precision = [](bool half) { return half ? "half" : "single"; };
-  return {{"outer",
-           {{"resolution", fields.outer.resolution},
-            {"features", fields.outer.features},
-            {"width", fields.outer.width},
-            {"layers", fields.outer.hidden_layers},
-            {"batch", fields.outer.batch}}},
-          {"inner",
-           {{"resolution", fields.inner.resolution},
-            {"features", fields.inner.features},
-            {"distance_resolution", fields.inner.distance_resolution},
-            {"distance_features", fields.inner.distance_features},
-            {"width", fields.inner.width},
-            {"layers", fields.inner.hidden_layers},
-            {"batch", fields.inner.batch}}},
-          {"grids", precision(fields.half_grids)},
-          {"networks", precision(fields.half_networks)},
-          {"shared_network", options.shared_network},
-          {"slope", decimal(fields.slope)},
-          {"latent_reach", decimal(fields.latent_reach)},
-          {"weights", fields.he_weights ? "he" : "xavier"},
-          {"loss", fields.loss == SphericalLoss::squared ? "l2" : "cross-entropy"},
-          {"learning_rate", decimal(fields.learning_rate)},
-          {"beta1", decimal(fields.beta1)},
-          {"beta2", decimal(fields.beta2)},
-          {"epsilon", decimal(fields.epsilon)},
-          {"rays", options.given ? nlohmann::ordered_json() : nlohmann::ordered_json(options.rays)},
-          {"passes", options.given ? 1 : options.passes}};
+  nlohmann::ordered_json json{
+      {"outer", to_json(fields.outer)},
+      {"inner",
+       {{"resolution", fields.inner.resolution},
+        {"features", fields.inner.features},
+        {"distance_resolution", fields.inner.distance_resolution},
+        {"distance_features", fields.inner.distance_features},
+        {"width", fields.inner.width},
+        {"layers", fields.inner.hidden_layers},
+        {"batch", fields.inner.batch}}},
+      {"grids", precision(fields.half_grids)},
+      {"networks", precision(fields.half_networks)},
+      {"shared_network", options.shared_network},
+      {"slope", decimal(fields.slope)},
+      {"latent_reach", decimal(fields.latent_reach)},
+      {"weights", fields.he_weights ? "he" : "xavier"},
+      {"loss", fields.loss == SphericalLoss::squared ? "l2" : "cross-entropy"},
+      {"learning_rate", decimal(fields.learning_rate)},
+      {"beta1", decimal(fields.beta1)},
+      {"beta2", decimal(fields.beta2)},
+      {"epsilon", decimal(fields.epsilon)},
+      {"rays", options.given ? nlohmann::ordered_json() : nlohmann::ordered_json(options.rays)},
+      {"passes", options.given ? 1 : options.passes}};
+  if (options.given && options.given->draw_primary) json["primary"] = to_json(fields.primary);
+  return json;
 }
 
 }  // namespace
@@ -104,6 +110,7 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, 
     if (report.encoding == format::kSpherical) {
       described["networks"] = object.network;
       described["training_rays"] = report.training_rays;
+      if (object.primary) described["primary_rays"] = report.primary_rays;
     }
     described["accuracy"] = to_json(report.sets);
   }

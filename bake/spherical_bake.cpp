@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "bake/bake_steps.hpp"
+#include "bake/primary_trainer.hpp"
 #include "bake/report.hpp"
 #include "formats/status.hpp"
 
@@ -62,6 +63,23 @@ SphericalRays draw_rays(std::span<const GroundTruth* const> truths, const Mix& m
   return rays;
 }
 
+/// For 0 .. count - 1, in parallel.
+void in_blocks(size_t count, const std::function<void(size_t)>& work) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kTrainingBlock), [&](const auto& range) {
+    for (size_t i = range.begin(); i < range.end(); ++i) work(i);
+  });
+}
+
+std::optional<PrimaryRays::Hit> first_hit(const Oracle& oracle, const Segment& segment) {
+  const std::optional<Oracle::Hit> hit = oracle.first_hit(segment);
+  if (!hit) return std::nullopt;
+  const double size = length(hit->normal);
+  if (!(size > 0)) return std::nullopt;
+  const bool behind = dot(hit->normal, to_double(std::to_array(segment.direction))) > 0;
+  const Double3 normal = hit->normal * ((behind ? -1 : 1) / size);
+  return PrimaryRays::Hit{hit->t, {float(normal[0]), float(normal[1]), float(normal[2])}};
+}
+
 class SphericalBaker {
  public:
   SphericalBaker(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
@@ -103,23 +121,32 @@ class SphericalBaker {
   }
 
  private:
+  bool with_primary() const { return options_.spherical.given && options_.spherical.given->draw_primary; }
+
   /// Bytes are known before anything is trained.
   void check_bytes() const {
     if (!options_.max_bytes) return;
     const SphericalOptions& fields = options_.spherical.fields;
-    const auto& [outer, inner] = std::pair{fields.outer, fields.inner};
-    const uint64_t grids = 2 * uint64_t{outer.resolution} * outer.resolution * outer.features +
-                           2 * uint64_t{inner.resolution} * inner.resolution * inner.features +
-                           uint64_t{inner.distance_resolution} * inner.distance_features;
-    const uint64_t networks =
-        kernels::spherical_weights(2 * outer.features, outer.width, outer.hidden_layers) +
-        kernels::spherical_weights(2 * inner.features + inner.distance_features, inner.width,
-                                   inner.hidden_layers);
-    const uint64_t objects = prepared_.size();
-    const uint64_t bytes =
-        objects * grids * (fields.half_grids ? 2 : 4) +
-        (options_.spherical.shared_network ? 1 : objects) * networks * (fields.half_networks ? 2 : 4) +
-        kMetadataBytes + kMetadataBytesPerObject * objects;
+    const SphericalOptions::Outer &outer = fields.outer, &primary = fields.primary;
+    const SphericalOptions::Inner& inner = fields.inner;
+    const auto over_angles = [](const auto& field) {
+      return 2 * uint64_t{field.resolution} * field.resolution * field.features;
+    };
+    const uint64_t objects = prepared_.size(),
+                   networks = options_.spherical.shared_network ? 1 : objects;  // each a pair
+    uint64_t latents = objects * (over_angles(outer) + over_angles(inner) +
+                                  uint64_t{inner.distance_resolution} * inner.distance_features);
+    uint64_t weights =
+        networks * (kernels::spherical_weights(2 * outer.features, outer.width, outer.hidden_layers) +
+                    kernels::spherical_weights(2 * inner.features + inner.distance_features, inner.width,
+                                               inner.hidden_layers));
+    if (with_primary()) {
+      latents += objects * over_angles(primary);
+      weights += objects * kernels::spherical_weights(2 * primary.features, primary.width,
+                                                      primary.hidden_layers, kernels::kPrimaryOutputs);
+    }
+    const uint64_t bytes = latents * (fields.half_grids ? 2 : 4) + weights * (fields.half_networks ? 2 : 4) +
+                           kMetadataBytes + kMetadataBytesPerObject * objects;
     if (bytes <= *options_.max_bytes) return;
     throw Error(Status::target_not_met,
                 fmt::format("--max-bytes {} cannot be reached: these grids and networks take {} bytes; try a "
@@ -134,6 +161,8 @@ class SphericalBaker {
     std::vector<const GroundTruth*> pointers;
     for (size_t i = first; i < first + count; ++i) pointers.push_back(&truths.emplace_back(prepared_[i]));
     train(first, pointers);
+    if (with_primary())
+      for (size_t i = first; i < first + count; ++i) train_primary(i, pointers[i - first]->source().oracle);
     for (size_t i = first; i < first + count; ++i) {
       const format::Object& object = result_.asset.objects[i];
       const kernels::SphericalField field =
@@ -174,13 +203,55 @@ class SphericalBaker {
     }
   }
 
+  /// A field for primary rays is trained alone, from rays that are labelled by the object alone.
+  void train_primary(size_t index, const Oracle& oracle) {
+    const GivenRays& given = *options_.spherical.given;
+    format::Object& object = result_.asset.objects[index];
+    PrimaryTrainer trainer(object, options_.spherical.fields);
+    for (uint64_t round = 0; round < given.rounds; ++round) {
+      const auto report = reporter(index, round, given.rounds, kPrimaryShare);
+      report({loss_, error_});
+      trainer.learn(primary_rays(index, oracle, round), report, cancel_);
+    }
+    if (trainer.rays() == 0)
+      throw Error(Status::training_failed,
+                  fmt::format("training of '{}' failed: there are too few primary rays that meet its bounds",
+                              object.name));
+    object.primary = trainer.field();
+    object.primary->margin = find_margin(format::primary_field_of(object), primary_rays(index, oracle, 0));
+    ObjectReport& own = result_.objects[index];
+    own.primary_rays = trainer.rays();
+    own.recoveries += trainer.recoveries();
+  }
+
+  /// Those of a round that are for one object, labelled.
+  PrimaryRays primary_rays(size_t index, const Oracle& oracle, uint64_t round) const {
+    const MeshRays drawn = options_.spherical.given->draw_primary(round);
+    stop_if(cancel_);
+    PrimaryRays rays;
+    for (size_t i = 0; i < drawn.segments.size(); ++i)
+      if (object_of_[drawn.meshes[i]] == index) rays.segments.push_back(drawn.segments[i]);
+    rays.hits.resize(rays.segments.size());
+    in_blocks(rays.segments.size(), [&](size_t i) { rays.hits[i] = first_hit(oracle, rays.segments[i]); });
+    return rays;
+  }
+
+  /// Where in an object's work something is trained.
+  struct Share {
+    double begin, end;
+  };
+  static constexpr Share kPrimaryShare{0.60, 0.90};
+  Share visibility_share() const { return {0.03, with_primary() ? kPrimaryShare.begin : kPrimaryShare.end}; }
+
   /// What training tells of itself, for a round of several.
-  std::function<void(const SphericalProgress&)> reporter(size_t first, uint64_t round, uint64_t rounds) {
+  std::function<void(const SphericalProgress&)> reporter(size_t first, uint64_t round, uint64_t rounds,
+                                                         Share share) {
     // A shared network's training is shown as that of the first object.
     return [=, this](const SphericalProgress& p) {
       loss_ = p.loss, error_ = p.error;
+      const double done = (double(round) + 0.5) / double(rounds);
       clock_->report(BakeProgress::Stage::training, result_.asset.objects[first].name, first,
-                     0.03 + 0.87 * (double(round) + 0.5) / double(rounds), loss_, error_);
+                     share.begin + (share.end - share.begin) * done, loss_, error_);
     };
   }
 
@@ -199,7 +270,7 @@ class SphericalBaker {
     std::vector<uint64_t> begin(count), size(count);
     const Mix mix = resolve(options_).mix;
     for (uint64_t round = 0; round < rounds; ++round) {
-      const auto report = reporter(first, round, rounds);
+      const auto report = reporter(first, round, rounds, visibility_share());
       report({loss_, error_});
       for (size_t i = 0; i < count; ++i) {
         begin[i] = blocks[i] * round / rounds;
@@ -215,7 +286,7 @@ class SphericalBaker {
                    std::vector<uint64_t>& learned) {
     const GivenRays& given = *options_.spherical.given;
     for (uint64_t round = 0; round < given.rounds; ++round) {
-      const auto report = reporter(first, round, given.rounds);
+      const auto report = reporter(first, round, given.rounds, visibility_share());
       report({loss_, error_});
       const MeshRays drawn = given.draw(round);
       stop_if(cancel_);
@@ -228,11 +299,9 @@ class SphericalBaker {
         ++learned[object - first];
       }
       rays.visible.resize(rays.segments.size());
-      tbb::parallel_for(
-          tbb::blocked_range<size_t>(0, rays.segments.size(), kTrainingBlock), [&](const auto& range) {
-            for (size_t i = range.begin(); i < range.end(); ++i)
-              rays.visible[i] = !truths[rays.objects[i]]->source().oracle.occluded(rays.segments[i]);
-          });
+      in_blocks(rays.segments.size(), [&](size_t i) {
+        rays.visible[i] = !truths[rays.objects[i]]->source().oracle.occluded(rays.segments[i]);
+      });
       trainer.learn(rays, 1, report, cancel_);
     }
   }

@@ -37,15 +37,15 @@ void gather_latents(const SphericalModel& model, const SphericalSlice& slice, ui
   }
 }
 
-/// Sum of the losses, and its derivative by the outputs.
-double sum_losses(SphericalLoss loss, const uint8_t* visible, const float* z, float* dz, uint8_t* wrong) {
+/// Sum of the losses of the first output, and its derivative.
+double sum_losses(SphericalLoss loss, const uint8_t* samples, const float* z, float* dz, uint8_t* wrong) {
   const Wide d;
   const Vector zero = hn::Zero(d), one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
   HWY_ALIGN float labels[kTrainLanes];
   HWY_ALIGN float losses[kTrainLanes];
   for (uint32_t ray = 0; ray < kTrainLanes; ++ray) {
-    labels[ray] = visible[ray] ? 1.0f : 0.0f;
-    wrong[ray] = (z[ray] >= 0) != (visible[ray] != 0);
+    labels[ray] = samples[ray] ? 1.0f : 0.0f;
+    wrong[ray] = (z[ray] >= 0) != (samples[ray] != 0);
   }
   for (size_t s = 0; s < kTrainLanes; s += hn::Lanes(d)) {
     const Vector odds = hn::Load(d, z + s);
@@ -61,6 +61,30 @@ double sum_losses(SphericalLoss loss, const uint8_t* visible, const float* z, fl
       const Vector against = hn::IfThenElse(hn::Gt(label, zero), hn::Neg(odds), odds);
       hn::Store(off, d, dz + s);
       hn::Store(hn::Add(hn::Max(against, zero), hn::Log1p(d, e)), d, losses + s);
+    }
+  }
+  double sum = 0;
+  for (float of_ray : losses) sum += double(of_ray);
+  return sum;
+}
+
+/// The same of the outputs beyond the first: weighted squared differences from targets, [output][ray], of
+/// samples whose label is 1.
+double sum_target_losses(const SphericalModel& model, uint32_t count, const uint8_t* samples,
+                         const float* targets, const float* z, float* dz) {
+  const Wide d;
+  HWY_ALIGN float counts[kTrainLanes];
+  HWY_ALIGN float losses[kTrainLanes] = {};
+  for (uint32_t ray = 0; ray < kTrainLanes; ++ray) counts[ray] = samples[ray] ? 1.0f : 0.0f;
+  for (uint32_t t = 0; t < count; ++t) {
+    const Vector weight = hn::Set(d, model.target_weights[t]), two = hn::Set(d, 2.0f);
+    for (size_t s = 0; s < kTrainLanes; s += hn::Lanes(d)) {
+      const size_t at = size_t(t) * kTrainLanes + s;
+      const Vector off =
+          hn::Mul(hn::Sub(hn::Load(d, z + at), hn::Load(d, targets + at)), hn::Load(d, counts + s));
+      const Vector weighted = hn::Mul(weight, off);
+      hn::Store(hn::Mul(two, weighted), d, dz + at);
+      hn::Store(hn::MulAdd(weighted, off, hn::Load(d, losses + s)), d, losses + s);
     }
   }
   double sum = 0;
@@ -88,6 +112,7 @@ void TrainSpherical(const SphericalModel& model, uint32_t count, float* scratch,
 
   slice.loss = 0;
   const Vector zero = hn::Zero(d), slope = hn::Set(d, model.slope);
+  const uint32_t targets = shape.layers[shape.layer_count - 1].outputs - 1;
   for (uint32_t first = 0; first < count; first += kTrainLanes) {
     gather_latents(model, slice, first, inputs[0]);
     for (uint32_t l = 0; l < shape.layer_count; ++l) {
@@ -100,8 +125,12 @@ void TrainSpherical(const SphericalModel& model, uint32_t count, float* scratch,
         hn::Store(hn::Max(z, hn::Mul(slope, z)), d, inputs[l + 1] + i);
       }
     }
-    slice.loss += sum_losses(model.loss, slice.visible + first, sums[shape.layer_count - 1], delta,
-                             slice.wrong + first);
+    const float* outputs = sums[shape.layer_count - 1];
+    slice.loss += sum_losses(model.loss, slice.labels + first, outputs, delta, slice.wrong + first);
+    if (targets > 0)
+      slice.loss +=
+          sum_target_losses(model, targets, slice.labels + first, slice.targets + size_t(first) * targets,
+                            outputs + kTrainLanes, delta + kTrainLanes);
 
     for (uint32_t l = shape.layer_count; l-- > 0;) {
       const NetworkShape::Layer& layer = shape.layers[l];

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "bake/trainer_kernels.hpp"
+#include "kernels/spherical_field.hpp"
 
 namespace nif::bake {
 
@@ -25,22 +26,34 @@ struct LatentGrid {
 };
 inline constexpr uint32_t kMaxLatentGrids = 3;
 
-/// Between the probability of being visible and the label.
+/// Targets of the outputs beyond the first, at most.
+inline constexpr uint32_t kMaxTargets = kernels::kPrimaryOutputs - 1;
+/// Where target `t` of a batch's sample stands among `targets` of them: [target][kTrainLanes] for each
+/// kTrainLanes samples.
+constexpr size_t target_index(size_t sample, uint32_t t, uint32_t targets) {
+  return (sample / kTrainLanes * targets + t) * kTrainLanes + sample % kTrainLanes;
+}
+
+/// Between the probability that the first output stands for and the label.
 enum class SphericalLoss : uint8_t { squared, cross_entropy };
 
 struct SphericalModel {
-  NetworkShape shape;  ///< without biases
+  /// Without biases. The first output is the log-odds of the label being 1; of samples for which it is, the
+  /// others are held against targets.
+  NetworkShape shape;
   const float* weights;
   float slope;
   SphericalLoss loss;
   uint32_t grid_count;
   LatentGrid grids[kMaxLatentGrids];  ///< their features are the network's inputs, one after the other
+  std::array<float, kMaxTargets> target_weights{};  ///< of their squared differences in the loss
 };
 
 /// Samples of one group of a mini-batch.
 struct SphericalSlice {
   const LatentLookup* lookups[kMaxLatentGrids];  ///< [sample] of each grid
-  const uint8_t* visible;                        ///< [sample]: 0 or 1
+  const uint8_t* labels;                         ///< [sample]: 0 or 1
+  const float* targets;     ///< by target_index(); null where there is one output, else aligned to 64 bytes
   float* input_gradients;   ///< receives, for each kTrainLanes samples, [input][kTrainLanes]
   float* weight_gradients;  ///< [weight][kVirtualLanes], added to
   uint8_t* wrong;           ///< [sample] receives 1 where the answer was wrong

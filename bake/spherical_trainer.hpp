@@ -29,6 +29,8 @@ struct SphericalOptions {
     uint32_t width = 48, hidden_layers = 3;
     uint32_t batch = 4096;
   } inner;
+  /// For primary rays, where they are learned: as the outer field's.
+  Outer primary;
   float slope = 0.01f;         ///< of the leaky ReLU below 0
   float latent_reach = 1e-4f;  ///< latent vectors start uniform in +-this
   /// Weights start uniform in +-sqrt(6 / n), with n inputs (He et al. 2015), or inputs and outputs together
@@ -40,7 +42,8 @@ struct SphericalOptions {
   /// How values are stored. That is how the bytes that the paper states come about.
   bool half_grids = true, half_networks = false;
   uint64_t seed = 1;
-  /// Tests set these to spoil a weight at that step of the outer network and at so many in all.
+  /// Tests set these to spoil a weight at that step of the outer network (or that for primary rays) and at so
+  /// many in all.
   uint64_t spoil_at_step = ~uint64_t{0}, spoil_steps = 1;
 };
 inline constexpr uint32_t kSphericalBatchUnit = 512;

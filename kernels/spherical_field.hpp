@@ -40,28 +40,49 @@ struct SphericalGrid {
   uint32_t resolution = 0, features = 0;
 };
 
-/// A multilayer perceptron without biases: hidden layers of one width with leaky ReLU, and one output.
+/// A multilayer perceptron without biases: hidden layers of one width with leaky ReLU, then linear outputs.
 struct SphericalNetwork {
   SphericalValues weights;  ///< layer by layer, [inputs][outputs] each
-  uint32_t inputs = 0, width = 0, hidden_layers = 0;
+  uint32_t inputs = 0, width = 0, hidden_layers = 0, outputs = 1;
 };
-constexpr size_t spherical_weights(uint32_t inputs, uint32_t width, uint32_t hidden_layers) {
-  return size_t(width) * inputs + size_t(width) * width * (hidden_layers - 1) + width;
+constexpr size_t spherical_weights(uint32_t inputs, uint32_t width, uint32_t hidden_layers,
+                                   uint32_t outputs = 1) {
+  return size_t(width) * inputs + size_t(width) * width * (hidden_layers - 1) + size_t(width) * outputs;
+}
+constexpr size_t spherical_weights(const SphericalNetwork& network) {
+  return spherical_weights(network.inputs, network.width, network.hidden_layers, network.outputs);
 }
 
-/// One object in the `spherical` encoding (docs/model.md).
-struct SphericalField {
+/// The AABB that an object's rays are seen in, and what follows from it.
+struct SphericalBounds {
   float low[3] = {}, high[3] = {};  ///< the AABB, which is closed
   float centre[3] = {};
   float distance_scale = 0;  ///< 1 / half of the AABB's diagonal
   float margin = 0;          ///< what the AABB is grown by before a ray is said to miss it
   float extent = 0;          ///< largest coordinate of the AABB
   float reach_scale = 0;     ///< distances times this are limited by kCertainReach
+};
 
+/// One object in the `spherical` encoding (docs/model.md).
+struct SphericalField : SphericalBounds {
   SphericalGrid outer_position, outer_direction;            ///< alike in resolution and features
   SphericalGrid inner_position, inner_direction, distance;  ///< the first two likewise
   SphericalNetwork outer, inner;
   float slope = 0;  ///< of the leaky ReLU below 0; 0 to 1
+};
+
+/// Outputs of a network for primary rays: the log-odds of a hit; the distance from where the ray enters the
+/// AABB to the hit, over the AABB's diagonal; the surface's normal on the ray's side, in object space.
+inline constexpr uint32_t kPrimaryOutputs = 5;
+
+/// What answers primary rays of one object (docs/model.md).
+struct PrimaryField : SphericalBounds {
+  SphericalGrid position, direction;  ///< alike in resolution and features
+  SphericalNetwork network;           ///< of kPrimaryOutputs
+  float slope = 0;                    ///< as a SphericalField's
+  /// Part of the AABB's diagonal by which other rays start before a hit, along the ray: depths are not exact,
+  /// and what starts behind the surface sees nothing. 0 to 1.
+  float margin = 0;
 };
 
 /// The AABB is grown by this part of its diagonal: what stays_certain() lets a ray be moved by on its way to
@@ -69,25 +90,25 @@ struct SphericalField {
 inline constexpr float kSphericalMargin = 0x1p-14f, kSphericalUnits = 64;
 
 /// False where the AABB cannot be computed with; else sets everything that follows from it.
-inline bool set_bounds(const float low[3], const float high[3], SphericalField& field) {
+inline bool set_bounds(const float low[3], const float high[3], SphericalBounds& bounds) {
   double square = 0, longest = 0;
-  field.extent = 0;
+  bounds.extent = 0;
   for (int a = 0; a < 3; ++a) {
     const double side = double(high[a]) - double(low[a]);
     const double farthest = std::fmax(std::fabs(double(low[a])), std::fabs(double(high[a])));
     if (!(side >= 0) || !(farthest <= double(kMaxSphericalCoordinate))) return false;
-    field.low[a] = low[a];
-    field.high[a] = high[a];
-    field.centre[a] = static_cast<float>((double(low[a]) + double(high[a])) / 2);
-    field.extent = std::fmax(field.extent, static_cast<float>(farthest));
+    bounds.low[a] = low[a];
+    bounds.high[a] = high[a];
+    bounds.centre[a] = static_cast<float>((double(low[a]) + double(high[a])) / 2);
+    bounds.extent = std::fmax(bounds.extent, static_cast<float>(farthest));
     square += side * side;
     longest = std::fmax(longest, side);
   }
   if (longest < double(kMinSphericalSide)) return false;
   const double diagonal = std::sqrt(square);
-  field.distance_scale = static_cast<float>(2 / diagonal);
-  field.margin = kSphericalMargin * static_cast<float>(diagonal);
-  field.reach_scale = static_cast<float>(double(kSphericalUnits) / diagonal);
+  bounds.distance_scale = static_cast<float>(2 / diagonal);
+  bounds.margin = kSphericalMargin * static_cast<float>(diagonal);
+  bounds.reach_scale = static_cast<float>(double(kSphericalUnits) / diagonal);
   return true;
 }
 

@@ -121,7 +121,7 @@ bake::BakeOptions resolve_options(const Arguments& arguments) {
 }
 
 struct AssetBytes {
-  uint64_t file, resident, occupancy = 0, features = 0, network = 0, bvh = 0, grids = 0;
+  uint64_t file, resident, occupancy = 0, features = 0, network = 0, bvh = 0, grids = 0, primary = 0;
 };
 
 AssetBytes count_bytes(std::span<const std::byte> file) {
@@ -136,6 +136,8 @@ AssetBytes count_bytes(std::span<const std::byte> file) {
   for (const format::NetworkView& network : view.networks) bytes.network += network.bytes;
   for (const format::SphericalNetworksView& networks : view.spherical_networks)
     bytes.network += networks.bytes;
+  for (const format::PrimaryView& primary : view.primaries)
+    bytes.primary += primary.grid_bytes + primary.network_bytes;
   return bytes;
 }
 
@@ -165,6 +167,7 @@ nlohmann::ordered_json to_json(const bake::ObjectReport& object) {
     json["unknown_voxels"] = object.unknown_voxels;
   }
   json["training_rays"] = object.training_rays;
+  if (object.primary_rays) json["primary_rays"] = object.primary_rays;
   json["recoveries"] = object.recoveries;
   json["sets"] = bake::to_json(object.sets);
   return json;
@@ -187,7 +190,8 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result, cons
                                       {"features", bytes.features},
                                       {"network", bytes.network},
                                       {"bvh", bytes.bvh},
-                                      {"grids", bytes.grids}}},
+                                      {"grids", bytes.grids},
+                                      {"primary", bytes.primary}}},
                                     {"sets", bake::to_json(result.sets)},
                                     {"objects", std::move(objects)}};
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -204,6 +208,7 @@ void print_summary(const Arguments& arguments, const bake::BakeResult& result, c
              format_bytes(double(bytes.occupancy)), format_bytes(double(bytes.features)),
              format_bytes(double(bytes.network)), format_bytes(double(bytes.bvh)),
              format_bytes(double(bytes.grids)));
+  if (bytes.primary) fmt::print("of which for primary rays {}\n", format_bytes(double(bytes.primary)));
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
     const bake::ObjectReport& object = result.objects[i];
@@ -275,7 +280,10 @@ struct View {
 render::SceneDescription read_view(const SphericalArguments& arguments) {
   render::SceneDescription scene = render::read_scene(*arguments.view);
   scene.picture.samples = arguments.view_samples.value_or(scene.picture.samples);
-  for (render::ObjectDescription& object : scene.objects) object.nif.reset();  // labels are exact
+  for (render::ObjectDescription& object : scene.objects) {  // labels are exact
+    object.nif.reset();
+    object.primary = false;
+  }
   return scene;
 }
 
@@ -307,7 +315,11 @@ void run(const Arguments& arguments) {
     options.spherical.given = bake::GivenRays{
         fmt::format("{}, {} x {} pixels, {} samples each", count_of(view->scene.cameras.size(), "camera"),
                     picture.width, picture.height, picture.samples),
-        picture.samples, [&](uint64_t round) { return view->rays.draw(round); }};
+        picture.samples,
+        [&](uint64_t round) { return view->rays.draw(round); },
+        {}};
+    if (arguments.spherical.primary)
+      options.spherical.given->draw_primary = [&](uint64_t round) { return view->rays.draw_primary(round); };
   }
   const bake::BakeResult result = naming(arguments.mesh, [&] {
     return bake::bake(

@@ -19,7 +19,7 @@ struct Arguments {
   bool json = false;
 };
 
-nlohmann::ordered_json describe_object(const format::ObjectView& object) {
+nlohmann::ordered_json describe_encoding(const format::ObjectView& object) {
   nlohmann::ordered_json json{{"name", object.name},
                               {"encoding", bake::name_of(object.encoding)},
                               {"triangles", object.triangles},
@@ -49,11 +49,19 @@ nlohmann::ordered_json describe_object(const format::ObjectView& object) {
   return json;
 }
 
+nlohmann::ordered_json describe_object(const format::AssetView& view, uint32_t index) {
+  nlohmann::ordered_json json = describe_encoding(view.objects[index]);
+  if (const format::PrimaryView* primary = view.primary_of(index))
+    json["primary"] = describe_primary(*primary);
+  return json;
+}
+
 nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetView& view) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
-  uint64_t occupancy = 0, features = 0, networks = 0, bvhs = 0, grids = 0;
-  for (const format::ObjectView& object : view.objects) {
-    objects.push_back(describe_object(object));
+  uint64_t occupancy = 0, features = 0, networks = 0, bvhs = 0, grids = 0, primaries = 0;
+  for (uint32_t i = 0; i < view.objects.size(); ++i) {
+    const format::ObjectView& object = view.objects[i];
+    objects.push_back(describe_object(view, i));
     occupancy += object.occupancy_bytes;
     features += object.feature_bytes;
     bvhs += object.bvh_bytes;
@@ -61,6 +69,8 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
   }
   for (const format::NetworkView& network : view.networks) networks += network.bytes;
   for (const format::SphericalNetworksView& pair : view.spherical_networks) networks += pair.bytes;
+  for (const format::PrimaryView& primary : view.primaries)
+    primaries += primary.grid_bytes + primary.network_bytes;
   nlohmann::ordered_json instances = nlohmann::ordered_json::array();
   for (const format::InstanceView& instance : view.instances) {
     instances.push_back(
@@ -81,7 +91,8 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
             {"features", features},
             {"network", networks},
             {"bvh", bvhs},
-            {"grids", grids}}},
+            {"grids", grids},
+            {"primary", primaries}}},
           {"metadata", std::move(metadata)}};
 }
 

@@ -1,4 +1,5 @@
-// `nif render`: pictures of a scene whose shadow rays Embree answers, and assets answer, side by side.
+// `nif render`: pictures of a scene whose shadow rays Embree answers, and assets answer, side by side; and
+// whose camera rays fields answer.
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
@@ -37,7 +38,7 @@ struct Arguments {
   bool exr = false, json = false, quiet = false;
 };
 
-/// What stands in a picture of the assets' answers, beside the reference's.
+/// What stands in a picture of other answers, beside the reference's.
 struct PictureError {
   Mode mode;
   double psnr, ssim;
@@ -46,6 +47,7 @@ struct PictureError {
 struct CameraResult {
   std::string name;
   render::ShadowRays shadow_rays;
+  render::CameraRays camera_rays;
   std::vector<PictureError> errors;
   Image thumbnail;  ///< of reference, assets and error side by side; empty where no sheet is wanted
   double seconds = 0;
@@ -102,7 +104,7 @@ CameraResult write_pictures(const Arguments& arguments, const std::string& camer
     return (fs::path(arguments.folder) / fmt::format("{}-{}", camera, what)).string();
   };
   std::array<Image, render::kModes.size()> shown;
-  CameraResult result{camera, rendering.shadow_rays, {}, {}, 0};
+  CameraResult result{camera, rendering.shadow_rays, rendering.camera_rays, {}, {}, 0};
   const Image& reference = shown[size_t(Mode::reference)];
   for (const Mode mode : render::kModes) {
     const Image& linear = rendering.images[size_t(mode)];
@@ -115,6 +117,9 @@ CameraResult write_pictures(const Arguments& arguments, const std::string& camer
       result.errors.push_back(
           {mode, render::psnr(reference, shown[size_t(mode)]), render::ssim(reference, shown[size_t(mode)])});
   }
+  if (last && !rendering.normals[0].values.empty())
+    render::write_png(path("normals.png"),
+                      render::side_by_side({&rendering.normals[0], &rendering.normals[1]}));
   if (last && !result.errors.empty()) {
     const Image& learned = shown[size_t(Mode::probability)];
     const Image error = render::difference(reference, learned, 3);
@@ -136,6 +141,21 @@ render::Exact exact_named(const std::string& name) {
 
 double mrays_per_s(uint64_t rays, double seconds) { return seconds > 0 ? double(rays) / seconds / 1e6 : 0; }
 
+double mean(double sum, uint64_t count) { return count ? sum / double(count) : 0; }
+
+void print_camera_rays(const std::vector<CameraResult>& results) {
+  fmt::print("\n{:16} {:<17} {:>11} {:>12} {:>8} {:>9} {:>8}\n", "camera", name_of(Mode::primary),
+             "camera rays", "on objects", "differ", "depth", "normal");
+  for (const CameraResult& result : results) {
+    const render::CameraRays& rays = result.camera_rays;
+    const PictureError& error = result.errors.back();
+    fmt::print("{:16} {:5.2f} dB {:<8.5f} {:>11} {:>11.1f}% {:>7.3f}% {:>8.4f}% {:>7.2f}°\n", result.name,
+               error.psnr, error.ssim, rays.rays, 100 * mean(double(rays.hits), rays.rays),
+               100 * mean(double(rays.differ), rays.rays), 100 * mean(rays.depth_error, rays.both),
+               mean(rays.normal_error, rays.both));
+  }
+}
+
 void print_table(const std::vector<CameraResult>& results, const render::World& world, double exposure) {
   fmt::print("{} triangles", world.triangles());
   if (world.has_assets())
@@ -152,18 +172,19 @@ void print_table(const std::vector<CameraResult>& results, const render::World& 
   // PSNR and SSIM stand under the name of the picture that they are of.
   fmt::print("{:16}", "camera");
   for (const Mode mode : render::kModes)
-    if (mode != Mode::reference) fmt::print(" {:<17}", name_of(mode));
+    if (mode != Mode::reference && mode != Mode::primary) fmt::print(" {:<17}", name_of(mode));
   fmt::print(" {:>11} {:>7} {:>8} {:>7} {:>8}\n", "shadow rays", "wrong", "certain", "exact", "seconds");
   for (const CameraResult& result : results) {
     const render::ShadowRays& rays = result.shadow_rays;
     const double percent = rays.rays ? 100.0 / double(rays.rays) : 0;
     fmt::print("{:16}", result.name);
     for (const PictureError& error : result.errors)
-      fmt::print(" {:5.2f} dB {:<8.5f}", error.psnr, error.ssim);
+      if (error.mode != Mode::primary) fmt::print(" {:5.2f} dB {:<8.5f}", error.psnr, error.ssim);
     fmt::print(" {:>11} {:>6.3f}% {:>7.1f}% {:>6.1f}% {:>8.1f}\n", rays.rays,
                percent * double(rays.leak + rays.spurious), percent * double(rays.certain),
                percent * double(rays.exact), result.seconds);
   }
+  if (world.has_primaries()) print_camera_rays(results);
 }
 
 Json to_json(const std::vector<CameraResult>& results, const Arguments& arguments, const render::World& world,
@@ -194,6 +215,14 @@ Json to_json(const std::vector<CameraResult>& results, const Arguments& argument
       for (const PictureError& error : result.errors)  // equal pictures: JSON has no infinity
         camera["pictures"][name_of(error.mode)] = {
             {"psnr", std::isfinite(error.psnr) ? Json(error.psnr) : Json(nullptr)}, {"ssim", error.ssim}};
+    }
+    if (world.has_primaries()) {
+      const render::CameraRays& seen = result.camera_rays;
+      camera["primary"] = {{"rays", seen.rays},
+                           {"hits", mean(double(seen.hits), seen.rays)},
+                           {"differ", mean(double(seen.differ), seen.rays)},
+                           {"depth_error", mean(seen.depth_error, seen.both)},
+                           {"normal_error", mean(seen.normal_error, seen.both)}};
     }
     json["cameras"][result.name] = std::move(camera);
   }

@@ -25,8 +25,7 @@ GridBytes grid_bytes(const kernels::SphericalField& field) {
 }
 
 uint64_t bytes_of(const kernels::SphericalNetwork& network) {
-  return (network.weights.half ? 2 : 4) *
-         kernels::spherical_weights(network.inputs, network.width, network.hidden_layers);
+  return (network.weights.half ? 2 : 4) * kernels::spherical_weights(network);
 }
 
 /// Bytes by the formulas of the paper, for grids of these resolutions: 4 R^2 for a pair of grids over angles,
@@ -74,7 +73,24 @@ nlohmann::ordered_json describe_spherical(const format::ObjectView& object) {
             {"training_inner_grids", paper.training_inner}}}};
 }
 
+nlohmann::ordered_json describe_primary(const format::PrimaryView& primary) {
+  nlohmann::ordered_json json = describe(primary.field.position, primary.field.network);
+  json["grid_precision"] = primary.field.position.values.half ? "half" : "single";
+  json["margin"] = primary.field.margin;
+  json["bytes"] = {{"grids", primary.grid_bytes}, {"network", primary.network_bytes}};
+  return json;
+}
+
 void print_spherical(const format::AssetView& view) {
+  if (!view.primaries.empty()) {
+    const format::PrimaryView& primary = view.primaries.front();
+    const kernels::SphericalGrid& grid = primary.field.position;
+    const kernels::SphericalNetwork& network = primary.field.network;
+    fmt::print(
+        "primary   grids {} x {} x {}, {} bytes; network {} to {} x {} to {}, {} bytes; margin {:.4f}\n",
+        grid.resolution, grid.resolution, grid.features, primary.grid_bytes, network.inputs,
+        network.hidden_layers, network.width, network.outputs, primary.network_bytes, primary.field.margin);
+  }
   const auto object = std::find_if(view.objects.begin(), view.objects.end(), [](const auto& candidate) {
     return candidate.encoding == format::kSpherical;
   });

@@ -1,4 +1,5 @@
-// What `nif info` says of `spherical` objects: their bytes, part by part, beside those that the paper states.
+// What `nif info` says of `spherical` objects, and of fields for primary rays: their bytes, part by part,
+// beside those that the paper states.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,7 +11,10 @@ namespace nif::tools {
 /// {"outer": {...}, "inner": {...}, "paper": {...}, "bytes": {"grids": {...}, "network": ...}}
 nlohmann::ordered_json describe_spherical(const format::ObjectView& object);
 
-/// For people: the same of the first such object; nothing where there is none.
+/// What answers primary rays of an object: its shape and bytes, as the parts of the former.
+nlohmann::ordered_json describe_primary(const format::PrimaryView& primary);
+
+/// For people: the same of the first such object, and of the first such field; nothing where there is none.
 void print_spherical(const format::AssetView& view);
 
 }  // namespace nif::tools

@@ -53,6 +53,16 @@ constexpr std::array kCounts{
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.inner.hidden_layers; }},
     CountOption{"--inner-batch", "Rays of a training step of it", &SphericalArguments::inner_batch,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.inner.batch; }},
+    CountOption{"--primary-resolution", "Latent vectors along an axis of a grid for primary rays",
+                &SphericalArguments::primary_resolution,
+                [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.primary.resolution; }},
+    CountOption{"--primary-features", "Floats of each of them", &SphericalArguments::primary_features,
+                [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.primary.features; }},
+    CountOption{"--primary-width", "Neurons of a hidden layer of their network",
+                &SphericalArguments::primary_width,
+                [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.primary.width; }},
+    CountOption{"--primary-layers", "Hidden layers of it", &SphericalArguments::primary_layers,
+                [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.primary.hidden_layers; }},
     CountOption{"--training-passes", "Times that each ray of --mix is learned from",
                 &SphericalArguments::passes, [](SphericalBakeOptions& o) -> uint32_t& { return o.passes; }}};
 
@@ -102,6 +112,7 @@ const char* SphericalArguments::first_given() const {
   if (loss) return "--loss";
   if (view) return "--view";
   if (view_samples) return "--view-samples";
+  if (primary) return "--primary";
   return shared_network ? "--shared-network" : nullptr;
 }
 
@@ -142,8 +153,14 @@ void add_spherical_options(CLI::App& command, SphericalArguments& arguments) {
       ->check(CLI::Range(1u, 65536u))
       ->group(kGroup);
   command
+      .add_flag(
+          "--primary", arguments.primary,
+          "Learn a field for the rays of these cameras, too: hit or miss, depth and normal, for nif render")
+      ->group(kGroup);
+  command
       .add_flag("--shared-network", arguments.shared_network,
-                "One pair of networks for all objects, with grids for each")
+                "One pair of networks for all objects, with grids for each; networks for primary rays stay "
+                "each object's own")
       ->group(kGroup);
 }
 
@@ -163,6 +180,13 @@ bake::SphericalBakeOptions resolve_spherical(const SphericalArguments& arguments
   if (arguments.view_samples && !arguments.view)
     throw Error(Status::usage,
                 "--view-samples says how often the pixels of --view are sampled, and there is none");
+  if (arguments.primary && !arguments.view)
+    throw Error(Status::usage, "--primary learns from the cameras of --view, and there is none");
+  if (!arguments.primary)
+    for (const CountOption& option : kCounts)
+      if (arguments.*option.given && std::string_view(option.name).starts_with("--primary-"))
+        throw Error(Status::usage,
+                    fmt::format("{} shapes the field of --primary, and that is not asked for", option.name));
   for (const auto& [given, name] : {std::pair{arguments.rays.has_value(), "--training-rays"},
                                     {arguments.passes.has_value(), "--training-passes"}})
     if (given && arguments.view)

@@ -14,6 +14,7 @@ struct SphericalArguments {
   std::optional<uint32_t> outer_resolution, outer_features, outer_width, outer_layers, outer_batch;
   std::optional<uint32_t> inner_resolution, inner_features, inner_width, inner_layers, inner_batch;
   std::optional<uint32_t> distance_resolution, distance_features;
+  std::optional<uint32_t> primary_resolution, primary_features, primary_width, primary_layers;
   std::optional<float> slope, latent_reach, learning_rate, beta1, beta2, epsilon;
   std::optional<uint64_t> rays;
   std::optional<uint32_t> passes;
@@ -21,6 +22,7 @@ struct SphericalArguments {
   bool shared_network = false;
   std::optional<std::string> view;  ///< a scene file, whose shadow rays are learned from
   std::optional<uint32_t> view_samples;
+  bool primary = false;  ///< learn from its primary rays, too
 
   /// Name of an option that was given; null where none was.
   const char* first_given() const;

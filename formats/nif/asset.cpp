@@ -48,25 +48,42 @@ kernels::BvhField field_of(const Bvh& bvh) {
   return field;
 }
 
+namespace {
+
+kernels::SphericalGrid grid_of(const std::vector<float>& values, uint32_t resolution, uint32_t features) {
+  return {{values.data(), false}, resolution, features};
+}
+
+kernels::SphericalNetwork network_of(const SphericalLayers& layers, uint32_t outputs) {
+  return {{layers.weights.data(), false}, layers.inputs, layers.width, layers.hidden_layers, outputs};
+}
+
+}  // namespace
+
 kernels::SphericalField spherical_field_of(const Object& object, const SphericalNetworks& networks) {
   kernels::SphericalField field;
   kernels::set_bounds(object.aabb_min.data(), object.aabb_max.data(), field);
   const SphericalGrids& grids = object.grids;
-  const auto grid = [](const std::vector<float>& values, uint32_t resolution, uint32_t features) {
-    return kernels::SphericalGrid{{values.data(), false}, resolution, features};
-  };
-  field.outer_position = grid(grids.outer_position, grids.outer_resolution, grids.outer_features);
-  field.outer_direction = grid(grids.outer_direction, grids.outer_resolution, grids.outer_features);
-  field.inner_position = grid(grids.inner_position, grids.inner_resolution, grids.inner_features);
-  field.inner_direction = grid(grids.inner_direction, grids.inner_resolution, grids.inner_features);
-  field.distance = grid(grids.distance, grids.distance_resolution, grids.distance_features);
-  const auto network = [](const SphericalLayers& layers) {
-    return kernels::SphericalNetwork{
-        {layers.weights.data(), false}, layers.inputs, layers.width, layers.hidden_layers};
-  };
-  field.outer = network(networks.outer);
-  field.inner = network(networks.inner);
+  field.outer_position = grid_of(grids.outer_position, grids.outer_resolution, grids.outer_features);
+  field.outer_direction = grid_of(grids.outer_direction, grids.outer_resolution, grids.outer_features);
+  field.inner_position = grid_of(grids.inner_position, grids.inner_resolution, grids.inner_features);
+  field.inner_direction = grid_of(grids.inner_direction, grids.inner_resolution, grids.inner_features);
+  field.distance = grid_of(grids.distance, grids.distance_resolution, grids.distance_features);
+  field.outer = network_of(networks.outer, 1);
+  field.inner = network_of(networks.inner, 1);
   field.slope = networks.slope;
+  return field;
+}
+
+kernels::PrimaryField primary_field_of(const Object& object) {
+  kernels::PrimaryField field;
+  kernels::set_bounds(object.aabb_min.data(), object.aabb_max.data(), field);
+  const Primary& primary = *object.primary;
+  field.position = grid_of(primary.position, primary.resolution, primary.features);
+  field.direction = grid_of(primary.direction, primary.resolution, primary.features);
+  field.network = network_of(primary.network, kernels::kPrimaryOutputs);
+  field.slope = primary.slope;
+  field.margin = primary.margin;
   return field;
 }
 
@@ -87,10 +104,14 @@ std::vector<float> to_floats(const kernels::SphericalValues& values, size_t coun
   return floats;
 }
 
+/// Of a grid over two angles.
+std::vector<float> over_angles(const kernels::SphericalGrid& grid) {
+  return to_floats(grid.values, size_t(grid.resolution) * grid.resolution * grid.features);
+}
+
 SphericalLayers to_layers(const kernels::SphericalNetwork& network) {
   return {network.inputs, network.width, network.hidden_layers,
-          to_floats(network.weights,
-                    kernels::spherical_weights(network.inputs, network.width, network.hidden_layers))};
+          to_floats(network.weights, kernels::spherical_weights(network))};
 }
 
 SphericalGrids to_grids(const kernels::SphericalField& field) {
@@ -102,16 +123,25 @@ SphericalGrids to_grids(const kernels::SphericalField& field) {
   grids.inner_features = field.inner_position.features;
   grids.distance_resolution = field.distance.resolution;
   grids.distance_features = field.distance.features;
-  const auto angles = [](const kernels::SphericalGrid& grid) {
-    return to_floats(grid.values, size_t(grid.resolution) * grid.resolution * grid.features);
-  };
-  grids.outer_position = angles(field.outer_position);
-  grids.outer_direction = angles(field.outer_direction);
-  grids.inner_position = angles(field.inner_position);
-  grids.inner_direction = angles(field.inner_direction);
+  grids.outer_position = over_angles(field.outer_position);
+  grids.outer_direction = over_angles(field.outer_direction);
+  grids.inner_position = over_angles(field.inner_position);
+  grids.inner_direction = over_angles(field.inner_direction);
   grids.distance =
       to_floats(field.distance.values, size_t(field.distance.resolution) * field.distance.features);
   return grids;
+}
+
+Primary to_primary(const kernels::PrimaryField& field) {
+  return {field.position.values.half,
+          field.network.weights.half,
+          field.slope,
+          field.margin,
+          field.position.resolution,
+          field.position.features,
+          over_angles(field.position),
+          over_angles(field.direction),
+          to_layers(field.network)};
 }
 
 }  // namespace
@@ -167,6 +197,7 @@ Asset to_asset(const AssetView& view) {
     object.samples = field.samples;
     object.length_scale = field.length_scale;
   }
+  for (const PrimaryView& from : view.primaries) asset.objects[from.object].primary = to_primary(from.field);
   for (const InstanceView& from : view.instances)
     asset.instances.push_back({std::string(from.name), from.object, from.transform});
   return asset;

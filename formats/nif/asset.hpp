@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,23 @@ struct SphericalNetworks {
   uint64_t bytes() const { return (half ? 2 : 4) * (outer.weights.size() + inner.weights.size()); }
 };
 
+/// What answers primary rays of an object: grids as those of SphericalGrids, and a network with
+/// kernels::kPrimaryOutputs outputs.
+struct Primary {
+  bool half_grids = false, half_network = false;  ///< as with SphericalGrids
+  float slope = 0.01f;
+  float margin = 0;  ///< as kernels::PrimaryField's
+  uint32_t resolution = 0, features = 0;
+  std::vector<float> position, direction;
+  SphericalLayers network;
+
+  /// Of the block that holds it in a file.
+  uint64_t bytes() const {
+    return (half_grids ? 2 : 4) * (position.size() + direction.size()) +
+           (half_network ? 2 : 4) * network.weights.size();
+  }
+};
+
 /// One object; what is not of its encoding stays empty. The members of `segment` are those of
 /// kernels::SegmentField.
 struct Object {
@@ -94,6 +112,8 @@ struct Object {
   Bvh bvh;
 
   SphericalGrids grids;  ///< `network` then counts in Asset::spherical_networks
+
+  std::optional<Primary> primary;  ///< of any encoding
 };
 
 struct Instance {
@@ -118,5 +138,7 @@ kernels::SegmentField field_of(const Object& object, const Network& network);
 kernels::BvhField field_of(const Bvh& bvh);
 /// The object's bounds must be such as kernels::set_bounds() takes.
 kernels::SphericalField spherical_field_of(const Object& object, const SphericalNetworks& networks);
+/// Likewise, of an object that has one.
+kernels::PrimaryField primary_field_of(const Object& object);
 
 }  // namespace nif::format

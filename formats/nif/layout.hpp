@@ -45,6 +45,9 @@ enum SectionType : uint32_t {
   kSphericalNetworks = fourcc("SNET"),  ///< SphericalNetworksRecord[]
   kSphericalWeights = fourcc("SWGT"),   ///< each record's block
   kGrids = fourcc("GRID"),              ///< each `spherical` object's block
+  // Optional: readers that do not know them answer visibility all the same. Either both are there or neither.
+  kPrimaries = fourcc("PRIM"),      ///< PrimaryRecord[]
+  kPrimaryValues = fourcc("PVAL"),  ///< each record's block
 };
 
 enum SectionFlags : uint32_t {
@@ -132,7 +135,7 @@ struct NetworkRecord {  // 80 bytes
 };
 static_assert(sizeof(NetworkRecord) == 80);
 
-/// The shape of a network of `spherical`: hidden layers of one width, then one output.
+/// The shape of a network of `spherical`: hidden layers of one width, then its outputs.
 struct SphericalShapeRecord {  // 12 bytes
   uint32_t inputs, width, hidden_layers;
 };
@@ -146,5 +149,20 @@ struct SphericalNetworksRecord {  // 64 bytes
   Block weights;         ///< of outer, then of inner, layer by layer, [inputs][outputs] each, without gaps
 };
 static_assert(sizeof(SphericalNetworksRecord) == 64);
+
+/// What answers primary rays of an object, of whatever encoding.
+struct PrimaryRecord {  // 64 bytes
+  uint32_t object;      ///< index into kObjects; records stand in the order of their objects
+  uint16_t resolution;  ///< latent vectors along an axis of both grids
+  uint8_t features;     ///< floats of each
+  uint8_t half_grids;   ///< 1: in half precision, 0: in single
+  uint32_t half_network;
+  float slope;  ///< of the leaky ReLU below 0
+  SphericalShapeRecord network;
+  float margin;          ///< part of the AABB's diagonal, 0 to 1
+  uint32_t reserved[4];  ///< 0
+  Block values;  ///< position, direction, then the network's layers, [inputs][outputs] each, without gaps
+};
+static_assert(sizeof(PrimaryRecord) == 64);
 
 }  // namespace nif::format

@@ -15,51 +15,19 @@
 
 #include "formats/nif/asset.hpp"
 #include "formats/nif/check_bvh.hpp"
+#include "formats/nif/read_spherical.hpp"
+#include "formats/nif/records.hpp"
 #include "formats/nif/utf8.hpp"
-#include "kernels/reference/half.hpp"
 #include "kernels/reference/instance.hpp"
 
 namespace nif::format {
 namespace {
 
 using kernels::kMaxLayers;
-using Bytes = std::span<const std::byte>;
 
 static_assert(kernels::kMaxInputs * 127ll * 127 + kernels::kMaxBias + (1ll << kernels::kMaxShift) <
               1ll << 28);
 static_assert(kMaxLayers == std::size(NetworkRecord{}.layers));
-
-/// One place in the file, for messages; built only where something is wrong.
-struct Place {
-  std::string_view file;
-  const char* section;
-  uint64_t record;
-
-  [[noreturn]] void damaged(const std::string& what) const {
-    refuse(Status::damaged_nif, file, text(), what);
-  }
-  void require(bool good, const char* what) const {
-    if (!good) damaged(what);
-  }
-  void within(uint64_t value, uint64_t low, uint64_t high, const char* name) const {
-    if (value < low || value > high)
-      damaged(std::string(name) + " is " + std::to_string(value) + ", not " + std::to_string(low) + " to " +
-              std::to_string(high));
-  }
-  std::string text() const {
-    return std::string("section ") + section + ", record " + std::to_string(record);
-  }
-};
-
-template <class T>
-bool all_finite(const T& values) {
-  return std::all_of(std::begin(values), std::end(values), [](float v) { return std::isfinite(v); });
-}
-
-template <class T>
-bool all_zero(const T& values) {
-  return std::all_of(std::begin(values), std::end(values), [](auto value) { return value == 0; });
-}
 
 /// No byte is -128: weights and features are symmetric, -127..127.
 bool symmetric(const int8_t* values, uint64_t count) {
@@ -67,68 +35,6 @@ bool symmetric(const int8_t* values, uint64_t count) {
   for (uint64_t i = 0; i < count; ++i) found |= uint32_t(values[i] == -128);
   return found == 0;
 }
-
-/// None is NaN or larger than kernels::kMaxSphericalValue.
-bool bounded(const kernels::SphericalValues& values, uint64_t count) {
-  constexpr float kMost = kernels::kMaxSphericalValue;
-  constexpr uint16_t kMostAsHalf = kernels::to_half(kMost);
-  static_assert(kernels::from_half(kMostAsHalf) == kMost);
-  uint32_t found = 0;
-  if (values.half) {
-    const auto* halves = static_cast<const uint16_t*>(values.data);
-    for (uint64_t i = 0; i < count; ++i) found |= uint32_t((halves[i] & 0x7fff) > kMostAsHalf);
-  } else {
-    const auto* floats = static_cast<const float*>(values.data);
-    for (uint64_t i = 0; i < count; ++i)
-      found |= uint32_t(!(floats[i] <= kMost)) | uint32_t(!(floats[i] >= -kMost));
-  }
-  return found == 0;
-}
-
-/// Hands out the blocks of a section in the order of their records and sees to it that they fill it.
-class Blocks {
- public:
-  explicit Blocks(Bytes section) : section_(section) {}
-
-  Bytes next(const Block& block, uint64_t expected, const char* name, const Place& place) {
-    const std::string what = std::string(name) + " block";
-    if (block.offset != aligned(end_)) place.damaged(what + " is not where the one before it ends");
-    if (block.bytes != expected)
-      place.damaged(what + " has " + std::to_string(block.bytes) + " bytes, not " + std::to_string(expected));
-    if (block.offset > section_.size() || block.bytes > section_.size() - block.offset)
-      place.damaged(what + " reaches past the end of its section");
-    for (uint64_t at = end_; at < block.offset; ++at)
-      if (section_[at] != std::byte{0}) place.damaged("padding before the " + what + " is not zero");
-    end_ = block.offset + block.bytes;
-    return section_.subspan(block.offset, block.bytes);
-  }
-  bool finished() const { return end_ == section_.size(); }
-
- private:
-  Bytes section_;
-  uint64_t end_ = 0;
-};
-
-/// Records of one section, copied out one at a time.
-template <class Record>
-class Records {
- public:
-  Records(Bytes section, const char* name, std::string_view file) : section_(section) {
-    if (section.size() % sizeof(Record) != 0 || section.size() / sizeof(Record) > 0xffffffffu)
-      refuse(Status::damaged_nif, file, std::string("section ") + name,
-             std::to_string(section.size()) + " bytes are no whole number of records of " +
-                 std::to_string(sizeof(Record)));
-  }
-  uint32_t count() const { return uint32_t(section_.size() / sizeof(Record)); }
-  Record operator[](uint32_t i) const {
-    Record record;
-    std::memcpy(&record, section_.data() + uint64_t(i) * sizeof(Record), sizeof(Record));
-    return record;
-  }
-
- private:
-  Bytes section_;
-};
 
 /// What the blocks of objects are taken from.
 struct ObjectBlocks {
@@ -148,6 +54,7 @@ class Reader {
     read_networks();
     read_spherical_networks();
     read_objects();
+    read_primaries();
     read_instances();
     if (names_end_ != names_.size())
       refuse(Status::damaged_nif, file_, "section NAME", "bytes that belong to no name");
@@ -156,11 +63,16 @@ class Reader {
 
  private:
   void find_sections() {
+    enum class Kind {
+      everywhere,  ///< in every file
+      as_needed,   ///< where an object needs it, and then required of readers
+      optional,    ///< where an object has it, for readers that know it
+    };
     struct Known {
       uint32_t type;
       Bytes* bytes;
+      Kind kind = Kind::everywhere;
       bool found = false;
-      bool optional = false;
     } known[] = {{kObjects, &objects_},
                  {kInstances, &instances_},
                  {kNames, &names_},
@@ -168,10 +80,12 @@ class Reader {
                  {kWeights, &weights_},
                  {kOccupancy, &occupancy_},
                  {kFeatures, &features_},
-                 {kBvhs, &bvhs_, false, true},
-                 {kSphericalNetworks, &spherical_networks_, false, true},
-                 {kSphericalWeights, &spherical_weights_, false, true},
-                 {kGrids, &grids_, false, true}};
+                 {kBvhs, &bvhs_, Kind::as_needed},
+                 {kSphericalNetworks, &spherical_networks_, Kind::as_needed},
+                 {kSphericalWeights, &spherical_weights_, Kind::as_needed},
+                 {kGrids, &grids_, Kind::as_needed},
+                 {kPrimaries, &primaries_, Kind::optional},
+                 {kPrimaryValues, &primary_values_, Kind::optional}};
     for (const SectionView& section : asset_.sections) {
       const auto place = [&] { return "section " + section_name(section.type); };
       const bool required = section.flags & kRequired;
@@ -187,15 +101,18 @@ class Reader {
         if (required) refuse(Status::unsupported_nif, file_, place(), "required, and newer than this build");
         continue;  // an optional section of a later version: skipped, as promised
       }
-      if (!required) refuse(Status::damaged_nif, file_, place(), "is not marked as required");
+      if (required == (match->kind == Kind::optional))
+        refuse(Status::damaged_nif, file_, place(),
+               required ? "is marked as required" : "is not marked as required");
       match->found = true;
       has_bvhs_ |= section.type == kBvhs;
       has_spherical_ |=
           section.type == kSphericalNetworks || section.type == kSphericalWeights || section.type == kGrids;
+      has_primaries_ |= section.type == kPrimaries || section.type == kPrimaryValues;
       *match->bytes = section.bytes;
     }
     for (const Known& k : known)
-      if (!k.found && !k.optional)
+      if (!k.found && k.kind == Kind::everywhere)
         refuse(Status::damaged_nif, file_, "section " + section_name(k.type), "is missing");
   }
 
@@ -271,39 +188,9 @@ class Reader {
     asset_.spherical_networks.reserve(records.count());
     for (uint32_t i = 0; i < records.count(); ++i)
       asset_.spherical_networks.push_back(
-          read_spherical_networks(records[i], blocks, Place{file_, "SNET", i}));
+          format::read_spherical_networks(records[i], blocks, Place{file_, "SNET", i}));
     if (!blocks.finished())
       refuse(Status::damaged_nif, file_, "section SWGT", "bytes that belong to no network");
-  }
-
-  static SphericalNetworksView read_spherical_networks(const SphericalNetworksRecord& record, Blocks& blocks,
-                                                       const Place& place) {
-    SphericalNetworksView view;
-    place.within(record.half, 0, 1, "half");
-    place.require(record.slope >= 0 && record.slope <= 1, "slope is not a number from 0 to 1");
-    place.require(all_zero(record.reserved), "reserved bytes are not zero");
-    view.slope = record.slope;
-    const uint64_t size = record.half ? sizeof(uint16_t) : sizeof(float);
-    uint64_t weights[2];
-    const SphericalShapeRecord* shapes[] = {&record.outer, &record.inner};
-    kernels::SphericalNetwork* networks[] = {&view.outer, &view.inner};
-    for (int n = 0; n < 2; ++n) {
-      const SphericalShapeRecord& shape = *shapes[n];
-      place.within(shape.inputs, 1, kernels::kMaxSphericalInputs, "inputs");
-      place.within(shape.width, 4, kernels::kMaxSphericalWidth, "width");
-      place.require(shape.width % 4 == 0, "width is no multiple of 4");
-      place.within(shape.hidden_layers, 1, kernels::kMaxSphericalLayers, "hidden_layers");
-      weights[n] = kernels::spherical_weights(shape.inputs, shape.width, shape.hidden_layers);
-      *networks[n] = {{nullptr, record.half != 0}, shape.inputs, shape.width, shape.hidden_layers};
-    }
-    view.bytes = (weights[0] + weights[1]) * size;
-    const std::byte* at = blocks.next(record.weights, view.bytes, "weights", place).data();
-    for (int n = 0; n < 2; ++n) {
-      networks[n]->weights.data = at;
-      at += weights[n] * size;
-      place.require(bounded(networks[n]->weights, weights[n]), "a weight is NaN or beyond +-4096");
-    }
-    return view;
   }
 
   void read_objects() {
@@ -382,46 +269,11 @@ class Reader {
     blank.grids = record.grids;
     place.require(std::memcmp(&blank, &record, sizeof(record)) == 0,
                   "members of `segment` or `bvh` are not zero");
+    place.require(record.network < asset_.spherical_networks.size(), "network is out of range");
     kernels::SphericalField& field = asset_.spherical_fields.emplace_back();
     view.spherical = &field;
-    place.require(kernels::set_bounds(record.aabb_min, record.aabb_max, field),
-                  "bounds are too small or too large to compute with");
-    place.require(record.network < asset_.spherical_networks.size(), "network is out of range");
-    const SphericalNetworksView& networks = asset_.spherical_networks[record.network];
-    field.outer = networks.outer;
-    field.inner = networks.inner;
-    field.slope = networks.slope;
-    place.within(record.half_grids, 0, 1, "half_grids");
-    const std::pair<kernels::SphericalGrid*, bool> grids[] = {{&field.outer_position, true},
-                                                              {&field.outer_direction, true},
-                                                              {&field.inner_position, true},
-                                                              {&field.inner_direction, true},
-                                                              {&field.distance, false}};
-    uint64_t counts[5], all = 0;
-    for (size_t g = 0; g < 5; ++g) {
-      kernels::SphericalGrid& grid = *grids[g].first;
-      grid.resolution = g < 2   ? record.outer_resolution
-                        : g < 4 ? record.inner_resolution
-                                : record.distance_resolution;
-      grid.features = g < 2   ? record.outer_features
-                      : g < 4 ? record.inner_features
-                              : record.distance_features;
-      place.within(grid.resolution, 2, kernels::kMaxSphericalResolution, "a grid's resolution");
-      place.within(grid.features, 1, kernels::kMaxSphericalFeatures, "a grid's number of features");
-      counts[g] = uint64_t(grid.resolution) * (grids[g].second ? grid.resolution : 1) * grid.features;
-      all += counts[g];
-    }
-    place.require(field.outer.inputs == 2 * field.outer_position.features &&
-                      field.inner.inputs == 2 * field.inner_position.features + field.distance.features,
-                  "its network takes another number of inputs");
-    const uint64_t size = record.half_grids ? sizeof(uint16_t) : sizeof(float);
-    view.grid_bytes = all * size;
-    const std::byte* at = blocks.next(record.grids, view.grid_bytes, "grids", place).data();
-    for (size_t g = 0; g < 5; ++g) {
-      grids[g].first->values = {at, record.half_grids != 0};
-      at += counts[g] * size;
-      place.require(bounded(grids[g].first->values, counts[g]), "a latent vector is NaN or beyond +-4096");
-    }
+    view.grid_bytes =
+        read_spherical_field(record, asset_.spherical_networks[record.network], blocks, place, field);
     view.reach_scale = field.reach_scale;
     view.logit_scale = kernels::kSphericalLogitScale;
   }
@@ -529,6 +381,22 @@ class Reader {
     place.require(highest < kernels::kFirstMixedBrick + mixed, "brick_table names a brick that is not there");
   }
 
+  void read_primaries() {
+    const Records<PrimaryRecord> records(primaries_, "PRIM", file_);
+    Blocks blocks(primary_values_);
+    asset_.primaries.reserve(records.count());
+    for (uint32_t i = 0; i < records.count(); ++i) {
+      const PrimaryRecord record = records[i];
+      const Place place{file_, "PRIM", i};
+      place.require(record.object < asset_.objects.size(), "object is out of range");
+      place.require(i == 0 || record.object > asset_.primaries.back().object,
+                    "object does not come after that of the record before");
+      asset_.primaries.push_back(read_primary(record, asset_.objects[record.object], blocks, place));
+    }
+    if (!blocks.finished() || (has_primaries_ && records.count() == 0))
+      refuse(Status::damaged_nif, file_, "section PVAL", "is there, or holds bytes, for no object");
+  }
+
   void read_instances() {
     const Records<InstanceRecord> records(instances_, "INST", file_);
     asset_.instances.reserve(records.count());
@@ -549,9 +417,9 @@ class Reader {
   std::string_view file_;
   AssetView asset_;
   Bytes objects_, instances_, names_, networks_, weights_, occupancy_, features_, bvhs_;
-  Bytes spherical_networks_, spherical_weights_, grids_;
+  Bytes spherical_networks_, spherical_weights_, grids_, primaries_, primary_values_;
   uint64_t names_end_ = 0;
-  bool has_bvhs_ = false, has_spherical_ = false;
+  bool has_bvhs_ = false, has_spherical_ = false, has_primaries_ = false;
 };
 
 }  // namespace
@@ -568,7 +436,14 @@ uint64_t AssetView::resident_bytes() const {
   return bytes.size() + sections.capacity() * sizeof(SectionView) + objects.capacity() * sizeof(ObjectView) +
          instances.capacity() * sizeof(InstanceView) + networks.capacity() * sizeof(NetworkView) +
          spherical_networks.capacity() * sizeof(SphericalNetworksView) +
-         spherical_fields.capacity() * sizeof(kernels::SphericalField);
+         spherical_fields.capacity() * sizeof(kernels::SphericalField) +
+         primaries.capacity() * sizeof(PrimaryView);
+}
+
+const PrimaryView* AssetView::primary_of(uint32_t object) const {
+  const auto at = std::lower_bound(primaries.begin(), primaries.end(), object,
+                                   [](const PrimaryView& view, uint32_t o) { return view.object < o; });
+  return at != primaries.end() && at->object == object ? &*at : nullptr;
 }
 
 }  // namespace nif::format

@@ -61,6 +61,13 @@ struct SphericalNetworksView {
   uint64_t bytes = 0;
 };
 
+/// What answers primary rays of one object, where it has that.
+struct PrimaryView {
+  uint32_t object = 0;          ///< index into AssetView::objects
+  kernels::PrimaryField field;  ///< ready to be queried
+  uint64_t grid_bytes = 0, network_bytes = 0;
+};
+
 /// Views into the bytes of one file; valid while those stay where they are, unchanged.
 struct AssetView {
   explicit AssetView(std::pmr::memory_resource* memory)
@@ -69,7 +76,8 @@ struct AssetView {
         instances(memory),
         networks(memory),
         spherical_networks(memory),
-        spherical_fields(memory) {}
+        spherical_fields(memory),
+        primaries(memory) {}
   AssetView(AssetView&&) = default;
   AssetView(const AssetView&) = delete;  // its objects point to its fields
 
@@ -81,9 +89,12 @@ struct AssetView {
   std::pmr::vector<NetworkView> networks;
   std::pmr::vector<SphericalNetworksView> spherical_networks;
   std::pmr::vector<kernels::SphericalField> spherical_fields;  ///< of those objects that are such
+  std::pmr::vector<PrimaryView> primaries;                     ///< in the order of their objects
 
   /// Everything that this asset keeps in memory: the file's bytes and these views.
   uint64_t resident_bytes() const;
+  /// Null where the object has none.
+  const PrimaryView* primary_of(uint32_t object) const;
 };
 
 /// Checks and reads a whole file. `file_name` is what error messages call it.

@@ -51,7 +51,7 @@ class Section {
 
 struct Sections {
   Section objects, instances, names, networks, weights, occupancy, features, bvhs, metadata;
-  Section spherical_networks, spherical_weights, grids;
+  Section spherical_networks, spherical_weights, grids, primaries, primary_values;
 };
 
 void add_network(const Network& network, Sections& out) {
@@ -72,15 +72,16 @@ void add_network(const Network& network, Sections& out) {
   out.networks.append(&record, 1);
 }
 
+SphericalShapeRecord shape_of(const SphericalLayers& layers) {
+  return {layers.inputs, layers.width, layers.hidden_layers};
+}
+
 void add_networks(const SphericalNetworks& networks, Sections& out) {
   SphericalNetworksRecord record{};
   record.half = networks.half;
   record.slope = networks.slope;
-  const auto shape = [](const SphericalLayers& layers) {
-    return SphericalShapeRecord{layers.inputs, layers.width, layers.hidden_layers};
-  };
-  record.outer = shape(networks.outer);
-  record.inner = shape(networks.inner);
+  record.outer = shape_of(networks.outer);
+  record.inner = shape_of(networks.inner);
   record.weights = out.spherical_weights.begin_block();
   out.spherical_weights.append_values(networks.outer.weights, networks.half);
   out.spherical_weights.append_values(networks.inner.weights, networks.half);
@@ -101,6 +102,24 @@ void add_spherical(const SphericalGrids& grids, ObjectRecord& record, Sections& 
                                            &grids.inner_position, &grids.inner_direction, &grids.distance})
     out.grids.append_values(*values, grids.half);
   out.grids.end_block(record.grids);
+}
+
+void add_primary(const Primary& primary, uint32_t object, Sections& out) {
+  PrimaryRecord record{};
+  record.object = object;
+  record.resolution = uint16_t(primary.resolution);
+  record.features = uint8_t(primary.features);
+  record.half_grids = primary.half_grids;
+  record.half_network = primary.half_network;
+  record.slope = primary.slope;
+  record.margin = primary.margin;
+  record.network = shape_of(primary.network);
+  record.values = out.primary_values.begin_block();
+  out.primary_values.append_values(primary.position, primary.half_grids);
+  out.primary_values.append_values(primary.direction, primary.half_grids);
+  out.primary_values.append_values(primary.network.weights, primary.half_network);
+  out.primary_values.end_block(record.values);
+  out.primaries.append(&record, 1);
 }
 
 void add_segment(const Object& object, ObjectRecord& record, Sections& out) {
@@ -170,6 +189,8 @@ std::vector<std::byte> encode(const Asset& asset) {
   for (const Network& network : asset.networks) add_network(network, out);
   for (const SphericalNetworks& networks : asset.spherical_networks) add_networks(networks, out);
   for (const Object& object : asset.objects) add_object(object, out);
+  for (uint32_t i = 0; i < asset.objects.size(); ++i)
+    if (const std::optional<Primary>& primary = asset.objects[i].primary) add_primary(*primary, i, out);
   for (const Instance& instance : asset.instances) add_instance(instance, out);
   out.metadata.append(asset.metadata.data(), asset.metadata.size());
 
@@ -189,6 +210,10 @@ std::vector<std::byte> encode(const Asset& asset) {
     parts.push_back({kSphericalNetworks, kRequired, out.spherical_networks.bytes()});
     parts.push_back({kSphericalWeights, kRequired, out.spherical_weights.bytes()});
     parts.push_back({kGrids, kRequired, out.grids.bytes()});
+  }
+  if (!out.primaries.bytes().empty()) {
+    parts.push_back({kPrimaries, 0, out.primaries.bytes()});
+    parts.push_back({kPrimaryValues, 0, out.primary_values.bytes()});
   }
   if (!asset.metadata.empty()) parts.push_back({kMetadata, 0, out.metadata.bytes()});
 

@@ -10,9 +10,7 @@ namespace nif::kernels::cpu {
 /// floats that is empty before.
 template <class Floats>
 SphericalField with_single_weights(SphericalField field, Floats& memory) {
-  const auto size = [](const SphericalNetwork& network) {
-    return spherical_weights(network.inputs, network.width, network.hidden_layers);
-  };
+  const auto size = [](const SphericalNetwork& network) { return spherical_weights(network); };
   SphericalNetwork* const networks[] = {&field.outer, &field.inner};
   size_t halves = 0;
   for (const SphericalNetwork* network : networks) halves += network->weights.half ? size(*network) : 0;

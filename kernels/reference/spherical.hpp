@@ -32,6 +32,7 @@ struct SphericalCoordinates {
 struct SphericalRay {
   SphericalKind kind;
   bool certain;  ///< where the kind is none
+  float enter;   ///< the ray's t where it starts to count: its entry into the AABB, or tmin within it
   SphericalCoordinates at;
 };
 
@@ -64,11 +65,11 @@ inline void to_angles(const float v[3], float& theta, float& phi) {
 /// Tells what becomes of a segment. As with `bvh` objects (kernels/reference/bvh.hpp) the AABB's planes are
 /// seen from a little nearer on the way in and from a little farther on the way out, which outweighs all
 /// rounding.
-inline SphericalRay prepare_spherical(const SphericalField& field, const Segment& segment) {
+inline SphericalRay prepare_spherical(const SphericalBounds& bounds, const Segment& segment) {
   constexpr float kPadding = 0x1p-20f, kFlattest = 0x1p-30f;
   const float *o = segment.origin, *d = segment.direction;
-  SphericalRay ray{SphericalKind::none, segment.tmin > segment.tmax, {}};
-  float reach = field.extent, steepest = 0;
+  SphericalRay ray{SphericalKind::none, segment.tmin > segment.tmax, segment.tmin, {}};
+  float reach = bounds.extent, steepest = 0;
   bool finite = true, inside = true;
   float start[3];
   for (int a = 0; a < 3; ++a) {
@@ -76,7 +77,7 @@ inline SphericalRay prepare_spherical(const SphericalField& field, const Segment
     reach = max_of(magnitude(o[a]), reach);
     steepest = max_of(magnitude(d[a]), steepest);
     start[a] = o[a] + segment.tmin * d[a];
-    inside = inside && start[a] >= field.low[a] && start[a] <= field.high[a];
+    inside = inside && start[a] >= bounds.low[a] && start[a] <= bounds.high[a];
   }
   if (!finite || !(reach <= kMaxSphericalCoordinate) || !(steepest >= kMinDirection) ||
       !(steepest <= kMaxDirection) || !(segment.tmin <= segment.tmax))
@@ -85,28 +86,29 @@ inline SphericalRay prepare_spherical(const SphericalField& field, const Segment
   if (inside) {
     ray.kind = SphericalKind::inner;
   } else {
-    const float padding = reach * kPadding + field.margin, flattest = steepest * kFlattest;
+    const float padding = reach * kPadding + bounds.margin, flattest = steepest * kFlattest;
     const float farthest = 8 * reach / steepest;
     float enter = max_of(segment.tmin, -farthest), leave = min_of(segment.tmax, farthest);
     for (int a = 0; a < 3; ++a) {
       const bool negative = d[a] < 0;
       const float outward = negative ? -padding : padding, size = max_of(magnitude(d[a]), flattest);
       const float inverse = 1.0f / (negative ? -size : size);
-      enter = max_of(((negative ? field.high[a] : field.low[a]) - (o[a] + outward)) * inverse, enter);
-      leave = min_of(((negative ? field.low[a] : field.high[a]) - (o[a] - outward)) * inverse, leave);
+      enter = max_of(((negative ? bounds.high[a] : bounds.low[a]) - (o[a] + outward)) * inverse, enter);
+      leave = min_of(((negative ? bounds.low[a] : bounds.high[a]) - (o[a] - outward)) * inverse, leave);
     }
     if (!(enter <= leave)) {
-      ray.certain = reach * field.reach_scale <= kCertainReach;
+      ray.certain = reach * bounds.reach_scale <= kCertainReach;
       return ray;
     }
     ray.kind = SphericalKind::outer;
-    for (int a = 0; a < 3; ++a) start[a] = min_of(max_of(o[a] + enter * d[a], field.low[a]), field.high[a]);
+    ray.enter = enter;
+    for (int a = 0; a < 3; ++a) start[a] = min_of(max_of(o[a] + enter * d[a], bounds.low[a]), bounds.high[a]);
   }
-  for (int a = 0; a < 3; ++a) start[a] = start[a] - field.centre[a];
+  for (int a = 0; a < 3; ++a) start[a] = start[a] - bounds.centre[a];
   to_angles(start, ray.at.position_theta, ray.at.position_phi);
   to_angles(d, ray.at.direction_theta, ray.at.direction_phi);
   const float square = (start[0] * start[0] + start[1] * start[1]) + start[2] * start[2];
-  ray.at.distance = std::sqrt(square) * field.distance_scale;
+  ray.at.distance = std::sqrt(square) * bounds.distance_scale;
   return ray;
 }
 
@@ -156,16 +158,17 @@ inline void look_up_distance(const SphericalGrid& grid, float distance, float* o
   }
 }
 
-/// The log-odds of being visible.
-inline float evaluate_spherical(const SphericalNetwork& network, float slope, const float* inputs) {
+/// `results` receives [network.outputs].
+inline void evaluate_spherical(const SphericalNetwork& network, float slope, const float* inputs,
+                               float* results) {
   float buffers[2][kMaxSphericalWidth];
   const float* x = inputs;
   uint32_t width = network.inputs;
   size_t at = 0;
   for (uint32_t l = 0;; ++l) {
     const bool last = l == network.hidden_layers;
-    const uint32_t outputs = last ? 1 : network.width;
-    float* y = buffers[l & 1];
+    const uint32_t outputs = last ? network.outputs : network.width;
+    float* y = last ? results : buffers[l & 1];
     for (uint32_t o = 0; o < outputs; ++o) y[o] = 0;
     for (uint32_t i = 0; i < width; ++i, at += outputs) {
       if (network.weights.half) {
@@ -175,17 +178,20 @@ inline float evaluate_spherical(const SphericalNetwork& network, float slope, co
         for (uint32_t o = 0; o < outputs; ++o) y[o] = y[o] + weights[o] * x[i];
       }
     }
-    if (last) return y[0];
+    if (last) return;
     for (uint32_t o = 0; o < outputs; ++o) y[o] = max_of(y[o], slope * y[o]);
     x = y;
     width = outputs;
   }
 }
 
+inline float bounded_output(float output) {
+  return max_of(min_of(output, kMaxSphericalOutput), -kMaxSphericalOutput);
+}
+
 /// Occluded exactly where the output is below 0, that is, where a probability below 1/2 says visible.
 inline int32_t spherical_logit(float output) {
-  const float bounded = max_of(min_of(output, kMaxSphericalOutput), -kMaxSphericalOutput);
-  return static_cast<int32_t>(std::floor(bounded * kSphericalLogitUnit));
+  return static_cast<int32_t>(std::floor(bounded_output(output) * kSphericalLogitUnit));
 }
 
 inline Answer query_spherical(const SphericalField& field, const Segment& segment) {
@@ -198,8 +204,9 @@ inline Answer query_spherical(const SphericalField& field, const Segment& segmen
   look_up_angles(outer ? field.outer_direction : field.inner_direction, ray.at.direction_theta,
                  ray.at.direction_phi, inputs + position.features);
   if (!outer) look_up_distance(field.distance, ray.at.distance, inputs + 2 * position.features);
-  const int32_t logit =
-      spherical_logit(evaluate_spherical(outer ? field.outer : field.inner, field.slope, inputs));
+  float output = 0;
+  evaluate_spherical(outer ? field.outer : field.inner, field.slope, inputs, &output);
+  const int32_t logit = spherical_logit(output);
   return {logit >= 0, false, logit};
 }
 

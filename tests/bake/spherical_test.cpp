@@ -54,19 +54,21 @@ struct SmallModel {
   std::vector<float> entries[3];
   std::vector<float> weights;
   std::vector<bake::LatentLookup> lookups[3];
-  std::vector<uint8_t> visible;
+  std::vector<uint8_t> labels;
+  static constexpr uint32_t kMaxOutputs = 3;
+  alignas(64) float targets[(kMaxOutputs - 1) * bake::kTrainLanes];
   bake::NetworkShape shape;
 
-  explicit SmallModel(uint32_t hidden_layers) {
+  explicit SmallModel(uint32_t hidden_layers, uint32_t outputs = 1) {
     Random random(hidden_layers);
     uint32_t before = 6;
     shape.layer_count = hidden_layers + 1;
     for (uint32_t l = 0; l <= hidden_layers; ++l) {
-      const uint32_t outputs = l == hidden_layers ? 1 : 8;
-      shape.layers[l] = {before, outputs, shape.weights, 0};
-      shape.weights += before * outputs;
+      const uint32_t after = l == hidden_layers ? outputs : 8;
+      shape.layers[l] = {before, after, shape.weights, 0};
+      shape.weights += before * after;
       shape.widest = 8;
-      before = outputs;
+      before = after;
     }
     for (uint32_t i = 0; i < shape.weights; ++i) weights.push_back(random.between(-0.6f, 0.6f));
     for (int g = 0; g < 3; ++g) {
@@ -81,7 +83,8 @@ struct SmallModel {
         lookups[g].push_back(lookup);
       }
     }
-    for (uint32_t s = 0; s < bake::kTrainLanes; ++s) visible.push_back(uint8_t(random.below(2)));
+    for (uint32_t s = 0; s < bake::kTrainLanes; ++s) labels.push_back(uint8_t(random.below(2)));
+    for (float& target : targets) target = random.between(-0.5f, 0.5f);
   }
 
   struct Gradients {
@@ -93,7 +96,7 @@ struct SmallModel {
 
   Gradients run() const {
     Gradients result;
-    bake::SphericalModel model{shape, weights.data(), 0.01f, loss, 3, {}};
+    bake::SphericalModel model{shape, weights.data(), 0.01f, loss, 3, {}, {2.0f, 0.5f}};
     for (int g = 0; g < 3; ++g) model.grids[g] = {kFeatures[g], g == 2 ? 2u : 4u, entries[g].data()};
     const auto aligned = [](size_t floats) {
       return std::unique_ptr<float[], decltype(&std::free)>(
@@ -104,7 +107,8 @@ struct SmallModel {
     std::fill_n(lanes.get(), size_t(shape.weights) * bake::kVirtualLanes, 0.f);
     uint8_t wrong[bake::kTrainLanes];
     bake::SphericalSlice slice{{lookups[0].data(), lookups[1].data(), lookups[2].data()},
-                               visible.data(),
+                               labels.data(),
+                               targets,
                                result.inputs,
                                lanes.get(),
                                wrong,
@@ -131,9 +135,13 @@ struct SmallModel {
 
 TEST(SphericalTraining, GradientsAreThoseOfFiniteDifferences) {
   using enum bake::SphericalLoss;
-  for (const auto& [layers, loss] :
-       {std::pair{1u, squared}, {2u, squared}, {3u, squared}, {2u, cross_entropy}}) {
-    SmallModel model(layers);
+  for (const auto& [layers, outputs, loss] : {std::tuple{1u, 1u, squared},
+                                              {2u, 1u, squared},
+                                              {3u, 1u, squared},
+                                              {2u, 1u, cross_entropy},
+                                              {2u, 3u, squared},
+                                              {1u, 2u, cross_entropy}}) {
+    SmallModel model(layers, outputs);
     model.loss = loss;
     const SmallModel::Gradients found = model.run();
     double largest = 0;

@@ -157,6 +157,81 @@ TEST_F(Render, FieldsLearnedFromAView) {
   refused(with({"--preset", "paper", "--view", without}), Status::usage, "no object of this scene is");
 }
 
+TEST_F(Render, CamerasRaysByAField) {
+  folder_.write("ring.obj", obj_text(torus(64, 32)));
+  const std::string mesh = (folder_.path() / "ring.obj").string();
+  const std::string view = folder_.write("view.toml", scene_text("mesh = 'ring.obj'\n")).string();
+  const auto bake = [&](const std::string& asset, std::vector<std::string> more) {
+    more.insert(more.begin(), {"bake", mesh, "-o", (folder_.path() / asset).string(), "--preset", "paper",
+                               "--view", view, "--view-samples", "64", "--rays", "0"});
+    return nif(more);
+  };
+  const std::vector<std::string> primary{"--primary", "--primary-resolution", "64", "--json"};
+  const auto with_threads = [&](const std::string& threads) {
+    std::vector<std::string> arguments = primary;
+    arguments.insert(arguments.end(), {"-j", threads});
+    return arguments;
+  };
+  const Outcome baked = bake("with.nif", with_threads("2"));
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  const json report = json::parse(baked.out);
+  constexpr uint64_t kGrids = 2 * 64 * 64 * 3 * 2, kNetwork = (64 * 6 + 64 * 64 + 64 * 5) * 4;
+  EXPECT_EQ(report["bytes"]["primary"], kGrids + kNetwork);
+  EXPECT_GT(report["objects"][0]["primary_rays"], 50'000);
+  const std::string bytes = read_bytes(folder_.path() / "with.nif");
+  ASSERT_EQ(bake("with.nif", with_threads("1")).code, 0);
+  EXPECT_EQ(bytes, read_bytes(folder_.path() / "with.nif"));
+  ASSERT_EQ(bake("without.nif", {"--quiet"}).code, 0);
+
+  const Outcome info = nif({"info", (folder_.path() / "with.nif").string(), "--json"});
+  const json described = json::parse(info.out);
+  EXPECT_EQ(described["bytes"]["primary"], kGrids + kNetwork);
+  EXPECT_EQ(described["objects"][0]["primary"]["bytes"]["grids"], kGrids);
+  EXPECT_EQ(described["objects"][0]["primary"]["resolution"], 64);
+  const Outcome lines = nif({"info", (folder_.path() / "with.nif").string()});
+  EXPECT_NE(lines.out.find("primary   grids 64 x 64 x 3, " + std::to_string(kGrids) + " bytes"),
+            std::string::npos)
+      << lines.out;
+
+  const auto render = [&](const std::string& name, const std::string& object, const std::string& threads) {
+    const std::string scene =
+        folder_.write(name + ".toml", scene_text("mesh = 'ring.obj'\n" + object)).string();
+    return nif({"render", scene, "-o", (folder_.path() / name).string(), "--seed", "7", "--json", "--quiet",
+                "-j", threads});
+  };
+  const Outcome outcome = render("fields", "nif = 'with.nif'\nprimary = true\n", "1");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  for (const auto& [name, camera] : json::parse(outcome.out)["cameras"].items()) {
+    EXPECT_GT(camera["pictures"]["primary"]["psnr"], 20) << name;
+    EXPECT_GT(camera["pictures"]["primary"]["ssim"], 0.5) << name;
+    EXPECT_EQ(camera["primary"]["rays"], 64 * 48 * 4) << name;
+    EXPECT_GT(camera["primary"]["hits"], 0.05) << name;
+    EXPECT_LT(camera["primary"]["differ"], 0.02) << name;
+    EXPECT_LT(camera["primary"]["depth_error"], 0.02) << name;
+    EXPECT_LT(camera["primary"]["normal_error"], 15) << name;
+  }
+  const std::vector<std::string> pictures = listing(folder_.path() / "fields");
+  for (const char* file : {"front-primary.png", "front-normals.png", "side-primary.png", "side-normals.png"})
+    EXPECT_NE(std::find(pictures.begin(), pictures.end(), file), pictures.end()) << file;
+  ASSERT_EQ(render("two", "nif = 'with.nif'\nprimary = true\n", "2").code, 0);
+  for (const std::string& file : pictures)
+    EXPECT_EQ(read_bytes(folder_.path() / "fields" / file), read_bytes(folder_.path() / "two" / file))
+        << file;
+
+  // The other pictures are those of an asset without the field, which cannot make these two.
+  const Outcome plain = render("plain", "nif = 'without.nif'\n", "2");
+  ASSERT_EQ(plain.code, 0) << plain.err;
+  EXPECT_FALSE(json::parse(plain.out)["cameras"]["front"].contains("primary"));
+  EXPECT_EQ(listing(folder_.path() / "plain").size(), pictures.size() - 4);
+  for (const std::string& file : listing(folder_.path() / "plain"))
+    EXPECT_EQ(read_bytes(folder_.path() / "fields" / file), read_bytes(folder_.path() / "plain" / file))
+        << file;
+  const std::string scene =
+      folder_.write("none.toml", scene_text("mesh = 'ring.obj'\nnif = 'without.nif'\nprimary = true\n"))
+          .string();
+  refused({"render", scene, "-o", out_}, Status::malformed_scene, "'primary' is true, but");
+}
+
 TEST_F(Render, WithoutAssetsThereIsTheReference) {
   folder_.write("ring.obj", obj_text(torus(32, 16)));
   const std::string scene = folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\n")).string();

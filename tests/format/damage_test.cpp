@@ -19,16 +19,20 @@ Bytes small_file(uint64_t seed) {
   options.max_voxels = 5;
   options.bvhs = uint32_t(seed % 2);
   options.sphericals = seed % 4 < 2 ? 0 : 1 + uint32_t(seed % 2);
+  options.primaries = uint32_t(seed % 3);
   return format::encode(test::random_asset(seed, options));
 }
 
-/// Status of reading the bytes; where they are accepted, every object is queried a little.
+/// Status of reading the bytes; where they are accepted, every object and field is queried a little.
 Status status_of(std::span<const std::byte> bytes, uint64_t seed) {
   try {
     const format::AssetView view = format::read_asset(bytes, "file");
     test::Random random(seed);
     for (const format::ObjectView& object : view.objects)
       for (int ray = 0; ray < 8; ++ray) test::query_object(object, test::random_segment(random, object));
+    for (const format::PrimaryView& primary : view.primaries)
+      for (int ray = 0; ray < 8; ++ray)
+        kernels::query_primary(primary.field, test::random_segment(random, primary.field));
     return Status::ok;
   } catch (const Error& error) {
     EXPECT_TRUE(std::string_view(error.what()).starts_with("file: ")) << error.what();

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "formats/nif/writer.hpp"
+#include "kernels/reference/primary.hpp"
 #include "tests/format/damaged.hpp"
 
 namespace {
@@ -57,6 +58,22 @@ void query(NifScene scene) {
   description.logit = logit;
   must(nifQuery(scene, &description) == NIF_OK);
   for (int i = 0; i < kRays; ++i) must(visible[i] <= 1 && probability[i] >= 0 && probability[i] <= 1);
+}
+
+/// The runtime has no call for these.
+void query(const nif::kernels::PrimaryField& field) {
+  for (int i = 0; i < 24; ++i) {
+    nif::kernels::Segment ray{{}, {}, 0, i % 2 == 0 ? INFINITY : 1.0f};
+    for (int a = 0; a < 3; ++a) {
+      ray.origin[a] =
+          field.low[a] + (field.high[a] - field.low[a]) * static_cast<float>((i * 7 + a * 5) % 9 - 2) / 5;
+      ray.direction[a] = static_cast<float>((i * 3 + a * (i % 4)) % 7 - 3);
+    }
+    const nif::kernels::PrimaryAnswer answer = nif::kernels::query_primary(field, ray);
+    if (!answer.hit) continue;
+    must(answer.t <= ray.tmax);
+    for (const float x : answer.normal) must(std::fabs(x) <= 1.001f);
+  }
 }
 
 void exercise(NifAsset asset, NifDevice device) {
@@ -118,6 +135,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     nif::test::Bytes bytes(size);
     std::memcpy(bytes.data(), data, size);
     const auto view = nif::format::read_asset(bytes, "input");
+    for (const nif::format::PrimaryView& primary : view.primaries) query(primary.field);
     const auto written = nif::format::encode(nif::format::to_asset(view));
     must(nif::format::encode(nif::format::to_asset(nif::format::read_asset(written, "output"))) == written);
   } else {

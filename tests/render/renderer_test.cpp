@@ -128,7 +128,7 @@ TEST_F(Renderer, InstancesStandWhereTheirTransformsSay) {
   ASSERT_TRUE(hit);
   EXPECT_NEAR(hit->position[1], 2, 0.01);
   EXPECT_NEAR(hit->normal[1], 1, 0.05);
-  EXPECT_NEAR(hit->bias, 2 * 2 * 1e-3, 1e-4);
+  EXPECT_NEAR(hit->kind.bias, 2 * 2 * 1e-3, 1e-4);
   EXPECT_FALSE(world.trace({0, 50, 0}, {0, -1, 0}));
 }
 

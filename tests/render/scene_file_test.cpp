@@ -51,6 +51,7 @@ TEST_F(SceneFile, DefaultsFillWhatIsLeftOut) {
   EXPECT_EQ(scene.objects[0].transform, mesh::kIdentity);
   EXPECT_TRUE(scene.objects[0].lights);
   EXPECT_TRUE(scene.objects[0].cameras);
+  EXPECT_FALSE(scene.objects[0].primary);
   ASSERT_EQ(scene.cameras.size(), 1u);
   EXPECT_EQ(scene.cameras[0].name, "front");
   EXPECT_TRUE(std::holds_alternative<Orbit>(scene.cameras[0].where));
@@ -76,6 +77,7 @@ size = 3
 mesh = "/m.obj"
 nif = "m.nif"
 albedo = [0.1, 0.2, 0.3]
+primary = true
 lights = false
 cameras = false
 scale = 2
@@ -130,6 +132,7 @@ fill = 0.6
   EXPECT_NEAR(t[0] + t[3], 1, 1e-6);
   EXPECT_NEAR(t[4] + t[7], 4, 1e-6);
   EXPECT_NEAR(t[8] + t[11], 3, 1e-6);
+  EXPECT_TRUE(object.primary);
   EXPECT_FALSE(object.lights);
   EXPECT_FALSE(object.cameras);
   ASSERT_EQ(scene.lights.size(), 5u);
@@ -161,6 +164,7 @@ TEST_F(SceneFile, MistakesAreNamed) {
   expect_refusal("[[object]\n", "line 1");
   expect_refusal("", "no object");
   expect_refusal("[[object]]\n" + small, "line 1: object 1: 'mesh' is missing");
+  expect_refusal("[[object]]\nmesh = 'a.ply'\nprimary = true\n", "line 3: object 1: 'primary' needs 'nif'");
   expect_refusal(small + "zoom = 2\n", "line 7: camera 1: 'zoom' is not known here");
   expect_refusal(small + "fov = 500\n", "line 7: camera 1: 'fov' must be from 0.1 to 170");
   expect_refusal(small + "fov = nan\n", "'fov' must be from");

@@ -38,13 +38,14 @@ class Views : public testing::Test {
     camera.where = Orbit{.azimuth = 20, .elevation = 35, .fill = 0.5};
     return scene;
   }
-  bake::MeshRays draw(SceneDescription scene, uint64_t round) {
+  using Draw = bake::MeshRays (ViewRays::*)(uint64_t) const;
+  bake::MeshRays draw(SceneDescription scene, uint64_t round, Draw which = &ViewRays::draw) {
     tools::Progress quiet(true);
     std::vector<std::string> notes;
     ObjectMeshes meshes = read_meshes(scene, notes, quiet);
     const World world(scene, std::move(meshes), "", quiet);
     const Lighting lighting(scene);
-    return ViewRays(scene, world, lighting, mesh_, meshes_).draw(round);
+    return (ViewRays(scene, world, lighting, mesh_, meshes_).*which)(round);
   }
 
   const test::TempDir folder_;
@@ -95,6 +96,32 @@ TEST_F(Views, RoundsDifferAndThreadsDoNotMatter) {
   };
   EXPECT_FALSE(differ(one, two));
   EXPECT_TRUE(differ(one, draw(scene, 1)));
+}
+
+/// Those of the cameras: from each, one through each pixel that meets the box, with the camera's jitter.
+TEST_F(Views, RaysOfTheCamerasThemselves) {
+  SceneDescription scene = scene_with({kMoved});
+  scene.cameras.push_back(scene.cameras[0]);
+  scene.cameras[1].where = Orbit{.azimuth = 200, .elevation = 10, .fill = 0.9};
+  const bake::MeshRays rays = draw(scene, 0, &ViewRays::draw_primary);
+  const bake::Oracle oracle(meshes_.meshes[0].positions, meshes_.meshes[0].triangles);
+  size_t hits = 0, cameras = 1;
+  for (size_t i = 0; i < rays.segments.size(); ++i) {
+    const Segment& ray = rays.segments[i];
+    cameras += i > 0 && ray.origin[0] != rays.segments[i - 1].origin[0];
+    hits += oracle.first_hit(ray).has_value();
+    EXPECT_TRUE(std::isinf(ray.tmax));
+  }
+  EXPECT_EQ(cameras, 2u);
+  EXPECT_GT(hits, rays.segments.size() / 3);
+  EXPECT_LT(hits, rays.segments.size());
+  EXPECT_LT(rays.segments.size(), 2u * 40 * 30);
+  bake::MeshRays alone;
+  tbb::task_arena(1).execute([&] { alone = draw(scene, 0, &ViewRays::draw_primary); });
+  ASSERT_EQ(alone.segments.size(), rays.segments.size());
+  for (size_t i = 0; i < rays.segments.size(); ++i)
+    ASSERT_EQ(alone.segments[i].direction[1], rays.segments[i].direction[1]);
+  EXPECT_NE(draw(scene, 1, &ViewRays::draw_primary).segments[0].direction[1], rays.segments[0].direction[1]);
 }
 
 TEST_F(Views, SceneWithoutTheMesh) {

@@ -22,8 +22,9 @@ struct RandomAssetOptions {
   uint32_t max_voxels = 14;  ///< along an axis
   uint32_t bvhs = 0;         ///< objects of the `bvh` encoding, after the others
   uint32_t sphericals =
-      0;                  ///< objects of the `spherical` encoding, after those; the first two share networks
-  uint32_t features = 0;  ///< of each corner; 0: any number
+      0;                   ///< objects of the `spherical` encoding, after those; the first two share networks
+  uint32_t primaries = 0;  ///< objects with a field for primary rays, the first so many of all
+  uint32_t features = 0;   ///< of each corner; 0: any number
   bool odd_corners = false;  ///< as no baker would: some at the surface have no features, some beside it have
 };
 
@@ -161,6 +162,9 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
       instance.transform[k] = random.between(-0.4f, 0.4f) + (k % 5 == 0 ? 1.0f : 0.0f);
     asset.instances.push_back(std::move(instance));
   }
+  for (uint32_t i = 0; i < std::min<uint32_t>(options.primaries, uint32_t(asset.objects.size())); ++i)
+    asset.objects[i].primary =
+        random_primary(random, 2 + options.max_voxels / 4, options.max_voxels > 8 ? 24 : 4);
   asset.metadata = R"({"schema":"nifkit.test/1","seed":)" + std::to_string(seed) + "}";
   return asset;
 }

@@ -5,7 +5,7 @@
 
 #include "formats/nif/asset.hpp"
 #include "kernels/reference/half.hpp"
-#include "kernels/reference/spherical.hpp"
+#include "kernels/reference/primary.hpp"
 #include "tests/support/random.hpp"
 
 namespace nif::test {
@@ -17,10 +17,11 @@ inline std::vector<float> random_halves(Random& random, size_t count, float reac
   return values;
 }
 
-inline format::SphericalLayers random_layers(Random& random, uint32_t inputs, uint32_t max_width) {
+inline format::SphericalLayers random_layers(Random& random, uint32_t inputs, uint32_t max_width,
+                                             uint32_t outputs = 1) {
   format::SphericalLayers layers{inputs, 4 * (1 + random.below(max_width / 4)), 1 + random.below(3), {}};
-  layers.weights =
-      random_halves(random, kernels::spherical_weights(inputs, layers.width, layers.hidden_layers), 0.7f);
+  layers.weights = random_halves(
+      random, kernels::spherical_weights(inputs, layers.width, layers.hidden_layers, outputs), 0.7f);
   return layers;
 }
 
@@ -57,6 +58,21 @@ inline format::SphericalGrids random_grids(Random& random, uint32_t max_resoluti
   return grids;
 }
 
+/// Likewise; for an object of any encoding.
+inline format::Primary random_primary(Random& random, uint32_t max_resolution, uint32_t max_width) {
+  format::Primary primary;
+  primary.half_grids = random.below(2) == 0;
+  primary.half_network = random.below(2) == 0;
+  primary.margin = random.below(2) == 0 ? 0.0f : 0.1f * random.unit();
+  primary.resolution = 2 + random.below(max_resolution - 1);
+  primary.features = 1 + random.below(max_resolution > 4 ? kernels::kMaxSphericalFeatures : 2);
+  const size_t latents = size_t(primary.resolution) * primary.resolution * primary.features;
+  primary.position = random_halves(random, latents, 1);
+  primary.direction = random_halves(random, latents, 1);
+  primary.network = random_layers(random, 2 * primary.features, max_width, kernels::kPrimaryOutputs);
+  return primary;
+}
+
 /// All but its network.
 inline format::Object random_spherical_object(Random& random, const std::string& name,
                                               uint32_t max_resolution) {
@@ -77,7 +93,7 @@ inline format::Object random_spherical_object(Random& random, const std::string&
 
 /// From afar, from within, from faces and edges of the AABB, along axes, with parts that are zero, infinite,
 /// NaN or out of order.
-inline kernels::Segment random_segment(Random& random, const kernels::SphericalField& field) {
+inline kernels::Segment random_segment(Random& random, const kernels::SphericalBounds& field) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const uint32_t kind = random.below(8);
   const float distance = kind == 0 ? 1e4f : kind == 1 ? 30.0f : kind < 5 ? 0.9f : 0.2f;

@@ -1,6 +1,6 @@
 // write_random_asset SEED FILE [VOXELS]: a small asset for tests that need one as a file. With VOXELS, its
 // grids have at most so many along an axis, and an odd seed gives it a `bvh` object, every third one two
-// `spherical` ones.
+// `spherical` ones, every fourth one fields for primary rays.
 #include <cstdio>
 #include <cstdlib>
 
@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
     options.instances = uint32_t(seed % 4);
     options.bvhs = uint32_t(seed % 2);
     options.sphericals = seed % 3 == 0 ? 2 : 0;
+    options.primaries = seed % 4 == 0 ? 2 : 0;
   }
   try {
     nif::write_output(argv[2], nif::format::encode(nif::test::random_asset(seed, options)));

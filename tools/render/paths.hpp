@@ -17,6 +17,11 @@ struct ShadowRay {
   Colour radiance;
 };
 
+/// Where a path starts.
+struct CameraRay {
+  Double3 origin, direction;
+};
+
 /// Follows paths; what it refers to must outlive it. Any number of threads may use one.
 class Paths {
  public:
@@ -27,25 +32,32 @@ class Paths {
     return {picture_.seed, uint64_t{y} << 32 | x, picture_.samples};
   }
 
-  /// One sample of pixel (x, y), whose numbers are those of samples_of(). Calls `shadow(ShadowRay)` for each
-  /// light at each point of the path that it may reach, and `miss(direction)` where the camera sees nothing.
+  /// That of one sample of pixel (x, y), whose numbers are those of samples_of().
+  CameraRay camera_ray(const PixelSamples& numbers, uint32_t sample, uint32_t x, uint32_t y) const {
+    const Pair jitter = numbers.pair(0, sample);
+    return {camera_.position,
+            camera_.direction((x + jitter[0]) / picture_.width, (y + jitter[1]) / picture_.height)};
+  }
+
+  /// One sample of pixel (x, y). Calls `shadow(ShadowRay)` for each light at each point of the path that it
+  /// may reach, and `miss(direction)` where the camera sees nothing.
   template <class Shadow, class Miss>
   void follow(const PixelSamples& numbers, uint32_t sample, uint32_t x, uint32_t y, const Shadow& shadow,
               const Miss& miss) const {
-    const Pair jitter = numbers.pair(0, sample);
-    Double3 origin = camera_.position;
-    Double3 direction =
-        camera_.direction((x + jitter[0]) / picture_.width, (y + jitter[1]) / picture_.height);
+    const CameraRay ray = camera_ray(numbers, sample, x, y);
+    follow(numbers, sample, ray, world_.trace(ray.origin, ray.direction), shadow, miss);
+  }
+
+  /// The same where the camera's ray is said to come to `hit`.
+  template <class Shadow, class Miss>
+  void follow(const PixelSamples& numbers, uint32_t sample, const CameraRay& ray,
+              std::optional<SurfacePoint> hit, const Shadow& shadow, const Miss& miss) const {
+    if (!hit) return miss(ray.direction);
     Colour carried{1, 1, 1};
     const auto lights = uint32_t(lighting_.count());
-    for (uint32_t bounce = 0; bounce <= picture_.bounces; ++bounce) {
-      const std::optional<SurfacePoint> hit = world_.trace(origin, direction);
-      if (!hit) {
-        if (bounce == 0) miss(direction);
-        return;  // skies are drawn as lights at each point
-      }
-      for (size_t c = 0; c < 3; ++c) carried[c] *= hit->albedo[c];
-      const Double3 start = hit->position + hit->normal * hit->bias;
+    for (uint32_t bounce = 0; hit; ++bounce) {
+      for (size_t c = 0; c < 3; ++c) carried[c] *= hit->kind.albedo[c];
+      const Double3 start = hit->position + hit->normal * hit->kind.bias;
       const uint32_t dimension = 1 + bounce * (lights + 1);
       for (uint32_t light = 0; light < lights; ++light) {
         const LightSample drawn =
@@ -58,8 +70,9 @@ class Paths {
         if (cosine > 0 && radiance[0] + radiance[1] + radiance[2] > 0)
           shadow(ShadowRay{bake::make_segment(start, drawn.direction, float(drawn.distance)), radiance});
       }
-      direction = cosine_direction(hit->normal, numbers.pair(dimension + lights, sample));
-      origin = start;
+      if (bounce == picture_.bounces) return;
+      // Where it then meets nothing, the sky has been drawn as a light already.
+      hit = world_.trace(start, cosine_direction(hit->normal, numbers.pair(dimension + lights, sample)));
     }
   }
 

@@ -25,18 +25,35 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Sums of radiance, [pixel][3], of each mode; what no shadow ray decides is in all of them.
-struct Film {
-  std::array<std::vector<double>, kModes.size()> sums;
+using Sums = std::vector<double>;  // [pixel][3]; empty where there is nothing to sum
 
-  Film(size_t pixels, bool assets) {
+void add(Sums& sums, size_t pixel, const Colour& colour, double factor) {
+  double* sum = &sums[3 * pixel];
+  for (size_t c = 0; c < 3; ++c) sum[c] += factor * colour[c];
+}
+
+/// Sums of radiance of each mode; what no shadow ray decides is in all of them. And of normals as colours.
+struct Film {
+  std::array<Sums, kModes.size()> sums;
+  std::array<Sums, 2> normals;  // by Embree and by fields
+
+  Film(size_t pixels, bool assets, bool primaries) {
     for (const Mode mode : kModes)
-      if (assets || mode == Mode::reference) sums[size_t(mode)].assign(3 * pixels, 0.0);
+      if (mode == Mode::primary ? primaries : assets || mode == Mode::reference)
+        sums[size_t(mode)].assign(3 * pixels, 0.0);
+    if (primaries)
+      for (Sums& of : normals) of.assign(3 * pixels, 0.0);
   }
+  bool has(Mode mode) const { return !sums[size_t(mode)].empty(); }
   void add(Mode mode, size_t pixel, const Colour& colour, double factor) {
-    double* sum = &sums[size_t(mode)][3 * pixel];
-    for (size_t c = 0; c < 3; ++c) sum[c] += factor * colour[c];
+    render::add(sums[size_t(mode)], pixel, colour, factor);
   }
+};
+
+/// What the rays of a tile came to.
+struct RayCounts {
+  ShadowRays shadow;
+  CameraRays camera;
 };
 
 /// A tile's work: shadow rays with what they carry, answered many at a time.
@@ -50,7 +67,7 @@ class TileRenderer {
         options_(options),
         film_(film) {}
 
-  ShadowRays run(uint32_t left, uint32_t top, uint32_t first_sample, uint32_t samples) {
+  RayCounts run(uint32_t left, uint32_t top, uint32_t first_sample, uint32_t samples) {
     const PictureDescription& picture = options_.picture;
     const uint32_t right = std::min(left + kTile, picture.width),
                    bottom = std::min(top + kTile, picture.height);
@@ -59,14 +76,17 @@ class TileRenderer {
         const PixelSamples numbers = paths_.samples_of(x, y);
         const size_t pixel = size_t{y} * picture.width + x;
         for (uint32_t s = first_sample; s < first_sample + samples; ++s) {
+          const CameraRay ray = paths_.camera_ray(numbers, s, x, y);
+          const std::optional<SurfacePoint> hit = world_.trace(ray.origin, ray.direction);
           paths_.follow(
-              numbers, s, x, y,
-              [&](const ShadowRay& ray) {
-                rays_.push_back(ray.segment);
-                carries_.push_back({pixel, ray.radiance});
-              },
-              [&](const Double3& direction) { add_background(pixel, direction); });
-          if (rays_.size() >= kRaysAtOnce) answer();
+              numbers, s, ray, hit, [&](const ShadowRay& shadow) { asked_.add(pixel, shadow); },
+              [&](const Double3& direction) {
+                const Colour colour = background(direction);
+                for (const Mode mode : kModes)
+                  if (mode != Mode::primary && film_.has(mode)) film_.add(mode, pixel, colour, 1);
+              });
+          if (world_.has_primaries()) follow_by_fields(numbers, s, ray, hit, pixel);
+          if (asked_.segments.size() >= kRaysAtOnce) answer();
         }
       }
     answer();
@@ -74,99 +94,147 @@ class TileRenderer {
   }
 
  private:
-  void add_background(size_t pixel, const Double3& direction) {
-    Colour colour = options_.picture.background * (1 / options_.exposure);
-    if (lighting_.has_sky()) colour = lighting_.background(direction);
-    for (const Mode mode : kModes)
-      if (!film_.sums[size_t(mode)].empty()) film_.add(mode, pixel, colour, 1);
+  /// Shadow rays with what they carry, until they are answered.
+  struct Asked {
+    struct Carried {
+      size_t pixel;
+      Colour colour;
+    };
+    std::vector<Segment> segments;
+    std::vector<Carried> carries;  // [segment]
+
+    void add(size_t pixel, const ShadowRay& ray) {
+      segments.push_back(ray.segment);
+      carries.push_back({pixel, ray.radiance});
+    }
+    void clear() {
+      segments.clear();
+      carries.clear();
+    }
+  };
+
+  Colour background(const Double3& direction) const {
+    return lighting_.has_sky() ? lighting_.background(direction)
+                               : options_.picture.background * (1 / options_.exposure);
+  }
+
+  /// The path that starts where fields say that the camera's ray comes to, which by Embree is `hit`.
+  void follow_by_fields(const PixelSamples& numbers, uint32_t sample, const CameraRay& ray,
+                        const std::optional<SurfacePoint>& hit, size_t pixel) {
+    const std::optional<SurfacePoint> learned = world_.trace_by_fields(ray.origin, ray.direction);
+    compare(hit, learned);
+    paths_.follow(
+        numbers, sample, ray, learned, [&](const ShadowRay& shadow) { asked_by_fields_.add(pixel, shadow); },
+        [&](const Double3& direction) { film_.add(Mode::primary, pixel, background(direction), 1); });
+    const std::optional<SurfacePoint>* seen[] = {&hit, &learned};
+    for (size_t i = 0; i < 2; ++i)
+      if (const std::optional<SurfacePoint>& point = *seen[i])
+        add(film_.normals[i], pixel, (point->normal + Double3{1, 1, 1}) * 0.5, 1);
+  }
+
+  void compare(const std::optional<SurfacePoint>& exact, const std::optional<SurfacePoint>& learned) {
+    CameraRays& counts = counts_.camera;
+    const bool hit = exact && exact->kind.primary, said = learned && learned->kind.primary;
+    ++counts.rays;
+    counts.hits += hit;
+    counts.differ += hit != said;
+    if (!hit || !said) return;
+    ++counts.both;
+    counts.depth_error += std::abs(learned->distance - exact->distance) / exact->kind.diagonal;
+    const double cosine = std::clamp(dot(learned->normal, exact->normal), -1.0, 1.0);
+    counts.normal_error += std::acos(cosine) * 180 / std::numbers::pi;
   }
 
   void answer() {
-    const size_t count = rays_.size();
-    counts_.rays += count;
-    reference_.resize(count);
-    auto start = Clock::now();
-    world_.ask_embree(rays_, reference_.data());
-    counts_.embree_seconds += seconds_since(start);
-    for (size_t i = 0; i < count; ++i)
-      if (reference_[i]) film_.add(Mode::reference, carries_[i].pixel, carries_[i].colour, 1);
+    counts_.shadow.rays += asked_.segments.size();
+    counts_.shadow.embree_seconds += answer_by_embree(Mode::reference, asked_);
     if (world_.has_assets()) answer_by_assets();
-    rays_.clear();
-    carries_.clear();
+    asked_.clear();
+    if (film_.has(Mode::primary)) answer_by_embree(Mode::primary, asked_by_fields_);
+    asked_by_fields_.clear();
+  }
+
+  /// Leaves the answers in reference_. Returns the seconds that they took.
+  double answer_by_embree(Mode mode, const Asked& asked) {
+    const size_t count = asked.segments.size();
+    reference_.resize(count);
+    const auto start = Clock::now();
+    world_.ask_embree(asked.segments, reference_.data());
+    const double seconds = seconds_since(start);
+    for (size_t i = 0; i < count; ++i)
+      if (reference_[i]) film_.add(mode, asked.carries[i].pixel, asked.carries[i].colour, 1);
+    return seconds;
   }
 
   void answer_by_assets() {
-    const size_t count = rays_.size();
+    const size_t count = asked_.segments.size();
     beside_.resize(count);
     visible_.resize(count);
     certain_.resize(count);
     probability_.resize(count);
     auto start = Clock::now();
-    world_.ask_assets(rays_, {visible_.data(), probability_.data(), certain_.data()});
-    counts_.asset_seconds += seconds_since(start);
+    world_.ask_assets(asked_.segments, {visible_.data(), probability_.data(), certain_.data()});
+    counts_.shadow.asset_seconds += seconds_since(start);
     if (options_.exact != Exact::none)
       for (size_t i = 0; i < count; ++i) {
-        if (world_.starts_in_asset(rays_[i]) != (options_.exact == Exact::inside)) continue;
+        if (world_.starts_in_asset(asked_.segments[i]) != (options_.exact == Exact::inside)) continue;
         visible_[i] = reference_[i];
         probability_[i] = reference_[i];
         certain_[i] = 1;
       }
     start = Clock::now();
-    world_.ask_embree_beside_assets(rays_, beside_.data());
-    counts_.beside_seconds += seconds_since(start);
+    world_.ask_embree_beside_assets(asked_.segments, beside_.data());
+    counts_.shadow.beside_seconds += seconds_since(start);
     for (size_t i = 0; i < count; ++i) {
       const bool truth = reference_[i], visible = visible_[i] && beside_[i];
-      counts_.leak += visible && !truth;
-      counts_.spurious += !visible && truth;
+      counts_.shadow.leak += visible && !truth;
+      counts_.shadow.spurious += !visible && truth;
       const double p = double(probability_[i]);
       const bool decided = certain_[i] || !beside_[i];
       const bool trusted = decided || std::max(p, 1 - p) >= options_.confidence;
-      counts_.certain += decided;
-      counts_.exact += !trusted;
-      const auto& [pixel, colour] = carries_[i];
+      counts_.shadow.certain += decided;
+      counts_.shadow.exact += !trusted;
+      const auto& [pixel, colour] = asked_.carries[i];
       if (visible) film_.add(Mode::bits, pixel, colour, 1);
       if (beside_[i]) film_.add(Mode::probability, pixel, colour, p);
       if (trusted ? visible : truth) film_.add(Mode::hybrid, pixel, colour, 1);
     }
   }
 
-  struct Carried {
-    size_t pixel;
-    Colour colour;
-  };
-
   const World& world_;
   const Lighting& lighting_;
   const Paths paths_;
   const RenderOptions& options_;
   Film& film_;
-  ShadowRays counts_;
-  std::vector<Segment> rays_;
-  std::vector<Carried> carries_;  // [ray]
+  RayCounts counts_;
+  Asked asked_, asked_by_fields_;
   std::vector<uint8_t> reference_, beside_, visible_, certain_;
   std::vector<float> probability_;
 };
 
-Rendering develop(const Film& film, const RenderOptions& options, uint32_t samples,
-                  const ShadowRays& counts) {
+Image develop(const Sums& sums, const PictureDescription& picture, double scale) {
+  if (sums.empty()) return {};
+  Image image(picture.width, picture.height);
+  std::transform(sums.begin(), sums.end(), image.values.begin(),
+                 [&](double sum) { return float(sum * scale); });
+  return image;
+}
+
+Rendering develop(const Film& film, const RenderOptions& options, uint32_t samples, const RayCounts& counts) {
   Rendering rendering;
-  rendering.shadow_rays = counts;
-  const double scale = options.exposure / samples;
-  for (const Mode mode : kModes) {
-    const std::vector<double>& sums = film.sums[size_t(mode)];
-    if (sums.empty()) continue;
-    Image image(options.picture.width, options.picture.height);
-    std::transform(sums.begin(), sums.end(), image.values.begin(),
-                   [&](double sum) { return float(sum * scale); });
-    rendering.images[size_t(mode)] = std::move(image);
-  }
+  rendering.shadow_rays = counts.shadow;
+  rendering.camera_rays = counts.camera;
+  for (size_t i = 0; i < film.sums.size(); ++i)
+    rendering.images[i] = develop(film.sums[i], options.picture, options.exposure / samples);
+  for (size_t i = 0; i < film.normals.size(); ++i)
+    rendering.normals[i] = develop(film.normals[i], options.picture, 1.0 / samples);
   return rendering;
 }
 
 }  // namespace
 
 const char* name_of(Mode mode) {
-  constexpr const char* kNames[] = {"reference", "bits", "probability", "hybrid"};
+  constexpr const char* kNames[] = {"reference", "bits", "probability", "hybrid", "primary"};
   return kNames[size_t(mode)];
 }
 
@@ -179,6 +247,16 @@ ShadowRays& ShadowRays::operator+=(const ShadowRays& other) {
   embree_seconds += other.embree_seconds;
   asset_seconds += other.asset_seconds;
   beside_seconds += other.beside_seconds;
+  return *this;
+}
+
+CameraRays& CameraRays::operator+=(const CameraRays& other) {
+  rays += other.rays;
+  hits += other.hits;
+  differ += other.differ;
+  both += other.both;
+  depth_error += other.depth_error;
+  normal_error += other.normal_error;
   return *this;
 }
 
@@ -210,21 +288,24 @@ Rendering render(const World& world, const Lighting& lighting, const Camera& cam
                  const std::atomic<bool>& cancel) {
   const PictureDescription& picture = options.picture;
   const uint32_t across = (picture.width + kTile - 1) / kTile, down = (picture.height + kTile - 1) / kTile;
-  Film film(size_t{picture.width} * picture.height, world.has_assets());
-  ShadowRays counts;
+  Film film(size_t{picture.width} * picture.height, world.has_assets(), world.has_primaries());
+  RayCounts counts;
   for (uint32_t done = 0; done < picture.samples;) {
     const uint32_t samples = std::min(kSamplesPerPass, picture.samples - done);
     const uint32_t tiles = across * down;
     for (uint32_t first = 0; first < tiles; first += kTilesBetweenCalls) {
       const uint32_t last = std::min(first + kTilesBetweenCalls, tiles);
-      std::vector<ShadowRays> tile_counts(last - first);
+      std::vector<RayCounts> tile_counts(last - first);
       tbb::parallel_for(first, last, [&](uint32_t tile) {
         if (cancel) return;
         TileRenderer renderer(world, lighting, camera, options, film);
         tile_counts[tile - first] = renderer.run(tile % across * kTile, tile / across * kTile, done, samples);
       });
       if (cancel) throw Error(Status::interrupted, "the rendering was cancelled");
-      for (const ShadowRays& tile : tile_counts) counts += tile;
+      for (const RayCounts& tile : tile_counts) {
+        counts.shadow += tile.shadow;
+        counts.camera += tile.camera;
+      }
       if (last < tiles) callback((done + double(samples) * last / tiles) / picture.samples, {});
     }
     done += samples;

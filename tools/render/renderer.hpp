@@ -1,5 +1,5 @@
 // Renders one camera's picture with direct light (and diffuse bounces), by several answers to the same shadow
-// rays.
+// rays; and by fields' answers to the camera's rays.
 #pragma once
 
 #include <array>
@@ -13,14 +13,16 @@
 
 namespace nif::render {
 
-/// Who answers the shadow rays.
+/// Who answers the shadow rays, and in the last the camera's.
 enum class Mode {
   reference,    ///< Embree
   bits,         ///< assets, visible or occluded
   probability,  ///< assets, a light's share by the probability that it is visible
   hybrid,       ///< assets where they are sure, else Embree
+  primary,      ///< Embree; the camera's rays fields, where World::has_primaries()
 };
-inline constexpr std::array kModes{Mode::reference, Mode::bits, Mode::probability, Mode::hybrid};
+inline constexpr std::array kModes{Mode::reference, Mode::bits, Mode::probability, Mode::hybrid,
+                                   Mode::primary};
 const char* name_of(Mode mode);
 
 /// What the shadow rays of a picture came to. Seconds are summed over threads.
@@ -34,10 +36,25 @@ struct ShadowRays {
   ShadowRays& operator+=(const ShadowRays& other);
 };
 
+/// How the fields that answer camera rays differ from Embree. An object is one that they answer for.
+struct CameraRays {
+  uint64_t rays = 0;        ///< all of them
+  uint64_t hits = 0;        ///< those that come to an object first
+  uint64_t differ = 0;      ///< those that do so by Embree and not by the fields, or the other way round
+  uint64_t both = 0;        ///< those that do so by both; summed over these:
+  double depth_error = 0;   ///< difference of the distances, over the diagonal of the object's AABB
+  double normal_error = 0;  ///< angle between the normals, degrees
+  CameraRays& operator+=(const CameraRays& other);
+};
+
 struct Rendering {
-  std::array<Image, kModes.size()>
-      images;  ///< by Mode, linear, exposed; empty but for the reference without assets
+  /// By Mode, linear, exposed; empty where there is nobody to answer so.
+  std::array<Image, kModes.size()> images;
+  /// By Embree and by fields, as colours from 0 to 1, black where there is no surface; empty as
+  /// Mode::primary.
+  std::array<Image, 2> normals;
   ShadowRays shadow_rays;
+  CameraRays camera_rays;
 };
 
 /// Rays that assets are not asked, to see one part of what they do alone.

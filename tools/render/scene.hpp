@@ -23,6 +23,8 @@ struct ObjectDescription {
   mesh::Transform transform = mesh::kIdentity;
   Colour albedo{0.6, 0.6, 0.6};
   bool lights = true, cameras = true;  ///< whether those that the mesh file brings are taken along
+  /// Whether its camera rays are answered by the asset's fields for primary rays in one more picture.
+  bool primary = false;
 };
 
 /// A square that lies across the up axis, below the middle of all objects.

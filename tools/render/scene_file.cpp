@@ -318,6 +318,9 @@ SceneDescription read_scene(const fs::path& file) {
     ObjectDescription object;
     object.mesh = beside(folder, r.text("mesh"));
     if (r.has("nif")) object.nif = beside(folder, r.text("nif"));
+    object.primary = r.flag("primary", object.primary);
+    if (object.primary && !object.nif)
+      r.fail("primary", "needs 'nif', an asset with fields for primary rays");
     object.transform = read_transform(r);
     object.albedo = r.colour("albedo", 1, object.albedo);
     object.lights = r.flag("lights", object.lights);

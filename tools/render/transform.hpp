@@ -33,6 +33,10 @@ inline Transform compose(const Transform& outer, const Transform& inner) {
 inline std::array<Double3, 3> rows_of(const Transform& t) {
   return {Double3{t[0], t[1], t[2]}, Double3{t[4], t[5], t[6]}, Double3{t[8], t[9], t[10]}};
 }
+/// Of a matrix, as its rows, and a vector.
+inline Double3 product(const std::array<Double3, 3>& rows, const Double3& v) {
+  return {bake::dot(rows[0], v), bake::dot(rows[1], v), bake::dot(rows[2], v)};
+}
 inline double determinant(const Transform& t) {
   const auto rows = rows_of(t);
   return bake::dot(rows[0], bake::cross(rows[1], rows[2]));
@@ -57,5 +61,20 @@ inline std::array<Double3, 3> inverse_rows(const Transform& t) {
   }
   return inverse;
 }
+
+/// The way back from where a transform has placed something.
+class ToObject {
+ public:
+  /// The determinant must not be 0.
+  explicit ToObject(const Transform& placed)
+      : inverse_(inverse_rows(placed)), origin_{placed[3], placed[7], placed[11]} {}
+
+  Double3 direction(const Double3& v) const { return product(inverse_, v); }
+  Double3 point(const Double3& p) const { return direction(p - origin_); }
+
+ private:
+  std::array<Double3, 3> inverse_;
+  Double3 origin_;
+};
 
 }  // namespace nif::render

@@ -5,15 +5,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 
 #include "formats/status.hpp"
 #include "tools/render/paths.hpp"
-#include "tools/render/transform.hpp"
 
 namespace nif::render {
 namespace {
-
-using bake::dot;
 
 /// Does the segment meet the box, or pass it closely? What does not is no training ray.
 bool meets(const bake::Box& box, const Segment& s) {
@@ -44,13 +42,8 @@ ViewRays::ViewRays(const SceneDescription& scene, const World& world, const Ligh
     for (const mesh::Instance& instance : meshes.instances) {
       const mesh::Transform place = compose(object.transform, instance.transform);
       if (determinant(place) == 0) continue;
-      Placement placement;
-      placement.mesh = instance.mesh;
-      placement.inverse = inverse_rows(place);
-      placement.origin = {place[3], place[7], place[11]};
       const mesh::Mesh& own = meshes.meshes[instance.mesh];
-      placement.box = bake::bounds(own.positions, own.triangles);
-      placements_.push_back(placement);
+      placements_.push_back({instance.mesh, ToObject(place), bake::bounds(own.positions, own.triangles)});
     }
   }
   if (placements_.empty())
@@ -58,7 +51,8 @@ ViewRays::ViewRays(const SceneDescription& scene, const World& world, const Ligh
                 fmt::format("{}: no object of this scene is {}, which is to be baked", scene.file, mesh));
 }
 
-bake::MeshRays ViewRays::draw(uint64_t round) const {
+template <class Ask>
+bake::MeshRays ViewRays::collect(const Ask& ask) const {
   const PictureDescription& picture = scene_.picture;
   const uint32_t rows = picture.height * uint32_t(scene_.cameras.size());
   std::vector<Camera> cameras;
@@ -69,26 +63,16 @@ bake::MeshRays ViewRays::draw(uint64_t round) const {
     const uint32_t y = row % picture.height;
     const Paths paths(world_, lighting_, cameras[row / picture.height], picture);
     bake::MeshRays& part = parts[row];
-    for (uint32_t x = 0; x < picture.width; ++x)
-      paths.follow(
-          paths.samples_of(x, y), uint32_t(round), x, y,
-          [&](const ShadowRay& ray) {
-            for (const Placement& placement : placements_) {
-              const Segment& s = ray.segment;
-              const Double3 from = Double3{s.origin[0], s.origin[1], s.origin[2]} - placement.origin;
-              const Double3 along{s.direction[0], s.direction[1], s.direction[2]};
-              Double3 origin, direction;
-              for (size_t a = 0; a < 3; ++a) {
-                origin[a] = dot(placement.inverse[a], from);
-                direction[a] = dot(placement.inverse[a], along);
-              }
-              const Segment own = bake::make_segment(origin, direction, s.tmax);
-              if (!meets(placement.box, own)) continue;
-              part.segments.push_back(own);
-              part.meshes.push_back(placement.mesh);
-            }
-          },
-          [](const Double3&) {});
+    const auto keep = [&](const Double3& origin, const Double3& direction, float tmax) {
+      for (const Placement& placement : placements_) {
+        const Segment own = bake::make_segment(placement.to_object.point(origin),
+                                               placement.to_object.direction(direction), tmax);
+        if (!meets(placement.box, own)) continue;
+        part.segments.push_back(own);
+        part.meshes.push_back(placement.mesh);
+      }
+    };
+    for (uint32_t x = 0; x < picture.width; ++x) ask(paths, paths.samples_of(x, y), x, y, keep);
   });
   bake::MeshRays all;
   for (const bake::MeshRays& part : parts) {
@@ -96,6 +80,28 @@ bake::MeshRays ViewRays::draw(uint64_t round) const {
     all.meshes.insert(all.meshes.end(), part.meshes.begin(), part.meshes.end());
   }
   return all;
+}
+
+bake::MeshRays ViewRays::draw(uint64_t round) const {
+  return collect(
+      [&](const Paths& paths, const PixelSamples& numbers, uint32_t x, uint32_t y, const auto& keep) {
+        paths.follow(
+            numbers, uint32_t(round), x, y,
+            [&](const ShadowRay& ray) {
+              const Segment& s = ray.segment;
+              keep(Double3{s.origin[0], s.origin[1], s.origin[2]},
+                   Double3{s.direction[0], s.direction[1], s.direction[2]}, s.tmax);
+            },
+            [](const Double3&) {});
+      });
+}
+
+bake::MeshRays ViewRays::draw_primary(uint64_t round) const {
+  return collect(
+      [&](const Paths& paths, const PixelSamples& numbers, uint32_t x, uint32_t y, const auto& keep) {
+        const CameraRay ray = paths.camera_ray(numbers, uint32_t(round), x, y);
+        keep(ray.origin, ray.direction, std::numeric_limits<float>::infinity());
+      });
 }
 
 }  // namespace nif::render

@@ -11,7 +11,6 @@
 
 #include "bake/ray_sets.hpp"
 #include "formats/status.hpp"
-#include "tools/render/transform.hpp"
 
 namespace nif::render {
 namespace {
@@ -62,7 +61,10 @@ World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const st
   rtcSetDeviceErrorFunction(
       device_.get(), [](void* user, RTCError, const char* text) { static_cast<World*>(user)->error_ = text; },
       this);
-  for (EmbreePointer* top : {&everything_, &beside_assets_}) {
+  std::vector<EmbreePointer*> tops{&everything_, &beside_assets_};
+  if (std::any_of(scene.objects.begin(), scene.objects.end(), [](const auto& o) { return o.primary; }))
+    tops.push_back(&beside_primaries_);
+  for (EmbreePointer* top : tops) {
     top->reset(rtcNewScene(device_.get()));
     rtcSetSceneFlags(top->get(), RTC_SCENE_FLAG_ROBUST);
   }
@@ -86,12 +88,12 @@ World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const st
     }
     for (size_t m = 0; m < meshes.meshes.size(); ++m) add_mesh(meshes.meshes[m], places[m], object);
     if (object.nif) add_asset(object, meshes);
+    if (object.primary) primaries_.add(object, fmt::format("{}: object {}", scene.file, i + 1));
   }
   if (scene.ground) add_ground(scene);
   // On one thread: with more, which of two triangles is hit on their common edge may vary.
   tbb::task_arena(1).execute([&] {
-    rtcCommitScene(everything_.get());
-    rtcCommitScene(beside_assets_.get());
+    for (EmbreePointer* top : tops) rtcCommitScene(top->get());
   });
   if (!error_.empty()) throw Error(Status::out_of_memory, "Embree cannot build the scene's BVH: " + error_);
   tools::check(nifCommitScene(neural_.handle));
@@ -103,24 +105,26 @@ void World::add_mesh(const mesh::Mesh& mesh, std::span<const Transform> places,
                      const ObjectDescription& object) {
   if (places.empty()) return;
   const bake::Box own = bake::bounds(mesh.positions, mesh.triangles);
-  const double bias = double(bake::kBiasFraction) * own.longest_side();
+  const Answered answered{object.nif.has_value(), object.primary};
   for (const Transform& place : places) {
     for (uint32_t corner = 0; corner < 8; ++corner) {
       mesh::Float3 p;
       for (size_t a = 0; a < 3; ++a) p[a] = (corner >> a & 1 ? own.max : own.min)[a];
       include(box_, transformed(place, p));
     }
-    parts_.push_back({object.albedo, bias * std::cbrt(std::abs(determinant(place))), cofactors(place)});
+    const double size = std::cbrt(std::abs(determinant(place)));
+    parts_.push_back({{object.albedo, double(bake::kBiasFraction) * own.longest_side() * size,
+                       own.diagonal() * size, object.primary},
+                      cofactors(place)});
   }
   if (object.nif)
-    for (const Transform& place : places)
-      asset_boxes_.push_back({own, inverse_rows(place), {place[3], place[7], place[11]}});
+    for (const Transform& place : places) asset_boxes_.push_back({own, ToObject(place)});
   triangles_ += mesh.triangles.size() * places.size();
   if (places.size() == 1) {
     std::vector<mesh::Float3> positions(mesh.positions.size());
     std::transform(mesh.positions.begin(), mesh.positions.end(), positions.begin(),
                    [&](const mesh::Float3& p) { return transformed(places[0], p); });
-    add_triangles(positions, mesh.triangles, object.nif.has_value());
+    add_triangles(positions, mesh.triangles, answered);
     return;
   }
   EmbreePointer child(rtcNewScene(device_.get()));
@@ -133,7 +137,7 @@ void World::add_mesh(const mesh::Mesh& mesh, std::span<const Transform> places,
     RTCGeometry instance = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
     rtcSetGeometryInstancedScene(instance, child.get());
     rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, place.data());
-    attach(instance, object.nif.has_value());
+    attach(instance, answered);
   }
   children_.push_back(std::move(child));
 }
@@ -157,14 +161,16 @@ RTCGeometryTy* World::make_geometry(std::span<const mesh::Float3> positions,
 }
 
 void World::add_triangles(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
-                          bool answered_by_asset) {
-  attach(make_geometry(positions, triangles), answered_by_asset);
+                          Answered answered) {
+  attach(make_geometry(positions, triangles), answered);
 }
 
-void World::attach(RTCGeometryTy* geometry, bool answered_by_asset) {
+void World::attach(RTCGeometryTy* geometry, Answered answered) {
   rtcCommitGeometry(geometry);
-  rtcAttachGeometry(everything_.get(), geometry);
-  if (!answered_by_asset) rtcAttachGeometry(beside_assets_.get(), geometry);
+  const unsigned number = rtcAttachGeometry(everything_.get(), geometry);
+  if (!answered.by_asset) rtcAttachGeometry(beside_assets_.get(), geometry);
+  if (beside_primaries_ && !answered.by_primary)
+    rtcAttachGeometryByID(beside_primaries_.get(), geometry, number);
   rtcReleaseGeometry(geometry);
 }
 
@@ -180,8 +186,8 @@ void World::add_ground(const SceneDescription& scene) {
   }
   const mesh::Triangle triangles[] = {{0, 1, 2}, {0, 2, 3}};
   parts_.push_back(
-      {scene.ground->albedo, double(bake::kBiasFraction) * box_.longest_side(), mesh::kIdentity});
-  add_triangles(corners, triangles, false);
+      {{scene.ground->albedo, double(bake::kBiasFraction) * box_.longest_side()}, mesh::kIdentity});
+  add_triangles(corners, triangles, {});
 }
 
 void World::add_asset(const ObjectDescription& object, const mesh::Scene& meshes) {
@@ -212,34 +218,43 @@ void World::add_asset(const ObjectDescription& object, const mesh::Scene& meshes
 }
 
 std::optional<SurfacePoint> World::trace(const Double3& origin, const Double3& direction) const {
+  return trace(everything_.get(), origin, direction);
+}
+
+std::optional<SurfacePoint> World::trace_by_fields(const Double3& origin, const Double3& direction) const {
+  const std::optional<SurfacePoint> beside = trace(beside_primaries_.get(), origin, direction);
+  const std::optional<SurfacePoint> learned =
+      primaries_.trace(origin, direction, beside ? beside->distance : double(kInfinity));
+  return learned ? learned : beside;
+}
+
+std::optional<SurfacePoint> World::trace(RTCSceneTy* scene, const Double3& origin,
+                                         const Double3& direction) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit hit;
   hit.ray = to_ray(bake::make_segment(origin, direction, kInfinity));
   hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(everything_.get(), &context, &hit);
+  rtcIntersect1(scene, &context, &hit);
   if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   const bool placed = hit.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
   const Part& part = parts_[placed ? hit.hit.instID[0] : hit.hit.geomID];
   Double3 normal{hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z};
-  if (placed) {
-    const auto rows = rows_of(part.normals);
-    normal = {dot(rows[0], normal), dot(rows[1], normal), dot(rows[2], normal)};
-  }
+  if (placed) normal = product(rows_of(part.normals), normal);
   const double size = bake::length(normal);
   if (!(size > 0)) return std::nullopt;
   normal = normal * ((dot(normal, direction) > 0 ? -1 : 1) / size);
-  return SurfacePoint{origin + direction * double(hit.ray.tfar), normal, part.bias, part.albedo};
+  const double t = double(hit.ray.tfar);
+  return SurfacePoint{origin + direction * t, normal, t, part.kind};
 }
 
 bool World::starts_in_asset(const Segment& ray) const {
   const Double3 start = bake::to_double({ray.origin[0], ray.origin[1], ray.origin[2]});
   return std::any_of(asset_boxes_.begin(), asset_boxes_.end(), [&](const AssetBox& asset) {
+    const Double3 own = asset.to_object.point(start);
     bool inside = true;
-    for (size_t a = 0; a < 3; ++a) {
-      const double x = dot(asset.inverse[a], start - asset.origin);
-      inside = inside && x >= double(asset.box.min[a]) && x <= double(asset.box.max[a]);
-    }
+    for (size_t a = 0; a < 3; ++a)
+      inside = inside && own[a] >= double(asset.box.min[a]) && own[a] <= double(asset.box.max[a]);
     return inside;
   });
 }

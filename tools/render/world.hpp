@@ -10,8 +10,11 @@
 #include "bake/oracle.hpp"
 #include "bake/voxelize.hpp"
 #include "tools/measuring.hpp"
+#include "tools/render/primary_objects.hpp"
 #include "tools/render/scene.hpp"
 #include "tools/render/scene_meshes.hpp"
+#include "tools/render/surface_point.hpp"
+#include "tools/render/transform.hpp"
 
 struct RTCDeviceTy;
 struct RTCGeometryTy;
@@ -20,14 +23,6 @@ struct RTCSceneTy;
 namespace nif::render {
 
 using kernels::Segment;
-
-/// A point that a camera's ray or a bounce has come to.
-struct SurfacePoint {
-  Double3 position;
-  Double3 normal;  ///< geometric, unit length, on the side that the ray came from
-  double bias;     ///< how far from the surface shadow rays start
-  Colour albedo;
-};
 
 /// Immutable once made; any number of threads may ask it. Answers do not depend on the number of threads.
 class World {
@@ -48,7 +43,13 @@ class World {
   uint64_t asset_bytes() const { return asset_bytes_; }
   uint64_t resident_bytes() const { return resident_bytes_; }
 
+  /// The first hit by Embree over everything, along a direction of unit length.
   std::optional<SurfacePoint> trace(const Double3& origin, const Double3& direction) const;
+  /// The same by the fields of those objects whose camera rays they answer, of which there must be some, and
+  /// by Embree over the rest.
+  std::optional<SurfacePoint> trace_by_fields(const Double3& origin, const Double3& direction) const;
+  /// Whether there are such objects.
+  bool has_primaries() const { return !primaries_.empty(); }
 
   /// visible[i] = 1 or 0, by Embree over everything.
   void ask_embree(std::span<const Segment> rays, uint8_t* visible) const;
@@ -74,25 +75,29 @@ class World {
   };
   /// The AABB of an asset's instance.
   struct AssetBox {
-    bake::Box box;                   ///< object space
-    std::array<Double3, 3> inverse;  ///< rows: world to object, for directions
-    Double3 origin;                  ///< of the object, in world space
+    bake::Box box;  ///< object space
+    ToObject to_object;
   };
   using EmbreePointer = std::unique_ptr<RTCSceneTy, Release>;
   struct Part {  // by Embree's geometry in everything_
-    Colour albedo;
-    double bias;
+    SurfaceKind kind;
     mesh::Transform normals;  // object to world, for normals; of instances only
+  };
+  /// Who answers for a mesh beside Embree.
+  struct Answered {
+    bool by_asset = false;    ///< shadow rays
+    bool by_primary = false;  ///< camera rays
   };
 
   void add_mesh(const mesh::Mesh& mesh, std::span<const mesh::Transform> places,
                 const ObjectDescription& object);
   void add_triangles(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
-                     bool answered_by_asset);
+                     Answered answered);
   RTCGeometryTy* make_geometry(std::span<const mesh::Float3> positions,
                                std::span<const mesh::Triangle> triangles);
   /// Takes the geometry over.
-  void attach(RTCGeometryTy* geometry, bool answered_by_asset);
+  void attach(RTCGeometryTy* geometry, Answered answered);
+  std::optional<SurfacePoint> trace(RTCSceneTy* scene, const Double3& origin, const Double3& direction) const;
   void add_ground(const SceneDescription& scene);
   void add_asset(const ObjectDescription& object, const mesh::Scene& meshes);
 
@@ -100,8 +105,10 @@ class World {
   std::unique_ptr<RTCDeviceTy, Release> device_;
   std::vector<EmbreePointer> children_;  // scenes that instances place
   EmbreePointer everything_, beside_assets_;
+  EmbreePointer beside_primaries_;  // null where fields answer no camera rays
   std::vector<Part> parts_;
   std::vector<AssetBox> asset_boxes_;
+  PrimaryObjects primaries_;
   bake::Box box_;
   uint64_t triangles_ = 0, asset_bytes_ = 0, resident_bytes_ = 0;
   tools::Device runtime_;

@@ -1,0 +1,94 @@
+// What the readers of a .nif file's sections share: records copied out one at a time, blocks handed out in
+// their order, and refusals that name the place.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <span>
+#include <string>
+
+#include "formats/nif/container.hpp"
+
+namespace nif::format {
+
+using Bytes = std::span<const std::byte>;
+
+/// One place in the file, for messages; built only where something is wrong.
+struct Place {
+  std::string_view file;
+  const char* section;
+  uint64_t record;
+
+  [[noreturn]] void damaged(const std::string& what) const {
+    refuse(Status::damaged_nif, file, text(), what);
+  }
+  void require(bool good, const char* what) const {
+    if (!good) damaged(what);
+  }
+  void within(uint64_t value, uint64_t low, uint64_t high, const char* name) const {
+    if (value < low || value > high)
+      damaged(std::string(name) + " is " + std::to_string(value) + ", not " + std::to_string(low) + " to " +
+              std::to_string(high));
+  }
+  std::string text() const {
+    return std::string("section ") + section + ", record " + std::to_string(record);
+  }
+};
+
+template <class T>
+bool all_finite(const T& values) {
+  return std::all_of(std::begin(values), std::end(values), [](float v) { return std::isfinite(v); });
+}
+
+template <class T>
+bool all_zero(const T& values) {
+  return std::all_of(std::begin(values), std::end(values), [](auto value) { return value == 0; });
+}
+
+/// Hands out the blocks of a section in the order of their records and sees to it that they fill it.
+class Blocks {
+ public:
+  explicit Blocks(Bytes section) : section_(section) {}
+
+  Bytes next(const Block& block, uint64_t expected, const char* name, const Place& place) {
+    const std::string what = std::string(name) + " block";
+    if (block.offset != aligned(end_)) place.damaged(what + " is not where the one before it ends");
+    if (block.bytes != expected)
+      place.damaged(what + " has " + std::to_string(block.bytes) + " bytes, not " + std::to_string(expected));
+    if (block.offset > section_.size() || block.bytes > section_.size() - block.offset)
+      place.damaged(what + " reaches past the end of its section");
+    for (uint64_t at = end_; at < block.offset; ++at)
+      if (section_[at] != std::byte{0}) place.damaged("padding before the " + what + " is not zero");
+    end_ = block.offset + block.bytes;
+    return section_.subspan(block.offset, block.bytes);
+  }
+  bool finished() const { return end_ == section_.size(); }
+
+ private:
+  Bytes section_;
+  uint64_t end_ = 0;
+};
+
+/// Records of one section, copied out one at a time.
+template <class Record>
+class Records {
+ public:
+  Records(Bytes section, const char* name, std::string_view file) : section_(section) {
+    if (section.size() % sizeof(Record) != 0 || section.size() / sizeof(Record) > 0xffffffffu)
+      refuse(Status::damaged_nif, file, std::string("section ") + name,
+             std::to_string(section.size()) + " bytes are no whole number of records of " +
+                 std::to_string(sizeof(Record)));
+  }
+  uint32_t count() const { return uint32_t(section_.size() / sizeof(Record)); }
+  Record operator[](uint32_t i) const {
+    Record record;
+    std::memcpy(&record, section_.data() + uint64_t(i) * sizeof(Record), sizeof(Record));
+    return record;
+  }
+
+ private:
+  Bytes section_;
+};
+
+}  // namespace nif::format

@@ -1,0 +1,60 @@
+#include "tools/render/primary_objects.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "bake/ray_sets.hpp"
+#include "formats/status.hpp"
+#include "kernels/reference/primary.hpp"
+
+namespace nif::render {
+
+void PrimaryObjects::add(const ObjectDescription& object, const std::string& place) {
+  assets_.push_back(std::make_unique<const Asset>(*object.nif));
+  const format::AssetView& asset = assets_.back()->view;
+  const auto add_instance = [&](uint32_t index, const Transform& own) {
+    const format::PrimaryView* primary = asset.primary_of(index);
+    const format::ObjectView& about = asset.objects[index];
+    if (primary == nullptr)
+      throw Error(
+          Status::malformed_scene,
+          fmt::format("{}: 'primary' is true, but {} has no field for primary rays of its object '{}'; "
+                      "nif bake --primary learns one",
+                      place, *object.nif, about.name));
+    const Transform placed = compose(object.transform, own);
+    const double size = std::cbrt(std::abs(determinant(placed)));
+    if (size == 0) return;
+    std::array<Double3, 3> normals = rows_of(cofactors(placed));
+    if (determinant(placed) < 0)
+      for (Double3& row : normals) row = row * -1;
+    const double diagonal = 2 / double(primary->field.distance_scale);
+    instances_.push_back({&primary->field,
+                          ToObject(placed),
+                          normals,
+                          {object.albedo, double(about.bias) * size, diagonal * size, true}});
+  };
+  for (const format::InstanceView& instance : asset.instances)
+    add_instance(instance.object, instance.transform);
+  if (asset.instances.empty())
+    for (uint32_t i = 0; i < asset.objects.size(); ++i) add_instance(i, mesh::kIdentity);
+}
+
+std::optional<SurfacePoint> PrimaryObjects::trace(const Double3& origin, const Double3& direction,
+                                                  double farthest) const {
+  std::optional<SurfacePoint> nearest;
+  for (const Instance& instance : instances_) {
+    const kernels::PrimaryAnswer answer = kernels::query_primary(
+        *instance.field,
+        bake::make_segment(instance.to_object.point(origin), instance.to_object.direction(direction),
+                           static_cast<float>(nearest ? nearest->distance : farthest)));
+    if (!answer.hit) continue;
+    const Double3 normal = product(instance.normals, bake::to_double(std::to_array(answer.normal)));
+    nearest = {origin + direction * double(answer.start), normal * (1 / bake::length(normal)),
+               double(answer.t), instance.kind};
+  }
+  return nearest;
+}
+
+}  // namespace nif::render

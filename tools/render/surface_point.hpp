@@ -1,0 +1,23 @@
+// Where a camera's ray or a bounce comes to.
+#pragma once
+
+#include "tools/render/scene.hpp"
+
+namespace nif::render {
+
+/// What is the same all over a surface.
+struct SurfaceKind {
+  Colour albedo;
+  double bias;           ///< how far from the surface shadow rays start
+  double diagonal = 0;   ///< of the object's AABB, world units
+  bool primary = false;  ///< of an object whose camera rays a field may answer
+};
+
+struct SurfacePoint {
+  Double3 position;  ///< of a hit that a field has found, before it by the field's margin
+  Double3 normal;   ///< unit length, on the side that the ray came from; geometric where triangles were asked
+  double distance;  ///< to the hit, in lengths of the ray's direction
+  SurfaceKind kind;
+};
+
+}  // namespace nif::render
