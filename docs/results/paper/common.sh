@@ -35,11 +35,13 @@ bake() {
   mv "$out/$name.json.new" "$out/$name.json"
 }
 
-# judge NAME ASSET CAMERAS EXACT [options of nif render]: leaves NAME.judged.json, and its pictures in a folder.
+# judge NAME ASSET CAMERAS EXACT [options of nif render]: leaves NAME.judged.json, and its pictures in a folder. `fields`
+# may hold more lines for the scene's object.
+fields=
 judge() {
   local name=$1 asset=$2 cameras=$3 exact=$4
   shift 4
-  view "$name.judged" importance "$cameras" "nif = \"../../$asset\""
+  view "$name.judged" importance "$cameras" "nif = \"../../$asset\"$fields"
   "$nif" render "$out/$name.judged.toml" -o "$out/$name" --samples 64 --seed 2 --exact "$exact" --json "$@" \
     >"$out/$name.judged.json"
 }
