@@ -49,7 +49,7 @@ struct CameraResult {
   render::ShadowRays shadow_rays;
   render::CameraRays camera_rays;
   std::vector<PictureError> errors;
-  Image thumbnail;  ///< of reference, assets and error side by side; empty where no sheet is wanted
+  Image thumbnail;  ///< of reference, other answers and error side by side; empty where no sheet is wanted
   double seconds = 0;
 };
 
@@ -121,11 +121,17 @@ CameraResult write_pictures(const Arguments& arguments, const std::string& camer
     render::write_png(path("normals.png"),
                       render::side_by_side({&rendering.normals[0], &rendering.normals[1]}));
   if (last && !result.errors.empty()) {
+    const auto beside = [&](const Image& learned, const Image& error) {
+      return render::side_by_side({&reference, &learned, &error});
+    };
     const Image& learned = shown[size_t(Mode::probability)];
     const Image error = render::difference(reference, learned, 3);
     render::write_png(path("error.png"), error);
-    const Image together = render::side_by_side({&reference, &learned, &error});
+    Image together = beside(learned, error);
     render::write_png(path("compare.png"), together);
+    // A sheet shows what the scene is there to show.
+    const Image& primary = shown[size_t(Mode::primary)];
+    if (!primary.values.empty()) together = beside(primary, render::difference(reference, primary, 3));
     if (arguments.sheet) result.thumbnail = render::scaled_down(together, 3 * arguments.thumbnail);
   } else if (last && arguments.sheet) {
     result.thumbnail = render::scaled_down(reference, arguments.thumbnail);
@@ -331,8 +337,10 @@ void add_render(CLI::App& app) {
   command->add_option("-j,--threads", a.threads, "Threads; 0: all. The pictures are the same for any number")
       ->capture_default_str();
   command->add_flag("--exr", a.exr, "Write linear pictures too, as OpenEXR");
-  command->add_option("--sheet", a.sheet,
-                      "A PNG of all cameras' pictures, small: reference, assets (probability) and error x 3");
+  command->add_option(
+      "--sheet", a.sheet,
+      "A PNG of all cameras' pictures, small: reference, assets (probability) and error x 3; or, where "
+      "fields answer camera rays, reference, these (primary) and error x 3");
   command->add_option("--thumbnail", a.thumbnail, "Width of a picture in it, in pixels")
       ->capture_default_str()
       ->check(CLI::Range(16u, 4096u));

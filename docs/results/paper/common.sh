@@ -70,12 +70,14 @@ bake_ours() {
 }
 
 # judge NAME ASSET CAMERAS EXACT [options of nif render]: leaves NAME.judged.json, and its pictures in a folder. As with
-# bake, what is there already is not made again: the same options give the same bytes.
+# bake, what is there already is not made again: the same options give the same bytes. `fields` may hold more lines for the
+# scene's object.
+fields=
 judge() {
   local name=$1 asset=$2 cameras=$3 exact=$4
   shift 4
   [[ -f $out/$name.judged.json ]] && return
-  view "$name.judged" importance "$cameras" "nif = \"../../$asset\""
+  view "$name.judged" importance "$cameras" "nif = \"../../$asset\"$fields"
   "$nif" render "$out/$name.judged.toml" -o "$out/$name" --samples 64 --seed 2 --exact "$exact" --json "$@" \
     >"$out/$name.judged.json.new"
   mv "$out/$name.judged.json.new" "$out/$name.judged.json"
