@@ -16,8 +16,8 @@ of_light() {
 samples=128
 view area importance "$front"
 bake area area $samples
-judge area "$out/area.nif" "$front" none --sheet "$pages/area-spherical.png" --thumbnail 320
-judge area_ours "$ours" "$front" none --sheet "$pages/area-segment.png" --thumbnail 320
+judge area "$out/area.nif" "$front" none --sheet "$pages/area-spherical.png" --thumbnail 280
+judge area_ours "$ours" "$front" none --sheet "$pages/area-segment.png" --thumbnail 280
 {
   heading 'Area lights'
   printf 'Trained with %s samples a pixel from the very view and lights that are judged.\n\n' $samples

@@ -27,7 +27,7 @@ bake many_own many $samples
 bake many_shared many $samples --shared-network
 bake_ours many_ours --preset fast
 for kind in own shared ours; do
-  judge "many_$kind" "$out/many_$kind.nif" "$front" none --sheet "$out/many_$kind.png" --thumbnail 320
+  judge "many_$kind" "$out/many_$kind.nif" "$front" none --sheet "$out/many_$kind.png" --thumbnail 280
 done
 cp "$out/many_shared.png" "$pages/networks-spherical.png"
 cp "$out/many_ours.png" "$pages/networks-segment.png"

@@ -13,10 +13,10 @@ for r in 64 256 1024; do
   judge "outer_$r" "$out/outer_$r.nif" "$front" inside
 done
 judge inner "$out/outer_256.nif" "$front" outside
-judge both "$out/outer_256.nif" "$front" none --sheet "$pages/resolution-spherical.png" --thumbnail 320
+judge both "$out/outer_256.nif" "$front" none --sheet "$pages/resolution-spherical.png" --thumbnail 280
 judge ours_outer "$ours" "$front" inside
 judge ours_inner "$ours" "$front" outside
-judge ours_both "$ours" "$front" none --sheet "$pages/resolution-segment.png" --thumbnail 320
+judge ours_both "$ours" "$front" none --sheet "$pages/resolution-segment.png" --thumbnail 280
 
 declare -A stated=([64]=48.4 [256]=49.8 [1024]=45.7)
 row() { printf '| %s | %s | %s | %s dB | %s dB | %s |\n' "$1" "$2" "$3" "$(psnr "$4" bits)" "$(psnr "$4" probability)" "${5-}"; }

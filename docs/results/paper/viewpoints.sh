@@ -26,11 +26,11 @@ for views in 1 4 16 64; do
     name=views_${views}_$width
     bake "$name" "views_$views" $((64 / views)) --outer-width "$width" --inner-width "$width"
     sheet=()
-    [[ $name != views_64_64 ]] || sheet=(--sheet "$pages/viewpoints-spherical.png" --thumbnail 128)
+    [[ $name != views_64_64 ]] || sheet=(--sheet "$pages/viewpoints-spherical.png" --thumbnail 112)
     judge "$name" "$out/$name.nif" "$unseen" none --width 480 --height 270 "${sheet[@]}"
   done
 done
-judge ours_unseen "$ours" "$unseen" none --width 480 --height 270 --sheet "$pages/viewpoints-segment.png" --thumbnail 128
+judge ours_unseen "$ours" "$unseen" none --width 480 --height 270 --sheet "$pages/viewpoints-segment.png" --thumbnail 112
 {
   heading 'Offline training from several viewpoints'
   printf 'Judged from four viewpoints that no training saw, by pictures of 480 x 270 pixels: the lowest PSNR of the four, by probability\n'
