@@ -10,10 +10,11 @@ source docs/results/paper/common.sh
 dragon=$mesh
 
 # Speed does not depend on what a field has learned, so these learn for moments only; errors stand beside.
-# measure NAME MESH [options of nif bench]: leaves NAME.time.json.
+# measure NAME MESH [options of nif bench]: leaves NAME.time.json; delete it to measure again.
 measure() {
   local name=$1 mesh=$2
   shift 2
+  [[ -f $out/$name.time.json ]] && return
   [[ -f $out/$name.spherical.nif ]] || "$nif" bake "$mesh" -o "$out/$name.spherical.nif" --preset paper \
     --training-rays 4000000 --training-passes 1 --rays 0 --quiet
   [[ -f $out/$name.segment.nif ]] || "$nif" bake "$mesh" -o "$out/$name.segment.nif" --encoding segment --preset fast \
@@ -44,9 +45,9 @@ done
 
 # rows NAME LABEL: one for each ray set.
 rows() {
-  jq -r --arg label "$2" 'def ns: 1000 / . | round;
+  jq -r --arg what "$2" 'def ns: 1000 / . | round;
     .triangles as $triangles | .sets | to_entries[] | .key as $set | .value |
-    "| \($label) | \($triangles) | \($set) | \([.stages[] | "\(.ns * 10 | round / 10)"] | join(" | ")) | " +
+    "| \($what) | \($triangles) | \($set) | \([.stages[] | "\(.ns * 10 | round / 10)"] | join(" | ")) | " +
     "\(.nif.mrays_per_s | ns) | \(.against.mrays_per_s | ns) | \(.embree.mrays_per_s | ns) | " +
     "\(.ratio * 100 | round / 100) | \(.ratio / .against.ratio * 100 | round / 100) | " +
     "\(.error * 1000 | round / 10) % | \(.against.error * 1000 | round / 10) % |"' "$out/$1.time.json"
@@ -59,7 +60,7 @@ head='| mesh | triangles | rays | ray cast | outer grids | outer network | inner
   printf 'Nanoseconds a ray, medians of seven rounds of `nif bench --stages` ([benchmark.md](../../benchmark.md)); Embree is the\n'
   printf 'fastest of its calls and builds in the same rounds. "Embree / x" is its time as a multiple of x'"'"'s. Stages are timed by\n'
   printf 'themselves; "all" is a whole query, in the race. `spherical` has the grids and networks of `--preset paper`, `segment` those\n'
-  printf 'of `--preset fast`. Speed hardly depends on what a field has learned, so the `spherical` ones learned for moments only: their\n'
+  printf 'of `--preset fast`. A ray costs a `spherical` field the same whatever that has learned, so these learned for moments only: their\n'
   printf 'errors here are not what they reach. The dragon is of the Stanford University Computer Graphics Laboratory, the other models\n'
   printf 'are made by `nif mesh generate`.\n\n## Where it goes\n\n%s\n' "$head"
   for name in $scenes; do rows "$name" "${name%%_*}"; done
