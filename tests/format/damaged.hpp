@@ -1,4 +1,5 @@
-// Ways to break a .nif file in tests, and to make its checksums right again afterwards.
+// Ways to break a .nif file in tests, to make its checksums right again afterwards, and to see what the
+// reader says.
 #pragma once
 
 #include <cstring>
@@ -8,10 +9,22 @@
 
 #include "formats/nif/container.hpp"
 #include "formats/nif/crc32c.hpp"
+#include "formats/nif/reader.hpp"
+#include "formats/status.hpp"
 
 namespace nif::test {
 
 using Bytes = std::vector<std::byte>;
+
+/// What the reader says of a file.
+inline Status status_of(const Bytes& file) {
+  try {
+    format::read_asset(file, "file");
+    return Status::ok;
+  } catch (const Error& error) {
+    return error.status();
+  }
+}
 
 template <class T>
 T load(const Bytes& file, size_t offset) {

@@ -13,21 +13,13 @@ namespace nif {
 namespace {
 
 using test::Bytes;
+using test::status_of;
 
 /// A `segment`, a `bvh` and two `spherical` objects, the first three of them with fields for primary rays.
 format::Asset asset_with_primaries(uint64_t seed, uint32_t primaries = 3) {
   return test::random_asset(
       seed,
       {.objects = 1, .instances = 1, .max_voxels = 9, .bvhs = 1, .sphericals = 2, .primaries = primaries});
-}
-
-Status status_of(const Bytes& file) {
-  try {
-    format::read_asset(file, "file");
-    return Status::ok;
-  } catch (const Error& error) {
-    return error.status();
-  }
 }
 
 TEST(PrimaryFile, KeepsEveryFieldAndAnswer) {

@@ -12,19 +12,11 @@ namespace nif {
 namespace {
 
 using test::Bytes;
+using test::status_of;
 
 /// One `segment` object, then three `spherical` ones of which the first two share networks.
 format::Asset asset_with_sphericals(uint64_t seed) {
   return test::random_asset(seed, {.objects = 1, .instances = 1, .max_voxels = 6, .sphericals = 3});
-}
-
-Status status_of(const Bytes& file) {
-  try {
-    format::read_asset(file, "file");
-    return Status::ok;
-  } catch (const Error& error) {
-    return error.status();
-  }
 }
 
 TEST(SphericalFile, KeepsEveryFieldAndAnswer) {
