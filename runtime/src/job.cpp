@@ -65,10 +65,10 @@ void take_blocks(NifJobObject& job, void* scratch) {
   if (block >= job.blocks) return;
   const FloatEnvironment environment;
   const ClaimedArea area(job.device->areas, scratch);
-  for (; block < job.blocks; block = job.next.fetch_add(1)) {
+  uint64_t answered = 0;
+  for (; block < job.blocks; block = job.next.fetch_add(1), ++answered)
     answer_block_of(*job.scene, job.request, block, *area);
-    job.done.fetch_add(1);
-  }
+  job.done.fetch_add(answered);
 }
 
 void dispose(NifJobObject& job) {

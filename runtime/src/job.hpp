@@ -18,12 +18,13 @@ struct NifJobObject : nif::runtime::Object {
   nif::runtime::Request request;
 
   uint64_t blocks = 0;
-  std::atomic<uint64_t> next = 0;  ///< block that nobody has taken
-  std::atomic<uint64_t> done = 0;  ///< blocks that are answered
+  // Each in a cache line of its own: threads write them while others read the request.
+  alignas(64) std::atomic<uint64_t> next = 0;  ///< block that nobody has taken
+  alignas(64) std::atomic<uint64_t> done = 0;  ///< blocks that are answered
   bool is_done() const { return done.load() == blocks; }
 
   // The rest is guarded by the crew.
-  uint32_t inside = 0;                ///< threads that work on it
+  alignas(64) uint32_t inside = 0;    ///< threads that work on it
   bool has_handle = false;            ///< the caller knows it: an asynchronous job
   bool holds_scene = false;           ///< a reference, while the job is not done
   bool queued = false;                ///< in the crew's queue
