@@ -1,176 +1,17 @@
-// TOML by toml++; every key is checked, and unknown ones are refused, so that a misspelt one is found.
 #include "tools/render/scene_file.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
-#include <set>
 
-#define TOML_ENABLE_FORMATTERS 0
-#include <toml++/toml.h>
-
-#include "formats/mesh/file_bytes.hpp"
-#include "formats/status.hpp"
+#include "tools/toml_table.hpp"
 
 namespace nif::render {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// One table of the file. Remembers what was asked of it, so that finish() can refuse the rest.
-class Reader {
- public:
-  Reader(const std::string& file, std::string name, const toml::table& table)
-      : file_(file), name_(std::move(name)), table_(table) {}
-
-  bool has(const char* key) const { return table_.contains(key); }
-
-  std::string text(const char* key) {
-    const toml::node& node = need(key);
-    const auto value = node.value_exact<std::string>();
-    if (!value || value->empty()) fail(key, "must be text");
-    return *value;
-  }
-  std::string text(const char* key, const std::string& otherwise) {
-    return has(key) ? text(key) : note(key, otherwise);
-  }
-
-  double number(const char* key, double low, double high) {
-    const toml::node& node = need(key);
-    if (!node.is_number()) fail(key, "must be a number");
-    return in_range(key, *node.value<double>(), low, high);
-  }
-  double number(const char* key, double low, double high, double otherwise) {
-    return has(key) ? number(key, low, high) : note(key, otherwise);
-  }
-
-  bool flag(const char* key, bool otherwise) {
-    if (!has(key)) return note(key, otherwise);
-    const auto value = need(key).value_exact<bool>();
-    if (!value) fail(key, "must be true or false");
-    return *value;
-  }
-
-  uint64_t whole(const char* key, uint64_t low, uint64_t high, uint64_t otherwise) {
-    if (!has(key)) return note(key, otherwise);
-    const auto value = need(key).value_exact<int64_t>();
-    if (!value || *value < 0 || uint64_t(*value) < low || uint64_t(*value) > high)
-      fail(key, fmt::format("must be a whole number from {} to {}", low, high));
-    return uint64_t(*value);
-  }
-
-  Double3 vector(const char* key) {
-    const toml::array* array = need(key).as_array();
-    if (array == nullptr || array->size() != 3) fail(key, "must be three numbers");
-    Double3 v{};
-    for (size_t a = 0; a < 3; ++a) v[a] = element(key, *array, a, -1e15, 1e15);
-    return v;
-  }
-  Double3 vector(const char* key, const Double3& otherwise) {
-    return has(key) ? vector(key) : note(key, otherwise);
-  }
-
-  /// Not zero, and made one unit long.
-  Double3 unit(const char* key) {
-    const Double3 v = vector(key);
-    const double size = bake::length(v);
-    if (!(size > 1e-12)) fail(key, "must not be zero");
-    return v * (1 / size);
-  }
-
-  /// Three numbers, or one for all three.
-  Colour colour(const char* key, double high) {
-    const toml::node& node = need(key);
-    if (node.is_number()) {
-      const double grey = in_range(key, *node.value<double>(), 0, high);
-      return {grey, grey, grey};
-    }
-    const toml::array* array = node.as_array();
-    if (array == nullptr || array->size() != 3) fail(key, "must be a number or three of them");
-    Colour c{};
-    for (size_t a = 0; a < 3; ++a) c[a] = element(key, *array, a, 0, high);
-    return c;
-  }
-  Colour colour(const char* key, double high, const Colour& otherwise) {
-    return has(key) ? colour(key, high) : note(key, otherwise);
-  }
-
-  std::vector<double> numbers(const char* key, size_t count) {
-    const toml::array* array = need(key).as_array();
-    if (array == nullptr || array->size() != count) fail(key, fmt::format("must be {} numbers", count));
-    std::vector<double> values;
-    for (size_t i = 0; i < count; ++i) values.push_back(element(key, *array, i, -1e15, 1e15));
-    return values;
-  }
-
-  /// Each table of an array of tables ([[key]]); none where there is no such key.
-  template <class Use>
-  void tables(const char* key, Use&& use) {
-    known_.insert(key);
-    if (!has(key)) return;
-    const toml::array* array = table_.get(key)->as_array();
-    if (array == nullptr || !array->is_array_of_tables())
-      fail(key, fmt::format("must be tables, [[{}]]", key));
-    for (size_t i = 0; i < array->size(); ++i) {
-      Reader reader(file_, fmt::format("{} {}", key, i + 1), *array->get_as<toml::table>(i));
-      use(reader);
-      reader.finish();
-    }
-  }
-
-  template <class Use>
-  void table(const char* key, Use&& use) {
-    known_.insert(key);
-    if (!has(key)) return;
-    const toml::table* table = table_.get(key)->as_table();
-    if (table == nullptr) fail(key, fmt::format("must be a table, [{}]", key));
-    Reader reader(file_, key, *table);
-    use(reader);
-    reader.finish();
-  }
-
-  /// Refuses keys that nobody has asked for.
-  void finish() const {
-    for (const auto& [key, node] : table_)
-      if (!known_.contains(std::string(key.str()))) fail(std::string(key.str()).c_str(), "is not known here");
-  }
-
-  [[noreturn]] void fail(const char* key, const std::string& what) const {
-    const toml::node* node = table_.get(key);
-    const auto line = (node != nullptr ? node->source() : table_.source()).begin.line;
-    const std::string of = name_.empty() ? "" : name_ + ": ";
-    throw Error(Status::malformed_scene,
-                fmt::format("{}: line {}: {}'{}' {}", file_, std::max<uint64_t>(line, 1), of, key, what));
-  }
-
- private:
-  const toml::node& need(const char* key) {
-    known_.insert(key);
-    const toml::node* node = table_.get(key);
-    if (node == nullptr) fail(key, "is missing");
-    return *node;
-  }
-  template <class T>
-  T note(const char* key, const T& otherwise) {
-    known_.insert(key);
-    return otherwise;
-  }
-  double in_range(const char* key, double value, double low, double high) const {
-    if (!(value >= low && value <= high)) fail(key, fmt::format("must be from {} to {}", low, high));
-    return value;
-  }
-  double element(const char* key, const toml::array& array, size_t index, double low, double high) const {
-    const auto value = array[index].value<double>();
-    if (!array[index].is_number() || !value) fail(key, "must hold numbers");
-    return in_range(key, *value, low, high);
-  }
-
-  const std::string& file_;
-  std::string name_;
-  const toml::table& table_;
-  std::set<std::string> known_;
-};
+using Reader = tools::TomlTable;
 
 constexpr double kBright = 1e12;  ///< most of any light
 
@@ -286,19 +127,11 @@ SceneDescription scene_of_mesh(const fs::path& file) {
 
 SceneDescription read_scene(const fs::path& file) {
   if (is_gltf(file)) return scene_of_mesh(file);
-  constexpr uint64_t kMaxBytes = 16 << 20;
-  const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, kMaxBytes);
   SceneDescription scene;
   scene.file = file.string();
-  toml::table root;
-  try {
-    root = toml::parse(text.view(), scene.file);
-  } catch (const toml::parse_error& problem) {
-    throw Error(Status::malformed_scene, fmt::format("{}: line {}: {}", scene.file,
-                                                     problem.source().begin.line, problem.description()));
-  }
+  const toml::table root = tools::read_toml(scene.file, Status::malformed_scene);
   const fs::path folder = file.parent_path();
-  Reader reader(scene.file, "", root);
+  Reader reader(scene.file, "", root, Status::malformed_scene);
 
   const std::string up = reader.text("up", "y");
   if (up.size() != 1 || up < "x" || up > "z") reader.fail("up", "must be 'x', 'y' or 'z'");
