@@ -31,6 +31,7 @@ enum class Status : int {
   too_large = 22,              ///< beyond a stated limit of nifkit or of this machine's memory
   malformed_scene = 23,        ///< a scene file that is none, or whose fields contradict each other
   not_an_image = 24,           ///< an environment map that is no picture, or holds no light
+  malformed_manifest = 25,     ///< a manifest that is none, or whose entries contradict each other
 
   // Reading an asset.
   not_a_nif = 30,

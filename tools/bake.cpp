@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <span>
 
 #include "bake/report.hpp"
 #include "formats/mesh/read.hpp"
@@ -13,112 +15,25 @@
 #include "formats/nif/writer.hpp"
 #include "formats/output_file.hpp"
 #include "tools/accuracy_table.hpp"
+#include "tools/bake_options.hpp"
+#include "tools/batch/batch_command.hpp"
 #include "tools/command.hpp"
 #include "tools/measuring.hpp"
 #include "tools/progress.hpp"
 #include "tools/render/scene_file.hpp"
 #include "tools/render/scene_meshes.hpp"
 #include "tools/render/view_rays.hpp"
-#include "tools/spherical_options.hpp"
 
 namespace nif::tools {
 namespace {
 
 struct Arguments {
-  std::string mesh, output;
-  std::optional<std::string> preset;
-  std::optional<std::string> encoding;
-  std::optional<uint32_t> resolution;
-  std::string max_bytes, max_error, mix;
-  uint64_t seed = 1;
+  std::string mesh, output, depfile;
+  BatchArguments batch;
+  BakeArguments bake;
   uint32_t threads = 0;
-  uint64_t rays = 1'000'000;
-  SphericalArguments spherical;
   bool json = false, quiet = false;
 };
-
-/// "outer-lines=0.5,segments=0.5", or names alone for equal shares.
-bake::Mix parse_mix(const std::string& text) {
-  bake::Mix mix{};
-  for (const std::string& part : CLI::detail::split(text, ',')) {
-    const size_t equals = part.find('=');
-    const std::string name = part.substr(0, equals);
-    const std::optional<bake::RaySet> set = bake::ray_set_named(name);
-    if (!set || *set == bake::RaySet::sun) {
-      throw Error(Status::usage,
-                  fmt::format("--mix names '{}'; rays can be drawn from outer-lines, inner-surface, "
-                              "inner-volume and segments",
-                              name));
-    }
-    mix[size_t(*set)] =
-        equals == std::string::npos ? 1.0 : parse_rate(part.substr(equals + 1), "--mix " + name);
-  }
-  double total = 0;
-  for (double share : mix) total += share;
-  if (!(total > 0)) throw Error(Status::usage, "--mix leaves no rays to train on");
-  return mix;
-}
-
-bake::BakeOptions resolve_options(const Arguments& arguments) {
-  bake::BakeOptions options;
-  const bool paper = arguments.preset == "paper";
-  const std::string encoding_name = arguments.encoding.value_or(paper ? "spherical" : "auto");
-  const std::string preset = arguments.preset.value_or(encoding_name == "spherical" ? "paper" : "balanced");
-  const std::optional<bake::Preset> known_preset = bake::preset_named(preset);
-  if (!known_preset)
-    throw Error(Status::usage, fmt::format("--preset '{}' is none of fast, balanced, high, paper", preset));
-  const std::optional<bake::EncodingOption> encoding = bake::encoding_named(encoding_name);
-  if (!encoding) {
-    throw Error(Status::usage,
-                fmt::format("--encoding '{}' is none of auto, segment, bvh, spherical", encoding_name));
-  }
-  if (*encoding == bake::EncodingOption::bvh) {
-    const char* idle = arguments.preset         ? "--preset"
-                       : arguments.resolution   ? "--resolution"
-                       : !arguments.mix.empty() ? "--mix"
-                                                : nullptr;
-    if (idle)
-      throw Error(Status::usage,
-                  fmt::format("--encoding bvh and {} contradict each other: no field is trained", idle));
-  }
-  const bool spherical = *encoding == bake::EncodingOption::spherical;
-  if (spherical != (preset == "paper"))
-    throw Error(Status::usage,
-                fmt::format("--encoding {} and --preset {} contradict each other: paper is the "
-                            "preset of spherical, and its only one",
-                            encoding_name, preset));
-  if (spherical && arguments.resolution)
-    throw Error(Status::usage,
-                "--encoding spherical and --resolution contradict each other: its grids are set by "
-                "--outer-resolution, --inner-resolution and --distance-resolution");
-  if (arguments.spherical.view && !arguments.mix.empty())
-    throw Error(Status::usage, "--view and --mix contradict each other: rays come from the one or the other");
-  if (spherical) {
-    options.spherical = resolve_spherical(arguments.spherical);
-  } else if (const char* idle = arguments.spherical.first_given()) {
-    throw Error(Status::usage, fmt::format("{} is an option of --encoding spherical, and the encoding is {}",
-                                           idle, encoding_name));
-  }
-  options.encoding = *encoding;
-  options.preset = *known_preset;
-  options.seed = arguments.seed;
-  options.evaluation_rays = arguments.rays;
-  options.resolution = arguments.resolution;
-  if (!arguments.max_bytes.empty()) {
-    if (arguments.resolution) {
-      throw Error(Status::usage, "--resolution and --max-bytes contradict each other: each sets the grid");
-    }
-    options.max_bytes = parse_bytes(arguments.max_bytes, "--max-bytes");
-  }
-  if (!arguments.max_error.empty()) {
-    if (arguments.rays == 0) {
-      throw Error(Status::usage, "--max-error and --rays 0 contradict each other: nothing would be measured");
-    }
-    options.max_error = parse_rate(arguments.max_error, "--max-error");
-  }
-  if (!arguments.mix.empty()) options.mix = parse_mix(arguments.mix);
-  return options;
-}
 
 struct AssetBytes {
   uint64_t file, resident, occupancy = 0, features = 0, network = 0, bvh = 0, grids = 0, primary = 0;
@@ -174,7 +89,8 @@ nlohmann::ordered_json to_json(const bake::ObjectReport& object) {
 }
 
 void print_json(const Arguments& arguments, const bake::BakeResult& result, const AssetBytes& bytes,
-                double seconds) {
+                double seconds, const std::vector<std::string>& sources,
+                const std::vector<std::string>& notes) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (const bake::ObjectReport& object : result.objects) objects.push_back(to_json(object));
   const nlohmann::ordered_json json{{"schema", "nifkit.bake/1"},
@@ -193,6 +109,8 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result, cons
                                       {"grids", bytes.grids},
                                       {"primary", bytes.primary}}},
                                     {"sets", bake::to_json(result.sets)},
+                                    {"sources", sources},
+                                    {"notes", notes},
                                     {"objects", std::move(objects)}};
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
@@ -216,25 +134,23 @@ void print_summary(const Arguments& arguments, const bake::BakeResult& result, c
   }
   if (result.objects.size() > kShown)
     fmt::print("and {} more; --json lists all\n", result.objects.size() - kShown);
-  if (arguments.rays > 0) fmt::print("\n{}", accuracy_table(result.sets));
+  if (arguments.bake.rays > 0) fmt::print("\n{}", accuracy_table(result.sets));
 }
 
-/// What preparation changed or could not do, for people to see.
-void print_notes(const mesh::Scene& scene, const bake::BakeResult& result) {
-  for (const std::string& warning : scene.warnings) fmt::print(stderr, "nif: note: {}\n", warning);
-  for (const std::string& note : result.notes) fmt::print(stderr, "nif: note: {}\n", note);
+/// What preparation changed or could not do, a sentence each.
+std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeResult& result) {
+  std::vector<std::string> notes = scene.warnings;
+  notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   for (const bake::ObjectReport& object : result.objects) {
-    if (object.cleaned.degenerate || object.cleaned.duplicate) {
-      fmt::print(stderr, "nif: note: '{}': dropped {} triangles without area and {} duplicates\n",
-                 object.name, object.cleaned.degenerate, object.cleaned.duplicate);
-    }
-    if (object.recoveries) {
-      fmt::print(stderr,
-                 "nif: note: '{}': the loss became non-finite {} time(s); training went back and on more "
-                 "carefully\n",
-                 object.name, object.recoveries);
-    }
+    if (object.cleaned.degenerate || object.cleaned.duplicate)
+      notes.push_back(fmt::format("'{}': dropped {} triangles without area and {} duplicates", object.name,
+                                  object.cleaned.degenerate, object.cleaned.duplicate));
+    if (object.recoveries)
+      notes.push_back(
+          fmt::format("'{}': the loss became non-finite {} time(s); training went back and on more carefully",
+                      object.name, object.recoveries));
   }
+  return notes;
 }
 
 std::string describe(const bake::BakeProgress& p) {
@@ -259,11 +175,21 @@ std::string describe(const bake::BakeProgress& p) {
   return text;
 }
 
+/// All files that a scene is read from.
+std::vector<std::string> files_of(const render::SceneDescription& scene, const render::ObjectMeshes& meshes) {
+  std::vector<std::string> files{scene.file};
+  for (const auto& mesh : meshes) files.insert(files.end(), mesh->files.begin(), mesh->files.end());
+  for (const render::Light& light : scene.lights)
+    if (const auto* sky = std::get_if<render::Sky>(&light); sky && sky->map) files.push_back(*sky->map);
+  return files;
+}
+
 /// What the training rays of a view are drawn from.
 struct View {
   render::SceneDescription scene;
   std::vector<std::string> notes;
   render::ObjectMeshes meshes;
+  std::vector<std::string> files;  ///< that all of it was read from
   render::Lighting lighting;
   render::World world;
   render::ViewRays rays;
@@ -272,6 +198,7 @@ struct View {
        Progress& progress)
       : scene(std::move(description)),
         meshes(render::read_meshes(scene, notes, progress)),
+        files(files_of(scene, meshes)),
         lighting(scene),
         world(scene, std::move(meshes), "", progress),
         rays(scene, world, lighting, mesh, baked) {}
@@ -287,9 +214,33 @@ render::SceneDescription read_view(const SphericalArguments& arguments) {
   return scene;
 }
 
-void run(const Arguments& arguments) {
+/// With --manifest, which says all that the options of an asset else say.
+void run_manifest(const Arguments& arguments, const CLI::App& command) {
+  BatchArguments batch = arguments.batch;
+  batch.threads = arguments.threads;
+  batch.depfile = arguments.depfile;
+  batch.json = arguments.json;
+  batch.quiet = arguments.quiet;
+  CLI::App allowed;
+  add_batch_options(allowed, batch);
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string name = option->get_name();
+    if (option->count() == 0 || allowed.get_option_no_throw(name)) continue;
+    if (name != "--threads" && name != "--depfile" && name != "--json" && name != "--quiet")
+      throw Error(Status::usage,
+                  fmt::format("--manifest and {} contradict each other: the manifest says it", name));
+  }
+  run_batch(batch);
+}
+
+void run(const Arguments& arguments, const CLI::App& command) {
+  if (!arguments.batch.manifest.empty()) return run_manifest(arguments, command);
+  if (const char* idle = arguments.batch.first_given())
+    throw Error(Status::usage, fmt::format("{} is an option of --manifest", idle));
+  if (arguments.mesh.empty()) throw Error(Status::usage, "MESH is required, or --manifest; see --help");
+  if (arguments.output.empty()) throw Error(Status::usage, "--output is required; see --help");
   const auto start = std::chrono::steady_clock::now();
-  bake::BakeOptions options = resolve_options(arguments);
+  bake::BakeOptions options = resolve_options(arguments.bake);
   std::error_code ignored;
   if (std::filesystem::equivalent(arguments.mesh, arguments.output, ignored)) {
     throw Error(Status::usage, fmt::format("{}: the output would overwrite the input", arguments.output));
@@ -299,6 +250,7 @@ void run(const Arguments& arguments) {
                 "-o -: an asset is written whole or not at all, so it needs a file, not a stream");
   }
   check_output(arguments.output);
+  if (!arguments.depfile.empty()) check_output(arguments.depfile);
   limit_threads(arguments.threads);
 
   Progress progress(arguments.quiet);
@@ -306,8 +258,8 @@ void run(const Arguments& arguments) {
   const mesh::Scene scene = mesh::read(arguments.mesh);
   const std::atomic<bool>& cancel = interruption();
   std::unique_ptr<View> view;
-  if (arguments.spherical.view) {
-    view = std::make_unique<View>(read_view(arguments.spherical), arguments.mesh, scene, progress);
+  if (arguments.bake.spherical.view) {
+    view = std::make_unique<View>(read_view(arguments.bake.spherical), arguments.mesh, scene, progress);
     progress.finish();
     if (!arguments.quiet)
       for (const std::string& note : view->notes) fmt::print(stderr, "nif: note: {}\n", note);
@@ -318,7 +270,7 @@ void run(const Arguments& arguments) {
         picture.samples,
         [&](uint64_t round) { return view->rays.draw(round); },
         {}};
-    if (arguments.spherical.primary)
+    if (arguments.bake.spherical.primary)
       options.spherical.given->draw_primary = [&](uint64_t round) { return view->rays.draw_primary(round); };
   }
   const bake::BakeResult result = naming(arguments.mesh, [&] {
@@ -334,12 +286,22 @@ void run(const Arguments& arguments) {
   const AssetBytes bytes = count_bytes(file);
   if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
   write_output(arguments.output, file);
+  std::vector<std::string> sources = scene.files;
+  if (view)
+    for (const std::string& path : view->files)
+      if (std::ranges::find(sources, path) == sources.end()) sources.push_back(path);
+  if (!arguments.depfile.empty()) {
+    const std::string rule = dependency_rule({arguments.output}, sources);
+    write_output(arguments.depfile, std::as_bytes(std::span(rule)));
+  }
   progress.finish();
 
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (!arguments.quiet) print_notes(scene, result);
+  const std::vector<std::string> notes = notes_of(scene, result);
+  if (!arguments.quiet)
+    for (const std::string& note : notes) fmt::print(stderr, "nif: note: {}\n", note);
   if (arguments.json) {
-    print_json(arguments, result, bytes, seconds);
+    print_json(arguments, result, bytes, seconds, sources, notes);
   } else if (!arguments.quiet) {
     print_summary(arguments, result, bytes, seconds);
   }
@@ -350,45 +312,21 @@ void run(const Arguments& arguments) {
 void add_bake(CLI::App& app) {
   CLI::App* command = app.add_subcommand("bake", "Bake a mesh into a .nif asset");
   auto a = std::make_shared<Arguments>();
-  command->add_option("MESH", a->mesh, "OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst")
-      ->required();
-  command->add_option("-o,--output", a->output, "The .nif file to write")->required();
-  command
-      ->add_option("--preset", a->preset,
-                   "fast, balanced or high: how fine and how long. paper: spherical, as published")
-      ->default_str("balanced");
-  command
-      ->add_option(
-          "--encoding", a->encoding,
-          "segment: small fields, some answers wrong. bvh: exact, 16 bytes or so a triangle; nothing is "
-          "trained. auto: for each object the better one of these, by bytes, work and measured error, and "
-          "why. "
-          "spherical: the fields of the paper that this idea is from, for comparison")
-      ->default_str("auto");
-  command
-      ->add_option("--resolution", a->resolution,
-                   "Voxels along the longest side of objects of 150,000 triangles or "
-                   "more; fewer for smaller ones")
-      ->check(CLI::Range(2u, kernels::kMaxVoxels));
-  command->add_option("--max-bytes", a->max_bytes,
-                      "Largest size of the file, e.g. 200kB: the finest grids up to the preset's that fit, "
-                      "BVHs where there is room");
-  command->add_option("--max-error", a->max_error,
-                      "Write nothing where more of a ray set is wrong, e.g. 0.002 or 0.2%; with auto, fields "
-                      "that are become BVHs");
-  command->add_option("--mix", a->mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");
-  command
-      ->add_option("--seed", a->seed, "Start of all random numbers: same input, options and seed, same bytes")
-      ->capture_default_str();
+  command->add_option("MESH", a->mesh, "OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst");
+  command->add_option("-o,--output", a->output, "The .nif file to write");
+  add_bake_options(*command, a->bake);
   command->add_option("-j,--threads", a->threads, "Threads; 0: all. The result is the same for any number")
       ->capture_default_str();
-  command->add_option("--rays", a->rays, "Rays of each set to measure the accuracy with; 0: do not")
-      ->capture_default_str();
-  add_spherical_options(*command, a->spherical);
-  command->add_flag("--json", a->json, "Print the results as one JSON object (nifkit.bake/1)");
+  command->add_option("--depfile", a->depfile,
+                      "Also write the files that were read, as a rule for make and ninja, to this file");
+  add_batch_options(*command, a->batch);
+  command->add_flag("--json", a->json,
+                    "Print the results as one JSON object (nifkit.bake/1, or nifkit.batch/1)");
   command->add_flag("--quiet", a->quiet, "No progress, notes or summary");
-  command->footer("Example: nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB");
-  command->callback([a] { run(*a); });
+  command->footer(
+      "Examples: nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n          nif bake --manifest "
+      "library.toml --keep-going --report library.html");
+  command->callback([a, command] { run(*a, *command); });
 }
 
 }  // namespace nif::tools

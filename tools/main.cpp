@@ -15,7 +15,7 @@ namespace nif::tools {
 namespace {
 
 constexpr const char* kExitCodes =
-    "Exit codes: 0 done, 1 internal error, 2 wrong options, 10-24 an input file that cannot be used, 30-34 "
+    "Exit codes: 0 done, 1 internal error, 2 wrong options, 10-25 an input file that cannot be used, 30-34 "
     "an asset\n"
     "that cannot be used, 40-41 an output that cannot be written, 50-52 a bake that failed, 130 "
     "interrupted.\n"
@@ -42,6 +42,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(std::string("Examples:\n"
                          "  nif bake dragon.ply -o dragon.nif\n"
+                         "  nif bake --manifest library.toml\n"
                          "  nif eval dragon.nif --mesh dragon.ply\n"
                          "  nif bench dragon.nif --mesh dragon.ply\n"
                          "  nif info dragon.nif\n"

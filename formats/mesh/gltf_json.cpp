@@ -186,15 +186,15 @@ std::string decode_percent(std::string_view uri) {
   return out;
 }
 
-std::string load_external(const Input& input, size_t index, const std::string& uri) {
+ExternalFile load_external(const Input& input, size_t index, const std::string& uri) {
   const std::string name = decode_percent(uri);
   if (name.find('\0') != std::string::npos || uri.find("://") != std::string::npos) {
     input.fail(Status::missing_buffer,
                fmt::format("buffer {} is at '{}', which is no local file", index, uri));
   }
   try {
-    const ByteBuffer bytes = load_file(input.file.parent_path() / name, input.limits.max_decompressed_bytes);
-    return std::string(bytes.view());
+    const std::filesystem::path path = input.file.parent_path() / name;
+    return {path, std::string(load_file(path, input.limits.max_decompressed_bytes).view())};
   } catch (const Error& error) {
     const bool missing = error.status() == Status::file_not_found;
     input.fail(
@@ -204,7 +204,7 @@ std::string load_external(const Input& input, size_t index, const std::string& u
 }
 
 void open_buffer(const Input& input, const json& buffer, const Container& container,
-                 std::vector<std::string>& external, GltfSource& source) {
+                 std::vector<ExternalFile>& external, GltfSource& source) {
   const size_t index = source.buffers.size();
   const json* length = member(buffer, "byteLength");
   if (length == nullptr || !length->is_number_unsigned()) {
@@ -229,8 +229,8 @@ void open_buffer(const Input& input, const json& buffer, const Container& contai
       input.fail(Status::malformed_mesh, fmt::format("the data URI of buffer {} is not base64", index));
     bytes = source.owned.emplace_back(std::move(*decoded));
   } else {
-    bytes = source.owned.emplace_back(load_external(input, index, uri));
-    external.push_back(source.owned.back());
+    external.push_back(load_external(input, index, uri));
+    bytes = source.owned.emplace_back(external.back().bytes);
   }
   if (bytes.size() < size) {
     input.fail(
@@ -262,7 +262,7 @@ json reduced(const json& root) {
 
 }  // namespace
 
-GltfSource open_gltf(const Input& input, std::vector<std::string>& external) {
+GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external) {
   const Container container = open_container(input);
   const json root = parse(input, container.text);
   check_version(input, root);

@@ -26,7 +26,7 @@ struct GltfSource {
 };
 
 /// Throws an Error for everything that keeps a file from being read, missing buffers and extensions included.
-/// Appends the bytes of external buffers to `external`.
-GltfSource open_gltf(const Input& input, std::vector<std::string>& external);
+/// Appends the files of external buffers to `external`.
+GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external);
 
 }  // namespace nif::mesh::detail

@@ -158,7 +158,7 @@ class MeshReader {
 
 }  // namespace
 
-Scene read_gltf(const Input& input, std::vector<std::string>& external) {
+Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   GltfSource source = open_gltf(input, external);
   const tinygltf::Model model = parse_model(input, source.json);
   const GltfData data(input, source, model);

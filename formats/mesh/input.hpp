@@ -22,4 +22,10 @@ struct Input {
   }
 };
 
+/// A file that another one names.
+struct ExternalFile {
+  std::filesystem::path path;
+  std::string bytes;
+};
+
 }  // namespace nif::mesh::detail

@@ -55,7 +55,7 @@ bool is_off_keyword(std::string_view word) {
   return std::ranges::find(kKeywords, word) != kKeywords.end();
 }
 
-Scene read_format(const Input& input, std::vector<std::string>& external) {
+Scene read_format(const Input& input, std::vector<ExternalFile>& external) {
   const std::string_view bytes = input.bytes;
   const std::string_view first_word = TextCursor(bytes.substr(0, 64)).word();
   if (bytes.starts_with("glTF") || first_word.starts_with('{')) return read_gltf(input, external);
@@ -77,13 +77,14 @@ Scene read_format(const Input& input, std::vector<std::string>& external) {
       "is of no known mesh format; PLY, OBJ, STL, OFF, glTF, GLB and Draco are read, also as .gz or .zst");
 }
 
-uint64_t hash(std::string_view main, const std::vector<std::string>& external) {
+uint64_t hash(std::string_view main, const std::vector<ExternalFile>& external) {
   const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
                                                                               &XXH3_freeState);
   if (!state) throw std::bad_alloc();
   XXH3_64bits_reset(state.get());
   XXH3_64bits_update(state.get(), main.data(), main.size());
-  for (const std::string& bytes : external) XXH3_64bits_update(state.get(), bytes.data(), bytes.size());
+  for (const ExternalFile& file : external)
+    XXH3_64bits_update(state.get(), file.bytes.data(), file.bytes.size());
   return XXH3_64bits_digest(state.get());
 }
 
@@ -93,10 +94,12 @@ Scene read_checked(const std::filesystem::path& file, const ReadLimits& limits) 
   refuse_strangers(input);
   // A byte order mark would hide the first word of a text.
   if (input.bytes.starts_with("\xEF\xBB\xBF")) input.bytes.remove_prefix(3);
-  std::vector<std::string> external;
+  std::vector<ExternalFile> external;
   Scene scene = read_format(input, external);
   check(input, scene);
   scene.source_hash = hash(bytes.view(), external);
+  scene.files.push_back(file.string());
+  for (const ExternalFile& buffer : external) scene.files.push_back(buffer.path.string());
   return scene;
 }
 

@@ -15,8 +15,8 @@ Scene read_obj(const Input& input);
 Scene read_off(const Input& input);
 Scene read_draco(const Input& input);
 
-/// Appends the bytes of external buffers, in the order of the file, to `external` for the source hash.
-Scene read_gltf(const Input& input, std::vector<std::string>& external);
+/// Appends the files of external buffers, in the order of the file, to `external`.
+Scene read_gltf(const Input& input, std::vector<ExternalFile>& external);
 
 /// True where the bytes can only be an STL file, text or binary.
 bool looks_like_stl(std::string_view bytes);

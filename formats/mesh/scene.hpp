@@ -60,6 +60,7 @@ struct Scene {
   std::vector<Camera> cameras;        ///< of glTF, in the order of the hierarchy; other formats have none
   std::vector<Light> lights;          ///< likewise, by KHR_lights_punctual
   uint64_t source_hash = 0;           ///< XXH3-64 of the bytes of the file (decompressed) and of its buffers
+  std::vector<std::string> files;     ///< that it was read from: the file, and those of its buffers
   std::vector<std::string> warnings;  ///< one sentence each: what was skipped and why
 };
 

@@ -164,6 +164,8 @@ TEST(Gltf, LoadsExternalBuffersAndIgnoresImages) {
   folder.write("a b.bin", gltf.data + "more than the buffer needs");
   const Scene plain = mesh::read(folder.write("file.gltf", gltf.gltf("a%20b.bin")));
   EXPECT_EQ(plain.meshes[0].triangles, cube().triangles);
+  EXPECT_EQ(plain.files,
+            (std::vector{(folder.path() / "file.gltf").string(), (folder.path() / "a b.bin").string()}));
   EXPECT_EQ(mesh::read(folder.write("file.gltf.gz", gzip(gltf.gltf("a b.bin")))).meshes[0].triangles,
             cube().triangles);
   folder.write("a b.bin", gltf.data + "more than the buffer needed");

@@ -1,0 +1,311 @@
+// `nif bake --manifest`: what is baked, what is left alone, and what stays whole when things go wrong.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/stat.h>
+
+#include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "formats/status.hpp"
+#include "tests/cli/mesh_text.hpp"
+#include "tests/cli/program.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+/// By a stream: GCC 12 warns of text and to_string() put together by +.
+template <class... Parts>
+std::string joined(const Parts&... parts) {
+  std::ostringstream stream;
+  (stream << ... << parts);
+  return stream.str();
+}
+
+class Batch : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  /// A file in the folder, with the folders that it lies in.
+  std::string write(const std::string& name, const std::string& text) const {
+    fs::create_directories((folder_.path() / name).parent_path());
+    return folder_.write(name, text).string();
+  }
+  /// Bakes that take no time, unless more is said.
+  std::string manifest(const std::string& assets,
+                       const std::string& defaults = "encoding = \"bvh\"\nrays = 0\n") const {
+    return write("library.toml", "output = \"out/{folder}/{stem}.nif\"\n[defaults]\n" + defaults + assets);
+  }
+  Outcome batch(const std::string& file, std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"bake", "--manifest", file});
+    return nif(more);
+  }
+  json batch_json(const std::string& file, std::vector<std::string> more = {}) const {
+    more.push_back("--json");
+    const Outcome outcome = batch(file, more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return json::parse(outcome.out, nullptr, false);
+  }
+  void refused(const std::string& file, const std::string& words,
+               Status status = Status::malformed_manifest) const {
+    const Outcome outcome = batch(file);
+    EXPECT_EQ(outcome.code, int(status));
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+    EXPECT_EQ(without_progress(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_FALSE(fs::exists(folder_.path() / "out"));
+    EXPECT_FALSE(fs::exists(folder_.path() / ".nif-batch"));
+  }
+
+  TempDir folder_;
+  std::string ball_ = obj_text(icosphere(2));
+};
+
+TEST_F(Batch, BakesTwoHundredAssetsAndThenOnlyWhatHasChanged) {
+  for (int i = 0; i < 200; ++i) write(joined("props/", i % 7, "/ball ", i, ".obj"), ball_);
+  const std::string file = manifest("[[asset]]\nmesh = \"props/**/*.obj\"\n");
+  const json first = batch_json(file);
+  EXPECT_EQ(first["schema"], "nifkit.batch/1");
+  EXPECT_EQ(first["baked"], 200);
+  EXPECT_EQ(first["assets"][0]["report"]["schema"], "nifkit.bake/1");
+  for (int i = 0; i < 200; ++i)
+    EXPECT_TRUE(fs::exists(path(joined("out/props/", i % 7, "/ball ", i, ".nif"))));
+
+  const auto start = std::chrono::steady_clock::now();
+  const json second = batch_json(file);
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 2);
+  EXPECT_EQ(second["current"], 200);
+  EXPECT_EQ(second["assets"][0]["report"], first["assets"][0]["report"]);
+
+  write("props/3/ball 3.obj", ball_ + "# another\n");
+  const json third = batch_json(file);
+  EXPECT_EQ(third["baked"], 1);
+  EXPECT_EQ(third["current"], 199);
+  for (const json& asset : third["assets"])
+    if (asset["outcome"] == "baked") {
+      EXPECT_EQ(asset["mesh"], path("props/3/ball 3.obj"));
+      EXPECT_EQ(asset["reason"], "props/3/ball 3.obj has changed");
+    }
+}
+
+TEST_F(Batch, GivesTheBytesOfABakeByItself) {
+  write("a.obj", obj_text(icosphere(4)));
+  const std::string file =
+      manifest("[[asset]]\nmesh = \"a.obj\"\nseed = 5\n",
+               "preset = \"fast\"\nencoding = \"segment\"\nresolution = 24\nrays = 1000\n");
+  ASSERT_EQ(batch(file).code, 0);
+  ASSERT_EQ(nif({"bake", path("a.obj"), "-o", path("own.nif"), "--preset", "fast", "--encoding", "segment",
+                 "--resolution", "24", "--rays", "1000", "--seed", "5"})
+                .code,
+            0);
+  EXPECT_EQ(read_bytes(path("out/a.nif")), read_bytes(path("own.nif")));
+}
+
+TEST_F(Batch, ContentCountsAndNotTimes) {
+  write("a.obj", ball_);
+  write("b.obj", ball_);
+  const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n");
+  EXPECT_EQ(batch_json(file)["baked"], 2);
+  const timespec times[2] = {{1'000'000'000, 0}, {1'000'000'000, 0}};
+  ASSERT_EQ(utimensat(AT_FDCWD, path("a.obj").c_str(), times, 0), 0);
+  EXPECT_EQ(batch_json(file)["current"], 2);
+  // The same time and size, so soon after, do not hide another content.
+  struct stat before {};
+  ASSERT_EQ(stat(path("b.obj").c_str(), &before), 0);
+  std::string other = ball_;
+  std::swap(other[other.find("1")], other[other.rfind("2")]);
+  write("b.obj", other);
+  const timespec same[2] = {before.st_atim, before.st_mtim};
+  ASSERT_EQ(utimensat(AT_FDCWD, path("b.obj").c_str(), same, 0), 0);
+  EXPECT_EQ(batch_json(file)["baked"], 1);
+
+  const std::string baked = read_bytes(path("out/b.nif"));
+  fs::remove(path("out/a.nif"));
+  EXPECT_EQ(batch_json(file)["baked"], 1);
+  write("out/b.nif", "another");
+  const json repaired = batch_json(file);
+  EXPECT_EQ(repaired["baked"], 1);
+  EXPECT_EQ(repaired["assets"][1]["reason"], "the asset is not what was baked");
+  EXPECT_TRUE(read_bytes(path("out/b.nif")) == baked);
+
+  manifest("[[asset]]\nmesh = \"*.obj\"\nseed = 2\n");
+  const json again = batch_json(file);
+  EXPECT_EQ(again["baked"], 2);
+  EXPECT_EQ(again["assets"][0]["reason"], "its options have changed");
+  EXPECT_EQ(batch_json(file, {"--force"})["baked"], 2);
+}
+
+TEST_F(Batch, ADryRunSaysWhatAndWhyAndDoesNothing) {
+  write("a.obj", ball_);
+  const Outcome outcome = batch(manifest("[[asset]]\nmesh = \"*.obj\"\n"), {"--dry-run"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.out,
+            path("out/a.nif") + " from " + path("a.obj") + ": new\n1 of 1 asset would be baked\n");
+  EXPECT_EQ(listing(folder_.path()), (std::vector<std::string>{"a.obj", "library.toml"}));
+}
+
+TEST_F(Batch, StopsAtAFailureUnlessToldToKeepGoing) {
+  write("a.obj", "v 0 0 0\nf 1 2 3\n");
+  write("b.obj", ball_);
+  write("c.obj", ball_);
+  const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n");
+  const Outcome stopped = batch(file, {"-j", "1"});
+  EXPECT_EQ(stopped.code, int(Status::index_out_of_range));
+  EXPECT_NE(stopped.out.find("1 failed, 2 not begun"), std::string::npos) << stopped.out;
+  EXPECT_NE(stopped.err.find("a.obj"), std::string::npos);
+
+  const Outcome kept = batch(file, {"--keep-going", "--json"});
+  EXPECT_EQ(kept.code, int(Status::index_out_of_range));
+  const json result = json::parse(kept.out);
+  EXPECT_EQ(result["baked"], 2);
+  EXPECT_EQ(result["failed"], 1);
+  EXPECT_EQ(result["assets"][0]["code"], int(Status::index_out_of_range));
+  EXPECT_NE(result["assets"][0]["error"].get<std::string>().find("a.obj"), std::string::npos);
+  // What failed is tried anew, what is done is not.
+  write("a.obj", ball_);
+  EXPECT_EQ(batch_json(file)["baked"], 1);
+}
+
+TEST_F(Batch, EachShardDoesItsPart) {
+  for (int i = 0; i < 7; ++i) write(joined("m", i, ".obj"), ball_);
+  const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n");
+  EXPECT_EQ(batch_json(file, {"--shard", "1/3"})["baked"], 3);
+  EXPECT_EQ(batch_json(file, {"--shard", "2/3"})["baked"], 2);
+  EXPECT_EQ(batch_json(file, {"--shard", "3/3"})["baked"], 2);
+  EXPECT_EQ(batch_json(file)["current"], 7);
+  for (const char* bad : {"0/3", "4/3", "1", "1/3x", "-1/3"})
+    EXPECT_EQ(batch(file, {"--shard", bad}).code, 2) << bad;
+}
+
+TEST_F(Batch, WritesAReportWithPicturesAndARuleForMake) {
+  write("a <b> & c.obj", obj_text(icosphere(3)));
+  write("bad.obj", "v 0 0 0\nf 1 2 3\n");
+  const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n", "encoding = \"bvh\"\nrays = 1000\n");
+  const Outcome outcome = batch(file, {"--keep-going", "--report", path("r.html"), "--depfile", path("r.d")});
+  EXPECT_EQ(outcome.code, int(Status::index_out_of_range));
+  const std::string html = read_bytes(path("r.html"));
+  EXPECT_NE(html.find("a &lt;b&gt; &amp; c.nif"), std::string::npos);
+  EXPECT_EQ(html.find("<b>"), std::string::npos);
+  EXPECT_NE(html.find("data:image/png;base64,iVBORw0KGgo"), std::string::npos);
+  EXPECT_LT(html.find("class=\"failed\""), html.find("a &lt;b"));
+  const std::string rule = read_bytes(path("r.d"));
+  EXPECT_NE(rule.find("a\\ <b>\\ &\\ c.nif "), std::string::npos) << rule;
+  EXPECT_NE(rule.find("library.toml"), std::string::npos);
+  for (const std::string& name : listing(folder_.path() / ".nif-batch"))
+    EXPECT_TRUE(name.ends_with(".json") || name.ends_with(".png")) << name;
+}
+
+TEST_F(Batch, ACancelledOrKilledBatchGoesOnWhereItWas) {
+  for (int i = 0; i < 3; ++i) write(joined("m", i, ".obj"), obj_text(icosphere(4)));
+  const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n",
+                                    "encoding = \"segment\"\npreset = \"fast\"\nresolution = 24\nrays = 0\n");
+  for (const int signal : {SIGINT, SIGKILL}) {
+    fs::remove_all(path("out"));
+    fs::remove_all(path(".nif-batch"));
+    Process process(nif_path(), {"bake", "--manifest", file, "-j", "1"});
+    ASSERT_TRUE(process.wait_for_error_text("1 of 3; baking"));
+    process.send(signal);
+    EXPECT_EQ(process.finish().code, signal == SIGINT ? int(Status::interrupted) : 128 + SIGKILL);
+    // Bakes end with it; one that has just written its asset may do that first.
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    for (const std::string& name : listing(folder_.path() / "out"))
+      EXPECT_TRUE(name.ends_with(".nif")) << name;
+    const json rest = batch_json(file);
+    EXPECT_GE(rest["current"].get<int>(), 1);
+    EXPECT_EQ(rest["baked"].get<int>() + rest["current"].get<int>(), 3);
+    for (const std::string& name : listing(folder_.path() / ".nif-batch"))
+      EXPECT_TRUE(name.ends_with(".json")) << name;
+  }
+}
+
+TEST_F(Batch, AMeshThatChangesWhileItIsBakedIsNoSuccess) {
+  write("a.obj", obj_text(icosphere(5)));
+  const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n",
+                                    "encoding = \"segment\"\npreset = \"fast\"\nresolution = 24\nrays = 0\n");
+  Process process(nif_path(), {"bake", "--manifest", file});
+  ASSERT_TRUE(process.wait_for_error_text("0 of 1; baking"));
+  write("a.obj", ball_);
+  const Outcome outcome = process.finish();
+  EXPECT_EQ(outcome.code, int(Status::file_unreadable)) << outcome.err;
+  EXPECT_NE(outcome.err.find("a.obj: changed while it was baked"), std::string::npos) << outcome.err;
+  EXPECT_EQ(batch_json(file)["baked"], 1);
+}
+
+TEST_F(Batch, RefusesManifestsThatContradictThemselves) {
+  write("a.obj", ball_);
+  write("b.obj", ball_);
+  const std::string all = "[[asset]]\nmesh = \"*.obj\"\n";
+  refused(manifest("[[asset]]\nmash = \"*.obj\"\n"),
+          "line 6: asset 1: 'mash' is not known here; the nearest is 'mesh'");
+  refused(manifest(all, "resoluton = 24\n"),
+          "defaults: 'resoluton' is not known here; the nearest is 'resolution'");
+  refused(manifest(all + "[[asset]]\nmesh = \"b.obj\"\n"), "gives two meshes one output");
+  refused(manifest(all + "output = \"x.nif\"\n"), "gives two meshes one output");
+  refused(manifest(all + "output = \"{stm}.nif\"\n"), "'{stm}.nif' has another placeholder");
+  refused(manifest(all + "output = \"{stem.nif\"\n"), "has another placeholder");
+  refused(manifest("[[asset]]\nmesh = \"a.obj\"\noutput = \"b.obj\"\n[[asset]]\nmesh = \"b.obj\"\n"),
+          "goes in a circle");
+  refused(manifest("[[asset]]\nmesh = \"none/*.obj\"\n"), "matches no file");
+  refused(manifest("[[asset]]\nmesh = \"none.obj\"\n"), "names a file that is not there");
+  refused(manifest("[[asset]]\nmesh = \"*.obj\"\nexclude = \"*\"\n"), "leaves nothing to bake");
+  refused(manifest(""), "is missing: there is nothing to bake");
+  refused(manifest(all + "preset = \"best\"\n"), "--preset");
+  refused(manifest(all + "seed = \"x\"\n"), "seed");
+  refused(manifest(all + "shared-network = 3\n"), "--shared-network must be true or false");
+  refused(manifest(all + "resolution = [1]\n"), "'resolution' must be text, a number, or true or false");
+  refused(write("library.toml", "output = \n"), "library.toml: line 1");
+  refused(path("none.toml"), "none.toml", Status::file_not_found);
+}
+
+TEST_F(Batch, SaysWhichOptionsDoNotGoTogether) {
+  write("a.obj", ball_);
+  const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n");
+  for (const std::vector<std::string>& more : {std::vector<std::string>{"--preset", "fast"},
+                                               {"-o", path("x.nif")},
+                                               {path("a.obj")},
+                                               {"--memory", "much"}})
+    EXPECT_EQ(batch(file, more).code, int(Status::usage)) << more[0];
+  EXPECT_EQ(nif({"bake", path("a.obj"), "-o", path("x.nif"), "--keep-going"}).code, int(Status::usage));
+  EXPECT_EQ(nif({"bake"}).code, int(Status::usage));
+}
+
+TEST_F(Batch, PatternsMatchNamesAndFolders) {
+  for (const char* name :
+       {"a.obj", "b.ply.obj", "deep/c.obj", "deep/er/d.obj", "deep/er/.hidden.obj", ".git/e.obj"})
+    write(name, ball_);
+  fs::create_directory_symlink("..", path("deep/er/up"));
+  const auto meshes = [&](const std::string& pattern) {
+    std::set<std::string> names;
+    const json plan = batch_json(manifest("[[asset]]\nmesh = " + pattern + "\n"), {"--dry-run"});
+    for (const json& asset : plan["assets"])
+      names.insert(fs::path(asset["mesh"].get<std::string>()).lexically_relative(folder_.path()).string());
+    return names;
+  };
+  using Names = std::set<std::string>;
+  EXPECT_EQ(meshes("\"*.obj\""), (Names{"a.obj", "b.ply.obj"}));
+  EXPECT_EQ(meshes("\"**/*.obj\""), (Names{"a.obj", "b.ply.obj", "deep/c.obj", "deep/er/d.obj"}));
+  EXPECT_EQ(meshes("\"deep/**\""), (Names{"deep/c.obj", "deep/er/d.obj"}));
+  EXPECT_EQ(meshes("[\"?.obj\", \"deep/[c-d].obj\"]"), (Names{"a.obj", "deep/c.obj"}));
+  EXPECT_EQ(meshes("\"deep/er/.*.obj\""), (Names{"deep/er/.hidden.obj"}));
+  EXPECT_EQ(meshes(joined("\"", path("a.obj"), "\"")), (Names{"a.obj"}));
+}
+
+TEST_F(Batch, ASingleBakeWritesItsDependenciesToo) {
+  write("a b.obj", ball_);
+  const Outcome outcome = nif({"bake", path("a b.obj"), "-o", path("x.nif"), "--encoding", "bvh", "--rays",
+                               "0", "--depfile", path("x.d"), "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::string escaped = path("a b.obj");
+  escaped.replace(escaped.find(' '), 1, "\\ ");
+  EXPECT_EQ(read_bytes(path("x.d")), path("x.nif") + ": \\\n  " + escaped + "\n");
+  EXPECT_EQ(json::parse(outcome.out)["sources"], json::array({path("a b.obj")}));
+}
+
+}  // namespace
+}  // namespace nif::test

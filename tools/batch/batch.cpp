@@ -1,0 +1,255 @@
+#include "tools/batch/batch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <list>
+#include <set>
+#include <thread>
+
+#include "formats/status.hpp"
+#include "tools/batch/child.hpp"
+#include "tools/batch/record.hpp"
+#include "tools/command.hpp"
+
+namespace nif::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// Of a process that has nothing to bake yet.
+constexpr uint64_t kLeastMemory = 400'000'000;
+
+/// What programs can have without others being pushed out; without a limit where the system does not say.
+uint64_t free_memory() {
+  std::ifstream file("/proc/meminfo");
+  std::string name, unit;
+  for (uint64_t kilobytes; file >> name >> kilobytes; std::getline(file, unit))
+    if (name == "MemAvailable:") return kilobytes * 1024;
+  return UINT64_MAX;
+}
+
+/// The last line, without the name that the program puts first.
+std::string sentence_of(std::string text) {
+  while (text.ends_with('\n')) text.pop_back();
+  text = text.substr(text.rfind('\n') + 1);
+  constexpr std::string_view kProgram = "nif: ";
+  return text.starts_with(kProgram) ? text.substr(kProgram.size()) : text;
+}
+
+fs::file_time_type change_of(const fs::path& file) {
+  std::error_code problem;
+  const auto time = fs::last_write_time(file, problem);
+  return problem ? fs::file_time_type::max() : time;
+}
+
+/// A bake in work.
+struct Bake {
+  BatchItem* item;
+  uint32_t threads;
+  uint64_t memory;
+  fs::file_time_type started;
+  std::unique_ptr<Child> child;
+};
+
+class Batch {
+ public:
+  Batch(const Manifest& manifest, const BatchOptions& options)
+      : manifest_(manifest),
+        options_(options),
+        records_(manifest),
+        threads_(options.threads ? options.threads : std::max(1u, std::thread::hardware_concurrency())),
+        memory_(options.memory ? options.memory : free_memory() / 5 * 4) {}
+
+  void run(std::vector<BatchItem>& items, const std::function<void(double, const std::string&)>& progress) {
+    const std::atomic<bool>& cancel = interruption();
+    std::list<BatchItem*> waiting;
+    for (BatchItem& item : items)
+      if (!item.reason.empty()) waiting.push_back(&item);
+    const size_t all = waiting.size();
+    size_t done = 0;
+    if (all) make_folder(manifest_.state);
+    while (!waiting.empty() || !running_.empty()) {
+      if (cancel) stop_all();
+      if (stopped_) waiting.clear();
+      while (!waiting.empty() && start(*waiting.front(), waiting.size())) waiting.pop_front();
+      if (running_.empty()) continue;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      for (auto bake = running_.begin(); bake != running_.end();) {
+        const std::optional<int> code = bake->child->ended();
+        if (code) {
+          end(*bake, *code);
+          bake = running_.erase(bake);
+          ++done;
+        } else {
+          ++bake;
+        }
+      }
+      if (!running_.empty())
+        progress(double(done) / double(all),
+                 fmt::format("{} of {}; baking {}{}", done, all, running_.front().item->asset.name,
+                             running_.size() > 1 ? fmt::format(" and {} more", running_.size() - 1) : ""));
+    }
+    if (cancel)
+      throw Error(Status::interrupted,
+                  "the batch was cancelled; what is baked stays, and the next run goes on");
+  }
+
+ private:
+  void make_folder(const fs::path& folder) {
+    std::error_code problem;
+    fs::create_directories(folder.empty() ? "." : folder, problem);
+    if (problem)
+      throw Error(Status::output_not_writable, folder.string() + ": cannot be made: " + problem.message());
+  }
+
+  /// False where it has to wait for threads or memory. `waiting` counts it and those after it.
+  bool start(BatchItem& item, size_t waiting) {
+    uint32_t free_threads = threads_;
+    uint64_t taken = 0;
+    for (const Bake& bake : running_) {
+      free_threads -= std::min(free_threads, bake.threads);
+      taken += bake.memory;
+    }
+    if (free_threads == 0) return false;
+    // One of its own size at least is baked, by itself, whatever it may need.
+    const uint64_t memory = memory_for(item.asset);
+    if (!running_.empty() && (taken > memory_ || memory > memory_ - taken)) return false;
+
+    const auto threads =
+        uint32_t(std::max<size_t>(1, free_threads / std::min<size_t>(waiting, free_threads)));
+    try {
+      make_folder(fs::path(item.asset.output).parent_path());
+    } catch (const Error& error) {
+      fail(item, int(error.status()), error.what());
+      return true;
+    }
+    std::vector<std::string> arguments{"bake",
+                                       item.asset.mesh,
+                                       "-o",
+                                       item.asset.output,
+                                       "--json",
+                                       "--quiet",
+                                       fmt::format("--threads={}", threads)};
+    arguments.insert(arguments.end(), item.asset.options.begin(), item.asset.options.end());
+    Bake bake{&item, threads, memory, fs::file_time_type::clock::now(), nullptr};
+    bake.child = std::make_unique<Child>(arguments);
+    running_.push_back(std::move(bake));
+    return true;
+  }
+
+  void end(Bake& bake, int code) {
+    BatchItem& item = *bake.item;
+    if (interruption()) return;
+    if (code != 0) {
+      const std::string sentence = sentence_of(bake.child->err());
+      return fail(item, code,
+                  !sentence.empty() ? sentence
+                  : code > 128      ? fmt::format("its bake was ended by signal {}", code - 128)
+                                    : fmt::format("its bake ended with code {}", code));
+    }
+    try {
+      Json report = Json::parse(bake.child->out());
+      for (const Json& source : report.at("sources"))
+        if (change_of(source.get<std::string>()) >= bake.started)
+          throw Error(Status::file_unreadable, fmt::format("{}: changed while it was baked; bake it again",
+                                                           source.get<std::string>()));
+      const BakeRecord record = records_.make(item.asset, std::move(report));
+      records_.store(item.asset, record);
+      std::error_code ignored;
+      fs::remove(records_.path_for(item.asset, ".png"), ignored);
+      item.report = record.report;
+      item.outcome = BatchItem::Outcome::baked;
+    } catch (const Error& error) {
+      fail(item, int(error.status()), error.what());
+    } catch (const Json::exception&) {
+      fail(item, int(Status::internal), "its bake printed no report");
+    }
+  }
+
+  void fail(BatchItem& item, int code, const std::string& sentence) {
+    item.outcome = BatchItem::Outcome::failed;
+    item.code = code;
+    item.error = sentence;
+    if (!options_.keep_going) stopped_ = true;
+  }
+
+  void stop_all() {
+    stopped_ = true;
+    for (Bake& bake : running_) bake.child->stop();
+  }
+
+  /// What it took the last time, and a little more, or else an estimate.
+  uint64_t memory_for(const BatchAsset& asset) const {
+    const std::optional<BakeRecord> record = records_.load(asset);
+    if (record && record->options == asset.options && record->report.contains("peak_memory"))
+      return record->report["peak_memory"].get<uint64_t>() / 5 * 6;
+    return estimated_memory(asset.mesh);
+  }
+
+  const Manifest& manifest_;
+  const BatchOptions& options_;
+  Records records_;
+  uint32_t threads_;
+  uint64_t memory_;
+  std::list<Bake> running_;
+  bool stopped_ = false;
+};
+
+}  // namespace
+
+const char* name_of(BatchItem::Outcome outcome) {
+  switch (outcome) {
+    case BatchItem::Outcome::current:
+      return "current";
+    case BatchItem::Outcome::baked:
+      return "baked";
+    case BatchItem::Outcome::failed:
+      return "failed";
+    case BatchItem::Outcome::left:
+      return "left";
+  }
+  return "";
+}
+
+std::vector<BatchItem> plan(const Manifest& manifest, const BatchOptions& options) {
+  const Records records(manifest);
+  const std::atomic<bool>& cancel = interruption();
+  std::vector<BatchItem> items;
+  for (size_t i = options.shard; i < manifest.assets.size(); i += options.shards) {
+    if (cancel) throw Error(Status::interrupted, "the batch was cancelled");
+    BatchItem& item = items.emplace_back();
+    item.asset = manifest.assets[i];
+    const std::optional<BakeRecord> record = records.load(item.asset);
+    item.reason = records.why_stale(item.asset, record);
+    if (item.reason.empty() && options.force) item.reason = "--force";
+    if (!item.reason.empty()) continue;
+    item.outcome = BatchItem::Outcome::current;
+    item.report = record->report;
+  }
+  return items;
+}
+
+void bake_batch(const Manifest& manifest, const BatchOptions& options, std::vector<BatchItem>& items,
+                const std::function<void(double, const std::string&)>& progress) {
+  Batch(manifest, options).run(items, progress);
+}
+
+uint64_t estimated_memory(const std::string& mesh) {
+  std::error_code problem;
+  const uint64_t size = fs::file_size(mesh, problem);
+  if (problem) return kLeastMemory;
+  fs::path name = fs::path(mesh).filename();
+  const bool packed = name.extension() == ".gz" || name.extension() == ".zst";
+  if (packed) name.replace_extension();
+  // A triangle takes some 500 bytes while it is baked, and 20 as binary PLY, which the others are not far
+  // below; Draco takes some 2.
+  uint64_t factor = name.extension() == ".drc" ? 250 : 25;
+  if (packed) factor *= 3;
+  return kLeastMemory + size * factor;
+}
+
+}  // namespace nif::tools

@@ -1,0 +1,49 @@
+// `nif bake --manifest`: baking what has changed of many assets, several at a time.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/batch/manifest.hpp"
+
+namespace nif::tools {
+
+struct BatchOptions {
+  uint32_t threads = 0;            ///< of all bakes together; 0: all
+  uint64_t memory = 0;             ///< for all bakes together, in bytes; 0: four fifths of what is free
+  bool keep_going = false;         ///< after an asset that fails
+  bool force = false;              ///< bakes what is up to date, too
+  uint32_t shard = 0, shards = 1;  ///< does the assets number shard, shard + shards, ... of the manifest
+};
+
+/// What became of an asset.
+struct BatchItem {
+  enum class Outcome : uint8_t { current, baked, failed, left };  ///< left: not begun, as another had failed
+
+  BatchAsset asset;
+  std::string reason;  ///< for baking it; empty where it is up to date
+  Outcome outcome = Outcome::left;
+  int code = 0;                   ///< where it failed: exit code of its bake
+  std::string error;              ///< where it failed: one sentence
+  nlohmann::ordered_json report;  ///< nifkit.bake/1; null where there is none
+};
+const char* name_of(BatchItem::Outcome outcome);
+
+/// The assets of this shard, each with the reason for which it would be baked. Reads sources only as far as
+/// their times do not tell. Throws nif::Error(interrupted).
+std::vector<BatchItem> plan(const Manifest& manifest, const BatchOptions& options);
+
+/// Bakes what plan() has found, each in a process of its own, and keeps a record of each as soon as it is
+/// done: after a crash, a cancel or a failure the next run goes on from there. `progress` hears the fraction
+/// done and what is in work. Throws nif::Error(interrupted) once all processes have ended; a bake that fails
+/// is no exception.
+void bake_batch(const Manifest& manifest, const BatchOptions& options, std::vector<BatchItem>& items,
+                const std::function<void(double, const std::string&)>& progress);
+
+/// Memory that a bake of this file will take at most, by its size and kind: an estimate.
+uint64_t estimated_memory(const std::string& mesh);
+
+}  // namespace nif::tools

@@ -1,0 +1,25 @@
+// What a batch did, for programs and for people.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tools/batch/batch.hpp"
+
+namespace nif::tools {
+
+/// nifkit.batch/1.
+nlohmann::ordered_json to_json(const Manifest& manifest, std::span<const BatchItem> items, double seconds);
+
+/// Makes the pictures of a report that are not there yet, each by `nif render`, in the manifest's state
+/// folder. Those that cannot be made are left out. Throws nif::Error(interrupted).
+void make_thumbnails(const Manifest& manifest, std::span<const BatchItem> items,
+                     const std::function<void(double, const std::string&)>& progress);
+
+/// One page that needs no other file: a table of the assets with their pictures, sizes and errors; what
+/// failed comes first.
+std::string to_html(const Manifest& manifest, std::span<const BatchItem> items);
+
+}  // namespace nif::tools

@@ -1,0 +1,81 @@
+#include "tools/batch/glob.hpp"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <set>
+
+#include "formats/status.hpp"
+
+namespace nif::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::directory_entry> entries_of(const fs::path& folder) {
+  std::error_code problem;
+  std::vector<fs::directory_entry> entries;
+  fs::directory_iterator it(folder.empty() ? "." : folder, problem), end;
+  while (!problem && it != end) {
+    entries.push_back(*it);
+    it.increment(problem);
+  }
+  if (problem)
+    throw Error(Status::file_unreadable, folder.string() + ": cannot be listed: " + problem.message());
+  return entries;
+}
+
+bool is_folder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path.empty() ? "." : path, ignored);
+}
+
+using Names = std::vector<std::string>;
+
+void match(const fs::path& at, Names::const_iterator name, Names::const_iterator end,
+           std::set<fs::path>& found) {
+  if (!is_folder(at)) return;
+  const bool last = name + 1 == end;
+  if (*name == "**") {
+    if (!last) match(at, name + 1, end, found);
+    for (const fs::directory_entry& entry : entries_of(at)) {
+      std::error_code ignored;
+      const std::string own = entry.path().filename().string();
+      if (own.starts_with('.')) continue;
+      if (entry.is_directory(ignored) && !entry.is_symlink(ignored))
+        match(at / own, name, end, found);
+      else if (last && entry.is_regular_file(ignored))
+        found.insert(at / own);
+    }
+    return;
+  }
+  const auto take = [&](const fs::path& path) {
+    std::error_code ignored;
+    if (!last)
+      match(path, name + 1, end, found);
+    else if (fs::is_regular_file(path, ignored))
+      found.insert(path);
+  };
+  if (!is_pattern(*name)) return take(at / *name);
+  for (const fs::directory_entry& entry : entries_of(at)) {
+    const std::string own = entry.path().filename().string();
+    if (fnmatch(name->c_str(), own.c_str(), FNM_PERIOD) == 0) take(at / own);
+  }
+}
+
+}  // namespace
+
+bool is_pattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
+
+std::vector<fs::path> files_matching(const fs::path& folder, const std::string& pattern) {
+  const fs::path path = pattern;
+  Names names;
+  for (const fs::path& name : path.relative_path())
+    if (!name.empty() && name != ".") names.push_back(name.string());
+  std::set<fs::path> found;
+  if (!names.empty())
+    match(path.is_absolute() ? path.root_path() : folder, names.begin(), names.end(), found);
+  return {found.begin(), found.end()};
+}
+
+}  // namespace nif::tools

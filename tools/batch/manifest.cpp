@@ -1,0 +1,198 @@
+#include "tools/batch/manifest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "tools/bake_options.hpp"
+#include "tools/batch/glob.hpp"
+#include "tools/toml_table.hpp"
+
+namespace nif::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kOutput = "{folder}/{stem}.nif";
+
+/// Name of an option and what it is set to, as in the manifest.
+using Options = std::map<std::string, std::string>;
+
+/// The options of `nif bake` that a manifest may set: those that decide an asset's bytes.
+class BakeCommand {
+ public:
+  BakeCommand() : command_("nif bake", "") { add_bake_options(command_, arguments_); }
+
+  std::vector<std::string> names() {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : command_.get_options())
+      for (const std::string& name : option->get_lnames())
+        if (name != "help") names.push_back(name);
+    return names;
+  }
+
+  /// As arguments. Throws where nothing can be made of them.
+  std::vector<std::string> checked(const Options& options) {
+    std::vector<std::string> words;
+    for (const auto& [name, value] : options) {
+      const bool flag = command_.get_option("--" + name)->get_expected_max() == 0;
+      if (flag && value != "true" && value != "false")
+        throw Error(Status::usage, fmt::format("--{} must be true or false", name));
+      if (!flag || value == "true") words.push_back(flag ? "--" + name : fmt::format("--{}={}", name, value));
+    }
+    std::vector<std::string> reversed(words.rbegin(), words.rend());
+    arguments_ = {};
+    try {
+      command_.parse(reversed);
+    } catch (const CLI::ParseError& problem) {
+      throw Error(Status::usage, problem.what());
+    }
+    resolve_options(arguments_);
+    return words;
+  }
+
+ private:
+  BakeArguments arguments_;
+  CLI::App command_;
+};
+
+/// The name without what tells the format: "dragon" of "dragon.ply.gz".
+std::string stem_of(fs::path name) {
+  name = name.filename();
+  if (name.extension() == ".gz" || name.extension() == ".zst") name.replace_extension();
+  return name.stem().string();
+}
+
+/// The pattern with {name} replaced by its value; nothing where there is no such value.
+std::optional<std::string> filled_in(std::string_view pattern, const Options& values) {
+  std::string text;
+  while (!pattern.empty()) {
+    const size_t open = pattern.find_first_of("{}");
+    text += pattern.substr(0, open);
+    if (open == std::string::npos) break;
+    const size_t close = pattern.find('}', open);
+    if (pattern[open] == '}' || close == std::string::npos) return std::nullopt;
+    const auto value = values.find(std::string(pattern.substr(open + 1, close - open - 1)));
+    if (value == values.end()) return std::nullopt;
+    text += value->second;
+    pattern.remove_prefix(close + 1);
+  }
+  return text;
+}
+
+/// A path's own name in the file system, whatever way leads there; what is not there yet is taken as it is
+/// called.
+fs::path own_path(const fs::path& path) {
+  const fs::path absolute = fs::absolute(path);
+  std::error_code problem;
+  const fs::path result = fs::weakly_canonical(absolute, problem);
+  return problem ? absolute.lexically_normal() : result;
+}
+
+class ManifestReader {
+ public:
+  explicit ManifestReader(const std::string& file)
+      : folder_(fs::path(file).parent_path()), own_folder_(own_path(folder_.empty() ? "." : folder_)) {
+    manifest_.file = file;
+    for (const std::string& name : command_.names()) option_names_.insert(name);
+  }
+
+  Manifest read() {
+    const toml::table root = read_toml(manifest_.file, Status::malformed_manifest);
+    TomlTable table(manifest_.file, "", root, Status::malformed_manifest);
+    output_ = table.text("output", kOutput);
+    manifest_.state = folder_ / table.text("state", ".nif-batch");
+    table.table("defaults", [&](TomlTable& t) { defaults_ = options_of(t); });
+    if (!table.has("asset")) table.fail("asset", "is missing: there is nothing to bake; write [[asset]]");
+    table.tables("asset", [&](TomlTable& t) { add(t); });
+    table.finish();
+    check_inputs(table);
+    return std::move(manifest_);
+  }
+
+ private:
+  Options options_of(TomlTable& table) const {
+    Options options;
+    for (const std::string& name : option_names_) {
+      if (!table.has(name)) continue;
+      options[name] = table.word(name);
+      if (name == "view") options[name] = (folder_ / options[name]).string();
+    }
+    return options;
+  }
+
+  void add(TomlTable& table) {
+    Options options = defaults_;
+    for (const auto& [name, value] : options_of(table)) options[name] = value;
+    const std::string pattern = table.text("output", output_);
+    const std::vector<std::string> meshes = table.texts("mesh"), exceptions = table.texts("exclude");
+    table.finish();
+    if (meshes.empty()) table.fail("mesh", "is missing: a file or a pattern");
+    std::vector<std::string> words;
+    try {
+      words = command_.checked(options);
+    } catch (const Error& error) {
+      table.fail("mesh", std::string("is to be baked with options that do not do: ") + error.what());
+    }
+    std::set<fs::path> excluded;
+    for (const std::string& text : exceptions)
+      for (const fs::path& file : files_matching(folder_, text)) excluded.insert(file);
+    for (const std::string& text : meshes) {
+      const std::vector<fs::path> files = files_matching(folder_, text);
+      if (files.empty())
+        table.fail(
+            "mesh",
+            fmt::format("{}: {}", is_pattern(text) ? "matches no file" : "names a file that is not there",
+                        text));
+      for (const fs::path& mesh : files)
+        if (!excluded.contains(mesh)) add(table, mesh, pattern, words);
+    }
+  }
+
+  void add(TomlTable& table, const fs::path& mesh, const std::string& pattern,
+           const std::vector<std::string>& words) {
+    const fs::path below = mesh.lexically_relative(folder_.empty() ? fs::path() : folder_);
+    const fs::path relative = below.empty() ? mesh : below;
+    const Options values{{"folder", relative.has_parent_path() ? relative.parent_path().string() : "."},
+                         {"stem", stem_of(mesh)},
+                         {"name", mesh.filename().string()}};
+    const std::optional<std::string> text = filled_in(pattern, values);
+    if (!text)
+      table.fail("output",
+                 fmt::format("'{}' has another placeholder than {{folder}}, {{stem}} and {{name}}", pattern));
+    const fs::path output = folder_ / *text, own = own_path(output);
+    const std::string name = own.lexically_relative(own_folder_).string();
+    const auto [known, fresh] = outputs_.emplace(own, mesh.string());
+    if (!fresh)
+      table.fail("mesh", fmt::format("gives two meshes one output: {} and {} would both become {}",
+                                     known->second, mesh.string(), output.string()));
+    manifest_.assets.push_back({mesh.string(), output.lexically_normal().string(), name, words});
+  }
+
+  /// A bake must not write what another reads.
+  void check_inputs(const TomlTable& table) const {
+    for (const BatchAsset& asset : manifest_.assets) {
+      const auto written = outputs_.find(own_path(asset.mesh));
+      if (written != outputs_.end())
+        table.fail("asset", fmt::format("goes in a circle: {} is an output of this manifest and a mesh of it",
+                                        asset.mesh));
+    }
+    if (manifest_.assets.empty()) table.fail("asset", "leaves nothing to bake: all that matches is excluded");
+  }
+
+  fs::path folder_, own_folder_;
+  BakeCommand command_;
+  std::set<std::string> option_names_;
+  std::string output_;
+  Options defaults_;
+  std::map<fs::path, std::string> outputs_;  ///< to the mesh that it is made from
+  Manifest manifest_;
+};
+
+}  // namespace
+
+Manifest read_manifest(const std::string& file) { return ManifestReader(file).read(); }
+
+}  // namespace nif::tools
