@@ -49,6 +49,8 @@ enum class Status : int {
   training_failed = 51,  ///< the loss stayed non-finite after every recovery, or no rays to learn from
   out_of_memory = 52,
 
+  farm_failed = 53,  ///< no scheduler, or it refuses the jobs, or tasks were lost
+
   interrupted = 130,  ///< Ctrl-C or a cancelling callback
 };
 

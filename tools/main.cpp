@@ -17,7 +17,7 @@ namespace {
 constexpr const char* kExitCodes =
     "Exit codes: 0 done, 1 internal error, 2 wrong options, 10-25 an input file that cannot be used, 30-34 "
     "an asset\n"
-    "that cannot be used, 40-41 an output that cannot be written, 50-52 a bake that failed, 130 "
+    "that cannot be used, 40-41 an output that cannot be written, 50-53 a bake that failed, 130 "
     "interrupted.\n"
     "README.md lists each.\n";
 
@@ -43,6 +43,7 @@ int run(int argc, char** argv) {
   app.footer(std::string("Examples:\n"
                          "  nif bake dragon.ply -o dragon.nif\n"
                          "  nif bake --manifest library.toml\n"
+                         "  nif farm library.toml --slurm\n"
                          "  nif eval dragon.nif --mesh dragon.ply\n"
                          "  nif bench dragon.nif --mesh dragon.ply\n"
                          "  nif info dragon.nif\n"
@@ -52,6 +53,7 @@ int run(int argc, char** argv) {
   add_bake(app);
   add_bench(app);
   add_eval(app);
+  add_farm(app);
   add_info(app);
   add_mesh(app);
   add_render(app);

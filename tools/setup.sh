@@ -32,6 +32,9 @@ check   libgtest-dev          tests
 check   libcgal-dev           tests: an oracle of rays that is independent of Embree (NIF_WITH_CGAL)
 check   libopenmesh-dev       tests: what the mesh readers read is compared to what OpenMesh reads
 check   pkgconf               tests: the installed package through its .pc file
+check   slurm-wlm             tests: manifests on a cluster, of one node
+check   munge                 tests: the key of that cluster
+check   jq                    tests: what that cluster reports
 check   clang-format          style
 check   git                   the list of files whose style is checked
 fuzz    clang                 preset fuzz: libFuzzer

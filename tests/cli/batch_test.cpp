@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -305,6 +306,44 @@ TEST_F(Batch, ASingleBakeWritesItsDependenciesToo) {
   escaped.replace(escaped.find(' '), 1, "\\ ");
   EXPECT_EQ(read_bytes(path("x.d")), path("x.nif") + ": \\\n  " + escaped + "\n");
   EXPECT_EQ(json::parse(outcome.out)["sources"], json::array({path("a b.obj")}));
+}
+
+TEST_F(Batch, PartsAreSummedUp) {
+  for (int i = 0; i < 4; ++i) write(joined("m", i, ".obj"), ball_);
+  write("bad.obj", "v 0 0 0\nf 1 2 3\n");
+  const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n");
+  const Outcome first = batch(file, {"--shard", "1/2", "--keep-going", "--json"});
+  const std::string part = write("part-1.json", first.out);
+  const Outcome lost = nif({"farm", file, "--merge", part});
+  EXPECT_EQ(lost.code, int(Status::index_out_of_range)) << lost.err;
+  EXPECT_NE(lost.out.find("2 baked, 0 up to date, 1 failed, 2 not baked"), std::string::npos) << lost.out;
+
+  write("only.txt", "out/m0.nif\n\nout/m2.nif\n");
+  EXPECT_EQ(batch_json(file, {"--only", path("only.txt")})["assets"].size(), 2u);
+  write("bad.obj", ball_);
+  EXPECT_EQ(batch_json(file)["baked"], 1);
+  const Outcome whole = nif({"farm", file, "--merge", part, "--json", "--report", path("r.html")});
+  EXPECT_EQ(whole.code, 0) << whole.err;
+  EXPECT_EQ(json::parse(whole.out)["baked"].get<int>() + json::parse(whole.out)["current"].get<int>(), 5);
+  EXPECT_TRUE(fs::exists(path("r.html")));
+
+  write("m1.obj", ball_ + "# changed\n");
+  EXPECT_EQ(nif({"farm", file, "--merge", part}).code, int(Status::farm_failed));
+  EXPECT_EQ(nif({"farm", file, "--merge", write("x.json", "{}")}).code, int(Status::malformed_manifest));
+  EXPECT_EQ(nif({"farm", file}).code, int(Status::usage));
+}
+
+TEST_F(Batch, AFarmWithoutASchedulerSaysSo) {
+  write("a.obj", ball_);
+  const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n");
+  const std::string path_before = std::getenv("PATH");
+  ASSERT_EQ(setenv("PATH", folder_.path().c_str(), 1), 0);
+  const Outcome outcome = nif({"farm", file, "--slurm"});
+  setenv("PATH", path_before.c_str(), 1);
+  EXPECT_EQ(outcome.code, int(Status::farm_failed));
+  EXPECT_NE(outcome.err.find("there is no sbatch"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(path(".nif-batch")));
+  EXPECT_EQ(nif({"farm", file, "--slurm", "--dry-run"}).out.substr(0, 16), "1 asset, 1 task,");
 }
 
 }  // namespace

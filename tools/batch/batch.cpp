@@ -116,7 +116,7 @@ class Batch {
     }
     if (free_threads == 0) return false;
     // One of its own size at least is baked, by itself, whatever it may need.
-    const uint64_t memory = memory_for(item.asset);
+    const uint64_t memory = needs_of(item.asset, records_.load(item.asset)).memory;
     if (!running_.empty() && (taken > memory_ || memory > memory_ - taken)) return false;
 
     const auto threads =
@@ -182,14 +182,6 @@ class Batch {
     for (Bake& bake : running_) bake.child->stop();
   }
 
-  /// What it took the last time, and a little more, or else an estimate.
-  uint64_t memory_for(const BatchAsset& asset) const {
-    const std::optional<BakeRecord> record = records_.load(asset);
-    if (record && record->options == asset.options && record->report.contains("peak_memory"))
-      return record->report["peak_memory"].get<uint64_t>() / 5 * 6;
-    return estimated_memory(asset.mesh);
-  }
-
   const Manifest& manifest_;
   const BatchOptions& options_;
   Records records_;
@@ -219,10 +211,13 @@ std::vector<BatchItem> plan(const Manifest& manifest, const BatchOptions& option
   const Records records(manifest);
   const std::atomic<bool>& cancel = interruption();
   std::vector<BatchItem> items;
-  for (size_t i = options.shard; i < manifest.assets.size(); i += options.shards) {
+  size_t number = 0;
+  for (const BatchAsset& asset : manifest.assets) {
+    if (!options.only.empty() && !options.only.contains(asset.name)) continue;
+    if (number++ % options.shards != options.shard) continue;
     if (cancel) throw Error(Status::interrupted, "the batch was cancelled");
     BatchItem& item = items.emplace_back();
-    item.asset = manifest.assets[i];
+    item.asset = asset;
     const std::optional<BakeRecord> record = records.load(item.asset);
     item.reason = records.why_stale(item.asset, record);
     if (item.reason.empty() && options.force) item.reason = "--force";
@@ -238,18 +233,23 @@ void bake_batch(const Manifest& manifest, const BatchOptions& options, std::vect
   Batch(manifest, options).run(items, progress);
 }
 
-uint64_t estimated_memory(const std::string& mesh) {
+Needs needs_of(const BatchAsset& asset, const std::optional<BakeRecord>& last) {
+  if (last && last->options == asset.options && last->report.contains("peak_memory")) {
+    const double seconds = last->report.value("seconds", 0.0);
+    return {last->report["peak_memory"].get<uint64_t>() / 5 * 6, uint32_t(5 + seconds * 3 / 60)};
+  }
   std::error_code problem;
-  const uint64_t size = fs::file_size(mesh, problem);
-  if (problem) return kLeastMemory;
-  fs::path name = fs::path(mesh).filename();
+  uint64_t size = fs::file_size(asset.mesh, problem);
+  if (problem) size = 0;
+  fs::path name = fs::path(asset.mesh).filename();
   const bool packed = name.extension() == ".gz" || name.extension() == ".zst";
   if (packed) name.replace_extension();
   // A triangle takes some 500 bytes while it is baked, and 20 as binary PLY, which the others are not far
   // below; Draco takes some 2.
   uint64_t factor = name.extension() == ".drc" ? 250 : 25;
   if (packed) factor *= 3;
-  return kLeastMemory + size * factor;
+  const uint64_t memory = kLeastMemory + size * factor;
+  return {memory, uint32_t(15 + memory / 200'000'000)};
 }
 
 }  // namespace nif::tools

@@ -4,19 +4,22 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "tools/batch/manifest.hpp"
+#include "tools/batch/record.hpp"
 
 namespace nif::tools {
 
 struct BatchOptions {
+  std::set<std::string> only;      ///< names of the assets that count; empty: all
   uint32_t threads = 0;            ///< of all bakes together; 0: all
   uint64_t memory = 0;             ///< for all bakes together, in bytes; 0: four fifths of what is free
   bool keep_going = false;         ///< after an asset that fails
   bool force = false;              ///< bakes what is up to date, too
-  uint32_t shard = 0, shards = 1;  ///< does the assets number shard, shard + shards, ... of the manifest
+  uint32_t shard = 0, shards = 1;  ///< does the assets number shard, shard + shards, ... of these
 };
 
 /// What became of an asset.
@@ -43,7 +46,12 @@ std::vector<BatchItem> plan(const Manifest& manifest, const BatchOptions& option
 void bake_batch(const Manifest& manifest, const BatchOptions& options, std::vector<BatchItem>& items,
                 const std::function<void(double, const std::string&)>& progress);
 
-/// Memory that a bake of this file will take at most, by its size and kind: an estimate.
-uint64_t estimated_memory(const std::string& mesh);
+/// What a bake of an asset will need at most: estimated by the file's size and kind, or what it took the last
+/// time and some more.
+struct Needs {
+  uint64_t memory;   ///< bytes
+  uint32_t minutes;  ///< on one core
+};
+Needs needs_of(const BatchAsset& asset, const std::optional<BakeRecord>& last);
 
 }  // namespace nif::tools

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <ranges>
 #include <set>
 
+#include "formats/mesh/file_bytes.hpp"
 #include "formats/output_file.hpp"
 #include "formats/status.hpp"
 #include "tools/batch/batch.hpp"
@@ -24,6 +26,16 @@ void parse_shard(const std::string& text, BatchOptions& options) {
     throw Error(Status::usage, fmt::format("--shard '{}' is not a part of a whole: write 1/8 to 8/8", text));
   options.shard = number - 1;
   options.shards = count;
+}
+
+/// Throws nif::Error where the file cannot be read, or has none.
+std::set<std::string> lines_of(const std::string& file) {
+  const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, 64 << 20);
+  std::set<std::string> lines;
+  for (const auto part : std::views::split(text.view(), '\n'))
+    if (!part.empty()) lines.emplace(part.begin(), part.end());
+  if (lines.empty()) throw Error(Status::file_empty, file + ": names no outputs");
+  return lines;
 }
 
 void print_plan(std::span<const BatchItem> items) {
@@ -61,6 +73,7 @@ const char* BatchArguments::first_given() const {
   return !memory.empty()   ? "--memory"
          : !report.empty() ? "--report"
          : !shard.empty()  ? "--shard"
+         : !only.empty()   ? "--only"
          : dry_run         ? "--dry-run"
          : keep_going      ? "--keep-going"
          : force           ? "--force"
@@ -79,6 +92,9 @@ void add_batch_options(CLI::App& command, BatchArguments& arguments) {
                      "With --manifest: also write a page of all assets with pictures, as this HTML file");
   command.add_option("--shard", arguments.shard,
                      "With --manifest: only part i of n, written i/n, e.g. 2/8: for several machines");
+  command.add_option(
+      "--only", arguments.only,
+      "With --manifest: only the outputs that this text file names, one a line, from the manifest's folder");
   command.add_flag("--dry-run", arguments.dry_run,
                    "With --manifest: say what would be baked, and why, and do nothing");
   command.add_flag("--keep-going", arguments.keep_going, "With --manifest: bake the others where one fails");
@@ -87,10 +103,13 @@ void add_batch_options(CLI::App& command, BatchArguments& arguments) {
 
 void run_batch(const BatchArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
-  BatchOptions options{
-      .threads = arguments.threads, .keep_going = arguments.keep_going, .force = arguments.force};
+  BatchOptions options;
+  options.threads = arguments.threads;
+  options.keep_going = arguments.keep_going;
+  options.force = arguments.force;
   if (!arguments.memory.empty()) options.memory = parse_bytes(arguments.memory, "--memory");
   if (!arguments.shard.empty()) parse_shard(arguments.shard, options);
+  if (!arguments.only.empty()) options.only = lines_of(arguments.only);
   for (const std::string& path : {arguments.report, arguments.depfile})
     if (!path.empty()) check_output(path);
   interruption();

@@ -8,7 +8,7 @@
 namespace nif::tools {
 
 struct BatchArguments {
-  std::string manifest, memory, report, depfile, shard;
+  std::string manifest, memory, report, depfile, shard, only;
   uint32_t threads = 0;
   bool dry_run = false, keep_going = false, force = false, json = false, quiet = false;
 

@@ -36,9 +36,18 @@ std::string Child::Output::text() const {
 }
 
 Child::Child(const std::vector<std::string>& arguments) {
-  std::string program = "nif";
-  std::vector<char*> words{program.data()};
-  for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
+  std::vector<std::string> words{"nif"};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  start("/proc/self/exe", words);
+}
+
+Child::Child(const std::vector<std::string>& words, const std::string& program) {
+  start(program.c_str(), words);
+}
+
+void Child::start(const char* program, const std::vector<std::string>& arguments) {
+  std::vector<char*> words;
+  for (const std::string& word : arguments) words.push_back(const_cast<char*>(word.c_str()));
   words.push_back(nullptr);
   const pid_t parent = getpid();
   pid_ = fork();
@@ -46,11 +55,11 @@ Child::Child(const std::vector<std::string>& arguments) {
   if (pid_ > 0) return;
   // Nothing here may allocate: other threads may hold locks of which this process has copies.
   prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (getppid() != parent) _exit(127);
+  if (getppid() != parent) _exit(kNoProgram);
   dup2(out_.fd(), STDOUT_FILENO);
   dup2(err_.fd(), STDERR_FILENO);
-  execv("/proc/self/exe", words.data());
-  _exit(127);
+  execvp(program, words.data());
+  _exit(kNoProgram);
 }
 
 Child::~Child() {

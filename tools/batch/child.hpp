@@ -1,4 +1,4 @@
-// Another process of this same program.
+// Another process, of this same program or of another.
 #pragma once
 
 #include <sys/types.h>
@@ -12,8 +12,13 @@ namespace nif::tools {
 /// Runs until it ends, is stopped, or this process ends, however it does. Not thread-safe.
 class Child {
  public:
-  /// Runs `nif` with these arguments. Throws nif::Error(internal) where it cannot be started.
+  /// Exit code of a process whose program is not there.
+  static constexpr int kNoProgram = 127;
+
+  /// Runs `nif` with these arguments. Throws nif::Error(internal) where there can be no process.
   explicit Child(const std::vector<std::string>& arguments);
+  /// Runs a program of the PATH; the first word is its name again.
+  Child(const std::vector<std::string>& words, const std::string& program);
   /// Stops it where it still runs.
   ~Child();
   Child(const Child&) = delete;
@@ -28,6 +33,8 @@ class Child {
   void stop();
 
  private:
+  void start(const char* program, const std::vector<std::string>& words);
+
   /// A file that is in memory alone.
   class Output {
    public:
