@@ -34,7 +34,7 @@ struct BvhRay {
 };
 
 /// False where the segment is none (docs/model.md); its answer is then visible.
-inline bool prepare_ray(const BvhField& field, const Segment& segment, BvhRay& ray) {
+NIF_HOST_DEVICE inline bool prepare_ray(const BvhField& field, const Segment& segment, BvhRay& ray) {
   const float* d = segment.direction;
   float reach = field.extent, steepest = 0;
   bool finite = true;
@@ -75,7 +75,7 @@ inline bool prepare_ray(const BvhField& field, const Segment& segment, BvhRay& r
 }
 
 /// May the ray meet something in the slot's box?
-inline bool meets_box(const BvhRay& ray, const BvhNode& node, uint32_t slot) {
+NIF_HOST_DEVICE inline bool meets_box(const BvhRay& ray, const BvhNode& node, uint32_t slot) {
   float enter = ray.enter, leave = ray.leave;
   for (int a = 0; a < 3; ++a) {
     const float low = frame_plane(node.frame[a], node.low[a][slot]),
@@ -90,7 +90,7 @@ inline bool meets_box(const BvhRay& ray, const BvhNode& node, uint32_t slot) {
 /// 2013): vertices are sheared so that the ray runs along one axis, and the signs of three edge functions
 /// decide. Both triangles at an edge compute it from the same numbers, with opposite sign, and points on it
 /// belong to both, so nothing leaks between them. A triangle seen exactly edge-on is not met.
-inline bool meets_triangle(const BvhRay& ray, const float* const vertices[3]) {
+NIF_HOST_DEVICE inline bool meets_triangle(const BvhRay& ray, const float* const vertices[3]) {
   double x[3], y[3], z[3];
   for (int i = 0; i < 3; ++i) {
     z[i] = double(vertices[i][ray.axis[2]]) - ray.origin[2];
@@ -106,7 +106,8 @@ inline bool meets_triangle(const BvhRay& ray, const float* const vertices[3]) {
 }
 
 /// Does the ray meet one of the triangles of a leaf slot?
-inline bool meets_leaf(const BvhField& field, const BvhRay& ray, const BvhNode& node, uint8_t slot) {
+NIF_HOST_DEVICE inline bool meets_leaf(const BvhField& field, const BvhRay& ray, const BvhNode& node,
+                                       uint8_t slot) {
   const uint32_t first = node.first_triangle + slot_rank(slot), count = slot_kind(slot);
   for (uint32_t i = first; i < first + count; ++i) {
     const float* vertices[3];
@@ -121,7 +122,7 @@ struct BvhWork {
   uint64_t nodes = 0, leaves = 0;
 };
 
-inline bool meets_bvh(const BvhField& field, const BvhRay& ray, BvhWork* work = nullptr) {
+NIF_HOST_DEVICE inline bool meets_bvh(const BvhField& field, const BvhRay& ray, BvhWork* work = nullptr) {
   uint32_t stack[kBvhStack], size = 0;
   stack[size++] = 0;
   while (size > 0) {
@@ -141,18 +142,18 @@ inline bool meets_bvh(const BvhField& field, const BvhRay& ray, BvhWork* work = 
 }
 
 /// The answer for a segment that prepare_ray() did not take.
-inline Answer answer_no_ray(const Segment& segment) {
+NIF_HOST_DEVICE inline Answer answer_no_ray(const Segment& segment) {
   return {true, segment.tmin > segment.tmax, kCertainLogit};
 }
 
 /// Is an answer computed exactly enough to be called certain?
-inline bool certain_bvh(const BvhField& field, const Segment& segment) {
+NIF_HOST_DEVICE inline bool certain_bvh(const BvhField& field, const Segment& segment) {
   float reach = 0;
   for (int a = 0; a < 3; ++a) reach = max_of(magnitude(segment.origin[a]), reach);
   return reach <= field.extent * kBvhReach;
 }
 
-inline Answer query_bvh(const BvhField& field, const Segment& segment) {
+NIF_HOST_DEVICE inline Answer query_bvh(const BvhField& field, const Segment& segment) {
   BvhRay ray;
   if (!prepare_ray(field, segment, ray)) return answer_no_ray(segment);
   const bool visible = !meets_bvh(field, ray);

@@ -5,8 +5,6 @@
 // to a lane gets the same bits.
 #pragma once
 
-#include <cmath>
-
 #include "kernels/reference/half.hpp"
 #include "kernels/reference/segment.hpp"
 #include "kernels/spherical_field.hpp"
@@ -43,7 +41,7 @@ inline constexpr float kAtan[] = {1.0f,          -.3333314528f, .1999355085f,  -
                                   -.0752896400f, .0429096138f,  -.0161657367f, .0028662257f};
 
 /// The angle of (x, y), -pi to pi; 0 at the origin. Finite numbers whose squares are, too.
-inline float angle_of(float y, float x) {
+NIF_HOST_DEVICE inline float angle_of(float y, float x) {
   const float ax = magnitude(x), ay = magnitude(y);
   const float large = max_of(ax, ay), small = min_of(ax, ay);
   const float ratio = large > 0 ? small / large : 0;
@@ -56,8 +54,8 @@ inline float angle_of(float y, float x) {
   return y < 0 ? -angle : angle;
 }
 
-inline void to_angles(const float v[3], float& theta, float& phi) {
-  const float across = std::sqrt(v[0] * v[0] + v[1] * v[1]);
+NIF_HOST_DEVICE inline void to_angles(const float v[3], float& theta, float& phi) {
+  const float across = square_root(v[0] * v[0] + v[1] * v[1]);
   theta = angle_of(across, v[2]) * kPerPi;
   phi = angle_of(v[1], v[0]) * kPerTwoPi + 0.5f;
 }
@@ -65,7 +63,7 @@ inline void to_angles(const float v[3], float& theta, float& phi) {
 /// Tells what becomes of a segment. As with `bvh` objects (kernels/reference/bvh.hpp) the AABB's planes are
 /// seen from a little nearer on the way in and from a little farther on the way out, which outweighs all
 /// rounding.
-inline SphericalRay prepare_spherical(const SphericalBounds& bounds, const Segment& segment) {
+NIF_HOST_DEVICE inline SphericalRay prepare_spherical(const SphericalBounds& bounds, const Segment& segment) {
   constexpr float kPadding = 0x1p-20f, kFlattest = 0x1p-30f;
   const float *o = segment.origin, *d = segment.direction;
   SphericalRay ray{SphericalKind::none, segment.tmin > segment.tmax, segment.tmin, {}};
@@ -108,7 +106,7 @@ inline SphericalRay prepare_spherical(const SphericalBounds& bounds, const Segme
   to_angles(start, ray.at.position_theta, ray.at.position_phi);
   to_angles(d, ray.at.direction_theta, ray.at.direction_phi);
   const float square = (start[0] * start[0] + start[1] * start[1]) + start[2] * start[2];
-  ray.at.distance = std::sqrt(square) * bounds.distance_scale;
+  ray.at.distance = square_root(square) * bounds.distance_scale;
   return ray;
 }
 
@@ -118,25 +116,25 @@ struct SphericalCell {
   float fraction;  ///< 0 to 1 on the way from one to the other
 };
 /// Phi goes round: the entry after the last one is the first.
-inline SphericalCell around(float phi, uint32_t resolution) {
+NIF_HOST_DEVICE inline SphericalCell around(float phi, uint32_t resolution) {
   const float top = static_cast<float>(resolution), x = min_of(max_of(phi * top, 0), top);
   const uint32_t low = uint32_t(to_index(x, int32_t(resolution) - 1));
   return {low, low + 1 == resolution ? 0 : low + 1, x - static_cast<float>(low)};
 }
 /// Theta and distances have ends: the first entry stands at 0, the last one at 1.
-inline SphericalCell along(float at, uint32_t resolution) {
+NIF_HOST_DEVICE inline SphericalCell along(float at, uint32_t resolution) {
   const float top = static_cast<float>(resolution - 1), x = min_of(max_of(at * top, 0), top);
   const uint32_t low = uint32_t(to_index(x, int32_t(resolution) - 2));
   return {low, low + 1, x - static_cast<float>(low)};
 }
 
-inline float value_of(const SphericalValues& values, size_t i) {
+NIF_HOST_DEVICE inline float value_of(const SphericalValues& values, size_t i) {
   return values.half ? from_half(static_cast<const uint16_t*>(values.data)[i])
                      : static_cast<const float*>(values.data)[i];
 }
 
 /// Bilinear; `out` receives [features].
-inline void look_up_angles(const SphericalGrid& grid, float theta, float phi, float* out) {
+NIF_HOST_DEVICE inline void look_up_angles(const SphericalGrid& grid, float theta, float phi, float* out) {
   const SphericalCell row = along(theta, grid.resolution), column = around(phi, grid.resolution);
   for (uint32_t f = 0; f < grid.features; ++f) {
     const auto at = [&](uint32_t r, uint32_t c) {
@@ -150,7 +148,7 @@ inline void look_up_angles(const SphericalGrid& grid, float theta, float phi, fl
 }
 
 /// Linear; `out` receives [features].
-inline void look_up_distance(const SphericalGrid& grid, float distance, float* out) {
+NIF_HOST_DEVICE inline void look_up_distance(const SphericalGrid& grid, float distance, float* out) {
   const SphericalCell cell = along(distance, grid.resolution);
   for (uint32_t f = 0; f < grid.features; ++f) {
     const float a = value_of(grid.values, size_t(cell.low) * grid.features + f);
@@ -159,8 +157,8 @@ inline void look_up_distance(const SphericalGrid& grid, float distance, float* o
 }
 
 /// `results` receives [network.outputs].
-inline void evaluate_spherical(const SphericalNetwork& network, float slope, const float* inputs,
-                               float* results) {
+NIF_HOST_DEVICE inline void evaluate_spherical(const SphericalNetwork& network, float slope,
+                                               const float* inputs, float* results) {
   float buffers[2][kMaxSphericalWidth];
   const float* x = inputs;
   uint32_t width = network.inputs;
@@ -185,16 +183,16 @@ inline void evaluate_spherical(const SphericalNetwork& network, float slope, con
   }
 }
 
-inline float bounded_output(float output) {
+NIF_HOST_DEVICE inline float bounded_output(float output) {
   return max_of(min_of(output, kMaxSphericalOutput), -kMaxSphericalOutput);
 }
 
 /// Occluded exactly where the output is below 0, that is, where a probability below 1/2 says visible.
-inline int32_t spherical_logit(float output) {
-  return static_cast<int32_t>(std::floor(bounded_output(output) * kSphericalLogitUnit));
+NIF_HOST_DEVICE inline int32_t spherical_logit(float output) {
+  return static_cast<int32_t>(round_down(bounded_output(output) * kSphericalLogitUnit));
 }
 
-inline Answer query_spherical(const SphericalField& field, const Segment& segment) {
+NIF_HOST_DEVICE inline Answer query_spherical(const SphericalField& field, const Segment& segment) {
   const SphericalRay ray = prepare_spherical(field, segment);
   if (ray.kind == SphericalKind::none) return {true, ray.certain, kCertainLogit};
   const bool outer = ray.kind == SphericalKind::outer;
