@@ -13,6 +13,14 @@
 #define NIF_HOST_DEVICE
 #endif
 
+/// Before a loop over a short array: GPU compilers are to unroll it, because what is indexed by a variable
+/// cannot stay in registers.
+#if defined(__CUDACC__) || defined(__HIP__)
+#define NIF_UNROLL _Pragma("unroll")
+#else
+#define NIF_UNROLL
+#endif
+
 /// Defined while code for a device is being made.
 #if defined(__CUDA_ARCH__) || (defined(__HIP__) && defined(__AMDGCN__))
 #define NIF_ON_DEVICE

@@ -68,6 +68,7 @@ class SamplePlacer {
  private:
   NIF_HOST_DEVICE SamplePoint point_at(float t) const {
     SamplePoint point;
+    NIF_UNROLL
     for (int a = 0; a < 3; ++a) {
       const float at = walk_.origin[a] + t * walk_.direction[a];
       const int32_t voxel = to_index(at, int32_t(field_.voxels[a]) - 1);
@@ -105,7 +106,7 @@ NIF_HOST_DEVICE inline void place_globals(const SegmentField& field, const WalkR
   globals[kInputEnds] = ends ? 127 : 0;
 }
 
-inline void place_samples(const SegmentField& field, const Walk& walk, Placement& placement) {
+NIF_HOST_DEVICE inline void place_samples(const SegmentField& field, const Walk& walk, Placement& placement) {
   SamplePlacer placer(field, walk);
   for (uint32_t r = 0; r < walk.run_count; ++r)
     placer.add(walk.runs[r], r + 1 == walk.run_count,
@@ -144,6 +145,7 @@ NIF_HOST_DEVICE constexpr uint8_t feature_input(int32_t sum) {
 /// Calls add(corner, weight) for each corner of a point's voxel that has features.
 template <class Add>
 NIF_HOST_DEVICE void for_each_corner(const SegmentField& field, const SamplePoint& point, const Add& add) {
+  NIF_UNROLL
   for (int c = 0; c < 8; ++c) {
     const uint32_t corner = corner_index(field, point.voxel[0] + (c & 1), point.voxel[1] + ((c >> 1) & 1),
                                          point.voxel[2] + (c >> 2));
@@ -152,7 +154,8 @@ NIF_HOST_DEVICE void for_each_corner(const SegmentField& field, const SamplePoin
 }
 
 /// The inputs [features_per_corner] of one point.
-inline void interpolate_features(const SegmentField& field, const SamplePoint& point, uint8_t* inputs) {
+NIF_HOST_DEVICE inline void interpolate_features(const SegmentField& field, const SamplePoint& point,
+                                                 uint8_t* inputs) {
   const uint32_t features = field.features_per_corner;
   int32_t sums[kMaxFeatures] = {};
   for_each_corner(field, point, [&](uint32_t corner, int32_t weight) {

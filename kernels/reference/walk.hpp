@@ -94,6 +94,7 @@ NIF_HOST_DEVICE bool to_grid_space(const Field& field, const Segment& segment, W
   bool finite = true;
   float steepest = 0;
   reach = 0;
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     walk.origin[a] = (segment.origin[a] - field.origin[a]) * field.voxels_per_unit;
     walk.direction[a] = segment.direction[a] * field.voxels_per_unit;
@@ -101,6 +102,7 @@ NIF_HOST_DEVICE bool to_grid_space(const Field& field, const Segment& segment, W
     reach = max_of(magnitude(walk.origin[a]), reach);
     steepest = max_of(magnitude(walk.direction[a]), steepest);
   }
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a)
     if (magnitude(walk.direction[a]) < steepest * kFlatDirection) walk.direction[a] = 0;
   return finite && steepest >= kMinDirection && steepest <= kMaxDirection;
@@ -136,6 +138,7 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
   float inverse[3], enter = segment.tmin, leave = segment.tmax;
   bool enters_grid = false, leaves_grid = false;  // the segment is clipped at that end
   int32_t step[3];
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     const float size = static_cast<float>(field.voxels[a]);
     if (walk.direction[a] == 0) {
@@ -156,6 +159,7 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
   // The first voxel, and the t at which each axis crosses its next plane.
   int32_t voxel[3], plane[3];
   float next[3];
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     const float at = walk.origin[a] + enter * walk.direction[a];
     voxel[a] = to_index(at, int32_t(field.voxels[a]) - 1);
@@ -196,6 +200,7 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
     }
     now = max_of(crossing, now);
     bool left = false;
+    NIF_UNROLL
     for (int a = 0; a < 3; ++a) {
       if (a != nearest) continue;
       voxel[a] += step[a];
@@ -227,7 +232,8 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
 
 /// The same with all runs kept; those beyond run_count are left as they are.
 template <class Field, class Visit = NoVisit>
-void walk_segment(const Field& field, const Segment& segment, Walk& walk, const Visit& visit = Visit()) {
+NIF_HOST_DEVICE void walk_segment(const Field& field, const Segment& segment, Walk& walk,
+                                  const Visit& visit = Visit()) {
   follow_segment(
       field, segment, walk, [&](uint32_t i, const Run& run) { walk.runs[i] = run; }, visit);
 }
