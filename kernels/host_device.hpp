@@ -17,8 +17,10 @@
 /// cannot stay in registers.
 #if defined(__CUDACC__) || defined(__HIP__)
 #define NIF_UNROLL _Pragma("unroll")
+#define NIF_NO_UNROLL _Pragma("unroll 1")  ///< where unrolling would take more registers than it is worth
 #else
 #define NIF_UNROLL
+#define NIF_NO_UNROLL
 #endif
 
 /// Defined while code for a device is being made.

@@ -119,9 +119,10 @@ class EmulatedBlock {
 
   void run(uint32_t number, uint64_t order) {
     std::memset(shared_.data(), 0xa5, shared_.size() * sizeof(shared_[0]));
-    std::vector<uint32_t> sequence(grid_.threads);
-    std::iota(sequence.begin(), sequence.end(), 0u);
-    if (order != 0) std::shuffle(sequence.begin(), sequence.end(), std::mt19937_64(order));
+    // By turns, or each wave as far as it comes before another starts: that shows a barrier that is missing.
+    std::mt19937_64 random(order);
+    const bool by_turns = order == 0 || random() % 2 == 0;
+    const std::vector<uint32_t> sequence = sequence_of_threads(order != 0 ? &random : nullptr);
     for (Wave& wave : waves_) wave = {};
     running_ = grid_.threads;
     at_barrier_ = 0;
@@ -139,8 +140,11 @@ class EmulatedBlock {
       ready_.push_back(i);
     }
     while (!ready_.empty()) {
-      const uint32_t i = ready_.front();
-      ready_.pop_front();
+      const uint32_t i = by_turns ? ready_.front() : ready_.back();
+      if (by_turns)
+        ready_.pop_front();
+      else
+        ready_.pop_back();
       swapcontext(&scheduler_, &fibres_[i].context);
       if (failure_) std::rethrow_exception(failure_);
       meet(i / grid_.wave);
@@ -177,6 +181,20 @@ class EmulatedBlock {
   struct alignas(16) Chunk {
     unsigned char bytes[16];
   };
+
+  /// Wave by wave; waves, and the lanes of each, are shuffled.
+  std::vector<uint32_t> sequence_of_threads(std::mt19937_64* random) const {
+    std::vector<uint32_t> waves(waves_.size()), lanes(grid_.wave), sequence;
+    std::iota(waves.begin(), waves.end(), 0u);
+    std::iota(lanes.begin(), lanes.end(), 0u);
+    if (random) std::shuffle(waves.begin(), waves.end(), *random);
+    for (const uint32_t wave : waves) {
+      if (random) std::shuffle(lanes.begin(), lanes.end(), *random);
+      for (const uint32_t lane : lanes)
+        if (wave * grid_.wave + lane < grid_.threads) sequence.push_back(wave * grid_.wave + lane);
+    }
+    return sequence;
+  }
 
   /// Gives a fibre its stack and start. Apart from other code, because compilers take getcontext() for a
   /// function that returns twice.

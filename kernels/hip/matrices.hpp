@@ -28,11 +28,17 @@ struct DotMatrix {
   template <class Thread>
   NIF_HOST_DEVICE static void multiply(const Thread& thread, const unsigned char* weights,
                                        const unsigned char* inputs, uint32_t stride, TileSums& sums) {
-    uint32_t x[kTileInputs / 4];
-    for (uint32_t k = 0; k < kTileInputs / 4; ++k) x[k] = load_word(inputs + thread.lane() * stride + 4 * k);
-    for (uint32_t n = 0; n < kTileNeurons; ++n)
-      for (uint32_t k = 0; k < kTileInputs / 4; ++k)
-        sums[n / 4][n % 4] = thread.dot4(sums[n / 4][n % 4], load_word(weights + n * stride + 4 * k), x[k]);
+    const unsigned char* own = inputs + thread.lane() * stride;
+    NIF_NO_UNROLL
+    for (uint32_t k = 0; k < kTileInputs; k += 16) {
+      uint32_t x[4];
+      for (uint32_t i = 0; i < 4; ++i) x[i] = load_word(own + k + 4 * i);
+      NIF_UNROLL
+      for (uint32_t n = 0; n < kTileNeurons; ++n)
+        for (uint32_t i = 0; i < 4; ++i)
+          sums[n / 4][n % 4] =
+              thread.dot4(sums[n / 4][n % 4], load_word(weights + n * stride + k + 4 * i), x[i]);
+    }
   }
 };
 

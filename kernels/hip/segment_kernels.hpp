@@ -359,7 +359,7 @@ NIF_HOST_DEVICE void segment_network(const Thread& thread, const SegmentField& f
         logit = thread.dot4(logit, load_word(weights + row * stride + k), load_word(own + k));
       store_answer(answers, ray, logit, false);
     }
-    thread.wave_sync();
+    // No wave_sync(): from the last one on each lane reads and writes its own row only.
     if (count - first <= step) return;
     first += step;
   }

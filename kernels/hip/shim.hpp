@@ -34,13 +34,15 @@ NIF_HOST_DEVICE inline void store_word(void* to, uint32_t word) { *static_cast<W
 
 #if defined(__CUDACC__)
 #define NIF_DEVICE __device__ __forceinline__
-#define NIF_KERNEL(threads) extern "C" __global__ void __launch_bounds__(threads)
+/// An entry point for blocks of so many threads, so many of which are to have room on a multiprocessor of
+/// NVIDIA's at least: that many registers a thread may take.
+#define NIF_KERNEL(threads, blocks) extern "C" __global__ void __launch_bounds__(threads, blocks)
 /// A kernel's argument that is a structure: read where it lies, even at indices that are not constant.
 #define NIF_ARGUMENT const __grid_constant__
 extern __shared__ __align__(16) unsigned char nif_shared_memory[];
 #else
 #define NIF_DEVICE __attribute__((device)) __attribute__((always_inline)) inline
-#define NIF_KERNEL(threads) \
+#define NIF_KERNEL(threads, blocks) \
   extern "C" __attribute__((global)) __attribute__((amdgpu_flat_work_group_size(threads, threads))) void
 #define NIF_ARGUMENT const
 extern __attribute__((shared)) __attribute__((aligned(16))) unsigned char nif_shared_memory[];

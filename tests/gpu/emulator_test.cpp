@@ -102,6 +102,18 @@ TEST_P(EmulatorTest, WavesRunApartBetweenBarriers) {
   });
 }
 
+/// A wave that does not wait for the others sees memory that they have not written yet.
+TEST(Emulator, AMissingBarrierShows) {
+  uint32_t seen = 0;
+  for (uint64_t order = 1; order <= 16; ++order)
+    emulate({.threads = 128, .shared_bytes = 4096, .order = order}, [&](const EmulatedThread& thread) {
+      thread.shared()[thread.index()] = 1;
+      thread.wave_sync();
+      if (thread.shared()[(thread.index() + 64) % 128] != 1) ++seen;
+    });
+  EXPECT_GT(seen, 100u);
+}
+
 TEST_P(EmulatorTest, ABarrierThatSomePassByEndingIsAnError) {
   EXPECT_NE(failure_of(grid(128),
                        [](const EmulatedThread& thread) {
