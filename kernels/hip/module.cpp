@@ -1,5 +1,6 @@
 // The kernels' entry points: what clang makes a code object of for each AMD target, and nvcc for each NVIDIA
 // one.
+#include "kernels/hip/bvh_kernels.hpp"
 #include "kernels/hip/segment_kernels.hpp"
 
 using namespace nif::kernels;
@@ -26,4 +27,10 @@ NIF_KERNEL(kBlockThreads, 1)
 nif_segment_walk(NIF_ARGUMENT SegmentField field, NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT OpenItems items,
                  NIF_ARGUMENT AnswerArrays answers) {
   segment_walk(DeviceThread(), field, rays, items, answers);
+}
+
+NIF_KERNEL(kBvhThreads, 1)
+nif_bvh(NIF_ARGUMENT BvhField field, NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT RayList list,
+        NIF_ARGUMENT AnswerArrays answers) {
+  bvh_answer(DeviceThread(), field, rays, list, answers);
 }

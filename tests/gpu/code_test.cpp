@@ -93,8 +93,12 @@ class GpuCodeTest : public testing::TestWithParam<Target> {
 INSTANTIATE_TEST_SUITE_P(Each, GpuCodeTest, testing::ValuesIn(kTargets),
                          [](const auto& p) { return p.param.name; });
 
-constexpr const char* kKernels[] = {"nif_segment_walk", "nif_segment_whole_2", "nif_segment_whole_any",
-                                    "nif_segment_network_2", "nif_segment_network_any"};
+constexpr const char* kKernels[] = {"nif_bvh",
+                                    "nif_segment_walk",
+                                    "nif_segment_whole_2",
+                                    "nif_segment_whole_any",
+                                    "nif_segment_network_2",
+                                    "nif_segment_network_any"};
 
 TEST_P(GpuCodeTest, HasEveryKernel) {
   EXPECT_GT(fs::file_size(code_), 10'000u);
@@ -110,7 +114,8 @@ TEST_P(GpuCodeTest, HasEveryKernel) {
 /// 16 waves (RDNA), or 4 of 8 (CDNA), the latter where the accumulators of matrix products count, too; 104
 /// are 19 of 64 warps on NVIDIA.
 TEST_P(GpuCodeTest, StaysWithinRegisters) {
-  const std::map<std::string, uint32_t> most{{"nif_segment_walk", 48},
+  const std::map<std::string, uint32_t> most{{"nif_bvh", 96},
+                                             {"nif_segment_walk", 48},
                                              {"nif_segment_whole_2", 96},
                                              {"nif_segment_whole_any", 144},
                                              {"nif_segment_network_2", 128},

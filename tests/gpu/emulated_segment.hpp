@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "kernels/hip/emulator.hpp"
 #include "kernels/hip/segment_kernels.hpp"
+#include "tests/gpu/emulated.hpp"
 
 namespace nif::test {
 
@@ -19,56 +19,6 @@ constexpr const char* name_of(MatrixKind kind) {
 }
 constexpr uint32_t wave_of(MatrixKind kind) {
   return kind == MatrixKind::dot64 || kind == MatrixKind::mfma16 || kind == MatrixKind::mfma32 ? 64 : 32;
-}
-
-/// Rays as kernels take them, and their answers, which start as what no kernel writes.
-class EmulatedBatch {
- public:
-  explicit EmulatedBatch(const std::vector<kernels::Segment>& segments)
-      : logit(segments.size(), kUnanswered), certain(segments.size(), 2) {
-    for (int a = 0; a < 3; ++a)
-      for (const kernels::Segment& s : segments) {
-        origin_[a].push_back(s.origin[a]);
-        direction_[a].push_back(s.direction[a]);
-      }
-    for (const kernels::Segment& s : segments) {
-      tmin_.push_back(s.tmin);
-      tmax_.push_back(s.tmax);
-    }
-  }
-
-  static constexpr int32_t kUnanswered = 0x55555555;
-  uint32_t count() const { return uint32_t(tmin_.size()); }
-  kernels::hip::RayArrays rays() const {
-    return {{origin_[0].data(), origin_[1].data(), origin_[2].data()},
-            {direction_[0].data(), direction_[1].data(), direction_[2].data()},
-            tmin_.data(),
-            tmax_.data(),
-            count()};
-  }
-  kernels::hip::AnswerArrays answers() { return {logit.data(), certain.data()}; }
-  kernels::Segment segment(uint32_t i) const { return kernels::hip::load_ray(rays(), i); }
-
-  std::vector<int32_t> logit;
-  std::vector<uint8_t> certain;
-
- private:
-  std::vector<float> origin_[3], direction_[3], tmin_, tmax_;
-};
-
-inline uint32_t blocks_for(uint32_t count, uint32_t threads = kernels::hip::kBlockThreads) {
-  return (count + threads - 1) / threads;
-}
-
-/// What a launch is made with, besides its kernel.
-struct EmulatedLaunch {
-  uint64_t order = 0;
-  uint32_t most_blocks = 3;  ///< of kernels that take any number: so that threads go round
-};
-
-inline kernels::hip::EmulatedGrid grid_for(uint32_t blocks, uint32_t shared_bytes, uint32_t wave,
-                                           uint64_t order, uint32_t threads = kernels::hip::kBlockThreads) {
-  return {.blocks = blocks, .threads = threads, .shared_bytes = shared_bytes, .wave = wave, .order = order};
 }
 
 template <uint32_t kFeatures>

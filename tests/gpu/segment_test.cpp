@@ -2,10 +2,8 @@
 // waves, and the order in which blocks, waves and lanes come.
 #include <gtest/gtest.h>
 
-#include "formats/nif/reader.hpp"
-#include "formats/nif/writer.hpp"
 #include "tests/gpu/emulated_segment.hpp"
-#include "tests/support/random_asset.hpp"
+#include "tests/gpu/loaded.hpp"
 
 namespace nif::test {
 namespace {
@@ -18,47 +16,6 @@ format::Asset striped(format::Asset asset) {
     for (kernels::BrickStates& states : object.brick_states)
       states.aux |= states.surface & 0x5a5aa5a55a5aa5a5u;
   return asset;
-}
-
-/// An asset whose memory stays.
-struct Loaded {
-  std::vector<std::byte> file;
-  format::AssetView view;
-
-  explicit Loaded(const format::Asset& asset)
-      : file(format::encode(asset)), view(format::read_asset(file, "test")) {}
-  Loaded(uint64_t seed, const RandomAssetOptions& options)
-      : file(format::encode(random_asset(seed, options))), view(format::read_asset(file, "test")) {}
-};
-
-std::vector<kernels::Segment> random_segments(const kernels::SegmentField& field, uint64_t seed,
-                                              uint32_t count) {
-  Random random(seed);
-  std::vector<kernels::Segment> segments;
-  for (uint32_t i = 0; i < count; ++i) segments.push_back(random_segment(random, field));
-  return segments;
-}
-
-/// Numbers that are none or too large, among others.
-void spoil(std::vector<kernels::Segment>& segments, uint64_t seed) {
-  const float odd[] = {NAN,    INFINITY, -INFINITY, 0.0f,  -0.0f, 1e-45f,
-                       1e-30f, 3e38f,    -3e38f,    1e20f, 1.0f,  0.5f};
-  Random random(seed);
-  for (kernels::Segment& s : segments) {
-    float* members[] = {&s.origin[0],    &s.origin[1],    &s.origin[2],    &s.tmin,
-                        &s.direction[0], &s.direction[1], &s.direction[2], &s.tmax};
-    for (uint32_t k = random.below(4); k > 0; --k)
-      *members[random.below(8)] = odd[random.below(std::size(odd))];
-  }
-}
-
-void expect_reference(const kernels::SegmentField& field, const EmulatedBatch& batch) {
-  for (uint32_t i = 0; i < batch.count(); ++i) {
-    const kernels::Answer expected = kernels::query_segment(field, batch.segment(i));
-    ASSERT_EQ(batch.logit[i], expected.logit) << "ray " << i;
-    ASSERT_EQ(batch.certain[i], uint8_t(expected.certain)) << "ray " << i;
-    ASSERT_EQ(batch.logit[i] >= 0, expected.visible) << "ray " << i;
-  }
 }
 
 class GpuSegmentTest : public testing::TestWithParam<MatrixKind> {};
@@ -74,12 +31,12 @@ TEST_P(GpuSegmentTest, AnswersAsTheReference) {
                               .features = seed % 3 == 0 ? 0u : 2u,
                               .odd_corners = seed % 4 == 1});
     for (const format::ObjectView& object : asset.view.objects) {
-      const auto segments = random_segments(object.field, seed, 1000 + 37 * uint32_t(seed));
+      const auto segments = random_segments(object, seed, 1000 + 37 * uint32_t(seed));
       EmulatedBatch batch(segments), again(segments);
       const PipelineCounts counts = answer_by_pipeline(object.field, batch, GetParam());
-      expect_reference(object.field, batch);
+      expect_reference(object, batch);
       answer_whole(object.field, again, {}, wave_of(GetParam()));
-      expect_reference(object.field, again);
+      expect_reference(object, again);
       open += counts.open;
     }
   }
@@ -91,12 +48,12 @@ TEST_P(GpuSegmentTest, AnswersRaysOfManyRuns) {
       striped(random_asset(2, {.objects = 2, .instances = 0, .max_voxels = 60, .features = 2})));
   uint32_t open = 0, hard = 0;
   for (const format::ObjectView& object : asset.view.objects) {
-    const auto segments = random_segments(object.field, 2, 3000);
+    const auto segments = random_segments(object, 2, 3000);
     EmulatedBatch batch(segments), again(segments);
     const PipelineCounts counts = answer_by_pipeline(object.field, batch, GetParam());
-    expect_reference(object.field, batch);
+    expect_reference(object, batch);
     answer_whole(object.field, again, {}, wave_of(GetParam()));
-    expect_reference(object.field, again);
+    expect_reference(object, again);
     open += counts.open;
     hard += counts.hard;
   }
@@ -106,39 +63,42 @@ TEST_P(GpuSegmentTest, AnswersRaysOfManyRuns) {
 
 TEST_P(GpuSegmentTest, AnswersRaysThatAreNone) {
   const Loaded asset(5, {.objects = 1, .instances = 0, .max_voxels = 14, .features = 2});
-  const kernels::SegmentField& field = asset.view.objects[0].field;
-  auto segments = random_segments(field, 5, 6000);
+  const format::ObjectView& object = asset.view.objects[0];
+  const kernels::SegmentField& field = object.field;
+  auto segments = random_segments(object, 5, 6000);
   spoil(segments, 6);
   EmulatedBatch batch(segments), again(segments);
   answer_by_pipeline(field, batch, GetParam());
-  expect_reference(field, batch);
+  expect_reference(object, batch);
   answer_whole(field, again, {}, wave_of(GetParam()));
-  expect_reference(field, again);
+  expect_reference(object, again);
 }
 
 /// The order of items in the lists is left to chance; answers are not.
 TEST_P(GpuSegmentTest, AnswersDoNotDependOnTheOrder) {
   const Loaded asset(3, {.objects = 1, .instances = 0, .max_voxels = 40, .features = 2});
-  const kernels::SegmentField& field = asset.view.objects[0].field;
-  const auto segments = random_segments(field, 3, 3000);
+  const format::ObjectView& object = asset.view.objects[0];
+  const kernels::SegmentField& field = object.field;
+  const auto segments = random_segments(object, 3, 3000);
   for (const uint64_t order : {0u, 1u, 2u, 12345u}) {
     EmulatedBatch batch(segments);
     answer_by_pipeline(field, batch, GetParam(), {.order = order, .most_blocks = 1 + uint32_t(order % 7)});
-    expect_reference(field, batch);
+    expect_reference(object, batch);
   }
 }
 
 TEST_P(GpuSegmentTest, AnswersBatchesOfAnySize) {
   const Loaded asset(7, {.objects = 1, .instances = 0, .max_voxels = 30, .features = 2});
-  const kernels::SegmentField& field = asset.view.objects[0].field;
+  const format::ObjectView& object = asset.view.objects[0];
+  const kernels::SegmentField& field = object.field;
   for (const uint32_t count :
        {0u, 1u, 2u, 15u, 16u, 17u, 31u, 32u, 33u, 63u, 64u, 65u, 127u, 128u, 129u, 500u}) {
-    const auto segments = random_segments(field, 7, count);
+    const auto segments = random_segments(object, 7, count);
     EmulatedBatch batch(segments), again(segments);
     answer_by_pipeline(field, batch, GetParam());
-    expect_reference(field, batch);
+    expect_reference(object, batch);
     answer_whole(field, again, {}, wave_of(GetParam()));
-    expect_reference(field, again);
+    expect_reference(object, again);
   }
 }
 
@@ -178,9 +138,11 @@ TEST_P(GpuSegmentTest, AnswersByNetworksOfAnyShape) {
     const OtherNetwork other(asset.view.objects[0].field, widths);
     const hip::SegmentLayout layout = hip::make_layout(other.field);
     EXPECT_EQ(layout.tiled, widths.empty() || *std::max_element(widths.begin(), widths.end()) <= 48);
-    EmulatedBatch batch(random_segments(other.field, 9, 700));
-    answer_by_pipeline(other.field, batch, GetParam());
-    expect_reference(other.field, batch);
+    format::ObjectView object = asset.view.objects[0];
+    object.field = other.field;
+    EmulatedBatch batch(random_segments(object, 9, 700));
+    answer_by_pipeline(object.field, batch, GetParam());
+    expect_reference(object, batch);
   }
 }
 
