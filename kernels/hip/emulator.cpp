@@ -1,5 +1,6 @@
 #include "kernels/hip/emulator.hpp"
 
+#include <setjmp.h>
 #include <ucontext.h>
 
 #include <algorithm>
@@ -37,6 +38,15 @@ struct Product {
   const void *a, *b;
   int32_t* c;
 };
+
+/// Goes on where `to` stands, until somebody comes back to `from`. swapcontext() would do the same with a
+/// system call each time, to keep signal masks that nobody changes.
+[[gnu::noinline]] void switch_between(jmp_buf& from, jmp_buf& to) {
+  if (_setjmp(from) == 0) _longjmp(to, 1);
+}
+[[gnu::noinline]] void switch_to_start(jmp_buf& from, const ucontext_t& to) {
+  if (_setjmp(from) == 0) setcontext(&to);
+}
 
 [[noreturn]] void fail(const std::string& message) { throw EmulationError("emulated kernel: " + message); }
 
@@ -136,7 +146,6 @@ class EmulatedBlock {
       fibre.waits_for = Meeting::none;
       fibre.ended = false;
       ++waves_[i / grid_.wave].running;
-      prepare(i);
       ready_.push_back(i);
     }
     while (!ready_.empty()) {
@@ -145,7 +154,14 @@ class EmulatedBlock {
         ready_.pop_front();
       else
         ready_.pop_back();
-      swapcontext(&scheduler_, &fibres_[i].context);
+      Fibre& fibre = fibres_[i];
+      if (fibre.started) {
+        switch_between(scheduler_, fibre.place);
+      } else {
+        fibre.started = true;
+        prepare(i);
+        switch_to_start(scheduler_, fibre.context);
+      }
       if (failure_) std::rethrow_exception(failure_);
       meet(i / grid_.wave);
     }
@@ -161,7 +177,7 @@ class EmulatedBlock {
       ++at_barrier_;
     else
       ++waves_[index / grid_.wave].waiting;
-    swapcontext(&fibre.context, &scheduler_);
+    switch_between(fibre.place, scheduler_);
   }
 
   const EmulatedGrid& grid() const { return grid_; }
@@ -169,7 +185,9 @@ class EmulatedBlock {
 
  private:
   struct Fibre {
-    ucontext_t context;
+    ucontext_t context;  ///< where it starts
+    jmp_buf place;       ///< where it waits
+    bool started = false;
     EmulatedThread thread;
     Meeting waits_for;
     void* part;
@@ -212,15 +230,18 @@ class EmulatedBlock {
   static void start(unsigned high, unsigned low, unsigned index) {
     auto* self = reinterpret_cast<EmulatedBlock*>(uintptr_t(high) << 32 | low);
     Fibre& fibre = self->fibres_[index];
-    try {
-      self->kernel_(fibre.thread);
-    } catch (...) {
-      self->failure_ = std::current_exception();
+    // One turn for each block: a fibre starts once.
+    for (;;) {
+      try {
+        self->kernel_(fibre.thread);
+      } catch (...) {
+        self->failure_ = std::current_exception();
+      }
+      fibre.ended = true;
+      --self->running_;
+      --self->waves_[index / self->grid_.wave].running;
+      switch_between(fibre.place, self->scheduler_);
     }
-    fibre.ended = true;
-    --self->running_;
-    --self->waves_[index / self->grid_.wave].running;
-    setcontext(&self->scheduler_);
   }
 
   /// Lets those go on whose meeting is complete: of a wave, or of the block.
@@ -317,7 +338,7 @@ class EmulatedBlock {
   std::unique_ptr<char[]> stacks_;
   std::vector<Chunk> shared_;
   std::deque<uint32_t> ready_;
-  ucontext_t scheduler_;
+  jmp_buf scheduler_;
   std::exception_ptr failure_;
   uint32_t running_ = 0, at_barrier_ = 0;
 };

@@ -1,0 +1,28 @@
+// Rays of the named sets, answered by the emulated kernels and by the reference.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/nif/reader.hpp"
+#include "tests/gpu/emulated_segment.hpp"
+
+namespace nif::test {
+
+/// A way in which the kernels can answer: by one kernel, or by the pipeline with one kind of matrix
+/// instruction. Objects of the `bvh` encoding have one kernel, and only the size of waves to choose.
+struct KernelVariant {
+  bool whole;
+  MatrixKind kind;
+
+  std::string name() const { return whole ? "one kernel" : name_of(kind); }
+};
+std::vector<KernelVariant> all_variants();
+
+/// How many of the segments get another logit, or are certain in one and not in the other. In parallel; each
+/// block of rays is emulated in an order of its own. The object is of the `segment` or the `bvh` encoding.
+uint64_t count_different(const format::ObjectView& object, std::span<const kernels::Segment> segments,
+                         const KernelVariant& variant);
+
+}  // namespace nif::test
