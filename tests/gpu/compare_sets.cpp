@@ -18,21 +18,24 @@ std::vector<KernelVariant> all_variants() {
   return variants;
 }
 
-uint64_t count_different(const format::ObjectView& object, std::span<const kernels::Segment> segments,
-                         const KernelVariant& variant) {
-  std::atomic<uint64_t> different{0};
+Comparison compare(const format::ObjectView& object, std::span<const kernels::Segment> segments,
+                   const KernelVariant& variant) {
+  std::atomic<uint64_t> different{0}, open{0}, hard{0};
   const size_t batches = (segments.size() + kRaysOfBatch - 1) / kRaysOfBatch;
   tbb::parallel_for(size_t{0}, batches, [&](size_t b) {
     const auto part =
         segments.subspan(b * kRaysOfBatch, std::min(kRaysOfBatch, segments.size() - b * kRaysOfBatch));
     EmulatedBatch batch({part.begin(), part.end()});
     const EmulatedLaunch launch{.order = b, .most_blocks = 1 + uint32_t(b % 50)};
+    PipelineCounts counts{};
     if (object.encoding == format::kBvh)
       answer_bvh(object.bvh, batch, wave_of(variant.kind), launch);
     else if (variant.whole)
       answer_whole(object.field, batch, {}, wave_of(variant.kind), launch);
     else
-      answer_by_pipeline(object.field, batch, variant.kind, launch);
+      counts = answer_by_pipeline(object.field, batch, variant.kind, launch);
+    open += counts.open;
+    hard += counts.hard;
     uint64_t count = 0;
     for (uint32_t i = 0; i < batch.count(); ++i) {
       const kernels::Answer answer = query_object(object, part[i]);
@@ -40,7 +43,7 @@ uint64_t count_different(const format::ObjectView& object, std::span<const kerne
     }
     different += count;
   });
-  return different;
+  return {different, open, hard};
 }
 
 }  // namespace nif::test

@@ -20,9 +20,15 @@ struct KernelVariant {
 };
 std::vector<KernelVariant> all_variants();
 
-/// How many of the segments get another logit, or are certain in one and not in the other. In parallel; each
-/// block of rays is emulated in an order of its own. The object is of the `segment` or the `bvh` encoding.
-uint64_t count_different(const format::ObjectView& object, std::span<const kernels::Segment> segments,
-                         const KernelVariant& variant);
+/// Counts of rays.
+struct Comparison {
+  uint64_t different = 0;       ///< another logit, or certain in one and not in the other
+  uint64_t open = 0, hard = 0;  ///< of the pipeline: left to its network, or to the one kernel
+};
+
+/// In parallel; each block of rays is emulated in an order of its own. The object is of the `segment` or the
+/// `bvh` encoding.
+Comparison compare(const format::ObjectView& object, std::span<const kernels::Segment> segments,
+                   const KernelVariant& variant);
 
 }  // namespace nif::test

@@ -15,7 +15,7 @@ namespace nif::test {
 namespace {
 
 /// Differing answers of all sets and variants.
-uint64_t compare(const char* asset_path, const char* mesh_path, uint64_t rays) {
+uint64_t compare_all(const char* asset_path, const char* mesh_path, uint64_t rays) {
   const auto memory = format::FileMemory::load(asset_path, format::FileMemory::Mode::read);
   const format::AssetView asset = format::read_asset(memory.bytes(), asset_path);
   const mesh::Scene scene = mesh::read(mesh_path);
@@ -23,7 +23,18 @@ uint64_t compare(const char* asset_path, const char* mesh_path, uint64_t rays) {
   if (prepared.objects.size() != asset.objects.size())
     throw Error(Status::mesh_mismatch, std::string(asset_path) + " was not baked from " + mesh_path);
   uint64_t all = 0;
-  std::printf("%-16s %-16s %-12s %10s %10s\n", "object", "set", "kernels", "rays", "different");
+  for (const format::ObjectView& object : asset.objects) {
+    if (object.encoding != format::kSegment) continue;
+    const kernels::hip::SegmentLayout layout = kernels::hip::make_layout(object.field);
+    std::printf("%s: shared memory of a block: walk %u bytes, one kernel %u bytes, network ",
+                std::string(object.name).c_str(), kernels::hip::kWalkSharedBytes, layout.whole_bytes);
+    if (layout.tiled)
+      std::printf("%u bytes\n", layout.tiled_bytes);
+    else
+      std::printf("left to the one kernel\n");
+  }
+  std::printf("%-16s %-14s %-11s %9s %9s %8s %10s\n", "object", "set", "kernels", "rays", "open", "hard",
+              "different");
   for (size_t i = 0; i < asset.objects.size(); ++i) {
     const format::ObjectView& object = asset.objects[i];
     const std::string name(object.name);
@@ -36,14 +47,17 @@ uint64_t compare(const char* asset_path, const char* mesh_path, uint64_t rays) {
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
       for (const KernelVariant& variant : all_variants()) {
         if (object.encoding == format::kBvh && !variant.whole && variant.kind != MatrixKind::dot64) continue;
-        const uint64_t different = count_different(object, labelled.segments, variant);
+        const Comparison result = compare(object, labelled.segments, variant);
         const std::string by = object.encoding == format::kBvh
                                    ? "waves of " + std::to_string(wave_of(variant.kind))
                                    : variant.name();
-        std::printf("%-16s %-16s %-12s %10zu %10llu\n", name.c_str(), std::string(bake::name_of(set)).c_str(),
-                    by.c_str(), labelled.segments.size(), static_cast<unsigned long long>(different));
+        std::printf("%-16s %-14s %-11s %9zu %9llu %8llu %10llu\n", name.c_str(),
+                    std::string(bake::name_of(set)).c_str(), by.c_str(), labelled.segments.size(),
+                    static_cast<unsigned long long>(result.open),
+                    static_cast<unsigned long long>(result.hard),
+                    static_cast<unsigned long long>(result.different));
         std::fflush(stdout);
-        all += different;
+        all += result.different;
       }
     }
   }
@@ -61,7 +75,7 @@ int main(int argc, char** argv) {
     return int(nif::Status::usage);
   }
   try {
-    return nif::test::compare(argv[1], argv[2], rays) == 0 ? 0 : 1;
+    return nif::test::compare_all(argv[1], argv[2], rays) == 0 ? 0 : 1;
   } catch (const nif::Error& error) {
     std::fprintf(stderr, "emulate_sets: %s\n", error.what());
     return int(error.status());

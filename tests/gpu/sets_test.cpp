@@ -51,7 +51,7 @@ void expect_equal(const Baked& baked, uint64_t count, const std::vector<KernelVa
     const bake::LabelledRays rays = bake::make_ray_set(truth.source(), set, count, 7);
     ASSERT_EQ(rays.segments.size(), count) << bake::name_of(set);
     const KernelVariant variant = variants[next++ % variants.size()];
-    EXPECT_EQ(count_different(baked.view.objects[0], rays.segments, variant), 0u)
+    EXPECT_EQ(compare(baked.view.objects[0], rays.segments, variant).different, 0u)
         << bake::name_of(set) << " by " << variant.name();
   }
 }
