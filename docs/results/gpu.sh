@@ -35,7 +35,8 @@ nvidia() {
   printf 'By `kernels/hip/compile.sh`. Registers are those of a thread (AMD: vector registers, and accumulators after a +);\n'
   printf 'stack is memory that each thread has to itself, in bytes; spilled are registers (AMD) or bytes stored (NVIDIA);\n'
   printf 'waves are how many the registers leave room for on a SIMD (AMD). Shared memory is asked for at the launch and\n'
-  printf 'depends on the network: see below; that of `nif_bvh` is 20480 bytes a block.\n'
+  printf 'depends on the network: see below; that of `nif_bvh` is 20480 bytes a block, that of `nif_spherical` 32768 for the\n'
+  printf 'networks of the paper.\n'
   for target in gfx1030 gfx1100 gfx90a gfx942 sm_80 sm_90; do
     compiler=$(kernels/hip/compile.sh --compiler "$target") || { printf '\n### %s\n\nNo compiler.\n' "$target" && continue; }
     kernels/hip/compile.sh "$target" "$out"

@@ -2,6 +2,7 @@
 // one.
 #include "kernels/hip/bvh_kernels.hpp"
 #include "kernels/hip/segment_kernels.hpp"
+#include "kernels/hip/spherical_kernels.hpp"
 
 using namespace nif::kernels;
 using namespace nif::kernels::hip;
@@ -33,4 +34,10 @@ NIF_KERNEL(kBvhThreads, 1)
 nif_bvh(NIF_ARGUMENT BvhField field, NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT RayList list,
         NIF_ARGUMENT AnswerArrays answers) {
   bvh_answer(DeviceThread(), field, rays, list, answers);
+}
+
+NIF_KERNEL(kSphericalThreads, 1)
+nif_spherical(NIF_ARGUMENT SphericalField field, NIF_ARGUMENT SphericalLayout layout,
+              NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT RayList list, NIF_ARGUMENT AnswerArrays answers) {
+  spherical_answer(DeviceThread(), field, layout, rays, list, answers);
 }

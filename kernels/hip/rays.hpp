@@ -9,6 +9,9 @@ namespace nif::kernels::hip {
 /// Threads of the blocks of kernels that do not say otherwise.
 inline constexpr uint32_t kBlockThreads = 128;
 
+/// What blocks may have of shared memory on every target, without asking for more.
+inline constexpr uint32_t kSharedLimit = 48 * 1024;
+
 /// Device memory, [count] each, in object space.
 struct RayArrays {
   const float* origin[3];

@@ -23,9 +23,6 @@ inline constexpr uint32_t kKeptRuns = 8;
 inline constexpr uint32_t kMaxTiles = 3;
 inline constexpr uint32_t kMaxTiledWidth = kMaxTiles * kTileNeurons;
 
-/// What blocks may have of shared memory on every target, without asking for more.
-inline constexpr uint32_t kSharedLimit = 48 * 1024;
-
 /// How shared memory is laid out for a field's network; made on the host.
 struct SegmentLayout {
   // Of segment_whole(), a row for each thread: inputs, then outputs of every other hidden layer.

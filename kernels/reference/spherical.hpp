@@ -36,9 +36,13 @@ struct SphericalRay {
 
 inline constexpr float kPi = 3.14159274f, kHalfPi = 1.57079637f;
 inline constexpr float kPerPi = 0.318309886f, kPerTwoPi = 0.159154943f;
-/// Of the polynomial for atan x / x in x^2 (Abramowitz and Stegun 4.4.49), which is off by at most 2e-8.
-inline constexpr float kAtan[] = {1.0f,          -.3333314528f, .1999355085f,  -.1420889944f, .1065626393f,
-                                  -.0752896400f, .0429096138f,  -.0161657367f, .0028662257f};
+/// Of the polynomial for atan x / x in x^2 (Abramowitz and Stegun 4.4.49), which is off by at most 2e-8: the
+/// coefficient of x^(2 i), i = 0 to 8.
+NIF_HOST_DEVICE constexpr float atan_coefficient(int i) {
+  constexpr float kCoefficients[] = {1.0f,          -.3333314528f, .1999355085f,  -.1420889944f, .1065626393f,
+                                     -.0752896400f, .0429096138f,  -.0161657367f, .0028662257f};
+  return kCoefficients[i];
+}
 
 /// The angle of (x, y), -pi to pi; 0 at the origin. Finite numbers whose squares are, too.
 NIF_HOST_DEVICE inline float angle_of(float y, float x) {
@@ -46,8 +50,9 @@ NIF_HOST_DEVICE inline float angle_of(float y, float x) {
   const float large = max_of(ax, ay), small = min_of(ax, ay);
   const float ratio = large > 0 ? small / large : 0;
   const float square = ratio * ratio;
-  float sum = kAtan[8];
-  for (int i = 7; i >= 0; --i) sum = sum * square + kAtan[i];
+  float sum = atan_coefficient(8);
+  NIF_UNROLL
+  for (int i = 7; i >= 0; --i) sum = sum * square + atan_coefficient(i);
   float angle = sum * ratio;
   if (ay > ax) angle = kHalfPi - angle;
   if (x < 0) angle = kPi - angle;
@@ -133,8 +138,9 @@ NIF_HOST_DEVICE inline float value_of(const SphericalValues& values, size_t i) {
                      : static_cast<const float*>(values.data)[i];
 }
 
-/// Bilinear; `out` receives [features].
-NIF_HOST_DEVICE inline void look_up_angles(const SphericalGrid& grid, float theta, float phi, float* out) {
+/// Bilinear; calls put(feature, value) for each feature.
+template <class Put>
+NIF_HOST_DEVICE void look_up_angles(const SphericalGrid& grid, float theta, float phi, const Put& put) {
   const SphericalCell row = along(theta, grid.resolution), column = around(phi, grid.resolution);
   for (uint32_t f = 0; f < grid.features; ++f) {
     const auto at = [&](uint32_t r, uint32_t c) {
@@ -143,16 +149,35 @@ NIF_HOST_DEVICE inline void look_up_angles(const SphericalGrid& grid, float thet
     const float a = at(row.low, column.low), b = at(row.high, column.low);
     const float upper = a + column.fraction * (at(row.low, column.high) - a);
     const float lower = b + column.fraction * (at(row.high, column.high) - b);
-    out[f] = upper + row.fraction * (lower - upper);
+    put(f, upper + row.fraction * (lower - upper));
   }
 }
 
-/// Linear; `out` receives [features].
-NIF_HOST_DEVICE inline void look_up_distance(const SphericalGrid& grid, float distance, float* out) {
+/// Linear; likewise.
+template <class Put>
+NIF_HOST_DEVICE void look_up_distance(const SphericalGrid& grid, float distance, const Put& put) {
   const SphericalCell cell = along(distance, grid.resolution);
   for (uint32_t f = 0; f < grid.features; ++f) {
     const float a = value_of(grid.values, size_t(cell.low) * grid.features + f);
-    out[f] = a + cell.fraction * (value_of(grid.values, size_t(cell.high) * grid.features + f) - a);
+    put(f, a + cell.fraction * (value_of(grid.values, size_t(cell.high) * grid.features + f) - a));
+  }
+}
+
+/// The inputs of a ray that is not none, in the order of the network's: calls put(input, value) for each.
+template <class Put>
+NIF_HOST_DEVICE void look_up_inputs(const SphericalField& field, const SphericalRay& ray, const Put& put) {
+  const auto look_up_both = [&](const SphericalGrid& position, const SphericalGrid& direction) {
+    look_up_angles(position, ray.at.position_theta, ray.at.position_phi, put);
+    look_up_angles(direction, ray.at.direction_theta, ray.at.direction_phi,
+                   [&](uint32_t f, float value) { put(position.features + f, value); });
+  };
+  // Branches, where a choice of reference would do: compilers for AMD copy both grids for that.
+  if (ray.kind == SphericalKind::outer) {
+    look_up_both(field.outer_position, field.outer_direction);
+  } else {
+    look_up_both(field.inner_position, field.inner_direction);
+    look_up_distance(field.distance, ray.at.distance,
+                     [&](uint32_t f, float value) { put(2 * field.inner_position.features + f, value); });
   }
 }
 
@@ -196,12 +221,8 @@ NIF_HOST_DEVICE inline Answer query_spherical(const SphericalField& field, const
   const SphericalRay ray = prepare_spherical(field, segment);
   if (ray.kind == SphericalKind::none) return {true, ray.certain, kCertainLogit};
   const bool outer = ray.kind == SphericalKind::outer;
-  const SphericalGrid& position = outer ? field.outer_position : field.inner_position;
   float inputs[kMaxSphericalInputs];
-  look_up_angles(position, ray.at.position_theta, ray.at.position_phi, inputs);
-  look_up_angles(outer ? field.outer_direction : field.inner_direction, ray.at.direction_theta,
-                 ray.at.direction_phi, inputs + position.features);
-  if (!outer) look_up_distance(field.distance, ray.at.distance, inputs + 2 * position.features);
+  look_up_inputs(field, ray, [&](uint32_t i, float value) { inputs[i] = value; });
   float output = 0;
   evaluate_spherical(outer ? field.outer : field.inner, field.slope, inputs, &output);
   const int32_t logit = spherical_logit(output);

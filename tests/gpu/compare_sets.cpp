@@ -30,6 +30,8 @@ Comparison compare(const format::ObjectView& object, std::span<const kernels::Se
     PipelineCounts counts{};
     if (object.encoding == format::kBvh)
       answer_bvh(object.bvh, batch, wave_of(variant.kind), launch);
+    else if (object.encoding == format::kSpherical)
+      answer_spherical(*object.spherical, batch, wave_of(variant.kind), launch);
     else if (variant.whole)
       answer_whole(object.field, batch, {}, wave_of(variant.kind), launch);
     else

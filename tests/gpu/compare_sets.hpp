@@ -11,7 +11,7 @@
 namespace nif::test {
 
 /// A way in which the kernels can answer: by one kernel, or by the pipeline with one kind of matrix
-/// instruction. Objects of the `bvh` encoding have one kernel, and only the size of waves to choose.
+/// instruction. Objects of the other encodings have one kernel, and only the size of waves to choose.
 struct KernelVariant {
   bool whole;
   MatrixKind kind;
@@ -26,8 +26,8 @@ struct Comparison {
   uint64_t open = 0, hard = 0;  ///< of the pipeline: left to its network, or to the one kernel
 };
 
-/// In parallel; each block of rays is emulated in an order of its own. The object is of the `segment` or the
-/// `bvh` encoding.
+/// In parallel; each block of rays is emulated in an order of its own. The layout of a `spherical` object
+/// fits.
 Comparison compare(const format::ObjectView& object, std::span<const kernels::Segment> segments,
                    const KernelVariant& variant);
 

@@ -38,19 +38,18 @@ uint64_t compare_all(const char* asset_path, const char* mesh_path, uint64_t ray
   for (size_t i = 0; i < asset.objects.size(); ++i) {
     const format::ObjectView& object = asset.objects[i];
     const std::string name(object.name);
-    if (object.encoding == format::kSpherical) {
-      std::printf("%-16s has no kernel: spherical\n", name.c_str());
+    if (object.encoding == format::kSpherical && !kernels::hip::make_layout(*object.spherical).fits) {
+      std::printf("%-16s has no kernel: its networks are too wide\n", name.c_str());
       continue;
     }
     const bake::GroundTruth truth(prepared.objects[i]);
     for (const bake::RaySet set : bake::kRaySets) {
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
       for (const KernelVariant& variant : all_variants()) {
-        if (object.encoding == format::kBvh && !variant.whole && variant.kind != MatrixKind::dot64) continue;
+        const bool segment = object.encoding == format::kSegment;
+        if (!segment && !variant.whole && variant.kind != MatrixKind::dot64) continue;
         const Comparison result = compare(object, labelled.segments, variant);
-        const std::string by = object.encoding == format::kBvh
-                                   ? "waves of " + std::to_string(wave_of(variant.kind))
-                                   : variant.name();
+        const std::string by = segment ? variant.name() : "waves of " + std::to_string(wave_of(variant.kind));
         std::printf("%-16s %-14s %-11s %9zu %9llu %8llu %10llu\n", name.c_str(),
                     std::string(bake::name_of(set)).c_str(), by.c_str(), labelled.segments.size(),
                     static_cast<unsigned long long>(result.open),

@@ -6,6 +6,7 @@
 
 #include "kernels/hip/bvh_kernels.hpp"
 #include "kernels/hip/emulator.hpp"
+#include "kernels/hip/spherical_kernels.hpp"
 
 namespace nif::test {
 
@@ -67,6 +68,18 @@ inline void answer_bvh(const kernels::BvhField& field, EmulatedBatch& batch, uin
   hip::emulate(grid_for(blocks, hip::kBvhSharedBytes, wave, launch.order, hip::kBvhThreads),
                [&](const hip::EmulatedThread& thread) {
                  hip::bvh_answer(thread, field, batch.rays(), {}, batch.answers());
+               });
+}
+
+/// Answers a batch for a `spherical` object; the layout must fit.
+inline void answer_spherical(const kernels::SphericalField& field, EmulatedBatch& batch, uint32_t wave = 32,
+                             const EmulatedLaunch& launch = {}) {
+  namespace hip = kernels::hip;
+  const hip::SphericalLayout layout = hip::make_layout(field);
+  const uint32_t blocks = std::min(launch.most_blocks, blocks_for(batch.count(), hip::kSphericalThreads));
+  hip::emulate(grid_for(blocks, layout.bytes, wave, launch.order, hip::kSphericalThreads),
+               [&](const hip::EmulatedThread& thread) {
+                 hip::spherical_answer(thread, field, layout, batch.rays(), {}, batch.answers());
                });
 }
 
