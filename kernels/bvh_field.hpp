@@ -5,8 +5,9 @@
 // frame is a multiple of its scale, so that planes are exact in single precision. Layout: docs/format.md.
 #pragma once
 
-#include <bit>
 #include <cstdint>
+
+#include "kernels/reference/arithmetic.hpp"
 
 namespace nif::kernels {
 
@@ -24,9 +25,11 @@ inline constexpr uint32_t kMinBvhScale = 27, kMaxBvhScale = 187;
 /// What a slot of a node holds: 0 nothing; else the number of its triangles (1 to 4), or kInnerSlot for
 /// a node, times 32, plus its rank: triangles of the slots before, or nodes of the slots before.
 inline constexpr uint32_t kInnerSlot = 7;
-constexpr uint32_t slot_kind(uint8_t slot) { return slot >> 5; }
-constexpr uint32_t slot_rank(uint8_t slot) { return slot & 31; }
-constexpr uint8_t make_slot(uint32_t kind, uint32_t rank) { return uint8_t(kind << 5 | rank); }
+NIF_HOST_DEVICE constexpr uint32_t slot_kind(uint8_t slot) { return slot >> 5; }
+NIF_HOST_DEVICE constexpr uint32_t slot_rank(uint8_t slot) { return slot & 31; }
+NIF_HOST_DEVICE constexpr uint8_t make_slot(uint32_t kind, uint32_t rank) {
+  return uint8_t(kind << 5 | rank);
+}
 
 struct BvhNode {              // 80 bytes
   uint32_t frame[3];          ///< by axis: exponent field of the scale + 256 * base, a 24-bit signed integer
@@ -39,10 +42,10 @@ struct BvhNode {              // 80 bytes
 };
 static_assert(sizeof(BvhNode) == 80);
 
-constexpr int32_t frame_base(uint32_t frame) { return int32_t(frame) >> 8; }
-constexpr float frame_scale(uint32_t frame) { return std::bit_cast<float>((frame & 255) << 23); }
+NIF_HOST_DEVICE constexpr int32_t frame_base(uint32_t frame) { return int32_t(frame) >> 8; }
+NIF_HOST_DEVICE constexpr float frame_scale(uint32_t frame) { return bits_as<float>((frame & 255) << 23); }
 /// A plane of a slot's box; exact, because base + step has at most 24 bits.
-constexpr float frame_plane(uint32_t frame, uint8_t step) {
+NIF_HOST_DEVICE constexpr float frame_plane(uint32_t frame, uint8_t step) {
   return static_cast<float>(frame_base(frame) + int32_t(step)) * frame_scale(frame);
 }
 
@@ -56,7 +59,7 @@ struct BvhField {
 };
 
 /// No plane of a box lies farther from the origin of object space, along any axis.
-inline float bvh_extent(const BvhNode& root) {
+NIF_HOST_DEVICE inline float bvh_extent(const BvhNode& root) {
   float extent = 0;
   for (const uint32_t frame : root.frame) {
     const float low = frame_plane(frame, 0), high = frame_plane(frame, 255);

@@ -108,7 +108,7 @@ if [[ -z ${NIF_TEST_MESHES-} ]]; then
   echo 'NIF_TEST_MESHES is not set: tests over real meshes will be skipped'
 fi
 
-needed=(build check)
+needed=(build check gpu)
 ((quick)) || needed+=(fuzz)
 step 'set up' tools/setup.sh "${needed[@]}" || exit 1
 step 'configure release' configure release || exit 1

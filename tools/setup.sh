@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
 #
-#   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz; all of them where none is named
+#   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu; all of them where none is named
 #
 # Does nothing, without output and without the network, where nothing is missing. Where it may not install, it names
 # the missing packages in one line and ends with 1.
@@ -39,6 +39,10 @@ check   clang-format          style
 check   git                   the list of files whose style is checked
 fuzz    clang                 preset fuzz: libFuzzer
 fuzz    libclang-rt-14-dev    preset fuzz: libFuzzer and the sanitizers of clang
+gpu     clang-15              GPU kernels for gfx1030 and gfx90a (NIF_WITH_HIP)
+gpu     lld-15                links them
+gpu     clang-19              GPU kernels for gfx1100, which clang 15 gets wrong, and gfx942, which it does not know
+gpu     lld-19                links them
 '
 
 if [[ ${1-} == -h || ${1-} == --help ]]; then
@@ -47,12 +51,12 @@ if [[ ${1-} == -h || ${1-} == --help ]]; then
 fi
 
 groups=("$@")
-((${#groups[@]})) || groups=(build sample check fuzz)
+((${#groups[@]})) || groups=(build sample check fuzz gpu)
 wanted=()
 for group in "${groups[@]}"; do
   found=$(awk -v group="$group" '$1 == group { print $2 }' <<<"$packages")
   if [[ -z $found ]]; then
-    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check and fuzz" >&2
+    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check, fuzz and gpu" >&2
     exit 2
   fi
   mapfile -t -O "${#wanted[@]}" wanted <<<"$found"

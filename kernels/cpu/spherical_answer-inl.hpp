@@ -45,8 +45,8 @@ HWY_INLINE Vector angle_of(Vector y, Vector x) {
   const Vector large = hn::Max(ax, ay), small = hn::Min(ax, ay);
   const Vector ratio = hn::IfThenElseZero(hn::Gt(large, zero), hn::Div(small, large));
   const Vector square = hn::Mul(ratio, ratio);
-  Vector sum = hn::Set(d, kAtan[8]);
-  for (int i = 7; i >= 0; --i) sum = hn::Add(hn::Mul(sum, square), hn::Set(d, kAtan[i]));
+  Vector sum = hn::Set(d, atan_coefficient(8));
+  for (int i = 7; i >= 0; --i) sum = hn::Add(hn::Mul(sum, square), hn::Set(d, atan_coefficient(i)));
   Vector angle = hn::Mul(sum, ratio);
   angle = hn::IfThenElse(hn::Gt(ay, ax), hn::Sub(hn::Set(d, kHalfPi), angle), angle);
   angle = hn::IfThenElse(hn::Lt(x, zero), hn::Sub(hn::Set(d, kPi), angle), angle);

@@ -4,7 +4,10 @@
 // of NaNs, ties and conversions out of range are defined here and nowhere else.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+
+#include "kernels/host_device.hpp"
 
 #if defined(__FAST_MATH__)
 #error "nifkit's kernels define their answer in IEEE arithmetic: compile them without -ffast-math"
@@ -13,18 +16,63 @@
 namespace nif::kernels {
 
 /// Smaller of the two; b where either is NaN. (x86's minps, and `a < b ? a : b` on every target.)
-constexpr float min_of(float a, float b) { return a < b ? a : b; }
+NIF_HOST_DEVICE constexpr float min_of(float a, float b) { return a < b ? a : b; }
 /// Larger of the two; b where either is NaN.
-constexpr float max_of(float a, float b) { return a > b ? a : b; }
-constexpr float magnitude(float a) { return a < 0 ? -a : a; }
+NIF_HOST_DEVICE constexpr float max_of(float a, float b) { return a > b ? a : b; }
+NIF_HOST_DEVICE constexpr float magnitude(float a) { return a < 0 ? -a : a; }
 
 /// Truncates x to an integer in [0, top]; 0 where x is NaN.
-constexpr int32_t to_index(float x, int32_t top) {
+NIF_HOST_DEVICE constexpr int32_t to_index(float x, int32_t top) {
   if (!(x > 0)) return 0;
   if (!(x < static_cast<float>(top))) return top;
   return static_cast<int32_t>(x);
 }
 
-constexpr bool is_finite(float x) { return x - x == 0; }
+NIF_HOST_DEVICE constexpr bool is_finite(float x) { return x - x == 0; }
+
+/// The bits of one type as another of the same size.
+template <class To, class From>
+NIF_HOST_DEVICE constexpr To bits_as(From from) {
+  return __builtin_bit_cast(To, from);
+}
+
+NIF_HOST_DEVICE constexpr uint32_t count_bits(uint64_t bits) {
+#if defined(__CUDA_ARCH__)
+  return uint32_t(__popcll(bits));
+#else
+  return uint32_t(__builtin_popcountll(bits));
+#endif
+}
+
+/// Correctly rounded, from an approximation that is off by at most one unit in its last place: of the three
+/// numbers that are then possible, the one that x lies nearest to the square of. x is 0x1p-96 or more and
+/// finite, so that no residual is lost to underflow. The fused operations here are exact tests, not rounding.
+NIF_HOST_DEVICE inline float refine_square_root(float x, float near) {
+  const float below = bits_as<float>(bits_as<uint32_t>(near) - 1),
+              above = bits_as<float>(bits_as<uint32_t>(near) + 1);
+  float root = near;
+  if (__builtin_fmaf(-below, near, x) <= 0) root = below;
+  if (__builtin_fmaf(-above, near, x) > 0) root = above;
+  return root;
+}
+
+/// Correctly rounded.
+NIF_HOST_DEVICE inline float square_root(float x) {
+#if defined(__CUDA_ARCH__)
+  return __fsqrt_rn(x);
+#elif defined(NIF_ON_DEVICE)
+  // v_sqrt_f32 is off by up to one unit, and some compilers leave it at that.
+  if (!(x > 0) || !is_finite(x)) return __builtin_amdgcn_sqrtf(x);
+  const bool small = x < 0x1p-96f;
+  const float scaled = small ? x * 0x1p32f : x;
+  const float root = refine_square_root(scaled, __builtin_amdgcn_sqrtf(scaled));
+  return small ? root * 0x1p-16f : root;
+#else
+  return std::sqrt(x);
+#endif
+}
+
+/// The largest integer that is not above x.
+NIF_HOST_DEVICE inline float round_down(float x) { return __builtin_floorf(x); }
 
 }  // namespace nif::kernels

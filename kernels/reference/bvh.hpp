@@ -19,6 +19,11 @@ inline constexpr float kBvhFlattest = 0x1p-30f;
 /// Origins farther away than this many extents get answers that are not called certain.
 inline constexpr float kBvhReach = 0x1p20f;
 
+/// v[axis], without an array that is indexed by a variable.
+NIF_HOST_DEVICE constexpr float component(const float v[3], int axis) {
+  return axis == 0 ? v[0] : axis == 1 ? v[1] : v[2];
+}
+
 /// A segment made ready for boxes and triangles.
 struct BvhRay {
   // Boxes, single precision. Entry planes are seen from `near`, exit planes from `far`: boxes seem larger.
@@ -34,7 +39,7 @@ struct BvhRay {
 };
 
 /// False where the segment is none (docs/model.md); its answer is then visible.
-inline bool prepare_ray(const BvhField& field, const Segment& segment, BvhRay& ray) {
+NIF_HOST_DEVICE inline bool prepare_ray(const BvhField& field, const Segment& segment, BvhRay& ray) {
   const float* d = segment.direction;
   float reach = field.extent, steepest = 0;
   bool finite = true;
@@ -49,6 +54,7 @@ inline bool prepare_ray(const BvhField& field, const Segment& segment, BvhRay& r
   if (!(segment.tmin <= segment.tmax)) return false;
 
   const float padding = reach * kBvhPadding, flattest = steepest * kBvhFlattest;
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     ray.negative[a] = d[a] < 0;
     const float outward = ray.negative[a] ? -padding : padding, size = max_of(magnitude(d[a]), flattest);
@@ -60,38 +66,48 @@ inline bool prepare_ray(const BvhField& field, const Segment& segment, BvhRay& r
   ray.enter = max_of(segment.tmin, -farthest);
   ray.leave = min_of(segment.tmax, farthest);
 
-  int z = 0;
-  for (int a = 1; a < 3; ++a)
-    if (magnitude(d[a]) > magnitude(d[z])) z = a;
+  int z = magnitude(d[1]) > magnitude(d[0]) ? 1 : 0;
+  if (magnitude(d[2]) > magnitude(component(d, z))) z = 2;
+  NIF_UNROLL
   for (int i = 0; i < 3; ++i) {
     ray.axis[i] = (z + 1 + i) % 3;
-    ray.origin[i] = double(segment.origin[ray.axis[i]]);
+    ray.origin[i] = double(component(segment.origin, ray.axis[i]));
   }
-  ray.length = double(d[z]);
-  for (int i = 0; i < 2; ++i) ray.shear[i] = double(d[ray.axis[i]]) / ray.length;
+  ray.length = double(component(d, z));
+  NIF_UNROLL
+  for (int i = 0; i < 2; ++i) ray.shear[i] = double(component(d, ray.axis[i])) / ray.length;
   ray.tmin = double(segment.tmin);
   ray.tmax = double(segment.tmax);
   return true;
 }
 
-/// May the ray meet something in the slot's box?
-inline bool meets_box(const BvhRay& ray, const BvhNode& node, uint32_t slot) {
+/// May the ray meet something in a box between these planes, of a node with this frame?
+NIF_HOST_DEVICE inline bool meets_planes(const BvhRay& ray, const uint32_t frame[3], const uint8_t low[3],
+                                         const uint8_t high[3]) {
   float enter = ray.enter, leave = ray.leave;
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
-    const float low = frame_plane(node.frame[a], node.low[a][slot]),
-                high = frame_plane(node.frame[a], node.high[a][slot]);
-    enter = max_of(((ray.negative[a] ? high : low) - ray.near[a]) * ray.inverse[a], enter);
-    leave = min_of(((ray.negative[a] ? low : high) - ray.far[a]) * ray.inverse[a], leave);
+    const float below = frame_plane(frame[a], low[a]), above = frame_plane(frame[a], high[a]);
+    enter = max_of(((ray.negative[a] ? above : below) - ray.near[a]) * ray.inverse[a], enter);
+    leave = min_of(((ray.negative[a] ? below : above) - ray.far[a]) * ray.inverse[a], leave);
   }
   return enter <= leave;
+}
+
+/// May the ray meet something in the slot's box?
+NIF_HOST_DEVICE inline bool meets_box(const BvhRay& ray, const BvhNode& node, uint32_t slot) {
+  const uint8_t low[3] = {node.low[0][slot], node.low[1][slot], node.low[2][slot]};
+  const uint8_t high[3] = {node.high[0][slot], node.high[1][slot], node.high[2][slot]};
+  return meets_planes(ray, node.frame, low, high);
 }
 
 /// Does the ray meet the triangle? After Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT
 /// 2013): vertices are sheared so that the ray runs along one axis, and the signs of three edge functions
 /// decide. Both triangles at an edge compute it from the same numbers, with opposite sign, and points on it
 /// belong to both, so nothing leaks between them. A triangle seen exactly edge-on is not met.
-inline bool meets_triangle(const BvhRay& ray, const float* const vertices[3]) {
+NIF_HOST_DEVICE inline bool meets_triangle(const BvhRay& ray, const float* const vertices[3]) {
   double x[3], y[3], z[3];
+  NIF_UNROLL
   for (int i = 0; i < 3; ++i) {
     z[i] = double(vertices[i][ray.axis[2]]) - ray.origin[2];
     x[i] = (double(vertices[i][ray.axis[0]]) - ray.origin[0]) - ray.shear[0] * z[i];
@@ -106,10 +122,12 @@ inline bool meets_triangle(const BvhRay& ray, const float* const vertices[3]) {
 }
 
 /// Does the ray meet one of the triangles of a leaf slot?
-inline bool meets_leaf(const BvhField& field, const BvhRay& ray, const BvhNode& node, uint8_t slot) {
+NIF_HOST_DEVICE inline bool meets_leaf(const BvhField& field, const BvhRay& ray, const BvhNode& node,
+                                       uint8_t slot) {
   const uint32_t first = node.first_triangle + slot_rank(slot), count = slot_kind(slot);
   for (uint32_t i = first; i < first + count; ++i) {
     const float* vertices[3];
+    NIF_UNROLL
     for (int k = 0; k < 3; ++k) vertices[k] = field.vertices[node.first_vertex + field.triangles[i][k]];
     if (meets_triangle(ray, vertices)) return true;
   }
@@ -141,12 +159,12 @@ inline bool meets_bvh(const BvhField& field, const BvhRay& ray, BvhWork* work = 
 }
 
 /// The answer for a segment that prepare_ray() did not take.
-inline Answer answer_no_ray(const Segment& segment) {
+NIF_HOST_DEVICE inline Answer answer_no_ray(const Segment& segment) {
   return {true, segment.tmin > segment.tmax, kCertainLogit};
 }
 
 /// Is an answer computed exactly enough to be called certain?
-inline bool certain_bvh(const BvhField& field, const Segment& segment) {
+NIF_HOST_DEVICE inline bool certain_bvh(const BvhField& field, const Segment& segment) {
   float reach = 0;
   for (int a = 0; a < 3; ++a) reach = max_of(magnitude(segment.origin[a]), reach);
   return reach <= field.extent * kBvhReach;

@@ -43,7 +43,7 @@ inline bool invert(const float to_world[12], WorldToObject& transform, bool& wel
 
 /// The ray in object space. The translation is taken off first, where it costs no precision near the
 /// instance, then the linear part. Not for identity transforms: they take rays as they are.
-inline Segment to_object(const WorldToObject& transform, const Segment& world) {
+NIF_HOST_DEVICE inline Segment to_object(const WorldToObject& transform, const Segment& world) {
   const float* m = transform.inverse;
   const float o[3] = {world.origin[0] - transform.translation[0], world.origin[1] - transform.translation[1],
                       world.origin[2] - transform.translation[2]};
@@ -68,8 +68,8 @@ inline Segment to_object(const WorldToObject& transform, const Segment& world) {
 /// that of a ray moved by less than 2^-14 of the extent.
 /// So for a `spherical` one with kSphericalUnits to its diagonal, and kSphericalMargin.
 /// Presumes that the inverse is as good as its rounding to float; not for identity transforms: yes.
-inline bool stays_certain(const WorldToObject& transform, float reach_scale, const Segment& world,
-                          const Segment& local) {
+NIF_HOST_DEVICE inline bool stays_certain(const WorldToObject& transform, float reach_scale,
+                                          const Segment& world, const Segment& local) {
   const float* m = transform.inverse;
   float reach = 0, spread = 0, steepest = 0;
   for (int a = 0; a < 3; ++a) {
@@ -170,7 +170,7 @@ struct BoxRay {
 
 /// False where the ray is none, so that no object is asked: a number that is not finite (tmin and tmax may be
 /// infinite), no direction, one smaller or larger than can be computed with, or tmin > tmax.
-inline bool prepare_box_ray(const Segment& ray, BoxRay& prepared) {
+NIF_HOST_DEVICE inline bool prepare_box_ray(const Segment& ray, BoxRay& prepared) {
   float steepest = 0;
   bool finite = true;
   for (int a = 0; a < 3; ++a) {
@@ -185,7 +185,7 @@ inline bool prepare_box_ray(const Segment& ray, BoxRay& prepared) {
 }
 
 /// Each operation is monotone in the box's planes: where a ray passes a box it passes each box around it.
-inline bool may_meet(const WorldBox& box, const Segment& ray, const BoxRay& prepared) {
+NIF_HOST_DEVICE inline bool may_meet(const WorldBox& box, const Segment& ray, const BoxRay& prepared) {
   float near[3], far[3];
   for (int a = 0; a < 3; ++a) {
     const float low = (box.min[a] - ray.origin[a]) * prepared.inverse[a];

@@ -22,9 +22,10 @@ inline PrimaryAnswer query_primary(const PrimaryField& field, const Segment& seg
   const SphericalRay ray = prepare_spherical(field, segment);
   if (ray.kind == SphericalKind::none) return answer;
   float inputs[kMaxSphericalInputs], outputs[kPrimaryOutputs];
-  look_up_angles(field.position, ray.at.position_theta, ray.at.position_phi, inputs);
+  look_up_angles(field.position, ray.at.position_theta, ray.at.position_phi,
+                 [&](uint32_t f, float value) { inputs[f] = value; });
   look_up_angles(field.direction, ray.at.direction_theta, ray.at.direction_phi,
-                 inputs + field.position.features);
+                 [&](uint32_t f, float value) { inputs[field.position.features + f] = value; });
   evaluate_spherical(field.network, field.slope, inputs, outputs);
   if (!(outputs[0] >= 0)) return answer;
   const auto length = [](const float v[3]) { return std::sqrt((v[0] * v[0] + v[1] * v[1]) + v[2] * v[2]); };

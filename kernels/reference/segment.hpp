@@ -5,6 +5,12 @@
 
 namespace nif::kernels {
 
+/// A hidden neuron's output from its sum.
+NIF_HOST_DEVICE constexpr int32_t activation(int32_t sum, uint32_t shift) {
+  const int32_t scaled = (sum + ((1 << shift) >> 1)) >> shift;
+  return scaled < 0 ? 0 : scaled > 127 ? 127 : scaled;
+}
+
 /// The network's single output for the given inputs. Sums are 32-bit and, for networks that the asset reader
 /// accepts, cannot overflow.
 inline int32_t evaluate_network(const Network& network, const uint8_t* inputs) {
@@ -19,8 +25,7 @@ inline int32_t evaluate_network(const Network& network, const uint8_t* inputs) {
       int32_t sum = layer.biases[row];
       for (uint32_t i = 0; i < layer.inputs; ++i) sum += int32_t(weights[i]) * int32_t(x[i]);
       if (last) return sum;
-      const int32_t scaled = (sum + ((1 << layer.shift) >> 1)) >> layer.shift;
-      y[row] = uint8_t(scaled < 0 ? 0 : scaled > 127 ? 127 : scaled);
+      y[row] = uint8_t(activation(sum, layer.shift));
     }
     x = y;
   }

@@ -5,8 +5,6 @@
 // to a lane gets the same bits.
 #pragma once
 
-#include <cmath>
-
 #include "kernels/reference/half.hpp"
 #include "kernels/reference/segment.hpp"
 #include "kernels/spherical_field.hpp"
@@ -38,26 +36,31 @@ struct SphericalRay {
 
 inline constexpr float kPi = 3.14159274f, kHalfPi = 1.57079637f;
 inline constexpr float kPerPi = 0.318309886f, kPerTwoPi = 0.159154943f;
-/// Of the polynomial for atan x / x in x^2 (Abramowitz and Stegun 4.4.49), which is off by at most 2e-8.
-inline constexpr float kAtan[] = {1.0f,          -.3333314528f, .1999355085f,  -.1420889944f, .1065626393f,
-                                  -.0752896400f, .0429096138f,  -.0161657367f, .0028662257f};
+/// Of the polynomial for atan x / x in x^2 (Abramowitz and Stegun 4.4.49), which is off by at most 2e-8: the
+/// coefficient of x^(2 i), i = 0 to 8.
+NIF_HOST_DEVICE constexpr float atan_coefficient(int i) {
+  constexpr float kCoefficients[] = {1.0f,          -.3333314528f, .1999355085f,  -.1420889944f, .1065626393f,
+                                     -.0752896400f, .0429096138f,  -.0161657367f, .0028662257f};
+  return kCoefficients[i];
+}
 
 /// The angle of (x, y), -pi to pi; 0 at the origin. Finite numbers whose squares are, too.
-inline float angle_of(float y, float x) {
+NIF_HOST_DEVICE inline float angle_of(float y, float x) {
   const float ax = magnitude(x), ay = magnitude(y);
   const float large = max_of(ax, ay), small = min_of(ax, ay);
   const float ratio = large > 0 ? small / large : 0;
   const float square = ratio * ratio;
-  float sum = kAtan[8];
-  for (int i = 7; i >= 0; --i) sum = sum * square + kAtan[i];
+  float sum = atan_coefficient(8);
+  NIF_UNROLL
+  for (int i = 7; i >= 0; --i) sum = sum * square + atan_coefficient(i);
   float angle = sum * ratio;
   if (ay > ax) angle = kHalfPi - angle;
   if (x < 0) angle = kPi - angle;
   return y < 0 ? -angle : angle;
 }
 
-inline void to_angles(const float v[3], float& theta, float& phi) {
-  const float across = std::sqrt(v[0] * v[0] + v[1] * v[1]);
+NIF_HOST_DEVICE inline void to_angles(const float v[3], float& theta, float& phi) {
+  const float across = square_root(v[0] * v[0] + v[1] * v[1]);
   theta = angle_of(across, v[2]) * kPerPi;
   phi = angle_of(v[1], v[0]) * kPerTwoPi + 0.5f;
 }
@@ -65,7 +68,7 @@ inline void to_angles(const float v[3], float& theta, float& phi) {
 /// Tells what becomes of a segment. As with `bvh` objects (kernels/reference/bvh.hpp) the AABB's planes are
 /// seen from a little nearer on the way in and from a little farther on the way out, which outweighs all
 /// rounding.
-inline SphericalRay prepare_spherical(const SphericalBounds& bounds, const Segment& segment) {
+NIF_HOST_DEVICE inline SphericalRay prepare_spherical(const SphericalBounds& bounds, const Segment& segment) {
   constexpr float kPadding = 0x1p-20f, kFlattest = 0x1p-30f;
   const float *o = segment.origin, *d = segment.direction;
   SphericalRay ray{SphericalKind::none, segment.tmin > segment.tmax, segment.tmin, {}};
@@ -108,7 +111,7 @@ inline SphericalRay prepare_spherical(const SphericalBounds& bounds, const Segme
   to_angles(start, ray.at.position_theta, ray.at.position_phi);
   to_angles(d, ray.at.direction_theta, ray.at.direction_phi);
   const float square = (start[0] * start[0] + start[1] * start[1]) + start[2] * start[2];
-  ray.at.distance = std::sqrt(square) * bounds.distance_scale;
+  ray.at.distance = square_root(square) * bounds.distance_scale;
   return ray;
 }
 
@@ -118,25 +121,26 @@ struct SphericalCell {
   float fraction;  ///< 0 to 1 on the way from one to the other
 };
 /// Phi goes round: the entry after the last one is the first.
-inline SphericalCell around(float phi, uint32_t resolution) {
+NIF_HOST_DEVICE inline SphericalCell around(float phi, uint32_t resolution) {
   const float top = static_cast<float>(resolution), x = min_of(max_of(phi * top, 0), top);
   const uint32_t low = uint32_t(to_index(x, int32_t(resolution) - 1));
   return {low, low + 1 == resolution ? 0 : low + 1, x - static_cast<float>(low)};
 }
 /// Theta and distances have ends: the first entry stands at 0, the last one at 1.
-inline SphericalCell along(float at, uint32_t resolution) {
+NIF_HOST_DEVICE inline SphericalCell along(float at, uint32_t resolution) {
   const float top = static_cast<float>(resolution - 1), x = min_of(max_of(at * top, 0), top);
   const uint32_t low = uint32_t(to_index(x, int32_t(resolution) - 2));
   return {low, low + 1, x - static_cast<float>(low)};
 }
 
-inline float value_of(const SphericalValues& values, size_t i) {
+NIF_HOST_DEVICE inline float value_of(const SphericalValues& values, size_t i) {
   return values.half ? from_half(static_cast<const uint16_t*>(values.data)[i])
                      : static_cast<const float*>(values.data)[i];
 }
 
-/// Bilinear; `out` receives [features].
-inline void look_up_angles(const SphericalGrid& grid, float theta, float phi, float* out) {
+/// Bilinear; calls put(feature, value) for each feature.
+template <class Put>
+NIF_HOST_DEVICE void look_up_angles(const SphericalGrid& grid, float theta, float phi, const Put& put) {
   const SphericalCell row = along(theta, grid.resolution), column = around(phi, grid.resolution);
   for (uint32_t f = 0; f < grid.features; ++f) {
     const auto at = [&](uint32_t r, uint32_t c) {
@@ -145,22 +149,41 @@ inline void look_up_angles(const SphericalGrid& grid, float theta, float phi, fl
     const float a = at(row.low, column.low), b = at(row.high, column.low);
     const float upper = a + column.fraction * (at(row.low, column.high) - a);
     const float lower = b + column.fraction * (at(row.high, column.high) - b);
-    out[f] = upper + row.fraction * (lower - upper);
+    put(f, upper + row.fraction * (lower - upper));
   }
 }
 
-/// Linear; `out` receives [features].
-inline void look_up_distance(const SphericalGrid& grid, float distance, float* out) {
+/// Linear; likewise.
+template <class Put>
+NIF_HOST_DEVICE void look_up_distance(const SphericalGrid& grid, float distance, const Put& put) {
   const SphericalCell cell = along(distance, grid.resolution);
   for (uint32_t f = 0; f < grid.features; ++f) {
     const float a = value_of(grid.values, size_t(cell.low) * grid.features + f);
-    out[f] = a + cell.fraction * (value_of(grid.values, size_t(cell.high) * grid.features + f) - a);
+    put(f, a + cell.fraction * (value_of(grid.values, size_t(cell.high) * grid.features + f) - a));
+  }
+}
+
+/// The inputs of a ray that is not none, in the order of the network's: calls put(input, value) for each.
+template <class Put>
+NIF_HOST_DEVICE void look_up_inputs(const SphericalField& field, const SphericalRay& ray, const Put& put) {
+  const auto look_up_both = [&](const SphericalGrid& position, const SphericalGrid& direction) {
+    look_up_angles(position, ray.at.position_theta, ray.at.position_phi, put);
+    look_up_angles(direction, ray.at.direction_theta, ray.at.direction_phi,
+                   [&](uint32_t f, float value) { put(position.features + f, value); });
+  };
+  // Branches, where a choice of reference would do: compilers for AMD copy both grids for that.
+  if (ray.kind == SphericalKind::outer) {
+    look_up_both(field.outer_position, field.outer_direction);
+  } else {
+    look_up_both(field.inner_position, field.inner_direction);
+    look_up_distance(field.distance, ray.at.distance,
+                     [&](uint32_t f, float value) { put(2 * field.inner_position.features + f, value); });
   }
 }
 
 /// `results` receives [network.outputs].
-inline void evaluate_spherical(const SphericalNetwork& network, float slope, const float* inputs,
-                               float* results) {
+NIF_HOST_DEVICE inline void evaluate_spherical(const SphericalNetwork& network, float slope,
+                                               const float* inputs, float* results) {
   float buffers[2][kMaxSphericalWidth];
   const float* x = inputs;
   uint32_t width = network.inputs;
@@ -185,25 +208,21 @@ inline void evaluate_spherical(const SphericalNetwork& network, float slope, con
   }
 }
 
-inline float bounded_output(float output) {
+NIF_HOST_DEVICE inline float bounded_output(float output) {
   return max_of(min_of(output, kMaxSphericalOutput), -kMaxSphericalOutput);
 }
 
 /// Occluded exactly where the output is below 0, that is, where a probability below 1/2 says visible.
-inline int32_t spherical_logit(float output) {
-  return static_cast<int32_t>(std::floor(bounded_output(output) * kSphericalLogitUnit));
+NIF_HOST_DEVICE inline int32_t spherical_logit(float output) {
+  return static_cast<int32_t>(round_down(bounded_output(output) * kSphericalLogitUnit));
 }
 
-inline Answer query_spherical(const SphericalField& field, const Segment& segment) {
+NIF_HOST_DEVICE inline Answer query_spherical(const SphericalField& field, const Segment& segment) {
   const SphericalRay ray = prepare_spherical(field, segment);
   if (ray.kind == SphericalKind::none) return {true, ray.certain, kCertainLogit};
   const bool outer = ray.kind == SphericalKind::outer;
-  const SphericalGrid& position = outer ? field.outer_position : field.inner_position;
   float inputs[kMaxSphericalInputs];
-  look_up_angles(position, ray.at.position_theta, ray.at.position_phi, inputs);
-  look_up_angles(outer ? field.outer_direction : field.inner_direction, ray.at.direction_theta,
-                 ray.at.direction_phi, inputs + position.features);
-  if (!outer) look_up_distance(field.distance, ray.at.distance, inputs + 2 * position.features);
+  look_up_inputs(field, ray, [&](uint32_t i, float value) { inputs[i] = value; });
   float output = 0;
   evaluate_spherical(outer ? field.outer : field.inner, field.slope, inputs, &output);
   const int32_t logit = spherical_logit(output);

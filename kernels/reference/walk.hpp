@@ -34,7 +34,8 @@ struct Run {
 /// Each run but the last is followed by a voxel that is none, and no axis is walked twice.
 inline constexpr uint32_t kMaxRuns = 3 * kMaxVoxels / 2 + 1;
 
-struct Walk {
+/// What a walk finds out, but for the runs themselves.
+struct WalkResult {
   Verdict verdict = Verdict::visible;
   bool certain = true;  ///< false where ambiguous, or where rounding may exceed what the voxels are padded by
 
@@ -46,6 +47,9 @@ struct Walk {
   float origin[3] = {}, direction[3] = {};  ///< in grid space: voxel (i,j,k) is [i,i+1] x [j,j+1] x [k,k+1]
   float surface_t = 0;                      ///< sum of the runs' lengths, in t
   uint32_t run_count = 0;
+};
+
+struct Walk : WalkResult {
   Run runs[kMaxRuns];
 };
 
@@ -64,7 +68,7 @@ inline constexpr float kFlatDirection = 0x1p-40f;
 /// Later than any crossing.
 inline constexpr float kNever = 3.402823466e+38f;
 
-inline VoxelState voxel_state(const SegmentField& field, const int32_t voxel[3]) {
+NIF_HOST_DEVICE inline VoxelState voxel_state(const SegmentField& field, const int32_t voxel[3]) {
   const uint32_t x = uint32_t(voxel[0]), y = uint32_t(voxel[1]), z = uint32_t(voxel[2]);
   const uint32_t brick = (x >> 2) + field.bricks[0] * ((y >> 2) + field.bricks[1] * (z >> 2));
   const uint16_t entry = field.brick_table[brick];
@@ -78,24 +82,19 @@ inline VoxelState voxel_state(const SegmentField& field, const int32_t voxel[3])
 
 /// Looks at no voxel.
 struct NoVisit {
-  void operator()(const int32_t (&)[3]) const {}
+  NIF_HOST_DEVICE void operator()(const int32_t (&)[3]) const {}
 };
 
-/// Walks one segment. `walk` is overwritten; its runs beyond run_count are left as they are. `visit` is
-/// called with each voxel on the way, in order: the baker counts work with it.
-///
-/// Here and below, Field is a SegmentField, or derives from one and says by a voxel_state() and an
-/// interpolate_features() of its own how it stores them.
-template <class Field, class Visit = NoVisit>
-void walk_segment(const Field& field, const Segment& segment, Walk& walk, const Visit& visit = Visit()) {
-  walk.verdict = Verdict::visible;
-  walk.certain = true;
-  walk.run_count = 0;
-
-  // To grid space. A segment that is not one (NaN, no direction, tmin > tmax) meets nothing; it is certain of
-  // that only where it is empty by definition.
+/// Takes a segment's origin and direction to grid space, where components of the direction that move nothing
+/// are 0. False where the segment is none: a number that is not finite, no direction, or one smaller or
+/// larger than can be computed with.
+template <class Field>
+NIF_HOST_DEVICE bool to_grid_space(const Field& field, const Segment& segment, WalkResult& walk,
+                                   float& reach) {
   bool finite = true;
-  float reach = 0, steepest = 0;
+  float steepest = 0;
+  reach = 0;
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     walk.origin[a] = (segment.origin[a] - field.origin[a]) * field.voxels_per_unit;
     walk.direction[a] = segment.direction[a] * field.voxels_per_unit;
@@ -103,11 +102,33 @@ void walk_segment(const Field& field, const Segment& segment, Walk& walk, const 
     reach = max_of(magnitude(walk.origin[a]), reach);
     steepest = max_of(magnitude(walk.direction[a]), steepest);
   }
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a)
+    if (magnitude(walk.direction[a]) < steepest * kFlatDirection) walk.direction[a] = 0;
+  return finite && steepest >= kMinDirection && steepest <= kMaxDirection;
+}
+
+/// Walks one segment. `walk` is overwritten. `add_run` is called with each run and its number, in order, and
+/// `visit` with each voxel on the way: the baker counts work with it.
+///
+/// Here and below, Field is a SegmentField, or derives from one and says by a voxel_state() and an
+/// interpolate_features() of its own how it stores them.
+template <class Field, class AddRun, class Visit>
+NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, WalkResult& walk,
+                                    const AddRun& add_run, const Visit& visit) {
+  walk.verdict = Verdict::visible;
+  walk.certain = true;
+  walk.run_count = 0;
+
+  // To grid space. A segment that is not one (NaN, no direction, tmin > tmax) meets nothing; it is certain of
+  // that only where it is empty by definition.
+  float reach;
+  const bool valid = to_grid_space(field, segment, walk, reach);
   if (!(segment.tmin <= segment.tmax)) {
     walk.certain = segment.tmin > segment.tmax;
     return;
   }
-  if (!finite || !(steepest >= kMinDirection) || !(steepest <= kMaxDirection)) {
+  if (!valid) {
     walk.certain = false;
     return;
   }
@@ -117,10 +138,10 @@ void walk_segment(const Field& field, const Segment& segment, Walk& walk, const 
   float inverse[3], enter = segment.tmin, leave = segment.tmax;
   bool enters_grid = false, leaves_grid = false;  // the segment is clipped at that end
   int32_t step[3];
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     const float size = static_cast<float>(field.voxels[a]);
-    if (magnitude(walk.direction[a]) < steepest * kFlatDirection) {
-      walk.direction[a] = 0;
+    if (walk.direction[a] == 0) {
       inverse[a] = 0;
       step[a] = 0;
       if (!(walk.origin[a] >= 0 && walk.origin[a] <= size)) return;
@@ -138,6 +159,7 @@ void walk_segment(const Field& field, const Segment& segment, Walk& walk, const 
   // The first voxel, and the t at which each axis crosses its next plane.
   int32_t voxel[3], plane[3];
   float next[3];
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     const float at = walk.origin[a] + enter * walk.direction[a];
     voxel[a] = to_index(at, int32_t(field.voxels[a]) - 1);
@@ -162,32 +184,39 @@ void walk_segment(const Field& field, const Segment& segment, Walk& walk, const 
       if (surface) {
         run_begin = now;
       } else {
-        walk.runs[walk.run_count++] = {run_begin, now};
+        add_run(walk.run_count++, Run{run_begin, now});
         surface_t += now - run_begin;
       }
       in_run = surface;
     }
 
     // Cross the nearest plane; the lowest axis where several are equally near.
-    int a = next[1] < next[0] ? 1 : 0;
-    if (next[2] < next[a]) a = 2;
-    if (!(next[a] < leave)) {
+    int nearest = next[1] < next[0] ? 1 : 0;
+    float crossing = next[1] < next[0] ? next[1] : next[0];
+    if (next[2] < crossing) nearest = 2, crossing = next[2];
+    if (!(crossing < leave)) {
       last_surface = surface;
       break;
     }
-    now = max_of(next[a], now);
-    voxel[a] += step[a];
-    if (voxel[a] < 0 || voxel[a] >= int32_t(field.voxels[a])) {
+    now = max_of(crossing, now);
+    bool left = false;
+    NIF_UNROLL
+    for (int a = 0; a < 3; ++a) {
+      if (a != nearest) continue;
+      voxel[a] += step[a];
+      left = voxel[a] < 0 || voxel[a] >= int32_t(field.voxels[a]);
+      plane[a] += step[a];
+      next[a] = (static_cast<float>(plane[a]) - walk.origin[a]) * inverse[a];
+    }
+    if (left) {
       leave = now;
       leaves_grid = true;
       break;
     }
-    plane[a] += step[a];
-    next[a] = (static_cast<float>(plane[a]) - walk.origin[a]) * inverse[a];
   }
   if (in_run) {
     const float end = max_of(leave, now);
-    walk.runs[walk.run_count++] = {run_begin, end};
+    add_run(walk.run_count++, Run{run_begin, end});
     surface_t += end - run_begin;
   }
   if (walk.run_count == 0) return;
@@ -199,6 +228,14 @@ void walk_segment(const Field& field, const Segment& segment, Walk& walk, const 
   walk.starts_in_surface = first_surface && !enters_grid;
   walk.ends_in_surface = last_surface && !leaves_grid;
   walk.surface_t = surface_t;
+}
+
+/// The same with all runs kept; those beyond run_count are left as they are.
+template <class Field, class Visit = NoVisit>
+NIF_HOST_DEVICE void walk_segment(const Field& field, const Segment& segment, Walk& walk,
+                                  const Visit& visit = Visit()) {
+  follow_segment(
+      field, segment, walk, [&](uint32_t i, const Run& run) { walk.runs[i] = run; }, visit);
 }
 
 }  // namespace nif::kernels

@@ -128,7 +128,7 @@ TEST(Spherical, GridsGoRoundInPhiAndEndInTheta) {
   const kernels::SphericalGrid grid{{values.data(), false}, 4, 1};
   const auto at = [&](float theta, float phi) {
     float out;
-    kernels::look_up_angles(grid, theta, phi, &out);
+    kernels::look_up_angles(grid, theta, phi, [&](uint32_t, float value) { out = value; });
     return out;
   };
   EXPECT_EQ(at(0, 0), 0);

@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# Writes docs/results/gpu.md: what compilers make of the GPU kernels for every target, and how the kernels answer in the
+# emulator, on the Stanford dragon. Needs no GPU.
+#
+#   docs/results/gpu.sh
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+asset=build/sample/stanford_dragon.nif
+[[ -f $asset ]] || samples/run.sh >/dev/null
+mesh=${asset%.nif}.ply.gz
+[[ -f $asset && -f $mesh ]] || { echo 'docs/results/gpu.sh: the dragon is not to be had' >&2 && exit 1; }
+
+out=build/gpu
+mkdir -p "$out"
+
+# amd TARGET, nvidia TARGET: a row for each kernel: name, registers, stack, spilled, waves.
+amd() {
+  awk '/Function Name/ { name = $5 } /remark: +VGPRs:/ { v = $4 } /remark: +AGPRs:/ { a = $4 }
+    /ScratchSize/ { stack = $5 } /Occupancy/ { waves = $5 } /VGPRs Spill/ { spilled = $5 }
+    /LDS Size/ { printf "| `%s` | %s | %s | %s | %s |\n", name, (a > 0 ? v " + " a : v), stack, spilled, waves; a = 0 }' \
+    "$out/$1.txt"
+}
+nvidia() {
+  awk -F"[ ',]+" '/Compiling entry function/ { name = $7 } /bytes stack frame/ { stack = $2; spilled = $6 }
+    / Used / { for (i = 1; i < NF; ++i) if ($i == "Used") printf "| `%s` | %s | %s | %s | |\n", name, $(i + 1), stack, spilled }' \
+    "$out/$1.txt"
+}
+
+{
+  printf '# GPU kernels without a GPU\n\n'
+  printf 'Written by `docs/results/gpu.sh`: change nothing here by hand. How the kernels work stands in\n'
+  printf '[gpu.md](../gpu.md). **No GPU was to be had: nothing on this page was timed, and none of it ran on one.**\n\n'
+  printf '## What compilers say\n\n'
+  printf 'By `kernels/hip/compile.sh`. Registers are those of a thread (AMD: vector registers, and accumulators after a +);\n'
+  printf 'stack is memory that each thread has to itself, in bytes; spilled are registers (AMD) or bytes stored (NVIDIA);\n'
+  printf 'waves are how many the registers leave room for on a SIMD (AMD). Shared memory is asked for at the launch and\n'
+  printf 'depends on the network: see below; that of `nif_bvh` is 20480 bytes a block, that of `nif_spherical` 32768 for the\n'
+  printf 'networks of the paper.\n'
+  for target in gfx1030 gfx1100 gfx90a gfx942 sm_80 sm_90; do
+    compiler=$(kernels/hip/compile.sh --compiler "$target") || { printf '\n### %s\n\nNo compiler.\n' "$target" && continue; }
+    kernels/hip/compile.sh "$target" "$out"
+    printf '\n### %s, by %s\n\n' "$target" "$("$compiler" --version | grep -Em1 'version|release')"
+    printf '| kernel | registers | stack | spilled | waves |\n| --- | ---: | ---: | ---: | ---: |\n'
+    if [[ $target == gfx* ]]; then amd "$target"; else nvidia "$target"; fi
+    printf '\nMatrix instructions: %s.\n' "$(grep -oE 'v_wmma_[a-z0-9_]+|v_mfma_[a-z0-9_]+|v_dot4[a-z0-9_]*|mma\.sync[a-z0-9.]*|dp4a[a-z0-9.]*' \
+      "$out/$target.s" | sort | uniq -c | awk '{ printf "%s%s `%s`", n++ ? ", " : "", $1, $2 }')"
+  done
+  printf '\n## What the emulator answers\n\n'
+  printf '`tests/gpu/emulate.sh stanford_dragon.nif stanford_dragon.ply.gz`: a million rays of every set, and how many\n'
+  printf 'answers differ from the reference in any bit. `open` rays are left to the network by the walk, `hard` ones have\n'
+  printf 'more than eight runs.\n\n'
+  tests/gpu/emulate.sh "$asset" "$mesh" | sed 's/^/    /; s/ *$//'
+} >docs/results/gpu.md.new
+mv docs/results/gpu.md.new docs/results/gpu.md

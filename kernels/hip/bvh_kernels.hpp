@@ -1,0 +1,87 @@
+// The exact `bvh` objects on GPUs. Boxes and triangles are tested by kernels/reference/bvh.hpp; only the
+// order in which nodes come is of this file, and it changes no answer.
+#pragma once
+
+#include "kernels/hip/rays.hpp"
+#include "kernels/hip/shim.hpp"
+#include "kernels/reference/bvh.hpp"
+
+namespace nif::kernels::hip {
+
+inline constexpr uint32_t kBvhThreads = 64;  ///< of bvh_answer()'s blocks
+
+/// After Ylitie, Karras and Laine (HPG 2017): an entry is all of a node's inner slots that are still to be
+/// visited, so there are no more entries than nodes on the way down. They lie in shared memory, a column for
+/// each thread.
+inline constexpr uint32_t kBvhSharedBytes = 2 * kMaxBvhDepth * kBvhThreads * uint32_t(sizeof(uint32_t));
+
+/// The slots whose boxes the ray may meet: a bit for each. Planes are read by words, four slots' at a time.
+NIF_HOST_DEVICE inline uint32_t meets_slots(const BvhRay& ray, const BvhNode& node) {
+  uint32_t met = 0;
+  NIF_UNROLL
+  for (uint32_t half = 0; half < kBvhWidth; half += 4) {
+    const uint32_t slots = load_word(node.slots + half);
+    if (slots == 0) break;
+    uint32_t low[3], high[3];
+    NIF_UNROLL
+    for (int a = 0; a < 3; ++a) {
+      low[a] = load_word(node.low[a] + half);
+      high[a] = load_word(node.high[a] + half);
+    }
+    NIF_UNROLL
+    for (uint32_t s = 0; s < 4; ++s) {
+      const uint8_t below[3] = {uint8_t(low[0] >> 8 * s), uint8_t(low[1] >> 8 * s), uint8_t(low[2] >> 8 * s)};
+      const uint8_t above[3] = {uint8_t(high[0] >> 8 * s), uint8_t(high[1] >> 8 * s),
+                                uint8_t(high[2] >> 8 * s)};
+      if ((slots >> 8 * s & 255) != 0 && meets_planes(ray, node.frame, below, above)) met |= 1u << (half + s);
+    }
+  }
+  return met;
+}
+
+/// As meets_bvh(). `stack` is the thread's column, of entries kBvhThreads words apart.
+NIF_HOST_DEVICE inline bool meets_nodes(const BvhField& field, const BvhRay& ray, uint32_t* stack) {
+  uint32_t* const waiting = stack + kMaxBvhDepth * kBvhThreads;  // ranks of inner slots, beside their nodes
+  uint32_t size = 0, number = 0;
+  for (;;) {
+    const BvhNode& node = field.nodes[number];
+    uint32_t inner = 0;
+    for (uint32_t met = meets_slots(ray, node); met != 0; met &= met - 1) {
+      const uint8_t slot = node.slots[count_bits((met & -met) - 1)];
+      if (slot_kind(slot) == kInnerSlot)
+        inner |= 1u << slot_rank(slot);
+      else if (meets_leaf(field, ray, node, slot))
+        return true;
+    }
+    if (inner != 0) {
+      stack[size * kBvhThreads] = node.first_node;
+      waiting[size * kBvhThreads] = inner;
+      ++size;
+    }
+    if (size == 0) return false;
+    const uint32_t ranks = waiting[(size - 1) * kBvhThreads], rest = ranks & (ranks - 1);
+    number = stack[(size - 1) * kBvhThreads] + count_bits((ranks & -ranks) - 1);
+    waiting[(size - 1) * kBvhThreads] = rest;
+    if (rest == 0) --size;
+  }
+}
+
+/// Answers all rays, or those of a list. Blocks of kBvhThreads, any number of them; kBvhSharedBytes.
+template <class Thread>
+NIF_HOST_DEVICE void bvh_answer(const Thread& thread, const BvhField& field, const RayArrays& rays,
+                                const RayList& list, const AnswerArrays& answers) {
+  auto* const stack = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index();
+  for_each_ray<kBvhThreads>(thread, rays, list, [&](uint32_t i) {
+    const Segment segment = load_ray(rays, i);
+    BvhRay ray;
+    if (!prepare_ray(field, segment, ray)) {
+      const Answer none = answer_no_ray(segment);
+      store_answer(answers, i, none.logit, none.certain);
+      return;
+    }
+    store_answer(answers, i, meets_nodes(field, ray, stack) ? -kCertainLogit : kCertainLogit,
+                 certain_bvh(field, segment));
+  });
+}
+
+}  // namespace nif::kernels::hip

@@ -1,0 +1,43 @@
+// The kernels' entry points: what clang makes a code object of for each AMD target, and nvcc for each NVIDIA
+// one.
+#include "kernels/hip/bvh_kernels.hpp"
+#include "kernels/hip/segment_kernels.hpp"
+#include "kernels/hip/spherical_kernels.hpp"
+
+using namespace nif::kernels;
+using namespace nif::kernels::hip;
+
+#define NIF_SEGMENT_KERNELS(suffix, features, blocks)                                              \
+  NIF_KERNEL(kWholeThreads, 1)                                                                     \
+  nif_segment_whole_##suffix(NIF_ARGUMENT SegmentField field, NIF_ARGUMENT SegmentLayout layout,   \
+                             NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT RayList list,               \
+                             NIF_ARGUMENT AnswerArrays answers) {                                  \
+    segment_whole<features>(DeviceThread(), field, layout, rays, list, answers);                   \
+  }                                                                                                \
+  NIF_KERNEL(kBlockThreads, blocks)                                                                \
+  nif_segment_network_##suffix(NIF_ARGUMENT SegmentField field, NIF_ARGUMENT SegmentLayout layout, \
+                               NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT OpenItems items,          \
+                               NIF_ARGUMENT AnswerArrays answers) {                                \
+    segment_network<DeviceMatrix, features>(DeviceThread(), field, layout, rays, items, answers);  \
+  }
+
+NIF_SEGMENT_KERNELS(2, 2, 6)    // of two features a corner, as the baker makes them
+NIF_SEGMENT_KERNELS(any, 0, 1)  // of any number
+
+NIF_KERNEL(kBlockThreads, 1)
+nif_segment_walk(NIF_ARGUMENT SegmentField field, NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT OpenItems items,
+                 NIF_ARGUMENT AnswerArrays answers) {
+  segment_walk(DeviceThread(), field, rays, items, answers);
+}
+
+NIF_KERNEL(kBvhThreads, 1)
+nif_bvh(NIF_ARGUMENT BvhField field, NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT RayList list,
+        NIF_ARGUMENT AnswerArrays answers) {
+  bvh_answer(DeviceThread(), field, rays, list, answers);
+}
+
+NIF_KERNEL(kSphericalThreads, 1)
+nif_spherical(NIF_ARGUMENT SphericalField field, NIF_ARGUMENT SphericalLayout layout,
+              NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT RayList list, NIF_ARGUMENT AnswerArrays answers) {
+  spherical_answer(DeviceThread(), field, layout, rays, list, answers);
+}

@@ -1,0 +1,84 @@
+// The `spherical` encoding on GPUs, in single precision, to the bit as kernels/reference answers it: a thread
+// a ray, and a layer's sums in the reference's order.
+#pragma once
+
+#include <initializer_list>
+
+#include "kernels/hip/rays.hpp"
+#include "kernels/hip/shim.hpp"
+#include "kernels/reference/spherical.hpp"
+
+namespace nif::kernels::hip {
+
+inline constexpr uint32_t kSphericalThreads = 64;  ///< of spherical_answer()'s blocks
+
+/// A layer's inputs and outputs lie in shared memory, a column for each thread.
+struct SphericalLayout {
+  bool fits;       ///< false where the networks are too wide for what all targets have: leave them to the CPU
+  uint32_t width;  ///< of the widest layer
+  uint32_t bytes;  ///< of shared memory
+};
+
+inline SphericalLayout make_layout(const SphericalField& field) {
+  SphericalLayout layout{};
+  for (const uint32_t width : {field.outer.inputs, field.outer.width, field.inner.inputs, field.inner.width})
+    if (width > layout.width) layout.width = width;
+  layout.bytes = 2 * layout.width * kSphericalThreads * uint32_t(sizeof(float));
+  layout.fits = layout.bytes <= kSharedLimit;
+  return layout;
+}
+
+/// The network's only output. `x` is the thread's column of inputs, `y` one for outputs.
+template <bool kHalf>
+NIF_HOST_DEVICE float evaluate_columns(const SphericalNetwork& network, float slope, float* x, float* y) {
+  const SphericalValues weights{network.weights.data, kHalf};
+  uint32_t width = network.inputs;
+  size_t at = 0;
+  for (uint32_t l = 0; l < network.hidden_layers; ++l) {
+    const uint32_t outputs = network.width;
+    for (uint32_t o = 0; o < outputs; o += 4) {
+      float sums[4] = {};
+      for (uint32_t i = 0; i < width; ++i) {
+        const float input = x[i * kSphericalThreads];
+        NIF_UNROLL
+        for (uint32_t k = 0; k < 4; ++k)
+          sums[k] = sums[k] + value_of(weights, at + size_t(i) * outputs + o + k) * input;
+      }
+      NIF_UNROLL
+      for (uint32_t k = 0; k < 4; ++k) y[(o + k) * kSphericalThreads] = max_of(sums[k], slope * sums[k]);
+    }
+    at += size_t(width) * outputs;
+    width = outputs;
+    float* const inputs = x;
+    x = y;
+    y = inputs;
+  }
+  float output = 0;
+  for (uint32_t i = 0; i < width; ++i) output = output + value_of(weights, at + i) * x[i * kSphericalThreads];
+  return output;
+}
+
+/// Answers all rays, or those of a list. Blocks of kSphericalThreads, any number of them; layout.bytes.
+template <class Thread>
+NIF_HOST_DEVICE void spherical_answer(const Thread& thread, const SphericalField& field,
+                                      const SphericalLayout& layout, const RayArrays& rays,
+                                      const RayList& list, const AnswerArrays& answers) {
+  float* const x = reinterpret_cast<float*>(thread.shared()) + thread.index();
+  float* const y = x + layout.width * kSphericalThreads;
+  for_each_ray<kSphericalThreads>(thread, rays, list, [&](uint32_t i) {
+    const SphericalRay ray = prepare_spherical(field, load_ray(rays, i));
+    if (ray.kind == SphericalKind::none) {
+      store_answer(answers, i, kCertainLogit, ray.certain);
+      return;
+    }
+    look_up_inputs(field, ray, [&](uint32_t k, float value) { x[k * kSphericalThreads] = value; });
+    const auto evaluate = [&](const SphericalNetwork& network) {
+      return network.weights.half ? evaluate_columns<true>(network, field.slope, x, y)
+                                  : evaluate_columns<false>(network, field.slope, x, y);
+    };
+    const float output = ray.kind == SphericalKind::outer ? evaluate(field.outer) : evaluate(field.inner);
+    store_answer(answers, i, spherical_logit(output), false);
+  });
+}
+
+}  // namespace nif::kernels::hip

@@ -1,0 +1,160 @@
+// What GPU compilers made of the kernels: for every target, what its report says of registers, memory and
+// spills, and which instructions stand in its assembly. Skipped where there is no compiler for the target.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <string_view>
+
+namespace nif::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of one kernel.
+struct Resources {
+  uint32_t registers = 0;  ///< vector registers of AMD, registers of NVIDIA
+  uint32_t stack = 0;      ///< bytes of memory that each thread has to itself
+  uint32_t spilled = 0;    ///< registers of AMD, bytes of NVIDIA
+};
+
+struct Target {
+  const char* name;
+  const char* product;  ///< the instruction that networks are evaluated by
+  uint32_t wave;
+};
+constexpr Target kTargets[] = {
+    {"gfx1030", "v_dot4c_i32_i8", 32},          {"gfx1100", "v_wmma_i32_16x16x16_iu8", 32},
+    {"gfx90a", "v_mfma_i32_16x16x16i8", 64},    {"gfx942", "v_mfma_i32_16x16x32_i8", 64},
+    {"sm_80", "mma.sync.aligned.m16n8k32", 32}, {"sm_90", "mma.sync.aligned.m16n8k32", 32},
+};
+
+std::string read(const fs::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+/// The number that the pattern's first group is, in the text from `from` on.
+uint32_t number(const std::string& text, size_t from, const char* pattern) {
+  std::smatch match;
+  const std::string rest = text.substr(from, 4000);
+  if (!std::regex_search(rest, match, std::regex(pattern))) {
+    ADD_FAILURE() << "no " << pattern << " in the compiler's report";
+    return ~0u;
+  }
+  return uint32_t(std::stoul(match[1]));
+}
+
+std::map<std::string, Resources> read_report(const std::string& text, bool amd) {
+  std::map<std::string, Resources> kernels;
+  const std::regex start(amd ? "Function Name: (\\w+)" : "Compiling entry function '(\\w+)'");
+  for (std::sregex_iterator it(text.begin(), text.end(), start), end; it != end; ++it) {
+    const auto at = size_t(it->position());
+    Resources& kernel = kernels[(*it)[1]];
+    if (amd)
+      kernel = {number(text, at, " VGPRs: (\\d+)"), number(text, at, "ScratchSize \\[bytes/lane\\]: (\\d+)"),
+                number(text, at, "VGPRs Spill: (\\d+)")};
+    else
+      kernel = {number(text, at, "Used (\\d+) registers"), number(text, at, "(\\d+) bytes stack frame"),
+                number(text, at, "(\\d+) bytes spill stores")};
+  }
+  return kernels;
+}
+
+/// The assembly of one kernel: from its label or entry to that of the next.
+std::string assembly_of(const std::string& text, const std::string& kernel, bool amd) {
+  const size_t at = text.find(amd ? "\n" + kernel + ":" : ".entry " + kernel + "(");
+  if (at == std::string::npos) return "";
+  return text.substr(at, text.find(amd ? "\ts_endpgm\n.Lfunc_end" : ".visible .entry", at + 1) - at);
+}
+
+class GpuCodeTest : public testing::TestWithParam<Target> {
+ protected:
+  void SetUp() override {
+    const fs::path folder = NIF_GPU_FOLDER;
+    const std::string name = GetParam().name;
+    amd_ = name.starts_with("gfx");
+    if (!fs::exists(folder / (name + ".s"))) GTEST_SKIP() << "no compiler for GPU target " << name;
+    code_ = folder / (name + (amd_ ? ".co" : ".cubin"));
+    assembly_ = read(folder / (name + ".s"));
+    kernels_ = read_report(read(folder / (name + ".txt")), amd_);
+  }
+
+  bool amd_ = false;
+  fs::path code_;
+  std::string assembly_;
+  std::map<std::string, Resources> kernels_;
+};
+INSTANTIATE_TEST_SUITE_P(Each, GpuCodeTest, testing::ValuesIn(kTargets),
+                         [](const auto& p) { return p.param.name; });
+
+constexpr const char* kKernels[] = {"nif_bvh",
+                                    "nif_segment_walk",
+                                    "nif_segment_whole_2",
+                                    "nif_segment_whole_any",
+                                    "nif_segment_network_2",
+                                    "nif_segment_network_any",
+                                    "nif_spherical"};
+
+TEST_P(GpuCodeTest, HasEveryKernel) {
+  EXPECT_GT(fs::file_size(code_), 10'000u);
+  EXPECT_EQ(kernels_.size(), std::size(kKernels));
+  for (const char* name : kKernels) {
+    EXPECT_TRUE(kernels_.contains(name)) << name;
+    EXPECT_GT(assembly_of(assembly_, name, amd_).size(), 1000u) << name;
+  }
+}
+
+/// Nothing is spilled, and arrays stay in registers. The 16 bytes are one word that clang 15 writes and never
+/// reads. Registers are bounded so that enough waves are in flight to hide the gather's latency: 128 are 8 of
+/// 16 waves (RDNA), or 4 of 8 (CDNA), the latter where the accumulators of matrix products count, too; 104
+/// are 19 of 64 warps on NVIDIA.
+TEST_P(GpuCodeTest, StaysWithinRegisters) {
+  const std::map<std::string, uint32_t> most{{"nif_bvh", 96},
+                                             {"nif_segment_walk", 48},
+                                             {"nif_segment_whole_2", 96},
+                                             {"nif_segment_whole_any", 144},
+                                             {"nif_segment_network_2", 128},
+                                             {"nif_segment_network_any", 144},
+                                             {"nif_spherical", 96}};
+  for (const auto& [name, kernel] : kernels_) {
+    ASSERT_TRUE(most.contains(name)) << name;
+    EXPECT_LE(kernel.registers, amd_ ? most.at(name) : std::min(most.at(name), 104u)) << name;
+    EXPECT_EQ(kernel.spilled, 0u) << name;
+    EXPECT_LE(kernel.stack, 16u) << name;
+  }
+}
+
+TEST_P(GpuCodeTest, HasTheMatrixInstructionsThatAreMeant) {
+  for (const char* name : {"nif_segment_network_2", "nif_segment_network_any"})
+    EXPECT_NE(assembly_of(assembly_, name, amd_).find(GetParam().product), std::string::npos) << name;
+  // And dot products of bytes where a thread is alone with its ray.
+  const std::string whole = assembly_of(assembly_, "nif_segment_whole_2", amd_);
+  EXPECT_TRUE(whole.find("v_dot4") != std::string::npos || whole.find("dp4a.s32.s32") != std::string::npos);
+}
+
+/// PTX says of every operation how it rounds; AMD's assembly of divisions cannot be told from fused products.
+TEST_P(GpuCodeTest, RoundsAsTheReference) {
+  if (amd_) {
+    EXPECT_NE(assembly_.find("v_div_fixup_f32"), std::string::npos);  // the last step of a correct division
+    EXPECT_NE(assembly_.find("v_div_scale_f32"), std::string::npos);
+    const std::string wave = ".wavefront_size: " + std::to_string(GetParam().wave);
+    EXPECT_NE(assembly_.find(wave), std::string::npos);
+    // Denormals of single precision are kept.
+    EXPECT_EQ(std::regex_search(assembly_, std::regex("float_denorm_mode_32 [012]")), false);
+    EXPECT_NE(assembly_.find("float_denorm_mode_32 3"), std::string::npos);
+    return;
+  }
+  EXPECT_NE(assembly_.find("div.rn.f32"), std::string::npos);
+  EXPECT_NE(assembly_.find("sqrt.rn.f32"), std::string::npos);
+  for (const char* loose : {"fma.rn.f32", "mad.f32", ".approx", ".ftz", "div.full"})
+    EXPECT_EQ(assembly_.find(loose), std::string::npos) << loose;
+}
+
+}  // namespace
+}  // namespace nif::test

@@ -1,0 +1,85 @@
+// Asks the GPU kernels, in the emulator, about rays of every named set of an asset's own mesh, and counts
+// answers that differ from the reference's. What tests/gpu/emulate.sh runs.
+//
+//   emulate_sets ASSET.nif MESH [RAYS]
+#include <cstdio>
+#include <cstdlib>
+
+#include "bake/prepare.hpp"
+#include "formats/mesh/read.hpp"
+#include "formats/nif/file_memory.hpp"
+#include "formats/status.hpp"
+#include "tests/gpu/compare_sets.hpp"
+
+namespace nif::test {
+namespace {
+
+/// Differing answers of all sets and variants.
+uint64_t compare_all(const char* asset_path, const char* mesh_path, uint64_t rays) {
+  const auto memory = format::FileMemory::load(asset_path, format::FileMemory::Mode::read);
+  const format::AssetView asset = format::read_asset(memory.bytes(), asset_path);
+  const mesh::Scene scene = mesh::read(mesh_path);
+  const bake::PreparedScene prepared = bake::prepare(scene);
+  if (prepared.objects.size() != asset.objects.size())
+    throw Error(Status::mesh_mismatch, std::string(asset_path) + " was not baked from " + mesh_path);
+  uint64_t all = 0;
+  for (const format::ObjectView& object : asset.objects) {
+    if (object.encoding != format::kSegment) continue;
+    const kernels::hip::SegmentLayout layout = kernels::hip::make_layout(object.field);
+    std::printf("%s: shared memory of a block: walk %u bytes, one kernel %u bytes, network ",
+                std::string(object.name).c_str(), kernels::hip::kWalkSharedBytes, layout.whole_bytes);
+    if (layout.tiled)
+      std::printf("%u bytes\n", layout.tiled_bytes);
+    else
+      std::printf("left to the one kernel\n");
+  }
+  std::printf("%-16s %-14s %-11s %9s %9s %8s %10s\n", "object", "set", "kernels", "rays", "open", "hard",
+              "different");
+  for (size_t i = 0; i < asset.objects.size(); ++i) {
+    const format::ObjectView& object = asset.objects[i];
+    const std::string name(object.name);
+    if (object.encoding == format::kSpherical && !kernels::hip::make_layout(*object.spherical).fits) {
+      std::printf("%-16s has no kernel: its networks are too wide\n", name.c_str());
+      continue;
+    }
+    const bake::GroundTruth truth(prepared.objects[i]);
+    for (const bake::RaySet set : bake::kRaySets) {
+      const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
+      for (const KernelVariant& variant : all_variants()) {
+        const bool segment = object.encoding == format::kSegment;
+        if (!segment && !variant.whole && variant.kind != MatrixKind::dot64) continue;
+        const Comparison result = compare(object, labelled.segments, variant);
+        const std::string by = segment ? variant.name() : "waves of " + std::to_string(wave_of(variant.kind));
+        std::printf("%-16s %-14s %-11s %9zu %9llu %8llu %10llu\n", name.c_str(),
+                    std::string(bake::name_of(set)).c_str(), by.c_str(), labelled.segments.size(),
+                    static_cast<unsigned long long>(result.open),
+                    static_cast<unsigned long long>(result.hard),
+                    static_cast<unsigned long long>(result.different));
+        std::fflush(stdout);
+        all += result.different;
+      }
+    }
+  }
+  return all;
+}
+
+}  // namespace
+}  // namespace nif::test
+
+int main(int argc, char** argv) {
+  char* end = nullptr;
+  const uint64_t rays = argc > 3 ? std::strtoull(argv[3], &end, 10) : 1'000'000;
+  if (argc < 3 || argc > 4 || rays == 0 || (end && *end != 0)) {
+    std::fputs("usage: emulate_sets ASSET.nif MESH [RAYS]\n", stderr);
+    return int(nif::Status::usage);
+  }
+  try {
+    return nif::test::compare_all(argv[1], argv[2], rays) == 0 ? 0 : 1;
+  } catch (const nif::Error& error) {
+    std::fprintf(stderr, "emulate_sets: %s\n", error.what());
+    return int(error.status());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "emulate_sets: %s\n", error.what());
+    return int(nif::Status::internal);
+  }
+}

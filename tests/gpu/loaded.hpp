@@ -1,0 +1,55 @@
+// Assets, rays, and the reference's answers to compare with.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "formats/nif/writer.hpp"
+#include "tests/gpu/emulated.hpp"
+#include "tests/support/query_object.hpp"
+
+namespace nif::test {
+
+/// An asset whose memory stays.
+struct Loaded {
+  std::vector<std::byte> file;
+  format::AssetView view;
+
+  explicit Loaded(const format::Asset& asset)
+      : file(format::encode(asset)), view(format::read_asset(file, "test")) {}
+  Loaded(uint64_t seed, const RandomAssetOptions& options)
+      : file(format::encode(random_asset(seed, options))), view(format::read_asset(file, "test")) {}
+};
+
+inline std::vector<kernels::Segment> random_segments(const format::ObjectView& object, uint64_t seed,
+                                                     uint32_t count) {
+  Random random(seed);
+  std::vector<kernels::Segment> segments;
+  for (uint32_t i = 0; i < count; ++i) segments.push_back(random_segment(random, object));
+  return segments;
+}
+
+/// Numbers that are none or too large, among others.
+inline void spoil(std::vector<kernels::Segment>& segments, uint64_t seed) {
+  const float odd[] = {NAN,    INFINITY, -INFINITY, 0.0f,  -0.0f, 1e-45f,
+                       1e-30f, 3e38f,    -3e38f,    1e20f, 1.0f,  0.5f};
+  Random random(seed);
+  for (kernels::Segment& s : segments) {
+    float* members[] = {&s.origin[0],    &s.origin[1],    &s.origin[2],    &s.tmin,
+                        &s.direction[0], &s.direction[1], &s.direction[2], &s.tmax};
+    for (uint32_t k = random.below(4); k > 0; --k)
+      *members[random.below(8)] = odd[random.below(std::size(odd))];
+  }
+}
+
+inline void expect_reference(const format::ObjectView& object, const EmulatedBatch& batch) {
+  for (uint32_t i = 0; i < batch.count(); ++i) {
+    const kernels::Answer expected = query_object(object, batch.segment(i));
+    ASSERT_EQ(batch.logit[i], expected.logit) << "ray " << i;
+    ASSERT_EQ(batch.certain[i], uint8_t(expected.certain)) << "ray " << i;
+    ASSERT_EQ(batch.logit[i] >= 0, expected.visible) << "ray " << i;
+  }
+}
+
+}  // namespace nif::test

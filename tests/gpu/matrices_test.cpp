@@ -1,0 +1,55 @@
+// Every kind of matrix instruction multiplies what it should, and puts it where it says.
+#include "kernels/hip/matrices.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "kernels/hip/emulator.hpp"
+#include "tests/support/random.hpp"
+
+namespace nif::kernels::hip {
+namespace {
+
+template <class Matrix>
+void expect_products(uint32_t wave) {
+  constexpr uint32_t kStride = 48;
+  test::Random random(wave);
+  std::vector<unsigned char> weights(16 * kStride), inputs(wave * kStride);
+  for (auto& w : weights) w = static_cast<unsigned char>(random.between(-127, 127));
+  for (auto& x : inputs) x = static_cast<unsigned char>(random.between(0, 127));
+  std::vector<int32_t> sums(16 * wave, -1), times(16 * wave);
+  emulate({.threads = wave, .wave = wave}, [&](const EmulatedThread& thread) {
+    TileSums own;
+    for (auto& group : own)
+      for (int32_t& sum : group) sum = 5;
+    Matrix::multiply(thread, weights.data(), inputs.data(), kStride, own);
+    for (uint32_t g = 0; g < kTileGroups; ++g)
+      for (uint32_t k = 0; k < 4; ++k) {
+        const uint32_t at = 16 * Matrix::ray(thread.lane(), g) + 4 * Matrix::quad(thread.lane(), g) + k;
+        ASSERT_LT(at, sums.size());
+        sums[at] = own[g][k];
+        ++times[at];
+      }
+  });
+  for (uint32_t ray = 0; ray < wave; ++ray)
+    for (uint32_t neuron = 0; neuron < 16; ++neuron) {
+      int32_t expected = 5;
+      for (uint32_t k = 0; k < kTileInputs; ++k)
+        expected += int8_t(weights[neuron * kStride + k]) * int32_t(inputs[ray * kStride + k]);
+      ASSERT_EQ(sums[16 * ray + neuron], expected) << "ray " << ray << ", neuron " << neuron;
+      ASSERT_EQ(times[16 * ray + neuron], 1);
+    }
+}
+
+TEST(Matrices, Dot) {
+  expect_products<DotMatrix>(32);
+  expect_products<DotMatrix>(64);
+}
+TEST(Matrices, Wmma) { expect_products<WmmaMatrix>(32); }
+TEST(Matrices, Mfma16) { expect_products<Mfma16Matrix>(64); }
+TEST(Matrices, Mfma32) { expect_products<Mfma32Matrix>(64); }
+TEST(Matrices, Imma) { expect_products<ImmaMatrix>(32); }
+
+}  // namespace
+}  // namespace nif::kernels::hip

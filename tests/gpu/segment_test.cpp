@@ -1,0 +1,164 @@
+// The `segment` kernels answer as the reference does, to the bit, whatever the instructions, the size of
+// waves, and the order in which blocks, waves and lanes come.
+#include <gtest/gtest.h>
+
+#include "tests/gpu/emulated_segment.hpp"
+#include "tests/gpu/loaded.hpp"
+
+namespace nif::test {
+namespace {
+
+namespace hip = kernels::hip;
+
+/// Makes every other surface voxel an unknown one: rays then pass through many runs.
+format::Asset striped(format::Asset asset) {
+  for (format::Object& object : asset.objects)
+    for (kernels::BrickStates& states : object.brick_states)
+      states.aux |= states.surface & 0x5a5aa5a55a5aa5a5u;
+  return asset;
+}
+
+class GpuSegmentTest : public testing::TestWithParam<MatrixKind> {};
+INSTANTIATE_TEST_SUITE_P(Each, GpuSegmentTest, testing::ValuesIn(kMatrixKinds),
+                         [](const auto& p) { return name_of(p.param); });
+
+TEST_P(GpuSegmentTest, AnswersAsTheReference) {
+  uint32_t open = 0;
+  for (uint64_t seed = 0; seed < 12; ++seed) {
+    const Loaded asset(seed, {.objects = 2,
+                              .instances = 0,
+                              .max_voxels = seed % 2 ? 14u : 40u,
+                              .features = seed % 3 == 0 ? 0u : 2u,
+                              .odd_corners = seed % 4 == 1});
+    for (const format::ObjectView& object : asset.view.objects) {
+      const auto segments = random_segments(object, seed, 1000 + 37 * uint32_t(seed));
+      EmulatedBatch batch(segments), again(segments);
+      const PipelineCounts counts = answer_by_pipeline(object.field, batch, GetParam());
+      expect_reference(object, batch);
+      answer_whole(object.field, again, {}, wave_of(GetParam()));
+      expect_reference(object, again);
+      open += counts.open;
+    }
+  }
+  EXPECT_GT(open, 500u);
+}
+
+TEST_P(GpuSegmentTest, AnswersRaysOfManyRuns) {
+  const Loaded asset(
+      striped(random_asset(2, {.objects = 2, .instances = 0, .max_voxels = 60, .features = 2})));
+  uint32_t open = 0, hard = 0;
+  for (const format::ObjectView& object : asset.view.objects) {
+    const auto segments = random_segments(object, 2, 3000);
+    EmulatedBatch batch(segments), again(segments);
+    const PipelineCounts counts = answer_by_pipeline(object.field, batch, GetParam());
+    expect_reference(object, batch);
+    answer_whole(object.field, again, {}, wave_of(GetParam()));
+    expect_reference(object, again);
+    open += counts.open;
+    hard += counts.hard;
+  }
+  EXPECT_GT(open, 100u);
+  EXPECT_GT(hard, 100u);
+}
+
+TEST_P(GpuSegmentTest, AnswersRaysThatAreNone) {
+  const Loaded asset(5, {.objects = 1, .instances = 0, .max_voxels = 14, .features = 2});
+  const format::ObjectView& object = asset.view.objects[0];
+  const kernels::SegmentField& field = object.field;
+  auto segments = random_segments(object, 5, 6000);
+  spoil(segments, 6);
+  EmulatedBatch batch(segments), again(segments);
+  answer_by_pipeline(field, batch, GetParam());
+  expect_reference(object, batch);
+  answer_whole(field, again, {}, wave_of(GetParam()));
+  expect_reference(object, again);
+}
+
+/// The order of items in the lists is left to chance; answers are not.
+TEST_P(GpuSegmentTest, AnswersDoNotDependOnTheOrder) {
+  const Loaded asset(3, {.objects = 1, .instances = 0, .max_voxels = 40, .features = 2});
+  const format::ObjectView& object = asset.view.objects[0];
+  const kernels::SegmentField& field = object.field;
+  const auto segments = random_segments(object, 3, 3000);
+  for (const uint64_t order : {0u, 1u, 2u, 12345u}) {
+    EmulatedBatch batch(segments);
+    answer_by_pipeline(field, batch, GetParam(), {.order = order, .most_blocks = 1 + uint32_t(order % 7)});
+    expect_reference(object, batch);
+  }
+}
+
+TEST_P(GpuSegmentTest, AnswersBatchesOfAnySize) {
+  const Loaded asset(7, {.objects = 1, .instances = 0, .max_voxels = 30, .features = 2});
+  const format::ObjectView& object = asset.view.objects[0];
+  const kernels::SegmentField& field = object.field;
+  for (const uint32_t count :
+       {0u, 1u, 2u, 15u, 16u, 17u, 31u, 32u, 33u, 63u, 64u, 65u, 127u, 128u, 129u, 500u}) {
+    const auto segments = random_segments(object, 7, count);
+    EmulatedBatch batch(segments), again(segments);
+    answer_by_pipeline(field, batch, GetParam());
+    expect_reference(object, batch);
+    answer_whole(field, again, {}, wave_of(GetParam()));
+    expect_reference(object, again);
+  }
+}
+
+/// A network with hidden layers of the given widths, in place of the asset's own.
+struct OtherNetwork {
+  format::Network network;
+  kernels::SegmentField field;
+
+  OtherNetwork(const kernels::SegmentField& of, const std::vector<uint32_t>& widths) : field(of) {
+    Random random(widths.size());
+    uint32_t inputs = of.network.layers[0].inputs;
+    for (size_t l = 0; l <= widths.size(); ++l) {
+      format::Layer layer;
+      layer.inputs = inputs;
+      layer.outputs = l < widths.size() ? widths[l] : 1;
+      layer.shift = l < widths.size() ? 7 : 0;
+      for (uint32_t i = 0; i < layer.outputs; ++i) layer.biases.push_back(random.between(-3000, 3000));
+      for (uint32_t i = 0; i < layer.outputs * inputs; ++i)
+        layer.weights.push_back(int8_t(random.between(-127, 127)));
+      inputs = layer.outputs;
+      network.layers.push_back(std::move(layer));
+    }
+    field.network.layer_count = uint32_t(network.layers.size());
+    for (size_t l = 0; l < network.layers.size(); ++l) {
+      const format::Layer& layer = network.layers[l];
+      field.network.layers[l] = {layer.inputs, layer.outputs, layer.shift, layer.weights.data(),
+                                 layer.biases.data()};
+    }
+  }
+};
+
+TEST_P(GpuSegmentTest, AnswersByNetworksOfAnyShape) {
+  const Loaded asset(9, {.objects = 1, .instances = 0, .max_voxels = 30, .features = 2});
+  const std::vector<uint32_t> shapes[] = {{},       {4},        {32, 32},    {48, 48},     {20, 44, 36},
+                                          {16, 48}, {128, 128}, {52, 4, 48}, {4, 128, 128}};
+  for (const auto& widths : shapes) {
+    const OtherNetwork other(asset.view.objects[0].field, widths);
+    const hip::SegmentLayout layout = hip::make_layout(other.field);
+    EXPECT_EQ(layout.tiled, widths.empty() || *std::max_element(widths.begin(), widths.end()) <= 48);
+    format::ObjectView object = asset.view.objects[0];
+    object.field = other.field;
+    EmulatedBatch batch(random_segments(object, 9, 700));
+    answer_by_pipeline(object.field, batch, GetParam());
+    expect_reference(object, batch);
+  }
+}
+
+/// Rows of weights lie in different banks, and the largest networks there are do not run out of memory.
+TEST(GpuSegment, LayoutsFit) {
+  const Loaded asset(9, {.objects = 1, .instances = 0, .max_voxels = 8, .features = 2});
+  OtherNetwork other(asset.view.objects[0].field, {48, 48});
+  for (uint32_t inputs = 8; inputs <= kernels::kMaxInputs; inputs += 4) {
+    other.field.network.layers[0].inputs = inputs;
+    const hip::SegmentLayout layout = hip::make_layout(other.field);
+    EXPECT_EQ(layout.whole_row / 4 % 2, 1u);
+    EXPECT_EQ(layout.stride / 4 % 8, 4u);
+    EXPECT_LE(layout.whole_bytes, hip::kSharedLimit);
+    EXPECT_TRUE(!layout.tiled || layout.tiled_bytes <= hip::kSharedLimit);
+  }
+}
+
+}  // namespace
+}  // namespace nif::test
