@@ -10,7 +10,7 @@
 #include "formats/mesh/glb_writer.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/output_file.hpp"
-#include "tools/command.hpp"
+#include "tools/mesh.hpp"
 #include "tools/progress.hpp"
 #include "tools/render/scene_file.hpp"
 #include "tools/render/transform.hpp"

@@ -79,7 +79,7 @@ Triangle rotated(const Triangle& t) {
 
 }  // namespace
 
-CleanMesh clean(const Mesh& mesh) {
+CleanMesh clean_or_nothing(const Mesh& mesh) {
   CleanMesh out;
   const std::vector<uint32_t> welded = weld(mesh, out);
 
@@ -119,6 +119,11 @@ CleanMesh clean(const Mesh& mesh) {
       }
     }
   }
+  return out;
+}
+
+CleanMesh clean(const Mesh& mesh) {
+  CleanMesh out = clean_or_nothing(mesh);
   if (out.triangles.empty()) {
     throw Error(Status::all_degenerate, "mesh '" + mesh.name + "' has " +
                                             std::to_string(mesh.triangles.size()) +

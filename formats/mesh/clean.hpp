@@ -29,4 +29,7 @@ struct CleanMesh {
 /// `mesh` must have passed the checks of read(). Throws Error all_degenerate where no triangle has an area.
 CleanMesh clean(const Mesh& mesh);
 
+/// The same for those that take a mesh as it is: where no triangle has an area, the result has none.
+CleanMesh clean_or_nothing(const Mesh& mesh);
+
 }  // namespace nif::mesh

@@ -15,6 +15,7 @@ TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
                                                                                        {"mesh"},
                                                                                        {"mesh", "convert"},
                                                                                        {"mesh", "generate"},
+                                                                                       {"mesh", "info"},
                                                                                        {"render"}}) {
     for (const char* option : {"--help", "-h"}) {
       std::vector<std::string> arguments = command;
