@@ -146,7 +146,9 @@ TEST(Inspect, RealMeshes) {
     EXPECT_EQ(found.boundary_edges, known.boundary) << known.file;
     EXPECT_EQ(found.non_manifold_edges, known.non_manifold) << known.file;
     EXPECT_EQ(found.duplicate + found.opposite, known.same_corners) << known.file;
-    if (known.components != 0) EXPECT_EQ(found.components.size(), known.components) << known.file;
+    if (known.components != 0) {
+      EXPECT_EQ(found.components.size(), known.components) << known.file;
+    }
   }
 }
 
