@@ -25,7 +25,7 @@ constexpr size_t kShown = 20;
 struct Arguments {
   std::string input, self_intersections = "auto";
   uint32_t threads = 0;
-  bool json = false, quiet = false;
+  bool by_index = false, json = false, quiet = false;
 };
 
 /// One mesh or all of them.
@@ -63,7 +63,7 @@ Results look_at(const Arguments& arguments, const mesh::Scene& scene, Progress& 
     require_memory(mesh.triangles.size() * (intersections ? 300 : 150),
                    arguments.input + ": looking at its triangles");
     progress.update(fraction, "counting edges of '" + mesh.name + "'");
-    Findings& found = results.meshes.emplace_back(Findings{inspect::inspect(mesh), {}});
+    Findings& found = results.meshes.emplace_back(Findings{inspect::inspect(mesh, !arguments.by_index), {}});
     results.all.mesh += found.mesh;
     if (!intersections) continue;
     progress.update(fraction, "looking for self-intersections of '" + mesh.name + "'");
@@ -145,12 +145,15 @@ void add_mesh_info(CLI::App& mesh) {
                       kQuick))
       ->check(CLI::IsMember({"auto", "on", "off"}))
       ->capture_default_str();
+  command->add_flag("--by-index", a.by_index,
+                    "Take vertices as the file shares them, not those of equal positions as one");
   command->add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
       ->capture_default_str();
   command->add_flag("--json", a.json, "Print it as one JSON object (nifkit.mesh-info/1)");
   command->add_flag("--quiet", a.quiet, "No progress, no notes");
   command->footer(
-      "Equal positions count as one vertex. Meshes are looked at one by one, in their own space, and then "
+      "Equal positions count as one vertex, but with --by-index. Meshes are looked at one by one, in their "
+      "own space, and then "
       "added "
       "up.\n"
       "Example: nif mesh info scan.ply");

@@ -17,4 +17,14 @@ SelfIntersections find_self_intersections(const mesh::CleanMesh&, const std::ato
   return {};
 }
 
+Mending mend(mesh::Mesh&, uint64_t, const std::atomic<bool>&) {
+  require("nif mesh repair");
+  return {};
+}
+
+mesh::Mesh remesh_isotropic(const mesh::Mesh&, double, uint32_t, double) {
+  require("isotropic remeshing");
+  return {};
+}
+
 }  // namespace nif::cgal

@@ -211,8 +211,8 @@ Inspection& Inspection::operator+=(const Inspection& other) {
   return *this;
 }
 
-Inspection inspect(const mesh::Mesh& mesh) {
-  const mesh::CleanMesh clean = mesh::clean_or_nothing(mesh);
+Inspection inspect(const mesh::Mesh& mesh, bool welded) {
+  const mesh::CleanMesh clean = mesh::clean_or_nothing(mesh, welded);
   Inspection out;
   out.triangles = mesh.triangles.size();
   out.vertices = mesh.positions.size();

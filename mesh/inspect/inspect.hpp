@@ -31,8 +31,8 @@ struct Component {
   }
 };
 
-/// All that is counted of a mesh, or of several. Topology is that of the mesh with equal positions welded
-/// and without degenerate and duplicate triangles, which are counted apart.
+/// All that is counted of a mesh, or of several. Topology is that of the mesh with equal positions welded,
+/// unless asked otherwise, and without degenerate and duplicate triangles, which are counted apart.
 struct Inspection {
   uint64_t triangles = 0, vertices = 0;  ///< as in the file
   uint64_t distinct_vertices = 0;        ///< different positions that a triangle uses
@@ -59,6 +59,8 @@ struct Inspection {
 
 /// Looks at one mesh, whatever state it is in: it must only have passed the checks of mesh::read(). Takes
 /// some 150 bytes of memory a triangle. Runs on all threads; the result does not depend on their number.
-Inspection inspect(const mesh::Mesh& mesh);
+///
+/// With `welded` off, vertices are those of the mesh, whether or not some are at the same place.
+Inspection inspect(const mesh::Mesh& mesh, bool welded = true);
 
 }  // namespace nif::inspect

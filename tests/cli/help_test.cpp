@@ -16,6 +16,12 @@ TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
                                                                                        {"mesh", "convert"},
                                                                                        {"mesh", "generate"},
                                                                                        {"mesh", "info"},
+                                                                                       {"mesh", "repair"},
+                                                                                       {"mesh", "decimate"},
+                                                                                       {"mesh", "subdivide"},
+                                                                                       {"mesh", "remesh"},
+                                                                                       {"mesh", "voxelize"},
+                                                                                       {"mesh", "compare"},
                                                                                        {"render"}}) {
     for (const char* option : {"--help", "-h"}) {
       std::vector<std::string> arguments = command;
