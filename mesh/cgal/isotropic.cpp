@@ -1,5 +1,7 @@
 #include <CGAL/Polygon_mesh_processing/detect_features.h>
 #include <CGAL/Polygon_mesh_processing/remesh.h>
+#include <CGAL/Polygon_mesh_processing/repair.h>
+#include <CGAL/Polygon_mesh_processing/tangential_relaxation.h>
 
 #include "mesh/cgal/cgal.hpp"
 #include "mesh/cgal/surface.hpp"
@@ -7,6 +9,29 @@
 namespace nif::cgal {
 
 namespace processing = CGAL::Polygon_mesh_processing;
+
+namespace {
+
+using KeptMap = Surface::Property_map<Surface::Edge_index, bool>;
+
+/// The edges that stay. CGAL's relaxation asks for the edge of no halfedge where all triangles at a vertex
+/// have lost their area, and a plain map would look that up beyond its end.
+struct KeptEdges {
+  using key_type = Surface::Edge_index;
+  using value_type = bool;
+  using reference = bool;
+  using category = boost::readable_property_map_tag;
+
+  const Surface* surface;
+  KeptMap kept;
+
+  friend bool get(const KeptEdges& edges, Surface::Edge_index e) {
+    const std::size_t count = edges.surface->num_edges() + edges.surface->number_of_removed_edges();
+    return std::size_t(e.idx()) >= count || edges.kept[e];
+  }
+};
+
+}  // namespace
 
 mesh::Mesh remesh_isotropic(const mesh::Mesh& mesh, double edge, uint32_t iterations, double sharp) {
   Surface surface = to_surface(mesh);
@@ -20,10 +45,19 @@ mesh::Mesh remesh_isotropic(const mesh::Mesh& mesh, double edge, uint32_t iterat
     if (kept[e]) long_ones.push_back(e);
   processing::split_long_edges(long_ones, edge * 4 / 3, surface,
                                CGAL::parameters::edge_is_constrained_map(kept));
-  processing::isotropic_remeshing(surface.faces(), edge, surface,
-                                  CGAL::parameters::number_of_iterations(iterations)
-                                      .edge_is_constrained_map(kept)
-                                      .protect_constraints(true));
+  // The relaxation is not left to isotropic_remeshing(), so that it is given a map that does not crash.
+  for (uint32_t i = 0; i < iterations; ++i) {
+    if (i > 0)
+      processing::tangential_relaxation(
+          surface.vertices(), surface,
+          CGAL::parameters::number_of_iterations(1).edge_is_constrained_map(KeptEdges{&surface, kept}));
+    processing::isotropic_remeshing(surface.faces(), edge, surface,
+                                    CGAL::parameters::number_of_iterations(1)
+                                        .number_of_relaxation_steps(0)
+                                        .edge_is_constrained_map(kept)
+                                        .protect_constraints(true));
+    processing::remove_isolated_vertices(surface);
+  }
   surface.collect_garbage();
   return to_mesh(surface, mesh.name);
 }

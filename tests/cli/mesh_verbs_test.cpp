@@ -9,6 +9,7 @@
 #include "formats/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
+#include "tests/support/real_meshes.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {
@@ -195,6 +196,32 @@ TEST_F(MeshVerbs, RefuseAnInputByNameAndItsOverwriting) {
   EXPECT_EQ(outcome.code, int(Status::all_degenerate)) << outcome.err;
   EXPECT_NE(outcome.err.find("flat.obj"), std::string::npos) << outcome.err;
   EXPECT_FALSE(std::filesystem::exists(path("x.obj")));
+}
+
+TEST_F(MeshVerbs, TakeRealMeshesOrSayWhyNot) {
+  if (!real_mesh_folder()) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
+  constexpr uint64_t kSmall = 4'000'000;  // bytes; more would take minutes
+  for (const std::filesystem::path& file : real_meshes()) {
+    if (std::filesystem::file_size(file) > kSmall) continue;
+    for (std::vector<std::string> verb :
+         std::vector<std::vector<std::string>>{{"info", "--self-intersections", "auto"},
+                                               {"repair", "--fill-holes", "50", "--weld", "0.001%"},
+                                               {"decimate", "--ratio", "0.3", "--fast", "--max-error", "1%"},
+                                               {"subdivide", "--scheme", "sqrt3"},
+                                               {"subdivide", "--scheme", "loop"},
+                                               {"remesh", "--thickness", "4%", "--resolution", "64"},
+                                               {"remesh", "--allow-open", "--resolution", "64"}}) {
+      verb.insert(verb.begin() + 1, file.string());
+      if (verb[0] != "info") verb.insert(verb.end(), {"-o", path("out.glb")});
+      SCOPED_TRACE(testing::PrintToString(verb));
+      const Outcome outcome = run(verb);
+      EXPECT_LT(outcome.code, 60) << outcome.err;  // ended by itself
+      EXPECT_NE(outcome.code, int(Status::internal)) << outcome.err;
+      if (outcome.code != 0) {
+        EXPECT_EQ(lines_of(outcome.err).empty(), false);
+      }
+    }
+  }
 }
 
 TEST_F(MeshVerbs, InterruptLeavesNothing) {

@@ -114,6 +114,26 @@ TEST(Subdivide, KeepsABoundaryOpen) {
   EXPECT_EQ(found.boundary_loops, 1u);
 }
 
+TEST(Subdivide, Sqrt3TakesTrianglesThatShareMoreThanAnEdge) {
+  // Two triangles back to back: OpenMesh could not flip their edges.
+  const Mesh pillow{"pillow", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}};
+  EXPECT_EQ(halfedge::subdivide(pillow, Scheme::sqrt3, 1).triangles.size(), 6u);
+  const Mesh tetrahedron{"tetrahedron",
+                         {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                         {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
+  EXPECT_EQ(inspect::inspect(halfedge::subdivide(tetrahedron, Scheme::sqrt3, 2)).solids(), 1u);
+}
+
+TEST(Subdivide, Sqrt3KeepsABoundaryAndSmoothsByItsMask) {
+  const auto found = inspect::inspect(halfedge::subdivide(open_bowl(4, 8), Scheme::sqrt3, 2));
+  EXPECT_EQ(found.boundary_edges, 8u);
+  // A vertex of a tetrahedron has 3 neighbours: it moves by (4 - 2 cos 120) / 9 = 5 / 9 to their middle.
+  const Mesh tetrahedron{"tetrahedron",
+                         {{0, 0, 3}, {1, 0, 0}, {0, 1, 0}, {-1, -1, 0}},
+                         {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}}};
+  EXPECT_NEAR(halfedge::subdivide(tetrahedron, Scheme::sqrt3, 1).positions[0][2], 3 * 4 / 9.0, 1e-6);
+}
+
 TEST(Subdivide, LoopSmoothsByItsMask) {
   // A vertex of an octahedron has 4 neighbours; Loop moves it to (1 - 4b) v + b sum, with b = 31 / 256.
   const Mesh octahedron{
