@@ -4,7 +4,7 @@
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Subdivider/Uniform/CatmullClarkT.hh>
 #include <OpenMesh/Tools/Subdivider/Uniform/LoopT.hh>
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -20,6 +20,12 @@ template <class HalfEdges, class Subdivider>
 mesh::Mesh run(const mesh::Mesh& mesh, uint32_t times) {
   HalfEdges half_edges = to_half_edges<HalfEdges>(mesh);
   Subdivider subdivider;
+  // OpenMesh's Loop looks weights up in a table for valences below 50, and does not notice others.
+  if constexpr (requires { subdivider.init_weights(size_t{}); }) {
+    size_t most = 6;  // of the vertices that it adds
+    for (const auto v : half_edges.vertices()) most = std::max(most, size_t(half_edges.valence(v)));
+    subdivider.init_weights(most + 1);
+  }
   if (!subdivider.attach(half_edges) || !subdivider(times))
     throw Error(Status::internal, "OpenMesh refuses to subdivide mesh '" + mesh.name + "'");
   subdivider.detach();

@@ -134,6 +134,14 @@ TEST(Subdivide, Sqrt3KeepsABoundaryAndSmoothsByItsMask) {
   EXPECT_NEAR(halfedge::subdivide(tetrahedron, Scheme::sqrt3, 1).positions[0][2], 3 * 4 / 9.0, 1e-6);
 }
 
+TEST(Subdivide, LoopTakesVerticesOfManyNeighbours) {
+  // OpenMesh has weights for fewer than 50 of them where nobody asks for more.
+  const Mesh fine = halfedge::subdivide(uv_sphere(4, 500), Scheme::loop, 1);
+  for (const mesh::Float3& p : fine.positions)
+    for (const float x : p) ASSERT_LE(std::abs(x), 1.01f);
+  EXPECT_GT(fine.positions[0][2], 0.4f);
+}
+
 TEST(Subdivide, LoopSmoothsByItsMask) {
   // A vertex of an octahedron has 4 neighbours; Loop moves it to (1 - 4b) v + b sum, with b = 31 / 256.
   const Mesh octahedron{
