@@ -19,13 +19,21 @@ void add_eval(CLI::App& app);
 void add_farm(CLI::App& app);
 void add_info(CLI::App& app);
 void add_mesh(CLI::App& app);
-void add_mesh_convert(CLI::App& mesh);
-void add_mesh_generate(CLI::App& mesh);
 void add_render(CLI::App& app);
 
 /// Set once Ctrl-C or a termination signal has come; a second one ends the process at once. The first call
 /// installs the handler: before it, signals kill as usual.
 const std::atomic<bool>& interruption();
+
+/// While one lives, Ctrl-C and a termination signal end the process at once, with Status::interrupted and one
+/// sentence: for work within libraries that cannot be asked to stop. Only while no file is being written.
+class EndAtOnce {
+ public:
+  EndAtOnce();
+  ~EndAtOnce();
+  EndAtOnce(const EndAtOnce&) = delete;
+  EndAtOnce& operator=(const EndAtOnce&) = delete;
+};
 
 /// Runs `work`; where that throws a nif::Error that does not name the file it is about, puts the file's name
 /// first.

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "formats/status.hpp"
+#include "mesh/cgal/cgal.hpp"
 #include "tools/command.hpp"
 
 namespace nif::tools {
@@ -38,7 +39,12 @@ int run(int argc, char** argv) {
   CLI::App app("Neural visibility for games and rendering: bakes triangle meshes into small .nif assets.",
                "nif");
   app.set_version_flag(
-      "--version", "nif " NIF_VERSION_STRING "\nLicence: Apache-2.0. This executable links no GPL library.");
+      "--version",
+      std::string("nif " NIF_VERSION_STRING "\n") +
+          (cgal::available()
+               ? "Licence: GPL-3.0-or-later, because this executable is built with CGAL; nifkit's own "
+                 "code is under Apache-2.0."
+               : "Licence: Apache-2.0. This executable links no GPL library."));
   app.require_subcommand(1);
   app.footer(std::string("Examples:\n"
                          "  nif bake dragon.ply -o dragon.nif\n"

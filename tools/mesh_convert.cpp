@@ -1,4 +1,4 @@
-// `nif mesh convert`: any mesh that nif reads, or the objects of a scene, as one .glb.
+// `nif mesh convert`: any mesh that nif reads, or the objects of a scene, in another format.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -7,11 +7,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "formats/mesh/glb_writer.hpp"
-#include "formats/mesh/read.hpp"
+#include "formats/mesh/draco_writer.hpp"
+#include "formats/mesh/write.hpp"
 #include "formats/output_file.hpp"
-#include "tools/command.hpp"
-#include "tools/progress.hpp"
+#include "tools/mesh.hpp"
+#include "tools/mesh_input.hpp"
 #include "tools/render/scene_file.hpp"
 #include "tools/render/transform.hpp"
 
@@ -20,6 +20,8 @@ namespace {
 
 struct Arguments {
   std::string input, output;
+  mesh::WriteOptions options;
+  uint32_t threads = 0;
   bool json = false, quiet = false;
 };
 
@@ -52,7 +54,8 @@ mesh::Scene read_objects(const std::string& file, Progress& progress) {
     if (found == known.end()) {
       progress.update(double(&object - description.objects.data()) / double(description.objects.size()),
                       "reading " + object.mesh);
-      found = known.try_emplace(object.mesh, mesh::read(object.mesh), uint32_t(all.meshes.size())).first;
+      found =
+          known.try_emplace(object.mesh, read_mesh(object.mesh, progress), uint32_t(all.meshes.size())).first;
       const std::vector<std::string>& warnings = found->second.scene.warnings;
       all.warnings.insert(all.warnings.end(), warnings.begin(), warnings.end());
     }
@@ -65,43 +68,50 @@ mesh::Scene read_objects(const std::string& file, Progress& progress) {
   return all;
 }
 
-void print(const Arguments& arguments, const mesh::Scene& scene, uint64_t bytes, double seconds) {
-  uint64_t triangles = 0;
-  for (const mesh::Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
+void print(const Arguments& arguments, const mesh::Scene& scene, const mesh::Written& written,
+           const std::vector<std::string>& notes, double seconds) {
+  const uint64_t triangles = triangles_of(scene);
   if (arguments.json) {
-    const nlohmann::ordered_json json{
-        {"schema", "nifkit.mesh-convert/1"},   {"file", arguments.output}, {"meshes", scene.meshes.size()},
-        {"instances", scene.instances.size()}, {"triangles", triangles},   {"cameras", scene.cameras.size()},
-        {"lights", scene.lights.size()},       {"bytes", bytes},           {"seconds", seconds}};
+    const nlohmann::ordered_json json{{"schema", "nifkit.mesh-convert/1"},
+                                      {"file", arguments.output},
+                                      {"meshes", scene.meshes.size()},
+                                      {"instances", scene.instances.size()},
+                                      {"triangles", triangles},
+                                      {"cameras", scene.cameras.size()},
+                                      {"lights", scene.lights.size()},
+                                      {"bytes", written.bytes},
+                                      {"notes", notes},
+                                      {"seconds", seconds}};
     fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else if (!arguments.quiet) {
     fmt::print("{}: {} in {}, {}, {}, in {:.1f} s\n", arguments.output, count_of(triangles, "triangle"),
                scene.meshes.size() == 1 ? "1 mesh" : fmt::format("{} meshes", scene.meshes.size()),
-               count_of(scene.instances.size(), "instance"), format_bytes(double(bytes)), seconds);
+               count_of(scene.instances.size(), "instance"), format_bytes(double(written.bytes)), seconds);
   }
 }
 
 void run(const Arguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
-  std::error_code ignored;
-  if (std::filesystem::equivalent(arguments.input, arguments.output, ignored))
-    throw Error(Status::usage, fmt::format("{}: the output would overwrite the input", arguments.output));
-  if (std::filesystem::path(arguments.output).extension() != ".glb")
-    throw Error(Status::usage, fmt::format("-o {}: meshes are written as .glb, and the name says otherwise",
-                                           arguments.output));
+  refuse_overwriting(arguments.input, arguments.output);
+  mesh::check_options(mesh::file_kind(arguments.output), arguments.options);
   check_output(arguments.output);
+  limit_threads(arguments.threads);
   Progress progress(arguments.quiet);
+  const std::atomic<bool>& cancel = interruption();
   progress.update(0, "reading " + arguments.input);
   const mesh::Scene scene = std::filesystem::path(arguments.input).extension() == ".toml"
                                 ? read_objects(arguments.input, progress)
-                                : mesh::read(arguments.input);
-  const std::vector<std::byte> bytes = naming(arguments.input, [&] { return mesh::encode_glb(scene); });
-  if (interruption()) throw Error(Status::interrupted, "the conversion was cancelled");
-  write_output(arguments.output, bytes);
+                                : read_mesh(arguments.input, progress);
+  const mesh::Written written = naming(arguments.input, [&] {
+    return mesh::write(
+        arguments.output, scene, arguments.options,
+        [&](double fraction) { progress.update(fraction, "writing " + arguments.output); }, cancel);
+  });
   progress.finish();
-  if (!arguments.quiet)
-    for (const std::string& warning : scene.warnings) fmt::print(stderr, "nif: note: {}\n", warning);
-  print(arguments, scene, bytes.size(),
+  std::vector<std::string> notes = scene.warnings;
+  notes.insert(notes.end(), written.notes.begin(), written.notes.end());
+  print_notes(notes, arguments.quiet);
+  print(arguments, scene, written, notes,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
@@ -109,7 +119,7 @@ void run(const Arguments& arguments) {
 
 void add_mesh_convert(CLI::App& mesh) {
   CLI::App* command =
-      mesh.add_subcommand("convert", "Write any mesh, or the objects of a scene, as one .glb");
+      mesh.add_subcommand("convert", "Write any mesh, or the objects of a scene, in another format");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command
@@ -117,13 +127,31 @@ void add_mesh_convert(CLI::App& mesh) {
                    "A mesh in any format that nif bake reads, or a .toml scene of nif render, whose objects "
                    "become nodes where it has them")
       ->required();
-  command->add_option("-o,--output", a.output, "The .glb file to write")->required();
+  command
+      ->add_option(
+          "-o,--output", a.output,
+          "The file to write: .obj, .ply (binary), .stl (binary), .off, .glb or .drc, as its name says")
+      ->required();
+  command->add_flag("--draco", a.options.draco, "Compress a .glb by Draco (KHR_draco_mesh_compression)");
+  command
+      ->add_option("--draco-bits", a.options.draco_bits,
+                   fmt::format("Of Draco: bits that each coordinate is rounded to; 0: none is. {} by default",
+                               mesh::kDracoBits))
+      ->check(CLI::Range(uint32_t{0}, mesh::kMostDracoBits));
+  command->add_flag("--text", a.options.text, "Write an .stl as text, which keeps objects and their names");
+  command->add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+      ->capture_default_str();
   command->add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-convert/1)");
   command->add_flag("--quiet", a.quiet, "No progress, notes or summary");
   command->footer(
-      "Positions, indices, names, transforms, cameras and lights are kept, each bit of them; materials and\n"
-      "other attributes are not read.\n"
-      "Example: nif mesh convert plan.toml -o objects.glb && nif bake objects.glb -o objects.nif");
+      "A .glb keeps positions, indices, names, transforms, cameras and lights, each bit of them. The others "
+      "keep\n"
+      "positions and triangles, to the bit but for Draco with bits, and what they cannot keep is said in a "
+      "note.\n"
+      "Materials and other attributes are not read.\n"
+      "Examples:\n"
+      "  nif mesh convert scan.ply -o scan.glb --draco\n"
+      "  nif mesh convert plan.toml -o objects.glb && nif bake objects.glb -o objects.nif");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -10,7 +10,7 @@
 #include "formats/mesh/ply_writer.hpp"
 #include "formats/output_file.hpp"
 #include "mesh/generate/shape.hpp"
-#include "tools/command.hpp"
+#include "tools/mesh.hpp"
 #include "tools/progress.hpp"
 
 namespace nif::tools {

@@ -27,10 +27,13 @@ build   libtomlplusplus-dev   scene files of nif render
 build   libpng-dev            pictures
 build   libopenexr-dev        pictures and environment maps
 build   libstb-dev            environment maps, .hdr
+build   libopenmesh-dev       nif mesh: decimation, subdivision; tests: a second reader of meshes
+build   libmeshoptimizer-dev  nif mesh: fast decimation
+build   libopenvdb-dev        nif mesh: level sets
+build   libboost-iostreams-dev  what OpenVDB is linked with, and its package does not bring
+build   libcgal-dev           nif mesh: self-intersections, repair; tests: a second oracle of rays (NIF_WITH_CGAL)
 sample  jq                    samples/run.sh reads the JSON that nif prints
 check   libgtest-dev          tests
-check   libcgal-dev           tests: an oracle of rays that is independent of Embree (NIF_WITH_CGAL)
-check   libopenmesh-dev       tests: what the mesh readers read is compared to what OpenMesh reads
 check   pkgconf               tests: the installed package through its .pc file
 check   slurm-wlm             tests: manifests on a cluster, of one node
 check   munge                 tests: the key of that cluster

@@ -47,21 +47,23 @@ Float3 without_negative_zero(Float3 p) {
 using Bits = std::array<uint32_t, 3>;
 Bits bits(const Float3& p) { return std::bit_cast<Bits>(p); }
 
-/// Maps every used position to its index in `out`; positions that no triangle uses map to kNone.
-std::vector<uint32_t> weld(const Mesh& mesh, CleanMesh& out) {
+/// Maps every used position to its index in `out`, equal ones to the same where they are to be welded;
+/// positions that no triangle uses map to kNone.
+std::vector<uint32_t> weld(const Mesh& mesh, bool equal_ones, CleanMesh& out) {
   std::vector<bool> used(mesh.positions.size());
   for (const Triangle& triangle : mesh.triangles) {
     for (const uint32_t v : triangle) used[v] = true;
   }
   std::vector<uint32_t> welded(mesh.positions.size(), kNone);
-  IndexSet seen(mesh.positions.size());
+  IndexSet seen(equal_ones ? mesh.positions.size() : 0);
   for (size_t v = 0; v < mesh.positions.size(); ++v) {
     if (!used[v]) continue;
     const Float3 p = without_negative_zero(mesh.positions[v]);
     const Bits key = bits(p);
     const uint32_t next = static_cast<uint32_t>(out.positions.size());
-    welded[v] = seen.insert(mix(key[0], key[1], key[2]), next,
-                            [&](uint32_t other) { return bits(out.positions[other]) == key; });
+    welded[v] = !equal_ones ? next : seen.insert(mix(key[0], key[1], key[2]), next, [&](uint32_t other) {
+      return bits(out.positions[other]) == key;
+    });
     if (welded[v] == next) {
       out.positions.push_back(p);
     } else {
@@ -79,9 +81,9 @@ Triangle rotated(const Triangle& t) {
 
 }  // namespace
 
-CleanMesh clean(const Mesh& mesh) {
+CleanMesh clean_or_nothing(const Mesh& mesh, bool equal_ones_welded) {
   CleanMesh out;
-  const std::vector<uint32_t> welded = weld(mesh, out);
+  const std::vector<uint32_t> welded = weld(mesh, equal_ones_welded, out);
 
   // Slivers are told apart from triangles afterwards: both are in one list, in the same order.
   std::vector<Triangle> distinct;
@@ -119,6 +121,11 @@ CleanMesh clean(const Mesh& mesh) {
       }
     }
   }
+  return out;
+}
+
+CleanMesh clean(const Mesh& mesh) {
+  CleanMesh out = clean_or_nothing(mesh);
   if (out.triangles.empty()) {
     throw Error(Status::all_degenerate, "mesh '" + mesh.name + "' has " +
                                             std::to_string(mesh.triangles.size()) +

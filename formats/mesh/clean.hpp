@@ -29,4 +29,8 @@ struct CleanMesh {
 /// `mesh` must have passed the checks of read(). Throws Error all_degenerate where no triangle has an area.
 CleanMesh clean(const Mesh& mesh);
 
+/// The same for those that take a mesh as it is: where no triangle has an area, the result has none. With
+/// `welded` off, positions stay apart that are equal, as the mesh has them.
+CleanMesh clean_or_nothing(const Mesh& mesh, bool welded = true);
+
 }  // namespace nif::mesh

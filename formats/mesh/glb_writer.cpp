@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
-#include <cmath>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "formats/mesh/draco_writer.hpp"
 #include "formats/status.hpp"
 
 namespace nif::mesh {
@@ -22,27 +22,27 @@ constexpr uint64_t kLargest = std::numeric_limits<uint32_t>::max();
 constexpr int kUnsignedInt = 5125, kFloat = 5126, kVertices = 34962, kIndices = 34963;
 constexpr uint32_t kMagic = 0x46546C67, kVersion = 2, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
-void check(const Mesh& mesh) {
-  if (mesh.triangles.empty())
-    throw Error(Status::no_triangles, fmt::format("mesh '{}' has no triangles", mesh.name));
-  for (const Float3& p : mesh.positions)
-    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
-      throw Error(Status::non_finite_vertex,
-                  fmt::format("mesh '{}' has a vertex that is not finite", mesh.name));
-  for (const Triangle& t : mesh.triangles)
-    if (std::max({t[0], t[1], t[2]}) >= mesh.positions.size())
-      throw Error(Status::index_out_of_range,
-                  fmt::format("mesh '{}' has a triangle with a vertex that is not there", mesh.name));
-}
+constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
-/// Appends views and accessors of a mesh to the document, and says where its bytes end.
-uint64_t describe(const Mesh& mesh, uint64_t begin, Json& document) {
+/// The meshes of a scene, compressed; none where they are not.
+using Compressed = std::vector<DracoMesh>;
+
+std::pair<Float3, Float3> bounds_of(const Mesh& mesh) {
   Float3 low = mesh.positions[0], high = low;
   for (const Float3& p : mesh.positions)
     for (size_t a = 0; a < 3; ++a) {
       low[a] = std::min(low[a], p[a]);
       high[a] = std::max(high[a], p[a]);
     }
+  return {low, high};
+}
+
+/// Each view starts at a multiple of this, as accessors of floats want it.
+uint64_t padded(uint64_t bytes) { return (bytes + 3) / 4 * 4; }
+
+/// Appends views and accessors of a mesh to the document, and says where its bytes end.
+uint64_t describe(const Mesh& mesh, uint64_t begin, Json& document) {
+  const auto [low, high] = bounds_of(mesh);
   const uint64_t positions = mesh.positions.size() * sizeof(Float3),
                  indices = mesh.triangles.size() * sizeof(Triangle);
   const size_t first = document["accessors"].size();
@@ -66,6 +66,28 @@ uint64_t describe(const Mesh& mesh, uint64_t begin, Json& document) {
   return begin + positions + indices;
 }
 
+/// The same for a mesh that is compressed.
+uint64_t describe(const Mesh& mesh, const DracoMesh& compressed, uint64_t begin, Json& document) {
+  const auto [low, high] = bounds_of(mesh);
+  const size_t first = document["accessors"].size(), view = document["bufferViews"].size();
+  document["bufferViews"].push_back(
+      {{"buffer", 0}, {"byteOffset", begin}, {"byteLength", compressed.bytes.size()}});
+  document["accessors"].push_back({{"componentType", kFloat},
+                                   {"count", compressed.points},
+                                   {"type", "VEC3"},
+                                   {"min", low},
+                                   {"max", high}});
+  document["accessors"].push_back(
+      {{"componentType", kUnsignedInt}, {"count", compressed.faces * 3}, {"type", "SCALAR"}});
+  // Draco numbers attributes as they were added: the positions are alone.
+  const Json extension{{kDraco, {{"bufferView", view}, {"attributes", {{"POSITION", 0}}}}}};
+  document["meshes"].push_back(
+      {{"name", mesh.name},
+       {"primitives",
+        {{{"attributes", {{"POSITION", first}}}, {"indices", first + 1}, {"extensions", extension}}}}});
+  return begin + padded(compressed.bytes.size());
+}
+
 Json node_of(const std::string& name, const Transform& m) {
   Json node = Json::object();
   if (!name.empty()) node["name"] = name;
@@ -82,7 +104,7 @@ Json to_json(const Light& light) {
   return json;
 }
 
-std::string encode_json(const Scene& scene, uint64_t& binary_bytes) {
+std::string encode_json(const Scene& scene, const Compressed& compressed, uint64_t& binary_bytes) {
   Json document{{"asset", {{"version", "2.0"}, {"generator", "nifkit"}}}, {"scene", 0}};
   Json nodes = Json::array();
   for (const Instance& instance : scene.instances) {
@@ -102,55 +124,66 @@ std::string encode_json(const Scene& scene, uint64_t& binary_bytes) {
     lights.push_back(to_json(light));
   }
   if (!lights.empty()) {
-    document["extensionsUsed"] = {"KHR_lights_punctual"};
+    document["extensionsUsed"].push_back("KHR_lights_punctual");
     document["extensions"]["KHR_lights_punctual"]["lights"] = std::move(lights);
+  }
+  if (!compressed.empty()) {
+    document["extensionsUsed"].push_back(kDraco);
+    document["extensionsRequired"] = {kDraco};
   }
   Json shown = Json::array();
   for (size_t i = 0; i < nodes.size(); ++i) shown.push_back(i);
   document["scenes"] = {{{"nodes", std::move(shown)}}};
   document["nodes"] = std::move(nodes);
   binary_bytes = 0;
-  for (const Mesh& mesh : scene.meshes) binary_bytes = describe(mesh, binary_bytes, document);
+  for (size_t m = 0; m < scene.meshes.size(); ++m)
+    binary_bytes = compressed.empty() ? describe(scene.meshes[m], binary_bytes, document)
+                                      : describe(scene.meshes[m], compressed[m], binary_bytes, document);
   document["buffers"] = {{{"byteLength", binary_bytes}}};
   std::string text = document.dump(-1, ' ', false, Json::error_handler_t::replace);
-  text.resize((text.size() + 3) / 4 * 4, ' ');
+  text.resize(padded(text.size()), ' ');
   return text;
 }
 
-class Bytes {
- public:
-  explicit Bytes(uint64_t size) { bytes_.reserve(size); }
-  void put(uint32_t value) { put(&value, sizeof(value)); }
-  void put(const void* from, uint64_t size) {
-    const auto* begin = static_cast<const std::byte*>(from);
-    bytes_.insert(bytes_.end(), begin, begin + size);
-  }
-  std::vector<std::byte> take() { return std::move(bytes_); }
-
- private:
-  std::vector<std::byte> bytes_;
-};
-
 }  // namespace
 
-std::vector<std::byte> encode_glb(const Scene& scene) {
-  for (const Mesh& mesh : scene.meshes) check(mesh);
+void write_glb(const Scene& scene, std::optional<uint32_t> draco_bits,
+               const std::function<void(std::span<const std::byte>)>& sink) {
+  Compressed compressed;
+  for (const Mesh& mesh : scene.meshes) {
+    check_writable(mesh);
+    if (draco_bits) compressed.push_back(encode_draco(mesh, *draco_bits, ""));
+  }
   uint64_t binary = 0;
-  const std::string json = encode_json(scene, binary);
+  const std::string json = encode_json(scene, compressed, binary);
   const uint64_t size = 12 + 8 + json.size() + 8 + binary;
   if (size > kLargest)
     throw Error(Status::too_large,
                 fmt::format("the scene takes {} bytes as .glb, which ends at {}", size, kLargest));
-  Bytes bytes(size);
-  for (uint32_t value : {kMagic, kVersion, uint32_t(size), uint32_t(json.size()), kJsonChunk})
-    bytes.put(value);
-  bytes.put(json.data(), json.size());
-  for (uint32_t value : {uint32_t(binary), kBinaryChunk}) bytes.put(value);
-  for (const Mesh& mesh : scene.meshes) {
-    bytes.put(mesh.positions.data(), mesh.positions.size() * sizeof(Float3));
-    bytes.put(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle));
+  const std::array head{kMagic, kVersion, uint32_t(size), uint32_t(json.size()), kJsonChunk};
+  sink(std::as_bytes(std::span(head)));
+  sink(std::as_bytes(std::span(json)));
+  const std::array chunk{uint32_t(binary), kBinaryChunk};
+  sink(std::as_bytes(std::span(chunk)));
+  if (draco_bits) {
+    for (const DracoMesh& mesh : compressed) {
+      sink(mesh.bytes);
+      constexpr std::array<std::byte, 4> kPadding{};
+      sink(std::span(kPadding).first(padded(mesh.bytes.size()) - mesh.bytes.size()));
+    }
+    return;
   }
-  return bytes.take();
+  for (const Mesh& mesh : scene.meshes) {
+    sink(std::as_bytes(std::span(mesh.positions)));
+    sink(std::as_bytes(std::span(mesh.triangles)));
+  }
+}
+
+std::vector<std::byte> encode_glb(const Scene& scene) {
+  std::vector<std::byte> bytes;
+  write_glb(scene, std::nullopt,
+            [&](std::span<const std::byte> piece) { bytes.insert(bytes.end(), piece.begin(), piece.end()); });
+  return bytes;
 }
 
 }  // namespace nif::mesh

@@ -15,6 +15,13 @@ TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
                                                                                        {"mesh"},
                                                                                        {"mesh", "convert"},
                                                                                        {"mesh", "generate"},
+                                                                                       {"mesh", "info"},
+                                                                                       {"mesh", "repair"},
+                                                                                       {"mesh", "decimate"},
+                                                                                       {"mesh", "subdivide"},
+                                                                                       {"mesh", "remesh"},
+                                                                                       {"mesh", "voxelize"},
+                                                                                       {"mesh", "compare"},
                                                                                        {"render"}}) {
     for (const char* option : {"--help", "-h"}) {
       std::vector<std::string> arguments = command;

@@ -61,6 +61,37 @@ TEST_F(MeshConvert, PutsTheObjectsOfASceneWhereTheyStand) {
             0);
 }
 
+TEST_F(MeshConvert, WritesWhatTheNameSays) {
+  const std::string input = folder_.write("ring.obj", obj_text(torus(16, 8))).string();
+  for (const char* name : {"a.obj", "a.ply", "a.stl", "a.off", "a.drc", "a.GLB"}) {
+    const Outcome outcome = convert({input, "-o", path(name), "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto json = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(json["bytes"], std::filesystem::file_size(path(name)));
+    EXPECT_EQ(json["notes"].size(), without_progress(outcome.err).size()) << outcome.err;
+    EXPECT_EQ(mesh::read(path(name)).meshes.at(0).triangles.size(), 256u) << name;
+  }
+  EXPECT_NE(read_bytes(path("a.obj")).find("o torus\n"), std::string::npos);
+  EXPECT_EQ(convert({input, "-o", path("text.stl"), "--text", "--quiet"}).out, "");
+  EXPECT_TRUE(read_bytes(path("text.stl")).starts_with("solid torus\n"));
+  ASSERT_EQ(convert({input, "-o", path("small.glb"), "--draco", "--draco-bits", "10"}).code, 0);
+  EXPECT_NE(read_bytes(path("small.glb")).find("KHR_draco_mesh_compression"), std::string::npos);
+  EXPECT_LT(std::filesystem::file_size(path("small.glb")), std::filesystem::file_size(path("a.GLB")));
+}
+
+TEST_F(MeshConvert, RefusesContradictions) {
+  const std::string input = folder_.write("ring.obj", obj_text(torus(16, 8))).string();
+  for (const std::vector<std::string>& options : std::vector<std::vector<std::string>>{
+           {"--text"}, {"--draco"}, {"--draco-bits", "9"}, {"--draco-bits", "31"}}) {
+    std::vector<std::string> arguments{input, "-o", path("a.ply")};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome outcome = convert(arguments);
+    EXPECT_EQ(outcome.code, int(Status::usage)) << outcome.err;
+    EXPECT_NE(outcome.err.find(options[0]), std::string::npos) << outcome.err;
+  }
+  EXPECT_EQ(listing(folder_.path()), std::vector<std::string>{"ring.obj"});
+}
+
 TEST_F(MeshConvert, RefusesAndLeavesNothing) {
   const std::string input = folder_.write("ring.obj", obj_text(torus(16, 8))).string();
   const auto refused = [&](const std::string& from, const std::string& to, Status status,
@@ -69,7 +100,8 @@ TEST_F(MeshConvert, RefusesAndLeavesNothing) {
     EXPECT_EQ(outcome.code, int(status)) << outcome.err;
     EXPECT_NE(outcome.err.find(fragment), std::string::npos) << outcome.err;
   };
-  refused(input, path("ring.stl"), Status::usage, ".glb");
+  refused(input, path("ring.fbx"), Status::usage, "ring.fbx: meshes are written as .obj");
+  refused(input, path("ring.vdb"), Status::usage, "nif mesh voxelize");
   refused(path("none.obj"), path("ring.glb"), Status::file_not_found, "none.obj");
   refused(input, path("none/ring.glb"), Status::output_folder_missing, "none");
   folder_.write("bad.toml", "[[object]]\nmesh = 'ring.obj'\nshade = 1\n");

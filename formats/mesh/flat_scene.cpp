@@ -1,0 +1,84 @@
+#include "formats/mesh/flat_scene.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "formats/status.hpp"
+
+namespace nif::mesh {
+namespace {
+
+double determinant(const Transform& t) {
+  return double(t[0]) * (double(t[5]) * t[10] - double(t[6]) * t[9]) -
+         double(t[1]) * (double(t[4]) * t[10] - double(t[6]) * t[8]) +
+         double(t[2]) * (double(t[4]) * t[9] - double(t[5]) * t[8]);
+}
+
+Float3 placed(const Transform& t, const Float3& p) {
+  Float3 out;
+  for (size_t row = 0; row < 3; ++row)
+    out[row] = float(double(t[4 * row]) * p[0] + double(t[4 * row + 1]) * p[1] +
+                     double(t[4 * row + 2]) * p[2] + t[4 * row + 3]);
+  return out;
+}
+
+/// Calls `fill(instance, first, count)` for each instance's part of a stretch, in order.
+template <class Fill>
+void cut(const std::vector<uint64_t>& firsts, uint64_t first, uint64_t count, Fill fill) {
+  size_t instance = size_t(std::upper_bound(firsts.begin(), firsts.end(), first) - firsts.begin()) - 1;
+  while (count > 0) {
+    const uint64_t part = std::min(count, firsts[instance + 1] - first);
+    fill(instance, first - firsts[instance], part);
+    first += part, count -= part;
+    ++instance;
+  }
+}
+
+}  // namespace
+
+FlatScene::FlatScene(const Scene& scene) : scene_(scene), first_vertex_{0}, first_triangle_{0} {
+  for (const Instance& instance : scene.instances) {
+    const Mesh& mesh = scene.meshes[instance.mesh];
+    first_vertex_.push_back(first_vertex_.back() + mesh.positions.size());
+    first_triangle_.push_back(first_triangle_.back() + mesh.triangles.size());
+    mirrored_.push_back(determinant(instance.transform) < 0);
+  }
+  if (first_vertex_.back() > std::numeric_limits<uint32_t>::max())
+    throw Error(Status::too_large, "its instances have " + std::to_string(first_vertex_.back()) +
+                                       " vertices together, more than 32-bit indices reach");
+}
+
+void FlatScene::vertices(uint64_t first, std::span<Float3> out) const {
+  cut(first_vertex_, first, out.size(),
+      [&, at = out.begin()](size_t i, uint64_t from, uint64_t count) mutable {
+        const Instance& instance = scene_.instances[i];
+        const auto begin = scene_.meshes[instance.mesh].positions.begin() + std::ptrdiff_t(from),
+                   end = begin + std::ptrdiff_t(count);
+        at = instance.transform == kIdentity ? std::copy(begin, end, at)
+                                             : std::transform(begin, end, at, [&](const Float3& p) {
+                                                 return placed(instance.transform, p);
+                                               });
+      });
+}
+
+void FlatScene::triangles(uint64_t first, std::span<Triangle> out) const {
+  cut(first_triangle_, first, out.size(),
+      [&, at = out.begin()](size_t i, uint64_t from, uint64_t count) mutable {
+        const auto begin = scene_.meshes[scene_.instances[i].mesh].triangles.begin() + std::ptrdiff_t(from);
+        at = std::transform(begin, begin + std::ptrdiff_t(count), at, [&](Triangle t) {
+          for (uint32_t& v : t) v += uint32_t(first_vertex_[i]);
+          if (mirrored_[i]) std::swap(t[1], t[2]);
+          return t;
+        });
+      });
+}
+
+Mesh flatten(const Scene& scene, const std::string& name) {
+  const FlatScene flat(scene);
+  Mesh mesh{name, std::vector<Float3>(flat.vertex_count()), std::vector<Triangle>(flat.triangle_count())};
+  flat.vertices(0, mesh.positions);
+  flat.triangles(0, mesh.triangles);
+  return mesh;
+}
+
+}  // namespace nif::mesh

@@ -1,0 +1,36 @@
+// A scene as one mesh: each instance's triangles where they stand, one instance after the other.
+#pragma once
+
+#include <vector>
+
+#include "formats/mesh/mesh_source.hpp"
+
+namespace nif::mesh {
+
+/// Positions of instances that stand where their mesh does are its own, to the bit; others are rounded once.
+/// Mirrored instances have their triangles turned, so that they face as before.
+class FlatScene : public MeshSource {
+ public:
+  /// Refers to the scene, which must outlive it. Throws Error(too_large) where 32-bit indices do not reach.
+  explicit FlatScene(const Scene& scene);
+
+  uint64_t vertex_count() const override { return first_vertex_.back(); }
+  uint64_t triangle_count() const override { return first_triangle_.back(); }
+  void vertices(uint64_t first, std::span<Float3> out) const override;
+  void triangles(uint64_t first, std::span<Triangle> out) const override;
+
+  size_t instance_count() const { return mirrored_.size(); }
+  /// Where the vertices and triangles of an instance start; [instances]: where they end.
+  uint64_t first_vertex(size_t instance) const { return first_vertex_[instance]; }
+  uint64_t first_triangle(size_t instance) const { return first_triangle_[instance]; }
+
+ private:
+  const Scene& scene_;
+  std::vector<uint64_t> first_vertex_, first_triangle_;
+  std::vector<bool> mirrored_;
+};
+
+/// The whole of it in memory, under a name.
+Mesh flatten(const Scene& scene, const std::string& name);
+
+}  // namespace nif::mesh

@@ -1,0 +1,25 @@
+#include "formats/mesh/sides.hpp"
+
+#include <tbb/parallel_sort.h>
+
+namespace nif::mesh {
+
+std::vector<Side> sorted_sides(std::span<const Triangle> triangles, std::span<const Triangle> more) {
+  const size_t count = triangles.size() + more.size();
+  std::vector<Side> sides;
+  sides.reserve(count * 3);
+  for (size_t t = 0; t < count; ++t) {
+    const Triangle& v = t < triangles.size() ? triangles[t] : more[t - triangles.size()];
+    for (uint16_t corner = 0; corner < 3; ++corner) {
+      const uint32_t a = v[corner], b = v[(corner + 1) % 3];
+      const uint64_t edge = a < b ? uint64_t{a} << 32 | b : uint64_t{b} << 32 | a;
+      sides.push_back({edge, uint32_t(t), corner, int16_t(a < b ? 1 : -1)});
+    }
+  }
+  tbb::parallel_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return a.edge != b.edge ? a.edge < b.edge : a.triangle < b.triangle;
+  });
+  return sides;
+}
+
+}  // namespace nif::mesh

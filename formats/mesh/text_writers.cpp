@@ -1,0 +1,162 @@
+#include "formats/mesh/text_writers.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace nif::mesh::detail {
+namespace {
+
+constexpr uint64_t kBlock = 1 << 14;
+
+/// Calls `put` for the vertices [first, last) of a flat scene, in order.
+template <class Put>
+void each_vertex(const FlatScene& flat, uint64_t first, uint64_t last, Put put) {
+  std::vector<Float3> block;
+  for (; first < last; first += block.size()) {
+    block.resize(std::min(kBlock, last - first));
+    flat.vertices(first, block);
+    for (const Float3& p : block) put(p);
+  }
+}
+
+template <class Put>
+void each_triangle(const FlatScene& flat, uint64_t first, uint64_t last, Put put) {
+  std::vector<Triangle> block;
+  for (; first < last; first += block.size()) {
+    block.resize(std::min(kBlock, last - first));
+    flat.triangles(first, block);
+    for (const Triangle& t : block) put(t);
+  }
+}
+
+void put_point(Stream& out, const Float3& p) {
+  out.put(p[0]);
+  for (size_t axis = 1; axis < 3; ++axis) {
+    out.put(' ');
+    out.put(p[axis]);
+  }
+  out.put('\n');
+}
+
+/// A name as one line of text can hold it: a backslash at its end would take the next line along.
+std::string line_of(std::string name) {
+  if (name.ends_with('\\')) name.back() = '_';
+  return name;
+}
+
+struct Facet {
+  Float3 normal;
+  std::array<Float3, 3> corners;
+};
+
+/// Calls `put` for the facets [first, last), whose vertices begin at `first_vertex`.
+template <class Put>
+void each_facet(const FlatScene& flat, std::span<const Float3> points, uint64_t first_vertex, uint64_t first,
+                uint64_t last, Put put) {
+  each_triangle(flat, first, last, [&](const Triangle& t) {
+    Facet facet{{}, {points[t[0] - first_vertex], points[t[1] - first_vertex], points[t[2] - first_vertex]}};
+    std::array<double, 3> a, b, n;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      a[axis] = double(facet.corners[1][axis]) - facet.corners[0][axis];
+      b[axis] = double(facet.corners[2][axis]) - facet.corners[0][axis];
+    }
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const size_t next = (axis + 1) % 3, last_axis = (axis + 2) % 3;
+      n[axis] = a[next] * b[last_axis] - a[last_axis] * b[next];
+    }
+    const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    if (length > 0 && std::isfinite(length))
+      for (size_t axis = 0; axis < 3; ++axis) facet.normal[axis] = float(n[axis] / length);
+    put(facet);
+  });
+}
+
+std::vector<Float3> points_of(const FlatScene& flat, size_t instance) {
+  std::vector<Float3> points(flat.first_vertex(instance + 1) - flat.first_vertex(instance));
+  flat.vertices(flat.first_vertex(instance), points);
+  return points;
+}
+
+}  // namespace
+
+void write_obj(Stream& out, const Scene& scene, const FlatScene& flat) {
+  out.put("# nifkit\n");
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    out.put("o ");
+    out.put(line_of(scene.instances[i].name));
+    out.put('\n');
+    each_vertex(flat, flat.first_vertex(i), flat.first_vertex(i + 1), [&](const Float3& p) {
+      out.put("v ");
+      put_point(out, p);
+      out.step();
+    });
+    each_triangle(flat, flat.first_triangle(i), flat.first_triangle(i + 1), [&](const Triangle& t) {
+      out.put('f');
+      for (const uint32_t v : t) {
+        out.put(' ');
+        out.put(uint64_t{v} + 1);
+      }
+      out.put('\n');
+      out.step();
+    });
+  }
+}
+
+void write_off(Stream& out, const FlatScene& flat) {
+  out.put("OFF\n");
+  out.put(flat.vertex_count());
+  out.put(' ');
+  out.put(flat.triangle_count());
+  out.put(" 0\n");
+  each_vertex(flat, 0, flat.vertex_count(), [&](const Float3& p) {
+    put_point(out, p);
+    out.step();
+  });
+  each_triangle(flat, 0, flat.triangle_count(), [&](const Triangle& t) {
+    out.put('3');
+    for (const uint32_t v : t) {
+      out.put(' ');
+      out.put(v);
+    }
+    out.put('\n');
+    out.step();
+  });
+}
+
+void write_stl(Stream& out, const FlatScene& flat) {
+  std::array<char, 80> header{};
+  std::memcpy(header.data(), "nifkit", 6);
+  out.put_bytes(header);
+  out.put_bytes(uint32_t(flat.triangle_count()));
+  for (size_t i = 0; i < flat.instance_count(); ++i)
+    each_facet(flat, points_of(flat, i), flat.first_vertex(i), flat.first_triangle(i),
+               flat.first_triangle(i + 1), [&](const Facet& facet) {
+                 out.put_bytes(facet);
+                 out.put_bytes(uint16_t{0});
+                 out.step();
+               });
+}
+
+void write_stl_text(Stream& out, const Scene& scene, const FlatScene& flat) {
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    out.put("solid ");
+    out.put(scene.instances[i].name);
+    out.put('\n');
+    each_facet(flat, points_of(flat, i), flat.first_vertex(i), flat.first_triangle(i),
+               flat.first_triangle(i + 1), [&](const Facet& facet) {
+                 out.put("facet normal ");
+                 put_point(out, facet.normal);
+                 out.put("outer loop\n");
+                 for (const Float3& corner : facet.corners) {
+                   out.put("vertex ");
+                   put_point(out, corner);
+                 }
+                 out.put("endloop\nendfacet\n");
+                 out.step();
+               });
+    out.put("endsolid\n");
+  }
+}
+
+}  // namespace nif::mesh::detail

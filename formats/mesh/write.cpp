@@ -1,0 +1,148 @@
+#include "formats/mesh/write.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "formats/mesh/draco_writer.hpp"
+#include "formats/mesh/flat_scene.hpp"
+#include "formats/mesh/glb_writer.hpp"
+#include "formats/mesh/ply_writer.hpp"
+#include "formats/mesh/stream.hpp"
+#include "formats/mesh/text_writers.hpp"
+
+namespace nif::mesh {
+namespace {
+
+using detail::Stream;
+namespace fs = std::filesystem;
+
+/// What is to be said of a scene that a format cannot hold as it is.
+std::vector<std::string> losses(const std::string& path, FileKind kind, const Scene& scene,
+                                const WriteOptions& options) {
+  std::vector<std::string> notes;
+  const auto note = [&](const std::string& text) { notes.push_back(path + ": " + text); };
+  if (kind == FileKind::glb) return notes;
+  const bool objects = kind == FileKind::obj || (kind == FileKind::stl && options.text);
+  const std::vector<Instance>& instances = scene.instances;
+  if (instances.size() > 1 && !objects)
+    note(fmt::format("the format holds one mesh: {} objects became one, and their names were left out",
+                     instances.size()));
+  if (instances.size() == 1 && !objects && kind != FileKind::drc &&
+      instances[0].name != fs::path(path).stem())
+    note(fmt::format("the format has no names: '{}' was left out", instances[0].name));
+  if (objects) {
+    const bool differ = std::ranges::any_of(
+        instances, [&](const Instance& i) { return i.name != scene.meshes[i.mesh].name; });
+    if (differ) note("the format has one name an object: those of nodes were kept, those of meshes left out");
+    const auto lost = uint64_t(std::ranges::count_if(instances, [&](const Instance& i) {
+      return i.name.empty() || (kind == FileKind::obj && i.name.ends_with('\\'));
+    }));
+    if (lost != 0)
+      note(fmt::format("{} names are empty or end in a backslash, which the format cannot hold", lost));
+  }
+  if (std::ranges::any_of(instances, [](const Instance& i) { return i.transform != kIdentity; }))
+    note("the format has no transforms: objects were written where they stand, rounded to floats");
+  if (instances.size() > scene.meshes.size())
+    note(fmt::format("the format has no instances: {} meshes were written {} times in all",
+                     scene.meshes.size(), instances.size()));
+  if (!scene.cameras.empty() || !scene.lights.empty())
+    note(fmt::format("the format has no cameras and no lights: {} and {} were left out", scene.cameras.size(),
+                     scene.lights.size()));
+  if (kind == FileKind::stl)
+    note("STL has no shared vertices: each triangle has three of its own; reading welds equal ones again");
+  return notes;
+}
+
+std::string rounding(const std::string& path, uint32_t bits) {
+  return fmt::format(
+      "{}: Draco rounded positions to {} bits along the longest side of each mesh, and sorted vertices and "
+      "triangles anew; with 0 bits it keeps them as they are",
+      path, bits);
+}
+
+Mesh only_mesh(const Scene& scene) {
+  const bool as_it_is = scene.instances.size() == 1 && scene.instances[0].transform == kIdentity;
+  if (!as_it_is) return flatten(scene, scene.instances.size() == 1 ? scene.instances[0].name : "");
+  Mesh mesh = scene.meshes[scene.instances[0].mesh];
+  mesh.name = scene.instances[0].name;
+  return mesh;
+}
+
+uint64_t write_stream(const std::string& path, FileKind kind, const Scene& scene, const WriteOptions& options,
+                      const std::function<void(double)>& progress, const std::atomic<bool>& cancel) {
+  const FlatScene flat(scene);
+  if (kind == FileKind::ply) return write_ply(path, flat, "nifkit", progress, cancel).bytes;
+  if (kind == FileKind::stl && flat.triangle_count() > std::numeric_limits<uint32_t>::max())
+    throw Error(Status::too_large,
+                fmt::format("{}: {} triangles are more than an STL takes", path, flat.triangle_count()));
+  const uint64_t vertices = kind == FileKind::stl ? 0 : flat.vertex_count();
+  Stream out(path, vertices + flat.triangle_count(), progress, cancel);
+  if (kind == FileKind::obj) detail::write_obj(out, scene, flat);
+  if (kind == FileKind::off) detail::write_off(out, flat);
+  if (kind == FileKind::stl && options.text) detail::write_stl_text(out, scene, flat);
+  if (kind == FileKind::stl && !options.text) detail::write_stl(out, flat);
+  return out.commit();
+}
+
+}  // namespace
+
+FileKind file_kind(const std::string& path) {
+  std::string ending = fs::path(path).extension().string();
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+  constexpr std::array<std::pair<const char*, FileKind>, 6> kKinds{{{".obj", FileKind::obj},
+                                                                    {".ply", FileKind::ply},
+                                                                    {".stl", FileKind::stl},
+                                                                    {".off", FileKind::off},
+                                                                    {".glb", FileKind::glb},
+                                                                    {".drc", FileKind::drc}}};
+  for (const auto& [name, kind] : kKinds)
+    if (ending == name) return kind;
+  throw Error(Status::usage,
+              fmt::format("{}: meshes are written as .obj, .ply, .stl, .off, .glb or .drc, and the "
+                          "name says otherwise{}",
+                          path, ending == ".vdb" ? "; nif mesh voxelize writes .vdb" : ""));
+}
+
+void check_options(FileKind kind, const WriteOptions& options) {
+  if (options.text && kind != FileKind::stl)
+    throw Error(Status::usage, "--text is for .stl: the other formats are either text or not");
+  if (options.draco && kind != FileKind::glb) throw Error(Status::usage, "--draco is for .glb");
+  if (options.draco_bits && kind != FileKind::drc && !options.draco)
+    throw Error(Status::usage, "--draco-bits is for .drc, and for .glb with --draco");
+}
+
+Written write(const std::string& path, const Scene& scene, const WriteOptions& options,
+              const std::function<void(double)>& progress, const std::atomic<bool>& cancel) {
+  const FileKind kind = file_kind(path);
+  check_options(kind, options);
+  Written written{0, losses(path, kind, scene, options)};
+  const uint32_t bits = options.draco_bits.value_or(kDracoBits);
+  if ((kind == FileKind::drc || options.draco) && bits != 0) written.notes.push_back(rounding(path, bits));
+  if (kind != FileKind::glb && kind != FileKind::drc) {
+    written.bytes = write_stream(path, kind, scene, options, progress, cancel);
+    return written;
+  }
+  // What may be refused is looked at before the file is begun.
+  std::optional<OutputFile> file;
+  const auto sink = [&](std::span<const std::byte> piece) {
+    if (cancel) throw Error(Status::interrupted, path + ": the writing was cancelled");
+    if (!file) file.emplace(path);
+    file->write(piece);
+    written.bytes += piece.size();
+  };
+  if (kind == FileKind::drc) {
+    const Mesh mesh = only_mesh(scene);
+    sink(encode_draco(mesh, bits, mesh.name).bytes);
+  } else {
+    write_glb(scene, options.draco ? std::optional(bits) : std::nullopt, sink);
+  }
+  file->commit();
+  return written;
+}
+
+}  // namespace nif::mesh

@@ -1,0 +1,30 @@
+// The library as it is without CGAL (NIF_WITH_CGAL=OFF): one sentence for everything.
+#include <string>
+
+#include "mesh/cgal/cgal.hpp"
+
+namespace nif::cgal {
+
+bool available() { return false; }
+
+void require(const char* what) {
+  throw Error(Status::usage, std::string("this build of nif lacks CGAL, which ") + what +
+                                 " needs; build it with NIF_WITH_CGAL=ON");
+}
+
+SelfIntersections find_self_intersections(const mesh::CleanMesh&, const std::atomic<bool>&) {
+  require("the search for self-intersections");
+  return {};
+}
+
+Mending mend(mesh::Mesh&, uint64_t, const std::atomic<bool>&) {
+  require("nif mesh repair");
+  return {};
+}
+
+mesh::Mesh remesh_isotropic(const mesh::Mesh&, double, uint32_t, double) {
+  require("isotropic remeshing");
+  return {};
+}
+
+}  // namespace nif::cgal

@@ -1,0 +1,46 @@
+// Meshes as volumes, by OpenVDB: a signed distance on voxels near the surface, and back to a mesh.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+#include "formats/mesh/scene.hpp"
+
+namespace nif::volume {
+
+struct Sampling {
+  double voxel = 0;  ///< side of a voxel, in units of the mesh; above 0
+  /// 0: the solid that the mesh encloses. Above: a shell of this thickness around the mesh, whether or not it
+  /// encloses anything; at least two voxels.
+  double thickness = 0;
+};
+
+/// Bytes that the functions below take for a surface of this area, roughly and rather too many.
+uint64_t memory_estimate(double area, const Sampling& sampling);
+
+/// Remeshes through a level set: one closed surface that does not cross itself, of triangles about as large
+/// as a voxel; details finer than that are lost. `adaptivity` (0..1) lets flat parts have larger ones. What
+/// the mesh encloses is what OpenVDB finds enclosed: holes up to about a voxel are closed, parts with larger
+/// ones vanish. Throws Error(all_degenerate) where nothing is enclosed. Runs on all threads; the result does
+/// not depend on their number.
+mesh::Mesh remesh(const mesh::Mesh& mesh, const Sampling& sampling, double adaptivity);
+
+enum class Kind : uint8_t {
+  level_set,  ///< floats: distance from the surface, negative inside, within three voxels of it
+  occupancy,  ///< booleans: voxels whose centre is inside are active
+};
+
+struct VolumeFile {
+  uint64_t bytes = 0;
+  uint64_t voxels = 0;             ///< active ones
+  std::array<uint32_t, 3> size{};  ///< of the box around these, in voxels
+};
+
+/// Writes one grid as .vdb, under the mesh's name, whole or not at all (formats/output_file.hpp). The same
+/// bytes each time: the random identifier of a .vdb is left zero. Throws as remesh(), output_folder_missing
+/// and output_not_writable.
+VolumeFile write_vdb(const std::string& path, const mesh::Mesh& mesh, const Sampling& sampling, Kind kind);
+
+}  // namespace nif::volume

@@ -1,0 +1,137 @@
+// Meshes with one fault each come out without it, and the report says what was done.
+#include "mesh/repair/repair.hpp"
+
+#include <gtest/gtest.h>
+
+#include "mesh/inspect/inspect.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using inspect::Inspection;
+using mesh::Mesh;
+using repair::Report;
+
+const std::atomic<bool> kGoOn{false};
+
+class Repair : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!cgal::available()) GTEST_SKIP() << "built without CGAL";
+  }
+  static Report repair(Mesh& mesh, const repair::Options& options = {}) {
+    return repair::repair(mesh, options, kGoOn);
+  }
+};
+
+TEST_F(Repair, LeavesASoundMeshAsItIs) {
+  for (const Mesh& sound : {torus(16, 8), nested_spheres(2), open_bowl(4, 8)}) {
+    Mesh mesh = sound;
+    const Report report = repair(mesh);
+    EXPECT_EQ(mesh.positions, sound.positions) << sound.name;
+    EXPECT_EQ(mesh.triangles, sound.triangles) << sound.name;
+    EXPECT_EQ(report.welded + report.degenerate + report.duplicate + report.opposite + report.mending.turned +
+                  report.mending.split_vertices + report.mending.stitched_edges + report.turned_solids,
+              0u)
+        << sound.name;
+  }
+}
+
+TEST_F(Repair, TurnsWhatFacesTheWrongWay) {
+  Mesh mesh;
+  append(mesh, icosphere(2), 1, {0, 0, 0}, true);
+  const Report inside_out = repair(mesh);
+  EXPECT_EQ(inside_out.turned_solids, 1u);
+  EXPECT_GT(signed_volume(mesh), 0);
+
+  mesh = icosphere(2);
+  for (size_t t = 0; t < 10; ++t) std::swap(mesh.triangles[7 * t][0], mesh.triangles[7 * t][1]);
+  const Report mixed = repair(mesh);
+  EXPECT_EQ(mixed.mending.turned, 10u);
+  EXPECT_EQ(open_edges(mesh), 0u);
+  EXPECT_GT(signed_volume(mesh), 0);
+}
+
+TEST_F(Repair, AWallOfACavityFacesInwardsAsItDid) {
+  Mesh mesh = nested_spheres(2);
+  const double volume = signed_volume(mesh);
+  repair(mesh);
+  EXPECT_EQ(signed_volume(mesh), volume);
+}
+
+TEST_F(Repair, WeldsWhatIsNear) {
+  Mesh soup{"soup", {}, {}};
+  const Mesh ball = icosphere(2);
+  for (const mesh::Triangle& t : ball.triangles) {
+    for (const uint32_t v : t) {
+      mesh::Float3 p = ball.positions[v];
+      p[0] += 1e-6f * float(soup.positions.size() % 3);
+      soup.positions.push_back(p);
+    }
+    const auto n = uint32_t(soup.positions.size());
+    soup.triangles.push_back({n - 3, n - 2, n - 1});
+  }
+  Mesh untouched = soup;
+  repair(untouched);
+  EXPECT_GT(inspect::inspect(untouched).boundary_edges, 0u);
+  const Report report = repair(soup, {.weld = 1e-4, .hole_edges = 0, .keep_opposite = false});
+  EXPECT_EQ(soup.positions.size(), ball.positions.size());
+  EXPECT_EQ(report.welded, 3 * ball.triangles.size() - ball.positions.size());
+  EXPECT_EQ(inspect::inspect(soup).boundary_edges, 0u);
+}
+
+TEST_F(Repair, FillsHolesUpToTheirLimit) {
+  Mesh holed = icosphere(2);
+  holed.triangles.erase(holed.triangles.begin(), holed.triangles.begin() + 1);
+  Mesh bowl = open_bowl(6, 24);
+  append(bowl, holed, 1, {5, 0, 0});
+  Mesh small = bowl;
+  const Report some = repair(small, {.weld = 0, .hole_edges = 23, .keep_opposite = false});
+  EXPECT_EQ(some.mending.filled_holes, 1u);
+  EXPECT_EQ(inspect::inspect(small).boundary_edges, 24u);
+  Mesh large = bowl;
+  const Report all = repair(large, {.weld = 0, .hole_edges = 24, .keep_opposite = false});
+  EXPECT_EQ(all.mending.filled_holes, 2u);
+  EXPECT_EQ(inspect::inspect(large).boundary_edges, 0u);
+  EXPECT_EQ(inspect::inspect(large).solids(), 2u);
+  EXPECT_EQ(large.triangles.size(), bowl.triangles.size() + all.mending.fill_triangles);
+}
+
+TEST_F(Repair, ASheetIsNoHole) {
+  Mesh sheet{"sheet", {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  const Report report = repair(sheet, {.weld = 0, .hole_edges = 100, .keep_opposite = false});
+  EXPECT_EQ(report.mending.filled_holes, 0u);
+  EXPECT_EQ(sheet.triangles.size(), 2u);
+}
+
+TEST_F(Repair, TakesApartWhatIsNotManifold) {
+  Mesh fin = cube();
+  fin.positions.push_back({0, 3, 0});
+  fin.triangles.push_back({fin.triangles[0][0], fin.triangles[0][1], 8});
+  const Report report = repair(fin, {.weld = 0, .hole_edges = 100, .keep_opposite = false});
+  EXPECT_GT(report.mending.split_vertices, 0u);
+  EXPECT_EQ(report.mending.filled_holes, 0u) << "a cut is no hole";
+  const Inspection found = inspect::inspect(fin, false);
+  EXPECT_EQ(found.non_manifold_edges + found.non_manifold_vertices, 0u);
+  EXPECT_EQ(found.triangles, 13u);
+
+  Mesh tips = cube();
+  append(tips, cube(), 1, {2, 2, 2});
+  EXPECT_EQ(repair(tips).mending.split_vertices, 1u);
+  EXPECT_EQ(inspect::inspect(tips, false).non_manifold_vertices, 0u);
+}
+
+TEST_F(Repair, DropsDuplicatesAndOpposites) {
+  Mesh mesh = cube();
+  const mesh::Triangle t = mesh.triangles[3];
+  mesh.triangles.insert(mesh.triangles.end(), {{t[1], t[2], t[0]}, {t[1], t[0], t[2]}, {t[0], t[0], t[1]}});
+  const Report report = repair(mesh);
+  EXPECT_EQ(report.duplicate, 1u);
+  EXPECT_EQ(report.opposite, 1u);
+  EXPECT_EQ(report.degenerate, 1u);
+  EXPECT_EQ(mesh.triangles, cube().triangles);
+}
+
+}  // namespace
+}  // namespace nif::test

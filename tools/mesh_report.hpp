@@ -1,0 +1,20 @@
+// What `nif mesh info` and `nif mesh repair` print of a mesh.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "mesh/inspect/inspect.hpp"
+
+namespace nif::tools {
+
+/// All counts. Of the components the thousand largest are listed.
+nlohmann::ordered_json to_json(const inspect::Inspection& inspection);
+
+/// Some lines, without self-intersections.
+std::string to_text(const inspect::Inspection& inspection);
+
+/// "closed", "2 of 3 components open", ...: the state of a mesh in a few words.
+std::string summary_of(const inspect::Inspection& inspection);
+
+}  // namespace nif::tools
