@@ -320,6 +320,10 @@ TEST_F(Batch, PartsAreSummedUp) {
 
   write("only.txt", "out/m0.nif\n\nout/m2.nif\n");
   EXPECT_EQ(batch_json(file, {"--only", path("only.txt")})["assets"].size(), 2u);
+  write("none.txt", "out/m9.nif\n");
+  const Outcome none = batch(file, {"--only", path("none.txt")});
+  EXPECT_EQ(none.code, int(Status::malformed_manifest));
+  EXPECT_NE(none.err.find("has no output 'out/m9.nif'"), std::string::npos) << none.err;
   write("bad.obj", ball_);
   EXPECT_EQ(batch_json(file)["baked"], 1);
   const Outcome whole = nif({"farm", file, "--merge", part, "--json", "--report", path("r.html")});

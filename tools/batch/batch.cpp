@@ -211,6 +211,11 @@ std::vector<BatchItem> plan(const Manifest& manifest, const BatchOptions& option
   const Records records(manifest);
   const std::atomic<bool>& cancel = interruption();
   std::vector<BatchItem> items;
+  std::set<std::string> unknown = options.only;
+  for (const BatchAsset& asset : manifest.assets) unknown.erase(asset.name);
+  if (!unknown.empty())
+    throw Error(Status::malformed_manifest,
+                fmt::format("{}: has no output '{}'", manifest.file, *unknown.begin()));
   size_t number = 0;
   for (const BatchAsset& asset : manifest.assets) {
     if (!options.only.empty() && !options.only.contains(asset.name)) continue;

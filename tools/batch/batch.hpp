@@ -36,7 +36,8 @@ struct BatchItem {
 const char* name_of(BatchItem::Outcome outcome);
 
 /// The assets of this shard, each with the reason for which it would be baked. Reads sources only as far as
-/// their times do not tell. Throws nif::Error(interrupted).
+/// their times do not tell. Throws nif::Error: interrupted; malformed_manifest where `only` names what the
+/// manifest has not.
 std::vector<BatchItem> plan(const Manifest& manifest, const BatchOptions& options);
 
 /// Bakes what plan() has found, each in a process of its own, and keeps a record of each as soon as it is
