@@ -27,7 +27,7 @@ column() { awk -v set="$1" "\$2 == set { print $2 }" "$out/threads.txt" | spread
   printf '# Two threads\n\n'
   printf 'Written by `docs/results/threads.sh`: change nothing here by hand. Machine: %s, %s cores.\n' \
     "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)" "$(nproc)"
-  printf '[cpu-kernels.md](cpu-kernels.md) says what follows from it.\n\n'
+  printf 'Other programs may have run beside it; [cpu-kernels.md](cpu-kernels.md) says what follows from it.\n\n'
   printf 'Model: the Stanford dragon, Stanford University Computer Graphics Laboratory, preset `balanced`. %s launches of\n' "$launches"
   printf '`two_threads dragon.nif dragon.ply.gz %s %s` (tests/threads), in each %s rounds, in each round every way once in\n' \
     "$rounds" "$rays" "$rounds"

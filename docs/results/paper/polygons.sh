@@ -51,7 +51,7 @@ done
   printf '\nEmbree, `spherical` by probability, and the difference times 3:\n\n![By spherical fields](polygons-spherical.png)\n'
   printf '\nThe same with `segment`:\n\n![By segment fields](polygons-segment.png)\n'
   printf '\n## The bust by itself\n\n'
-  printf '`nif bake bust.ply --encoding segment --preset fast`, all threads; errors on 10^6 rays of each set, the picture as above.\n\n'
+  printf '`nif bake bust.ply --encoding segment --preset fast`, all threads; errors on 10^6 rays of each set, the picture as above. Times are of\none run, beside which others may have gone on.\n\n'
   printf '| triangles | mesh file | bake | peak memory | asset | wrong, `outer-lines` | wrong, `inner-surface` | bits |\n'
   printf '| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n'
   for triangles in "${counts[@]}"; do
