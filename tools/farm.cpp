@@ -121,7 +121,7 @@ void run_merge(const Arguments& arguments) {
                count_of(items.size(), "asset"), summary["baked"].get<size_t>(),
                summary["current"].get<size_t>(), summary["failed"].get<size_t>(), lost);
   }
-  if (first_failed) throw Error(Status(std::clamp(first_failed->code, 1, 127)), first_failed->error);
+  if (first_failed) throw failure_of(*first_failed);
   if (lost)
     throw Error(Status::farm_failed,
                 fmt::format("{}: {} not baked, as no task came to it; submit again to go on", manifest.file,

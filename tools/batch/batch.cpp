@@ -208,6 +208,10 @@ const char* name_of(BatchItem::Outcome outcome) {
   return "";
 }
 
+Error failure_of(const BatchItem& item) {
+  return {item.code > 0 && item.code < 128 ? Status(item.code) : Status::internal, item.error};
+}
+
 std::vector<BatchItem> plan(const Manifest& manifest, const BatchOptions& options) {
   const Records records(manifest);
   const std::atomic<bool>& cancel = interruption();

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/status.hpp"
 #include "tools/batch/manifest.hpp"
 #include "tools/batch/record.hpp"
 
@@ -34,6 +35,10 @@ struct BatchItem {
   nlohmann::ordered_json report;  ///< nifkit.bake/1; null where there is none
 };
 const char* name_of(BatchItem::Outcome outcome);
+
+/// The error by which a command ends whose item failed so: with the code of its bake, or `internal` where a
+/// signal ended it.
+Error failure_of(const BatchItem& item);
 
 /// The assets of this shard, each with the reason for which it would be baked. Reads sources only as far as
 /// their times do not tell. Throws nif::Error: interrupted; malformed_manifest where `only` names what the

@@ -163,10 +163,7 @@ void run_batch(const BatchArguments& arguments) {
                  counts[size_t(BatchItem::Outcome::left)]);
     fmt::print("; {:.1f} s\n", seconds);
   }
-  if (first_failed) {
-    const int code = first_failed->code;
-    throw Error(code > 1 && code < 127 ? Status(code) : Status::internal, first_failed->error);
-  }
+  if (first_failed) throw failure_of(*first_failed);
 }
 
 std::string dependency_rule(const std::vector<std::string>& targets, const std::vector<std::string>& files) {
