@@ -21,6 +21,7 @@ format::Object describe(const Prepared& prepared, ObjectReport& report) {
   report.cleaned = prepared.surface.report;
   report.closed_components = prepared.closed.count();
   report.open_components = prepared.closed.open_components;
+  report.turned = prepared.closed.turned;
   return object;
 }
 

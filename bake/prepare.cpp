@@ -37,9 +37,24 @@ bool flattens(const mesh::Transform& t) {
   return false;
 }
 
+/// What was changed in a mesh, after its name; empty where nothing was. Positions that were welded are where
+/// they were, so that is no change.
+std::string changes_of(const Prepared& prepared) {
+  std::vector<std::string> changes;
+  const mesh::CleanReport& cleaned = prepared.surface.report;
+  const auto change = [&](uint64_t count, const char* verb, const char* which) {
+    if (count)
+      changes.push_back(fmt::format("{} {} triangle{} {}", verb, count, count == 1 ? "" : "s", which));
+  };
+  change(cleaned.degenerate, "dropped", "without area");
+  change(cleaned.duplicate, "dropped", "that another one covers");
+  change(prepared.closed.turned, "turned", "to face as those around");
+  return fmt::format("{}", fmt::join(changes, ", "));
+}
+
 }  // namespace
 
-PreparedScene prepare(const mesh::Scene& scene) {
+PreparedScene prepare(const mesh::Scene& scene, bool strict) {
   PreparedScene prepared;
   std::map<std::pair<size_t, size_t>, std::vector<uint32_t>> meshes_by_size;  // one of each content
   for (uint32_t m = 0; m < scene.meshes.size(); ++m) {
@@ -57,6 +72,8 @@ PreparedScene prepare(const mesh::Scene& scene) {
     try {
       prepared.objects.push_back(prepare(mesh));
       prepared.object_of.push_back(uint32_t(prepared.objects.size() - 1));
+      if (const std::string changes = changes_of(prepared.objects.back()); !changes.empty())
+        prepared.notes.push_back(fmt::format("'{}': {}", mesh.name, changes));
     } catch (const Error& error) {
       // One mesh of many that is nothing but lines should not cost the others.
       if (error.status() != Status::all_degenerate) throw;
@@ -75,6 +92,12 @@ PreparedScene prepare(const mesh::Scene& scene) {
     } else {
       prepared.instances.push_back(i);
     }
+  }
+  if (strict && !prepared.notes.empty()) {
+    const size_t more = prepared.notes.size() - 1;
+    throw Error(Status::needs_repair,
+                fmt::format("--strict refuses what has to be repaired: {}{}; see nif mesh info and repair",
+                            prepared.notes.front(), more ? fmt::format(", and {} more", more) : ""));
   }
   return prepared;
 }

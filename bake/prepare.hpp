@@ -30,12 +30,12 @@ struct PreparedScene {
   std::vector<Prepared> objects;
   std::vector<uint32_t> object_of;  ///< by mesh: its object, or kNone where it was left out
   std::vector<uint32_t> instances;  ///< of the scene, those that place an object and do not flatten it
-  std::vector<std::string> notes;   ///< one sentence for each mesh or instance left out
+  std::vector<std::string> notes;   ///< what was changed or left out, a sentence each; welding is no change
 };
 
 /// Refers to the scene's meshes, which must outlive the result. Throws as prepare() of a mesh, all_degenerate
-/// only where no object is left.
-PreparedScene prepare(const mesh::Scene& scene);
+/// only where no object is left; with `strict`, Error(needs_repair) where there is anything to note.
+PreparedScene prepare(const mesh::Scene& scene, bool strict = false);
 
 /// The ground truth of one object, over its prepared mesh, which must outlive it.
 class GroundTruth {

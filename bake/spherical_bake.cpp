@@ -93,7 +93,7 @@ class SphericalBaker {
 
   BakeResult run() {
     if (callback_) callback_({BakeProgress::Stage::preparing, scene_.meshes.front().name, 0, 1, 0, 0, 0});
-    PreparedScene prepared = prepare(scene_);
+    PreparedScene prepared = prepare(scene_, options_.strict);
     result_.notes = std::move(prepared.notes);
     result_.asset.instances = instances_of(scene_, prepared);
     object_of_ = prepared.object_of;

@@ -24,8 +24,10 @@ function(nif_compile target)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
   if(NIF_SANITIZE)
+    # Reports need lines and frames, no more; compiled with less, all is built in two thirds of the time.
     target_compile_options(${target} PRIVATE -fsanitize=${NIF_SANITIZE} -fno-sanitize-recover=all
-                                             -fno-omit-frame-pointer)
+                                             -fno-omit-frame-pointer -O1 -g1)
+    target_compile_definitions(${target} PRIVATE NIF_SANITIZED)
     target_link_options(${target} PRIVATE -fsanitize=${NIF_SANITIZE})
   endif()
 endfunction()

@@ -32,6 +32,7 @@ enum class Status : int {
   malformed_scene = 23,        ///< a scene file that is none, or whose fields contradict each other
   not_an_image = 24,           ///< an environment map that is no picture, or holds no light
   malformed_manifest = 25,     ///< a manifest that is none, or whose entries contradict each other
+  needs_repair = 26,           ///< with --strict: a mesh that preparation would change
 
   // Reading an asset.
   not_a_nif = 30,

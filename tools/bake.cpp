@@ -71,6 +71,7 @@ nlohmann::ordered_json to_json(const bake::ObjectReport& object) {
                               {"triangles", object.triangles},
                               {"degenerate", object.cleaned.degenerate},
                               {"duplicate", object.cleaned.duplicate},
+                              {"turned", object.turned},
                               {"closed_components", object.closed_components},
                               {"open_components", object.open_components}};
   if (object.as_bvh || object.as_segment)
@@ -142,9 +143,6 @@ std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeResu
   std::vector<std::string> notes = scene.warnings;
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   for (const bake::ObjectReport& object : result.objects) {
-    if (object.cleaned.degenerate || object.cleaned.duplicate)
-      notes.push_back(fmt::format("'{}': dropped {} triangles without area and {} duplicates", object.name,
-                                  object.cleaned.degenerate, object.cleaned.duplicate));
     if (object.recoveries)
       notes.push_back(
           fmt::format("'{}': the loss became non-finite {} time(s); training went back and on more carefully",

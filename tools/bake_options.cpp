@@ -74,6 +74,7 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
   options.encoding = *encoding;
   options.preset = *known_preset;
   options.seed = arguments.seed;
+  options.strict = arguments.strict;
   options.evaluation_rays = arguments.rays;
   options.resolution = arguments.resolution;
   if (!arguments.max_bytes.empty()) {
@@ -123,6 +124,11 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
       ->capture_default_str();
   command.add_option("--rays", arguments.rays, "Rays of each set to measure the accuracy with; 0: do not")
       ->capture_default_str();
+  command.add_flag(
+      "--strict", arguments.strict,
+      "Refuse a mesh that has to be repaired first: with triangles that are without area, covered "
+      "by another one or turned against those around, or that has parts nothing can be made of. "
+      "Else that is done, and said");
   add_spherical_options(command, arguments.spherical);
 }
 

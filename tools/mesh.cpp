@@ -1,6 +1,8 @@
 // `nif mesh`: what can be done with meshes themselves, one file a verb.
 #include "tools/mesh.hpp"
 
+#include "tools/mesh_vdb.hpp"
+
 namespace nif::tools {
 
 void add_mesh(CLI::App& app) {
@@ -11,6 +13,7 @@ void add_mesh(CLI::App& app) {
   add_mesh_decimate(*command);
   add_mesh_generate(*command);
   add_mesh_info(*command);
+  add_mesh_read_vdb(*command);
   add_mesh_remesh(*command);
   add_mesh_repair(*command);
   add_mesh_subdivide(*command);

@@ -12,6 +12,7 @@
 #include "formats/output_file.hpp"
 #include "tools/mesh.hpp"
 #include "tools/mesh_input.hpp"
+#include "tools/mesh_sampling.hpp"
 #include "tools/render/scene_file.hpp"
 #include "tools/render/transform.hpp"
 
@@ -21,6 +22,8 @@ namespace {
 struct Arguments {
   std::string input, output;
   mesh::WriteOptions options;
+  SamplingArguments sampling;
+  bool sampling_given = false;
   uint32_t threads = 0;
   bool json = false, quiet = false;
 };
@@ -90,23 +93,53 @@ void print(const Arguments& arguments, const mesh::Scene& scene, const mesh::Wri
   }
 }
 
+bool is_volume(const std::string& path) {
+  return CLI::detail::to_lower(std::filesystem::path(path).extension().string()) == ".vdb";
+}
+
+void check(const Arguments& arguments) {
+  const mesh::WriteOptions& options = arguments.options;
+  if (!is_volume(arguments.output)) {
+    mesh::check_options(mesh::file_kind(arguments.output), options);
+    if (arguments.sampling_given)
+      throw Error(Status::usage,
+                  arguments.output +
+                      ": --voxel, --resolution, --thickness and --allow-open are of .vdb, which it is not");
+  } else if (options.draco || options.draco_bits || options.text) {
+    throw Error(Status::usage,
+                arguments.output + ": --draco, --draco-bits and --text are not of .vdb, which it is");
+  }
+}
+
+mesh::Written write(const Arguments& arguments, const mesh::Scene& scene, Progress& progress) {
+  if (is_volume(arguments.output)) {
+    progress.update(0.3, "voxelizing " + arguments.input);
+    const WrittenVolume volume =
+        write_volume(scene, arguments.input, arguments.output, arguments.sampling, volume::Kind::level_set);
+    return {volume.bytes,
+            {fmt::format("{}: a level set, sampled every {:.4g}; what is finer is not in it",
+                         arguments.output, volume.voxel)}};
+  }
+  return naming(arguments.input, [&] {
+    return mesh::write(
+        arguments.output, scene, arguments.options,
+        [&](double fraction) { progress.update(fraction, "writing " + arguments.output); }, interruption());
+  });
+}
+
 void run(const Arguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   refuse_overwriting(arguments.input, arguments.output);
-  mesh::check_options(mesh::file_kind(arguments.output), arguments.options);
+  check(arguments);
   check_output(arguments.output);
   limit_threads(arguments.threads);
   Progress progress(arguments.quiet);
-  const std::atomic<bool>& cancel = interruption();
+  interruption();
   progress.update(0, "reading " + arguments.input);
   const mesh::Scene scene = std::filesystem::path(arguments.input).extension() == ".toml"
                                 ? read_objects(arguments.input, progress)
                                 : read_mesh(arguments.input, progress);
-  const mesh::Written written = naming(arguments.input, [&] {
-    return mesh::write(
-        arguments.output, scene, arguments.options,
-        [&](double fraction) { progress.update(fraction, "writing " + arguments.output); }, cancel);
-  });
+  const mesh::Written written = write(arguments, scene, progress);
   progress.finish();
   std::vector<std::string> notes = scene.warnings;
   notes.insert(notes.end(), written.notes.begin(), written.notes.end());
@@ -123,14 +156,15 @@ void add_mesh_convert(CLI::App& mesh) {
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command
-      ->add_option("INPUT", a.input,
-                   "A mesh in any format that nif bake reads, or a .toml scene of nif render, whose objects "
-                   "become nodes where it has them")
+      ->add_option(
+          "INPUT", a.input,
+          "A mesh in any format that nif bake reads, the level sets of a .vdb, or a .toml scene of nif "
+          "render, whose objects become nodes where it has them")
       ->required();
   command
       ->add_option(
           "-o,--output", a.output,
-          "The file to write: .obj, .ply (binary), .stl (binary), .off, .glb or .drc, as its name says")
+          "The file to write: .obj, .ply (binary), .stl (binary), .off, .glb, .drc or .vdb, as its name says")
       ->required();
   command->add_flag("--draco", a.options.draco, "Compress a .glb by Draco (KHR_draco_mesh_compression)");
   command
@@ -139,6 +173,7 @@ void add_mesh_convert(CLI::App& mesh) {
                                mesh::kDracoBits))
       ->check(CLI::Range(uint32_t{0}, mesh::kMostDracoBits));
   command->add_flag("--text", a.options.text, "Write an .stl as text, which keeps objects and their names");
+  add_sampling_options(*command, a.sampling);
   command->add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
       ->capture_default_str();
   command->add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-convert/1)");
@@ -148,11 +183,16 @@ void add_mesh_convert(CLI::App& mesh) {
       "keep\n"
       "positions and triangles, to the bit but for Draco with bits, and what they cannot keep is said in a "
       "note.\n"
+      "A .vdb is a level set of what all objects together enclose (OpenVDB), by --voxel or --resolution.\n"
       "Materials and other attributes are not read.\n"
       "Examples:\n"
       "  nif mesh convert scan.ply -o scan.glb --draco\n"
       "  nif mesh convert plan.toml -o objects.glb && nif bake objects.glb -o objects.nif");
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments, command] {
+    for (const char* name : {"--voxel", "--resolution", "--thickness", "--allow-open"})
+      arguments->sampling_given |= command->count(name) > 0;
+    run(*arguments);
+  });
 }
 
 }  // namespace nif::tools

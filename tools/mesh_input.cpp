@@ -6,6 +6,7 @@
 
 #include "formats/memory.hpp"
 #include "tools/command.hpp"
+#include "tools/mesh_vdb.hpp"
 
 namespace nif::tools {
 
@@ -16,7 +17,7 @@ mesh::Scene read_mesh(const std::string& file, Progress& progress) {
   // compressed takes more.
   if (!unknown) require_memory(2 * bytes, file + ": reading it");
   progress.update(0, "reading " + file);
-  return mesh::read(file);
+  return is_vdb(file) ? read_vdb(file) : mesh::read(file);
 }
 
 void print_notes(const std::vector<std::string>& notes, bool quiet) {

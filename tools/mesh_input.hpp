@@ -8,8 +8,8 @@
 
 namespace nif::tools {
 
-/// mesh::read(), for a file that fits into memory: what is there is less than the file and the arrays it
-/// becomes, and the file is refused (Error(too_large)) before it is loaded.
+/// mesh::read(), or read_vdb(), for a file that fits into memory: what is there is less than the file and the
+/// arrays it becomes, and the file is refused (Error(too_large)) before it is loaded.
 mesh::Scene read_mesh(const std::string& file, Progress& progress);
 
 /// Notes of a reader or a writer, one line each on standard error.

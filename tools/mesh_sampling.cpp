@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "formats/memory.hpp"
+#include "formats/mesh/flat_scene.hpp"
+#include "formats/output_file.hpp"
 #include "mesh/inspect/inspect.hpp"
 
 namespace nif::tools {
@@ -53,6 +57,22 @@ volume::Sampling sampling_of(const SamplingArguments& a, const mesh::Mesh& mesh)
   require_memory(volume::memory_estimate(found.area, sampling),
                  fmt::format("mesh '{}' at voxels of {:.3g}", mesh.name, sampling.voxel));
   return sampling;
+}
+
+WrittenVolume write_volume(const mesh::Scene& scene, const std::string& input, const std::string& output,
+                           const SamplingArguments& arguments, volume::Kind kind) {
+  return naming(input, [&] {
+    const mesh::Mesh mesh =
+        mesh::flatten(scene, scene.instances.size() == 1 ? scene.instances[0].name
+                                                         : std::filesystem::path(output).stem().string());
+    const volume::Sampling sampling = sampling_of(arguments, mesh);
+    volume::VolumeFile file = [&] {
+      const EndAtOnce nothing_is_written;
+      return volume::make_vdb(mesh, sampling, kind);
+    }();
+    write_output(output, std::as_bytes(std::span(file.bytes)));
+    return WrittenVolume{file.bytes.size(), file.voxels, file.size, sampling.voxel};
+  });
 }
 
 }  // namespace nif::tools

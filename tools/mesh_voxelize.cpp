@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <memory>
 
-#include "formats/mesh/flat_scene.hpp"
 #include "formats/output_file.hpp"
 #include "tools/mesh_sampling.hpp"
 
@@ -19,23 +18,23 @@ struct Arguments {
   bool json = false, quiet = false;
 };
 
-void print(const Arguments& a, double voxel, const volume::VolumeFile& file,
-           const std::vector<std::string>& notes, double seconds) {
+void print(const Arguments& a, const WrittenVolume& written, const std::vector<std::string>& notes,
+           double seconds) {
   if (a.json) {
     const nlohmann::ordered_json json{{"schema", "nifkit.mesh-voxelize/1"},
                                       {"file", a.output},
                                       {"kind", a.kind},
-                                      {"voxel", voxel},
-                                      {"voxels", file.voxels},
-                                      {"size", file.size},
-                                      {"bytes", file.bytes},
+                                      {"voxel", written.voxel},
+                                      {"voxels", written.voxels},
+                                      {"size", written.size},
+                                      {"bytes", written.bytes},
                                       {"notes", notes},
                                       {"seconds", seconds}};
     fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else if (!a.quiet) {
     fmt::print("{}: {}, {} in {} x {} x {}, each {:.4g} wide, {}, in {:.1f} s\n", a.output, a.kind,
-               count_of(file.voxels, "active voxel"), file.size[0], file.size[1], file.size[2], voxel,
-               format_bytes(double(file.bytes)), seconds);
+               count_of(written.voxels, "active voxel"), written.size[0], written.size[1], written.size[2],
+               written.voxel, format_bytes(double(written.bytes)), seconds);
   }
 }
 
@@ -48,22 +47,13 @@ void run(const Arguments& a) {
   limit_threads(a.threads);
   Progress progress(a.quiet);
   const mesh::Scene scene = read_mesh(a.input, progress);
-  const mesh::Mesh mesh = naming(a.input, [&] {
-    return mesh::flatten(scene, scene.instances.size() == 1
-                                    ? scene.instances[0].name
-                                    : std::filesystem::path(a.output).stem().string());
-  });
   progress.update(0.3, "voxelizing " + a.input);
-  double voxel = 0;
-  const volume::VolumeFile file = naming(a.input, [&] {
-    const volume::Sampling sampling = sampling_of(a.sampling, mesh);
-    voxel = sampling.voxel;
-    return volume::write_vdb(a.output, mesh, sampling,
-                             a.kind == "occupancy" ? volume::Kind::occupancy : volume::Kind::level_set);
-  });
+  const WrittenVolume written =
+      write_volume(scene, a.input, a.output, a.sampling,
+                   a.kind == "occupancy" ? volume::Kind::occupancy : volume::Kind::level_set);
   progress.finish();
   print_notes(scene.warnings, a.quiet);
-  print(a, voxel, file, scene.warnings,
+  print(a, written, scene.warnings,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 

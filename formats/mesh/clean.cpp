@@ -108,19 +108,15 @@ CleanMesh clean_or_nothing(const Mesh& mesh, bool equal_ones_welded) {
       ++out.report.duplicate;
     }
   }
-  if (out.slivers.empty()) {
-    out.triangles = std::move(distinct);
-  } else {
-    out.triangles.reserve(distinct.size() - out.slivers.size());
+  if (!out.slivers.empty()) {
     size_t sliver = 0;
-    for (const Triangle& t : distinct) {
-      if (sliver < out.slivers.size() && t == out.slivers[sliver]) {
-        ++sliver;
-      } else {
-        out.triangles.push_back(t);
-      }
-    }
+    std::erase_if(distinct, [&](const Triangle& t) {
+      const bool found = sliver < out.slivers.size() && t == out.slivers[sliver];
+      sliver += found;
+      return found;
+    });
   }
+  out.triangles = std::move(distinct);
   return out;
 }
 

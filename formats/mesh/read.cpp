@@ -47,6 +47,8 @@ void refuse_strangers(const Input& input) {
                "is a NetImmerse/Gamebryo model, which only shares the extension .nif; convert "
                "it to one of PLY, OBJ, STL, OFF, glTF or Draco first");
   }
+  if (input.bytes.starts_with(kVdbMagic))
+    input.fail(Status::not_a_mesh, "is an OpenVDB volume; make a mesh of it by nif mesh convert");
 }
 
 bool is_off_keyword(std::string_view word) {
@@ -118,6 +120,10 @@ Scene read(const std::filesystem::path& file, const ReadLimits& limits) {
   } catch (const std::exception& error) {
     throw Error(Status::malformed_mesh, file.string() + ": cannot be read (" + error.what() + ")");
   }
+}
+
+void check(const std::filesystem::path& file, Scene& scene, const ReadLimits& limits) {
+  detail::check(Input{file, {}, {}, {}, limits}, scene);
 }
 
 }  // namespace nif::mesh

@@ -2,11 +2,15 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 
 #include "formats/mesh/scene.hpp"
 #include "formats/status.hpp"
 
 namespace nif::mesh {
+
+/// What a .vdb begins with.
+inline constexpr std::string_view kVdbMagic{" BDV\0\0\0\0", 8};
 
 /// Limits that keep a hostile or mistaken file from exhausting the machine.
 struct ReadLimits {
@@ -25,5 +29,8 @@ struct ReadLimits {
 ///
 /// Thread-safe; safe on untrusted input. Throws nif::Error with a sentence that names the file and the place.
 Scene read(const std::filesystem::path& file, const ReadLimits& limits = {});
+
+/// The checks of read(), for a scene that was read from a file in another way. Throws as read().
+void check(const std::filesystem::path& file, Scene& scene, const ReadLimits& limits = {});
 
 }  // namespace nif::mesh

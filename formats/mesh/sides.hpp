@@ -23,11 +23,33 @@ struct Side {
 /// 16 bytes. Runs on all threads; the result does not depend on their number.
 std::vector<Side> sorted_sides(std::span<const Triangle> triangles, std::span<const Triangle> more = {});
 
+/// The same into `sides`, of those edges alone that are in the `part` of `parts`; each edge is in one.
+void sort_sides(std::span<const Triangle> triangles, std::span<const Triangle> more, size_t part,
+                size_t parts, std::vector<Side>& sides);
+
 /// The end of the run of sides that lie on the edge of sides[begin].
 inline size_t end_of_edge(std::span<const Side> sides, size_t begin) {
   size_t end = begin + 1;
   while (end < sides.size() && sides[end].edge == sides[begin].edge) ++end;
   return end;
+}
+
+/// Calls visit(sides) with the sides of each edge, a span as sorted_sides() has it, edge after edge in an
+/// order that depends on nothing but the triangles. Takes 70 MB at most beside what an edge of more sides
+/// than that needs: sides are brought together for a part of the edges at a time. Calls come from the calling
+/// thread.
+template <class Visit>
+void for_each_edge(std::span<const Triangle> triangles, std::span<const Triangle> more, Visit visit) {
+  constexpr size_t kSidesAtOnce = size_t{1} << 22;
+  const size_t parts = (triangles.size() + more.size()) * 3 / kSidesAtOnce + 1;
+  std::vector<Side> sides;
+  for (size_t part = 0; part < parts; ++part) {
+    sort_sides(triangles, more, part, parts, sides);
+    for (size_t begin = 0, end; begin < sides.size(); begin = end) {
+      end = end_of_edge(sides, begin);
+      visit(std::span<const Side>(sides).subspan(begin, end - begin));
+    }
+  }
 }
 
 }  // namespace nif::mesh

@@ -6,8 +6,8 @@
 
 #include "kernels/reference/bvh_kernel.hpp"
 
-// Vectors of unknown length cannot stand in arrays.
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#include "kernels/cpu/targets.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/cpu/bvh_kernel.cpp"
 #include <hwy/foreach_target.h>  // must come before highway.h

@@ -5,8 +5,8 @@
 
 // AVX3_DL is AVX-512 with VNNI; plain AVX3 is for the machines before it.
 #define HWY_WANT_AVX3_DL 1
-// Vectors of unknown length cannot stand in arrays.
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#include "kernels/cpu/targets.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/cpu/segment_kernel.cpp"
 #include <hwy/foreach_target.h>  // must come before highway.h

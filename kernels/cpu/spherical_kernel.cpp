@@ -3,10 +3,10 @@
 #include "kernels/cpu/single_weights.hpp"
 #include "kernels/reference/spherical.hpp"
 
+#include "kernels/cpu/targets.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/cpu/spherical_kernel.cpp"
-// Vectors of unknown length cannot stand in arrays.
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #include <hwy/foreach_target.h>  // must come before highway.h
 
 #include <hwy/highway.h>

@@ -2,10 +2,10 @@
 
 #include <chrono>
 
+#include "kernels/cpu/targets.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/cpu/spherical_stages.cpp"
-// As those of the runtime's kernel.
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #include <hwy/foreach_target.h>  // must come before highway.h
 
 #include <hwy/highway.h>

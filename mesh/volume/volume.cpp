@@ -1,6 +1,7 @@
 // OpenVDB's headers take most of a minute to compile; they are in this one source.
 #include "mesh/volume/volume.hpp"
 
+#include <openvdb/io/File.h>
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/ChangeBackground.h>
@@ -12,7 +13,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "formats/output_file.hpp"
 #include "formats/status.hpp"
 
 namespace nif::volume {
@@ -88,23 +88,13 @@ std::string encode(const openvdb::GridBase::Ptr& grid) {
   return bytes;
 }
 
-}  // namespace
-
-uint64_t memory_estimate(double area, const Sampling& sampling) {
-  // By trying: the dragon at 1024 voxels takes 0.31 kB for each voxel that its surface would fill if it were
-  // flat.
-  const double layers = 1 + sampling.thickness / sampling.voxel / (2 * kBand);
-  const double bytes = area / (sampling.voxel * sampling.voxel) * 500 * layers;
-  return bytes < 1e18 ? uint64_t(bytes) : uint64_t(1e18);
-}
-
-mesh::Mesh remesh(const mesh::Mesh& mesh, const Sampling& sampling, double adaptivity) {
-  const openvdb::FloatGrid::Ptr grid = level_set(mesh, sampling);
+template <class Grid>
+mesh::Mesh surface_of(const Grid& grid, double adaptivity) {
   std::vector<openvdb::Vec3s> points;
   std::vector<openvdb::Vec3I> triangles;
   std::vector<openvdb::Vec4I> quads;
-  openvdb::tools::volumeToMesh(*grid, points, triangles, quads, 0, adaptivity);
-  mesh::Mesh out{mesh.name, {}, {}};
+  openvdb::tools::volumeToMesh(grid, points, triangles, quads, 0, adaptivity);
+  mesh::Mesh out;
   out.positions.reserve(points.size());
   for (const openvdb::Vec3s& p : points) out.positions.push_back({p[0], p[1], p[2]});
   out.triangles.reserve(triangles.size() + 2 * quads.size());
@@ -117,7 +107,23 @@ mesh::Mesh remesh(const mesh::Mesh& mesh, const Sampling& sampling, double adapt
   return out;
 }
 
-VolumeFile write_vdb(const std::string& path, const mesh::Mesh& mesh, const Sampling& sampling, Kind kind) {
+}  // namespace
+
+uint64_t memory_estimate(double area, const Sampling& sampling) {
+  // By trying: the dragon at 1024 voxels takes 0.31 kB for each voxel that its surface would fill if it were
+  // flat.
+  const double layers = 1 + sampling.thickness / sampling.voxel / (2 * kBand);
+  const double bytes = area / (sampling.voxel * sampling.voxel) * 500 * layers;
+  return bytes < 1e18 ? uint64_t(bytes) : uint64_t(1e18);
+}
+
+mesh::Mesh remesh(const mesh::Mesh& mesh, const Sampling& sampling, double adaptivity) {
+  mesh::Mesh out = surface_of(*level_set(mesh, sampling), adaptivity);
+  out.name = mesh.name;
+  return out;
+}
+
+VolumeFile make_vdb(const mesh::Mesh& mesh, const Sampling& sampling, Kind kind) {
   openvdb::GridBase::Ptr grid = level_set(mesh, sampling);
   if (kind == Kind::occupancy) {
     grid = openvdb::tools::sdfInteriorMask(*openvdb::gridPtrCast<openvdb::FloatGrid>(grid));
@@ -128,10 +134,31 @@ VolumeFile write_vdb(const std::string& path, const mesh::Mesh& mesh, const Samp
   file.voxels = grid->activeVoxelCount();
   const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
   for (int axis = 0; axis < 3; ++axis) file.size[size_t(axis)] = uint32_t(box.dim()[axis]);
-  const std::string bytes = encode(grid);
-  file.bytes = bytes.size();
-  write_output(path, std::as_bytes(std::span(bytes)));
+  file.bytes = encode(grid);
   return file;
+}
+
+LevelSets read_vdb(const std::string& path) {
+  initialize();
+  LevelSets found;
+  try {
+    openvdb::io::File file(path);
+    file.open(false);
+    const openvdb::GridPtrVecPtr grids = file.getGrids();
+    for (const openvdb::GridBase::Ptr& grid : *grids) {
+      const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
+      const auto doubles = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid);
+      if (grid->getGridClass() != openvdb::GRID_LEVEL_SET || !(floats || doubles)) {
+        found.notes.push_back(path + ": left out grid '" + grid->getName() + "', which is no level set");
+        continue;
+      }
+      found.meshes.push_back(floats ? surface_of(*floats, 0) : surface_of(*doubles, 0));
+      found.meshes.back().name = grid->getName();
+    }
+  } catch (const openvdb::Exception& error) {
+    throw Error(Status::malformed_mesh, path + ": OpenVDB cannot read it (" + error.what() + ")");
+  }
+  return found;
 }
 
 }  // namespace nif::volume

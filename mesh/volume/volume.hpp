@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "formats/mesh/scene.hpp"
 
@@ -33,14 +34,22 @@ enum class Kind : uint8_t {
 };
 
 struct VolumeFile {
-  uint64_t bytes = 0;
+  std::string bytes;               ///< the whole of it
   uint64_t voxels = 0;             ///< active ones
   std::array<uint32_t, 3> size{};  ///< of the box around these, in voxels
 };
 
-/// Writes one grid as .vdb, under the mesh's name, whole or not at all (formats/output_file.hpp). The same
-/// bytes each time: the random identifier of a .vdb is left zero. Throws as remesh(), output_folder_missing
-/// and output_not_writable.
-VolumeFile write_vdb(const std::string& path, const mesh::Mesh& mesh, const Sampling& sampling, Kind kind);
+/// One grid as a .vdb, under the mesh's name. The same bytes each time: the random identifier of a .vdb is
+/// left zero. Throws as remesh().
+VolumeFile make_vdb(const mesh::Mesh& mesh, const Sampling& sampling, Kind kind);
+
+/// The level sets of a .vdb as meshes in world space, each under its grid's name, and a sentence for each
+/// grid that is none. OpenVDB trusts what it reads: a damaged file may crash this process, or take what
+/// memory it can have. Throws Error(malformed_mesh) where OpenVDB says what is wrong.
+struct LevelSets {
+  std::vector<mesh::Mesh> meshes;
+  std::vector<std::string> notes;
+};
+LevelSets read_vdb(const std::string& path);
 
 }  // namespace nif::volume

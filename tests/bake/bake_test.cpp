@@ -93,6 +93,9 @@ TEST(Bake, LeavesOutMeshesWithoutArea) {
   EXPECT_EQ(result.asset.objects.size(), 1u);
   EXPECT_EQ(result.asset.instances.size(), 2u);
   EXPECT_EQ(result.notes.size(), 1u);
+  bake::BakeOptions strict = quick();
+  strict.strict = true;
+  EXPECT_EQ(status_of(scene, strict), Status::needs_repair);
   scene.meshes = {scene.meshes[1]};
   scene.instances = {{"line", 0, mesh::kIdentity}};
   EXPECT_EQ(status_of(scene, quick()), Status::all_degenerate);

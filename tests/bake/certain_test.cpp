@@ -157,6 +157,31 @@ Counts count_certain(const OccupiedObject& o, uint64_t segments) {
   return all;
 }
 
+/// What scanners and artists leave: a ball with holes, one with a fin on an edge, one whose triangles face as
+/// they like, one that another passes through, doubled, and a sheet that cuts through all of them.
+mesh::Mesh broken_mesh() {
+  mesh::Mesh mesh;
+  mesh::Mesh holes = icosphere(3);
+  bake::Random random(5, 6, 7);
+  std::erase_if(holes.triangles, [&](const mesh::Triangle&) { return random.below(40) == 0; });
+  append(mesh, holes);
+  mesh::Mesh fin = icosphere(3);
+  fin.positions.push_back({0, 0, 1.5f});
+  fin.triangles.push_back({fin.triangles[0][0], fin.triangles[0][1], uint32_t(fin.positions.size() - 1)});
+  append(mesh, fin, 1, {2.5f, 0, 0});
+  mesh::Mesh turned = icosphere(3);
+  for (mesh::Triangle& t : turned.triangles)
+    if (random.below(2)) std::swap(t[0], t[1]);
+  append(mesh, turned, 1, {5, 0, 0});
+  append(mesh, torus(40, 20), 1, {5.5f, 0, 0.3f});
+  append(mesh, torus(40, 20), 1, {5.5f, 0, 0.3f}, true);
+  append(mesh, icosphere(2), 0.5f, {5.2f, 0, 0});
+  const auto base = uint32_t(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), {{-2, -0.3f, 0.1f}, {8, -0.3f, 0.1f}, {3, 4, 0.4f}});
+  mesh.triangles.push_back({base, base + 1, base + 2});
+  return mesh;
+}
+
 constexpr uint64_t kSegments = 10'000'000;
 
 class CertainOnShapes : public testing::TestWithParam<int> {};
@@ -183,6 +208,9 @@ TEST_P(CertainOnShapes, IsNeverWrong) {
       append(mesh, icosphere(3), 1, {5000, -7000, 300});
       append(mesh, cube(), 0.01f, {5001, -7001, 301.5f});
       break;
+    case 6:
+      mesh = broken_mesh();
+      break;
   }
   mesh.name = "shape";
   const OccupiedObject o(mesh, 48 + uint32_t(GetParam()) * 7);
@@ -195,7 +223,7 @@ TEST_P(CertainOnShapes, IsNeverWrong) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Generated, CertainOnShapes, testing::Range(0, 6));
+INSTANTIATE_TEST_SUITE_P(Generated, CertainOnShapes, testing::Range(0, 7));
 
 TEST(CertainOnRealMeshes, IsNeverWrongOnTenMillionSegmentsEach) {
   if (!real_mesh_folder()) GTEST_SKIP() << "NIF_TEST_MESHES is not set";

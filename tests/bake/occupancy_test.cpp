@@ -91,10 +91,49 @@ TEST(Classify, ASphereWithOneTriangleMissingHasNoInside) {
             0u);  // coarse enough for the hole to be voxelised shut
 }
 
-TEST(Classify, AnInconsistentlyOrientedSphereIsNotTrusted) {
+TEST(Classify, ASphereHasAnInsideWhicheverWayItsTrianglesFace) {
   mesh::Mesh mesh = icosphere(3);
-  std::swap(mesh.triangles[7][0], mesh.triangles[7][1]);
-  EXPECT_EQ(OccupiedObject(mesh, 40).occupancy.inside_voxels, 0u);
+  append(mesh, torus(24, 12), 1, {4, 0, 0});
+  const OccupiedObject whole(mesh, 60);
+  EXPECT_EQ(whole.prepared.closed.turned, 0u);
+  for (size_t t = 0; t < mesh.triangles.size(); t += 3) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
+  const OccupiedObject mixed(mesh, 60);
+  EXPECT_EQ(mixed.prepared.closed.count(), 2u);
+  EXPECT_EQ(mixed.prepared.closed.turned, (mesh.triangles.size() + 2) / 3);  // the fewer ones
+  EXPECT_EQ(mixed.occupancy.states, whole.occupancy.states);
+}
+
+TEST(Classify, NothingIsTurnedWhereThatClosesNothing) {
+  mesh::Mesh bowl = open_bowl(10, 20);
+  std::swap(bowl.triangles[7][0], bowl.triangles[7][1]);
+  EXPECT_EQ(OccupiedObject(bowl, 40).prepared.closed.turned, 0u);
+}
+
+TEST(Classify, ASurfaceOfOneSideHasNoInside) {
+  // A Klein bottle, figure-8 immersion: closed, with two triangles at every edge, but no way to orient it.
+  constexpr uint32_t kAround = 40, kAcross = 20;
+  mesh::Mesh mesh{"klein", {}, {}};
+  for (uint32_t i = 0; i < kAround; ++i)
+    for (uint32_t j = 0; j < kAcross; ++j) {
+      const double u = 2 * std::numbers::pi * i / kAround, v = 2 * std::numbers::pi * (j + 0.5) / kAcross;
+      const double a = std::cos(u / 2) * std::sin(v) - std::sin(u / 2) * std::sin(2 * v);
+      const double b = std::sin(u / 2) * std::sin(v) + std::cos(u / 2) * std::sin(2 * v);
+      mesh.positions.push_back({float((3 + a) * std::cos(u)), float((3 + a) * std::sin(u)), float(b)});
+    }
+  // Once around, v has become its negative.
+  const auto at = [&](uint32_t i, uint32_t j) {
+    j %= kAcross;
+    return i < kAround ? i * kAcross + j : (kAcross - 1 - j) % kAcross;
+  };
+  for (uint32_t i = 0; i < kAround; ++i)
+    for (uint32_t j = 0; j < kAcross; ++j) {
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
+      mesh.triangles.push_back({at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)});
+    }
+  const OccupiedObject o(mesh, 80);
+  EXPECT_EQ(o.prepared.closed.count(), 0u);
+  EXPECT_EQ(o.prepared.closed.open_components, 1u);
+  EXPECT_EQ(o.occupancy.inside_voxels, 0u);
 }
 
 TEST(Classify, ASliverKeepsTheSurfaceClosed) {

@@ -119,7 +119,31 @@ TEST_F(Bake, DropsBadTrianglesAndSaysHowMany) {
   EXPECT_EQ(result["objects"][0]["degenerate"], 1);
   const std::vector<std::string> notes = without_progress(outcome.err);
   ASSERT_EQ(notes.size(), 1u) << outcome.err;
-  EXPECT_NE(notes[0].find("1 triangles without area and 2 duplicates"), std::string::npos) << notes[0];
+  EXPECT_EQ(
+      notes[0],
+      "nif: note: 'icosphere': dropped 1 triangle without area, dropped 2 triangles that another one covers");
+}
+
+TEST_F(Bake, TurnsTrianglesForTheInsideToBeKnownAndStrictRefuses) {
+  mesh::Mesh mesh = icosphere(3);
+  for (const size_t t : {7, 100, 101}) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
+  const std::string file = folder_.write("turned.obj", obj_text(mesh)).string();
+  const Outcome outcome = bake(file, path("turned.nif"), {"--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json object = json::parse(outcome.out)["objects"][0];
+  EXPECT_EQ(object["turned"], 3);
+  EXPECT_EQ(object["closed_components"], 1);
+  const std::string note = "'icosphere': turned 3 triangles to face as those around";
+  ASSERT_EQ(without_progress(outcome.err).size(), 1u) << outcome.err;
+  EXPECT_EQ(without_progress(outcome.err)[0], "nif: note: " + note);
+
+  const Outcome strict = bake(file, path("strict.nif"), {"--strict"});
+  EXPECT_EQ(strict.code, int(Status::needs_repair));
+  EXPECT_NE(strict.err.find("turned.obj: --strict refuses what has to be repaired: " + note),
+            std::string::npos)
+      << strict.err;
+  EXPECT_FALSE(std::filesystem::exists(path("strict.nif")));
+  EXPECT_EQ(bake(ball_, path("ball.nif"), {"--strict", "--quiet"}).code, 0);
 }
 
 TEST_F(Bake, KeepsNamesAndBakesEqualMeshesOnce) {

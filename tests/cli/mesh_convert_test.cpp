@@ -101,7 +101,9 @@ TEST_F(MeshConvert, RefusesAndLeavesNothing) {
     EXPECT_NE(outcome.err.find(fragment), std::string::npos) << outcome.err;
   };
   refused(input, path("ring.fbx"), Status::usage, "ring.fbx: meshes are written as .obj");
-  refused(input, path("ring.vdb"), Status::usage, "nif mesh voxelize");
+  const Outcome volume = nif({"mesh", "subdivide", input, "-o", path("ring.vdb")});
+  EXPECT_EQ(volume.code, int(Status::usage));
+  EXPECT_NE(volume.err.find("nif mesh voxelize"), std::string::npos) << volume.err;
   refused(path("none.obj"), path("ring.glb"), Status::file_not_found, "none.obj");
   refused(input, path("none/ring.glb"), Status::output_folder_missing, "none");
   folder_.write("bad.toml", "[[object]]\nmesh = 'ring.obj'\nshade = 1\n");
@@ -109,6 +111,54 @@ TEST_F(MeshConvert, RefusesAndLeavesNothing) {
   ASSERT_EQ(convert({input, "-o", path("ring.glb"), "--quiet"}).code, 0);
   refused(path("ring.glb"), path("ring.glb"), Status::usage, "overwrite");
   EXPECT_EQ(listing(folder_.path()), (std::vector<std::string>{"bad.toml", "ring.glb", "ring.obj"}));
+}
+
+TEST_F(MeshConvert, GoesThroughALevelSet) {
+  const std::string ball = folder_.write("ball.obj", obj_text(icosphere(3))).string();
+  const Outcome there = convert({ball, "-o", path("ball.vdb"), "--voxel", "0.05", "--json"});
+  ASSERT_EQ(there.code, 0) << there.err;
+  EXPECT_NE(there.err.find("ball.vdb: a level set, sampled every 0.05"), std::string::npos) << there.err;
+  const Outcome back = convert({path("ball.vdb"), "-o", path("back.ply"), "--json"});
+  ASSERT_EQ(back.code, 0) << back.err;
+  const Outcome info = nif({"mesh", "info", path("ball.vdb"), "--json"});
+  ASSERT_EQ(info.code, 0) << info.err;
+  const auto found = nlohmann::json::parse(info.out);
+  EXPECT_EQ(found["closed_components"], 1);
+  EXPECT_EQ(found["inward_solids"], 0);
+  EXPECT_NEAR(found["volume"].get<double>(), 4.1, 0.1);
+  EXPECT_EQ(found["triangles"], nlohmann::json::parse(back.out)["triangles"]);
+
+  EXPECT_EQ(convert({ball, "-o", path("b.vdb"), "--draco"}).code, int(Status::usage));
+  EXPECT_EQ(convert({ball, "-o", path("b.ply"), "--voxel", "0.05"}).code, int(Status::usage));
+  const Outcome bake = nif({"bake", path("ball.vdb"), "-o", path("ball.nif")});
+  EXPECT_EQ(bake.code, int(Status::not_a_mesh));
+  EXPECT_NE(bake.err.find("ball.vdb: is an OpenVDB volume; make a mesh of it by nif mesh convert"),
+            std::string::npos)
+      << bake.err;
+  ASSERT_EQ(nif({"mesh", "voxelize", ball, "-o", path("mask.vdb"), "--kind", "occupancy"}).code, 0);
+  const Outcome mask = convert({path("mask.vdb"), "-o", path("mask.ply")});
+  EXPECT_EQ(mask.code, int(Status::no_triangles)) << mask.err;
+}
+
+TEST_F(MeshConvert, NoDamagedVolumeDoesHarm) {
+  const std::string ball = folder_.write("ball.obj", obj_text(icosphere(2))).string();
+  ASSERT_EQ(convert({ball, "-o", path("ball.vdb"), "--resolution", "12"}).code, 0);
+  const std::string whole = read_bytes(path("ball.vdb"));
+  const auto expect_refused_or_read = [&](const std::string& bytes, size_t place) {
+    const std::string file = folder_.write("damaged.vdb", bytes).string();
+    const Outcome outcome = convert({file, "-o", path("out.ply"), "--quiet"});
+    if (outcome.code == 0) return;  // a distance is another one
+    EXPECT_TRUE(outcome.code >= 10 && outcome.code < 30)
+        << place << ": " << outcome.code << ' ' << outcome.err;
+    EXPECT_NE(outcome.err.find("damaged.vdb: "), std::string::npos) << outcome.err;
+    EXPECT_EQ(lines_of(outcome.err).size(), 1u) << outcome.err;
+  };
+  for (size_t i = 1; i < 12; ++i) expect_refused_or_read(whole.substr(0, whole.size() * i / 12), i);
+  for (size_t i = 8; i < whole.size(); i += 1 + whole.size() / 24) {
+    std::string damaged = whole;
+    damaged[i] = char(damaged[i] ^ 0xFF);
+    expect_refused_or_read(damaged, i);
+  }
 }
 
 }  // namespace

@@ -43,17 +43,35 @@ TEST(Volume, CavitiesAreFilled) {
 }
 
 TEST(Volume, FilesAreTheSameEachTime) {
-  const TempDir folder;
-  const auto file = [&](const char* name) { return (folder.path() / name).string(); };
   const Mesh ball = icosphere(4);
-  const volume::VolumeFile first = volume::write_vdb(file("a.vdb"), ball, {0.05, 0}, Kind::level_set),
-                           mask = volume::write_vdb(file("m.vdb"), ball, {0.05, 0}, Kind::occupancy);
-  volume::write_vdb(file("b.vdb"), ball, {0.05, 0}, Kind::level_set);
-  EXPECT_TRUE(read_bytes(file("a.vdb")) == read_bytes(file("b.vdb")));
-  EXPECT_EQ(first.bytes, std::filesystem::file_size(file("a.vdb")));
+  const volume::VolumeFile first = volume::make_vdb(ball, {0.05, 0}, Kind::level_set),
+                           again = volume::make_vdb(ball, {0.05, 0}, Kind::level_set),
+                           mask = volume::make_vdb(ball, {0.05, 0}, Kind::occupancy);
+  EXPECT_TRUE(first.bytes == again.bytes);
   EXPECT_NEAR(double(mask.voxels), 4.0 / 3 * std::numbers::pi / std::pow(0.05, 3), 1000);
   EXPECT_NEAR(mask.size[0], 40, 1);
-  EXPECT_NE(read_bytes(file("a.vdb")).find("icosphere"), std::string::npos) << "the grid has the mesh's name";
+  EXPECT_NE(first.bytes.find("icosphere"), std::string::npos) << "the grid has the mesh's name";
+}
+
+TEST(Volume, FilesAreReadAsTheSurfacesTheyHold) {
+  const TempDir folder;
+  const Mesh ball = icosphere(4);
+  const std::string file =
+      folder.write("ball.vdb", volume::make_vdb(ball, {0.05, 0}, Kind::level_set).bytes).string();
+  const volume::LevelSets found = volume::read_vdb(file);
+  ASSERT_EQ(found.meshes.size(), 1u);
+  EXPECT_EQ(found.meshes[0].name, "icosphere");
+  EXPECT_TRUE(found.notes.empty());
+  const Mesh direct = volume::remesh(ball, {0.05, 0}, 0);
+  EXPECT_EQ(found.meshes[0].positions, direct.positions);
+  EXPECT_EQ(found.meshes[0].triangles, direct.triangles);
+
+  const std::string mask =
+      folder.write("mask.vdb", volume::make_vdb(ball, {0.05, 0}, Kind::occupancy).bytes).string();
+  const volume::LevelSets none = volume::read_vdb(mask);
+  EXPECT_TRUE(none.meshes.empty());
+  ASSERT_EQ(none.notes.size(), 1u);
+  EXPECT_NE(none.notes[0].find("grid 'icosphere', which is no level set"), std::string::npos);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "formats/status.hpp"
-#include "tools/batch/child.hpp"
+#include "tools/child.hpp"
 #include "tools/batch/record.hpp"
 #include "tools/command.hpp"
 

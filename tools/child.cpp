@@ -1,4 +1,4 @@
-#include "tools/batch/child.hpp"
+#include "tools/child.hpp"
 
 #include <sys/mman.h>
 #include <sys/prctl.h>
