@@ -59,7 +59,7 @@ void lay_out(const Prepared& prepared, const ResolvedOptions& options, uint32_t 
   const auto& [positions, triangles, slivers, cleaned] = prepared.surface;
   const Grid grid = make_grid(prepared.box, resolution);
   const Occupancy occupancy =
-      classify(grid, positions, voxelize(grid, positions, triangles), prepared.closed);
+      classify(grid, prepared.surface, voxelize(grid, positions, triangles), prepared.closed);
   store_occupancy(occupancy, options.features_per_corner, object);
   report.voxels = grid.voxels;
   report.surface_voxels = occupancy.surface_voxels;

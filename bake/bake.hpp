@@ -104,7 +104,7 @@ struct ObjectReport {
   std::string reason;                              ///< for the encoding: what is known, as words
   std::optional<EncodingCost> as_segment, as_bvh;  ///< what was compared, as far as it was needed
   size_t closed_components = 0, open_components = 0;
-  uint64_t turned = 0;  ///< triangles, for the inside to be known
+  uint64_t turned = 0;               ///< triangles, for the inside to be known
   std::array<uint32_t, 3> voxels{};  ///< of a field's grid, as the rest; also where it was not chosen
   size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
   uint64_t training_rays = 0, primary_rays = 0;  ///< the latter of a field for primary rays
@@ -122,8 +122,9 @@ struct BakeResult {
 
 /// Bakes every mesh once, however many instances it has; meshes of equal content become one object. Uses all
 /// threads that TBB gives; the result does not depend on their number. `callback` is called from the calling
-/// thread. Throws nif::Error: all_degenerate, needs_repair, too_large (also where EncodingOption::bvh meets coordinates
-/// that a BVH cannot compute with), target_not_met, training_failed, interrupted (once `cancel` is set).
+/// thread. Throws nif::Error: all_degenerate, needs_repair, too_large (also where EncodingOption::bvh meets
+/// coordinates that a BVH cannot compute with), target_not_met, training_failed, interrupted (once `cancel`
+/// is set).
 BakeResult bake(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
                 const std::atomic<bool>& cancel);
 

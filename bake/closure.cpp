@@ -95,13 +95,12 @@ ClosedComponents find_closed_components(const CleanMesh& surface) {
   }
   closed.first.assign(sizes.size() + 1, 0);
   std::partial_sum(sizes.begin(), sizes.end(), closed.first.begin() + 1);
-  closed.triangles.resize(closed.first.back());
+  closed.members.resize(closed.first.back());
   std::vector<uint32_t> next(closed.first.begin(), closed.first.end() - 1);
   for (size_t t = 0; t < solid; ++t) {
     const uint32_t root = sets.find(uint32_t(t));
-    if (open[root]) continue;
-    mesh::Triangle& placed = closed.triangles[next[component[root]]++] = surface.triangles[t];
-    if (!turned.empty() && turned[t]) std::swap(placed[1], placed[2]);
+    if (!open[root])
+      closed.members[next[component[root]]++] = uint32_t(2 * t + (!turned.empty() && turned[t]));
   }
   for (size_t t = 0; t < turned.size(); ++t) closed.turned += turned[t] && !open[sets.find(uint32_t(t))];
   return closed;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
+#include <utility>
 #include <vector>
 
 #include "formats/mesh/clean.hpp"
@@ -15,15 +15,23 @@ namespace nif::bake {
 /// another way than their neighbours. Such a component gives every point off it an integer winding number,
 /// and a path between points of different winding numbers must cross it.
 struct ClosedComponents {
-  std::vector<mesh::Triangle>
-      triangles;                ///< of closed components only, without slivers, component by component
-  std::vector<uint32_t> first;  ///< [components + 1]: where each component starts
+  /// Of closed components only, without slivers, component by component: twice the index among the surface's
+  /// triangles, and 1 more where the triangle is to be turned.
+  std::vector<uint32_t> members;
+  std::vector<uint32_t> first;  ///< [components + 1]: where each component starts among the members
   uint32_t open_components = 0;
   uint64_t turned = 0;  ///< triangles, slivers too, turned for a component to be closed
 
   size_t count() const { return first.size() - 1; }
+  /// The member as a triangle of the surface that this was found in.
+  mesh::Triangle triangle(const mesh::CleanMesh& surface, size_t member) const {
+    mesh::Triangle t = surface.triangles[members[member] / 2];
+    if (members[member] % 2) std::swap(t[1], t[2]);
+    return t;
+  }
 };
 
+/// `surface` has fewer than 2^31 triangles, as the limits of mesh::read() see to.
 ClosedComponents find_closed_components(const mesh::CleanMesh& surface);
 
 }  // namespace nif::bake

@@ -78,14 +78,14 @@ std::vector<Region> find_regions(const Grid& grid, std::span<const uint8_t> surf
 /// State of the region around `p` from its winding numbers about the given components. `p` is a voxel's
 /// centre and so at least half a voxel away from every triangle, which keeps the sums within a small fraction
 /// of an integer.
-VoxelState classify_point(const Double3& p, std::span<const mesh::Float3> positions,
-                          const ClosedComponents& closed, std::span<const uint32_t> components) {
+VoxelState classify_point(const Double3& p, const mesh::CleanMesh& mesh, const ClosedComponents& closed,
+                          std::span<const uint32_t> components) {
   for (uint32_t c : components) {
     double sum = 0;
     for (uint32_t t = closed.first[c]; t < closed.first[c + 1]; ++t) {
-      const mesh::Triangle& v = closed.triangles[t];
-      sum +=
-          solid_angle(p, to_double(positions[v[0]]), to_double(positions[v[1]]), to_double(positions[v[2]]));
+      const mesh::Triangle v = closed.triangle(mesh, t);
+      sum += solid_angle(p, to_double(mesh.positions[v[0]]), to_double(mesh.positions[v[1]]),
+                         to_double(mesh.positions[v[2]]));
     }
     const double winding = sum / (4 * std::numbers::pi);
     if (std::abs(winding - std::round(winding)) > 0.01) return VoxelState::unknown;
@@ -96,16 +96,16 @@ VoxelState classify_point(const Double3& p, std::span<const mesh::Float3> positi
 
 }  // namespace
 
-Occupancy classify(const Grid& grid, std::span<const mesh::Float3> positions, std::vector<uint8_t> surface,
+Occupancy classify(const Grid& grid, const mesh::CleanMesh& mesh, std::vector<uint8_t> surface,
                    const ClosedComponents& closed) {
   std::vector<uint32_t> labels;
   std::vector<Region> regions = find_regions(grid, surface, labels);
 
   std::vector<Box> boxes(closed.count());
   for (size_t c = 0; c < boxes.size(); ++c) {
-    boxes[c] =
-        bounds(positions,
-               std::span(closed.triangles).subspan(closed.first[c], closed.first[c + 1] - closed.first[c]));
+    boxes[c] = bounds(mesh.positions, {});
+    for (size_t t = closed.first[c]; t < closed.first[c + 1]; ++t)
+      boxes[c].add(mesh.positions, closed.triangle(mesh, t));
   }
 
   // Large regions first: they answer the most segments, should the budget not reach all.
@@ -146,7 +146,7 @@ Occupancy classify(const Grid& grid, std::span<const mesh::Float3> positions, st
     tasks.push_back(std::move(task));
   }
   tbb::parallel_for(size_t{0}, tasks.size(), [&](size_t t) {
-    regions[tasks[t].region].state = classify_point(tasks[t].point, positions, closed, tasks[t].components);
+    regions[tasks[t].region].state = classify_point(tasks[t].point, mesh, closed, tasks[t].components);
   });
 
   Occupancy occupancy{grid, std::move(surface)};

@@ -17,7 +17,7 @@ struct Occupancy {
 /// triangle, so each connected region has one state: outside where it reaches the border of the grid; else
 /// inside where it has a non-zero winding number about a closed component, outside where all of them are
 /// zero, and unknown where numbers cannot be trusted or finding out would take too long.
-Occupancy classify(const Grid& grid, std::span<const mesh::Float3> positions, std::vector<uint8_t> surface,
+Occupancy classify(const Grid& grid, const mesh::CleanMesh& mesh, std::vector<uint8_t> surface,
                    const ClosedComponents& closed);
 
 /// Fills the grid, the bricks and the corner ranks of `object`, and zero features for every corner.

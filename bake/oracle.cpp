@@ -73,8 +73,11 @@ std::optional<Oracle::Hit> Oracle::first_hit(const Segment& segment) const {
   return Hit{query.ray.tfar, query.hit.primID, {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}};
 }
 
-InsideTest::InsideTest(std::span<const mesh::Float3> positions, const ClosedComponents& closed) {
-  if (!closed.triangles.empty()) oracle_ = std::make_unique<Oracle>(positions, closed.triangles);
+InsideTest::InsideTest(const mesh::CleanMesh& surface, const ClosedComponents& closed) {
+  if (closed.members.empty()) return;
+  std::vector<mesh::Triangle> triangles(closed.members.size());
+  for (size_t t = 0; t < triangles.size(); ++t) triangles[t] = closed.triangle(surface, t);
+  oracle_ = std::make_unique<Oracle>(surface.positions, triangles);
 }
 
 bool InsideTest::inside(const std::array<float, 3>& point) const {

@@ -51,7 +51,7 @@ class Oracle {
 /// Tells points inside closed components from all others, by counting signed crossings along a ray.
 class InsideTest {
  public:
-  InsideTest(std::span<const mesh::Float3> positions, const ClosedComponents& closed);
+  InsideTest(const mesh::CleanMesh& surface, const ClosedComponents& closed);
   /// True where some winding number along a fixed direction is not zero. A ray that grazes an edge may err,
   /// which shifts a sampling density by less than one can measure; nothing is proven by this.
   bool inside(const std::array<float, 3>& point) const;

@@ -42,7 +42,7 @@ class GroundTruth {
  public:
   explicit GroundTruth(const Prepared& prepared)
       : oracle_(prepared.surface.positions, prepared.surface.triangles),
-        inside_(prepared.surface.positions, prepared.closed),
+        inside_(prepared.surface, prepared.closed),
         source_{oracle_, inside_, prepared.box, prepared.bias,
                 has_free_volume(inside_, prepared.box, prepared.bias)} {}
   const RaySource& source() const { return source_; }

@@ -14,6 +14,7 @@ namespace nif::bake {
 /// Axis-aligned bounding box.
 struct Box {
   std::array<float, 3> min, max;
+  void add(std::span<const mesh::Float3> positions, const mesh::Triangle& triangle);
   float longest_side() const;
   double diagonal() const;
 };

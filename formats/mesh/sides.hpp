@@ -35,12 +35,12 @@ inline size_t end_of_edge(std::span<const Side> sides, size_t begin) {
 }
 
 /// Calls visit(sides) with the sides of each edge, a span as sorted_sides() has it, edge after edge in an
-/// order that depends on nothing but the triangles. Takes 70 MB at most beside what an edge of more sides
+/// order that depends on nothing but the triangles. Takes 40 MB at most beside what an edge of more sides
 /// than that needs: sides are brought together for a part of the edges at a time. Calls come from the calling
 /// thread.
 template <class Visit>
 void for_each_edge(std::span<const Triangle> triangles, std::span<const Triangle> more, Visit visit) {
-  constexpr size_t kSidesAtOnce = size_t{1} << 22;
+  constexpr size_t kSidesAtOnce = size_t{1} << 21;
   const size_t parts = (triangles.size() + more.size()) * 3 / kSidesAtOnce + 1;
   std::vector<Side> sides;
   for (size_t part = 0; part < parts; ++part) {

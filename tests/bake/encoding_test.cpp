@@ -254,7 +254,7 @@ TEST(Encoding, CountsTheWorkOfBoth) {
     const bake::Grid grid = bake::make_grid(prepared.box, resolution);
     format::Object object;
     bake::store_occupancy(
-        bake::classify(grid, prepared.surface.positions,
+        bake::classify(grid, prepared.surface,
                        bake::voxelize(grid, prepared.surface.positions, prepared.surface.triangles),
                        prepared.closed),
         2, object);

@@ -22,8 +22,8 @@ struct OccupiedObject {
       : mesh(std::move(source)), prepared(bake::prepare(mesh)) {
     const bake::Grid grid = bake::make_grid(prepared.box, resolution);
     const auto& surface = prepared.surface;
-    occupancy = bake::classify(grid, surface.positions,
-                               bake::voxelize(grid, surface.positions, surface.triangles), prepared.closed);
+    occupancy = bake::classify(grid, surface, bake::voxelize(grid, surface.positions, surface.triangles),
+                               prepared.closed);
     object.name = mesh.name;
     object.aabb_min = prepared.box.min;
     object.aabb_max = prepared.box.max;
