@@ -8,6 +8,7 @@
 
 #include "formats/mesh/gltf_accessor.hpp"
 #include "formats/mesh/gltf_hierarchy.hpp"
+#include "formats/mesh/gltf_skin.hpp"
 #include "formats/mesh/readers.hpp"
 
 namespace nif::mesh::detail {
@@ -33,8 +34,10 @@ tinygltf::Model parse_model(const Input& input, const std::string& json) {
 
 class MeshReader {
  public:
-  MeshReader(const Input& input, const GltfData& data, const tinygltf::Mesh& source, size_t index)
-      : input_(input), data_(data), source_(source), index_(index) {}
+  /// `weights` of the morph targets; none: the targets are left alone.
+  MeshReader(const Input& input, const GltfData& data, const tinygltf::Mesh& source, size_t index,
+             const std::vector<double>& weights)
+      : input_(input), data_(data), source_(source), index_(index), weights_(weights) {}
 
   /// All primitives as one mesh.
   Mesh read(std::vector<std::string>& warnings) {
@@ -45,7 +48,11 @@ class MeshReader {
       warnings.push_back(name + fmt::format("lost {} primitives of points or lines.", skipped_));
     if (loose_ != 0)
       warnings.push_back(name + fmt::format("ends with {} indices that make no triangle.", loose_));
-    if (morphs_) warnings.push_back(name + "has morph targets; it is taken at rest.");
+    if (morphs_)
+      warnings.push_back(name + (weights_.empty() ? "has morph targets; it is taken at rest."
+                                                  : "has morph targets; it is taken with the weights that "
+                                                    "the file sets."));
+    if (unmorphed_) warnings.push_back(name + "has morph targets of Draco data, which were left out.");
     return std::move(mesh_);
   }
 
@@ -61,6 +68,7 @@ class MeshReader {
     }
     morphs_ |= !primitive.targets.empty();
     if (const auto draco = primitive.extensions.find(kDraco); draco != primitive.extensions.end()) {
+      unmorphed_ |= !weights_.empty() && !primitive.targets.empty();  // Draco may reorder the vertices
       read_draco_primitive(primitive, draco->second, number);
       return;
     }
@@ -69,7 +77,7 @@ class MeshReader {
       ++skipped_;  // valid: an extension may bring the positions, or there is nothing to see
       return;
     }
-    const auto [base, count] = vertices(position->second);
+    const auto [base, count] = vertices(position->second, targets_of(primitive), number);
     std::vector<uint32_t> indices;
     if (primitive.indices >= 0) {
       indices = data_.indices(primitive.indices);
@@ -93,17 +101,53 @@ class MeshReader {
     uint32_t count;
   };
 
+  /// A morph target's positions, and how much of them is added.
+  using Target = std::pair<int, double>;
+
+  std::vector<Target> targets_of(const tinygltf::Primitive& primitive) const {
+    std::vector<Target> targets;
+    for (size_t i = 0; i < std::min(primitive.targets.size(), weights_.size()); ++i) {
+      const auto position = primitive.targets[i].find("POSITION");
+      if (position != primitive.targets[i].end() && weights_[i] != 0)
+        targets.emplace_back(position->second, weights_[i]);
+    }
+    return targets;
+  }
+
+  void morph(std::vector<Float3>& positions, const std::vector<Target>& targets, size_t number) {
+    // Targets may share their data, so that the file's size bounds nothing.
+    constexpr uint64_t kMostMorphed = uint64_t{1} << 32;
+    morphed_ += positions.size() * targets.size();
+    if (morphed_ > kMostMorphed)
+      input_.fail(Status::too_large,
+                  fmt::format("mesh {} has more than {} positions of morph targets", index_, kMostMorphed));
+    std::vector<std::array<double, 3>> sums(positions.size());
+    for (const auto& [accessor, weight] : targets) {
+      const std::vector<Float3> moves = data_.positions(accessor);
+      if (moves.size() != positions.size())
+        fail(number,
+             fmt::format("has {} positions, but a morph target of {}", positions.size(), moves.size()));
+      for (size_t i = 0; i < moves.size(); ++i)
+        for (size_t k = 0; k < 3; ++k) sums[i][k] += weight * double{moves[i][k]};
+    }
+    for (size_t i = 0; i < positions.size(); ++i)
+      for (size_t k = 0; k < 3; ++k)
+        positions[i][k] = static_cast<float>(double{positions[i][k]} + sums[i][k]);
+  }
+
   /// Primitives of one mesh often share one set of vertices; it is read once.
-  Range vertices(int accessor) {
-    if (const auto known = ranges_.find(accessor); known != ranges_.end()) return known->second;
-    const std::vector<Float3> positions = data_.positions(accessor);
+  Range vertices(int accessor, const std::vector<Target>& targets, size_t number) {
+    const auto key = std::pair(accessor, targets);
+    if (const auto known = ranges_.find(key); known != ranges_.end()) return known->second;
+    std::vector<Float3> positions = data_.positions(accessor);
+    if (!targets.empty()) morph(positions, targets, number);
     if (mesh_.positions.size() + positions.size() > std::numeric_limits<uint32_t>::max()) {
       input_.fail(Status::too_large,
                   fmt::format("mesh {} has more vertices than 32-bit indices reach", index_));
     }
     const Range range{static_cast<uint32_t>(mesh_.positions.size()), static_cast<uint32_t>(positions.size())};
     mesh_.positions.insert(mesh_.positions.end(), positions.begin(), positions.end());
-    ranges_.emplace(accessor, range);
+    ranges_.emplace(key, range);
     return range;
   }
 
@@ -151,9 +195,76 @@ class MeshReader {
   const tinygltf::Mesh& source_;
   size_t index_;
   Mesh mesh_;
-  std::map<int, Range> ranges_;
-  uint64_t skipped_ = 0, loose_ = 0;
-  bool morphs_ = false;
+  const std::vector<double>& weights_;
+  std::map<std::pair<int, std::vector<Target>>, Range> ranges_;
+  uint64_t skipped_ = 0, loose_ = 0, morphed_ = 0;
+  bool morphs_ = false, unmorphed_ = false;
+};
+
+constexpr uint32_t kNoMesh = std::numeric_limits<uint32_t>::max();
+
+/// The weights of the mesh's morph targets at a node; none where all are 0.
+std::vector<double> weights_of(const tinygltf::Model& model, const GltfPlacement& placement) {
+  const tinygltf::Mesh& mesh = model.meshes[placement.mesh];
+  size_t targets = 0;
+  for (const tinygltf::Primitive& primitive : mesh.primitives)
+    targets = std::max(targets, primitive.targets.size());
+  const bool own = placement.node != GltfHierarchy::kNone && !model.nodes[placement.node].weights.empty();
+  std::vector<double> weights = own ? model.nodes[placement.node].weights : mesh.weights;
+  weights.resize(std::min(weights.size(), targets));
+  while (!weights.empty() && weights.back() == 0) weights.pop_back();
+  return weights;
+}
+
+/// Puts skinned meshes where their joints have them in the bind pose.
+void place_skins(const Input& input, const GltfData& data, const std::vector<GltfSkin>& skins,
+                 const std::vector<std::optional<Affine>>& worlds, std::vector<GltfPlacement>& placements,
+                 std::vector<std::string>& warnings) {
+  std::map<size_t, std::optional<BindPlace>> places;  // by skin
+  size_t posed = 0, deformed = 0;
+  for (GltfPlacement& placement : placements) {
+    if (placement.skin < 0) continue;
+    const size_t skin = static_cast<size_t>(placement.skin);
+    if (!places.contains(skin))
+      places[skin] = skin < skins.size() ? bind_place(data, skins[skin], worlds) : std::nullopt;
+    const std::optional<BindPlace>& place = places[skin];
+    ++(place ? posed : deformed);
+    if (!place || place->alike(*worlds[placement.node])) continue;  // as it is, without rounding
+    if (const std::optional<Transform> transform = to_transform(place->place))
+      placement.transform = *transform;
+  }
+  if (posed != 0)
+    warnings.push_back(input.file.string() + ": has skins; its meshes are taken in the bind pose.");
+  if (deformed != 0)
+    warnings.push_back(
+        fmt::format("{}: has {} whose joints do not stand in the bind pose; each mesh is taken "
+                    "as it was before it was bound, where its node stands.",
+                    input.file.string(), deformed == 1 ? "a skin" : fmt::format("{} skins", deformed)));
+}
+
+/// Collects nodes with all that is above them, parents first and each once.
+class NodeCollector {
+ public:
+  NodeCollector(const tinygltf::Model& model, const GltfHierarchy& hierarchy)
+      : model_(model), hierarchy_(hierarchy), index_(model.nodes.size(), kNoNode) {}
+
+  /// The node's index in `nodes`; kNoNode for GltfHierarchy::kNone.
+  uint32_t add(size_t node, std::vector<Node>& nodes) {
+    std::vector<size_t> missing;
+    for (; node != GltfHierarchy::kNone && index_[node] == kNoNode; node = hierarchy_.parents[node])
+      missing.push_back(node);
+    uint32_t last = node == GltfHierarchy::kNone ? kNoNode : index_[node];
+    for (auto next = missing.rbegin(); next != missing.rend(); ++next) {
+      nodes.push_back({static_cast<uint32_t>(*next), model_.nodes[*next].name, last});
+      last = index_[*next] = static_cast<uint32_t>(nodes.size() - 1);
+    }
+    return last;
+  }
+
+ private:
+  const tinygltf::Model& model_;
+  const GltfHierarchy& hierarchy_;
+  std::vector<uint32_t> index_;  // [node of the file]
 };
 
 }  // namespace
@@ -166,42 +277,49 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   scene.warnings = std::move(source.warnings);
 
   FixturePlacer fixtures(input, source.fixtures, scene);
-  std::vector<GltfPlacement> placements = flatten(
-      input, model, [&](size_t node, const Affine& world) { fixtures.visit(node, to_transform(world)); });
+  std::vector<std::optional<Affine>> worlds(model.nodes.size());
+  GltfHierarchy hierarchy = flatten(input, model, [&](size_t node, const Affine& world) {
+    fixtures.visit(node, to_transform(world));
+    worlds[node] = world;
+  });
   fixtures.report();
+  std::vector<GltfPlacement>& placements = hierarchy.placements;
   if (model.nodes.empty()) {
-    for (size_t i = 0; i < model.meshes.size(); ++i) placements.push_back({"", i, false, kIdentity});
+    for (size_t i = 0; i < model.meshes.size(); ++i)
+      placements.push_back({GltfHierarchy::kNone, i, -1, kIdentity});
   }
-  std::vector<bool> shown(model.meshes.size());
-  for (const GltfPlacement& placement : placements) shown[placement.mesh] = true;
+  place_skins(input, data, source.skins, worlds, placements, scene.warnings);
 
-  constexpr uint32_t kAbsent = std::numeric_limits<uint32_t>::max();
-  std::vector<uint32_t> mesh_of(model.meshes.size(), kAbsent);
+  // A mesh is read once for each set of weights that a node gives it.
+  std::vector<std::map<std::vector<double>, uint32_t>> variants(model.meshes.size());
+  std::vector<std::vector<std::vector<double>>> weights(model.meshes.size());  // in the order of the nodes
+  for (const GltfPlacement& placement : placements) {
+    std::vector<double> own = weights_of(model, placement);
+    if (variants[placement.mesh].emplace(own, kNoMesh).second) weights[placement.mesh].push_back(own);
+  }
   uint64_t triangles = 0;
   for (size_t i = 0; i < model.meshes.size(); ++i) {
-    if (!shown[i]) {
+    if (weights[i].empty()) {
       scene.warnings.push_back(
           fmt::format("{}: mesh {} is not in the scene and was left out", input.file.string(), i));
-      continue;
     }
-    Mesh mesh = MeshReader(input, data, model.meshes[i], i).read(scene.warnings);
-    if (mesh.triangles.empty()) continue;
-    check_triangle_limit(input, triangles += mesh.triangles.size());
-    mesh_of[i] = static_cast<uint32_t>(scene.meshes.size());
-    scene.meshes.push_back(std::move(mesh));
+    for (const std::vector<double>& own : weights[i]) {
+      Mesh mesh = MeshReader(input, data, model.meshes[i], i, own).read(scene.warnings);
+      if (mesh.triangles.empty()) continue;
+      check_triangle_limit(input, triangles += mesh.triangles.size());
+      variants[i][own] = static_cast<uint32_t>(scene.meshes.size());
+      scene.meshes.push_back(std::move(mesh));
+    }
   }
-  bool skinned = false;
+  NodeCollector nodes(model, hierarchy);
   for (const GltfPlacement& placement : placements) {
-    const uint32_t mesh = mesh_of[placement.mesh];
-    if (mesh == kAbsent) continue;
-    // Posing needs the joints; the plain mesh under its node is the bind pose as modelling programs export
-    // it.
-    skinned |= placement.skinned;
+    const uint32_t mesh = variants[placement.mesh].at(weights_of(model, placement));
+    if (mesh == kNoMesh) continue;
+    const uint32_t node = nodes.add(placement.node, scene.nodes);
+    const bool named = node != kNoNode && !scene.nodes[node].name.empty();
     scene.instances.push_back(
-        {placement.name.empty() ? scene.meshes[mesh].name : placement.name, mesh, placement.transform});
+        {named ? scene.nodes[node].name : scene.meshes[mesh].name, mesh, placement.transform, node});
   }
-  if (skinned)
-    scene.warnings.push_back(input.file.string() + ": has skins; its meshes are taken in the bind pose.");
   return scene;
 }
 

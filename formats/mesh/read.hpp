@@ -30,6 +30,9 @@ struct ReadLimits {
 /// Thread-safe; safe on untrusted input. Throws nif::Error with a sentence that names the file and the place.
 Scene read(const std::filesystem::path& file, const ReadLimits& limits = {});
 
+/// The same for a file whose bytes are in memory, and not compressed.
+Scene read(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits = {});
+
 /// The checks of read(), for a scene that was read from a file in another way. Throws as read().
 void check(const std::filesystem::path& file, Scene& scene, const ReadLimits& limits = {});
 
