@@ -259,9 +259,16 @@ TEST(Gltf, DecodesMeshopt) {
   std::vector<uint32_t> flat;
   for (const auto& t : ball.triangles) flat.insert(flat.end(), t.begin(), t.end());
   const size_t vertices = ball.positions.size();
-  std::vector<unsigned char> points(meshopt_encodeVertexBufferBound(vertices, sizeof(mesh::Float3)));
-  points.resize(meshopt_encodeVertexBuffer(points.data(), points.size(), ball.positions.data(), vertices,
-                                           sizeof(mesh::Float3)));
+  const auto encode = [&](const void* elements, size_t stride) {
+    std::vector<unsigned char> bytes(meshopt_encodeVertexBufferBound(vertices, stride));
+    bytes.resize(meshopt_encodeVertexBuffer(bytes.data(), bytes.size(), elements, vertices, stride));
+    return bytes;
+  };
+  Points exponential(vertices);
+  meshopt_encodeFilterExp(exponential.data(), vertices, sizeof(mesh::Float3), 20, ball.positions[0].data());
+  std::vector<std::array<int16_t, 4>> quantised;
+  for (const mesh::Float3& p : ball.positions)
+    quantised.push_back({int16_t(p[0] * 1000), int16_t(p[1] * 1000), int16_t(p[2] * 1000), 0});
   std::vector<unsigned char> corners(meshopt_encodeIndexBufferBound(flat.size(), vertices)),
       sequence(meshopt_encodeIndexSequenceBound(flat.size(), vertices));
   corners.resize(meshopt_encodeIndexBuffer(corners.data(), corners.size(), flat.data(), flat.size()));
@@ -284,19 +291,29 @@ TEST(Gltf, DecodesMeshopt) {
                                      {"byteStride", stride},
                                      {"mode", mode},
                                      {"count", count}}}}}};
+    if (mode[0] == 'A') views[size_t(compressed)]["byteStride"] = stride;
     gltf.json["accessors"].push_back(
         {{"bufferView", compressed}, {"componentType", component}, {"type", type}, {"count", count}});
-    return compressed;
   };
-  add(points, "ATTRIBUTES", vertices, 12, 5126, "VEC3");
+  add(encode(ball.positions.data(), sizeof(mesh::Float3)), "ATTRIBUTES", vertices, 12, 5126, "VEC3");
   add(corners, "TRIANGLES", flat.size(), 4, 5125, "SCALAR");
   add(sequence, "INDICES", flat.size(), 4, 5125, "SCALAR");
   gltf.mesh(0, 1);
   gltf.mesh(0, 2);
+  add(encode(exponential.data(), sizeof(mesh::Float3)), "ATTRIBUTES", vertices, 12, 5126, "VEC3");
+  gltf.json["bufferViews"].back()["extensions"]["EXT_meshopt_compression"]["filter"] = "EXPONENTIAL";
+  add(encode(quantised.data(), sizeof quantised[0]), "ATTRIBUTES", vertices, 8, 5122, "VEC3");
+  gltf.mesh(3, 1);
+  gltf.mesh(4, 1);
   gltf.more_buffers = {{{"byteLength", 1000000}}};  // what a decoder fills
   const Scene scene = mesh::read("a.glb", gltf.glb());
-  ASSERT_EQ(scene.meshes.size(), 2u);
+  ASSERT_EQ(scene.meshes.size(), 4u);
   EXPECT_EQ(scene.meshes[0].positions, ball.positions);
+  for (size_t i = 0; i < vertices; ++i)
+    for (size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(scene.meshes[2].positions[i][k], ball.positions[i][k], 1e-5);
+      EXPECT_EQ(scene.meshes[3].positions[i][k], float(quantised[i][k]));
+    }
   EXPECT_EQ(scene.meshes[1].triangles, ball.triangles) << "a sequence is kept as it is";
   EXPECT_EQ(scene.meshes[0].triangles.size(), ball.triangles.size());
   EXPECT_NEAR(signed_volume(scene.meshes[0]), signed_volume(ball), 1e-6);
