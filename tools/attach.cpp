@@ -162,13 +162,12 @@ void print(const Arguments& arguments, const Result& result) {
 void run(const Arguments& arguments) {
   check(arguments);
   Progress progress(arguments.quiet);
-  interruption();                                   // from here on, Ctrl-C leaves no file behind
-  constexpr uint64_t kLargest = uint64_t{8} << 30;  // as mesh::ReadLimits has it
+  interruption();  // from here on, Ctrl-C leaves no file behind
   std::error_code unknown;
   const uint64_t bytes = fs::file_size(arguments.gltf, unknown);
   if (!unknown) require_memory(2 * bytes, arguments.gltf + ": reading it");
   progress.update(0, "reading " + arguments.gltf);
-  const mesh::GltfFile file(arguments.gltf, kLargest);
+  const mesh::GltfFile file(arguments.gltf, mesh::ReadLimits{}.max_decompressed_bytes);
   mesh::Scene scene = mesh::read(arguments.gltf, file.bytes());
   scene.meshes.clear();
   check_kind(file, arguments.output);

@@ -81,6 +81,11 @@ const tinygltf::Accessor& find(const Input& input, const tinygltf::Model& model,
 
 }  // namespace
 
+const tinygltf::Value& member_of(const tinygltf::Value& value, const char* name) {
+  static const tinygltf::Value kNull;
+  return value.IsObject() ? value.Get(name) : kNull;
+}
+
 struct GltfData::Elements {
   const char* first = nullptr;
   uint64_t stride = 0;
@@ -125,7 +130,7 @@ std::string_view GltfData::span(const std::string& what, int buffer, uint64_t of
 std::string_view GltfData::decoded(int index, const tinygltf::Value& extension) const {
   if (const auto known = decoded_.find(index); known != decoded_.end()) return known->second;
   const auto number = [&](const char* name, int otherwise) {
-    const tinygltf::Value& value = extension.Get(name);
+    const tinygltf::Value& value = member_of(extension, name);
     const int out = value.IsInt() ? value.Get<int>() : otherwise;
     if (out < 0) {
       input_.fail(Status::malformed_mesh,
@@ -134,7 +139,7 @@ std::string_view GltfData::decoded(int index, const tinygltf::Value& extension) 
     return out;
   };
   const auto word = [&](const char* name) {
-    const tinygltf::Value& value = extension.Get(name);
+    const tinygltf::Value& value = member_of(extension, name);
     return value.IsString() ? value.Get<std::string>() : std::string();
   };
   MeshoptData data;

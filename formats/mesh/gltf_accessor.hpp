@@ -16,6 +16,9 @@ class Value;
 
 namespace nif::mesh::detail {
 
+/// A member of what may be anything; a null value where it has none. (Value::Get() wants an object.)
+const tinygltf::Value& member_of(const tinygltf::Value& value, const char* name);
+
 /// Not thread-safe: it keeps what it has decoded.
 class GltfData {
  public:

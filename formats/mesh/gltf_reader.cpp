@@ -171,8 +171,8 @@ class MeshReader {
 
   void read_draco_primitive(const tinygltf::Primitive& primitive, const tinygltf::Value& extension,
                             size_t number) {
-    const tinygltf::Value& view = extension.Get("bufferView");
-    const tinygltf::Value& position = extension.Get("attributes").Get("POSITION");
+    const tinygltf::Value& view = member_of(extension, "bufferView");
+    const tinygltf::Value& position = member_of(member_of(extension, "attributes"), "POSITION");
     const auto accessor = primitive.attributes.find("POSITION");
     if (!view.IsInt() || !position.IsInt() || position.Get<int>() < 0 ||
         accessor == primitive.attributes.end()) {
