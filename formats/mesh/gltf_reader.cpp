@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <map>
 
@@ -34,10 +36,11 @@ tinygltf::Model parse_model(const Input& input, const std::string& json) {
 
 class MeshReader {
  public:
-  /// `weights` of the morph targets; none: the targets are left alone.
+  /// `weights` of the morph targets; none: the targets are left alone. `morphed` counts positions of targets
+  /// over all meshes.
   MeshReader(const Input& input, const GltfData& data, const tinygltf::Mesh& source, size_t index,
-             const std::vector<double>& weights)
-      : input_(input), data_(data), source_(source), index_(index), weights_(weights) {}
+             const std::vector<double>& weights, uint64_t& morphed)
+      : input_(input), data_(data), source_(source), index_(index), weights_(weights), morphed_(morphed) {}
 
   /// All primitives as one mesh.
   Mesh read(std::vector<std::string>& warnings) {
@@ -119,8 +122,8 @@ class MeshReader {
     constexpr uint64_t kMostMorphed = uint64_t{1} << 32;
     morphed_ += positions.size() * targets.size();
     if (morphed_ > kMostMorphed)
-      input_.fail(Status::too_large,
-                  fmt::format("mesh {} has more than {} positions of morph targets", index_, kMostMorphed));
+      input_.fail(Status::too_large, fmt::format("has more than {} positions of morph targets, up to mesh {}",
+                                                 kMostMorphed, index_));
     std::vector<std::array<double, 3>> sums(positions.size());
     for (const auto& [accessor, weight] : targets) {
       const std::vector<Float3> moves = data_.positions(accessor);
@@ -197,24 +200,59 @@ class MeshReader {
   Mesh mesh_;
   const std::vector<double>& weights_;
   std::map<std::pair<int, std::vector<Target>>, Range> ranges_;
-  uint64_t skipped_ = 0, loose_ = 0, morphed_ = 0;
+  uint64_t& morphed_;
+  uint64_t skipped_ = 0, loose_ = 0;
   bool morphs_ = false, unmorphed_ = false;
 };
 
-constexpr uint32_t kNoMesh = std::numeric_limits<uint32_t>::max();
+/// Meshes as the nodes that carry them want them morphed: each once for each set of weights.
+class Variants {
+ public:
+  explicit Variants(const tinygltf::Model& model)
+      : model_(model), of_mesh_(model.meshes.size()), plain_(model.meshes.size(), kUnknown) {
+    for (const tinygltf::Mesh& mesh : model.meshes) {
+      size_t& targets = targets_.emplace_back(0);
+      for (const tinygltf::Primitive& primitive : mesh.primitives)
+        targets = std::max(targets, primitive.targets.size());
+    }
+  }
 
-/// The weights of the mesh's morph targets at a node; none where all are 0.
-std::vector<double> weights_of(const tinygltf::Model& model, const GltfPlacement& placement) {
-  const tinygltf::Mesh& mesh = model.meshes[placement.mesh];
-  size_t targets = 0;
-  for (const tinygltf::Primitive& primitive : mesh.primitives)
-    targets = std::max(targets, primitive.targets.size());
-  const bool own = placement.node != GltfHierarchy::kNone && !model.nodes[placement.node].weights.empty();
-  std::vector<double> weights = own ? model.nodes[placement.node].weights : mesh.weights;
-  weights.resize(std::min(weights.size(), targets));
-  while (!weights.empty() && weights.back() == 0) weights.pop_back();
-  return weights;
-}
+  /// A number for the placement's mesh with the weights of its node, else those of the mesh.
+  size_t add(const GltfPlacement& placement) {
+    const size_t mesh = placement.mesh;
+    if (placement.node != GltfHierarchy::kNone && !model_.nodes[placement.node].weights.empty())
+      return find(mesh, model_.nodes[placement.node].weights);
+    if (plain_[mesh] == kUnknown) plain_[mesh] = find(mesh, model_.meshes[mesh].weights);
+    return plain_[mesh];
+  }
+
+  /// Those of a mesh, in the order in which they were added.
+  const std::vector<size_t>& of_mesh(size_t mesh) const { return of_mesh_[mesh]; }
+  /// None where all are 0.
+  const std::vector<double>& weights(size_t variant) const { return *weights_[variant]; }
+  size_t size() const { return weights_.size(); }
+
+ private:
+  static constexpr size_t kUnknown = SIZE_MAX;
+
+  size_t find(size_t mesh, std::vector<double> weights) {
+    weights.resize(std::min(weights.size(), targets_[mesh]));
+    while (!weights.empty() && weights.back() == 0) weights.pop_back();
+    const auto [at, added] = known_.emplace(std::pair(mesh, std::move(weights)), weights_.size());
+    if (added) {
+      of_mesh_[mesh].push_back(at->second);
+      weights_.push_back(&at->first.second);
+    }
+    return at->second;
+  }
+
+  const tinygltf::Model& model_;
+  std::map<std::pair<size_t, std::vector<double>>, size_t> known_;
+  std::vector<const std::vector<double>*> weights_;  // of known_, by number
+  std::vector<std::vector<size_t>> of_mesh_;
+  std::vector<size_t> plain_;    // by mesh: the variant with its own weights, once it is asked for
+  std::vector<size_t> targets_;  // by mesh: most morph targets of a primitive
+};
 
 /// Puts skinned meshes where their joints have them in the bind pose.
 void place_skins(const Input& input, const GltfData& data, const std::vector<GltfSkin>& skins,
@@ -290,31 +328,36 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   }
   place_skins(input, data, source.skins, worlds, placements, scene.warnings);
 
-  // A mesh is read once for each set of weights that a node gives it.
-  std::vector<std::map<std::vector<double>, uint32_t>> variants(model.meshes.size());
-  std::vector<std::vector<std::vector<double>>> weights(model.meshes.size());  // in the order of the nodes
-  for (const GltfPlacement& placement : placements) {
-    std::vector<double> own = weights_of(model, placement);
-    if (variants[placement.mesh].emplace(own, kNoMesh).second) weights[placement.mesh].push_back(own);
-  }
-  uint64_t triangles = 0;
+  Variants variants(model);
+  std::vector<size_t> variant_of;
+  for (const GltfPlacement& placement : placements) variant_of.push_back(variants.add(placement));
+  constexpr uint32_t kAbsent = std::numeric_limits<uint32_t>::max();
+  std::vector<uint32_t> mesh_of(variants.size(), kAbsent);
+  uint64_t triangles = 0, positions = 0, morphed = 0;
   for (size_t i = 0; i < model.meshes.size(); ++i) {
-    if (weights[i].empty()) {
+    if (variants.of_mesh(i).empty()) {
       scene.warnings.push_back(
           fmt::format("{}: mesh {} is not in the scene and was left out", input.file.string(), i));
     }
-    for (const std::vector<double>& own : weights[i]) {
-      Mesh mesh = MeshReader(input, data, model.meshes[i], i, own).read(scene.warnings);
+    for (const size_t variant : variants.of_mesh(i)) {
+      Mesh mesh = MeshReader(input, data, model.meshes[i], i, variants.weights(variant), morphed)
+                      .read(scene.warnings);
       if (mesh.triangles.empty()) continue;
       check_triangle_limit(input, triangles += mesh.triangles.size());
-      variants[i][own] = static_cast<uint32_t>(scene.meshes.size());
+      // Meshes may share their vertices, so that the file's size does not bound these either.
+      if ((positions += mesh.positions.size()) / 3 > input.limits.max_triangles)
+        input.fail(Status::too_large,
+                   fmt::format("has more vertices than the limit of {} triangles has corners",
+                               input.limits.max_triangles));
+      mesh_of[variant] = static_cast<uint32_t>(scene.meshes.size());
       scene.meshes.push_back(std::move(mesh));
     }
   }
   NodeCollector nodes(model, hierarchy);
-  for (const GltfPlacement& placement : placements) {
-    const uint32_t mesh = variants[placement.mesh].at(weights_of(model, placement));
-    if (mesh == kNoMesh) continue;
+  for (size_t i = 0; i < placements.size(); ++i) {
+    const GltfPlacement& placement = placements[i];
+    const uint32_t mesh = mesh_of[variant_of[i]];
+    if (mesh == kAbsent) continue;
     const uint32_t node = nodes.add(placement.node, scene.nodes);
     const bool named = node != kNoNode && !scene.nodes[node].name.empty();
     scene.instances.push_back(

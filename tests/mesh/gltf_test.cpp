@@ -210,6 +210,21 @@ TEST(Gltf, MorphsByTheWeightsThatTheFileSets) {
   EXPECT_THROW(read_glb(gltf), Error);
 }
 
+TEST(Gltf, BoundsVerticesThatMeshesShare) {
+  Gltf gltf;
+  const int points = gltf.positions(kSquare), corners = gltf.indices({0, 1, 2});
+  std::vector<int> roots;
+  for (int i = 0; i < 3; ++i) roots.push_back(gltf.node({{"mesh", gltf.mesh(points, corners)}}));
+  gltf.scene(roots);
+  EXPECT_EQ(mesh::read("a.glb", gltf.glb(), {.max_triangles = 4}).meshes.size(), 3u);
+  try {
+    mesh::read("a.glb", gltf.glb(), {.max_triangles = 3});
+    ADD_FAILURE() << "12 vertices are more than three triangles have corners";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::too_large);
+  }
+}
+
 /// A square whose node is moved, bound to two joints below a turned and scaled root.
 Gltf skinned(const Points& joints_moved) {
   Gltf gltf;
