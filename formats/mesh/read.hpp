@@ -18,9 +18,8 @@ struct ReadLimits {
   uint64_t max_triangles = 500'000'000;
 };
 
-/// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf, with KHR_draco_mesh_compression) or DRC (Draco), each also
-/// as
-/// `.gz` or `.zst`. The format is told by content where it has a signature, else by extension.
+/// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf; docs/meshes.md has its extensions) or DRC (Draco), each
+/// also as `.gz` or `.zst`. The format is told by content where it has a signature, else by extension.
 /// Polygons are triangulated; several meshes in one file become several meshes with instances.
 ///
 /// The result is checked: every index in range, every position that a triangle uses finite, at least one
