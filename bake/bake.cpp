@@ -143,6 +143,7 @@ class Baker {
     PreparedScene prepared = prepare(scene_, options_.strict);
     result_.notes = std::move(prepared.notes);
     result_.asset.instances = instances_of(scene_, prepared);
+    result_.placed = prepared.instances;
     prepared_ = std::move(prepared.objects);
     clock_.emplace(prepared_, callback_);
     candidates_.resize(prepared_.size());
@@ -230,7 +231,8 @@ class Baker {
   }
 
   uint64_t estimated_bytes() const {
-    return format::encode(assemble()).size() + kMetadataBytes + kMetadataBytesPerObject * prepared_.size();
+    return format::encode(assemble()).size() + kMetadataBytes + kMetadataBytesPerObject * prepared_.size() +
+           hierarchy_bytes(scene_, result_);
   }
 
   void bake_object(size_t index) {

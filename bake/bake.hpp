@@ -115,6 +115,7 @@ struct ObjectReport {
 struct BakeResult {
   format::Asset asset;
   std::vector<ObjectReport> objects;  ///< one for each of the asset's
+  std::vector<uint32_t> placed;       ///< of each of the asset's instances, that of the scene
   SetAccuracies sets{};               ///< of all objects together
   uint64_t triangles = 0;             ///< of all objects, each once
   std::vector<std::string> notes;     ///< what preparation changed or left out, a sentence each

@@ -64,7 +64,33 @@ nlohmann::ordered_json to_json(const SphericalBakeOptions& options) {
   return json;
 }
 
+/// Numbers are the file's own. Nodes stand after those above them.
+nlohmann::ordered_json hierarchy(const mesh::Scene& scene, const BakeResult& result) {
+  nlohmann::ordered_json nodes = nlohmann::ordered_json::array(), instances = nodes;
+  for (const mesh::Node& node : scene.nodes) {
+    nlohmann::ordered_json& described = nodes.emplace_back(nlohmann::ordered_json{{"node", node.number}});
+    if (!node.name.empty()) described["name"] = node.name;
+    if (node.parent != mesh::kNoNode) described["parent"] = scene.nodes[node.parent].number;
+  }
+  for (const uint32_t instance : result.placed) {
+    const uint32_t node = scene.instances[instance].node;
+    instances.push_back(node == mesh::kNoNode ? nlohmann::ordered_json()
+                                              : nlohmann::ordered_json(scene.nodes[node].number));
+  }
+  return {{"nodes", std::move(nodes)}, {"instances", std::move(instances)}};
+}
+
+std::string dump(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 }  // namespace
+
+std::string source_hash_text(uint64_t hash) { return fmt::format("xxh3-64:{:016x}", hash); }
+
+uint64_t hierarchy_bytes(const mesh::Scene& scene, const BakeResult& result) {
+  return scene.nodes.empty() ? 0 : dump({{"hierarchy", hierarchy(scene, result)}}).size();
+}
 
 std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result) {
   nlohmann::ordered_json mix = nlohmann::ordered_json::object();
@@ -88,7 +114,7 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, 
   nlohmann::ordered_json json{{"tool", {{"name", "nifkit"}, {"version", NIF_VERSION_STRING}}},
                               {"seed", options.seed},
                               {"options", std::move(chosen)},
-                              {"source", {{"hash", fmt::format("xxh3-64:{:016x}", scene.source_hash)}}},
+                              {"source", {{"hash", source_hash_text(scene.source_hash)}}},
                               {"accuracy", to_json(result.sets)}};
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (size_t i = 0; i < result.objects.size(); ++i) {
@@ -115,7 +141,8 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, 
     described["accuracy"] = to_json(report.sets);
   }
   json["objects"] = std::move(objects);
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  if (!scene.nodes.empty()) json["hierarchy"] = hierarchy(scene, result);
+  return dump(json);
 }
 
 std::string format_bytes(double bytes) {

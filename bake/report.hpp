@@ -11,9 +11,16 @@ namespace nif::bake {
 /// are fractions of the set's rays, certain_wrong is a count. Sets without rays are left out.
 nlohmann::ordered_json to_json(const SetAccuracies& sets);
 
-/// The asset's metadata: tool version, seed, resolved options, source hash, and for each object what was
-/// measured. No path, thread count or time, so that it depends on nothing but the input and the options.
+/// The asset's metadata: tool version, seed, resolved options, source hash, for each object what was
+/// measured, and of a glTF the nodes that its instances stand for. No path, thread count or time, so that it
+/// depends on nothing but the input and the options.
 std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result);
+
+/// How the metadata states mesh::Scene::source_hash.
+std::string source_hash_text(uint64_t hash);
+
+/// What these nodes take of it; 0 where there are none. Of the result only what is placed is asked.
+uint64_t hierarchy_bytes(const mesh::Scene& scene, const BakeResult& result);
 
 /// "152.3 kB", in powers of 1000.
 std::string format_bytes(double bytes);

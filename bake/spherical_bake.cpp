@@ -96,6 +96,7 @@ class SphericalBaker {
     PreparedScene prepared = prepare(scene_, options_.strict);
     result_.notes = std::move(prepared.notes);
     result_.asset.instances = instances_of(scene_, prepared);
+    result_.placed = prepared.instances;
     object_of_ = prepared.object_of;
     prepared_ = std::move(prepared.objects);
     clock_.emplace(prepared_, callback_);
@@ -146,7 +147,8 @@ class SphericalBaker {
                                                       primary.hidden_layers, kernels::kPrimaryOutputs);
     }
     const uint64_t bytes = latents * (fields.half_grids ? 2 : 4) + weights * (fields.half_networks ? 2 : 4) +
-                           kMetadataBytes + kMetadataBytesPerObject * objects;
+                           kMetadataBytes + kMetadataBytesPerObject * objects +
+                           hierarchy_bytes(scene_, result_);
     if (bytes <= *options_.max_bytes) return;
     throw Error(Status::target_not_met,
                 fmt::format("--max-bytes {} cannot be reached: these grids and networks take {} bytes; try a "

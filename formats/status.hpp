@@ -27,7 +27,7 @@ enum class Status : int {
   index_out_of_range = 18,
   all_degenerate = 19,         ///< triangles, but none of them has an area
   missing_buffer = 20,         ///< a glTF that names a buffer or image file which is not there
-  unsupported_extension = 21,  ///< a required extension that we do not decode, e.g. EXT_meshopt_compression
+  unsupported_extension = 21,  ///< a required extension that we do not decode, e.g. KHR_meshopt_compression
   too_large = 22,              ///< beyond a stated limit of nifkit or of this machine's memory
   malformed_scene = 23,        ///< a scene file that is none, or whose fields contradict each other
   not_an_image = 24,           ///< an environment map that is no picture, or holds no light

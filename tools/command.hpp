@@ -13,6 +13,7 @@ namespace nif::tools {
 
 /// Adds a subcommand's options to `app`; its callback does the work and throws nif::Error on failure. Each of
 /// these lies in the file of its name.
+void add_attach(CLI::App& app);
 void add_bake(CLI::App& app);
 void add_bench(CLI::App& app);
 void add_eval(CLI::App& app);

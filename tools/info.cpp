@@ -8,6 +8,7 @@
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
 #include "tools/command.hpp"
+#include "tools/hierarchy_info.hpp"
 #include "tools/measuring.hpp"
 #include "tools/spherical_info.hpp"
 
@@ -146,6 +147,7 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   print_spherical(view);
   if (view.objects.size() > kShown)
     fmt::print("          and {} more; --json lists all\n", view.objects.size() - kShown);
+  print_hierarchy(view, metadata);
 }
 
 void run(const Arguments& arguments) {

@@ -53,9 +53,11 @@ int run(int argc, char** argv) {
                          "  nif eval dragon.nif --mesh dragon.ply\n"
                          "  nif bench dragon.nif --mesh dragon.ply\n"
                          "  nif info dragon.nif\n"
+                         "  nif attach crate.glb crate.nif -o both.glb\n"
                          "  nif mesh generate statue -o statue.ply\n"
                          "  nif render scene.toml -o pictures\n\n") +
              kExitCodes);
+  add_attach(app);
   add_bake(app);
   add_bench(app);
   add_eval(app);

@@ -37,8 +37,11 @@ void append(mesh::Scene& to, const mesh::Scene& file, const mesh::Transform& pla
     thing.transform = render::compose(place, thing.transform);
     return thing;
   };
-  for (const mesh::Instance& instance : file.instances)
-    to.instances.emplace_back(placed(instance)).mesh += first_mesh;
+  for (const mesh::Instance& instance : file.instances) {
+    mesh::Instance& added = to.instances.emplace_back(placed(instance));
+    added.mesh += first_mesh;
+    added.node = mesh::kNoNode;  // nodes of several files are none of one
+  }
   for (const mesh::Camera& camera : file.cameras) to.cameras.push_back(placed(camera));
   for (const mesh::Light& light : file.lights) to.lights.push_back(placed(light));
 }

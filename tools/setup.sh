@@ -28,7 +28,7 @@ build   libpng-dev            pictures
 build   libopenexr-dev        pictures and environment maps
 build   libstb-dev            environment maps, .hdr
 build   libopenmesh-dev       nif mesh: decimation, subdivision; tests: a second reader of meshes
-build   libmeshoptimizer-dev  nif mesh: fast decimation
+build   libmeshoptimizer-dev  nif mesh: fast decimation; .glb files with EXT_meshopt_compression
 build   libopenvdb-dev        nif mesh: level sets
 build   libboost-iostreams-dev  what OpenVDB is linked with, and its package does not bring
 build   libcgal-dev           nif mesh: self-intersections, repair; tests: a second oracle of rays (NIF_WITH_CGAL)

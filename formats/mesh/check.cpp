@@ -100,6 +100,7 @@ Scene scene_of(std::vector<Mesh> meshes) {
 void check(const Input& input, Scene& scene) {
   for (Mesh& mesh : scene.meshes) mesh.name = clean_name(mesh.name);
   for (Instance& instance : scene.instances) instance.name = clean_name(instance.name);
+  for (Node& node : scene.nodes) node.name = clean_name(node.name);
   for (Camera& camera : scene.cameras) camera.name = clean_name(camera.name);
   for (Light& light : scene.lights) light.name = clean_name(light.name);
   uint64_t triangles = 0;

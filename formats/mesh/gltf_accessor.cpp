@@ -8,6 +8,8 @@
 #include <cstring>
 #include <limits>
 
+#include "formats/mesh/gltf_meshopt.hpp"
+
 namespace nif::mesh::detail {
 namespace {
 
@@ -79,6 +81,11 @@ const tinygltf::Accessor& find(const Input& input, const tinygltf::Model& model,
 
 }  // namespace
 
+const tinygltf::Value& member_of(const tinygltf::Value& value, const char* name) {
+  static const tinygltf::Value kNull;
+  return value.IsObject() ? value.Get(name) : kNull;
+}
+
 struct GltfData::Elements {
   const char* first = nullptr;
   uint64_t stride = 0;
@@ -95,24 +102,64 @@ std::string_view GltfData::view(int index) const {
     input_.fail(Status::malformed_mesh, fmt::format("buffer view {} names buffer {}, but there are {}", index,
                                                     view.buffer, source_.buffers.size()));
   }
-  const auto& buffer = source_.buffers[static_cast<size_t>(view.buffer)];
-  if (!buffer) {
-    for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
-      if (view.extensions.contains(extension)) {
-        input_.fail(Status::unsupported_extension,
-                    fmt::format("buffer view {} is compressed by the glTF extension {}, which is not decoded",
-                                index, extension));
-      }
+  if (!source_.buffers[static_cast<size_t>(view.buffer)]) {
+    if (const auto meshopt = view.extensions.find("EXT_meshopt_compression");
+        meshopt != view.extensions.end())
+      return decoded(index, meshopt->second);
+    if (view.extensions.contains("KHR_meshopt_compression")) {
+      input_.fail(Status::unsupported_extension,
+                  fmt::format("buffer view {} is compressed by the glTF extension KHR_meshopt_compression, "
+                              "which is not decoded",
+                              index));
     }
     input_.fail(Status::missing_buffer,
                 fmt::format("buffer {} has neither a uri nor binary data", view.buffer));
   }
-  if (view.byteOffset > buffer->size() || view.byteLength > buffer->size() - view.byteOffset) {
-    input_.fail(Status::malformed_mesh,
-                fmt::format("buffer view {} spans {} bytes from byte {}, but buffer {} has {}", index,
-                            view.byteLength, view.byteOffset, view.buffer, buffer->size()));
+  return span(fmt::format("buffer view {}", index), view.buffer, view.byteOffset, view.byteLength);
+}
+
+std::string_view GltfData::span(const std::string& what, int buffer, uint64_t offset, uint64_t length) const {
+  const std::string_view bytes = *source_.buffers[static_cast<size_t>(buffer)];
+  if (offset > bytes.size() || length > bytes.size() - offset) {
+    input_.fail(Status::malformed_mesh, fmt::format("{} spans {} bytes from byte {}, but buffer {} has {}",
+                                                    what, length, offset, buffer, bytes.size()));
   }
-  return buffer->substr(view.byteOffset, view.byteLength);
+  return bytes.substr(offset, length);
+}
+
+std::string_view GltfData::decoded(int index, const tinygltf::Value& extension) const {
+  if (const auto known = decoded_.find(index); known != decoded_.end()) return known->second;
+  const auto number = [&](const char* name, int otherwise) {
+    const tinygltf::Value& value = member_of(extension, name);
+    const int out = value.IsInt() ? value.Get<int>() : otherwise;
+    if (out < 0) {
+      input_.fail(Status::malformed_mesh,
+                  fmt::format("the compression of buffer view {} lacks {}", index, name));
+    }
+    return out;
+  };
+  const auto word = [&](const char* name) {
+    const tinygltf::Value& value = member_of(extension, name);
+    return value.IsString() ? value.Get<std::string>() : std::string();
+  };
+  MeshoptData data;
+  data.where = fmt::format("the compressed buffer view {}", index);
+  const int buffer = number("buffer", -1);
+  if (static_cast<size_t>(buffer) >= source_.buffers.size() || !source_.buffers[static_cast<size_t>(buffer)])
+    input_.fail(Status::missing_buffer,
+                fmt::format("{} names buffer {}, which has no data", data.where, buffer));
+  data.bytes = span(data.where, buffer, static_cast<uint64_t>(number("byteOffset", 0)),
+                    static_cast<uint64_t>(number("byteLength", -1)));
+  data.count = static_cast<uint64_t>(number("count", -1));
+  data.stride = static_cast<uint64_t>(number("byteStride", -1));
+  data.mode = word("mode");
+  if (extension.Has("filter")) data.filter = word("filter");
+  decoded_bytes_ += data.count * data.stride;
+  if (decoded_bytes_ > input_.limits.max_decompressed_bytes)
+    input_.fail(Status::too_large,
+                fmt::format("has more than the limit of {} bytes in compressed buffer views",
+                            input_.limits.max_decompressed_bytes));
+  return decoded_.emplace(index, decode_meshopt(input_, data)).first->second;
 }
 
 GltfData::Elements GltfData::elements(int accessor, int buffer_view, uint64_t offset, uint64_t stride,
@@ -137,6 +184,11 @@ GltfData::Elements GltfData::elements(int accessor, int buffer_view, uint64_t of
   return {bytes.data() + (layout.count == 0 ? 0 : offset), stride};
 }
 
+uint64_t GltfData::stride_of(int view) const {
+  const size_t index = static_cast<size_t>(view);
+  return index < model_.bufferViews.size() ? model_.bufferViews[index].byteStride : 0;
+}
+
 bool GltfData::normalized(int index) const { return find(input_, model_, index).normalized; }
 
 std::vector<Float3> GltfData::positions(int index) const {
@@ -157,11 +209,8 @@ std::vector<Float3> GltfData::positions(int index) const {
   if (accessor.bufferView < 0) {
     out.resize(accessor.count);
   } else {
-    const uint64_t stride = static_cast<size_t>(accessor.bufferView) < model_.bufferViews.size()
-                                ? model_.bufferViews[static_cast<size_t>(accessor.bufferView)].byteStride
-                                : 0;
-    const Elements source =
-        elements(index, accessor.bufferView, accessor.byteOffset, stride, {type, 3, accessor.count});
+    const Elements source = elements(index, accessor.bufferView, accessor.byteOffset,
+                                     stride_of(accessor.bufferView), {type, 3, accessor.count});
     out.resize(accessor.count);
     for (uint64_t i = 0; i < accessor.count; ++i) {
       for (size_t k = 0; k < 3; ++k) {
@@ -200,17 +249,33 @@ void GltfData::apply_sparse(int index, std::vector<Float3>& out) const {
   }
 }
 
+std::vector<Affine> GltfData::matrices(int index) const {
+  const tinygltf::Accessor& accessor = find(input_, model_, index);
+  if (accessor.type != TINYGLTF_TYPE_MAT4 || accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT ||
+      accessor.bufferView < 0 || accessor.sparse.isSparse) {
+    input_.fail(Status::malformed_mesh, fmt::format("accessor {} has no type that matrices may have", index));
+  }
+  const Elements source =
+      elements(index, accessor.bufferView, accessor.byteOffset, stride_of(accessor.bufferView),
+               {accessor.componentType, 16, accessor.count});
+  std::vector<Affine> out(accessor.count);
+  for (uint64_t i = 0; i < accessor.count; ++i) {
+    for (size_t row = 0; row < 3; ++row)
+      for (size_t column = 0; column < 4; ++column)
+        out[i][row * 4 + column] = load<float>(source.at(i) + (column * 4 + row) * sizeof(float));
+  }
+  return out;
+}
+
 std::vector<uint32_t> GltfData::indices(int index) const {
   const tinygltf::Accessor& accessor = find(input_, model_, index);
   if (accessor.type != TINYGLTF_TYPE_SCALAR || !is_index_type(accessor.componentType) ||
       accessor.bufferView < 0 || accessor.sparse.isSparse) {
     input_.fail(Status::malformed_mesh, fmt::format("accessor {} has no type that indices may have", index));
   }
-  const uint64_t stride = static_cast<size_t>(accessor.bufferView) < model_.bufferViews.size()
-                              ? model_.bufferViews[static_cast<size_t>(accessor.bufferView)].byteStride
-                              : 0;
-  const Elements source = elements(index, accessor.bufferView, accessor.byteOffset, stride,
-                                   {accessor.componentType, 1, accessor.count});
+  const Elements source =
+      elements(index, accessor.bufferView, accessor.byteOffset, stride_of(accessor.bufferView),
+               {accessor.componentType, 1, accessor.count});
   std::vector<uint32_t> out(accessor.count);
   for (uint64_t i = 0; i < accessor.count; ++i) out[i] = decode_index(source.at(i), accessor.componentType);
   return out;

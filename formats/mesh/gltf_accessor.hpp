@@ -1,18 +1,25 @@
 // Reading of glTF accessors with every offset, stride and count checked against the bytes that are there.
 #pragma once
 
-#include <optional>
+#include <map>
+#include <string>
 #include <string_view>
 #include <vector>
 
+#include "formats/mesh/gltf_hierarchy.hpp"
 #include "formats/mesh/gltf_json.hpp"
 
 namespace tinygltf {
 class Model;
-}
+class Value;
+}  // namespace tinygltf
 
 namespace nif::mesh::detail {
 
+/// A member of what may be anything; a null value where it has none. (Value::Get() wants an object.)
+const tinygltf::Value& member_of(const tinygltf::Value& value, const char* name);
+
+/// Not thread-safe: it keeps what it has decoded.
 class GltfData {
  public:
   GltfData(const Input& input, const GltfSource& source, const tinygltf::Model& model)
@@ -20,6 +27,7 @@ class GltfData {
 
   std::vector<Float3> positions(int accessor) const;  ///< of float or quantised integer components
   std::vector<uint32_t> indices(int accessor) const;
+  std::vector<Affine> matrices(int accessor) const;  ///< 4x4 of floats, without the last row
   bool normalized(int accessor) const;
   std::string_view view(int buffer_view) const;  ///< the bytes of a buffer view
 
@@ -31,6 +39,9 @@ class GltfData {
   };
   struct Elements;
 
+  std::string_view span(const std::string& what, int buffer, uint64_t offset, uint64_t length) const;
+  std::string_view decoded(int buffer_view, const tinygltf::Value& extension) const;
+  uint64_t stride_of(int buffer_view) const;  ///< 0 where it states none
   Elements elements(int accessor, int buffer_view, uint64_t offset, uint64_t stride,
                     const Layout& layout) const;
   void apply_sparse(int accessor, std::vector<Float3>& out) const;
@@ -38,6 +49,8 @@ class GltfData {
   const Input& input_;
   const GltfSource& source_;
   const tinygltf::Model& model_;
+  mutable std::map<int, std::string> decoded_;  // buffer views that were compressed
+  mutable uint64_t decoded_bytes_ = 0;
 };
 
 }  // namespace nif::mesh::detail

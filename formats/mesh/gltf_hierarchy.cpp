@@ -12,18 +12,6 @@ namespace {
 
 constexpr Affine kUnmoved{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-Affine multiply(const Affine& a, const Affine& b) {
-  Affine out{};
-  for (size_t row = 0; row < 3; ++row) {
-    for (size_t column = 0; column < 4; ++column) {
-      double sum = column == 3 ? a[row * 4 + 3] : 0;
-      for (size_t k = 0; k < 3; ++k) sum += a[row * 4 + k] * b[k * 4 + column];
-      out[row * 4 + column] = sum;
-    }
-  }
-  return out;
-}
-
 Affine from_parts(const std::vector<double>& t, const std::vector<double>& q, const std::vector<double>& s) {
   double x = 0, y = 0, z = 0, w = 1;
   if (q.size() == 4) {
@@ -73,6 +61,18 @@ std::vector<int> roots(const Input& input, const tinygltf::Model& model) {
 
 }  // namespace
 
+Affine multiply(const Affine& a, const Affine& b) {
+  Affine out{};
+  for (size_t row = 0; row < 3; ++row) {
+    for (size_t column = 0; column < 4; ++column) {
+      double sum = column == 3 ? a[row * 4 + 3] : 0;
+      for (size_t k = 0; k < 3; ++k) sum += a[row * 4 + k] * b[k * 4 + column];
+      out[row * 4 + column] = sum;
+    }
+  }
+  return out;
+}
+
 std::optional<Transform> to_transform(const Affine& world) {
   Transform out{};
   for (size_t i = 0; i < out.size(); ++i) {
@@ -82,18 +82,21 @@ std::optional<Transform> to_transform(const Affine& world) {
   return out;
 }
 
-std::vector<GltfPlacement> flatten(const Input& input, const tinygltf::Model& model,
-                                   const std::function<void(size_t node, const Affine& world)>& visit_node) {
+GltfHierarchy flatten(const Input& input, const tinygltf::Model& model,
+                      const std::function<void(size_t node, const Affine& world)>& visit_node) {
   struct Visit {
     int node;
-    Affine parent;
+    size_t parent;
+    Affine place;  // of the parent
   };
   // A stack of our own: the depth of a hierarchy is up to the file.
   std::vector<Visit> stack;
   const std::vector<int> first = roots(input, model);
-  for (auto root = first.rbegin(); root != first.rend(); ++root) stack.push_back({*root, kUnmoved});
+  for (auto root = first.rbegin(); root != first.rend(); ++root)
+    stack.push_back({*root, GltfHierarchy::kNone, kUnmoved});
 
-  std::vector<GltfPlacement> out;
+  GltfHierarchy out;
+  out.parents.assign(model.nodes.size(), GltfHierarchy::kNone);
   std::vector<bool> visited(model.nodes.size());
   while (!stack.empty()) {
     const Visit visit = stack.back();
@@ -108,8 +111,9 @@ std::vector<GltfPlacement> flatten(const Input& input, const tinygltf::Model& mo
     if (visited[index])
       input.fail(Status::malformed_mesh, fmt::format("node {} has two parents or is in a cycle", index));
     visited[index] = true;
+    out.parents[index] = visit.parent;
     const tinygltf::Node& node = model.nodes[index];
-    const Affine world = multiply(visit.parent, local_transform(node));
+    const Affine world = multiply(visit.place, local_transform(node));
     if (node.mesh >= 0) {
       if (static_cast<size_t>(node.mesh) >= model.meshes.size()) {
         input.fail(Status::malformed_mesh, fmt::format("node {} names mesh {}, but there are {}", index,
@@ -117,11 +121,11 @@ std::vector<GltfPlacement> flatten(const Input& input, const tinygltf::Model& mo
       }
       const std::optional<Transform> transform = to_transform(world);
       if (!transform) input.fail(Status::malformed_mesh, fmt::format("node {} is placed at infinity", index));
-      out.push_back({node.name, static_cast<size_t>(node.mesh), node.skin >= 0, *transform});
+      out.placements.push_back({index, static_cast<size_t>(node.mesh), node.skin, *transform});
     }
     visit_node(index, world);
     for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
-      stack.push_back({*child, world});
+      stack.push_back({*child, index, world});
   }
   return out;
 }

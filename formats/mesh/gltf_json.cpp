@@ -18,48 +18,10 @@ namespace {
 
 using nlohmann::json;
 
-struct Container {
-  std::string_view text;
-  std::optional<std::string_view> binary;
-};
-
 uint32_t word_at(std::string_view bytes, size_t at) {
   uint32_t word = 0;
   std::memcpy(&word, bytes.data() + at, sizeof word);
   return word;
-}
-
-Container open_container(const Input& input) {
-  std::string_view bytes = input.bytes;
-  if (!bytes.starts_with("glTF")) return {bytes, std::nullopt};
-  if (bytes.size() < 12) input.fail(Status::file_truncated, "ends within the GLB header");
-  if (const uint32_t version = word_at(bytes, 4); version != 2) {
-    input.fail(Status::not_a_mesh,
-               fmt::format("is a GLB container of version {}; only version 2 is read", version));
-  }
-  const uint32_t length = word_at(bytes, 8);
-  if (length > bytes.size()) {
-    input.fail(
-        Status::file_truncated,
-        fmt::format("announces {} bytes in its GLB header, but ends at byte {}", length, bytes.size()));
-  }
-  bytes = bytes.substr(0, length);
-  Container container;
-  constexpr uint32_t kJson = 0x4E4F534A, kBinary = 0x004E4942;
-  for (size_t at = 12; at + 8 <= bytes.size();) {
-    const uint32_t size = word_at(bytes, at), kind = word_at(bytes, at + 4);
-    if (size > bytes.size() - at - 8) {
-      input.fail(
-          Status::file_truncated,
-          fmt::format("has a GLB chunk of {} bytes at byte {}, but ends at byte {}", size, at, bytes.size()));
-    }
-    const std::string_view chunk = bytes.substr(at + 8, size);
-    if (kind == kJson && container.text.empty()) container.text = chunk;
-    if (kind == kBinary && !container.binary) container.binary = chunk;
-    at += 8 + size_t{size};
-  }
-  if (container.text.empty()) input.fail(Status::malformed_mesh, "has no JSON in its GLB container");
-  return container;
 }
 
 /// tinygltf walks values recursively; no real file nests anywhere near this deep.
@@ -121,7 +83,9 @@ void check_version(const Input& input, const json& root) {
 }
 
 bool is_decoded(std::string_view extension) {
-  if (extension == "KHR_draco_mesh_compression" || extension == "KHR_mesh_quantization") return true;
+  if (extension == "KHR_draco_mesh_compression" || extension == "KHR_mesh_quantization" ||
+      extension == "EXT_meshopt_compression")
+    return true;
   // Of appearance only: whether they are decoded or not, the surface is the same.
   static constexpr std::array kAppearance{"KHR_materials_",   "KHR_texture_", "EXT_texture_",
                                           "MSFT_texture_dds", "KHR_lights_",  "EXT_lights_",
@@ -203,7 +167,7 @@ ExternalFile load_external(const Input& input, size_t index, const std::string& 
   }
 }
 
-void open_buffer(const Input& input, const json& buffer, const Container& container,
+void open_buffer(const Input& input, const json& buffer, const GltfContainer& container,
                  std::vector<ExternalFile>& external, GltfSource& source) {
   const size_t index = source.buffers.size();
   const json* length = member(buffer, "byteLength");
@@ -262,8 +226,42 @@ json reduced(const json& root) {
 
 }  // namespace
 
+GltfContainer open_container(const Input& input) {
+  std::string_view bytes = input.bytes;
+  if (!bytes.starts_with("glTF")) return {bytes, std::nullopt, 0};
+  if (bytes.size() < 12) input.fail(Status::file_truncated, "ends within the GLB header");
+  if (const uint32_t version = word_at(bytes, 4); version != 2) {
+    input.fail(Status::not_a_mesh,
+               fmt::format("is a GLB container of version {}; only version 2 is read", version));
+  }
+  const uint32_t length = word_at(bytes, 8);
+  if (length > bytes.size()) {
+    input.fail(
+        Status::file_truncated,
+        fmt::format("announces {} bytes in its GLB header, but ends at byte {}", length, bytes.size()));
+  }
+  bytes = bytes.substr(0, length);
+  GltfContainer container;
+  container.length = length;
+  constexpr uint32_t kJson = 0x4E4F534A, kBinary = 0x004E4942;
+  for (size_t at = 12; at + 8 <= bytes.size();) {
+    const uint32_t size = word_at(bytes, at), kind = word_at(bytes, at + 4);
+    if (size > bytes.size() - at - 8) {
+      input.fail(
+          Status::file_truncated,
+          fmt::format("has a GLB chunk of {} bytes at byte {}, but ends at byte {}", size, at, bytes.size()));
+    }
+    const std::string_view chunk = bytes.substr(at + 8, size);
+    if (kind == kJson && container.text.empty()) container.text = chunk;
+    if (kind == kBinary && !container.binary) container.binary = chunk;
+    at += 8 + size_t{size};
+  }
+  if (container.text.empty()) input.fail(Status::malformed_mesh, "has no JSON in its GLB container");
+  return container;
+}
+
 GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external) {
-  const Container container = open_container(input);
+  const GltfContainer container = open_container(input);
   const json root = parse(input, container.text);
   check_version(input, root);
   GltfSource source;
@@ -272,6 +270,7 @@ GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external) {
     for (const json& buffer : *buffers) open_buffer(input, buffer, container, external, source);
   }
   source.fixtures = read_fixtures(root);
+  source.skins = read_skins(root);
   source.json = reduced(root).dump(-1, ' ', false, json::error_handler_t::replace);
   return source;
 }

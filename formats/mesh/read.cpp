@@ -15,6 +15,7 @@
 
 #include "formats/mesh/decompress.hpp"
 #include "formats/mesh/file_bytes.hpp"
+#include "formats/mesh/gltf_attach.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 
@@ -57,10 +58,14 @@ bool is_off_keyword(std::string_view word) {
   return std::ranges::find(kKeywords, word) != kKeywords.end();
 }
 
+bool looks_like_gltf(std::string_view bytes) {
+  return bytes.starts_with("glTF") || TextCursor(bytes.substr(0, 64)).word().starts_with('{');
+}
+
 Scene read_format(const Input& input, std::vector<ExternalFile>& external) {
   const std::string_view bytes = input.bytes;
+  if (looks_like_gltf(bytes)) return read_gltf(input, external);
   const std::string_view first_word = TextCursor(bytes.substr(0, 64)).word();
-  if (bytes.starts_with("glTF") || first_word.starts_with('{')) return read_gltf(input, external);
   if (bytes.starts_with("DRACO")) return read_draco(input);
   if (first_word == "ply" || first_word == "PLY") return read_ply(input);
   if (is_off_keyword(first_word)) return read_off(input);
@@ -79,38 +84,42 @@ Scene read_format(const Input& input, std::vector<ExternalFile>& external) {
       "is of no known mesh format; PLY, OBJ, STL, OFF, glTF, GLB and Draco are read, also as .gz or .zst");
 }
 
-uint64_t hash(std::string_view main, const std::vector<ExternalFile>& external) {
+uint64_t hash(const FilePieces& main, const std::vector<ExternalFile>& external) {
   const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
                                                                               &XXH3_freeState);
   if (!state) throw std::bad_alloc();
   XXH3_64bits_reset(state.get());
-  XXH3_64bits_update(state.get(), main.data(), main.size());
+  for (const std::string_view piece : main.pieces())
+    XXH3_64bits_update(state.get(), piece.data(), piece.size());
   for (const ExternalFile& file : external)
     XXH3_64bits_update(state.get(), file.bytes.data(), file.bytes.size());
   return XXH3_64bits_digest(state.get());
 }
 
-Scene read_checked(const std::filesystem::path& file, const ReadLimits& limits) {
-  const ByteBuffer bytes = decompress(load_file(file, limits.max_decompressed_bytes), file, limits);
-  Input input = describe(file, bytes.view(), limits);
+Scene read_checked(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits) {
+  Input input = describe(file, bytes, limits);
   refuse_strangers(input);
   // A byte order mark would hide the first word of a text.
   if (input.bytes.starts_with("\xEF\xBB\xBF")) input.bytes.remove_prefix(3);
   std::vector<ExternalFile> external;
   Scene scene = read_format(input, external);
   check(input, scene);
-  scene.source_hash = hash(bytes.view(), external);
+  FilePieces source;
+  if (looks_like_gltf(input.bytes))
+    source = without_attachment(file, bytes);
+  else
+    source.refer(bytes);
+  scene.source_hash = hash(source, external);
   scene.files.push_back(file.string());
   for (const ExternalFile& buffer : external) scene.files.push_back(buffer.path.string());
   return scene;
 }
 
-}  // namespace
-
-Scene read(const std::filesystem::path& file, const ReadLimits& limits) {
-  // Libraries throw what they like; callers are promised an Error.
+/// Libraries throw what they like; callers are promised an Error.
+template <class Work>
+Scene promised(const std::filesystem::path& file, Work&& work) {
   try {
-    return read_checked(file, limits);
+    return work();
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {
@@ -120,6 +129,19 @@ Scene read(const std::filesystem::path& file, const ReadLimits& limits) {
   } catch (const std::exception& error) {
     throw Error(Status::malformed_mesh, file.string() + ": cannot be read (" + error.what() + ")");
   }
+}
+
+}  // namespace
+
+Scene read(const std::filesystem::path& file, const ReadLimits& limits) {
+  return promised(file, [&] {
+    const ByteBuffer bytes = decompress(load_file(file, limits.max_decompressed_bytes), file, limits);
+    return read_checked(file, bytes.view(), limits);
+  });
+}
+
+Scene read(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits) {
+  return promised(file, [&] { return read_checked(file, bytes, limits); });
 }
 
 void check(const std::filesystem::path& file, Scene& scene, const ReadLimits& limits) {

@@ -18,9 +18,8 @@ struct ReadLimits {
   uint64_t max_triangles = 500'000'000;
 };
 
-/// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf, with KHR_draco_mesh_compression) or DRC (Draco), each also
-/// as
-/// `.gz` or `.zst`. The format is told by content where it has a signature, else by extension.
+/// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf; docs/meshes.md has its extensions) or DRC (Draco), each
+/// also as `.gz` or `.zst`. The format is told by content where it has a signature, else by extension.
 /// Polygons are triangulated; several meshes in one file become several meshes with instances.
 ///
 /// The result is checked: every index in range, every position that a triangle uses finite, at least one
@@ -29,6 +28,9 @@ struct ReadLimits {
 ///
 /// Thread-safe; safe on untrusted input. Throws nif::Error with a sentence that names the file and the place.
 Scene read(const std::filesystem::path& file, const ReadLimits& limits = {});
+
+/// The same for a file whose bytes are in memory, and not compressed.
+Scene read(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits = {});
 
 /// The checks of read(), for a scene that was read from a file in another way. Throws as read().
 void check(const std::filesystem::path& file, Scene& scene, const ReadLimits& limits = {});

@@ -23,11 +23,21 @@ struct Mesh {
   std::vector<Triangle> triangles;
 };
 
+inline constexpr uint32_t kNoNode = 0xffffffffu;
+
 /// One placement of a mesh. Transforms may scale non-uniformly and mirror.
 struct Instance {
   std::string name;   ///< the node's name, else the mesh's
   uint32_t mesh = 0;  ///< index into Scene::meshes
   Transform transform = kIdentity;
+  uint32_t node = kNoNode;  ///< that it stands for: index into Scene::nodes, or kNoNode
+};
+
+/// A node of a glTF. Its transform is in those of the instances.
+struct Node {
+  uint32_t number = 0;        ///< index into the nodes of the file
+  std::string name;           ///< may be empty
+  uint32_t parent = kNoNode;  ///< index into Scene::nodes, below its own; kNoNode: a root
 };
 
 /// A perspective camera. It stands at its transform's origin and looks along -z, with +y up.
@@ -57,9 +67,12 @@ struct Light {
 struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Instance> instances;
-  std::vector<Camera> cameras;        ///< of glTF, in the order of the hierarchy; other formats have none
-  std::vector<Light> lights;          ///< likewise, by KHR_lights_punctual
-  uint64_t source_hash = 0;           ///< XXH3-64 of the bytes of the file (decompressed) and of its buffers
+  std::vector<Node> nodes;      ///< of glTF: those of the instances, and all above them
+  std::vector<Camera> cameras;  ///< of glTF, in the order of the hierarchy; other formats have none
+  std::vector<Light> lights;    ///< likewise, by KHR_lights_punctual
+  /// XXH3-64 of the bytes of the file (decompressed) and of its buffers; of a glTF with an attached asset,
+  /// those that it had before.
+  uint64_t source_hash = 0;
   std::vector<std::string> files;     ///< that it was read from: the file, and those of its buffers
   std::vector<std::string> warnings;  ///< one sentence each: what was skipped and why
 };

@@ -92,8 +92,8 @@ std::vector<BadMesh> bad_meshes() {
       {"MissingBuffer", "a.gltf", gltf(R"({"byteLength":36,"uri":"gone.bin"})"), Status::missing_buffer,
        "gone.bin"},
       {"Meshopt", "packed.gltf",
-       gltf(R"({"byteLength":36,"uri":"gone.bin"})", R"("extensionsRequired":["EXT_meshopt_compression"],)"),
-       Status::unsupported_extension, "EXT_meshopt_compression"},
+       gltf(R"({"byteLength":36,"uri":"gone.bin"})", R"("extensionsRequired":["KHR_meshopt_compression"],)"),
+       Status::unsupported_extension, "KHR_meshopt_compression"},
   };
 }
 

@@ -8,6 +8,7 @@ namespace {
 
 TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
   for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{{},
+                                                                                       {"attach"},
                                                                                        {"bake"},
                                                                                        {"bench"},
                                                                                        {"eval"},
@@ -39,7 +40,7 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
   const std::string all = nif({"--help"}).out, bake = nif({"bake", "--help"}).out,
                     bench = nif({"bench", "--help"}).out, eval = nif({"eval", "--help"}).out,
                     generate = nif({"mesh", "generate", "--help"}).out;
-  for (const char* word : {"bake", "bench", "eval", "info", "mesh", "render"})
+  for (const char* word : {"attach", "bake", "bench", "eval", "info", "mesh", "render"})
     EXPECT_NE(all.find(word), std::string::npos) << word;
   for (const char* word :
        {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--mix", "--outer-resolution",

@@ -185,10 +185,10 @@ TEST_F(Errors, GltfBuffersAndExtensions) {
   json without = json::parse(gltf.embedded());
   without["buffers"][0].erase("uri");
   refused("a.gltf", without.dump(), Status::missing_buffer, "buffer 0");
-  without["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = json::object();
-  refused("a.gltf", without.dump(), Status::unsupported_extension, "EXT_meshopt_compression");
-  gltf.json["extensionsRequired"] = {"KHR_materials_unlit", "EXT_meshopt_compression"};
-  refused("a.glb", gltf.glb(), Status::unsupported_extension, "EXT_meshopt_compression");
+  without["bufferViews"][0]["extensions"]["KHR_meshopt_compression"] = json::object();
+  refused("a.gltf", without.dump(), Status::unsupported_extension, "KHR_meshopt_compression");
+  gltf.json["extensionsRequired"] = {"KHR_materials_unlit", "KHR_meshopt_compression"};
+  refused("a.glb", gltf.glb(), Status::unsupported_extension, "KHR_meshopt_compression");
 }
 
 TEST_F(Errors, GltfStructure) {

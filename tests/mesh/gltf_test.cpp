@@ -1,5 +1,6 @@
 // glTF: hierarchy, instances, primitive modes, accessor types, compression, buffers.
 #include <gtest/gtest.h>
+#include <meshoptimizer.h>
 
 #include "formats/mesh/read.hpp"
 #include "tests/mesh/encode.hpp"
@@ -180,6 +181,207 @@ TEST(Gltf, ReadsSkinsAndMorphTargetsAtRestWithWarnings) {
   const Scene scene = read_glb(gltf);
   EXPECT_EQ(scene.meshes[0].positions, cube().positions);
   EXPECT_EQ(scene.warnings.size(), 2u);
+}
+
+TEST(Gltf, MorphsByTheWeightsThatTheFileSets) {
+  Gltf gltf;
+  const Points moves{{0, 0, 1}, {0, 0, 2}, {0, 0, 0}, {0, 0, 4}},
+      others{{1, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}};
+  const int shape = gltf.mesh(gltf.positions(kSquare), gltf.indices({0, 1, 2, 0, 2, 3}), "face");
+  json& mesh = gltf.json["meshes"][0];
+  mesh["primitives"][0]["targets"] = {
+      {{"POSITION", gltf.positions(moves)}}, {{"NORMAL", 0}}, {{"POSITION", gltf.positions(others)}}};
+  gltf.scene({gltf.node({{"mesh", shape}, {"name", "as the mesh"}}),
+              gltf.node({{"mesh", shape}, {"name", "as the node"}, {"weights", {0.5, 1, -1}}}),
+              gltf.node({{"mesh", shape}, {"name", "at rest"}, {"weights", {0, 0, 0}}}),
+              gltf.node({{"mesh", shape}, {"name", "the same"}, {"weights", {0.5, 1, -1}}})});
+  EXPECT_EQ(read_glb(gltf).meshes.size(), 2u) << "weights are 0 where nobody sets them";
+  gltf.json["meshes"][0]["weights"] = {2, 0, 0};
+  const Scene scene = read_glb(gltf);
+  ASSERT_EQ(scene.meshes.size(), 3u);
+  ASSERT_EQ(scene.instances.size(), 4u);
+  EXPECT_EQ(scene.meshes[scene.instances[0].mesh].positions,
+            (Points{{0, 0, 2}, {1, 0, 4}, {1, 1, 0}, {0, 1, 8}}));
+  EXPECT_EQ(scene.meshes[scene.instances[1].mesh].positions,
+            (Points{{-1, 0, 0.5f}, {0, 0, 1}, {0, 1, 0}, {-1, 1, 2}}));
+  EXPECT_EQ(scene.meshes[scene.instances[2].mesh].positions, kSquare);
+  EXPECT_EQ(scene.instances[3].mesh, scene.instances[1].mesh);
+  mesh["primitives"][0]["targets"][0]["POSITION"] = gltf.positions({{0, 0, 1}});
+  EXPECT_THROW(read_glb(gltf), Error);
+}
+
+TEST(Gltf, BoundsVerticesThatMeshesShare) {
+  Gltf gltf;
+  const int points = gltf.positions(kSquare), corners = gltf.indices({0, 1, 2});
+  std::vector<int> roots;
+  for (int i = 0; i < 3; ++i) roots.push_back(gltf.node({{"mesh", gltf.mesh(points, corners)}}));
+  gltf.scene(roots);
+  EXPECT_EQ(mesh::read("a.glb", gltf.glb(), {.max_triangles = 4}).meshes.size(), 3u);
+  try {
+    mesh::read("a.glb", gltf.glb(), {.max_triangles = 3});
+    ADD_FAILURE() << "12 vertices are more than three triangles have corners";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::too_large);
+  }
+}
+
+/// A square whose node is moved, bound to two joints below a turned and scaled root.
+Gltf skinned(const Points& joints_moved) {
+  Gltf gltf;
+  const int shape = gltf.mesh(gltf.positions(kSquare), gltf.indices({0, 1, 2}), "skin");
+  // Column-major inverses of translations: the joints were bound at x = 1 and x = 2.
+  std::vector<float> inverses;
+  for (const float x : {1.0f, 2.0f})
+    inverses.insert(inverses.end(), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, 0, 0, 1});
+  gltf.json["skins"] = {
+      {{"joints", {2, 3}}, {"inverseBindMatrices", gltf.accessor(raw(inverses), 5126, "MAT4", 2)}}};
+  const double half = std::sqrt(0.5);
+  gltf.scene({gltf.node({{"mesh", shape}, {"skin", 0}, {"translation", {50, 50, 50}}}),
+              gltf.node({{"children", {2, 3}}, {"scale", {2, 2, 2}}, {"rotation", {0, 0, half, half}}})});
+  for (size_t i = 0; i < 2; ++i)
+    gltf.node({{"translation", {joints_moved[i][0] + float(i) + 1, joints_moved[i][1], joints_moved[i][2]}}});
+  return gltf;
+}
+
+TEST(Gltf, PutsSkinsWhereTheirJointsHaveThem) {
+  const Scene bound = read_glb(skinned({{0, 0, 0}, {0, 0, 0}}));
+  ASSERT_EQ(bound.instances.size(), 1u);
+  const mesh::Transform wanted{0, -2, 0, 0, 2, 0, 0, 0, 0, 0, 2, 0};
+  for (size_t k = 0; k < 12; ++k) EXPECT_NEAR(bound.instances[0].transform[k], wanted[k], 1e-6) << k;
+  ASSERT_EQ(bound.warnings.size(), 1u);
+  EXPECT_NE(bound.warnings[0].find("taken in the bind pose"), std::string::npos);
+
+  const Scene moved = read_glb(skinned({{5, 0, 0}, {5, 0, 0}}));  // all of it
+  EXPECT_NEAR(moved.instances[0].transform[7], 10, 1e-5);
+
+  const mesh::Transform beside{1, 0, 0, 50, 0, 1, 0, 50, 0, 0, 1, 50};
+  const Scene posed = read_glb(skinned({{0, 0, 0}, {0, 1, 0}}));
+  EXPECT_EQ(posed.instances[0].transform, beside);
+  ASSERT_EQ(posed.warnings.size(), 1u);
+  EXPECT_NE(posed.warnings[0].find("a skin whose joints do not stand in the bind pose"), std::string::npos);
+
+  // Malformed skins cost the pose, not the mesh.
+  for (const json& skin : {json{{"joints", {2, 99}}}, json{{"joints", "all"}}, json(5), json{{"joints", {2}}},
+                           json{{"joints", {2, 3}}, {"inverseBindMatrices", 0}}}) {
+    Gltf gltf = skinned({{0, 0, 0}, {0, 1, 0}});
+    gltf.json["skins"][0] = skin;
+    EXPECT_EQ(read_glb(gltf).meshes.size(), 1u) << skin;
+  }
+}
+
+TEST(Gltf, DecodesMeshopt) {
+  const mesh::Mesh ball = icosphere(2);
+  std::vector<uint32_t> flat;
+  for (const auto& t : ball.triangles) flat.insert(flat.end(), t.begin(), t.end());
+  const size_t vertices = ball.positions.size();
+  const auto encode = [&](const void* elements, size_t stride) {
+    std::vector<unsigned char> bytes(meshopt_encodeVertexBufferBound(vertices, stride));
+    bytes.resize(meshopt_encodeVertexBuffer(bytes.data(), bytes.size(), elements, vertices, stride));
+    return bytes;
+  };
+  Points exponential(vertices);
+  meshopt_encodeFilterExp(exponential.data(), vertices, sizeof(mesh::Float3), 20, ball.positions[0].data());
+  std::vector<std::array<int16_t, 4>> quantised;
+  for (const mesh::Float3& p : ball.positions)
+    quantised.push_back({int16_t(p[0] * 1000), int16_t(p[1] * 1000), int16_t(p[2] * 1000), 0});
+  std::vector<unsigned char> corners(meshopt_encodeIndexBufferBound(flat.size(), vertices)),
+      sequence(meshopt_encodeIndexSequenceBound(flat.size(), vertices));
+  corners.resize(meshopt_encodeIndexBuffer(corners.data(), corners.size(), flat.data(), flat.size()));
+  sequence.resize(meshopt_encodeIndexSequence(sequence.data(), sequence.size(), flat.data(), flat.size()));
+
+  Gltf gltf;
+  gltf.json["extensionsRequired"] = {"EXT_meshopt_compression"};
+  const auto add = [&](const std::vector<unsigned char>& bytes, const char* mode, size_t count, size_t stride,
+                       int component, const char* type) {
+    const int compressed = gltf.view(raw(bytes));
+    json& views = gltf.json["bufferViews"];
+    const json where = views[size_t(compressed)];
+    views[size_t(compressed)] = {{"buffer", 1},
+                                 {"byteLength", count * stride},
+                                 {"extensions",
+                                  {{"EXT_meshopt_compression",
+                                    {{"buffer", 0},
+                                     {"byteOffset", where["byteOffset"]},
+                                     {"byteLength", where["byteLength"]},
+                                     {"byteStride", stride},
+                                     {"mode", mode},
+                                     {"count", count}}}}}};
+    if (mode[0] == 'A') views[size_t(compressed)]["byteStride"] = stride;
+    gltf.json["accessors"].push_back(
+        {{"bufferView", compressed}, {"componentType", component}, {"type", type}, {"count", count}});
+  };
+  add(encode(ball.positions.data(), sizeof(mesh::Float3)), "ATTRIBUTES", vertices, 12, 5126, "VEC3");
+  add(corners, "TRIANGLES", flat.size(), 4, 5125, "SCALAR");
+  add(sequence, "INDICES", flat.size(), 4, 5125, "SCALAR");
+  gltf.mesh(0, 1);
+  gltf.mesh(0, 2);
+  add(encode(exponential.data(), sizeof(mesh::Float3)), "ATTRIBUTES", vertices, 12, 5126, "VEC3");
+  gltf.json["bufferViews"].back()["extensions"]["EXT_meshopt_compression"]["filter"] = "EXPONENTIAL";
+  add(encode(quantised.data(), sizeof quantised[0]), "ATTRIBUTES", vertices, 8, 5122, "VEC3");
+  gltf.mesh(3, 1);
+  gltf.mesh(4, 1);
+  gltf.more_buffers = {{{"byteLength", 1000000}}};  // what a decoder fills
+  const Scene scene = mesh::read("a.glb", gltf.glb());
+  ASSERT_EQ(scene.meshes.size(), 4u);
+  EXPECT_EQ(scene.meshes[0].positions, ball.positions);
+  for (size_t i = 0; i < vertices; ++i)
+    for (size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(scene.meshes[2].positions[i][k], ball.positions[i][k], 1e-5);
+      EXPECT_EQ(scene.meshes[3].positions[i][k], float(quantised[i][k]));
+    }
+  EXPECT_EQ(scene.meshes[1].triangles, ball.triangles) << "a sequence is kept as it is";
+  EXPECT_EQ(scene.meshes[0].triangles.size(), ball.triangles.size());
+  EXPECT_NEAR(signed_volume(scene.meshes[0]), signed_volume(ball), 1e-6);
+
+  const auto refused = [&](const char* key, const json& value, const char* fragment) {
+    Gltf bad = gltf;
+    bad.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"][key] = value;
+    try {
+      mesh::read("a.glb", bad.glb());
+      ADD_FAILURE() << key << ' ' << value;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(fragment), std::string::npos) << error.what();
+    }
+  };
+  refused("mode", "SPHERES", "unknown mode 'SPHERES'");
+  refused("byteStride", 10, "elements of 10 bytes");
+  refused("count", 1000000000, "more than");
+  refused("count", -1, "lacks count");
+  refused("byteLength", 100, "cannot be decoded");
+  refused("byteLength", 2000000000, "spans 2000000000 bytes");
+  refused("buffer", 7, "buffer 7");
+  refused("filter", "QUATERNION", "does not fit");
+}
+
+TEST(Gltf, LeavesOutWhatNoSceneShows) {
+  Gltf gltf = gltf_of(cube());
+  gltf.mesh(gltf.positions(kSquare), -1, "unused");
+  const Scene scene = read_glb(gltf);
+  EXPECT_EQ(scene.meshes.size(), 1u);
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_NE(scene.warnings[0].find("mesh 1 is not in the scene"), std::string::npos);
+}
+
+TEST(Gltf, KeepsTheHierarchyOfItsInstances) {
+  Gltf gltf;
+  const int shape = gltf.mesh(gltf.positions(kSquare), gltf.indices({0, 1, 2}), "shape");
+  gltf.node({{"mesh", shape}, {"name", "leaf"}});
+  gltf.node({{"children", {0, 3}}, {"scale", {-1, 1, 1}}});
+  gltf.node({{"children", {1, 4}}, {"name", "root"}});
+  gltf.node({{"mesh", shape}});
+  gltf.node({{"name", "carries nothing"}});
+  gltf.scene({2});
+  const Scene scene = read_glb(gltf);
+  ASSERT_EQ(scene.nodes.size(), 4u);
+  const std::vector<std::tuple<uint32_t, std::string, uint32_t>> wanted{
+      {2, "root", mesh::kNoNode}, {1, "", 0}, {0, "leaf", 1}, {3, "", 1}};
+  for (size_t i = 0; i < wanted.size(); ++i)
+    EXPECT_EQ(std::tuple(scene.nodes[i].number, scene.nodes[i].name, scene.nodes[i].parent), wanted[i]) << i;
+  ASSERT_EQ(scene.instances.size(), 2u);
+  EXPECT_EQ(scene.instances[0].node, 2u);
+  EXPECT_EQ(scene.instances[1].node, 3u);
+  EXPECT_EQ(scene.instances[1].name, "shape");
+  EXPECT_EQ(scene.instances[0].transform, (mesh::Transform{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}));
 }
 
 TEST(Gltf, ExtensionsOfAppearanceDoNotMatter) {

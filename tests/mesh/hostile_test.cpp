@@ -1,6 +1,7 @@
 // No file may crash the reader, hang it or make it allocate without bound: every truncation of a small file
 // of each format, and thousands of random damages. Meant to run under the address sanitizer, too.
 #include <gtest/gtest.h>
+#include <meshoptimizer.h>
 
 #include <numbers>
 #include <random>
@@ -30,6 +31,39 @@ struct Sample {
   bool knows_its_end;  ///< every proper beginning of the file must be refused
 };
 
+/// A morphed mesh on two joints, its positions compressed by meshopt.
+std::string posed_glb(const mesh::Mesh& shape) {
+  const size_t vertices = shape.positions.size();
+  std::vector<unsigned char> packed(meshopt_encodeVertexBufferBound(vertices, sizeof(mesh::Float3)));
+  packed.resize(meshopt_encodeVertexBuffer(packed.data(), packed.size(), shape.positions.data(), vertices,
+                                           sizeof(mesh::Float3)));
+  Gltf gltf;
+  const int view = gltf.view(raw(packed));
+  nlohmann::json& compressed = gltf.json["bufferViews"][size_t(view)];
+  compressed = {{"buffer", 1},
+                {"byteLength", vertices * sizeof(mesh::Float3)},
+                {"extensions",
+                 {{"EXT_meshopt_compression",
+                   {{"buffer", 0},
+                    {"byteOffset", 0},
+                    {"byteLength", packed.size()},
+                    {"byteStride", sizeof(mesh::Float3)},
+                    {"mode", "ATTRIBUTES"},
+                    {"count", vertices}}}}}};
+  gltf.json["accessors"].push_back(
+      {{"bufferView", view}, {"componentType", 5126}, {"type", "VEC3"}, {"count", vertices}});
+  gltf.more_buffers = {{{"byteLength", 1000}}};
+  gltf.mesh(0, -1);
+  gltf.json["meshes"][0]["weights"] = {0.5};
+  gltf.json["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", gltf.positions(shape.positions)}}};
+  const std::vector<float> inverses{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1,
+                                    1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  gltf.json["skins"] = {
+      {{"joints", {1, 2}}, {"inverseBindMatrices", gltf.accessor(raw(inverses), 5126, "MAT4", 2)}}};
+  gltf.scene({gltf.node({{"mesh", 0}, {"skin", 0}}), gltf.node({{"name", "a"}}), gltf.node({{"name", "b"}})});
+  return gltf.glb();
+}
+
 std::vector<Sample> samples() {
   const mesh::Mesh shape = icosphere(0);
   const std::string draco_file = draco(shape);
@@ -43,8 +77,8 @@ std::vector<Sample> samples() {
           {"b.stl", stl_binary(shape), true},          {"a.obj", obj_text(shape), false},
           {"a.off", off_text(shape), false},           {"a.drc", draco_file, false},
           {"a.glb", gltf_of(shape).glb(), true},       {"a.gltf", gltf_of(shape).embedded(), true},
-          {"b.glb", compressed.glb(), true},           {"a.ply.gz", gzip(ply_binary(shape)), true},
-          {"a.ply.zst", zstd(ply_binary(shape)), true}};
+          {"b.glb", compressed.glb(), true},           {"c.glb", posed_glb(shape), true},
+          {"a.ply.gz", gzip(ply_binary(shape)), true}, {"a.ply.zst", zstd(ply_binary(shape)), true}};
 }
 
 /// Reads, and uses what was read; true where it was accepted.

@@ -27,6 +27,12 @@ std::string base64(std::string_view bytes) {
   return out;
 }
 
+nlohmann::json buffers_of(nlohmann::json first, const nlohmann::json& others) {
+  nlohmann::json buffers = nlohmann::json::array({std::move(first)});
+  buffers.insert(buffers.end(), others.begin(), others.end());
+  return buffers;
+}
+
 }  // namespace
 
 int Gltf::view(std::string_view bytes) {
@@ -88,7 +94,7 @@ int Gltf::light(nlohmann::json definition, nlohmann::json carrier) {
 
 std::string Gltf::glb() const {
   nlohmann::json document = json;
-  document["buffers"] = nlohmann::json::array({{{"byteLength", data.size()}}});
+  document["buffers"] = buffers_of({{"byteLength", data.size()}}, more_buffers);
   std::string text = document.dump(), binary = data;
   text.resize((text.size() + 3) / 4 * 4, ' ');
   binary.resize((binary.size() + 3) / 4 * 4);
@@ -104,7 +110,7 @@ std::string Gltf::glb() const {
 
 std::string Gltf::gltf(const std::string& buffer_uri) const {
   nlohmann::json document = json;
-  document["buffers"] = nlohmann::json::array({{{"byteLength", data.size()}, {"uri", buffer_uri}}});
+  document["buffers"] = buffers_of({{"byteLength", data.size()}, {"uri", buffer_uri}}, more_buffers);
   return document.dump(1);
 }
 

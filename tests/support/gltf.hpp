@@ -19,7 +19,8 @@ std::string raw(const std::vector<T>& values) {
 /// A glTF document under construction: `json` is open to any change before it is written.
 struct Gltf {
   nlohmann::json json = {{"asset", {{"version", "2.0"}}}};
-  std::string data;  ///< the only buffer
+  std::string data;  ///< the first buffer, and the only one with data
+  nlohmann::json more_buffers = nlohmann::json::array();
 
   int view(std::string_view bytes);
   int accessor(std::string_view bytes, int component_type, const char* type, size_t count);
