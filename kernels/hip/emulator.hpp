@@ -46,6 +46,7 @@ class EmulatedThread {
   void wave_sync() const;
   uint64_t ballot(bool value) const;
   uint32_t shuffle(uint32_t value, uint32_t from) const;
+  uint32_t swap_16(uint32_t value) const { return shuffle(value, lane() ^ 16); }
   uint32_t add(uint32_t* to, uint32_t n) const {
     const uint32_t before = *to;
     *to += n;

@@ -2,9 +2,14 @@
 // a name for each kind of matrix instruction, and how its operands lie over the lanes.
 //
 // All do the same: to the sums of 16 neurons for each of the wave's rays they add the products of 16 inputs.
-// Weights lie row by row, inputs ray by ray, both as halves, rows 16-byte aligned. Sums are in single
-// precision and lie over the lanes as those of the integer instruction of the same make: group g of a lane is
-// of ray ray(lane, g) and of neurons 4 quad(lane, g) to 4 quad(lane, g) + 3.
+// Weights lie row by row as halves, rows 16-byte aligned. Sums are in single precision and lie over the lanes
+// as those of the integer instruction of the same make: group g of a lane is of ray ray(lane, g) and of
+// neurons 4 quad(lane, g) to 4 quad(lane, g) + 3.
+//
+// A lane's part of the inputs is words in registers: load() takes them from rays' rows of halves, and
+// pass_on() makes them of a layer's outputs. These lie in the lane already, or in one that it swaps with; the
+// order in which an instruction counts inputs is free, as long as weights come in the same, so the order is
+// chosen for that. Activations therefore never go through memory.
 //
 // In which order an instruction sums, and how it rounds on the way, is the hardware's: kinds differ in last
 // bits.
@@ -18,81 +23,123 @@ inline constexpr uint32_t kHalfTileInputs = 16;
 
 /// [group][neuron of four]
 using HalfTileSums = float[kTileGroups][4];
+/// A tile's outputs as halves, two to a word: [group][neurons 0 and 1, or 2 and 3, of four]
+using HalfTileOutputs = uint32_t[kTileGroups][2];
 
 /// Dot products of two halves, a ray to a lane: gfx1030, and any other.
 struct DotHalfMatrix : DotMatrix {
+  using Inputs = uint32_t[8];  ///< those of the lane's ray
+
   template <class Thread>
-  NIF_HOST_DEVICE static void multiply(const Thread& thread, const unsigned char* weights,
-                                       uint32_t weight_stride, const unsigned char* inputs, uint32_t stride,
-                                       HalfTileSums& sums) {
-    const unsigned char* own = inputs + thread.lane() * stride;
-    NIF_NO_UNROLL
-    for (uint32_t k = 0; k < kHalfTileInputs; k += 8) {
-      uint32_t x[4];
-      for (uint32_t i = 0; i < 4; ++i) x[i] = load_word(own + 2 * k + 4 * i);
-      NIF_UNROLL
-      for (uint32_t n = 0; n < kTileNeurons; ++n)
-        for (uint32_t i = 0; i < 4; ++i)
-          sums[n / 4][n % 4] =
-              thread.dot2(sums[n / 4][n % 4], load_word(weights + n * weight_stride + 2 * k + 4 * i), x[i]);
-    }
+  NIF_HOST_DEVICE static void load(const Thread& thread, const unsigned char* rows, uint32_t stride,
+                                   Inputs& inputs) {
+    for (uint32_t k = 0; k < 8; ++k) inputs[k] = load_word(rows + thread.lane() * stride + 4 * k);
+  }
+  template <class Thread>
+  NIF_HOST_DEVICE static void pass_on(const Thread&, const HalfTileOutputs& outputs, Inputs& inputs) {
+    for (uint32_t k = 0; k < 8; ++k) inputs[k] = outputs[k / 2][k % 2];
+  }
+  template <class Thread>
+  NIF_HOST_DEVICE static void multiply(const Thread& thread, const unsigned char* weights, uint32_t stride,
+                                       const Inputs& inputs, HalfTileSums& sums) {
+    NIF_UNROLL
+    for (uint32_t n = 0; n < kTileNeurons; ++n)
+      for (uint32_t k = 0; k < 8; ++k)
+        sums[n / 4][n % 4] =
+            thread.dot2(sums[n / 4][n % 4], load_word(weights + n * stride + 4 * k), inputs[k]);
   }
 };
 
-/// v_wmma_f32_16x16x16_f16: gfx11.
+/// v_wmma_f32_16x16x16_f16: gfx11. Lanes l and l + 16 hold the same inputs, and half of the outputs each.
 struct WmmaHalfMatrix : WmmaMatrix {
+  using Inputs = uint32_t[2][8];  ///< of two rays
+
   template <class Thread>
-  NIF_HOST_DEVICE static void multiply(const Thread& thread, const unsigned char* weights,
-                                       uint32_t weight_stride, const unsigned char* inputs, uint32_t stride,
-                                       HalfTileSums& sums) {
+  NIF_HOST_DEVICE static void load(const Thread& thread, const unsigned char* rows, uint32_t stride,
+                                   Inputs& inputs) {
+    for (uint32_t tile = 0; tile < 2; ++tile)
+      for (uint32_t k = 0; k < 8; ++k)
+        inputs[tile][k] = load_word(rows + (16 * tile + thread.lane() % 16) * stride + 4 * k);
+  }
+  template <class Thread>
+  NIF_HOST_DEVICE static void pass_on(const Thread& thread, const HalfTileOutputs& outputs, Inputs& inputs) {
+    const bool upper = thread.lane() >= 16;
+    for (uint32_t tile = 0; tile < 2; ++tile)
+      for (uint32_t k = 0; k < 4; ++k) {
+        const uint32_t own = outputs[2 * tile + k / 2][k % 2], other = thread.swap_16(own);
+        inputs[tile][k] = upper ? other : own;
+        inputs[tile][k + 4] = upper ? own : other;
+      }
+  }
+  template <class Thread>
+  NIF_HOST_DEVICE static void multiply(const Thread& thread, const unsigned char* weights, uint32_t stride,
+                                       const Inputs& inputs, HalfTileSums& sums) {
     const uint32_t row = thread.lane() % 16, neuron = 8 * (row % 2) + row / 2;
     uint32_t a[8];
-    for (uint32_t k = 0; k < 8; ++k) a[k] = load_word(weights + neuron * weight_stride + 4 * k);
+    for (uint32_t k = 0; k < 8; ++k) a[k] = load_word(weights + neuron * stride + 4 * k);
     for (uint32_t tile = 0; tile < 2; ++tile) {
-      uint32_t b[8];
       float c[8];
-      for (uint32_t k = 0; k < 8; ++k) b[k] = load_word(inputs + (16 * tile + row) * stride + 4 * k);
       for (uint32_t i = 0; i < 8; ++i) c[i] = sums[2 * tile + i / 4][i % 4];
-      thread.wmma_16x16x16(a, b, c);
+      thread.wmma_16x16x16(a, inputs[tile], c);
       for (uint32_t i = 0; i < 8; ++i) sums[2 * tile + i / 4][i % 4] = c[i];
     }
   }
 };
 
-/// v_mfma_f32_16x16x16_f16: gfx90a and gfx942.
+/// v_mfma_f32_16x16x16_f16: gfx90a and gfx942. Sums lie as inputs do.
 struct MfmaHalfMatrix : Mfma32Matrix {
+  using Inputs = uint64_t[kTileGroups];  ///< four of each of four rays
+
   template <class Thread>
-  NIF_HOST_DEVICE static void multiply(const Thread& thread, const unsigned char* weights,
-                                       uint32_t weight_stride, const unsigned char* inputs, uint32_t stride,
-                                       HalfTileSums& sums) {
-    const uint32_t row = thread.lane() % 16, byte = 8 * (thread.lane() / 16);
-    const uint64_t a = load_two(weights + row * weight_stride + byte);
+  NIF_HOST_DEVICE static void load(const Thread& thread, const unsigned char* rows, uint32_t stride,
+                                   Inputs& inputs) {
     for (uint32_t tile = 0; tile < kTileGroups; ++tile)
-      thread.mfma_16x16x16(a, load_two(inputs + (16 * tile + row) * stride + byte), sums[tile]);
+      inputs[tile] = load_two(rows + (16 * tile + thread.lane() % 16) * stride + 8 * (thread.lane() / 16));
+  }
+  template <class Thread>
+  NIF_HOST_DEVICE static void pass_on(const Thread&, const HalfTileOutputs& outputs, Inputs& inputs) {
+    for (uint32_t tile = 0; tile < kTileGroups; ++tile)
+      inputs[tile] = outputs[tile][0] | uint64_t(outputs[tile][1]) << 32;
+  }
+  template <class Thread>
+  NIF_HOST_DEVICE static void multiply(const Thread& thread, const unsigned char* weights, uint32_t stride,
+                                       const Inputs& inputs, HalfTileSums& sums) {
+    const uint64_t a = load_two(weights + thread.lane() % 16 * stride + 8 * (thread.lane() / 16));
+    for (uint32_t tile = 0; tile < kTileGroups; ++tile) thread.mfma_16x16x16(a, inputs[tile], sums[tile]);
   }
 };
 
-/// mma.sync m16n8k16: sm_80 on.
+/// mma.sync m16n8k16: sm_80 on. Rays are rows. A lane's four inputs of a ray are four in a row; the
+/// instruction counts the first two of them as 2 q and 2 q + 1, the others as 2 q + 8 and 2 q + 9, where q is
+/// lane % 4.
 struct MmaHalfMatrix : ImmaMatrix {
+  using Inputs = uint32_t[2][4];  ///< four of each of two pairs of rays
+
   template <class Thread>
-  NIF_HOST_DEVICE static void multiply(const Thread& thread, const unsigned char* weights,
-                                       uint32_t weight_stride, const unsigned char* inputs, uint32_t stride,
-                                       HalfTileSums& sums) {
-    const uint32_t row = thread.lane() / 4, byte = 4 * (thread.lane() % 4);
-    uint32_t b[2][2];
+  NIF_HOST_DEVICE static void load(const Thread& thread, const unsigned char* rows, uint32_t stride,
+                                   Inputs& inputs) {
+    for (uint32_t g = 0; g < kTileGroups; ++g)
+      for (uint32_t k = 0; k < 2; ++k)
+        inputs[g / 2][g % 2 + 2 * k] =
+            load_word(rows + ray(thread.lane(), g) * stride + 8 * (thread.lane() % 4) + 4 * k);
+  }
+  template <class Thread>
+  NIF_HOST_DEVICE static void pass_on(const Thread&, const HalfTileOutputs& outputs, Inputs& inputs) {
+    for (uint32_t g = 0; g < kTileGroups; ++g)
+      for (uint32_t k = 0; k < 2; ++k) inputs[g / 2][g % 2 + 2 * k] = outputs[g][k];
+  }
+  template <class Thread>
+  NIF_HOST_DEVICE static void multiply(const Thread& thread, const unsigned char* weights, uint32_t stride,
+                                       const Inputs& inputs, HalfTileSums& sums) {
+    const uint32_t column = thread.lane() / 4, byte = 8 * (thread.lane() % 4);
     for (uint32_t n = 0; n < 2; ++n) {
-      const uint32_t neuron = 4 * (row / 2) + 2 * n + row % 2;
-      for (uint32_t half = 0; half < 2; ++half)
-        b[n][half] = load_word(weights + neuron * weight_stride + 16 * half + byte);
-    }
-    for (uint32_t tile = 0; tile < 2; ++tile) {
-      uint32_t a[4];
-      for (uint32_t i = 0; i < 4; ++i)
-        a[i] = load_word(inputs + (16 * tile + row + 8 * (i % 2)) * stride + 16 * (i / 2) + byte);
-      for (uint32_t n = 0; n < 2; ++n) {
+      const uint32_t neuron = 4 * (column / 2) + 2 * n + column % 2;
+      uint32_t b[2];
+      for (uint32_t k = 0; k < 2; ++k) b[k] = load_word(weights + neuron * stride + byte + 4 * k);
+      for (uint32_t tile = 0; tile < 2; ++tile) {
         float c[4];
         for (uint32_t i = 0; i < 4; ++i) c[i] = sums[2 * tile + i / 2][2 * n + i % 2];
-        thread.mma_16x8x16(a, b[n], c);
+        thread.mma_16x8x16(inputs[tile], b, c);
         for (uint32_t i = 0; i < 4; ++i) sums[2 * tile + i / 2][2 * n + i % 2] = c[i];
       }
     }

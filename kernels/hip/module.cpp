@@ -49,11 +49,15 @@ nif_spherical_cast(NIF_ARGUMENT SphericalBounds bounds, NIF_ARGUMENT RayArrays r
   spherical_cast(DeviceThread(), bounds, rays, items, answers);
 }
 
-#define NIF_SPHERICAL_HALF_KERNEL(kind)                                                                   \
-  NIF_KERNEL_UP_TO(kBlockThreads / 2, kBlockThreads, 1)                                                   \
-  nif_spherical_half_##kind(NIF_ARGUMENT SphericalField field, NIF_ARGUMENT SphericalHalfLayout layout,   \
-                            NIF_ARGUMENT SphericalItems items, NIF_ARGUMENT AnswerArrays answers) {       \
-    spherical_half<DeviceHalfMatrix, SphericalKind::kind>(DeviceThread(), field, layout, items, answers); \
+#define NIF_SPHERICAL_HALF_KERNEL(kind, width, blocks)                                                   \
+  NIF_KERNEL(kHalfThreads, blocks)                                                                       \
+  nif_spherical_half_##kind##_##width(                                                                   \
+      NIF_ARGUMENT SphericalField field, NIF_ARGUMENT SphericalHalfLayout layout,                        \
+      NIF_ARGUMENT SphericalItems items, NIF_ARGUMENT AnswerArrays answers) {                            \
+    spherical_half<DeviceHalfMatrix, SphericalKind::kind, width / kTileNeurons>(DeviceThread(), field,   \
+                                                                                layout, items, answers); \
   }
-NIF_SPHERICAL_HALF_KERNEL(outer)
-NIF_SPHERICAL_HALF_KERNEL(inner)
+NIF_SPHERICAL_HALF_KERNEL(outer, 64, 2)
+NIF_SPHERICAL_HALF_KERNEL(inner, 64, 2)
+NIF_SPHERICAL_HALF_KERNEL(outer, 96, 1)
+NIF_SPHERICAL_HALF_KERNEL(inner, 96, 1)

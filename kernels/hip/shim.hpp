@@ -38,16 +38,13 @@ NIF_HOST_DEVICE inline void store_word(void* to, uint32_t word) { *static_cast<W
 /// An entry point for blocks of so many threads, so many of which are to have room on a multiprocessor of
 /// NVIDIA's at least: that many registers a thread may take.
 #define NIF_KERNEL(threads, blocks) extern "C" __global__ void __launch_bounds__(threads, blocks)
-/// For blocks of so many threads at least and so many at most.
-#define NIF_KERNEL_UP_TO(least, most, blocks) NIF_KERNEL(most, blocks)
 /// A kernel's argument that is a structure: read where it lies, even at indices that are not constant.
 #define NIF_ARGUMENT const __grid_constant__
 extern __shared__ __align__(16) unsigned char nif_shared_memory[];
 #else
 #define NIF_DEVICE __attribute__((device)) __attribute__((always_inline)) inline
-#define NIF_KERNEL_UP_TO(least, most, blocks) \
-  extern "C" __attribute__((global)) __attribute__((amdgpu_flat_work_group_size(least, most))) void
-#define NIF_KERNEL(threads, blocks) NIF_KERNEL_UP_TO(threads, threads, blocks)
+#define NIF_KERNEL(threads, blocks) \
+  extern "C" __attribute__((global)) __attribute__((amdgpu_flat_work_group_size(threads, threads))) void
 #define NIF_ARGUMENT const
 extern __attribute__((shared)) __attribute__((aligned(16))) unsigned char nif_shared_memory[];
 #endif
@@ -152,7 +149,11 @@ class DeviceThread {
     vc = __builtin_amdgcn_wmma_i32_16x16x16_iu8_w32(true, va, true, vb, vc, false);
     for (int i = 0; i < 8; ++i) c[i] = vc[i];
   }
-  /// The same of halves, with sums in single precision.
+  /// What lane() ^ 16 gives.
+  NIF_DEVICE uint32_t swap_16(uint32_t value) const {
+    return __builtin_amdgcn_permlanex16(value, value, 0x76543210, 0xfedcba98, false, false);
+  }
+  /// The same as above of halves, with sums in single precision.
   NIF_DEVICE void wmma_16x16x16(const uint32_t (&a)[8], const uint32_t (&b)[8], float (&c)[8]) const {
     Vector<uint32_t, 8> va, vb;
     Vector<float, 8> vc;

@@ -10,30 +10,36 @@
 // alike in whichever row or column the ray stands.
 #pragma once
 
+#include <initializer_list>
+
 #include "kernels/hip/half_matrices.hpp"
 #include "kernels/hip/rays.hpp"
 #include "kernels/reference/spherical_half.hpp"
 
 namespace nif::kernels::hip {
 
-/// Hidden layers of wider networks are left to spherical_answer(): outputs of one layer wait in registers
-/// until all its inputs are used up.
-inline constexpr uint32_t kMaxHalfTiles = 6;
+/// Tiles of 16 neurons that a hidden layer has at most; its inputs and its outputs are in registers. Kernels
+/// are made for networks as wide as the paper's, and for wider ones.
+inline constexpr uint32_t kHalfTiles = 4, kMostHalfTiles = 6;
+
+/// Threads of spherical_half()'s blocks: more than of others, because all share one network's weights, and
+/// where waves are wide these take most of what shared memory there is.
+inline constexpr uint32_t kHalfThreads = 256;
 
 /// How one network and its rays lie in shared memory: the last layer's weights, single precision; the hidden
 /// layers', a row for each neuron, in whole tiles; then a row of inputs for each thread.
 struct HalfNetworkLayout {
   uint32_t neurons;         ///< of a hidden layer, whole tiles of them
-  uint32_t first_stride;    ///< bytes of a row of the first layer's weights
-  uint32_t stride;          ///< bytes of any other row
+  uint32_t first_stride;    ///< bytes of a row of inputs, or of the first layer's weights
+  uint32_t stride;          ///< bytes of a row of another hidden layer's weights
   uint32_t weights_offset;  ///< bytes, from the start of shared memory
   uint32_t inputs_offset;
 };
 
 struct SphericalHalfLayout {
-  bool fits;         ///< false where spherical_answer() is for all of the object's rays
-  uint32_t threads;  ///< of spherical_half()'s blocks: kBlockThreads, or half of it for large networks
-  uint32_t bytes;    ///< of shared memory, for either network
+  bool fits;       ///< false where spherical_answer() is for all of the object's rays
+  uint32_t tiles;  ///< which spherical_half() it takes: kHalfTiles or kMostHalfTiles
+  uint32_t bytes;  ///< of shared memory, for either network
   HalfNetworkLayout outer, inner;
 };
 
@@ -48,7 +54,7 @@ inline HalfNetworkLayout make_half_layout(const SphericalNetwork& network) {
   HalfNetworkLayout layout{};
   layout.neurons = half_tiled(network.width);
   layout.first_stride = row(network.inputs);
-  layout.stride = row(network.width > network.inputs ? network.width : network.inputs);
+  layout.stride = row(network.width);
   layout.weights_offset = layout.neurons * uint32_t(sizeof(float));
   layout.inputs_offset = layout.weights_offset +
                          layout.neurons * (layout.first_stride + (network.hidden_layers - 1) * layout.stride);
@@ -56,20 +62,16 @@ inline HalfNetworkLayout make_half_layout(const SphericalNetwork& network) {
 }
 
 inline SphericalHalfLayout make_half_layout(const SphericalField& field) {
-  SphericalHalfLayout layout{};
-  layout.outer = make_half_layout(field.outer);
-  layout.inner = make_half_layout(field.inner);
-  const auto bytes = [&](const HalfNetworkLayout& of) {
-    return of.inputs_offset + layout.threads * of.stride;
-  };
-  for (layout.threads = kBlockThreads; layout.threads >= kBlockThreads / 2; layout.threads /= 2) {
-    const uint32_t outer = bytes(layout.outer), inner = bytes(layout.inner);
-    layout.bytes = outer > inner ? outer : inner;
-    layout.fits = layout.bytes <= kSharedLimit;
-    if (layout.fits) break;
+  SphericalHalfLayout layout{false, kHalfTiles, 0, make_half_layout(field.outer),
+                             make_half_layout(field.inner)};
+  uint32_t widest = 0;
+  for (const HalfNetworkLayout& of : {layout.outer, layout.inner}) {
+    const uint32_t bytes = of.inputs_offset + kHalfThreads * of.first_stride;
+    if (bytes > layout.bytes) layout.bytes = bytes;
+    if (of.neurons > widest) widest = of.neurons;
   }
-  const uint32_t most = kMaxHalfTiles * kTileNeurons;
-  layout.fits = layout.fits && layout.outer.neurons <= most && layout.inner.neurons <= most;
+  if (widest > kHalfTiles * kTileNeurons) layout.tiles = kMostHalfTiles;
+  layout.fits = layout.bytes <= kSharedLimit && widest <= layout.tiles * kTileNeurons;
   return layout;
 }
 
@@ -129,13 +131,12 @@ NIF_HOST_DEVICE void spherical_cast(const Thread& thread, const SphericalBounds&
 template <class Thread>
 NIF_HOST_DEVICE void load_half_network(const Thread& thread, const SphericalNetwork& network,
                                        const HalfNetworkLayout& layout) {
-  const uint32_t threads = thread.threads();
   unsigned char* to = thread.shared() + layout.weights_offset;
   uint32_t depth = network.inputs, stride = layout.first_stride, at = 0;
   for (uint32_t l = 0; l < network.hidden_layers; ++l) {
     const uint32_t words = half_tiled(depth) / 2;
     NIF_NO_UNROLL
-    for (uint32_t i = thread.index(); i < layout.neurons * words; i += threads) {
+    for (uint32_t i = thread.index(); i < layout.neurons * words; i += kHalfThreads) {
       // Neighbours take neighbouring neurons, whose weights for an input lie together.
       const uint32_t neuron = i % layout.neurons, input = 2 * (i / layout.neurons);
       const auto weight = [&](uint32_t k) {
@@ -150,7 +151,7 @@ NIF_HOST_DEVICE void load_half_network(const Thread& thread, const SphericalNetw
     depth = network.width;
     stride = layout.stride;
   }
-  for (uint32_t i = thread.index(); i < layout.neurons; i += threads)
+  for (uint32_t i = thread.index(); i < layout.neurons; i += kHalfThreads)
     store_word(thread.shared() + 4 * i,
                bits_as<uint32_t>(i < network.width ? value_of(network.weights, at + i) : 0.0f));
 }
@@ -168,112 +169,114 @@ NIF_HOST_DEVICE void gather_spherical(const SphericalField& field, const Spheric
                  [&](uint32_t i, float value) { reinterpret_cast<HalfWord*>(row)[i] = to_half(value); });
 }
 
-/// The sums of 16 neurons, for inputs of `depth` in whole tiles.
-template <class Matrix, class Thread>
-NIF_HOST_DEVICE void sum_half_tile(const Thread& thread, const unsigned char* weights, uint32_t weight_stride,
-                                   const unsigned char* inputs, uint32_t stride, uint32_t depth,
+/// The sums of 16 neurons, for `depth` tiles of inputs.
+template <class Matrix, uint32_t kTiles, class Thread>
+NIF_HOST_DEVICE void sum_half_tile(const Thread& thread, const unsigned char* weights, uint32_t stride,
+                                   const typename Matrix::Inputs (&inputs)[kTiles], uint32_t depth,
                                    HalfTileSums& sums) {
   for (uint32_t g = 0; g < kTileGroups; ++g)
     for (uint32_t k = 0; k < 4; ++k) sums[g][k] = 0;
-  NIF_NO_UNROLL
-  for (uint32_t k = 0; k < depth; k += kHalfTileInputs)
-    Matrix::multiply(thread, weights + 2 * k, weight_stride, inputs + 2 * k, stride, sums);
+  NIF_UNROLL
+  for (uint32_t tile = 0; tile < kTiles; ++tile) {
+    if (tile >= depth) continue;
+    Matrix::multiply(thread, weights + 2 * kHalfTileInputs * tile, stride, inputs[tile], sums);
+  }
 }
 
 /// One hidden layer for the rays of a wave, whose inputs become its outputs.
-template <class Matrix, class Thread>
-NIF_HOST_DEVICE void apply_half_layer(const Thread& thread, const unsigned char* weights,
-                                      uint32_t weight_stride, uint32_t neurons, uint32_t depth, float slope,
-                                      unsigned char* inputs, uint32_t stride) {
-  const uint32_t lane = thread.lane();
-  uint32_t outputs[kMaxHalfTiles][kTileGroups][2];
+template <class Matrix, uint32_t kTiles, class Thread>
+NIF_HOST_DEVICE NIF_INLINE void apply_half_layer(const Thread& thread, const unsigned char* weights,
+                                                 uint32_t stride, uint32_t neurons, uint32_t depth,
+                                                 float slope, typename Matrix::Inputs (&inputs)[kTiles]) {
+  HalfTileOutputs outputs[kTiles];
   NIF_UNROLL
-  for (uint32_t tile = 0; tile < kMaxHalfTiles; ++tile) {
+  for (uint32_t tile = 0; tile < kTiles; ++tile) {
     if (tile * kTileNeurons >= neurons) continue;
     HalfTileSums sums;
-    sum_half_tile<Matrix>(thread, weights + tile * kTileNeurons * weight_stride, weight_stride, inputs,
-                          stride, depth, sums);
+    sum_half_tile<Matrix>(thread, weights + tile * kTileNeurons * stride, stride, inputs, depth, sums);
     for (uint32_t g = 0; g < kTileGroups; ++g) {
       for (float& sum : sums[g]) sum = max_of(sum, slope * sum);
       outputs[tile][g][0] = to_halves(sums[g][0], sums[g][1]);
       outputs[tile][g][1] = to_halves(sums[g][2], sums[g][3]);
     }
   }
-  thread.wave_sync();
   NIF_UNROLL
-  for (uint32_t tile = 0; tile < kMaxHalfTiles; ++tile) {
+  for (uint32_t tile = 0; tile < kTiles; ++tile) {
     if (tile * kTileNeurons >= neurons) continue;
-    for (uint32_t g = 0; g < kTileGroups; ++g) {
-      unsigned char* const to =
-          inputs + Matrix::ray(lane, g) * stride + 2 * (tile * kTileNeurons + 4 * Matrix::quad(lane, g));
-      store_word(to, outputs[tile][g][0]);
-      store_word(to + 4, outputs[tile][g][1]);
-    }
+    Matrix::pass_on(thread, outputs[tile], inputs[tile]);
   }
-  thread.wave_sync();
 }
 
-/// The last hidden layer and the output, whose parts take the place of the inputs: kHalfParts floats in each
-/// ray's row.
-template <class Matrix, class Thread>
-NIF_HOST_DEVICE void finish_half_network(const Thread& thread, const unsigned char* weights,
-                                         uint32_t weight_stride, uint32_t neurons, uint32_t depth,
-                                         float slope, const unsigned char* last, unsigned char* inputs,
-                                         uint32_t stride) {
-  const uint32_t lane = thread.lane();
-  float parts[kTileGroups] = {};
+/// The last hidden layer and the output: the lane's part of the output for each group's ray.
+template <class Matrix, uint32_t kTiles, class Thread>
+NIF_HOST_DEVICE void finish_half_network(const Thread& thread, const unsigned char* weights, uint32_t stride,
+                                         uint32_t neurons, uint32_t depth, float slope,
+                                         const unsigned char* last,
+                                         const typename Matrix::Inputs (&inputs)[kTiles],
+                                         float (&parts)[kTileGroups]) {
+  for (float& part : parts) part = 0;
   NIF_NO_UNROLL
   for (uint32_t neuron = 0; neuron < neurons; neuron += kTileNeurons) {
     HalfTileSums sums;
-    sum_half_tile<Matrix>(thread, weights + neuron * weight_stride, weight_stride, inputs, stride, depth,
-                          sums);
+    sum_half_tile<Matrix>(thread, weights + neuron * stride, stride, inputs, depth, sums);
     for (uint32_t g = 0; g < kTileGroups; ++g)
-      for (uint32_t k = 0; k < 4; ++k)
-        parts[g] = parts[g] + bits_as<float>(load_word(last + 4 * (neuron + 4 * Matrix::quad(lane, g) + k))) *
-                                  max_of(sums[g][k], slope * sums[g][k]);
+      for (uint32_t k = 0; k < 4; ++k) {
+        const uint32_t at = neuron + 4 * Matrix::quad(thread.lane(), g) + k;
+        parts[g] =
+            parts[g] + bits_as<float>(load_word(last + 4 * at)) * max_of(sums[g][k], slope * sums[g][k]);
+      }
   }
-  thread.wave_sync();
-  for (uint32_t g = 0; g < kTileGroups; ++g)
-    store_word(inputs + Matrix::ray(lane, g) * stride + 4 * Matrix::quad(lane, g),
-               bits_as<uint32_t>(parts[g]));
-  thread.wave_sync();
 }
 
-/// Answers the items of one field. Blocks of layout.threads, any number of them; layout.bytes.
-template <class Matrix, SphericalKind kKind, class Thread>
+/// Answers the items of one field. Blocks of kHalfThreads, any number of them; layout.bytes.
+template <class Matrix, SphericalKind kKind, uint32_t kTiles, class Thread>
 NIF_HOST_DEVICE void spherical_half(const Thread& thread, const SphericalField& field,
                                     const SphericalHalfLayout& layout, const SphericalItems& items,
                                     const AnswerArrays& answers) {
+  static_assert(kTiles * kHalfTileInputs >= kMaxSphericalInputs);
   const SphericalNetwork& network = kKind == SphericalKind::outer ? field.outer : field.inner;
-  const HalfNetworkLayout& own_layout = kKind == SphericalKind::outer ? layout.outer : layout.inner;
-  const uint32_t neurons = own_layout.neurons, stride = own_layout.stride, wave = thread.wave_size();
+  const HalfNetworkLayout& part = kKind == SphericalKind::outer ? layout.outer : layout.inner;
+  const uint32_t neurons = part.neurons, row = part.first_stride, wave = thread.wave_size();
   const unsigned char* const last = thread.shared();
-  unsigned char* const inputs = thread.shared() + own_layout.inputs_offset + thread.wave() * wave * stride;
-  unsigned char* const own = inputs + thread.lane() * stride;
-  load_half_network(thread, network, own_layout);
+  unsigned char* const rows = thread.shared() + part.inputs_offset + thread.wave() * wave * row;
+  unsigned char* const own = rows + thread.lane() * row;
+  load_half_network(thread, network, part);
   thread.sync();
 
   // All lanes of a wave go round together; a lane without an item works on what there is in its row.
-  const uint32_t count = items.count<kKind>(), step = thread.blocks() * thread.threads();
-  for (uint32_t first = thread.block() * thread.threads() + thread.wave() * wave; first < count;) {
+  const uint32_t count = items.count<kKind>(), step = thread.blocks() * kHalfThreads;
+  for (uint32_t first = thread.block() * kHalfThreads + thread.wave() * wave; first < count;) {
     const bool present = thread.lane() < count - first;
     const uint32_t entry = items.entry<kKind>(first + thread.lane());
     if (present) gather_spherical<kKind>(field, items, entry, network.inputs, own);
     thread.wave_sync();
-    const unsigned char* weights = thread.shared() + own_layout.weights_offset;
-    uint32_t weight_stride = own_layout.first_stride, depth = network.inputs;
-    for (uint32_t l = 1; l < network.hidden_layers; ++l) {
-      apply_half_layer<Matrix>(thread, weights, weight_stride, neurons, depth, field.slope, inputs, stride);
-      weights += neurons * weight_stride;
-      weight_stride = stride;
-      depth = neurons;
+    typename Matrix::Inputs inputs[kTiles];
+    uint32_t depth = half_tiled(network.inputs) / kHalfTileInputs, stride = row;
+    NIF_UNROLL
+    for (uint32_t tile = 0; tile < kTiles; ++tile) {
+      if (tile >= depth) continue;
+      Matrix::load(thread, rows + 2 * kHalfTileInputs * tile, row, inputs[tile]);
     }
-    finish_half_network<Matrix>(thread, weights, weight_stride, neurons, depth, field.slope, last, inputs,
-                                stride);
+    const unsigned char* weights = thread.shared() + part.weights_offset;
+    NIF_NO_UNROLL
+    for (uint32_t l = 1; l < network.hidden_layers; ++l) {
+      apply_half_layer<Matrix>(thread, weights, stride, neurons, depth, field.slope, inputs);
+      weights += neurons * stride;
+      stride = part.stride;
+      depth = neurons / kHalfTileInputs;
+    }
+    float parts[kTileGroups];
+    finish_half_network<Matrix>(thread, weights, stride, neurons, depth, field.slope, last, inputs, parts);
+    // Where inputs were there is room for the parts of each ray's output.
+    thread.wave_sync();
+    for (uint32_t g = 0; g < kTileGroups; ++g)
+      store_word(rows + Matrix::ray(thread.lane(), g) * row + 4 * Matrix::quad(thread.lane(), g),
+                 bits_as<uint32_t>(parts[g]));
+    thread.wave_sync();
     if (present) {
-      float parts[kHalfParts];
-      for (uint32_t q = 0; q < kHalfParts; ++q) parts[q] = bits_as<float>(load_word(own + 4 * q));
-      store_answer(answers, items.ray[entry], spherical_logit(sum_half_parts(parts)), false);
+      float all[kHalfParts];
+      for (uint32_t q = 0; q < kHalfParts; ++q) all[q] = bits_as<float>(load_word(own + 4 * q));
+      store_answer(answers, items.ray[entry], spherical_logit(sum_half_parts(all)), false);
     }
     // No wave_sync(): from the last one on each lane reads and writes its own row only.
     if (count - first <= step) return;

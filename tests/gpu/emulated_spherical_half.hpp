@@ -18,23 +18,30 @@ constexpr uint32_t wave_of(HalfKind kind) {
   return kind == HalfKind::dot64 || kind == HalfKind::mfma ? 64 : 32;
 }
 
-template <class Matrix, kernels::SphericalKind kKind>
+template <class Matrix, kernels::SphericalKind kKind, uint32_t kTiles>
 void emulate_half(const kernels::SphericalField& field, EmulatedBatch& batch,
                   const kernels::hip::SphericalItems& items, uint32_t wave, const EmulatedLaunch& launch) {
   namespace hip = kernels::hip;
   const hip::SphericalHalfLayout layout = hip::make_half_layout(field);
-  const uint32_t blocks = std::min(launch.most_blocks, blocks_for(batch.count(), layout.threads));
-  hip::emulate(grid_for(blocks, layout.bytes, wave, launch.order, layout.threads),
+  const uint32_t blocks = std::min(launch.most_blocks, blocks_for(batch.count(), hip::kHalfThreads));
+  hip::emulate(grid_for(blocks, layout.bytes, wave, launch.order, hip::kHalfThreads),
                [&](const hip::EmulatedThread& thread) {
-                 hip::spherical_half<Matrix, kKind>(thread, field, layout, items, batch.answers());
+                 hip::spherical_half<Matrix, kKind, kTiles>(thread, field, layout, items, batch.answers());
                });
 }
 
 template <class Matrix>
 void emulate_half(const kernels::SphericalField& field, EmulatedBatch& batch,
                   const kernels::hip::SphericalItems& items, uint32_t wave, const EmulatedLaunch& launch) {
-  emulate_half<Matrix, kernels::SphericalKind::outer>(field, batch, items, wave, launch);
-  emulate_half<Matrix, kernels::SphericalKind::inner>(field, batch, items, wave, launch);
+  using enum kernels::SphericalKind;
+  constexpr uint32_t kFew = kernels::hip::kHalfTiles, kMost = kernels::hip::kMostHalfTiles;
+  if (kernels::hip::make_half_layout(field).tiles == kFew) {
+    emulate_half<Matrix, outer, kFew>(field, batch, items, wave, launch);
+    emulate_half<Matrix, inner, kFew>(field, batch, items, wave, launch);
+  } else {
+    emulate_half<Matrix, outer, kMost>(field, batch, items, wave, launch);
+    emulate_half<Matrix, inner, kMost>(field, batch, items, wave, launch);
+  }
 }
 
 /// How many rays were left to each of an object's fields.
