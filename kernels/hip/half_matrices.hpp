@@ -26,6 +26,21 @@ using HalfTileSums = float[kTileGroups][4];
 /// A tile's outputs as halves, two to a word: [group][neurons 0 and 1, or 2 and 3, of four]
 using HalfTileOutputs = uint32_t[kTileGroups][2];
 
+/// So many words, aligned to all of them: one load.
+template <uint32_t kCount>
+struct alignas(4 * kCount) [[gnu::may_alias]] AlignedWords {
+  uint32_t word[kCount];
+};
+template <uint32_t kCount>
+NIF_HOST_DEVICE inline AlignedWords<kCount> load_words(const unsigned char* from) {
+  return *reinterpret_cast<const AlignedWords<kCount>*>(from);
+}
+/// Eight words, 16-byte aligned.
+NIF_HOST_DEVICE inline void load_eight(const unsigned char* from, uint32_t (&words)[8]) {
+  const AlignedWords<4> low = load_words<4>(from), high = load_words<4>(from + 16);
+  for (uint32_t k = 0; k < 4; ++k) words[k] = low.word[k], words[k + 4] = high.word[k];
+}
+
 /// Dot products of two halves, a ray to a lane: gfx1030, and any other.
 struct DotHalfMatrix : DotMatrix {
   using Inputs = uint32_t[8];  ///< those of the lane's ray
@@ -33,7 +48,7 @@ struct DotHalfMatrix : DotMatrix {
   template <class Thread>
   NIF_HOST_DEVICE static void load(const Thread& thread, const unsigned char* rows, uint32_t stride,
                                    Inputs& inputs) {
-    for (uint32_t k = 0; k < 8; ++k) inputs[k] = load_word(rows + thread.lane() * stride + 4 * k);
+    load_eight(rows + thread.lane() * stride, inputs);
   }
   template <class Thread>
   NIF_HOST_DEVICE static void pass_on(const Thread&, const HalfTileOutputs& outputs, Inputs& inputs) {
@@ -43,10 +58,12 @@ struct DotHalfMatrix : DotMatrix {
   NIF_HOST_DEVICE static void multiply(const Thread& thread, const unsigned char* weights, uint32_t stride,
                                        const Inputs& inputs, HalfTileSums& sums) {
     NIF_UNROLL
-    for (uint32_t n = 0; n < kTileNeurons; ++n)
+    for (uint32_t n = 0; n < kTileNeurons; ++n) {
+      uint32_t row[8];
+      load_eight(weights + n * stride, row);
       for (uint32_t k = 0; k < 8; ++k)
-        sums[n / 4][n % 4] =
-            thread.dot2(sums[n / 4][n % 4], load_word(weights + n * stride + 4 * k), inputs[k]);
+        sums[n / 4][n % 4] = thread.dot2(sums[n / 4][n % 4], row[k], inputs[k]);
+    }
   }
 };
 
@@ -58,8 +75,7 @@ struct WmmaHalfMatrix : WmmaMatrix {
   NIF_HOST_DEVICE static void load(const Thread& thread, const unsigned char* rows, uint32_t stride,
                                    Inputs& inputs) {
     for (uint32_t tile = 0; tile < 2; ++tile)
-      for (uint32_t k = 0; k < 8; ++k)
-        inputs[tile][k] = load_word(rows + (16 * tile + thread.lane() % 16) * stride + 4 * k);
+      load_eight(rows + (16 * tile + thread.lane() % 16) * stride, inputs[tile]);
   }
   template <class Thread>
   NIF_HOST_DEVICE static void pass_on(const Thread& thread, const HalfTileOutputs& outputs, Inputs& inputs) {
@@ -76,7 +92,7 @@ struct WmmaHalfMatrix : WmmaMatrix {
                                        const Inputs& inputs, HalfTileSums& sums) {
     const uint32_t row = thread.lane() % 16, neuron = 8 * (row % 2) + row / 2;
     uint32_t a[8];
-    for (uint32_t k = 0; k < 8; ++k) a[k] = load_word(weights + neuron * stride + 4 * k);
+    load_eight(weights + neuron * stride, a);
     for (uint32_t tile = 0; tile < 2; ++tile) {
       float c[8];
       for (uint32_t i = 0; i < 8; ++i) c[i] = sums[2 * tile + i / 4][i % 4];
@@ -89,6 +105,11 @@ struct WmmaHalfMatrix : WmmaMatrix {
 /// v_mfma_f32_16x16x16_f16: gfx90a and gfx942. Sums lie as inputs do.
 struct MfmaHalfMatrix : Mfma32Matrix {
   using Inputs = uint64_t[kTileGroups];  ///< four of each of four rays
+
+  NIF_HOST_DEVICE static uint64_t load_two(const unsigned char* from) {
+    const AlignedWords<2> words = load_words<2>(from);
+    return words.word[0] | uint64_t(words.word[1]) << 32;
+  }
 
   template <class Thread>
   NIF_HOST_DEVICE static void load(const Thread& thread, const unsigned char* rows, uint32_t stride,
@@ -118,10 +139,11 @@ struct MmaHalfMatrix : ImmaMatrix {
   template <class Thread>
   NIF_HOST_DEVICE static void load(const Thread& thread, const unsigned char* rows, uint32_t stride,
                                    Inputs& inputs) {
-    for (uint32_t g = 0; g < kTileGroups; ++g)
-      for (uint32_t k = 0; k < 2; ++k)
-        inputs[g / 2][g % 2 + 2 * k] =
-            load_word(rows + ray(thread.lane(), g) * stride + 8 * (thread.lane() % 4) + 4 * k);
+    for (uint32_t g = 0; g < kTileGroups; ++g) {
+      const AlignedWords<2> four =
+          load_words<2>(rows + ray(thread.lane(), g) * stride + 8 * (thread.lane() % 4));
+      for (uint32_t k = 0; k < 2; ++k) inputs[g / 2][g % 2 + 2 * k] = four.word[k];
+    }
   }
   template <class Thread>
   NIF_HOST_DEVICE static void pass_on(const Thread&, const HalfTileOutputs& outputs, Inputs& inputs) {
@@ -134,12 +156,11 @@ struct MmaHalfMatrix : ImmaMatrix {
     const uint32_t column = thread.lane() / 4, byte = 8 * (thread.lane() % 4);
     for (uint32_t n = 0; n < 2; ++n) {
       const uint32_t neuron = 4 * (column / 2) + 2 * n + column % 2;
-      uint32_t b[2];
-      for (uint32_t k = 0; k < 2; ++k) b[k] = load_word(weights + neuron * stride + byte + 4 * k);
+      const AlignedWords<2> b = load_words<2>(weights + neuron * stride + byte);
       for (uint32_t tile = 0; tile < 2; ++tile) {
         float c[4];
         for (uint32_t i = 0; i < 4; ++i) c[i] = sums[2 * tile + i / 2][2 * n + i % 2];
-        thread.mma_16x8x16(inputs[tile], b, c);
+        thread.mma_16x8x16(inputs[tile], b.word, c);
         for (uint32_t i = 0; i < 4; ++i) sums[2 * tile + i / 2][2 * n + i % 2] = c[i];
       }
     }

@@ -102,7 +102,7 @@ struct Mfma32Matrix {
       thread.mfma_16x16x32(a, load_two(inputs + (16 * tile + row) * stride + byte), sums[tile]);
   }
 
- protected:
+ private:
   NIF_HOST_DEVICE static uint64_t load_two(const unsigned char* from) {
     return uint64_t(load_word(from)) | uint64_t(load_word(from + 4)) << 32;
   }

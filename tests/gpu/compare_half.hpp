@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "formats/nif/reader.hpp"
 #include "tests/gpu/emulated_spherical_half.hpp"
@@ -19,9 +20,11 @@ struct HalfComparison {
   double most_log_odds = 0;                   ///< moved
 };
 
-/// In parallel; each block of rays is emulated in an order of its own. `visible` is the truth, a byte a ray.
-/// The same for any number of threads. make_half_layout() of the object fits.
-HalfComparison compare_half(const kernels::SphericalField& field, std::span<const kernels::Segment> segments,
-                            std::span<const uint8_t> visible, HalfKind kind);
+/// One comparison for each kind. In parallel; each block of rays is emulated in an order of its own.
+/// `visible` is the truth, a byte a ray. The same for any number of threads. make_half_layout() of the object
+/// fits.
+std::vector<HalfComparison> compare_half(const kernels::SphericalField& field,
+                                         std::span<const kernels::Segment> segments,
+                                         std::span<const uint8_t> visible, std::span<const HalfKind> kinds);
 
 }  // namespace nif::test

@@ -18,6 +18,7 @@ namespace {
 
 /// In half precision. Returns how many answers are farther off than the arithmetic allows.
 uint64_t compare_halves(const format::AssetView& asset, const bake::PreparedScene& prepared, uint64_t rays) {
+  constexpr HalfKind kKinds[] = {HalfKind::dot32, HalfKind::wmma, HalfKind::mfma, HalfKind::mma};
   uint64_t beyond = 0;
   bool any = false;
   for (size_t i = 0; i < asset.objects.size(); ++i) {
@@ -39,13 +40,13 @@ uint64_t compare_halves(const format::AssetView& asset, const bake::PreparedScen
     const bake::GroundTruth truth(prepared.objects[i]);
     for (const bake::RaySet set : bake::kRaySets) {
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
-      for (const HalfKind kind : kHalfKinds) {
-        if (kind == HalfKind::dot64) continue;  // no target
-        const HalfComparison result =
-            compare_half(*object.spherical, labelled.segments, labelled.visible, kind);
+      const std::vector<HalfComparison> results =
+          compare_half(*object.spherical, labelled.segments, labelled.visible, kKinds);
+      for (size_t k = 0; k < results.size(); ++k) {
+        const HalfComparison& result = results[k];
         const double all = double(std::max<size_t>(labelled.segments.size(), 1)) / 100;
         std::printf("%-16s %-14s %-7s %9zu %9llu %10llu %7.3f%% %7.3f%% %8.1e %8.1e %8.1e %7llu\n",
-                    name.c_str(), std::string(bake::name_of(set)).c_str(), name_of(kind),
+                    name.c_str(), std::string(bake::name_of(set)).c_str(), name_of(kKinds[k]),
                     labelled.segments.size(), static_cast<unsigned long long>(result.asked),
                     static_cast<unsigned long long>(result.different), double(result.wrong_single) / all,
                     double(result.wrong_half) / all, result.mean_moved, result.most_moved,
