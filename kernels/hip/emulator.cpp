@@ -8,6 +8,7 @@
 #include <cstring>
 #include <deque>
 #include <exception>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <random>
@@ -148,6 +149,8 @@ enum class HalfSums {
 
 float element(const void* halves, uint32_t i, HalfSums how) {
   const uint16_t half = static_cast<const uint16_t*>(halves)[i];
+  // from_half() is for finite numbers; what was never written need not be one.
+  if ((half & kHalfExponent) == kHalfExponent) return std::numeric_limits<float>::quiet_NaN();
   return how == HalfSums::backward && (half & kHalfExponent) == 0 ? 0.0f : from_half(half);
 }
 
