@@ -18,9 +18,12 @@
 #if defined(__CUDACC__) || defined(__HIP__)
 #define NIF_UNROLL _Pragma("unroll")
 #define NIF_NO_UNROLL _Pragma("unroll 1")  ///< where unrolling would take more registers than it is worth
+/// For functions that take such arrays, which a call would have in memory: compilers shy away from long ones.
+#define NIF_INLINE __attribute__((always_inline)) inline
 #else
 #define NIF_UNROLL
 #define NIF_NO_UNROLL
+#define NIF_INLINE inline
 #endif
 
 /// Defined while code for a device is being made.

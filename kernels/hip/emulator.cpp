@@ -4,14 +4,18 @@
 #include <ucontext.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <deque>
 #include <exception>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <random>
 #include <string>
 #include <vector>
+
+#include "kernels/reference/half.hpp"
 
 namespace nif::kernels::hip {
 namespace {
@@ -21,10 +25,32 @@ constexpr uint32_t kMaxThreads = 1024;
 constexpr uint32_t kMostLanes = 64;
 
 /// What a thread waits for: all others of its block, or of its wave, to come to the same.
-enum class Meeting { none, block, wave, ballot, shuffle, wmma, mfma16, mfma32, mma };
-constexpr const char* kNames[] = {"nothing",       "sync()",        "wave_sync()",
-                                  "ballot()",      "shuffle()",     "wmma_16x16x16",
-                                  "mfma_16x16x16", "mfma_16x16x32", "mma_16x8x32"};
+enum class Meeting {
+  none,
+  block,
+  wave,
+  ballot,
+  shuffle,
+  wmma,
+  mfma16,
+  mfma32,
+  mma,
+  wmma_half,
+  mfma_half,
+  mma_half
+};
+constexpr const char* kNames[] = {"nothing",
+                                  "sync()",
+                                  "wave_sync()",
+                                  "ballot()",
+                                  "shuffle()",
+                                  "wmma_16x16x16",
+                                  "mfma_16x16x16",
+                                  "mfma_16x16x32",
+                                  "mma_16x8x32",
+                                  "wmma_16x16x16 of halves",
+                                  "mfma_16x16x16 of halves",
+                                  "mma_16x8x16 of halves"};
 
 // What threads bring to a meeting and take away; it lies on their stacks.
 struct Ballot {
@@ -36,7 +62,7 @@ struct Shuffle {
 };
 struct Product {
   const void *a, *b;
-  int32_t* c;
+  void* c;  ///< int32_t, or float where a and b are halves
 };
 
 /// Goes on where `to` stands, until somebody comes back to `from`. swapcontext() would do the same with a
@@ -76,7 +102,7 @@ void multiply(Product* const lanes[], uint32_t rows, uint32_t columns, uint32_t 
       int32_t sum = 0;
       for (uint32_t k = 0; k < depth; ++k) sum += a[row][k] * b[column][k];
       const Place place = in_c(row, column);
-      lanes[place.lane]->c[place.at] += sum;
+      static_cast<int32_t*>(lanes[place.lane]->c)[place.at] += sum;
     }
 }
 
@@ -108,6 +134,92 @@ void multiply_mma(Product* const lanes[]) {
       },
       [](uint32_t column, uint32_t k) {
         return Place{4 * column + k % 16 / 4, 4 * (k / 16) + k % 4};
+      },
+      [](uint32_t row, uint32_t column) {
+        return Place{4 * (row % 8) + column / 2, 2 * (row / 8) + column % 2};
+      });
+}
+
+/// How an instruction sums products of halves, which are exact in single precision.
+enum class HalfSums {
+  forward,   ///< one after the other, each sum rounded to the nearest
+  backward,  ///< the same from the last one on, and denormal halves are 0
+  cut,       ///< all at once, and what a float has no room for is cut off
+};
+
+float element(const void* halves, uint32_t i, HalfSums how) {
+  const uint16_t half = static_cast<const uint16_t*>(halves)[i];
+  // from_half() is for finite numbers; what was never written need not be one.
+  if ((half & kHalfExponent) == kHalfExponent) return std::numeric_limits<float>::quiet_NaN();
+  return how == HalfSums::backward && (half & kHalfExponent) == 0 ? 0.0f : from_half(half);
+}
+
+float cut_off(double x) {
+  const auto nearest = static_cast<float>(x);
+  return std::fabs(double(nearest)) > std::fabs(x) ? std::nextafter(nearest, 0.0f) : nearest;
+}
+
+float sum_products(const float* a, const float* b, float c, HalfSums how) {
+  double exact = c;  // nearly: what is lost here is far below a float's last bit
+  for (uint32_t k = 0; k < 16; ++k) {
+    const uint32_t at = how == HalfSums::backward ? 15 - k : k;
+    if (how == HalfSums::cut)
+      exact += double(a[at] * b[at]);
+    else
+      c = c + a[at] * b[at];
+  }
+  return how == HalfSums::cut ? cut_off(exact) : c;
+}
+
+/// As multiply(), of rows and columns of 16 halves.
+template <class PlaceA, class PlaceB, class PlaceC>
+void multiply_halves(Product* const lanes[], uint32_t columns, HalfSums how, PlaceA in_a, PlaceB in_b,
+                     PlaceC in_c) {
+  float a[16][16], b[16][16];
+  for (uint32_t k = 0; k < 16; ++k) {
+    for (uint32_t row = 0; row < 16; ++row) {
+      const Place place = in_a(row, k);
+      a[row][k] = element(lanes[place.lane]->a, place.at, how);
+    }
+    for (uint32_t column = 0; column < columns; ++column) {
+      const Place place = in_b(column, k);
+      b[column][k] = element(lanes[place.lane]->b, place.at, how);
+    }
+  }
+  for (uint32_t row = 0; row < 16; ++row)
+    for (uint32_t column = 0; column < columns; ++column) {
+      const Place place = in_c(row, column);
+      float& c = static_cast<float*>(lanes[place.lane]->c)[place.at];
+      c = sum_products(a[row], b[column], c, how);
+    }
+}
+
+void multiply_wmma_half(Product* const lanes[]) {
+  for (uint32_t l = 0; l < 16; ++l)
+    if (std::memcmp(lanes[l]->a, lanes[l + 16]->a, 32) != 0 ||
+        std::memcmp(lanes[l]->b, lanes[l + 16]->b, 32) != 0)
+      fail("wmma_16x16x16 of halves with lanes l and l + 16 that differ");
+  const auto whole = [](uint32_t i, uint32_t k) { return Place{i, k}; };
+  multiply_halves(lanes, 16, HalfSums::forward, whole, whole, [](uint32_t row, uint32_t column) {
+    return Place{column + 16 * (row % 2), row / 2};
+  });
+}
+
+void multiply_mfma_half(Product* const lanes[]) {
+  const auto quarter = [](uint32_t i, uint32_t k) { return Place{i + 16 * (k / 4), k % 4}; };
+  multiply_halves(lanes, 16, HalfSums::backward, quarter, quarter, [](uint32_t row, uint32_t column) {
+    return Place{column + 16 * (row / 4), row % 4};
+  });
+}
+
+void multiply_mma_half(Product* const lanes[]) {
+  multiply_halves(
+      lanes, 8, HalfSums::cut,
+      [](uint32_t row, uint32_t k) {
+        return Place{4 * (row % 8) + k % 8 / 2, 2 * (row / 8 + 2 * (k / 8)) + k % 2};
+      },
+      [](uint32_t column, uint32_t k) {
+        return Place{4 * column + k % 8 / 2, 2 * (k / 8) + k % 2};
       },
       [](uint32_t row, uint32_t column) {
         return Place{4 * (row % 8) + column / 2, 2 * (row / 8) + column % 2};
@@ -306,7 +418,9 @@ class EmulatedBlock {
   }
 
   void complete_product(Meeting meeting, uint32_t first, uint32_t end) {
-    const uint32_t lanes = meeting == Meeting::wmma || meeting == Meeting::mma ? 32 : 64;
+    const bool of_64 =
+        meeting == Meeting::mfma16 || meeting == Meeting::mfma32 || meeting == Meeting::mfma_half;
+    const uint32_t lanes = of_64 ? 64 : 32;
     if (grid_.wave != lanes) fail(std::string(kNames[int(meeting)]) + " in a wave of another size");
     if (waves_[first / grid_.wave].running != lanes)
       fail(std::string(kNames[int(meeting)]) + " without all lanes");
@@ -319,6 +433,12 @@ class EmulatedBlock {
         return multiply_mfma<4>(parts);
       case Meeting::mfma32:
         return multiply_mfma<8>(parts);
+      case Meeting::wmma_half:
+        return multiply_wmma_half(parts);
+      case Meeting::mfma_half:
+        return multiply_mfma_half(parts);
+      case Meeting::mma_half:
+        return multiply_mma_half(parts);
       default:
         return multiply_mma(parts);
     }
@@ -366,6 +486,12 @@ int32_t EmulatedThread::dot4(int32_t sum, uint32_t a, uint32_t b) const {
   return sum;
 }
 
+float EmulatedThread::dot2(float sum, uint32_t a, uint32_t b) const {
+  for (uint32_t i = 0; i < 2; ++i)
+    sum = sum + element(&a, i, HalfSums::forward) * element(&b, i, HalfSums::forward);
+  return sum;
+}
+
 void EmulatedThread::wmma_16x16x16(const uint32_t (&a)[4], const uint32_t (&b)[4], int32_t (&c)[8]) const {
   Product part{a, b, c};
   owner_->wait(index_, Meeting::wmma, &part);
@@ -381,6 +507,18 @@ void EmulatedThread::mfma_16x16x32(uint64_t a, uint64_t b, int32_t (&c)[4]) cons
 void EmulatedThread::mma_16x8x32(const uint32_t (&a)[4], const uint32_t (&b)[2], int32_t (&c)[4]) const {
   Product part{a, b, c};
   owner_->wait(index_, Meeting::mma, &part);
+}
+void EmulatedThread::wmma_16x16x16(const uint32_t (&a)[8], const uint32_t (&b)[8], float (&c)[8]) const {
+  Product part{a, b, c};
+  owner_->wait(index_, Meeting::wmma_half, &part);
+}
+void EmulatedThread::mfma_16x16x16(uint64_t a, uint64_t b, float (&c)[4]) const {
+  Product part{&a, &b, c};
+  owner_->wait(index_, Meeting::mfma_half, &part);
+}
+void EmulatedThread::mma_16x8x16(const uint32_t (&a)[4], const uint32_t (&b)[2], float (&c)[4]) const {
+  Product part{a, b, c};
+  owner_->wait(index_, Meeting::mma_half, &part);
 }
 
 void emulate(const EmulatedGrid& grid, const std::function<void(const EmulatedThread&)>& kernel) {

@@ -46,12 +46,14 @@ class EmulatedThread {
   void wave_sync() const;
   uint64_t ballot(bool value) const;
   uint32_t shuffle(uint32_t value, uint32_t from) const;
+  uint32_t swap_16(uint32_t value) const { return shuffle(value, lane() ^ 16); }
   uint32_t add(uint32_t* to, uint32_t n) const {
     const uint32_t before = *to;
     *to += n;
     return before;
   }
   int32_t dot4(int32_t sum, uint32_t a, uint32_t b) const;
+  float dot2(float sum, uint32_t a, uint32_t b) const;
 
   // As AMD's and NVIDIA's manuals lay matrices out over lanes. With l the lane, byte k of a row or column:
   /// v_wmma_i32_16x16x16_iu8, 32 lanes. a: row l % 16, bytes 0..15; b: column l % 16 likewise; both alike in
@@ -65,6 +67,17 @@ class EmulatedThread {
   /// mma.sync.m16n8k32, 32 lanes. a[i]: row l / 4 + 8 (i % 2), bytes 4 (l % 4) + 16 (i / 2) on; b[i]: column
   /// l / 4, bytes 4 (l % 4) + 16 i on. c[i]: row l / 4 + 8 (i / 2), column 2 (l % 4) + i % 2.
   void mma_16x8x32(const uint32_t (&a)[4], const uint32_t (&b)[2], int32_t (&c)[4]) const;
+
+  // Likewise of halves, k counting those, with sums in single precision. Products are exact; the order of
+  // sums and their rounding, which manuals leave open, is another for each instruction.
+  /// v_wmma_f32_16x16x16_f16, 32 lanes. As with integers, halves 0..15; each sum is rounded to the nearest.
+  void wmma_16x16x16(const uint32_t (&a)[8], const uint32_t (&b)[8], float (&c)[8]) const;
+  /// v_mfma_f32_16x16x16_f16, 64 lanes. As with integers, halves 4 (l / 16) on; from the last to the first.
+  /// Denormal halves count as 0, as on gfx90a.
+  void mfma_16x16x16(uint64_t a, uint64_t b, float (&c)[4]) const;
+  /// mma.sync.m16n8k16, 32 lanes. a[i]: row l / 4 + 8 (i % 2), halves 2 (l % 4) + 8 (i / 2) on; b[i]: column
+  /// l / 4, halves 2 (l % 4) + 8 i on; c as with integers. Sums are cut off, not rounded.
+  void mma_16x8x16(const uint32_t (&a)[4], const uint32_t (&b)[2], float (&c)[4]) const;
 
  private:
   friend class EmulatedBlock;

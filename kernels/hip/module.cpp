@@ -2,6 +2,7 @@
 // one.
 #include "kernels/hip/bvh_kernels.hpp"
 #include "kernels/hip/segment_kernels.hpp"
+#include "kernels/hip/spherical_half_kernels.hpp"
 #include "kernels/hip/spherical_kernels.hpp"
 
 using namespace nif::kernels;
@@ -41,3 +42,22 @@ nif_spherical(NIF_ARGUMENT SphericalField field, NIF_ARGUMENT SphericalLayout la
               NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT RayList list, NIF_ARGUMENT AnswerArrays answers) {
   spherical_answer(DeviceThread(), field, layout, rays, list, answers);
 }
+
+NIF_KERNEL(kBlockThreads, 1)
+nif_spherical_cast(NIF_ARGUMENT SphericalBounds bounds, NIF_ARGUMENT RayArrays rays,
+                   NIF_ARGUMENT SphericalItems items, NIF_ARGUMENT AnswerArrays answers) {
+  spherical_cast(DeviceThread(), bounds, rays, items, answers);
+}
+
+#define NIF_SPHERICAL_HALF_KERNEL(kind, width, blocks)                                                   \
+  NIF_KERNEL(kHalfThreads, blocks)                                                                       \
+  nif_spherical_half_##kind##_##width(                                                                   \
+      NIF_ARGUMENT SphericalField field, NIF_ARGUMENT SphericalHalfLayout layout,                        \
+      NIF_ARGUMENT SphericalItems items, NIF_ARGUMENT AnswerArrays answers) {                            \
+    spherical_half<DeviceHalfMatrix, SphericalKind::kind, width / kTileNeurons>(DeviceThread(), field,   \
+                                                                                layout, items, answers); \
+  }
+NIF_SPHERICAL_HALF_KERNEL(outer, 64, 2)
+NIF_SPHERICAL_HALF_KERNEL(inner, 64, 2)
+NIF_SPHERICAL_HALF_KERNEL(outer, 96, 1)
+NIF_SPHERICAL_HALF_KERNEL(inner, 96, 1)

@@ -303,7 +303,7 @@ NIF_HOST_DEVICE void apply_layer(const Thread& thread, const Network::Layer& lay
   uint32_t outputs[kMaxTiles][kTileGroups];
   NIF_UNROLL
   for (uint32_t tile = 0; tile < kMaxTiles; ++tile) {
-    if (tile * kTileNeurons >= layer.outputs) break;
+    if (tile * kTileNeurons >= layer.outputs) continue;  // `break` costs registers
     TileSums sums;
     for (uint32_t g = 0; g < kTileGroups; ++g)
       for (uint32_t k = 0; k < 4; ++k)
@@ -315,7 +315,7 @@ NIF_HOST_DEVICE void apply_layer(const Thread& thread, const Network::Layer& lay
   thread.wave_sync();
   NIF_UNROLL
   for (uint32_t tile = 0; tile < kMaxTiles; ++tile) {
-    if (tile * kTileNeurons >= layer.outputs) break;
+    if (tile * kTileNeurons >= layer.outputs) continue;  // `break` costs registers
     for (uint32_t g = 0; g < kTileGroups; ++g)
       store_word(inputs + Matrix::ray(lane, g) * stride + tile * kTileNeurons + 4 * Matrix::quad(lane, g),
                  outputs[tile][g]);

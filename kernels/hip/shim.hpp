@@ -13,6 +13,7 @@
 //   ballot(b), shuffle(x, lane)             over the lanes of the wave
 //   add(p, n)                               adds n to *p at once, and returns what was there
 //   dot4(sum, a, b)                         sum + a0 b0 + .. + a3 b3, signed bytes
+//   dot2(sum, a, b)                         sum + a0 b0 + a1 b1, halves, where there are no matrix units
 //   and matrix products, see DeviceThread.
 // sync() and what concerns a wave must be come to by all threads of the block, or of the wave, that have not
 // ended.
@@ -58,6 +59,9 @@ inline constexpr uint32_t kDeviceWave = 32;
 #if defined(__HIP__)
 template <class T, int kCount>
 using Vector = T __attribute__((ext_vector_type(kCount)));
+using Halves2 = Vector<_Float16, 2>;
+using Halves4 = Vector<_Float16, 4>;
+using Halves16 = Vector<_Float16, 16>;
 #endif
 
 class DeviceThread {
@@ -83,6 +87,13 @@ class DeviceThread {
     asm("mma.sync.aligned.m16n8k32.row.col.s32.s8.s8.s32 {%0, %1, %2, %3}, {%4, %5, %6, %7}, {%8, %9}, "
         "{%0, %1, %2, %3};"
         : "+r"(c[0]), "+r"(c[1]), "+r"(c[2]), "+r"(c[3])
+        : "r"(a[0]), "r"(a[1]), "r"(a[2]), "r"(a[3]), "r"(b[0]), "r"(b[1]));
+  }
+  /// c (16 x 8, as the four of each lane) += a (16 x 16) b (16 x 8), of halves.
+  NIF_DEVICE void mma_16x8x16(const uint32_t (&a)[4], const uint32_t (&b)[2], float (&c)[4]) const {
+    asm("mma.sync.aligned.m16n8k16.row.col.f32.f16.f16.f32 {%0, %1, %2, %3}, {%4, %5, %6, %7}, {%8, %9}, "
+        "{%0, %1, %2, %3};"
+        : "+f"(c[0]), "+f"(c[1]), "+f"(c[2]), "+f"(c[3])
         : "r"(a[0]), "r"(a[1]), "r"(a[2]), "r"(a[3]), "r"(b[0]), "r"(b[1]));
   }
 #else
@@ -138,6 +149,19 @@ class DeviceThread {
     vc = __builtin_amdgcn_wmma_i32_16x16x16_iu8_w32(true, va, true, vb, vc, false);
     for (int i = 0; i < 8; ++i) c[i] = vc[i];
   }
+  /// What lane() ^ 16 gives.
+  NIF_DEVICE uint32_t swap_16(uint32_t value) const {
+    return __builtin_amdgcn_permlanex16(value, value, 0x76543210, 0xfedcba98, false, false);
+  }
+  /// The same as above of halves, with sums in single precision.
+  NIF_DEVICE void wmma_16x16x16(const uint32_t (&a)[8], const uint32_t (&b)[8], float (&c)[8]) const {
+    Vector<uint32_t, 8> va, vb;
+    Vector<float, 8> vc;
+    for (int i = 0; i < 8; ++i) va[i] = a[i], vb[i] = b[i], vc[i] = c[i];
+    vc = __builtin_amdgcn_wmma_f32_16x16x16_f16_w32(__builtin_bit_cast(Halves16, va),
+                                                    __builtin_bit_cast(Halves16, vb), vc);
+    for (int i = 0; i < 8; ++i) c[i] = vc[i];
+  }
 #endif
 #if defined(__gfx90a__)
   /// c (16 x 16, as the four of each lane) += a (16 x 16) b (16 x 16).
@@ -153,6 +177,20 @@ class DeviceThread {
     Vector<int, 4> vc = {c[0], c[1], c[2], c[3]};
     vc = __builtin_amdgcn_mfma_i32_16x16x32_i8(long(a), long(b), vc, 0, 0, 0);
     for (int i = 0; i < 4; ++i) c[i] = vc[i];
+  }
+#endif
+#if defined(__gfx90a__) || defined(__gfx942__)
+  /// c (16 x 16, as the four of each lane) += a (16 x 16) b (16 x 16), of halves.
+  NIF_DEVICE void mfma_16x16x16(uint64_t a, uint64_t b, float (&c)[4]) const {
+    Vector<float, 4> vc = {c[0], c[1], c[2], c[3]};
+    vc = __builtin_amdgcn_mfma_f32_16x16x16f16(__builtin_bit_cast(Halves4, a), __builtin_bit_cast(Halves4, b),
+                                               vc, 0, 0, 0);
+    for (int i = 0; i < 4; ++i) c[i] = vc[i];
+  }
+#endif
+#if defined(__AMDGCN__)
+  NIF_DEVICE float dot2(float sum, uint32_t a, uint32_t b) const {
+    return __builtin_amdgcn_fdot2(__builtin_bit_cast(Halves2, a), __builtin_bit_cast(Halves2, b), sum, false);
   }
 #endif
 #endif

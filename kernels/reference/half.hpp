@@ -8,9 +8,21 @@
 namespace nif::kernels {
 
 inline constexpr uint16_t kHalfExponent = 0x7c00;  ///< all ones: infinite or NaN
+inline constexpr float kMaxHalf = 65504;           ///< the largest finite number
+
+// Devices have instructions that do the very same; compilers at work on a constant have not.
 
 /// Exact. The number must be finite.
 NIF_HOST_DEVICE constexpr float from_half(uint16_t half) {
+#if defined(__CUDA_ARCH__)
+  if (!__builtin_is_constant_evaluated()) {
+    float single = 0;
+    asm("cvt.f32.f16 %0, %1;" : "=f"(single) : "h"(half));
+    return single;
+  }
+#elif defined(NIF_ON_DEVICE)
+  if (!__builtin_is_constant_evaluated()) return static_cast<float>(bits_as<_Float16>(half));
+#endif
   const uint32_t sign = uint32_t(half & 0x8000u) << 16, magnitude = half & 0x7fffu;
   if (magnitude >= 0x400u) return bits_as<float>(sign | ((magnitude << 13) + (112u << 23)));
   const float value = static_cast<float>(magnitude) * 0x1p-24f;  // denormal as half, not as float
@@ -19,9 +31,19 @@ NIF_HOST_DEVICE constexpr float from_half(uint16_t half) {
 
 /// To the nearest, ties to even; +-65504 beyond that. The number must not be NaN.
 NIF_HOST_DEVICE constexpr uint16_t to_half(float value) {
+#if defined(__CUDA_ARCH__)
+  if (!__builtin_is_constant_evaluated()) {
+    uint16_t half = 0;
+    asm("cvt.rn.f16.f32 %0, %1;" : "=h"(half) : "f"(fminf(fmaxf(value, -kMaxHalf), kMaxHalf)));
+    return half;
+  }
+#elif defined(NIF_ON_DEVICE)
+  if (!__builtin_is_constant_evaluated())
+    return bits_as<uint16_t>(static_cast<_Float16>(__builtin_amdgcn_fmed3f(value, -kMaxHalf, kMaxHalf)));
+#endif
   const uint32_t bits = bits_as<uint32_t>(value), sign = bits >> 16 & 0x8000u;
   const float magnitude = value < 0 ? -value : value;
-  if (magnitude >= 65504.0f) return uint16_t(sign | 0x7bffu);
+  if (magnitude >= kMaxHalf) return uint16_t(sign | 0x7bffu);
   if (magnitude <
       0x1p-14f) {  // denormal as half: a multiple of 2^-24, rounded where its last bit has that unit
     const float shifted = magnitude + 0.5f;
@@ -29,6 +51,11 @@ NIF_HOST_DEVICE constexpr uint16_t to_half(float value) {
   }
   const uint32_t whole = (bits & 0x7fffffffu) - (112u << 23);
   return uint16_t(sign | (whole + 0xfffu + (whole >> 13 & 1)) >> 13);
+}
+
+/// Two of them as a word, `low` in its lower half.
+NIF_HOST_DEVICE constexpr uint32_t to_halves(float low, float high) {
+  return to_half(low) | uint32_t(to_half(high)) << 16;
 }
 
 }  // namespace nif::kernels

@@ -20,17 +20,22 @@ struct Resources {
   uint32_t registers = 0;  ///< vector registers of AMD, registers of NVIDIA
   uint32_t stack = 0;      ///< bytes of memory that each thread has to itself
   uint32_t spilled = 0;    ///< registers of AMD, bytes of NVIDIA
+  uint32_t scalars = 0;    ///< scalar registers of AMD that are kept in lanes of vector registers
 };
 
 struct Target {
   const char* name;
-  const char* product;  ///< the instruction that networks are evaluated by
+  const char* product;       ///< the instruction that networks of integers are evaluated by
+  const char* half_product;  ///< and those in half precision
   uint32_t wave;
 };
 constexpr Target kTargets[] = {
-    {"gfx1030", "v_dot4c_i32_i8", 32},          {"gfx1100", "v_wmma_i32_16x16x16_iu8", 32},
-    {"gfx90a", "v_mfma_i32_16x16x16i8", 64},    {"gfx942", "v_mfma_i32_16x16x32_i8", 64},
-    {"sm_80", "mma.sync.aligned.m16n8k32", 32}, {"sm_90", "mma.sync.aligned.m16n8k32", 32},
+    {"gfx1030", "v_dot4c_i32_i8", "v_dot2c_f32_f16", 32},
+    {"gfx1100", "v_wmma_i32_16x16x16_iu8", "v_wmma_f32_16x16x16_f16", 32},
+    {"gfx90a", "v_mfma_i32_16x16x16i8", "v_mfma_f32_16x16x16f16", 64},
+    {"gfx942", "v_mfma_i32_16x16x32_i8", "v_mfma_f32_16x16x16_f16", 64},
+    {"sm_80", "mma.sync.aligned.m16n8k32", "mma.sync.aligned.m16n8k16.row.col.f32.f16.f16.f32", 32},
+    {"sm_90", "mma.sync.aligned.m16n8k32", "mma.sync.aligned.m16n8k16.row.col.f32.f16.f16.f32", 32},
 };
 
 std::string read(const fs::path& path) {
@@ -58,10 +63,10 @@ std::map<std::string, Resources> read_report(const std::string& text, bool amd) 
     Resources& kernel = kernels[(*it)[1]];
     if (amd)
       kernel = {number(text, at, " VGPRs: (\\d+)"), number(text, at, "ScratchSize \\[bytes/lane\\]: (\\d+)"),
-                number(text, at, "VGPRs Spill: (\\d+)")};
+                number(text, at, "VGPRs Spill: (\\d+)"), number(text, at, "SGPRs Spill: (\\d+)")};
     else
       kernel = {number(text, at, "Used (\\d+) registers"), number(text, at, "(\\d+) bytes stack frame"),
-                number(text, at, "(\\d+) bytes spill stores")};
+                number(text, at, "(\\d+) bytes spill stores"), 0};
   }
   return kernels;
 }
@@ -70,7 +75,7 @@ std::map<std::string, Resources> read_report(const std::string& text, bool amd) 
 std::string assembly_of(const std::string& text, const std::string& kernel, bool amd) {
   const size_t at = text.find(amd ? "\n" + kernel + ":" : ".entry " + kernel + "(");
   if (at == std::string::npos) return "";
-  return text.substr(at, text.find(amd ? "\ts_endpgm\n.Lfunc_end" : ".visible .entry", at + 1) - at);
+  return text.substr(at, text.find(amd ? "\n.Lfunc_end" : ".visible .entry", at + 1) - at);
 }
 
 class GpuCodeTest : public testing::TestWithParam<Target> {
@@ -99,7 +104,12 @@ constexpr const char* kKernels[] = {"nif_bvh",
                                     "nif_segment_whole_any",
                                     "nif_segment_network_2",
                                     "nif_segment_network_any",
-                                    "nif_spherical"};
+                                    "nif_spherical",
+                                    "nif_spherical_cast",
+                                    "nif_spherical_half_outer_64",
+                                    "nif_spherical_half_inner_64",
+                                    "nif_spherical_half_outer_96",
+                                    "nif_spherical_half_inner_96"};
 
 TEST_P(GpuCodeTest, HasEveryKernel) {
   EXPECT_GT(fs::file_size(code_), 10'000u);
@@ -110,29 +120,65 @@ TEST_P(GpuCodeTest, HasEveryKernel) {
   }
 }
 
-/// Nothing is spilled, and arrays stay in registers. The 16 bytes are one word that clang 15 writes and never
-/// reads. Registers are bounded so that enough waves are in flight to hide the gather's latency: 128 are 8 of
-/// 16 waves (RDNA), or 4 of 8 (CDNA), the latter where the accumulators of matrix products count, too; 104
-/// are 19 of 64 warps on NVIDIA.
+/// What a kernel may take at most.
+struct Bounds {
+  uint32_t amd, nvidia;  ///< registers
+  uint32_t scalars;      ///< spilled ones
+};
+
+/// Nothing is spilled but scalar registers of AMD, to lanes of vector registers, and arrays stay in
+/// registers. The 16 bytes are one word that clang 15 writes and never reads.
+///
+/// Registers are bounded so that enough waves are in flight to hide the gather's latency: 128 are 8 of 16
+/// waves (RDNA), or 4 of 8 (CDNA), the latter where the accumulators of matrix products count, too; 104 are
+/// 19 of 64 warps on NVIDIA. Kernels in half precision keep a layer's inputs and outputs in registers, and
+/// shared memory, of which the paper's networks take 25 kB a block, has room for 10 waves on a SIMD of
+/// gfx1100's and for 2 on one of gfx90a's. 168 registers leave room for 9 and for 3; 128, on NVIDIA, for two
+/// blocks. For wider networks 208 do for 7 and for 2, and 160 for one block.
 TEST_P(GpuCodeTest, StaysWithinRegisters) {
-  const std::map<std::string, uint32_t> most{{"nif_bvh", 96},
-                                             {"nif_segment_walk", 48},
-                                             {"nif_segment_whole_2", 96},
-                                             {"nif_segment_whole_any", 144},
-                                             {"nif_segment_network_2", 128},
-                                             {"nif_segment_network_any", 144},
-                                             {"nif_spherical", 96}};
+  const std::map<std::string, Bounds> most{{"nif_bvh", {96, 96, 0}},
+                                           {"nif_segment_walk", {48, 48, 0}},
+                                           {"nif_segment_whole_2", {96, 96, 48}},
+                                           {"nif_segment_whole_any", {144, 104, 56}},
+                                           {"nif_segment_network_2", {112, 104, 8}},
+                                           {"nif_segment_network_any", {128, 104, 24}},
+                                           {"nif_spherical", {96, 96, 96}},
+                                           {"nif_spherical_cast", {48, 48, 0}},
+                                           {"nif_spherical_half_outer_64", {168, 128, 16}},
+                                           {"nif_spherical_half_inner_64", {168, 128, 32}},
+                                           {"nif_spherical_half_outer_96", {208, 160, 32}},
+                                           {"nif_spherical_half_inner_96", {208, 160, 48}}};
   for (const auto& [name, kernel] : kernels_) {
     ASSERT_TRUE(most.contains(name)) << name;
-    EXPECT_LE(kernel.registers, amd_ ? most.at(name) : std::min(most.at(name), 104u)) << name;
+    const Bounds& bounds = most.at(name);
+    EXPECT_LE(kernel.registers, amd_ ? bounds.amd : bounds.nvidia) << name;
     EXPECT_EQ(kernel.spilled, 0u) << name;
-    EXPECT_LE(kernel.stack, 16u) << name;
+    EXPECT_LE(kernel.scalars, bounds.scalars) << name;
+    // Without matrix units products are so long that clang keeps copies of arguments, which nothing reads.
+    const bool copies = name.starts_with("nif_spherical_half") && GetParam().name == std::string("gfx1030");
+    EXPECT_LE(kernel.stack, copies ? 240u : 16u) << name;
   }
+}
+
+/// What is written to the stack is not needed.
+TEST_P(GpuCodeTest, ReadsNoStack) {
+  if (!amd_) return;  // there is none: see StaysWithinRegisters
+  const std::regex load("\n\t(buffer|scratch)_load_");
+  for (const char* name : kKernels)
+    EXPECT_FALSE(std::regex_search(assembly_of(assembly_, name, true), load)) << name;
 }
 
 TEST_P(GpuCodeTest, HasTheMatrixInstructionsThatAreMeant) {
   for (const char* name : {"nif_segment_network_2", "nif_segment_network_any"})
     EXPECT_NE(assembly_of(assembly_, name, amd_).find(GetParam().product), std::string::npos) << name;
+  // Of a layer of the paper's, 4 x 4 tiles of 16 x 16 for the wave's rays, and of the last one, 4 at a time.
+  for (const char* name : {"nif_spherical_half_outer_64", "nif_spherical_half_inner_64",
+                           "nif_spherical_half_outer_96", "nif_spherical_half_inner_96"}) {
+    const std::string code = assembly_of(assembly_, name, amd_);
+    uint32_t count = 0;
+    for (size_t at = 0; (at = code.find(GetParam().half_product, at)) != std::string::npos; ++at) ++count;
+    EXPECT_GE(count, 2 * (4 * 4 + 4u)) << name;
+  }
   // And dot products of bytes where a thread is alone with its ray.
   const std::string whole = assembly_of(assembly_, "nif_segment_whole_2", amd_);
   EXPECT_TRUE(whole.find("v_dot4") != std::string::npos || whole.find("dp4a.s32.s32") != std::string::npos);
@@ -148,6 +194,9 @@ TEST_P(GpuCodeTest, RoundsAsTheReference) {
     // Denormals of single precision are kept.
     EXPECT_EQ(std::regex_search(assembly_, std::regex("float_denorm_mode_32 [012]")), false);
     EXPECT_NE(assembly_.find("float_denorm_mode_32 3"), std::string::npos);
+    // So are those of half precision, which latent vectors in files may be.
+    EXPECT_EQ(std::regex_search(assembly_, std::regex("float_denorm_mode_16_64 [012]")), false);
+    EXPECT_NE(assembly_.find("float_denorm_mode_16_64 3"), std::string::npos);
     return;
   }
   EXPECT_NE(assembly_.find("div.rn.f32"), std::string::npos);

@@ -1,10 +1,15 @@
 #!/usr/bin/env bash
 # Answers a million rays of every named set by the GPU kernels, in the emulator, and compares each answer with the
-# reference's: by the one kernel, and by the pipeline with the matrix instructions of every target. Needs no GPU.
+# reference's: by the one kernel, and by the pipeline with the matrix instructions of every target. Of `spherical` objects
+# a second table follows, for half precision: answers that differ from the reference's in single precision, answers that
+# are wrong in either, by how much probabilities (dp) and log-odds (dz) move, and answers that are farther off than the
+# arithmetic allows (beyond). Needs no GPU.
 #
 #   tests/gpu/emulate.sh ASSET.nif MESH [RAYS]     RAYS: of each set, 1000000 by default
 #
-# Ends with 0 only where no answer differs. Builds build/release where need be.
+#   tests/gpu/emulate.sh build/sample/stanford_dragon.nif build/sample/stanford_dragon.ply.gz
+#
+# Ends with 0 only where no answer differs, and none is beyond in half precision. Builds build/release where need be.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 case ${1-} in

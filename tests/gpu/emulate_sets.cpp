@@ -1,5 +1,6 @@
 // Asks the GPU kernels, in the emulator, about rays of every named set of an asset's own mesh, and counts
-// answers that differ from the reference's. What tests/gpu/emulate.sh runs.
+// answers that differ from the reference's; of `spherical` objects also in half precision, where some may.
+// What tests/gpu/emulate.sh runs.
 //
 //   emulate_sets ASSET.nif MESH [RAYS]
 #include <cstdio>
@@ -9,12 +10,56 @@
 #include "formats/mesh/read.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/status.hpp"
+#include "tests/gpu/compare_half.hpp"
 #include "tests/gpu/compare_sets.hpp"
 
 namespace nif::test {
 namespace {
 
-/// Differing answers of all sets and variants.
+/// In half precision. Returns how many answers are farther off than the arithmetic allows.
+uint64_t compare_halves(const format::AssetView& asset, const bake::PreparedScene& prepared, uint64_t rays) {
+  constexpr HalfKind kKinds[] = {HalfKind::dot32, HalfKind::wmma, HalfKind::mfma, HalfKind::mma};
+  uint64_t beyond = 0;
+  bool any = false;
+  for (size_t i = 0; i < asset.objects.size(); ++i) {
+    const format::ObjectView& object = asset.objects[i];
+    if (object.encoding != format::kSpherical) continue;
+    const std::string name(object.name);
+    const kernels::hip::SphericalHalfLayout layout = kernels::hip::make_half_layout(*object.spherical);
+    if (!layout.fits) {
+      std::printf("\n%s has no kernel in half precision: its networks are too wide\n", name.c_str());
+      continue;
+    }
+    std::printf("\n%s in half precision: shared memory of a block: networks %u bytes\n", name.c_str(),
+                layout.bytes);
+    if (!any)
+      std::printf("%-16s %-14s %-7s %9s %9s %10s %8s %8s %8s %8s %8s %7s\n", "object", "set", "kernels",
+                  "rays", "asked", "different", "wrong, s", "wrong, h", "mean dp", "most dp", "most dz",
+                  "beyond");
+    any = true;
+    const bake::GroundTruth truth(prepared.objects[i]);
+    for (const bake::RaySet set : bake::kRaySets) {
+      const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
+      const std::vector<HalfComparison> results =
+          compare_half(*object.spherical, labelled.segments, labelled.visible, kKinds);
+      for (size_t k = 0; k < results.size(); ++k) {
+        const HalfComparison& result = results[k];
+        const double all = double(std::max<size_t>(labelled.segments.size(), 1)) / 100;
+        std::printf("%-16s %-14s %-7s %9zu %9llu %10llu %7.3f%% %7.3f%% %8.1e %8.1e %8.1e %7llu\n",
+                    name.c_str(), std::string(bake::name_of(set)).c_str(), name_of(kKinds[k]),
+                    labelled.segments.size(), static_cast<unsigned long long>(result.asked),
+                    static_cast<unsigned long long>(result.different), double(result.wrong_single) / all,
+                    double(result.wrong_half) / all, result.mean_moved, result.most_moved,
+                    result.most_log_odds, static_cast<unsigned long long>(result.beyond));
+        std::fflush(stdout);
+        beyond += result.beyond;
+      }
+    }
+  }
+  return beyond;
+}
+
+/// Differing answers of all sets and variants, and those in half precision that differ too much.
 uint64_t compare_all(const char* asset_path, const char* mesh_path, uint64_t rays) {
   const auto memory = format::FileMemory::load(asset_path, format::FileMemory::Mode::read);
   const format::AssetView asset = format::read_asset(memory.bytes(), asset_path);
@@ -60,7 +105,7 @@ uint64_t compare_all(const char* asset_path, const char* mesh_path, uint64_t ray
       }
     }
   }
-  return all;
+  return all + compare_halves(asset, prepared, rays);
 }
 
 }  // namespace

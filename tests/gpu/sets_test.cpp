@@ -1,11 +1,13 @@
 // A million rays of every named set, answered by the kernels in the emulator as by the reference: for a baked
 // field by the pipeline, with the matrix instructions of each target in turn, and for a baked BVH; fewer for
-// a field by the one kernel. tests/gpu/emulate.sh asks every variant, on any asset.
+// a field by the one kernel, and for a field of the paper's kind, in both precisions. tests/gpu/emulate.sh
+// asks every variant, on any asset.
 #include <gtest/gtest.h>
 
 #include "bake/bake.hpp"
 #include "bake/prepare.hpp"
 #include "formats/nif/writer.hpp"
+#include "tests/gpu/compare_half.hpp"
 #include "tests/gpu/compare_sets.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -28,6 +30,10 @@ std::vector<std::byte> bake_quickly(const mesh::Scene& scene, bake::EncodingOpti
   options.effort = 0.1;
   options.evaluation_rays = 0;
   if (encoding == bake::EncodingOption::segment) options.resolution = 32;
+  if (encoding == bake::EncodingOption::spherical) {
+    options.preset = bake::Preset::paper;
+    options.spherical.passes = 1;
+  }
   const std::atomic<bool> cancel{false};
   return format::encode(bake::bake(scene, options, {}, cancel).asset);
 }
@@ -70,6 +76,26 @@ TEST(GpuSets, FieldsAnswerAsTheReference) {
 TEST(GpuSets, BvhsAnswerAsTheReference) {
   expect_equal(Baked(torus(200, 100), bake::EncodingOption::bvh), kRays,
                {{true, MatrixKind::dot32}, {true, MatrixKind::dot64}});
+}
+
+/// In single precision to the bit; in half precision within the bound that follows from the arithmetic, with
+/// hardly an answer that changes sides.
+TEST(GpuSets, SphericalFieldsAnswerAsTheReference) {
+  const Baked baked(torus(60, 30), bake::EncodingOption::spherical);
+  expect_equal(baked, kFewerRays, {{true, MatrixKind::dot32}, {true, MatrixKind::dot64}});
+  const bake::Prepared prepared = bake::prepare(baked.scene.meshes[0]);
+  const bake::GroundTruth truth(prepared);
+  constexpr HalfKind kKinds[] = {HalfKind::wmma, HalfKind::mfma, HalfKind::mma};
+  for (const bake::RaySet set : bake::kRaySets) {
+    const bake::LabelledRays rays = bake::make_ray_set(truth.source(), set, kFewerRays / 20, 7);
+    for (const HalfComparison& half :
+         compare_half(*baked.view.objects[0].spherical, rays.segments, rays.visible, kKinds)) {
+      EXPECT_GT(half.asked, rays.segments.size() / 4) << bake::name_of(set);
+      EXPECT_EQ(half.beyond, 0u) << bake::name_of(set);
+      EXPECT_LT(half.different, rays.segments.size() / 200) << bake::name_of(set);
+      EXPECT_GT(half.most_moved, 0) << bake::name_of(set);
+    }
+  }
 }
 
 }  // namespace

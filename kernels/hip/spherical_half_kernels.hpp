@@ -1,0 +1,287 @@
+// The `spherical` encoding on GPUs in half precision (kernels/reference/spherical_half.hpp says what that
+// means): the paper's pipeline.
+//
+// spherical_cast() finds where rays meet the AABB, answers those that miss it, and lists the others as items
+// for the outer or the inner field. Then spherical_half() for the outer items, and for the inner ones: waves
+// take items, gather latent vectors and run the network for all their rays at once by matrix instructions.
+// Networks too large for a block's memory are left to spherical_answer(), in single precision.
+//
+// The order of items is left to chance, and answers do not depend on it: an instruction sums a ray's products
+// alike in whichever row or column the ray stands.
+#pragma once
+
+#include <initializer_list>
+
+#include "kernels/hip/half_matrices.hpp"
+#include "kernels/hip/rays.hpp"
+#include "kernels/reference/spherical_half.hpp"
+
+namespace nif::kernels::hip {
+
+/// Tiles of 16 neurons that a hidden layer has at most; its inputs and its outputs are in registers. Kernels
+/// are made for networks as wide as the paper's, and for wider ones.
+inline constexpr uint32_t kHalfTiles = 4, kMostHalfTiles = 6;
+
+/// Threads of spherical_half()'s blocks: more than of others, because all share one network's weights, and
+/// where waves are wide these take most of what shared memory there is.
+inline constexpr uint32_t kHalfThreads = 256;
+
+/// How one network and its rays lie in shared memory: the last layer's weights, single precision; the hidden
+/// layers', a row for each neuron, in whole tiles; then a row of inputs for each thread.
+struct HalfNetworkLayout {
+  uint32_t neurons;         ///< of a hidden layer, whole tiles of them
+  uint32_t first_stride;    ///< bytes of a row of inputs, or of the first layer's weights
+  uint32_t stride;          ///< bytes of a row of another hidden layer's weights
+  uint32_t weights_offset;  ///< bytes, from the start of shared memory
+  uint32_t inputs_offset;
+};
+
+struct SphericalHalfLayout {
+  bool fits;       ///< false where spherical_answer() is for all of the object's rays
+  uint32_t tiles;  ///< which spherical_half() it takes: kHalfTiles or kMostHalfTiles
+  uint32_t bytes;  ///< of shared memory, for either network
+  HalfNetworkLayout outer, inner;
+};
+
+NIF_HOST_DEVICE constexpr uint32_t half_tiled(uint32_t n) {
+  return (n + kTileNeurons - 1) / kTileNeurons * kTileNeurons;
+}
+
+inline HalfNetworkLayout make_half_layout(const SphericalNetwork& network) {
+  static_assert(kHalfTileInputs == kTileNeurons);
+  // 16 bytes more than whole tiles: rows then start in different banks, and stay aligned for wide loads.
+  const auto row = [](uint32_t halves) { return 2 * half_tiled(halves) + 16; };
+  HalfNetworkLayout layout{};
+  layout.neurons = half_tiled(network.width);
+  layout.first_stride = row(network.inputs);
+  layout.stride = row(network.width);
+  layout.weights_offset = layout.neurons * uint32_t(sizeof(float));
+  layout.inputs_offset = layout.weights_offset +
+                         layout.neurons * (layout.first_stride + (network.hidden_layers - 1) * layout.stride);
+  return layout;
+}
+
+inline SphericalHalfLayout make_half_layout(const SphericalField& field) {
+  SphericalHalfLayout layout{false, kHalfTiles, 0, make_half_layout(field.outer),
+                             make_half_layout(field.inner)};
+  uint32_t widest = 0;
+  for (const HalfNetworkLayout& of : {layout.outer, layout.inner}) {
+    const uint32_t bytes = of.inputs_offset + kHalfThreads * of.first_stride;
+    if (bytes > layout.bytes) layout.bytes = bytes;
+    if (of.neurons > widest) widest = of.neurons;
+  }
+  if (widest > kHalfTiles * kTileNeurons) layout.tiles = kMostHalfTiles;
+  layout.fits = layout.bytes <= kSharedLimit && widest <= layout.tiles * kTileNeurons;
+  return layout;
+}
+
+/// Coordinates that an item has: those of SphericalCoordinates.
+inline constexpr uint32_t kItemCoordinates = 5;
+
+/// Rays to ask a network about, each in one of two lists: outer ones from the first entry on, inner ones from
+/// the last one backwards. Device memory; the counts are 0 before spherical_cast(), and `capacity` is
+/// RayArrays::count, so that the lists do not meet.
+struct SphericalItems {
+  uint32_t* outer_count;
+  uint32_t* inner_count;
+  uint32_t* ray;       ///< [capacity]
+  float* coordinates;  ///< [kItemCoordinates][capacity]; the last, distances, of inner items only
+  uint32_t capacity;
+
+  template <SphericalKind kKind>
+  NIF_HOST_DEVICE uint32_t count() const {
+    return kKind == SphericalKind::outer ? *outer_count : *inner_count;
+  }
+  template <SphericalKind kKind>
+  NIF_HOST_DEVICE uint32_t entry(uint32_t item) const {
+    return kKind == SphericalKind::outer ? item : capacity - 1 - item;
+  }
+};
+
+/// Answers what misses the AABB, and lists the rest. Blocks of kBlockThreads, one thread a ray; no shared
+/// memory.
+template <class Thread>
+NIF_HOST_DEVICE void spherical_cast(const Thread& thread, const SphericalBounds& bounds,
+                                    const RayArrays& rays, const SphericalItems& items,
+                                    const AnswerArrays& answers) {
+  const uint32_t number = thread.block() * kBlockThreads + thread.index();
+  SphericalRay ray{SphericalKind::none, false, 0, {}};
+  if (number < rays.count) {
+    ray = prepare_spherical(bounds, load_ray(rays, number));
+    if (ray.kind == SphericalKind::none) store_answer(answers, number, kCertainLogit, ray.certain);
+  }
+  const bool outer = ray.kind == SphericalKind::outer, inner = ray.kind == SphericalKind::inner;
+  const uint32_t outer_item = append(thread, outer, items.outer_count);
+  const uint32_t inner_item = append(thread, inner, items.inner_count);
+  if (!outer && !inner) return;
+  const uint32_t entry =
+      outer ? items.entry<SphericalKind::outer>(outer_item) : items.entry<SphericalKind::inner>(inner_item);
+  items.ray[entry] = number;
+  float* to = items.coordinates + entry;
+  const size_t next = items.capacity;
+  to[0] = ray.at.position_theta;
+  to[next] = ray.at.position_phi;
+  to[2 * next] = ray.at.direction_theta;
+  to[3 * next] = ray.at.direction_phi;
+  if (inner) to[4 * next] = ray.at.distance;
+}
+
+/// Copies a network to shared memory, as halves, in whole tiles: what is beyond it is 0. For all threads of a
+/// block.
+template <class Thread>
+NIF_HOST_DEVICE void load_half_network(const Thread& thread, const SphericalNetwork& network,
+                                       const HalfNetworkLayout& layout) {
+  unsigned char* to = thread.shared() + layout.weights_offset;
+  uint32_t depth = network.inputs, stride = layout.first_stride, at = 0;
+  for (uint32_t l = 0; l < network.hidden_layers; ++l) {
+    const uint32_t words = half_tiled(depth) / 2;
+    NIF_NO_UNROLL
+    for (uint32_t i = thread.index(); i < layout.neurons * words; i += kHalfThreads) {
+      // Neighbours take neighbouring neurons, whose weights for an input lie together.
+      const uint32_t neuron = i % layout.neurons, input = 2 * (i / layout.neurons);
+      const auto weight = [&](uint32_t k) {
+        return neuron < network.width && k < depth
+                   ? value_of(network.weights, at + k * network.width + neuron)
+                   : 0.0f;
+      };
+      store_word(to + neuron * stride + 2 * input, to_halves(weight(input), weight(input + 1)));
+    }
+    to += layout.neurons * stride;
+    at += depth * network.width;
+    depth = network.width;
+    stride = layout.stride;
+  }
+  for (uint32_t i = thread.index(); i < layout.neurons; i += kHalfThreads)
+    store_word(thread.shared() + 4 * i,
+               bits_as<uint32_t>(i < network.width ? value_of(network.weights, at + i) : 0.0f));
+}
+
+/// Writes the inputs of one item, and zeros up to a whole tile.
+template <SphericalKind kKind>
+NIF_HOST_DEVICE void gather_spherical(const SphericalField& field, const SphericalItems& items,
+                                      uint32_t entry, uint32_t inputs, unsigned char* row) {
+  const float* from = items.coordinates + entry;
+  const size_t next = items.capacity;
+  const float distance = kKind == SphericalKind::inner ? from[4 * next] : 0.0f;
+  const SphericalRay ray{kKind, false, 0, {from[0], from[next], from[2 * next], from[3 * next], distance}};
+  for (uint32_t i = inputs / 2; i < half_tiled(inputs) / 2; ++i) store_word(row + 4 * i, 0);
+  look_up_inputs(field, ray,
+                 [&](uint32_t i, float value) { reinterpret_cast<HalfWord*>(row)[i] = to_half(value); });
+}
+
+/// The sums of 16 neurons, for `depth` tiles of inputs.
+template <class Matrix, uint32_t kTiles, class Thread>
+NIF_HOST_DEVICE void sum_half_tile(const Thread& thread, const unsigned char* weights, uint32_t stride,
+                                   const typename Matrix::Inputs (&inputs)[kTiles], uint32_t depth,
+                                   HalfTileSums& sums) {
+  for (uint32_t g = 0; g < kTileGroups; ++g)
+    for (uint32_t k = 0; k < 4; ++k) sums[g][k] = 0;
+  NIF_UNROLL
+  for (uint32_t tile = 0; tile < kTiles; ++tile) {
+    if (tile >= depth) continue;
+    Matrix::multiply(thread, weights + 2 * kHalfTileInputs * tile, stride, inputs[tile], sums);
+  }
+}
+
+/// One hidden layer for the rays of a wave, whose inputs become its outputs.
+template <class Matrix, uint32_t kTiles, class Thread>
+NIF_HOST_DEVICE NIF_INLINE void apply_half_layer(const Thread& thread, const unsigned char* weights,
+                                                 uint32_t stride, uint32_t neurons, uint32_t depth,
+                                                 float slope, typename Matrix::Inputs (&inputs)[kTiles]) {
+  HalfTileOutputs outputs[kTiles];
+  NIF_UNROLL
+  for (uint32_t tile = 0; tile < kTiles; ++tile) {
+    if (tile * kTileNeurons >= neurons) continue;
+    HalfTileSums sums;
+    sum_half_tile<Matrix>(thread, weights + tile * kTileNeurons * stride, stride, inputs, depth, sums);
+    for (uint32_t g = 0; g < kTileGroups; ++g) {
+      for (float& sum : sums[g]) sum = max_of(sum, slope * sum);
+      outputs[tile][g][0] = to_halves(sums[g][0], sums[g][1]);
+      outputs[tile][g][1] = to_halves(sums[g][2], sums[g][3]);
+    }
+  }
+  NIF_UNROLL
+  for (uint32_t tile = 0; tile < kTiles; ++tile) {
+    if (tile * kTileNeurons >= neurons) continue;
+    Matrix::pass_on(thread, outputs[tile], inputs[tile]);
+  }
+}
+
+/// The last hidden layer and the output: the lane's part of the output for each group's ray.
+template <class Matrix, uint32_t kTiles, class Thread>
+NIF_HOST_DEVICE void finish_half_network(const Thread& thread, const unsigned char* weights, uint32_t stride,
+                                         uint32_t neurons, uint32_t depth, float slope,
+                                         const unsigned char* last,
+                                         const typename Matrix::Inputs (&inputs)[kTiles],
+                                         float (&parts)[kTileGroups]) {
+  for (float& part : parts) part = 0;
+  NIF_NO_UNROLL
+  for (uint32_t neuron = 0; neuron < neurons; neuron += kTileNeurons) {
+    HalfTileSums sums;
+    sum_half_tile<Matrix>(thread, weights + neuron * stride, stride, inputs, depth, sums);
+    for (uint32_t g = 0; g < kTileGroups; ++g)
+      for (uint32_t k = 0; k < 4; ++k) {
+        const uint32_t at = neuron + 4 * Matrix::quad(thread.lane(), g) + k;
+        parts[g] =
+            parts[g] + bits_as<float>(load_word(last + 4 * at)) * max_of(sums[g][k], slope * sums[g][k]);
+      }
+  }
+}
+
+/// Answers the items of one field. Blocks of kHalfThreads, any number of them; layout.bytes.
+template <class Matrix, SphericalKind kKind, uint32_t kTiles, class Thread>
+NIF_HOST_DEVICE void spherical_half(const Thread& thread, const SphericalField& field,
+                                    const SphericalHalfLayout& layout, const SphericalItems& items,
+                                    const AnswerArrays& answers) {
+  static_assert(kTiles * kHalfTileInputs >= kMaxSphericalInputs);
+  const SphericalNetwork& network = kKind == SphericalKind::outer ? field.outer : field.inner;
+  const HalfNetworkLayout& part = kKind == SphericalKind::outer ? layout.outer : layout.inner;
+  const uint32_t neurons = part.neurons, row = part.first_stride, wave = thread.wave_size();
+  const unsigned char* const last = thread.shared();
+  unsigned char* const rows = thread.shared() + part.inputs_offset + thread.wave() * wave * row;
+  unsigned char* const own = rows + thread.lane() * row;
+  load_half_network(thread, network, part);
+  thread.sync();
+
+  // All lanes of a wave go round together; a lane without an item works on what there is in its row.
+  const uint32_t count = items.count<kKind>(), step = thread.blocks() * kHalfThreads;
+  for (uint32_t first = thread.block() * kHalfThreads + thread.wave() * wave; first < count;) {
+    const bool present = thread.lane() < count - first;
+    const uint32_t entry = items.entry<kKind>(first + thread.lane());
+    if (present) gather_spherical<kKind>(field, items, entry, network.inputs, own);
+    thread.wave_sync();
+    typename Matrix::Inputs inputs[kTiles];
+    uint32_t depth = half_tiled(network.inputs) / kHalfTileInputs, stride = row;
+    NIF_UNROLL
+    for (uint32_t tile = 0; tile < kTiles; ++tile) {
+      if (tile >= depth) continue;
+      Matrix::load(thread, rows + 2 * kHalfTileInputs * tile, row, inputs[tile]);
+    }
+    const unsigned char* weights = thread.shared() + part.weights_offset;
+    NIF_NO_UNROLL
+    for (uint32_t l = 1; l < network.hidden_layers; ++l) {
+      apply_half_layer<Matrix>(thread, weights, stride, neurons, depth, field.slope, inputs);
+      weights += neurons * stride;
+      stride = part.stride;
+      depth = neurons / kHalfTileInputs;
+    }
+    float parts[kTileGroups];
+    finish_half_network<Matrix>(thread, weights, stride, neurons, depth, field.slope, last, inputs, parts);
+    // Where inputs were there is room for the parts of each ray's output.
+    thread.wave_sync();
+    for (uint32_t g = 0; g < kTileGroups; ++g)
+      store_word(rows + Matrix::ray(thread.lane(), g) * row + 4 * Matrix::quad(thread.lane(), g),
+                 bits_as<uint32_t>(parts[g]));
+    thread.wave_sync();
+    if (present) {
+      float all[kHalfParts];
+      for (uint32_t q = 0; q < kHalfParts; ++q) all[q] = bits_as<float>(load_word(own + 4 * q));
+      store_answer(answers, items.ray[entry], spherical_logit(sum_half_parts(all)), false);
+    }
+    // No wave_sync(): from the last one on each lane reads and writes its own row only.
+    if (count - first <= step) return;
+    first += step;
+  }
+}
+
+}  // namespace nif::kernels::hip

@@ -1,0 +1,80 @@
+#include "tests/gpu/compare_half.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+#include "tests/gpu/half_bound.hpp"
+
+namespace nif::test {
+namespace {
+
+/// Rays that are emulated as one batch; not a multiple of a block's threads.
+constexpr size_t kRaysOfBatch = 20'011;
+
+/// One result for each kind, with sums in place of means.
+using Comparisons = std::vector<HalfComparison>;
+
+Comparisons compare_batch(const kernels::SphericalField& field, std::span<const kernels::Segment> segments,
+                          std::span<const uint8_t> visible, std::span<const HalfKind> kinds,
+                          const EmulatedLaunch& launch) {
+  std::vector<kernels::Answer> expected;
+  std::vector<double> bounds;
+  for (const kernels::Segment& segment : segments) {
+    expected.push_back(kernels::query_spherical(field, segment));
+    bounds.push_back(half_bound(field, segment));
+  }
+  Comparisons results;
+  for (const HalfKind kind : kinds) {
+    HalfComparison& result = results.emplace_back();
+    EmulatedBatch batch({segments.begin(), segments.end()});
+    const HalfCounts counts = answer_spherical_half(field, batch, kind, launch);
+    result.asked = counts.outer + counts.inner;
+    for (uint32_t i = 0; i < batch.count(); ++i) {
+      const int32_t logit = expected[i].logit;
+      const bool seen = batch.logit[i] >= 0, truth = visible[i] != 0;
+      result.different += seen != expected[i].visible;
+      result.wrong_single += expected[i].visible != truth;
+      result.wrong_half += seen != truth;
+      const double moved =
+          std::fabs(double(batch.logit[i]) - double(logit)) * double(kernels::kSphericalLogitScale);
+      result.beyond += moved > bounds[i] || batch.certain[i] != uint8_t(expected[i].certain);
+      if (logit == kernels::kCertainLogit) continue;
+      const double probability = std::fabs(probability_of(batch.logit[i]) - probability_of(logit));
+      result.mean_moved += probability;
+      result.most_moved = std::max(result.most_moved, probability);
+      result.most_log_odds = std::max(result.most_log_odds, moved);
+    }
+  }
+  return results;
+}
+
+}  // namespace
+
+std::vector<HalfComparison> compare_half(const kernels::SphericalField& field,
+                                         std::span<const kernels::Segment> segments,
+                                         std::span<const uint8_t> visible, std::span<const HalfKind> kinds) {
+  std::vector<Comparisons> parts((segments.size() + kRaysOfBatch - 1) / kRaysOfBatch);
+  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t b) {
+    const size_t first = b * kRaysOfBatch, count = std::min(kRaysOfBatch, segments.size() - first);
+    parts[b] = compare_batch(field, segments.subspan(first, count), visible.subspan(first, count), kinds,
+                             {.order = b, .most_blocks = 1 + uint32_t(b % 50)});
+  });
+  Comparisons all(kinds.size());
+  for (size_t k = 0; k < kinds.size(); ++k) {
+    for (const Comparisons& part : parts) {
+      all[k].asked += part[k].asked;
+      all[k].different += part[k].different;
+      all[k].beyond += part[k].beyond;
+      all[k].wrong_single += part[k].wrong_single;
+      all[k].wrong_half += part[k].wrong_half;
+      all[k].mean_moved += part[k].mean_moved;
+      all[k].most_moved = std::max(all[k].most_moved, part[k].most_moved);
+      all[k].most_log_odds = std::max(all[k].most_log_odds, part[k].most_log_odds);
+    }
+    if (all[k].asked > 0) all[k].mean_moved /= double(all[k].asked);
+  }
+  return all;
+}
+
+}  // namespace nif::test
