@@ -1,8 +1,6 @@
 // The kernels' entry points: what clang makes a code object of for each AMD target, and nvcc for each NVIDIA
 // one.
-#include "kernels/hip/bvh_kernels.hpp"
-#include "kernels/hip/segment_kernels.hpp"
-#include "kernels/hip/spherical_kernels.hpp"
+#include "kernels/hip/scene_kernels.hpp"
 
 using namespace nif::kernels;
 using namespace nif::kernels::hip;
@@ -41,3 +39,16 @@ nif_spherical(NIF_ARGUMENT SphericalField field, NIF_ARGUMENT SphericalLayout la
               NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT RayList list, NIF_ARGUMENT AnswerArrays answers) {
   spherical_answer(DeviceThread(), field, layout, rays, list, answers);
 }
+
+#define NIF_SCENE_KERNEL(suffix, kinds, details)                                      \
+  NIF_KERNEL(kSceneThreads, 1)                                                        \
+  nif_scene_##suffix(NIF_ARGUMENT SceneArrays scene, NIF_ARGUMENT SceneQuery query) { \
+    scene_answer<kinds, details>(DeviceThread(), scene, query);                       \
+  }
+
+NIF_SCENE_KERNEL(segment, kPairSegment, false)
+NIF_SCENE_KERNEL(segment_details, kPairSegment, true)
+NIF_SCENE_KERNEL(bvh, kBvhObject, false)
+NIF_SCENE_KERNEL(bvh_details, kBvhObject, true)
+NIF_SCENE_KERNEL(any, kAnyKind, false)
+NIF_SCENE_KERNEL(any_details, kAnyKind, true)

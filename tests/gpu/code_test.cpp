@@ -52,7 +52,7 @@ uint32_t number(const std::string& text, size_t from, const char* pattern) {
 
 std::map<std::string, Resources> read_report(const std::string& text, bool amd) {
   std::map<std::string, Resources> kernels;
-  const std::regex start(amd ? "Function Name: (\\w+)" : "Compiling entry function '(\\w+)'");
+  const std::regex start(amd ? "Function Name: (nif_\\w+)" : "Compiling entry function '(\\w+)'");
   for (std::sregex_iterator it(text.begin(), text.end(), start), end; it != end; ++it) {
     const auto at = size_t(it->position());
     Resources& kernel = kernels[(*it)[1]];
@@ -94,6 +94,12 @@ INSTANTIATE_TEST_SUITE_P(Each, GpuCodeTest, testing::ValuesIn(kTargets),
                          [](const auto& p) { return p.param.name; });
 
 constexpr const char* kKernels[] = {"nif_bvh",
+                                    "nif_scene_any",
+                                    "nif_scene_any_details",
+                                    "nif_scene_bvh",
+                                    "nif_scene_bvh_details",
+                                    "nif_scene_segment",
+                                    "nif_scene_segment_details",
                                     "nif_segment_walk",
                                     "nif_segment_whole_2",
                                     "nif_segment_whole_any",
@@ -113,9 +119,17 @@ TEST_P(GpuCodeTest, HasEveryKernel) {
 /// Nothing is spilled, and arrays stay in registers. The 16 bytes are one word that clang 15 writes and never
 /// reads. Registers are bounded so that enough waves are in flight to hide the gather's latency: 128 are 8 of
 /// 16 waves (RDNA), or 4 of 8 (CDNA), the latter where the accumulators of matrix products count, too; 104
-/// are 19 of 64 warps on NVIDIA.
+/// are 19 of 64 warps on NVIDIA. The kernels for whole scenes keep a ray in two spaces and its way through
+/// the top level besides, and up to 72 bytes of arrays in memory; those for details join answers in double
+/// precision, too. They are bounded by what compilers need today, so that a change for the worse shows.
 TEST_P(GpuCodeTest, StaysWithinRegisters) {
   const std::map<std::string, uint32_t> most{{"nif_bvh", 96},
+                                             {"nif_scene_any", 224},
+                                             {"nif_scene_any_details", 232},
+                                             {"nif_scene_bvh", 144},
+                                             {"nif_scene_bvh_details", 184},
+                                             {"nif_scene_segment", 136},
+                                             {"nif_scene_segment_details", 168},
                                              {"nif_segment_walk", 48},
                                              {"nif_segment_whole_2", 96},
                                              {"nif_segment_whole_any", 144},
@@ -124,9 +138,11 @@ TEST_P(GpuCodeTest, StaysWithinRegisters) {
                                              {"nif_spherical", 96}};
   for (const auto& [name, kernel] : kernels_) {
     ASSERT_TRUE(most.contains(name)) << name;
-    EXPECT_LE(kernel.registers, amd_ ? most.at(name) : std::min(most.at(name), 104u)) << name;
+    const bool whole_scene = name.starts_with("nif_scene_");
+    EXPECT_LE(kernel.registers, amd_ ? most.at(name) : std::min(most.at(name), whole_scene ? 152u : 104u))
+        << name;
     EXPECT_EQ(kernel.spilled, 0u) << name;
-    EXPECT_LE(kernel.stack, 16u) << name;
+    EXPECT_LE(kernel.stack, whole_scene ? 72u : 16u) << name;
   }
 }
 
