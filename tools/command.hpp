@@ -15,6 +15,7 @@ namespace nif::tools {
 /// these lies in the file of its name.
 void add_bake(CLI::App& app);
 void add_bench(CLI::App& app);
+void add_devices(CLI::App& app);
 void add_eval(CLI::App& app);
 void add_farm(CLI::App& app);
 void add_info(CLI::App& app);

@@ -53,11 +53,13 @@ int run(int argc, char** argv) {
                          "  nif eval dragon.nif --mesh dragon.ply\n"
                          "  nif bench dragon.nif --mesh dragon.ply\n"
                          "  nif info dragon.nif\n"
+                         "  nif devices\n"
                          "  nif mesh generate statue -o statue.ply\n"
                          "  nif render scene.toml -o pictures\n\n") +
              kExitCodes);
   add_bake(app);
   add_bench(app);
+  add_devices(app);
   add_eval(app);
   add_farm(app);
   add_info(app);

@@ -47,6 +47,7 @@ struct CudaCalls : SharedCalls {
     library.get(record, "cuEventRecord");
     library.get(query_event, "cuEventQuery");
     library.get(wait_event, "cuEventSynchronize");
+    library.get(elapsed, "cuEventElapsedTime");
     library.get(init, "cuInit");
     library.get(driver_version, "cuDriverGetVersion");
     library.get(device_count, "cuDeviceGetCount");
@@ -93,8 +94,8 @@ const Image* image_for(int major, int minor) {
 
 class CudaContext final : public LibraryContext {
  public:
-  CudaContext(const CudaCalls& calls, int device, const Image& image)
-      : LibraryContext(calls), calls_(calls), device_(device) {
+  CudaContext(const CudaCalls& calls, int ordinal, int device, const Image& image)
+      : LibraryContext(calls), calls_(calls), ordinal_(ordinal), device_(device) {
     check(calls_.retain_context(&context_, device), "starting to use the card");
     try {
       const Current current(*this);
@@ -112,10 +113,7 @@ class CudaContext final : public LibraryContext {
     }
   }
   ~CudaContext() override {
-    {
-      const Current current(*this);
-      unload_image();
-    }
+    where_possible(*this, [&] { unload_image(); });
     calls_.release_context(device_);
   }
 
@@ -137,16 +135,16 @@ class CudaContext final : public LibraryContext {
     unsigned managed = 0;
     calls_.pointer_attribute(&managed, kPointerIsManaged, address);
     if (managed || type == kHostMemory) return PointerKind::both;
-    int device = device_;
-    calls_.pointer_attribute(&device, kPointerDevice, address);
-    return device == device_ ? PointerKind::device : PointerKind::other_device;
+    int ordinal = ordinal_;
+    calls_.pointer_attribute(&ordinal, kPointerDevice, address);
+    return ordinal == ordinal_ ? PointerKind::device : PointerKind::other_device;
   }
 
  private:
   std::string text_of(int result) const override { return calls_.text_of(result); }
 
   const CudaCalls& calls_;
-  int device_;
+  int ordinal_, device_;
   void* context_ = nullptr;
 };
 
@@ -182,7 +180,7 @@ class CudaDriver final : public Driver {
   std::unique_ptr<Context> open(uint32_t card) override {
     const int device = device_of(card);
     const auto [major, minor] = capability(device);
-    return std::make_unique<CudaContext>(calls_, device, *image_for(major, minor));
+    return std::make_unique<CudaContext>(calls_, int(card), device, *image_for(major, minor));
   }
 
  private:

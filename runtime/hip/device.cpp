@@ -37,9 +37,10 @@ GpuDevice::GpuDevice(std::unique_ptr<gpu::Context> opened) : context(std::move(o
 }
 
 GpuDevice::~GpuDevice() {
-  const gpu::Current current(*context);
-  stagings.clear();
-  context->free_stream(uploads);
+  gpu::where_possible(*context, [&] {
+    stagings.clear();
+    context->free_stream(uploads);
+  });
 }
 
 }  // namespace nif::runtime

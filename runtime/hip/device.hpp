@@ -125,5 +125,7 @@ void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene);
 /// And forgets them; of a lost card they are only forgotten.
 void wait_for_queries(GpuDevice& device, GpuScene& scene);
 void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query);
+/// Of host memory: on the card alone, as often as seconds[rounds] has room; then the answers are copied.
+void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, uint32_t rounds, double* seconds);
 
 }  // namespace nif::gpu

@@ -75,11 +75,14 @@ class Context {
   /// Whether the stream is of this card. Not asked of null.
   virtual bool owns(Stream stream) = 0;
 
-  virtual Event make_event() = 0;
+  /// Timed: for seconds_between().
+  virtual Event make_event(bool timed) = 0;
   virtual void free_event(Event event) noexcept = 0;
   virtual void record(Event event, Stream stream) = 0;
   virtual bool is_done(Event event) = 0;
   virtual void wait(Event event) = 0;
+  /// Both are recorded and done.
+  virtual double seconds_between(Event from, Event to) = 0;
 
   virtual PointerKind kind_of(const void* pointer) = 0;
 };
@@ -95,6 +98,17 @@ class Current {
  private:
   Context& context_;
 };
+
+/// Does work on the card, where the driver still turns to it: for what is given back, also after a card is
+/// lost.
+template <class Work>
+void where_possible(Context& context, const Work& work) noexcept {
+  try {
+    const Current current(context);
+    work();
+  } catch (const GpuError&) {
+  }
+}
 
 class Driver {
  public:

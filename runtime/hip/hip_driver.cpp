@@ -40,6 +40,7 @@ struct HipCalls : SharedCalls {
     library.get(record, "hipEventRecord");
     library.get(query_event, "hipEventQuery");
     library.get(wait_event, "hipEventSynchronize");
+    library.get(elapsed, "hipEventElapsedTime");
     library.get(init, "hipInit");
     library.get(driver_version, "hipRuntimeGetVersion");
     library.get(device_count, "hipGetDeviceCount");
@@ -88,8 +89,7 @@ class HipContext final : public LibraryContext {
     check(result, "loading kernels");
   }
   ~HipContext() override {
-    const Current current(*this);
-    unload_image();
+    where_possible(*this, [&] { unload_image(); });
   }
 
   void enter() override {
@@ -195,7 +195,7 @@ std::unique_ptr<Driver> find_hip(std::string& why_not) {
   int result = calls.init(0);
   if (result == kSuccess) result = calls.driver_version(&version);
   if (result == kSuccess) result = calls.device_count(&count);
-  if (result == kNoDevice || (result == kSuccess && count == 0)) {
+  if (result == kNoDevice || result == kInvalidDevice || (result == kSuccess && count == 0)) {
     why_not = "AMD's HIP finds no card";
     return nullptr;
   }

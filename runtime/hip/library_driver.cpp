@@ -97,9 +97,9 @@ Stream LibraryContext::make_stream() {
 
 void LibraryContext::wait_stream(Stream stream) { check(calls_.wait_stream(stream), "waiting for a stream"); }
 
-Event LibraryContext::make_event() {
+Event LibraryContext::make_event(bool timed) {
   void* event = nullptr;
-  check(calls_.make_event(&event, kNoTiming), "making an event");
+  check(calls_.make_event(&event, timed ? 0 : kNoTiming), "making an event");
   return event;
 }
 
@@ -115,5 +115,11 @@ bool LibraryContext::is_done(Event event) {
 }
 
 void LibraryContext::wait(Event event) { check(calls_.wait_event(event), "waiting for an event"); }
+
+double LibraryContext::seconds_between(Event from, Event to) {
+  float milliseconds = 0;
+  check(calls_.elapsed(&milliseconds, from, to), "reading events");
+  return double(milliseconds) * 1e-3;
+}
 
 }  // namespace nif::gpu

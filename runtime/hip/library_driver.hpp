@@ -18,6 +18,7 @@ enum Result : int {
   kInvalidValue = 1,
   kOutOfMemory = 2,
   kNoDevice = 100,
+  kInvalidDevice = 101,
   kNoBinary = 209,
   kUnsupportedPtx = 222,
   kInvalidHandle = 400,
@@ -45,6 +46,7 @@ struct SharedCalls {
   int (*record)(void* event, void* stream);
   int (*query_event)(void* event);
   int (*wait_event)(void* event);
+  int (*elapsed)(float* milliseconds, void* from, void* to);
 };
 
 /// A shared library of a driver; stays loaded for good.
@@ -85,11 +87,12 @@ class LibraryContext : public Context {
   Stream make_stream() override;
   void free_stream(Stream stream) noexcept override { calls_.free_stream(stream); }
   void wait_stream(Stream stream) override;
-  Event make_event() override;
+  Event make_event(bool timed) override;
   void free_event(Event event) noexcept override { calls_.free_event(event); }
   void record(Event event, Stream stream) override;
   bool is_done(Event event) override;
   void wait(Event event) override;
+  double seconds_between(Event from, Event to) override;
 
  protected:
   explicit LibraryContext(const SharedCalls& calls) : calls_(calls) {}

@@ -44,16 +44,6 @@ NifError on_card(GpuDevice* device, GpuMessage* message, const Call& call) noexc
   return code;
 }
 
-/// For what is to be freed: of a lost card nothing can be.
-template <class Call>
-void freeing(GpuDevice* device, const Call& call) noexcept {
-  GpuMessage ignored;
-  guarded(&ignored, [&] {
-    const Current current(*device->context);
-    call();
-  });
-}
-
 /// A card's driver, and its number there.
 struct FoundCard {
   Driver* driver;
@@ -107,10 +97,7 @@ NifError open_device(uint32_t card, GpuDevice** device, GpuMessage* message) {
   });
 }
 
-void close_device(GpuDevice* device) {
-  GpuMessage ignored;
-  guarded(&ignored, [&] { delete device; });
-}
+void close_device(GpuDevice* device) { delete device; }
 
 NifError upload_asset(GpuDevice* device, const GpuObjectView* objects, uint32_t count, GpuAsset** asset,
                       uint64_t* bytes, GpuMessage* message) {
@@ -121,7 +108,7 @@ NifError upload_asset(GpuDevice* device, const GpuObjectView* objects, uint32_t 
 }
 
 void free_asset(GpuDevice* device, GpuAsset* asset) {
-  freeing(device, [&] { delete asset; });
+  where_possible(*device->context, [&] { delete asset; });
 }
 
 NifError upload_scene(GpuDevice* device, const GpuSceneView* view, GpuScene** scene, GpuMessage* message) {
@@ -135,7 +122,7 @@ NifError upload_scene(GpuDevice* device, const GpuSceneView* view, GpuScene** sc
 
 void free_scene(GpuDevice* device, GpuScene* scene) {
   if (!scene) return;
-  freeing(device, [&] {
+  where_possible(*device->context, [&] {
     const std::unique_ptr<GpuScene> owned(scene);
     wait_for_queries(*device, *owned);
   });
@@ -145,11 +132,16 @@ NifError query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMes
   return on_card(device, message, [&] { answer_query(*device, *scene, *query); });
 }
 
+NifError measure_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, uint32_t rounds,
+                       double* seconds, GpuMessage* message) {
+  return on_card(device, message, [&] { time_query(*device, *scene, *query, rounds, seconds); });
+}
+
 NifError start_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuJob** job,
                      GpuMessage* message) {
   return on_card(device, message, [&] {
     auto made = std::make_unique<GpuJob>();
-    made->event = device->context->make_event();
+    made->event = device->context->make_event(false);
     try {
       answer_query(*device, *scene, *query);
       device->context->record(made->event, query->stream);
@@ -171,7 +163,7 @@ NifError is_job_done(GpuDevice* device, GpuJob* job, uint32_t* done, GpuMessage*
 
 void free_job(GpuDevice* device, GpuJob* job) {
   if (!job) return;
-  freeing(device, [&] {
+  where_possible(*device->context, [&] {
     const std::unique_ptr<GpuJob> owned(job);
     device->context->free_event(job->event);
   });
@@ -182,20 +174,10 @@ void free_job(GpuDevice* device, GpuJob* job) {
 
 extern "C" NIF_API const nif::runtime::GpuModule* nif_hip_module(void) {
   using namespace nif;
-  static const runtime::GpuModule module{runtime::kGpuModuleVersion,
-                                         runtime::kGpuLayout,
-                                         gpu::count_cards,
-                                         gpu::describe_card,
-                                         gpu::open_device,
-                                         gpu::close_device,
-                                         gpu::upload_asset,
-                                         gpu::free_asset,
-                                         gpu::upload_scene,
-                                         gpu::free_scene,
-                                         gpu::query,
-                                         gpu::start_query,
-                                         gpu::wait_job,
-                                         gpu::is_job_done,
-                                         gpu::free_job};
+  static const runtime::GpuModule module{
+      runtime::kGpuModuleVersion, runtime::kGpuLayout, gpu::count_cards,  gpu::describe_card,
+      gpu::open_device,           gpu::close_device,   gpu::upload_asset, gpu::free_asset,
+      gpu::upload_scene,          gpu::free_scene,     gpu::query,        gpu::measure_query,
+      gpu::start_query,           gpu::wait_job,       gpu::is_job_done,  gpu::free_job};
   return &module;
 }

@@ -117,7 +117,7 @@ void record_use(GpuDevice& device, GpuScene& scene, Stream stream) {
   for (Event& event : scene.events)
     if (context.is_done(event)) return context.record(event, stream);
   scene.events.reserve(scene.events.size() + 1);
-  const Event event = context.make_event();
+  const Event event = context.make_event(false);
   scene.events.push_back(event);
   context.record(event, stream);
 }
@@ -168,6 +168,43 @@ class BorrowedStaging {
  private:
   GpuDevice& device_;
   std::unique_ptr<Staging> staging_;
+};
+
+/// A stream of its own, and how long the card takes for what is put into it.
+class Stopwatch {
+ public:
+  explicit Stopwatch(Context& context) : context_(context), stream_(context.make_stream()) {
+    try {
+      start_ = context.make_event(true);
+      end_ = context.make_event(true);
+    } catch (...) {
+      release();
+      throw;
+    }
+  }
+  ~Stopwatch() { release(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+  Stream stream() const { return stream_; }
+
+  template <class Work>
+  double time(const Work& work) const {
+    context_.record(start_, stream_);
+    work();
+    context_.record(end_, stream_);
+    context_.wait(end_);
+    return context_.seconds_between(start_, end_);
+  }
+
+ private:
+  void release() noexcept {
+    if (start_) context_.free_event(start_);
+    if (end_) context_.free_event(end_);
+    context_.free_stream(stream_);
+  }
+  Context& context_;
+  Stream stream_;
+  Event start_ = nullptr, end_ = nullptr;
 };
 
 void answer_host_query(GpuDevice& device, GpuScene& scene, const NifQuery& query) {
@@ -224,6 +261,44 @@ void answer_host_query(GpuDevice& device, GpuScene& scene, const NifQuery& query
 }
 
 }  // namespace
+
+void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, uint32_t rounds, double* seconds) {
+  Context& context = *device.context;
+  const uint64_t count = query.count;
+  const Memory rays(context, count * sizeof(NifRay)), answers(context, 11 * count + 16);
+  NifQuery on_card = nifQueryRays(reinterpret_cast<const NifRay*>(rays.data()), count);
+  on_card.memory = NIF_DEVICE;
+  struct Output {
+    void* to;
+    unsigned char* from;
+    uint64_t bytes;
+  };
+  std::vector<Output> outputs;
+  unsigned char* at = answers.data();
+  const auto place = [&](auto*& array, auto* wanted, uint64_t bytes) {
+    if (!wanted) return;
+    array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(at);
+    outputs.push_back({wanted, at, bytes});
+    at += bytes;
+  };
+  place(on_card.probability, query.probability, 4 * count);
+  place(on_card.logit, query.logit, 4 * count);
+  place(on_card.visible, query.visible, count);
+  place(on_card.certain, query.certain, count);
+  place(on_card.visible_bits, query.visible_bits, (count + 7) / 8);
+
+  std::vector<unsigned char> packed(count * sizeof(NifRay));
+  read_rays(query, 0, count, packed.data());
+  const Stopwatch stopwatch(context);
+  on_card.stream = stopwatch.stream();
+  context.copy_in(rays.data(), packed.data(), packed.size(), on_card.stream);
+  for (uint32_t round = 0; round <= rounds; ++round) {
+    const double time = stopwatch.time([&] { answer_query(device, scene, on_card); });
+    if (round > 0) seconds[round - 1] = time;  // before that, the card warms up
+  }
+  for (const Output& output : outputs) context.copy_out(output.to, output.from, output.bytes, on_card.stream);
+  context.wait_stream(on_card.stream);
+}
 
 void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query) {
   if (!scene.ready)

@@ -2,6 +2,7 @@
 // Where no kernel reads the bytes any more they are let go, and the views keep names, boxes and numbers.
 #pragma once
 
+#include <atomic>
 #include <string>
 
 #include "device.hpp"
@@ -37,7 +38,7 @@ struct NifAssetObject : nif::runtime::Object {
   std::pmr::vector<nif::runtime::KernelPointer> kernels;  ///< [object] answers it
   uint64_t file_bytes;
   nif::runtime::GpuAsset* on_gpu = nullptr;  ///< once a scene with it was committed
-  uint64_t gpu_bytes = 0;
+  std::atomic<uint64_t> gpu_bytes = 0;
 
  private:
   void drop_bytes();

@@ -30,8 +30,10 @@ void Gpu::upload(NifAssetObject& asset) {
                        view.encoding == format::kBvh ? &view.bvh : nullptr,
                        view.encoding == format::kSpherical ? view.spherical : nullptr});
   GpuMessage message;
+  uint64_t bytes = 0;
   const NifError code = module_.upload_asset(device_, objects.data(), uint32_t(objects.size()), &asset.on_gpu,
-                                             &asset.gpu_bytes, &message);
+                                             &bytes, &message);
+  asset.gpu_bytes = bytes;
   if (code != NIF_OK)
     std::snprintf(message.text, sizeof(message.text), "%s: %s", asset.name.c_str(),
                   std::string(message.text).c_str());
@@ -60,6 +62,11 @@ void Gpu::free(NifSceneObject& scene) noexcept { module_.free_scene(device_, sce
 void Gpu::query(NifSceneObject& scene, const NifQuery& query) {
   GpuMessage message;
   check(module_.query(device_, scene.on_gpu, &query, &message), message);
+}
+
+void Gpu::measure(NifSceneObject& scene, const NifQuery& query, uint32_t rounds, double* seconds) {
+  GpuMessage message;
+  check(module_.measure_query(device_, scene.on_gpu, &query, rounds, seconds, &message), message);
 }
 
 void Gpu::start(NifSceneObject& scene, const NifQuery& query, NifJobObject& job) {

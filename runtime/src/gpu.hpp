@@ -36,6 +36,7 @@ class Gpu {
   void free(NifAssetObject& asset) noexcept;
   void free(NifSceneObject& scene) noexcept;
   void query(NifSceneObject& scene, const NifQuery& query);
+  void measure(NifSceneObject& scene, const NifQuery& query, uint32_t rounds, double* seconds);
 
   /// Of device memory. The job is not done before wait() or is_done() has said so.
   void start(NifSceneObject& scene, const NifQuery& query, NifJobObject& job);

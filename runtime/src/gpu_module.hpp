@@ -93,7 +93,11 @@ struct GpuModule {
 
   /// Answers a query as nifQuery does; it has been checked but for what only the driver can tell.
   NifError (*query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMessage* message);
-  /// The same for a query of device memory, and *job is done when that is.
+  /// Answers a query of host memory from memory of the device, once and then `rounds` times, and tells how
+  /// long each of those took there.
+  NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, uint32_t rounds,
+                            double* seconds, GpuMessage* message);
+  /// Answers a query of device memory, and *job is done when that is.
   NifError (*start_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuJob** job,
                           GpuMessage* message);
   NifError (*wait_job)(GpuDevice* device, GpuJob* job, GpuMessage* message);

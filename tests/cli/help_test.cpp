@@ -10,6 +10,7 @@ TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
   for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{{},
                                                                                        {"bake"},
                                                                                        {"bench"},
+                                                                                       {"devices"},
                                                                                        {"eval"},
                                                                                        {"info"},
                                                                                        {"mesh"},
@@ -39,13 +40,14 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
   const std::string all = nif({"--help"}).out, bake = nif({"bake", "--help"}).out,
                     bench = nif({"bench", "--help"}).out, eval = nif({"eval", "--help"}).out,
                     generate = nif({"mesh", "generate", "--help"}).out;
-  for (const char* word : {"bake", "bench", "eval", "info", "mesh", "render"})
+  for (const char* word : {"bake", "bench", "devices", "eval", "info", "mesh", "render"})
     EXPECT_NE(all.find(word), std::string::npos) << word;
   for (const char* word :
        {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--mix", "--outer-resolution",
         "--precision", "--shared-network", "--seed", "--json", "--quiet"})
     EXPECT_NE(bake.find(word), std::string::npos) << word;
-  for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot"})
+  for (const char* word :
+       {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot", "--device"})
     EXPECT_NE(bench.find(word), std::string::npos) << word;
   for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--json"})
     EXPECT_NE(eval.find(word), std::string::npos) << word;

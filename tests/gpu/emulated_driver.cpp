@@ -8,14 +8,14 @@
 #include <mutex>
 
 #include "driver.hpp"
-#include "kernels/hip/emulator.hpp"
-#include "kernels/hip/scene_kernels.hpp"
+#include "tests/gpu/emulated_kernels.hpp"
 #include "tests/gpu/emulated_machine.hpp"
 
 namespace nif::gpu {
 namespace {
 
 namespace hip = kernels::hip;
+using test::EmulatedKernel;
 using test::EmulatedMachine;
 
 EmulatedMachine machine;
@@ -139,25 +139,6 @@ Ledger& ledger() {
   return ledger;
 }
 
-/// A kernel by name, for any thread.
-struct EmulatedKernel {
-  const char* name;
-  void (*run)(const hip::EmulatedThread& thread, const hip::SceneArrays& scene, const hip::SceneQuery& query);
-};
-template <uint32_t kKinds, bool kDetails>
-void run_scene(const hip::EmulatedThread& thread, const hip::SceneArrays& scene,
-               const hip::SceneQuery& query) {
-  hip::scene_answer<kKinds, kDetails>(thread, scene, query);
-}
-constexpr EmulatedKernel kKernels[] = {
-    {"nif_scene_segment", run_scene<hip::kPairSegment, false>},
-    {"nif_scene_segment_details", run_scene<hip::kPairSegment, true>},
-    {"nif_scene_bvh", run_scene<hip::kBvhObject, false>},
-    {"nif_scene_bvh_details", run_scene<hip::kBvhObject, true>},
-    {"nif_scene_any", run_scene<hip::kAnyKind, false>},
-    {"nif_scene_any_details", run_scene<hip::kAnyKind, true>},
-};
-
 class EmulatedContext final : public Context {
  public:
   explicit EmulatedContext(uint32_t card)
@@ -172,8 +153,8 @@ class EmulatedContext final : public Context {
 
   Kernel find_kernel(const char* name) override {
     check_entered();
-    for (const EmulatedKernel& kernel : kKernels)
-      if (std::strcmp(kernel.name, name) == 0) return const_cast<EmulatedKernel*>(&kernel);
+    if (const EmulatedKernel* kernel = test::find_emulated_kernel(name))
+      return const_cast<EmulatedKernel*>(kernel);
     throw GpuError(NIF_ERROR_UNKNOWN, std::string("there is no kernel ") + name);
   }
   void launch(Kernel kernel, const LaunchShape& shape, Stream stream, void** arguments) override {
@@ -232,7 +213,7 @@ class EmulatedContext final : public Context {
   }
   bool owns(Stream stream) override { return ledger().has_queue(card_, stream); }
 
-  Event make_event() override {
+  Event make_event(bool) override {
     check_lost();
     ++machine.events;
     return new Mark;
@@ -264,6 +245,12 @@ class EmulatedContext final : public Context {
     ++machine.waits;
     check_lost();
     wait_for(*static_cast<const Mark*>(event));
+  }
+
+  double seconds_between(Event from, Event to) override {
+    const auto &start = *static_cast<const Mark*>(from), &end = *static_cast<const Mark*>(to);
+    if (!ledger().is_done(start) || !ledger().is_done(end)) std::abort();
+    return 1e-6 * double(end.behind - start.behind);  // a microsecond for each piece of work
   }
 
   PointerKind kind_of(const void* pointer) override { return ledger().kind_of(card_, pointer); }

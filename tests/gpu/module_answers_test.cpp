@@ -345,6 +345,27 @@ TEST_P(GpuAnswers, Jobs) {
   nifReleaseJob(job);
 }
 
+TEST_P(GpuAnswers, MeasuredOnes) {
+  Random random(14);
+  TwinScenes twins(config(card()));
+  const uint32_t asset = twins.load(random_asset(14, {.objects = 1, .bvhs = 1}));
+  for (uint32_t i = 0; i < 4; ++i) twins.add(asset, i % 2, random_transform(random, 3));
+  twins.commit();
+  const std::vector<NifRay> rays = rays_in_cube(random, 6, 1001);
+  Answers answers(rays.size());
+  NifQuery query = nifQueryRays(rays.data(), rays.size());
+  answers.ask(query);
+  double seconds[3] = {};
+  machine().most_rays = 504;
+  ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, 3, seconds), NIF_OK) << nifGetErrorMessage();
+  for (const double time : seconds) EXPECT_NEAR(time, 2e-6, 1e-9) << "two launches, and no copies";
+  expect_same(answers, query_all(twins.cpu(), rays));
+  EXPECT_EQ(nifMeasureQuery(twins.cpu(), &query, 3, seconds), NIF_ERROR_NOT_AVAILABLE);
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, 0, seconds), NIF_ERROR_INVALID_ARGUMENT);
+  machine().fail_allocation = 2;
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, 3, seconds), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
+}
+
 /// Single rays and queries with a fallback are the CPU's.
 TEST_P(GpuAnswers, WhatTheCpuAnswers) {
   Random random(13);

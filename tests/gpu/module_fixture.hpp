@@ -119,8 +119,9 @@ class TwinScenes {
   explicit TwinScenes(const std::string& gpu_config)
       : cpu_device_("isa=scalar"), gpu_device_(gpu_config), cpu_(cpu_device_), gpu_(gpu_device_) {}
 
-  uint32_t load(const format::Asset& asset) {
-    files_.push_back(format::encode(asset));
+  uint32_t load(const format::Asset& asset) { return load(format::encode(asset)); }
+  uint32_t load(std::vector<std::byte> file) {
+    files_.push_back(std::move(file));
     cpu_assets_.push_back(nifkit::Asset::copy(cpu_device_, files_.back()));
     gpu_assets_.push_back(nifkit::Asset::copy(gpu_device_, files_.back()));
     return uint32_t(files_.size() - 1);

@@ -478,6 +478,16 @@ NIF_API NifError nifIsJobDone(NifJob job, uint32_t* done);
 NIF_API void nifRetainJob(NifJob job);
 NIF_API void nifReleaseJob(NifJob job);
 
+/* ---- Experimental: may change or go. Define NIF_NO_EXPERIMENTAL to do without. ----------------------- */
+
+#ifndef NIF_NO_EXPERIMENTAL
+/* How long the GPU takes for a query, without copies. Rays are copied to memory of the GPU's; the query is
+ * answered there once, and then as often as seconds[rounds] has room, each time measured by the GPU's own
+ * clock; then the answers are copied to the query's outputs. `query` is of host memory, without a stream.
+ * NIF_ERROR_NOT_AVAILABLE on the CPU. Takes memory of the GPU for all rays, and gives it back. */
+NIF_API NifError nifMeasureQuery(NifScene scene, const NifQuery* query, uint32_t rounds, double* seconds);
+#endif
+
 #ifdef __cplusplus
 }
 #endif
