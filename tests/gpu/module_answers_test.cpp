@@ -87,6 +87,24 @@ TEST_P(GpuAnswers, ScenesOfOneInstance) {
     }
 }
 
+/// Through a transform whose inverse is worth little nothing is certain, and what is asked says so.
+TEST_P(GpuAnswers, SkewedInstances) {
+  Random random(15);
+  TwinScenes twins(config(card()));
+  const uint32_t asset = twins.load(random_asset(15, {.objects = 1, .bvhs = 1}));
+  for (uint32_t i = 0; i < 4; ++i) {
+    Matrix stretched = kIdentity;
+    stretched[5 * (i % 3)] = 3e4f;
+    stretched[3] = static_cast<float>(i);
+    twins.add(asset, i % 2, stretched);
+  }
+  twins.commit();
+  const std::vector<NifRay> rays = rays_in_cube(random, 6, 3000);
+  expect_twins(twins, rays);
+  const Answers answers = query_all(twins.gpu(), rays);
+  EXPECT_GT(std::count(answers.certain.begin(), answers.certain.end(), 0), 100);
+}
+
 TEST_P(GpuAnswers, EmptyScenes) {
   TwinScenes twins(config(card()));
   twins.commit();
@@ -292,6 +310,27 @@ TEST_P(GpuAnswers, AssetsAreUploadedOnce) {
   EXPECT_EQ(machine().allocations, 1u);
   asset = nifkit::Asset();
   EXPECT_EQ(machine().allocations, 0u);
+}
+
+/// Networks that objects share are on the card once.
+TEST_P(GpuAnswers, WhatObjectsShareIsUploadedOnce) {
+  Random random(16);
+  format::Asset asset;
+  for (int i = 0; i < 4; ++i) asset.objects.push_back(random_spherical_object(random, "it", 4));
+  for (format::Object& object : asset.objects) object.grids = asset.objects[0].grids;
+  asset.spherical_networks = {random_networks(random, asset.objects[0].grids, 4)};
+  format::SphericalLayers& outer = asset.spherical_networks[0].outer;
+  outer.width = kernels::kMaxSphericalWidth;
+  outer.hidden_layers = 2;
+  outer.weights = random_halves(random, kernels::spherical_weights(outer.inputs, outer.width, 2), 0.1f);
+  const auto file = format::encode(asset);
+  const nifkit::Device device(config(card()));
+  const nifkit::Asset loaded = nifkit::Asset::copy(device, file);
+  nifkit::Scene scene(device);
+  scene.add(loaded);
+  scene.commit();
+  EXPECT_GT(loaded.info().gpu_bytes, 2 * outer.weights.size());
+  EXPECT_LT(loaded.info().gpu_bytes, file.size() + 8192);
 }
 
 TEST_P(GpuAnswers, Jobs) {

@@ -24,7 +24,8 @@
  *   asset. Calls that change a scene (nifAdd..., nifSet..., nifCommitScene) must not overlap with any other
  *   call on the same scene. Any number of threads may query one committed scene.
  * - It may allocate, through the device's allocator. Queries never allocate, but for the job of
- *   nifQueryAsync. (Of the system's memory are threads, error messages, and handles beyond 1,024 at once.)
+ *   nifQueryAsync, and on a GPU (see there). (Of the system's memory are threads, error messages, handles
+ *   beyond 1,024 at once, and what the GPU module needs on the host.)
  * - Pointers handed out belong to nifkit and live as long as the object that they were asked of.
  * - The caller's floating-point environment (rounding, flushing of denormals, exception flags) has no
  *   influence on any result and is left as it was.
