@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "formats/output_file.hpp"
+#include "tools/bench_gpu.hpp"
 #include "tools/bench_plot.hpp"
 #include "tools/bench_report.hpp"
 #include "tools/command.hpp"
@@ -17,7 +18,7 @@ namespace nif::tools {
 namespace {
 
 struct Arguments {
-  std::string asset, mesh, against, isa, plot;
+  std::string asset, mesh, against, isa, plot, device = "cpu";
   std::vector<std::string> sets;
   std::vector<uint32_t> threads;
   uint64_t rays = 1'000'000, seed = 2;
@@ -77,7 +78,31 @@ void print_notes(const BenchResult& result) {
   }
 }
 
+/// The race on a GPU, which knows nothing of threads and Embree.
+void run_gpu(const Arguments& arguments) {
+  const auto refuse = [](const char* option) {
+    throw Error(Status::usage, fmt::format("--device hip: {} is of the CPU's race", option));
+  };
+  if (!arguments.threads.empty()) refuse("--threads");
+  if (!arguments.isa.empty()) refuse("--isa");
+  if (arguments.embree != "fastest") refuse("--embree");
+  if (arguments.stages) refuse("--stages");
+  if (!arguments.plot.empty()) refuse("--plot");
+  const BenchOptions resolved = resolve(arguments);
+  const GpuBenchOptions options{resolved.asset, resolved.mesh, resolved.against,        resolved.sets,
+                                resolved.rays,  resolved.seed, resolved.schedule.rounds};
+  Progress progress(arguments.quiet);
+  const GpuBenchResult result = measure_gpu(options, progress);
+  progress.finish();
+  if (arguments.json)
+    fmt::print("{}\n",
+               to_json(options, result).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  else
+    fmt::print("{}", gpu_bench_table(options, result));
+}
+
 void run(const Arguments& arguments) {
+  if (arguments.device == "hip") return run_gpu(arguments);
   const BenchOptions options = resolve(arguments);
   check_plot(arguments);
   Progress progress(arguments.quiet);
@@ -130,14 +155,22 @@ void add_bench(CLI::App& app) {
       "Another .nif file of the same mesh to race in the same rounds, e.g. of another encoding");
   command->add_flag("--stages", a->stages,
                     "Also time the stages of spherical objects by themselves, on one thread");
-  command->add_flag("--json", a->json, "Print the results as one JSON object (nifkit.bench/1)");
+  command
+      ->add_option("--device", a->device,
+                   "cpu: beside Embree; hip: on a GPU, beside an exact BVH of the mesh on the same card")
+      ->check(CLI::IsMember({"cpu", "hip"}))
+      ->capture_default_str();
+  command->add_flag("--json", a->json,
+                    "Print the results as one JSON object (nifkit.bench/1; of a GPU nifkit.bench-gpu/1)");
   command->add_option("--plot", a->plot, "Also draw them, as this SVG file");
   command->add_flag("--quiet", a->quiet, "No progress");
   command->footer(
       "Of a file with several objects, each is asked its own rays in its own space, by both sides alike; "
       "times,\n"
       "bytes and errors are added up. Rates are in millions of rays a second, medians over the rounds.\n"
-      "Example: nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg");
+      "Examples:\n"
+      "  nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg\n"
+      "  nif bench dragon.nif --mesh dragon.ply.gz --device hip");
   command->callback([a] { run(*a); });
 }
 

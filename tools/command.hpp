@@ -16,6 +16,7 @@ namespace nif::tools {
 void add_attach(CLI::App& app);
 void add_bake(CLI::App& app);
 void add_bench(CLI::App& app);
+void add_devices(CLI::App& app);
 void add_eval(CLI::App& app);
 void add_farm(CLI::App& app);
 void add_info(CLI::App& app);

@@ -54,12 +54,14 @@ int run(int argc, char** argv) {
                          "  nif bench dragon.nif --mesh dragon.ply\n"
                          "  nif info dragon.nif\n"
                          "  nif attach crate.glb crate.nif -o both.glb\n"
+                         "  nif devices\n"
                          "  nif mesh generate statue -o statue.ply\n"
                          "  nif render scene.toml -o pictures\n\n") +
              kExitCodes);
   add_attach(app);
   add_bake(app);
   add_bench(app);
+  add_devices(app);
   add_eval(app);
   add_farm(app);
   add_info(app);

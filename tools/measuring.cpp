@@ -22,9 +22,10 @@ bool match(const NifObjectInfo& object, const bake::Prepared& prepared) {
 void check(NifError error) {
   if (error == NIF_OK) return;
   const bool file = error >= NIF_ERROR_FILE_NOT_FOUND && error <= NIF_ERROR_UNSUPPORTED_NIF;
-  throw Error(file                               ? Status(error)
-              : error == NIF_ERROR_OUT_OF_MEMORY ? Status::out_of_memory
-                                                 : Status::internal,
+  throw Error(file ? Status(error)
+              : error == NIF_ERROR_OUT_OF_MEMORY || error == NIF_ERROR_OUT_OF_DEVICE_MEMORY
+                  ? Status::out_of_memory
+                  : Status::internal,
               nifGetErrorMessage());
 }
 
@@ -78,6 +79,13 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
     names_.emplace_back(object.name);
     any_spherical_ = any_spherical_ || object.encoding == 2;
   }
+}
+
+uint64_t MeasuredAsset::gpu_bytes() const {
+  NifAssetInfo info{};
+  info.struct_size = sizeof(info);
+  check(nifGetAssetInfo(asset_.handle, &info));
+  return info.gpu_bytes;
 }
 
 uint64_t MeasuredAsset::triangles() const {

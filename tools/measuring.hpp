@@ -43,6 +43,8 @@ class MeasuredAsset {
 
   const NifAssetInfo& info() const { return info_; }
   const NifDeviceInfo& device() const { return device_info_; }
+  /// What the asset takes of a GPU's memory; 0 until a scene of it was asked for.
+  uint64_t gpu_bytes() const;
   const std::vector<bake::Prepared>& objects() const { return prepared_.objects; }
   const std::string& name(size_t object) const { return names_[object]; }
   uint64_t triangles() const;

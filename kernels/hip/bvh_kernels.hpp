@@ -39,9 +39,10 @@ NIF_HOST_DEVICE inline uint32_t meets_slots(const BvhRay& ray, const BvhNode& no
   return met;
 }
 
-/// As meets_bvh(). `stack` is the thread's column, of entries kBvhThreads words apart.
-NIF_HOST_DEVICE inline bool meets_nodes(const BvhField& field, const BvhRay& ray, uint32_t* stack) {
-  uint32_t* const waiting = stack + kMaxBvhDepth * kBvhThreads;  // ranks of inner slots, beside their nodes
+/// As meets_bvh(). `stack` is the thread's own, of entries kStride words apart.
+template <uint32_t kStride>
+NIF_HOST_DEVICE bool meets_nodes(const BvhField& field, const BvhRay& ray, uint32_t* stack) {
+  uint32_t* const waiting = stack + kMaxBvhDepth * kStride;  // ranks of inner slots, beside their nodes
   uint32_t size = 0, number = 0;
   for (;;) {
     const BvhNode& node = field.nodes[number];
@@ -54,16 +55,28 @@ NIF_HOST_DEVICE inline bool meets_nodes(const BvhField& field, const BvhRay& ray
         return true;
     }
     if (inner != 0) {
-      stack[size * kBvhThreads] = node.first_node;
-      waiting[size * kBvhThreads] = inner;
+      stack[size * kStride] = node.first_node;
+      waiting[size * kStride] = inner;
       ++size;
     }
     if (size == 0) return false;
-    const uint32_t ranks = waiting[(size - 1) * kBvhThreads], rest = ranks & (ranks - 1);
-    number = stack[(size - 1) * kBvhThreads] + count_bits((ranks & -ranks) - 1);
-    waiting[(size - 1) * kBvhThreads] = rest;
+    const uint32_t ranks = waiting[(size - 1) * kStride], rest = ranks & (ranks - 1);
+    number = stack[(size - 1) * kStride] + count_bits((ranks & -ranks) - 1);
+    waiting[(size - 1) * kStride] = rest;
     if (rest == 0) --size;
   }
+}
+
+/// `stack` as for meets_nodes(): 2 kMaxBvhDepth entries.
+template <uint32_t kStride>
+NIF_HOST_DEVICE ObjectAnswer answer_bvh_ray(const BvhField& field, const Segment& segment, uint32_t* stack) {
+  BvhRay ray;
+  if (!prepare_ray(field, segment, ray)) {
+    const Answer none = answer_no_ray(segment);
+    return {none.logit, none.certain};
+  }
+  return {meets_nodes<kStride>(field, ray, stack) ? -kCertainLogit : kCertainLogit,
+          certain_bvh(field, segment)};
 }
 
 /// Answers all rays, or those of a list. Blocks of kBvhThreads, any number of them; kBvhSharedBytes.
@@ -72,15 +85,7 @@ NIF_HOST_DEVICE void bvh_answer(const Thread& thread, const BvhField& field, con
                                 const RayList& list, const AnswerArrays& answers) {
   auto* const stack = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index();
   for_each_ray<kBvhThreads>(thread, rays, list, [&](uint32_t i) {
-    const Segment segment = load_ray(rays, i);
-    BvhRay ray;
-    if (!prepare_ray(field, segment, ray)) {
-      const Answer none = answer_no_ray(segment);
-      store_answer(answers, i, none.logit, none.certain);
-      return;
-    }
-    store_answer(answers, i, meets_nodes(field, ray, stack) ? -kCertainLogit : kCertainLogit,
-                 certain_bvh(field, segment));
+    store_answer(answers, i, answer_bvh_ray<kBvhThreads>(field, load_ray(rays, i), stack));
   });
 }
 

@@ -1,9 +1,7 @@
 // The kernels' entry points: what clang makes a code object of for each AMD target, and nvcc for each NVIDIA
 // one.
-#include "kernels/hip/bvh_kernels.hpp"
-#include "kernels/hip/segment_kernels.hpp"
+#include "kernels/hip/scene_kernels.hpp"
 #include "kernels/hip/spherical_half_kernels.hpp"
-#include "kernels/hip/spherical_kernels.hpp"
 
 using namespace nif::kernels;
 using namespace nif::kernels::hip;
@@ -61,3 +59,16 @@ NIF_SPHERICAL_HALF_KERNEL(outer, 64, 2)
 NIF_SPHERICAL_HALF_KERNEL(inner, 64, 2)
 NIF_SPHERICAL_HALF_KERNEL(outer, 96, 1)
 NIF_SPHERICAL_HALF_KERNEL(inner, 96, 1)
+
+#define NIF_SCENE_KERNEL(suffix, kinds, details)                                      \
+  NIF_KERNEL(kSceneThreads, 1)                                                        \
+  nif_scene_##suffix(NIF_ARGUMENT SceneArrays scene, NIF_ARGUMENT SceneQuery query) { \
+    scene_answer<kinds, details>(DeviceThread(), scene, query);                       \
+  }
+
+NIF_SCENE_KERNEL(segment, kPairSegment, false)
+NIF_SCENE_KERNEL(segment_details, kPairSegment, true)
+NIF_SCENE_KERNEL(bvh, kBvhObject, false)
+NIF_SCENE_KERNEL(bvh_details, kBvhObject, true)
+NIF_SCENE_KERNEL(any, kAnyKind, false)
+NIF_SCENE_KERNEL(any_details, kAnyKind, true)

@@ -45,14 +45,21 @@ NIF_HOST_DEVICE inline Segment load_ray(const RayArrays& rays, uint32_t i) {
   return segment;
 }
 
-NIF_HOST_DEVICE inline void store_answer(const AnswerArrays& answers, uint32_t i, int32_t logit,
-                                         bool certain) {
-  answers.logit[i] = logit;
-  answers.certain[i] = certain;
+/// An object's answer for one ray, as in AnswerArrays.
+struct ObjectAnswer {
+  int32_t logit;
+  bool certain;
+};
+
+/// That of a walk that needs no network.
+NIF_HOST_DEVICE inline ObjectAnswer answer_of(const WalkResult& walk) {
+  return {walk.verdict == Verdict::visible ? kCertainLogit : -kCertainLogit, walk.certain};
 }
 
-NIF_HOST_DEVICE inline void store_answer(const AnswerArrays& answers, uint32_t i, const WalkResult& walk) {
-  store_answer(answers, i, walk.verdict == Verdict::visible ? kCertainLogit : -kCertainLogit, walk.certain);
+NIF_HOST_DEVICE inline void store_answer(const AnswerArrays& answers, uint32_t i,
+                                         const ObjectAnswer& answer) {
+  answers.logit[i] = answer.logit;
+  answers.certain[i] = answer.certain;
 }
 
 /// Calls answer(ray) for each ray of the list, or for each of all, spread over the threads of the grid, in

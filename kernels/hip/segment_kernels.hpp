@@ -84,25 +84,28 @@ struct OpenItems {
 };
 inline constexpr uint32_t kItemFlags = 8;
 
-/// The runs of each thread's walk in shared memory, a column for each of kThreads.
-template <uint32_t kThreads>
+/// The runs of a thread's walk in shared memory, in words kStride apart: a column of as many threads, or 1.
+template <uint32_t kStride>
 class KeptRuns {
  public:
-  template <class Thread>
-  NIF_HOST_DEVICE KeptRuns(const Thread& thread, unsigned char* shared)
-      : column_(reinterpret_cast<float*>(shared) + thread.index()) {}
+  NIF_HOST_DEVICE explicit KeptRuns(float* column) : column_(column) {}
   NIF_HOST_DEVICE void keep(uint32_t i, const Run& run) const {
     if (i >= kKeptRuns) return;
-    column_[2 * i * kThreads] = run.begin;
-    column_[(2 * i + 1) * kThreads] = run.end;
+    column_[2 * i * kStride] = run.begin;
+    column_[(2 * i + 1) * kStride] = run.end;
   }
   NIF_HOST_DEVICE Run at(uint32_t i) const {
-    return {column_[2 * i * kThreads], column_[(2 * i + 1) * kThreads]};
+    return {column_[2 * i * kStride], column_[(2 * i + 1) * kStride]};
   }
 
  private:
   float* column_;
 };
+/// The thread's column at the start of shared memory.
+template <uint32_t kThreads, class Thread>
+NIF_HOST_DEVICE KeptRuns<kThreads> runs_of(const Thread& thread) {
+  return KeptRuns<kThreads>(reinterpret_cast<float*>(thread.shared()) + thread.index());
+}
 
 /// Writes a point's inputs to where they stand among those of the ray. kFeatures: of a corner, or 0 for any
 /// number, a feature at a time.
@@ -146,10 +149,11 @@ NIF_HOST_DEVICE inline uint32_t pack_activations(const int32_t (&sums)[4], uint3
          uint32_t(activation(sums[2], shift)) << 16 | uint32_t(activation(sums[3], shift)) << 24;
 }
 
-/// The network's output for the inputs in a row of segment_whole()'s.
+/// The network's output for the inputs in a row, which has room for them and for two hidden layers of
+/// `widest` bytes.
 template <class Thread>
-NIF_HOST_DEVICE int32_t evaluate_row(const Thread& thread, const Network& network,
-                                     const SegmentLayout& layout, unsigned char* row) {
+NIF_HOST_DEVICE int32_t evaluate_row(const Thread& thread, const Network& network, uint32_t widest,
+                                     unsigned char* row) {
   unsigned char* x = row;
   unsigned char* y = row + network.layers[0].inputs;
   for (uint32_t l = 0;; ++l) {
@@ -173,8 +177,34 @@ NIF_HOST_DEVICE int32_t evaluate_row(const Thread& thread, const Network& networ
       store_word(y + neuron, pack_activations(sums, layer.shift));
     }
     x = y;
-    y = row + network.layers[0].inputs + (l % 2 == 0 ? layout.whole_hidden : 0);
+    y = row + network.layers[0].inputs + (l % 2 == 0 ? widest : 0);
   }
+}
+
+/// A thread alone with its ray: walk, sample points, features, network. `widest` and `row` as for
+/// evaluate_row().
+template <uint32_t kFeatures, class Thread, class Kept>
+NIF_HOST_DEVICE ObjectAnswer answer_segment_ray(const Thread& thread, const SegmentField& field,
+                                                const Segment& segment, const Kept& kept, uint32_t widest,
+                                                unsigned char* row) {
+  WalkResult walk;
+  follow_segment(
+      field, segment, walk, [&](uint32_t i, const Run& run) { kept.keep(i, run); }, NoVisit());
+  if (walk.verdict != Verdict::ambiguous) return answer_of(walk);
+  SamplePlacer placer(field, walk);
+  const auto add = [&](uint32_t i, const Run& run) {
+    placer.add(run, i + 1 == walk.run_count, [&](uint32_t number, const SamplePoint& point) {
+      put_features<kFeatures>(field, number, point, row);
+    });
+  };
+  if (walk.run_count <= kKeptRuns) {
+    for (uint32_t i = 0; i < walk.run_count; ++i) add(i, kept.at(i));
+  } else {
+    WalkResult again;
+    follow_segment(field, segment, again, add, NoVisit());
+  }
+  put_globals(field, walk, row);
+  return {evaluate_row(thread, field.network, widest, row), false};
 }
 
 /// Answers all rays, or those of a list. Blocks of kWholeThreads, any number of them; layout.whole_bytes.
@@ -182,31 +212,12 @@ template <uint32_t kFeatures, class Thread>
 NIF_HOST_DEVICE void segment_whole(const Thread& thread, const SegmentField& field,
                                    const SegmentLayout& layout, const RayArrays& rays, const RayList& list,
                                    const AnswerArrays& answers) {
-  const KeptRuns<kWholeThreads> kept(thread, thread.shared());
+  const auto kept = runs_of<kWholeThreads>(thread);
   unsigned char* const row = thread.shared() + kept_bytes(kWholeThreads) + thread.index() * layout.whole_row;
   for_each_ray<kWholeThreads>(thread, rays, list, [&](uint32_t ray) {
-    const Segment segment = load_ray(rays, ray);
-    WalkResult walk;
-    follow_segment(
-        field, segment, walk, [&](uint32_t i, const Run& run) { kept.keep(i, run); }, NoVisit());
-    if (walk.verdict != Verdict::ambiguous) {
-      store_answer(answers, ray, walk);
-      return;
-    }
-    SamplePlacer placer(field, walk);
-    const auto add = [&](uint32_t i, const Run& run) {
-      placer.add(run, i + 1 == walk.run_count, [&](uint32_t number, const SamplePoint& point) {
-        put_features<kFeatures>(field, number, point, row);
-      });
-    };
-    if (walk.run_count <= kKeptRuns) {
-      for (uint32_t i = 0; i < walk.run_count; ++i) add(i, kept.at(i));
-    } else {
-      WalkResult again;
-      follow_segment(field, segment, again, add, NoVisit());
-    }
-    put_globals(field, walk, row);
-    store_answer(answers, ray, evaluate_row(thread, field.network, layout, row), false);
+    store_answer(
+        answers, ray,
+        answer_segment_ray<kFeatures>(thread, field, load_ray(rays, ray), kept, layout.whole_hidden, row));
   });
 }
 
@@ -215,13 +226,13 @@ NIF_HOST_DEVICE void segment_whole(const Thread& thread, const SegmentField& fie
 template <class Thread>
 NIF_HOST_DEVICE void segment_walk(const Thread& thread, const SegmentField& field, const RayArrays& rays,
                                   const OpenItems& items, const AnswerArrays& answers) {
-  const KeptRuns<kBlockThreads> kept(thread, thread.shared());
+  const auto kept = runs_of<kBlockThreads>(thread);
   const uint32_t ray = thread.block() * kBlockThreads + thread.index();
   WalkResult walk;
   if (ray < rays.count) {
     follow_segment(
         field, load_ray(rays, ray), walk, [&](uint32_t i, const Run& run) { kept.keep(i, run); }, NoVisit());
-    if (walk.verdict != Verdict::ambiguous) store_answer(answers, ray, walk);
+    if (walk.verdict != Verdict::ambiguous) store_answer(answers, ray, answer_of(walk));
   }
   const bool ambiguous = walk.verdict == Verdict::ambiguous;
   const bool open = ambiguous && walk.run_count <= kKeptRuns, hard = ambiguous && !open;
@@ -354,7 +365,7 @@ NIF_HOST_DEVICE void segment_network(const Thread& thread, const SegmentField& f
       int32_t logit = int32_t(load_word(biases + 4 * row));
       for (uint32_t k = 0; k < network.layers[network.layer_count - 1].inputs; k += 4)
         logit = thread.dot4(logit, load_word(weights + row * stride + k), load_word(own + k));
-      store_answer(answers, ray, logit, false);
+      store_answer(answers, ray, {logit, false});
     }
     // No wave_sync(): from the last one on each lane reads and writes its own row only.
     if (count - first <= step) return;

@@ -28,8 +28,9 @@ inline SphericalLayout make_layout(const SphericalField& field) {
   return layout;
 }
 
-/// The network's only output. `x` is the thread's column of inputs, `y` one for outputs.
-template <bool kHalf>
+/// The network's only output. `x` is the thread's column of inputs, `y` one for outputs, of floats kStride
+/// words apart.
+template <bool kHalf, uint32_t kStride>
 NIF_HOST_DEVICE float evaluate_columns(const SphericalNetwork& network, float slope, float* x, float* y) {
   const SphericalValues weights{network.weights.data, kHalf};
   uint32_t width = network.inputs;
@@ -39,13 +40,13 @@ NIF_HOST_DEVICE float evaluate_columns(const SphericalNetwork& network, float sl
     for (uint32_t o = 0; o < outputs; o += 4) {
       float sums[4] = {};
       for (uint32_t i = 0; i < width; ++i) {
-        const float input = x[i * kSphericalThreads];
+        const float input = x[i * kStride];
         NIF_UNROLL
         for (uint32_t k = 0; k < 4; ++k)
           sums[k] = sums[k] + value_of(weights, at + size_t(i) * outputs + o + k) * input;
       }
       NIF_UNROLL
-      for (uint32_t k = 0; k < 4; ++k) y[(o + k) * kSphericalThreads] = max_of(sums[k], slope * sums[k]);
+      for (uint32_t k = 0; k < 4; ++k) y[(o + k) * kStride] = max_of(sums[k], slope * sums[k]);
     }
     at += size_t(width) * outputs;
     width = outputs;
@@ -54,8 +55,23 @@ NIF_HOST_DEVICE float evaluate_columns(const SphericalNetwork& network, float sl
     y = inputs;
   }
   float output = 0;
-  for (uint32_t i = 0; i < width; ++i) output = output + value_of(weights, at + i) * x[i * kSphericalThreads];
+  for (uint32_t i = 0; i < width; ++i) output = output + value_of(weights, at + i) * x[i * kStride];
   return output;
+}
+
+/// `x` and `y` as for evaluate_columns(): as many floats each as the widest layer has.
+template <uint32_t kStride>
+NIF_HOST_DEVICE ObjectAnswer answer_spherical_ray(const SphericalField& field, const Segment& segment,
+                                                  float* x, float* y) {
+  const SphericalRay ray = prepare_spherical(field, segment);
+  if (ray.kind == SphericalKind::none) return {kCertainLogit, ray.certain};
+  look_up_inputs(field, ray, [&](uint32_t k, float value) { x[k * kStride] = value; });
+  const auto evaluate = [&](const SphericalNetwork& network) {
+    return network.weights.half ? evaluate_columns<true, kStride>(network, field.slope, x, y)
+                                : evaluate_columns<false, kStride>(network, field.slope, x, y);
+  };
+  const float output = ray.kind == SphericalKind::outer ? evaluate(field.outer) : evaluate(field.inner);
+  return {spherical_logit(output), false};
 }
 
 /// Answers all rays, or those of a list. Blocks of kSphericalThreads, any number of them; layout.bytes.
@@ -66,18 +82,7 @@ NIF_HOST_DEVICE void spherical_answer(const Thread& thread, const SphericalField
   float* const x = reinterpret_cast<float*>(thread.shared()) + thread.index();
   float* const y = x + layout.width * kSphericalThreads;
   for_each_ray<kSphericalThreads>(thread, rays, list, [&](uint32_t i) {
-    const SphericalRay ray = prepare_spherical(field, load_ray(rays, i));
-    if (ray.kind == SphericalKind::none) {
-      store_answer(answers, i, kCertainLogit, ray.certain);
-      return;
-    }
-    look_up_inputs(field, ray, [&](uint32_t k, float value) { x[k * kSphericalThreads] = value; });
-    const auto evaluate = [&](const SphericalNetwork& network) {
-      return network.weights.half ? evaluate_columns<true>(network, field.slope, x, y)
-                                  : evaluate_columns<false>(network, field.slope, x, y);
-    };
-    const float output = ray.kind == SphericalKind::outer ? evaluate(field.outer) : evaluate(field.inner);
-    store_answer(answers, i, spherical_logit(output), false);
+    store_answer(answers, i, answer_spherical_ray<kSphericalThreads>(field, load_ray(rays, i), x, y));
   });
 }
 

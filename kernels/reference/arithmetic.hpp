@@ -44,6 +44,15 @@ NIF_HOST_DEVICE constexpr uint32_t count_bits(uint64_t bits) {
 #endif
 }
 
+/// The number of the lowest bit that is set; bits is not 0.
+NIF_HOST_DEVICE constexpr uint32_t lowest_bit(uint64_t bits) {
+#if defined(__CUDA_ARCH__)
+  return uint32_t(__ffsll(static_cast<long long>(bits)) - 1);
+#else
+  return uint32_t(__builtin_ctzll(bits));
+#endif
+}
+
 /// Correctly rounded, from an approximation that is off by at most one unit in its last place: of the three
 /// numbers that are then possible, the one that x lies nearest to the square of. x is 0x1p-96 or more and
 /// finite, so that no residual is lost to underflow. The fused operations here are exact tests, not rounding.

@@ -7,37 +7,47 @@
 
 namespace nif::kernels {
 
+/// What probabilities take of a mathematics library: the host's. GPUs have one of their own
+/// (kernels/hip/maths.hpp), whose last bits may differ.
+struct HostMaths {
+  static float exp(float x) { return std::exp(x); }
+  static double exp(double x) { return std::exp(x); }
+  static double log1p(double x) { return std::log1p(x); }
+};
+
 /// The odds of being visible as a probability: exactly 1 or 0 where no network was asked.
-inline float visible_probability(int32_t logit, float logit_scale) {
+template <class Maths = HostMaths>
+NIF_HOST_DEVICE inline float visible_probability(int32_t logit, float logit_scale) {
   if (logit == kCertainLogit) return 1;
   if (logit == -kCertainLogit) return 0;
-  return 1.0f / (1.0f + std::exp(-static_cast<float>(logit) * logit_scale));
+  return 1.0f / (1.0f + Maths::exp(-static_cast<float>(logit) * logit_scale));
 }
 
 /// One ray's answers so far. Blocked for certain: the rest need not be asked. Probabilities are multiplied as
 /// a sum of logarithms in fixed point, because a product of floats depends on the order of its factors.
-class CombinedAnswer {
+template <class Maths>
+class CombinedAnswerBy {
  public:
-  void add(int32_t logit, bool certain, float logit_scale, bool with_probability) {
+  NIF_HOST_DEVICE void add(int32_t logit, bool certain, float logit_scale, bool with_probability) {
     if (logit < logit_) logit_ = logit;
     all_certain_ = all_certain_ && certain;
     blocked_for_certain_ = blocked_for_certain_ || (certain && logit < 0);
     if (!with_probability || logit == kCertainLogit || logit == -kCertainLogit) return;
     const double odds = double(static_cast<float>(logit) * logit_scale);
-    const double nats = odds < -kMostNats ? kMostNats : std::log1p(std::exp(-odds));
+    const double nats = odds < -kMostNats ? kMostNats : Maths::log1p(Maths::exp(-odds));
     sum_ += static_cast<int64_t>(nats * kFixedOne + 0.5);
-    single_ = visible_probability(logit, logit_scale);
+    single_ = visible_probability<Maths>(logit, logit_scale);
     learned_ = learned_ == 0 ? 1 : 2;
   }
 
-  bool blocked_for_certain() const { return blocked_for_certain_; }
+  NIF_HOST_DEVICE bool blocked_for_certain() const { return blocked_for_certain_; }
   /// The smallest one; below 0: occluded.
-  int32_t logit() const { return logit_; }
-  bool certain() const { return logit_ < 0 ? blocked_for_certain_ : all_certain_; }
-  float probability() const {
+  NIF_HOST_DEVICE int32_t logit() const { return logit_; }
+  NIF_HOST_DEVICE bool certain() const { return logit_ < 0 ? blocked_for_certain_ : all_certain_; }
+  NIF_HOST_DEVICE float probability() const {
     if (logit_ == -kCertainLogit) return 0;
     if (learned_ < 2) return single_;
-    return static_cast<float>(std::exp(-static_cast<double>(sum_) / kFixedOne));
+    return static_cast<float>(Maths::exp(-static_cast<double>(sum_) / kFixedOne));
   }
 
  private:
@@ -50,5 +60,6 @@ class CombinedAnswer {
   uint8_t learned_ = 0;  ///< answers of networks: 0, 1, or 2 for more
   bool all_certain_ = true, blocked_for_certain_ = false;
 };
+using CombinedAnswer = CombinedAnswerBy<HostMaths>;
 
 }  // namespace nif::kernels

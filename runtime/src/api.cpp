@@ -65,7 +65,10 @@ void retain(Handle handle) {
 void give_back(NifDeviceObject& device) { release(&device); }
 void give_back(NifAssetObject& asset) { release(&asset); }
 void give_back(NifSceneObject& scene) { release(&scene); }
-void give_back(NifJobObject& job) { job.device->crew.drop_handle(job); }
+void give_back(NifJobObject& job) {
+  if (job.on_gpu) job.device->gpu->let_go(job);
+  job.device->crew.drop_handle(job);
+}
 
 template <class Handle>
 void release_one(Handle handle) {
@@ -96,16 +99,25 @@ NifError nifGetDeviceInfo(NifDevice device, NifDeviceInfo* info) {
   return guarded([&] {
     auto& the_device = get(device);
     const Configuration& configuration = the_device.configuration;
-    write_structure(info, {0, configuration.threads, 0, name_of(configuration.isa), configuration.backend},
+    write_structure(info,
+                    {0, configuration.threads, 0, name_of(configuration.isa), configuration.backend,
+                     the_device.gpu ? the_device.gpu->card_name() : ""},
                     "info");
   });
 }
 
 NifError nifGetBackendInfo(uint32_t index, NifBackendInfo* info) {
   return guarded([&] {
-    const NifBackendInfo known[] = {{0, "cpu", 1, 0, ""}, {0, "hip", 0, 0, why_no_hip()}};
-    if (index >= std::size(known)) refuse_argument("there is no backend " + std::to_string(index));
-    write_structure(info, known[index], "info");
+    if (index > 1) refuse_argument("there is no backend " + std::to_string(index));
+    const char* reason = index == 1 ? why_no_gpu() : "";
+    write_structure(info, {0, index == 1 ? "hip" : "cpu", *reason == 0, 0, reason}, "info");
+  });
+}
+
+NifError nifGetCardInfo(uint32_t card, NifCardInfo* info) {
+  return guarded([&] {
+    require_argument(info, "info");
+    write_structure(info, describe_card(card), "info");
   });
 }
 
@@ -230,7 +242,12 @@ NifError nifQuery(NifScene scene, const NifQuery* query) {
     Request request;
     request.query = read_structure(query, "query");
     check_query(the_scene, request.query);
-    answer(the_scene, request);
+    if (!answered_by_gpu(the_scene, request.query)) {
+      check_scratch(request.query);
+      answer(the_scene, request);
+    } else if (request.query.count != 0) {
+      the_scene.device->gpu->query(the_scene, request.query);
+    }
   });
 }
 
@@ -259,7 +276,28 @@ NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confi
     request.fallback_user = user;
     request.confidence = confidence;
     check_query(the_scene, request.query);
+    if (request.query.memory == NIF_DEVICE || request.query.stream)
+      throw Failure(NIF_ERROR_NOT_AVAILABLE,
+                    "query: a fallback runs on the CPU, so it needs host memory and no stream");
+    check_scratch(request.query);
     answer(the_scene, request);
+  });
+}
+
+NifError nifMeasureQuery(NifScene scene, const NifQuery* query, uint32_t rounds, double* seconds) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    require_argument(seconds, "seconds");
+    const NifQuery asked = read_structure(query, "query");
+    check_query(the_scene, asked);
+    if (!the_scene.device->gpu)
+      throw Failure(NIF_ERROR_NOT_AVAILABLE, "query: only a GPU is measured; this device is a CPU");
+    if (asked.memory != NIF_HOST || asked.stream)
+      refuse_argument("query: to be measured it needs host memory and no stream");
+    if (asked.count == 0 || rounds == 0) refuse_argument("query: nothing is to be measured");
+    if (!the_scene.ready_on_gpu)
+      throw Failure(NIF_ERROR_INVALID_OPERATION, "the scene is not on the GPU, because its commit failed");
+    the_scene.device->gpu->measure(the_scene, asked, rounds, seconds);
   });
 }
 
@@ -272,6 +310,7 @@ NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job) {
     Request request;
     request.query = read_structure(query, "query");
     check_query(the_scene, request.query);
+    if (!answered_by_gpu(the_scene, request.query)) check_scratch(request.query);
     *job = reinterpret_cast<NifJob>(start_job(the_scene, request));
   });
 }
@@ -279,6 +318,7 @@ NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job) {
 NifError nifWaitJob(NifJob job) {
   return guarded([&] {
     auto& the_job = get(job);
+    if (the_job.on_gpu) the_job.device->gpu->wait(the_job);
     the_job.device->crew.finish(the_job, nullptr);
   });
 }
@@ -287,6 +327,7 @@ NifError nifIsJobDone(NifJob job, uint32_t* done) {
   return guarded([&] {
     auto& the_job = get(job);
     require_argument(done, "done");
+    if (the_job.on_gpu) the_job.device->gpu->poll(the_job);
     *done = the_job.is_done();
   });
 }

@@ -88,6 +88,7 @@ NifAssetInfo describe(const NifAssetObject& asset) {
     info.resident_bytes += kernel.get_deleter().bytes + kernel->resident_bytes();
   info.metadata = view.metadata.empty() ? nullptr : view.metadata.data();
   info.metadata_bytes = view.metadata.size();
+  info.gpu_bytes = asset.gpu_bytes;
   return info;
 }
 

@@ -2,6 +2,7 @@
 // Where no kernel reads the bytes any more they are let go, and the views keep names, boxes and numbers.
 #pragma once
 
+#include <atomic>
 #include <string>
 
 #include "device.hpp"
@@ -20,9 +21,13 @@ struct NifAssetObject : nif::runtime::Object {
         file_bytes(memory.bytes().size()) {
     for (const nif::format::ObjectView& object : view.objects)
       kernels.push_back(nif::runtime::make_kernel(object, owner->configuration.isa, owner->memory()));
-    bool read = false;
+    bool read = device->gpu.has_value();  // when a scene with this asset is committed
     for (const nif::runtime::KernelPointer& kernel : kernels) read = read || kernel->reads_field();
     if (!read) drop_bytes();
+  }
+
+  ~NifAssetObject() {
+    if (on_gpu) device->gpu->free(*this);
   }
 
   nif::runtime::Ref<NifDeviceObject> device;
@@ -32,6 +37,8 @@ struct NifAssetObject : nif::runtime::Object {
   std::pmr::vector<char> texts;  ///< names and metadata of the view, where `memory` is let go
   std::pmr::vector<nif::runtime::KernelPointer> kernels;  ///< [object] answers it
   uint64_t file_bytes;
+  nif::runtime::GpuAsset* on_gpu = nullptr;  ///< once a scene with it was committed
+  std::atomic<uint64_t> gpu_bytes = 0;
 
  private:
   void drop_bytes();

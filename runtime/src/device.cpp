@@ -12,17 +12,22 @@
 namespace nif::runtime {
 namespace {
 
-constexpr uint32_t kMaxThreads = 1024;
+constexpr uint32_t kMaxThreads = 1024, kMaxCards = 1024;
 
 uint32_t machine_threads() { return std::clamp(std::thread::hardware_concurrency(), 1u, kMaxThreads); }
 
+uint32_t parse_number(std::string_view key, std::string_view value, uint32_t most) {
+  uint32_t number = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  if (error != std::errc() || end != value.data() + value.size() || number > most)
+    refuse_argument("configuration: " + std::string(key) + "=" + std::string(value) +
+                    " is no number from 0 to " + std::to_string(most));
+  return number;
+}
+
 /// 0 stands for as many as the machine has threads.
 uint32_t parse_count(std::string_view key, std::string_view value) {
-  uint32_t count = 0;
-  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), count);
-  if (error != std::errc() || end != value.data() + value.size() || count > kMaxThreads)
-    refuse_argument("configuration: " + std::string(key) + "=" + std::string(value) +
-                    " is no number from 0 to " + std::to_string(kMaxThreads));
+  const uint32_t count = parse_number(key, value, kMaxThreads);
   return count != 0 ? count : machine_threads();
 }
 
@@ -37,15 +42,20 @@ Isa parse_isa(std::string_view value) {
   refuse_argument("configuration: there is no isa=" + std::string(value));
 }
 
-void parse_backend(std::string_view value) {
-  if (value == "cpu") return;
-  if (value != "hip") refuse_argument("configuration: there is no backend=" + std::string(value));
-  throw Failure(NIF_ERROR_NOT_AVAILABLE, std::string("configuration: backend=hip: ") + why_no_hip());
+const char* parse_backend(std::string_view value) {
+  for (const char* known : {"cpu", "hip"})
+    if (value == known) return known;
+  refuse_argument("configuration: there is no backend=" + std::string(value));
+}
+
+/// What is of no use without a GPU backend is a mistake.
+void check_backend(const Configuration& configuration, bool names_card) {
+  if (std::string_view(configuration.backend) == "hip") return;
+  if (names_card || !configuration.module.empty())
+    refuse_argument("configuration: device= and module= need backend=hip");
 }
 
 }  // namespace
-
-const char* why_no_hip() { return "this version has no GPU module"; }
 
 void* CallbackMemory::do_allocate(size_t bytes, size_t alignment) {
   void* memory = callbacks_.allocate(callbacks_.user, std::max<size_t>(bytes, 1), alignment);
@@ -60,6 +70,7 @@ void CallbackMemory::do_deallocate(void* memory, size_t bytes, size_t alignment)
 Configuration parse_configuration(std::string_view text) {
   Configuration configuration;
   configuration.queries = machine_threads();
+  bool names_card = false;
   while (!text.empty()) {
     const std::string_view item = text.substr(0, text.find(','));
     text.remove_prefix(std::min(text.size(), item.size() + 1));
@@ -73,12 +84,26 @@ Configuration parse_configuration(std::string_view text) {
     else if (key == "isa")
       configuration.isa = parse_isa(value);
     else if (key == "backend")
-      parse_backend(value);
+      configuration.backend = parse_backend(value);
+    else if (key == "device")
+      configuration.card = parse_number(key, value, kMaxCards), names_card = true;
+    else if (key == "module")
+      configuration.module = value;
     else
       refuse_argument("configuration: '" + std::string(item) + "' is not known");
   }
+  check_backend(configuration, names_card);
   configuration.queries = std::max(configuration.queries, configuration.threads);
   return configuration;
+}
+
+void open_gpu(const Configuration& configuration, std::optional<Gpu>& gpu) {
+  if (std::string_view(configuration.backend) != "hip") return;
+  try {
+    gpu.emplace(configuration.module, configuration.card);
+  } catch (const Failure& failure) {
+    throw Failure(failure.code(), std::string("configuration: backend=hip: ") + failure.what());
+  }
 }
 
 NifDeviceObject* new_device(const char* configuration, const NifDeviceCallbacks* callbacks) {

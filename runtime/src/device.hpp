@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <memory_resource>
+#include <optional>
 #include <string_view>
 
 #include "crew.hpp"
+#include "gpu.hpp"
 #include "kernel.hpp"
 #include "nif/nif.h"
 #include "object.hpp"
@@ -31,13 +33,15 @@ struct Configuration {
   Isa isa = best_isa();
   uint32_t queries;  ///< that find memory to work in at the same time
   const char* backend = "cpu";
+  uint32_t card = 0;        ///< of backend hip
+  std::string_view module;  ///< its file, or ""; of the text that was parsed
 };
 
 /// Parses "key=value,key=value". Throws Failure.
 Configuration parse_configuration(std::string_view text);
 
-/// The sentence for a backend that this build has not; empty where it has it.
-const char* why_no_hip();
+/// Where the backend is one. Throws Failure.
+void open_gpu(const Configuration& configuration, std::optional<Gpu>& gpu);
 
 }  // namespace nif::runtime
 
@@ -51,6 +55,8 @@ struct NifDeviceObject : nif::runtime::Object {
         free_jobs(uint32_t(jobs.size()), memory()),
         crew(callbacks.submit ? 0 : settings.threads - 1, memory()) {
     for (NifJobObject& job : jobs) job.drop();  // nobody refers to them yet
+    open_gpu(settings, gpu);
+    configuration.module = {};
   }
 
   std::pmr::memory_resource* memory() {
@@ -60,6 +66,7 @@ struct NifDeviceObject : nif::runtime::Object {
   nif::runtime::Configuration configuration;
   NifDeviceCallbacks own_callbacks;
   nif::runtime::CallbackMemory callback_memory;
+  std::optional<nif::runtime::Gpu> gpu;  ///< where the backend is one
   nif::runtime::WorkAreas areas;
   std::pmr::vector<NifJobObject> jobs;  ///< for queries that return when they are answered
   nif::runtime::Claims free_jobs;

@@ -13,18 +13,9 @@
 
 namespace nif::runtime {
 
-inline constexpr uint32_t kWidth = 4;
-
-struct alignas(64) Node {
-  float min[3][kWidth], max[3][kWidth];  ///< inverted where there is no child
-  uint32_t child[kWidth];                ///< a node, or kLeaf | instance
-  uint32_t lanes;                        ///< a bit for each child that is there
-  uint32_t parent;                       ///< the place of this node in its parent; of the root: kNoPlace
-};
-static_assert(sizeof(Node) == 128);
-
-inline constexpr uint32_t kLeaf = 0x80000000u;
-inline constexpr uint32_t kNoPlace = 0xffffffffu;
+using Node = kernels::TopNode;
+using kernels::kNoPlace;
+inline constexpr uint32_t kWidth = kernels::kTopWidth, kLeaf = kernels::kTopLeaf;
 /// Nodes on a path from the root at most: a traversal keeps 4 bits for each in 64.
 inline constexpr uint32_t kMaxLevels = 16;
 inline constexpr uint32_t kMaxInstances = kLeaf - 1;

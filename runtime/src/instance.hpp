@@ -1,11 +1,11 @@
-// One placed object, as compact as a scene of very many needs it.
+// Placed objects: their transforms and their boxes.
 #pragma once
 
 #include <array>
 
 #include "formats/nif/reader.hpp"
 #include "kernels/object_kernel.hpp"
-#include "kernels/reference/instance.hpp"
+#include "kernels/scene_field.hpp"
 
 namespace nif::runtime {
 
@@ -20,14 +20,7 @@ struct PlacedObject {
   float reach_scale;  ///< as format::ObjectView's
 };
 
-struct Instance {
-  kernels::WorldToObject to_object;
-  uint32_t object : 30;           ///< index of its PlacedObject
-  uint32_t identity : 1;          ///< rays are taken as they are
-  uint32_t well_conditioned : 1;  ///< the inverse is as good as its rounding to float
-  uint32_t place;                 ///< of its box in the scene's hierarchy
-};
-static_assert(sizeof(Instance) == 56);
+using Instance = kernels::PlacedInstance;
 inline constexpr uint32_t kMaxPlacedObjects = 1u << 30;
 
 /// All but object and place. Throws Failure where the transform is not finite or has no inverse.

@@ -6,6 +6,7 @@
 #include "device.hpp"
 #include "float_environment.hpp"
 #include "handles.hpp"
+#include "query.hpp"
 #include "scene.hpp"
 
 namespace nif::runtime {
@@ -99,6 +100,11 @@ void answer(NifSceneObject& scene, Request request) {
 
 uintptr_t start_job(NifSceneObject& scene, Request request) {
   NifDeviceObject& device = *scene.device.get();
+  const bool on_gpu = answered_by_gpu(scene, request.query);
+  if (on_gpu && request.query.memory == NIF_HOST) {
+    device.gpu->query(scene, request.query);
+    request.query.count = 0;  // there is nothing left to do
+  }
   const uint32_t threads = device.configuration.threads;
   if (threads > 1) request.block_rays = block_size(request.query.count, threads);
   auto* job = create<NifJobObject>(device.memory());
@@ -110,9 +116,20 @@ uintptr_t start_job(NifSceneObject& scene, Request request) {
     throw;
   }
   set_up(*job, scene, request);
+  if (on_gpu && request.query.memory == NIF_DEVICE && request.query.count != 0) {
+    try {
+      device.gpu->start(scene, request.query, *job);
+    } catch (...) {
+      release_handle(Kind::job, handle);
+      dispose(*job);
+      throw;
+    }
+    job->next = job->blocks;
+  }
   scene.retain();
   job->holds_scene = true;
   job->has_handle = true;
+  if (job->on_gpu) return handle;
   if (job->blocks == 0 || (device.crew.empty() && device.own_callbacks.submit == nullptr))
     device.crew.finish(*job, request.query.scratch);
   else

@@ -9,6 +9,7 @@
 #include <memory_resource>
 
 #include "claims.hpp"
+#include "gpu_module.hpp"
 #include "object.hpp"
 #include "request.hpp"
 
@@ -37,6 +38,7 @@ struct NifJobObject : nif::runtime::Object {
     return scene;
   }
 
+  nif::runtime::GpuJob* on_gpu = nullptr;         ///< done when that is
   uint32_t number = nif::runtime::Claims::kNone;  ///< among the device's jobs; kNone: allocated on its own
 };
 

@@ -63,6 +63,28 @@ void append(NifSceneObject& scene, Instance instance, uint32_t object, const ker
   scene.committed = false;
 }
 
+/// All of a commit but the GPU's part.
+void commit_instances(NifSceneObject& scene) {
+  auto* memory = scene.device->memory();
+  scene.ready_on_gpu = false;
+  if (!scene.new_boxes.empty() || !scene.hierarchy.refit()) {
+    const size_t count = scene.instances.size();
+    std::pmr::vector<kernels::WorldBox> boxes(memory);
+    std::pmr::vector<uint32_t> places(count, memory);
+    if (scene.new_boxes.empty()) {
+      boxes.reserve(count);
+      for (const Instance& instance : scene.instances) boxes.push_back(scene.hierarchy.box(instance.place));
+    }
+    scene.instances.shrink_to_fit();
+    scene.objects.shrink_to_fit();
+    scene.hierarchy.build(scene.new_boxes.empty() ? boxes : scene.new_boxes, places);
+    for (size_t i = 0; i < count; ++i) scene.instances[i].place = places[i];
+    std::pmr::vector<kernels::WorldBox>(memory).swap(scene.new_boxes);
+  }
+  scene.bounds = scene.hierarchy.bounds();
+  scene.committed = true;
+}
+
 }  // namespace
 
 NifSceneObject* new_scene(NifDeviceObject* device) {
@@ -135,24 +157,9 @@ void set_transform(NifSceneObject& scene, uint32_t instance, const float* transf
 }
 
 void commit(NifSceneObject& scene) {
-  auto* memory = scene.device->memory();
-  if (scene.committed) return;
-  if (!scene.new_boxes.empty() || !scene.hierarchy.refit()) {
-    const size_t count = scene.instances.size();
-    std::pmr::vector<kernels::WorldBox> boxes(memory);
-    std::pmr::vector<uint32_t> places(count, memory);
-    if (scene.new_boxes.empty()) {
-      boxes.reserve(count);
-      for (const Instance& instance : scene.instances) boxes.push_back(scene.hierarchy.box(instance.place));
-    }
-    scene.instances.shrink_to_fit();
-    scene.objects.shrink_to_fit();
-    scene.hierarchy.build(scene.new_boxes.empty() ? boxes : scene.new_boxes, places);
-    for (size_t i = 0; i < count; ++i) scene.instances[i].place = places[i];
-    std::pmr::vector<kernels::WorldBox>(memory).swap(scene.new_boxes);
-  }
-  scene.bounds = scene.hierarchy.bounds();
-  scene.committed = true;
+  std::optional<Gpu>& gpu = scene.device->gpu;
+  if (!scene.committed) commit_instances(scene);
+  if (gpu && !scene.ready_on_gpu) gpu->upload(scene);
 }
 
 NifSceneInfo describe(const NifSceneObject& scene) {

@@ -26,6 +26,9 @@ struct NifSceneObject : nif::runtime::Object {
         instances(owner->memory()),
         hierarchy(owner->memory()),
         new_boxes(owner->memory()) {}
+  ~NifSceneObject() {
+    if (on_gpu) device->gpu->free(*this);
+  }
 
   nif::runtime::Ref<NifDeviceObject> device;
   std::pmr::vector<nif::runtime::HeldAsset> assets;  ///< each once, sorted by address
@@ -36,6 +39,8 @@ struct NifSceneObject : nif::runtime::Object {
   /// the hierarchy has the boxes.
   std::pmr::vector<nif::kernels::WorldBox> new_boxes;
   bool committed = false;
+  nif::runtime::GpuScene* on_gpu = nullptr;
+  bool ready_on_gpu = false;  ///< what is there is what was committed
   nif::kernels::WorldBox bounds{{1, 1, 1}, {-1, -1, -1}};
 };
 

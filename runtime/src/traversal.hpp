@@ -1,8 +1,6 @@
 // Following one ray through the hierarchy, from one instance that it may meet to the next.
 #pragma once
 
-#include <bit>
-
 #include "float4.hpp"
 #include "hierarchy.hpp"
 #include "work_area.hpp"
@@ -43,25 +41,7 @@ inline Cursor start(const Node* nodes, const TraversalRay& ray) { return {may_me
 
 /// The next instance whose box the ray may meet, or kNoPlace after the last.
 inline uint32_t next_instance(const Node* nodes, const TraversalRay& ray, Cursor& cursor) {
-  uint64_t trail = cursor.trail;
-  uint32_t at = cursor.node;
-  while (trail != 0) {
-    if ((trail & 15) == 0) {
-      trail >>= 4;
-      at = nodes[at].parent / kWidth;
-      continue;
-    }
-    const uint32_t child = nodes[at].child[std::countr_zero(trail)];
-    trail &= trail - 1;
-    if (child & kLeaf) {
-      cursor = {trail, at};
-      return child & ~kLeaf;
-    }
-    at = child;
-    trail = trail << 4 | may_meet(nodes[at], ray);
-  }
-  cursor = {0, at};
-  return kNoPlace;
+  return kernels::next_instance(nodes, cursor, [&](const Node& node) { return may_meet(node, ray); });
 }
 
 }  // namespace nif::runtime

@@ -4,17 +4,12 @@
 
 #include "kernels/object_kernel.hpp"
 #include "kernels/reference/scene.hpp"
+#include "kernels/reference/top_level.hpp"
 
 namespace nif::runtime {
 
+using kernels::Cursor;
 using kernels::kBatchRays;
-
-/// Where a ray's traversal of the hierarchy goes on: the node, and the children still to be visited of it
-/// (lowest 4 bits), of its parent (next 4), and so on.
-struct Cursor {
-  uint64_t trail;
-  uint32_t node;
-};
 
 /// An instance to be asked about a ray of the block.
 struct Pair {

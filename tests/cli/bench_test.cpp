@@ -83,6 +83,41 @@ class Bench : public testing::Test {
   static inline std::string mesh_, asset_;
 };
 
+/// How fast is for a real card to say; who takes part, and with what answers, is not.
+#ifdef NIF_EMULATED_MODULE
+TEST_F(Bench, OnAGpu) {
+  ASSERT_EQ(setenv("NIF_HIP_MODULE", NIF_EMULATED_MODULE, 1), 0);
+  Outcome outcome = nif(bench({"--device", "hip", "--json"}));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  const json on_cpu = json::parse(nif(bench({"--threads", "1", "--json"})).out);
+  EXPECT_EQ(result["schema"], "nifkit.bench-gpu/1");
+  EXPECT_EQ(result["card"], "emulated card 0");
+  EXPECT_EQ(result["against"], "bvh");
+  EXPECT_EQ(result["rounds"], 2);
+  ASSERT_EQ(result["sets"].size(), 3u);
+  for (const auto& [name, set] : result["sets"].items()) {
+    SCOPED_TRACE(name);
+    for (const char* stated : {"rays", "error", "leak", "spurious", "certain", "certain_wrong"})
+      EXPECT_EQ(set[stated], on_cpu["sets"][name][stated]) << stated;
+    EXPECT_LT(set["other"]["error"].get<double>(), 1e-3) << "a BVH is exact";
+    EXPECT_GT(set["nif"]["mrays_per_s"].get<double>(), 0);
+    EXPECT_GT(set["ratio"].get<double>(), 0);
+    EXPECT_GT(set["nif"]["bytes"].get<uint64_t>(), 1000u);
+    EXPECT_GT(set["other"]["bytes"].get<uint64_t>(), 1000u);
+  }
+  outcome = nif(bench({"--device", "hip", "--set", "sun"}));
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("on emulated card 0, against an exact BVH of the mesh"), std::string::npos)
+      << outcome.out;
+  ASSERT_EQ(setenv("NIF_HIP_MODULE", "/no/such/module.so", 1), 0);
+  outcome = nif(bench({"--device", "hip"}));
+  EXPECT_EQ(outcome.code, int(Status::usage));
+  EXPECT_NE(outcome.err.find("/no/such/module.so cannot be loaded"), std::string::npos) << outcome.err;
+  unsetenv("NIF_HIP_MODULE");
+}
+#endif
+
 void check_rate(const json& rate) {
   EXPECT_GT(rate["lowest"].get<double>(), 0);
   EXPECT_LE(rate["lowest"], rate["mrays_per_s"]);

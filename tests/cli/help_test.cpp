@@ -11,6 +11,7 @@ TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
                                                                                        {"attach"},
                                                                                        {"bake"},
                                                                                        {"bench"},
+                                                                                       {"devices"},
                                                                                        {"eval"},
                                                                                        {"info"},
                                                                                        {"mesh"},
@@ -40,13 +41,14 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
   const std::string all = nif({"--help"}).out, bake = nif({"bake", "--help"}).out,
                     bench = nif({"bench", "--help"}).out, eval = nif({"eval", "--help"}).out,
                     generate = nif({"mesh", "generate", "--help"}).out;
-  for (const char* word : {"attach", "bake", "bench", "eval", "info", "mesh", "render"})
+  for (const char* word : {"attach", "bake", "bench", "devices", "eval", "info", "mesh", "render"})
     EXPECT_NE(all.find(word), std::string::npos) << word;
   for (const char* word :
        {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--mix", "--outer-resolution",
         "--precision", "--shared-network", "--seed", "--json", "--quiet"})
     EXPECT_NE(bake.find(word), std::string::npos) << word;
-  for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot"})
+  for (const char* word :
+       {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot", "--device"})
     EXPECT_NE(bench.find(word), std::string::npos) << word;
   for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--json"})
     EXPECT_NE(eval.find(word), std::string::npos) << word;

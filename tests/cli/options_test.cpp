@@ -145,6 +145,10 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{"BenchOfNoRounds", bench({"--rounds", "0"}), {"--rounds"}},
         WrongOptions{"BenchOfTooManyThreads", bench({"--threads", "5000"}), {"--threads"}},
         WrongOptions{"BenchOfUnknownEmbree", bench({"--embree", "some"}), {"--embree", "some"}},
+        WrongOptions{"BenchOnUnknownDevice", bench({"--device", "gpu"}), {"--device", "gpu"}},
+        WrongOptions{
+            "ThreadsOfAGpu", bench({"--device", "hip", "--threads", "1"}), {"--device hip", "--threads"}},
+        WrongOptions{"PlotOfAGpu", bench({"--device", "hip", "--plot", "a.svg"}), {"--device hip", "--plot"}},
         WrongOptions{"PlotAsStream", bench({"--plot", "-"}), {"--plot -"}},
         WrongOptions{"InfoOfNothing", {"info"}, {"ASSET"}}),
     [](const auto& instance) { return std::string(instance.param.name); });

@@ -57,7 +57,7 @@ uint32_t number(const std::string& text, size_t from, const char* pattern) {
 
 std::map<std::string, Resources> read_report(const std::string& text, bool amd) {
   std::map<std::string, Resources> kernels;
-  const std::regex start(amd ? "Function Name: (\\w+)" : "Compiling entry function '(\\w+)'");
+  const std::regex start(amd ? "Function Name: (nif_\\w+)" : "Compiling entry function '(\\w+)'");
   for (std::sregex_iterator it(text.begin(), text.end(), start), end; it != end; ++it) {
     const auto at = size_t(it->position());
     Resources& kernel = kernels[(*it)[1]];
@@ -99,6 +99,12 @@ INSTANTIATE_TEST_SUITE_P(Each, GpuCodeTest, testing::ValuesIn(kTargets),
                          [](const auto& p) { return p.param.name; });
 
 constexpr const char* kKernels[] = {"nif_bvh",
+                                    "nif_scene_any",
+                                    "nif_scene_any_details",
+                                    "nif_scene_bvh",
+                                    "nif_scene_bvh_details",
+                                    "nif_scene_segment",
+                                    "nif_scene_segment_details",
                                     "nif_segment_walk",
                                     "nif_segment_whole_2",
                                     "nif_segment_whole_any",
@@ -134,9 +140,18 @@ struct Bounds {
 /// 19 of 64 warps on NVIDIA. Kernels in half precision keep a layer's inputs and outputs in registers, and
 /// shared memory, of which the paper's networks take 25 kB a block, has room for 10 waves on a SIMD of
 /// gfx1100's and for 2 on one of gfx90a's. 168 registers leave room for 9 and for 3; 128, on NVIDIA, for two
-/// blocks. For wider networks 208 do for 7 and for 2, and 160 for one block.
+/// blocks. For wider networks 208 do for 7 and for 2, and 160 for one block. The kernels for whole scenes
+/// keep a ray in two spaces and its way through the top level besides, and up to 72 bytes of arrays in
+/// memory; those for details join answers in double precision, too. They are bounded by what compilers need
+/// today, so that a change for the worse shows.
 TEST_P(GpuCodeTest, StaysWithinRegisters) {
   const std::map<std::string, Bounds> most{{"nif_bvh", {96, 96, 0}},
+                                           {"nif_scene_any", {224, 152, 256}},
+                                           {"nif_scene_any_details", {232, 152, 256}},
+                                           {"nif_scene_bvh", {144, 144, 256}},
+                                           {"nif_scene_bvh_details", {184, 152, 256}},
+                                           {"nif_scene_segment", {136, 136, 256}},
+                                           {"nif_scene_segment_details", {168, 152, 256}},
                                            {"nif_segment_walk", {48, 48, 0}},
                                            {"nif_segment_whole_2", {96, 96, 48}},
                                            {"nif_segment_whole_any", {144, 104, 56}},
@@ -155,8 +170,9 @@ TEST_P(GpuCodeTest, StaysWithinRegisters) {
     EXPECT_EQ(kernel.spilled, 0u) << name;
     EXPECT_LE(kernel.scalars, bounds.scalars) << name;
     // Without matrix units products are so long that clang keeps copies of arguments, which nothing reads.
+    const bool whole_scene = name.starts_with("nif_scene_");
     const bool copies = name.starts_with("nif_spherical_half") && GetParam().name == std::string("gfx1030");
-    EXPECT_LE(kernel.stack, copies ? 240u : 16u) << name;
+    EXPECT_LE(kernel.stack, copies ? 240u : whole_scene ? 72u : 16u) << name;
   }
 }
 

@@ -4,9 +4,7 @@
 // asks every variant, on any asset.
 #include <gtest/gtest.h>
 
-#include "bake/bake.hpp"
-#include "bake/prepare.hpp"
-#include "formats/nif/writer.hpp"
+#include "tests/gpu/baked.hpp"
 #include "tests/gpu/compare_half.hpp"
 #include "tests/gpu/compare_sets.hpp"
 #include "tests/support/shapes.hpp"
@@ -15,39 +13,6 @@ namespace nif::test {
 namespace {
 
 constexpr uint64_t kRays = 1'000'000, kFewerRays = 100'000;
-
-mesh::Scene scene_of(mesh::Mesh mesh) {
-  mesh::Scene scene;
-  scene.instances = {{"it", 0, mesh::kIdentity}};
-  scene.meshes = {std::move(mesh)};
-  return scene;
-}
-
-std::vector<std::byte> bake_quickly(const mesh::Scene& scene, bake::EncodingOption encoding) {
-  bake::BakeOptions options;
-  options.encoding = encoding;
-  options.preset = bake::Preset::fast;
-  options.effort = 0.1;
-  options.evaluation_rays = 0;
-  if (encoding == bake::EncodingOption::segment) options.resolution = 32;
-  if (encoding == bake::EncodingOption::spherical) {
-    options.preset = bake::Preset::paper;
-    options.spherical.passes = 1;
-  }
-  const std::atomic<bool> cancel{false};
-  return format::encode(bake::bake(scene, options, {}, cancel).asset);
-}
-
-struct Baked {
-  mesh::Scene scene;
-  std::vector<std::byte> file;
-  format::AssetView view;
-
-  Baked(mesh::Mesh mesh, bake::EncodingOption encoding)
-      : scene(scene_of(std::move(mesh))),
-        file(bake_quickly(scene, encoding)),
-        view(format::read_asset(file, "test")) {}
-};
 
 void expect_equal(const Baked& baked, uint64_t count, const std::vector<KernelVariant>& variants) {
   const bake::Prepared prepared = bake::prepare(baked.scene.meshes[0]);

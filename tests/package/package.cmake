@@ -19,6 +19,10 @@ if(STEP STREQUAL "install")
   run(${CMAKE_COMMAND} --install ${BUILD}/runtime --prefix ${DIR}/installed --config "${CONFIG}")
   file(RENAME ${DIR}/installed ${prefix})
   run(${WRITE_ASSET} 7 ${asset} 16)
+  # The GPU module comes along where there is one.
+  if(EXISTS ${BUILD}/${LIBDIR}/libnif_hip.so AND NOT EXISTS ${prefix}/${LIBDIR}/libnif_hip.so)
+    message(FATAL_ERROR "the package has no ${LIBDIR}/libnif_hip.so")
+  endif()
   # Nothing may remember where it was installed or built.
   file(GLOB_RECURSE files ${prefix}/*.cmake ${prefix}/*.pc)
   if(NOT files)

@@ -24,7 +24,8 @@
  *   asset. Calls that change a scene (nifAdd..., nifSet..., nifCommitScene) must not overlap with any other
  *   call on the same scene. Any number of threads may query one committed scene.
  * - It may allocate, through the device's allocator. Queries never allocate, but for the job of
- *   nifQueryAsync. (Of the system's memory are threads, error messages, and handles beyond 1,024 at once.)
+ *   nifQueryAsync, and on a GPU (see there). (Of the system's memory are threads, error messages, handles
+ *   beyond 1,024 at once, and what the GPU module needs on the host.)
  * - Pointers handed out belong to nifkit and live as long as the object that they were asked of.
  * - The caller's floating-point environment (rounding, flushing of denormals, exception flags) has no
  *   influence on any result and is left as it was.
@@ -138,7 +139,11 @@ typedef struct NifDeviceCallbacks {
  *               than threads.
  *   isa=NAME    auto (default): the best that this build and this machine have. scalar, sse4, avx2, avx512
  *               (both with VNNI where there is), neon (64-bit ARM). Answers are the same bits with each.
- *   backend=NAME  cpu (default) or hip. In this version only cpu is there.
+ *   backend=NAME  cpu (default), or hip: a GPU of AMD's or NVIDIA's, by a module that is loaded now.
+ *   device=N    with backend=hip: the card, as nifGetCardInfo counts them (default 0).
+ *   module=PATH with backend=hip: the module's file. By default the one that the environment variable
+ *               NIF_HIP_MODULE names; else libnif_hip.so beside this library or the program that it is a
+ *               part of, in the folder for libraries beside that, or where the system looks for libraries.
  * What is not there gives NIF_ERROR_NOT_AVAILABLE, what is not in this list NIF_ERROR_INVALID_ARGUMENT.
  * `callbacks` may be null; they are copied. */
 NIF_API NifError nifNewDevice(const char* config, const NifDeviceCallbacks* callbacks, NifDevice* device);
@@ -150,7 +155,8 @@ typedef struct NifDeviceInfo {
   uint32_t threads; /* that one query uses at most */
   uint32_t reserved;
   const char* isa;     /* in use, e.g. "avx512" */
-  const char* backend; /* "cpu" */
+  const char* backend; /* "cpu" or "hip" */
+  const char* card;    /* the GPU's name; "" for the CPU */
 } NifDeviceInfo;
 
 /* Allocates nothing. */
@@ -165,8 +171,26 @@ typedef struct NifBackendInfo {
 } NifBackendInfo;
 
 /* The backends that this version knows, for index = 0, 1, ... NIF_ERROR_INVALID_ARGUMENT beyond the last.
- * Needs no device. Allocates nothing. */
+ * Needs no device. For "hip" it loads the GPU module and the drivers, and looks for cards, anew each time;
+ * the reason is that no module, no driver, or no card is there, that a driver is too old, or that the module
+ * has no code for the cards. It stays until the next call of this function on this thread. */
 NIF_API NifError nifGetBackendInfo(uint32_t index, NifBackendInfo* info);
+
+typedef struct NifCardInfo {
+  uint64_t struct_size;
+  const char* name;
+  const char* target; /* what code is made for, e.g. "gfx1100" or "sm_90" */
+  const char* driver; /* e.g. "CUDA 13.0" */
+  uint64_t memory_bytes;
+  uint32_t available; /* 0 or 1 */
+  uint32_t reserved;
+  const char* reason; /* why it cannot be used, as one sentence; "" where it can */
+} NifCardInfo;
+
+/* The GPUs of backend=hip, for card = 0, 1, ... as in device=N. NIF_ERROR_INVALID_ARGUMENT beyond the last,
+ * NIF_ERROR_NOT_AVAILABLE where there are none. Needs no device; looks anew each time. The texts stay until
+ * the next call of this function on this thread. */
+NIF_API NifError nifGetCardInfo(uint32_t card, NifCardInfo* info);
 
 /* ---- Assets ------------------------------------------------------------------------------------------ */
 
@@ -209,6 +233,7 @@ typedef struct NifAssetInfo {
                            the file's bytes, borrowed and mapped ones too, unless these tables replace them */
   const char* metadata; /* JSON, UTF-8, [metadata_bytes], not terminated; null where there is none */
   uint64_t metadata_bytes;
+  uint64_t gpu_bytes; /* memory of the GPU that it takes: 0 until a scene with it is committed there */
 } NifAssetInfo;
 
 /* Allocates nothing. */
@@ -268,7 +293,13 @@ NIF_API NifError nifSetInstanceTransform(NifScene scene, uint32_t instance, cons
 
 /* Makes the changes since the last commit ready for queries. Where only transforms have changed, the
  * hierarchy over the instances is refitted, unless that has made it much worse; else it is built anew: n log
- * n for n instances, some 5 ms for 10,000. Does nothing where nothing has changed. */
+ * n for n instances, some 5 ms for 10,000. Does nothing where nothing has changed.
+ *
+ * On a GPU the scene is then copied there, and with it those of its assets that are not there yet: an asset
+ * is copied once for all scenes and stays until it is destroyed. The call waits for the scene's own queries
+ * that the GPU is still at, and for its copies; so does the release of a scene's last reference. Where the
+ * GPU's part fails (NIF_ERROR_OUT_OF_DEVICE_MEMORY, NIF_ERROR_DEVICE_LOST), the scene is committed for the
+ * CPU, which answers queries of host memory; committing again tries the GPU again. */
 NIF_API NifError nifCommitScene(NifScene scene);
 
 typedef struct NifSceneInfo {
@@ -305,7 +336,7 @@ typedef struct NifRay {
 
 typedef enum NifMemory {
   NIF_HOST = 0,
-  NIF_DEVICE = 1, /* all arrays of the query are in the GPU's memory; GPU backends only */
+  NIF_DEVICE = 1, /* the GPU can read and write all arrays of the query; GPU backends only */
   NIF_MEMORY_IS_32_BITS = 0x7fffffff
 } NifMemory;
 
@@ -357,23 +388,31 @@ typedef struct NifQuery {
    * queries=N. */
   void* scratch;
   uint64_t scratch_bytes;
-  void* stream; /* hipStream_t or cudaStream_t to run on; null on the CPU */
+  void* stream; /* hipStream_t or cudaStream_t to run on, null: the default stream; null on the CPU */
 } NifQuery;
 
 #define NIF_LOGIT_CERTAIN 0x7fffffff
 
 /* How much scratch a query of `count` rays needs: on the CPU the same for any count but 0, less than a
- * megabyte. Allocates nothing. */
+ * megabyte. A GPU needs none and leaves it alone. Allocates nothing. */
 NIF_API NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_t* bytes);
 
-/* Answers a batch. Returns when the answers are there, except on a GPU, where it is then the stream's work.
- * Any number of threads may query one committed scene. Allocates nothing; needs at most 16 kB of stack, with
- * scratch or without. Any bits in the rays are safe; pointers and strides are trusted. An uncommitted scene
- * gives NIF_ERROR_INVALID_OPERATION; device memory or a stream without a GPU backend
- * NIF_ERROR_NOT_AVAILABLE. */
+/* Answers a batch. Returns when the answers are there, but for device memory: see below. Any number of
+ * threads may query one committed scene. Allocates nothing; needs at most 16 kB of stack, with scratch or
+ * without. Any bits in the rays are safe; pointers and strides are trusted. An uncommitted scene gives
+ * NIF_ERROR_INVALID_OPERATION; device memory or a stream without a GPU backend NIF_ERROR_NOT_AVAILABLE.
+ *
+ * On a GPU: with NIF_DEVICE the query is put into the stream and nothing is waited for; arrays and scene stay
+ * as they are until the stream has come past it. With NIF_HOST rays and answers are copied, in the stream
+ * where one is given, and the call returns when the answers are there; it allocates memory to copy by, which
+ * the device keeps. The first array's element tells where an array is: memory of the wrong kind, or of
+ * another card, gives NIF_ERROR_WRONG_POINTER (managed memory is right for both); a stream of another card
+ * NIF_ERROR_INVALID_ARGUMENT, where the driver can tell. NIF_ERROR_DEVICE_LOST may stand for what an earlier
+ * query has met. After that the CPU answers queries of host memory, as it does where a scene is not on the
+ * GPU; to use the card again takes a new device, and with most drivers a new process. */
 NIF_API NifError nifQuery(NifScene scene, const NifQuery* query);
 
-/* One ray: *visible receives 1 or 0. As nifQuery in all else. */
+/* One ray: *visible receives 1 or 0. Always answered by the CPU. As nifQuery in all else. */
 NIF_API NifError nifQueryRay(NifScene scene, const NifRay* ray, uint8_t* visible);
 
 /* A description of rays[count], without outputs. Null where count is 0. */
@@ -407,7 +446,8 @@ typedef void (*NifFallback)(void* user, uint64_t count, const uint64_t* rays, ui
  * confidence to the fallback, in batches. Its answers replace the learned ones in all outputs, as certain
  * ones: probability 0 or 1, certain 1, logit -NIF_LOGIT_CERTAIN or NIF_LOGIT_CERTAIN. confidence: 0.5 or less
  * hands over none, more than 1 every ray that is not certain; negative or NaN: NIF_ERROR_INVALID_ARGUMENT.
- * `user` is passed on. Allocates nothing. */
+ * `user` is passed on. Allocates nothing. Always answered by the CPU: device memory or a stream gives
+ * NIF_ERROR_NOT_AVAILABLE. */
 NIF_API NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confidence,
                                       NifFallback fallback, void* user);
 
@@ -420,7 +460,9 @@ typedef struct NifJobHandle* NifJob;
  * the structure itself is copied, its scratch not used. It is checked at once, as by nifQuery, and there is
  * no job where that fails. Who answers it: the caller's task runner, where the device has one; else the
  * device's own threads, of which there are threads - 1; with threads=1 the calling thread, before this
- * returns. The one query that allocates: the job, from the device's allocator. */
+ * returns. The one query that allocates: the job, from the device's allocator. On a GPU a query of device
+ * memory is the stream's work, and the job is done when that is; one of host memory is answered before this
+ * returns. */
 NIF_API NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job);
 
 /* Helps with what nobody has started on, then waits until the job is done. So it returns even where a task
@@ -436,6 +478,16 @@ NIF_API NifError nifIsJobDone(NifJob job, uint32_t* done);
  * Releasing does not wait for it, nor end it. */
 NIF_API void nifRetainJob(NifJob job);
 NIF_API void nifReleaseJob(NifJob job);
+
+/* ---- Experimental: may change or go. Define NIF_NO_EXPERIMENTAL to do without. ----------------------- */
+
+#ifndef NIF_NO_EXPERIMENTAL
+/* How long the GPU takes for a query, without copies. Rays are copied to memory of the GPU's; the query is
+ * answered there once, and then as often as seconds[rounds] has room, each time measured by the GPU's own
+ * clock; then the answers are copied to the query's outputs. `query` is of host memory, without a stream.
+ * NIF_ERROR_NOT_AVAILABLE on the CPU. Takes memory of the GPU for all rays, and gives it back. */
+NIF_API NifError nifMeasureQuery(NifScene scene, const NifQuery* query, uint32_t rounds, double* seconds);
+#endif
 
 #ifdef __cplusplus
 }

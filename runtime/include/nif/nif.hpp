@@ -83,6 +83,13 @@ class Device : public Handle<NifDevice, nifRetainDevice, nifReleaseDevice> {
   }
 };
 
+/// A GPU of backend=hip, as device=N counts them. The texts stay until the next call on this thread.
+inline NifCardInfo card(uint32_t index) {
+  auto info = sized<NifCardInfo>();
+  check(nifGetCardInfo(index, &info));
+  return info;
+}
+
 class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
  public:
   static Asset load(const Device& device, const std::string& path, NifLoadMode mode = NIF_LOAD_READ) {

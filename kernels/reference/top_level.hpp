@@ -1,0 +1,54 @@
+// Following one ray through a scene's hierarchy, from one instance that it may meet to the next. No stack:
+// the way back is kept as a few bits a level, and the nodes know their parents.
+#pragma once
+
+#include "kernels/scene_field.hpp"
+
+namespace nif::kernels {
+
+/// Where a ray's traversal of the hierarchy goes on: the node, and the children still to be visited of it
+/// (lowest 4 bits), of its parent (next 4), and so on.
+struct Cursor {
+  uint64_t trail;
+  uint32_t node;
+};
+
+/// The next instance whose box the ray may meet, or kNoPlace after the last. may_meet(node) says which
+/// children of a node the ray may meet, as bits; a ray starts with those of the root.
+template <class MayMeet>
+NIF_HOST_DEVICE inline uint32_t next_instance(const TopNode* nodes, Cursor& cursor, const MayMeet& may_meet) {
+  uint64_t trail = cursor.trail;
+  uint32_t at = cursor.node;
+  while (trail != 0) {
+    if ((trail & 15) == 0) {
+      trail >>= 4;
+      at = nodes[at].parent / kTopWidth;
+      continue;
+    }
+    const uint32_t child = nodes[at].child[lowest_bit(trail)];
+    trail &= trail - 1;
+    if (child & kTopLeaf) {
+      cursor = {trail, at};
+      return child & ~kTopLeaf;
+    }
+    at = child;
+    trail = trail << 4 | may_meet(nodes[at]);
+  }
+  cursor = {0, at};
+  return kNoPlace;
+}
+
+/// The children of a node that the ray may meet, as bits.
+NIF_HOST_DEVICE inline uint32_t children_met(const TopNode& node, const Segment& ray,
+                                             const BoxRay& prepared) {
+  uint32_t met = 0;
+  NIF_UNROLL
+  for (uint32_t lane = 0; lane < kTopWidth; ++lane) {
+    const WorldBox box{{node.min[0][lane], node.min[1][lane], node.min[2][lane]},
+                       {node.max[0][lane], node.max[1][lane], node.max[2][lane]}};
+    met |= uint32_t(may_meet(box, ray, prepared)) << lane;
+  }
+  return met & node.lanes;
+}
+
+}  // namespace nif::kernels

@@ -1,0 +1,115 @@
+// The drivers of NVIDIA and AMD, whose libraries are loaded on demand: nothing of theirs is included or
+// linked.
+//
+// CUDA's driver interface and HIP have the same calls by other names, with the same numbers for what went
+// wrong. So one class makes those calls, by a table of their names; what differs (contexts, and what is to be
+// learned of cards and pointers) lies in cuda_driver.cpp and hip_driver.cpp.
+#pragma once
+
+#include <string>
+
+#include "driver.hpp"
+
+namespace nif::gpu {
+
+/// Numbers that CUresult and hipError_t share.
+enum Result : int {
+  kSuccess = 0,
+  kInvalidValue = 1,
+  kOutOfMemory = 2,
+  kNoDevice = 100,
+  kInvalidDevice = 101,
+  kNoBinary = 209,
+  kUnsupportedPtx = 222,
+  kInvalidHandle = 400,
+  kNotReady = 600,
+};
+
+/// Functions that both have, with what they take and return; all return a Result.
+struct SharedCalls {
+  int (*load_module)(void** module, const void* image);
+  int (*unload_module)(void* module);
+  int (*get_function)(void** function, void* module, const char* name);
+  int (*launch)(void* function, unsigned, unsigned, unsigned, unsigned, unsigned, unsigned, unsigned shared,
+                void* stream, void** arguments, void** extra);
+  int (*allocate)(void** memory, size_t bytes);
+  int (*free)(void* memory);
+  int (*allocate_host)(void** memory, size_t bytes, unsigned flags);
+  int (*free_host)(void* memory);
+  int (*copy_in)(void* to, const void* from, size_t bytes, void* stream);
+  int (*copy_out)(void* to, const void* from, size_t bytes, void* stream);
+  int (*make_stream)(void** stream, unsigned flags);
+  int (*free_stream)(void* stream);
+  int (*wait_stream)(void* stream);
+  int (*make_event)(void** event, unsigned flags);
+  int (*free_event)(void* event);
+  int (*record)(void* event, void* stream);
+  int (*query_event)(void* event);
+  int (*wait_event)(void* event);
+  int (*elapsed)(float* milliseconds, void* from, void* to);
+};
+
+/// A shared library of a driver; stays loaded for good.
+class Library {
+ public:
+  /// The first of the names that can be loaded, or none.
+  explicit Library(std::initializer_list<const char*> names);
+  explicit operator bool() const { return handle_ != nullptr; }
+  const std::string& name() const { return name_; }
+
+  /// Null where the library has no such function.
+  void* find(const char* name) const;
+  /// The same, and keeps the first name that is missing.
+  template <class Function>
+  void get(Function& function, const char* name) {
+    function = reinterpret_cast<Function>(find(name));
+    if (!function && missing_.empty()) missing_ = name;
+  }
+  /// A function that get() did not find; "" where it found all.
+  const std::string& missing() const { return missing_; }
+
+ private:
+  void* handle_ = nullptr;
+  std::string name_, missing_;
+};
+
+/// A card of either vendor.
+class LibraryContext : public Context {
+ public:
+  Kernel find_kernel(const char* name) override;
+  void launch(Kernel kernel, const LaunchShape& shape, Stream stream, void** arguments) override;
+  void* allocate(size_t bytes) override;
+  void free(void* memory) noexcept override { calls_.free(memory); }
+  void* allocate_host(size_t bytes) override;
+  void free_host(void* memory) noexcept override { calls_.free_host(memory); }
+  void copy_in(void* to, const void* from, size_t bytes, Stream stream) override;
+  void copy_out(void* to, const void* from, size_t bytes, Stream stream) override;
+  Stream make_stream() override;
+  void free_stream(Stream stream) noexcept override { calls_.free_stream(stream); }
+  void wait_stream(Stream stream) override;
+  Event make_event(bool timed) override;
+  void free_event(Event event) noexcept override { calls_.free_event(event); }
+  void record(Event event, Stream stream) override;
+  bool is_done(Event event) override;
+  void wait(Event event) override;
+  double seconds_between(Event from, Event to) override;
+
+ protected:
+  explicit LibraryContext(const SharedCalls& calls) : calls_(calls) {}
+  /// Throws GpuError for what is no success.
+  void check(int result, const char* doing) const;
+  virtual std::string text_of(int result) const = 0;
+  /// Returns the Result; the context is entered.
+  int load_image(const void* image);
+  void unload_image() noexcept;
+
+ private:
+  const SharedCalls& calls_;
+  void* module_ = nullptr;
+};
+
+/// Null, and a sentence, where the library is not there, too old, or has no card.
+std::unique_ptr<Driver> find_cuda(std::string& why_not);
+std::unique_ptr<Driver> find_hip(std::string& why_not);
+
+}  // namespace nif::gpu

@@ -1,0 +1,183 @@
+// The table that the runtime gets: exceptions become codes and sentences here.
+#include <cstdio>
+#include <new>
+
+#include "device.hpp"
+
+namespace nif::gpu {
+namespace {
+
+using runtime::GpuCard;
+using runtime::GpuJob;
+using runtime::GpuMessage;
+using runtime::GpuModule;
+
+NifError say(GpuMessage* message, NifError code, const char* sentence) {
+  std::snprintf(message->text, sizeof(message->text), "%s", sentence);
+  return code;
+}
+
+template <class Call>
+NifError guarded(GpuMessage* message, const Call& call) noexcept {
+  try {
+    call();
+    return NIF_OK;
+  } catch (const GpuError& error) {
+    return say(message, error.code(), error.what());
+  } catch (const std::bad_alloc&) {
+    return say(message, NIF_ERROR_OUT_OF_MEMORY, "out of memory");
+  } catch (const std::exception& error) {
+    return say(message, NIF_ERROR_UNKNOWN, error.what());
+  }
+}
+
+/// The same on a card, unless that is lost.
+template <class Call>
+NifError on_card(GpuDevice* device, GpuMessage* message, const Call& call) noexcept {
+  if (device->lost)
+    return say(message, NIF_ERROR_DEVICE_LOST, "GPU: the card was lost before; make a new device");
+  const NifError code = guarded(message, [&] {
+    const Current current(*device->context);
+    call();
+  });
+  if (code == NIF_ERROR_DEVICE_LOST) device->lost = true;
+  return code;
+}
+
+/// A card's driver, and its number there.
+struct FoundCard {
+  Driver* driver;
+  uint32_t number;
+};
+FoundCard find_card(const Drivers& drivers, uint32_t card) {
+  uint32_t first = 0;
+  for (const auto& driver : drivers.found) {
+    const uint32_t count = driver->count();
+    if (card - first < count) return {driver.get(), card - first};
+    first += count;
+  }
+  if (drivers.found.empty()) throw GpuError(NIF_ERROR_NOT_AVAILABLE, drivers.why_none);
+  throw GpuError(NIF_ERROR_NOT_AVAILABLE,
+                 "there is no card " + std::to_string(card) + "; the drivers find " + std::to_string(first));
+}
+
+uint32_t count_cards(GpuMessage* why_none) {
+  uint32_t count = 0;
+  guarded(why_none, [&] {
+    const Drivers drivers = find_drivers();
+    for (const auto& driver : drivers.found) count += driver->count();
+    say(why_none, NIF_OK, drivers.why_none.c_str());
+  });
+  return count;
+}
+
+NifError describe_card(uint32_t card, GpuCard* about, GpuMessage* message) {
+  return guarded(message, [&] {
+    const Drivers drivers = find_drivers();
+    const FoundCard found = find_card(drivers, card);
+    const CardDescription description = found.driver->describe(found.number);
+    const auto copy = [](auto& to, const std::string& from) {
+      std::snprintf(to, sizeof(to), "%s", from.c_str());
+    };
+    copy(about->name, description.name);
+    copy(about->target, description.target);
+    copy(about->driver, description.driver);
+    about->memory = description.memory;
+    copy(about->trouble.text, found.driver->trouble(found.number));
+  });
+}
+
+NifError open_device(uint32_t card, GpuDevice** device, GpuMessage* message) {
+  return guarded(message, [&] {
+    const Drivers drivers = find_drivers();
+    const FoundCard found = find_card(drivers, card);
+    const std::string trouble = found.driver->trouble(found.number);
+    if (!trouble.empty()) throw GpuError(NIF_ERROR_NOT_AVAILABLE, trouble);
+    *device = new GpuDevice(found.driver->open(found.number));
+  });
+}
+
+void close_device(GpuDevice* device) { delete device; }
+
+NifError upload_asset(GpuDevice* device, const GpuObjectView* objects, uint32_t count, GpuAsset** asset,
+                      uint64_t* bytes, GpuMessage* message) {
+  return on_card(device, message, [&] {
+    *asset = copy_asset(*device, objects, count).release();
+    *bytes = (*asset)->memory.bytes();
+  });
+}
+
+void free_asset(GpuDevice* device, GpuAsset* asset) {
+  where_possible(*device->context, [&] { delete asset; });
+}
+
+NifError upload_scene(GpuDevice* device, const GpuSceneView* view, GpuScene** scene, GpuMessage* message) {
+  return on_card(device, message, [&] {
+    std::unique_ptr<GpuScene> made;
+    if (!*scene) made = std::make_unique<GpuScene>();
+    copy_scene(*device, *view, made ? *made : **scene);
+    if (made) *scene = made.release();
+  });
+}
+
+void free_scene(GpuDevice* device, GpuScene* scene) {
+  if (!scene) return;
+  where_possible(*device->context, [&] {
+    const std::unique_ptr<GpuScene> owned(scene);
+    wait_for_queries(*device, *owned);
+  });
+}
+
+NifError query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMessage* message) {
+  return on_card(device, message, [&] { answer_query(*device, *scene, *query); });
+}
+
+NifError measure_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, uint32_t rounds,
+                       double* seconds, GpuMessage* message) {
+  return on_card(device, message, [&] { time_query(*device, *scene, *query, rounds, seconds); });
+}
+
+NifError start_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuJob** job,
+                     GpuMessage* message) {
+  return on_card(device, message, [&] {
+    auto made = std::make_unique<GpuJob>();
+    made->event = device->context->make_event(false);
+    try {
+      answer_query(*device, *scene, *query);
+      device->context->record(made->event, query->stream);
+    } catch (...) {
+      device->context->free_event(made->event);
+      throw;
+    }
+    *job = made.release();
+  });
+}
+
+NifError wait_job(GpuDevice* device, GpuJob* job, GpuMessage* message) {
+  return on_card(device, message, [&] { device->context->wait(job->event); });
+}
+
+NifError is_job_done(GpuDevice* device, GpuJob* job, uint32_t* done, GpuMessage* message) {
+  return on_card(device, message, [&] { *done = device->context->is_done(job->event); });
+}
+
+void free_job(GpuDevice* device, GpuJob* job) {
+  if (!job) return;
+  where_possible(*device->context, [&] {
+    const std::unique_ptr<GpuJob> owned(job);
+    device->context->free_event(job->event);
+  });
+}
+
+}  // namespace
+}  // namespace nif::gpu
+
+extern "C" NIF_API const nif::runtime::GpuModule* nif_hip_module(void) {
+  using namespace nif;
+  static const runtime::GpuModule module{
+      runtime::kGpuModuleVersion, runtime::kGpuLayout, gpu::count_cards,  gpu::describe_card,
+      gpu::open_device,           gpu::close_device,   gpu::upload_asset, gpu::free_asset,
+      gpu::upload_scene,          gpu::free_scene,     gpu::query,        gpu::measure_query,
+      gpu::start_query,           gpu::wait_job,       gpu::is_job_done,  gpu::free_job};
+  return &module;
+}

@@ -1,0 +1,55 @@
+// `nif devices`, with the GPU module of an emulated machine, and without one.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/program.hpp"
+
+namespace nif::test {
+namespace {
+
+class Devices : public testing::Test {
+ protected:
+  void use_module(const char* file) { ASSERT_EQ(setenv("NIF_HIP_MODULE", file, 1), 0); }
+  void TearDown() override { unsetenv("NIF_HIP_MODULE"); }
+};
+
+#ifdef NIF_EMULATED_MODULE
+TEST_F(Devices, AreListed) {
+  use_module(NIF_EMULATED_MODULE);
+  const Outcome outcome = nif({"devices"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const auto lines = lines_of(outcome.out);
+  ASSERT_EQ(lines.size(), 3u) << outcome.out;
+  EXPECT_TRUE(lines[0].starts_with("cpu  isa ")) << lines[0];
+  EXPECT_TRUE(lines[1].starts_with("hip  device=0: emulated card 0, emulated32, ")) << lines[1];
+  EXPECT_TRUE(lines[2].starts_with("hip  device=1: emulated card 1, emulated64, ")) << lines[2];
+  EXPECT_EQ(outcome.err, "");
+
+  const auto json = nlohmann::json::parse(nif({"devices", "--json"}).out);
+  EXPECT_EQ(json["schema"], "nifkit.devices/1");
+  ASSERT_EQ(json["backends"].size(), 2u);
+  EXPECT_EQ(json["backends"][1]["available"], true);
+  ASSERT_EQ(json["cards"].size(), 2u);
+  EXPECT_EQ(json["cards"][1]["device"], 1);
+  EXPECT_EQ(json["cards"][1]["target"], "emulated64");
+  EXPECT_EQ(json["cards"][1]["available"], true);
+}
+#endif
+
+TEST_F(Devices, AreToldWhyThereAreNone) {
+  use_module("/no/such/module.so");
+  const Outcome outcome = nif({"devices"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("hip  not available: the GPU module /no/such/module.so cannot be loaded"),
+            std::string::npos)
+      << outcome.out;
+  const auto json = nlohmann::json::parse(nif({"devices", "--json"}).out);
+  EXPECT_EQ(json["backends"][1]["available"], false);
+  EXPECT_NE(json["backends"][1]["reason"], "");
+  EXPECT_EQ(json["cards"].size(), 0u);
+}
+
+}  // namespace
+}  // namespace nif::test

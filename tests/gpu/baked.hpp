@@ -1,0 +1,46 @@
+// Meshes that the tests of named ray sets bake, as fast as can be.
+#pragma once
+
+#include <atomic>
+
+#include "bake/bake.hpp"
+#include "bake/prepare.hpp"
+#include "formats/nif/reader.hpp"
+#include "formats/nif/writer.hpp"
+
+namespace nif::test {
+
+inline mesh::Scene scene_of(mesh::Mesh mesh) {
+  mesh::Scene scene;
+  scene.instances = {{"it", 0, mesh::kIdentity}};
+  scene.meshes = {std::move(mesh)};
+  return scene;
+}
+
+inline std::vector<std::byte> bake_quickly(const mesh::Scene& scene, bake::EncodingOption encoding) {
+  bake::BakeOptions options;
+  options.encoding = encoding;
+  options.preset = bake::Preset::fast;
+  options.effort = 0.1;
+  options.evaluation_rays = 0;
+  if (encoding == bake::EncodingOption::segment) options.resolution = 32;
+  if (encoding == bake::EncodingOption::spherical) {
+    options.preset = bake::Preset::paper;
+    options.spherical.passes = 1;
+  }
+  const std::atomic<bool> cancel{false};
+  return format::encode(bake::bake(scene, options, {}, cancel).asset);
+}
+
+struct Baked {
+  mesh::Scene scene;
+  std::vector<std::byte> file;
+  format::AssetView view;
+
+  Baked(mesh::Mesh mesh, bake::EncodingOption encoding)
+      : scene(scene_of(std::move(mesh))),
+        file(bake_quickly(scene, encoding)),
+        view(format::read_asset(file, "test")) {}
+};
+
+}  // namespace nif::test

@@ -1,0 +1,269 @@
+// A libcuda.so.1 and, with FAKE_HIP, a libamdhip64.so.7, for tests: as much of these libraries as the GPU
+// module calls, as their headers declare it. The card's kernels are run by the emulator, at once. With them
+// the module that is installed is run from end to end: which code it picks, and what it says to the driver.
+// Calls that are not as the real libraries want them (no context, memory that is not the card's) fail, or end
+// the process.
+//
+// FAKE_VERSION: of the driver, as it tells it. FAKE_TARGET: of the card, e.g. "sm_90" or "gfx90a"; there is
+// one for the library that this is a target of. FAKE_WANTS: "elf" or "ptx", the form of code that must be
+// loaded.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "tests/gpu/emulated_kernels.hpp"
+
+#ifdef FAKE_HIP
+#define NIF_NAME(cuda, hip) hip
+#else
+#define NIF_NAME(cuda, hip) cuda
+#endif
+#define NIF_FAKE extern "C" __attribute__((visibility("default")))
+
+namespace {
+
+namespace hip = nif::kernels::hip;
+
+constexpr int kOk = 0, kInvalidValue = 1, kOutOfMemory = 2, kNoDevice = 100, kInvalidContext = 201,
+              kNoBinary = 209, kNotFound = 500;
+
+std::string setting(const char* variable, const char* otherwise) {
+  const char* text = std::getenv(variable);
+  return text ? text : otherwise;
+}
+std::string target() { return setting("FAKE_TARGET", "none"); }
+bool has_card() { return target().starts_with(NIF_NAME("sm_", "gfx")); }
+int version() { return std::stoi(setting("FAKE_VERSION", NIF_NAME("13000", "60342131"))); }
+
+std::mutex mutex;
+std::map<char*, size_t> memory;
+int the_stream;
+
+/// Whether the calling thread has turned to the card.
+bool is_current();
+
+bool is_of_card(const void* at, size_t bytes = 1) {
+  const std::lock_guard lock(mutex);
+  const auto* address = static_cast<const char*>(at);
+  auto piece = memory.upper_bound(const_cast<char*>(address));
+  if (piece == memory.begin()) return false;
+  --piece;
+  return address + bytes <= piece->first + piece->second;
+}
+bool is_stream(const void* stream) { return stream == nullptr || stream == &the_stream; }
+
+struct FakeEvent {
+  std::chrono::steady_clock::time_point time;
+};
+
+}  // namespace
+
+// ---- The card, and whose turn it is ---------------------------------------------------------------------
+
+NIF_FAKE int NIF_NAME(cuInit, hipInit)(unsigned flags) { return flags == 0 ? kOk : kInvalidValue; }
+NIF_FAKE int NIF_NAME(cuDriverGetVersion, hipRuntimeGetVersion)(int* number) {
+  return *number = version(), kOk;
+}
+
+#ifdef FAKE_HIP
+
+// Two cards, of which the second is what threads are at before anybody asks.
+namespace {
+thread_local int current = 1;
+bool is_current() { return current == 0; }
+}  // namespace
+
+NIF_FAKE int hipGetDeviceCount(int* count) {
+  return *count = has_card() ? 2 : 0, has_card() ? kOk : kNoDevice;
+}
+NIF_FAKE int hipDeviceGetName(char* name, int length, int device) {
+  return device < 2 ? (std::snprintf(name, size_t(length), "fake card"), kOk) : kNoDevice;
+}
+NIF_FAKE int hipDeviceTotalMem(size_t* bytes, int device) {
+  return device < 2 ? (*bytes = size_t{1} << 33, kOk) : kNoDevice;
+}
+NIF_FAKE int hipGetDevicePropertiesR0600(void* properties, int device) {
+  if (device >= 2) return kNoDevice;
+  std::strcpy(static_cast<char*>(properties), "fake card");
+  std::strcpy(static_cast<char*>(properties) + 1160, (target() + ":sramecc+:xnack-").c_str());
+  return kOk;
+}
+NIF_FAKE int hipGetDevice(int* device) { return *device = current, kOk; }
+NIF_FAKE int hipSetDevice(int device) { return device < 2 ? (current = device, kOk) : kNoDevice; }
+NIF_FAKE int hipStreamGetDevice(void* stream, int* device) {
+  return is_stream(stream) ? (*device = 0, kOk) : kInvalidValue;
+}
+NIF_FAKE const char* hipGetErrorString(int) { return "fake error"; }
+
+namespace {
+struct PointerAttributes {
+  int kind, device;
+  void *device_pointer, *host_pointer;
+  int managed;
+  unsigned flags;
+};
+}  // namespace
+/// As since ROCm 6: 0 is memory that HIP does not know, 2 the card's.
+NIF_FAKE int hipPointerGetAttributes(PointerAttributes* attributes, const void* pointer) {
+  return *attributes = PointerAttributes{is_of_card(pointer) ? 2 : 0, 0, nullptr, nullptr, 0, 0}, kOk;
+}
+
+#else
+
+namespace {
+constexpr int kDevice = 7;  ///< the handle of card 0
+int the_context;
+thread_local int pushed = 0;
+bool is_current() { return pushed > 0; }
+}  // namespace
+
+NIF_FAKE int cuDeviceGetCount(int* count) { return *count = has_card(), kOk; }
+NIF_FAKE int cuDeviceGet(int* device, int ordinal) {
+  return ordinal == 0 && has_card() ? (*device = kDevice, kOk) : kNoDevice;
+}
+NIF_FAKE int cuDeviceGetName(char* name, int length, int device) {
+  return device == kDevice ? (std::snprintf(name, size_t(length), "fake card"), kOk) : kNoDevice;
+}
+NIF_FAKE int cuDeviceTotalMem_v2(size_t* bytes, int device) {
+  return device == kDevice ? (*bytes = size_t{1} << 33, kOk) : kNoDevice;
+}
+NIF_FAKE int cuDeviceGetAttribute(int* value, int attribute, int device) {
+  if (device != kDevice || (attribute != 75 && attribute != 76)) return kInvalidValue;
+  const int capability = std::stoi(target().substr(3));
+  *value = attribute == 75 ? capability / 10 : capability % 10;
+  return kOk;
+}
+NIF_FAKE int cuGetErrorString(int, const char** text) { return *text = "fake error", kOk; }
+
+NIF_FAKE int cuDevicePrimaryCtxRetain(void** context, int device) {
+  return device == kDevice ? (*context = &the_context, kOk) : kNoDevice;
+}
+NIF_FAKE int cuDevicePrimaryCtxRelease_v2(int device) { return device == kDevice ? kOk : kNoDevice; }
+NIF_FAKE int cuCtxPushCurrent_v2(void* context) {
+  return context == &the_context ? (++pushed, kOk) : kInvalidContext;
+}
+NIF_FAKE int cuCtxPopCurrent_v2(void** context) {
+  if (pushed == 0) std::abort();
+  return --pushed, *context = &the_context, kOk;
+}
+NIF_FAKE int cuStreamGetCtx(void* stream, void** context) {
+  return is_stream(stream) ? (*context = &the_context, kOk) : kInvalidValue;
+}
+NIF_FAKE int cuPointerGetAttribute(void* value, int attribute, unsigned long long address) {
+  if (!is_of_card(reinterpret_cast<void*>(address))) return kInvalidValue;
+  switch (attribute) {
+    case 2:  // CU_POINTER_ATTRIBUTE_MEMORY_TYPE: CU_MEMORYTYPE_DEVICE
+      return *static_cast<unsigned*>(value) = 2, kOk;
+    case 8:  // CU_POINTER_ATTRIBUTE_IS_MANAGED
+      return *static_cast<unsigned*>(value) = 0, kOk;
+    case 9:  // CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL
+      return *static_cast<int*>(value) = 0, kOk;
+    default:
+      return kInvalidValue;
+  }
+}
+
+#endif
+
+// ---- What both libraries have, by their names -----------------------------------------------------------
+
+/// Code is an ELF file for the vendor's machines, or, for NVIDIA's, text.
+NIF_FAKE int NIF_NAME(cuModuleLoadData, hipModuleLoadData)(void** module, const void* image) {
+  if (!is_current()) return kInvalidContext;
+  const auto* bytes = static_cast<const unsigned char*>(image);
+  const bool elf = std::memcmp(bytes, "\177ELF", 4) == 0;
+  constexpr int kMachine = NIF_NAME(190, 224);
+  if (elf && (bytes[18] | bytes[19] << 8) != kMachine) return kNoBinary;
+  if (!elf && std::strstr(static_cast<const char*>(image), ".target sm_") == nullptr) return kNoBinary;
+  if (setting("FAKE_WANTS", "elf") != (elf ? "elf" : "ptx")) std::abort();
+  return *module = const_cast<void*>(image), kOk;
+}
+NIF_FAKE int NIF_NAME(cuModuleUnload, hipModuleUnload)(void*) { return is_current() ? kOk : kInvalidContext; }
+NIF_FAKE int NIF_NAME(cuModuleGetFunction, hipModuleGetFunction)(void** function, void* module,
+                                                                 const char* name) {
+  if (!is_current() || module == nullptr) return kInvalidContext;
+  const nif::test::EmulatedKernel* kernel = nif::test::find_emulated_kernel(name);
+  return kernel ? (*function = const_cast<nif::test::EmulatedKernel*>(kernel), kOk) : kNotFound;
+}
+NIF_FAKE int NIF_NAME(cuLaunchKernel, hipModuleLaunchKernel)(void* function, unsigned x, unsigned y,
+                                                             unsigned z, unsigned threads, unsigned threads_y,
+                                                             unsigned threads_z, unsigned shared,
+                                                             void* stream, void** arguments, void** extra) {
+  if (!is_current() || x == 0 || y != 1 || z != 1 || threads_y != 1 || threads_z != 1 || extra ||
+      !is_stream(stream) || shared > 48 * 1024)
+    return kInvalidValue;
+  const auto scene = *static_cast<const hip::SceneArrays*>(arguments[0]);
+  const auto query = *static_cast<const hip::SceneQuery*>(arguments[1]);
+  const void* const arrays[] = {scene.nodes,        scene.instances,   scene.objects,      query.origin[0],
+                                query.origin[1],    query.origin[2],   query.direction[0], query.direction[1],
+                                query.direction[2], query.tmin,        query.tmax,         query.visible,
+                                query.visible_bits, query.probability, query.certain,      query.logit};
+  for (const void* array : arrays)
+    if (array && !is_of_card(array)) std::abort();
+  const hip::EmulatedGrid grid{.blocks = x,
+                               .threads = threads,
+                               .shared_bytes = shared,
+                               .wave = target() == "gfx90a" || target() == "gfx942" ? 64u : 32u};
+  hip::emulate(grid, [&](const hip::EmulatedThread& thread) {
+    static_cast<const nif::test::EmulatedKernel*>(function)->run(thread, scene, query);
+  });
+  return kOk;
+}
+
+NIF_FAKE int NIF_NAME(cuMemAlloc_v2, hipMalloc)(void** address, size_t bytes) {
+  if (!is_current() || bytes == 0) return kInvalidValue;
+  auto* piece = static_cast<char*>(std::aligned_alloc(256, (bytes + 255) / 256 * 256));
+  if (!piece) return kOutOfMemory;
+  const std::lock_guard lock(mutex);
+  memory[piece] = bytes;
+  return *address = piece, kOk;
+}
+NIF_FAKE int NIF_NAME(cuMemFree_v2, hipFree)(void* address) {
+  const std::lock_guard lock(mutex);
+  if (!is_current() || memory.erase(static_cast<char*>(address)) == 0) std::abort();
+  return std::free(address), kOk;
+}
+NIF_FAKE int NIF_NAME(cuMemHostAlloc, hipHostMalloc)(void** piece, size_t bytes, unsigned flags) {
+  if (!is_current() || flags != 0) return kInvalidValue;
+  return *piece = std::malloc(bytes), kOk;
+}
+NIF_FAKE int NIF_NAME(cuMemFreeHost, hipHostFree)(void* piece) { return std::free(piece), kOk; }
+NIF_FAKE int NIF_NAME(cuMemcpyHtoDAsync_v2, hipMemcpyHtoDAsync)(void* to, const void* from, size_t bytes,
+                                                                void* stream) {
+  if (!is_current() || !is_stream(stream) || !is_of_card(to, bytes)) return kInvalidValue;
+  return std::memcpy(to, from, bytes), kOk;
+}
+NIF_FAKE int NIF_NAME(cuMemcpyDtoHAsync_v2, hipMemcpyDtoHAsync)(void* to, const void* from, size_t bytes,
+                                                                void* stream) {
+  if (!is_current() || !is_stream(stream) || !is_of_card(from, bytes)) return kInvalidValue;
+  return std::memcpy(to, from, bytes), kOk;
+}
+
+NIF_FAKE int NIF_NAME(cuStreamCreate, hipStreamCreateWithFlags)(void** stream, unsigned flags) {
+  return is_current() && flags == 1 ? (*stream = &the_stream, kOk) : kInvalidValue;
+}
+NIF_FAKE int NIF_NAME(cuStreamDestroy_v2, hipStreamDestroy)(void*) { return kOk; }
+NIF_FAKE int NIF_NAME(cuStreamSynchronize, hipStreamSynchronize)(void* stream) {
+  return is_stream(stream) ? kOk : kInvalidValue;
+}
+NIF_FAKE int NIF_NAME(cuEventCreate, hipEventCreateWithFlags)(void** event, unsigned flags) {
+  return is_current() && (flags == 0 || flags == 2) ? (*event = new FakeEvent, kOk) : kInvalidValue;
+}
+NIF_FAKE int NIF_NAME(cuEventDestroy_v2, hipEventDestroy)(void* event) {
+  return delete static_cast<FakeEvent*>(event), kOk;
+}
+NIF_FAKE int NIF_NAME(cuEventRecord, hipEventRecord)(void* event, void* stream) {
+  static_cast<FakeEvent*>(event)->time = std::chrono::steady_clock::now();
+  return is_stream(stream) ? kOk : kInvalidValue;
+}
+NIF_FAKE int NIF_NAME(cuEventQuery, hipEventQuery)(void*) { return kOk; }
+NIF_FAKE int NIF_NAME(cuEventSynchronize, hipEventSynchronize)(void*) { return kOk; }
+NIF_FAKE int NIF_NAME(cuEventElapsedTime, hipEventElapsedTime)(float* milliseconds, void* from, void* to) {
+  const auto elapsed = static_cast<FakeEvent*>(to)->time - static_cast<FakeEvent*>(from)->time;
+  return *milliseconds = std::chrono::duration<float, std::milli>(elapsed).count(), kOk;
+}

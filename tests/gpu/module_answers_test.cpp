@@ -1,0 +1,437 @@
+// The GPU module answers as the CPU does: the same calls of nif.h, the kernels run by the emulator.
+#include "tests/gpu/module_fixture.hpp"
+
+namespace nif::test {
+namespace {
+
+constexpr uint32_t kCards = 2;  ///< with waves of 32 and of 64 lanes
+
+/// A query about rays in memory of a card.
+class CardQuery {
+ public:
+  CardQuery(EmulatedMachine& machine, uint32_t card, const std::vector<NifRay>& rays)
+      : rays_(machine, card, rays.data(), rays.size() * sizeof(NifRay)),
+        answers(machine, card, rays.size()),
+        query(nifQueryRays(rays_.as<NifRay>(), rays.size())) {
+    query.memory = NIF_DEVICE;
+    answers.ask(query);
+  }
+
+ private:
+  CardArray rays_;
+
+ public:
+  CardAnswers answers;
+  NifQuery query;
+};
+
+class GpuAnswers : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {
+ protected:
+  uint32_t card() const { return GetParam(); }
+
+  /// By memory of the host, and by memory of the card.
+  void expect_twins(const TwinScenes& twins, const std::vector<NifRay>& rays) {
+    const Answers expected = query_all(twins.cpu(), rays);
+    expect_same(query_all(twins.gpu(), rays), expected);
+    CardQuery on_card(machine(), card(), rays);
+    void* stream = on_card.query.stream = machine().make_stream(card());
+    ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query), NIF_OK) << nifGetErrorMessage();
+    machine().wait_stream(stream);
+    machine().free_stream(stream);
+    expect_same(on_card.answers.get(), expected);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(EachCard, GpuAnswers, testing::Range(0u, kCards));
+
+TEST_P(GpuAnswers, ScenesOfAllEncodings) {
+  Random random(1);
+  for (uint64_t seed = 0; seed < 6; ++seed) {
+    machine().order = seed;
+    TwinScenes twins(config(card()));
+    const uint32_t mixed = twins.load(
+        random_asset(seed, {.objects = 2, .bvhs = 2, .sphericals = 2, .features = seed % 2 ? 2u : 0u}));
+    const uint32_t other = twins.load(random_asset(seed + 100, {.objects = 1, .max_voxels = 30}));
+    for (uint32_t i = 0; i < 12 + seed * 5; ++i) {
+      const bool from_other = random.below(4) == 0;
+      twins.add(from_other ? other : mixed, from_other ? 0 : random.below(6), random_transform(random, 8));
+    }
+    twins.commit();
+    expect_twins(twins, rays_in_cube(random, 12, 3000 + seed));
+  }
+}
+
+/// Kernels of their own serve scenes of one kind.
+TEST_P(GpuAnswers, ScenesOfOneEncoding) {
+  Random random(2);
+  for (const RandomAssetOptions& options :
+       {RandomAssetOptions{.objects = 2, .features = 2}, RandomAssetOptions{.objects = 0, .bvhs = 2},
+        RandomAssetOptions{.objects = 0, .sphericals = 2}}) {
+    TwinScenes twins(config(card()));
+    const uint32_t asset = twins.load(random_asset(7, options));
+    for (uint32_t i = 0; i < 9; ++i) twins.add(asset, random.below(2), random_transform(random, 6));
+    twins.commit();
+    expect_twins(twins, rays_in_cube(random, 9, 3000));
+  }
+}
+
+/// A scene of one instance asks it of every ray; one without a transform takes rays as they are.
+TEST_P(GpuAnswers, ScenesOfOneInstance) {
+  Random random(3);
+  const format::Asset asset = random_asset(3, {.objects = 1, .bvhs = 1, .sphericals = 1});
+  for (uint32_t object = 0; object < 3; ++object)
+    for (const bool identity : {true, false}) {
+      TwinScenes twins(config(card()));
+      twins.add(twins.load(asset), object, identity ? kIdentity : random_transform(random, 4));
+      twins.commit();
+      expect_twins(twins, rays_in_cube(random, 6, 2000));
+    }
+}
+
+/// Through a transform whose inverse is worth little nothing is certain, and what is asked says so.
+TEST_P(GpuAnswers, SkewedInstances) {
+  Random random(15);
+  TwinScenes twins(config(card()));
+  const uint32_t asset = twins.load(random_asset(15, {.objects = 1, .bvhs = 1}));
+  for (uint32_t i = 0; i < 4; ++i) {
+    Matrix stretched = kIdentity;
+    stretched[5 * (i % 3)] = 3e4f;
+    stretched[3] = static_cast<float>(i);
+    twins.add(asset, i % 2, stretched);
+  }
+  twins.commit();
+  const std::vector<NifRay> rays = rays_in_cube(random, 6, 3000);
+  expect_twins(twins, rays);
+  const Answers answers = query_all(twins.gpu(), rays);
+  EXPECT_GT(std::count(answers.certain.begin(), answers.certain.end(), 0), 100);
+}
+
+TEST_P(GpuAnswers, EmptyScenes) {
+  TwinScenes twins(config(card()));
+  twins.commit();
+  Random random(4);
+  expect_twins(twins, rays_in_cube(random, 3, 500));
+}
+
+TEST_P(GpuAnswers, BatchesOfAnySize) {
+  Random random(5);
+  TwinScenes twins(config(card()));
+  const uint32_t asset = twins.load(random_asset(5, {.objects = 1, .bvhs = 1}));
+  for (uint32_t i = 0; i < 4; ++i) twins.add(asset, i % 2, random_transform(random, 3));
+  twins.commit();
+  for (const size_t count : {1u, 2u, 7u, 8u, 9u, 31u, 32u, 33u, 63u, 64u, 65u, 127u, 500u})
+    expect_twins(twins, rays_in_cube(random, 5, count));
+}
+
+/// Networks too wide for all threads of a block to have room.
+TEST_P(GpuAnswers, TheWidestNetworks) {
+  Random random(6);
+  format::Asset asset;
+  asset.objects.push_back(random_spherical_object(random, "wide", 8));
+  const format::SphericalGrids grids = asset.objects[0].grids;
+  for (const uint32_t width : {96u, 100u, kernels::kMaxSphericalWidth}) {
+    asset.spherical_networks = {random_networks(random, grids, 4)};
+    for (format::SphericalLayers* layers :
+         {&asset.spherical_networks[0].outer, &asset.spherical_networks[0].inner}) {
+      layers->width = width;
+      layers->weights = random_halves(
+          random, kernels::spherical_weights(layers->inputs, width, layers->hidden_layers), 0.2f);
+    }
+    TwinScenes twins(config(card()));
+    twins.add(twins.load(asset), 0, random_transform(random, 3));
+    twins.commit();
+    expect_twins(twins, rays_in_cube(random, 5, 300));
+  }
+}
+
+/// Any layout of the inputs, any outputs.
+TEST_P(GpuAnswers, LayoutsAndOutputs) {
+  Random random(8);
+  TwinScenes twins(config(card()));
+  const uint32_t asset = twins.load(random_asset(8, {.objects = 2, .bvhs = 1}));
+  for (uint32_t i = 0; i < 5; ++i) twins.add(asset, i % 3, random_transform(random, 4));
+  twins.commit();
+  constexpr size_t kCount = 333, kStride = 45;  // bytes, so that no float is aligned
+  const std::vector<NifRay> rays = rays_in_cube(random, 6, kCount);
+  std::vector<char> packed(kCount * kStride + 1);
+  for (size_t i = 0; i < kCount; ++i) std::memcpy(packed.data() + 1 + i * kStride, &rays[i], sizeof(NifRay));
+  const CardArray on_card(machine(), card(), packed.data(), packed.size());
+  for (uint32_t which = 1; which < 64; ++which) {
+    // Bit 5: no tmin and tmax, and one direction for all.
+    const auto describe = [&](const char* start) {
+      const auto* ray = reinterpret_cast<const NifRay*>(start + 1);
+      NifQuery query = nifQueryRays(ray, kCount);
+      query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = kStride;
+      if (which & 32) query.tmin = query.tmax = nullptr, query.direction_stride = 0;
+      return query;
+    };
+    const auto choose = [&](NifQuery& query) {
+      if (!(which & 1)) query.visible = nullptr;
+      if (!(which & 2)) query.visible_bits = nullptr;
+      if (!(which & 4)) query.certain = nullptr;
+      if (!(which & 8)) query.probability = nullptr;
+      if (!(which & 16)) query.logit = nullptr;
+    };
+    if ((which & 31) == 0) continue;
+    Answers expected(kCount), got(kCount);
+    NifQuery query = describe(packed.data());
+    expected.ask(query);
+    choose(query);
+    ASSERT_EQ(nifQuery(twins.cpu(), &query), NIF_OK);
+    got.ask(query);
+    choose(query);
+    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    expect_same(got, expected);
+
+    query = describe(on_card.as<char>());
+    const CardAnswers answers(machine(), card(), kCount);
+    answers.ask(query);
+    choose(query);
+    query.memory = NIF_DEVICE;
+    query.stream = machine().make_stream(card());
+    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    machine().wait_stream(query.stream);
+    machine().free_stream(query.stream);
+    const Answers there = answers.get();
+    if (query.visible) {
+      EXPECT_EQ(there.visible, expected.visible);
+    }
+    if (query.visible_bits) {
+      EXPECT_EQ(there.bits, expected.bits);
+    }
+    if (query.certain) {
+      EXPECT_EQ(there.certain, expected.certain);
+    }
+    if (query.logit) {
+      EXPECT_EQ(there.logit, expected.logit);
+    }
+    if (!query.visible) {
+      EXPECT_EQ(there.visible, std::vector<uint8_t>(kCount, 0xa5)) << "not asked for";
+    }
+  }
+}
+
+/// More rays than one launch takes are cut, and cuts do not show.
+TEST_P(GpuAnswers, QueriesAreCutIntoLaunches) {
+  Random random(9);
+  TwinScenes twins(config(card()));
+  const uint32_t asset = twins.load(random_asset(9, {.objects = 2}));
+  for (uint32_t i = 0; i < 5; ++i) twins.add(asset, i % 2, random_transform(random, 4));
+  twins.commit();
+  const std::vector<NifRay> rays = rays_in_cube(random, 6, 1001);
+  const Answers expected = query_all(twins.cpu(), rays);
+  machine().most_rays = 104;
+  CardQuery on_card(machine(), card(), rays);
+  on_card.query.stream = machine().make_stream(card());
+  const uint32_t before = machine().launches;
+  ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query), NIF_OK) << nifGetErrorMessage();
+  EXPECT_EQ(machine().launches - before, 10u);
+  machine().wait_stream(on_card.query.stream);
+  machine().free_stream(on_card.query.stream);
+  expect_same(on_card.answers.get(), expected);
+}
+
+/// 2^32 + 1 rays: as many launches as that takes are put into the stream. They are not run here.
+TEST_P(GpuAnswers, QueriesMayHaveMoreRaysThan32BitsCount) {
+  TwinScenes twins(config(card()));
+  twins.add(twins.load(random_asset(9, {.objects = 1})), 0, kIdentity);
+  twins.commit();
+  machine().most_rays = 1u << 30;
+  CardQuery on_card(machine(), card(), std::vector<NifRay>(1));
+  on_card.query.count = (uint64_t{1} << 32) + 1;
+  on_card.query.origin_stride = on_card.query.direction_stride = 0;
+  on_card.query.tmin_stride = on_card.query.tmax_stride = 0;
+  const uint32_t before = machine().launches;
+  const uint64_t rays = machine().rays_launched;
+  machine().discard = true;
+  ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query), NIF_OK) << nifGetErrorMessage();
+  EXPECT_EQ(machine().launches - before, 5u);
+  EXPECT_EQ(machine().rays_launched - rays, on_card.query.count);
+  machine().discard = false;
+}
+
+/// A query of device memory waits for nothing; several streams go on by themselves.
+TEST_P(GpuAnswers, NothingIsWaitedForBehindTheCallersBack) {
+  Random random(10);
+  TwinScenes twins(config(card()));
+  const uint32_t asset = twins.load(random_asset(10, {.objects = 2, .bvhs = 1}));
+  for (uint32_t i = 0; i < 6; ++i) twins.add(asset, i % 3, random_transform(random, 4));
+  twins.commit();
+  const std::vector<NifRay> rays[] = {rays_in_cube(random, 6, 400), rays_in_cube(random, 6, 300),
+                                      rays_in_cube(random, 6, 200)};
+  CardQuery first(machine(), card(), rays[0]), second(machine(), card(), rays[1]),
+      third(machine(), card(), rays[2]);
+  first.query.stream = machine().make_stream(card());
+  second.query.stream = third.query.stream = machine().make_stream(card());
+  const uint32_t waits = machine().waits, uploads = machine().uploads;
+  for (CardQuery* one : {&first, &second, &third})
+    ASSERT_EQ(nifQuery(twins.gpu(), &one->query), NIF_OK) << nifGetErrorMessage();
+  EXPECT_EQ(machine().waits, waits);
+  EXPECT_EQ(machine().uploads, uploads);
+  EXPECT_TRUE(first.answers.untouched() && second.answers.untouched() && third.answers.untouched());
+  machine().wait_stream(second.query.stream);
+  EXPECT_TRUE(first.answers.untouched());
+  expect_same(second.answers.get(), query_all(twins.cpu(), rays[1]));
+  expect_same(third.answers.get(), query_all(twins.cpu(), rays[2]));
+
+  // A commit waits for the scene's queries that are under way: they are about the scene as it was.
+  const Answers expected = query_all(twins.cpu(), rays[0]);
+  for (uint32_t i = 0; i < 6; ++i) twins.move(i, random_transform(random, 4));
+  EXPECT_TRUE(first.answers.untouched());
+  twins.commit();
+  EXPECT_FALSE(first.answers.untouched());
+  expect_same(first.answers.get(), expected);
+  expect_twins(twins, rays[0]);
+  machine().free_stream(first.query.stream);
+  machine().free_stream(second.query.stream);
+}
+
+/// An asset is uploaded once, with the first commit, and leaves the card with its last reference.
+TEST_P(GpuAnswers, AssetsAreUploadedOnce) {
+  nifkit::Device device(config(card()));
+  const auto file = format::encode(random_asset(11, {.objects = 2, .bvhs = 1, .sphericals = 1}));
+  nifkit::Asset asset = nifkit::Asset::copy(device, file);
+  EXPECT_EQ(asset.info().gpu_bytes, 0u);
+  const uint32_t uploads = machine().uploads;
+  EXPECT_EQ(machine().allocations, 0u);
+  {
+    nifkit::Scene first(device), second(device);
+    for (nifkit::Scene* scene : {&first, &second}) {
+      scene->add(asset);
+      scene->commit();
+    }
+    EXPECT_EQ(machine().allocations, 3u) << "the asset and two scenes";
+    const uint64_t bytes = asset.info().gpu_bytes;
+    EXPECT_GT(bytes, 1000u);
+    EXPECT_LT(bytes, 2 * asset.info().file_bytes);
+    EXPECT_GT(machine().allocated, bytes);
+    first.commit();  // nothing has changed
+    EXPECT_EQ(machine().uploads - uploads, 3u);
+  }
+  EXPECT_EQ(machine().allocations, 1u);
+  asset = nifkit::Asset();
+  EXPECT_EQ(machine().allocations, 0u);
+}
+
+/// Networks that objects share are on the card once.
+TEST_P(GpuAnswers, WhatObjectsShareIsUploadedOnce) {
+  Random random(16);
+  format::Asset asset;
+  for (int i = 0; i < 4; ++i) asset.objects.push_back(random_spherical_object(random, "it", 4));
+  for (format::Object& object : asset.objects) object.grids = asset.objects[0].grids;
+  asset.spherical_networks = {random_networks(random, asset.objects[0].grids, 4)};
+  format::SphericalLayers& outer = asset.spherical_networks[0].outer;
+  outer.width = kernels::kMaxSphericalWidth;
+  outer.hidden_layers = 2;
+  outer.weights = random_halves(random, kernels::spherical_weights(outer.inputs, outer.width, 2), 0.1f);
+  const auto file = format::encode(asset);
+  const nifkit::Device device(config(card()));
+  const nifkit::Asset loaded = nifkit::Asset::copy(device, file);
+  nifkit::Scene scene(device);
+  scene.add(loaded);
+  scene.commit();
+  EXPECT_GT(loaded.info().gpu_bytes, 2 * outer.weights.size());
+  EXPECT_LT(loaded.info().gpu_bytes, file.size() + 8192);
+}
+
+TEST_P(GpuAnswers, Jobs) {
+  Random random(12);
+  TwinScenes twins(config(card()));
+  const uint32_t asset = twins.load(random_asset(12, {.objects = 2}));
+  for (uint32_t i = 0; i < 4; ++i) twins.add(asset, i % 2, random_transform(random, 4));
+  twins.commit();
+  const std::vector<NifRay> rays = rays_in_cube(random, 6, 300);
+  const Answers expected = query_all(twins.cpu(), rays);
+
+  // Of device memory: done when the stream is; polled, waited for, or let go.
+  void* stream = machine().make_stream(card());
+  CardQuery polled(machine(), card(), rays), awaited(machine(), card(), rays),
+      dropped(machine(), card(), rays);
+  NifJob jobs[3] = {};
+  CardQuery* queries[] = {&polled, &awaited, &dropped};
+  for (int i = 0; i < 3; ++i) {
+    queries[i]->query.stream = stream;
+    ASSERT_EQ(nifQueryAsync(twins.gpu(), &queries[i]->query, &jobs[i]), NIF_OK) << nifGetErrorMessage();
+  }
+  uint32_t done = 7;
+  ASSERT_EQ(nifIsJobDone(jobs[0], &done), NIF_OK);
+  EXPECT_EQ(done, 0u);
+  EXPECT_TRUE(polled.answers.untouched());
+  nifReleaseJob(jobs[2]);
+  EXPECT_TRUE(dropped.answers.untouched()) << "releasing a job does not wait for it";
+  for (int i = 0; i < 100 && !done; ++i) ASSERT_EQ(nifIsJobDone(jobs[0], &done), NIF_OK);
+  EXPECT_EQ(done, 1u);
+  expect_same(polled.answers.get(), expected);
+  ASSERT_EQ(nifWaitJob(jobs[1]), NIF_OK);
+  expect_same(awaited.answers.get(), expected);
+  ASSERT_EQ(nifIsJobDone(jobs[1], &done), NIF_OK);
+  EXPECT_EQ(done, 1u);
+  nifReleaseJob(jobs[0]);
+  nifReleaseJob(jobs[1]);
+  machine().wait_stream(stream);
+  expect_same(dropped.answers.get(), expected);
+  machine().free_stream(stream);
+
+  // Of the host's memory: answered when the call returns.
+  Answers answers(rays.size());
+  NifQuery query = nifQueryRays(rays.data(), rays.size());
+  answers.ask(query);
+  NifJob job = nullptr;
+  ASSERT_EQ(nifQueryAsync(twins.gpu(), &query, &job), NIF_OK) << nifGetErrorMessage();
+  ASSERT_EQ(nifIsJobDone(job, &done), NIF_OK);
+  EXPECT_EQ(done, 1u);
+  expect_same(answers, expected);
+  EXPECT_EQ(nifWaitJob(job), NIF_OK);
+  nifReleaseJob(job);
+}
+
+TEST_P(GpuAnswers, MeasuredOnes) {
+  Random random(14);
+  TwinScenes twins(config(card()));
+  const uint32_t asset = twins.load(random_asset(14, {.objects = 1, .bvhs = 1}));
+  for (uint32_t i = 0; i < 4; ++i) twins.add(asset, i % 2, random_transform(random, 3));
+  twins.commit();
+  const std::vector<NifRay> rays = rays_in_cube(random, 6, 1001);
+  Answers answers(rays.size());
+  NifQuery query = nifQueryRays(rays.data(), rays.size());
+  answers.ask(query);
+  double seconds[3] = {};
+  machine().most_rays = 504;
+  ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, 3, seconds), NIF_OK) << nifGetErrorMessage();
+  for (const double time : seconds) EXPECT_NEAR(time, 2e-6, 1e-9) << "two launches, and no copies";
+  expect_same(answers, query_all(twins.cpu(), rays));
+  EXPECT_EQ(nifMeasureQuery(twins.cpu(), &query, 3, seconds), NIF_ERROR_NOT_AVAILABLE);
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, 0, seconds), NIF_ERROR_INVALID_ARGUMENT);
+  machine().fail_allocation = 2;
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, 3, seconds), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
+}
+
+/// Single rays and queries with a fallback are the CPU's.
+TEST_P(GpuAnswers, WhatTheCpuAnswers) {
+  Random random(13);
+  TwinScenes twins(config(card()));
+  twins.add(twins.load(random_asset(13, {.objects = 1})), 0, kIdentity);
+  twins.commit();
+  const std::vector<NifRay> rays = rays_in_cube(random, 6, 200);
+  const Answers expected = query_all(twins.cpu(), rays);
+  const uint32_t launches = machine().launches;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    uint8_t visible = 9;
+    ASSERT_EQ(nifQueryRay(twins.gpu(), &rays[i], &visible), NIF_OK);
+    ASSERT_EQ(visible, expected.visible[i]);
+  }
+  uint64_t asked = 0;
+  const NifFallback count = [](void* user, uint64_t n, const uint64_t*, uint8_t*) {
+    *static_cast<uint64_t*>(user) += n;
+  };
+  Answers answers(rays.size());
+  NifQuery query = nifQueryRays(rays.data(), rays.size());
+  answers.ask(query);
+  ASSERT_EQ(nifQueryWithFallback(twins.gpu(), &query, 2, count, &asked), NIF_OK) << nifGetErrorMessage();
+  EXPECT_GT(asked, 0u);
+  EXPECT_EQ(machine().launches, launches);
+  query.memory = NIF_DEVICE;
+  EXPECT_EQ(nifQueryWithFallback(twins.gpu(), &query, 2, count, &asked), NIF_ERROR_NOT_AVAILABLE);
+}
+
+}  // namespace
+}  // namespace nif::test

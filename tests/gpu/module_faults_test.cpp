@@ -1,0 +1,321 @@
+// What goes wrong with GPUs: each time a code, a sentence, and a scene that the CPU still answers.
+#include <cstdlib>
+#include <thread>
+
+#include "tests/gpu/module_fixture.hpp"
+
+namespace nif::test {
+namespace {
+
+class GpuFaults : public GpuModuleTest {
+ protected:
+  /// Code and sentence of making a device.
+  static NifError code_of(const std::string& config) {
+    NifDevice device = nullptr;
+    const NifError error = nifNewDevice(config.c_str(), nullptr, &device);
+    nifReleaseDevice(device);
+    return error;
+  }
+  static void expect_unavailable(const std::string& config, const char* why) {
+    EXPECT_EQ(code_of(config), NIF_ERROR_NOT_AVAILABLE) << config;
+    EXPECT_NE(std::string(nifGetErrorMessage()).find(why), std::string::npos) << nifGetErrorMessage();
+  }
+  static NifBackendInfo hip() {
+    auto info = nifkit::sized<NifBackendInfo>();
+    EXPECT_EQ(nifGetBackendInfo(1, &info), NIF_OK);
+    return info;
+  }
+
+  static void fill(TwinScenes& twins) {
+    Random random(1);
+    const uint32_t asset = twins.load(random_asset(1, {.objects = 2, .bvhs = 1, .sphericals = 1}));
+    for (uint32_t i = 0; i < 7; ++i) twins.add(asset, i % 4, random_transform(random, 5));
+  }
+  static std::vector<NifRay> some_rays() {
+    Random random(2);
+    return rays_in_cube(random, 7, 500);
+  }
+};
+
+TEST_F(GpuFaults, OfTheModule) {
+  expect_unavailable("backend=hip,module=/no/such/module.so", "/no/such/module.so cannot be loaded");
+  expect_unavailable("backend=hip,module=/dev/null", "/dev/null cannot be loaded");
+  expect_unavailable("backend=hip,module=libc.so.6", "libc.so.6 is no GPU module");
+  EXPECT_EQ(code_of("device=0"), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(code_of("module=" NIF_EMULATED_MODULE), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(code_of("backend=hip,device=x"), NIF_ERROR_INVALID_ARGUMENT);
+}
+
+TEST_F(GpuFaults, OfTheMachine) {
+  machine().no_driver = true;
+  expect_unavailable(config(), "there is no driver");
+  machine().no_driver = false;
+  machine().driver_too_old = true;
+  expect_unavailable(config(), "too old");
+  machine().driver_too_old = false;
+  machine().cards = 0;
+  expect_unavailable(config(), "finds no card");
+  machine().cards = 2;
+  expect_unavailable(config(2), "there is no card 2; the drivers find 2");
+  machine().no_image = true;
+  expect_unavailable(config(), "has no kernels for emulated32");
+  machine().no_image = false;
+  EXPECT_EQ(code_of(config(1)), NIF_OK) << nifGetErrorMessage();
+}
+
+/// The same reasons in what tells about backends and cards, which looks anew each time.
+TEST_F(GpuFaults, AreToldBeforehand) {
+  ASSERT_EQ(setenv("NIF_HIP_MODULE", NIF_EMULATED_MODULE, 1), 0);
+  EXPECT_EQ(hip().available, 1u);
+  EXPECT_STREQ(hip().reason, "");
+  auto card = nifkit::sized<NifCardInfo>();
+  ASSERT_EQ(nifGetCardInfo(1, &card), NIF_OK) << nifGetErrorMessage();
+  EXPECT_STREQ(card.name, "emulated card 1");
+  EXPECT_STREQ(card.target, "emulated64");
+  EXPECT_STREQ(card.driver, "emulated 1.0");
+  EXPECT_EQ(card.memory_bytes, uint64_t{1} << 30);
+  EXPECT_EQ(card.available, 1u);
+  EXPECT_STREQ(card.reason, "");
+  EXPECT_EQ(nifGetCardInfo(2, &card), NIF_ERROR_INVALID_ARGUMENT);
+
+  machine().no_image = true;
+  EXPECT_EQ(hip().available, 0u);
+  EXPECT_NE(std::string(hip().reason).find("no kernels"), std::string::npos);
+  ASSERT_EQ(nifGetCardInfo(0, &card), NIF_OK);
+  EXPECT_EQ(card.available, 0u);
+  EXPECT_NE(std::string(card.reason).find("no kernels"), std::string::npos);
+  machine().no_image = false;
+  machine().no_driver = true;
+  EXPECT_NE(std::string(hip().reason).find("no driver"), std::string::npos);
+  EXPECT_EQ(nifGetCardInfo(0, &card), NIF_ERROR_NOT_AVAILABLE);
+  ASSERT_EQ(setenv("NIF_HIP_MODULE", "/no/such/module.so", 1), 0);
+  EXPECT_NE(std::string(hip().reason).find("/no/such/module.so cannot be loaded"), std::string::npos);
+  EXPECT_EQ(nifGetCardInfo(0, &card), NIF_ERROR_NOT_AVAILABLE);
+  unsetenv("NIF_HIP_MODULE");
+}
+
+TEST_F(GpuFaults, TellsWhatTheDeviceIs) {
+  const nifkit::Device device(config(1));
+  const NifDeviceInfo info = device.info();
+  EXPECT_STREQ(info.backend, "hip");
+  EXPECT_STREQ(info.card, "emulated card 1");
+}
+
+/// Memory runs out at the first allocation of a commit, or the second, and so on.
+TEST_F(GpuFaults, OutOfMemoryAtACommit) {
+  const std::vector<NifRay> rays = some_rays();
+  uint32_t failures = 0;
+  for (uint32_t nth = 1;; ++nth) {
+    TwinScenes twins(config());
+    fill(twins);
+    ASSERT_EQ(nifCommitScene(twins.cpu()), NIF_OK);
+    const Answers expected = query_all(twins.cpu(), rays);
+    machine().fail_allocation = nth;
+    const NifError error = nifCommitScene(twins.gpu());
+    machine().fail_allocation = 0;
+    if (error == NIF_OK) break;
+    ++failures;
+    EXPECT_EQ(error, NIF_ERROR_OUT_OF_DEVICE_MEMORY);
+    EXPECT_NE(std::string(nifGetErrorMessage()).find("no memory left"), std::string::npos);
+    // The CPU answers, to the last bit; the card does not.
+    const uint32_t launches = machine().launches;
+    EXPECT_EQ(query_all(twins.gpu(), rays), expected);
+    EXPECT_EQ(machine().launches, launches);
+    NifQuery query = nifQueryRays(rays.data(), rays.size());
+    uint8_t visible;
+    query.visible = &visible;
+    query.memory = NIF_DEVICE;
+    EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_INVALID_OPERATION);
+    // And the next commit tries again.
+    ASSERT_EQ(nifCommitScene(twins.gpu()), NIF_OK) << nifGetErrorMessage();
+    expect_same(query_all(twins.gpu(), rays), expected);
+    EXPECT_GT(machine().launches, launches);
+  }
+  EXPECT_EQ(failures, 2u) << "the asset, and the scene";
+}
+
+TEST_F(GpuFaults, OutOfMemoryAtAQuery) {
+  const std::vector<NifRay> rays = some_rays();
+  TwinScenes twins(config());
+  fill(twins);
+  twins.commit();
+  Answers answers(rays.size());
+  NifQuery query = nifQueryRays(rays.data(), rays.size());
+  answers.ask(query);
+  machine().fail_allocation = 1;
+  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
+  NifJob job = nullptr;
+  machine().fail_allocation = 1;
+  EXPECT_EQ(nifQueryAsync(twins.gpu(), &query, &job), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
+  EXPECT_EQ(job, nullptr);
+  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_OK);
+  expect_same(answers, query_all(twins.cpu(), rays));
+}
+
+/// A growing scene that finds no room is not what it was, and the CPU knows what it is.
+TEST_F(GpuFaults, OutOfMemoryAtALaterCommit) {
+  const std::vector<NifRay> rays = some_rays();
+  TwinScenes twins(config());
+  fill(twins);
+  twins.commit();
+  Random random(4);
+  for (uint32_t i = 0; i < 50; ++i) twins.add(0, i % 4, random_transform(random, 5));
+  ASSERT_EQ(nifCommitScene(twins.cpu()), NIF_OK);
+  machine().fail_allocation = 1;
+  EXPECT_EQ(nifCommitScene(twins.gpu()), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
+  const Answers expected = query_all(twins.cpu(), rays);
+  EXPECT_EQ(query_all(twins.gpu(), rays), expected);
+  ASSERT_EQ(nifCommitScene(twins.gpu()), NIF_OK);
+  expect_same(query_all(twins.gpu(), rays), expected);
+}
+
+/// The query that meets it fails; after it the CPU answers. Nothing is freed on a card that is gone, and
+/// nothing hangs.
+TEST_F(GpuFaults, ALostCard) {
+  const std::vector<NifRay> rays = some_rays();
+  const auto lose = [&](bool by_job) {
+    TwinScenes twins(config());
+    fill(twins);
+    twins.commit();
+    Answers answers(rays.size());
+    NifQuery query = nifQueryRays(rays.data(), rays.size());
+    answers.ask(query);
+    const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+    const CardArray visible(machine(), 0, nullptr, rays.size());
+    NifQuery card_query = nifQueryRays(on_card.as<NifRay>(), rays.size());
+    card_query.memory = NIF_DEVICE;
+    card_query.visible = visible.as<uint8_t>();
+    if (by_job) {
+      NifJob job = nullptr;
+      ASSERT_EQ(nifQueryAsync(twins.gpu(), &card_query, &job), NIF_OK) << nifGetErrorMessage();
+      machine().lost = true;
+      EXPECT_EQ(nifWaitJob(job), NIF_ERROR_DEVICE_LOST);
+      nifReleaseJob(job);
+    } else {
+      machine().fail_launch = 1;
+      EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_DEVICE_LOST);
+      EXPECT_NE(std::string(nifGetErrorMessage()).find("lost"), std::string::npos);
+    }
+    EXPECT_EQ(nifQuery(twins.gpu(), &card_query), NIF_ERROR_DEVICE_LOST);
+    EXPECT_EQ(query_all(twins.gpu(), rays), query_all(twins.cpu(), rays));
+    // Changed, the scene can still be committed for the CPU.
+    twins.move(0, kIdentity);
+    ASSERT_EQ(nifCommitScene(twins.cpu()), NIF_OK);
+    EXPECT_EQ(nifCommitScene(twins.gpu()), NIF_ERROR_DEVICE_LOST);
+    EXPECT_EQ(query_all(twins.gpu(), rays), query_all(twins.cpu(), rays));
+  };
+  for (const bool by_job : {false, true}) {
+    lose(by_job);
+    machine().lost = false;
+  }
+}
+
+TEST_F(GpuFaults, WrongPointers) {
+  const std::vector<NifRay> rays = some_rays();
+  TwinScenes twins(config());
+  fill(twins);
+  twins.commit();
+  const size_t count = rays.size();
+  const CardArray here(machine(), 0, rays.data(), count * sizeof(NifRay));
+  const CardArray there(machine(), 1, rays.data(), count * sizeof(NifRay));
+  const CardArray outputs(machine(), 0, nullptr, 16 * count);
+  Answers answers(count);
+  const auto expect_wrong = [&](NifQuery query, const char* name) {
+    EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_WRONG_POINTER);
+    EXPECT_NE(std::string(nifGetErrorMessage()).find(name), std::string::npos) << nifGetErrorMessage();
+    NifJob job = nullptr;
+    EXPECT_EQ(nifQueryAsync(twins.gpu(), &query, &job), NIF_ERROR_WRONG_POINTER);
+  };
+  // Each array by itself, of the host in place of the card and the reverse.
+  NifQuery query = nifQueryRays(here.as<NifRay>(), count);
+  query.memory = NIF_DEVICE;
+  query.visible = outputs.as<uint8_t>();
+  void* const stream = query.stream = machine().make_stream(0);
+  ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+  machine().wait_stream(stream);
+  machine().free_stream(stream);
+  query.stream = nullptr;
+  for (int a = 0; a < 3; ++a) {
+    NifQuery wrong = query;
+    wrong.origin[a] = &rays[0].origin[a];
+    expect_wrong(wrong, "query: origin is memory of the host");
+    wrong = query;
+    wrong.direction[a] = &there.as<NifRay>()->direction[a];
+    expect_wrong(wrong, "query: direction is memory of another card");
+  }
+  NifQuery wrong = query;
+  wrong.tmin = &rays[0].tmin;
+  expect_wrong(wrong, "tmin");
+  wrong = query;
+  wrong.tmax = &rays[0].tmax;
+  expect_wrong(wrong, "tmax");
+  wrong = query;
+  wrong.visible = answers.visible.data();
+  expect_wrong(wrong, "visible");
+  wrong = query;
+  wrong.visible_bits = answers.bits.data();
+  expect_wrong(wrong, "visible_bits");
+  wrong = query;
+  wrong.probability = answers.probability.data();
+  expect_wrong(wrong, "probability");
+  wrong = query;
+  wrong.certain = answers.certain.data();
+  expect_wrong(wrong, "certain");
+  wrong = query;
+  wrong.logit = answers.logit.data();
+  expect_wrong(wrong, "logit");
+  wrong = nifQueryRays(rays.data(), count);
+  wrong.visible = outputs.as<uint8_t>();
+  expect_wrong(wrong, "query: visible is memory of a card");
+
+  // A stream of the other card.
+  query.stream = machine().make_stream(1);
+  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_INVALID_ARGUMENT);
+  machine().free_stream(query.stream);
+}
+
+TEST_F(GpuFaults, QueriesOfNothing) {
+  TwinScenes twins(config());
+  fill(twins);
+  twins.commit();
+  auto query = nifkit::sized<NifQuery>();
+  const uint32_t launches = machine().launches;
+  for (const NifMemory memory : {NIF_HOST, NIF_DEVICE}) {
+    query.memory = memory;
+    EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    NifJob job = nullptr;
+    ASSERT_EQ(nifQueryAsync(twins.gpu(), &query, &job), NIF_OK);
+    uint32_t done = 0;
+    EXPECT_EQ(nifIsJobDone(job, &done), NIF_OK);
+    EXPECT_EQ(done, 1u);
+    nifReleaseJob(job);
+  }
+  EXPECT_EQ(machine().launches, launches);
+  query.count = 1;
+  query.memory = NIF_DEVICE;
+  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_INVALID_ARGUMENT) << "no origins";
+}
+
+/// Several threads, each with scenes and queries of its own, on one device.
+TEST_F(GpuFaults, NoneOfManyThreads) {
+  const nifkit::Device device(config());
+  const auto file = format::encode(random_asset(3, {.objects = 2, .bvhs = 1}));
+  const nifkit::Asset asset = nifkit::Asset::copy(device, file);
+  const std::vector<NifRay> rays = some_rays();
+  const auto answer = [&] {
+    nifkit::Scene scene(device);
+    scene.add(asset);
+    scene.commit();
+    return query_all(scene.get(), rays);
+  };
+  const Answers expected = answer();
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&] {
+      for (int i = 0; i < 5; ++i) EXPECT_EQ(answer(), expected);
+    });
+  for (std::thread& thread : threads) thread.join();
+}
+
+}  // namespace
+}  // namespace nif::test

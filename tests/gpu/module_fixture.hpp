@@ -1,0 +1,154 @@
+// What the tests of the GPU module share: the runtime with an emulated card, and the CPU to compare with.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <nif/nif.hpp>
+
+#include <cstring>
+#include <memory>
+
+#include "tests/gpu/emulated_machine.hpp"
+#include "tests/runtime/plain_scene.hpp"
+
+namespace nif::test {
+
+/// The CPU and one of the emulated cards, each with the same asset.
+class GpuModuleTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    EmulatedMachine& machine = this->machine();
+    machine.no_driver = machine.driver_too_old = machine.no_image = machine.lost = false;
+    machine.cards = 2;
+    machine.fail_allocation = machine.fail_launch = 0;
+    machine.most_rays = 1u << 20;
+    machine.order = 0;
+  }
+  /// What a device has taken it has given back.
+  void TearDown() override {
+    EXPECT_EQ(machine().allocations, 0u);
+    EXPECT_EQ(machine().events, 0u);
+    EXPECT_EQ(machine().streams, 0u);
+  }
+
+  static EmulatedMachine& machine() { return emulated_machine(NIF_EMULATED_MODULE); }
+  static std::string config(uint32_t card = 0) {
+    return std::string("isa=scalar,backend=hip,module=" NIF_EMULATED_MODULE ",device=") +
+           std::to_string(card);
+  }
+};
+
+/// Memory of a card, with a copy of some of the host's.
+class CardArray {
+ public:
+  CardArray(EmulatedMachine& machine, uint32_t card, const void* from, size_t bytes)
+      : machine_(machine), memory_(static_cast<char*>(machine.allocate(card, bytes + 1))) {
+    if (from) std::memcpy(memory_, from, bytes);
+  }
+  CardArray(CardArray&& other) noexcept
+      : machine_(other.machine_), memory_(std::exchange(other.memory_, nullptr)) {}
+  ~CardArray() {
+    if (memory_) machine_.free(memory_);
+  }
+  template <class T>
+  T* as() const {
+    return reinterpret_cast<T*>(memory_);
+  }
+
+ private:
+  EmulatedMachine& machine_;
+  char* memory_;
+};
+
+/// Outputs in memory of a card, at odd addresses.
+class CardAnswers {
+ public:
+  CardAnswers(EmulatedMachine& machine, uint32_t card, size_t count)
+      : count_(count),
+        visible_(machine, card, nullptr, count),
+        bits_(machine, card, nullptr, count / 8 + 1),
+        certain_(machine, card, nullptr, count),
+        probability_(machine, card, nullptr, 4 * count),
+        logit_(machine, card, nullptr, 4 * count) {}
+  void ask(NifQuery& query) const {
+    query.visible = visible_.as<uint8_t>() + 1;
+    query.visible_bits = bits_.as<uint8_t>() + 1;
+    query.certain = certain_.as<uint8_t>() + 1;
+    query.probability = reinterpret_cast<float*>(probability_.as<char>() + 1);
+    query.logit = reinterpret_cast<int32_t*>(logit_.as<char>() + 1);
+  }
+  /// Whether nothing was written yet.
+  bool untouched() const {
+    for (size_t i = 0; i < count_; ++i)
+      if (visible_.as<uint8_t>()[i + 1] != 0xa5 || certain_.as<uint8_t>()[i + 1] != 0xa5) return false;
+    return true;
+  }
+  Answers get() const {
+    Answers answers(count_);
+    std::memcpy(answers.visible.data(), visible_.as<uint8_t>() + 1, count_);
+    std::memcpy(answers.bits.data(), bits_.as<uint8_t>() + 1, answers.bits.size());
+    std::memcpy(answers.certain.data(), certain_.as<uint8_t>() + 1, count_);
+    std::memcpy(answers.probability.data(), probability_.as<char>() + 1, 4 * count_);
+    std::memcpy(answers.logit.data(), logit_.as<char>() + 1, 4 * count_);
+    return answers;
+  }
+
+ private:
+  size_t count_;
+  CardArray visible_, bits_, certain_, probability_, logit_;
+};
+
+/// All bits alike, but for the last ones of probabilities that are neither 0 nor 1.
+inline void expect_same(const Answers& got, const Answers& expected) {
+  EXPECT_EQ(got.visible, expected.visible);
+  EXPECT_EQ(got.bits, expected.bits);
+  EXPECT_EQ(got.certain, expected.certain);
+  EXPECT_EQ(got.logit, expected.logit);
+  ASSERT_EQ(got.probability.size(), expected.probability.size());
+  for (size_t i = 0; i < got.probability.size(); ++i) {
+    const float p = got.probability[i], q = expected.probability[i];
+    if (q == 0 || q == 1)
+      ASSERT_NEAR(p, q, q == 0 ? 0 : 6e-8) << i;
+    else
+      ASSERT_NEAR(p / q, 1, 3e-7) << i;
+  }
+}
+
+/// The same scene twice: on the CPU and on a card.
+class TwinScenes {
+ public:
+  explicit TwinScenes(const std::string& gpu_config)
+      : cpu_device_("isa=scalar"), gpu_device_(gpu_config), cpu_(cpu_device_), gpu_(gpu_device_) {}
+
+  uint32_t load(const format::Asset& asset) { return load(format::encode(asset)); }
+  uint32_t load(std::vector<std::byte> file) {
+    files_.push_back(std::move(file));
+    cpu_assets_.push_back(nifkit::Asset::copy(cpu_device_, files_.back()));
+    gpu_assets_.push_back(nifkit::Asset::copy(gpu_device_, files_.back()));
+    return uint32_t(files_.size() - 1);
+  }
+  void add(uint32_t asset, uint32_t object, const Matrix& transform) {
+    cpu_.add(cpu_assets_[asset], object, transform);
+    gpu_.add(gpu_assets_[asset], object, transform);
+  }
+  void move(uint32_t instance, const Matrix& transform) {
+    cpu_.set_transform(instance, transform);
+    gpu_.set_transform(instance, transform);
+  }
+  void commit() {
+    cpu_.commit();
+    gpu_.commit();
+  }
+
+  NifScene cpu() const { return cpu_.get(); }
+  NifScene gpu() const { return gpu_.get(); }
+  const nifkit::Device& gpu_device() const { return gpu_device_; }
+  const nifkit::Asset& gpu_asset(uint32_t asset) const { return gpu_assets_[asset]; }
+
+ private:
+  nifkit::Device cpu_device_, gpu_device_;
+  nifkit::Scene cpu_, gpu_;
+  std::vector<std::vector<std::byte>> files_;
+  std::vector<nifkit::Asset> cpu_assets_, gpu_assets_;
+};
+
+}  // namespace nif::test

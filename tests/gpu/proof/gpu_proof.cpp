@@ -1,0 +1,267 @@
+// Proves a GPU's answers, and times them: each asset's objects by themselves and all of them as a crowd,
+// asked rays of several sets by the scalar reference on the CPU and by the GPU, each answer compared. Prints
+// a table in Markdown. Ends with 1 where any answer differs, with 3 where there is no GPU. tests/gpu/run.sh
+// builds it.
+//
+//   gpu_proof [--rays N] [--rounds N] [--device N] [--module FILE] [FILE.nif...]
+//
+// --rays: of each set (10000000). --rounds: of timing (7), 0: nothing is timed. Without files, assets that it
+// makes itself.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <nif/nif.hpp>
+#include <numeric>
+
+#include "formats/nif/file_memory.hpp"
+#include "formats/nif/writer.hpp"
+#include "formats/status.hpp"
+#include "ray_sets.hpp"
+#include "tests/support/random_asset.hpp"
+
+namespace nif::test {
+namespace {
+
+constexpr uint64_t kBatch = 1 << 20;  ///< rays that are asked, and timed, at once
+constexpr int kNoGpu = 3;
+
+struct Options {
+  uint64_t rays = 10'000'000;
+  uint32_t rounds = 7, device = 0;
+  std::string module;
+  std::vector<std::string> files;
+};
+
+/// All outputs.
+struct Outputs {
+  std::vector<uint8_t> visible, bits, certain;
+  std::vector<float> probability;
+  std::vector<int32_t> logit;
+
+  explicit Outputs(size_t count)
+      : visible(count), bits((count + 7) / 8), certain(count), probability(count), logit(count) {}
+  NifQuery about(const std::vector<NifRay>& rays) {
+    return nifkit::rays(rays)
+        .visible(visible)
+        .visible_bits(bits)
+        .probability(probability)
+        .certain(certain)
+        .logit(logit)
+        .get();
+  }
+};
+
+/// Rays for which any output differs: in any bit, but for probabilities in more than their last bits.
+uint64_t count_different(const Outputs& a, const Outputs& b) {
+  uint64_t different = 0;
+  for (size_t i = 0; i < a.visible.size(); ++i) {
+    const float p = a.probability[i], q = b.probability[i];
+    const bool near = q == 0 ? p == 0 : std::fabs(p / q - 1) < 1e-6f;
+    different += a.visible[i] != b.visible[i] || a.certain[i] != b.certain[i] || a.logit[i] != b.logit[i] ||
+                 (a.bits[i / 8] >> i % 8 & 1) != b.visible[i] || !near;
+  }
+  return different;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// The same scene for three devices: the reference, the CPU at its best, and the GPU.
+struct Scenes {
+  explicit Scenes(const nifkit::Device (&devices)[3])
+      : of{nifkit::Scene(devices[0]), nifkit::Scene(devices[1]), nifkit::Scene(devices[2])} {}
+  nifkit::Scene of[3];
+};
+
+/// A crowd of an asset's objects: turned, mirrored, stretched, one in another.
+nifkit::Transform placed(uint32_t i, double size) {
+  nifkit::Transform t{};
+  const double angle = 0.7 * i, scale = std::pow(1.3, double(i % 5) - 2), mirror = i % 3 == 1 ? -1 : 1;
+  t[0] = float(scale * std::cos(angle));
+  t[1] = float(-scale * std::sin(angle));
+  t[4] = float(scale * std::sin(angle));
+  t[5] = float(scale * std::cos(angle));
+  t[10] = float(mirror * scale * (i % 4 == 2 ? 2.0 : 1.0));
+  t[3] = float(0.4 * size * (i % 4));
+  t[7] = float(0.4 * size * (i / 4 % 4));
+  t[11] = float(0.3 * size * (i / 16));
+  return t;
+}
+
+class Proof {
+ public:
+  Proof(const Options& options, const std::string& gpu)
+      : options_(options),
+        devices_{nifkit::Device("isa=scalar,threads=0"), nifkit::Device("threads=0"), nifkit::Device(gpu)} {}
+
+  const nifkit::Device& gpu() const { return devices_[2]; }
+  uint64_t different() const { return different_; }
+
+  void add_asset(const std::string& name, std::span<const std::byte> file) {
+    std::vector<nifkit::Asset> assets;
+    for (const nifkit::Device& device : devices_) assets.push_back(nifkit::Asset::copy(device, file));
+    const uint32_t count = assets[0].info().object_count;
+    double size = 0;
+    for (uint32_t object = 0; object < count; ++object) {
+      const NifObjectInfo info = assets[0].object(object);
+      for (int a = 0; a < 3; ++a) size = std::max(size, double(info.bounds_max[a]) - info.bounds_min[a]);
+      Scenes scenes(devices_);
+      for (size_t d = 0; d < 3; ++d) scenes.of[d].add(assets[d], object, placed(0, 0));
+      constexpr const char* kEncodings[] = {"", "segment", "spherical", "bvh"};
+      ask(name + " " + std::to_string(object) + ": " + kEncodings[info.encoding], scenes);
+    }
+    Scenes crowd(devices_);
+    const uint32_t members = std::max(24u, 3 * count);
+    for (size_t d = 0; d < 3; ++d)
+      for (uint32_t i = 0; i < members; ++i) crowd.of[d].add(assets[d], i % count, placed(i, size));
+    ask(name + ": " + std::to_string(members) + " instances", crowd);
+  }
+
+ private:
+  void ask(const std::string& name, Scenes& scenes) {
+    for (nifkit::Scene& scene : scenes.of) scene.commit();
+    const NifSceneInfo info = scenes.of[0].info();
+    for (const BoxRays set : kBoxRays) {
+      uint64_t different = 0;
+      std::vector<double> gpu, cpu;
+      for (uint64_t first = 0; first < options_.rays; first += kBatch) {
+        const uint64_t count = std::min(kBatch, options_.rays - first);
+        const std::vector<NifRay> rays =
+            make_rays(set, info.bounds_min, info.bounds_max, 1, first, count, options_.rays);
+        Outputs expected(count), copied(count), there(count);
+        NifQuery query = expected.about(rays);
+        nifkit::check(nifQuery(scenes.of[0].get(), &query));
+        query = copied.about(rays);
+        nifkit::check(nifQuery(scenes.of[2].get(), &query));
+        different += count_different(copied, expected);
+        // And by memory of the card, in a stream.
+        query = there.about(rays);
+        double once;
+        nifkit::check(nifMeasureQuery(scenes.of[2].get(), &query, 1, &once));
+        different += count_different(there, expected);
+        if (first == 0) time(scenes, rays, gpu, cpu);
+      }
+      different_ += different;
+      std::printf("| %s | %s | %llu | %llu |", name.c_str(), name_of(set),
+                  static_cast<unsigned long long>(options_.rays), static_cast<unsigned long long>(different));
+      if (options_.rounds > 0) {
+        const double rays = double(std::min(kBatch, options_.rays)) * 1e-6;
+        std::printf(" %.1f | %.2f |", rays / median(gpu), rays / median(cpu));
+      }
+      std::printf("\n");
+      std::fflush(stdout);
+    }
+  }
+
+  /// Only what is visible is asked for, as by a renderer.
+  void time(Scenes& scenes, const std::vector<NifRay>& rays, std::vector<double>& gpu,
+            std::vector<double>& cpu) const {
+    if (options_.rounds == 0) return;
+    std::vector<uint8_t> visible(rays.size());
+    const NifQuery query = nifkit::rays(rays).visible(visible).get();
+    gpu.resize(options_.rounds);
+    nifkit::check(nifMeasureQuery(scenes.of[2].get(), &query, options_.rounds, gpu.data()));
+    for (uint32_t round = 0; round <= options_.rounds; ++round) {
+      const auto start = std::chrono::steady_clock::now();
+      nifkit::check(nifQuery(scenes.of[1].get(), &query));
+      if (round > 0)
+        cpu.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
+  }
+
+  Options options_;
+  nifkit::Device devices_[3];
+  uint64_t different_ = 0;
+};
+
+std::vector<std::byte> read_file(const std::string& path) {
+  const auto memory = format::FileMemory::load(path, format::FileMemory::Mode::read);
+  return {memory.bytes().begin(), memory.bytes().end()};
+}
+
+int run(const Options& options) {
+  std::string config = "backend=hip,device=" + std::to_string(options.device);
+  if (!options.module.empty()) config += ",module=" + options.module;
+  {
+    NifDevice device = nullptr;
+    const NifError error = nifNewDevice(config.c_str(), nullptr, &device);
+    nifReleaseDevice(device);
+    if (error != NIF_OK) {
+      std::fprintf(stderr, "gpu_proof: %s\n", nifGetErrorMessage());
+      return kNoGpu;
+    }
+  }
+  Proof proof(options, config);
+  std::printf("%s, beside a CPU with `%s`.", proof.gpu().info().card, nifkit::Device().info().isa);
+  if (options.rounds > 0)
+    std::printf(
+        " Millions of rays a second, median of %u rounds of %llu rays: the GPU by its own\n"
+        "clock, rays and answers in its memory; the CPU with all of its threads.",
+        options.rounds, static_cast<unsigned long long>(std::min(kBatch, options.rays)));
+  std::printf("\n\n| scene | rays | asked | different |%s\n| --- | --- | ---: | ---: |%s\n",
+              options.rounds ? " GPU | CPU |" : "", options.rounds ? " ---: | ---: |" : "");
+  for (const std::string& file : options.files) {
+    const size_t slash = file.rfind('/');
+    proof.add_asset(file.substr(slash == std::string::npos ? 0 : slash + 1), read_file(file));
+  }
+  if (options.files.empty()) {
+    const RandomAssetOptions kinds{.objects = 2, .max_voxels = 80, .bvhs = 1, .sphericals = 1, .features = 2};
+    proof.add_asset("random", format::encode(random_asset(1, kinds)));
+  }
+  std::printf("\nAnswers that differ from the reference: %llu.\n",
+              static_cast<unsigned long long>(proof.different()));
+  return proof.different() == 0 ? 0 : 1;
+}
+
+/// False where the command line is none.
+bool parse(int argc, char** argv, Options& options) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (!argument.starts_with("-")) {
+      options.files.push_back(argument);
+      continue;
+    }
+    if (++i == argc) return false;
+    char* end = nullptr;
+    const uint64_t number = std::strtoull(argv[i], &end, 10);
+    const bool is_number = *argv[i] >= '0' && *argv[i] <= '9' && *end == 0;
+    if (argument == "--module")
+      options.module = argv[i];
+    else if (argument == "--rays" && is_number && number > 0)
+      options.rays = number;
+    else if (argument == "--rounds" && is_number && number <= 1000)
+      options.rounds = uint32_t(number);
+    else if (argument == "--device" && is_number && number < 1024)
+      options.device = uint32_t(number);
+    else
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+}  // namespace nif::test
+
+int main(int argc, char** argv) {
+  nif::test::Options options;
+  if (!nif::test::parse(argc, argv, options)) {
+    std::fputs("usage: gpu_proof [--rays N] [--rounds N] [--device N] [--module FILE] [FILE.nif...]\n",
+               stderr);
+    return int(nif::Status::usage);
+  }
+  try {
+    return nif::test::run(options);
+  } catch (const nif::Error& error) {
+    std::fprintf(stderr, "gpu_proof: %s\n", error.what());
+    return int(error.status());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "gpu_proof: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,56 @@
+// A million rays of every named set through a scene of all encodings, whose instances are mirrored, stretched
+// and lie in each other: answered by the GPU module with an emulated card as by the reference.
+#include <tbb/parallel_for.h>
+
+#include "tests/gpu/baked.hpp"
+#include "tests/gpu/module_fixture.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+constexpr size_t kRays = 1'000'000, kPart = 20'011;
+
+class GpuSceneSets : public GpuModuleTest {};
+
+/// By all outputs, or by what is visible alone, which other kernels answer. Thread-safe.
+void expect_part(const TwinScenes& twins, std::span<const kernels::Segment> segments, bool all) {
+  std::vector<NifRay> rays;
+  for (const kernels::Segment& segment : segments) rays.push_back(to_ray(segment));
+  if (all) return expect_same(query_all(twins.gpu(), rays), query_all(twins.cpu(), rays));
+  std::vector<uint8_t> got(rays.size(), 7), expected(rays.size(), 8);
+  nifkit::check(nifQuery(twins.gpu(), &nifkit::rays(rays).visible(got).get()));
+  nifkit::check(nifQuery(twins.cpu(), &nifkit::rays(rays).visible(expected).get()));
+  EXPECT_EQ(got, expected);
+}
+
+TEST_F(GpuSceneSets, AnswerAsTheReference) {
+  const Baked field(torus(60, 30), bake::EncodingOption::segment);
+  const Baked exact(torus(60, 30), bake::EncodingOption::bvh);
+  TwinScenes twins(config());
+  const uint32_t learned = twins.load(field.file), proven = twins.load(exact.file),
+                 spherical = twins.load(random_asset(1, {.objects = 0, .sphericals = 1}));
+  // As it is; mirrored and half inside it; stretched across it; a small turned one; a spherical one beside.
+  twins.add(learned, 0, kIdentity);
+  twins.add(learned, 0, {-0.9f, 0, 0, 0.4f, 0, 0.8f, 0, 0.1f, 0, 0, 1.1f, 0.2f});
+  twins.add(proven, 0, {1.2f, 0.3f, 0, -0.5f, -0.3f, 0.4f, 0, 0.3f, 0, 0, 2.0f, -0.1f});
+  twins.add(learned, 0, {0.2f, 0, 0.2f, 0, 0, -0.3f, 0, 0, -0.2f, 0, 0.2f, 0.5f});
+  twins.add(proven, 0, {0.1f, 0, 0, -0.6f, 0, 0.1f, 0, 0.6f, 0, 0, 0.1f, 0});
+  twins.add(spherical, 0, {0.1f, 0, 0, 0.7f, 0, 0.1f, 0, -0.4f, 0, 0, 0.1f, 0.1f});
+  twins.commit();
+
+  const bake::Prepared prepared = bake::prepare(field.scene.meshes[0]);
+  const bake::GroundTruth truth(prepared);
+  for (const bake::RaySet set : bake::kRaySets) {
+    const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, kRays, 7);
+    ASSERT_EQ(labelled.segments.size(), kRays) << bake::name_of(set);
+    const std::span<const kernels::Segment> segments(labelled.segments);
+    tbb::parallel_for(size_t{0}, kRays / kPart + 1, [&](size_t part) {
+      const size_t first = part * kPart;
+      expect_part(twins, segments.subspan(first, std::min(kPart, kRays - first)), part % 2 == 0);
+    });
+  }
+}
+
+}  // namespace
+}  // namespace nif::test

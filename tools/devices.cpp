@@ -1,0 +1,81 @@
+// `nif devices`: what can answer queries on this machine, and where something is missing, what.
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "nif/nif.hpp"
+#include "tools/command.hpp"
+
+namespace nif::tools {
+namespace {
+
+struct Card {
+  std::string name, target, driver, reason;
+  uint64_t memory;
+};
+
+/// None where there are none; the backend's reason then says why.
+std::vector<Card> find_cards() {
+  std::vector<Card> cards;
+  auto info = nifkit::sized<NifCardInfo>();
+  while (nifGetCardInfo(uint32_t(cards.size()), &info) == NIF_OK)
+    cards.push_back({info.name, info.target, info.driver, info.reason, info.memory_bytes});
+  return cards;
+}
+
+void print_text() {
+  const NifDeviceInfo cpu = nifkit::Device().info();
+  fmt::print("cpu  isa {}\n", cpu.isa);
+  auto hip = nifkit::sized<NifBackendInfo>();
+  nifkit::check(nifGetBackendInfo(1, &hip));
+  const std::vector<Card> cards = find_cards();
+  if (cards.empty()) fmt::print("hip  not available: {}\n", hip.reason);
+  for (size_t i = 0; i < cards.size(); ++i) {
+    const Card& card = cards[i];
+    fmt::print("hip  device={}: {}, {}, {}, {}", i, card.name, card.target, format_bytes(double(card.memory)),
+               card.driver);
+    fmt::print("{}\n", card.reason.empty() ? "" : "; cannot be used: " + card.reason);
+  }
+}
+
+void print_json() {
+  using Json = nlohmann::ordered_json;
+  Json backends = Json::array();
+  auto info = nifkit::sized<NifBackendInfo>();
+  for (uint32_t i = 0; nifGetBackendInfo(i, &info) == NIF_OK; ++i)
+    backends.push_back({{"name", info.name}, {"available", info.available != 0}, {"reason", info.reason}});
+  Json cards = Json::array();
+  for (const Card& card : find_cards())
+    cards.push_back({{"device", cards.size()},
+                     {"name", card.name},
+                     {"target", card.target},
+                     {"driver", card.driver},
+                     {"memory", card.memory},
+                     {"available", card.reason.empty()},
+                     {"reason", card.reason}});
+  const Json json{{"schema", "nifkit.devices/1"},
+                  {"isa", nifkit::Device().info().isa},
+                  {"backends", std::move(backends)},
+                  {"cards", std::move(cards)}};
+  fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+}
+
+}  // namespace
+
+void add_devices(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("devices", "Say what can answer queries here: the CPU, and GPUs");
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "Print it as one JSON object (nifkit.devices/1)");
+  command->footer(
+      "A GPU is used by the runtime's configuration \"backend=hip,device=N\". Where there is none, the line "
+      "says\n"
+      "what is missing: the GPU module (libnif_hip.so; NIF_HIP_MODULE names another file), a driver, a card, "
+      "or "
+      "code\n"
+      "for the card.\n"
+      "Example: nif devices");
+  command->callback([json] { *json ? print_json() : print_text(); });
+}
+
+}  // namespace nif::tools
