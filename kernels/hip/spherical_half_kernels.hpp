@@ -108,7 +108,7 @@ NIF_HOST_DEVICE void spherical_cast(const Thread& thread, const SphericalBounds&
   SphericalRay ray{SphericalKind::none, false, 0, {}};
   if (number < rays.count) {
     ray = prepare_spherical(bounds, load_ray(rays, number));
-    if (ray.kind == SphericalKind::none) store_answer(answers, number, kCertainLogit, ray.certain);
+    if (ray.kind == SphericalKind::none) store_answer(answers, number, {kCertainLogit, ray.certain});
   }
   const bool outer = ray.kind == SphericalKind::outer, inner = ray.kind == SphericalKind::inner;
   const uint32_t outer_item = append(thread, outer, items.outer_count);
@@ -276,7 +276,7 @@ NIF_HOST_DEVICE void spherical_half(const Thread& thread, const SphericalField& 
     if (present) {
       float all[kHalfParts];
       for (uint32_t q = 0; q < kHalfParts; ++q) all[q] = bits_as<float>(load_word(own + 4 * q));
-      store_answer(answers, items.ray[entry], spherical_logit(sum_half_parts(all)), false);
+      store_answer(answers, items.ray[entry], {spherical_logit(sum_half_parts(all)), false});
     }
     // No wave_sync(): from the last one on each lane reads and writes its own row only.
     if (count - first <= step) return;
