@@ -146,12 +146,12 @@ struct Bounds {
 /// today, so that a change for the worse shows.
 TEST_P(GpuCodeTest, StaysWithinRegisters) {
   const std::map<std::string, Bounds> most{{"nif_bvh", {96, 96, 0}},
-                                           {"nif_scene_any", {224, 152, 256}},
-                                           {"nif_scene_any_details", {232, 152, 256}},
-                                           {"nif_scene_bvh", {144, 144, 256}},
-                                           {"nif_scene_bvh_details", {184, 152, 256}},
-                                           {"nif_scene_segment", {136, 136, 256}},
-                                           {"nif_scene_segment_details", {168, 152, 256}},
+                                           {"nif_scene_any", {224, 152, 56}},
+                                           {"nif_scene_any_details", {232, 152, 80}},
+                                           {"nif_scene_bvh", {144, 144, 40}},
+                                           {"nif_scene_bvh_details", {184, 152, 96}},
+                                           {"nif_scene_segment", {136, 136, 40}},
+                                           {"nif_scene_segment_details", {168, 152, 104}},
                                            {"nif_segment_walk", {48, 48, 0}},
                                            {"nif_segment_whole_2", {96, 96, 48}},
                                            {"nif_segment_whole_any", {144, 104, 56}},
@@ -176,12 +176,14 @@ TEST_P(GpuCodeTest, StaysWithinRegisters) {
   }
 }
 
-/// What is written to the stack is not needed.
+/// What is written to the stack is not needed, but for the arrays of the kernels for scenes of all encodings.
 TEST_P(GpuCodeTest, ReadsNoStack) {
   if (!amd_) return;  // there is none: see StaysWithinRegisters
   const std::regex load("\n\t(buffer|scratch)_load_");
-  for (const char* name : kKernels)
-    EXPECT_FALSE(std::regex_search(assembly_of(assembly_, name, true), load)) << name;
+  for (const std::string name : kKernels)
+    EXPECT_TRUE(!std::regex_search(assembly_of(assembly_, name, true), load) ||
+                name.starts_with("nif_scene_any"))
+        << name;
 }
 
 TEST_P(GpuCodeTest, HasTheMatrixInstructionsThatAreMeant) {
