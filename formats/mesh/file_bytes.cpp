@@ -2,6 +2,7 @@
 #include "formats/mesh/file_bytes.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -31,6 +32,25 @@ void ByteBuffer::shrink() {
   }
 }
 
+namespace {
+
+/// What tells that somebody writes to a file: its length, and when it was last written.
+struct Condition {
+  off_t size = 0;
+  timespec written{};
+
+  explicit Condition(std::FILE* stream) {
+    struct stat status {};
+    if (fstat(fileno(stream), &status) == 0) size = status.st_size, written = status.st_mtim;
+  }
+  bool operator==(const Condition& other) const {
+    return size == other.size && written.tv_sec == other.written.tv_sec &&
+           written.tv_nsec == other.written.tv_nsec;
+  }
+};
+
+}  // namespace
+
 ByteBuffer load_file(const fs::path& file, uint64_t max_bytes) {
   const std::string name = file.string();
   std::error_code error;
@@ -50,6 +70,7 @@ ByteBuffer load_file(const fs::path& file, uint64_t max_bytes) {
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "rb"), &std::fclose);
   if (!stream) throw Error(Status::file_unreadable, name + ": cannot be opened: " + std::strerror(errno));
 
+  const Condition before(stream.get());
   ByteBuffer bytes;
   const uint64_t size = status.type() == fs::file_type::regular ? fs::file_size(file, error) : 0;
   if (!error && size > max_bytes) {
@@ -70,6 +91,8 @@ ByteBuffer load_file(const fs::path& file, uint64_t max_bytes) {
   if (std::ferror(stream.get())) {
     throw Error(Status::file_unreadable, name + ": cannot be read: " + std::strerror(errno));
   }
+  if (status.type() == fs::file_type::regular && Condition(stream.get()) != before)
+    throw Error(Status::file_unreadable, name + ": changed while it was read; try again once it is complete");
   return bytes;
 }
 

@@ -45,8 +45,8 @@ class ByteBuffer {
   size_t capacity_ = 0;
 };
 
-/// Reads a regular file or a pipe. Throws file_not_found, file_unreadable, or too_large beyond
-/// `max_bytes`.
+/// Reads a regular file or a pipe. Throws file_not_found, file_unreadable, also where the file changes
+/// meanwhile, or too_large beyond `max_bytes`.
 ByteBuffer load_file(const std::filesystem::path& file, uint64_t max_bytes);
 
 }  // namespace nif::mesh::detail

@@ -2,6 +2,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <fstream>
+#include <thread>
+
 #include "formats/mesh/read.hpp"
 #include "tests/mesh/encode.hpp"
 #include "tests/support/shapes.hpp"
@@ -239,6 +243,30 @@ TEST_F(Errors, GltfDepth) {
   gltf.json["nodes"] = {{{"children", {1}}}, {{"children", {0}}}};
   gltf.json.erase("scenes");
   refused("a.glb", gltf.glb(), Status::malformed_mesh, "cycle");
+}
+
+TEST_F(Errors, FilesThatChangeWhileTheyAreRead) {
+  const std::filesystem::path file = folder_.write("growing.obj", std::string(size_t{16} << 20, '\n'));
+  std::atomic<bool> stop{false};
+  std::thread writer([&] {
+    std::ofstream out(file, std::ios::app);
+    while (!stop) out.put('\n').flush();
+  });
+  bool seen = false;
+  for (int i = 0; i < 100 && !seen; ++i) {  // the writer may sleep through some of them
+    try {
+      mesh::read(file);
+      ADD_FAILURE() << "it has no triangles";
+    } catch (const Error& error) {
+      seen = error.status() == Status::file_unreadable &&
+             std::string(error.what())
+                 .ends_with("growing.obj: changed while it was read; try again once it is complete");
+    }
+  }
+  stop = true;
+  writer.join();
+  EXPECT_TRUE(seen);
+  expect_refusal(file, Status::not_a_mesh);  // it is complete now
 }
 
 }  // namespace

@@ -17,8 +17,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
-#include <iterator>
 
 #include "bake/prepare.hpp"
 #include "formats/mesh/read.hpp"
@@ -92,8 +92,8 @@ class Lists final : public om::IO::BaseImporter {
 };
 
 mesh::Mesh by_draco(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  const std::string bytes(std::istreambuf_iterator<char>(in), {});
+  std::string bytes(std::filesystem::file_size(file), 0);
+  std::ifstream(file, std::ios::binary).read(bytes.data(), std::streamsize(bytes.size()));
   draco::DecoderBuffer buffer;
   buffer.Init(bytes.data(), bytes.size());
   draco::Decoder decoder;
