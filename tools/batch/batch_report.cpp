@@ -10,8 +10,8 @@
 #include "formats/mesh/file_bytes.hpp"
 #include "formats/output_file.hpp"
 #include "formats/status.hpp"
-#include "tools/child.hpp"
 #include "tools/batch/record.hpp"
+#include "tools/child.hpp"
 #include "tools/command.hpp"
 
 namespace nif::tools {
