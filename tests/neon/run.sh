@@ -24,7 +24,7 @@ rm -f "$out"/*.o
 export root out
 # shellcheck disable=SC2016
 printf '%s\n' "${sources[@]}" | xargs -P "$(nproc)" -I{} sh -c 'aarch64-linux-gnu-g++ -std=c++20 -O2 -Wall -Wextra -Wno-psabi \
-  -ffp-contract=off -DNIF_HAS_SIMD -DHWY_IS_DEBUG_BUILD=0 -I"$root" -I"$root/runtime/include" -I"$root/runtime/src" \
+  -ffp-contract=off -DNIF_HAS_SIMD -DNIF_LIBDIR=\"lib\" -DHWY_IS_DEBUG_BUILD=0 -I"$root" -I"$root/runtime/include" -I"$root/runtime/src" \
   -I"$out/include" -c {} -o "$out/$(echo {} | tr / _).o"'
 aarch64-linux-gnu-g++ -static "$out"/*.o -o "$out/compare" -pthread
 qemu-aarch64-static "$out/compare" "$@"
