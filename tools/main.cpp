@@ -16,7 +16,7 @@ namespace nif::tools {
 namespace {
 
 constexpr const char* kExitCodes =
-    "Exit codes: 0 done, 1 internal error, 2 wrong options, 10-25 an input file that cannot be used, 30-34 "
+    "Exit codes: 0 done, 1 internal error, 2 wrong options, 10-26 an input file that cannot be used, 30-34 "
     "an asset\n"
     "that cannot be used, 40-41 an output that cannot be written, 50-53 a bake that failed, 130 "
     "interrupted.\n"
