@@ -18,13 +18,13 @@ namespace nif::tools {
 namespace {
 
 struct Arguments {
-  std::string asset, mesh, against, isa, plot, device = "cpu";
+  std::string asset, mesh, against, isa, plot, device = "cpu", precision = "single";
   std::vector<std::string> sets;
   std::vector<uint32_t> threads;
   uint64_t rays = 1'000'000, seed = 2;
   uint32_t rounds = 7;
   std::string embree = "fastest";
-  bool stages = false, json = false, quiet = false;
+  bool stages = false, batches = false, json = false, quiet = false;
 };
 
 /// Each once, where it was first named.
@@ -86,11 +86,12 @@ void run_gpu(const Arguments& arguments) {
   if (!arguments.threads.empty()) refuse("--threads");
   if (!arguments.isa.empty()) refuse("--isa");
   if (arguments.embree != "fastest") refuse("--embree");
-  if (arguments.stages) refuse("--stages");
   if (!arguments.plot.empty()) refuse("--plot");
   const BenchOptions resolved = resolve(arguments);
-  const GpuBenchOptions options{resolved.asset, resolved.mesh, resolved.against,        resolved.sets,
-                                resolved.rays,  resolved.seed, resolved.schedule.rounds};
+  const GpuBenchOptions options{
+      resolved.asset,   resolved.mesh,    resolved.against,         resolved.sets,
+      resolved.rays,    resolved.seed,    resolved.schedule.rounds, arguments.precision == "half",
+      arguments.stages, arguments.batches};
   Progress progress(arguments.quiet);
   const GpuBenchResult result = measure_gpu(options, progress);
   progress.finish();
@@ -103,6 +104,9 @@ void run_gpu(const Arguments& arguments) {
 
 void run(const Arguments& arguments) {
   if (arguments.device == "hip") return run_gpu(arguments);
+  if (arguments.batches) throw Error(Status::usage, "--batches is of the GPU's race: --device hip");
+  if (arguments.precision != "single")
+    throw Error(Status::usage, "--precision is of the GPU's race: --device hip");
   const BenchOptions options = resolve(arguments);
   check_plot(arguments);
   Progress progress(arguments.quiet);
@@ -154,12 +158,19 @@ void add_bench(CLI::App& app) {
       "--against", a->against,
       "Another .nif file of the same mesh to race in the same rounds, e.g. of another encoding");
   command->add_flag("--stages", a->stages,
-                    "Also time the stages of spherical objects by themselves, on one thread");
+                    "Also time stages by themselves: of spherical objects, on one thread; on a GPU, of the "
+                    "pipeline");
   command
       ->add_option("--device", a->device,
                    "cpu: beside Embree; hip: on a GPU, beside an exact BVH of the mesh on the same card")
       ->check(CLI::IsMember({"cpu", "hip"}))
       ->capture_default_str();
+  command
+      ->add_option("--precision", a->precision,
+                   "On a GPU: half evaluates the networks of spherical objects in half precision")
+      ->check(CLI::IsMember({"single", "half"}))
+      ->capture_default_str();
+  command->add_flag("--batches", a->batches, "On a GPU: also time smaller batches of rays");
   command->add_flag("--json", a->json,
                     "Print the results as one JSON object (nifkit.bench/1; of a GPU nifkit.bench-gpu/1)");
   command->add_option("--plot", a->plot, "Also draw them, as this SVG file");
@@ -170,7 +181,7 @@ void add_bench(CLI::App& app) {
       "bytes and errors are added up. Rates are in millions of rays a second, medians over the rounds.\n"
       "Examples:\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg\n"
-      "  nif bench dragon.nif --mesh dragon.ply.gz --device hip");
+      "  nif bench dragon.nif --mesh dragon.ply.gz --device hip --stages --batches");
   command->callback([a] { run(*a); });
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 #include "bake/bake.hpp"
 #include "formats/mesh/read.hpp"
@@ -55,30 +56,126 @@ class Other {
   std::vector<Scene> scenes;
 };
 
-/// Seconds that the card takes for each round of a set: the objects' own, added up.
-void add_times(NifScene scene, const bake::LabelledRays& rays, std::vector<double>& seconds) {
-  if (rays.segments.empty()) return;
-  std::vector<NifRay> asked;
-  for (const kernels::Segment& s : rays.segments)
-    asked.push_back({{s.origin[0], s.origin[1], s.origin[2]},
-                     s.tmin,
-                     {s.direction[0], s.direction[1], s.direction[2]},
-                     s.tmax});
-  std::vector<uint8_t> visible(asked.size());
-  NifQuery query = nifQueryRays(asked.data(), asked.size());
-  query.visible = visible.data();
-  std::vector<double> times(seconds.size());
-  check(nifMeasureQuery(scene, &query, uint32_t(times.size()), times.data()));
-  for (size_t round = 0; round < times.size(); ++round) seconds[round] += times[round];
+constexpr const char* kSideNames[kGpuSides] = {"one_kernel", "pipeline", "other"};
+
+struct StageName {
+  const char *key, *text;
+};
+/// By what NIF_MEASURE_STAGES says.
+constexpr StageName kStageNames[NIF_MEASURED_STAGES] = {{"ray_cast", "ray cast"},
+                                                        {"order", "order"},
+                                                        {"outer_grids", "outer grids"},
+                                                        {"outer_network", "outer network"},
+                                                        {"inner_grids", "inner grids"},
+                                                        {"inner_network", "inner network"},
+                                                        {"rest", "rest"}};
+
+std::vector<NifRay> to_rays(const bake::LabelledRays& labelled) {
+  std::vector<NifRay> rays;
+  for (const kernels::Segment& s : labelled.segments)
+    rays.push_back({{s.origin[0], s.origin[1], s.origin[2]},
+                    s.tmin,
+                    {s.direction[0], s.direction[1], s.direction[2]},
+                    s.tmax});
+  return rays;
 }
 
-nlohmann::ordered_json side_json(const GpuSpeed& side, uint64_t bytes) {
-  const Spread rate = side.rate();
-  return {{"mrays_per_s", rate.median},
-          {"lowest", rate.lowest},
-          {"highest", rate.highest},
-          {"error", side.accuracy.error()},
-          {"bytes", bytes}};
+/// Adds the seconds that the card takes, as nifMeasureQuery() gives them, for `rounds` rounds.
+void add_times(NifScene scene, std::span<const NifRay> rays, NifMeasure measure, size_t rounds,
+               std::span<double> seconds) {
+  std::vector<uint8_t> visible(rays.size());
+  NifQuery query = nifQueryRays(rays.data(), rays.size());
+  query.visible = visible.data();
+  std::vector<double> times(seconds.size());
+  check(nifMeasureQuery(scene, &query, measure, uint32_t(rounds), times.data()));
+  for (size_t i = 0; i < times.size(); ++i) seconds[i] += times[i];
+}
+
+/// What answers a side's queries, and how.
+struct Side {
+  NifScene scene;
+  NifMeasure measure;
+};
+
+/// Of one set: what its rays cost, added up over the objects.
+class SetTimes {
+ public:
+  SetTimes(const GpuBenchOptions& options) : options_(options) {
+    for (auto& seconds : seconds_) seconds.resize(options.rounds);
+    if (options.stages) stages_.resize(options.rounds * NIF_MEASURED_STAGES);
+  }
+
+  void add(const std::array<Side, kGpuSides>& sides, std::span<const NifRay> rays) {
+    if (rays.empty()) return;
+    for (size_t side = 0; side < kGpuSides; ++side)
+      if (takes_part(side))
+        add_times(sides[side].scene, rays, sides[side].measure, options_.rounds, seconds_[side]);
+    if (options_.stages)
+      add_times(sides[kPipeline].scene, rays, NIF_MEASURE_STAGES, options_.rounds, stages_);
+    if (!options_.batches) return;
+    size_t number = 0;
+    for (uint64_t size = 256; size < rays.size(); size *= 4, ++number) {
+      if (batches_.size() <= number) batches_.push_back({});
+      Batch& batch = batches_[number];
+      batch.rays += size;
+      for (size_t side = 0; side < kGpuSides; ++side) {
+        if (!takes_part(side)) continue;
+        std::vector<double> seconds(options_.rounds);
+        add_times(sides[side].scene, rays.first(size), sides[side].measure, options_.rounds, seconds);
+        batch.seconds[side] += spread_of(seconds).median;
+      }
+    }
+  }
+
+  /// Of so many rays in all.
+  void finish(uint64_t rays, GpuSetSpeeds& speeds) const {
+    const auto rate = [](uint64_t count, double seconds) {
+      return double(count) * 1e-6 / std::max(seconds, 1e-9);
+    };
+    for (size_t side = 0; side < kGpuSides; ++side)
+      for (const double seconds : seconds_[side])
+        speeds.rates[side].push_back(takes_part(side) ? rate(rays, seconds) : 0);
+    for (size_t i = 0; i < stages_.size(); i += NIF_MEASURED_STAGES) {
+      auto& stages = speeds.stages.emplace_back();
+      for (size_t s = 0; s < stages.size(); ++s) stages[s] = 1e9 * stages_[i + s] / double(rays);
+    }
+    for (const Batch& batch : batches_) {
+      GpuBatch& of = speeds.batches.emplace_back(GpuBatch{batch.rays, {}});
+      for (size_t side = 0; side < kGpuSides; ++side)
+        of.rates[side] = takes_part(side) ? rate(batch.rays, batch.seconds[side]) : 0;
+    }
+  }
+
+ private:
+  struct Batch {
+    uint64_t rays = 0;
+    std::array<double, kGpuSides> seconds{};
+  };
+  bool takes_part(size_t side) const { return side != kOneKernel || !options_.half; }
+
+  const GpuBenchOptions& options_;
+  std::array<std::vector<double>, kGpuSides> seconds_;
+  std::vector<double> stages_;
+  std::vector<Batch> batches_;
+};
+
+Spread stage_of(const GpuSetSpeeds& speeds, size_t stage) {
+  std::vector<double> ns;
+  for (const auto& stages : speeds.stages) ns.push_back(stages[stage]);
+  return spread_of(std::move(ns));
+}
+
+nlohmann::ordered_json spread_json(const Spread& rate) {
+  return {{"mrays_per_s", rate.median}, {"lowest", rate.lowest}, {"highest", rate.highest}};
+}
+
+nlohmann::ordered_json stages_json(const GpuSetSpeeds& speeds) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (size_t s = 0; s < NIF_MEASURED_STAGES; ++s) {
+    const Spread ns = stage_of(speeds, s);
+    json[kStageNames[s].key] = {{"ns", ns.median}, {"lowest", ns.lowest}, {"highest", ns.highest}};
+  }
+  return json;
 }
 
 std::string with_spread(const Spread& spread) {
@@ -88,14 +185,19 @@ std::string with_spread(const Spread& spread) {
 
 }  // namespace
 
+GpuSide GpuSetSpeeds::way() const {
+  return rate(kOneKernel).median > rate(kPipeline).median ? kOneKernel : kPipeline;
+}
+
 Spread GpuSetSpeeds::ratio() const {
-  Spread spread = ratio_by_round(nif.rates, other.rates);
-  spread.median = nif.rate().median / other.rate().median;
+  Spread spread = ratio_by_round(rates[way()], rates[kOther]);
+  spread.median = rate(way()).median / rate(kOther).median;
   return spread;
 }
 
 GpuBenchResult measure_gpu(const GpuBenchOptions& options, Progress& progress) {
-  const MeasuredAsset asset(options.asset, options.mesh, kConfiguration, progress);
+  const std::string configuration = std::string(kConfiguration) + (options.half ? ",precision=half" : "");
+  const MeasuredAsset asset(options.asset, options.mesh, configuration, progress);
   const size_t objects = asset.objects().size();
   progress.update(0, options.against.empty() ? "making the BVH" : "reading " + options.against);
   if (!options.against.empty()) MeasuredAsset(options.against, options.mesh, kConfiguration, progress);
@@ -111,8 +213,8 @@ GpuBenchResult measure_gpu(const GpuBenchOptions& options, Progress& progress) {
   result.card_bytes = asset.gpu_bytes();
   result.other_card_bytes = other.card_bytes();
   for (size_t s = 0; s < options.sets.size(); ++s) {
-    GpuSetSpeeds speeds{options.sets[s], {}, {}};
-    std::vector<double> seconds(options.rounds), other_seconds(options.rounds);
+    GpuSetSpeeds speeds{options.sets[s], {}, {}, {}, {}, {}};
+    SetTimes times(options);
     for (size_t i = 0; i < objects; ++i) {
       if (interruption()) throw Error(Status::interrupted, "the benchmark was cancelled");
       progress.update((double(s) + double(i) / double(objects)) / double(options.sets.size()),
@@ -121,19 +223,15 @@ GpuBenchResult measure_gpu(const GpuBenchOptions& options, Progress& progress) {
       const bake::LabelledRays rays = bake::make_ray_set(
           truth.source(), options.sets[s], std::max<uint64_t>(1, options.rays / objects), options.seed);
       const auto& oracle = truth.source().oracle;
-      speeds.nif.accuracy += bake::evaluate(rays, runtime_answerer(scenes[i].handle), oracle);
-      speeds.other.accuracy += bake::evaluate(rays, runtime_answerer(other.scenes[i].handle), oracle);
-      add_times(scenes[i].handle, rays, seconds);
-      add_times(other.scenes[i].handle, rays, other_seconds);
+      speeds.accuracy += bake::evaluate(rays, runtime_answerer(scenes[i].handle), oracle);
+      speeds.other_accuracy += bake::evaluate(rays, runtime_answerer(other.scenes[i].handle), oracle);
+      times.add({{{scenes[i].handle, NIF_MEASURE_ONE_KERNEL},
+                  {scenes[i].handle, NIF_MEASURE_PIPELINE},
+                  {other.scenes[i].handle, NIF_MEASURE_QUERY}}},
+                to_rays(rays));
     }
-    if (speeds.nif.accuracy.rays == 0) continue;
-    const auto rate = [&](double time) {
-      return double(speeds.nif.accuracy.rays) * 1e-6 / std::max(time, 1e-9);
-    };
-    for (size_t round = 0; round < options.rounds; ++round) {
-      speeds.nif.rates.push_back(rate(seconds[round]));
-      speeds.other.rates.push_back(rate(other_seconds[round]));
-    }
+    if (speeds.accuracy.rays == 0) continue;
+    times.finish(speeds.accuracy.rays, speeds);
     result.sets.push_back(std::move(speeds));
   }
   return result;
@@ -143,25 +241,36 @@ nlohmann::ordered_json to_json(const GpuBenchOptions& options, const GpuBenchRes
   using Json = nlohmann::ordered_json;
   Json sets = Json::object();
   for (const GpuSetSpeeds& speeds : result.sets) {
-    const bake::Accuracy& accuracy = speeds.nif.accuracy;
+    const bake::Accuracy& accuracy = speeds.accuracy;
     const Spread ratio = speeds.ratio();
-    sets[std::string(bake::name_of(speeds.set))] = {
-        {"rays", accuracy.rays},
-        {"error", accuracy.error()},
-        {"leak", accuracy.rate(accuracy.leak)},
-        {"spurious", accuracy.rate(accuracy.spurious)},
-        {"certain", accuracy.rate(accuracy.certain)},
-        {"certain_wrong", accuracy.certain_wrong},
-        {"nif", side_json(speeds.nif, result.card_bytes)},
-        {"other", side_json(speeds.other, result.other_card_bytes)},
-        {"ratio", ratio.median},
-        {"ratio_lowest", ratio.lowest},
-        {"ratio_highest", ratio.highest}};
+    Json set = {{"rays", accuracy.rays},
+                {"error", accuracy.error()},
+                {"leak", accuracy.rate(accuracy.leak)},
+                {"spurious", accuracy.rate(accuracy.spurious)},
+                {"certain", accuracy.rate(accuracy.certain)},
+                {"certain_wrong", accuracy.certain_wrong},
+                {"other_error", speeds.other_accuracy.error()},
+                {"way", kSideNames[speeds.way()]},
+                {"ratio", ratio.median},
+                {"ratio_lowest", ratio.lowest},
+                {"ratio_highest", ratio.highest}};
+    for (size_t side = 0; side < kGpuSides; ++side)
+      if (speeds.rate(GpuSide(side)).median > 0)
+        set[kSideNames[side]] = spread_json(speeds.rate(GpuSide(side)));
+    if (!speeds.stages.empty()) set["stages"] = stages_json(speeds);
+    for (const GpuBatch& batch : speeds.batches) {
+      Json json = {{"rays", batch.rays}};
+      for (size_t side = 0; side < kGpuSides; ++side)
+        if (batch.rates[side] > 0) json[kSideNames[side]] = batch.rates[side];
+      set["batches"].push_back(std::move(json));
+    }
+    sets[std::string(bake::name_of(speeds.set))] = std::move(set);
   }
-  return {{"schema", "nifkit.bench-gpu/1"},
+  return {{"schema", "nifkit.bench-gpu/2"},
           {"file", options.asset},
           {"against", options.against.empty() ? "bvh" : options.against},
           {"card", result.card},
+          {"precision", options.half ? "half" : "single"},
           {"sets", std::move(sets)},
           {"triangles", result.triangles},
           {"objects", result.objects},
@@ -174,19 +283,46 @@ nlohmann::ordered_json to_json(const GpuBenchOptions& options, const GpuBenchRes
 std::string gpu_bench_table(const GpuBenchOptions& options, const GpuBenchResult& result) {
   const std::string other = options.against.empty() ? "BVH" : "other";
   std::string text = fmt::format(
-      "{}: {}, on {}, against {}\n"
+      "{}: {}, on {}{}, against {}\n"
       "Millions of rays a second: the median of {} (lowest-highest), by the card's clock, without copies.\n"
-      "Memory of the card: {}, {} for the {}.\n\n{:<14}{:>8}{:>22}{:>8}{:>22}{:>20}\n",
+      "Memory of the card: {}, {} for the {}.\n\n{:<14}{:>8}{:>22}{:>22}{:>8}{:>22}{:>20}\n",
       options.asset, count_of(result.triangles, "triangle"), result.card,
+      options.half ? ", in half precision" : "",
       options.against.empty() ? "an exact BVH of the mesh" : options.against,
       count_of(options.rounds, "round"), format_bytes(double(result.card_bytes)),
-      format_bytes(double(result.other_card_bytes)), other, "ray set", "error", "nif", "error", other,
-      "nif / " + other);
+      format_bytes(double(result.other_card_bytes)), other, "ray set", "error", "one kernel", "pipeline",
+      "error", other, "nif / " + other);
+  const auto rate = [](const GpuSetSpeeds& speeds, GpuSide side) {
+    return speeds.rate(side).median > 0 ? with_spread(speeds.rate(side)) : "-";
+  };
   for (const GpuSetSpeeds& speeds : result.sets)
-    text += fmt::format("{:<14}{:>7.3f}%{:>22}{:>7.3f}%{:>22}{:>20}\n", bake::name_of(speeds.set),
-                        100 * speeds.nif.accuracy.error(), with_spread(speeds.nif.rate()),
-                        100 * speeds.other.accuracy.error(), with_spread(speeds.other.rate()),
-                        with_spread(speeds.ratio()));
+    text +=
+        fmt::format("{:<14}{:>7.3f}%{:>22}{:>22}{:>7.3f}%{:>22}{:>20}\n", bake::name_of(speeds.set),
+                    100 * speeds.accuracy.error(), rate(speeds, kOneKernel), rate(speeds, kPipeline),
+                    100 * speeds.other_accuracy.error(), rate(speeds, kOther), with_spread(speeds.ratio()));
+  if (options.stages) {
+    text += fmt::format("\nNanoseconds a ray, by the pipeline's stages\n{:<14}", "ray set");
+    for (const StageName& name : kStageNames) text += fmt::format("{:>15}", name.text);
+    text += '\n';
+    for (const GpuSetSpeeds& speeds : result.sets) {
+      text += fmt::format("{:<14}", bake::name_of(speeds.set));
+      for (size_t s = 0; s < NIF_MEASURED_STAGES; ++s)
+        text += fmt::format("{:>15.4f}", stage_of(speeds, s).median);
+      text += '\n';
+    }
+  }
+  if (options.batches) {
+    text += fmt::format(
+        "\nMillions of rays a second, by rays that are asked at once\n{:<14}{:>12}{:>16}{:>16}{:>16}\n",
+        "ray set", "rays", "one kernel", "pipeline", other);
+    for (const GpuSetSpeeds& speeds : result.sets)
+      for (const GpuBatch& batch : speeds.batches) {
+        text += fmt::format("{:<14}{:>12}", bake::name_of(speeds.set), batch.rays);
+        for (const double side : batch.rates)
+          text += fmt::format("{:>16}", side > 0 ? format_rate(side) : "-");
+        text += '\n';
+      }
+  }
   return text;
 }
 

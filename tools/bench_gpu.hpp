@@ -1,9 +1,11 @@
 // `nif bench --device hip`: an asset on a GPU beside an exact BVH of the same mesh on the same card.
 #pragma once
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "bake/evaluate.hpp"
+#include "nif/nif.h"
 #include "tools/progress.hpp"
 #include "tools/rounds.hpp"
 
@@ -16,18 +18,30 @@ struct GpuBenchOptions {
   std::vector<bake::RaySet> sets;
   uint64_t rays, seed;
   size_t rounds;
+  bool half;     ///< `spherical` objects in half precision: then there is only the pipeline
+  bool stages;   ///< time the pipeline's stages, too
+  bool batches;  ///< time smaller batches, too
 };
 
-/// One side of a race. Rates are in millions of rays a second.
-struct GpuSpeed {
-  bake::Accuracy accuracy;
-  std::vector<double> rates;  ///< by round
-  Spread rate() const { return spread_of(rates); }
+/// What takes part: the asset by one kernel and by the pipeline, and the other side.
+enum GpuSide : size_t { kOneKernel, kPipeline, kOther, kGpuSides };
+
+/// Rays that are asked at once, and millions of them a second by each side: medians.
+struct GpuBatch {
+  uint64_t rays;
+  std::array<double, kGpuSides> rates;
 };
 
 struct GpuSetSpeeds {
   bake::RaySet set;
-  GpuSpeed nif, other;
+  bake::Accuracy accuracy, other_accuracy;
+  std::array<std::vector<double>, kGpuSides> rates;             ///< millions of rays a second by round
+  std::vector<std::array<double, NIF_MEASURED_STAGES>> stages;  ///< nanoseconds a ray by round
+  std::vector<GpuBatch> batches;
+
+  Spread rate(GpuSide side) const { return spread_of(rates[side]); }
+  /// The faster way, which the runtime would choose.
+  GpuSide way() const;
   /// How many times as fast as the other: of the medians, with the spread of the rounds.
   Spread ratio() const;
 };

@@ -8,13 +8,6 @@
 
 namespace nif::kernels::hip {
 
-inline constexpr uint32_t kBvhThreads = 64;  ///< of bvh_answer()'s blocks
-
-/// After Ylitie, Karras and Laine (HPG 2017): an entry is all of a node's inner slots that are still to be
-/// visited, so there are no more entries than nodes on the way down. They lie in shared memory, a column for
-/// each thread.
-inline constexpr uint32_t kBvhSharedBytes = 2 * kMaxBvhDepth * kBvhThreads * uint32_t(sizeof(uint32_t));
-
 /// The slots whose boxes the ray may meet: a bit for each. Planes are read by words, four slots' at a time.
 NIF_HOST_DEVICE inline uint32_t meets_slots(const BvhRay& ray, const BvhNode& node) {
   uint32_t met = 0;
@@ -39,11 +32,15 @@ NIF_HOST_DEVICE inline uint32_t meets_slots(const BvhRay& ray, const BvhNode& no
   return met;
 }
 
-/// As meets_bvh(). `stack` is the thread's own, of entries kStride words apart.
+/// Words of the stack for a tree of so many levels. After Ylitie, Karras and Laine (HPG 2017): an entry, of
+/// two words, is all of a node's inner slots that are still to be visited, so there are no more entries than
+/// nodes on the way down.
+NIF_HOST_DEVICE constexpr uint32_t bvh_stack_words(uint32_t levels) { return 2 * levels; }
+
+/// As meets_bvh(). `stack` is the thread's own, of words kStride apart.
 template <uint32_t kStride>
 NIF_HOST_DEVICE bool meets_nodes(const BvhField& field, const BvhRay& ray, uint32_t* stack) {
-  uint32_t* const waiting = stack + kMaxBvhDepth * kStride;  // ranks of inner slots, beside their nodes
-  uint32_t size = 0, number = 0;
+  uint32_t size = 0, number = 0;  // words on the stack: the node of slots, and their ranks as bits
   for (;;) {
     const BvhNode& node = field.nodes[number];
     uint32_t inner = 0;
@@ -56,18 +53,18 @@ NIF_HOST_DEVICE bool meets_nodes(const BvhField& field, const BvhRay& ray, uint3
     }
     if (inner != 0) {
       stack[size * kStride] = node.first_node;
-      waiting[size * kStride] = inner;
-      ++size;
+      stack[(size + 1) * kStride] = inner;
+      size += 2;
     }
     if (size == 0) return false;
-    const uint32_t ranks = waiting[(size - 1) * kStride], rest = ranks & (ranks - 1);
-    number = stack[(size - 1) * kStride] + count_bits((ranks & -ranks) - 1);
-    waiting[(size - 1) * kStride] = rest;
-    if (rest == 0) --size;
+    const uint32_t ranks = stack[(size - 1) * kStride], rest = ranks & (ranks - 1);
+    number = stack[(size - 2) * kStride] + count_bits((ranks & -ranks) - 1);
+    stack[(size - 1) * kStride] = rest;
+    if (rest == 0) size -= 2;
   }
 }
 
-/// `stack` as for meets_nodes(): 2 kMaxBvhDepth entries.
+/// `stack` as for meets_nodes().
 template <uint32_t kStride>
 NIF_HOST_DEVICE ObjectAnswer answer_bvh_ray(const BvhField& field, const Segment& segment, uint32_t* stack) {
   BvhRay ray;
@@ -77,16 +74,6 @@ NIF_HOST_DEVICE ObjectAnswer answer_bvh_ray(const BvhField& field, const Segment
   }
   return {meets_nodes<kStride>(field, ray, stack) ? -kCertainLogit : kCertainLogit,
           certain_bvh(field, segment)};
-}
-
-/// Answers all rays, or those of a list. Blocks of kBvhThreads, any number of them; kBvhSharedBytes.
-template <class Thread>
-NIF_HOST_DEVICE void bvh_answer(const Thread& thread, const BvhField& field, const RayArrays& rays,
-                                const RayList& list, const AnswerArrays& answers) {
-  auto* const stack = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index();
-  for_each_ray<kBvhThreads>(thread, rays, list, [&](uint32_t i) {
-    store_answer(answers, i, answer_bvh_ray<kBvhThreads>(field, load_ray(rays, i), stack));
-  });
 }
 
 }  // namespace nif::kernels::hip

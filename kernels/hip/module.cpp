@@ -1,69 +1,17 @@
 // The kernels' entry points: what clang makes a code object of for each AMD target, and nvcc for each NVIDIA
-// one.
-#include "kernels/hip/scene_kernels.hpp"
-#include "kernels/hip/spherical_half_kernels.hpp"
+// one. Each takes one structure.
+#include "kernels/hip/pipeline_kernels.hpp"
 
 using namespace nif::kernels;
 using namespace nif::kernels::hip;
 
-#define NIF_SEGMENT_KERNELS(suffix, features, blocks)                                              \
-  NIF_KERNEL(kWholeThreads, 1)                                                                     \
-  nif_segment_whole_##suffix(NIF_ARGUMENT SegmentField field, NIF_ARGUMENT SegmentLayout layout,   \
-                             NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT RayList list,               \
-                             NIF_ARGUMENT AnswerArrays answers) {                                  \
-    segment_whole<features>(DeviceThread(), field, layout, rays, list, answers);                   \
-  }                                                                                                \
-  NIF_KERNEL(kBlockThreads, blocks)                                                                \
-  nif_segment_network_##suffix(NIF_ARGUMENT SegmentField field, NIF_ARGUMENT SegmentLayout layout, \
-                               NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT OpenItems items,          \
-                               NIF_ARGUMENT AnswerArrays answers) {                                \
-    segment_network<DeviceMatrix, features>(DeviceThread(), field, layout, rays, items, answers);  \
+#define NIF_SCENE_KERNEL(suffix, kinds, details)                                 \
+  NIF_KERNEL(kSceneThreads, 1) nif_scene_##suffix(NIF_ARGUMENT SceneWork work) { \
+    scene_answer<kinds, details>(DeviceThread(), work);                          \
   }
-
-NIF_SEGMENT_KERNELS(2, 2, 6)    // of two features a corner, as the baker makes them
-NIF_SEGMENT_KERNELS(any, 0, 1)  // of any number
-
-NIF_KERNEL(kBlockThreads, 1)
-nif_segment_walk(NIF_ARGUMENT SegmentField field, NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT OpenItems items,
-                 NIF_ARGUMENT AnswerArrays answers) {
-  segment_walk(DeviceThread(), field, rays, items, answers);
-}
-
-NIF_KERNEL(kBvhThreads, 1)
-nif_bvh(NIF_ARGUMENT BvhField field, NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT RayList list,
-        NIF_ARGUMENT AnswerArrays answers) {
-  bvh_answer(DeviceThread(), field, rays, list, answers);
-}
-
-NIF_KERNEL(kSphericalThreads, 1)
-nif_spherical(NIF_ARGUMENT SphericalField field, NIF_ARGUMENT SphericalLayout layout,
-              NIF_ARGUMENT RayArrays rays, NIF_ARGUMENT RayList list, NIF_ARGUMENT AnswerArrays answers) {
-  spherical_answer(DeviceThread(), field, layout, rays, list, answers);
-}
-
-NIF_KERNEL(kBlockThreads, 1)
-nif_spherical_cast(NIF_ARGUMENT SphericalBounds bounds, NIF_ARGUMENT RayArrays rays,
-                   NIF_ARGUMENT SphericalItems items, NIF_ARGUMENT AnswerArrays answers) {
-  spherical_cast(DeviceThread(), bounds, rays, items, answers);
-}
-
-#define NIF_SPHERICAL_HALF_KERNEL(kind, width, blocks)                                                   \
-  NIF_KERNEL(kHalfThreads, blocks)                                                                       \
-  nif_spherical_half_##kind##_##width(                                                                   \
-      NIF_ARGUMENT SphericalField field, NIF_ARGUMENT SphericalHalfLayout layout,                        \
-      NIF_ARGUMENT SphericalItems items, NIF_ARGUMENT AnswerArrays answers) {                            \
-    spherical_half<DeviceHalfMatrix, SphericalKind::kind, width / kTileNeurons>(DeviceThread(), field,   \
-                                                                                layout, items, answers); \
-  }
-NIF_SPHERICAL_HALF_KERNEL(outer, 64, 2)
-NIF_SPHERICAL_HALF_KERNEL(inner, 64, 2)
-NIF_SPHERICAL_HALF_KERNEL(outer, 96, 1)
-NIF_SPHERICAL_HALF_KERNEL(inner, 96, 1)
-
-#define NIF_SCENE_KERNEL(suffix, kinds, details)                                      \
-  NIF_KERNEL(kSceneThreads, 1)                                                        \
-  nif_scene_##suffix(NIF_ARGUMENT SceneArrays scene, NIF_ARGUMENT SceneQuery query) { \
-    scene_answer<kinds, details>(DeviceThread(), scene, query);                       \
+#define NIF_PIPELINE_KERNEL(threads, blocks, name, ...)                             \
+  NIF_KERNEL(threads, blocks) nif_pipeline_##name(NIF_ARGUMENT PipelineWork work) { \
+    __VA_ARGS__(DeviceThread(), work);                                              \
   }
 
 NIF_SCENE_KERNEL(segment, kPairSegment, false)
@@ -72,3 +20,23 @@ NIF_SCENE_KERNEL(bvh, kBvhObject, false)
 NIF_SCENE_KERNEL(bvh_details, kBvhObject, true)
 NIF_SCENE_KERNEL(any, kAnyKind, false)
 NIF_SCENE_KERNEL(any_details, kAnyKind, true)
+
+NIF_PIPELINE_KERNEL(kBlockThreads, 1, walk_segment, pipeline_walk<kSegments, false>)
+NIF_PIPELINE_KERNEL(kBlockThreads, 1, walk_segment_details, pipeline_walk<kSegments, true>)
+NIF_PIPELINE_KERNEL(kBlockThreads, 1, walk_any, pipeline_walk<kAnyKind, false>)
+NIF_PIPELINE_KERNEL(kBlockThreads, 1, walk_any_details, pipeline_walk<kAnyKind, true>)
+NIF_PIPELINE_KERNEL(kBlockThreads, 1, offsets, pipeline_offsets)
+NIF_PIPELINE_KERNEL(kBlockThreads, 1, order, pipeline_order)
+NIF_PIPELINE_KERNEL(kBlockThreads, 6, segment_2, pipeline_segments<DeviceMatrix, 2>)
+NIF_PIPELINE_KERNEL(kBlockThreads, 1, segment_any, pipeline_segments<DeviceMatrix, 0>)
+NIF_PIPELINE_KERNEL(kSceneThreads, 1, alone, pipeline_alone)
+
+#define NIF_HALF_KERNEL(kind, name, tiles, blocks)       \
+  NIF_PIPELINE_KERNEL(kHalfThreads, blocks, half_##name, \
+                      pipeline_halves<DeviceHalfMatrix, SphericalKind::kind, tiles>)
+NIF_HALF_KERNEL(outer, outer_64, kHalfTiles, 2)
+NIF_HALF_KERNEL(inner, inner_64, kHalfTiles, 2)
+NIF_HALF_KERNEL(outer, outer_96, kMostHalfTiles, 1)
+NIF_HALF_KERNEL(inner, inner_96, kMostHalfTiles, 1)
+
+NIF_KERNEL(kBlockThreads, 1) nif_pack_bits(NIF_ARGUMENT PackWork work) { pack_bits(DeviceThread(), work); }

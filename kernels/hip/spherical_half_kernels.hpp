@@ -1,13 +1,10 @@
 // The `spherical` encoding on GPUs in half precision (kernels/reference/spherical_half.hpp says what that
-// means): the paper's pipeline.
+// means): a wave runs a network for all its rays at once, by matrix instructions. Where rays meet the AABB
+// others have found out (pipeline_kernels.hpp). Networks too large for a block's memory are left to
+// answer_spherical_ray(), in single precision.
 //
-// spherical_cast() finds where rays meet the AABB, answers those that miss it, and lists the others as items
-// for the outer or the inner field. Then spherical_half() for the outer items, and for the inner ones: waves
-// take items, gather latent vectors and run the network for all their rays at once by matrix instructions.
-// Networks too large for a block's memory are left to spherical_answer(), in single precision.
-//
-// The order of items is left to chance, and answers do not depend on it: an instruction sums a ray's products
-// alike in whichever row or column the ray stands.
+// An instruction sums a ray's products alike in whichever row or column the ray stands, so answers do not
+// depend on which rays meet in a wave.
 #pragma once
 
 #include <initializer_list>
@@ -22,7 +19,7 @@ namespace nif::kernels::hip {
 /// are made for networks as wide as the paper's, and for wider ones.
 inline constexpr uint32_t kHalfTiles = 4, kMostHalfTiles = 6;
 
-/// Threads of spherical_half()'s blocks: more than of others, because all share one network's weights, and
+/// Threads of blocks in half precision: more than of others, because all share one network's weights, and
 /// where waves are wide these take most of what shared memory there is.
 inline constexpr uint32_t kHalfThreads = 256;
 
@@ -37,8 +34,8 @@ struct HalfNetworkLayout {
 };
 
 struct SphericalHalfLayout {
-  bool fits;       ///< false where spherical_answer() is for all of the object's rays
-  uint32_t tiles;  ///< which spherical_half() it takes: kHalfTiles or kMostHalfTiles
+  bool fits;       ///< false where answer_spherical_ray() is for all of the object's rays
+  uint32_t tiles;  ///< which kernels it takes: those for kHalfTiles or for kMostHalfTiles
   uint32_t bytes;  ///< of shared memory, for either network
   HalfNetworkLayout outer, inner;
 };
@@ -75,57 +72,6 @@ inline SphericalHalfLayout make_half_layout(const SphericalField& field) {
   return layout;
 }
 
-/// Coordinates that an item has: those of SphericalCoordinates.
-inline constexpr uint32_t kItemCoordinates = 5;
-
-/// Rays to ask a network about, each in one of two lists: outer ones from the first entry on, inner ones from
-/// the last one backwards. Device memory; the counts are 0 before spherical_cast(), and `capacity` is
-/// RayArrays::count, so that the lists do not meet.
-struct SphericalItems {
-  uint32_t* outer_count;
-  uint32_t* inner_count;
-  uint32_t* ray;       ///< [capacity]
-  float* coordinates;  ///< [kItemCoordinates][capacity]; the last, distances, of inner items only
-  uint32_t capacity;
-
-  template <SphericalKind kKind>
-  NIF_HOST_DEVICE uint32_t count() const {
-    return kKind == SphericalKind::outer ? *outer_count : *inner_count;
-  }
-  template <SphericalKind kKind>
-  NIF_HOST_DEVICE uint32_t entry(uint32_t item) const {
-    return kKind == SphericalKind::outer ? item : capacity - 1 - item;
-  }
-};
-
-/// Answers what misses the AABB, and lists the rest. Blocks of kBlockThreads, one thread a ray; no shared
-/// memory.
-template <class Thread>
-NIF_HOST_DEVICE void spherical_cast(const Thread& thread, const SphericalBounds& bounds,
-                                    const RayArrays& rays, const SphericalItems& items,
-                                    const AnswerArrays& answers) {
-  const uint32_t number = thread.block() * kBlockThreads + thread.index();
-  SphericalRay ray{SphericalKind::none, false, 0, {}};
-  if (number < rays.count) {
-    ray = prepare_spherical(bounds, load_ray(rays, number));
-    if (ray.kind == SphericalKind::none) store_answer(answers, number, {kCertainLogit, ray.certain});
-  }
-  const bool outer = ray.kind == SphericalKind::outer, inner = ray.kind == SphericalKind::inner;
-  const uint32_t outer_item = append(thread, outer, items.outer_count);
-  const uint32_t inner_item = append(thread, inner, items.inner_count);
-  if (!outer && !inner) return;
-  const uint32_t entry =
-      outer ? items.entry<SphericalKind::outer>(outer_item) : items.entry<SphericalKind::inner>(inner_item);
-  items.ray[entry] = number;
-  float* to = items.coordinates + entry;
-  const size_t next = items.capacity;
-  to[0] = ray.at.position_theta;
-  to[next] = ray.at.position_phi;
-  to[2 * next] = ray.at.direction_theta;
-  to[3 * next] = ray.at.direction_phi;
-  if (inner) to[4 * next] = ray.at.distance;
-}
-
 /// Copies a network to shared memory, as halves, in whole tiles: what is beyond it is 0. For all threads of a
 /// block.
 template <class Thread>
@@ -156,14 +102,9 @@ NIF_HOST_DEVICE void load_half_network(const Thread& thread, const SphericalNetw
                bits_as<uint32_t>(i < network.width ? value_of(network.weights, at + i) : 0.0f));
 }
 
-/// Writes the inputs of one item, and zeros up to a whole tile.
-template <SphericalKind kKind>
-NIF_HOST_DEVICE void gather_spherical(const SphericalField& field, const SphericalItems& items,
-                                      uint32_t entry, uint32_t inputs, unsigned char* row) {
-  const float* from = items.coordinates + entry;
-  const size_t next = items.capacity;
-  const float distance = kKind == SphericalKind::inner ? from[4 * next] : 0.0f;
-  const SphericalRay ray{kKind, false, 0, {from[0], from[next], from[2 * next], from[3 * next], distance}};
+/// Writes a ray's inputs, and zeros up to a whole tile.
+NIF_HOST_DEVICE inline void put_half_inputs(const SphericalField& field, const SphericalRay& ray,
+                                            uint32_t inputs, unsigned char* row) {
   for (uint32_t i = inputs / 2; i < half_tiled(inputs) / 2; ++i) store_word(row + 4 * i, 0);
   look_up_inputs(field, ray,
                  [&](uint32_t i, float value) { reinterpret_cast<HalfWord*>(row)[i] = to_half(value); });
@@ -228,60 +169,42 @@ NIF_HOST_DEVICE void finish_half_network(const Thread& thread, const unsigned ch
   }
 }
 
-/// Answers the items of one field. Blocks of kHalfThreads, any number of them; layout.bytes.
-template <class Matrix, SphericalKind kKind, uint32_t kTiles, class Thread>
-NIF_HOST_DEVICE void spherical_half(const Thread& thread, const SphericalField& field,
-                                    const SphericalHalfLayout& layout, const SphericalItems& items,
-                                    const AnswerArrays& answers) {
+/// The network's output for the lane's row of inputs; those of the wave start at `rows`. For all lanes of a
+/// wave: one without a ray works on what there is in its row. From its end on a lane reads only its own row.
+template <class Matrix, uint32_t kTiles, class Thread>
+NIF_HOST_DEVICE NIF_INLINE float evaluate_half_wave(const Thread& thread, const SphericalNetwork& network,
+                                                    const HalfNetworkLayout& layout, float slope,
+                                                    unsigned char* rows) {
   static_assert(kTiles * kHalfTileInputs >= kMaxSphericalInputs);
-  const SphericalNetwork& network = kKind == SphericalKind::outer ? field.outer : field.inner;
-  const HalfNetworkLayout& part = kKind == SphericalKind::outer ? layout.outer : layout.inner;
-  const uint32_t neurons = part.neurons, row = part.first_stride, wave = thread.wave_size();
-  const unsigned char* const last = thread.shared();
-  unsigned char* const rows = thread.shared() + part.inputs_offset + thread.wave() * wave * row;
-  unsigned char* const own = rows + thread.lane() * row;
-  load_half_network(thread, network, part);
-  thread.sync();
-
-  // All lanes of a wave go round together; a lane without an item works on what there is in its row.
-  const uint32_t count = items.count<kKind>(), step = thread.blocks() * kHalfThreads;
-  for (uint32_t first = thread.block() * kHalfThreads + thread.wave() * wave; first < count;) {
-    const bool present = thread.lane() < count - first;
-    const uint32_t entry = items.entry<kKind>(first + thread.lane());
-    if (present) gather_spherical<kKind>(field, items, entry, network.inputs, own);
-    thread.wave_sync();
-    typename Matrix::Inputs inputs[kTiles];
-    uint32_t depth = half_tiled(network.inputs) / kHalfTileInputs, stride = row;
-    NIF_UNROLL
-    for (uint32_t tile = 0; tile < kTiles; ++tile) {
-      if (tile >= depth) continue;
-      Matrix::load(thread, rows + 2 * kHalfTileInputs * tile, row, inputs[tile]);
-    }
-    const unsigned char* weights = thread.shared() + part.weights_offset;
-    NIF_NO_UNROLL
-    for (uint32_t l = 1; l < network.hidden_layers; ++l) {
-      apply_half_layer<Matrix>(thread, weights, stride, neurons, depth, field.slope, inputs);
-      weights += neurons * stride;
-      stride = part.stride;
-      depth = neurons / kHalfTileInputs;
-    }
-    float parts[kTileGroups];
-    finish_half_network<Matrix>(thread, weights, stride, neurons, depth, field.slope, last, inputs, parts);
-    // Where inputs were there is room for the parts of each ray's output.
-    thread.wave_sync();
-    for (uint32_t g = 0; g < kTileGroups; ++g)
-      store_word(rows + Matrix::ray(thread.lane(), g) * row + 4 * Matrix::quad(thread.lane(), g),
-                 bits_as<uint32_t>(parts[g]));
-    thread.wave_sync();
-    if (present) {
-      float all[kHalfParts];
-      for (uint32_t q = 0; q < kHalfParts; ++q) all[q] = bits_as<float>(load_word(own + 4 * q));
-      store_answer(answers, items.ray[entry], {spherical_logit(sum_half_parts(all)), false});
-    }
-    // No wave_sync(): from the last one on each lane reads and writes its own row only.
-    if (count - first <= step) return;
-    first += step;
+  const uint32_t neurons = layout.neurons, row = layout.first_stride;
+  thread.wave_sync();
+  typename Matrix::Inputs inputs[kTiles];
+  uint32_t depth = half_tiled(network.inputs) / kHalfTileInputs, stride = row;
+  NIF_UNROLL
+  for (uint32_t tile = 0; tile < kTiles; ++tile) {
+    if (tile >= depth) continue;
+    Matrix::load(thread, rows + 2 * kHalfTileInputs * tile, row, inputs[tile]);
   }
+  const unsigned char* weights = thread.shared() + layout.weights_offset;
+  NIF_NO_UNROLL
+  for (uint32_t l = 1; l < network.hidden_layers; ++l) {
+    apply_half_layer<Matrix>(thread, weights, stride, neurons, depth, slope, inputs);
+    weights += neurons * stride;
+    stride = layout.stride;
+    depth = neurons / kHalfTileInputs;
+  }
+  float parts[kTileGroups];
+  finish_half_network<Matrix>(thread, weights, stride, neurons, depth, slope, thread.shared(), inputs, parts);
+  // Where inputs were there is room for the parts of each ray's output.
+  thread.wave_sync();
+  for (uint32_t g = 0; g < kTileGroups; ++g)
+    store_word(rows + Matrix::ray(thread.lane(), g) * row + 4 * Matrix::quad(thread.lane(), g),
+               bits_as<uint32_t>(parts[g]));
+  thread.wave_sync();
+  const unsigned char* const own = rows + thread.lane() * row;
+  float all[kHalfParts];
+  for (uint32_t q = 0; q < kHalfParts; ++q) all[q] = bits_as<float>(load_word(own + 4 * q));
+  return sum_half_parts(all);
 }
 
 }  // namespace nif::kernels::hip

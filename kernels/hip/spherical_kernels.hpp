@@ -2,31 +2,11 @@
 // a ray, and a layer's sums in the reference's order.
 #pragma once
 
-#include <initializer_list>
-
 #include "kernels/hip/rays.hpp"
 #include "kernels/hip/shim.hpp"
 #include "kernels/reference/spherical.hpp"
 
 namespace nif::kernels::hip {
-
-inline constexpr uint32_t kSphericalThreads = 64;  ///< of spherical_answer()'s blocks
-
-/// A layer's inputs and outputs lie in shared memory, a column for each thread.
-struct SphericalLayout {
-  bool fits;       ///< false where the networks are too wide for what all targets have: leave them to the CPU
-  uint32_t width;  ///< of the widest layer
-  uint32_t bytes;  ///< of shared memory
-};
-
-inline SphericalLayout make_layout(const SphericalField& field) {
-  SphericalLayout layout{};
-  for (const uint32_t width : {field.outer.inputs, field.outer.width, field.inner.inputs, field.inner.width})
-    if (width > layout.width) layout.width = width;
-  layout.bytes = 2 * layout.width * kSphericalThreads * uint32_t(sizeof(float));
-  layout.fits = layout.bytes <= kSharedLimit;
-  return layout;
-}
 
 /// The network's only output. `x` is the thread's column of inputs, `y` one for outputs, of floats kStride
 /// words apart.
@@ -72,18 +52,6 @@ NIF_HOST_DEVICE ObjectAnswer answer_spherical_ray(const SphericalField& field, c
   };
   const float output = ray.kind == SphericalKind::outer ? evaluate(field.outer) : evaluate(field.inner);
   return {spherical_logit(output), false};
-}
-
-/// Answers all rays, or those of a list. Blocks of kSphericalThreads, any number of them; layout.bytes.
-template <class Thread>
-NIF_HOST_DEVICE void spherical_answer(const Thread& thread, const SphericalField& field,
-                                      const SphericalLayout& layout, const RayArrays& rays,
-                                      const RayList& list, const AnswerArrays& answers) {
-  float* const x = reinterpret_cast<float*>(thread.shared()) + thread.index();
-  float* const y = x + layout.width * kSphericalThreads;
-  for_each_ray<kSphericalThreads>(thread, rays, list, [&](uint32_t i) {
-    store_answer(answers, i, answer_spherical_ray<kSphericalThreads>(field, load_ray(rays, i), x, y));
-  });
 }
 
 }  // namespace nif::kernels::hip

@@ -8,7 +8,7 @@ namespace nif::gpu {
 namespace {
 
 // Of cuda.h: numbers that never change.
-constexpr int kMajorAttribute = 75, kMinorAttribute = 76;
+constexpr int kProcessorsAttribute = 16, kMajorAttribute = 75, kMinorAttribute = 76;
 constexpr int kPointerMemoryType = 2, kPointerIsManaged = 8, kPointerDevice = 9;
 constexpr unsigned kHostMemory = 1;
 
@@ -39,9 +39,11 @@ struct CudaCalls : SharedCalls {
     library.get(free_host, "cuMemFreeHost");
     library.get(copy_in, "cuMemcpyHtoDAsync_v2");
     library.get(copy_out, "cuMemcpyDtoHAsync_v2");
+    library.get(clear, "cuMemsetD8Async");
     library.get(make_stream, "cuStreamCreate");
     library.get(free_stream, "cuStreamDestroy_v2");
     library.get(wait_stream, "cuStreamSynchronize");
+    library.get(hold_back, "cuStreamWaitEvent");
     library.get(make_event, "cuEventCreate");
     library.get(free_event, "cuEventDestroy_v2");
     library.get(record, "cuEventRecord");
@@ -121,6 +123,12 @@ class CudaContext final : public LibraryContext {
   void leave() noexcept override {
     void* ignored;
     calls_.pop_context(&ignored);
+  }
+
+  uint32_t processors() const override {
+    int count = 0;
+    calls_.device_attribute(&count, kProcessorsAttribute, device_);
+    return uint32_t(std::max(count, 1));
   }
 
   bool owns(Stream stream) override {

@@ -3,18 +3,22 @@
 namespace nif::gpu {
 
 Staging::Staging(Context& context) : context_(context), card_(context, kBytes) {
-  host_ = static_cast<unsigned char*>(context.allocate_host(kBytes));
   try {
+    host_ = static_cast<unsigned char*>(context.allocate_host(kBytes));
     stream_ = context.make_stream();
+    answered_ = context.make_event(false);
   } catch (...) {
-    context.free_host(host_);
+    release();
     throw;
   }
 }
 
-Staging::~Staging() {
-  context_.free_stream(stream_);
-  context_.free_host(host_);
+Staging::~Staging() { release(); }
+
+void Staging::release() noexcept {
+  if (answered_) context_.free_event(answered_);
+  if (stream_) context_.free_stream(stream_);
+  if (host_) context_.free_host(host_);
 }
 
 }  // namespace nif::gpu
@@ -25,7 +29,15 @@ using kernels::hip::kAnyKind;
 using kernels::hip::kBvhObject;
 using kernels::hip::kPairSegment;
 
-GpuDevice::GpuDevice(std::unique_ptr<gpu::Context> opened) : context(std::move(opened)) {
+namespace {
+gpu::PipelineKernels find_pipeline(gpu::Context& context) {
+  const gpu::Current current(context);
+  return gpu::PipelineKernels(context);
+}
+}  // namespace
+
+GpuDevice::GpuDevice(std::unique_ptr<gpu::Context> opened, const GpuSettings& wanted)
+    : context(std::move(opened)), settings(wanted), pipeline(find_pipeline(*context)), scratch(*context) {
   const gpu::Current current(*context);
   const auto find = [&](uint32_t kinds, const char* visible, const char* details) {
     return gpu::SceneKernels{kinds, context->find_kernel(visible), context->find_kernel(details)};
@@ -39,6 +51,7 @@ GpuDevice::GpuDevice(std::unique_ptr<gpu::Context> opened) : context(std::move(o
 GpuDevice::~GpuDevice() {
   gpu::where_possible(*context, [&] {
     stagings.clear();
+    scratch.clear();
     context->free_stream(uploads);
   });
 }

@@ -7,37 +7,9 @@
 
 #include "driver.hpp"
 #include "gpu_module.hpp"
-#include "kernels/hip/scene_kernels.hpp"
+#include "pipeline.hpp"
 
 namespace nif::gpu {
-
-/// Memory of the card. The thread that destroys it has entered the card.
-class Memory {
- public:
-  Memory() = default;
-  Memory(Context& context, size_t bytes)
-      : context_(&context), data_(static_cast<unsigned char*>(context.allocate(bytes))), bytes_(bytes) {}
-  Memory(Memory&& other) noexcept { swap(other); }
-  Memory& operator=(Memory&& other) noexcept {
-    Memory(std::move(other)).swap(*this);
-    return *this;
-  }
-  ~Memory() {
-    if (data_) context_->free(data_);
-  }
-  unsigned char* data() const { return data_; }
-  size_t bytes() const { return bytes_; }
-
- private:
-  void swap(Memory& other) {
-    std::swap(context_, other.context_);
-    std::swap(data_, other.data_);
-    std::swap(bytes_, other.bytes_);
-  }
-  Context* context_ = nullptr;
-  unsigned char* data_ = nullptr;
-  size_t bytes_ = 0;
-};
 
 /// What a query of host memory goes through, part by part: memory of the host that is copied from and to, and
 /// of the card. Laid out alike: rays, then the outputs one after the other.
@@ -56,18 +28,30 @@ class Staging {
   unsigned char* host() const { return host_; }
   unsigned char* card() const { return card_.data(); }
   Stream stream() const { return stream_; }
+  /// For whoever has it in hand.
+  Event answered() const { return answered_; }
 
  private:
+  void release() noexcept;
   Context& context_;
   Memory card_;
   unsigned char* host_ = nullptr;
   Stream stream_ = nullptr;
+  Event answered_ = nullptr;
 };
 
-/// The kernels for a scene of some kinds of objects: without details, and with them.
+/// The one kernel for a scene of some kinds of objects: without details, and with them.
 struct SceneKernels {
   uint32_t kinds;
   Kernel visible, details;
+};
+
+/// An object on the card, and how the pipeline answers its items.
+struct CardObject {
+  kernels::hip::SceneObject object;
+  uint32_t row_words;               ///< of shared memory that a thread needs for it
+  kernels::hip::PipelineList list;  ///< what its lists are like
+  kernels::hip::Stage stages[2];    ///< of its two lists; kStages: it has none
 };
 
 }  // namespace nif::gpu
@@ -76,27 +60,31 @@ namespace nif::runtime {
 
 struct GpuDevice {
   std::unique_ptr<gpu::Context> context;
+  GpuSettings settings;
   gpu::SceneKernels kernels[3];  ///< those for fewer kinds first
+  gpu::PipelineKernels pipeline;
   gpu::Stream uploads = nullptr;
-  std::atomic<bool> lost = false;                       ///< nothing on the card works any more
+  std::atomic<bool> lost = false;  ///< nothing on the card works any more
+  gpu::ScratchPool scratch;
   std::mutex mutex;                                     ///< of the rest
   std::vector<std::unique_ptr<gpu::Staging>> stagings;  ///< that nobody uses
 
-  explicit GpuDevice(std::unique_ptr<gpu::Context> opened);
+  GpuDevice(std::unique_ptr<gpu::Context> opened, const GpuSettings& settings);
   ~GpuDevice();
 };
 
 struct GpuAsset {
   gpu::Memory memory;
-  std::vector<kernels::hip::SceneObject> objects;
-  std::vector<uint32_t> row_words;  ///< [object]: of shared memory that a thread needs for it
+  std::vector<gpu::CardObject> objects;
 };
 
 struct GpuScene {
   gpu::Memory memory;
   kernels::hip::SceneArrays arrays{};
+  kernels::hip::PipelineLists lists{};
   uint32_t kinds = 0;
   bool ready = false;
+  gpu::WayChoice choice;
 
   // Recorded after each query, in its stream, so that the scene is not changed under it.
   std::mutex mutex;
@@ -124,8 +112,17 @@ std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const GpuObjectView* obj
 void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene);
 /// And forgets them; of a lost card they are only forgotten.
 void wait_for_queries(GpuDevice& device, GpuScene& scene);
+/// Puts the launches that answer a query of memory of the card into the stream.
+void put_query(GpuDevice& device, GpuScene& scene, const kernels::hip::SceneQuery& query, uint64_t count,
+               Stream stream, runtime::GpuMeasure how = runtime::GpuMeasure::query);
+/// Answers it by the pipeline, and tells how long its stages took: seconds[kMeasuredStages]. A scene without
+/// networks, and what does not go through the pipeline, counts as the last one.
+void time_stages(GpuDevice& device, GpuScene& scene, const kernels::hip::SceneQuery& query, uint64_t count,
+                 Stream stream, double* seconds);
 void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query);
-/// Of host memory: on the card alone, as often as seconds[rounds] has room; then the answers are copied.
-void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, uint32_t rounds, double* seconds);
+/// Of host memory: on the card alone, once and then `rounds` times; then the answers are copied. seconds:
+/// [rounds], or, of the pipeline's stages, [rounds][kMeasuredStages].
+void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, runtime::GpuMeasure measure,
+                uint32_t rounds, double* seconds);
 
 }  // namespace nif::gpu

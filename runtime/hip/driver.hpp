@@ -57,6 +57,8 @@ class Context {
   virtual void launch(Kernel kernel, const LaunchShape& shape, Stream stream, void** arguments) = 0;
   /// Rays of one launch at most, a multiple of 8.
   virtual uint32_t most_rays() const { return 1u << 30; }
+  /// Multiprocessors, compute units.
+  virtual uint32_t processors() const = 0;
 
   /// At a multiple of 256.
   virtual void* allocate(size_t bytes) = 0;
@@ -67,11 +69,15 @@ class Context {
   /// In the stream's order. The host's memory stays as it is until the stream has come so far.
   virtual void copy_in(void* to, const void* from, size_t bytes, Stream stream) = 0;
   virtual void copy_out(void* to, const void* from, size_t bytes, Stream stream) = 0;
+  /// Sets memory of the card to zeros, in the stream's order.
+  virtual void clear(void* memory, size_t bytes, Stream stream) = 0;
 
   /// A stream that does not wait for the default stream.
   virtual Stream make_stream() = 0;
   virtual void free_stream(Stream stream) noexcept = 0;
   virtual void wait_stream(Stream stream) = 0;
+  /// What is put into the stream from now on comes after the event; the host does not wait.
+  virtual void hold_back(Stream stream, Event event) = 0;
   /// Whether the stream is of this card. Not asked of null.
   virtual bool owns(Stream stream) = 0;
 

@@ -15,6 +15,7 @@ struct HipCalls : SharedCalls {
   int (*device_name)(char* name, int length, int device);
   int (*device_memory)(size_t* bytes, int device);
   int (*device_properties)(void* properties, int device);
+  int (*device_attribute)(int* value, int attribute, int device);
   int (*get_device)(int* device);
   int (*set_device)(int device);
   int (*pointer_attributes)(void* attributes, const void* pointer);
@@ -32,9 +33,11 @@ struct HipCalls : SharedCalls {
     library.get(free_host, "hipHostFree");
     library.get(copy_in, "hipMemcpyHtoDAsync");
     library.get(copy_out, "hipMemcpyDtoHAsync");
+    library.get(clear, "hipMemsetD8Async");
     library.get(make_stream, "hipStreamCreateWithFlags");
     library.get(free_stream, "hipStreamDestroy");
     library.get(wait_stream, "hipStreamSynchronize");
+    library.get(hold_back, "hipStreamWaitEvent");
     library.get(make_event, "hipEventCreateWithFlags");
     library.get(free_event, "hipEventDestroy");
     library.get(record, "hipEventRecord");
@@ -46,6 +49,7 @@ struct HipCalls : SharedCalls {
     library.get(device_count, "hipGetDeviceCount");
     library.get(device_name, "hipDeviceGetName");
     library.get(device_memory, "hipDeviceTotalMem");
+    library.get(device_attribute, "hipDeviceGetAttribute");
     library.get(get_device, "hipGetDevice");
     library.get(set_device, "hipSetDevice");
     library.get(pointer_attributes, "hipPointerGetAttributes");
@@ -99,6 +103,16 @@ class HipContext final : public LibraryContext {
     before_ = before;
   }
   void leave() noexcept override { calls_.set_device(before_); }
+
+  uint32_t processors() const override {
+    // Of hip_runtime_api.h since ROCm 5; a number that makes no sense is of something else.
+    constexpr int kProcessorsAttribute = 63, kMostProcessors = 1024;
+    int count = 0;
+    if (calls_.device_attribute(&count, kProcessorsAttribute, device_) != kSuccess || count < 1 ||
+        count > kMostProcessors)
+      count = 64;
+    return uint32_t(count);
+  }
 
   bool owns(Stream stream) override {
     int device = device_;

@@ -95,6 +95,14 @@ Stream LibraryContext::make_stream() {
   return stream;
 }
 
+void LibraryContext::clear(void* memory, size_t bytes, Stream stream) {
+  check(calls_.clear(reinterpret_cast<uint64_t>(memory), 0, bytes, stream), "clearing memory of the card");
+}
+
+void LibraryContext::hold_back(Stream stream, Event event) {
+  check(calls_.hold_back(stream, event, 0), "holding back a stream");
+}
+
 void LibraryContext::wait_stream(Stream stream) { check(calls_.wait_stream(stream), "waiting for a stream"); }
 
 Event LibraryContext::make_event(bool timed) {

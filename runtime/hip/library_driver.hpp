@@ -38,9 +38,11 @@ struct SharedCalls {
   int (*free_host)(void* memory);
   int (*copy_in)(void* to, const void* from, size_t bytes, void* stream);
   int (*copy_out)(void* to, const void* from, size_t bytes, void* stream);
+  int (*clear)(uint64_t memory, unsigned char value, size_t bytes, void* stream);
   int (*make_stream)(void** stream, unsigned flags);
   int (*free_stream)(void* stream);
   int (*wait_stream)(void* stream);
+  int (*hold_back)(void* stream, void* event, unsigned flags);
   int (*make_event)(void** event, unsigned flags);
   int (*free_event)(void* event);
   int (*record)(void* event, void* stream);
@@ -84,9 +86,11 @@ class LibraryContext : public Context {
   void free_host(void* memory) noexcept override { calls_.free_host(memory); }
   void copy_in(void* to, const void* from, size_t bytes, Stream stream) override;
   void copy_out(void* to, const void* from, size_t bytes, Stream stream) override;
+  void clear(void* memory, size_t bytes, Stream stream) override;
   Stream make_stream() override;
   void free_stream(Stream stream) noexcept override { calls_.free_stream(stream); }
   void wait_stream(Stream stream) override;
+  void hold_back(Stream stream, Event event) override;
   Event make_event(bool timed) override;
   void free_event(Event event) noexcept override { calls_.free_event(event); }
   void record(Event event, Stream stream) override;

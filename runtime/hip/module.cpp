@@ -9,8 +9,10 @@ namespace {
 
 using runtime::GpuCard;
 using runtime::GpuJob;
+using runtime::GpuMeasure;
 using runtime::GpuMessage;
 using runtime::GpuModule;
+using runtime::GpuSettings;
 
 NifError say(GpuMessage* message, NifError code, const char* sentence) {
   std::snprintf(message->text, sizeof(message->text), "%s", sentence);
@@ -87,13 +89,13 @@ NifError describe_card(uint32_t card, GpuCard* about, GpuMessage* message) {
   });
 }
 
-NifError open_device(uint32_t card, GpuDevice** device, GpuMessage* message) {
+NifError open_device(uint32_t card, const GpuSettings* settings, GpuDevice** device, GpuMessage* message) {
   return guarded(message, [&] {
     const Drivers drivers = find_drivers();
     const FoundCard found = find_card(drivers, card);
     const std::string trouble = found.driver->trouble(found.number);
     if (!trouble.empty()) throw GpuError(NIF_ERROR_NOT_AVAILABLE, trouble);
-    *device = new GpuDevice(found.driver->open(found.number));
+    *device = new GpuDevice(found.driver->open(found.number), *settings);
   });
 }
 
@@ -125,6 +127,7 @@ void free_scene(GpuDevice* device, GpuScene* scene) {
   where_possible(*device->context, [&] {
     const std::unique_ptr<GpuScene> owned(scene);
     wait_for_queries(*device, *owned);
+    owned->choice.clear();
   });
 }
 
@@ -132,9 +135,9 @@ NifError query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMes
   return on_card(device, message, [&] { answer_query(*device, *scene, *query); });
 }
 
-NifError measure_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, uint32_t rounds,
-                       double* seconds, GpuMessage* message) {
-  return on_card(device, message, [&] { time_query(*device, *scene, *query, rounds, seconds); });
+NifError measure_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMeasure measure,
+                       uint32_t rounds, double* seconds, GpuMessage* message) {
+  return on_card(device, message, [&] { time_query(*device, *scene, *query, measure, rounds, seconds); });
 }
 
 NifError start_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuJob** job,

@@ -1,8 +1,10 @@
 // Queries: of memory of the card they are launches in the caller's stream and nothing else; of the host's
 // they go through staging memory, part by part, and are waited for.
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "device.hpp"
 
@@ -10,6 +12,8 @@ namespace nif::gpu {
 namespace {
 
 using kernels::hip::SceneQuery;
+using runtime::GpuMeasure;
+using runtime::kMeasuredStages;
 
 /// The arrays of a query and what messages call them.
 struct NamedArray {
@@ -47,6 +51,10 @@ void check_memory(Context& context, const NifQuery& query) {
     throw GpuError(NIF_ERROR_INVALID_ARGUMENT, "query: the stream is not of the device's card");
 }
 
+[[noreturn]] void refuse_scene() {
+  throw GpuError(NIF_ERROR_INVALID_OPERATION, "the scene is not on the GPU, because its commit failed");
+}
+
 template <class T>
 unsigned char* bytes_of(T* array) {
   return reinterpret_cast<unsigned char*>(array);
@@ -71,43 +79,6 @@ SceneQuery scene_query(const NifQuery& query) {
   result.certain = query.certain;
   result.logit = bytes_of(query.logit);
   return result;
-}
-
-template <class T>
-void advance(T*& array, uint64_t bytes) {
-  if (array) array += bytes;
-}
-
-/// The same with the first rays left out; a multiple of 8.
-void skip(SceneQuery& query, uint64_t rays) {
-  for (int a = 0; a < 3; ++a) {
-    advance(query.origin[a], rays * query.origin_stride);
-    advance(query.direction[a], rays * query.direction_stride);
-  }
-  advance(query.tmin, rays * query.tmin_stride);
-  advance(query.tmax, rays * query.tmax_stride);
-  advance(query.visible, rays);
-  advance(query.visible_bits, rays / 8);
-  advance(query.probability, rays * sizeof(float));
-  advance(query.certain, rays);
-  advance(query.logit, rays * sizeof(int32_t));
-}
-
-/// In as many launches as it takes.
-void launch(GpuDevice& device, GpuScene& scene, SceneQuery query, uint64_t count, Stream stream) {
-  constexpr uint32_t kMostBlocks = 1u << 20;
-  const SceneKernels* kernels = device.kernels;
-  while ((scene.kinds & ~kernels->kinds) != 0) ++kernels;
-  const kernels::hip::SceneLayout& layout = scene.arrays.layout;
-  while (count > 0) {
-    query.count = uint32_t(std::min<uint64_t>(count, device.context->most_rays()));
-    void* arguments[] = {&scene.arrays, &query};
-    const LaunchShape shape{std::min(kMostBlocks, (query.count - 1) / layout.rays + 1),
-                            kernels::hip::kSceneThreads, layout.bytes};
-    device.context->launch(query.details() ? kernels->details : kernels->visible, shape, stream, arguments);
-    count -= query.count;
-    skip(query, query.count);
-  }
 }
 
 /// Notes in the stream that the scene is in use until here.
@@ -170,99 +141,137 @@ class BorrowedStaging {
   std::unique_ptr<Staging> staging_;
 };
 
-/// A stream of its own, and how long the card takes for what is put into it.
-class Stopwatch {
+/// A stream of its own.
+class OwnStream {
  public:
-  explicit Stopwatch(Context& context) : context_(context), stream_(context.make_stream()) {
+  explicit OwnStream(Context& context) : context_(context), stream_(context.make_stream()) {}
+  ~OwnStream() { context_.free_stream(stream_); }
+  OwnStream(const OwnStream&) = delete;
+  OwnStream& operator=(const OwnStream&) = delete;
+  Stream get() const { return stream_; }
+
+ private:
+  Context& context_;
+  Stream stream_;
+};
+
+/// A query of host memory, part by part. Parts take turns in two places: while the card is at one, the rays
+/// of the next are put together and copied.
+class HostQuery {
+ public:
+  HostQuery(GpuDevice& device, GpuScene& scene, const NifQuery& query)
+      : device_(device), context_(*device.context), scene_(scene), query_(query) {
+    const auto one = [](uint64_t rays) { return rays; };
+    const auto four = [](uint64_t rays) { return 4 * rays; };
+    outputs_ = {{{query.visible, Staging::kVisible, one},
+                 {query.visible_bits, Staging::kBits, [](uint64_t rays) { return (rays + 7) / 8; }},
+                 {query.certain, Staging::kCertain, one},
+                 {bytes_of(query.probability), Staging::kProbability, four},
+                 {bytes_of(query.logit), Staging::kLogit, four}}};
+  }
+
+  void answer() {
+    std::optional<Place> places[2];
     try {
-      start_ = context.make_event(true);
-      end_ = context.make_event(true);
+      size_t turn = 0, turns = query_.count > Staging::kRays ? 2 : 1;
+      for (uint64_t first = 0; first < query_.count; first += Staging::kRays) {
+        if (!places[turn] && !take(places[turn], turn > 0)) turn = 0, turns = 1;
+        if (places[turn]->count > 0) finish(*places[turn]);
+        start(*places[turn], first, std::min(query_.count - first, Staging::kRays));
+        turn = (turn + 1) % turns;
+      }
+      for (size_t left = 0; left < turns; ++left, turn = (turn + 1) % turns)
+        if (places[turn]) finish(*places[turn]);
     } catch (...) {
-      release();
+      // Nothing may be under way when others get the memory.
+      for (std::optional<Place>& place : places) {
+        if (!place) continue;
+        try {
+          context_.wait_stream(stream_of(*place));
+        } catch (const GpuError&) {
+        }
+      }
       throw;
     }
   }
-  ~Stopwatch() { release(); }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-  Stream stream() const { return stream_; }
-
-  template <class Work>
-  double time(const Work& work) const {
-    context_.record(start_, stream_);
-    work();
-    context_.record(end_, stream_);
-    context_.wait(end_);
-    return context_.seconds_between(start_, end_);
-  }
 
  private:
-  void release() noexcept {
-    if (start_) context_.free_event(start_);
-    if (end_) context_.free_event(end_);
-    context_.free_stream(stream_);
-  }
-  Context& context_;
-  Stream stream_;
-  Event start_ = nullptr, end_ = nullptr;
-};
-
-void answer_host_query(GpuDevice& device, GpuScene& scene, const NifQuery& query) {
-  Context& context = *device.context;
-  const BorrowedStaging borrowed(device);
-  const Staging& staging = *borrowed;
-  const Stream stream = query.stream ? query.stream : staging.stream();
-  // Where each output lies in staging memory, and in the caller's.
   struct Output {
     unsigned char* to;
-    size_t at;
+    size_t at;  ///< in staging memory
     uint64_t (*bytes)(uint64_t rays);
   };
-  const auto one = [](uint64_t rays) { return rays; };
-  const auto four = [](uint64_t rays) { return 4 * rays; };
-  const Output outputs[] = {
-      {query.visible, Staging::kVisible, one},
-      {query.visible_bits, Staging::kBits, [](uint64_t rays) { return (rays + 7) / 8; }},
-      {query.certain, Staging::kCertain, one},
-      {bytes_of(query.probability), Staging::kProbability, four},
-      {bytes_of(query.logit), Staging::kLogit, four}};
-  NifQuery on_card = nifQueryRays(reinterpret_cast<const NifRay*>(staging.card()), Staging::kRays);
-  const auto place = [&](auto*& array, const void* wanted, size_t at) {
-    if (wanted) array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(staging.card() + at);
+  struct Place {
+    explicit Place(GpuDevice& device) : staging(device) {}
+    BorrowedStaging staging;
+    uint64_t first = 0, count = 0;
   };
-  place(on_card.visible, query.visible, Staging::kVisible);
-  place(on_card.visible_bits, query.visible_bits, Staging::kBits);
-  place(on_card.certain, query.certain, Staging::kCertain);
-  place(on_card.probability, query.probability, Staging::kProbability);
-  place(on_card.logit, query.logit, Staging::kLogit);
-  const SceneQuery asked = scene_query(on_card);
-  const auto answer_part = [&](uint64_t first, uint64_t count) {
-    read_rays(query, first, count, staging.host());
-    context.copy_in(staging.card(), staging.host(), count * sizeof(NifRay), stream);
-    launch(device, scene, asked, count, stream);
-    for (const Output& output : outputs)
-      if (output.to)
-        context.copy_out(staging.host() + output.at, staging.card() + output.at, output.bytes(count), stream);
-    context.wait_stream(stream);
-    for (const Output& output : outputs)
-      if (output.to)
-        std::memcpy(output.to + output.bytes(first), staging.host() + output.at, output.bytes(count));
-  };
-  try {
-    for (uint64_t first = 0; first < query.count; first += Staging::kRays)
-      answer_part(first, std::min(query.count - first, Staging::kRays));
-  } catch (...) {
+
+  /// False where the card has no memory left and `optional` says that it does without.
+  bool take(std::optional<Place>& place, bool optional) {
     try {
-      context.wait_stream(stream);  // so that nothing is under way when others get the memory
-    } catch (const GpuError&) {
+      place.emplace(device_);
+      return true;
+    } catch (const GpuError& error) {
+      if (!optional || error.code() != NIF_ERROR_OUT_OF_DEVICE_MEMORY) throw;
+      return false;
     }
-    throw;
   }
-}
+
+  Stream stream_of(const Place& place) const {
+    return query_.stream ? query_.stream : (*place.staging).stream();
+  }
+
+  /// The query about a part's rays, in memory of the card.
+  SceneQuery on_card(const Staging& staging) const {
+    NifQuery query = nifQueryRays(reinterpret_cast<const NifRay*>(staging.card()), Staging::kRays);
+    const auto place = [&](auto*& array, const void* wanted, size_t at) {
+      if (wanted) array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(staging.card() + at);
+    };
+    place(query.visible, query_.visible, Staging::kVisible);
+    place(query.visible_bits, query_.visible_bits, Staging::kBits);
+    place(query.certain, query_.certain, Staging::kCertain);
+    place(query.probability, query_.probability, Staging::kProbability);
+    place(query.logit, query_.logit, Staging::kLogit);
+    return scene_query(query);
+  }
+
+  void start(Place& place, uint64_t first, uint64_t count) {
+    const Staging& staging = *place.staging;
+    const Stream stream = stream_of(place);
+    place.first = first;
+    place.count = count;
+    read_rays(query_, first, count, staging.host());
+    context_.copy_in(staging.card(), staging.host(), count * sizeof(NifRay), stream);
+    put_query(device_, scene_, on_card(staging), count, stream);
+    for (const Output& output : outputs_)
+      if (output.to)
+        context_.copy_out(staging.host() + output.at, staging.card() + output.at, output.bytes(count),
+                          stream);
+    context_.record(staging.answered(), stream);
+  }
+
+  void finish(const Place& place) {
+    const Staging& staging = *place.staging;
+    context_.wait(staging.answered());
+    for (const Output& output : outputs_)
+      if (output.to)
+        std::memcpy(output.to + output.bytes(place.first), staging.host() + output.at,
+                    output.bytes(place.count));
+  }
+
+  GpuDevice& device_;
+  Context& context_;
+  GpuScene& scene_;
+  const NifQuery& query_;
+  std::array<Output, 5> outputs_;
+};
 
 }  // namespace
 
-void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, uint32_t rounds, double* seconds) {
+void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, GpuMeasure measure,
+                uint32_t rounds, double* seconds) {
+  if (!scene.ready) refuse_scene();
   Context& context = *device.context;
   const uint64_t count = query.count;
   const Memory rays(context, count * sizeof(NifRay)), answers(context, 11 * count + 16);
@@ -289,23 +298,30 @@ void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, uint3
 
   std::vector<unsigned char> packed(count * sizeof(NifRay));
   read_rays(query, 0, count, packed.data());
-  const Stopwatch stopwatch(context);
-  on_card.stream = stopwatch.stream();
-  context.copy_in(rays.data(), packed.data(), packed.size(), on_card.stream);
-  for (uint32_t round = 0; round <= rounds; ++round) {
-    const double time = stopwatch.time([&] { answer_query(device, scene, on_card); });
-    if (round > 0) seconds[round - 1] = time;  // before that, the card warms up
+  const OwnStream stream(context);
+  context.copy_in(rays.data(), packed.data(), packed.size(), stream.get());
+  const Timer timer(context);
+  for (uint32_t round = 0; round <= rounds; ++round) {  // in the first one the card warms up
+    const uint32_t row = round > 0 ? round - 1 : 0;
+    if (measure == GpuMeasure::stages) {
+      time_stages(device, scene, scene_query(on_card), count, stream.get(), seconds + row * kMeasuredStages);
+      continue;
+    }
+    timer.start(stream.get());
+    put_query(device, scene, scene_query(on_card), count, stream.get(), measure);
+    timer.stop(stream.get());
+    timer.wait();
+    seconds[row] = timer.seconds();
   }
-  for (const Output& output : outputs) context.copy_out(output.to, output.from, output.bytes, on_card.stream);
-  context.wait_stream(on_card.stream);
+  for (const Output& output : outputs) context.copy_out(output.to, output.from, output.bytes, stream.get());
+  context.wait_stream(stream.get());
 }
 
 void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query) {
-  if (!scene.ready)
-    throw GpuError(NIF_ERROR_INVALID_OPERATION, "the scene is not on the GPU, because its commit failed");
+  if (!scene.ready) refuse_scene();
   check_memory(*device.context, query);
-  if (query.memory == NIF_HOST) return answer_host_query(device, scene, query);
-  launch(device, scene, scene_query(query), query.count, query.stream);
+  if (query.memory == NIF_HOST) return HostQuery(device, scene, query).answer();
+  put_query(device, scene, scene_query(query), query.count, query.stream);
   record_use(device, scene, query.stream);
 }
 

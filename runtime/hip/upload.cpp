@@ -1,7 +1,9 @@
 // Assets and scenes on their way to the card: what they consist of is laid out in one block of memory each,
 // with pointers to where it will lie there.
+#include <algorithm>
 #include <cstring>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "device.hpp"
@@ -83,29 +85,84 @@ void add_field(Block& block, kernels::SphericalField& field) {
     add_values(block, network->weights, kernels::spherical_weights(*network));
 }
 
-template <class Field>
-void add_object(Block& block, const Field& field, const GpuObjectView& view, GpuAsset& asset) {
-  kernels::hip::SceneObject object = kernels::hip::describe_object(field);
-  object.logit_scale = view.logit_scale;
-  object.reach_scale = view.reach_scale;
-  Field moved = field;
-  add_field(block, moved);
-  object.field = block.add_structure(moved);
-  asset.objects.push_back(object);
-  asset.row_words.push_back(kernels::hip::row_words(field));
+/// Levels of a tree, the root's among them.
+uint32_t bvh_levels(const kernels::BvhField& field) {
+  // Nodes on the way down, and those beside them that are still to be seen; each with its level.
+  std::vector<std::pair<uint32_t, uint32_t>> pending{{0, 1}};
+  uint32_t deepest = 1;
+  while (!pending.empty()) {
+    const auto [number, level] = pending.back();
+    pending.pop_back();
+    if (level > deepest) deepest = level;
+    const kernels::BvhNode& node = field.nodes[number];
+    for (const uint8_t slot : node.slots)
+      if (slot != 0 && kernels::slot_kind(slot) == kernels::kInnerSlot)
+        pending.emplace_back(node.first_node + kernels::slot_rank(slot), level + 1);
+  }
+  return deepest;
 }
 
-Block lay_out(const GpuObjectView* objects, uint32_t count, const unsigned char* base, GpuAsset& asset) {
+// Words of a thread's row that the object needs, where a thread goes all the way with its ray.
+
+uint32_t row_words(const kernels::SegmentField& field) {
+  return 2 * kernels::hip::kKeptRuns +
+         (field.network.layers[0].inputs + 2 * kernels::hip::describe_object(field).widest) / 4;
+}
+uint32_t row_words(const kernels::BvhField& field) {
+  return kernels::hip::bvh_stack_words(bvh_levels(field));
+}
+uint32_t row_words(const kernels::SphericalField& field) {
+  return 2 * kernels::hip::describe_object(field).widest;
+}
+
+// How the pipeline answers an object's items: what its lists are like, and the stages of both.
+
+void choose_stages(const kernels::SegmentField& field, bool, CardObject& object) {
+  using namespace kernels::hip;
+  object.list.segment = make_layout(field);
+  const bool pairs = object.object.kind == kPairSegment;
+  object.stages[0] = !object.list.segment.tiled ? kAlone : pairs ? kPairNetworks : kAnyNetworks;
+  object.stages[1] = kAlone;
+}
+void choose_stages(const kernels::BvhField&, bool, CardObject& object) {
+  object.stages[0] = object.stages[1] = kernels::hip::kStages;
+}
+void choose_stages(const kernels::SphericalField& field, bool half, CardObject& object) {
+  using namespace kernels::hip;
+  object.stages[0] = object.stages[1] = kAlone;
+  if (!half) return;
+  object.list.half = make_half_layout(field);
+  if (!object.list.half.fits) return;
+  const bool narrow = object.list.half.tiles == kHalfTiles;
+  object.stages[0] = narrow ? kNarrowOuter : kWideOuter;
+  object.stages[1] = narrow ? kNarrowInner : kWideInner;
+}
+
+template <class Field>
+void add_object(Block& block, const Field& field, const GpuObjectView& view, bool half, GpuAsset& asset) {
+  CardObject object{};
+  object.object = kernels::hip::describe_object(field);
+  object.object.logit_scale = view.logit_scale;
+  object.object.reach_scale = view.reach_scale;
+  object.row_words = row_words(field);
+  choose_stages(field, half, object);
+  Field moved = field;
+  add_field(block, moved);
+  object.object.field = object.list.field = block.add_structure(moved);
+  asset.objects.push_back(object);
+}
+
+Block lay_out(const GpuObjectView* objects, uint32_t count, bool half, const unsigned char* base,
+              GpuAsset& asset) {
   Block block(base);
   asset.objects.clear();
-  asset.row_words.clear();
   for (uint32_t i = 0; i < count; ++i) {
     if (objects[i].bvh)
-      add_object(block, *objects[i].bvh, objects[i], asset);
+      add_object(block, *objects[i].bvh, objects[i], half, asset);
     else if (objects[i].spherical)
-      add_object(block, *objects[i].spherical, objects[i], asset);
+      add_object(block, *objects[i].spherical, objects[i], half, asset);
     else
-      add_object(block, *objects[i].segment, objects[i], asset);
+      add_object(block, *objects[i].segment, objects[i], half, asset);
   }
   return block;
 }
@@ -115,28 +172,63 @@ void copy_and_wait(GpuDevice& device, const Memory& to, const Block& block) {
   device.context->wait_stream(device.uploads);
 }
 
-kernels::hip::SceneArrays lay_out(Block& block, const GpuSceneView& view) {
-  std::vector<kernels::hip::SceneObject> objects;
-  uint32_t words = 1;
-  for (uint64_t i = 0; i < view.object_count; ++i) {
-    const runtime::GpuPlacedObject& placed = view.objects[i];
-    objects.push_back(placed.asset->objects[placed.object]);
-    words = std::max(words, placed.asset->row_words[placed.object]);
+/// Lists of all objects' items, by stages. `placed` get to know theirs.
+std::vector<kernels::hip::PipelineList> make_lists(std::span<const CardObject* const> objects,
+                                                   std::span<kernels::hip::SceneObject> placed,
+                                                   kernels::hip::PipelineLists& about) {
+  using namespace kernels::hip;
+  std::vector<PipelineList> lists;
+  about = {};
+  for (uint32_t stage = 0; stage < kStages; ++stage) {
+    about.first[stage] = uint32_t(lists.size());
+    for (size_t i = 0; i < objects.size(); ++i)
+      for (uint32_t k = 0; k < 2; ++k) {
+        const CardObject& object = *objects[i];
+        if (object.stages[k] != stage) continue;
+        placed[i].lists[k] = uint32_t(lists.size());
+        lists.push_back(object.list);
+        if (stage != kAlone)
+          about.shared_bytes[stage] =
+              std::max({about.shared_bytes[stage], object.list.segment.bytes, object.list.half.bytes});
+      }
   }
-  kernels::hip::SceneArrays arrays{view.nodes, view.instances, objects.data(), uint32_t(view.instance_count),
-                                   kernels::hip::make_scene_layout(words)};
-  block.move(arrays.nodes, view.node_count);
-  block.move(arrays.instances, view.instance_count);
-  block.move(arrays.objects, objects.size());
-  return arrays;
+  about.first[kStages] = uint32_t(lists.size());
+  about.walk_words = kItemWords;
+  for (const CardObject* object : objects)
+    if (object->object.kind == kBvhObject) about.walk_words = std::max(about.walk_words, object->row_words);
+  return lists;
+}
+
+void lay_out(Block& block, const GpuSceneView& view, GpuScene& scene) {
+  std::vector<const CardObject*> objects;
+  std::vector<kernels::hip::SceneObject> placed;
+  uint32_t words = 1;
+  scene.kinds = 0;
+  for (uint64_t i = 0; i < view.object_count; ++i) {
+    const CardObject& object = view.objects[i].asset->objects[view.objects[i].object];
+    objects.push_back(&object);
+    placed.push_back(object.object);
+    words = std::max(words, object.row_words);
+    scene.kinds |= object.object.kind;
+  }
+  const std::vector<kernels::hip::PipelineList> lists = make_lists(objects, placed, scene.lists);
+  scene.arrays = {view.nodes, view.instances, placed.data(), uint32_t(view.instance_count),
+                  kernels::hip::make_scene_layout(words)};
+  scene.lists.shared_bytes[kernels::hip::kAlone] = scene.arrays.layout.bytes;
+  scene.lists.lists = lists.data();
+  block.move(scene.arrays.nodes, view.node_count);
+  block.move(scene.arrays.instances, view.instance_count);
+  block.move(scene.arrays.objects, placed.size());
+  block.move(scene.lists.lists, lists.size());
 }
 
 }  // namespace
 
 std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const GpuObjectView* objects, uint32_t count) {
   auto asset = std::make_unique<GpuAsset>();
-  asset->memory = Memory(*device.context, lay_out(objects, count, nullptr, *asset).bytes().size());
-  copy_and_wait(device, asset->memory, lay_out(objects, count, asset->memory.data(), *asset));
+  const bool half = device.settings.half != 0;
+  asset->memory = Memory(*device.context, lay_out(objects, count, half, nullptr, *asset).bytes().size());
+  copy_and_wait(device, asset->memory, lay_out(objects, count, half, asset->memory.data(), *asset));
   return asset;
 }
 
@@ -154,18 +246,16 @@ void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene) {
   scene.ready = false;
   wait_for_queries(device, scene);
   Block measured(nullptr);
-  lay_out(measured, view);
+  lay_out(measured, view, scene);
   const size_t bytes = measured.bytes().size();
   if (bytes > scene.memory.bytes()) {
     scene.memory = Memory();
     scene.memory = Memory(*device.context, bytes);
   }
   Block block(scene.memory.data());
-  scene.arrays = lay_out(block, view);
+  lay_out(block, view, scene);
   if (bytes > 0) copy_and_wait(device, scene.memory, block);
-  scene.kinds = 0;
-  for (uint64_t i = 0; i < view.object_count; ++i)
-    scene.kinds |= view.objects[i].asset->objects[view.objects[i].object].kind;
+  scene.choice.clear();
   scene.ready = true;
 }
 

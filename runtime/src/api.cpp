@@ -284,7 +284,8 @@ NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confi
   });
 }
 
-NifError nifMeasureQuery(NifScene scene, const NifQuery* query, uint32_t rounds, double* seconds) {
+NifError nifMeasureQuery(NifScene scene, const NifQuery* query, NifMeasure measure, uint32_t rounds,
+                         double* seconds) {
   return guarded([&] {
     auto& the_scene = get(scene);
     require_argument(seconds, "seconds");
@@ -294,10 +295,11 @@ NifError nifMeasureQuery(NifScene scene, const NifQuery* query, uint32_t rounds,
       throw Failure(NIF_ERROR_NOT_AVAILABLE, "query: only a GPU is measured; this device is a CPU");
     if (asked.memory != NIF_HOST || asked.stream)
       refuse_argument("query: to be measured it needs host memory and no stream");
+    if (measure > NIF_MEASURE_STAGES) refuse_argument("measure is not one of NifMeasure");
     if (asked.count == 0 || rounds == 0) refuse_argument("query: nothing is to be measured");
     if (!the_scene.ready_on_gpu)
       throw Failure(NIF_ERROR_INVALID_OPERATION, "the scene is not on the GPU, because its commit failed");
-    the_scene.device->gpu->measure(the_scene, asked, rounds, seconds);
+    the_scene.device->gpu->measure(the_scene, asked, GpuMeasure(measure), rounds, seconds);
   });
 }
 

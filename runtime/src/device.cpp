@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <initializer_list>
 #include <iterator>
 #include <thread>
 
@@ -42,17 +43,21 @@ Isa parse_isa(std::string_view value) {
   refuse_argument("configuration: there is no isa=" + std::string(value));
 }
 
-const char* parse_backend(std::string_view value) {
-  for (const char* known : {"cpu", "hip"})
-    if (value == known) return known;
-  refuse_argument("configuration: there is no backend=" + std::string(value));
+/// The number of the name that the value is.
+size_t parse_name(std::string_view key, std::string_view value,
+                  std::initializer_list<std::string_view> names) {
+  const auto at = std::find(names.begin(), names.end(), value);
+  if (at == names.end())
+    refuse_argument("configuration: there is no " + std::string(key) + "=" + std::string(value));
+  return size_t(at - names.begin());
 }
 
-/// What is of no use without a GPU backend is a mistake.
-void check_backend(const Configuration& configuration, bool names_card) {
-  if (std::string_view(configuration.backend) == "hip") return;
-  if (names_card || !configuration.module.empty())
-    refuse_argument("configuration: device= and module= need backend=hip");
+/// What is of no use without a GPU backend, or together, is a mistake.
+void check_backend(const Configuration& configuration, bool for_gpu) {
+  if (for_gpu && std::string_view(configuration.backend) != "hip")
+    refuse_argument("configuration: device=, module=, pipeline= and precision= need backend=hip");
+  if (configuration.gpu.half && configuration.gpu.way == GpuWay::one_kernel)
+    refuse_argument("configuration: precision=half needs the pipeline, and pipeline=off leaves it out");
 }
 
 }  // namespace
@@ -70,7 +75,7 @@ void CallbackMemory::do_deallocate(void* memory, size_t bytes, size_t alignment)
 Configuration parse_configuration(std::string_view text) {
   Configuration configuration;
   configuration.queries = machine_threads();
-  bool names_card = false;
+  bool for_gpu = false;  // something is
   while (!text.empty()) {
     const std::string_view item = text.substr(0, text.find(','));
     text.remove_prefix(std::min(text.size(), item.size() + 1));
@@ -84,15 +89,19 @@ Configuration parse_configuration(std::string_view text) {
     else if (key == "isa")
       configuration.isa = parse_isa(value);
     else if (key == "backend")
-      configuration.backend = parse_backend(value);
+      configuration.backend = parse_name(key, value, {"cpu", "hip"}) == 0 ? "cpu" : "hip";
     else if (key == "device")
-      configuration.card = parse_number(key, value, kMaxCards), names_card = true;
+      configuration.card = parse_number(key, value, kMaxCards), for_gpu = true;
     else if (key == "module")
-      configuration.module = value;
+      configuration.module = value, for_gpu = for_gpu || !value.empty();
+    else if (key == "pipeline")
+      configuration.gpu.way = GpuWay(parse_name(key, value, {"auto", "off", "on"})), for_gpu = true;
+    else if (key == "precision")
+      configuration.gpu.half = uint32_t(parse_name(key, value, {"single", "half"})), for_gpu = true;
     else
       refuse_argument("configuration: '" + std::string(item) + "' is not known");
   }
-  check_backend(configuration, names_card);
+  check_backend(configuration, for_gpu);
   configuration.queries = std::max(configuration.queries, configuration.threads);
   return configuration;
 }
@@ -100,7 +109,7 @@ Configuration parse_configuration(std::string_view text) {
 void open_gpu(const Configuration& configuration, std::optional<Gpu>& gpu) {
   if (std::string_view(configuration.backend) != "hip") return;
   try {
-    gpu.emplace(configuration.module, configuration.card);
+    gpu.emplace(configuration.module, configuration.card, configuration.gpu);
   } catch (const Failure& failure) {
     throw Failure(failure.code(), std::string("configuration: backend=hip: ") + failure.what());
   }

@@ -34,6 +34,7 @@ struct Configuration {
   uint32_t queries;  ///< that find memory to work in at the same time
   const char* backend = "cpu";
   uint32_t card = 0;        ///< of backend hip
+  GpuSettings gpu{};        ///< likewise
   std::string_view module;  ///< its file, or ""; of the text that was parsed
 };
 

@@ -14,10 +14,11 @@ void Gpu::check(NifError code, const GpuMessage& message) {
   throw Failure(code, message.text);
 }
 
-Gpu::Gpu(std::string_view module, uint32_t card) : module_(load_gpu_module(module)) {
+Gpu::Gpu(std::string_view module, uint32_t card, const GpuSettings& settings)
+    : module_(load_gpu_module(module)) {
   GpuMessage message;
   check(module_.describe_card(card, &card_, &message), message);
-  check(module_.open_device(card, &device_, &message), message);
+  check(module_.open_device(card, &settings, &device_, &message), message);
 }
 
 void Gpu::upload(NifAssetObject& asset) {
@@ -64,9 +65,12 @@ void Gpu::query(NifSceneObject& scene, const NifQuery& query) {
   check(module_.query(device_, scene.on_gpu, &query, &message), message);
 }
 
-void Gpu::measure(NifSceneObject& scene, const NifQuery& query, uint32_t rounds, double* seconds) {
+static_assert(uint32_t(GpuMeasure::stages) == NIF_MEASURE_STAGES && kMeasuredStages == NIF_MEASURED_STAGES);
+
+void Gpu::measure(NifSceneObject& scene, const NifQuery& query, GpuMeasure measure, uint32_t rounds,
+                  double* seconds) {
   GpuMessage message;
-  check(module_.measure_query(device_, scene.on_gpu, &query, rounds, seconds, &message), message);
+  check(module_.measure_query(device_, scene.on_gpu, &query, measure, rounds, seconds, &message), message);
 }
 
 void Gpu::start(NifSceneObject& scene, const NifQuery& query, NifJobObject& job) {

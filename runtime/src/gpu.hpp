@@ -20,7 +20,7 @@ namespace nif::runtime {
 class Gpu {
  public:
   /// `module`: its file, or "" for the usual places. Throws Failure that says what is missing.
-  Gpu(std::string_view module, uint32_t card);
+  Gpu(std::string_view module, uint32_t card, const GpuSettings& settings);
   Gpu(const Gpu&) = delete;
   Gpu& operator=(const Gpu&) = delete;
   /// Nothing may be left on the card.
@@ -36,7 +36,8 @@ class Gpu {
   void free(NifAssetObject& asset) noexcept;
   void free(NifSceneObject& scene) noexcept;
   void query(NifSceneObject& scene, const NifQuery& query);
-  void measure(NifSceneObject& scene, const NifQuery& query, uint32_t rounds, double* seconds);
+  void measure(NifSceneObject& scene, const NifQuery& query, GpuMeasure measure, uint32_t rounds,
+               double* seconds);
 
   /// Of device memory. The job is not done before wait() or is_done() has said so.
   void start(NifSceneObject& scene, const NifQuery& query, NifJobObject& job);

@@ -17,7 +17,7 @@
 namespace nif::runtime {
 
 /// Changes with anything in this file.
-inline constexpr uint32_t kGpuModuleVersion = 1;
+inline constexpr uint32_t kGpuModuleVersion = 2;
 /// The module's only symbol: const GpuModule* nif_hip_module(void).
 inline constexpr const char* kGpuModuleSymbol = "nif_hip_module";
 
@@ -34,6 +34,25 @@ struct GpuCard {
   uint64_t memory;     ///< bytes
   GpuMessage trouble;  ///< why it cannot be used; "" where it can
 };
+
+/// By which kernels queries are answered. Both ways give the same answers, but for half precision.
+enum class GpuWay : uint32_t {
+  automatic,   ///< the faster one, by measuring
+  one_kernel,  ///< and nothing else
+  pipeline     ///< where there is a network to ask
+};
+
+/// A device's, from its configuration.
+struct GpuSettings {
+  GpuWay way;
+  uint32_t half;  ///< `spherical` objects are asked in half precision, where it fits; not with one_kernel
+};
+
+/// What measure_query() measures: a query as the device answers it, by one way, or the pipeline's stages.
+enum class GpuMeasure : uint32_t { query, one_kernel, pipeline, stages };
+/// Walk; putting items in order; inputs and networks of `segment` and outer `spherical` items; those of inner
+/// ones; threads alone with their items, and whatever the one kernel is left with.
+inline constexpr uint32_t kMeasuredStages = 7;
 
 /// An object as it is on the host. Only the field of its encoding is set.
 struct GpuObjectView {
@@ -75,7 +94,8 @@ struct GpuModule {
   /// card < count_cards().
   NifError (*describe_card)(uint32_t card, GpuCard* about, GpuMessage* message);
 
-  NifError (*open_device)(uint32_t card, GpuDevice** device, GpuMessage* message);
+  NifError (*open_device)(uint32_t card, const GpuSettings* settings, GpuDevice** device,
+                          GpuMessage* message);
   /// Everything of the device must have been freed. Here and below, freeing null does nothing.
   void (*close_device)(GpuDevice* device);
 
@@ -94,9 +114,9 @@ struct GpuModule {
   /// Answers a query as nifQuery does; it has been checked but for what only the driver can tell.
   NifError (*query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMessage* message);
   /// Answers a query of host memory from memory of the device, once and then `rounds` times, and tells how
-  /// long each of those took there.
-  NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, uint32_t rounds,
-                            double* seconds, GpuMessage* message);
+  /// long each of those took there: seconds[rounds], or [rounds][kMeasuredStages] of stages.
+  NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMeasure measure,
+                            uint32_t rounds, double* seconds, GpuMessage* message);
   /// Answers a query of device memory, and *job is done when that is.
   NifError (*start_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuJob** job,
                           GpuMessage* message);

@@ -91,7 +91,7 @@ TEST_F(Bench, OnAGpu) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json result = json::parse(outcome.out);
   const json on_cpu = json::parse(nif(bench({"--threads", "1", "--json"})).out);
-  EXPECT_EQ(result["schema"], "nifkit.bench-gpu/1");
+  EXPECT_EQ(result["schema"], "nifkit.bench-gpu/2");
   EXPECT_EQ(result["card"], "emulated card 0");
   EXPECT_EQ(result["against"], "bvh");
   EXPECT_EQ(result["rounds"], 2);
@@ -100,12 +100,45 @@ TEST_F(Bench, OnAGpu) {
     SCOPED_TRACE(name);
     for (const char* stated : {"rays", "error", "leak", "spurious", "certain", "certain_wrong"})
       EXPECT_EQ(set[stated], on_cpu["sets"][name][stated]) << stated;
-    EXPECT_LT(set["other"]["error"].get<double>(), 1e-3) << "a BVH is exact";
-    EXPECT_GT(set["nif"]["mrays_per_s"].get<double>(), 0);
-    EXPECT_GT(set["ratio"].get<double>(), 0);
-    EXPECT_GT(set["nif"]["bytes"].get<uint64_t>(), 1000u);
-    EXPECT_GT(set["other"]["bytes"].get<uint64_t>(), 1000u);
+    EXPECT_LT(set["other_error"].get<double>(), 1e-3) << "a BVH is exact";
+    double fastest = 0;
+    for (const char* side : {"one_kernel", "pipeline", "other"}) {
+      EXPECT_LE(set[side]["lowest"], set[side]["mrays_per_s"]) << side;
+      EXPECT_LE(set[side]["mrays_per_s"], set[side]["highest"]) << side;
+      if (side != std::string_view("other"))
+        fastest = std::max(fastest, set[side]["mrays_per_s"].get<double>());
+    }
+    EXPECT_GT(fastest, 0);
+    EXPECT_DOUBLE_EQ(set["ratio"].get<double>(), fastest / set["other"]["mrays_per_s"].get<double>());
+    EXPECT_EQ(set[set["way"].get<std::string>()]["mrays_per_s"], fastest);
+    EXPECT_FALSE(set.contains("stages") || set.contains("batches"));
   }
+  for (const char* bytes : {"file", "card", "other"})
+    EXPECT_GT(result["bytes"][bytes].get<uint64_t>(), 1000u) << bytes;
+
+  outcome = nif(bench({"--device", "hip", "--set", "inner-surface", "--stages", "--batches", "--json"}));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json more = json::parse(outcome.out)["sets"]["inner-surface"];
+  ASSERT_EQ(more["stages"].size(), 7u);
+  for (const char* stage : {"ray_cast", "order", "outer_grids"})
+    EXPECT_GT(more["stages"][stage]["ns"].get<double>(), 0) << stage;
+  ASSERT_EQ(more["batches"].size(), 3u) << "256, 1024 and 4096 of 5000 rays";
+  for (const json& batch : more["batches"])
+    for (const char* side : {"one_kernel", "pipeline", "other"}) EXPECT_GT(batch[side].get<double>(), 0);
+  EXPECT_EQ(more["batches"][2]["rays"], 4096);
+
+  // In half precision there is only the pipeline.
+  outcome = nif(bench({"--device", "hip", "--set", "sun", "--precision", "half", "--json"}));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json half = json::parse(outcome.out);
+  EXPECT_EQ(half["precision"], "half");
+  EXPECT_FALSE(half["sets"]["sun"].contains("one_kernel"));
+  EXPECT_EQ(half["sets"]["sun"]["way"], "pipeline");
+
+  outcome = nif(bench({"--device", "hip", "--set", "sun", "--stages", "--batches"}));
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("by the pipeline's stages"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("by rays that are asked at once"), std::string::npos) << outcome.out;
   outcome = nif(bench({"--device", "hip", "--set", "sun"}));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("on emulated card 0, against an exact BVH of the mesh"), std::string::npos)

@@ -21,19 +21,19 @@ TEST_F(Devices, AreListed) {
   const Outcome outcome = nif({"devices"});
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   const auto lines = lines_of(outcome.out);
-  ASSERT_EQ(lines.size(), 3u) << outcome.out;
+  ASSERT_EQ(lines.size(), 7u) << outcome.out;
   EXPECT_TRUE(lines[0].starts_with("cpu  isa ")) << lines[0];
-  EXPECT_TRUE(lines[1].starts_with("hip  device=0: emulated card 0, emulated32, ")) << lines[1];
-  EXPECT_TRUE(lines[2].starts_with("hip  device=1: emulated card 1, emulated64, ")) << lines[2];
+  EXPECT_TRUE(lines[1].starts_with("hip  device=0: emulated card 0, wmma, ")) << lines[1];
+  EXPECT_TRUE(lines[2].starts_with("hip  device=1: emulated card 1, imma, ")) << lines[2];
   EXPECT_EQ(outcome.err, "");
 
   const auto json = nlohmann::json::parse(nif({"devices", "--json"}).out);
   EXPECT_EQ(json["schema"], "nifkit.devices/1");
   ASSERT_EQ(json["backends"].size(), 2u);
   EXPECT_EQ(json["backends"][1]["available"], true);
-  ASSERT_EQ(json["cards"].size(), 2u);
+  ASSERT_EQ(json["cards"].size(), 6u);
   EXPECT_EQ(json["cards"][1]["device"], 1);
-  EXPECT_EQ(json["cards"][1]["target"], "emulated64");
+  EXPECT_EQ(json["cards"][1]["target"], "imma");
   EXPECT_EQ(json["cards"][1]["available"], true);
 }
 #endif

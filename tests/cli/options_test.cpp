@@ -148,6 +148,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{"BenchOnUnknownDevice", bench({"--device", "gpu"}), {"--device", "gpu"}},
         WrongOptions{
             "ThreadsOfAGpu", bench({"--device", "hip", "--threads", "1"}), {"--device hip", "--threads"}},
+        WrongOptions{"PrecisionOfTheCpu", bench({"--precision", "half"}), {"--precision", "--device hip"}},
+        WrongOptions{"BatchesOfTheCpu", bench({"--batches"}), {"--batches", "--device hip"}},
         WrongOptions{"PlotOfAGpu", bench({"--device", "hip", "--plot", "a.svg"}), {"--device hip", "--plot"}},
         WrongOptions{"PlotAsStream", bench({"--plot", "-"}), {"--plot -"}},
         WrongOptions{"InfoOfNothing", {"info"}, {"ASSET"}}),

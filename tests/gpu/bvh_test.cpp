@@ -4,23 +4,18 @@
 namespace nif::test {
 namespace {
 
-/// By size of wave and order.
-class GpuBvhTest : public testing::TestWithParam<std::tuple<uint32_t, uint64_t>> {
- protected:
-  void expect_answers(const format::ObjectView& object, const std::vector<kernels::Segment>& segments) {
-    EmulatedBatch batch(segments);
-    answer_bvh(object.bvh, batch, std::get<0>(GetParam()), {.order = std::get<1>(GetParam())});
-    expect_reference(object, batch);
-  }
-};
+/// It has one kernel; in a scene with other objects the pipeline's walk asks it, too (module_answers_test).
+class GpuBvhTest : public GpuWayTest {};
 INSTANTIATE_TEST_SUITE_P(Each, GpuBvhTest,
-                         testing::Combine(testing::Values(32u, 64u), testing::Values(0u, 5u)));
+                         testing::Values(CardWay{MatrixKind::dot32}, CardWay{MatrixKind::dot64}),
+                         name_of_way);
 
 TEST_P(GpuBvhTest, AnswersAsTheReference) {
   for (uint64_t seed = 0; seed < 10; ++seed) {
+    machine().order = seed % 3;
     const Loaded asset(seed, {.objects = 0, .instances = 0, .bvhs = 4});
     for (const format::ObjectView& object : asset.view.objects)
-      expect_answers(object, random_segments(object, seed, 2000 + uint32_t(seed)));
+      expect_reference(object, random_segments(object, seed, 2000 + uint32_t(seed)), GetParam());
   }
 }
 
@@ -28,7 +23,7 @@ TEST_P(GpuBvhTest, AnswersRaysThatAreNone) {
   const Loaded asset(5, {.objects = 0, .instances = 0, .bvhs = 1});
   auto segments = random_segments(asset.view.objects[0], 5, 6000);
   spoil(segments, 6);
-  expect_answers(asset.view.objects[0], segments);
+  expect_reference(asset.view.objects[0], segments, GetParam());
 }
 
 /// A tree as deep as there may be, in which a node waits at each level: the stack has room.
@@ -63,12 +58,11 @@ TEST_P(GpuBvhTest, AnswersInTheDeepestTree) {
   std::vector<kernels::Segment> segments;
   for (int i = 0; i < 300; ++i)
     segments.push_back({{0.02f * float(i % 100), 0.01f * float(i % 70), -1}, {0, 0, 1}, 0, 100});
-  EmulatedBatch batch(segments);
-  answer_bvh(field, batch, std::get<0>(GetParam()), {.order = std::get<1>(GetParam())});
+  const ObjectAnswers answers = ObjectOnCard(view_of(field), GetParam()).ask(segments);
   uint32_t blocked = 0;
-  for (uint32_t i = 0; i < batch.count(); ++i) {
-    ASSERT_EQ(batch.logit[i], kernels::query_bvh(field, batch.segment(i)).logit);
-    blocked += batch.logit[i] < 0;
+  for (size_t i = 0; i < segments.size(); ++i) {
+    ASSERT_EQ(answers.logit[i], kernels::query_bvh(field, segments[i]).logit);
+    blocked += answers.logit[i] < 0;
   }
   EXPECT_GT(blocked, 50u);
   EXPECT_LT(blocked, 250u);

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "tests/gpu/half_bound.hpp"
 
@@ -16,8 +17,8 @@ constexpr size_t kRaysOfBatch = 20'011;
 using Comparisons = std::vector<HalfComparison>;
 
 Comparisons compare_batch(const kernels::SphericalField& field, std::span<const kernels::Segment> segments,
-                          std::span<const uint8_t> visible, std::span<const HalfKind> kinds,
-                          const EmulatedLaunch& launch) {
+                          std::span<const uint8_t> visible,
+                          std::span<const std::unique_ptr<ObjectOnCard>> cards) {
   std::vector<kernels::Answer> expected;
   std::vector<double> bounds;
   for (const kernels::Segment& segment : segments) {
@@ -25,22 +26,21 @@ Comparisons compare_batch(const kernels::SphericalField& field, std::span<const 
     bounds.push_back(half_bound(field, segment));
   }
   Comparisons results;
-  for (const HalfKind kind : kinds) {
+  for (const std::unique_ptr<ObjectOnCard>& card : cards) {
     HalfComparison& result = results.emplace_back();
-    EmulatedBatch batch({segments.begin(), segments.end()});
-    const HalfCounts counts = answer_spherical_half(field, batch, kind, launch);
-    result.asked = counts.outer + counts.inner;
-    for (uint32_t i = 0; i < batch.count(); ++i) {
+    const ObjectAnswers answers = card->ask(segments);
+    for (size_t i = 0; i < segments.size(); ++i) {
       const int32_t logit = expected[i].logit;
-      const bool seen = batch.logit[i] >= 0, truth = visible[i] != 0;
+      const bool seen = answers.logit[i] >= 0, truth = visible[i] != 0;
       result.different += seen != expected[i].visible;
       result.wrong_single += expected[i].visible != truth;
       result.wrong_half += seen != truth;
       const double moved =
-          std::fabs(double(batch.logit[i]) - double(logit)) * double(kernels::kSphericalLogitScale);
-      result.beyond += moved > bounds[i] || batch.certain[i] != uint8_t(expected[i].certain);
+          std::fabs(double(answers.logit[i]) - double(logit)) * double(kernels::kSphericalLogitScale);
+      result.beyond += moved > bounds[i] || answers.certain[i] != uint8_t(expected[i].certain);
       if (logit == kernels::kCertainLogit) continue;
-      const double probability = std::fabs(probability_of(batch.logit[i]) - probability_of(logit));
+      ++result.asked;
+      const double probability = std::fabs(probability_of(answers.logit[i]) - probability_of(logit));
       result.mean_moved += probability;
       result.most_moved = std::max(result.most_moved, probability);
       result.most_log_odds = std::max(result.most_log_odds, moved);
@@ -53,12 +53,16 @@ Comparisons compare_batch(const kernels::SphericalField& field, std::span<const 
 
 std::vector<HalfComparison> compare_half(const kernels::SphericalField& field,
                                          std::span<const kernels::Segment> segments,
-                                         std::span<const uint8_t> visible, std::span<const HalfKind> kinds) {
+                                         std::span<const uint8_t> visible,
+                                         std::span<const MatrixKind> kinds) {
+  std::vector<std::unique_ptr<ObjectOnCard>> cards;
+  for (const MatrixKind kind : kinds)
+    cards.push_back(
+        std::make_unique<ObjectOnCard>(view_of(field), CardWay{kind, runtime::GpuWay::automatic, true}));
   std::vector<Comparisons> parts((segments.size() + kRaysOfBatch - 1) / kRaysOfBatch);
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t b) {
     const size_t first = b * kRaysOfBatch, count = std::min(kRaysOfBatch, segments.size() - first);
-    parts[b] = compare_batch(field, segments.subspan(first, count), visible.subspan(first, count), kinds,
-                             {.order = b, .most_blocks = 1 + uint32_t(b % 50)});
+    parts[b] = compare_batch(field, segments.subspan(first, count), visible.subspan(first, count), cards);
   });
   Comparisons all(kinds.size());
   for (size_t k = 0; k < kinds.size(); ++k) {

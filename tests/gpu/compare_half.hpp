@@ -5,8 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/nif/reader.hpp"
-#include "tests/gpu/emulated_spherical_half.hpp"
+#include "tests/gpu/object_on_card.hpp"
 
 namespace nif::test {
 
@@ -20,11 +19,14 @@ struct HalfComparison {
   double most_log_odds = 0;                   ///< moved
 };
 
-/// One comparison for each kind. In parallel; each block of rays is emulated in an order of its own.
-/// `visible` is the truth, a byte a ray. The same for any number of threads. make_half_layout() of the object
-/// fits.
+/// Instructions that differ in half precision.
+inline constexpr MatrixKind kHalfKinds[] = {MatrixKind::dot32, MatrixKind::wmma, MatrixKind::mfma32,
+                                            MatrixKind::imma};
+
+/// One comparison for each kind. In parallel. `visible` is the truth, a byte a ray. The same for any number
+/// of threads. make_half_layout() of the object fits.
 std::vector<HalfComparison> compare_half(const kernels::SphericalField& field,
                                          std::span<const kernels::Segment> segments,
-                                         std::span<const uint8_t> visible, std::span<const HalfKind> kinds);
+                                         std::span<const uint8_t> visible, std::span<const MatrixKind> kinds);
 
 }  // namespace nif::test

@@ -10,6 +10,8 @@
 #include "formats/mesh/read.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/status.hpp"
+#include "kernels/hip/segment_kernels.hpp"
+#include "kernels/hip/spherical_half_kernels.hpp"
 #include "tests/gpu/compare_half.hpp"
 #include "tests/gpu/compare_sets.hpp"
 
@@ -18,7 +20,6 @@ namespace {
 
 /// In half precision. Returns how many answers are farther off than the arithmetic allows.
 uint64_t compare_halves(const format::AssetView& asset, const bake::PreparedScene& prepared, uint64_t rays) {
-  constexpr HalfKind kKinds[] = {HalfKind::dot32, HalfKind::wmma, HalfKind::mfma, HalfKind::mma};
   uint64_t beyond = 0;
   bool any = false;
   for (size_t i = 0; i < asset.objects.size(); ++i) {
@@ -41,12 +42,12 @@ uint64_t compare_halves(const format::AssetView& asset, const bake::PreparedScen
     for (const bake::RaySet set : bake::kRaySets) {
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
       const std::vector<HalfComparison> results =
-          compare_half(*object.spherical, labelled.segments, labelled.visible, kKinds);
+          compare_half(*object.spherical, labelled.segments, labelled.visible, kHalfKinds);
       for (size_t k = 0; k < results.size(); ++k) {
         const HalfComparison& result = results[k];
         const double all = double(std::max<size_t>(labelled.segments.size(), 1)) / 100;
         std::printf("%-16s %-14s %-7s %9zu %9llu %10llu %7.3f%% %7.3f%% %8.1e %8.1e %8.1e %7llu\n",
-                    name.c_str(), std::string(bake::name_of(set)).c_str(), name_of(kKinds[k]),
+                    name.c_str(), std::string(bake::name_of(set)).c_str(), name_of(kHalfKinds[k]),
                     labelled.segments.size(), static_cast<unsigned long long>(result.asked),
                     static_cast<unsigned long long>(result.different), double(result.wrong_single) / all,
                     double(result.wrong_half) / all, result.mean_moved, result.most_moved,
@@ -71,37 +72,25 @@ uint64_t compare_all(const char* asset_path, const char* mesh_path, uint64_t ray
   for (const format::ObjectView& object : asset.objects) {
     if (object.encoding != format::kSegment) continue;
     const kernels::hip::SegmentLayout layout = kernels::hip::make_layout(object.field);
-    std::printf("%s: shared memory of a block: walk %u bytes, one kernel %u bytes, network ",
-                std::string(object.name).c_str(), kernels::hip::kWalkSharedBytes, layout.whole_bytes);
+    std::printf("%s: shared memory of a block: network ", std::string(object.name).c_str());
     if (layout.tiled)
-      std::printf("%u bytes\n", layout.tiled_bytes);
+      std::printf("%u bytes\n", layout.bytes);
     else
-      std::printf("left to the one kernel\n");
+      std::printf("too wide for matrix instructions\n");
   }
-  std::printf("%-16s %-14s %-11s %9s %9s %8s %10s\n", "object", "set", "kernels", "rays", "open", "hard",
-              "different");
+  std::printf("%-16s %-14s %-18s %9s %10s\n", "object", "set", "kernels", "rays", "different");
   for (size_t i = 0; i < asset.objects.size(); ++i) {
     const format::ObjectView& object = asset.objects[i];
-    const std::string name(object.name);
-    if (object.encoding == format::kSpherical && !kernels::hip::make_layout(*object.spherical).fits) {
-      std::printf("%-16s has no kernel: its networks are too wide\n", name.c_str());
-      continue;
-    }
     const bake::GroundTruth truth(prepared.objects[i]);
     for (const bake::RaySet set : bake::kRaySets) {
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
-      for (const KernelVariant& variant : all_variants()) {
-        const bool segment = object.encoding == format::kSegment;
-        if (!segment && !variant.whole && variant.kind != MatrixKind::dot64) continue;
-        const Comparison result = compare(object, labelled.segments, variant);
-        const std::string by = segment ? variant.name() : "waves of " + std::to_string(wave_of(variant.kind));
-        std::printf("%-16s %-14s %-11s %9zu %9llu %8llu %10llu\n", name.c_str(),
-                    std::string(bake::name_of(set)).c_str(), by.c_str(), labelled.segments.size(),
-                    static_cast<unsigned long long>(result.open),
-                    static_cast<unsigned long long>(result.hard),
-                    static_cast<unsigned long long>(result.different));
+      for (const CardWay& way : ways_for(object)) {
+        const uint64_t different = count_different(object, labelled.segments, way);
+        std::printf("%-16s %-14s %-18s %9zu %10llu\n", std::string(object.name).c_str(),
+                    std::string(bake::name_of(set)).c_str(), way.name().c_str(), labelled.segments.size(),
+                    static_cast<unsigned long long>(different));
         std::fflush(stdout);
-        all += result.different;
+        all += different;
       }
     }
   }

@@ -31,6 +31,7 @@ struct Queue {
   explicit Queue(uint32_t of_card) : card(of_card) {}
   uint32_t card;
   std::vector<std::function<void()>> work;  ///< ever; empty where it is done
+  std::vector<double> clock;                ///< [work]: when it is done, in seconds
   size_t done = 0;
   std::mutex running;  ///< one thread at a time does a queue's work
 };
@@ -97,10 +98,11 @@ class Ledger {
     --machine.streams;
     std::erase_if(queues_, [&](const auto& known) { return known.get() == queue; });
   }
-  void put(Queue& queue, std::function<void()> work) {
+  void put(Queue& queue, std::function<void()> work, double seconds = 0) {
     check_lost();
     const std::lock_guard lock(mutex_);
     queue.work.push_back(std::move(work));
+    queue.clock.push_back((queue.clock.empty() ? 0 : queue.clock.back()) + 1e-6 + seconds);
   }
   /// Does the work of a queue up to a number.
   void drain(Queue& queue, size_t end) {
@@ -118,6 +120,10 @@ class Ledger {
   bool is_done(const Mark& mark) {
     const std::lock_guard lock(mutex_);
     return !mark.queue || mark.queue->done >= mark.behind;
+  }
+  double time_of(const Mark& mark) {
+    const std::lock_guard lock(mutex_);
+    return mark.behind > 0 ? mark.queue->clock[mark.behind - 1] : 0;
   }
   size_t length(const Queue& queue) {
     const std::lock_guard lock(mutex_);
@@ -139,10 +145,14 @@ Ledger& ledger() {
   return ledger;
 }
 
+test::MatrixKind kind_of_card(uint32_t card) {
+  return test::kMatrixKinds[card % std::size(test::kMatrixKinds)];
+}
+
 class EmulatedContext final : public Context {
  public:
   explicit EmulatedContext(uint32_t card)
-      : card_(card), default_stream_(ledger().make_queue(card)), wave_(card % 2 ? 64 : 32) {}
+      : card_(card), default_stream_(ledger().make_queue(card)), kind_(kind_of_card(card)) {}
   ~EmulatedContext() override { ledger().free_queue(default_stream_); }
 
   void enter() override {
@@ -153,7 +163,7 @@ class EmulatedContext final : public Context {
 
   Kernel find_kernel(const char* name) override {
     check_entered();
-    if (const EmulatedKernel* kernel = test::find_emulated_kernel(name))
+    if (const EmulatedKernel* kernel = test::find_emulated_kernel(name, kind_))
       return const_cast<EmulatedKernel*>(kernel);
     throw GpuError(NIF_ERROR_UNKNOWN, std::string("there is no kernel ") + name);
   }
@@ -165,18 +175,25 @@ class EmulatedContext final : public Context {
       check_lost();
     }
     ++machine.launches;
-    const auto scene = *static_cast<const hip::SceneArrays*>(arguments[0]);
-    const auto query = *static_cast<const hip::SceneQuery*>(arguments[1]);
-    machine.rays_launched += query.count;
+    const auto& emulated = *static_cast<const EmulatedKernel*>(kernel);
+    const bool one_kernel = emulated.name.starts_with("nif_scene_") &&
+                            !static_cast<const hip::SceneWork*>(arguments[0])->list.rays;
+    if (one_kernel) machine.rays_launched += static_cast<const hip::SceneWork*>(arguments[0])->query.count;
+    if (emulated.name.starts_with("nif_pipeline_")) {
+      const auto& work = *static_cast<const hip::PipelineWork*>(arguments[0]);
+      ++machine.pipelined;
+      if (emulated.name.starts_with("nif_pipeline_walk") && !work.before.counts)
+        machine.rays_launched += work.query.count;
+    }
     if (machine.discard) return;
-    const hip::EmulatedGrid grid{shape.blocks, shape.threads, shape.shared_bytes, wave_, machine.order};
-    ledger().put(queue_of(stream), [kernel, scene, query, grid] {
-      hip::emulate(grid, [&](const hip::EmulatedThread& thread) {
-        static_cast<const EmulatedKernel*>(kernel)->run(thread, scene, query);
-      });
-    });
+    const hip::EmulatedGrid grid{shape.blocks, shape.threads, shape.shared_bytes, test::wave_of(kind_),
+                                 machine.order};
+    ledger().put(
+        queue_of(stream), [run = emulated.bind(arguments[0]), grid] { hip::emulate(grid, run); },
+        one_kernel ? machine.seconds_of_one_kernel : 0);
   }
   uint32_t most_rays() const override { return machine.most_rays; }
+  uint32_t processors() const override { return machine.processors; }
 
   void* allocate(size_t bytes) override {
     check_entered();
@@ -200,6 +217,12 @@ class EmulatedContext final : public Context {
     ledger().put(queue_of(stream), [=] { std::memcpy(to, from, bytes); });
   }
 
+  void clear(void* memory, size_t bytes, Stream stream) override {
+    check_entered();
+    if (kind_of(memory) != PointerKind::device) std::abort();
+    ledger().put(queue_of(stream), [=] { std::memset(memory, 0, bytes); });
+  }
+
   Stream make_stream() override {
     check_lost();
     return ledger().make_queue(card_);
@@ -210,6 +233,15 @@ class EmulatedContext final : public Context {
     ++machine.waits;
     check_lost();
     ledger().drain(queue_of(stream), ~size_t{0});
+  }
+  void hold_back(Stream stream, Event event) override {
+    check_entered();
+    check_lost();
+    ++machine.held_back;
+    const auto& mark = *static_cast<const Mark*>(event);
+    if (!mark.queue || mark.queue.get() == &queue_of(stream)) return;
+    ledger().put(queue_of(stream),
+                 [queue = mark.queue, behind = mark.behind] { ledger().drain(*queue, behind); });
   }
   bool owns(Stream stream) override { return ledger().has_queue(card_, stream); }
 
@@ -250,7 +282,7 @@ class EmulatedContext final : public Context {
   double seconds_between(Event from, Event to) override {
     const auto &start = *static_cast<const Mark*>(from), &end = *static_cast<const Mark*>(to);
     if (!ledger().is_done(start) || !ledger().is_done(end)) std::abort();
-    return 1e-6 * double(end.behind - start.behind);  // a microsecond for each piece of work
+    return ledger().time_of(end) - ledger().time_of(start);
   }
 
   PointerKind kind_of(const void* pointer) override { return ledger().kind_of(card_, pointer); }
@@ -267,7 +299,7 @@ class EmulatedContext final : public Context {
   static thread_local const Context* entered_;
   uint32_t card_;
   Queue* default_stream_;
-  uint32_t wave_;
+  test::MatrixKind kind_;
 };
 thread_local const Context* EmulatedContext::entered_ = nullptr;
 
@@ -275,7 +307,7 @@ class EmulatedDriver final : public Driver {
  public:
   uint32_t count() override { return machine.cards; }
   CardDescription describe(uint32_t card) override {
-    return {"emulated card " + std::to_string(card), card % 2 ? "emulated64" : "emulated32", "emulated 1.0",
+    return {"emulated card " + std::to_string(card), name_of(kind_of_card(card)), "emulated 1.0",
             uint64_t{1} << 30};
   }
   std::string trouble(uint32_t card) override {

@@ -1,40 +1,25 @@
 // The kernels that the GPU module starts, by name, for the emulator.
 #pragma once
 
-#include <cstring>
+#include <functional>
+#include <span>
+#include <string_view>
 
 #include "kernels/hip/emulator.hpp"
-#include "kernels/hip/scene_kernels.hpp"
+#include "kernels/hip/pipeline_kernels.hpp"
+#include "tests/gpu/emulated_machine.hpp"
 
 namespace nif::test {
 
+using EmulatedRun = std::function<void(const kernels::hip::EmulatedThread&)>;
+
 /// A kernel for any thread.
 struct EmulatedKernel {
-  const char* name;
-  void (*run)(const kernels::hip::EmulatedThread& thread, const kernels::hip::SceneArrays& scene,
-              const kernels::hip::SceneQuery& query);
+  std::string_view name;
+  EmulatedRun (*bind)(const void* argument);  ///< with a copy of what the kernel is given
 };
 
-template <uint32_t kKinds, bool kDetails>
-void run_scene(const kernels::hip::EmulatedThread& thread, const kernels::hip::SceneArrays& scene,
-               const kernels::hip::SceneQuery& query) {
-  kernels::hip::scene_answer<kKinds, kDetails>(thread, scene, query);
-}
-
-/// Null where there is none of that name.
-inline const EmulatedKernel* find_emulated_kernel(const char* name) {
-  using namespace kernels::hip;
-  static constexpr EmulatedKernel kKernels[] = {
-      {"nif_scene_segment", run_scene<kPairSegment, false>},
-      {"nif_scene_segment_details", run_scene<kPairSegment, true>},
-      {"nif_scene_bvh", run_scene<kBvhObject, false>},
-      {"nif_scene_bvh_details", run_scene<kBvhObject, true>},
-      {"nif_scene_any", run_scene<kAnyKind, false>},
-      {"nif_scene_any_details", run_scene<kAnyKind, true>},
-  };
-  for (const EmulatedKernel& kernel : kKernels)
-    if (std::strcmp(kernel.name, name) == 0) return &kernel;
-  return nullptr;
-}
+/// Null where there is none of that name. What has no matrix products is the same for all kinds.
+const EmulatedKernel* find_emulated_kernel(std::string_view name, MatrixKind kind);
 
 }  // namespace nif::test

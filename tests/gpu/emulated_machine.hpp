@@ -12,13 +12,26 @@
 
 namespace nif::test {
 
-/// A machine with emulated cards of two makes: card 0 has waves of 32 lanes, card 1 of 64. Streams are
+/// Matrix instructions that a card has, and the lanes of its waves: those of gfx1100, NVIDIA, gfx90a and
+/// gfx942, or only dot products.
+enum class MatrixKind : uint32_t { wmma, imma, mfma16, mfma32, dot32, dot64 };
+inline constexpr MatrixKind kMatrixKinds[] = {MatrixKind::wmma,   MatrixKind::imma,  MatrixKind::mfma16,
+                                              MatrixKind::mfma32, MatrixKind::dot32, MatrixKind::dot64};
+constexpr const char* name_of(MatrixKind kind) {
+  constexpr const char* kNames[] = {"wmma", "imma", "mfma16", "mfma32", "dot32", "dot64"};
+  return kNames[uint32_t(kind)];
+}
+constexpr uint32_t wave_of(MatrixKind kind) {
+  return kind == MatrixKind::mfma16 || kind == MatrixKind::mfma32 || kind == MatrixKind::dot64 ? 64 : 32;
+}
+
+/// A machine with emulated cards, one for each of kMatrixKinds where nobody asks for fewer. Streams are
 /// queues: what is put into one is done when somebody waits for it or asks an event that was recorded there,
 /// and not before, so that waiting behind the caller's back shows.
 struct EmulatedMachine {
   // What the machine is like. To be set while no device is open.
   bool no_driver = false, driver_too_old = false;
-  uint32_t cards = 2;
+  uint32_t cards = 6;
   bool no_image = false;  ///< for any card
 
   // Faults. Counted down with each such call; the call that finds 1 fails. 0: never.
@@ -26,17 +39,21 @@ struct EmulatedMachine {
   std::atomic<uint32_t> fail_launch = 0;      ///< and with it the card is lost
   std::atomic<bool> lost = false;             ///< every call fails
 
-  uint32_t most_rays = 1u << 20;  ///< of one launch; a multiple of 8
-  uint64_t order = 0;             ///< of threads, see EmulatedGrid
-  bool discard = false;           ///< launches do nothing
+  uint32_t most_rays = 1u << 20;       ///< of one launch; a multiple of 8
+  uint64_t order = 0;                  ///< of threads, see EmulatedGrid
+  bool discard = false;                ///< launches do nothing
+  uint32_t processors = 3;             ///< few, so that threads go round
+  uint32_t seconds_of_one_kernel = 0;  ///< for all of a query's rays, by the card's clock
 
   // What was done.
   std::atomic<uint32_t> launches = 0;             ///< put into streams
-  std::atomic<uint64_t> rays_launched = 0;        ///< their rays
+  std::atomic<uint64_t> rays_launched = 0;        ///< of those that take a query's rays
+  std::atomic<uint32_t> pipelined = 0;            ///< launches of the pipeline
   std::atomic<uint32_t> allocations = 0;          ///< of cards' memory that are not freed
   std::atomic<uint64_t> allocated = 0;            ///< their bytes
   std::atomic<uint32_t> uploads = 0;              ///< copies to a card
-  std::atomic<uint32_t> waits = 0;                ///< for streams and events
+  std::atomic<uint32_t> waits = 0;                ///< of the host for streams and events
+  std::atomic<uint32_t> held_back = 0;            ///< streams that were made to wait for events
   std::atomic<uint32_t> streams = 0, events = 0;  ///< that are not freed
 
   // What a program would get from the driver itself.

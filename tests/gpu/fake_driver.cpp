@@ -57,6 +57,24 @@ bool is_of_card(const void* at, size_t bytes = 1) {
 }
 bool is_stream(const void* stream) { return stream == nullptr || stream == &the_stream; }
 
+void check_arrays(const hip::SceneArrays& scene, const hip::SceneQuery& query) {
+  const void* const arrays[] = {scene.nodes,        scene.instances,   scene.objects,      query.origin[0],
+                                query.origin[1],    query.origin[2],   query.direction[0], query.direction[1],
+                                query.direction[2], query.tmin,        query.tmax,         query.visible,
+                                query.visible_bits, query.probability, query.certain,      query.logit};
+  for (const void* array : arrays)
+    if (array && !is_of_card(array)) std::abort();
+}
+
+/// Of the card's matrix instructions.
+nif::test::MatrixKind matrix_kind() {
+  using nif::test::MatrixKind;
+  return target() == "gfx90a"    ? MatrixKind::mfma16
+         : target() == "gfx942"  ? MatrixKind::mfma32
+         : target() == "gfx1100" ? MatrixKind::wmma
+                                 : NIF_NAME(MatrixKind::imma, MatrixKind::dot32);
+}
+
 struct FakeEvent {
   std::chrono::steady_clock::time_point time;
 };
@@ -92,6 +110,9 @@ NIF_FAKE int hipGetDevicePropertiesR0600(void* properties, int device) {
   std::strcpy(static_cast<char*>(properties), "fake card");
   std::strcpy(static_cast<char*>(properties) + 1160, (target() + ":sramecc+:xnack-").c_str());
   return kOk;
+}
+NIF_FAKE int hipDeviceGetAttribute(int* value, int attribute, int) {
+  return attribute == 63 ? (*value = 2, kOk) : kInvalidValue;  // compute units
 }
 NIF_FAKE int hipGetDevice(int* device) { return *device = current, kOk; }
 NIF_FAKE int hipSetDevice(int device) { return device < 2 ? (current = device, kOk) : kNoDevice; }
@@ -133,7 +154,9 @@ NIF_FAKE int cuDeviceTotalMem_v2(size_t* bytes, int device) {
   return device == kDevice ? (*bytes = size_t{1} << 33, kOk) : kNoDevice;
 }
 NIF_FAKE int cuDeviceGetAttribute(int* value, int attribute, int device) {
-  if (device != kDevice || (attribute != 75 && attribute != 76)) return kInvalidValue;
+  if (device != kDevice) return kInvalidValue;
+  if (attribute == 16) return *value = 2, kOk;  // multiprocessors
+  if (attribute != 75 && attribute != 76) return kInvalidValue;
   const int capability = std::stoi(target().substr(3));
   *value = attribute == 75 ? capability / 10 : capability % 10;
   return kOk;
@@ -187,7 +210,7 @@ NIF_FAKE int NIF_NAME(cuModuleUnload, hipModuleUnload)(void*) { return is_curren
 NIF_FAKE int NIF_NAME(cuModuleGetFunction, hipModuleGetFunction)(void** function, void* module,
                                                                  const char* name) {
   if (!is_current() || module == nullptr) return kInvalidContext;
-  const nif::test::EmulatedKernel* kernel = nif::test::find_emulated_kernel(name);
+  const nif::test::EmulatedKernel* kernel = nif::test::find_emulated_kernel(name, matrix_kind());
   return kernel ? (*function = const_cast<nif::test::EmulatedKernel*>(kernel), kOk) : kNotFound;
 }
 NIF_FAKE int NIF_NAME(cuLaunchKernel, hipModuleLaunchKernel)(void* function, unsigned x, unsigned y,
@@ -197,21 +220,19 @@ NIF_FAKE int NIF_NAME(cuLaunchKernel, hipModuleLaunchKernel)(void* function, uns
   if (!is_current() || x == 0 || y != 1 || z != 1 || threads_y != 1 || threads_z != 1 || extra ||
       !is_stream(stream) || shared > 48 * 1024)
     return kInvalidValue;
-  const auto scene = *static_cast<const hip::SceneArrays*>(arguments[0]);
-  const auto query = *static_cast<const hip::SceneQuery*>(arguments[1]);
-  const void* const arrays[] = {scene.nodes,        scene.instances,   scene.objects,      query.origin[0],
-                                query.origin[1],    query.origin[2],   query.direction[0], query.direction[1],
-                                query.direction[2], query.tmin,        query.tmax,         query.visible,
-                                query.visible_bits, query.probability, query.certain,      query.logit};
-  for (const void* array : arrays)
-    if (array && !is_of_card(array)) std::abort();
-  const hip::EmulatedGrid grid{.blocks = x,
-                               .threads = threads,
-                               .shared_bytes = shared,
-                               .wave = target() == "gfx90a" || target() == "gfx942" ? 64u : 32u};
-  hip::emulate(grid, [&](const hip::EmulatedThread& thread) {
-    static_cast<const nif::test::EmulatedKernel*>(function)->run(thread, scene, query);
-  });
+  const auto& kernel = *static_cast<const nif::test::EmulatedKernel*>(function);
+  const bool pack = kernel.name == "nif_pack_bits", whole = kernel.name.starts_with("nif_scene_");
+  if (pack) {
+    const auto& work = *static_cast<const hip::PackWork*>(arguments[0]);
+    if (!is_of_card(work.visible) || !is_of_card(work.bits)) std::abort();
+  } else {
+    const auto* one = static_cast<const hip::SceneWork*>(arguments[0]);
+    const auto* piped = static_cast<const hip::PipelineWork*>(arguments[0]);
+    check_arrays(whole ? one->scene : piped->scene, whole ? one->query : piped->query);
+  }
+  const hip::EmulatedGrid grid{
+      .blocks = x, .threads = threads, .shared_bytes = shared, .wave = nif::test::wave_of(matrix_kind())};
+  hip::emulate(grid, kernel.bind(arguments[0]));
   return kOk;
 }
 
@@ -244,6 +265,15 @@ NIF_FAKE int NIF_NAME(cuMemcpyDtoHAsync_v2, hipMemcpyDtoHAsync)(void* to, const 
   return std::memcpy(to, from, bytes), kOk;
 }
 
+NIF_FAKE int NIF_NAME(cuMemsetD8Async, hipMemsetD8Async)(void* to, unsigned char value, size_t bytes,
+                                                         void* stream) {
+  if (!is_current() || !is_stream(stream) || !is_of_card(to, bytes)) return kInvalidValue;
+  return std::memset(to, value, bytes), kOk;
+}
+
+NIF_FAKE int NIF_NAME(cuStreamWaitEvent, hipStreamWaitEvent)(void* stream, void*, unsigned flags) {
+  return is_stream(stream) && flags == 0 ? kOk : kInvalidValue;
+}
 NIF_FAKE int NIF_NAME(cuStreamCreate, hipStreamCreateWithFlags)(void** stream, unsigned flags) {
   return is_current() && flags == 1 ? (*stream = &the_stream, kOk) : kInvalidValue;
 }

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "formats/nif/writer.hpp"
-#include "tests/gpu/emulated.hpp"
+#include "tests/gpu/object_on_card.hpp"
 #include "tests/support/query_object.hpp"
 
 namespace nif::test {
@@ -43,13 +43,31 @@ inline void spoil(std::vector<kernels::Segment>& segments, uint64_t seed) {
   }
 }
 
-inline void expect_reference(const format::ObjectView& object, const EmulatedBatch& batch) {
-  for (uint32_t i = 0; i < batch.count(); ++i) {
-    const kernels::Answer expected = query_object(object, batch.segment(i));
-    ASSERT_EQ(batch.logit[i], expected.logit) << "ray " << i;
-    ASSERT_EQ(batch.certain[i], uint8_t(expected.certain)) << "ray " << i;
-    ASSERT_EQ(batch.logit[i] >= 0, expected.visible) << "ray " << i;
+inline void expect_reference(const format::ObjectView& object, const std::vector<kernels::Segment>& segments,
+                             const ObjectAnswers& answers) {
+  for (size_t i = 0; i < segments.size(); ++i) {
+    const kernels::Answer expected = query_object(object, segments[i]);
+    ASSERT_EQ(answers.logit[i], expected.logit) << "ray " << i;
+    ASSERT_EQ(answers.certain[i], uint8_t(expected.certain)) << "ray " << i;
+    ASSERT_EQ(answers.logit[i] >= 0, expected.visible) << "ray " << i;
   }
 }
+
+/// The same of an object that is put on a card for it.
+inline void expect_reference(const format::ObjectView& object, const std::vector<kernels::Segment>& segments,
+                             const CardWay& way) {
+  expect_reference(object, segments, ObjectOnCard(view_of(object), way).ask(segments));
+}
+
+/// Tests that are made for each way.
+class GpuWayTest : public testing::TestWithParam<CardWay> {
+ protected:
+  void SetUp() override {
+    machine().order = 0;
+    machine().processors = 3;
+  }
+  static EmulatedMachine& machine() { return emulated_machine(NIF_EMULATED_MODULE); }
+};
+inline std::string name_of_way(const testing::TestParamInfo<CardWay>& info) { return info.param.name(); }
 
 }  // namespace nif::test

@@ -18,13 +18,16 @@ class GpuModuleTest : public testing::Test {
   void SetUp() override {
     EmulatedMachine& machine = this->machine();
     machine.no_driver = machine.driver_too_old = machine.no_image = machine.lost = false;
-    machine.cards = 2;
+    machine.cards = uint32_t(std::size(kMatrixKinds));
+    machine.processors = 3;
+    machine.seconds_of_one_kernel = 0;
     machine.fail_allocation = machine.fail_launch = 0;
     machine.most_rays = 1u << 20;
     machine.order = 0;
   }
   /// What a device has taken it has given back.
   void TearDown() override {
+    machine().seconds_of_one_kernel = 0;
     EXPECT_EQ(machine().allocations, 0u);
     EXPECT_EQ(machine().events, 0u);
     EXPECT_EQ(machine().streams, 0u);

@@ -1,5 +1,6 @@
 // A million rays of every named set through a scene of all encodings, whose instances are mirrored, stretched
-// and lie in each other: answered by the GPU module with an emulated card as by the reference.
+// and lie in each other: answered by the GPU module with an emulated card as by the reference, both by the
+// pipeline and by the one kernel.
 #include <tbb/parallel_for.h>
 
 #include "tests/gpu/baked.hpp"
@@ -11,7 +12,9 @@ namespace {
 
 constexpr size_t kRays = 1'000'000, kPart = 20'011;
 
-class GpuSceneSets : public GpuModuleTest {};
+class GpuSceneSets : public GpuModuleTest, public testing::WithParamInterface<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Each, GpuSceneSets, testing::Values("on", "off"),
+                         [](const auto& p) { return std::string("pipeline_") + p.param; });
 
 /// By all outputs, or by what is visible alone, which other kernels answer. Thread-safe.
 void expect_part(const TwinScenes& twins, std::span<const kernels::Segment> segments, bool all) {
@@ -24,10 +27,10 @@ void expect_part(const TwinScenes& twins, std::span<const kernels::Segment> segm
   EXPECT_EQ(got, expected);
 }
 
-TEST_F(GpuSceneSets, AnswerAsTheReference) {
+TEST_P(GpuSceneSets, AnswerAsTheReference) {
   const Baked field(torus(60, 30), bake::EncodingOption::segment);
   const Baked exact(torus(60, 30), bake::EncodingOption::bvh);
-  TwinScenes twins(config());
+  TwinScenes twins(config() + ",pipeline=" + GetParam());
   const uint32_t learned = twins.load(field.file), proven = twins.load(exact.file),
                  spherical = twins.load(random_asset(1, {.objects = 0, .sphericals = 1}));
   // As it is; mirrored and half inside it; stretched across it; a small turned one; a spherical one beside.

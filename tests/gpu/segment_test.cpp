@@ -1,9 +1,8 @@
 // The `segment` kernels answer as the reference does, to the bit, whatever the instructions, the size of
 // waves, and the order in which blocks, waves and lanes come.
-#include <gtest/gtest.h>
-
-#include "tests/gpu/emulated_segment.hpp"
 #include "tests/gpu/loaded.hpp"
+
+#include "kernels/hip/segment_kernels.hpp"
 
 namespace nif::test {
 namespace {
@@ -18,12 +17,26 @@ format::Asset striped(format::Asset asset) {
   return asset;
 }
 
-class GpuSegmentTest : public testing::TestWithParam<MatrixKind> {};
-INSTANTIATE_TEST_SUITE_P(Each, GpuSegmentTest, testing::ValuesIn(kMatrixKinds),
-                         [](const auto& p) { return name_of(p.param); });
+/// How many rays the walk leaves open, and how many of those have more runs than items have room for.
+struct OpenRays {
+  uint32_t open = 0, hard = 0;
+
+  void add(const kernels::SegmentField& field, const std::vector<kernels::Segment>& segments) {
+    for (const kernels::Segment& segment : segments) {
+      kernels::Walk walk;
+      kernels::walk_segment(field, segment, walk);
+      if (walk.verdict != kernels::Verdict::ambiguous) continue;
+      ++open;
+      hard += walk.run_count > hip::kKeptRuns;
+    }
+  }
+};
+
+class GpuSegmentTest : public GpuWayTest {};
+INSTANTIATE_TEST_SUITE_P(Each, GpuSegmentTest, testing::ValuesIn(all_ways()), name_of_way);
 
 TEST_P(GpuSegmentTest, AnswersAsTheReference) {
-  uint32_t open = 0;
+  OpenRays rays;
   for (uint64_t seed = 0; seed < 12; ++seed) {
     const Loaded asset(seed, {.objects = 2,
                               .instances = 0,
@@ -32,73 +45,51 @@ TEST_P(GpuSegmentTest, AnswersAsTheReference) {
                               .odd_corners = seed % 4 == 1});
     for (const format::ObjectView& object : asset.view.objects) {
       const auto segments = random_segments(object, seed, 1000 + 37 * uint32_t(seed));
-      EmulatedBatch batch(segments), again(segments);
-      const PipelineCounts counts = answer_by_pipeline(object.field, batch, GetParam());
-      expect_reference(object, batch);
-      answer_whole(object.field, again, {}, wave_of(GetParam()));
-      expect_reference(object, again);
-      open += counts.open;
+      expect_reference(object, segments, GetParam());
+      rays.add(object.field, segments);
     }
   }
-  EXPECT_GT(open, 500u);
+  EXPECT_GT(rays.open, 500u);
 }
 
 TEST_P(GpuSegmentTest, AnswersRaysOfManyRuns) {
   const Loaded asset(
       striped(random_asset(2, {.objects = 2, .instances = 0, .max_voxels = 60, .features = 2})));
-  uint32_t open = 0, hard = 0;
+  OpenRays rays;
   for (const format::ObjectView& object : asset.view.objects) {
     const auto segments = random_segments(object, 2, 3000);
-    EmulatedBatch batch(segments), again(segments);
-    const PipelineCounts counts = answer_by_pipeline(object.field, batch, GetParam());
-    expect_reference(object, batch);
-    answer_whole(object.field, again, {}, wave_of(GetParam()));
-    expect_reference(object, again);
-    open += counts.open;
-    hard += counts.hard;
+    expect_reference(object, segments, GetParam());
+    rays.add(object.field, segments);
   }
-  EXPECT_GT(open, 100u);
-  EXPECT_GT(hard, 100u);
+  EXPECT_GT(rays.open, 100u);
+  EXPECT_GT(rays.hard, 100u);
 }
 
 TEST_P(GpuSegmentTest, AnswersRaysThatAreNone) {
   const Loaded asset(5, {.objects = 1, .instances = 0, .max_voxels = 14, .features = 2});
-  const format::ObjectView& object = asset.view.objects[0];
-  const kernels::SegmentField& field = object.field;
-  auto segments = random_segments(object, 5, 6000);
+  auto segments = random_segments(asset.view.objects[0], 5, 6000);
   spoil(segments, 6);
-  EmulatedBatch batch(segments), again(segments);
-  answer_by_pipeline(field, batch, GetParam());
-  expect_reference(object, batch);
-  answer_whole(field, again, {}, wave_of(GetParam()));
-  expect_reference(object, again);
+  expect_reference(asset.view.objects[0], segments, GetParam());
 }
 
 /// The order of items in the lists is left to chance; answers are not.
 TEST_P(GpuSegmentTest, AnswersDoNotDependOnTheOrder) {
   const Loaded asset(3, {.objects = 1, .instances = 0, .max_voxels = 40, .features = 2});
-  const format::ObjectView& object = asset.view.objects[0];
-  const kernels::SegmentField& field = object.field;
-  const auto segments = random_segments(object, 3, 3000);
-  for (const uint64_t order : {0u, 1u, 2u, 12345u}) {
-    EmulatedBatch batch(segments);
-    answer_by_pipeline(field, batch, GetParam(), {.order = order, .most_blocks = 1 + uint32_t(order % 7)});
-    expect_reference(object, batch);
+  const auto segments = random_segments(asset.view.objects[0], 3, 3000);
+  for (const uint64_t order : {1u, 2u, 12345u}) {
+    machine().order = order;
+    machine().processors = 1 + uint32_t(order % 7);
+    expect_reference(asset.view.objects[0], segments, GetParam());
   }
 }
 
 TEST_P(GpuSegmentTest, AnswersBatchesOfAnySize) {
   const Loaded asset(7, {.objects = 1, .instances = 0, .max_voxels = 30, .features = 2});
-  const format::ObjectView& object = asset.view.objects[0];
-  const kernels::SegmentField& field = object.field;
+  const ObjectOnCard card(view_of(asset.view.objects[0]), GetParam());
   for (const uint32_t count :
        {0u, 1u, 2u, 15u, 16u, 17u, 31u, 32u, 33u, 63u, 64u, 65u, 127u, 128u, 129u, 500u}) {
-    const auto segments = random_segments(object, 7, count);
-    EmulatedBatch batch(segments), again(segments);
-    answer_by_pipeline(field, batch, GetParam());
-    expect_reference(object, batch);
-    answer_whole(field, again, {}, wave_of(GetParam()));
-    expect_reference(object, again);
+    const auto segments = random_segments(asset.view.objects[0], 7, count);
+    expect_reference(asset.view.objects[0], segments, card.ask(segments));
   }
 }
 
@@ -140,23 +131,19 @@ TEST_P(GpuSegmentTest, AnswersByNetworksOfAnyShape) {
     EXPECT_EQ(layout.tiled, widths.empty() || *std::max_element(widths.begin(), widths.end()) <= 48);
     format::ObjectView object = asset.view.objects[0];
     object.field = other.field;
-    EmulatedBatch batch(random_segments(object, 9, 700));
-    answer_by_pipeline(object.field, batch, GetParam());
-    expect_reference(object, batch);
+    expect_reference(object, random_segments(object, 9, 700), GetParam());
   }
 }
 
-/// Rows of weights lie in different banks, and the largest networks there are do not run out of memory.
+/// Rows of weights lie in different banks, and what is tiled has room.
 TEST(GpuSegment, LayoutsFit) {
   const Loaded asset(9, {.objects = 1, .instances = 0, .max_voxels = 8, .features = 2});
   OtherNetwork other(asset.view.objects[0].field, {48, 48});
   for (uint32_t inputs = 8; inputs <= kernels::kMaxInputs; inputs += 4) {
     other.field.network.layers[0].inputs = inputs;
     const hip::SegmentLayout layout = hip::make_layout(other.field);
-    EXPECT_EQ(layout.whole_row / 4 % 2, 1u);
     EXPECT_EQ(layout.stride / 4 % 8, 4u);
-    EXPECT_LE(layout.whole_bytes, hip::kSharedLimit);
-    EXPECT_TRUE(!layout.tiled || layout.tiled_bytes <= hip::kSharedLimit);
+    EXPECT_TRUE(!layout.tiled || layout.bytes <= hip::kSharedLimit);
   }
 }
 

@@ -14,43 +14,44 @@ namespace {
 
 constexpr uint64_t kRays = 1'000'000, kFewerRays = 100'000;
 
-void expect_equal(const Baked& baked, uint64_t count, const std::vector<KernelVariant>& variants) {
+/// So many rays of each set, by the ways in turn.
+void expect_equal(const Baked& baked, uint64_t count, const std::vector<CardWay>& ways) {
   const bake::Prepared prepared = bake::prepare(baked.scene.meshes[0]);
   const bake::GroundTruth truth(prepared);
   size_t next = 0;
   for (const bake::RaySet set : bake::kRaySets) {
     const bake::LabelledRays rays = bake::make_ray_set(truth.source(), set, count, 7);
     ASSERT_EQ(rays.segments.size(), count) << bake::name_of(set);
-    const KernelVariant variant = variants[next++ % variants.size()];
-    EXPECT_EQ(compare(baked.view.objects[0], rays.segments, variant).different, 0u)
-        << bake::name_of(set) << " by " << variant.name();
+    const CardWay way = ways[next++ % ways.size()];
+    EXPECT_EQ(count_different(baked.view.objects[0], rays.segments, way), 0u)
+        << bake::name_of(set) << " by " << way.name();
   }
 }
 
 TEST(GpuSets, FieldsAnswerAsTheReference) {
   const Baked baked(torus(60, 30), bake::EncodingOption::segment);
   expect_equal(baked, kRays,
-               {{false, MatrixKind::imma},
-                {false, MatrixKind::wmma},
-                {false, MatrixKind::mfma16},
-                {false, MatrixKind::mfma32},
-                {false, MatrixKind::dot32}});
-  expect_equal(baked, kFewerRays, {{true, MatrixKind::dot32}});
+               {{MatrixKind::imma},
+                {MatrixKind::wmma},
+                {MatrixKind::mfma16},
+                {MatrixKind::mfma32},
+                {MatrixKind::dot32}});
+  expect_equal(baked, kFewerRays, {{MatrixKind::dot32, runtime::GpuWay::one_kernel}});
 }
 
 TEST(GpuSets, BvhsAnswerAsTheReference) {
   expect_equal(Baked(torus(200, 100), bake::EncodingOption::bvh), kRays,
-               {{true, MatrixKind::dot32}, {true, MatrixKind::dot64}});
+               {{MatrixKind::dot32}, {MatrixKind::dot64}});
 }
 
 /// In single precision to the bit; in half precision within the bound that follows from the arithmetic, with
 /// hardly an answer that changes sides.
 TEST(GpuSets, SphericalFieldsAnswerAsTheReference) {
   const Baked baked(torus(60, 30), bake::EncodingOption::spherical);
-  expect_equal(baked, kFewerRays, {{true, MatrixKind::dot32}, {true, MatrixKind::dot64}});
+  expect_equal(baked, kFewerRays, {{MatrixKind::dot32, runtime::GpuWay::one_kernel}, {MatrixKind::dot64}});
   const bake::Prepared prepared = bake::prepare(baked.scene.meshes[0]);
   const bake::GroundTruth truth(prepared);
-  constexpr HalfKind kKinds[] = {HalfKind::wmma, HalfKind::mfma, HalfKind::mma};
+  constexpr MatrixKind kKinds[] = {MatrixKind::wmma, MatrixKind::mfma32, MatrixKind::imma};
   for (const bake::RaySet set : bake::kRaySets) {
     const bake::LabelledRays rays = bake::make_ray_set(truth.source(), set, kFewerRays / 20, 7);
     for (const HalfComparison& half :

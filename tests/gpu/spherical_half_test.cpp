@@ -1,6 +1,8 @@
 // The `spherical` kernels in half precision: to the bit what kernels/reference/spherical_half.hpp says where
 // no sum is rounded, and else within what the arithmetic allows.
-#include "tests/gpu/emulated_spherical_half.hpp"
+#include <set>
+
+#include "kernels/hip/spherical_half_kernels.hpp"
 #include "tests/gpu/half_bound.hpp"
 #include "tests/gpu/loaded.hpp"
 
@@ -61,22 +63,32 @@ struct ExactField {
   }
 };
 
-class GpuSphericalHalfTest : public testing::TestWithParam<HalfKind> {
+class GpuSphericalHalfTest : public GpuWayTest {
  protected:
-  void expect_exact(const kernels::SphericalField& field, const std::vector<kernels::Segment>& segments,
-                    const EmulatedLaunch& launch = {}) {
-    ASSERT_TRUE(hip::make_half_layout(field).fits);
-    EmulatedBatch batch(segments);
-    answer_spherical_half(field, batch, GetParam(), launch);
-    for (uint32_t i = 0; i < batch.count(); ++i) {
-      const kernels::Answer expected = kernels::query_spherical_half(field, batch.segment(i));
-      ASSERT_EQ(batch.logit[i], expected.logit) << "ray " << i;
-      ASSERT_EQ(batch.certain[i], uint8_t(expected.certain)) << "ray " << i;
+  static ObjectAnswers ask(const kernels::SphericalField& field,
+                           const std::vector<kernels::Segment>& segments) {
+    EXPECT_TRUE(hip::make_half_layout(field).fits);
+    return ObjectOnCard(view_of(field), GetParam()).ask(segments);
+  }
+  static void expect_exact(const kernels::SphericalField& field,
+                           const std::vector<kernels::Segment>& segments) {
+    const ObjectAnswers answers = ask(field, segments);
+    for (size_t i = 0; i < segments.size(); ++i) {
+      const kernels::Answer expected = kernels::query_spherical_half(field, segments[i]);
+      ASSERT_EQ(answers.logit[i], expected.logit) << "ray " << i;
+      ASSERT_EQ(answers.certain[i], uint8_t(expected.certain)) << "ray " << i;
     }
   }
 };
-INSTANTIATE_TEST_SUITE_P(Each, GpuSphericalHalfTest, testing::ValuesIn(kHalfKinds),
-                         [](const auto& p) { return name_of(p.param); });
+std::vector<CardWay> half_ways() {
+  std::vector<CardWay> ways;
+  // gfx90a and gfx942 have the same instruction for halves.
+  for (const MatrixKind kind :
+       {MatrixKind::dot32, MatrixKind::dot64, MatrixKind::wmma, MatrixKind::mfma32, MatrixKind::imma})
+    ways.push_back({kind, runtime::GpuWay::automatic, true});
+  return ways;
+}
+INSTANTIATE_TEST_SUITE_P(Each, GpuSphericalHalfTest, testing::ValuesIn(half_ways()), name_of_way);
 
 constexpr Shape kPaperOuter{3, 64, 2}, kPaperInner{5, 48, 3};
 
@@ -84,13 +96,17 @@ TEST_P(GpuSphericalHalfTest, AnswersAsDefinedWhereSumsAreExact) {
   const ExactField exact(1, kPaperOuter, kPaperInner);
   const auto segments = exact.segments(2, 4000);
   expect_exact(exact.field, segments);
-  EmulatedBatch batch(segments);
-  const HalfCounts counts = answer_spherical_half(exact.field, batch, GetParam());
-  EXPECT_GT(counts.outer, 500u);
-  EXPECT_GT(counts.inner, 500u);
+  uint32_t outer = 0, inner = 0;
+  for (const kernels::Segment& segment : segments) {
+    const kernels::SphericalKind kind = kernels::prepare_spherical(exact.field, segment).kind;
+    outer += kind == kernels::SphericalKind::outer;
+    inner += kind == kernels::SphericalKind::inner;
+  }
+  EXPECT_GT(outer, 500u);
+  EXPECT_GT(inner, 500u);
   // The answers are not all alike, or dealing neurons and rays wrongly would not show.
-  std::sort(batch.logit.begin(), batch.logit.end());
-  EXPECT_GT(std::unique(batch.logit.begin(), batch.logit.end()) - batch.logit.begin(), 500);
+  const ObjectAnswers answers = ask(exact.field, segments);
+  EXPECT_GT(std::set<int32_t>(answers.logit.begin(), answers.logit.end()).size(), 500u);
 }
 
 TEST_P(GpuSphericalHalfTest, AnswersByNetworksOfAnyShape) {
@@ -105,9 +121,11 @@ TEST_P(GpuSphericalHalfTest, AnswersByNetworksOfAnyShape) {
 /// Which item comes first is left to chance; answers are not.
 TEST_P(GpuSphericalHalfTest, AnswersDoNotDependOnTheOrder) {
   const ExactField exact(3, kPaperOuter, kPaperInner);
-  for (const uint64_t order : {1u, 2u, 12345u})
-    expect_exact(exact.field, exact.segments(3, 2000),
-                 {.order = order, .most_blocks = 1 + uint32_t(order % 5)});
+  for (const uint64_t order : {1u, 2u, 12345u}) {
+    machine().order = order;
+    machine().processors = 1 + uint32_t(order % 5);
+    expect_exact(exact.field, exact.segments(3, 2000));
+  }
 }
 
 TEST_P(GpuSphericalHalfTest, AnswersBatchesOfAnySize) {
@@ -132,19 +150,20 @@ TEST_P(GpuSphericalHalfTest, StaysWithinWhatTheArithmeticAllows) {
     for (const format::ObjectView& object : asset.view.objects) {
       const kernels::SphericalField& field = *object.spherical;
       ASSERT_TRUE(hip::make_half_layout(field).fits);
-      EmulatedBatch batch(random_segments(object, seed, 1000));
-      answer_spherical_half(field, batch, GetParam(), {.order = seed});
-      for (uint32_t i = 0; i < batch.count(); ++i) {
-        const kernels::Answer expected = kernels::query_spherical(field, batch.segment(i));
-        const double bound = half_bound(field, batch.segment(i)), unit = double(kernels::kSphericalLogitUnit);
-        ASSERT_LE(std::fabs(double(batch.logit[i]) - double(expected.logit)), bound * unit) << "ray " << i;
+      const auto segments = random_segments(object, seed, 1000);
+      machine().order = seed;
+      const ObjectAnswers answers = ask(field, segments);
+      for (size_t i = 0; i < segments.size(); ++i) {
+        const kernels::Answer expected = kernels::query_spherical(field, segments[i]);
+        const double bound = half_bound(field, segments[i]), unit = double(kernels::kSphericalLogitUnit);
+        ASSERT_LE(std::fabs(double(answers.logit[i]) - double(expected.logit)), bound * unit) << "ray " << i;
         // A probability moves by at most a quarter of what its log-odds move by.
-        ASSERT_LE(std::fabs(probability_of(batch.logit[i]) - probability_of(expected.logit)), bound / 4);
-        ASSERT_EQ(batch.certain[i], uint8_t(expected.certain)) << "ray " << i;
+        ASSERT_LE(std::fabs(probability_of(answers.logit[i]) - probability_of(expected.logit)), bound / 4);
+        ASSERT_EQ(answers.certain[i], uint8_t(expected.certain)) << "ray " << i;
         asked += bound > 0;
         sure += bound > 0 && std::fabs(double(expected.logit)) > bound * unit;
         if (std::fabs(double(expected.logit)) > bound * unit) {
-          ASSERT_EQ(batch.logit[i] >= 0, expected.visible) << "ray " << i;
+          ASSERT_EQ(answers.logit[i] >= 0, expected.visible) << "ray " << i;
         }
       }
     }
@@ -159,14 +178,14 @@ TEST_P(GpuSphericalHalfTest, AnswersWhereHalvesOverflow) {
   for (float& latent : exact.latents) latent *= 2000;
   for (auto& weights : exact.weights)
     for (float& weight : weights) weight *= 4096;
-  EmulatedBatch batch(exact.segments(6, 1000));
-  answer_spherical_half(exact.field, batch, GetParam());
+  const auto segments = exact.segments(6, 1000);
+  const ObjectAnswers answers = ask(exact.field, segments);
   const auto most = int32_t(kernels::kMaxSphericalOutput * kernels::kSphericalLogitUnit);
-  for (uint32_t i = 0; i < batch.count(); ++i) {
-    const kernels::Answer expected = kernels::query_spherical_half(exact.field, batch.segment(i));
-    ASSERT_EQ(batch.logit[i] >= 0, expected.visible) << "ray " << i;
-    ASSERT_TRUE(expected.certain || batch.logit[i] == kernels::kCertainLogit ||
-                std::abs(batch.logit[i]) <= most);
+  for (size_t i = 0; i < segments.size(); ++i) {
+    const kernels::Answer expected = kernels::query_spherical_half(exact.field, segments[i]);
+    ASSERT_EQ(answers.logit[i] >= 0, expected.visible) << "ray " << i;
+    ASSERT_TRUE(expected.certain || answers.logit[i] == kernels::kCertainLogit ||
+                std::abs(answers.logit[i]) <= most);
   }
 }
 

@@ -144,6 +144,15 @@ typedef struct NifDeviceCallbacks {
  *   module=PATH with backend=hip: the module's file. By default the one that the environment variable
  *               NIF_HIP_MODULE names; else libnif_hip.so beside this library or the program that it is a
  *               part of, in the folder for libraries beside that, or where the system looks for libraries.
+ *   pipeline=NAME with backend=hip: how queries are answered. off: by one kernel. on: by the pipeline, which
+ *               lists what networks have to be asked and runs them by matrix instructions; it takes memory of
+ *               the GPU for up to 2^20 rays of each query that is under way. auto (default): the faster of
+ *               both, which the first queries of each size are measured for; where there is no memory for
+ *               the pipeline, by one kernel. Answers are the same bits with each.
+ *   precision=NAME with backend=hip: single (default), or half: networks of `spherical` objects are evaluated
+ *               in half precision, by the pipeline, where a network is not too wide. Answers then differ from
+ *               those of the CPU and of other GPUs, by little (docs/model.md), and queries that the CPU
+ *               answers (nifQueryRay, a fallback) stay in single precision. Not with pipeline=off.
  * What is not there gives NIF_ERROR_NOT_AVAILABLE, what is not in this list NIF_ERROR_INVALID_ARGUMENT.
  * `callbacks` may be null; they are copied. */
 NIF_API NifError nifNewDevice(const char* config, const NifDeviceCallbacks* callbacks, NifDevice* device);
@@ -482,11 +491,27 @@ NIF_API void nifReleaseJob(NifJob job);
 /* ---- Experimental: may change or go. Define NIF_NO_EXPERIMENTAL to do without. ----------------------- */
 
 #ifndef NIF_NO_EXPERIMENTAL
+typedef enum NifMeasure {
+  NIF_MEASURE_QUERY = 0,      /* as the device answers it */
+  NIF_MEASURE_ONE_KERNEL = 1, /* by one kernel, with pipeline=off */
+  NIF_MEASURE_PIPELINE = 2,   /* by the pipeline, with pipeline=on; by one kernel where there is no network */
+  NIF_MEASURE_STAGES = 3,     /* the stages of the pipeline */
+  NIF_MEASURE_IS_32_BITS = 0x7fffffff
+} NifMeasure;
+
+/* NIF_MEASURE_STAGES: the walk through top level and occupancy ("ray cast"), putting items in order, then
+ * inputs and networks of `segment` objects and of outer `spherical` items, inputs and networks of inner ones,
+ * and the rest: what threads do by themselves. Inputs are timed by a launch that leaves networks out;
+ * networks are what a whole launch takes longer. */
+#define NIF_MEASURED_STAGES 7
+
 /* How long the GPU takes for a query, without copies. Rays are copied to memory of the GPU's; the query is
- * answered there once, and then as often as seconds[rounds] has room, each time measured by the GPU's own
- * clock; then the answers are copied to the query's outputs. `query` is of host memory, without a stream.
- * NIF_ERROR_NOT_AVAILABLE on the CPU. Takes memory of the GPU for all rays, and gives it back. */
-NIF_API NifError nifMeasureQuery(NifScene scene, const NifQuery* query, uint32_t rounds, double* seconds);
+ * answered there once, and then `rounds` times, each time measured by the GPU's own clock; then the answers
+ * are copied to the query's outputs. `seconds` receives [rounds], or [rounds][NIF_MEASURED_STAGES] of stages.
+ * `query` is of host memory, without a stream. NIF_ERROR_NOT_AVAILABLE on the CPU. Takes memory of the GPU
+ * for all rays, and gives it back. */
+NIF_API NifError nifMeasureQuery(NifScene scene, const NifQuery* query, NifMeasure measure, uint32_t rounds,
+                                 double* seconds);
 #endif
 
 #ifdef __cplusplus

@@ -143,7 +143,7 @@ class Proof {
         // And by memory of the card, in a stream.
         query = there.about(rays);
         double once;
-        nifkit::check(nifMeasureQuery(scenes.of[2].get(), &query, 1, &once));
+        nifkit::check(nifMeasureQuery(scenes.of[2].get(), &query, NIF_MEASURE_QUERY, 1, &once));
         different += count_different(there, expected);
         if (first == 0) time(scenes, rays, gpu, cpu);
       }
@@ -166,7 +166,8 @@ class Proof {
     std::vector<uint8_t> visible(rays.size());
     const NifQuery query = nifkit::rays(rays).visible(visible).get();
     gpu.resize(options_.rounds);
-    nifkit::check(nifMeasureQuery(scenes.of[2].get(), &query, options_.rounds, gpu.data()));
+    nifkit::check(
+        nifMeasureQuery(scenes.of[2].get(), &query, NIF_MEASURE_QUERY, options_.rounds, gpu.data()));
     for (uint32_t round = 0; round <= options_.rounds; ++round) {
       const auto start = std::chrono::steady_clock::now();
       nifkit::check(nifQuery(scenes.of[1].get(), &query));

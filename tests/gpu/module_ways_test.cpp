@@ -1,0 +1,265 @@
+// By which kernels the GPU module answers, in which precision, and in what memory.
+#include "tests/gpu/half_bound.hpp"
+#include "tests/gpu/module_fixture.hpp"
+#include "tests/support/query_object.hpp"
+
+namespace nif::test {
+namespace {
+
+class GpuWays : public GpuModuleTest {
+ protected:
+  static std::string config(const char* more) { return GpuModuleTest::config() + "," + more; }
+  static NifError code_of(const std::string& config) {
+    NifDevice device = nullptr;
+    const NifError error = nifNewDevice(config.c_str(), nullptr, &device);
+    nifReleaseDevice(device);
+    return error;
+  }
+  /// A scene of several instances with networks to ask.
+  static void fill(TwinScenes& twins, uint32_t instances = 5) {
+    Random random(1);
+    const uint32_t asset = twins.load(random_asset(1, {.objects = 2, .bvhs = 1, .sphericals = 1}));
+    for (uint32_t i = 0; i < instances; ++i) twins.add(asset, i % 4, random_transform(random, 4));
+    twins.commit();
+  }
+  static std::vector<NifRay> some_rays(size_t count = 500) {
+    Random random(2);
+    return rays_in_cube(random, 7, count);
+  }
+  /// Launches of the pipeline that a query takes. What it answers is checked.
+  uint32_t pipelined(const TwinScenes& twins, const std::vector<NifRay>& rays) {
+    const uint32_t before = machine().pipelined;
+    expect_same(query_all(twins.gpu(), rays), query_all(twins.cpu(), rays));
+    return machine().pipelined - before;
+  }
+};
+
+TEST_F(GpuWays, AreNamedByTheConfiguration) {
+  for (const char* good : {"pipeline=on", "pipeline=off", "pipeline=auto", "precision=single",
+                           "precision=half", "precision=half,pipeline=on", "precision=single,pipeline=off"})
+    EXPECT_EQ(code_of(config(good)), NIF_OK) << good << ": " << nifGetErrorMessage();
+  for (const char* bad : {"pipeline=", "pipeline=1", "precision=double", "precision=half,pipeline=off"}) {
+    EXPECT_EQ(code_of(config(bad)), NIF_ERROR_INVALID_ARGUMENT) << bad;
+    EXPECT_NE(std::string(nifGetErrorMessage()).find("configuration"), std::string::npos);
+  }
+  for (const char* on_cpu : {"pipeline=on", "precision=half"})
+    EXPECT_EQ(code_of(on_cpu), NIF_ERROR_INVALID_ARGUMENT) << on_cpu;
+}
+
+TEST_F(GpuWays, AreWhatTheConfigurationSays) {
+  const std::vector<NifRay> rays = some_rays();
+  TwinScenes off(config("pipeline=off")), on(config("pipeline=on"));
+  fill(off);
+  fill(on);
+  EXPECT_EQ(pipelined(off, rays), 0u);
+  EXPECT_GT(pipelined(on, rays), 10u);
+  // Where there is no network there is nothing to list.
+  TwinScenes exact(config("pipeline=on"));
+  const uint32_t asset = exact.load(random_asset(1, {.objects = 0, .bvhs = 1}));
+  for (int i = 0; i < 2; ++i) exact.add(asset, 0, kIdentity);
+  exact.commit();
+  EXPECT_EQ(pipelined(exact, rays), 0u);
+}
+
+/// The first queries of a size go both ways; then the faster one is known.
+TEST_F(GpuWays, AreChosenByMeasuring) {
+  for (const bool slow : {true, false}) {
+    machine().seconds_of_one_kernel = slow ? 1 : 0;
+    TwinScenes twins(config("pipeline=auto"));
+    fill(twins);
+    for (const size_t size : {600u, 70u}) {
+      const std::vector<NifRay> rays = some_rays(size);
+      uint32_t by_pipeline = 0;
+      for (int i = 0; i < 4; ++i) by_pipeline += pipelined(twins, rays) > 0;
+      EXPECT_EQ(by_pipeline, 2u) << "both ways are tried";
+      for (int i = 0; i < 3; ++i) EXPECT_EQ(pipelined(twins, rays) > 0, slow) << size << " rays";
+      // Queries without details are others: they end sooner.
+      uint8_t visible[600];
+      NifQuery query = nifQueryRays(rays.data(), rays.size());
+      query.visible = visible;
+      by_pipeline = 0;
+      for (int i = 0; i < 4; ++i) {
+        const uint32_t before = machine().pipelined;
+        ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK);
+        by_pipeline += machine().pipelined > before;
+      }
+      EXPECT_EQ(by_pipeline, 2u);
+    }
+  }
+}
+
+/// Nothing is waited for to learn how long a query took.
+TEST_F(GpuWays, AreChosenWithoutWaiting) {
+  TwinScenes twins(config("pipeline=auto"));
+  fill(twins);
+  const std::vector<NifRay> rays = some_rays();
+  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  std::vector<CardAnswers> answers;
+  void* stream = machine().make_stream(0);
+  const uint32_t waits = machine().waits;
+  for (int i = 0; i < 8; ++i) {
+    answers.emplace_back(machine(), 0, rays.size());
+    NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
+    query.memory = NIF_DEVICE;
+    query.stream = stream;
+    answers.back().ask(query);
+    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+  }
+  EXPECT_EQ(machine().waits, waits);
+  machine().wait_stream(stream);
+  machine().free_stream(stream);
+  const Answers expected = query_all(twins.cpu(), rays);
+  for (const CardAnswers& one : answers) expect_same(one.get(), expected);
+}
+
+/// Rays that meet more networks than there are rounds, and scenes without details.
+TEST_F(GpuWays, CrowdsOfInstances) {
+  Random random(5);
+  TwinScenes twins(config("pipeline=on"));
+  const uint32_t asset = twins.load(random_asset(4, {.objects = 2, .sphericals = 1, .features = 2}));
+  for (uint32_t i = 0; i < 60; ++i) twins.add(asset, i % 3, random_transform(random, 3));
+  twins.commit();
+  const std::vector<NifRay> rays = some_rays(2000);
+  const uint32_t before = machine().launches;
+  EXPECT_GT(pipelined(twins, rays), 0u);
+  EXPECT_GT(machine().launches - before, machine().pipelined ? 20u : 0u);
+  std::vector<uint8_t> visible(rays.size()), expected(rays.size()), bits((rays.size() + 7) / 8);
+  nifkit::check(nifQuery(twins.gpu(), &nifkit::rays(rays).visible(visible).get()));
+  nifkit::check(nifQuery(twins.cpu(), &nifkit::rays(rays).visible(expected).get()));
+  EXPECT_EQ(visible, expected);
+  nifkit::check(nifQuery(twins.gpu(), &nifkit::rays(rays).visible_bits(bits).get()));
+  for (size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(bits[i / 8] >> i % 8 & 1, expected[i]) << i;
+}
+
+/// Queries under way have memory of their own, which later ones get; without room for more they take turns.
+TEST_F(GpuWays, MemoryIsSharedInTurns) {
+  TwinScenes twins(config("pipeline=on"));
+  fill(twins);
+  const std::vector<NifRay> rays = some_rays();
+  const Answers expected = query_all(twins.cpu(), rays);
+  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  const auto ask = [&](const CardAnswers& answers, void* stream) {
+    NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
+    query.memory = NIF_DEVICE;
+    query.stream = stream;
+    answers.ask(query);
+    return nifQuery(twins.gpu(), &query);
+  };
+  const CardAnswers answers[] = {{machine(), 0, rays.size()},
+                                 {machine(), 0, rays.size()},
+                                 {machine(), 0, rays.size()},
+                                 {machine(), 0, rays.size()}};
+  void* streams[3];
+  for (void*& stream : streams) stream = machine().make_stream(0);
+  const uint32_t before = machine().allocations, waits = machine().waits, held = machine().held_back;
+  ASSERT_EQ(ask(answers[0], streams[0]), NIF_OK);
+  ASSERT_EQ(ask(answers[1], streams[1]), NIF_OK);
+  EXPECT_EQ(machine().allocations, before + 2) << "one for each query that is under way";
+  EXPECT_EQ(machine().held_back, held);
+  machine().fail_allocation = 1;
+  ASSERT_EQ(ask(answers[2], streams[2]), NIF_OK) << nifGetErrorMessage();
+  EXPECT_EQ(machine().allocations, before + 2);
+  EXPECT_EQ(machine().held_back, held + 1) << "behind one of the others";
+  EXPECT_EQ(machine().waits, waits);
+  machine().wait_stream(streams[2]);  // and what it is held back by
+  expect_same(answers[2].get(), expected);
+  for (void* stream : streams) machine().wait_stream(stream);
+  expect_same(answers[0].get(), expected);
+  expect_same(answers[1].get(), expected);
+  ASSERT_EQ(ask(answers[3], streams[0]), NIF_OK);
+  EXPECT_EQ(machine().allocations, before + 2) << "memory that nobody uses any more";
+  for (void* stream : streams) machine().wait_stream(stream);
+  for (void* stream : streams) machine().free_stream(stream);
+  expect_same(answers[3].get(), expected);
+}
+
+/// No memory for the pipeline: the one kernel needs none. But not where another way was asked for.
+TEST_F(GpuWays, WithoutMemoryForThePipeline) {
+  const std::vector<NifRay> rays = some_rays();
+  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  const CardAnswers answers(machine(), 0, rays.size());
+  const struct {
+    const char* config;
+    NifError error;
+  } cases[] = {{"pipeline=auto", NIF_OK},
+               {"pipeline=on", NIF_ERROR_OUT_OF_DEVICE_MEMORY},
+               {"precision=half", NIF_ERROR_OUT_OF_DEVICE_MEMORY}};
+  for (const auto& [text, error] : cases) {
+    TwinScenes twins(config(text));
+    fill(twins);
+    NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
+    query.memory = NIF_DEVICE;
+    query.stream = machine().make_stream(0);
+    answers.ask(query);
+    machine().fail_allocation = 1;
+    EXPECT_EQ(nifQuery(twins.gpu(), &query), error) << text;
+    EXPECT_EQ(machine().fail_allocation, 0u) << "it was asked for";
+    machine().wait_stream(query.stream);
+    if (error == NIF_OK) {
+      expect_same(answers.get(), query_all(twins.cpu(), rays));
+    }
+    EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    machine().wait_stream(query.stream);
+    machine().free_stream(query.stream);
+  }
+}
+
+/// Queries of host memory of several parts: two are under way at the same time, or one where the card has no
+/// memory for more.
+TEST_F(GpuWays, PartsOfHostQueries) {
+  TwinScenes twins(config("pipeline=off"));
+  fill(twins, 2);
+  const std::vector<NifRay> rays = some_rays(3 * 262144 + 77);
+  std::vector<uint8_t> visible(rays.size(), 7), expected(rays.size());
+  std::vector<uint8_t> bits((rays.size() + 7) / 8);
+  nifkit::check(nifQuery(twins.cpu(), &nifkit::rays(rays).visible(expected).get()));
+  const uint32_t before = machine().allocations;
+  machine().fail_allocation = 2;
+  nifkit::check(nifQuery(twins.gpu(), &nifkit::rays(rays).visible(visible).get()));
+  EXPECT_EQ(machine().allocations, before + 1);
+  EXPECT_EQ(visible, expected);
+  nifkit::check(nifQuery(twins.gpu(), &nifkit::rays(rays).visible_bits(bits).get()));
+  EXPECT_EQ(machine().allocations, before + 2);
+  for (size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(bits[i / 8] >> i % 8 & 1, expected[i]) << i;
+}
+
+/// Half precision concerns `spherical` objects alone, moves what they say by what the arithmetic allows, and
+/// is the same each time, whichever way is the faster.
+TEST_F(GpuWays, HalfPrecision) {
+  const format::Asset asset = random_asset(3, {.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1});
+  const auto file = format::encode(asset);
+  const format::AssetView view = format::read_asset(file, "test");
+  Random random(6);
+  std::vector<NifRay> rays;
+  for (uint32_t i = 0; i < 3000; ++i) rays.push_back(to_ray(random_segment(random, view.objects[i % 3])));
+  for (const char* text : {"precision=half", "precision=half,pipeline=on"})
+    for (uint32_t object = 0; object < 3; ++object) {
+      TwinScenes twins(config(text));
+      twins.add(twins.load(asset), object, kIdentity);
+      twins.commit();
+      const Answers expected = query_all(twins.cpu(), rays), got = query_all(twins.gpu(), rays);
+      if (object < 2) {
+        expect_same(got, expected);
+        continue;
+      }
+      const kernels::SphericalField& field = *view.objects[object].spherical;
+      uint32_t moved = 0;
+      for (size_t i = 0; i < rays.size(); ++i) {
+        const double bound = half_bound(field, to_segment(rays[i])) * double(kernels::kSphericalLogitUnit);
+        ASSERT_LE(std::fabs(double(got.logit[i]) - double(expected.logit[i])), bound) << i;
+        ASSERT_EQ(got.certain[i], expected.certain[i]);
+        moved += got.logit[i] != expected.logit[i];
+      }
+      EXPECT_GT(moved, 100u);
+      for (int i = 0; i < 5; ++i) EXPECT_EQ(query_all(twins.gpu(), rays), got);
+      // Single rays are the CPU's.
+      for (size_t i = 0; i < 50; ++i) {
+        uint8_t visible = 9;
+        ASSERT_EQ(nifQueryRay(twins.gpu(), &rays[i], &visible), NIF_OK);
+        ASSERT_EQ(visible, expected.visible[i]);
+      }
+    }
+}
+
+}  // namespace
+}  // namespace nif::test
