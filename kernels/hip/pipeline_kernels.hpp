@@ -4,7 +4,10 @@
 // is
 //    answered or a network has to be asked. The latter becomes an item of work. Items lie without gaps, and
 //    each has a place in the list of its object and field.
-// 2. pipeline_offsets() and pipeline_order(): items in the order of lists, each list from a new tile on.
+// 2. pipeline_offsets() and pipeline_order(): items in the order of lists, each list from a new tile on. A
+// scene
+//    of one instance has two lists, which need no putting in order: one starts at the first item, the other
+//    at the last one.
 // 3. Networks: blocks take tiles, load a list's network once, gather the inputs of its items and run the
 //    network for a wave's items at once, by matrix instructions. What these have no room for, and rays of
 //    more runs than items have room for, go to pipeline_alone(), a thread an item.
@@ -56,18 +59,19 @@ struct PipelineLists {
 struct PipelineItems {
   uint32_t* counts;  ///< [1 + lists]: of all items, and of each list's; 0 before the round
   uint32_t* ray;
-  uint32_t* instance;
-  int32_t* logit;  ///< the answers. From here on only of scenes of several instances
-  SceneWay* way;   ///< where rays are on their way, this instance asked
+  uint32_t* instance;  ///< only where items are put in order
+  int32_t* logit;      ///< the answers. From here on only of scenes of several instances
+  SceneWay* way;       ///< where rays are on their way, this instance asked
 };
 
 /// What rounds use one after the other. Device memory.
 struct PipelineMemory {
-  uint32_t capacity;     ///< items of a round; rays of a query
+  uint32_t capacity;  ///< items of a round; rays of a query
+  uint32_t* about;    ///< [capacity]: see OpenItem
+  uint32_t* words;    ///< [kItemWords][capacity]
+  // Where items are put in order, else null:
   uint32_t* list;        ///< [capacity]
   uint32_t* place;       ///< [capacity]: in the list
-  uint32_t* about;       ///< [capacity]: see OpenItem
-  uint32_t* words;       ///< [kItemWords][capacity]
   uint32_t* order;       ///< [capacity + kTileItems * lists]: items by lists, each list from a new tile on
   uint32_t* first_tile;  ///< [1 + lists], of `order`
 };
@@ -233,14 +237,17 @@ NIF_HOST_DEVICE void pipeline_walk(const Thread& thread, const PipelineWork& wor
     SceneWay way{};
     const bool wanted = thread.index() < count - first &&
                         !walk_on<kKinds, kDetails>(work, first + thread.index(), column, ray, open, way);
-    const uint32_t item = append(thread, wanted, items.counts);
     const uint32_t place = append_to(thread, wanted, open.list, items.counts + 1);
+    uint32_t item = open.list == 0 ? place : memory.capacity - 1 - place;
+    if (memory.order) item = append(thread, wanted, items.counts);
     if (wanted) {
       items.ray[item] = ray;
-      items.instance[item] = open.instance;
-      if (items.way) copy_way<kDetails>(way, items.way[item]);
-      memory.list[item] = open.list;
-      memory.place[item] = place;
+      if (memory.order) {
+        items.instance[item] = open.instance;
+        if (items.way) copy_way<kDetails>(way, items.way[item]);
+        memory.list[item] = open.list;
+        memory.place[item] = place;
+      }
       memory.about[item] = open.about;
       for (uint32_t i = 0; i < open.words; ++i)
         memory.words[size_t(i) * memory.capacity + item] = column[i * kBlockThreads];
@@ -294,41 +301,63 @@ NIF_HOST_DEVICE void pipeline_order(const Thread& thread, const PipelineWork& wo
   }
 }
 
+/// Where a list's tiles start; behind the last list: where all of them end.
+NIF_HOST_DEVICE inline uint32_t first_tile(const PipelineWork& work, uint32_t list) {
+  if (work.memory.order) return work.memory.first_tile[list];
+  uint32_t tiles = 0;
+  for (uint32_t before = 0; before < list; ++before)
+    tiles += (work.items.counts[1 + before] + kTileItems - 1) / kTileItems;
+  return tiles;
+}
+
+/// Up to a block's threads of items, all of one list.
+struct PipelineTile {
+  uint32_t list;
+  uint32_t place;  ///< of the first one, in the list
+  uint32_t order;  ///< and in PipelineMemory::order
+  uint32_t count;
+
+  NIF_HOST_DEVICE uint32_t item(const PipelineMemory& memory, uint32_t i) const {
+    if (memory.order) return memory.order[order + i];
+    return list == 0 ? place + i : memory.capacity - 1 - (place + i);
+  }
+};
+
 /// Deals the tiles of the work's lists to blocks, to each as many in a row. Calls begin(list) before the
-/// first tile of each list, and answer(list, items, count) for up to kThreads items. For all threads.
+/// first tile of each list, and answer(tile) for up to kThreads items. For all threads.
 template <uint32_t kThreads, class Thread, class Begin, class Answer>
 NIF_HOST_DEVICE void for_each_tile(const Thread& thread, const PipelineWork& work, const Begin& begin,
                                    const Answer& answer) {
   constexpr uint32_t kTiles = kThreads < kTileItems ? 1 : kThreads / kTileItems;
-  const uint32_t first_list = work.first_list, end_list = work.end_list;
-  const uint32_t* const first_tile = work.memory.first_tile;
-  const uint32_t end = first_tile[end_list], tiles = end - first_tile[first_list];
-  const uint32_t share = (tiles + thread.blocks() - 1) / thread.blocks();
-  if (thread.block() * share >= tiles) return;
-  uint32_t tile = first_tile[first_list] + thread.block() * share;
+  const uint32_t start = first_tile(work, work.first_list), end = first_tile(work, work.end_list);
+  const uint32_t share = (end - start + thread.blocks() - 1) / thread.blocks();
+  if (thread.block() * share >= end - start) return;
+  uint32_t tile = start + thread.block() * share;
   const uint32_t last = end - tile < share ? end : tile + share;
-  uint32_t list = first_list, end_of_list = 0;
+  uint32_t list = work.first_list, start_of_list = start, end_of_list = 0;
   while (tile < last) {
     if (tile >= end_of_list) {
       // The last list that starts here or before: those without items start where the next one does.
-      uint32_t above = end_list;
+      uint32_t above = work.end_list;
       while (above - list > 1) {
         const uint32_t middle = list + (above - list) / 2;
-        if (first_tile[middle] <= tile)
+        if (first_tile(work, middle) <= tile)
           list = middle;
         else
           above = middle;
       }
-      end_of_list = first_tile[list + 1];
+      start_of_list = first_tile(work, list);
+      end_of_list = first_tile(work, list + 1);
       thread.sync();  // others may still be at the list before
       begin(list);
       thread.sync();
     }
     const uint32_t stop = end_of_list < last ? end_of_list : last;
     const uint32_t together = stop - tile < kTiles ? stop - tile : kTiles;
-    const uint32_t left = work.items.counts[1 + list] - (tile - first_tile[list]) * kTileItems;
-    answer(list, work.memory.order + size_t(tile) * kTileItems,
-           left < together * kTileItems ? left : together * kTileItems);
+    PipelineTile items{list, (tile - start_of_list) * kTileItems, tile * kTileItems, together * kTileItems};
+    const uint32_t left = work.items.counts[1 + list] - items.place;
+    if (left < items.count) items.count = left;
+    answer(items);
     tile += together;
   }
 }
@@ -344,9 +373,13 @@ NIF_HOST_DEVICE inline void deliver(const PipelineWork& work, uint32_t item, int
                      only_answer({logit, false}, object.logit_scale, work.query.probability));
 }
 
+NIF_HOST_DEVICE inline const PlacedInstance& instance_of(const PipelineWork& work, uint32_t item) {
+  return work.scene.instances[work.memory.order ? work.items.instance[item] : 0];
+}
+
 /// An item's ray in its object's space.
 NIF_HOST_DEVICE inline Segment local_ray(const PipelineWork& work, uint32_t item) {
-  const PlacedInstance& instance = work.scene.instances[work.items.instance[item]];
+  const PlacedInstance& instance = instance_of(work, item);
   const Segment ray = load_ray(work.query, work.items.ray[item]);
   return instance.identity ? ray : to_object(instance.to_object, ray);
 }
@@ -395,22 +428,21 @@ NIF_HOST_DEVICE void pipeline_segments(const Thread& thread, const PipelineWork&
     load_network(thread, field_of(list).network, layout, biases, biases + round_up(4 * layout.rows, 16));
   };
   const uint32_t wave = thread.wave_size(), first = thread.wave() * wave;
-  for_each_tile<kBlockThreads>(
-      thread, work, begin, [&](uint32_t list, const uint32_t* items, uint32_t count) {
-        if (first >= count) return;
-        const SegmentLayout& layout = layout_of(list);
-        const SegmentField& field = field_of(list);
-        const unsigned char* const weights = biases + round_up(4 * layout.rows, 16);
-        unsigned char* const inputs =
-            thread.shared() + round_up(4 * layout.rows, 16) + (layout.rows + first) * layout.stride;
-        const bool present = thread.lane() < count - first;
-        const uint32_t item = present ? items[first + thread.lane()] : 0;
-        if (present) gather_segment<kFeatures>(work, field, item, inputs + thread.lane() * layout.stride);
-        if (work.inputs_alone) return;
-        const int32_t logit =
-            evaluate_wave<Matrix>(thread, field.network, layout.stride, biases, weights, inputs);
-        if (present) deliver(work, item, logit);
-      });
+  for_each_tile<kBlockThreads>(thread, work, begin, [&](const PipelineTile& tile) {
+    if (first >= tile.count) return;
+    const SegmentLayout& layout = layout_of(tile.list);
+    const SegmentField& field = field_of(tile.list);
+    const unsigned char* const weights = biases + round_up(4 * layout.rows, 16);
+    unsigned char* const inputs =
+        thread.shared() + round_up(4 * layout.rows, 16) + (layout.rows + first) * layout.stride;
+    const bool present = thread.lane() < tile.count - first;
+    const uint32_t item = present ? tile.item(work.memory, first + thread.lane()) : 0;
+    if (present) gather_segment<kFeatures>(work, field, item, inputs + thread.lane() * layout.stride);
+    if (work.inputs_alone) return;
+    const int32_t logit =
+        evaluate_wave<Matrix>(thread, field.network, layout.stride, biases, weights, inputs);
+    if (present) deliver(work, item, logit);
+  });
 }
 
 /// Asks the networks of `spherical` objects in half precision, the outer or the inner ones. Blocks of
@@ -428,14 +460,14 @@ NIF_HOST_DEVICE void pipeline_halves(const Thread& thread, const PipelineWork& w
     load_half_network(thread, kOuter ? field_of(list).outer : field_of(list).inner, layout_of(list));
   };
   const uint32_t wave = thread.wave_size(), first = thread.wave() * wave;
-  for_each_tile<kHalfThreads>(thread, work, begin, [&](uint32_t list, const uint32_t* items, uint32_t count) {
-    if (first >= count) return;
-    const HalfNetworkLayout& layout = layout_of(list);
-    const SphericalField& field = field_of(list);
+  for_each_tile<kHalfThreads>(thread, work, begin, [&](const PipelineTile& tile) {
+    if (first >= tile.count) return;
+    const HalfNetworkLayout& layout = layout_of(tile.list);
+    const SphericalField& field = field_of(tile.list);
     const SphericalNetwork& network = kOuter ? field.outer : field.inner;
     unsigned char* const rows = thread.shared() + layout.inputs_offset + first * layout.first_stride;
-    const bool present = thread.lane() < count - first;
-    const uint32_t item = present ? items[first + thread.lane()] : 0;
+    const bool present = thread.lane() < tile.count - first;
+    const uint32_t item = present ? tile.item(work.memory, first + thread.lane()) : 0;
     if (present) {
       const auto coordinate = [&](uint32_t i) {
         return bits_as<float>(work.memory.words[size_t(i) * work.memory.capacity + item]);
@@ -462,11 +494,11 @@ NIF_HOST_DEVICE void pipeline_alone(const Thread& thread, const PipelineWork& wo
   uint32_t* const row = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index() * layout.row;
   for_each_tile<kTileItems>(
       thread, work, [](uint32_t) {},
-      [&](uint32_t, const uint32_t* items, uint32_t count) {
+      [&](const PipelineTile& tile) {
         if (thread.index() >= layout.rays) return;
-        for (uint32_t i = thread.index(); i < count; i += layout.rays) {
-          const uint32_t item = items[i];
-          const PlacedInstance& instance = work.scene.instances[work.items.instance[item]];
+        for (uint32_t i = thread.index(); i < tile.count; i += layout.rays) {
+          const uint32_t item = tile.item(work.memory, i);
+          const PlacedInstance& instance = instance_of(work, item);
           const ObjectAnswer answer =
               ask_object<kKinds>(thread, work.scene.objects[instance.object], local_ray(work, item), row);
           deliver(work, item, answer.logit);

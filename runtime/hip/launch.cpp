@@ -156,16 +156,21 @@ class Launcher {
 
   void ask_networks(PipelineWork& work) {
     using namespace kernels::hip;
-    timed(kOrdering, [&] {
-      put(device_.pipeline.offsets, work, {1, kBlockThreads, kBlockThreads * uint32_t(sizeof(uint32_t))});
-      put(device_.pipeline.order, work,
-          {spread(blocks_for(work.query.count, kBlockThreads), 16), kBlockThreads, 0});
-    });
+    if (work.memory.order) put_in_order(work);
     for (uint32_t stage = 0; stage < kStages; ++stage) {
       work.first_list = scene_.lists.first[stage];
       work.end_list = scene_.lists.first[stage + 1];
       if (work.first_list < work.end_list) ask_networks(work, Stage(stage));
     }
+  }
+
+  void put_in_order(PipelineWork& work) {
+    using namespace kernels::hip;
+    timed(kOrdering, [&] {
+      put(device_.pipeline.offsets, work, {1, kBlockThreads, kBlockThreads * uint32_t(sizeof(uint32_t))});
+      put(device_.pipeline.order, work,
+          {spread(blocks_for(work.query.count, kBlockThreads), 16), kBlockThreads, 0});
+    });
   }
 
   void ask_networks(PipelineWork& work, Stage stage) {

@@ -59,16 +59,19 @@ size_t lay_out(uint32_t rays, uint32_t lists, bool several_instances, unsigned c
   arrays.visible = carver.take<unsigned char>(rays);
   kernels::hip::PipelineMemory& memory = arrays.memory;
   memory.capacity = rays;
-  memory.list = carver.take<uint32_t>(rays);
-  memory.place = carver.take<uint32_t>(rays);
   memory.about = carver.take<uint32_t>(rays);
   memory.words = carver.take<uint32_t>(size_t(rays) * kernels::hip::kItemWords);
+  arrays.items[0].ray = carver.take<uint32_t>(rays);
+  if (!several_instances && lists <= 2) return carver.bytes();  // nothing is put in order
+  memory.list = carver.take<uint32_t>(rays);
+  memory.place = carver.take<uint32_t>(rays);
   memory.order = carver.take<uint32_t>(rays + size_t(lists) * kernels::hip::kTileItems);
   memory.first_tile = carver.take<uint32_t>(1 + size_t(lists));
+  arrays.items[0].instance = carver.take<uint32_t>(rays);
+  if (!several_instances) return carver.bytes();
+  arrays.items[1].ray = carver.take<uint32_t>(rays);
+  arrays.items[1].instance = carver.take<uint32_t>(rays);
   for (kernels::hip::PipelineItems& items : arrays.items) {
-    items.ray = carver.take<uint32_t>(rays);
-    items.instance = carver.take<uint32_t>(rays);
-    if (!several_instances) break;
     items.logit = carver.take<int32_t>(rays);
     items.way = carver.take<kernels::hip::SceneWay>(rays);
   }
