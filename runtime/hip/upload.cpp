@@ -172,9 +172,10 @@ void copy_and_wait(GpuDevice& device, const Memory& to, const Block& block) {
   device.context->wait_stream(device.uploads);
 }
 
-/// Lists of all objects' items, by stages. `placed` get to know theirs.
+/// Lists of items by stages, for the objects that instances place. `placed` get to know theirs.
 std::vector<kernels::hip::PipelineList> make_lists(std::span<const CardObject* const> objects,
                                                    std::span<kernels::hip::SceneObject> placed,
+                                                   const std::vector<bool>& used,
                                                    kernels::hip::PipelineLists& about) {
   using namespace kernels::hip;
   std::vector<PipelineList> lists;
@@ -184,7 +185,7 @@ std::vector<kernels::hip::PipelineList> make_lists(std::span<const CardObject* c
     for (size_t i = 0; i < objects.size(); ++i)
       for (uint32_t k = 0; k < 2; ++k) {
         const CardObject& object = *objects[i];
-        if (object.stages[k] != stage) continue;
+        if (object.stages[k] != stage || !used[i]) continue;
         placed[i].lists[k] = uint32_t(lists.size());
         lists.push_back(object.list);
         if (stage != kAlone)
@@ -211,7 +212,9 @@ void lay_out(Block& block, const GpuSceneView& view, GpuScene& scene) {
     words = std::max(words, object.row_words);
     scene.kinds |= object.object.kind;
   }
-  const std::vector<kernels::hip::PipelineList> lists = make_lists(objects, placed, scene.lists);
+  std::vector<bool> used(objects.size());
+  for (uint64_t i = 0; i < view.instance_count; ++i) used[view.instances[i].object] = true;
+  const std::vector<kernels::hip::PipelineList> lists = make_lists(objects, placed, used, scene.lists);
   scene.arrays = {view.nodes, view.instances, placed.data(), uint32_t(view.instance_count),
                   kernels::hip::make_scene_layout(words)};
   scene.lists.shared_bytes[kernels::hip::kAlone] = scene.arrays.layout.bytes;
