@@ -154,7 +154,8 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
     if (first > enter) enter = first, enters_grid = true;
     if (last < leave) leave = last, leaves_grid = true;
   }
-  if (!(enter <= leave)) return;
+  // Where a number so large divides one so small that every crossing overflows, the segment comes nowhere.
+  if (!(enter <= leave && enter <= kNever)) return;
 
   // The first voxel, and the t at which each axis crosses its next plane.
   int32_t voxel[3], plane[3];
