@@ -40,9 +40,6 @@ inline constexpr uint32_t kMaxTurns = 8 * kBatchRays;
 /// Runs of one ray that the network's part has room for.
 inline constexpr uint32_t kMaxPendingRuns = 16;
 
-/// More than the walk's rounding in voxels (docs/model.md: 0.0061 for the crossing and as much for the
-/// place), less than a voxel by far.
-constexpr float kEstimateSlack = 1.0f / 32;
 /// Stands for the origin along an axis that is not moved along: its planes are never reached.
 constexpr float kFlatOrigin = -3e38f;
 

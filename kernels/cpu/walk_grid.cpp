@@ -57,7 +57,7 @@ struct Layers {
 
 uint64_t padded_voxels(const SegmentField& field) {
   uint64_t count = 1;
-  for (const uint32_t voxels : field.voxels) count *= (voxels + 3) / 4 * 4;
+  for (const uint32_t voxels : field.voxels) count *= code_bricks(voxels) * 4;
   return count;
 }
 
@@ -68,13 +68,17 @@ bool WalkGrid::can_hold(const SegmentField& field, uint32_t tables) {
 }
 
 size_t WalkGrid::bytes_of(const SegmentField& field, uint32_t tables) {
-  return size_t(tables * padded_voxels(field) / 2);
+  return size_t(std::max(tables, 1u) * padded_voxels(field) / 2);
+}
+
+uint32_t WalkGrid::most_tables(const SegmentField& field) {
+  return can_hold(field, 2) ? 2 : can_hold(field, 1) ? 1 : 0;
 }
 
 WalkGrid::WalkGrid(const SegmentField& field, uint32_t tables, std::pmr::memory_resource* memory)
     : codes(memory) {
   const uint32_t(&size)[3] = field.voxels;
-  for (int a = 0; a < 3; ++a) bricks[a] = (size[a] + 3) / 4;
+  for (int a = 0; a < 3; ++a) bricks[a] = code_bricks(size[a]);
   beyond[0] = 64 - 4;
   beyond[1] = float(64 / 4 * bricks[0] - 4);
   beyond[2] = float(64 / 16 * bricks[0] * bricks[1] - 4);
@@ -89,8 +93,26 @@ WalkGrid::WalkGrid(const SegmentField& field, uint32_t tables, std::pmr::memory_
     for (int32_t y = 0; y < int32_t(size[1]); ++y)
       for (int32_t x = 0; x < int32_t(size[0]); ++x) {
         const int32_t voxel[3] = {x, y, z};
-        up.push_back(uint8_t(uint32_t(voxel_state(field, voxel)) << 6 | kFar));
+        up.push_back(uint8_t(uint32_t(voxel_state(field, voxel)) << 6 | (tables == 0 ? 1 : kFar)));
       }
+  if (tables > 0) measure(size, up, down);
+
+  size_t at = 0;
+  for (uint32_t z = 0; z < size[2]; ++z)
+    for (uint32_t y = 0; y < size[1]; ++y)
+      for (uint32_t x = 0; x < size[0]; ++x, ++at) {
+        const uint32_t number = code_number(x, y, z, bricks[0], bricks[0] * bricks[1]);
+        if (tables == 2) {
+          put(number, up[at]);
+          put(number + second, down[at]);
+        } else {
+          put(number, tables == 0 ? up[at] : std::min(up[at], down[at]));
+        }
+      }
+}
+
+void WalkGrid::measure(const uint32_t (&size)[3], std::pmr::vector<uint8_t>& up,
+                       std::pmr::vector<uint8_t>& down) const {
   down = up;
   const int64_t strides[3] = {1, size[0], int64_t(size[0]) * size[1]};
   const uint32_t a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
@@ -100,20 +122,6 @@ WalkGrid::WalkGrid(const SegmentField& field, uint32_t tables, std::pmr::memory_
   for (int32_t layer = layers.size[2]; layer-- > 0;) layers.sweep(layer, 1);
   layers.voxels = down.data();
   for (int32_t layer = 0; layer < layers.size[2]; ++layer) layers.sweep(layer, -1);
-
-  size_t at = 0;
-  for (uint32_t z = 0; z < size[2]; ++z)
-    for (uint32_t y = 0; y < size[1]; ++y)
-      for (uint32_t x = 0; x < size[0]; ++x, ++at) {
-        const uint32_t number = uint32_t(x / 4 + bricks[0] * (y / 4 + bricks[1] * (z / 4))) * 64 +
-                                (x % 4 + 4 * (y % 4) + 16 * (z % 4));
-        if (tables == 1) {
-          put(number, std::min(up[at], down[at]));
-        } else {
-          put(number, up[at]);
-          put(number + second, down[at]);
-        }
-      }
 }
 
 void WalkGrid::put(uint32_t number, uint8_t voxel) {

@@ -139,9 +139,8 @@ NIF_HOST_DEVICE bool walk_instance(const SceneArrays& scene, uint32_t number, co
   if (!known) {
     const KeptRuns<kBlockThreads> kept(reinterpret_cast<float*>(column));
     WalkResult walk;
-    follow_segment(
-        *static_cast<const SegmentField*>(object.field), local, walk,
-        [&](uint32_t i, const Run& run) { kept.keep(i, run); }, NoVisit());
+    walk_object(*static_cast<const DeviceSegmentField*>(object.field), local, walk,
+                [&](uint32_t i, const Run& run) { kept.keep(i, run); });
     if (walk.verdict == Verdict::ambiguous) {
       const bool hard = walk.run_count > kKeptRuns;
       const uint32_t flags = uint32_t(walk.saw_outside) | uint32_t(walk.saw_inside) << 1 |
@@ -420,7 +419,7 @@ NIF_HOST_DEVICE void pipeline_segments(const Thread& thread, const PipelineWork&
     return work.lists.lists[list].segment;
   };
   const auto field_of = [&](uint32_t list) -> const SegmentField& {
-    return *static_cast<const SegmentField*>(work.lists.lists[list].field);
+    return *static_cast<const DeviceSegmentField*>(work.lists.lists[list].field);
   };
   unsigned char* const biases = thread.shared();
   const auto begin = [&](uint32_t list) {

@@ -26,7 +26,7 @@ enum SceneKind : uint32_t {
 
 /// An object of a scene. Device memory, and so is what it points to.
 struct SceneObject {
-  const void* field;  ///< SegmentField, BvhField or SphericalField
+  const void* field;  ///< DeviceSegmentField, BvhField or SphericalField
   uint32_t kind;      ///< SceneKind
   uint32_t widest;    ///< neurons of its widest layer (`segment`: of the hidden ones)
   uint32_t

@@ -25,7 +25,7 @@ NIF_HOST_DEVICE ObjectAnswer ask_object(const Thread& thread, const SceneObject&
   const auto ask_segment = [&](auto features) {
     const KeptRuns<1> kept(reinterpret_cast<float*>(row));
     return answer_segment_ray<decltype(features)::kCount>(
-        thread, *static_cast<const SegmentField*>(object.field), ray, kept, object.widest,
+        thread, *static_cast<const DeviceSegmentField*>(object.field), ray, kept, object.widest,
         reinterpret_cast<unsigned char*>(row + 2 * kKeptRuns));
   };
   if constexpr ((kKinds & kPairSegment) != 0)

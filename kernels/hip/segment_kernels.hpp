@@ -5,6 +5,7 @@
 // (evaluate_wave()), and others have walked them (pipeline_kernels.hpp).
 #pragma once
 
+#include "kernels/hip/leaping_walk.hpp"
 #include "kernels/hip/matrices.hpp"
 #include "kernels/hip/rays.hpp"
 
@@ -12,6 +13,8 @@ namespace nif::kernels::hip {
 
 /// Runs of a walk that are kept, in shared memory and in items. Rays of more are walked again.
 inline constexpr uint32_t kKeptRuns = 8;
+/// Points of such a ray that are kept in their place.
+inline constexpr uint32_t kKeptPoints = 2 * kKeptRuns;
 
 /// Hidden layers of wider networks are left to threads by themselves: outputs of one layer wait in registers
 /// until all its inputs are used up.
@@ -49,7 +52,8 @@ inline SegmentLayout make_layout(const SegmentField& field) {
   return layout;
 }
 
-/// The runs of a thread's walk in shared memory, in words kStride apart: a column of as many threads, or 1.
+/// What a thread keeps of its walk in shared memory, in words kStride apart: a column of as many threads,
+/// or 1.
 template <uint32_t kStride>
 class KeptRuns {
  public:
@@ -62,6 +66,11 @@ class KeptRuns {
   NIF_HOST_DEVICE Run at(uint32_t i) const {
     return {column_[2 * i * kStride], column_[(2 * i + 1) * kStride]};
   }
+  // Or points, as their t.
+  NIF_HOST_DEVICE void keep_point(uint32_t i, float t) const {
+    if (i < kKeptPoints) column_[i * kStride] = t;
+  }
+  NIF_HOST_DEVICE float point(uint32_t i) const { return column_[i * kStride]; }
 
  private:
   float* column_;
@@ -144,24 +153,30 @@ NIF_HOST_DEVICE int32_t evaluate_row(const Thread& thread, const Network& networ
 /// A thread alone with its ray: walk, sample points, features, network. `widest` and `row` as for
 /// evaluate_row().
 template <uint32_t kFeatures, class Thread, class Kept>
-NIF_HOST_DEVICE ObjectAnswer answer_segment_ray(const Thread& thread, const SegmentField& field,
+NIF_HOST_DEVICE ObjectAnswer answer_segment_ray(const Thread& thread, const DeviceSegmentField& field,
                                                 const Segment& segment, const Kept& kept, uint32_t widest,
                                                 unsigned char* row) {
   WalkResult walk;
-  follow_segment(
-      field, segment, walk, [&](uint32_t i, const Run& run) { kept.keep(i, run); }, NoVisit());
+  walk_object(field, segment, walk, [&](uint32_t i, const Run& run) { kept.keep(i, run); });
   if (walk.verdict != Verdict::ambiguous) return answer_of(walk);
   SamplePlacer placer(field, walk);
-  const auto add = [&](uint32_t i, const Run& run) {
-    placer.add(run, i + 1 == walk.run_count, [&](uint32_t number, const SamplePoint& point) {
-      put_features<kFeatures>(field, number, point, row);
-    });
-  };
   if (walk.run_count <= kKeptRuns) {
-    for (uint32_t i = 0; i < walk.run_count; ++i) add(i, kept.at(i));
+    for (uint32_t i = 0; i < walk.run_count; ++i)
+      placer.add(kept.at(i), i + 1 == walk.run_count, [&](uint32_t number, const SamplePoint& point) {
+        put_features<kFeatures>(field, number, point, row);
+      });
   } else {
-    WalkResult again;
-    follow_segment(field, segment, again, add, NoVisit());
+    // Only where points lie is kept on the way, for walking and gathering take many registers each.
+    for (uint32_t first = 0; first < field.samples; first += kKeptPoints) {
+      SamplePlacer again(field, walk);
+      WalkResult same;
+      walk_object(field, segment, same, [&](uint32_t i, const Run& run) {
+        again.place(run, i + 1 == walk.run_count,
+                    [&](uint32_t number, float t) { kept.keep_point(number - first, t); });
+      });
+      for (uint32_t k = 0; k < kKeptPoints && first + k < field.samples; ++k)
+        put_features<kFeatures>(field, first + k, placer.point_at(kept.point(k)), row);
+    }
   }
   put_globals(field, walk, row);
   return {evaluate_row(thread, field.network, widest, row), false};

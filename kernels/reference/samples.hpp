@@ -50,9 +50,9 @@ class SamplePlacer {
         reversed_(presented_reversed(walk)),
         spacing_(walk.surface_t / static_cast<float>(field.samples)) {}
 
-  /// Calls put(number, point) for each of the points that lie in the run.
+  /// Calls put(number, t) for each of the points that lie in the run.
   template <class Put>
-  NIF_HOST_DEVICE void add(const Run& run, bool last, const Put& put) {
+  NIF_HOST_DEVICE void place(const Run& run, bool last, const Put& put) {
     const uint32_t count = field_.samples;
     for (; placed_ < count; ++placed_) {
       const float s = (static_cast<float>(placed_) + 0.5f) * spacing_;
@@ -61,11 +61,10 @@ class SamplePlacer {
         return;
       }
       const float t = min_of(run.begin + (s - run_start_), run.end);
-      put(reversed_ ? count - 1 - placed_ : placed_, point_at(t));
+      put(reversed_ ? count - 1 - placed_ : placed_, t);
     }
   }
 
- private:
   NIF_HOST_DEVICE SamplePoint point_at(float t) const {
     SamplePoint point;
     NIF_UNROLL
@@ -79,6 +78,13 @@ class SamplePlacer {
     return point;
   }
 
+  /// Calls put(number, point) for each of the points that lie in the run.
+  template <class Put>
+  NIF_HOST_DEVICE void add(const Run& run, bool last, const Put& put) {
+    place(run, last, [&](uint32_t number, float t) { put(number, point_at(t)); });
+  }
+
+ private:
   const SegmentField& field_;
   const WalkResult& walk_;
   bool reversed_;

@@ -108,14 +108,18 @@ NIF_HOST_DEVICE bool to_grid_space(const Field& field, const Segment& segment, W
   return finite && steepest >= kMinDirection && steepest <= kMaxDirection;
 }
 
-/// Walks one segment. `walk` is overwritten. `add_run` is called with each run and its number, in order, and
-/// `visit` with each voxel on the way: the baker counts work with it.
-///
-/// Here and below, Field is a SegmentField, or derives from one and says by a voxel_state() and an
-/// interpolate_features() of its own how it stores them.
-template <class Field, class AddRun, class Visit>
-NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, WalkResult& walk,
-                                    const AddRun& add_run, const Visit& visit) {
+/// Where a segment passes the grid.
+struct GridPassage {
+  float inverse[3];  ///< of the direction; infinite along an axis that is not moved along
+  float enter, leave;
+  bool enters_grid, leaves_grid;  ///< the segment is clipped at that end
+  int32_t voxel[3];               ///< the first
+};
+
+/// The start of any walk. False where it meets no voxel; `walk` then is what comes of it.
+template <class Field>
+NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, WalkResult& walk,
+                                GridPassage& passage) {
   walk.verdict = Verdict::visible;
   walk.certain = true;
   walk.run_count = 0;
@@ -126,79 +130,124 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
   const bool valid = to_grid_space(field, segment, walk, reach);
   if (!(segment.tmin <= segment.tmax)) {
     walk.certain = segment.tmin > segment.tmax;
-    return;
+    return false;
   }
   if (!valid) {
     walk.certain = false;
-    return;
+    return false;
   }
   walk.certain = reach <= kCertainReach;
 
   // Clip to the grid.
-  float inverse[3], enter = segment.tmin, leave = segment.tmax;
-  bool enters_grid = false, leaves_grid = false;  // the segment is clipped at that end
-  int32_t step[3];
+  float enter = segment.tmin, leave = segment.tmax;
+  bool enters_grid = false, leaves_grid = false;
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     const float size = static_cast<float>(field.voxels[a]);
+    const float inverse = passage.inverse[a] = 1.0f / walk.direction[a];
     if (walk.direction[a] == 0) {
-      inverse[a] = 0;
-      step[a] = 0;
-      if (!(walk.origin[a] >= 0 && walk.origin[a] <= size)) return;
+      if (!(walk.origin[a] >= 0 && walk.origin[a] <= size)) return false;
       continue;
     }
-    inverse[a] = 1.0f / walk.direction[a];
-    step[a] = walk.direction[a] > 0 ? 1 : -1;
-    const float low = (0 - walk.origin[a]) * inverse[a], high = (size - walk.origin[a]) * inverse[a];
-    const float first = step[a] > 0 ? low : high, last = step[a] > 0 ? high : low;
+    const bool up = walk.direction[a] > 0;
+    const float low = (0 - walk.origin[a]) * inverse, high = (size - walk.origin[a]) * inverse;
+    const float first = up ? low : high, last = up ? high : low;
     if (first > enter) enter = first, enters_grid = true;
     if (last < leave) leave = last, leaves_grid = true;
   }
   // Where a number so large divides one so small that every crossing overflows, the segment comes nowhere.
-  if (!(enter <= leave && enter <= kNever)) return;
+  if (!(enter <= leave && enter <= kNever)) return false;
 
-  // The first voxel, and the t at which each axis crosses its next plane.
-  int32_t voxel[3], plane[3];
-  float next[3];
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     const float at = walk.origin[a] + enter * walk.direction[a];
-    voxel[a] = to_index(at, int32_t(field.voxels[a]) - 1);
+    passage.voxel[a] = to_index(at, int32_t(field.voxels[a]) - 1);
+  }
+  passage.enter = enter;
+  passage.leave = leave;
+  passage.enters_grid = enters_grid;
+  passage.leaves_grid = leaves_grid;
+  return true;
+}
+
+/// The run that a walk is in, and the length of those before.
+struct RunRecord {
+  float begin = 0, surface_t = 0;
+
+  NIF_HOST_DEVICE void start(float t) { begin = t + 0.0f; }  // a zero is positive, whichever crossing it is
+  template <class AddRun>
+  NIF_HOST_DEVICE void end(float t, WalkResult& walk, const AddRun& add_run) {
+    t += 0.0f;
+    add_run(walk.run_count++, Run{begin, t});
+    surface_t += t - begin;
+  }
+};
+
+/// What a walk has seen once it has come to the segment's end or the grid's.
+struct Seen {
+  bool outside, inside, first_surface, last_surface;
+};
+
+/// The end of any walk that is not blocked. `now` is where the last voxel was entered.
+template <class AddRun>
+NIF_HOST_DEVICE void end_walk(const GridPassage& passage, float now, const Seen& seen, RunRecord& run,
+                              WalkResult& walk, const AddRun& add_run) {
+  if (seen.last_surface) run.end(max_of(passage.leave, now), walk, add_run);
+  if (walk.run_count == 0) return;
+  walk.verdict = Verdict::ambiguous;
+  walk.certain = false;
+  walk.saw_outside = seen.outside;
+  walk.saw_inside = seen.inside;
+  walk.starts_in_surface = seen.first_surface && !passage.enters_grid;
+  walk.ends_in_surface = seen.last_surface && !passage.leaves_grid;
+  walk.surface_t = run.surface_t;
+}
+
+/// Walks one segment. `walk` is overwritten. `add_run` is called with each run and its number, in order, and
+/// `visit` with each voxel on the way: the baker counts work with it.
+///
+/// Here and below, Field is a SegmentField, or derives from one and says by a voxel_state() and an
+/// interpolate_features() of its own how it stores them.
+template <class Field, class AddRun, class Visit>
+NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, WalkResult& walk,
+                                    const AddRun& add_run, const Visit& visit) {
+  GridPassage passage;
+  if (!enter_grid(field, segment, walk, passage)) return;
+
+  // The t at which each axis crosses its next plane.
+  int32_t(&voxel)[3] = passage.voxel;
+  int32_t step[3], plane[3];
+  float next[3];
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) {
+    step[a] = walk.direction[a] == 0 ? 0 : walk.direction[a] > 0 ? 1 : -1;
     plane[a] = voxel[a] + (step[a] > 0 ? 1 : 0);
-    next[a] = step[a] == 0 ? kNever : (static_cast<float>(plane[a]) - walk.origin[a]) * inverse[a];
+    next[a] = step[a] == 0 ? kNever : (static_cast<float>(plane[a]) - walk.origin[a]) * passage.inverse[a];
   }
 
-  float now = enter, surface_t = 0, run_begin = 0;
-  bool in_run = false, saw_outside = false, saw_inside = false, first_surface = false, last_surface = false;
+  RunRecord run;
+  Seen seen{};
+  float now = passage.enter;
   for (bool first = true;; first = false) {
     visit(voxel);
     const VoxelState state = voxel_state(field, voxel);
     const bool surface = state == VoxelState::surface;
-    saw_outside |= state == VoxelState::outside;
-    saw_inside |= state == VoxelState::inside;
-    if (saw_outside && saw_inside) {
+    seen.outside |= state == VoxelState::outside;
+    seen.inside |= state == VoxelState::inside;
+    if (seen.outside && seen.inside) {
       walk.verdict = Verdict::occluded;
       return;
     }
-    if (first) first_surface = surface;
-    if (surface != in_run) {
-      if (surface) {
-        run_begin = now;
-      } else {
-        add_run(walk.run_count++, Run{run_begin, now});
-        surface_t += now - run_begin;
-      }
-      in_run = surface;
-    }
+    if (first) seen.first_surface = surface;
+    if (surface && !seen.last_surface) run.start(now);
+    if (!surface && seen.last_surface) run.end(now, walk, add_run);
+    seen.last_surface = surface;
 
     // Cross the nearest plane; the lowest axis where several are equally near.
     int nearest = next[1] < next[0] ? 1 : 0;
     float crossing = next[1] < next[0] ? next[1] : next[0];
     if (next[2] < crossing) nearest = 2, crossing = next[2];
-    if (!(crossing < leave)) {
-      last_surface = surface;
-      break;
-    }
+    if (!(crossing < passage.leave)) break;
     now = max_of(crossing, now);
     bool left = false;
     NIF_UNROLL
@@ -207,28 +256,15 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
       voxel[a] += step[a];
       left = voxel[a] < 0 || voxel[a] >= int32_t(field.voxels[a]);
       plane[a] += step[a];
-      next[a] = (static_cast<float>(plane[a]) - walk.origin[a]) * inverse[a];
+      next[a] = (static_cast<float>(plane[a]) - walk.origin[a]) * passage.inverse[a];
     }
     if (left) {
-      leave = now;
-      leaves_grid = true;
+      passage.leave = now;
+      passage.leaves_grid = true;
       break;
     }
   }
-  if (in_run) {
-    const float end = max_of(leave, now);
-    add_run(walk.run_count++, Run{run_begin, end});
-    surface_t += end - run_begin;
-  }
-  if (walk.run_count == 0) return;
-
-  walk.verdict = Verdict::ambiguous;
-  walk.certain = false;
-  walk.saw_outside = saw_outside;
-  walk.saw_inside = saw_inside;
-  walk.starts_in_surface = first_surface && !enters_grid;
-  walk.ends_in_surface = last_surface && !leaves_grid;
-  walk.surface_t = surface_t;
+  end_walk(passage, now, seen, run, walk, add_run);
 }
 
 /// The same with all runs kept; those beyond run_count are left as they are.

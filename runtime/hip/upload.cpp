@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "device.hpp"
+#include "kernels/cpu/walk_grid.hpp"
 
 namespace nif::gpu {
 namespace {
@@ -14,6 +16,10 @@ namespace {
 using kernels::SphericalGrid;
 using kernels::SphericalNetwork;
 using kernels::SphericalValues;
+using kernels::cpu::WalkGrid;
+
+/// [object], of `segment` objects: by what their walk leaps.
+using WalkGrids = std::vector<std::optional<WalkGrid>>;
 
 /// A block that will lie at `base`. It is built twice: first to learn how large it is, and once more with
 /// pointers that hold.
@@ -53,9 +59,10 @@ class Block {
   std::map<std::pair<const void*, size_t>, size_t> placed_;
 };
 
-void add_field(Block& block, kernels::SegmentField& field) {
+void add_field(Block& block, kernels::hip::DeviceSegmentField& field) {
+  block.move(field.walk.words, kernels::hip::walk_words(field));
   block.move(field.brick_table, size_t(field.bricks[0]) * field.bricks[1] * field.bricks[2]);
-  block.move(field.brick_states, field.mixed_bricks);
+  field.brick_states = nullptr;  // the codes of the walk say it all
   block.move(field.brick_corners, field.mixed_bricks);
   block.move(field.corner_base, field.mixed_bricks);
   block.move(field.features, size_t(field.corners) * field.features_per_corner);
@@ -139,21 +146,20 @@ void choose_stages(const kernels::SphericalField& field, bool half, CardObject& 
 }
 
 template <class Field>
-void add_object(Block& block, const Field& field, const GpuObjectView& view, bool half, GpuAsset& asset) {
+void add_object(Block& block, Field field, const GpuObjectView& view, bool half, GpuAsset& asset) {
   CardObject object{};
   object.object = kernels::hip::describe_object(field);
   object.object.logit_scale = view.logit_scale;
   object.object.reach_scale = view.reach_scale;
   object.row_words = row_words(field);
   choose_stages(field, half, object);
-  Field moved = field;
-  add_field(block, moved);
-  object.object.field = object.list.field = block.add_structure(moved);
+  add_field(block, field);
+  object.object.field = object.list.field = block.add_structure(field);
   asset.objects.push_back(object);
 }
 
-Block lay_out(const GpuObjectView* objects, uint32_t count, bool half, const unsigned char* base,
-              GpuAsset& asset) {
+Block lay_out(const GpuObjectView* objects, uint32_t count, const WalkGrids& grids, bool half,
+              const unsigned char* base, GpuAsset& asset) {
   Block block(base);
   asset.objects.clear();
   for (uint32_t i = 0; i < count; ++i) {
@@ -162,7 +168,8 @@ Block lay_out(const GpuObjectView* objects, uint32_t count, bool half, const uns
     else if (objects[i].spherical)
       add_object(block, *objects[i].spherical, objects[i], half, asset);
     else
-      add_object(block, *objects[i].segment, objects[i], half, asset);
+      add_object(block, kernels::hip::DeviceSegmentField{*objects[i].segment, grids[i]->view()}, objects[i],
+                 half, asset);
   }
   return block;
 }
@@ -228,10 +235,16 @@ void lay_out(Block& block, const GpuSceneView& view, GpuScene& scene) {
 }  // namespace
 
 std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const GpuObjectView* objects, uint32_t count) {
+  WalkGrids grids(count);
+  for (uint32_t i = 0; i < count; ++i)
+    if (objects[i].segment)
+      grids[i].emplace(*objects[i].segment, WalkGrid::most_tables(*objects[i].segment),
+                       std::pmr::new_delete_resource());
   auto asset = std::make_unique<GpuAsset>();
   const bool half = device.settings.half != 0;
-  asset->memory = Memory(*device.context, lay_out(objects, count, half, nullptr, *asset).bytes().size());
-  copy_and_wait(device, asset->memory, lay_out(objects, count, half, asset->memory.data(), *asset));
+  asset->memory =
+      Memory(*device.context, lay_out(objects, count, grids, half, nullptr, *asset).bytes().size());
+  copy_and_wait(device, asset->memory, lay_out(objects, count, grids, half, asset->memory.data(), *asset));
   return asset;
 }
 

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Answers a million rays of every named set by the GPU kernels, in the emulator, and compares each answer with the
-# reference's: by the one kernel, and by the pipeline with the matrix instructions of every target. Of `spherical` objects
-# a second table follows, for half precision: answers that differ from the reference's in single precision, answers that
+# reference's: by the one kernel, and by the pipeline with the matrix instructions of every target. Of `segment` objects a
+# second table follows, of what the walk costs voxel by voxel and by leaps: steps of a ray; steps that a wave of 32 or 64
+# rays waits for, in the order of the set; loads and bytes of a ray. Of `spherical` objects one follows for half precision: answers that differ from the reference's in single precision, answers that
 # are wrong in either, by how much probabilities (dp) and log-odds (dz) move, and answers that are farther off than the
 # arithmetic allows (beyond). Needs no GPU.
 #

@@ -3,6 +3,7 @@
 // What tests/gpu/emulate.sh runs.
 //
 //   emulate_sets ASSET.nif MESH [RAYS]
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
@@ -10,6 +11,7 @@
 #include "formats/mesh/read.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/status.hpp"
+#include "kernels/cpu/walk_grid.hpp"
 #include "kernels/hip/segment_kernels.hpp"
 #include "kernels/hip/spherical_half_kernels.hpp"
 #include "tests/gpu/compare_half.hpp"
@@ -17,6 +19,100 @@
 
 namespace nif::test {
 namespace {
+
+/// The work of the walks of rays that come one after the other, in waves of so many.
+class WaveCount {
+ public:
+  explicit WaveCount(uint32_t lanes) : lanes_(lanes) {}
+  /// A wave goes on until its last ray is done.
+  void add(uint64_t steps) {
+    longest_ = std::max(longest_, steps);
+    if (++rays_ % lanes_ == 0) finish_wave();
+  }
+  double steps_of_wave() {
+    if (rays_ % lanes_ != 0) finish_wave();
+    return double(steps_) / double(std::max<uint64_t>(waves_, 1));
+  }
+
+ private:
+  void finish_wave() {
+    steps_ += longest_;
+    longest_ = 0;
+    ++waves_;
+  }
+  uint32_t lanes_;
+  uint64_t rays_ = 0, longest_ = 0, steps_ = 0, waves_ = 0;
+};
+
+/// What rays of a set cost by one way to walk: steps, and what each loads.
+struct WalkCost {
+  const char* name;
+  uint64_t steps = 0, loads = 0, bytes = 0;
+  WaveCount of_32{32}, of_64{64};
+
+  void add_ray(uint64_t count) {
+    steps += count;
+    of_32.add(count);
+    of_64.add(count);
+  }
+};
+
+/// How many steps the walk takes by leaps, and voxel by voxel, and how long waves of rays in their order wait
+/// for the longest.
+void count_steps(const format::AssetView& asset, const bake::PreparedScene& prepared, uint64_t rays) {
+  bool any = false;
+  for (size_t i = 0; i < asset.objects.size(); ++i) {
+    const format::ObjectView& object = asset.objects[i];
+    if (object.encoding != format::kSegment) continue;
+    if (!any)
+      std::printf("\n%-16s %-14s %-16s %9s %9s %9s %9s %9s\n", "object", "set", "walk", "steps", "of 32",
+                  "of 64", "loads", "bytes");
+    any = true;
+    const kernels::SegmentField& field = object.field;
+    // As on a card, and for comparison with one table where that has two.
+    const uint32_t most = kernels::cpu::WalkGrid::most_tables(field);
+    const kernels::cpu::WalkGrid one(field, std::min(most, 1u), std::pmr::new_delete_resource()),
+        all(field, most, std::pmr::new_delete_resource());
+    const kernels::hip::DeviceSegmentField tables[] = {{field, one.view()}, {field, all.view()}};
+    const auto is_mixed = [&](const int32_t(&voxel)[3]) {
+      const uint32_t x = uint32_t(voxel[0]), y = uint32_t(voxel[1]), z = uint32_t(voxel[2]);
+      return field.brick_table[(x >> 2) + field.bricks[0] * ((y >> 2) + field.bricks[1] * (z >> 2))] >=
+             kernels::kFirstMixedBrick;
+    };
+    const bake::GroundTruth truth(prepared.objects[i]);
+    for (const bake::RaySet set : bake::kRaySets) {
+      const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
+      WalkCost voxels{"voxel by voxel"}, leaps[] = {{"leaps, 1 table"}, {"leaps"}};
+      const auto no_run = [](uint32_t, const kernels::Run&) {};
+      for (const kernels::Segment& segment : labelled.segments) {
+        kernels::WalkResult walk;
+        uint64_t steps = 0;
+        kernels::follow_segment(field, segment, walk, no_run, [&](const int32_t(&voxel)[3]) {
+          ++steps;
+          const bool mixed = is_mixed(voxel);
+          voxels.loads += 1 + mixed;
+          voxels.bytes += sizeof(uint16_t) + (mixed ? sizeof(kernels::BrickStates) : 0);
+        });
+        voxels.add_ray(steps);
+        for (size_t k = 0; k < std::size(leaps); ++k) {
+          WalkCost& cost = leaps[k];
+          steps = 0;
+          kernels::hip::leap_segment(tables[k], segment, walk, no_run, [&](uint32_t) { ++steps; });
+          cost.add_ray(steps);
+          cost.loads += steps;
+          cost.bytes += steps * sizeof(uint32_t);
+        }
+      }
+      const double count = double(std::max<size_t>(labelled.segments.size(), 1));
+      for (WalkCost* cost : {&voxels, &leaps[0], &leaps[1]})
+        std::printf("%-16s %-14s %-16s %9.2f %9.2f %9.2f %9.2f %9.1f\n", std::string(object.name).c_str(),
+                    std::string(bake::name_of(set)).c_str(), cost->name, double(cost->steps) / count,
+                    cost->of_32.steps_of_wave(), cost->of_64.steps_of_wave(), double(cost->loads) / count,
+                    double(cost->bytes) / count);
+      std::fflush(stdout);
+    }
+  }
+}
 
 /// In half precision. Returns how many answers are farther off than the arithmetic allows.
 uint64_t compare_halves(const format::AssetView& asset, const bake::PreparedScene& prepared, uint64_t rays) {
@@ -94,6 +190,7 @@ uint64_t compare_all(const char* asset_path, const char* mesh_path, uint64_t ray
       }
     }
   }
+  count_steps(asset, prepared, rays);
   return all + compare_halves(asset, prepared, rays);
 }
 
