@@ -120,7 +120,7 @@ struct Bounds {
 /// The stack is for what functions that are not inlined hand each other, and on gfx1030 for copies of
 /// arguments that nothing reads.
 const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
-                                            {"nif_pipeline_alone", {144, 128, 80, 176}},
+                                            {"nif_pipeline_alone", {120, 104, 80, 176}},
                                             {"nif_pipeline_half_inner_64", {176, 128, 8, 248}},
                                             {"nif_pipeline_half_inner_96", {208, 160, 8, 248}},
                                             {"nif_pipeline_half_outer_64", {176, 128, 8, 248}},
@@ -133,12 +133,12 @@ const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
                                             {"nif_pipeline_walk_any_details", {184, 128, 152, 168}},
                                             {"nif_pipeline_walk_segment", {104, 80, 88, 16}},
                                             {"nif_pipeline_walk_segment_details", {136, 96, 152, 16}},
-                                            {"nif_scene_any", {232, 128, 64, 144}},
-                                            {"nif_scene_any_details", {232, 152, 88, 144}},
+                                            {"nif_scene_any", {184, 128, 64, 144}},
+                                            {"nif_scene_any_details", {192, 152, 88, 144}},
                                             {"nif_scene_bvh", {152, 120, 48, 16}},
                                             {"nif_scene_bvh_details", {192, 144, 104, 16}},
-                                            {"nif_scene_segment", {136, 104, 56, 72}},
-                                            {"nif_scene_segment_details", {168, 120, 112, 72}}};
+                                            {"nif_scene_segment", {128, 96, 56, 72}},
+                                            {"nif_scene_segment_details", {168, 104, 112, 72}}};
 
 TEST_P(GpuCodeTest, HasEveryKernel) {
   EXPECT_GT(fs::file_size(code_), 10'000u);
