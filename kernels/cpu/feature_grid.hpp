@@ -1,8 +1,4 @@
-// The features of a field's corners as the SIMD network gathers them: a voxel's eight in one brick.
-//
-// Built when an asset is loaded. In the file each corner stands once, in the brick that it is the low end of
-// a voxel of; here a brick has the corners of all its voxels, 5 x 5 x 5 of them, those at its far ends too. A
-// voxel then needs one look-up in place of up to eight.
+// Makes what kernels/corner_bricks.hpp describes, when an asset is loaded or copied to a GPU.
 #pragma once
 
 #include <bit>
@@ -10,16 +6,10 @@
 #include <memory_resource>
 #include <vector>
 
+#include "kernels/corner_bricks.hpp"
 #include "kernels/field.hpp"
 
 namespace nif::kernels::cpu {
-
-/// The corners of one brick of voxels that have features, in order of z, y, x.
-struct CornerBrick {
-  uint32_t first;  ///< feature pair of its first corner
-  uint32_t
-      layer[5];  ///< of each z: bit x + 5 y where there is a corner; from bit 25, how many there are below
-};
 
 struct FeatureGrid {
   /// Empty unless the field has two features a corner.
@@ -38,6 +28,11 @@ struct FeatureGrid {
   /// Whether every corner of the field that has features is here: corners that no surface voxel touches are
   /// not, nor is anything where there are not two features a corner.
   bool complete;
+
+  /// Of a complete one.
+  CornerBricks view() const {
+    return {table.data(), bricks.data(), pairs.data(), uint32_t(bricks.size()), uint32_t(pairs.size())};
+  }
 
   size_t resident_bytes() const {
     return table.capacity() * sizeof(table[0]) + bricks.capacity() * sizeof(bricks[0]) +

@@ -10,22 +10,10 @@
 // Everything is a whole number in a float: conversions are slow on GPUs, and few registers are to hold a ray.
 #pragma once
 
+#include "kernels/hip/device_segment.hpp"
 #include "kernels/reference/walk.hpp"
-#include "kernels/walk_codes.hpp"
 
 namespace nif::kernels::hip {
-
-/// A field in device memory, as kernels take it.
-struct DeviceSegmentField : SegmentField {
-  WalkCodes walk;
-};
-
-/// Words of its codes.
-inline size_t walk_words(const DeviceSegmentField& field) {
-  size_t words = field.walk.second ? 16 : 8;
-  for (const uint32_t voxels : field.voxels) words *= code_bricks(voxels);
-  return words;
-}
 
 /// a b + c in one instruction, where it does not matter whether the product is rounded by itself: because it
 /// is exact, or the sum an estimate.
@@ -98,7 +86,8 @@ NIF_HOST_DEVICE void leap_segment(const DeviceSegmentField& field, const Segment
     }
     const uint32_t number = table + code_number(index[0], index[1], index[2], row, layer);
     look(number);
-    const uint32_t code = code_in(field.walk.words, number), state = look_up(kPackedClasses, code);
+    const uint32_t code = load_device(field.walk.words, number / 8) >> 4 * (number % 8) & 15,
+                   state = look_up(kPackedClasses, code);
     seen |= state;
     const bool blocked = (seen & kBoth) == kBoth;
     if (((state ^ last) & kSurfaceBit) && !blocked) {

@@ -385,7 +385,7 @@ NIF_HOST_DEVICE inline Segment local_ray(const PipelineWork& work, uint32_t item
 
 /// Writes the inputs of a `segment` item.
 template <uint32_t kFeatures>
-NIF_HOST_DEVICE void gather_segment(const PipelineWork& work, const SegmentField& field, uint32_t item,
+NIF_HOST_DEVICE void gather_segment(const PipelineWork& work, const DeviceSegmentField& field, uint32_t item,
                                     unsigned char* inputs) {
   const PipelineMemory& memory = work.memory;
   const uint32_t about = memory.about[item];
@@ -418,7 +418,7 @@ NIF_HOST_DEVICE void pipeline_segments(const Thread& thread, const PipelineWork&
   const auto layout_of = [&](uint32_t list) -> const SegmentLayout& {
     return work.lists.lists[list].segment;
   };
-  const auto field_of = [&](uint32_t list) -> const SegmentField& {
+  const auto field_of = [&](uint32_t list) -> const DeviceSegmentField& {
     return *static_cast<const DeviceSegmentField*>(work.lists.lists[list].field);
   };
   unsigned char* const biases = thread.shared();
@@ -430,7 +430,7 @@ NIF_HOST_DEVICE void pipeline_segments(const Thread& thread, const PipelineWork&
   for_each_tile<kBlockThreads>(thread, work, begin, [&](const PipelineTile& tile) {
     if (first >= tile.count) return;
     const SegmentLayout& layout = layout_of(tile.list);
-    const SegmentField& field = field_of(tile.list);
+    const DeviceSegmentField& field = field_of(tile.list);
     const unsigned char* const weights = biases + round_up(4 * layout.rows, 16);
     unsigned char* const inputs =
         thread.shared() + round_up(4 * layout.rows, 16) + (layout.rows + first) * layout.stride;

@@ -16,8 +16,8 @@ inline constexpr uint32_t kSceneThreads = 64;  ///< of scene_answer()'s blocks
 
 /// What an object is, as bits: a kernel is made for a set of them.
 enum SceneKind : uint32_t {
-  kPairSegment = 1,  ///< `segment` with two features a corner, as the baker makes them
-  kAnySegment = 2,   ///< with any number
+  kPairSegment = 1,  ///< `segment` with two features a corner, in corner bricks: what the baker makes
+  kAnySegment = 2,   ///< any other
   kSegments = kPairSegment | kAnySegment,
   kBvhObject = 4,
   kSphericalObject = 8,
@@ -41,9 +41,9 @@ struct SceneLayout {
   uint32_t bytes;  ///< of shared memory
 };
 
-inline SceneObject describe_object(const SegmentField& field) {
+inline SceneObject describe_object(const DeviceSegmentField& field) {
   SceneObject object{};
-  object.kind = field.features_per_corner == 2 ? kPairSegment : kAnySegment;
+  object.kind = field.corner_bricks.table ? kPairSegment : kAnySegment;
   object.widest = make_layout(field).widest;
   return object;
 }

@@ -76,18 +76,14 @@ class KeptRuns {
   float* column_;
 };
 
-/// Writes a point's inputs to where they stand among those of the ray. kFeatures: of a corner, or 0 for any
-/// number, a feature at a time.
+/// Writes a point's inputs to where they stand among those of the ray. kFeatures: of a corner, 2 by corner
+/// bricks; or 0 for any number, a feature at a time.
 template <uint32_t kFeatures>
-NIF_HOST_DEVICE void put_features(const SegmentField& field, uint32_t number, const SamplePoint& point,
+NIF_HOST_DEVICE void put_features(const DeviceSegmentField& field, uint32_t number, const SamplePoint& point,
                                   unsigned char* inputs) {
   if constexpr (kFeatures == 2) {
-    int32_t first = 0, second = 0;
-    for_each_corner(field, point, [&](uint32_t corner, int32_t weight) {
-      const uint32_t pair = reinterpret_cast<const HalfWord*>(field.features)[corner];
-      first += weight * int8_t(pair);
-      second += weight * int8_t(pair >> 8);
-    });
+    int32_t first, second;
+    sum_pairs(field, point, first, second);
     reinterpret_cast<HalfWord*>(inputs)[number] =
         HalfWord(feature_input(first) | uint32_t(feature_input(second)) << 8);
   } else {

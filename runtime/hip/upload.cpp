@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "device.hpp"
+#include "kernels/cpu/feature_grid.hpp"
 #include "kernels/cpu/walk_grid.hpp"
 
 namespace nif::gpu {
@@ -16,10 +17,24 @@ namespace {
 using kernels::SphericalGrid;
 using kernels::SphericalNetwork;
 using kernels::SphericalValues;
+using kernels::cpu::FeatureGrid;
 using kernels::cpu::WalkGrid;
 
 /// [object], of `segment` objects: by what their walk leaps.
-using WalkGrids = std::vector<std::optional<WalkGrid>>;
+/// What takes the place of an asset's own arrays on the card.
+struct SegmentGrids {
+  explicit SegmentGrids(const kernels::SegmentField& field)
+      : walk(field, WalkGrid::most_tables(field), std::pmr::new_delete_resource()),
+        corners(field, std::pmr::new_delete_resource()) {}
+
+  kernels::hip::DeviceSegmentField in_place_of(const kernels::SegmentField& field) const {
+    return {field, walk.view(), corners.complete ? corners.view() : kernels::CornerBricks()};
+  }
+
+  WalkGrid walk;
+  FeatureGrid corners;
+};
+using AssetGrids = std::vector<std::optional<SegmentGrids>>;  ///< [object]: none of other encodings'
 
 /// A block that will lie at `base`. It is built twice: first to learn how large it is, and once more with
 /// pointers that hold.
@@ -61,11 +76,24 @@ class Block {
 
 void add_field(Block& block, kernels::hip::DeviceSegmentField& field) {
   block.move(field.walk.words, kernels::hip::walk_words(field));
-  block.move(field.brick_table, size_t(field.bricks[0]) * field.bricks[1] * field.bricks[2]);
   field.brick_states = nullptr;  // the codes of the walk say it all
-  block.move(field.brick_corners, field.mixed_bricks);
-  block.move(field.corner_base, field.mixed_bricks);
-  block.move(field.features, size_t(field.corners) * field.features_per_corner);
+  kernels::CornerBricks& corners = field.corner_bricks;
+  if (corners.table) {
+    size_t words = 1;
+    for (const uint32_t voxels : field.voxels) words *= kernels::code_bricks(voxels);
+    block.move(corners.table, (words + 15) / 16);
+    block.move(corners.bricks, corners.brick_count);
+    block.move(corners.pairs, corners.pair_count);
+    field.brick_table = nullptr;
+    field.brick_corners = nullptr;
+    field.corner_base = nullptr;
+    field.features = nullptr;
+  } else {
+    block.move(field.brick_table, size_t(field.bricks[0]) * field.bricks[1] * field.bricks[2]);
+    block.move(field.brick_corners, field.mixed_bricks);
+    block.move(field.corner_base, field.mixed_bricks);
+    block.move(field.features, size_t(field.corners) * field.features_per_corner);
+  }
   for (uint32_t l = 0; l < field.network.layer_count; ++l) {
     kernels::Network::Layer& layer = field.network.layers[l];
     block.move(layer.weights, size_t(layer.inputs) * layer.outputs);
@@ -113,7 +141,7 @@ uint32_t bvh_levels(const kernels::BvhField& field) {
 
 uint32_t row_words(const kernels::SegmentField& field) {
   return 2 * kernels::hip::kKeptRuns +
-         (field.network.layers[0].inputs + 2 * kernels::hip::describe_object(field).widest) / 4;
+         (field.network.layers[0].inputs + 2 * kernels::hip::make_layout(field).widest) / 4;
 }
 uint32_t row_words(const kernels::BvhField& field) {
   return kernels::hip::bvh_stack_words(bvh_levels(field));
@@ -158,7 +186,7 @@ void add_object(Block& block, Field field, const GpuObjectView& view, bool half,
   asset.objects.push_back(object);
 }
 
-Block lay_out(const GpuObjectView* objects, uint32_t count, const WalkGrids& grids, bool half,
+Block lay_out(const GpuObjectView* objects, uint32_t count, const AssetGrids& grids, bool half,
               const unsigned char* base, GpuAsset& asset) {
   Block block(base);
   asset.objects.clear();
@@ -168,8 +196,7 @@ Block lay_out(const GpuObjectView* objects, uint32_t count, const WalkGrids& gri
     else if (objects[i].spherical)
       add_object(block, *objects[i].spherical, objects[i], half, asset);
     else
-      add_object(block, kernels::hip::DeviceSegmentField{*objects[i].segment, grids[i]->view()}, objects[i],
-                 half, asset);
+      add_object(block, grids[i]->in_place_of(*objects[i].segment), objects[i], half, asset);
   }
   return block;
 }
@@ -235,11 +262,9 @@ void lay_out(Block& block, const GpuSceneView& view, GpuScene& scene) {
 }  // namespace
 
 std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const GpuObjectView* objects, uint32_t count) {
-  WalkGrids grids(count);
+  AssetGrids grids(count);
   for (uint32_t i = 0; i < count; ++i)
-    if (objects[i].segment)
-      grids[i].emplace(*objects[i].segment, WalkGrid::most_tables(*objects[i].segment),
-                       std::pmr::new_delete_resource());
+    if (objects[i].segment) grids[i].emplace(*objects[i].segment);
   auto asset = std::make_unique<GpuAsset>();
   const bool half = device.settings.half != 0;
   asset->memory =

@@ -61,6 +61,7 @@ struct WalkCost {
 /// for the longest.
 void count_steps(const format::AssetView& asset, const bake::PreparedScene& prepared, uint64_t rays) {
   bool any = false;
+  std::string left;  // lines of another table
   for (size_t i = 0; i < asset.objects.size(); ++i) {
     const format::ObjectView& object = asset.objects[i];
     if (object.encoding != format::kSegment) continue;
@@ -73,7 +74,7 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
     const uint32_t most = kernels::cpu::WalkGrid::most_tables(field);
     const kernels::cpu::WalkGrid one(field, std::min(most, 1u), std::pmr::new_delete_resource()),
         all(field, most, std::pmr::new_delete_resource());
-    const kernels::hip::DeviceSegmentField tables[] = {{field, one.view()}, {field, all.view()}};
+    const kernels::hip::DeviceSegmentField tables[] = {{field, one.view(), {}}, {field, all.view(), {}}};
     const auto is_mixed = [&](const int32_t(&voxel)[3]) {
       const uint32_t x = uint32_t(voxel[0]), y = uint32_t(voxel[1]), z = uint32_t(voxel[2]);
       return field.brick_table[(x >> 2) + field.bricks[0] * ((y >> 2) + field.bricks[1] * (z >> 2))] >=
@@ -82,6 +83,7 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
     const bake::GroundTruth truth(prepared.objects[i]);
     for (const bake::RaySet set : bake::kRaySets) {
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
+      uint64_t open = 0, hard = 0, runs = 0;
       WalkCost voxels{"voxel by voxel"}, leaps[] = {{"leaps, 1 table"}, {"leaps"}};
       const auto no_run = [](uint32_t, const kernels::Run&) {};
       for (const kernels::Segment& segment : labelled.segments) {
@@ -94,6 +96,11 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
           voxels.bytes += sizeof(uint16_t) + (mixed ? sizeof(kernels::BrickStates) : 0);
         });
         voxels.add_ray(steps);
+        if (walk.verdict == kernels::Verdict::ambiguous) {
+          ++open;
+          hard += walk.run_count > kernels::hip::kKeptRuns;
+          runs += walk.run_count;
+        }
         for (size_t k = 0; k < std::size(leaps); ++k) {
           WalkCost& cost = leaps[k];
           steps = 0;
@@ -110,8 +117,18 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
                     cost->of_32.steps_of_wave(), cost->of_64.steps_of_wave(), double(cost->loads) / count,
                     double(cost->bytes) / count);
       std::fflush(stdout);
+      char line[160];
+      std::snprintf(line, sizeof(line), "%-16s %-14s %9zu %9llu %9llu %9.2f\n",
+                    std::string(object.name).c_str(), std::string(bake::name_of(set)).c_str(),
+                    labelled.segments.size(), static_cast<unsigned long long>(open),
+                    static_cast<unsigned long long>(hard),
+                    double(runs) / double(std::max<uint64_t>(open, 1)));
+      left += line;
     }
   }
+  if (any)
+    std::printf("\n%-16s %-14s %9s %9s %9s %9s\n%s", "object", "set", "rays", "open", "hard", "runs",
+                left.c_str());
 }
 
 /// In half precision. Returns how many answers are farther off than the arithmetic allows.
