@@ -13,7 +13,9 @@ namespace nif::kernels::hip {
 /// brick_states are not in any case. brick_table then is neither.
 struct DeviceSegmentField : SegmentField {
   WalkCodes walk;
-  CornerBricks corner_bricks;  ///< none unless there are two features a corner
+  CornerBricks corner_bricks;  ///< none unless there are two features a corner; without `pairs`
+  const uint32_t* next_pairs =
+      nullptr;  ///< [corner_bricks.pair_count]: each pair of features, and the next one
 };
 
 /// Words of its codes.
@@ -58,9 +60,9 @@ NIF_HOST_DEVICE inline void sum_pairs(const DeviceSegmentField& field, const Sam
     NIF_UNROLL
     for (uint32_t dy = 0; dy < 2; ++dy) {
       const uint32_t bit = (x & 3) + 5 * ((y & 3) + dy), there = layer >> bit;
-      const uint32_t pair = origin + (layer >> 25) + count_bits(layer & ((1u << bit) - 1));
-      const uint32_t low = there & 1 ? load_device(corners.pairs, pair) : 0;
-      const uint32_t high = there & 2 ? load_device(corners.pairs, pair + (there & 1)) : 0;
+      const uint32_t pairs =
+          load_device(field.next_pairs, origin + (layer >> 25) + count_bits(layer & ((1u << bit) - 1)));
+      const uint32_t low = there & 1 ? pairs : 0, high = there & 2 ? pairs >> 16 * (there & 1) : 0;
       const int32_t across = weight(1, dy) * weight(2, dz);
       first += across * (weight(0, 0) * int8_t(low) + weight(0, 1) * int8_t(high));
       second += across * (weight(0, 0) * int8_t(low >> 8) + weight(0, 1) * int8_t(high >> 8));

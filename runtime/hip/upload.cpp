@@ -25,14 +25,20 @@ using kernels::cpu::WalkGrid;
 struct SegmentGrids {
   explicit SegmentGrids(const kernels::SegmentField& field)
       : walk(field, WalkGrid::most_tables(field), std::pmr::new_delete_resource()),
-        corners(field, std::pmr::new_delete_resource()) {}
+        corners(field, std::pmr::new_delete_resource()) {
+    for (size_t i = 0; i < corners.pairs.size(); ++i)
+      next_pairs.push_back(corners.pairs[i] |
+                           uint32_t(i + 1 < corners.pairs.size() ? corners.pairs[i + 1] : 0) << 16);
+  }
 
   kernels::hip::DeviceSegmentField in_place_of(const kernels::SegmentField& field) const {
-    return {field, walk.view(), corners.complete ? corners.view() : kernels::CornerBricks()};
+    return {field, walk.view(), corners.complete ? corners.view() : kernels::CornerBricks(),
+            next_pairs.data()};
   }
 
   WalkGrid walk;
   FeatureGrid corners;
+  std::vector<uint32_t> next_pairs;
 };
 using AssetGrids = std::vector<std::optional<SegmentGrids>>;  ///< [object]: none of other encodings'
 
@@ -83,12 +89,14 @@ void add_field(Block& block, kernels::hip::DeviceSegmentField& field) {
     for (const uint32_t voxels : field.voxels) words *= kernels::code_bricks(voxels);
     block.move(corners.table, (words + 15) / 16);
     block.move(corners.bricks, corners.brick_count);
-    block.move(corners.pairs, corners.pair_count);
+    block.move(field.next_pairs, corners.pair_count);
+    corners.pairs = nullptr;
     field.brick_table = nullptr;
     field.brick_corners = nullptr;
     field.corner_base = nullptr;
     field.features = nullptr;
   } else {
+    field.next_pairs = nullptr;
     block.move(field.brick_table, size_t(field.bricks[0]) * field.bricks[1] * field.bricks[2]);
     block.move(field.brick_corners, field.mixed_bricks);
     block.move(field.corner_base, field.mixed_bricks);

@@ -74,7 +74,8 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
     const uint32_t most = kernels::cpu::WalkGrid::most_tables(field);
     const kernels::cpu::WalkGrid one(field, std::min(most, 1u), std::pmr::new_delete_resource()),
         all(field, most, std::pmr::new_delete_resource());
-    const kernels::hip::DeviceSegmentField tables[] = {{field, one.view(), {}}, {field, all.view(), {}}};
+    const kernels::hip::DeviceSegmentField tables[] = {{field, one.view(), {}, nullptr},
+                                                       {field, all.view(), {}, nullptr}};
     const auto is_mixed = [&](const int32_t(&voxel)[3]) {
       const uint32_t x = uint32_t(voxel[0]), y = uint32_t(voxel[1]), z = uint32_t(voxel[2]);
       return field.brick_table[(x >> 2) + field.bricks[0] * ((y >> 2) + field.bricks[1] * (z >> 2))] >=
