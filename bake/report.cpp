@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 namespace nif::bake {
 
 nlohmann::ordered_json to_json(const SetAccuracies& sets) {

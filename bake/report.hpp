@@ -1,7 +1,7 @@
 // Figures of a bake or an evaluation as JSON: the forms that `--json` and the asset's metadata share.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "bake/bake.hpp"
 

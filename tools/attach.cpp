@@ -148,7 +148,7 @@ void print(const Arguments& arguments, const Result& result) {
       json["nodes"] = result.nodes;
       json["notes"] = result.notes;
     }
-    fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_json(json);
   } else if (arguments.remove) {
     fmt::print("{}: {}, without an asset\n", arguments.output, format_bytes(double(result.bytes)));
   } else {
@@ -187,25 +187,24 @@ void run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_attach(CLI::App& app) {
-  CLI::App* command =
+void add_attach(Command app) {
+  const Command command =
       app.add_subcommand("attach", "Make a baked asset part of the glTF that it was baked from");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command->add_option("GLTF", a.gltf, "A .glb or .gltf file")->required();
-  command->add_option("ASSET", a.asset, "The .nif file that was baked from it");
-  command->add_option("-o,--output", a.output, "The file to write, of the same kind as the input")
-      ->required();
-  command->add_flag("--reference", a.reference,
-                    "Name the asset by a relative URI in place of copying it into the .glb; a .gltf always "
-                    "does");
-  command->add_flag("--force", a.force,
-                    "Take an asset that was baked from another file, too, and match nodes by their names");
-  command->add_flag("--remove", a.remove,
-                    "Take an attached asset out again: the file is then, byte for byte, what it was before");
-  command->add_flag("--json", a.json, "Print the results as one JSON object (nifkit.attach/1)");
-  command->add_flag("--quiet", a.quiet, "No progress, notes or summary");
-  command->footer(
+  command.add_option("GLTF", a.gltf, "A .glb or .gltf file").required();
+  command.add_option("ASSET", a.asset, "The .nif file that was baked from it");
+  command.add_option("-o,--output", a.output, "The file to write, of the same kind as the input").required();
+  command.add_flag("--reference", a.reference,
+                   "Name the asset by a relative URI in place of copying it into the .glb; a .gltf always "
+                   "does");
+  command.add_flag("--force", a.force,
+                   "Take an asset that was baked from another file, too, and match nodes by their names");
+  command.add_flag("--remove", a.remove,
+                   "Take an attached asset out again: the file is then, byte for byte, what it was before");
+  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.attach/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  command.footer(
       "The asset is attached by the glTF extension NIF_visibility (docs/gltf-extension.md), which other "
       "programs\n"
       "ignore: the file's meshes stay, and so does every other byte. An asset that is attached already is\n"
@@ -214,7 +213,7 @@ void add_attach(CLI::App& app) {
       "  nif bake crate.glb -o crate.nif && nif attach crate.glb crate.nif -o both.glb\n"
       "  nif attach hall.gltf hall.nif -o hall_nif.gltf       # names hall.nif beside it\n"
       "  nif attach both.glb --remove -o crate.glb");
-  command->callback([arguments] { run(*arguments); });
+  command.callback([arguments] { run(*arguments); });
 }
 
 }  // namespace nif::tools

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <span>
 
 #include "bake/report.hpp"
@@ -113,7 +114,7 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result, cons
                                     {"sources", sources},
                                     {"notes", notes},
                                     {"objects", std::move(objects)}};
-  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  write_json(json);
 }
 
 void print_summary(const Arguments& arguments, const bake::BakeResult& result, const AssetBytes& bytes,
@@ -213,17 +214,16 @@ render::SceneDescription read_view(const SphericalArguments& arguments) {
 }
 
 /// With --manifest, which says all that the options of an asset else say.
-void run_manifest(const Arguments& arguments, const CLI::App& command) {
+void run_manifest(const Arguments& arguments, const Command& command) {
   BatchArguments batch = arguments.batch;
   batch.threads = arguments.threads;
   batch.depfile = arguments.depfile;
   batch.json = arguments.json;
   batch.quiet = arguments.quiet;
-  CLI::App allowed;
+  const OwnCommand allowed;
   add_batch_options(allowed, batch);
-  for (const CLI::Option* option : command.get_options()) {
-    const std::string name = option->get_name();
-    if (option->count() == 0 || allowed.get_option_no_throw(name)) continue;
+  for (const std::string& name : command.given()) {
+    if (allowed.has(name)) continue;
     if (name != "--threads" && name != "--depfile" && name != "--json" && name != "--quiet")
       throw Error(Status::usage,
                   fmt::format("--manifest and {} contradict each other: the manifest says it", name));
@@ -231,7 +231,7 @@ void run_manifest(const Arguments& arguments, const CLI::App& command) {
   run_batch(batch);
 }
 
-void run(const Arguments& arguments, const CLI::App& command) {
+void run(const Arguments& arguments, const Command& command) {
   if (!arguments.batch.manifest.empty()) return run_manifest(arguments, command);
   if (const char* idle = arguments.batch.first_given())
     throw Error(Status::usage, fmt::format("{} is an option of --manifest", idle));
@@ -307,24 +307,24 @@ void run(const Arguments& arguments, const CLI::App& command) {
 
 }  // namespace
 
-void add_bake(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("bake", "Bake a mesh into a .nif asset");
+void add_bake(Command app) {
+  const Command command = app.add_subcommand("bake", "Bake a mesh into a .nif asset");
   auto a = std::make_shared<Arguments>();
-  command->add_option("MESH", a->mesh, "OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst");
-  command->add_option("-o,--output", a->output, "The .nif file to write");
-  add_bake_options(*command, a->bake);
-  command->add_option("-j,--threads", a->threads, "Threads; 0: all. The result is the same for any number")
-      ->capture_default_str();
-  command->add_option("--depfile", a->depfile,
-                      "Also write the files that were read, as a rule for make and ninja, to this file");
-  add_batch_options(*command, a->batch);
-  command->add_flag("--json", a->json,
-                    "Print the results as one JSON object (nifkit.bake/1, or nifkit.batch/1)");
-  command->add_flag("--quiet", a->quiet, "No progress, notes or summary");
-  command->footer(
+  command.add_option("MESH", a->mesh, "OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst");
+  command.add_option("-o,--output", a->output, "The .nif file to write");
+  add_bake_options(command, a->bake);
+  command.add_option("-j,--threads", a->threads, "Threads; 0: all. The result is the same for any number")
+      .capture_default_str();
+  command.add_option("--depfile", a->depfile,
+                     "Also write the files that were read, as a rule for make and ninja, to this file");
+  add_batch_options(command, a->batch);
+  command.add_flag("--json", a->json,
+                   "Print the results as one JSON object (nifkit.bake/1, or nifkit.batch/1)");
+  command.add_flag("--quiet", a->quiet, "No progress, notes or summary");
+  command.footer(
       "Examples: nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n          nif bake --manifest "
       "library.toml --keep-going --report library.html");
-  command->callback([a, command] { run(*a, *command); });
+  command.callback([a, command] { run(*a, command); });
 }
 
 }  // namespace nif::tools

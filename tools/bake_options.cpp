@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <sstream>
+
 #include "tools/command.hpp"
 
 namespace nif::tools {
@@ -10,7 +12,8 @@ namespace {
 /// "outer-lines=0.5,segments=0.5", or names alone for equal shares.
 bake::Mix parse_mix(const std::string& text) {
   bake::Mix mix{};
-  for (const std::string& part : CLI::detail::split(text, ',')) {
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');) {
     const size_t equals = part.find('=');
     const std::string name = part.substr(0, equals);
     const std::optional<bake::RaySet> set = bake::ray_set_named(name);
@@ -93,11 +96,11 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
   return options;
 }
 
-void add_bake_options(CLI::App& command, BakeArguments& arguments) {
+void add_bake_options(Command command, BakeArguments& arguments) {
   command
       .add_option("--preset", arguments.preset,
                   "fast, balanced or high: how fine and how long. paper: spherical, as published")
-      ->default_str("balanced");
+      .default_str("balanced");
   command
       .add_option(
           "--encoding", arguments.encoding,
@@ -105,12 +108,12 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
           "trained. auto: for each object the better one of these, by bytes, work and measured error, and "
           "why. "
           "spherical: the fields of the paper that this idea is from, for comparison")
-      ->default_str("auto");
+      .default_str("auto");
   command
       .add_option("--resolution", arguments.resolution,
                   "Voxels along the longest side of objects of 150,000 triangles or "
                   "more; fewer for smaller ones")
-      ->check(CLI::Range(2u, kernels::kMaxVoxels));
+      .range(2u, kernels::kMaxVoxels);
   command.add_option("--max-bytes", arguments.max_bytes,
                      "Largest size of the file, e.g. 200kB: the finest grids up to the preset's that fit, "
                      "BVHs where there is room");
@@ -121,9 +124,9 @@ void add_bake_options(CLI::App& command, BakeArguments& arguments) {
   command
       .add_option("--seed", arguments.seed,
                   "Start of all random numbers: same input, options and seed, same bytes")
-      ->capture_default_str();
+      .capture_default_str();
   command.add_option("--rays", arguments.rays, "Rays of each set to measure the accuracy with; 0: do not")
-      ->capture_default_str();
+      .capture_default_str();
   command.add_flag(
       "--strict", arguments.strict,
       "Refuse a mesh that has to be repaired first: with triangles that are without area, covered "

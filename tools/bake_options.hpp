@@ -1,11 +1,11 @@
 // What `nif bake` is asked for: the options that decide the bytes of an asset.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 
 #include "bake/bake.hpp"
+#include "tools/options.hpp"
 #include "tools/spherical_options.hpp"
 
 namespace nif::tools {
@@ -23,7 +23,7 @@ struct BakeArguments {
 };
 
 /// `arguments` must outlive the command.
-void add_bake_options(CLI::App& command, BakeArguments& arguments);
+void add_bake_options(Command command, BakeArguments& arguments);
 
 /// Throws Error(usage) naming the option whose value nothing can be made of, or the two that contradict each
 /// other.

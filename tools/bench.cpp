@@ -2,6 +2,7 @@
 // asset's error on them.
 #include <fmt/format.h>
 #include <tbb/info.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <filesystem>
@@ -96,8 +97,7 @@ void run_gpu(const Arguments& arguments) {
   const GpuBenchResult result = measure_gpu(options, progress);
   progress.finish();
   if (arguments.json)
-    fmt::print("{}\n",
-               to_json(options, result).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_json(to_json(options, result));
   else
     fmt::print("{}", gpu_bench_table(options, result));
 }
@@ -114,8 +114,7 @@ void run(const Arguments& arguments) {
   progress.finish();
   if (!arguments.quiet) print_notes(result);
   if (arguments.json) {
-    fmt::print("{}\n",
-               to_json(options, result).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_json(to_json(options, result));
   } else {
     fmt::print("{}", bench_tables(options, result));
   }
@@ -127,62 +126,62 @@ void run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_bench(CLI::App& app) {
-  CLI::App* command =
+void add_bench(Command app) {
+  const Command command =
       app.add_subcommand("bench", "Measure an asset's speed beside the best that Embree can do");
   auto a = std::make_shared<Arguments>();
-  command->add_option("ASSET", a->asset, "A .nif file")->required();
-  command->add_option("--mesh", a->mesh, "The mesh that it was baked from")->required();
-  command->add_option("--set", a->sets,
-                      "A ray set to measure; may be repeated. By default outer-lines, inner-surface and sun");
-  command->add_option("--rays", a->rays, "Rays of each set, shared out over the objects")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  command->add_option("--seed", a->seed, "Start of the random rays")->capture_default_str();
+  command.add_option("ASSET", a->asset, "A .nif file").required();
+  command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
+  command.add_option("--set", a->sets,
+                     "A ray set to measure; may be repeated. By default outer-lines, inner-surface and sun");
+  command.add_option("--rays", a->rays, "Rays of each set, shared out over the objects")
+      .positive()
+      .capture_default_str();
+  command.add_option("--seed", a->seed, "Start of the random rays").capture_default_str();
   command
-      ->add_option("-j,--threads", a->threads,
-                   "Threads that ask, 0: all; may be repeated. By default 1, and then all")
-      ->check(CLI::Range(0, 1024));
-  command->add_option("--rounds", a->rounds, "Rounds that count, each contender once in each")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command->add_option("--isa", a->isa, "Instruction set of the runtime, e.g. scalar; its best by default");
+      .add_option("-j,--threads", a->threads,
+                  "Threads that ask, 0: all; may be repeated. By default 1, and then all")
+      .range(0, 1024);
+  command.add_option("--rounds", a->rounds, "Rounds that count, each contender once in each")
+      .range(1, 1000)
+      .capture_default_str();
+  command.add_option("--isa", a->isa, "Instruction set of the runtime, e.g. scalar; its best by default");
   command
-      ->add_option(
+      .add_option(
           "--embree", a->embree,
           "fastest: two heats choose the two fastest calls of each of Embree's builds; all: all calls "
           "take part in all rounds")
-      ->check(CLI::IsMember({"fastest", "all"}))
-      ->capture_default_str();
-  command->add_option(
+      .one_of({"fastest", "all"})
+      .capture_default_str();
+  command.add_option(
       "--against", a->against,
       "Another .nif file of the same mesh to race in the same rounds, e.g. of another encoding");
-  command->add_flag("--stages", a->stages,
-                    "Also time stages by themselves: of spherical objects, on one thread; on a GPU, of the "
-                    "pipeline");
+  command.add_flag("--stages", a->stages,
+                   "Also time stages by themselves: of spherical objects, on one thread; on a GPU, of the "
+                   "pipeline");
   command
-      ->add_option("--device", a->device,
-                   "cpu: beside Embree; hip: on a GPU, beside an exact BVH of the mesh on the same card")
-      ->check(CLI::IsMember({"cpu", "hip"}))
-      ->capture_default_str();
+      .add_option("--device", a->device,
+                  "cpu: beside Embree; hip: on a GPU, beside an exact BVH of the mesh on the same card")
+      .one_of({"cpu", "hip"})
+      .capture_default_str();
   command
-      ->add_option("--precision", a->precision,
-                   "On a GPU: half evaluates the networks of spherical objects in half precision")
-      ->check(CLI::IsMember({"single", "half"}))
-      ->capture_default_str();
-  command->add_flag("--batches", a->batches, "On a GPU: also time smaller batches of rays");
-  command->add_flag("--json", a->json,
-                    "Print the results as one JSON object (nifkit.bench/1; of a GPU nifkit.bench-gpu/1)");
-  command->add_option("--plot", a->plot, "Also draw them, as this SVG file");
-  command->add_flag("--quiet", a->quiet, "No progress");
-  command->footer(
+      .add_option("--precision", a->precision,
+                  "On a GPU: half evaluates the networks of spherical objects in half precision")
+      .one_of({"single", "half"})
+      .capture_default_str();
+  command.add_flag("--batches", a->batches, "On a GPU: also time smaller batches of rays");
+  command.add_flag("--json", a->json,
+                   "Print the results as one JSON object (nifkit.bench/1; of a GPU nifkit.bench-gpu/1)");
+  command.add_option("--plot", a->plot, "Also draw them, as this SVG file");
+  command.add_flag("--quiet", a->quiet, "No progress");
+  command.footer(
       "Of a file with several objects, each is asked its own rays in its own space, by both sides alike; "
       "times,\n"
       "bytes and errors are added up. Rates are in millions of rays a second, medians over the rounds.\n"
       "Examples:\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --device hip --stages --batches");
-  command->callback([a] { run(*a); });
+  command.callback([a] { run(*a); });
 }
 
 }  // namespace nif::tools

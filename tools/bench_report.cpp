@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tools/command.hpp"
 
@@ -154,7 +156,8 @@ std::string build_table(const ThreadRun& run, const BenchResult& result) {
     }
   }
   std::string trimmed;
-  for (const std::string& line : CLI::detail::split(table, '\n'))
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);)
     trimmed += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
   return trimmed;
 }

@@ -1,7 +1,7 @@
 // What `nif bench` found, as tables for people and as JSON.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "tools/bench_measure.hpp"
 

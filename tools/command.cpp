@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstring>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 namespace nif::tools {
 namespace {
@@ -96,6 +97,10 @@ uint64_t parse_bytes(const std::string& text, const std::string& option) {
 
 std::string count_of(uint64_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+void write_json(const nlohmann::ordered_json& json, std::FILE* out) {
+  fmt::print(out, "{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 uint64_t peak_memory() {

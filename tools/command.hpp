@@ -1,27 +1,29 @@
 // What the subcommands of `nif` share: how they are declared, how they fail, how they can be interrupted.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdint>
+#include <cstdio>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "bake/report.hpp"
 #include "formats/status.hpp"
+#include "tools/options.hpp"
 
 namespace nif::tools {
 
 /// Adds a subcommand's options to `app`; its callback does the work and throws nif::Error on failure. Each of
 /// these lies in the file of its name.
-void add_attach(CLI::App& app);
-void add_bake(CLI::App& app);
-void add_bench(CLI::App& app);
-void add_devices(CLI::App& app);
-void add_eval(CLI::App& app);
-void add_farm(CLI::App& app);
-void add_info(CLI::App& app);
-void add_mesh(CLI::App& app);
-void add_render(CLI::App& app);
+void add_attach(Command app);
+void add_bake(Command app);
+void add_bench(Command app);
+void add_devices(Command app);
+void add_eval(Command app);
+void add_farm(Command app);
+void add_info(Command app);
+void add_mesh(Command app);
+void add_render(Command app);
 
 /// Set once Ctrl-C or a termination signal has come; a second one ends the process at once. The first call
 /// installs the handler: before it, signals kill as usual.
@@ -63,6 +65,9 @@ using bake::format_bytes;
 
 /// "1 object", "2 objects".
 std::string count_of(uint64_t count, const std::string& noun);
+
+/// Prints it as --json does: indented, with a replacement character for what is no UTF-8.
+void write_json(const nlohmann::ordered_json& json, std::FILE* out = stdout);
 
 /// Most memory that the process has held so far, in bytes.
 uint64_t peak_memory();

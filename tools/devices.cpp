@@ -58,16 +58,17 @@ void print_json() {
                   {"isa", nifkit::Device().info().isa},
                   {"backends", std::move(backends)},
                   {"cards", std::move(cards)}};
-  fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+  write_json(json);
 }
 
 }  // namespace
 
-void add_devices(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("devices", "Say what can answer queries here: the CPU, and GPUs");
+void add_devices(Command app) {
+  const Command command =
+      app.add_subcommand("devices", "Say what can answer queries here: the CPU, and GPUs");
   auto json = std::make_shared<bool>(false);
-  command->add_flag("--json", *json, "Print it as one JSON object (nifkit.devices/1)");
-  command->footer(
+  command.add_flag("--json", *json, "Print it as one JSON object (nifkit.devices/1)");
+  command.footer(
       "A GPU is used by the runtime's configuration \"backend=hip,device=N\". Where there is none, the line "
       "says\n"
       "what is missing: the GPU module (libnif_hip.so; NIF_HIP_MODULE names another file), a driver, a card, "
@@ -75,7 +76,7 @@ void add_devices(CLI::App& app) {
       "code\n"
       "for the card.\n"
       "Example: nif devices");
-  command->callback([json] { *json ? print_json() : print_text(); });
+  command.callback([json] { *json ? print_json() : print_text(); });
 }
 
 }  // namespace nif::tools

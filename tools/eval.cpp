@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "bake/report.hpp"
 #include "tools/accuracy_table.hpp"
@@ -96,7 +97,7 @@ void print_json(const Arguments& arguments, const Result& result) {
   }
   if (arguments.reference)
     json["reference"] = {{"isa", result.isa}, {"rays", result.compared}, {"different", result.different}};
-  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  write_json(json);
 }
 
 void print(const Arguments& arguments, const Result& result) {
@@ -134,28 +135,28 @@ void run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_eval(CLI::App& app) {
-  CLI::App* command =
+void add_eval(Command app) {
+  const Command command =
       app.add_subcommand("eval", "Measure an asset's answers against Embree on its source mesh");
   auto a = std::make_shared<Arguments>();
-  command->add_option("ASSET", a->asset, "A .nif file")->required();
-  command->add_option("--mesh", a->mesh, "The mesh that it was baked from")->required();
-  command->add_option("--set", a->sets, "A ray set to measure; may be repeated. All of them by default");
-  command->add_option("--rays", a->rays, "Rays of each set, shared out over the objects")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  command->add_option("--seed", a->seed, "Start of the random rays")->capture_default_str();
-  command->add_option("-j,--threads", a->threads, "Threads; 0: all")->capture_default_str();
-  command->add_flag("--bvh", a->bvh,
-                    "Also build Embree's default and compact BVH, and say how many bytes they take");
-  command->add_option("--isa", a->isa, "Instruction set that answers: auto, scalar, sse4, avx2 or avx512")
-      ->capture_default_str();
-  command->add_flag("--reference", a->reference,
-                    "Also ask the scalar reference, and fail where one bit of an answer differs");
-  command->add_flag("--json", a->json, "Print the results as one JSON object (nifkit.eval/1)");
-  command->add_flag("--quiet", a->quiet, "No progress");
-  command->footer("Example: nif eval dragon.nif --mesh dragon.ply.gz --set outer-lines --set segments");
-  command->callback([a] { run(*a); });
+  command.add_option("ASSET", a->asset, "A .nif file").required();
+  command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
+  command.add_option("--set", a->sets, "A ray set to measure; may be repeated. All of them by default");
+  command.add_option("--rays", a->rays, "Rays of each set, shared out over the objects")
+      .positive()
+      .capture_default_str();
+  command.add_option("--seed", a->seed, "Start of the random rays").capture_default_str();
+  command.add_option("-j,--threads", a->threads, "Threads; 0: all").capture_default_str();
+  command.add_flag("--bvh", a->bvh,
+                   "Also build Embree's default and compact BVH, and say how many bytes they take");
+  command.add_option("--isa", a->isa, "Instruction set that answers: auto, scalar, sse4, avx2 or avx512")
+      .capture_default_str();
+  command.add_flag("--reference", a->reference,
+                   "Also ask the scalar reference, and fail where one bit of an answer differs");
+  command.add_flag("--json", a->json, "Print the results as one JSON object (nifkit.eval/1)");
+  command.add_flag("--quiet", a->quiet, "No progress");
+  command.footer("Example: nif eval dragon.nif --mesh dragon.ply.gz --set outer-lines --set segments");
+  command.callback([a] { run(*a); });
 }
 
 }  // namespace nif::tools

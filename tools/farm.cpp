@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <nlohmann/json.hpp>
 
 #include "formats/mesh/file_bytes.hpp"
 #include "formats/output_file.hpp"
@@ -44,12 +45,11 @@ void run_slurm(const Arguments& arguments) {
   }
   const Submitted jobs = submit(manifest, classes, arguments.options);
   if (arguments.json) {
-    fmt::print("{}\n", Json{{"schema", "nifkit.farm/1"},
-                            {"manifest", manifest.file},
-                            {"arrays", jobs.arrays},
-                            {"merge", jobs.merge},
-                            {"summary", (jobs.folder / "summary.json").string()}}
-                           .dump(2));
+    write_json(Json{{"schema", "nifkit.farm/1"},
+                    {"manifest", manifest.file},
+                    {"arrays", jobs.arrays},
+                    {"merge", jobs.merge},
+                    {"summary", (jobs.folder / "summary.json").string()}});
     return;
   }
   for (size_t i = 0; i < classes.size(); ++i)
@@ -115,7 +115,7 @@ void run_merge(const Arguments& arguments) {
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const Json summary = to_json(manifest, items, seconds);
   if (arguments.json) {
-    fmt::print("{}\n", summary.dump(2, ' ', false, Json::error_handler_t::replace));
+    write_json(summary);
   } else {
     fmt::print("{}: {}: {} baked, {} up to date, {} failed, {} not baked\n", manifest.file,
                count_of(items.size(), "asset"), summary["baked"].get<size_t>(),
@@ -130,37 +130,37 @@ void run_merge(const Arguments& arguments) {
 
 }  // namespace
 
-void add_farm(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("farm", "Bake a manifest on a cluster");
+void add_farm(Command app) {
+  const Command command = app.add_subcommand("farm", "Bake a manifest on a cluster");
   auto a = std::make_shared<Arguments>();
-  command->add_option("MANIFEST", a->manifest, "As for nif bake --manifest (docs/batches.md)")->required();
-  CLI::Option* slurm = command->add_flag(
+  command.add_option("MANIFEST", a->manifest, "As for nif bake --manifest (docs/batches.md)").required();
+  const Option slurm = command.add_flag(
       "--slurm", a->slurm, "Submit what has changed to Slurm: array jobs, and one after them that sums up");
-  CLI::Option* merge = command->add_option(
+  const Option merge = command.add_option(
       "--merge", a->merge, "Sum up what the parts of a manifest have printed by --json, in these files");
-  slurm->excludes(merge);
-  command->add_option("--cores", a->options.cores, "Of each task; by default 1, and 4 for large meshes")
-      ->check(CLI::Range(1u, 1024u));
+  slurm.excludes(merge);
+  command.add_option("--cores", a->options.cores, "Of each task; by default 1, and 4 for large meshes")
+      .range(1u, 1024u);
   command
-      ->add_option("--time", a->options.minutes,
-                   "Limit of each task in minutes; by default by the mesh's size, or three times what its "
-                   "last bake took")
-      ->check(CLI::Range(1u, 1'000'000u));
-  command->add_option("--most-tasks", a->options.most_tasks, "Of an array job; more assets share tasks")
-      ->check(CLI::Range(1u, 1'000'000u))
-      ->capture_default_str();
+      .add_option("--time", a->options.minutes,
+                  "Limit of each task in minutes; by default by the mesh's size, or three times what its "
+                  "last bake took")
+      .range(1u, 1'000'000u);
+  command.add_option("--most-tasks", a->options.most_tasks, "Of an array job; more assets share tasks")
+      .range(1u, 1'000'000u)
+      .capture_default_str();
   command
-      ->add_option("--sbatch", a->options.sbatch,
-                   "A further option of sbatch, e.g. --sbatch=--partition=night; may be repeated")
-      ->allow_extra_args(false);
-  command->add_option("--report", a->options.report,
-                      "Also write a page of all assets with pictures, as this HTML file");
-  command->add_flag("--dry-run", a->dry_run, "With --slurm: say what would be submitted, and do nothing");
-  command->add_flag("--json", a->json,
-                    "Print the results as one JSON object (nifkit.farm/1, or nifkit.batch/1 of --merge)");
-  command->add_flag("--quiet", a->quiet, "No progress");
-  command->footer("Example: nif farm library.toml --slurm --sbatch=--partition=night --report library.html");
-  command->callback([a] {
+      .add_option("--sbatch", a->options.sbatch,
+                  "A further option of sbatch, e.g. --sbatch=--partition=night; may be repeated")
+      .one_word_each();
+  command.add_option("--report", a->options.report,
+                     "Also write a page of all assets with pictures, as this HTML file");
+  command.add_flag("--dry-run", a->dry_run, "With --slurm: say what would be submitted, and do nothing");
+  command.add_flag("--json", a->json,
+                   "Print the results as one JSON object (nifkit.farm/1, or nifkit.batch/1 of --merge)");
+  command.add_flag("--quiet", a->quiet, "No progress");
+  command.footer("Example: nif farm library.toml --slurm --sbatch=--partition=night --report library.html");
+  command.callback([a] {
     if (a->slurm) return run_slurm(*a);
     if (!a->merge.empty()) return run_merge(*a);
     throw Error(Status::usage, "one of --slurm and --merge is required; see --help");

@@ -155,7 +155,7 @@ void run(const Arguments& arguments) {
   const format::AssetView view = format::read_asset(memory.bytes(), arguments.file);
   const nlohmann::ordered_json json = describe(arguments, view);
   if (arguments.json) {
-    fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_json(json);
   } else {
     print(view, json);
   }
@@ -163,13 +163,13 @@ void run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_info(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("info", "Say what an asset holds");
+void add_info(Command app) {
+  const Command command = app.add_subcommand("info", "Say what an asset holds");
   auto a = std::make_shared<Arguments>();
-  command->add_option("ASSET", a->file, "A .nif file")->required();
-  command->add_flag("--json", a->json, "Print it as one JSON object (nifkit.info/1)");
-  command->footer("Example: nif info dragon.nif");
-  command->callback([a] { run(*a); });
+  command.add_option("ASSET", a->file, "A .nif file").required();
+  command.add_flag("--json", a->json, "Print it as one JSON object (nifkit.info/1)");
+  command.footer("Example: nif info dragon.nif");
+  command.callback([a] { run(*a); });
 }
 
 }  // namespace nif::tools

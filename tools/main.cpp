@@ -2,6 +2,7 @@
 // Called as `nif-bake` it is `nif bake`.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -58,15 +59,16 @@ int run(int argc, char** argv) {
                          "  nif mesh generate statue -o statue.ply\n"
                          "  nif render scene.toml -o pictures\n\n") +
              kExitCodes);
-  add_attach(app);
-  add_bake(app);
-  add_bench(app);
-  add_devices(app);
-  add_eval(app);
-  add_farm(app);
-  add_info(app);
-  add_mesh(app);
-  add_render(app);
+  const Command command(&app);
+  add_attach(command);
+  add_bake(command);
+  add_bench(command);
+  add_devices(command);
+  add_eval(command);
+  add_farm(command);
+  add_info(command);
+  add_mesh(command);
+  add_render(command);
 
   // The command line is handed over reversed, as CLI11 wants it.
   std::vector<std::string> arguments(argv + 1, argv + argc);

@@ -6,14 +6,14 @@
 namespace nif::tools {
 
 /// Each adds a verb's options to `mesh`; its callback does the work and throws nif::Error on failure.
-void add_mesh_compare(CLI::App& mesh);
-void add_mesh_convert(CLI::App& mesh);
-void add_mesh_decimate(CLI::App& mesh);
-void add_mesh_generate(CLI::App& mesh);
-void add_mesh_info(CLI::App& mesh);
-void add_mesh_remesh(CLI::App& mesh);
-void add_mesh_repair(CLI::App& mesh);
-void add_mesh_subdivide(CLI::App& mesh);
-void add_mesh_voxelize(CLI::App& mesh);
+void add_mesh_compare(Command mesh);
+void add_mesh_convert(Command mesh);
+void add_mesh_decimate(Command mesh);
+void add_mesh_generate(Command mesh);
+void add_mesh_info(Command mesh);
+void add_mesh_remesh(Command mesh);
+void add_mesh_repair(Command mesh);
+void add_mesh_subdivide(Command mesh);
+void add_mesh_voxelize(Command mesh);
 
 }  // namespace nif::tools

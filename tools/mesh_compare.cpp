@@ -104,7 +104,7 @@ void print_json(const Arguments& a, const Results& r, double seconds) {
                                     {"sets", std::move(sets)},
                                     {"seed", a.seed},
                                     {"seconds", seconds}};
-  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  write_json(json);
 }
 
 void print(const Arguments& a, const Results& r) {
@@ -143,33 +143,31 @@ void run(const Arguments& a) {
 
 }  // namespace
 
-void add_mesh_compare(CLI::App& mesh) {
-  CLI::App* command = mesh.add_subcommand(
+void add_mesh_compare(Command mesh) {
+  const Command command = mesh.add_subcommand(
       "compare", "Measure how far two meshes are from each other, in space and in visibility");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command->add_option("FIRST", a.first, "A mesh in any format that nif bake reads; its objects count as one")
-      ->required();
-  command->add_option("SECOND", a.second, "Another one, in the same place")->required();
+  command.add_option("FIRST", a.first, "A mesh in any format that nif bake reads; its objects count as one")
+      .required();
+  command.add_option("SECOND", a.second, "Another one, in the same place").required();
   command
-      ->add_option("--samples", a.samples, "Points on each surface whose distance from the other is measured")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  command->add_option("--rays", a.rays, "Rays of each set; 0: none")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  command->add_option("--set", a.sets,
-                      "A ray set (docs/ray-sets.md); may be repeated. All of them by default");
-  command->add_option("--seed", a.seed, "Start of the random points and rays")->capture_default_str();
-  command->add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
-      ->capture_default_str();
-  command->add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-compare/1)");
-  command->add_flag("--quiet", a.quiet, "No progress, no notes");
-  command->footer(
+      .add_option("--samples", a.samples, "Points on each surface whose distance from the other is measured")
+      .positive()
+      .capture_default_str();
+  command.add_option("--rays", a.rays, "Rays of each set; 0: none").non_negative().capture_default_str();
+  command.add_option("--set", a.sets,
+                     "A ray set (docs/ray-sets.md); may be repeated. All of them by default");
+  command.add_option("--seed", a.seed, "Start of the random points and rays").capture_default_str();
+  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+      .capture_default_str();
+  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-compare/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, no notes");
+  command.footer(
       "Rays are drawn from FIRST: 'opened' are those that it blocks and SECOND does not, 'closed' the "
       "reverse.\n"
       "Example: nif mesh compare scan.ply light.ply");
-  command->callback([arguments] { run(*arguments); });
+  command.callback([arguments] { run(*arguments); });
 }
 
 }  // namespace nif::tools

@@ -88,7 +88,7 @@ void print(const Arguments& arguments, const mesh::Scene& scene, const mesh::Wri
                                       {"bytes", written.bytes},
                                       {"notes", notes},
                                       {"seconds", seconds}};
-    fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_json(json);
   } else if (!arguments.quiet) {
     fmt::print("{}: {} in {}, {}, {}, in {:.1f} s\n", arguments.output, count_of(triangles, "triangle"),
                scene.meshes.size() == 1 ? "1 mesh" : fmt::format("{} meshes", scene.meshes.size()),
@@ -97,7 +97,7 @@ void print(const Arguments& arguments, const mesh::Scene& scene, const mesh::Wri
 }
 
 bool is_volume(const std::string& path) {
-  return CLI::detail::to_lower(std::filesystem::path(path).extension().string()) == ".vdb";
+  return strcasecmp(std::filesystem::path(path).extension().c_str(), ".vdb") == 0;
 }
 
 void check(const Arguments& arguments) {
@@ -153,35 +153,35 @@ void run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_mesh_convert(CLI::App& mesh) {
-  CLI::App* command =
+void add_mesh_convert(Command mesh) {
+  const Command command =
       mesh.add_subcommand("convert", "Write any mesh, or the objects of a scene, in another format");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command
-      ->add_option(
+      .add_option(
           "INPUT", a.input,
           "A mesh in any format that nif bake reads, the level sets of a .vdb, or a .toml scene of nif "
           "render, whose objects become nodes where it has them")
-      ->required();
+      .required();
   command
-      ->add_option(
+      .add_option(
           "-o,--output", a.output,
           "The file to write: .obj, .ply (binary), .stl (binary), .off, .glb, .drc or .vdb, as its name says")
-      ->required();
-  command->add_flag("--draco", a.options.draco, "Compress a .glb by Draco (KHR_draco_mesh_compression)");
+      .required();
+  command.add_flag("--draco", a.options.draco, "Compress a .glb by Draco (KHR_draco_mesh_compression)");
   command
-      ->add_option("--draco-bits", a.options.draco_bits,
-                   fmt::format("Of Draco: bits that each coordinate is rounded to; 0: none is. {} by default",
-                               mesh::kDracoBits))
-      ->check(CLI::Range(uint32_t{0}, mesh::kMostDracoBits));
-  command->add_flag("--text", a.options.text, "Write an .stl as text, which keeps objects and their names");
-  add_sampling_options(*command, a.sampling);
-  command->add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
-      ->capture_default_str();
-  command->add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-convert/1)");
-  command->add_flag("--quiet", a.quiet, "No progress, notes or summary");
-  command->footer(
+      .add_option("--draco-bits", a.options.draco_bits,
+                  fmt::format("Of Draco: bits that each coordinate is rounded to; 0: none is. {} by default",
+                              mesh::kDracoBits))
+      .range(uint32_t{0}, mesh::kMostDracoBits);
+  command.add_flag("--text", a.options.text, "Write an .stl as text, which keeps objects and their names");
+  add_sampling_options(command, a.sampling);
+  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+      .capture_default_str();
+  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-convert/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  command.footer(
       "A .glb keeps positions, indices, names, transforms, cameras and lights, each bit of them. The others "
       "keep\n"
       "positions and triangles, to the bit but for Draco with bits, and what they cannot keep is said in a "
@@ -191,9 +191,9 @@ void add_mesh_convert(CLI::App& mesh) {
       "Examples:\n"
       "  nif mesh convert scan.ply -o scan.glb --draco\n"
       "  nif mesh convert plan.toml -o objects.glb && nif bake objects.glb -o objects.nif");
-  command->callback([arguments, command] {
+  command.callback([arguments, command] {
     for (const char* name : {"--voxel", "--resolution", "--thickness", "--allow-open"})
-      arguments->sampling_given |= command->count(name) > 0;
+      arguments->sampling_given |= command.given(name);
     run(*arguments);
   });
 }

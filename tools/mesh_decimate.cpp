@@ -61,28 +61,29 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
 
 }  // namespace
 
-void add_mesh_decimate(CLI::App& mesh) {
-  CLI::App* command = mesh.add_subcommand("decimate", "Make a mesh of fewer triangles, as near as can be");
+void add_mesh_decimate(Command mesh) {
+  const Command command =
+      mesh.add_subcommand("decimate", "Make a mesh of fewer triangles, as near as can be");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  add_work_options(*command, a.work, "decimate");
-  CLI::Option* triangles =
-      command->add_option("--triangles", a.triangles, "Stop at so many; each mesh of a file keeps its share")
-          ->check(CLI::PositiveNumber);
-  command->add_option("--ratio", a.ratio, "Stop at this fraction of the triangles, 0.1 say")
-      ->check(CLI::Range(0.0, 1.0))
-      ->excludes(triangles);
-  command->add_option(
+  add_work_options(command, a.work, "decimate");
+  const Option triangles =
+      command.add_option("--triangles", a.triangles, "Stop at so many; each mesh of a file keeps its share")
+          .positive();
+  command.add_option("--ratio", a.ratio, "Stop at this fraction of the triangles, 0.1 say")
+      .range(0.0, 1.0)
+      .excludes(triangles);
+  command.add_option(
       "--max-error", a.max_error,
       "Leave no vertex farther than this from the result: 0.01, in units of the mesh, or 0.1%, of "
       "the diagonal of its bounds. With --fast an estimate");
-  command->add_flag("--fast", a.fast, "By meshoptimizer instead of OpenMesh: many times faster");
-  command->add_flag("--move-boundary", a.move_boundary, "Collapse edges of holes and rims, too");
-  command->footer(
+  command.add_flag("--fast", a.fast, "By meshoptimizer instead of OpenMesh: many times faster");
+  command.add_flag("--move-boundary", a.move_boundary, "Collapse edges of holes and rims, too");
+  command.footer(
       "One of --triangles, --ratio and --max-error is needed; with --max-error alone it goes as far as that "
       "allows.\n"
       "Example: nif mesh decimate scan.ply -o light.ply --ratio 0.1 --max-error 0.1%");
-  command->callback([arguments] {
+  command.callback([arguments] {
     if (arguments->triangles == 0 && arguments->ratio <= 0 && arguments->max_error.empty())
       throw Error(Status::usage, "one of --triangles, --ratio and --max-error is needed");
     if (!arguments->max_error.empty()) Length(arguments->max_error, "--max-error");

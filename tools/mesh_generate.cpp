@@ -42,7 +42,7 @@ void print(std::FILE* out, const Arguments& arguments, const mesh::MeshSource& s
                                       {"bytes", file.bytes},
                                       {"bounds", {file.low, file.high}},
                                       {"seconds", seconds}};
-    fmt::print(out, "{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_json(json, out);
   } else if (!arguments.quiet) {
     fmt::print(out,
                "{}: {}, {} triangles, {} vertices, {} bytes, from ({:.3g}, {:.3g}, {:.3g}) to "
@@ -82,27 +82,27 @@ std::string footer() {
 
 }  // namespace
 
-void add_mesh_generate(CLI::App& mesh) {
-  CLI::App* command = mesh.add_subcommand("generate", "Make a mesh to test with, as a binary PLY");
+void add_mesh_generate(Command mesh) {
+  const Command command = mesh.add_subcommand("generate", "Make a mesh to test with, as a binary PLY");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command->add_option("SHAPE", a.shape, "One of those below")->required();
-  command->add_option("-o,--output", a.output, "The .ply file to write")->required();
+  command.add_option("SHAPE", a.shape, "One of those below").required();
+  command.add_option("-o,--output", a.output, "The .ply file to write").required();
   command
-      ->add_option("--triangles", a.request.triangles,
-                   "At most so many, and as near to it as the shape can be divided")
-      ->capture_default_str()
-      ->check(CLI::Range(generate::kFewestTriangles, generate::kMostTriangles));
+      .add_option("--triangles", a.request.triangles,
+                  "At most so many, and as near to it as the shape can be divided")
+      .capture_default_str()
+      .range(generate::kFewestTriangles, generate::kMostTriangles);
   command
-      ->add_option("--seed", a.request.seed,
-                   "Start of all random numbers: same shape, triangles and seed, same bytes")
-      ->capture_default_str();
-  command->add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
-      ->capture_default_str();
-  command->add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-generate/1)");
-  command->add_flag("--quiet", a.quiet, "No progress, no summary");
-  command->footer(footer());
-  command->callback([arguments] { run(*arguments); });
+      .add_option("--seed", a.request.seed,
+                  "Start of all random numbers: same shape, triangles and seed, same bytes")
+      .capture_default_str();
+  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+      .capture_default_str();
+  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-generate/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, no summary");
+  command.footer(footer());
+  command.callback([arguments] { run(*arguments); });
 }
 
 }  // namespace nif::tools

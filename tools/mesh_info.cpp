@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "formats/memory.hpp"
@@ -95,7 +96,7 @@ void print_json(const Arguments& arguments, const mesh::Scene& scene, const Resu
     mesh.update(json_of(results.meshes[m]));
     json["meshes"].push_back(std::move(mesh));
   }
-  fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+  write_json(json);
 }
 
 std::string intersections_of(const Results& results) {
@@ -132,32 +133,33 @@ void run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_mesh_info(CLI::App& mesh) {
-  CLI::App* command = mesh.add_subcommand("info", "Say what is true of a mesh, and what is wrong with it");
+void add_mesh_info(Command mesh) {
+  const Command command =
+      mesh.add_subcommand("info", "Say what is true of a mesh, and what is wrong with it");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command->add_option("MESH", a.input, "A mesh in any format that nif bake reads")->required();
+  command.add_option("MESH", a.input, "A mesh in any format that nif bake reads").required();
   command
-      ->add_option(
+      .add_option(
           "--self-intersections", a.self_intersections,
           fmt::format("Look for triangles that cross each other: on, off, or auto: where CGAL is built "
                       "in and there are at most {} triangles",
                       kQuick))
-      ->check(CLI::IsMember({"auto", "on", "off"}))
-      ->capture_default_str();
-  command->add_flag("--by-index", a.by_index,
-                    "Take vertices as the file shares them, not those of equal positions as one");
-  command->add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
-      ->capture_default_str();
-  command->add_flag("--json", a.json, "Print it as one JSON object (nifkit.mesh-info/1)");
-  command->add_flag("--quiet", a.quiet, "No progress, no notes");
-  command->footer(
+      .one_of({"auto", "on", "off"})
+      .capture_default_str();
+  command.add_flag("--by-index", a.by_index,
+                   "Take vertices as the file shares them, not those of equal positions as one");
+  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+      .capture_default_str();
+  command.add_flag("--json", a.json, "Print it as one JSON object (nifkit.mesh-info/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, no notes");
+  command.footer(
       "Equal positions count as one vertex, but with --by-index. Meshes are looked at one by one, in their "
       "own space, and then "
       "added "
       "up.\n"
       "Example: nif mesh info scan.ply");
-  command->callback([arguments] { run(*arguments); });
+  command.callback([arguments] { run(*arguments); });
 }
 
 }  // namespace nif::tools

@@ -55,39 +55,37 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
 
 }  // namespace
 
-void add_mesh_remesh(CLI::App& mesh) {
-  CLI::App* command = mesh.add_subcommand("remesh", "Make the same surface of new triangles");
+void add_mesh_remesh(Command mesh) {
+  const Command command = mesh.add_subcommand("remesh", "Make the same surface of new triangles");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  add_work_options(*command, a.work, "remesh");
+  add_work_options(command, a.work, "remesh");
   command
-      ->add_option(
+      .add_option(
           "--method", a.method,
           "level-set (OpenVDB): closed, never crossing itself, of what the mesh encloses; isotropic (CGAL): "
           "triangles of one size on the surface as it is")
-      ->check(CLI::IsMember({"level-set", "isotropic"}))
-      ->capture_default_str();
-  add_sampling_options(*command, a.sampling);
-  command->add_option("--adaptivity", a.adaptivity, "Of level-set: 0..1, larger triangles where it is flat")
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str();
-  command->add_option(
+      .one_of({"level-set", "isotropic"})
+      .capture_default_str();
+  add_sampling_options(command, a.sampling);
+  command.add_option("--adaptivity", a.adaptivity, "Of level-set: 0..1, larger triangles where it is flat")
+      .range(0.0, 1.0)
+      .capture_default_str();
+  command.add_option(
       "--edge", a.edge,
       "Of isotropic: length of edges, as --voxel is given; by default the longest side divided by "
       "--resolution");
-  command->add_option("--iterations", a.iterations, "Of isotropic")
-      ->check(CLI::Range(1u, 100u))
-      ->capture_default_str();
+  command.add_option("--iterations", a.iterations, "Of isotropic").range(1u, 100u).capture_default_str();
   command
-      ->add_option("--sharp", a.sharp,
-                   "Of isotropic: keep edges at which triangles meet by more degrees; 180: none")
-      ->check(CLI::Range(0.0, 180.0))
-      ->capture_default_str();
-  command->footer(
+      .add_option("--sharp", a.sharp,
+                  "Of isotropic: keep edges at which triangles meet by more degrees; 180: none")
+      .range(0.0, 180.0)
+      .capture_default_str();
+  command.footer(
       "Examples:\n"
       "  nif mesh remesh scan.ply -o whole.ply --resolution 300\n"
       "  nif mesh remesh part.stl -o even.stl --method isotropic --edge 0.5% --sharp 40");
-  command->callback([arguments] {
+  command.callback([arguments] {
     const SamplingArguments& sampling = arguments->sampling;
     if (arguments->method == "isotropic") {
       cgal::require("--method isotropic");

@@ -81,31 +81,31 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
 
 }  // namespace
 
-void add_mesh_repair(CLI::App& mesh) {
-  CLI::App* command = mesh.add_subcommand("repair", "Weld, clean, orient, stitch and close a mesh");
+void add_mesh_repair(Command mesh) {
+  const Command command = mesh.add_subcommand("repair", "Weld, clean, orient, stitch and close a mesh");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  add_work_options(*command, a.work, "repair");
-  command->add_option(
+  add_work_options(command, a.work, "repair");
+  command.add_option(
       "--weld", a.weld,
       "Make one of vertices that are so near to each other: 0.01 in units of the mesh, or 0.01% of "
       "the diagonal of its bounds. Equal ones always are");
   command
-      ->add_option(
+      .add_option(
           "--fill-holes", a.hole_edges,
           "Fill boundary loops of at most so many edges; 0: none. nif mesh info says how long they are")
-      ->check(CLI::Range(uint64_t{0}, uint64_t{1'000'000}))
-      ->capture_default_str();
-  command->add_flag("--keep-opposite", a.keep_opposite,
-                    "Keep both of two triangles with the same corners that face opposite ways");
-  command->footer(
+      .range(uint64_t{0}, uint64_t{1'000'000})
+      .capture_default_str();
+  command.add_flag("--keep-opposite", a.keep_opposite,
+                   "Keep both of two triangles with the same corners that face opposite ways");
+  command.footer(
       "Equal vertices are welded, degenerate and duplicate triangles dropped, triangles turned to face as "
       "their\n"
       "neighbours, the surface taken apart where it is not manifold, boundaries at the same place stitched, "
       "and\n"
       "solids turned outwards that no other one lies around.\n"
       "Example: nif mesh repair scan.ply -o whole.ply --fill-holes 100");
-  command->callback([arguments] {
+  command.callback([arguments] {
     cgal::require("nif mesh repair");
     if (!arguments->weld.empty()) Length(arguments->weld, "--weld");
     work_on(arguments->work, "repair",

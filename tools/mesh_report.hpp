@@ -1,7 +1,7 @@
 // What `nif mesh info` and `nif mesh repair` print of a mesh.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "mesh/inspect/inspect.hpp"

@@ -17,14 +17,14 @@ constexpr uint32_t kMostVoxels = 1 << 16;
 
 }  // namespace
 
-void add_sampling_options(CLI::App& command, SamplingArguments& a) {
-  CLI::Option* voxel = command.add_option(
+void add_sampling_options(Command command, SamplingArguments& a) {
+  const Option voxel = command.add_option(
       "--voxel", a.voxel,
       "Side of a voxel: 0.01, in units of the mesh, or 0.1%, of the diagonal of its bounds");
   command.add_option("--resolution", a.resolution, "Voxels along the longest side, instead of --voxel")
-      ->check(CLI::Range(2u, kMostVoxels))
-      ->excludes(voxel)
-      ->capture_default_str();
+      .range(2u, kMostVoxels)
+      .excludes(voxel)
+      .capture_default_str();
   command.add_option(
       "--thickness", a.thickness,
       "Take a shell of this thickness around the mesh, as --voxel is given, and not what it encloses");

@@ -15,7 +15,7 @@ struct SamplingArguments {
 };
 
 /// --voxel, --resolution, --thickness and --allow-open.
-void add_sampling_options(CLI::App& command, SamplingArguments& arguments);
+void add_sampling_options(Command command, SamplingArguments& arguments);
 
 /// For one mesh. Throws Error(usage) where a size makes no sense for it, or it is open and that is not
 /// allowed; Error(too_large) where the work on it would not fit into memory.

@@ -54,21 +54,21 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
 
 }  // namespace
 
-void add_mesh_subdivide(CLI::App& mesh) {
-  CLI::App* command = mesh.add_subcommand("subdivide", "Make a mesh of more triangles, and smoother");
+void add_mesh_subdivide(Command mesh) {
+  const Command command = mesh.add_subcommand("subdivide", "Make a mesh of more triangles, and smoother");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  add_work_options(*command, a.work, "subdivide");
+  add_work_options(command, a.work, "subdivide");
   std::vector<std::string> names;
   for (const auto& [name, scheme] : schemes()) names.push_back(name);
-  command->add_option("--scheme", a.scheme, "loop, catmull-clark or sqrt3")
-      ->check(CLI::IsMember(names))
-      ->capture_default_str();
-  command->add_option("--times", a.times, "How often: 4 times the triangles each time, with sqrt3 3 times")
-      ->check(CLI::Range(1u, 16u))
-      ->capture_default_str();
-  command->footer("Example: nif mesh subdivide coarse.obj -o smooth.obj --times 2");
-  command->callback([arguments] {
+  command.add_option("--scheme", a.scheme, "loop, catmull-clark or sqrt3")
+      .one_of(names)
+      .capture_default_str();
+  command.add_option("--times", a.times, "How often: 4 times the triangles each time, with sqrt3 3 times")
+      .range(1u, 16u)
+      .capture_default_str();
+  command.footer("Example: nif mesh subdivide coarse.obj -o smooth.obj --times 2");
+  command.callback([arguments] {
     work_on(arguments->work, "subdivide",
             [&](mesh::Scene& scene, Progress& progress) { return change(*arguments, scene, progress); });
   });

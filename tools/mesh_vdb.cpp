@@ -142,12 +142,12 @@ mesh::Scene read_vdb(const std::string& file) {
   return scene;
 }
 
-void add_mesh_read_vdb(CLI::App& mesh) {
-  CLI::App* command = mesh.add_subcommand(kVerb, "Of nif's own use");
-  command->group("");
+void add_mesh_read_vdb(Command mesh) {
+  const Command command = mesh.add_subcommand(kVerb, "Of nif's own use");
+  command.hide();
   const auto file = std::make_shared<std::string>();
-  command->add_option("FILE", *file)->required();
-  command->callback([file] { read_for_another(*file); });
+  command.add_option("FILE", *file).required();
+  command.callback([file] { read_for_another(*file); });
 }
 
 }  // namespace nif::tools

@@ -15,6 +15,6 @@ bool is_vdb(const std::string& file);
 mesh::Scene read_vdb(const std::string& file);
 
 /// The verb that the other process runs; not listed by --help.
-void add_mesh_read_vdb(CLI::App& mesh);
+void add_mesh_read_vdb(Command mesh);
 
 }  // namespace nif::tools

@@ -30,7 +30,7 @@ void print(const Arguments& a, const WrittenVolume& written, const std::vector<s
                                       {"bytes", written.bytes},
                                       {"notes", notes},
                                       {"seconds", seconds}};
-    fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_json(json);
   } else if (!a.quiet) {
     fmt::print("{}: {}, {} in {} x {} x {}, each {:.4g} wide, {}, in {:.1f} s\n", a.output, a.kind,
                count_of(written.voxels, "active voxel"), written.size[0], written.size[1], written.size[2],
@@ -59,27 +59,27 @@ void run(const Arguments& a) {
 
 }  // namespace
 
-void add_mesh_voxelize(CLI::App& mesh) {
-  CLI::App* command = mesh.add_subcommand("voxelize", "Write a mesh as an OpenVDB volume");
+void add_mesh_voxelize(Command mesh) {
+  const Command command = mesh.add_subcommand("voxelize", "Write a mesh as an OpenVDB volume");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command->add_option("INPUT", a.input, "A mesh in any format that nif bake reads; its objects become one")
-      ->required();
-  command->add_option("-o,--output", a.output, "The .vdb file to write")->required();
+  command.add_option("INPUT", a.input, "A mesh in any format that nif bake reads; its objects become one")
+      .required();
+  command.add_option("-o,--output", a.output, "The .vdb file to write").required();
   command
-      ->add_option(
+      .add_option(
           "--kind", a.kind,
           "level-set: signed distances within three voxels of the surface; occupancy: which voxels have "
           "their centre inside")
-      ->check(CLI::IsMember({"level-set", "occupancy"}))
-      ->capture_default_str();
-  add_sampling_options(*command, a.sampling);
-  command->add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
-      ->capture_default_str();
-  command->add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-voxelize/1)");
-  command->add_flag("--quiet", a.quiet, "No progress, notes or summary");
-  command->footer("Example: nif mesh voxelize dragon.ply -o dragon.vdb --resolution 256");
-  command->callback([arguments] { run(*arguments); });
+      .one_of({"level-set", "occupancy"})
+      .capture_default_str();
+  add_sampling_options(command, a.sampling);
+  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+      .capture_default_str();
+  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-voxelize/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  command.footer("Example: nif mesh voxelize dragon.ply -o dragon.vdb --resolution 256");
+  command.callback([arguments] { run(*arguments); });
 }
 
 }  // namespace nif::tools

@@ -44,21 +44,21 @@ std::array<double, 3> extent(const mesh::Mesh& mesh) {
 
 }  // namespace
 
-void add_work_options(CLI::App& command, WorkArguments& a, const std::string& verb) {
-  command.add_option("INPUT", a.input, "A mesh in any format that nif bake reads")->required();
+void add_work_options(Command command, WorkArguments& a, const std::string& verb) {
+  command.add_option("INPUT", a.input, "A mesh in any format that nif bake reads").required();
   command
       .add_option("-o,--output", a.output,
                   "The file to write: .obj, .ply, .stl, .off, .glb or .drc, as its name says")
-      ->required();
+      .required();
   command.add_flag("--draco", a.write.draco, "Compress a .glb by Draco");
   command
       .add_option("--draco-bits", a.write.draco_bits,
                   fmt::format("Of Draco: bits that each coordinate is rounded to; 0: none is. {} by default",
                               mesh::kDracoBits))
-      ->check(CLI::Range(uint32_t{0}, mesh::kMostDracoBits));
+      .range(uint32_t{0}, mesh::kMostDracoBits);
   command.add_flag("--text", a.write.text, "Write an .stl as text");
   command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
-      ->capture_default_str();
+      .capture_default_str();
   command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-" + verb + "/1)");
   command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
 }
@@ -102,7 +102,7 @@ void work_on(const WorkArguments& a, const std::string& verb,
     json["bytes"] = written.bytes;
     json["notes"] = notes;
     json["seconds"] = seconds;
-    fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_json(json);
   } else if (!a.quiet) {
     fmt::print("{}: {} of {} before, {}, in {:.1f} s\n{}", a.output, count_of(after, "triangle"), before,
                format_bytes(double(written.bytes)), seconds, result.text);

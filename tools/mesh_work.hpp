@@ -22,7 +22,7 @@ struct WorkArguments {
 
 /// INPUT, -o, --draco, --draco-bits, --text, -j, --json and --quiet of `command`, whose results have the
 /// schema nifkit.mesh-`verb`/1.
-void add_work_options(CLI::App& command, WorkArguments& arguments, const std::string& verb);
+void add_work_options(Command command, WorkArguments& arguments, const std::string& verb);
 
 /// What a verb has to say of its work.
 struct WorkResult {

@@ -288,66 +288,63 @@ void run(const Arguments& arguments) {
     render::write_png(*arguments.sheet, render::contact_sheet(thumbnails, world.has_assets() ? 2 : 4));
   }
   if (arguments.json)
-    fmt::print("{}\n", to_json(results, arguments, world, scene.picture, exposure)
-                           .dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_json(to_json(results, arguments, world, scene.picture, exposure));
   else if (!arguments.quiet)
     print_table(results, world, exposure);
 }
 
 }  // namespace
 
-void add_render(CLI::App& app) {
-  CLI::App* command =
+void add_render(Command app) {
+  const Command command =
       app.add_subcommand("render", "Render a scene with assets and with Embree, and compare the pictures");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command
-      ->add_option("SCENE", a.scene,
-                   "A scene in TOML: objects, lights, cameras (docs/rendering.md); or a .gltf or .glb, also "
-                   ".gz or .zst, with the lights and cameras that are in it")
-      ->required();
-  command->add_option("-o,--output", a.folder, "Folder for the pictures; made where it is missing")
-      ->required();
-  command->add_option("--camera", a.cameras, "Only the cameras of these names");
-  command->add_option("--samples", a.samples, "Rays through each pixel, in place of the scene's")
-      ->check(CLI::Range(1u, render::kMaxPictureSamples));
-  command->add_option("--width", a.width, "Pixels, in place of the scene's")
-      ->check(CLI::Range(1u, render::kMaxPictureSide));
-  command->add_option("--height", a.height, "Pixels, in place of the scene's")
-      ->check(CLI::Range(1u, render::kMaxPictureSide));
-  command->add_option("--bounces", a.bounces, "Diffuse bounces, in place of the scene's")
-      ->check(CLI::Range(0u, render::kMaxBounces));
-  command->add_option("--seed", a.seed, "Start of all random numbers, in place of the scene's");
+      .add_option("SCENE", a.scene,
+                  "A scene in TOML: objects, lights, cameras (docs/rendering.md); or a .gltf or .glb, also "
+                  ".gz or .zst, with the lights and cameras that are in it")
+      .required();
+  command.add_option("-o,--output", a.folder, "Folder for the pictures; made where it is missing").required();
+  command.add_option("--camera", a.cameras, "Only the cameras of these names");
+  command.add_option("--samples", a.samples, "Rays through each pixel, in place of the scene's")
+      .range(1u, render::kMaxPictureSamples);
+  command.add_option("--width", a.width, "Pixels, in place of the scene's")
+      .range(1u, render::kMaxPictureSide);
+  command.add_option("--height", a.height, "Pixels, in place of the scene's")
+      .range(1u, render::kMaxPictureSide);
+  command.add_option("--bounces", a.bounces, "Diffuse bounces, in place of the scene's")
+      .range(0u, render::kMaxBounces);
+  command.add_option("--seed", a.seed, "Start of all random numbers, in place of the scene's");
   command
-      ->add_option(
+      .add_option(
           "--confidence", a.confidence,
           "What a hybrid picture trusts assets from, 0.5 to 1: where they are less sure, Embree answers")
-      ->capture_default_str()
-      ->check(CLI::Range(0.5, 1.0));
+      .capture_default_str()
+      .range(0.5, 1.0);
   command
-      ->add_option("--exact", a.exact,
-                   "Rays that Embree answers in all pictures: none, or those that start inside of an asset's "
-                   "box, or outside, "
-                   "to see one part of the answers alone")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"none", "inside", "outside"}));
-  command
-      ->add_option("--isa", a.isa, "Instruction set of the runtime: auto, scalar, sse4, avx2, avx512, neon")
-      ->capture_default_str();
-  command->add_option("-j,--threads", a.threads, "Threads; 0: all. The pictures are the same for any number")
-      ->capture_default_str();
-  command->add_flag("--exr", a.exr, "Write linear pictures too, as OpenEXR");
-  command->add_option(
+      .add_option("--exact", a.exact,
+                  "Rays that Embree answers in all pictures: none, or those that start inside of an asset's "
+                  "box, or outside, "
+                  "to see one part of the answers alone")
+      .capture_default_str()
+      .one_of({"none", "inside", "outside"});
+  command.add_option("--isa", a.isa, "Instruction set of the runtime: auto, scalar, sse4, avx2, avx512, neon")
+      .capture_default_str();
+  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The pictures are the same for any number")
+      .capture_default_str();
+  command.add_flag("--exr", a.exr, "Write linear pictures too, as OpenEXR");
+  command.add_option(
       "--sheet", a.sheet,
       "A PNG of all cameras' pictures, small: reference, assets (probability) and error x 3; or, where "
       "fields answer camera rays, reference, these (primary) and error x 3");
-  command->add_option("--thumbnail", a.thumbnail, "Width of a picture in it, in pixels")
-      ->capture_default_str()
-      ->check(CLI::Range(16u, 4096u));
-  command->add_flag("--json", a.json, "Print the results as one JSON object (nifkit.render/1)");
-  command->add_flag("--quiet", a.quiet, "No progress, no table");
-  command->footer("Example: nif render scene.toml -o pictures --samples 64");
-  command->callback([arguments] { run(*arguments); });
+  command.add_option("--thumbnail", a.thumbnail, "Width of a picture in it, in pixels")
+      .capture_default_str()
+      .range(16u, 4096u);
+  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.render/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, no table");
+  command.footer("Example: nif render scene.toml -o pictures --samples 64");
+  command.callback([arguments] { run(*arguments); });
 }
 
 }  // namespace nif::tools

@@ -2,7 +2,7 @@
 // beside those that the paper states.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "formats/nif/reader.hpp"
 

@@ -116,52 +116,52 @@ const char* SphericalArguments::first_given() const {
   return shared_network ? "--shared-network" : nullptr;
 }
 
-void add_spherical_options(CLI::App& command, SphericalArguments& arguments) {
+void add_spherical_options(Command command, SphericalArguments& arguments) {
   constexpr const char* kGroup = "Options of --encoding spherical";
   SphericalBakeOptions defaults;
   for_each_number([&](const auto& option) {
     command.add_option(option.name, arguments.*option.given, option.text)
-        ->default_str(fmt::format("{}", option.member(defaults)))
-        ->group(kGroup);
+        .default_str(fmt::format("{}", option.member(defaults)))
+        .group(kGroup);
   });
   command
       .add_option("--training-rays", arguments.rays,
                   "Rays of --mix for an object of 150,000 triangles or more; fewer for smaller ones")
-      ->default_str(std::to_string(defaults.rays))
-      ->group(kGroup);
+      .default_str(std::to_string(defaults.rays))
+      .group(kGroup);
   command.add_option("--weights", arguments.weights, "xavier or he: how the networks' weights start")
-      ->default_str("xavier")
-      ->group(kGroup);
+      .default_str("xavier")
+      .group(kGroup);
   command.add_option("--loss", arguments.loss, "l2 or cross-entropy: of the probability of being visible")
-      ->default_str("l2")
-      ->group(kGroup);
+      .default_str("l2")
+      .group(kGroup);
   command
       .add_option(
           "--precision", arguments.precision,
           "half or single: how grids and networks are stored. By default grids in half and networks in "
           "single, as in the paper's bytes")
-      ->group(kGroup);
+      .group(kGroup);
   command
       .add_option(
           "--view", arguments.view,
           "A scene for nif render that has the mesh among its objects: learn from the shadow rays of its "
           "cameras, as the paper does, in place of --mix")
-      ->group(kGroup);
+      .group(kGroup);
   command
       .add_option("--view-samples", arguments.view_samples,
                   "Rays through each pixel for that, in place of the scene's")
-      ->check(CLI::Range(1u, 65536u))
-      ->group(kGroup);
+      .range(1u, 65536u)
+      .group(kGroup);
   command
       .add_flag(
           "--primary", arguments.primary,
           "Learn a field for the rays of these cameras, too: hit or miss, depth and normal, for nif render")
-      ->group(kGroup);
+      .group(kGroup);
   command
       .add_flag("--shared-network", arguments.shared_network,
                 "One pair of networks for all objects, with grids for each; networks for primary rays stay "
                 "each object's own")
-      ->group(kGroup);
+      .group(kGroup);
 }
 
 bake::SphericalBakeOptions resolve_spherical(const SphericalArguments& arguments) {

@@ -1,11 +1,11 @@
 // Options of `nif bake` for `spherical` fields.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 
 #include "bake/bake.hpp"
+#include "tools/options.hpp"
 
 namespace nif::tools {
 
@@ -28,7 +28,7 @@ struct SphericalArguments {
   const char* first_given() const;
 };
 
-void add_spherical_options(CLI::App& command, SphericalArguments& arguments);
+void add_spherical_options(Command command, SphericalArguments& arguments);
 
 /// Throws Error(usage) naming the option whose value nothing can be made of.
 bake::SphericalBakeOptions resolve_spherical(const SphericalArguments& arguments);

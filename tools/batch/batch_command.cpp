@@ -80,7 +80,7 @@ const char* BatchArguments::first_given() const {
                            : nullptr;
 }
 
-void add_batch_options(CLI::App& command, BatchArguments& arguments) {
+void add_batch_options(Command command, BatchArguments& arguments) {
   command.add_option(
       "--manifest", arguments.manifest,
       "Bake what has changed of all assets that this TOML file names (docs/batches.md), in place of MESH");
@@ -121,8 +121,7 @@ void run_batch(const BatchArguments& arguments) {
   if (arguments.dry_run) {
     progress.finish();
     if (arguments.json)
-      fmt::print("{}\n",
-                 to_json(manifest, items, 0).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+      write_json(to_json(manifest, items, 0));
     else
       print_plan(items);
     return;

@@ -1,9 +1,10 @@
 // `nif bake --manifest` on the command line.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
+
+#include "tools/options.hpp"
 
 namespace nif::tools {
 
@@ -17,7 +18,7 @@ struct BatchArguments {
 };
 
 /// --manifest and what belongs to it alone. `arguments` must outlive the command.
-void add_batch_options(CLI::App& command, BatchArguments& arguments);
+void add_batch_options(Command command, BatchArguments& arguments);
 
 /// Bakes what the manifest names. Throws nif::Error: of the first asset that failed, with its code, among
 /// others.

@@ -23,39 +23,28 @@ using Options = std::map<std::string, std::string>;
 /// The options of `nif bake` that a manifest may set: those that decide an asset's bytes.
 class BakeCommand {
  public:
-  BakeCommand() : command_("nif bake", "") { add_bake_options(command_, arguments_); }
+  BakeCommand() { add_bake_options(command_, arguments_); }
 
-  std::vector<std::string> names() {
-    std::vector<std::string> names;
-    for (const CLI::Option* option : command_.get_options())
-      for (const std::string& name : option->get_lnames())
-        if (name != "help") names.push_back(name);
-    return names;
-  }
+  std::vector<std::string> names() { return command_.names(); }
 
   /// As arguments. Throws where nothing can be made of them.
   std::vector<std::string> checked(const Options& options) {
     std::vector<std::string> words;
     for (const auto& [name, value] : options) {
-      const bool flag = command_.get_option("--" + name)->get_expected_max() == 0;
+      const bool flag = command_.is_flag("--" + name);
       if (flag && value != "true" && value != "false")
         throw Error(Status::usage, fmt::format("--{} must be true or false", name));
       if (!flag || value == "true") words.push_back(flag ? "--" + name : fmt::format("--{}={}", name, value));
     }
-    std::vector<std::string> reversed(words.rbegin(), words.rend());
     arguments_ = {};
-    try {
-      command_.parse(reversed);
-    } catch (const CLI::ParseError& problem) {
-      throw Error(Status::usage, problem.what());
-    }
+    command_.parse(words);
     resolve_options(arguments_);
     return words;
   }
 
  private:
   BakeArguments arguments_;
-  CLI::App command_;
+  OwnCommand command_;
 };
 
 /// The name without what tells the format: "dragon" of "dragon.ply.gz".
