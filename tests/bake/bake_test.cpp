@@ -14,6 +14,7 @@
 #include "kernels/reference/bvh.hpp"
 #include "kernels/reference/segment.hpp"
 #include "nif/nif.h"
+#include "tests/bake/quiet_bake.hpp"
 #include "tests/support/real_meshes.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -32,11 +33,6 @@ bake::BakeOptions quick() {
   return options;
 }
 
-bake::BakeResult bake_quietly(const mesh::Scene& scene, const bake::BakeOptions& options) {
-  const std::atomic<bool> cancel{false};
-  return bake::bake(scene, options, {}, cancel);
-}
-
 mesh::Scene two_kinds_thrice() {
   mesh::Scene scene;
   scene.meshes = {torus(40, 20), icosphere(3), torus(40, 20)};
@@ -48,15 +44,6 @@ mesh::Scene two_kinds_thrice() {
   scene.instances[0].transform = {1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3};
   scene.source_hash = 0x123456789abcdef0;
   return scene;
-}
-
-Status status_of(const mesh::Scene& scene, const bake::BakeOptions& options) {
-  try {
-    bake_quietly(scene, options);
-  } catch (const Error& error) {
-    return error.status();
-  }
-  return Status::ok;
 }
 
 TEST(Bake, KeepsNamesInstancesAndBoundsAndSharesEqualMeshes) {

@@ -14,6 +14,7 @@
 #include "bake/prepare.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
+#include "tests/bake/quiet_bake.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -22,15 +23,6 @@ namespace {
 
 using bake::EncodingOption, bake::RaySet;
 
-mesh::Scene scene_of(const std::vector<mesh::Mesh>& meshes) {
-  mesh::Scene scene;
-  for (const mesh::Mesh& mesh : meshes) {
-    scene.instances.push_back({mesh.name, uint32_t(scene.meshes.size()), mesh::kIdentity});
-    scene.meshes.push_back(mesh);
-  }
-  return scene;
-}
-
 bake::BakeOptions quick(EncodingOption encoding) {
   bake::BakeOptions options;
   options.encoding = encoding;
@@ -38,11 +30,6 @@ bake::BakeOptions quick(EncodingOption encoding) {
   options.effort = 0.1;
   options.evaluation_rays = 20'000;
   return options;
-}
-
-bake::BakeResult bake_quietly(const mesh::Scene& scene, const bake::BakeOptions& options) {
-  const std::atomic<bool> cancel{false};
-  return bake::bake(scene, options, {}, cancel);
 }
 
 /// Status and sentence of a bake that is refused; ok where it is not.

@@ -14,6 +14,7 @@
 #include "formats/nif/writer.hpp"
 #include "formats/status.hpp"
 #include "kernels/reference/primary.hpp"
+#include "tests/bake/quiet_bake.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {
@@ -55,17 +56,9 @@ bake::BakeOptions from_views(uint64_t rounds) {
   return options;
 }
 
-bake::BakeResult bake_quietly(const mesh::Mesh& mesh, const bake::BakeOptions& options) {
-  mesh::Scene scene;
-  scene.instances.push_back({mesh.name, 0, mesh::kIdentity});
-  scene.meshes.push_back(mesh);
-  const std::atomic<bool> cancel{false};
-  return bake::bake(scene, options, {}, cancel);
-}
-
 TEST(PrimaryTraining, LearnsABallFromSeveralViews) {
   const mesh::Mesh ball = icosphere(4);
-  const bake::BakeResult result = bake_quietly(ball, from_views(120));
+  const bake::BakeResult result = bake_quietly(scene_of({ball}), from_views(120));
   const std::vector<std::byte> file = format::encode(result.asset);
   const format::AssetView view = format::read_asset(file, "file");
   const format::PrimaryView* primary = view.primary_of(0);
@@ -113,7 +106,7 @@ TEST(PrimaryTraining, GivesTheSameBytesForAnyNumberOfThreads) {
   std::vector<std::vector<std::byte>> files;
   for (const size_t threads : {1, 2}) {
     tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
-    files.push_back(format::encode(bake_quietly(torus(40, 20), from_views(4)).asset));
+    files.push_back(format::encode(bake_quietly(scene_of({torus(40, 20)}), from_views(4)).asset));
   }
   EXPECT_TRUE(files[0] == files[1]);
 }
@@ -121,9 +114,9 @@ TEST(PrimaryTraining, GivesTheSameBytesForAnyNumberOfThreads) {
 /// What answers visibility is the same with and without.
 TEST(PrimaryTraining, LeavesVisibilityAsItIs) {
   bake::BakeOptions options = from_views(4);
-  format::Asset with = bake_quietly(torus(40, 20), options).asset;
+  format::Asset with = bake_quietly(scene_of({torus(40, 20)}), options).asset;
   options.spherical.given->draw_primary = {};
-  format::Asset without = bake_quietly(torus(40, 20), options).asset;
+  format::Asset without = bake_quietly(scene_of({torus(40, 20)}), options).asset;
   EXPECT_TRUE(with.objects[0].primary);
   EXPECT_FALSE(without.objects[0].primary);
   with.objects[0].primary.reset();
@@ -135,13 +128,13 @@ TEST(PrimaryTraining, LeavesVisibilityAsItIs) {
 TEST(PrimaryTraining, HalfPrecisionAndBytesBeforehand) {
   bake::BakeOptions options = from_views(1);
   options.spherical.fields.half_networks = true;
-  const bake::BakeResult result = bake_quietly(icosphere(2), options);
+  const bake::BakeResult result = bake_quietly(scene_of({icosphere(2)}), options);
   const format::Primary& primary = *result.asset.objects[0].primary;
   EXPECT_TRUE(primary.half_grids);
   EXPECT_TRUE(primary.half_network);
   EXPECT_EQ(primary.bytes(), 2u * (2 * 64 * 64 * 3 + 64 * 6 + 64 * 64 + 64 * 5));
   options.max_bytes = primary.bytes();
-  EXPECT_THROW(bake_quietly(icosphere(2), options), Error);
+  EXPECT_THROW(bake_quietly(scene_of({icosphere(2)}), options), Error);
 }
 
 TEST(PrimaryTraining, GoesBackWhereTheLossBecomesNonFinite) {
@@ -171,7 +164,7 @@ TEST(PrimaryTraining, FailsWithoutRays) {
   bake::BakeOptions options = from_views(1);
   options.spherical.given->draw_primary = [](uint64_t) { return bake::MeshRays{}; };
   try {
-    bake_quietly(icosphere(2), options);
+    bake_quietly(scene_of({icosphere(2)}), options);
     FAIL() << "it went on";
   } catch (const Error& error) {
     EXPECT_EQ(error.status(), Status::training_failed);

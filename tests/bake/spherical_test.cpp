@@ -13,6 +13,7 @@
 #include "formats/nif/writer.hpp"
 #include "formats/status.hpp"
 #include "kernels/reference/spherical.hpp"
+#include "tests/bake/quiet_bake.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -21,17 +22,8 @@ namespace {
 
 using bake::RaySet;
 
-mesh::Scene scene_of(const std::vector<mesh::Mesh>& meshes) {
-  mesh::Scene scene;
-  for (const mesh::Mesh& mesh : meshes) {
-    scene.instances.push_back({mesh.name, uint32_t(scene.meshes.size()), mesh::kIdentity});
-    scene.meshes.push_back(mesh);
-  }
-  return scene;
-}
-
 /// Small grids, few rays.
-bake::BakeOptions quick() {
+bake::BakeOptions small_fields() {
   bake::BakeOptions options;
   options.encoding = bake::EncodingOption::spherical;
   options.spherical.fields.outer.resolution = 64;
@@ -40,11 +32,6 @@ bake::BakeOptions quick() {
   options.spherical.rays = 400'000;
   options.evaluation_rays = 20'000;
   return options;
-}
-
-bake::BakeResult bake_quietly(const mesh::Scene& scene, const bake::BakeOptions& options) {
-  const std::atomic<bool> cancel{false};
-  return bake::bake(scene, options, {}, cancel);
 }
 
 /// One block of samples through a small network over three grids, for gradients to be held against
@@ -168,7 +155,7 @@ TEST(SphericalTraining, GradientsAreThoseOfFiniteDifferences) {
 }
 
 TEST(SphericalTraining, LearnsABall) {
-  bake::BakeOptions options = quick();
+  bake::BakeOptions options = small_fields();
   options.spherical.rays = 2'000'000;
   const bake::BakeResult result = bake_quietly(scene_of({icosphere(4)}), options);
   // Of lines through the box of a ball 48 % miss it; of rays from its surface none is blocked, of those from
@@ -186,7 +173,7 @@ TEST(SphericalTraining, GivesTheSameBytesForAnyNumberOfThreads) {
   std::vector<std::vector<std::byte>> files;
   for (const size_t threads : {1, 2, 3}) {
     tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
-    files.push_back(format::encode(bake_quietly(scene_of({torus(40, 20)}), quick()).asset));
+    files.push_back(format::encode(bake_quietly(scene_of({torus(40, 20)}), small_fields()).asset));
   }
   EXPECT_TRUE(files[0] == files[1]);
   EXPECT_TRUE(files[0] == files[2]);
@@ -195,11 +182,11 @@ TEST(SphericalTraining, GivesTheSameBytesForAnyNumberOfThreads) {
 TEST(SphericalTraining, GivesTheSameBytesWithNarrowerVectors) {
   const std::string target = bake::trainer_target();
   if (!target.starts_with("AVX3")) GTEST_SKIP() << "the widest vectors here are " << target;
-  const auto widest = format::encode(bake_quietly(scene_of({torus(40, 20)}), quick()).asset);
+  const auto widest = format::encode(bake_quietly(scene_of({torus(40, 20)}), small_fields()).asset);
   hwy::DisableTargets(HWY_AVX3 | HWY_AVX3_DL);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
   const std::string narrower = bake::trainer_target();
-  const auto narrow = format::encode(bake_quietly(scene_of({torus(40, 20)}), quick()).asset);
+  const auto narrow = format::encode(bake_quietly(scene_of({torus(40, 20)}), small_fields()).asset);
   hwy::DisableTargets(0);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
   ASSERT_EQ(narrower, "AVX2");
@@ -207,7 +194,7 @@ TEST(SphericalTraining, GivesTheSameBytesWithNarrowerVectors) {
 }
 
 TEST(SphericalTraining, GoesBackWhereTheLossBecomesNonFinite) {
-  bake::BakeOptions options = quick();
+  bake::BakeOptions options = small_fields();
   options.spherical.rays = 2'000'000;
   options.spoil_at_step = 100;
   const bake::BakeResult result = bake_quietly(scene_of({icosphere(4)}), options);
@@ -215,21 +202,12 @@ TEST(SphericalTraining, GoesBackWhereTheLossBecomesNonFinite) {
   EXPECT_LT(result.sets[size_t(RaySet::outer_lines)].error(), 0.22);
 }
 
-Status status_of(const mesh::Scene& scene, const bake::BakeOptions& options) {
-  try {
-    bake_quietly(scene, options);
-  } catch (const Error& error) {
-    return error.status();
-  }
-  return Status::ok;
-}
-
 TEST(SphericalTraining, FailsRatherThanShipWhatDidNotTrain) {
-  bake::BakeOptions options = quick();
+  bake::BakeOptions options = small_fields();
   options.spoil_at_step = 0;
   options.spherical.fields.spoil_steps = 1'000;
   EXPECT_EQ(status_of(scene_of({icosphere(3)}), options), Status::training_failed);
-  options = quick();
+  options = small_fields();
   options.mix = bake::Mix{0, 0, 1, 0, 0};  // a cube fills its box: no origin is free
   EXPECT_EQ(status_of(scene_of({cube()}), options), Status::training_failed);
 }
@@ -237,7 +215,7 @@ TEST(SphericalTraining, FailsRatherThanShipWhatDidNotTrain) {
 TEST(SphericalTraining, EndsWhereItIsCancelled) {
   std::atomic<bool> cancel{false};
   const mesh::Scene scene = scene_of({torus(40, 20)});
-  bake::BakeOptions options = quick();
+  bake::BakeOptions options = small_fields();
   options.spherical.rays = 20'000'000;
   try {
     bake::bake(
@@ -291,7 +269,7 @@ TEST(SphericalBake, SharesANetworkOrDoesNot) {
   const mesh::Scene scene = scene_of({icosphere(3), torus(40, 20), icosphere(3)});
   for (const bool shared : {false, true}) {
     SCOPED_TRACE(shared);
-    bake::BakeOptions options = quick();
+    bake::BakeOptions options = small_fields();
     options.spherical.shared_network = shared;
     options.spherical.fields.half_networks = shared;
     const bake::BakeResult result = bake_quietly(scene, options);
@@ -328,7 +306,7 @@ TEST(SphericalBake, SharesANetworkOrDoesNot) {
 }
 
 TEST(SphericalBake, KnowsItsBytesBeforehand) {
-  bake::BakeOptions options = quick();
+  bake::BakeOptions options = small_fields();
   options.max_bytes = 20'000;
   EXPECT_EQ(status_of(scene_of({icosphere(3)}), options), Status::target_not_met);
   options.max_bytes = 200'000;

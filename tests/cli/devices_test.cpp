@@ -27,14 +27,14 @@ TEST_F(Devices, AreListed) {
   EXPECT_TRUE(lines[2].starts_with("hip  device=1: emulated card 1, imma, ")) << lines[2];
   EXPECT_EQ(outcome.err, "");
 
-  const auto json = nlohmann::json::parse(nif({"devices", "--json"}).out);
-  EXPECT_EQ(json["schema"], "nifkit.devices/1");
-  ASSERT_EQ(json["backends"].size(), 2u);
-  EXPECT_EQ(json["backends"][1]["available"], true);
-  ASSERT_EQ(json["cards"].size(), 6u);
-  EXPECT_EQ(json["cards"][1]["device"], 1);
-  EXPECT_EQ(json["cards"][1]["target"], "imma");
-  EXPECT_EQ(json["cards"][1]["available"], true);
+  const auto result = nlohmann::json::parse(nif({"devices", "--json"}).out);
+  EXPECT_EQ(result["schema"], "nifkit.devices/1");
+  ASSERT_EQ(result["backends"].size(), 2u);
+  EXPECT_EQ(result["backends"][1]["available"], true);
+  ASSERT_EQ(result["cards"].size(), 6u);
+  EXPECT_EQ(result["cards"][1]["device"], 1);
+  EXPECT_EQ(result["cards"][1]["target"], "imma");
+  EXPECT_EQ(result["cards"][1]["available"], true);
 }
 #endif
 
@@ -45,10 +45,10 @@ TEST_F(Devices, AreToldWhyThereAreNone) {
   EXPECT_NE(outcome.out.find("hip  not available: the GPU module /no/such/module.so cannot be loaded"),
             std::string::npos)
       << outcome.out;
-  const auto json = nlohmann::json::parse(nif({"devices", "--json"}).out);
-  EXPECT_EQ(json["backends"][1]["available"], false);
-  EXPECT_NE(json["backends"][1]["reason"], "");
-  EXPECT_EQ(json["cards"].size(), 0u);
+  const auto result = nlohmann::json::parse(nif({"devices", "--json"}).out);
+  EXPECT_EQ(result["backends"][1]["available"], false);
+  EXPECT_NE(result["backends"][1]["reason"], "");
+  EXPECT_EQ(result["cards"].size(), 0u);
 }
 
 }  // namespace

@@ -27,12 +27,12 @@ TEST_F(MeshConvert, KeepsAMeshToTheBit) {
   const std::string input = folder_.write("ring.obj", obj_text(torus(16, 8))).string();
   const Outcome outcome = convert({input, "-o", path("ring.glb"), "--json"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  const auto json = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(json["schema"], "nifkit.mesh-convert/1");
-  EXPECT_EQ(json["bytes"], std::filesystem::file_size(path("ring.glb")));
+  const auto result = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(result["schema"], "nifkit.mesh-convert/1");
+  EXPECT_EQ(result["bytes"], std::filesystem::file_size(path("ring.glb")));
   const mesh::Scene before = mesh::read(input), after = mesh::read(path("ring.glb"));
   ASSERT_EQ(after.meshes.size(), 1u);
-  EXPECT_EQ(json["triangles"], after.meshes[0].triangles.size());
+  EXPECT_EQ(result["triangles"], after.meshes[0].triangles.size());
   EXPECT_EQ(after.meshes[0].positions, before.meshes[0].positions);
   EXPECT_EQ(after.meshes[0].triangles, before.meshes[0].triangles);
   EXPECT_EQ(after.meshes[0].name, before.meshes[0].name);
@@ -66,9 +66,9 @@ TEST_F(MeshConvert, WritesWhatTheNameSays) {
   for (const char* name : {"a.obj", "a.ply", "a.stl", "a.off", "a.drc", "a.GLB"}) {
     const Outcome outcome = convert({input, "-o", path(name), "--json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    const auto json = nlohmann::json::parse(outcome.out);
-    EXPECT_EQ(json["bytes"], std::filesystem::file_size(path(name)));
-    EXPECT_EQ(json["notes"].size(), without_progress(outcome.err).size()) << outcome.err;
+    const auto result = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(result["bytes"], std::filesystem::file_size(path(name)));
+    EXPECT_EQ(result["notes"].size(), without_progress(outcome.err).size()) << outcome.err;
     EXPECT_EQ(mesh::read(path(name)).meshes.at(0).triangles.size(), 256u) << name;
   }
   EXPECT_NE(read_bytes(path("a.obj")).find("o torus\n"), std::string::npos);

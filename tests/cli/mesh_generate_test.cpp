@@ -29,26 +29,26 @@ TEST_F(MeshGenerate, SaysWhatItMade) {
   const Outcome outcome = generate({"torus", "-o", file, "--triangles", "5000", "--seed", "7", "--json"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
-  const auto json = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(json["schema"], "nifkit.mesh-generate/1");
-  EXPECT_EQ(json["file"], file);
-  EXPECT_EQ(json["shape"], "torus");
-  EXPECT_EQ(json["seed"], 7);
-  EXPECT_EQ(json["bytes"], fs::file_size(file));
-  EXPECT_GE(json["seconds"], 0.0);
-  EXPECT_EQ(json.size(), 9u) << json;
+  const auto result = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(result["schema"], "nifkit.mesh-generate/1");
+  EXPECT_EQ(result["file"], file);
+  EXPECT_EQ(result["shape"], "torus");
+  EXPECT_EQ(result["seed"], 7);
+  EXPECT_EQ(result["bytes"], fs::file_size(file));
+  EXPECT_GE(result["seconds"], 0.0);
+  EXPECT_EQ(result.size(), 9u) << result;
 
   const mesh::Scene scene = mesh::read(file);
   ASSERT_EQ(scene.meshes.size(), 1u);
-  EXPECT_EQ(json["triangles"], scene.meshes[0].triangles.size());
-  EXPECT_EQ(json["vertices"], scene.meshes[0].positions.size());
+  EXPECT_EQ(result["triangles"], scene.meshes[0].triangles.size());
+  EXPECT_EQ(result["vertices"], scene.meshes[0].positions.size());
   mesh::Float3 low = scene.meshes[0].positions[0], high = low;
   for (const mesh::Float3& p : scene.meshes[0].positions)
     for (size_t axis = 0; axis < 3; ++axis) {
       low[axis] = std::min(low[axis], p[axis]);
       high[axis] = std::max(high[axis], p[axis]);
     }
-  EXPECT_EQ(json["bounds"], (nlohmann::json{low, high}));
+  EXPECT_EQ(result["bounds"], (nlohmann::json{low, high}));
   EXPECT_EQ(listing(folder_.path()), std::vector<std::string>{"torus.ply"});
 
   const Outcome text = generate({"torus", "-o", file, "--triangles", "5000"});

@@ -14,23 +14,13 @@ namespace nif {
 namespace {
 
 using kernels::BvhNode;
-using test::Bytes;
+using test::Bytes, test::outcome_of;
 
 format::Asset asset_with_bvh(uint64_t seed) {
   test::RandomAssetOptions options;
   options.objects = 1;
   options.bvhs = 2;
   return test::random_asset(seed, options);
-}
-
-/// Status and sentence of reading an asset's bytes.
-std::pair<Status, std::string> outcome_of(const Bytes& file) {
-  try {
-    format::read_asset(file, "x.nif");
-    return {Status::ok, ""};
-  } catch (const Error& error) {
-    return {error.status(), error.what()};
-  }
 }
 
 TEST(BvhFile, KeepsEveryFieldAndAnswer) {
@@ -77,11 +67,11 @@ TEST(BvhFile, HasItsSectionOnlyWhereItIsNeeded) {
   entry.flags = 0;
   test::store_entry(gone, index, entry);
   test::fix_checksums(gone);
-  EXPECT_EQ(outcome_of(gone).first, Status::damaged_nif);
+  EXPECT_EQ(outcome_of(gone).status, Status::damaged_nif);
   entry.type = format::kBvhs;
   test::store_entry(gone, index, entry);
   test::fix_checksums(gone);
-  EXPECT_NE(outcome_of(gone).second.find("not marked as required"), std::string::npos);
+  EXPECT_NE(outcome_of(gone).sentence.find("not marked as required"), std::string::npos);
 }
 
 TEST(BvhFile, RefusesWrongRecords) {
@@ -94,7 +84,7 @@ TEST(BvhFile, RefusesWrongRecords) {
     change(record);
     test::store(file, at, record);
     test::fix_checksums(file);
-    return outcome_of(file).first == Status::damaged_nif;
+    return outcome_of(file).status == Status::damaged_nif;
   };
   EXPECT_FALSE(refused(1, [](auto&) {}));
   EXPECT_TRUE(refused(1, [](auto& r) { r.encoding = format::kSegment; }));

@@ -16,15 +16,22 @@ namespace nif::test {
 
 using Bytes = std::vector<std::byte>;
 
-/// What the reader says of a file.
-inline Status status_of(const Bytes& file) {
+/// What came of reading an asset's bytes as "x.nif".
+struct Outcome {
+  Status status = Status::ok;
+  std::string sentence;
+};
+
+inline Outcome outcome_of(std::span<const std::byte> bytes) {
   try {
-    format::read_asset(file, "file");
-    return Status::ok;
+    format::read_asset(bytes, "x.nif");
+    return {};
   } catch (const Error& error) {
-    return error.status();
+    return {error.status(), error.what()};
   }
 }
+
+inline Status status_of(const Bytes& file) { return outcome_of(file).status; }
 
 template <class T>
 T load(const Bytes& file, size_t offset) {

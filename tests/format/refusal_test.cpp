@@ -11,21 +11,7 @@
 namespace nif {
 namespace {
 
-using test::Bytes;
-
-struct Outcome {
-  Status status = Status::ok;
-  std::string sentence;
-};
-
-Outcome outcome_of(std::span<const std::byte> bytes) {
-  try {
-    format::read_asset(bytes, "x.nif");
-    return {};
-  } catch (const Error& error) {
-    return {error.status(), error.what()};
-  }
-}
+using test::Bytes, test::Outcome, test::outcome_of;
 
 Bytes bytes_of(std::string_view text) {
   const auto bytes = std::as_bytes(std::span(text));

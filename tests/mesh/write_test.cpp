@@ -28,7 +28,7 @@ mesh::Written write(const std::filesystem::path& file, const Scene& scene,
 }
 
 /// Two objects with names of several kinds, and coordinates that are hard to keep in a text.
-Scene lively_scene() {
+Scene ball_and_ring() {
   Scene scene;
   scene.meshes = {icosphere(1), torus(12, 8)};
   scene.meshes[0].name = "ball \"1\" \xc3\xa9";
@@ -95,7 +95,7 @@ void expect_round_trips(const Scene& scene) {
     }
 }
 
-TEST(Write, EveryPairOfLosslessFormatsKeepsGeometryAndNames) { expect_round_trips(lively_scene()); }
+TEST(Write, EveryPairOfLosslessFormatsKeepsGeometryAndNames) { expect_round_trips(ball_and_ring()); }
 
 TEST(Write, RealMeshesToo) {
   const auto folder = real_mesh_folder();
@@ -161,7 +161,7 @@ TEST(Write, InstancesStandWhereTheyStood) {
 
 TEST(Write, SaysWhatAFormatCannotKeep) {
   const TempDir folder;
-  Scene scene = lively_scene();
+  Scene scene = ball_and_ring();
   EXPECT_TRUE(write(folder.path() / "a.obj", scene).notes.empty());
   EXPECT_TRUE(write(folder.path() / "a.glb", scene).notes.empty());
   const auto notes = write(folder.path() / "a.stl", scene).notes;
@@ -189,7 +189,7 @@ TEST(Write, RefusesAndLeavesNothing) {
     }
     return Status::ok;
   };
-  const Scene scene = lively_scene();
+  const Scene scene = ball_and_ring();
   EXPECT_EQ(status_of("a.fbx", scene), Status::usage);
   EXPECT_EQ(status_of("a.obj", scene, {.text = true, .draco = false, .draco_bits = {}}), Status::usage);
   EXPECT_EQ(status_of("a.obj", scene, {.text = false, .draco = true, .draco_bits = {}}), Status::usage);

@@ -13,15 +13,14 @@ using inspect::Inspection;
 using mesh::Mesh;
 using repair::Report;
 
-const std::atomic<bool> kGoOn{false};
-
 class Repair : public testing::Test {
  protected:
   void SetUp() override {
     if (!cgal::available()) GTEST_SKIP() << "built without CGAL";
   }
   static Report repair(Mesh& mesh, const repair::Options& options = {}) {
-    return repair::repair(mesh, options, kGoOn);
+    const std::atomic<bool> go_on{false};
+    return repair::repair(mesh, options, go_on);
   }
 };
 

@@ -1,0 +1,37 @@
+// A bake of a few meshes without a word, and what became of it.
+#pragma once
+
+#include <atomic>
+#include <vector>
+
+#include "bake/bake.hpp"
+#include "formats/status.hpp"
+
+namespace nif::test {
+
+/// Each of them once, where it is.
+inline mesh::Scene scene_of(const std::vector<mesh::Mesh>& meshes) {
+  mesh::Scene scene;
+  for (const mesh::Mesh& mesh : meshes) {
+    scene.instances.push_back({mesh.name, uint32_t(scene.meshes.size()), mesh::kIdentity});
+    scene.meshes.push_back(mesh);
+  }
+  return scene;
+}
+
+inline bake::BakeResult bake_quietly(const mesh::Scene& scene, const bake::BakeOptions& options) {
+  const std::atomic<bool> cancel{false};
+  return bake::bake(scene, options, {}, cancel);
+}
+
+/// Of a bake that may be refused.
+inline Status status_of(const mesh::Scene& scene, const bake::BakeOptions& options) {
+  try {
+    bake_quietly(scene, options);
+  } catch (const Error& error) {
+    return error.status();
+  }
+  return Status::ok;
+}
+
+}  // namespace nif::test
