@@ -13,3 +13,18 @@
 #else
 #define HWY_DISABLED_TARGETS (NIF_LENGTHLESS_TARGETS | HWY_SSE4)
 #endif
+
+// One target alone, as the fuzzer is compiled: the same for all kernels, and this machine's best. Highway
+// itself would ask for __AVXVNNI__, which is another extension than AVX-512's.
+#ifdef HWY_COMPILE_ONLY_STATIC
+#if defined(__AVX512VNNI__) && defined(__AVX512VBMI2__) && defined(__AVX512VPOPCNTDQ__) && \
+    defined(__AVX512BITALG__) && defined(__GFNI__) && defined(__VPCLMULQDQ__)
+#ifdef HWY_WANT_AVX3_DL
+#define HWY_BASELINE_TARGETS HWY_AVX3_DL
+#else
+#define HWY_BASELINE_TARGETS HWY_AVX3
+#endif
+#elif defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+#define HWY_BASELINE_TARGETS HWY_AVX2
+#endif
+#endif
