@@ -87,7 +87,9 @@ if command -v ccache >/dev/null; then
 fi
 
 # configure PRESET [cmake options]
-configure() { cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON -DNIF_UNITY_TESTS=ON "${launcher[@]}" "${@:2}" >/dev/null; }
+configure() {
+  cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON -DNIF_UNITY_TESTS=ON "${launcher[@]}" "${@:2}" >/dev/null
+}
 
 check_style() { git ls-files -z '*.cpp' '*.hpp' '*.h' '*.c' | xargs -0 clang-format --dry-run -Werror; }
 
