@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Writes docs/results/gpu.md: what compilers make of the GPU kernels for every target, and how the kernels answer in the
-# emulator, on the Stanford dragon. Needs no GPU; where there is one, tests/gpu/run.sh proves and times the kernels on it.
-# Takes some fifteen minutes on two cores.
+# emulator, on the Stanford dragon. Needs no GPU; where there is one, it also proves the kernels on it and times them: the
+# dragon, generated meshes of up to 8 million triangles and, where NIF_TEST_MESHES names a folder that has it, a circuit
+# board of 6.9 million. Takes some twenty minutes on two cores without a GPU.
 #
 #   docs/results/gpu.sh
 set -euo pipefail
@@ -15,15 +16,70 @@ mesh=${asset%.nif}.ply.gz
 # Before the page's first line, which depends on whether there is a GPU.
 proof=$(tests/gpu/run.sh tests/golden/v1-shapes.nif "$asset")
 
-out=build/gpu
+out=build/gpu nif=build/release/bin/nif mesh_of_dragon=$mesh
 mkdir -p "$out"
+cmake --build build/release --target nif >&2
 
 # Fields of the paper's kind, learned for a minute only: how precisely they are evaluated does not depend on it.
 papers=$out/paper.nif
 if [[ ! -f $papers ]]; then
-  cmake --build build/release --target nif >&2
-  build/release/bin/nif bake "$mesh" -o "$papers" --preset paper --training-rays 4000000 --rays 0 --quiet
+  "$nif" bake "$mesh" -o "$papers" --preset paper --training-rays 4000000 --rays 0 --quiet
 fi
+
+tests/gpu/emulate.sh "$asset" "$mesh" >"$out/dragon.txt"
+
+# What a million ambiguous rays take at least, from the asset's network and what the emulator has counted.
+floor() {
+  local samples macs runs steps
+  samples=$("$nif" info "$asset" --json | jq '.objects[0].samples')
+  macs=$("$nif" info "$asset" --json \
+    | jq '.objects[0] | [.samples * .features_per_corner + 8] + .layers | [.[:-1], .[1:]] | transpose | map(.[0] * .[1]) | add')
+  # The columns of the last table, and of the walk's.
+  runs=$(awk 'NF == 6 && $2 == "inner-surface" { r = $6 } END { print r }' "$out/dragon.txt")
+  steps=$(awk '$2 == "inner-surface" && $3 == "leaps" { s = $(NF - 3) } END { print s }' "$out/dragon.txt")
+  printf '\n## What a million ambiguous rays take at least\n\n'
+  awk -v samples="$samples" -v macs="$macs" -v runs="$runs" -v steps="$steps" 'BEGIN {
+    bytes = 32 + 2 * (8 + 8 * runs) + 32 + 1
+    gathers = 8 * samples + steps
+    sms = 132; clock = 1.83e9; memory = 3.35e12; products = 1978.9e12
+    printf "By count, for `inner-surface` rays of the dragon, which the walk leaves open, on an H100 SXM5 (132 processors at\n"
+    printf "1.83 GHz, 3.35 TB/s, 1,979 trillion operations on bytes a second, by its data sheet). Nothing here was measured.\n\n"
+    printf "| what | of a ray | of a million, at least |\n| --- | ---: | ---: |\n"
+    printf "| products of the network, %d and as many sums | %d operations | %.1f us |\n", macs, 2 * macs, 1e12 * 2 * macs / products
+    printf "| memory: the ray twice, its item written and read (%.2f runs), the answer | %.0f bytes | %.1f us |\n", runs, bytes, 1e12 * bytes / memory
+    printf "| first-level caches: %d words of features and %.1f of codes for the walk (as the longest of 32 rays), if each is in a sector of 32 bytes of its own, 128 bytes a clock and processor | %.0f bytes | %.1f us |\n\n", 8 * samples, steps, 32 * gathers, 1e12 * 32 * gathers / (sms * 128 * clock)
+    printf "So the floor is what features and codes take of the caches, where neighbouring rays share nothing; with rays that go\n"
+    printf "side by side it is memory. How near the kernels are takes a GPU.\n" }'
+}
+
+# The paper's breakdown, and time against triangles and rays: where there is a GPU.
+times() {
+  printf '\n## Times\n\n'
+  if ! "$nif" devices | grep -q '^hip  device='; then
+    printf 'Nothing was timed: %s\n' "$("$nif" devices | sed -n 's/^hip  //p')"
+    return
+  fi
+  printf '`nif bench --device hip --stages --batches` ([benchmark.md](../benchmark.md)), by the number of triangles.\n'
+  local name count mesh board=${NIF_TEST_MESHES:+$NIF_TEST_MESHES/kicad_board_6.94m.ply.zst}
+  local meshes=("$mesh_of_dragon")
+  for count in 500000 2000000 8000000; do
+    [[ -f $out/statue_$count.ply ]] || "$nif" mesh generate statue -o "$out/statue_$count.ply" --triangles "$count" --quiet
+    meshes+=("$out/statue_$count.ply")
+  done
+  if [[ -n $board && -f $board ]]; then meshes+=("$board"); fi
+  for mesh in "${meshes[@]}"; do
+    name=$(basename "$mesh")
+    [[ -f $out/$name.nif ]] || "$nif" bake "$mesh" -o "$out/$name.nif" --encoding segment --rays 0 --quiet
+    printf '\n### %s\n\n' "$name"
+    "$nif" bench "$out/$name.nif" --mesh "$mesh" --device hip --stages --batches --quiet | sed 's/./    &/; s/ *$//'
+  done
+  printf '\n### The fields of the paper, in single and in half precision\n\n'
+  for precision in single half; do
+    "$nif" bench "$papers" --mesh "$mesh_of_dragon" --device hip --stages --precision "$precision" --quiet \
+      | sed 's/./    &/; s/ *$//'
+    printf '\n'
+  done
+}
 
 # amd TARGET, nvidia TARGET: a row for each kernel: name, registers, stack, spilled, waves.
 amd() {
@@ -55,8 +111,7 @@ nvidia() {
   printf 'stack is memory that each thread has to itself, in bytes; spilled are registers (AMD) or bytes stored (NVIDIA);\n'
   printf 'scalar are scalar registers that lanes of vector registers keep (AMD);\n'
   printf 'waves are how many the registers leave room for on a SIMD (AMD). Shared memory is asked for at the launch and\n'
-  printf 'depends on the network: see below; that of `nif_bvh` is 20480 bytes a block, that of `nif_spherical` 32768 for the\n'
-  printf 'networks of the paper. On gfx1030 the stack of `nif_spherical_half` has copies of arguments that nothing reads.\n'
+  printf 'depends on the network.\n'
   for target in gfx1030 gfx1100 gfx90a gfx942 sm_80 sm_90; do
     compiler=$(kernels/hip/compile.sh --compiler "$target") || { printf '\n### %s\n\nNo compiler.\n' "$target" && continue; }
     kernels/hip/compile.sh "$target" "$out"
@@ -68,10 +123,12 @@ nvidia() {
   done
   printf '\n## What the emulator answers\n\n'
   printf '`tests/gpu/emulate.sh stanford_dragon.nif stanford_dragon.ply.gz`: a million rays of every set, and how many\n'
-  printf 'answers differ from the reference in any bit. `open` rays are left to the network by the walk, `hard` ones have\n'
-  printf 'more than eight runs. The second table compares the walk by leaps, which the kernels take, with the walk voxel by\n'
-  printf 'voxel: steps of a ray, steps that a wave of 32 or 64 rays in their order waits for, and loads and bytes of a ray.\n\n'
-  tests/gpu/emulate.sh "$asset" "$mesh" | sed 's/./    &/; s/ *$//'
+  printf 'answers differ from the reference in any bit. The second table compares the walk by leaps, which the kernels take,\n'
+  printf 'with the walk voxel by voxel: steps of a ray, steps that a wave of 32 or 64 rays in their order waits for, and loads\n'
+  printf 'and bytes of a ray. The third one tells how many rays the walk leaves open for the network, how many of those have\n'
+  printf 'more than eight runs, and how many runs an open ray has.\n\n'
+  sed 's/./    &/; s/ *$//' "$out/dragon.txt"
+  floor
   printf '\n## The fields of the paper, in both precisions\n\n'
   printf '`nif bake stanford_dragon.ply.gz -o paper.nif --preset paper --training-rays 4000000 --rays 0`, then\n'
   printf '`tests/gpu/emulate.sh paper.nif stanford_dragon.ply.gz`: first in single precision, where no answer differs from the\n'
@@ -81,5 +138,6 @@ nvidia() {
   printf 'from the arithmetic (`tests/gpu/half_bound.hpp`). The instructions sum in different orders in the emulator, and\n'
   printf '`mfma` takes denormal halves as 0: so much the choice of a GPU may matter.\n\n'
   tests/gpu/emulate.sh "$papers" "$mesh" | sed 's/./    &/; s/ *$//'
+  times
 } >docs/results/gpu.md.new
 mv docs/results/gpu.md.new docs/results/gpu.md
