@@ -117,7 +117,12 @@ class HipContext final : public LibraryContext {
   bool owns(Stream stream) override {
     int device = device_;
     if (calls_.stream_device) return calls_.stream_device(stream, &device) == kSuccess && device == device_;
-    return true;  // older versions cannot tell
+    // Older versions tell by refusing an event of this card in a stream of another.
+    void* event = nullptr;
+    if (calls_.make_event(&event, kNoTiming) != kSuccess) return true;
+    const bool taken = calls_.record(event, stream) == kSuccess;
+    calls_.free_event(event);
+    return taken;
   }
 
   PointerKind kind_of(const void* pointer) override {

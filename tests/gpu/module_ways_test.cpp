@@ -173,6 +173,27 @@ TEST_F(GpuWays, MemoryIsSharedInTurns) {
   expect_same(answers[3].get(), expected);
 }
 
+/// As docs/gpu.md says. What every scene has besides, a few words a list, does not count among so many rays.
+TEST_F(GpuWays, MemoryOfARay) {
+  constexpr uint64_t kRays = 1 << 18;
+  const std::vector<NifRay> ray = some_rays(1);
+  const CardArray on_card(machine(), 0, ray.data(), sizeof(NifRay));
+  const CardArray visible(machine(), 0, nullptr, kRays);
+  for (const bool several : {false, true}) {
+    TwinScenes twins(config("pipeline=on"));
+    fill(twins, several ? 2 : 1);
+    NifQuery query = nifQueryRays(on_card.as<NifRay>(), kRays);
+    query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = 0;
+    query.memory = NIF_DEVICE;
+    query.visible = visible.as<uint8_t>();
+    const uint64_t before = machine().allocated;
+    machine().discard = true;
+    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    machine().discard = false;
+    EXPECT_NEAR(double(machine().allocated - before) / kRays, several ? 185 : 73, 0.1);
+  }
+}
+
 /// No memory for the pipeline: the one kernel needs none. But not where another way was asked for.
 TEST_F(GpuWays, WithoutMemoryForThePipeline) {
   const std::vector<NifRay> rays = some_rays();
