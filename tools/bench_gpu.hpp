@@ -23,8 +23,9 @@ struct GpuBenchOptions {
   bool batches;  ///< time smaller batches, too
 };
 
-/// What takes part: the asset by one kernel and by the pipeline, and the other side.
-enum GpuSide : size_t { kOneKernel, kPipeline, kOther, kGpuSides };
+/// What takes part: the asset by one kernel and by the pipeline, the other side, and where that is a BVH, it
+/// with triangles in single precision.
+enum GpuSide : size_t { kOneKernel, kPipeline, kOther, kSingleBvh, kGpuSides };
 
 /// Rays that are asked at once, and millions of them a second by each side: medians.
 struct GpuBatch {
@@ -42,7 +43,9 @@ struct GpuSetSpeeds {
   Spread rate(GpuSide side) const { return spread_of(rates[side]); }
   /// The faster way, which the runtime would choose.
   GpuSide way() const;
-  /// How many times as fast as the other: of the medians, with the spread of the rounds.
+  /// The faster one of the others.
+  GpuSide bar() const;
+  /// How many times as fast as that: of the medians, with the spread of the rounds.
   Spread ratio() const;
 };
 

@@ -9,7 +9,8 @@
 namespace nif::kernels::hip {
 
 /// The slots whose boxes the ray may meet: a bit for each. Planes are read by words, four slots' at a time.
-NIF_HOST_DEVICE inline uint32_t meets_slots(const BvhRay& ray, const BvhNode& node) {
+template <class Real>
+NIF_HOST_DEVICE uint32_t meets_slots(const BvhRayOf<Real>& ray, const BvhNode& node) {
   uint32_t met = 0;
   NIF_UNROLL
   for (uint32_t half = 0; half < kBvhWidth; half += 4) {
@@ -38,8 +39,8 @@ NIF_HOST_DEVICE inline uint32_t meets_slots(const BvhRay& ray, const BvhNode& no
 NIF_HOST_DEVICE constexpr uint32_t bvh_stack_words(uint32_t levels) { return 2 * levels; }
 
 /// As meets_bvh(). `stack` is the thread's own, of words kStride apart.
-template <uint32_t kStride>
-NIF_HOST_DEVICE bool meets_nodes(const BvhField& field, const BvhRay& ray, uint32_t* stack) {
+template <uint32_t kStride, class Real>
+NIF_HOST_DEVICE bool meets_nodes(const BvhField& field, const BvhRayOf<Real>& ray, uint32_t* stack) {
   uint32_t size = 0, number = 0;  // words on the stack: the node of slots, and their ranks as bits
   for (;;) {
     const BvhNode& node = field.nodes[number];
@@ -64,10 +65,10 @@ NIF_HOST_DEVICE bool meets_nodes(const BvhField& field, const BvhRay& ray, uint3
   }
 }
 
-/// `stack` as for meets_nodes().
-template <uint32_t kStride>
+/// `stack` as for meets_nodes(). Real: as BvhRayOf has it.
+template <uint32_t kStride, class Real = double>
 NIF_HOST_DEVICE ObjectAnswer answer_bvh_ray(const BvhField& field, const Segment& segment, uint32_t* stack) {
-  BvhRay ray;
+  BvhRayOf<Real> ray;
   if (!prepare_ray(field, segment, ray)) {
     const Answer none = answer_no_ray(segment);
     return {none.logit, none.certain};

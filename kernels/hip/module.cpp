@@ -18,6 +18,7 @@ NIF_SCENE_KERNEL(segment, kPairSegment, false)
 NIF_SCENE_KERNEL(segment_details, kPairSegment, true)
 NIF_SCENE_KERNEL(bvh, kBvhObject, false)
 NIF_SCENE_KERNEL(bvh_details, kBvhObject, true)
+NIF_SCENE_KERNEL(bvh_single, kSingleBvh, false)  // for measurements alone
 NIF_SCENE_KERNEL(any, kAnyKind, false)
 NIF_SCENE_KERNEL(any_details, kAnyKind, true)
 

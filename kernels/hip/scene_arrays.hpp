@@ -21,7 +21,8 @@ enum SceneKind : uint32_t {
   kSegments = kPairSegment | kAnySegment,
   kBvhObject = 4,
   kSphericalObject = 8,
-  kAnyKind = 15
+  kAnyKind = 15,
+  kSingleBvh = 16  ///< no object's: a kernel that tests triangles of `bvh` objects in single precision
 };
 
 /// An object of a scene. Device memory, and so is what it points to.

@@ -37,6 +37,8 @@ NIF_HOST_DEVICE ObjectAnswer ask_object(const Thread& thread, const SceneObject&
       return answer_spherical_ray<1>(*static_cast<const SphericalField*>(object.field), ray,
                                      reinterpret_cast<float*>(row),
                                      reinterpret_cast<float*>(row) + object.widest);
+  if constexpr (kKinds == kSingleBvh)
+    return answer_bvh_ray<1, float>(*static_cast<const BvhField*>(object.field), ray, row);
   if constexpr ((kKinds & kBvhObject) != 0)
     return answer_bvh_ray<1>(*static_cast<const BvhField*>(object.field), ray, row);
   return {};

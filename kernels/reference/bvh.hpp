@@ -24,22 +24,26 @@ NIF_HOST_DEVICE constexpr float component(const float v[3], int axis) {
   return axis == 0 ? v[0] : axis == 1 ? v[1] : v[2];
 }
 
-/// A segment made ready for boxes and triangles.
-struct BvhRay {
+/// A segment made ready for boxes and triangles. Real: what triangles are tested in; double, but for
+/// measurements of what that costs.
+template <class Real>
+struct BvhRayOf {
   // Boxes, single precision. Entry planes are seen from `near`, exit planes from `far`: boxes seem larger.
   float near[3], far[3], inverse[3];
   float enter, leave;
   bool negative[3];
-  // Triangles, double precision. The longest axis comes last, the others keep their cyclic order.
+  // Triangles. The longest axis comes last, the others keep their cyclic order.
   int axis[3];
-  double origin[3];  ///< by `axis`
-  double shear[2];   ///< slope of the other two axes against the longest
-  double length;     ///< the direction's longest component, with its sign
-  double tmin, tmax;
+  Real origin[3];  ///< by `axis`
+  Real shear[2];   ///< slope of the other two axes against the longest
+  Real length;     ///< the direction's longest component, with its sign
+  Real tmin, tmax;
 };
+using BvhRay = BvhRayOf<double>;
 
 /// False where the segment is none (docs/model.md); its answer is then visible.
-NIF_HOST_DEVICE inline bool prepare_ray(const BvhField& field, const Segment& segment, BvhRay& ray) {
+template <class Real>
+NIF_HOST_DEVICE bool prepare_ray(const BvhField& field, const Segment& segment, BvhRayOf<Real>& ray) {
   const float* d = segment.direction;
   float reach = field.extent, steepest = 0;
   bool finite = true;
@@ -71,19 +75,20 @@ NIF_HOST_DEVICE inline bool prepare_ray(const BvhField& field, const Segment& se
   NIF_UNROLL
   for (int i = 0; i < 3; ++i) {
     ray.axis[i] = (z + 1 + i) % 3;
-    ray.origin[i] = double(component(segment.origin, ray.axis[i]));
+    ray.origin[i] = static_cast<Real>(component(segment.origin, ray.axis[i]));
   }
-  ray.length = double(component(d, z));
+  ray.length = static_cast<Real>(component(d, z));
   NIF_UNROLL
-  for (int i = 0; i < 2; ++i) ray.shear[i] = double(component(d, ray.axis[i])) / ray.length;
-  ray.tmin = double(segment.tmin);
-  ray.tmax = double(segment.tmax);
+  for (int i = 0; i < 2; ++i) ray.shear[i] = static_cast<Real>(component(d, ray.axis[i])) / ray.length;
+  ray.tmin = static_cast<Real>(segment.tmin);
+  ray.tmax = static_cast<Real>(segment.tmax);
   return true;
 }
 
 /// May the ray meet something in a box between these planes, of a node with this frame?
-NIF_HOST_DEVICE inline bool meets_planes(const BvhRay& ray, const uint32_t frame[3], const uint8_t low[3],
-                                         const uint8_t high[3]) {
+template <class Real>
+NIF_HOST_DEVICE bool meets_planes(const BvhRayOf<Real>& ray, const uint32_t frame[3], const uint8_t low[3],
+                                  const uint8_t high[3]) {
   float enter = ray.enter, leave = ray.leave;
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
@@ -105,25 +110,27 @@ NIF_HOST_DEVICE inline bool meets_box(const BvhRay& ray, const BvhNode& node, ui
 /// 2013): vertices are sheared so that the ray runs along one axis, and the signs of three edge functions
 /// decide. Both triangles at an edge compute it from the same numbers, with opposite sign, and points on it
 /// belong to both, so nothing leaks between them. A triangle seen exactly edge-on is not met.
-NIF_HOST_DEVICE inline bool meets_triangle(const BvhRay& ray, const float* const vertices[3]) {
-  double x[3], y[3], z[3];
+template <class Real>
+NIF_HOST_DEVICE bool meets_triangle(const BvhRayOf<Real>& ray, const float* const vertices[3]) {
+  Real x[3], y[3], z[3];
   NIF_UNROLL
   for (int i = 0; i < 3; ++i) {
-    z[i] = double(vertices[i][ray.axis[2]]) - ray.origin[2];
-    x[i] = (double(vertices[i][ray.axis[0]]) - ray.origin[0]) - ray.shear[0] * z[i];
-    y[i] = (double(vertices[i][ray.axis[1]]) - ray.origin[1]) - ray.shear[1] * z[i];
+    z[i] = static_cast<Real>(vertices[i][ray.axis[2]]) - ray.origin[2];
+    x[i] = (static_cast<Real>(vertices[i][ray.axis[0]]) - ray.origin[0]) - ray.shear[0] * z[i];
+    y[i] = (static_cast<Real>(vertices[i][ray.axis[1]]) - ray.origin[1]) - ray.shear[1] * z[i];
   }
-  const double u = x[2] * y[1] - y[2] * x[1], v = x[0] * y[2] - y[0] * x[2], w = x[1] * y[0] - y[1] * x[0];
+  const Real u = x[2] * y[1] - y[2] * x[1], v = x[0] * y[2] - y[0] * x[2], w = x[1] * y[0] - y[1] * x[0];
   if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
-  const double sum = (u + v) + w;
+  const Real sum = (u + v) + w;
   if (sum == 0) return false;
-  const double t = ((u * z[0] + v * z[1]) + w * z[2]) / sum / ray.length;
+  const Real t = ((u * z[0] + v * z[1]) + w * z[2]) / sum / ray.length;
   return ray.tmin <= t && t <= ray.tmax;
 }
 
 /// Does the ray meet one of the triangles of a leaf slot?
-NIF_HOST_DEVICE inline bool meets_leaf(const BvhField& field, const BvhRay& ray, const BvhNode& node,
-                                       uint8_t slot) {
+template <class Real>
+NIF_HOST_DEVICE bool meets_leaf(const BvhField& field, const BvhRayOf<Real>& ray, const BvhNode& node,
+                                uint8_t slot) {
   const uint32_t first = node.first_triangle + slot_rank(slot), count = slot_kind(slot);
   for (uint32_t i = first; i < first + count; ++i) {
     const float* vertices[3];

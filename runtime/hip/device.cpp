@@ -45,6 +45,7 @@ GpuDevice::GpuDevice(std::unique_ptr<gpu::Context> opened, const GpuSettings& wa
   kernels[0] = find(kPairSegment, "nif_scene_segment", "nif_scene_segment_details");
   kernels[1] = find(kBvhObject, "nif_scene_bvh", "nif_scene_bvh_details");
   kernels[2] = find(kAnyKind, "nif_scene_any", "nif_scene_any_details");
+  single_bvh = context->find_kernel("nif_scene_bvh_single");
   uploads = context->make_stream();
 }
 

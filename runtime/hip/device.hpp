@@ -62,6 +62,7 @@ struct GpuDevice {
   std::unique_ptr<gpu::Context> context;
   GpuSettings settings;
   gpu::SceneKernels kernels[3];  ///< those for fewer kinds first
+  gpu::Kernel single_bvh;        ///< for measurements
   gpu::PipelineKernels pipeline;
   gpu::Stream uploads = nullptr;
   std::atomic<bool> lost = false;  ///< nothing on the card works any more

@@ -83,6 +83,9 @@ class Launcher {
   Launcher(GpuDevice& device, GpuScene& scene, Stream stream, StageClock* clock = nullptr)
       : device_(device), scene_(scene), stream_(stream), clock_(clock) {}
 
+  /// By the kernel for measurements.
+  void measure_single_bvh() { single_bvh_ = true; }
+
   /// All of the query's rays, or those of a list.
   void one_kernel(const SceneQuery& query, const kernels::hip::RayList& list = {}) {
     const SceneKernels* kernels = device_.kernels;
@@ -90,8 +93,11 @@ class Launcher {
     const kernels::hip::SceneLayout& layout = scene_.arrays.layout;
     SceneWork work{scene_.arrays, query, list};
     const uint32_t blocks = blocks_for(query.count, layout.rays);
+    const Kernel kernel = single_bvh_       ? device_.single_bvh
+                          : query.details() ? kernels->details
+                                            : kernels->visible;
     timed(kRest, [&] {
-      put(query.details() ? kernels->details : kernels->visible, work,
+      put(kernel, work,
           {list.rays ? spread(blocks, 32) : std::min(blocks, kMostBlocks), kernels::hip::kSceneThreads,
            layout.bytes});
     });
@@ -196,6 +202,7 @@ class Launcher {
   GpuScene& scene_;
   Stream stream_;
   StageClock* clock_;
+  bool single_bvh_ = false;
 };
 
 /// In parts of at most so many rays, a multiple of 8.
@@ -238,8 +245,9 @@ bool put_by_pipeline(GpuDevice& device, GpuScene& scene, const SceneQuery& query
 }
 
 void put_by_one_kernel(GpuDevice& device, GpuScene& scene, const SceneQuery& query, uint64_t count,
-                       Stream stream, StageClock* clock) {
+                       Stream stream, StageClock* clock, bool single_bvh = false) {
   Launcher launcher(device, scene, stream, clock);
+  if (single_bvh) launcher.measure_single_bvh();
   for_each_part(query, count, device.context->most_rays(),
                 [&](const SceneQuery& part) { launcher.one_kernel(part); });
 }
@@ -254,6 +262,12 @@ bool has_pipeline(const GpuScene& scene) {
 void put_query(GpuDevice& device, GpuScene& scene, const SceneQuery& query, uint64_t count, Stream stream,
                GpuMeasure how) {
   if (count == 0) return;
+  if (how == GpuMeasure::single_bvh) {
+    if ((scene.kinds & ~uint32_t{kernels::hip::kBvhObject}) != 0 || query.details())
+      throw GpuError(NIF_ERROR_INVALID_ARGUMENT,
+                     "query: in single precision only what is visible of bvh objects is measured");
+    return put_by_one_kernel(device, scene, query, count, stream, nullptr, true);
+  }
   const GpuWay wanted = how == GpuMeasure::one_kernel ? GpuWay::one_kernel
                         : how == GpuMeasure::pipeline ? GpuWay::pipeline
                                                       : device.settings.way;

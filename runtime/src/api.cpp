@@ -295,7 +295,7 @@ NifError nifMeasureQuery(NifScene scene, const NifQuery* query, NifMeasure measu
       throw Failure(NIF_ERROR_NOT_AVAILABLE, "query: only a GPU is measured; this device is a CPU");
     if (asked.memory != NIF_HOST || asked.stream)
       refuse_argument("query: to be measured it needs host memory and no stream");
-    if (measure > NIF_MEASURE_STAGES) refuse_argument("measure is not one of NifMeasure");
+    if (measure > NIF_MEASURE_SINGLE_BVH) refuse_argument("measure is not one of NifMeasure");
     if (asked.count == 0 || rounds == 0) refuse_argument("query: nothing is to be measured");
     if (!the_scene.ready_on_gpu)
       throw Failure(NIF_ERROR_INVALID_OPERATION, "the scene is not on the GPU, because its commit failed");

@@ -48,8 +48,9 @@ struct GpuSettings {
   uint32_t half;  ///< `spherical` objects are asked in half precision, where it fits; not with one_kernel
 };
 
-/// What measure_query() measures: a query as the device answers it, by one way, or the pipeline's stages.
-enum class GpuMeasure : uint32_t { query, one_kernel, pipeline, stages };
+/// What measure_query() measures: a query as the device answers it, by one way, the pipeline's stages, or
+/// `bvh` objects by triangles in single precision.
+enum class GpuMeasure : uint32_t { query, one_kernel, pipeline, stages, single_bvh };
 /// Walk; putting items in order; inputs and networks of `segment` and outer `spherical` items; those of inner
 /// ones; threads alone with their items, and whatever the one kernel is left with.
 inline constexpr uint32_t kMeasuredStages = 7;

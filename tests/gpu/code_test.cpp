@@ -136,6 +136,7 @@ const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
                                             {"nif_scene_any", {184, 128, 64, 144}},
                                             {"nif_scene_any_details", {192, 152, 88, 144}},
                                             {"nif_scene_bvh", {152, 120, 48, 16}},
+                                            {"nif_scene_bvh_single", {152, 120, 48, 16}},
                                             {"nif_scene_bvh_details", {192, 144, 104, 16}},
                                             {"nif_scene_segment", {128, 96, 56, 72}},
                                             {"nif_scene_segment_details", {168, 104, 112, 72}}};

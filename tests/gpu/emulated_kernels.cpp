@@ -25,6 +25,7 @@ constexpr EmulatedKernel kKernels[] = {
     NIF_EMULATED("nif_scene_segment_details", SceneWork, scene_answer<kPairSegment, true>),
     NIF_EMULATED("nif_scene_bvh", SceneWork, scene_answer<kBvhObject, false>),
     NIF_EMULATED("nif_scene_bvh_details", SceneWork, scene_answer<kBvhObject, true>),
+    NIF_EMULATED("nif_scene_bvh_single", SceneWork, scene_answer<kSingleBvh, false>),
     NIF_EMULATED("nif_scene_any", SceneWork, scene_answer<kAnyKind, false>),
     NIF_EMULATED("nif_scene_any_details", SceneWork, scene_answer<kAnyKind, true>),
     NIF_EMULATED("nif_pipeline_walk_segment", PipelineWork, pipeline_walk<kSegments, false>),

@@ -439,10 +439,44 @@ TEST_P(GpuAnswers, MeasuredOnes) {
   }
   EXPECT_EQ(nifMeasureQuery(twins.cpu(), &query, NIF_MEASURE_QUERY, 3, seconds), NIF_ERROR_NOT_AVAILABLE);
   EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_QUERY, 0, seconds), NIF_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, NifMeasure(4), 1, seconds), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, NifMeasure(5), 1, seconds), NIF_ERROR_INVALID_ARGUMENT);
   machine().fail_allocation = 2;
   EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_QUERY, 3, seconds),
             NIF_ERROR_OUT_OF_DEVICE_MEMORY);
+}
+
+/// What a BVH would be without proofs: hardly another answer, and of nothing else.
+TEST_P(GpuAnswers, MeasuredOnesOfSinglePrecision) {
+  Random random(16);
+  TwinScenes twins(config());
+  const uint32_t asset = twins.load(random_asset(14, {.objects = 1, .bvhs = 2}));
+  const uint32_t exact = twins.load(random_asset(14, {.objects = 0, .bvhs = 2}));
+  for (uint32_t i = 0; i < 4; ++i) twins.add(exact, i % 2, random_transform(random, 3));
+  twins.commit();
+  const std::vector<NifRay> rays = rays_in_cube(random, 6, 5000);
+  std::vector<uint8_t> visible(rays.size(), 7), expected(rays.size());
+  nifkit::check(nifQuery(twins.cpu(), &nifkit::rays(rays).visible(expected).get()));
+  NifQuery query = nifkit::rays(rays).visible(visible).get();
+  double seconds[2];
+  ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_SINGLE_BVH, 2, seconds), NIF_OK)
+      << nifGetErrorMessage();
+  size_t different = 0, blocked = 0;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    different += visible[i] != expected[i];
+    blocked += !visible[i];
+  }
+  EXPECT_LT(different, rays.size() / 500);
+  EXPECT_GT(blocked, 20u);
+  std::vector<int32_t> logit(rays.size());
+  query.logit = logit.data();
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_SINGLE_BVH, 2, seconds),
+            NIF_ERROR_INVALID_ARGUMENT);
+  query.logit = nullptr;
+  twins.add(asset, 0, kIdentity);
+  twins.commit();
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_SINGLE_BVH, 2, seconds),
+            NIF_ERROR_INVALID_ARGUMENT)
+      << "a segment object is among them";
 }
 
 /// Single rays and queries with a fallback are the CPU's.

@@ -496,6 +496,9 @@ typedef enum NifMeasure {
   NIF_MEASURE_ONE_KERNEL = 1, /* by one kernel, with pipeline=off */
   NIF_MEASURE_PIPELINE = 2,   /* by the pipeline, with pipeline=on; by one kernel where there is no network */
   NIF_MEASURE_STAGES = 3,     /* the stages of the pipeline */
+  /* Scenes of `bvh` objects, asked only for what is visible, with triangles tested in single precision: what
+   * proofs in double precision cost a card. These are not the answers of a query. */
+  NIF_MEASURE_SINGLE_BVH = 4,
   NIF_MEASURE_IS_32_BITS = 0x7fffffff
 } NifMeasure;
 
