@@ -5,8 +5,6 @@
 namespace nif::gpu {
 namespace {
 
-constexpr unsigned kNonBlocking = 1, kNoTiming = 2;
-
 /// Results after which nothing on the card works any more, until the process ends.
 bool means_lost(int result) {
   switch (result) {

@@ -25,6 +25,9 @@ enum Result : int {
   kNotReady = 600,
 };
 
+/// Flags of streams and of events that both share.
+constexpr unsigned kNonBlocking = 1, kNoTiming = 2;
+
 /// Functions that both have, with what they take and return; all return a Result.
 struct SharedCalls {
   int (*load_module)(void** module, const void* image);

@@ -65,7 +65,8 @@ void Gpu::query(NifSceneObject& scene, const NifQuery& query) {
   check(module_.query(device_, scene.on_gpu, &query, &message), message);
 }
 
-static_assert(uint32_t(GpuMeasure::single_bvh) == NIF_MEASURE_SINGLE_BVH && kMeasuredStages == NIF_MEASURED_STAGES);
+static_assert(uint32_t(GpuMeasure::single_bvh) == NIF_MEASURE_SINGLE_BVH &&
+              kMeasuredStages == NIF_MEASURED_STAGES);
 
 void Gpu::measure(NifSceneObject& scene, const NifQuery& query, GpuMeasure measure, uint32_t rounds,
                   double* seconds) {

@@ -46,7 +46,7 @@ struct Leaping {
   kernels::hip::DeviceSegmentField field;
 
   Leaping(const kernels::SegmentField& of, uint32_t tables)
-      : grid(of, tables, std::pmr::new_delete_resource()), field{of, grid.view()} {}
+      : grid(of, tables, std::pmr::new_delete_resource()), field{of, grid.view(), {}, nullptr} {}
 };
 
 struct Counts {
