@@ -59,6 +59,12 @@ FeatureGrid::FeatureGrid(const SegmentField& field, std::pmr::memory_resource* m
       }
 }
 
+std::vector<uint32_t> FeatureGrid::next_pairs() const {
+  std::vector<uint32_t> both(pairs.begin(), pairs.end());
+  for (size_t i = 1; i < both.size(); ++i) both[i - 1] |= uint32_t(pairs[i]) << 16;
+  return both;
+}
+
 const uint16_t* FeatureGrid::find(uint32_t x, uint32_t y, uint32_t z) const {
   // A corner between bricks is that of up to eight.
   const auto first = [](uint32_t v) { return v > 0 ? (v - 1) / 4 : 0; };

@@ -29,6 +29,9 @@ struct FeatureGrid {
   /// not, nor is anything where there are not two features a corner.
   bool complete;
 
+  /// [pairs]: each pair, and the next one in the upper half, as GPUs read them.
+  std::vector<uint32_t> next_pairs() const;
+
   /// Of a complete one.
   CornerBricks view() const {
     return {table.data(), bricks.data(), pairs.data(), uint32_t(bricks.size()), uint32_t(pairs.size())};

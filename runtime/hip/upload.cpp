@@ -25,11 +25,8 @@ using kernels::cpu::WalkGrid;
 struct SegmentGrids {
   explicit SegmentGrids(const kernels::SegmentField& field)
       : walk(field, WalkGrid::most_tables(field), std::pmr::new_delete_resource()),
-        corners(field, std::pmr::new_delete_resource()) {
-    for (size_t i = 0; i < corners.pairs.size(); ++i)
-      next_pairs.push_back(corners.pairs[i] |
-                           uint32_t(i + 1 < corners.pairs.size() ? corners.pairs[i + 1] : 0) << 16);
-  }
+        corners(field, std::pmr::new_delete_resource()),
+        next_pairs(corners.next_pairs()) {}
 
   kernels::hip::DeviceSegmentField in_place_of(const kernels::SegmentField& field) const {
     return {field, walk.view(), corners.complete ? corners.view() : kernels::CornerBricks(),

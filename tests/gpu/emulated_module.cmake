@@ -1,8 +1,8 @@
 # nif_emulator: runs GPU kernels on the host. nif_hip_emulated: the GPU module with emulated cards in place of a driver.
 # After runtime/, whose CMakeLists.txt has nif_gpu_module().
 set(nif_here ${CMAKE_CURRENT_LIST_DIR})
-add_library(nif_emulator STATIC ${nif_here}/../../kernels/cpu/walk_grid.cpp ${nif_here}/../../kernels/hip/emulator.cpp
-            ${nif_here}/emulated_kernels.cpp)
+add_library(nif_emulator STATIC ${nif_here}/../../kernels/cpu/feature_grid.cpp ${nif_here}/../../kernels/cpu/walk_grid.cpp
+            ${nif_here}/../../kernels/hip/emulator.cpp ${nif_here}/emulated_kernels.cpp)
 set_target_properties(nif_emulator PROPERTIES POSITION_INDEPENDENT_CODE ON)
 nif_compile(nif_emulator)
 target_compile_features(nif_emulator PUBLIC cxx_std_20)
