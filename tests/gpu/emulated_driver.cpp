@@ -112,9 +112,11 @@ class Ledger {
       {
         const std::lock_guard lock(mutex_);
         if (queue.done >= std::min(end, queue.work.size())) return;
-        work = std::move(queue.work[queue.done++]);
+        work = std::move(queue.work[queue.done]);
       }
       work();
+      const std::lock_guard lock(mutex_);
+      ++queue.done;  // not before: others may ask meanwhile
     }
   }
   bool is_done(const Mark& mark) {
