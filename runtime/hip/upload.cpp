@@ -1,6 +1,7 @@
 // Assets and scenes on their way to the card: what they consist of is laid out in one block of memory each,
 // with pointers to where it will lie there.
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <map>
 #include <optional>
@@ -264,6 +265,11 @@ void lay_out(Block& block, const GpuSceneView& view, GpuScene& scene) {
   block.move(scene.lists.lists, lists.size());
 }
 
+/// What a scene is to a query's speed, but for where things are: instances, lists and kinds.
+std::array<uint32_t, 3> shape_of(const GpuScene& scene) {
+  return {scene.arrays.instance_count, scene.lists.count(), scene.kinds};
+}
+
 }  // namespace
 
 std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const GpuObjectView* objects, uint32_t count) {
@@ -291,6 +297,7 @@ void wait_for_queries(GpuDevice& device, GpuScene& scene) {
 void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene) {
   scene.ready = false;
   wait_for_queries(device, scene);
+  const auto before = shape_of(scene);
   Block measured(nullptr);
   lay_out(measured, view, scene);
   const size_t bytes = measured.bytes().size();
@@ -301,7 +308,8 @@ void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene) {
   Block block(scene.memory.data());
   lay_out(block, view, scene);
   if (bytes > 0) copy_and_wait(device, scene.memory, block);
-  scene.choice.clear();
+  // Instances that only move leave what was measured as good as it was.
+  if (shape_of(scene) != before) scene.choice.clear();
   scene.ready = true;
 }
 

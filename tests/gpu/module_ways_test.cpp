@@ -73,6 +73,10 @@ TEST_F(GpuWays, AreChosenByMeasuring) {
       for (int i = 0; i < 4; ++i) by_pipeline += pipelined(twins, rays) > 0;
       EXPECT_EQ(by_pipeline, 2u) << "both ways are tried";
       for (int i = 0; i < 3; ++i) EXPECT_EQ(pipelined(twins, rays) > 0, slow) << size << " rays";
+      // Instances that move change nothing about that.
+      twins.move(0, kIdentity);
+      twins.commit();
+      for (int i = 0; i < 3; ++i) EXPECT_EQ(pipelined(twins, rays) > 0, slow) << size << " rays";
       // Queries without details are others: they end sooner.
       uint8_t visible[600];
       NifQuery query = nifQueryRays(rays.data(), rays.size());
