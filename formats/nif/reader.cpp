@@ -376,9 +376,39 @@ class Reader {
       corners += uint32_t(std::popcount(field.brick_corners[i]));
     }
     place.require(corners == record.corners, "corners is not the number of bits in brick_corners");
-    uint16_t highest = 0;
-    for (uint64_t i = 0; i < bricks; ++i) highest = std::max(highest, field.brick_table[i]);
-    place.require(highest < kernels::kFirstMixedBrick + mixed, "brick_table names a brick that is not there");
+    check_bricks(field, place);
+  }
+
+  /// Kernels look up the corners around every surface voxel, and number bricks with surface voxels in 16
+  /// bits. So each mixed brick stands in the table once, and has no voxel beyond the grid.
+  static void check_bricks(const kernels::SegmentField& field, const Place& place) {
+    uint32_t next = kernels::kFirstMixedBrick;
+    const uint16_t* entry = field.brick_table;
+    for (uint32_t z = 0; z < field.bricks[2]; ++z)
+      for (uint32_t y = 0; y < field.bricks[1]; ++y)
+        for (uint32_t x = 0; x < field.bricks[0]; ++x, ++entry) {
+          if (*entry < kernels::kFirstMixedBrick) continue;
+          place.require(*entry == next, "brick_table does not name each mixed brick once, in order");
+          place.require(next - kernels::kFirstMixedBrick < field.mixed_bricks,
+                        "brick_table names a brick that is not there");
+          const kernels::BrickStates& states = field.brick_states[next++ - kernels::kFirstMixedBrick];
+          const uint64_t beyond = ~(bits_within(field.voxels[0], x, 1) & bits_within(field.voxels[1], y, 4) &
+                                    bits_within(field.voxels[2], z, 16));
+          place.require(((states.surface | states.aux) & beyond) == 0,
+                        "brick_states has a voxel beyond the grid");
+        }
+    place.require(next - kernels::kFirstMixedBrick == field.mixed_bricks,
+                  "brick_table leaves out a mixed brick");
+  }
+
+  /// Bits of those voxels of a brick that lie within the grid along one axis: `brick` is the brick's place
+  /// along it, `stride` how many bits on the next voxel is.
+  static uint64_t bits_within(uint32_t voxels, uint32_t brick, uint32_t stride) {
+    const uint64_t first = stride == 1 ? 0x1111111111111111u : stride == 4 ? 0x000f000f000f000fu : 0xffffu;
+    uint64_t bits = 0;
+    for (uint32_t v = 0; v < kernels::kBrickSide && brick * kernels::kBrickSide + v < voxels; ++v)
+      bits |= first << (v * stride);
+    return bits;
   }
 
   void read_primaries() {

@@ -251,6 +251,45 @@ TEST(Refusal, Payload) {
   EXPECT_EQ(changed(format::kNames, 0, uint8_t(0xff)), Status::damaged_nif);
 }
 
+/// The fast kernels would look for the corners of such voxels beyond their tables.
+TEST(Refusal, VoxelsBeyondTheGrid) {
+  const auto object = format::to_asset(format::read_asset(good(), "file")).objects[0];
+  const uint32_t across = format::bricks_for(object.voxels[0]), down = format::bricks_for(object.voxels[1]);
+  // A mixed brick whose last voxel, the highest bit, is beyond the grid.
+  uint32_t number = 0;
+  while (object.brick_table[number] < kernels::kFirstMixedBrick ||
+         (4 * (number % across) + 3 < object.voxels[0] &&
+          4 * (number / across % down) + 3 < object.voxels[1] &&
+          4 * (number / across / down) + 3 < object.voxels[2]))
+    ASSERT_LT(++number, object.brick_table.size());
+  const size_t brick = object.brick_table[number] - kernels::kFirstMixedBrick;
+  for (const size_t word : {0, 1}) {
+    Bytes file = good();
+    const uint64_t at = test::section_entry(file, test::find_section(file, format::kOccupancy)).offset +
+                        16 * brick + 8 * word;
+    test::store(file, at, test::load<uint64_t>(file, at) | uint64_t{1} << 63);
+    test::fix_checksums(file);
+    EXPECT_EQ(outcome_of(file).status, Status::damaged_nif) << word;
+  }
+}
+
+/// Bricks are numbered in 16 bits where kernels look up features.
+TEST(Refusal, MixedBrickTwiceInTheTable) {
+  const auto object = format::to_asset(format::read_asset(good(), "file")).objects[0];
+  const size_t mixed = object.brick_states.size();
+  ASSERT_GT(mixed, 1u);
+  size_t first = 0;
+  while (object.brick_table[first] < kernels::kFirstMixedBrick) ++first;
+  for (const uint16_t entry : {uint16_t(kernels::kFirstMixedBrick + 1), uint16_t(kernels::kBrickOutside)}) {
+    Bytes file = good();
+    const uint64_t table =
+        test::section_entry(file, test::find_section(file, format::kOccupancy)).offset + 28 * mixed;
+    test::store(file, table + 2 * first, entry);
+    test::fix_checksums(file);
+    EXPECT_EQ(outcome_of(file).status, Status::damaged_nif) << entry;
+  }
+}
+
 TEST(Refusal, MisalignedAddress) {
   Bytes shifted(good().size() + 16);
   std::copy(good().begin(), good().end(), shifted.begin() + 4);
