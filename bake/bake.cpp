@@ -4,14 +4,14 @@
 
 #include <algorithm>
 
-#include "bake/bake_steps.hpp"
-#include "bake/bvh_builder.hpp"
-#include "bake/occupancy.hpp"
-#include "bake/prepare.hpp"
+#include "bake/bvh/builder.hpp"
+#include "bake/oracle/prepare.hpp"
 #include "bake/report.hpp"
-#include "bake/spherical_bake.hpp"
+#include "bake/segment/occupancy.hpp"
+#include "bake/spherical/bake.hpp"
+#include "bake/steps.hpp"
+#include "formats/base/status.hpp"
 #include "formats/nif/writer.hpp"
-#include "formats/status.hpp"
 
 namespace nif::bake {
 namespace {

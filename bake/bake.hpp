@@ -7,9 +7,9 @@
 #include <string>
 
 #include "bake/encoding.hpp"
-#include "bake/evaluate.hpp"
-#include "bake/spherical_trainer.hpp"
-#include "bake/trainer.hpp"
+#include "bake/oracle/evaluate.hpp"
+#include "bake/segment/trainer.hpp"
+#include "bake/spherical/trainer.hpp"
 #include "formats/mesh/clean.hpp"
 #include "formats/nif/asset.hpp"
 

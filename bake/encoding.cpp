@@ -4,8 +4,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
-#include "kernels/reference/bvh.hpp"
-#include "kernels/reference/segment.hpp"
+#include "kernels/reference/bvh/query.hpp"
+#include "kernels/reference/segment/query.hpp"
 
 namespace nif::bake {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "bake/evaluate.hpp"
+#include "bake/oracle/evaluate.hpp"
 #include "formats/nif/asset.hpp"
 
 namespace nif::bake {

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "nif/nif.hpp"
-#include "tools/command.hpp"
+#include "tools/common/command.hpp"
 
 namespace nif::tools {
 namespace {

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/report.hpp"
-#include "tools/accuracy_table.hpp"
-#include "tools/command.hpp"
-#include "tools/measuring.hpp"
+#include "tools/common/accuracy_table.hpp"
+#include "tools/common/command.hpp"
+#include "tools/common/measuring.hpp"
 
 namespace nif::tools {
 namespace {

@@ -9,9 +9,9 @@
 #include <new>
 #include <span>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "mesh/cgal/cgal.hpp"
-#include "tools/command.hpp"
+#include "tools/common/command.hpp"
 
 namespace nif::tools {
 namespace {

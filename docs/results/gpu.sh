@@ -26,7 +26,7 @@ if [[ ! -f $papers ]]; then
   "$nif" bake "$mesh" -o "$papers" --preset paper --training-rays 4000000 --rays 0 --quiet
 fi
 
-tests/gpu/emulate.sh "$asset" "$mesh" >"$out/dragon.txt"
+tools/measure/emulate_sets.sh "$asset" "$mesh" >"$out/dragon.txt"
 
 # What a million ambiguous rays take at least, from the asset's network and what the emulator has counted.
 floor() {
@@ -107,14 +107,14 @@ nvidia() {
   printf 'of a file are mirrored, stretched, and lie in each other.\n\n'
   printf '%s\n\n' "$proof"
   printf '## What compilers say\n\n'
-  printf 'By `kernels/hip/compile.sh`. Registers are those of a thread (AMD: vector registers, and accumulators after a +);\n'
+  printf 'By `kernels/gpu/compile.sh`. Registers are those of a thread (AMD: vector registers, and accumulators after a +);\n'
   printf 'stack is memory that each thread has to itself, in bytes; spilled are registers (AMD) or bytes stored (NVIDIA);\n'
   printf 'scalar are scalar registers that lanes of vector registers keep (AMD);\n'
   printf 'waves are how many the registers leave room for on a SIMD (AMD). Shared memory is asked for at the launch and\n'
   printf 'depends on the network.\n'
   for target in gfx1030 gfx1100 gfx90a gfx942 sm_80 sm_90; do
-    compiler=$(kernels/hip/compile.sh --compiler "$target") || { printf '\n### %s\n\nNo compiler.\n' "$target" && continue; }
-    kernels/hip/compile.sh "$target" "$out"
+    compiler=$(kernels/gpu/compile.sh --compiler "$target") || { printf '\n### %s\n\nNo compiler.\n' "$target" && continue; }
+    kernels/gpu/compile.sh "$target" "$out"
     printf '\n### %s, by %s\n\n' "$target" "$("$compiler" --version | grep -Em1 'version|release')"
     printf '| kernel | registers | stack | spilled | scalar | waves |\n| --- | ---: | ---: | ---: | ---: | ---: |\n'
     if [[ $target == gfx* ]]; then amd "$target"; else nvidia "$target"; fi
@@ -122,7 +122,7 @@ nvidia() {
       "$out/$target.s" | sort | uniq -c | awk '{ printf "%s%s `%s`", n++ ? ", " : "", $1, $2 }')"
   done
   printf '\n## What the emulator answers\n\n'
-  printf '`tests/gpu/emulate.sh stanford_dragon.nif stanford_dragon.ply.gz`: a million rays of every set, and how many\n'
+  printf '`tools/measure/emulate_sets.sh stanford_dragon.nif stanford_dragon.ply.gz`: a million rays of every set, and how many\n'
   printf 'answers differ from the reference in any bit. The second table compares the walk by leaps, which the kernels take,\n'
   printf 'with the walk voxel by voxel: steps of a ray, steps that a wave of 32 or 64 rays in their order waits for, and loads\n'
   printf 'and bytes of a ray. The third one tells how many rays the walk leaves open for the network, how many of those have\n'
@@ -131,13 +131,13 @@ nvidia() {
   floor
   printf '\n## The fields of the paper, in both precisions\n\n'
   printf '`nif bake stanford_dragon.ply.gz -o paper.nif --preset paper --training-rays 4000000 --rays 0`, then\n'
-  printf '`tests/gpu/emulate.sh paper.nif stanford_dragon.ply.gz`: first in single precision, where no answer differs from the\n'
+  printf '`tools/measure/emulate_sets.sh paper.nif stanford_dragon.ply.gz`: first in single precision, where no answer differs from the\n'
   printf 'reference in any bit. Then in half precision: rays that a network was asked about; how many answers are others than\n'
   printf "the reference's; how many rays are answered wrongly in single and in half precision, by the mesh; by how much\n"
   printf 'probabilities move (dp) and log-odds at most (dz); and how many answers are farther off than the bound that follows\n'
   printf 'from the arithmetic (`tests/gpu/half_bound.hpp`). The instructions sum in different orders in the emulator, and\n'
   printf '`mfma` takes denormal halves as 0: so much the choice of a GPU may matter.\n\n'
-  tests/gpu/emulate.sh "$papers" "$mesh" | sed 's/./    &/; s/ *$//'
+  tools/measure/emulate_sets.sh "$papers" "$mesh" | sed 's/./    &/; s/ *$//'
   times
 } >docs/results/gpu.md.new
 mv docs/results/gpu.md.new docs/results/gpu.md

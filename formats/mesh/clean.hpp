@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "formats/base/status.hpp"
 #include "formats/mesh/scene.hpp"
-#include "formats/status.hpp"
 
 namespace nif::mesh {
 

@@ -9,7 +9,7 @@
 #include <limits>
 #include <memory>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 
 namespace nif::mesh {
 namespace {

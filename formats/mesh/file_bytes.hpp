@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 
 namespace nif::mesh::detail {
 

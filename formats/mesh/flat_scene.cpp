@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 
 namespace nif::mesh {
 namespace {

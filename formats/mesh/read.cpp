@@ -15,7 +15,7 @@
 
 #include "formats/mesh/decompress.hpp"
 #include "formats/mesh/file_bytes.hpp"
-#include "formats/mesh/gltf_attach.hpp"
+#include "formats/mesh/gltf/attach.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string_view>
 
+#include "formats/base/status.hpp"
 #include "formats/mesh/scene.hpp"
-#include "formats/status.hpp"
 
 namespace nif::mesh {
 

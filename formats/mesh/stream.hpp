@@ -9,8 +9,8 @@
 #include <string>
 #include <string_view>
 
-#include "formats/output_file.hpp"
-#include "formats/status.hpp"
+#include "formats/base/output_file.hpp"
+#include "formats/base/status.hpp"
 
 namespace nif::mesh::detail {
 

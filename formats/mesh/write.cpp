@@ -10,7 +10,7 @@
 
 #include "formats/mesh/draco_writer.hpp"
 #include "formats/mesh/flat_scene.hpp"
-#include "formats/mesh/glb_writer.hpp"
+#include "formats/mesh/gltf/writer.hpp"
 #include "formats/mesh/ply_writer.hpp"
 #include "formats/mesh/stream.hpp"
 #include "formats/mesh/text_writers.hpp"

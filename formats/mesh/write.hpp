@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "formats/base/status.hpp"
 #include "formats/mesh/scene.hpp"
-#include "formats/status.hpp"
 
 namespace nif::mesh {
 
@@ -35,11 +35,11 @@ struct Written {
   std::vector<std::string> notes;  ///< one sentence each: what the format does not keep of this scene
 };
 
-/// Writes a scene, whole or not at all (formats/output_file.hpp), as the kind that the path says. Formats
-/// without instances get each instance's triangles where they stand (FlatScene). Everything but Draco with
-/// bits keeps positions to the bit and triangles in their order: texts have the shortest digits that read
-/// back as the same float. Memory beyond the scene does not grow with it, but for Draco. `progress` is given
-/// what fraction is done.
+/// Writes a scene, whole or not at all (formats/base/output_file.hpp), as the kind that the path says.
+/// Formats without instances get each instance's triangles where they stand (FlatScene). Everything but Draco
+/// with bits keeps positions to the bit and triangles in their order: texts have the shortest digits that
+/// read back as the same float. Memory beyond the scene does not grow with it, but for Draco. `progress` is
+/// given what fraction is done.
 ///
 /// Throws nif::Error that names the path or the mesh: usage, as above; output_folder_missing,
 /// output_not_writable; too_large beyond what a format can count; interrupted once `cancel` is set; of GLB

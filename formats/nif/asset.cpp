@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/spherical.hpp"
+#include "kernels/reference/spherical/query.hpp"
 
 namespace nif::format {
 

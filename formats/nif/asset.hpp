@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "formats/nif/layout.hpp"
-#include "kernels/bvh_field.hpp"
-#include "kernels/field.hpp"
-#include "kernels/spherical_field.hpp"
+#include "kernels/reference/bvh/field.hpp"
+#include "kernels/reference/segment/field.hpp"
+#include "kernels/reference/spherical/field.hpp"
 
 namespace nif::format {
 

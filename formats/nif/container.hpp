@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/base/status.hpp"
 #include "formats/nif/layout.hpp"
-#include "formats/status.hpp"
 
 namespace nif::format {
 

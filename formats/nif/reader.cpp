@@ -14,9 +14,9 @@
 #include <string>
 
 #include "formats/nif/asset.hpp"
-#include "formats/nif/check_bvh.hpp"
-#include "formats/nif/read_spherical.hpp"
+#include "formats/nif/bvh/check.hpp"
 #include "formats/nif/records.hpp"
+#include "formats/nif/spherical/read.hpp"
 #include "formats/nif/utf8.hpp"
 #include "kernels/reference/instance.hpp"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "kernels/host_device.hpp"
+#include "kernels/reference/host_device.hpp"
 
 #if defined(__FAST_MATH__)
 #error "nifkit's kernels define their answer in IEEE arithmetic: compile them without -ffast-math"

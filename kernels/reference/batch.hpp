@@ -1,8 +1,8 @@
 // One segment of a batch, as the scalar code takes it.
 #pragma once
 
-#include "kernels/object_kernel.hpp"
-#include "kernels/reference/walk.hpp"
+#include "kernels/reference/object_kernel.hpp"
+#include "kernels/reference/segment/walk.hpp"
 
 namespace nif::kernels {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "kernels/bvh_field.hpp"
-#include "kernels/reference/walk.hpp"
-#include "kernels/spherical_field.hpp"
+#include "kernels/reference/bvh/field.hpp"
+#include "kernels/reference/segment/walk.hpp"
+#include "kernels/reference/spherical/field.hpp"
 
 namespace nif::kernels {
 

@@ -3,12 +3,12 @@
 
 #include <cmath>
 
-#include "kernels/reference/segment.hpp"
+#include "kernels/reference/segment/query.hpp"
 
 namespace nif::kernels {
 
 /// What probabilities take of a mathematics library: the host's. GPUs have one of their own
-/// (kernels/hip/maths.hpp), whose last bits may differ.
+/// (kernels/gpu/maths.hpp), whose last bits may differ.
 struct HostMaths {
   static float exp(float x) { return std::exp(x); }
   static double exp(double x) { return std::exp(x); }

@@ -2,7 +2,7 @@
 // the way back is kept as a few bits a level, and the nodes know their parents.
 #pragma once
 
-#include "kernels/scene_field.hpp"
+#include "kernels/reference/scene_field.hpp"
 
 namespace nif::kernels {
 

@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "formats/mesh/disjoint_sets.hpp"
+#include "formats/base/disjoint_sets.hpp"
 #include "formats/mesh/sides.hpp"
 #include "mesh/cgal/cgal.hpp"
 #include "mesh/cgal/surface.hpp"

@@ -1,6 +1,6 @@
 #include "mesh/cgal/surface.hpp"
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 
 namespace nif::cgal {
 

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "bake/embree_scene.hpp"
-#include "bake/evaluate.hpp"
-#include "bake/random.hpp"
+#include "bake/oracle/embree_scene.hpp"
+#include "bake/oracle/evaluate.hpp"
+#include "formats/base/random.hpp"
 
 namespace nif::compare {
 namespace {

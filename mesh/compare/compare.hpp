@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "bake/prepare.hpp"
+#include "bake/oracle/prepare.hpp"
 
 namespace nif::compare {
 

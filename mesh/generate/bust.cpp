@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bake/random.hpp"
+#include "formats/base/random.hpp"
 #include "mesh/generate/noise.hpp"
 #include "mesh/generate/turn.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "bake/vector.hpp"
+#include "formats/base/vector.hpp"
 
 namespace nif::generate {
 

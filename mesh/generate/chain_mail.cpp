@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bake/random.hpp"
+#include "formats/base/random.hpp"
 #include "mesh/generate/computed.hpp"
 #include "mesh/generate/noise.hpp"
 #include "mesh/generate/ring.hpp"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "bake/vector.hpp"
+#include "formats/base/vector.hpp"
 #include "formats/mesh/mesh_source.hpp"
 
 namespace nif::generate {

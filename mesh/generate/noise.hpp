@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "bake/vector.hpp"
+#include "formats/base/vector.hpp"
 
 namespace nif::generate {
 

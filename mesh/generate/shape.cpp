@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "mesh/generate/shapes.hpp"
 
 namespace nif::generate {

@@ -2,7 +2,7 @@
 // places and tilts the small one, and turns both.
 #include <vector>
 
-#include "bake/random.hpp"
+#include "formats/base/random.hpp"
 #include "mesh/generate/axes.hpp"
 #include "mesh/generate/computed.hpp"
 #include "mesh/generate/ring.hpp"

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "bake/random.hpp"
+#include "formats/base/random.hpp"
 #include "mesh/generate/axes.hpp"
 #include "mesh/generate/computed.hpp"
 #include "mesh/generate/noise.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bake/random.hpp"
+#include "formats/base/random.hpp"
 #include "mesh/generate/axes.hpp"
 #include "mesh/generate/turn.hpp"
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "bake/vector.hpp"
+#include "formats/base/vector.hpp"
 
 namespace nif::generate {
 

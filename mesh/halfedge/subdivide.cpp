@@ -9,7 +9,7 @@
 #include <limits>
 #include <numbers>
 
-#include "bake/vector.hpp"
+#include "formats/base/vector.hpp"
 #include "formats/mesh/sides.hpp"
 #include "mesh/halfedge/half_edges.hpp"
 

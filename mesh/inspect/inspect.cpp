@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bake/vector.hpp"
+#include "formats/base/disjoint_sets.hpp"
+#include "formats/base/vector.hpp"
 #include "formats/mesh/clean.hpp"
-#include "formats/mesh/disjoint_sets.hpp"
 #include "formats/mesh/sides.hpp"
 
 namespace nif::inspect {

@@ -4,9 +4,9 @@
 #include <array>
 #include <limits>
 
-#include "bake/vector.hpp"
+#include "formats/base/disjoint_sets.hpp"
+#include "formats/base/vector.hpp"
 #include "formats/mesh/clean.hpp"
-#include "formats/mesh/disjoint_sets.hpp"
 #include "formats/mesh/sides.hpp"
 #include "mesh/repair/weld.hpp"
 

@@ -13,7 +13,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 
 namespace nif::volume {
 namespace {

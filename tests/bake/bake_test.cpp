@@ -7,12 +7,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bake/prepare.hpp"
+#include "bake/oracle/prepare.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/bvh.hpp"
-#include "kernels/reference/segment.hpp"
+#include "kernels/reference/bvh/query.hpp"
+#include "kernels/reference/segment/query.hpp"
 #include "nif/nif.h"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/support/real_meshes.hpp"

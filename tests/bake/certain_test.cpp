@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "formats/mesh/read.hpp"
-#include "kernels/reference/walk.hpp"
+#include "kernels/reference/segment/walk.hpp"
 #include "tests/bake/exact.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/real_meshes.hpp"

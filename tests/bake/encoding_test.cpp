@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/bake.hpp"
-#include "bake/bvh_builder.hpp"
-#include "bake/occupancy.hpp"
-#include "bake/prepare.hpp"
+#include "bake/bvh/builder.hpp"
+#include "bake/oracle/prepare.hpp"
+#include "bake/segment/occupancy.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"

@@ -4,9 +4,9 @@
 #include <memory>
 #include <span>
 
-#include "bake/vector.hpp"
+#include "formats/base/vector.hpp"
 #include "formats/mesh/scene.hpp"
-#include "kernels/reference/walk.hpp"
+#include "kernels/reference/segment/walk.hpp"
 
 namespace nif::test {
 

@@ -1,12 +1,12 @@
 // Voxels are marked wherever a triangle is, and called inside or outside only where that is so.
-#include "bake/occupancy.hpp"
+#include "bake/segment/occupancy.hpp"
 
 #include <gtest/gtest.h>
 
 #include <bit>
 
-#include "bake/random.hpp"
-#include "kernels/reference/samples.hpp"
+#include "formats/base/random.hpp"
+#include "kernels/reference/segment/samples.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"
 

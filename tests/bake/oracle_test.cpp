@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "bake/prepare.hpp"
+#include "bake/oracle/prepare.hpp"
 #include "tests/bake/exact.hpp"
 #include "tests/support/shapes.hpp"
 

@@ -8,12 +8,12 @@
 #include <numbers>
 
 #include "bake/bake.hpp"
-#include "bake/prepare.hpp"
-#include "bake/primary_trainer.hpp"
+#include "bake/oracle/prepare.hpp"
+#include "bake/spherical/primary_trainer.hpp"
+#include "formats/base/status.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
-#include "formats/status.hpp"
-#include "kernels/reference/primary.hpp"
+#include "kernels/reference/spherical/primary.hpp"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/support/shapes.hpp"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bake/bake.hpp"
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 
 namespace nif::test {
 

@@ -1,5 +1,5 @@
 // The named ray sets are what docs/ray-sets.md says, and the same for any number of threads.
-#include "bake/ray_sets.hpp"
+#include "bake/oracle/ray_sets.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

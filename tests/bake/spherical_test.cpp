@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/bake.hpp"
-#include "bake/prepare.hpp"
-#include "bake/spherical_kernels.hpp"
+#include "bake/oracle/prepare.hpp"
+#include "bake/spherical/trainer_kernels.hpp"
+#include "formats/base/status.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
-#include "formats/status.hpp"
-#include "kernels/reference/spherical.hpp"
+#include "kernels/reference/spherical/query.hpp"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/shapes.hpp"

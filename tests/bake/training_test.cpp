@@ -3,10 +3,10 @@
 #include <hwy/targets.h>
 #include <tbb/global_control.h>
 
-#include "bake/evaluate.hpp"
-#include "bake/trainer.hpp"
-#include "bake/trainer_kernels.hpp"
-#include "formats/status.hpp"
+#include "bake/oracle/evaluate.hpp"
+#include "bake/segment/trainer.hpp"
+#include "bake/segment/trainer_kernels.hpp"
+#include "formats/base/status.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/gltf.hpp"
 #include "tests/support/shapes.hpp"

@@ -4,8 +4,8 @@
 
 #include <functional>
 
+#include "formats/base/status.hpp"
 #include "formats/nif/writer.hpp"
-#include "formats/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/random_asset.hpp"

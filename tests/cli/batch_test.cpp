@@ -12,7 +12,7 @@
 #include <sstream>
 #include <thread>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/shapes.hpp"

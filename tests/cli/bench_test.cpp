@@ -7,7 +7,7 @@
 #include <cctype>
 #include <nlohmann/json.hpp>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/shapes.hpp"

@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
-#include "formats/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/shapes.hpp"

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
-#include "formats/status.hpp"
 #include "tests/cli/program.hpp"
 
 namespace nif::test {

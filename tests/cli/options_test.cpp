@@ -1,7 +1,7 @@
 // Wrong and contradictory options are refused by name, with exit code 2, before any file is touched.
 #include <gtest/gtest.h>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "tests/cli/program.hpp"
 
 namespace nif::test {

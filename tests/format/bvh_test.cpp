@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "formats/nif/check_bvh.hpp"
+#include "formats/nif/bvh/check.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/format/damaged.hpp"

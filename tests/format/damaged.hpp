@@ -7,10 +7,10 @@
 #include <span>
 #include <vector>
 
+#include "formats/base/status.hpp"
 #include "formats/nif/container.hpp"
 #include "formats/nif/crc32c.hpp"
 #include "formats/nif/reader.hpp"
-#include "formats/status.hpp"
 
 namespace nif::test {
 

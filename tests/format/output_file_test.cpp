@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/output_file.hpp"
-#include "formats/status.hpp"
+#include "formats/base/output_file.hpp"
+#include "formats/base/status.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace nif {

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/primary.hpp"
+#include "kernels/reference/spherical/primary.hpp"
 #include "tests/format/damaged.hpp"
 
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "kernels/reference/segment.hpp"
+#include "kernels/reference/segment/query.hpp"
 
 namespace nif::test {
 

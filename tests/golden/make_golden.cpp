@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "formats/base/output_file.hpp"
+#include "formats/base/status.hpp"
 #include "formats/nif/writer.hpp"
-#include "formats/output_file.hpp"
-#include "formats/status.hpp"
 #include "tests/golden/golden.hpp"
 #include "tests/support/query_object.hpp"
 

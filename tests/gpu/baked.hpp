@@ -4,7 +4,7 @@
 #include <atomic>
 
 #include "bake/bake.hpp"
-#include "bake/prepare.hpp"
+#include "bake/oracle/prepare.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 

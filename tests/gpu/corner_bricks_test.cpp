@@ -1,7 +1,7 @@
 // What kernels sum of a point's corners, found by bricks, is what the reference sums of them one by one: in
 // surface voxels, and beside them, where rounding may take a point.
-#include "kernels/cpu/feature_grid.hpp"
-#include "kernels/hip/device_segment.hpp"
+#include "kernels/gpu/segment/device_field.hpp"
+#include "kernels/packed/feature_grid.hpp"
 #include "tests/gpu/loaded.hpp"
 
 namespace nif::test {
@@ -17,7 +17,7 @@ TEST(CornerBricks, SumAsTheReference) {
       const kernels::cpu::FeatureGrid grid(field, std::pmr::new_delete_resource());
       ASSERT_TRUE(grid.complete);
       const std::vector<uint32_t> next_pairs = grid.next_pairs();
-      const kernels::hip::DeviceSegmentField on_card{field, {}, grid.view(), next_pairs.data()};
+      const kernels::gpu::DeviceSegmentField on_card{field, {}, grid.view(), next_pairs.data()};
       Random random(seed);
       for (uint32_t i = 0; i < 20'000; ++i) {
         kernels::SamplePoint point;
@@ -31,7 +31,7 @@ TEST(CornerBricks, SumAsTheReference) {
           ++corners;
           for (uint32_t f = 0; f < 2; ++f) expected[f] += weight * field.features[2 * corner + f];
         });
-        kernels::hip::sum_pairs(on_card, point, got[0], got[1]);
+        kernels::gpu::sum_pairs(on_card, point, got[0], got[1]);
         ASSERT_EQ(got[0], expected[0]) << "seed " << seed << ", point " << i;
         ASSERT_EQ(got[1], expected[1]) << "seed " << seed << ", point " << i;
         const int32_t voxel[3] = {point.voxel[0], point.voxel[1], point.voxel[2]};

@@ -1,5 +1,5 @@
 // The block emulator itself: what threads of a GPU can rely on, and what they cannot.
-#include "kernels/hip/emulator.hpp"
+#include "tests/gpu/emulator/emulator.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace nif::kernels::hip {
+namespace nif::kernels::gpu {
 namespace {
 
 std::string failure_of(const EmulatedGrid& grid, const std::function<void(const EmulatedThread&)>& kernel) {
@@ -201,4 +201,4 @@ TEST(Emulator, RefusesBlocksThatThereAreNot) {
 }
 
 }  // namespace
-}  // namespace nif::kernels::hip
+}  // namespace nif::kernels::gpu

@@ -16,7 +16,7 @@
 #include <mutex>
 #include <string>
 
-#include "tests/gpu/emulated_kernels.hpp"
+#include "tests/gpu/emulator/kernels.hpp"
 
 #ifdef FAKE_HIP
 #define NIF_NAME(cuda, hip) hip
@@ -27,7 +27,7 @@
 
 namespace {
 
-namespace hip = nif::kernels::hip;
+namespace hip = nif::kernels::gpu;
 
 constexpr int kOk = 0, kInvalidValue = 1, kOutOfMemory = 2, kNoDevice = 100, kInvalidContext = 201,
               kNoBinary = 209, kNotFound = 500;

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "kernels/reference/spherical_half.hpp"
+#include "kernels/reference/spherical/half_query.hpp"
 
 namespace nif::test {
 

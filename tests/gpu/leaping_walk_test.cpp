@@ -4,8 +4,8 @@
 #include <cstring>
 #include <memory_resource>
 
-#include "kernels/cpu/walk_grid.hpp"
-#include "kernels/hip/leaping_walk.hpp"
+#include "kernels/gpu/segment/leaping_walk.hpp"
+#include "kernels/packed/walk_grid.hpp"
 #include "tests/gpu/loaded.hpp"
 
 namespace nif::test {
@@ -43,7 +43,7 @@ struct Found {
 /// A field of any object with its codes in so many tables.
 struct Leaping {
   kernels::cpu::WalkGrid grid;
-  kernels::hip::DeviceSegmentField field;
+  kernels::gpu::DeviceSegmentField field;
 
   Leaping(const kernels::SegmentField& of, uint32_t tables)
       : grid(of, tables, std::pmr::new_delete_resource()), field{of, grid.view(), {}, nullptr} {}
@@ -59,7 +59,7 @@ void compare(const Leaping& leaping, const std::vector<Segment>& segments, Count
     Found expected, found;
     kernels::follow_segment(field, s, expected.walk, expected.collect(),
                             [&](const int32_t(&)[3]) { ++counts.voxels; });
-    kernels::hip::leap_segment(leaping.field, s, found.walk, found.collect(),
+    kernels::gpu::leap_segment(leaping.field, s, found.walk, found.collect(),
                                [&](uint32_t) { ++counts.leaps; });
     ASSERT_EQ(found.bits(), expected.bits())
         << s.origin[0] << ' ' << s.origin[1] << ' ' << s.origin[2] << " + t " << s.direction[0] << ' '

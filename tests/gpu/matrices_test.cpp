@@ -1,15 +1,15 @@
 // Every kind of matrix instruction multiplies what it should, and puts it where it says.
-#include "kernels/hip/half_matrices.hpp"
+#include "kernels/gpu/spherical/half_matrices.hpp"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "kernels/hip/emulator.hpp"
 #include "kernels/reference/half.hpp"
+#include "tests/gpu/emulator/emulator.hpp"
 #include "tests/support/random.hpp"
 
-namespace nif::kernels::hip {
+namespace nif::kernels::gpu {
 namespace {
 
 template <class Matrix>
@@ -112,4 +112,4 @@ TEST(Matrices, MfmaHalf) { expect_half_products<MfmaHalfMatrix>(64); }
 TEST(Matrices, MmaHalf) { expect_half_products<MmaHalfMatrix>(32); }
 
 }  // namespace
-}  // namespace nif::kernels::hip
+}  // namespace nif::kernels::gpu

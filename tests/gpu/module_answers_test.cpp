@@ -1,5 +1,5 @@
 // The GPU module answers as the CPU does: the same calls of nif.h, the kernels run by the emulator.
-#include "kernels/hip/leaping_walk.hpp"
+#include "kernels/gpu/segment/leaping_walk.hpp"
 #include "tests/gpu/module_fixture.hpp"
 
 namespace nif::test {
@@ -321,7 +321,7 @@ TEST_P(GpuAnswers, AssetsAreUploadedOnce) {
     const format::AssetView view = format::read_asset(file, "test");
     for (const format::ObjectView& object : view.objects)
       if (object.encoding == format::kSegment)
-        codes += 2 * sizeof(uint32_t) * kernels::hip::walk_words({object.field, {}, {}, nullptr});
+        codes += 2 * sizeof(uint32_t) * kernels::gpu::walk_words({object.field, {}, {}, nullptr});
     const uint64_t bytes = asset.info().gpu_bytes;
     EXPECT_GT(bytes, codes + 1000u);
     EXPECT_LT(bytes, codes + 2 * asset.info().file_bytes);

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <memory>
 
-#include "tests/gpu/emulated_machine.hpp"
+#include "tests/gpu/emulator/machine.hpp"
 #include "tests/runtime/plain_scene.hpp"
 
 namespace nif::test {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "formats/nif/reader.hpp"
-#include "runtime/src/gpu_module.hpp"
-#include "tests/gpu/emulated_machine.hpp"
+#include "runtime/src/gpu/module.hpp"
+#include "tests/gpu/emulator/machine.hpp"
 
 namespace nif::test {
 

@@ -2,12 +2,12 @@
 // waves, and the order in which blocks, waves and lanes come.
 #include "tests/gpu/loaded.hpp"
 
-#include "kernels/hip/segment_kernels.hpp"
+#include "kernels/gpu/segment/kernels.hpp"
 
 namespace nif::test {
 namespace {
 
-namespace hip = kernels::hip;
+namespace hip = kernels::gpu;
 
 /// Makes every other surface voxel an unknown one: rays then pass through many runs.
 format::Asset striped(format::Asset asset) {

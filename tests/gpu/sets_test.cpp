@@ -1,12 +1,12 @@
 // A million rays of every named set, answered by the kernels in the emulator as by the reference: for a baked
 // field by the pipeline, with the matrix instructions of each target in turn, and for a baked BVH; fewer for
-// a field by the one kernel, and for a field of the paper's kind, in both precisions. tests/gpu/emulate.sh
-// asks every variant, on any asset.
+// a field by the one kernel, and for a field of the paper's kind, in both precisions.
+// tools/measure/emulate_sets.sh asks every variant, on any asset.
 #include <gtest/gtest.h>
 
 #include "tests/gpu/baked.hpp"
-#include "tests/gpu/compare_half.hpp"
-#include "tests/gpu/compare_sets.hpp"
+#include "tests/gpu/emulator/compare_half.hpp"
+#include "tests/gpu/emulator/compare_sets.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {

@@ -1,15 +1,15 @@
-// The `spherical` kernels in half precision: to the bit what kernels/reference/spherical_half.hpp says where
-// no sum is rounded, and else within what the arithmetic allows.
+// The `spherical` kernels in half precision: to the bit what kernels/reference/spherical/half_query.hpp says
+// where no sum is rounded, and else within what the arithmetic allows.
 #include <set>
 
-#include "kernels/hip/spherical_half_kernels.hpp"
+#include "kernels/gpu/spherical/half_kernels.hpp"
 #include "tests/gpu/half_bound.hpp"
 #include "tests/gpu/loaded.hpp"
 
 namespace nif::test {
 namespace {
 
-namespace hip = kernels::hip;
+namespace hip = kernels::gpu;
 
 struct Shape {
   uint32_t features, width, layers;

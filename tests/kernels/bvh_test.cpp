@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "kernels/reference/bvh_kernel.hpp"
+#include "kernels/reference/bvh/kernel.hpp"
 #include "tests/support/random_bvh.hpp"
 
 namespace nif {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "kernels/reference/spherical_kernel.hpp"
+#include "kernels/reference/spherical/kernel.hpp"
 #include "tests/support/random_spherical.hpp"
 
 namespace nif {

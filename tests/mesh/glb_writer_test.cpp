@@ -1,13 +1,13 @@
 // What is written as .glb reads back as the same scene, bit by bit.
-#include "formats/mesh/glb_writer.hpp"
+#include "formats/mesh/gltf/writer.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <limits>
 
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
-#include "formats/status.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
 

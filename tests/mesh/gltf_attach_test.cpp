@@ -1,6 +1,6 @@
 // An asset attached to a glTF: nothing else of the file changes, and taking it out gives the file from
 // before.
-#include "formats/mesh/gltf_attach.hpp"
+#include "formats/mesh/gltf/attach.hpp"
 
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>

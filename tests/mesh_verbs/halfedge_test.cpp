@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "mesh/compare/compare.hpp"
 #include "mesh/halfedge/decimate.hpp"
 #include "mesh/halfedge/subdivide.hpp"

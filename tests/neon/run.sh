@@ -14,12 +14,10 @@ out=$root/build/neon
 # standard header.
 mkdir -p "$out/include"
 ln -sfn /usr/include/hwy "$out/include/hwy"
-sources=("$root"/runtime/src/*.cpp "$root/tests/neon/compare.cpp")
-for kernel in "$root"/kernels/cpu/*.cpp; do
-  # Not of the runtime: it needs Highway's library.
-  [[ $kernel == */spherical_stages.cpp ]] || sources+=("$kernel")
-done
-for name in check_bvh container crc32c file_memory read_spherical reader; do sources+=("$root/formats/nif/$name.cpp"); done
+# What the build compiles into the runtime, and the program. (Of the kernels not stages.cpp: it needs Highway's library.)
+mapfile -t sources < <(find "$root"/runtime/src "$root"/kernels/cpu "$root"/kernels/packed "$root"/formats/nif -name '*.cpp' \
+  ! -name stages.cpp ! -name 'write*.cpp' ! -name 'pack*.cpp' ! -name asset.cpp -o -path '*runtime/src*asset.cpp')
+sources+=("$root/tests/neon/compare.cpp")
 rm -f "$out"/*.o
 export root out
 # shellcheck disable=SC2016

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "tests/support/temp_dir.hpp"
 #include "tools/render/compare.hpp"
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <set>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "tests/support/temp_dir.hpp"
 #include "tools/render/pixel_samples.hpp"
 

@@ -8,10 +8,10 @@
 #include <cmath>
 
 #include "bake/bake.hpp"
+#include "formats/base/output_file.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/writer.hpp"
-#include "formats/output_file.hpp"
-#include "formats/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"

@@ -8,7 +8,7 @@
 #include <memory>
 #include <numbers>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/support/gltf.hpp"
 #include "tests/support/shapes.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "tests/support/gltf.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"

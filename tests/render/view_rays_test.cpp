@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
-#include "formats/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"

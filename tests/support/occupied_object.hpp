@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "bake/occupancy.hpp"
-#include "bake/prepare.hpp"
+#include "bake/oracle/prepare.hpp"
+#include "bake/segment/occupancy.hpp"
 
 namespace nif::test {
 

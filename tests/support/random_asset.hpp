@@ -10,7 +10,7 @@
 #include <string>
 
 #include "formats/nif/asset.hpp"
-#include "kernels/reference/segment.hpp"
+#include "kernels/reference/segment/query.hpp"
 #include "tests/support/random_bvh.hpp"
 #include "tests/support/random_spherical.hpp"
 

@@ -6,8 +6,8 @@
 #include <deque>
 #include <vector>
 
-#include "formats/nif/pack_bvh.hpp"
-#include "kernels/reference/bvh.hpp"
+#include "formats/nif/bvh/pack.hpp"
+#include "kernels/reference/bvh/query.hpp"
 #include "tests/support/random.hpp"
 
 namespace nif::test {

@@ -5,7 +5,7 @@
 
 #include "formats/nif/asset.hpp"
 #include "kernels/reference/half.hpp"
-#include "kernels/reference/primary.hpp"
+#include "kernels/reference/spherical/primary.hpp"
 #include "tests/support/random.hpp"
 
 namespace nif::test {

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "formats/base/output_file.hpp"
+#include "formats/base/status.hpp"
 #include "formats/nif/writer.hpp"
-#include "formats/output_file.hpp"
-#include "formats/status.hpp"
 #include "tests/support/random_asset.hpp"
 
 int main(int argc, char** argv) {

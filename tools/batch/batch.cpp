@@ -9,10 +9,10 @@
 #include <set>
 #include <thread>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "tools/batch/record.hpp"
-#include "tools/child.hpp"
-#include "tools/command.hpp"
+#include "tools/common/child.hpp"
+#include "tools/common/command.hpp"
 
 namespace nif::tools {
 namespace {

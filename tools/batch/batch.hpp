@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "tools/batch/manifest.hpp"
 #include "tools/batch/record.hpp"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <set>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 
 namespace nif::tools {
 namespace {

@@ -6,9 +6,9 @@
 #include <map>
 #include <set>
 
-#include "tools/bake_options.hpp"
+#include "tools/bake/options.hpp"
 #include "tools/batch/glob.hpp"
-#include "tools/toml_table.hpp"
+#include "tools/common/toml_table.hpp"
 
 namespace nif::tools {
 namespace {

@@ -10,9 +10,9 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "formats/base/output_file.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
-#include "formats/output_file.hpp"
-#include "formats/status.hpp"
 
 namespace nif::tools {
 namespace {

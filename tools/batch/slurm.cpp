@@ -8,11 +8,11 @@
 #include <map>
 #include <thread>
 
-#include "formats/output_file.hpp"
-#include "formats/status.hpp"
+#include "formats/base/output_file.hpp"
+#include "formats/base/status.hpp"
 #include "tools/batch/record.hpp"
-#include "tools/child.hpp"
-#include "tools/command.hpp"
+#include "tools/common/child.hpp"
+#include "tools/common/command.hpp"
 
 namespace nif::tools {
 namespace {

@@ -1,7 +1,7 @@
 // A pinhole camera.
 #pragma once
 
-#include "bake/voxelize.hpp"
+#include "bake/segment/voxelize.hpp"
 #include "tools/render/scene.hpp"
 
 namespace nif::render {

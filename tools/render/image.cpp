@@ -16,9 +16,9 @@
 #include <cstring>
 #include <span>
 
+#include "formats/base/output_file.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
-#include "formats/output_file.hpp"
-#include "formats/status.hpp"
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"

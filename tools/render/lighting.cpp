@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 
 namespace nif::render {
 namespace {

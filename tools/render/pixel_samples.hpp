@@ -1,7 +1,7 @@
 // Stratified random numbers of one pixel, the same whoever asks and in whatever order.
 #pragma once
 
-#include "bake/random.hpp"
+#include "formats/base/random.hpp"
 #include "tools/render/lighting.hpp"
 
 namespace nif::render {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "bake/ray_sets.hpp"
-#include "formats/status.hpp"
-#include "kernels/reference/primary.hpp"
+#include "bake/oracle/ray_sets.hpp"
+#include "formats/base/status.hpp"
+#include "kernels/reference/spherical/primary.hpp"
 
 namespace nif::render {
 

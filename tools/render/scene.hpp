@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "bake/vector.hpp"
+#include "formats/base/vector.hpp"
 #include "formats/mesh/scene.hpp"
 
 namespace nif::render {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/toml_table.hpp"
+#include "tools/common/toml_table.hpp"
 
 namespace nif::render {
 namespace {

@@ -8,8 +8,8 @@
 #include <optional>
 #include <set>
 
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
-#include "formats/status.hpp"
 
 namespace nif::render {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "formats/mesh/scene.hpp"
-#include "tools/progress.hpp"
+#include "tools/common/progress.hpp"
 #include "tools/render/scene.hpp"
 
 namespace nif::render {

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "bake/vector.hpp"
+#include "formats/base/vector.hpp"
 #include "formats/mesh/scene.hpp"
 
 namespace nif::render {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "formats/status.hpp"
+#include "formats/base/status.hpp"
 #include "tools/render/paths.hpp"
 
 namespace nif::render {

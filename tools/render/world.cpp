@@ -9,8 +9,8 @@
 #include <cstring>
 #include <limits>
 
-#include "bake/ray_sets.hpp"
-#include "formats/status.hpp"
+#include "bake/oracle/ray_sets.hpp"
+#include "formats/base/status.hpp"
 
 namespace nif::render {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "bake/oracle.hpp"
-#include "bake/voxelize.hpp"
-#include "tools/measuring.hpp"
+#include "bake/oracle/oracle.hpp"
+#include "bake/segment/voxelize.hpp"
+#include "tools/common/measuring.hpp"
 #include "tools/render/primary_objects.hpp"
 #include "tools/render/scene.hpp"
 #include "tools/render/scene_meshes.hpp"

@@ -17,9 +17,9 @@
 #include <nif/nif.hpp>
 #include <numeric>
 
+#include "formats/base/status.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/writer.hpp"
-#include "formats/status.hpp"
 #include "ray_sets.hpp"
 #include "tests/support/random_asset.hpp"
 

@@ -1,0 +1,19 @@
+// Builds the compact BVH of a `bvh` object (kernels/reference/bvh/field.hpp).
+#pragma once
+
+#include <span>
+
+#include "formats/mesh/scene.hpp"
+#include "formats/nif/asset.hpp"
+
+namespace nif::bake {
+
+/// False where coordinates are too large for the encoding to compute with.
+bool fits_bvh(std::span<const mesh::Float3> positions);
+
+/// Embree's builder decides which triangles belong together; boxes, their quantisation and the order of
+/// everything are ours. The same mesh gives the same bytes, whatever the number of threads. fits_bvh() must
+/// hold. Throws Error(out_of_memory) or Error(internal) with Embree's own message.
+format::Bvh build_bvh(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles);
+
+}  // namespace nif::bake

@@ -1,0 +1,173 @@
+#include "bake/oracle/embree_baseline.hpp"
+
+#include <embree3/rtcore.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <new>
+
+#if defined(__SSE__)
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+#endif
+
+namespace nif::bake {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr size_t kComponents = sizeof(RTCRay) / sizeof(float);
+
+/// Rays whose components lie side by side: a packet's width, or a whole block.
+size_t width_of(EmbreeCall call) {
+  switch (call) {
+    case EmbreeCall::occluded1:
+    case EmbreeCall::occluded1M:
+      return 1;
+    case EmbreeCall::occluded4:
+      return 4;
+    case EmbreeCall::occluded8:
+      return 8;
+    case EmbreeCall::occluded16:
+    case EmbreeCall::occludedNM:
+      return 16;
+    case EmbreeCall::occludedNp:
+      return kRayBlock;
+  }
+  return 1;
+}
+
+/// Embree asks for this mode on every thread that traces: denormals would cost it time.
+class FlushDenormals {
+#if defined(__SSE__)
+ public:
+  FlushDenormals() {
+    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+  }
+  ~FlushDenormals() { _mm_setcsr(before_); }
+
+ private:
+  unsigned before_ = _mm_getcsr();
+#endif
+};
+
+void ask_block(RTCScene scene, RTCIntersectContext& context, EmbreeCall call, float* block, size_t rays) {
+  alignas(64) int valid[16];
+  std::fill(std::begin(valid), std::end(valid), -1);
+  const size_t width = width_of(call), packets = (rays + width - 1) / width;
+  const auto packet = [&](size_t i) { return block + i * width * kComponents; };
+  const auto array = [&](size_t component) { return block + component * kRayBlock; };
+  switch (call) {
+    case EmbreeCall::occluded1:
+      for (size_t i = 0; i < packets; ++i)
+        rtcOccluded1(scene, &context, reinterpret_cast<RTCRay*>(packet(i)));
+      break;
+    case EmbreeCall::occluded4:
+      for (size_t i = 0; i < packets; ++i)
+        rtcOccluded4(valid, scene, &context, reinterpret_cast<RTCRay4*>(packet(i)));
+      break;
+    case EmbreeCall::occluded8:
+      for (size_t i = 0; i < packets; ++i)
+        rtcOccluded8(valid, scene, &context, reinterpret_cast<RTCRay8*>(packet(i)));
+      break;
+    case EmbreeCall::occluded16:
+      for (size_t i = 0; i < packets; ++i)
+        rtcOccluded16(valid, scene, &context, reinterpret_cast<RTCRay16*>(packet(i)));
+      break;
+    case EmbreeCall::occluded1M:
+      rtcOccluded1M(scene, &context, reinterpret_cast<RTCRay*>(block), unsigned(rays), sizeof(RTCRay));
+      break;
+    case EmbreeCall::occludedNM:
+      rtcOccludedNM(scene, &context, reinterpret_cast<RTCRayN*>(block), unsigned(width), unsigned(packets),
+                    width * sizeof(RTCRay));
+      break;
+    case EmbreeCall::occludedNp: {
+      const auto whole = [&](size_t component) { return reinterpret_cast<unsigned*>(array(component)); };
+      const RTCRayNp arrays{array(0), array(1), array(2), array(3), array(4),  array(5),
+                            array(6), array(7), array(8), whole(9), whole(10), whole(11)};
+      rtcOccludedNp(scene, &context, &arrays, unsigned(rays));
+      break;
+    }
+  }
+}
+
+}  // namespace
+
+std::string_view name_of(EmbreeCall call) {
+  switch (call) {
+    case EmbreeCall::occluded1:
+      return "rtcOccluded1";
+    case EmbreeCall::occluded4:
+      return "rtcOccluded4";
+    case EmbreeCall::occluded8:
+      return "rtcOccluded8";
+    case EmbreeCall::occluded16:
+      return "rtcOccluded16";
+    case EmbreeCall::occluded1M:
+      return "rtcOccluded1M";
+    case EmbreeCall::occludedNM:
+      return "rtcOccludedNM";
+    case EmbreeCall::occludedNp:
+      return "rtcOccludedNp";
+  }
+  return "";
+}
+
+void EmbreeRays::Free::operator()(float* memory) const { std::free(memory); }
+
+EmbreeRays::EmbreeRays(size_t count) : capacity_((count + kRayBlock - 1) / kRayBlock) {
+  memory_.reset(static_cast<float*>(
+      std::aligned_alloc(64, std::max<size_t>(1, capacity_) * kRayBlock * kComponents * sizeof(float))));
+  if (!memory_) throw std::bad_alloc();
+}
+
+void EmbreeRays::lay_out(std::span<const Segment> segments, EmbreeCall call) {
+  call_ = call;
+  count_ = segments.size();
+  const size_t width = width_of(call), blocks = (count_ + kRayBlock - 1) / kRayBlock;
+  tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {
+    for (size_t i = b * kRayBlock; i < (b + 1) * kRayBlock; ++i) {
+      // The last packets are filled up with rays that have no points, which cost nothing.
+      static constexpr Segment kNone{{0, 0, 0}, {1, 0, 0}, 0, -1};
+      const Segment& segment = i < count_ ? segments[i] : kNone;
+      float* first = memory_.get() + (i / width * width * kComponents) + i % width;
+      const auto component = [&](size_t c) -> float& { return first[c * width]; };
+      for (size_t a = 0; a < 3; ++a) {
+        component(a) = segment.origin[a];
+        component(4 + a) = segment.direction[a];
+      }
+      component(3) = segment.tmin;
+      component(7) = 0;
+      component(8) = segment.tmax;
+      const uint32_t integers[3] = {0xffffffffu, 0, 0};
+      for (size_t k = 0; k < 3; ++k) std::memcpy(&component(9 + k), &integers[k], 4);
+    }
+  });
+}
+
+void EmbreeRays::ask(const EmbreeScene& scene, bool coherent) {
+  const size_t blocks = (count_ + kRayBlock - 1) / kRayBlock;
+  tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {
+    const FlushDenormals mode;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    ask_block(scene.handle(), context, call_, memory_.get() + b * kRayBlock * kComponents,
+              std::min(kRayBlock, count_ - b * kRayBlock));
+  });
+}
+
+size_t EmbreeRays::wrong(std::span<const uint8_t> visible) const {
+  const size_t width = width_of(call_);
+  size_t wrong = 0;
+  for (size_t i = 0; i < count_; ++i) {
+    const float tfar = memory_[i / width * width * kComponents + i % width + 8 * width];
+    wrong += (tfar == -kInfinity) == (visible[i] != 0);
+  }
+  return wrong;
+}
+
+}  // namespace nif::bake

@@ -1,0 +1,57 @@
+// The baseline to beat: every call that Embree offers for occlusion, on rays laid out as that call wants
+// them.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "bake/oracle/oracle.hpp"
+
+namespace nif::bake {
+
+/// rtcOccluded1 in a loop; packets of 4, 8 and 16; streams of single rays (1M), of packets of 16 (NM), of
+/// arrays by component (Np).
+enum class EmbreeCall : uint32_t {
+  occluded1,
+  occluded4,
+  occluded8,
+  occluded16,
+  occluded1M,
+  occludedNM,
+  occludedNp
+};
+inline constexpr std::array kEmbreeCalls{
+    EmbreeCall::occluded1,  EmbreeCall::occluded4,  EmbreeCall::occluded8, EmbreeCall::occluded16,
+    EmbreeCall::occluded1M, EmbreeCall::occludedNM, EmbreeCall::occludedNp};
+
+/// As in Embree's header: "rtcOccluded16".
+std::string_view name_of(EmbreeCall call);
+
+/// Rays that a thread takes at a time, and the length of a stream.
+inline constexpr size_t kRayBlock = 1024;
+
+/// Rays on their way through one of Embree's calls, which overwrites them with its answers.
+class EmbreeRays {
+ public:
+  /// Room for `count` rays of any call.
+  explicit EmbreeRays(size_t count);
+
+  /// Lays the rays out for a call, in parallel. At most `count` of them.
+  void lay_out(std::span<const Segment> segments, EmbreeCall call);
+  /// Asks all of them, on the threads of the calling task arena. `coherent`: the hint of that name.
+  void ask(const EmbreeScene& scene, bool coherent);
+  /// How many answers differ from the labels, after ask().
+  size_t wrong(std::span<const uint8_t> visible) const;
+
+ private:
+  struct Free {
+    void operator()(float* memory) const;
+  };
+  std::unique_ptr<float[], Free> memory_;
+  size_t capacity_, count_ = 0;
+  EmbreeCall call_ = EmbreeCall::occluded1;
+};
+
+}  // namespace nif::bake

@@ -1,0 +1,79 @@
+#include "bake/oracle/evaluate.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include "kernels/reference/bvh/query.hpp"
+#include "kernels/reference/scene.hpp"
+#include "kernels/reference/segment/query.hpp"
+#include "kernels/reference/spherical/query.hpp"
+
+namespace nif::bake {
+
+Accuracy& Accuracy::operator+=(const Accuracy& other) {
+  rays += other.rays;
+  leak += other.leak;
+  spurious += other.spurious;
+  certain += other.certain;
+  certain_wrong += other.certain_wrong;
+  squared_error += other.squared_error;
+  return *this;
+}
+
+Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle& oracle) {
+  constexpr size_t kBlock = 4096;
+  const size_t count = rays.segments.size(), blocks = (count + kBlock - 1) / kBlock;
+  std::vector<Accuracy> parts(blocks);
+  tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {
+    const size_t first = b * kBlock, size = std::min(kBlock, count - first);
+    uint8_t visible[kBlock], certain[kBlock];
+    float probability[kBlock];
+    answer(std::span(rays.segments).subspan(first, size), {visible, certain, probability});
+    Accuracy& part = parts[b];
+    part.rays = size;
+    for (size_t i = 0; i < size; ++i) {
+      const bool truth = rays.visible[first + i], wrong = (visible[i] != 0) != truth;
+      part.leak += wrong && !truth;
+      part.spurious += wrong && truth;
+      part.certain += certain[i] != 0;
+      part.certain_wrong += wrong && certain[i] && !oracle.in_doubt(rays.segments[first + i]);
+      const double off = double(probability[i]) - (truth ? 1.0 : 0.0);
+      part.squared_error += off * off;
+    }
+  });
+  Accuracy all;
+  for (const Accuracy& part : parts) all += part;
+  return all;
+}
+
+namespace {
+
+/// Answers by `ask`, a reference kernel's query of one segment.
+template <class Ask>
+Answerer answer_each(const Ask& ask, float logit_scale) {
+  return [ask, logit_scale](std::span<const Segment> segments, const Answers& answers) {
+    for (size_t i = 0; i < segments.size(); ++i) {
+      const kernels::Answer answer = ask(segments[i]);
+      answers.visible[i] = answer.visible;
+      answers.certain[i] = answer.certain;
+      answers.probability[i] = kernels::visible_probability(answer.logit, logit_scale);
+    }
+  };
+}
+
+}  // namespace
+
+Answerer reference_answerer(const kernels::SegmentField& field) {
+  return answer_each([&field](const Segment& segment) { return kernels::query_segment(field, segment); },
+                     field.network.logit_scale);
+}
+
+Answerer reference_answerer(const kernels::BvhField& field) {
+  return answer_each([&field](const Segment& segment) { return kernels::query_bvh(field, segment); }, 1);
+}
+
+Answerer reference_answerer(const kernels::SphericalField& field) {
+  return answer_each([&field](const Segment& segment) { return kernels::query_spherical(field, segment); },
+                     kernels::kSphericalLogitScale);
+}
+
+}  // namespace nif::bake

@@ -1,0 +1,48 @@
+// Accuracy of an asset's answers on a labelled ray set.
+#pragma once
+
+#include <functional>
+#include <span>
+
+#include "bake/oracle/ray_sets.hpp"
+#include "kernels/reference/bvh/field.hpp"
+#include "kernels/reference/spherical/field.hpp"
+
+namespace nif::bake {
+
+/// What is stated of a ray set (docs/ray-sets.md). Counts are of rays.
+struct Accuracy {
+  uint64_t rays = 0;
+  uint64_t leak = 0;           ///< occluded, called visible
+  uint64_t spurious = 0;       ///< visible, called occluded
+  uint64_t certain = 0;        ///< answered exactly, by the walk alone
+  uint64_t certain_wrong = 0;  ///< of those, wrong where the label is not in doubt: must be 0
+  double squared_error = 0;    ///< sum over rays of (probability of being visible - truth)^2
+
+  double rate(uint64_t count) const { return rays ? double(count) / double(rays) : 0; }
+  double error() const { return rate(leak + spurious); }
+  double brier() const { return rays ? squared_error / double(rays) : 0; }
+  Accuracy& operator+=(const Accuracy& other);
+};
+
+using SetAccuracies = std::array<Accuracy, kRaySets.size()>;  ///< by RaySet
+
+/// Answers to a run of segments; each array has one entry a segment.
+struct Answers {
+  uint8_t* visible;
+  uint8_t* certain;
+  float* probability;  ///< of being visible, 0..1
+};
+/// Answers a run of segments; called from several threads at once.
+using Answerer = std::function<void(std::span<const Segment>, const Answers&)>;
+
+/// Compares answers to the labels that `oracle` gave, in parallel; sums are ordered, so the figures do not
+/// depend on the number of threads.
+Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle& oracle);
+
+/// Answers by the reference kernels. The field must outlive the answerer.
+Answerer reference_answerer(const kernels::SegmentField& field);
+Answerer reference_answerer(const kernels::BvhField& field);
+Answerer reference_answerer(const kernels::SphericalField& field);
+
+}  // namespace nif::bake

@@ -1,0 +1,63 @@
+// Ground truth for visibility queries: Embree on the source mesh.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "bake/oracle/closure.hpp"
+#include "bake/oracle/embree_scene.hpp"
+#include "formats/base/vector.hpp"
+#include "formats/mesh/scene.hpp"
+#include "kernels/reference/segment/walk.hpp"
+
+namespace nif::bake {
+
+using kernels::Segment;
+
+/// Answers by Embree's robust traversal, one ray at a time. Any number of threads may ask it.
+class Oracle {
+ public:
+  /// As the constructor of EmbreeScene.
+  Oracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles)
+      : scene_(positions, triangles, EmbreeBuild::robust) {
+    for (const mesh::Triangle& triangle : triangles)
+      for (const uint32_t corner : triangle)
+        for (const float x : positions[corner]) reach_ = std::max(reach_, std::abs(double(x)));
+  }
+
+  /// True where a triangle is met at tmin <= t <= tmax.
+  bool occluded(const Segment& segment) const;
+
+  /// True where the answer is another one for a segment that is a millionth of the coordinates' size away: it
+  /// passes so close by an edge, or ends so close to a triangle, that rounding decides.
+  bool in_doubt(const Segment& segment) const;
+
+  struct Hit {
+    float t;
+    uint32_t triangle;
+    Double3 normal;  ///< geometric, by the triangle's winding; not normalised
+  };
+  std::optional<Hit> first_hit(const Segment& segment) const;
+
+ private:
+  EmbreeScene scene_;
+  double reach_ = 0;  ///< largest coordinate
+};
+
+/// Tells points inside closed components from all others, by counting signed crossings along a ray.
+class InsideTest {
+ public:
+  InsideTest(const mesh::CleanMesh& surface, const ClosedComponents& closed);
+  /// True where some winding number along a fixed direction is not zero. A ray that grazes an edge may err,
+  /// which shifts a sampling density by less than one can measure; nothing is proven by this.
+  bool inside(const std::array<float, 3>& point) const;
+
+ private:
+  std::unique_ptr<Oracle> oracle_;  // null where nothing is closed
+};
+
+}  // namespace nif::bake

@@ -1,0 +1,61 @@
+// The named ray sets on which accuracy is stated, and from which training rays are drawn.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "bake/oracle/oracle.hpp"
+#include "bake/segment/voxelize.hpp"
+#include "formats/base/random.hpp"
+
+namespace nif::bake {
+
+/// docs/ray-sets.md defines each.
+enum class RaySet : uint32_t { outer_lines, inner_surface, inner_volume, segments, sun };
+inline constexpr std::array kRaySets{RaySet::outer_lines, RaySet::inner_surface, RaySet::inner_volume,
+                                     RaySet::segments, RaySet::sun};
+
+std::string_view name_of(RaySet set);
+std::optional<RaySet> ray_set_named(std::string_view name);
+
+/// Distance from the surface at which shadow rays start, as a fraction of the AABB's longest side.
+inline constexpr float kBiasFraction = 1e-3f;
+
+/// Lengths of `segments` run from this fraction of the AABB's diagonal to all of it.
+inline constexpr double kShortestSegment = 0.01;
+
+/// Everything that drawing a ray needs to know of an object. Immutable while in use; not owned.
+struct RaySource {
+  const Oracle& oracle;
+  const InsideTest& inside;
+  Box box;
+  float bias;
+  bool has_volume;  ///< some of the box lies outside of every solid, see has_free_volume()
+};
+
+/// False where the box is flatter than the bias along an axis, or where 4,096 random points of it all lie
+/// inside.
+bool has_free_volume(const InsideTest& inside, const Box& box, float bias);
+
+/// A segment from single-precision copies of its origin and direction, with tmin = 0.
+Segment make_segment(const Double3& origin, const Double3& direction, float tmax);
+
+/// One random ray of a set (all but `sun`, which is a picture and not a distribution). Directions have unit
+/// length. nullopt where the object does not let itself be hit (or left free) within many tries.
+std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& random);
+
+/// The half of `segments` that starts on the surface, alone.
+std::optional<Segment> draw_surface_segment(const RaySource& source, Random& random);
+
+struct LabelledRays {
+  std::vector<Segment> segments;
+  std::vector<uint8_t> visible;  ///< by the oracle
+};
+
+/// The first `count` rays of a set for a seed, in parallel and the same for any number of threads. Fewer,
+/// where the object has no such rays (a set of a flat sheet, say, can be empty).
+LabelledRays make_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed);
+
+}  // namespace nif::bake

@@ -1,0 +1,348 @@
+#include "bake/segment/trainer.hpp"
+
+#include <tbb/cache_aligned_allocator.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "bake/segment/trainer_kernels.hpp"
+#include "formats/base/status.hpp"
+
+namespace nif::bake {
+namespace {
+
+/// Parts that a mini-batch's gradients are added up in, each by one thread, then summed in order: what makes
+/// the result the same for any number of threads, and the most threads that a step can use.
+constexpr uint32_t kTrainGroups = 8;
+constexpr uint64_t kStepsBetweenSnapshots = 256;
+constexpr uint32_t kMaxRecoveries = 6;
+/// Weights are k / 2^kWeightShift with |k| <= 127, as in the asset.
+constexpr uint32_t kWeightShift = 6;
+constexpr float kWeightQuantum = 1.0f / (1 << kWeightShift);
+constexpr float kBiasQuantum = 1.0f / (127 << kWeightShift);
+constexpr float kFeatureQuantum = 1.0f / 127;
+/// The last layer's output (a weighted mean of values in 0..1) times this is the logit.
+constexpr float kGain = 8.0f;
+
+using Floats = std::vector<float, tbb::cache_aligned_allocator<float>>;
+
+/// One kind of parameter: what Adam moves, what it remembers, and the quantised copy that the network runs
+/// with.
+struct Parameters {
+  Floats master, first, second, quantised;
+  float limit, quantum;
+
+  Parameters(size_t count, float limit_, float quantum_)
+      : master(count, 0.f),
+        first(count, 0.f),
+        second(count, 0.f),
+        quantised(count, 0.f),
+        limit(limit_),
+        quantum(quantum_) {}
+  void quantise() {
+    for (size_t i = 0; i < master.size(); ++i) {
+      master[i] = std::clamp(master[i], -limit, limit);
+      quantised[i] = std::nearbyint(master[i] / quantum) * quantum;
+    }
+  }
+};
+
+NetworkShape make_shape(uint32_t inputs, const NetworkOptions& options) {
+  NetworkShape shape;
+  shape.layer_count = options.hidden_layers + 1;
+  uint32_t width = inputs;
+  for (uint32_t l = 0; l < shape.layer_count; ++l) {
+    const uint32_t outputs = l + 1 == shape.layer_count ? 1 : options.width;
+    shape.layers[l] = {width, outputs, shape.weights, shape.biases};
+    shape.weights += width * outputs;
+    shape.biases += outputs;
+    shape.widest = std::max({shape.widest, width, outputs});
+    width = outputs;
+  }
+  return shape;
+}
+
+class Trainer {
+ public:
+  Trainer(const RaySource& source, format::Object& object, const TrainingOptions& options)
+      : source_(source),
+        object_(object),
+        options_(options),
+        field_(format::field_of(object, {})),
+        cells_(field_),
+        shape_(make_shape(object.samples * object.features_per_corner + kernels::kGlobalInputs,
+                          options.network)),
+        features_(object.features.size(), 1.0f, kFeatureQuantum),
+        weights_(shape_.weights, 127 * kWeightQuantum, kWeightQuantum),
+        biases_(shape_.biases, 64.0f, kBiasQuantum) {
+    for (Group& group : groups_) {
+      group.features.assign(features_.master.size(), 0.f);
+      group.weights.assign(size_t(shape_.weights) * kVirtualLanes, 0.f);
+      group.biases.assign(size_t(shape_.biases) * kVirtualLanes, 0.f);
+      group.scratch.assign(train_scratch_floats(shape_), 0.f);
+    }
+    initialise();
+  }
+
+  TrainingResult run(const std::function<void(const TrainingProgress&)>& progress,
+                     const std::atomic<bool>& cancel) {
+    const uint64_t steps = std::max<uint64_t>(1, options_.rays / options_.batch);
+    const uint64_t blocks_per_round = std::max<uint64_t>(1, options_.rays_per_round / kTrainingBlock);
+    uint64_t next_block = 0;
+    while (step_ < steps) {
+      const TrainingRays rays = draw_training_rays(source_, field_, cells_, options_.mix, options_.seed,
+                                                   next_block, blocks_per_round, cancel);
+      next_block += blocks_per_round;
+      if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
+      if (rays.count() < options_.batch) {
+        throw Error(
+            Status::training_failed,
+            "training of '" + object_.name +
+                "' failed: the ray sets of the mix have too few rays that the network would be asked");
+      }
+      for (uint32_t pass = 0; pass < options_.passes && step_ < steps; ++pass)
+        train_pass(rays, pass, steps, progress, cancel);
+    }
+    return finish();
+  }
+
+ private:
+  struct Group {
+    Floats features, weights, biases, scratch;
+    std::vector<uint8_t> wrong;
+    double loss = 0;
+  };
+  struct Snapshot {
+    Parameters features, weights, biases;
+    uint64_t adam_step;
+  };
+
+  void initialise() {
+    Random random(options_.seed, 0x696e6974, 0);
+    for (float& f : features_.master) f = static_cast<float>(random.uniform(-0.05, 0.05));
+    for (uint32_t l = 0; l < shape_.layer_count; ++l) {
+      const NetworkShape::Layer& layer = shape_.layers[l];
+      // Uniform (He et al. 2015), and biases that put every neuron in the middle of its range for inputs of
+      // 1/2.
+      const double reach = std::min(1.5, std::sqrt(6.0 / layer.inputs));
+      for (uint32_t o = 0; o < layer.outputs; ++o) {
+        double sum = 0;
+        for (uint32_t i = 0; i < layer.inputs; ++i) {
+          const double w = random.uniform(-reach, reach);
+          weights_.master[layer.weights + o * layer.inputs + i] = static_cast<float>(w);
+          sum += w * 0.5;
+        }
+        biases_.master[layer.biases + o] =
+            static_cast<float>((l + 1 == shape_.layer_count ? 0.0 : 0.5) - sum);
+      }
+    }
+    features_.quantise();
+    weights_.quantise();
+    biases_.quantise();
+  }
+
+  /// One use of every drawn ray, batch by batch; where a batch starts differs from pass to pass.
+  void train_pass(const TrainingRays& rays, uint32_t pass, uint64_t steps,
+                  const std::function<void(const TrainingProgress&)>& progress,
+                  const std::atomic<bool>& cancel) {
+    const size_t slice = options_.batch / kTrainGroups, slices = rays.count() / slice;
+    // A stride that shares no divisor with the number of slices visits each once, in another order every
+    // pass.
+    size_t stride = 1 + (slices / 3) * (pass + 1);
+    while (std::gcd(stride, slices) != 1) ++stride;
+    for (size_t done = 0; done + kTrainGroups <= slices && step_ < steps; done += kTrainGroups) {
+      if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
+      std::array<size_t, kTrainGroups> firsts;
+      for (uint32_t g = 0; g < kTrainGroups; ++g) firsts[g] = (done + g) * stride % slices * slice;
+      train_batch(rays, firsts, slice, steps);
+      if (step_ % 64 == 0) progress({step_ * options_.batch, steps * options_.batch, loss_, error_});
+    }
+  }
+
+  void train_batch(const TrainingRays& rays, const std::array<size_t, kTrainGroups>& firsts, size_t slice,
+                   uint64_t steps) {
+    if (step_ % kStepsBetweenSnapshots == 0) {
+      snapshot_ = std::make_unique<Snapshot>(Snapshot{features_, weights_, biases_, adam_step_});
+    }
+    if (step_ == options_.spoil_at_step) weights_.quantised[0] = std::nanf("");
+
+    const TrainingModel model{shape_,
+                              object_.samples,
+                              object_.features_per_corner,
+                              features_.quantised.data(),
+                              weights_.quantised.data(),
+                              biases_.quantised.data(),
+                              kGain,
+                              cells_.corners.data()};
+    tbb::parallel_for(
+        uint32_t{0}, kTrainGroups,
+        [&](uint32_t g) {
+          Group& group = groups_[g];
+          const size_t first = firsts[g];
+          group.wrong.resize(slice);
+          GroupGradients gradients{group.features.data(), group.weights.data(), group.biases.data(), 0,
+                                   group.wrong.data()};
+          const TrainingSlice part{rays.cells.data() + first * rays.samples,
+                                   rays.fractions.data() + first * rays.samples, rays.globals.data() + first,
+                                   rays.visible.data() + first};
+          train_slice(model, part, uint32_t(slice), group.scratch.data(), gradients);
+          group.loss = gradients.loss;
+        },
+        tbb::simple_partitioner());
+
+    double loss = 0;
+    for (const Group& group : groups_) loss += group.loss;
+    loss /= options_.batch;
+    if (!std::isfinite(loss) || !update(steps)) {
+      recover();
+      return;
+    }
+    watch(rays, firsts, slice, loss);
+    ++step_;
+  }
+
+  /// Sums the lanes of the small gradients and moves all parameters. False where one moved by something not
+  /// finite.
+  bool update(uint64_t steps) {
+    ++adam_step_;
+    // Warm-up, then half a cosine down to nearly nothing, so that the last steps settle on the quantised
+    // grid.
+    const double warm = std::min(1.0, double(step_ + 1) / 100);
+    const double progress = double(step_) / double(steps);
+    const double schedule =
+        caution_ * warm * (0.005 + 0.995 * 0.5 * (1 + std::cos(std::numbers::pi * progress)));
+    AdamStep adam{};
+    adam.beta1 = 0.9f, adam.beta2 = 0.99f, adam.epsilon = 1e-15f;
+    adam.correction1 = static_cast<float>(1 / (1 - std::pow(0.9, double(adam_step_))));
+    adam.correction2 = static_cast<float>(1 / (1 - std::pow(0.99, double(adam_step_))));
+    adam.scale = 1.0f / static_cast<float>(options_.batch);
+
+    std::array<float*, kTrainGroups> features;
+    for (uint32_t g = 0; g < kTrainGroups; ++g) features[g] = groups_[g].features.data();
+    adam.learning_rate = static_cast<float>(options_.feature_rate * schedule);
+    adam.limit = features_.limit, adam.quantum = features_.quantum;
+    constexpr size_t kChunk = 8192;
+    const size_t chunks = (features_.master.size() + kChunk - 1) / kChunk;
+    std::atomic<bool> finite{true};
+    tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
+      if (!adam_update(adam, c * kChunk, std::min((c + 1) * kChunk, features_.master.size()), features,
+                       features_.master.data(), features_.first.data(), features_.second.data(),
+                       features_.quantised.data())) {
+        finite = false;
+      }
+    });
+
+    adam.learning_rate = static_cast<float>(options_.network_rate * schedule);
+    auto move = [&](Parameters& parameters, Floats Group::*lanes) {
+      Floats sums(parameters.master.size(), 0.f);
+      for (Group& group : groups_) {
+        Floats& from = group.*lanes;
+        for (size_t i = 0; i < sums.size(); ++i) {
+          for (size_t lane = 0; lane < kVirtualLanes; ++lane) sums[i] += from[i * kVirtualLanes + lane];
+        }
+        std::fill(from.begin(), from.end(), 0.f);
+      }
+      adam.limit = parameters.limit, adam.quantum = parameters.quantum;
+      float* const one[] = {sums.data()};
+      return adam_update(adam, 0, sums.size(), one, parameters.master.data(), parameters.first.data(),
+                         parameters.second.data(), parameters.quantised.data());
+    };
+    const bool weights_finite = move(weights_, &Group::weights),
+               biases_finite = move(biases_, &Group::biases);
+    return finite && weights_finite && biases_finite;
+  }
+
+  /// Back to the last snapshot, with half the learning rate.
+  void recover() {
+    if (++recoveries_ > kMaxRecoveries) {
+      throw Error(Status::training_failed, "training of '" + object_.name +
+                                               "' failed: the loss stayed non-finite after " +
+                                               std::to_string(kMaxRecoveries) + " recoveries");
+    }
+    features_ = snapshot_->features;
+    weights_ = snapshot_->weights;
+    biases_ = snapshot_->biases;
+    adam_step_ = snapshot_->adam_step;
+    caution_ *= 0.5;
+    for (Group& group : groups_) {
+      std::fill(group.features.begin(), group.features.end(), 0.f);
+      std::fill(group.weights.begin(), group.weights.end(), 0.f);
+      std::fill(group.biases.begin(), group.biases.end(), 0.f);
+    }
+    ++step_;  // the batch that did it is not tried again
+  }
+
+  /// Running means for the progress line, and errors by ray set. Rays are counted before they are learned
+  /// from.
+  void watch(const TrainingRays& rays, const std::array<size_t, kTrainGroups>& firsts, size_t slice,
+             double loss) {
+    constexpr double kMemory = 0.98;
+    size_t wrong = 0;
+    for (double& count : set_rays_) count *= kMemory;
+    for (double& count : set_wrong_) count *= kMemory;
+    for (uint32_t g = 0; g < kTrainGroups; ++g) {
+      for (size_t i = 0; i < slice; ++i) {
+        const size_t set = rays.set[firsts[g] + i];
+        set_rays_[set] += 1;
+        set_wrong_[set] += groups_[g].wrong[i];
+        wrong += groups_[g].wrong[i];
+      }
+    }
+    const double error = double(wrong) / options_.batch;
+    const double keep = watched_++ == 0 ? 0 : kMemory;
+    loss_ = keep * loss_ + (1 - keep) * loss;
+    error_ = keep * error_ + (1 - keep) * error;
+  }
+
+  TrainingResult finish() {
+    for (size_t i = 0; i < features_.quantised.size(); ++i) {
+      object_.features[i] = int8_t(std::lrint(features_.quantised[i] / kFeatureQuantum));
+    }
+    TrainingResult result;
+    result.recoveries = recoveries_;
+    for (size_t s = 0; s < set_rays_.size(); ++s)
+      result.error[s] = set_rays_[s] > 0 ? set_wrong_[s] / set_rays_[s] : 0;
+    for (uint32_t l = 0; l < shape_.layer_count; ++l) {
+      const NetworkShape::Layer& from = shape_.layers[l];
+      format::Layer layer{from.inputs, from.outputs, l + 1 == shape_.layer_count ? 0 : kWeightShift, {}, {}};
+      for (uint32_t i = 0; i < from.inputs * from.outputs; ++i) {
+        layer.weights.push_back(int8_t(std::lrint(weights_.quantised[from.weights + i] / kWeightQuantum)));
+      }
+      for (uint32_t o = 0; o < from.outputs; ++o) {
+        layer.biases.push_back(int32_t(std::lrint(biases_.quantised[from.biases + o] / kBiasQuantum)));
+      }
+      result.network.layers.push_back(std::move(layer));
+    }
+    result.network.logit_scale = kGain / float(127 << kWeightShift);
+    return result;
+  }
+
+  const RaySource& source_;
+  format::Object& object_;
+  const TrainingOptions& options_;
+  kernels::SegmentField field_;
+  SurfaceCells cells_;
+  NetworkShape shape_;
+  Parameters features_, weights_, biases_;
+  std::array<Group, kTrainGroups> groups_;
+  std::unique_ptr<Snapshot> snapshot_;
+  uint64_t step_ = 0, adam_step_ = 0;
+  uint32_t recoveries_ = 0;
+  double caution_ = 1;  // factor on the learning rate, halved at each recovery
+  uint64_t watched_ = 0;
+  double loss_ = 0, error_ = 0;
+  std::array<double, kRaySets.size()> set_rays_{}, set_wrong_{};
+};
+
+}  // namespace
+
+TrainingResult train(const RaySource& source, format::Object& object, const TrainingOptions& options,
+                     const std::function<void(const TrainingProgress&)>& progress,
+                     const std::atomic<bool>& cancel) {
+  return Trainer(source, object, options).run(progress, cancel);
+}
+
+}  // namespace nif::bake

@@ -1,0 +1,59 @@
+// Training rays: drawn only where the walk leaves the answer open, and kept as the integers the network will
+// see.
+#pragma once
+
+#include <atomic>
+#include <vector>
+
+#include "bake/oracle/ray_sets.hpp"
+#include "kernels/reference/segment/samples.hpp"
+
+namespace nif::bake {
+
+/// The surface voxels of a field, numbered, with the corners of each.
+class SurfaceCells {
+ public:
+  explicit SurfaceCells(const kernels::SegmentField& field);
+  /// Number of the surface voxel, or kNone where the voxel is none.
+  uint32_t cell_of(const uint16_t voxel[3]) const;
+  static constexpr uint32_t kNone = 0xffffffffu;
+
+  struct Cell {
+    uint16_t voxel[3];
+  };
+  std::vector<Cell> cells;
+  std::vector<std::array<uint32_t, 8>>
+      corners;  ///< [cell]: index of each corner; bit 0 of the position is x, ...
+
+ private:
+  kernels::SegmentField field_;
+  std::vector<uint32_t> first_;  // [mixed brick]: number of its first surface voxel
+};
+
+/// How often each ray set stands among the training rays; need not sum to 1.
+using Mix = std::array<double, kRaySets.size()>;
+
+/// A set by its weight; some weight must be above 0.
+RaySet draw_set(const Mix& mix, Random& random);
+
+/// Training rays as arrays, `samples` points each.
+struct TrainingRays {
+  uint32_t samples = 0;
+  std::vector<uint32_t> cells;                    ///< [ray][samples]
+  std::vector<std::array<uint8_t, 3>> fractions;  ///< [ray][samples], in 1/128 voxel
+  std::vector<std::array<uint8_t, kernels::kGlobalInputs>> globals;
+  std::vector<uint8_t> visible;
+  std::vector<uint8_t> set;  ///< RaySet that the ray was drawn from
+  size_t count() const { return visible.size(); }
+};
+
+inline constexpr size_t kTrainingBlock = 1024;  ///< rays that share a random stream
+
+/// Draws kTrainingBlock ambiguous rays for each block number from `first_block` on, in parallel, the same for
+/// any number of threads. Fewer where the field has next to no ambiguous rays. Stops early, with whatever it
+/// has, once `cancel` is set.
+TrainingRays draw_training_rays(const RaySource& source, const kernels::SegmentField& field,
+                                const SurfaceCells& cells, const Mix& mix, uint64_t seed,
+                                uint64_t first_block, uint64_t blocks, const std::atomic<bool>& cancel);
+
+}  // namespace nif::bake

@@ -1,0 +1,137 @@
+#include "bake/segment/voxelize.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "formats/base/vector.hpp"
+#include "kernels/reference/segment/walk.hpp"
+
+namespace nif::bake {
+namespace {
+
+/// Clearance of the box from the grid's border, in voxels; above kSurfacePadding plus the walk's rounding.
+constexpr double kMargin = 1.0 / 32;
+
+/// Separating-axis test of a triangle against a box (Akenine-Moeller 2001), all 13 axes. Touching counts.
+bool overlaps(const Double3 triangle[3], const Double3& centre, const Double3& half) {
+  const Double3 v[3] = {triangle[0] - centre, triangle[1] - centre, triangle[2] - centre};
+  for (int a = 0; a < 3; ++a) {
+    const auto [low, high] = std::minmax({v[0][a], v[1][a], v[2][a]});
+    if (low > half[a] || high < -half[a]) return false;
+  }
+  const Double3 edges[3] = {v[1] - v[0], v[2] - v[1], v[0] - v[2]};
+  auto separated = [&](const Double3& axis) {
+    const auto [low, high] = std::minmax({dot(axis, v[0]), dot(axis, v[1]), dot(axis, v[2])});
+    const double reach =
+        half[0] * std::abs(axis[0]) + half[1] * std::abs(axis[1]) + half[2] * std::abs(axis[2]);
+    return low > reach || high < -reach;
+  };
+  if (separated(cross(edges[0], edges[1]))) return false;
+  for (const Double3& e : edges) {
+    if (separated({0, -e[2], e[1]}) || separated({e[2], 0, -e[0]}) || separated({-e[1], e[0], 0}))
+      return false;
+  }
+  return true;
+}
+
+struct Range {
+  int low[3], high[3];  // voxels, both ends included
+};
+
+/// Marks the voxels of `range` that the triangle touches, halving large ranges so that a large triangle costs
+/// about as much as the voxels it touches and not its whole box.
+void mark(const Grid& grid, const Double3 triangle[3], const Range& range, std::vector<uint8_t>& surface) {
+  Double3 centre, half;
+  size_t count = 1;
+  int widest = 0;
+  for (int a = 0; a < 3; ++a) {
+    const int size = range.high[a] - range.low[a] + 1;
+    centre[a] = (range.low[a] + range.high[a] + 1) * 0.5;
+    half[a] = size * 0.5 + kernels::kSurfacePadding;
+    count *= size_t(size);
+    if (size > range.high[widest] - range.low[widest] + 1) widest = a;
+  }
+  if (!overlaps(triangle, centre, half)) return;
+  if (count == 1) {
+    auto& voxel = surface[grid.index(uint32_t(range.low[0]), uint32_t(range.low[1]), uint32_t(range.low[2]))];
+    std::atomic_ref(voxel).store(1, std::memory_order_relaxed);
+    return;
+  }
+  Range first = range, second = range;
+  first.high[widest] = (range.low[widest] + range.high[widest]) / 2;
+  second.low[widest] = first.high[widest] + 1;
+  mark(grid, triangle, first, surface);
+  mark(grid, triangle, second, surface);
+}
+
+}  // namespace
+
+void Box::add(std::span<const mesh::Float3> positions, const mesh::Triangle& triangle) {
+  for (uint32_t i : triangle) {
+    for (int a = 0; a < 3; ++a) {
+      min[a] = std::min(min[a], positions[i][a]);
+      max[a] = std::max(max[a], positions[i][a]);
+    }
+  }
+}
+
+float Box::longest_side() const { return std::max({max[0] - min[0], max[1] - min[1], max[2] - min[2]}); }
+double Box::diagonal() const { return length(to_double(max) - to_double(min)); }
+
+Box bounds(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles) {
+  constexpr float kFar = std::numeric_limits<float>::max();
+  Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+  for (const mesh::Triangle& triangle : triangles) box.add(positions, triangle);
+  return box;
+}
+
+Double3 Grid::to_grid(const std::array<float, 3>& p) const {
+  return (to_double(p) - to_double(origin)) * double(voxels_per_unit);
+}
+
+Grid make_grid(const Box& box, uint32_t resolution) {
+  Grid grid;
+  const Double3 size = to_double(box.max) - to_double(box.min);
+  const double longest = std::max({size[0], size[1], size[2]});
+  // The float nearest to what we want may be larger, and origins far from zero are coarse: so ask for a
+  // little less and count the voxels afterwards.
+  for (double voxels = resolution - 2 * kMargin;; voxels *= 0.999) {
+    grid.voxels_per_unit = static_cast<float>(voxels / longest);
+    const double scale = grid.voxels_per_unit;
+    uint32_t most = 0;
+    for (int a = 0; a < 3; ++a) {
+      const double wanted = double(box.min[a]) - kMargin / scale;
+      grid.origin[a] = static_cast<float>(wanted);
+      if (grid.origin[a] > wanted)
+        grid.origin[a] = std::nextafter(grid.origin[a], -std::numeric_limits<float>::max());
+      const double top = (double(box.max[a]) - double(grid.origin[a])) * scale + kMargin;
+      grid.voxels[a] = std::max(1u, static_cast<uint32_t>(std::ceil(top)));
+      most = std::max(most, grid.voxels[a]);
+    }
+    if (most <= resolution) return grid;
+  }
+}
+
+std::vector<uint8_t> voxelize(const Grid& grid, std::span<const mesh::Float3> positions,
+                              std::span<const mesh::Triangle> triangles) {
+  std::vector<uint8_t> surface(grid.count(), 0);
+  tbb::parallel_for(size_t{0}, triangles.size(), [&](size_t t) {
+    Double3 corners[3];
+    for (int c = 0; c < 3; ++c) corners[c] = grid.to_grid(positions[triangles[t][c]]);
+    Range range;
+    for (int a = 0; a < 3; ++a) {
+      const auto [low, high] = std::minmax({corners[0][a], corners[1][a], corners[2][a]});
+      const int top = int(grid.voxels[a]) - 1;
+      range.low[a] = std::clamp(int(std::floor(low - kernels::kSurfacePadding)), 0, top);
+      range.high[a] = std::clamp(int(std::floor(high + kernels::kSurfacePadding)), 0, top);
+    }
+    mark(grid, corners, range, surface);
+  });
+  return surface;
+}
+
+}  // namespace nif::bake

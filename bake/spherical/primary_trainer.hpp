@@ -1,0 +1,47 @@
+// Training of fields for primary rays: the first hit of a ray with one object, by latent vectors and a
+// network like those of an outer field, from rays of any source.
+#pragma once
+
+#include "bake/spherical/trainer.hpp"
+
+namespace nif::bake {
+
+/// Rays in an object's space with their first hits.
+struct PrimaryRays {
+  struct Hit {
+    float t;
+    std::array<float, 3> normal;  ///< of unit length, on the side that the ray comes from
+  };
+  std::vector<Segment> segments;
+  std::vector<std::optional<Hit>> hits;  ///< [segment]
+};
+
+/// The field of one object in training. The result does not depend on the number of threads.
+class PrimaryTrainer {
+ public:
+  /// The shape is that of options.primary, the rest as for the other fields. Of the object only the bounds
+  /// are looked at; throws as SphericalTrainer.
+  PrimaryTrainer(const format::Object& object, const SphericalOptions& options);
+  ~PrimaryTrainer();
+
+  /// Learns once from each ray, in random order. The squared differences of the probability of a hit and,
+  /// where there is one, of depth and normal are what is made small. The rest is as with
+  /// SphericalTrainer::learn().
+  void learn(const PrimaryRays& rays, const std::function<void(const SphericalProgress&)>& progress,
+             const std::atomic<bool>& cancel);
+
+  uint64_t rays() const;  ///< that have been learned from
+  uint32_t recoveries() const;
+
+  /// As it is now, in the precision in which it will be stored; without a margin.
+  format::Primary field() const;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// The margin that leaves all but a few of these rays' hits before the surface: see kernels::PrimaryField.
+float find_margin(const kernels::PrimaryField& field, const PrimaryRays& rays);
+
+}  // namespace nif::bake

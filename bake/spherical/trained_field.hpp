@@ -1,0 +1,126 @@
+// A network over grids of latent vectors in training, and the lessons that one or several of them are given:
+// batches in random order, and the way back where a loss is not finite.
+#pragma once
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <array>
+#include <atomic>
+#include <functional>
+
+#include "bake/spherical/trained_grid.hpp"
+#include "bake/spherical/trainer.hpp"
+
+namespace nif::bake {
+
+/// Parts that a mini-batch's weight gradients are added up in, then summed in order.
+inline constexpr uint32_t kBatchGroups = 8;
+static_assert(kSphericalBatchUnit == kBatchGroups * kTrainLanes);
+
+/// Throws Error(too_large) where the object's bounds cannot be computed with.
+kernels::SphericalBounds bounds_of(const format::Object& object);
+
+/// Rays as networks see them, in parallel; `bounds` gives those that segment i is seen in.
+template <class Bounds>
+std::vector<kernels::SphericalRay> prepare_rays(std::span<const Segment> segments, const Bounds& bounds) {
+  std::vector<kernels::SphericalRay> prepared(segments.size());
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, segments.size(), 4096), [&](const auto& range) {
+    for (size_t i = range.begin(); i < range.end(); ++i)
+      prepared[i] = kernels::prepare_spherical(bounds(i), segments[i]);
+  });
+  return prepared;
+}
+
+class TrainedField {
+ public:
+  struct Shape {
+    uint32_t width, hidden_layers, batch;
+    /// Of the network. The first is the log-odds of a sample's label; the others are learned as numbers from
+    /// those samples whose label is 1.
+    uint32_t outputs = 1;
+    std::array<float, kMaxTargets> target_weights{};  ///< of each of the others in the loss
+  };
+  /// The options must outlive it.
+  TrainedField(const SphericalOptions& options, const Shape& shape, std::vector<TrainedGrid> grids,
+               Random& random);
+
+  uint32_t batch() const { return shape_.batch; }
+  uint64_t steps() const { return steps_; }
+  const std::vector<TrainedGrid>& grids() const { return grids_; }
+
+  /// One more sample that waits to be learned from, with targets of the outputs beyond the first.
+  void add(const FieldSample& sample, std::span<const float> targets = {});
+  size_t waiting() const { return waiting_.size(); }
+  /// Lets all samples go but those that do not fill a batch.
+  void keep_remainder();
+
+  void save();
+  void restore();
+  /// For tests: makes a weight NaN.
+  void spoil();
+
+  /// One mini-batch: of the samples that wait, order[0 .. batch). `caution` is a factor on the learning rate.
+  /// Receives the mean loss, and the share of labels missed. False where something was not finite.
+  bool step(const uint32_t* order, double caution, double& loss, double& error);
+
+  /// As they are now, such as half precision holds where the options say so.
+  format::SphericalLayers layers() const;
+
+ private:
+  struct Group {
+    Floats gradients, scratch;
+    double loss = 0;
+  };
+
+  /// Moves everything: each grid by one thread, and the weights by another.
+  bool update(double caution);
+
+  const SphericalOptions& options_;
+  const Shape shape_;
+  uint32_t inputs_ = 0;
+  std::vector<TrainedGrid> grids_;
+  NetworkShape network_;
+  Floats weights_, first_, second_, sums_;
+  Floats saved_weights_, saved_first_, saved_second_;
+  uint64_t steps_ = 0, adam_steps_ = 0, saved_adam_steps_ = 0;
+  std::array<Group, kBatchGroups> groups_;
+  std::vector<FieldSample> waiting_;
+  std::vector<float> waiting_targets_;  // [sample][outputs - 1]
+  // Of the current batch.
+  std::vector<LatentLookup> lookups_[kMaxLatentGrids];
+  std::vector<uint8_t> labels_, wrong_;
+  Floats targets_, input_gradients_;
+};
+
+/// Lessons of fields that are trained together: where the loss of one becomes non-finite, all go back.
+class FieldLessons {
+ public:
+  /// The options must outlive it; `stream` keeps its random numbers apart from others of the same seed.
+  FieldLessons(const SphericalOptions& options, uint64_t stream)
+      : options_(options), random_(options.seed, stream, 0) {}
+
+  Random& random() { return random_; }
+  uint32_t recoveries() const { return recoveries_; }
+
+  /// All samples that wait, in random order, `passes` times, each pass field by field. As
+  /// SphericalTrainer::learn() throws and reports.
+  void learn(std::span<TrainedField* const> fields, uint32_t passes,
+             const std::function<void(const SphericalProgress&)>& progress, const std::atomic<bool>& cancel);
+
+ private:
+  void learn_once(std::span<TrainedField* const> fields, TrainedField& field,
+                  const std::function<void(const SphericalProgress&)>& progress,
+                  const std::atomic<bool>& cancel);
+  /// Back to where the call began, with half the learning rate.
+  void recover(std::span<TrainedField* const> fields);
+
+  const SphericalOptions& options_;
+  Random random_;
+  uint32_t recoveries_ = 0;
+  double caution_ = 1;
+  uint64_t watched_ = 0;
+  double loss_ = 0, error_ = 0;
+};
+
+}  // namespace nif::bake

@@ -1,0 +1,66 @@
+// A grid of latent vectors in training, with Adam's moments.
+#pragma once
+
+#include <tbb/cache_aligned_allocator.h>
+
+#include <span>
+#include <vector>
+
+#include "bake/spherical/trainer_kernels.hpp"
+#include "formats/base/random.hpp"
+#include "kernels/reference/spherical/query.hpp"
+
+namespace nif::bake {
+
+using Floats = std::vector<float, tbb::cache_aligned_allocator<float>>;
+
+/// One ray as a network sees it.
+struct FieldSample {
+  kernels::SphericalCoordinates at;
+  uint32_t object;
+  uint8_t label;  ///< of the network's first output: 0 or 1
+};
+
+/// Which of a ray's coordinates a grid is over.
+enum class GridKind { position, direction, distance };
+
+/// A grid of all objects, with Adam's moments. A batch looks up few of its entries, so only those are moved:
+/// they get slots in small arrays, gradients are added up there in the order of the samples, and the others
+/// rest.
+class TrainedGrid {
+ public:
+  /// Latent vectors start uniform in +-reach.
+  TrainedGrid(GridKind kind, uint32_t resolution, uint32_t features, size_t objects, float reach,
+              Random& random);
+
+  uint32_t features() const { return features_; }
+  uint32_t corners() const { return kind_ == GridKind::distance ? 2 : 4; }
+  LatentGrid view() const { return {features_, corners(), entries_.data()}; }
+  void save() { saved_ = entries_; }
+  void restore() { entries_ = saved_; }
+
+  LatentLookup look_up(const FieldSample& sample) const;
+
+  /// One step of Adam. input_gradients: for each kTrainLanes samples [input][kTrainLanes], this grid's from
+  /// `offset` on. False where an entry moved by something not finite.
+  bool update(const AdamStep& step, std::span<const LatentLookup> lookups, const float* input_gradients,
+              uint32_t inputs, uint32_t offset);
+
+  /// Latent vectors of one object, such as half precision holds where that is asked for.
+  std::vector<float> values(size_t object, bool half) const;
+
+ private:
+  GridKind kind_;
+  uint32_t resolution_, features_;
+  size_t per_object_;
+  Floats entries_, saved_;       // [entry]: latent vector, first and second moments
+  std::vector<uint32_t> slots_;  // [entry], kNone between updates
+  std::vector<uint32_t> touched_;
+  Floats gradients_, parts_[3];
+};
+
+/// One over positions and one over directions, alike.
+std::vector<TrainedGrid> grids_over_angles(uint32_t resolution, uint32_t features, size_t objects,
+                                           float reach, Random& random);
+
+}  // namespace nif::bake

@@ -1,0 +1,49 @@
+// Steps of a bake that are the same whatever its objects become.
+#pragma once
+
+#include "bake/bake.hpp"
+#include "bake/oracle/prepare.hpp"
+
+namespace nif::bake {
+
+/// Seeds apart from the one that `nif eval` uses by default, from training's streams and from each other's.
+inline constexpr uint64_t kMeasuringSeed = 0x6d65617375726564, kChoosingSeed = 0x63686f6f73696e67;
+
+/// Reserve for what the metadata will say once accuracy has been measured.
+inline constexpr uint64_t kMetadataBytes = 1024, kMetadataBytesPerObject = 1792;
+
+/// Objects with at least so many triangles get the preset's resolution and rays.
+inline constexpr double kFullTriangles = 150'000;
+
+/// What is the same of an object in any encoding; the report gets what is known by then.
+format::Object describe(const Prepared& prepared, ObjectReport& report);
+
+/// The instances of what was prepared, named and placed as in the scene.
+std::vector<format::Instance> instances_of(const mesh::Scene& scene, const PreparedScene& prepared);
+
+/// The accuracy of one of so many objects on each ray set, with its share of options.evaluation_rays. `begin`
+/// is called before each set.
+SetAccuracies measure_sets(const RaySource& source, const Answerer& answer, const BakeOptions& options,
+                           size_t objects, const std::function<void(RaySet)>& begin);
+
+/// Throws Error(target_not_met) where options.max_error is given and not met; `hint` says what could help.
+void check_error(const BakeOptions& options, const SetAccuracies& sets, std::string_view hint);
+
+/// How far a bake of several objects is, to be shown; training costs an object about so much as its
+/// triangles, within bounds.
+class BakeClock {
+ public:
+  BakeClock(std::span<const Prepared> objects, const BakeCallback& callback);
+  /// `share` of the object at `index` is done.
+  void report(BakeProgress::Stage stage, std::string_view name, size_t index, double share, double loss = 0,
+              double error = 0) const;
+
+ private:
+  const BakeCallback& callback_;
+  std::vector<double> weights_;
+};
+
+/// Throws Error(interrupted) once `cancel` is set.
+void stop_if(const std::atomic<bool>& cancel);
+
+}  // namespace nif::bake

@@ -1,0 +1,56 @@
+// Reading of glTF accessors with every offset, stride and count checked against the bytes that are there.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/mesh/gltf/hierarchy.hpp"
+#include "formats/mesh/gltf/json.hpp"
+
+namespace tinygltf {
+class Model;
+class Value;
+}  // namespace tinygltf
+
+namespace nif::mesh::detail {
+
+/// A member of what may be anything; a null value where it has none. (Value::Get() wants an object.)
+const tinygltf::Value& member_of(const tinygltf::Value& value, const char* name);
+
+/// Not thread-safe: it keeps what it has decoded.
+class GltfData {
+ public:
+  GltfData(const Input& input, const GltfSource& source, const tinygltf::Model& model)
+      : input_(input), source_(source), model_(model) {}
+
+  std::vector<Float3> positions(int accessor) const;  ///< of float or quantised integer components
+  std::vector<uint32_t> indices(int accessor) const;
+  std::vector<Affine> matrices(int accessor) const;  ///< 4x4 of floats, without the last row
+  bool normalized(int accessor) const;
+  std::string_view view(int buffer_view) const;  ///< the bytes of a buffer view
+
+ private:
+  struct Layout {
+    int component_type = 0;
+    int components = 1;
+    uint64_t count = 0;
+  };
+  struct Elements;
+
+  std::string_view span(const std::string& what, int buffer, uint64_t offset, uint64_t length) const;
+  std::string_view decoded(int buffer_view, const tinygltf::Value& extension) const;
+  uint64_t stride_of(int buffer_view) const;  ///< 0 where it states none
+  Elements elements(int accessor, int buffer_view, uint64_t offset, uint64_t stride,
+                    const Layout& layout) const;
+  void apply_sparse(int accessor, std::vector<Float3>& out) const;
+
+  const Input& input_;
+  const GltfSource& source_;
+  const tinygltf::Model& model_;
+  mutable std::map<int, std::string> decoded_;  // buffer views that were compressed
+  mutable uint64_t decoded_bytes_ = 0;
+};
+
+}  // namespace nif::mesh::detail

@@ -1,0 +1,178 @@
+// Read from the JSON and not by tinygltf, whose reader of cameras and lights refuses a file for what is wrong
+// in them.
+#include "formats/mesh/gltf/fixtures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace nif::mesh::detail {
+namespace {
+
+using nlohmann::json;
+using std::numbers::pi;
+
+constexpr uint64_t kMostWarnings = 20;  ///< a damaged file may have one for each of a million nodes
+
+/// What a camera or light is refused for.
+struct Flaw {
+  std::string what;
+};
+
+const json* member(const json& object, const char* name) {
+  const auto found = object.is_object() ? object.find(name) : object.end();
+  return found == object.end() ? nullptr : &*found;
+}
+
+/// A definition may be named by any number of nodes, each of which gets its name, so that is kept short.
+std::string short_name(const json& object) {
+  constexpr size_t kLongest = 128;
+  const json* value = member(object, "name");
+  if (value == nullptr || !value->is_string()) return {};
+  const std::string& name = value->get_ref<const std::string&>();
+  if (name.size() <= kLongest) return name;
+  size_t size = kLongest;
+  while (size > 0 && (static_cast<unsigned char>(name[size]) & 0xC0) == 0x80) --size;
+  return name.substr(0, size);
+}
+
+/// `otherwise` where there is no such member; none where it is no number from low to high.
+std::optional<double> number(const json& object, const char* name, double low, double high,
+                             double otherwise) {
+  const json* value = member(object, name);
+  if (value == nullptr) return otherwise;
+  if (!value->is_number()) return std::nullopt;
+  const double number = value->get<double>();
+  return number >= low && number <= high ? std::optional(number) : std::nullopt;
+}
+
+Camera to_camera(const json& definition) {
+  const json* type = member(definition, "type");
+  if (type != nullptr && *type == "orthographic") throw Flaw{"is orthographic"};
+  const json* perspective = member(definition, "perspective");
+  if (type == nullptr || *type != "perspective" || perspective == nullptr)
+    throw Flaw{"is no perspective camera"};
+  Camera camera;
+  camera.name = short_name(definition);
+  const std::optional<double> fov = number(*perspective, "yfov", 0, pi, 0);
+  if (!fov || *fov <= 0 || *fov >= pi) throw Flaw{"has no yfov between 0 and pi"};
+  camera.vertical_fov = *fov;
+  return camera;
+}
+
+void read_cone(const json& definition, Light& light) {
+  // Exporters round pi / 2 to float, upwards.
+  constexpr double kWidest = pi / 2, kRounding = 1e-6;
+  static const json kNone = json::object();
+  const json* spot = member(definition, "spot");
+  if (spot == nullptr) spot = &kNone;
+  const std::optional<double> inner = number(*spot, "innerConeAngle", 0, kWidest + kRounding, 0),
+                              outer = number(*spot, "outerConeAngle", 0, kWidest + kRounding, pi / 4);
+  if (!spot->is_object() || !inner || !outer || *outer <= 0 || *inner > *outer + kRounding)
+    throw Flaw{"has cone angles that are not 0 <= inner < outer <= pi / 2"};
+  light.outer_cone = std::min(*outer, kWidest);
+  light.inner_cone = std::min(*inner, light.outer_cone);
+}
+
+Light to_light(const json& definition) {
+  constexpr double kBrightest = 1e12;
+  Light light;
+  light.name = short_name(definition);
+  const json* type = member(definition, "type");
+  if (type != nullptr && *type == "directional")
+    light.kind = Light::Kind::directional;
+  else if (type != nullptr && *type == "point")
+    light.kind = Light::Kind::point;
+  else if (type != nullptr && *type == "spot")
+    light.kind = Light::Kind::spot;
+  else
+    throw Flaw{"is neither directional nor point nor spot"};
+  if (const json* colour = member(definition, "color")) {
+    if (!colour->is_array() || colour->size() != 3) throw Flaw{"has a color that is not three numbers"};
+    for (size_t c = 0; c < 3; ++c) {
+      const json& value = (*colour)[c];
+      const double share = value.is_number() ? value.get<double>() : -1;
+      if (!(share >= 0 && share <= kBrightest)) throw Flaw{"has a color that is not three numbers from 0"};
+      light.colour[c] = static_cast<float>(share);
+    }
+  }
+  const std::optional<double> intensity = number(definition, "intensity", 0, kBrightest, 1);
+  if (!intensity) throw Flaw{fmt::format("has an intensity that is not from 0 to {}", kBrightest)};
+  light.intensity = *intensity;
+  if (light.kind == Light::Kind::spot) read_cone(definition, light);
+  return light;
+}
+
+/// What a node's reference stands for. `what` is "camera" or "light".
+template <class Read>
+GltfFixture resolve(size_t node, const json& source, const char* what, const json* index,
+                    const json* definitions, Read&& read) {
+  const size_t count = definitions != nullptr && definitions->is_array() ? definitions->size() : 0;
+  if (index == nullptr || !index->is_number_unsigned() || index->get<uint64_t>() >= count)
+    return {node, fmt::format("node {} names a {} that is not there, of {}", node, what, count)};
+  const auto number = static_cast<size_t>(index->get<uint64_t>());
+  try {
+    auto fixture = read((*definitions)[number]);
+    if (std::string name = short_name(source); !name.empty()) fixture.name = std::move(name);
+    return {node, std::move(fixture)};
+  } catch (const Flaw& flaw) {
+    return {node, fmt::format("{} {}, of node {}, {} and was left out", what, number, node, flaw.what)};
+  }
+}
+
+const json* extension(const json& object) {
+  const json* extensions = member(object, "extensions");
+  return extensions == nullptr ? nullptr : member(*extensions, "KHR_lights_punctual");
+}
+
+}  // namespace
+
+std::vector<GltfFixture> read_fixtures(const json& root) {
+  std::vector<GltfFixture> fixtures;
+  const json* nodes = member(root, "nodes");
+  if (nodes == nullptr || !nodes->is_array()) return fixtures;
+  const json* cameras = member(root, "cameras");
+  const json* of_lights = extension(root);
+  const json* lights = of_lights == nullptr ? nullptr : member(*of_lights, "lights");
+  for (size_t i = 0; i < nodes->size(); ++i) {
+    const json& node = (*nodes)[i];
+    if (const json* camera = member(node, "camera"))
+      fixtures.push_back(resolve(i, node, "camera", camera, cameras, to_camera));
+    if (const json* light = extension(node))
+      fixtures.push_back(resolve(i, node, "light", member(*light, "light"), lights, to_light));
+  }
+  return fixtures;
+}
+
+void FixturePlacer::visit(size_t node, const std::optional<Transform>& world) {
+  const auto found = std::ranges::equal_range(fixtures_, node, {}, &GltfFixture::node);
+  for (const GltfFixture& fixture : found) {
+    if (const auto* flaw = std::get_if<std::string>(&fixture.what)) {
+      warn(*flaw);
+    } else if (!world) {
+      warn(fmt::format("node {} is placed at infinity, and what it carries was left out", node));
+    } else if (const auto* camera = std::get_if<Camera>(&fixture.what)) {
+      scene_.cameras.push_back(*camera);
+      scene_.cameras.back().transform = *world;
+    } else {
+      scene_.lights.push_back(std::get<Light>(fixture.what));
+      scene_.lights.back().transform = *world;
+    }
+  }
+}
+
+void FixturePlacer::warn(const std::string& sentence) {
+  if (++warnings_ <= kMostWarnings)
+    scene_.warnings.push_back(fmt::format("{}: {}", input_.file.string(), sentence));
+}
+
+void FixturePlacer::report() {
+  if (warnings_ > kMostWarnings)
+    scene_.warnings.push_back(fmt::format("{}: {} more cameras and lights were left out",
+                                          input_.file.string(), warnings_ - kMostWarnings));
+}
+
+}  // namespace nif::mesh::detail

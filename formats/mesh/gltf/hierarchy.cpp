@@ -1,0 +1,133 @@
+// Node transforms are accumulated in double, so that deep hierarchies of CAD assemblies stay aligned, and
+// only the result is rounded to float.
+#include "formats/mesh/gltf/hierarchy.hpp"
+
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include <cmath>
+
+namespace nif::mesh::detail {
+namespace {
+
+constexpr Affine kUnmoved{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+Affine from_parts(const std::vector<double>& t, const std::vector<double>& q, const std::vector<double>& s) {
+  double x = 0, y = 0, z = 0, w = 1;
+  if (q.size() == 4) {
+    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (length > 0) x = q[0] / length, y = q[1] / length, z = q[2] / length, w = q[3] / length;
+  }
+  const double sx = s.size() == 3 ? s[0] : 1, sy = s.size() == 3 ? s[1] : 1, sz = s.size() == 3 ? s[2] : 1;
+  const double tx = t.size() == 3 ? t[0] : 0, ty = t.size() == 3 ? t[1] : 0, tz = t.size() == 3 ? t[2] : 0;
+  return {(1 - 2 * (y * y + z * z)) * sx, 2 * (x * y - z * w) * sy,       2 * (x * z + y * w) * sz,       tx,
+          2 * (x * y + z * w) * sx,       (1 - 2 * (x * x + z * z)) * sy, 2 * (y * z - x * w) * sz,       ty,
+          2 * (x * z - y * w) * sx,       2 * (y * z + x * w) * sy,       (1 - 2 * (x * x + y * y)) * sz, tz};
+}
+
+Affine local_transform(const tinygltf::Node& node) {
+  if (node.matrix.size() != 16) return from_parts(node.translation, node.rotation, node.scale);
+  Affine out{};
+  for (size_t row = 0; row < 3; ++row) {
+    for (size_t column = 0; column < 4; ++column) out[row * 4 + column] = node.matrix[column * 4 + row];
+  }
+  return out;
+}
+
+std::vector<int> roots(const Input& input, const tinygltf::Model& model) {
+  if (!model.scenes.empty()) {
+    const int scene = model.defaultScene < 0 ? 0 : model.defaultScene;
+    if (static_cast<size_t>(scene) >= model.scenes.size()) {
+      input.fail(Status::malformed_mesh,
+                 fmt::format("names scene {}, but there are {}", scene, model.scenes.size()));
+    }
+    return model.scenes[static_cast<size_t>(scene)].nodes;
+  }
+  std::vector<bool> is_child(model.nodes.size());
+  for (const tinygltf::Node& node : model.nodes) {
+    for (const int child : node.children) {
+      if (child >= 0 && static_cast<size_t>(child) < is_child.size())
+        is_child[static_cast<size_t>(child)] = true;
+    }
+  }
+  std::vector<int> out;
+  for (size_t i = 0; i < is_child.size(); ++i) {
+    if (!is_child[i]) out.push_back(static_cast<int>(i));
+  }
+  if (out.empty() && !model.nodes.empty())
+    input.fail(Status::malformed_mesh, "has nodes that are all in a cycle");
+  return out;
+}
+
+}  // namespace
+
+Affine multiply(const Affine& a, const Affine& b) {
+  Affine out{};
+  for (size_t row = 0; row < 3; ++row) {
+    for (size_t column = 0; column < 4; ++column) {
+      double sum = column == 3 ? a[row * 4 + 3] : 0;
+      for (size_t k = 0; k < 3; ++k) sum += a[row * 4 + k] * b[k * 4 + column];
+      out[row * 4 + column] = sum;
+    }
+  }
+  return out;
+}
+
+std::optional<Transform> to_transform(const Affine& world) {
+  Transform out{};
+  for (size_t i = 0; i < out.size(); ++i) {
+    out[i] = static_cast<float>(world[i]);
+    if (!std::isfinite(out[i])) return std::nullopt;
+  }
+  return out;
+}
+
+GltfHierarchy flatten(const Input& input, const tinygltf::Model& model,
+                      const std::function<void(size_t node, const Affine& world)>& visit_node) {
+  struct Visit {
+    int node;
+    size_t parent;
+    Affine place;  // of the parent
+  };
+  // A stack of our own: the depth of a hierarchy is up to the file.
+  std::vector<Visit> stack;
+  const std::vector<int> first = roots(input, model);
+  for (auto root = first.rbegin(); root != first.rend(); ++root)
+    stack.push_back({*root, GltfHierarchy::kNone, kUnmoved});
+
+  GltfHierarchy out;
+  out.parents.assign(model.nodes.size(), GltfHierarchy::kNone);
+  std::vector<bool> visited(model.nodes.size());
+  while (!stack.empty()) {
+    const Visit visit = stack.back();
+    stack.pop_back();
+    if (visit.node < 0 || static_cast<size_t>(visit.node) >= model.nodes.size()) {
+      input.fail(Status::malformed_mesh,
+                 fmt::format("names node {}, but there are {}", visit.node, model.nodes.size()));
+    }
+    const size_t index = static_cast<size_t>(visit.node);
+    // Meeting a node twice means two parents or a cycle; both are forbidden, and unfolding either may never
+    // end.
+    if (visited[index])
+      input.fail(Status::malformed_mesh, fmt::format("node {} has two parents or is in a cycle", index));
+    visited[index] = true;
+    out.parents[index] = visit.parent;
+    const tinygltf::Node& node = model.nodes[index];
+    const Affine world = multiply(visit.place, local_transform(node));
+    if (node.mesh >= 0) {
+      if (static_cast<size_t>(node.mesh) >= model.meshes.size()) {
+        input.fail(Status::malformed_mesh, fmt::format("node {} names mesh {}, but there are {}", index,
+                                                       node.mesh, model.meshes.size()));
+      }
+      const std::optional<Transform> transform = to_transform(world);
+      if (!transform) input.fail(Status::malformed_mesh, fmt::format("node {} is placed at infinity", index));
+      out.placements.push_back({index, static_cast<size_t>(node.mesh), node.skin, *transform});
+    }
+    visit_node(index, world);
+    for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
+      stack.push_back({*child, index, world});
+  }
+  return out;
+}
+
+}  // namespace nif::mesh::detail

@@ -1,0 +1,52 @@
+// The outer layers of glTF: the GLB container, the JSON text and the buffers, checked before tinygltf sees
+// them.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/mesh/gltf/fixtures.hpp"
+#include "formats/mesh/input.hpp"
+
+namespace nif::mesh::detail {
+
+/// What the reader takes of a container: views into Input::bytes.
+struct GltfContainer {
+  std::string_view text;                   ///< JSON, with the padding of a GLB; the whole of a .gltf
+  std::optional<std::string_view> binary;  ///< the binary chunk of a GLB, with its padding
+  uint64_t length = 0;                     ///< of a GLB, as its header says; the file may be longer
+};
+
+/// Throws file_truncated, malformed_mesh, or not_a_mesh for a GLB of another version.
+GltfContainer open_container(const Input& input);
+
+/// What moves a mesh with its joints.
+struct GltfSkin {
+  std::vector<size_t> joints;      ///< nodes; none where the skin is malformed
+  int inverse_bind_matrices = -1;  ///< an accessor; -1: all are the identity
+};
+
+/// Of all skins of a document. Throws nothing but bad_alloc, whatever the document holds.
+std::vector<GltfSkin> read_skins(const nlohmann::json& root);
+
+struct GltfSource {
+  std::string json;  ///< reduced to what the geometry depends on
+
+  /// One for each buffer of the file; none where a buffer has no data of its own, as the fallbacks of
+  /// compression extensions do.
+  std::vector<std::optional<std::string_view>> buffers;
+
+  std::deque<std::string> owned;      ///< what the views point into, where it is not the file itself
+  std::vector<GltfFixture> fixtures;  ///< cameras and lights, by node
+  std::vector<GltfSkin> skins;
+  std::vector<std::string> warnings;
+};
+
+/// Throws an Error for everything that keeps a file from being read, missing buffers and extensions included.
+/// Appends the files of external buffers to `external`.
+GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external);
+
+}  // namespace nif::mesh::detail

@@ -1,0 +1,125 @@
+#include "formats/nif/bvh/check.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace nif::format {
+namespace {
+
+using kernels::BvhNode;
+using kernels::kBvhWidth;
+using kernels::kInnerSlot;
+
+struct Box {
+  float low[3], high[3];
+
+  bool holds(const float* low_end, const float* high_end) const {  // never where one is NaN
+    for (int a = 0; a < 3; ++a)
+      if (!(low[a] <= low_end[a] && high_end[a] <= high[a])) return false;
+    return true;
+  }
+};
+
+/// A node that has been named and not yet visited.
+struct Pending {
+  uint32_t node, depth;
+  Box box;
+};
+
+class Checker {
+ public:
+  explicit Checker(const kernels::BvhField& field) : field_(field) {}
+
+  const char* run() {
+    if (field_.node_count == 0 || field_.triangle_count == 0) return "the bvh is empty";
+    const BvhNode& root = field_.nodes[0];
+    if (!scales_in_range(root)) return "a scale of the bvh is out of range";
+    if (!(kernels::bvh_extent(root) <= kernels::kMaxBvhCoordinate)) return "the bvh is too large";
+    Pending& first = stack_[size_++];
+    first = {0, 1, {}};
+    for (int a = 0; a < 3; ++a) {
+      first.box.low[a] = kernels::frame_plane(root.frame[a], 0);
+      first.box.high[a] = kernels::frame_plane(root.frame[a], 255);
+    }
+    while (size_ > 0) {
+      const Pending pending = stack_[--size_];
+      if (const char* wrong = visit(pending)) return wrong;
+    }
+    if (next_node_ != field_.node_count) return "a node of the bvh belongs to no other";
+    if (next_triangle_ != field_.triangle_count) return "a triangle of the bvh belongs to no node";
+    return nullptr;
+  }
+
+ private:
+  static bool scales_in_range(const BvhNode& node) {
+    return std::all_of(std::begin(node.frame), std::end(node.frame), [](uint32_t frame) {
+      const uint32_t scale = frame & 255;
+      return scale >= kernels::kMinBvhScale && scale <= kernels::kMaxBvhScale;
+    });
+  }
+
+  const char* visit(const Pending& pending) {
+    const BvhNode& node = field_.nodes[pending.node];
+    if (!scales_in_range(node)) return "a scale of the bvh is out of range";
+    uint32_t used = 0, inner = 0, triangles = 0;
+    for (; used < kBvhWidth && node.slots[used] != 0; ++used) {
+      const uint32_t kind = kernels::slot_kind(node.slots[used]), rank = kernels::slot_rank(node.slots[used]);
+      if (kind == 0 || (kind > kernels::kBvhLeafTriangles && kind != kInnerSlot))
+        return "a slot of the bvh is of no known kind";
+      if (rank != (kind == kInnerSlot ? inner : triangles)) return "a slot of the bvh has another rank";
+      (kind == kInnerSlot ? inner : triangles) += kind == kInnerSlot ? 1 : kind;
+    }
+    if (used == 0) return "a node of the bvh is empty";
+    for (uint32_t s = used; s < kBvhWidth; ++s) {
+      bool zero = node.slots[s] == 0;
+      for (int a = 0; a < 3; ++a) zero = zero && node.low[a][s] == 0 && node.high[a][s] == 0;
+      if (!zero) return "an empty slot of the bvh is not zero";
+    }
+    if (node.first_node != (inner > 0 ? next_node_ : 0) || inner > field_.node_count - next_node_)
+      return "a node of the bvh does not name the next ones";
+    if (node.first_triangle != next_triangle_ || triangles > field_.triangle_count - next_triangle_)
+      return "a node of the bvh does not name the next triangles";
+    if (triangles == 0 && node.first_vertex != 0) return "a node of the bvh names a vertex for no triangle";
+    if (inner > 0 && pending.depth == kernels::kMaxBvhDepth) return "the bvh is too deep";
+    next_node_ += inner;
+    next_triangle_ += triangles;
+
+    for (uint32_t s = used; s-- > 0;) {  // pushed from the last on, so that the first is visited next
+      Box box;
+      for (int a = 0; a < 3; ++a) {
+        if (node.low[a][s] > node.high[a][s]) return "a box of the bvh is inside out";
+        box.low[a] = kernels::frame_plane(node.frame[a], node.low[a][s]);
+        box.high[a] = kernels::frame_plane(node.frame[a], node.high[a][s]);
+      }
+      if (!pending.box.holds(box.low, box.high)) return "a box of the bvh reaches out of the one around it";
+      if (kernels::slot_kind(node.slots[s]) == kInnerSlot) {
+        stack_[size_++] = {node.first_node + kernels::slot_rank(node.slots[s]), pending.depth + 1, box};
+      } else if (const char* wrong = check_leaf(node, node.slots[s], box)) {
+        return wrong;
+      }
+    }
+    return nullptr;
+  }
+
+  const char* check_leaf(const BvhNode& node, uint8_t slot, const Box& box) const {
+    const uint32_t first = node.first_triangle + kernels::slot_rank(slot);
+    for (uint32_t i = first; i < first + kernels::slot_kind(slot); ++i)
+      for (const uint8_t index : field_.triangles[i]) {
+        const uint64_t vertex = uint64_t(node.first_vertex) + index;
+        if (vertex >= field_.vertex_count) return "a triangle of the bvh names a vertex that is not there";
+        if (!box.holds(field_.vertices[vertex], field_.vertices[vertex]))
+          return "a vertex of the bvh lies outside of its box";
+      }
+    return nullptr;
+  }
+
+  const kernels::BvhField& field_;
+  uint32_t next_node_ = 1, next_triangle_ = 0, size_ = 0;
+  std::array<Pending, kernels::kBvhStack> stack_;
+};
+
+}  // namespace
+
+const char* fault_of(const kernels::BvhField& field) { return Checker(field).run(); }
+
+}  // namespace nif::format

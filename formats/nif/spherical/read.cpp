@@ -1,0 +1,157 @@
+#include "formats/nif/spherical/read.hpp"
+
+#include "kernels/reference/half.hpp"
+
+namespace nif::format {
+namespace {
+
+/// None is NaN or larger than kernels::kMaxSphericalValue.
+bool bounded(const kernels::SphericalValues& values, uint64_t count) {
+  constexpr float kMost = kernels::kMaxSphericalValue;
+  constexpr uint16_t kMostAsHalf = kernels::to_half(kMost);
+  static_assert(kernels::from_half(kMostAsHalf) == kMost);
+  uint32_t found = 0;
+  if (values.half) {
+    const auto* halves = static_cast<const uint16_t*>(values.data);
+    for (uint64_t i = 0; i < count; ++i) found |= uint32_t((halves[i] & 0x7fff) > kMostAsHalf);
+  } else {
+    const auto* floats = static_cast<const float*>(values.data);
+    for (uint64_t i = 0; i < count; ++i)
+      found |= uint32_t(!(floats[i] <= kMost)) | uint32_t(!(floats[i] >= -kMost));
+  }
+  return found == 0;
+}
+
+uint64_t size_of(const kernels::SphericalValues& values) {
+  return values.half ? sizeof(uint16_t) : sizeof(float);
+}
+
+/// A network as its record says; its weights are still to be taken from a block.
+kernels::SphericalNetwork network_of(const SphericalShapeRecord& shape, uint32_t outputs, bool half,
+                                     const Place& place) {
+  place.within(shape.inputs, 1, kernels::kMaxSphericalInputs, "inputs");
+  place.within(shape.width, 4, kernels::kMaxSphericalWidth, "width");
+  place.require(shape.width % 4 == 0, "width is no multiple of 4");
+  place.within(shape.hidden_layers, 1, kernels::kMaxSphericalLayers, "hidden_layers");
+  return {{nullptr, half}, shape.inputs, shape.width, shape.hidden_layers, outputs};
+}
+
+/// A grid as its record says; its values are still to be taken from a block.
+kernels::SphericalGrid grid_of(uint32_t resolution, uint32_t features, bool half, const Place& place) {
+  place.within(resolution, 2, kernels::kMaxSphericalResolution, "a grid's resolution");
+  place.within(features, 1, kernels::kMaxSphericalFeatures, "a grid's number of features");
+  return {{nullptr, half}, resolution, features};
+}
+uint64_t values_over_angles(const kernels::SphericalGrid& grid) {
+  return uint64_t{grid.resolution} * grid.resolution * grid.features;
+}
+uint64_t values_over_distance(const kernels::SphericalGrid& grid) {
+  return uint64_t{grid.resolution} * grid.features;
+}
+
+/// A run of values in a block, all of one precision.
+struct Run {
+  kernels::SphericalValues& values;
+  uint64_t count;
+  const char* fault;  ///< what is wrong where a value is out of range
+};
+constexpr char kWrongLatent[] = "a latent vector is NaN or beyond +-4096",
+               kWrongWeight[] = "a weight is NaN or beyond +-4096";
+
+uint64_t bytes_of(std::span<const Run> runs) {
+  uint64_t bytes = 0;
+  for (const Run& run : runs) bytes += run.count * size_of(run.values);
+  return bytes;
+}
+
+/// Points the runs into the block that they fill together, one after the other.
+void take(std::span<const Run> runs, Bytes block, const Place& place) {
+  const std::byte* at = block.data();
+  for (const Run& run : runs) {
+    run.values.data = at;
+    at += run.count * size_of(run.values);
+    place.require(bounded(run.values, run.count), run.fault);
+  }
+}
+
+void check_slope(float slope, const Place& place) {
+  place.require(slope >= 0 && slope <= 1, "slope is not a number from 0 to 1");
+}
+
+constexpr char kOtherInputs[] = "its network takes another number of inputs";
+
+}  // namespace
+
+SphericalNetworksView read_spherical_networks(const SphericalNetworksRecord& record, Blocks& blocks,
+                                              const Place& place) {
+  SphericalNetworksView view;
+  place.within(record.half, 0, 1, "half");
+  check_slope(record.slope, place);
+  place.require(all_zero(record.reserved), "reserved bytes are not zero");
+  view.slope = record.slope;
+  view.outer = network_of(record.outer, 1, record.half, place);
+  view.inner = network_of(record.inner, 1, record.half, place);
+  const Run runs[] = {{view.outer.weights, spherical_weights(view.outer), kWrongWeight},
+                      {view.inner.weights, spherical_weights(view.inner), kWrongWeight}};
+  view.bytes = bytes_of(runs);
+  take(runs, blocks.next(record.weights, view.bytes, "weights", place), place);
+  return view;
+}
+
+uint64_t read_spherical_field(const ObjectRecord& record, const SphericalNetworksView& networks,
+                              Blocks& blocks, const Place& place, kernels::SphericalField& field) {
+  place.require(kernels::set_bounds(record.aabb_min, record.aabb_max, field),
+                "bounds are too small or too large to compute with");
+  field.outer = networks.outer;
+  field.inner = networks.inner;
+  field.slope = networks.slope;
+  place.within(record.half_grids, 0, 1, "half_grids");
+  const bool half = record.half_grids;
+  field.outer_position = field.outer_direction =
+      grid_of(record.outer_resolution, record.outer_features, half, place);
+  field.inner_position = field.inner_direction =
+      grid_of(record.inner_resolution, record.inner_features, half, place);
+  field.distance = grid_of(record.distance_resolution, record.distance_features, half, place);
+  place.require(field.outer.inputs == 2 * field.outer_position.features &&
+                    field.inner.inputs == 2 * field.inner_position.features + field.distance.features,
+                kOtherInputs);
+  const uint64_t outer = values_over_angles(field.outer_position),
+                 inner = values_over_angles(field.inner_position);
+  const Run runs[] = {{field.outer_position.values, outer, kWrongLatent},
+                      {field.outer_direction.values, outer, kWrongLatent},
+                      {field.inner_position.values, inner, kWrongLatent},
+                      {field.inner_direction.values, inner, kWrongLatent},
+                      {field.distance.values, values_over_distance(field.distance), kWrongLatent}};
+  const uint64_t bytes = bytes_of(runs);
+  take(runs, blocks.next(record.grids, bytes, "grids", place), place);
+  return bytes;
+}
+
+PrimaryView read_primary(const PrimaryRecord& record, const ObjectView& object, Blocks& blocks,
+                         const Place& place) {
+  PrimaryView view;
+  kernels::PrimaryField& field = view.field;
+  view.object = record.object;
+  place.require(kernels::set_bounds(object.aabb_min.data(), object.aabb_max.data(), field),
+                "bounds of its object are too small or too large to compute with");
+  place.within(record.half_grids, 0, 1, "half_grids");
+  place.within(record.half_network, 0, 1, "half_network");
+  check_slope(record.slope, place);
+  place.require(record.margin >= 0 && record.margin <= 1, "margin is not a number from 0 to 1");
+  place.require(all_zero(record.reserved), "reserved bytes are not zero");
+  field.slope = record.slope;
+  field.margin = record.margin;
+  field.position = field.direction = grid_of(record.resolution, record.features, record.half_grids, place);
+  field.network = network_of(record.network, kernels::kPrimaryOutputs, record.half_network, place);
+  place.require(field.network.inputs == 2 * field.position.features, kOtherInputs);
+  const uint64_t latents = values_over_angles(field.position);
+  const Run runs[] = {{field.position.values, latents, kWrongLatent},
+                      {field.direction.values, latents, kWrongLatent},
+                      {field.network.weights, spherical_weights(field.network), kWrongWeight}};
+  view.grid_bytes = bytes_of(std::span(runs).first(2));
+  view.network_bytes = bytes_of(std::span(runs).subspan(2));
+  take(runs, blocks.next(record.values, view.grid_bytes + view.network_bytes, "primary", place), place);
+  return view;
+}
+
+}  // namespace nif::format

@@ -1,0 +1,95 @@
+#include "kernels/cpu/segment/packed_field.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace nif::kernels::cpu {
+namespace {
+
+/// Copies a network's weights and biases to `to`, one behind the other, and points it to them.
+void copy_network(Network& network, std::pmr::vector<std::byte>& to) {
+  size_t bytes = 0;
+  for (uint32_t l = 0; l < network.layer_count; ++l)
+    bytes += network.layers[l].outputs * (network.layers[l].inputs + sizeof(int32_t));
+  to.resize(bytes);
+  std::byte* at = to.data();
+  // Biases first: words must stay aligned.
+  for (uint32_t l = 0; l < network.layer_count; ++l) {
+    Network::Layer& layer = network.layers[l];
+    const size_t size = layer.outputs * sizeof(int32_t);
+    std::memcpy(at, layer.biases, size);
+    layer.biases = reinterpret_cast<const int32_t*>(at);
+    at += size;
+  }
+  for (uint32_t l = 0; l < network.layer_count; ++l) {
+    Network::Layer& layer = network.layers[l];
+    const size_t size = size_t(layer.outputs) * layer.inputs;
+    std::memcpy(at, layer.weights, size);
+    layer.weights = reinterpret_cast<const int8_t*>(at);
+    at += size;
+  }
+}
+
+uint32_t walk_tables(const SegmentField& field, const FeatureGrid& corners, size_t ample_bytes) {
+  return WalkGrid::can_hold(field, 2) &&
+                 WalkGrid::bytes_of(field, 2) + corners.resident_bytes() <= ample_bytes
+             ? 2
+             : 1;
+}
+
+}  // namespace
+
+PackedField::PackedField(const SegmentField& field, size_t ample_bytes, std::pmr::memory_resource* memory)
+    : SegmentField(field),
+      corners_by_brick(field, memory),
+      walk(field, walk_tables(field, corners_by_brick, ample_bytes), memory),
+      network_memory(memory),
+      reads_field(!corners_by_brick.complete) {
+  copy_network(network, network_memory);
+  if (reads_field) return;
+  brick_table = nullptr;
+  brick_states = nullptr;
+  brick_corners = nullptr;
+  corner_base = nullptr;
+  features = nullptr;
+}
+
+uint16_t corner_pair(const PackedField& field, uint32_t x, uint32_t y, uint32_t z) {
+  if (!field.reads_field) return field.corners_by_brick.pair_at(x, y, z);
+  uint16_t pair = 0;
+  const uint32_t corner = corner_index(field, x, y, z);
+  if (corner != kNoCorner) std::memcpy(&pair, field.features + 2 * size_t(corner), sizeof(pair));
+  return pair;
+}
+
+VoxelState voxel_state(const PackedField& field, const int32_t voxel[3]) {
+  switch (kCodeClass[field.walk.code_at(uint32_t(voxel[0]), uint32_t(voxel[1]), uint32_t(voxel[2]))]) {
+    case kSurfaceBit:
+      return VoxelState::surface;
+    case kOutsideBit:
+      return VoxelState::outside;
+    case kInsideBit:
+      return VoxelState::inside;
+    default:
+      return VoxelState::unknown;
+  }
+}
+
+void interpolate_features(const PackedField& field, const SamplePoint& point, uint8_t* inputs) {
+  if (field.reads_field) {
+    interpolate_features(static_cast<const SegmentField&>(field), point, inputs);
+    return;
+  }
+  int32_t sums[2] = {};
+  for (int c = 0; c < 8; ++c) {
+    const uint16_t pair = field.corners_by_brick.pair_at(
+        point.voxel[0] + (c & 1), point.voxel[1] + ((c >> 1) & 1), point.voxel[2] + (c >> 2));
+    int8_t two[2];
+    std::memcpy(two, &pair, sizeof(two));
+    const int32_t weight = corner_weight(point.fraction, c);
+    for (int f = 0; f < 2; ++f) sums[f] += weight * two[f];
+  }
+  for (int f = 0; f < 2; ++f) inputs[f] = feature_input(sums[f]);
+}
+
+}  // namespace nif::kernels::cpu

@@ -1,0 +1,37 @@
+// A field in the form that the SIMD kernels read, which stands for itself: nothing of the asset is needed
+// beside it.
+#pragma once
+
+#include <memory_resource>
+#include <vector>
+
+#include "kernels/packed/feature_grid.hpp"
+#include "kernels/packed/walk_grid.hpp"
+#include "kernels/reference/segment/samples.hpp"
+
+namespace nif::kernels::cpu {
+
+/// What it derives from points to its own network, and to nothing else unless it reads the asset's field.
+struct PackedField : SegmentField {
+  /// WalkGrid must be able to hold the field, which must outlive this where reads_field. Memory that would
+  /// make queries faster is taken only where all of it stays below so many bytes.
+  PackedField(const SegmentField& field, size_t ample_bytes, std::pmr::memory_resource* memory);
+
+  FeatureGrid corners_by_brick;
+  WalkGrid walk;
+  std::pmr::vector<std::byte> network_memory;
+  bool reads_field;  ///< where corners_by_brick is not complete
+
+  size_t resident_bytes() const {
+    return walk.resident_bytes() + corners_by_brick.resident_bytes() + network_memory.capacity();
+  }
+};
+
+/// Both features of a corner; 0 where it has none.
+uint16_t corner_pair(const PackedField& field, uint32_t x, uint32_t y, uint32_t z);
+
+// How the reference reads a packed field; for those that read the asset's field it reads that.
+VoxelState voxel_state(const PackedField& field, const int32_t voxel[3]);
+void interpolate_features(const PackedField& field, const SamplePoint& point, uint8_t* inputs);
+
+}  // namespace nif::kernels::cpu

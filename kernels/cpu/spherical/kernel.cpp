@@ -1,0 +1,86 @@
+#include "kernels/cpu/spherical/kernel.hpp"
+
+#include "kernels/cpu/spherical/single_weights.hpp"
+#include "kernels/reference/spherical/query.hpp"
+
+#include "kernels/cpu/targets.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/cpu/spherical/kernel.cpp"
+#include <hwy/foreach_target.h>  // must come before highway.h
+
+#include <hwy/highway.h>
+
+// One lane is what the reference is for.
+#if HWY_TARGET != HWY_SCALAR
+#include "kernels/cpu/spherical/answer-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+
+void answer_spherical(const SphericalField& field, const SegmentBatch& batch, AnswerBatch& answers,
+                      void* memory) {
+  // Too few rays to fill the lanes.
+  constexpr uint32_t kFewRays = 1;
+  if (batch.count <= kFewRays) {
+    for (uint32_t i = 0; i < batch.count; ++i) {
+      const Answer answer =
+          query_spherical(field, {{batch.origin[0][i], batch.origin[1][i], batch.origin[2][i]},
+                                  {batch.direction[0][i], batch.direction[1][i], batch.direction[2][i]},
+                                  batch.tmin[i],
+                                  batch.tmax[i]});
+      answers.logit[i] = answer.logit;
+      answers.certain[i] = answer.certain;
+    }
+    return;
+  }
+  NoClock clock;
+  answer_batch(field, batch, answers, memory, clock);
+}
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif  // HWY_TARGET
+
+#if HWY_ONCE
+namespace nif::kernels::cpu {
+namespace {
+
+using AnswerSpherical = void (*)(const SphericalField&, const SegmentBatch&, AnswerBatch&, void*);
+
+/// For instruction sets that are available().
+AnswerSpherical kernel_for(Isa isa) {
+  switch (isa) {
+#if HWY_TARGETS & HWY_AVX3
+    case Isa::avx512:
+      return N_AVX3::answer_spherical;
+#endif
+#if HWY_TARGETS & HWY_AVX2
+    case Isa::avx2:
+      return N_AVX2::answer_spherical;
+#endif
+#if HWY_TARGETS & HWY_SSE4
+    case Isa::sse4:
+      return N_SSE4::answer_spherical;
+#endif
+#if HWY_ARCH_ARM_A64 && HWY_TARGETS & HWY_NEON
+    case Isa::neon:
+      return N_NEON::answer_spherical;
+#endif
+    default:
+      return nullptr;
+  }
+}
+
+}  // namespace
+
+SimdSphericalKernel::SimdSphericalKernel(const SphericalField& field, Isa isa,
+                                         std::pmr::memory_resource* memory)
+    : weights_(memory), field_(with_single_weights(field, weights_)), answer_(kernel_for(isa)) {}
+
+void SimdSphericalKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
+  answer_(field_, batch, answers, scratch);
+}
+
+}  // namespace nif::kernels::cpu
+#endif

@@ -1,0 +1,29 @@
+// The `spherical` encoding in SIMD: the same bits as kernels/reference, a ray to a lane.
+#pragma once
+
+#include <memory_resource>
+#include <vector>
+
+#include "kernels/cpu/segment/kernel.hpp"
+#include "kernels/reference/spherical/field.hpp"
+
+namespace nif::kernels::cpu {
+
+/// Grids are read where they lie in the asset; weights in half precision are copied as single ones.
+class SimdSphericalKernel final : public ObjectKernel {
+ public:
+  /// The field's memory must outlive the kernel, and the machine must have `isa`. Two bytes before a grid in
+  /// half precision must be readable, as they are in a file.
+  SimdSphericalKernel(const SphericalField& field, Isa isa, std::pmr::memory_resource* memory);
+
+  void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
+  size_t resident_bytes() const override { return weights_.capacity() * sizeof(float); }
+
+ private:
+  using Answer = void (*)(const SphericalField&, const SegmentBatch&, AnswerBatch&, void*);
+  std::pmr::vector<float> weights_;
+  SphericalField field_;
+  Answer answer_;
+};
+
+}  // namespace nif::kernels::cpu

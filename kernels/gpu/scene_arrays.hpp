@@ -1,0 +1,151 @@
+// A scene, a query about it and its answers, as kernels find them in device memory.
+#pragma once
+
+#include <initializer_list>
+
+#include "kernels/gpu/bvh/kernels.hpp"
+#include "kernels/gpu/maths.hpp"
+#include "kernels/gpu/segment/kernels.hpp"
+#include "kernels/gpu/spherical/kernels.hpp"
+#include "kernels/reference/scene.hpp"
+#include "kernels/reference/top_level.hpp"
+
+namespace nif::kernels::gpu {
+
+inline constexpr uint32_t kSceneThreads = 64;  ///< of scene_answer()'s blocks
+
+/// What an object is, as bits: a kernel is made for a set of them.
+enum SceneKind : uint32_t {
+  kPairSegment = 1,  ///< `segment` with two features a corner, in corner bricks: what the baker makes
+  kAnySegment = 2,   ///< any other
+  kSegments = kPairSegment | kAnySegment,
+  kBvhObject = 4,
+  kSphericalObject = 8,
+  kAnyKind = 15,
+  kSingleBvh = 16  ///< no object's: a kernel that tests triangles of `bvh` objects in single precision
+};
+
+/// An object of a scene. Device memory, and so is what it points to.
+struct SceneObject {
+  const void* field;  ///< DeviceSegmentField, BvhField or SphericalField
+  uint32_t kind;      ///< SceneKind
+  uint32_t widest;    ///< neurons of its widest layer (`segment`: of the hidden ones)
+  uint32_t
+      lists[2];  ///< of the pipeline (pipeline_kernels.hpp): for its open or outer items, hard or inner ones
+  float logit_scale, reach_scale;
+};
+
+/// How blocks share out their memory; made on the host.
+struct SceneLayout {
+  uint32_t row;    ///< words that a thread has
+  uint32_t rays;   ///< of a block at a time: all its threads, or fewer where rows are long; a multiple of 8
+  uint32_t bytes;  ///< of shared memory
+};
+
+inline SceneObject describe_object(const DeviceSegmentField& field) {
+  SceneObject object{};
+  object.kind = field.corner_bricks.table ? kPairSegment : kAnySegment;
+  object.widest = make_layout(field).widest;
+  return object;
+}
+inline SceneObject describe_object(const BvhField&) {
+  SceneObject object{};
+  object.kind = kBvhObject;
+  return object;
+}
+inline SceneObject describe_object(const SphericalField& field) {
+  SceneObject object{};
+  object.kind = kSphericalObject;
+  for (const uint32_t width : {field.outer.inputs, field.outer.width, field.inner.inputs, field.inner.width})
+    if (width > object.widest) object.widest = width;
+  return object;
+}
+
+/// For rows of so many words: of any network that an asset may have, 8 and more rays fit.
+inline SceneLayout make_scene_layout(uint32_t words) {
+  SceneLayout layout{};
+  layout.row = words | 1;
+  const uint32_t row_bytes = layout.row * uint32_t(sizeof(uint32_t)),
+                 fitting = kSharedLimit / row_bytes / 8 * 8;
+  layout.rays = fitting < kSceneThreads ? fitting : kSceneThreads;
+  layout.bytes = layout.rays * row_bytes;
+  return layout;
+}
+
+/// Device memory.
+struct SceneArrays {
+  const TopNode* nodes;
+  const PlacedInstance* instances;
+  const SceneObject* objects;
+  uint32_t instance_count;
+  SceneLayout layout;
+};
+
+/// A query as NifQuery has it (runtime/include/nif/nif.h): all arrays are device memory of any alignment, and
+/// those of tmin, tmax and outputs may be null.
+struct SceneQuery {
+  const unsigned char *origin[3], *direction[3], *tmin, *tmax;
+  uint64_t origin_stride, direction_stride, tmin_stride, tmax_stride;  ///< bytes
+  unsigned char *visible, *visible_bits, *probability, *certain, *logit;
+  uint32_t count;
+
+  /// Whether more is asked for than what is visible: a learned "occluded" then does not end the search.
+  bool details() const { return probability || certain || logit; }
+};
+
+NIF_HOST_DEVICE inline uint32_t load_unaligned(const unsigned char* from) {
+  if ((reinterpret_cast<uintptr_t>(from) & 3) == 0) return load_word(from);
+  return from[0] | uint32_t(from[1]) << 8 | uint32_t(from[2]) << 16 | uint32_t(from[3]) << 24;
+}
+NIF_HOST_DEVICE inline void store_unaligned(unsigned char* to, uint32_t word) {
+  if ((reinterpret_cast<uintptr_t>(to) & 3) == 0) return store_word(to, word);
+  for (uint32_t i = 0; i < 4; ++i) to[i] = static_cast<unsigned char>(word >> 8 * i);
+}
+
+NIF_HOST_DEVICE inline Segment load_ray(const SceneQuery& query, uint32_t i) {
+  const auto load = [&](const unsigned char* array, uint64_t stride) {
+    return bits_as<float>(load_unaligned(array + i * stride));
+  };
+  Segment ray;
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) {
+    ray.origin[a] = load(query.origin[a], query.origin_stride);
+    ray.direction[a] = load(query.direction[a], query.direction_stride);
+  }
+  ray.tmin = query.tmin ? load(query.tmin, query.tmin_stride) : 0;
+  ray.tmax = query.tmax ? load(query.tmax, query.tmax_stride) : bits_as<float>(0x7f800000u);
+  return ray;
+}
+
+/// A ray's answer, as the outputs of NifQuery.
+struct SceneAnswer {
+  int32_t logit = kCertainLogit;  ///< of the rest only the sign counts where no details are asked for
+  bool certain = false;
+  float probability = 1;
+};
+
+/// But for visible_bits, which take several rays.
+template <bool kDetails>
+NIF_HOST_DEVICE void store_answer(const SceneQuery& query, uint32_t ray, const SceneAnswer& answer) {
+  if (query.visible) query.visible[ray] = answer.logit >= 0;
+  if (!kDetails) return;
+  if (query.certain) query.certain[ray] = answer.certain;
+  if (query.probability)
+    store_unaligned(query.probability + uint64_t(ray) * 4, bits_as<uint32_t>(answer.probability));
+  if (query.logit) store_unaligned(query.logit + uint64_t(ray) * 4, uint32_t(answer.logit));
+}
+
+/// Some of a query's rays: `rays` has *count numbers of rays; or all of them, where it is null.
+struct RayList {
+  const uint32_t* rays;
+  const uint32_t* count;
+};
+
+/// What a kernel is given.
+struct SceneWork {
+  SceneArrays scene;
+  SceneQuery query;
+  RayList list;  ///< visible_bits are written only where it is of all rays
+};
+
+}  // namespace nif::kernels::gpu

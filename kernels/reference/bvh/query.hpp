@@ -1,0 +1,187 @@
+// The answer of one `bvh` object: does the segment meet one of its triangles?
+//
+// Triangles decide, in double precision, each alone; boxes only save time, because they are grown by more
+// than all rounding (docs/model.md, "Boxes never change an answer"). So the order of traversal, and how many
+// boxes are tested at a time, cannot change the bit.
+#pragma once
+
+#include "kernels/reference/bvh/field.hpp"
+#include "kernels/reference/segment/query.hpp"
+
+namespace nif::kernels {
+
+/// Boxes are grown by this part of the largest coordinate of the ray's origin or the root's frame: 16 units
+/// in its last place, where rounding of the box test comes to at most 7.
+inline constexpr float kBvhPadding = 0x1p-20f;
+/// Components of the direction below this fraction of the largest are taken as this fraction in box tests,
+/// which moves a ray by less than a hundredth of the padding.
+inline constexpr float kBvhFlattest = 0x1p-30f;
+/// Origins farther away than this many extents get answers that are not called certain.
+inline constexpr float kBvhReach = 0x1p20f;
+
+/// v[axis], without an array that is indexed by a variable.
+NIF_HOST_DEVICE constexpr float component(const float v[3], int axis) {
+  return axis == 0 ? v[0] : axis == 1 ? v[1] : v[2];
+}
+
+/// A segment made ready for boxes and triangles. Real: what triangles are tested in; double, but for
+/// measurements of what that costs.
+template <class Real>
+struct BvhRayOf {
+  // Boxes, single precision. Entry planes are seen from `near`, exit planes from `far`: boxes seem larger.
+  float near[3], far[3], inverse[3];
+  float enter, leave;
+  bool negative[3];
+  // Triangles. The longest axis comes last, the others keep their cyclic order.
+  int axis[3];
+  Real origin[3];  ///< by `axis`
+  Real shear[2];   ///< slope of the other two axes against the longest
+  Real length;     ///< the direction's longest component, with its sign
+  Real tmin, tmax;
+};
+using BvhRay = BvhRayOf<double>;
+
+/// False where the segment is none (docs/model.md); its answer is then visible.
+template <class Real>
+NIF_HOST_DEVICE bool prepare_ray(const BvhField& field, const Segment& segment, BvhRayOf<Real>& ray) {
+  const float* d = segment.direction;
+  float reach = field.extent, steepest = 0;
+  bool finite = true;
+  for (int a = 0; a < 3; ++a) {
+    finite = finite && is_finite(segment.origin[a]) && is_finite(d[a]);
+    reach = max_of(magnitude(segment.origin[a]), reach);
+    steepest = max_of(magnitude(d[a]), steepest);
+  }
+  if (!finite || !(reach <= kMaxBvhCoordinate) || !(steepest >= kMinDirection) ||
+      !(steepest <= kMaxDirection))
+    return false;
+  if (!(segment.tmin <= segment.tmax)) return false;
+
+  const float padding = reach * kBvhPadding, flattest = steepest * kBvhFlattest;
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) {
+    ray.negative[a] = d[a] < 0;
+    const float outward = ray.negative[a] ? -padding : padding, size = max_of(magnitude(d[a]), flattest);
+    ray.near[a] = segment.origin[a] + outward;
+    ray.far[a] = segment.origin[a] - outward;
+    ray.inverse[a] = 1.0f / (ray.negative[a] ? -size : size);
+  }
+  const float farthest = 4 * reach / steepest;  // no triangle is met beyond
+  ray.enter = max_of(segment.tmin, -farthest);
+  ray.leave = min_of(segment.tmax, farthest);
+
+  int z = magnitude(d[1]) > magnitude(d[0]) ? 1 : 0;
+  if (magnitude(d[2]) > magnitude(component(d, z))) z = 2;
+  NIF_UNROLL
+  for (int i = 0; i < 3; ++i) {
+    ray.axis[i] = (z + 1 + i) % 3;
+    ray.origin[i] = static_cast<Real>(component(segment.origin, ray.axis[i]));
+  }
+  ray.length = static_cast<Real>(component(d, z));
+  NIF_UNROLL
+  for (int i = 0; i < 2; ++i) ray.shear[i] = static_cast<Real>(component(d, ray.axis[i])) / ray.length;
+  ray.tmin = static_cast<Real>(segment.tmin);
+  ray.tmax = static_cast<Real>(segment.tmax);
+  return true;
+}
+
+/// May the ray meet something in a box between these planes, of a node with this frame?
+template <class Real>
+NIF_HOST_DEVICE bool meets_planes(const BvhRayOf<Real>& ray, const uint32_t frame[3], const uint8_t low[3],
+                                  const uint8_t high[3]) {
+  float enter = ray.enter, leave = ray.leave;
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) {
+    const float below = frame_plane(frame[a], low[a]), above = frame_plane(frame[a], high[a]);
+    enter = max_of(((ray.negative[a] ? above : below) - ray.near[a]) * ray.inverse[a], enter);
+    leave = min_of(((ray.negative[a] ? below : above) - ray.far[a]) * ray.inverse[a], leave);
+  }
+  return enter <= leave;
+}
+
+/// May the ray meet something in the slot's box?
+NIF_HOST_DEVICE inline bool meets_box(const BvhRay& ray, const BvhNode& node, uint32_t slot) {
+  const uint8_t low[3] = {node.low[0][slot], node.low[1][slot], node.low[2][slot]};
+  const uint8_t high[3] = {node.high[0][slot], node.high[1][slot], node.high[2][slot]};
+  return meets_planes(ray, node.frame, low, high);
+}
+
+/// Does the ray meet the triangle? After Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT
+/// 2013): vertices are sheared so that the ray runs along one axis, and the signs of three edge functions
+/// decide. Both triangles at an edge compute it from the same numbers, with opposite sign, and points on it
+/// belong to both, so nothing leaks between them. A triangle seen exactly edge-on is not met.
+template <class Real>
+NIF_HOST_DEVICE bool meets_triangle(const BvhRayOf<Real>& ray, const float* const vertices[3]) {
+  Real x[3], y[3], z[3];
+  NIF_UNROLL
+  for (int i = 0; i < 3; ++i) {
+    z[i] = static_cast<Real>(vertices[i][ray.axis[2]]) - ray.origin[2];
+    x[i] = (static_cast<Real>(vertices[i][ray.axis[0]]) - ray.origin[0]) - ray.shear[0] * z[i];
+    y[i] = (static_cast<Real>(vertices[i][ray.axis[1]]) - ray.origin[1]) - ray.shear[1] * z[i];
+  }
+  const Real u = x[2] * y[1] - y[2] * x[1], v = x[0] * y[2] - y[0] * x[2], w = x[1] * y[0] - y[1] * x[0];
+  if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
+  const Real sum = (u + v) + w;
+  if (sum == 0) return false;
+  const Real t = ((u * z[0] + v * z[1]) + w * z[2]) / sum / ray.length;
+  return ray.tmin <= t && t <= ray.tmax;
+}
+
+/// Does the ray meet one of the triangles of a leaf slot?
+template <class Real>
+NIF_HOST_DEVICE bool meets_leaf(const BvhField& field, const BvhRayOf<Real>& ray, const BvhNode& node,
+                                uint8_t slot) {
+  const uint32_t first = node.first_triangle + slot_rank(slot), count = slot_kind(slot);
+  for (uint32_t i = first; i < first + count; ++i) {
+    const float* vertices[3];
+    NIF_UNROLL
+    for (int k = 0; k < 3; ++k) vertices[k] = field.vertices[node.first_vertex + field.triangles[i][k]];
+    if (meets_triangle(ray, vertices)) return true;
+  }
+  return false;
+}
+
+/// What a traversal cost; for the baker's choice between encodings.
+struct BvhWork {
+  uint64_t nodes = 0, leaves = 0;
+};
+
+inline bool meets_bvh(const BvhField& field, const BvhRay& ray, BvhWork* work = nullptr) {
+  uint32_t stack[kBvhStack], size = 0;
+  stack[size++] = 0;
+  while (size > 0) {
+    const BvhNode& node = field.nodes[stack[--size]];
+    if (work) ++work->nodes;
+    for (uint32_t s = 0; s < kBvhWidth && node.slots[s] != 0; ++s) {
+      if (!meets_box(ray, node, s)) continue;
+      if (slot_kind(node.slots[s]) == kInnerSlot) {
+        stack[size++] = node.first_node + slot_rank(node.slots[s]);
+        continue;
+      }
+      if (work) ++work->leaves;
+      if (meets_leaf(field, ray, node, node.slots[s])) return true;
+    }
+  }
+  return false;
+}
+
+/// The answer for a segment that prepare_ray() did not take.
+NIF_HOST_DEVICE inline Answer answer_no_ray(const Segment& segment) {
+  return {true, segment.tmin > segment.tmax, kCertainLogit};
+}
+
+/// Is an answer computed exactly enough to be called certain?
+NIF_HOST_DEVICE inline bool certain_bvh(const BvhField& field, const Segment& segment) {
+  float reach = 0;
+  for (int a = 0; a < 3; ++a) reach = max_of(magnitude(segment.origin[a]), reach);
+  return reach <= field.extent * kBvhReach;
+}
+
+inline Answer query_bvh(const BvhField& field, const Segment& segment) {
+  BvhRay ray;
+  if (!prepare_ray(field, segment, ray)) return answer_no_ray(segment);
+  const bool visible = !meets_bvh(field, ray);
+  return {visible, certain_bvh(field, segment), visible ? kCertainLogit : -kCertainLogit};
+}
+
+}  // namespace nif::kernels

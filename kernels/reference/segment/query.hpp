@@ -1,0 +1,64 @@
+// The answer to one query of one `segment` object: walk, then, where that leaves it open, the network.
+#pragma once
+
+#include "kernels/reference/segment/samples.hpp"
+
+namespace nif::kernels {
+
+/// A hidden neuron's output from its sum.
+NIF_HOST_DEVICE constexpr int32_t activation(int32_t sum, uint32_t shift) {
+  const int32_t scaled = (sum + ((1 << shift) >> 1)) >> shift;
+  return scaled < 0 ? 0 : scaled > 127 ? 127 : scaled;
+}
+
+/// The network's single output for the given inputs. Sums are 32-bit and, for networks that the asset reader
+/// accepts, cannot overflow.
+inline int32_t evaluate_network(const Network& network, const uint8_t* inputs) {
+  uint8_t buffers[2][kMaxWidth];
+  const uint8_t* x = inputs;
+  for (uint32_t l = 0;; ++l) {
+    const Network::Layer& layer = network.layers[l];
+    const bool last = l + 1 == network.layer_count;
+    uint8_t* y = buffers[l & 1];
+    for (uint32_t row = 0; row < layer.outputs; ++row) {
+      const int8_t* weights = layer.weights + size_t(row) * layer.inputs;
+      int32_t sum = layer.biases[row];
+      for (uint32_t i = 0; i < layer.inputs; ++i) sum += int32_t(weights[i]) * int32_t(x[i]);
+      if (last) return sum;
+      y[row] = uint8_t(activation(sum, layer.shift));
+    }
+    x = y;
+  }
+}
+
+struct Answer {
+  bool visible;
+  bool certain;
+  int32_t logit;  ///< the network's output where it was asked; else +-kCertainLogit
+};
+
+/// Stands for a logit where the walk alone gave the answer; farther from 0 than any network can get.
+inline constexpr int32_t kCertainLogit = 0x7fffffff;
+
+template <class Field>
+Answer answer_walk(const Field& field, const Walk& walk) {
+  if (walk.verdict != Verdict::ambiguous) {
+    const bool visible = walk.verdict == Verdict::visible;
+    return {visible, walk.certain, visible ? kCertainLogit : -kCertainLogit};
+  }
+  Placement placement;
+  uint8_t inputs[kMaxInputs];
+  place_samples(field, walk, placement);
+  gather_inputs(field, placement, inputs);
+  const int32_t logit = evaluate_network(field.network, inputs);
+  return {logit >= 0, false, logit};
+}
+
+template <class Field>
+Answer query_segment(const Field& field, const Segment& segment) {
+  Walk walk;
+  walk_segment(field, segment, walk);
+  return answer_walk(field, walk);
+}
+
+}  // namespace nif::kernels

@@ -1,0 +1,62 @@
+// What a `spherical` object answers where its networks are evaluated in half precision, as matrix units of
+// GPUs do: an approximation of query_spherical(), and never what the runtime answers without being asked to.
+//
+// Exactly as there: which network a ray asks, and its latent vectors, in single precision. Then the network's
+// inputs, the weights of hidden layers and their outputs, but for those of the last hidden layer, are rounded
+// to half precision; leaky ReLUs and the last layer are in single precision.
+//
+// The sums of hidden layers are in single precision, in an order and with a rounding of each step that are
+// the hardware's, and hardware may take halves below 2^-14 (denormal ones) as 0. So other cards give other
+// last bits. Here inputs are summed in their order, to the nearest, and denormal halves are kept.
+#pragma once
+
+#include "kernels/reference/spherical/query.hpp"
+
+namespace nif::kernels {
+
+NIF_HOST_DEVICE constexpr float rounded_to_half(float x) { return from_half(to_half(x)); }
+
+/// Neurons of the last hidden layer whose products are summed one after the other, those with the same
+/// i / 4 % 4 together; the four sums are added last. So do lanes that have four neurons in a row each.
+inline constexpr uint32_t kHalfParts = 4;
+NIF_HOST_DEVICE constexpr uint32_t half_part(uint32_t neuron) { return neuron / 4 % kHalfParts; }
+NIF_HOST_DEVICE inline float sum_half_parts(const float (&parts)[kHalfParts]) {
+  return (parts[0] + parts[1]) + (parts[2] + parts[3]);
+}
+
+/// The network's only output for [network.inputs].
+NIF_HOST_DEVICE inline float evaluate_spherical_half(const SphericalNetwork& network, float slope,
+                                                     const float* inputs) {
+  float x[kMaxSphericalWidth], y[kMaxSphericalWidth];
+  uint32_t width = network.inputs;
+  for (uint32_t i = 0; i < width; ++i) x[i] = rounded_to_half(inputs[i]);
+  size_t at = 0;
+  for (uint32_t l = 0; l < network.hidden_layers; ++l) {
+    const uint32_t outputs = network.width;
+    for (uint32_t o = 0; o < outputs; ++o) y[o] = 0;
+    for (uint32_t i = 0; i < width; ++i, at += outputs)
+      for (uint32_t o = 0; o < outputs; ++o)
+        y[o] = y[o] + rounded_to_half(value_of(network.weights, at + o)) * x[i];
+    for (uint32_t o = 0; o < outputs; ++o) {
+      const float activation = max_of(y[o], slope * y[o]);
+      x[o] = l + 1 < network.hidden_layers ? rounded_to_half(activation) : activation;
+    }
+    width = outputs;
+  }
+  float parts[kHalfParts] = {};
+  for (uint32_t i = 0; i < width; ++i)
+    parts[half_part(i)] = parts[half_part(i)] + value_of(network.weights, at + i) * x[i];
+  return sum_half_parts(parts);
+}
+
+NIF_HOST_DEVICE inline Answer query_spherical_half(const SphericalField& field, const Segment& segment) {
+  const SphericalRay ray = prepare_spherical(field, segment);
+  if (ray.kind == SphericalKind::none) return {true, ray.certain, kCertainLogit};
+  float inputs[kMaxSphericalInputs];
+  look_up_inputs(field, ray, [&](uint32_t i, float value) { inputs[i] = value; });
+  const SphericalNetwork& network = ray.kind == SphericalKind::outer ? field.outer : field.inner;
+  const int32_t logit = spherical_logit(evaluate_spherical_half(network, field.slope, inputs));
+  return {logit >= 0, false, logit};
+}
+
+}  // namespace nif::kernels

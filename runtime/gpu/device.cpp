@@ -1,0 +1,60 @@
+#include "device.hpp"
+
+namespace nif::gpu {
+
+Staging::Staging(Context& context) : context_(context), card_(context, kBytes) {
+  try {
+    host_ = static_cast<unsigned char*>(context.allocate_host(kBytes));
+    stream_ = context.make_stream();
+    answered_ = context.make_event(false);
+  } catch (...) {
+    release();
+    throw;
+  }
+}
+
+Staging::~Staging() { release(); }
+
+void Staging::release() noexcept {
+  if (answered_) context_.free_event(answered_);
+  if (stream_) context_.free_stream(stream_);
+  if (host_) context_.free_host(host_);
+}
+
+}  // namespace nif::gpu
+
+namespace nif::runtime {
+
+using kernels::gpu::kAnyKind;
+using kernels::gpu::kBvhObject;
+using kernels::gpu::kPairSegment;
+
+namespace {
+gpu::PipelineKernels find_pipeline(gpu::Context& context) {
+  const gpu::Current current(context);
+  return gpu::PipelineKernels(context);
+}
+}  // namespace
+
+GpuDevice::GpuDevice(std::unique_ptr<gpu::Context> opened, const GpuSettings& wanted)
+    : context(std::move(opened)), settings(wanted), pipeline(find_pipeline(*context)), scratch(*context) {
+  const gpu::Current current(*context);
+  const auto find = [&](uint32_t kinds, const char* visible, const char* details) {
+    return gpu::SceneKernels{kinds, context->find_kernel(visible), context->find_kernel(details)};
+  };
+  kernels[0] = find(kPairSegment, "nif_scene_segment", "nif_scene_segment_details");
+  kernels[1] = find(kBvhObject, "nif_scene_bvh", "nif_scene_bvh_details");
+  kernels[2] = find(kAnyKind, "nif_scene_any", "nif_scene_any_details");
+  single_bvh = context->find_kernel("nif_scene_bvh_single");
+  uploads = context->make_stream();
+}
+
+GpuDevice::~GpuDevice() {
+  gpu::where_possible(*context, [&] {
+    stagings.clear();
+    scratch.clear();
+    context->free_stream(uploads);
+  });
+}
+
+}  // namespace nif::runtime

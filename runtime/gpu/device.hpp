@@ -1,0 +1,129 @@
+// One card as the module uses it: what the opaque types of runtime/src/gpu/module.hpp stand for.
+#pragma once
+
+#include <atomic>
+#include <mutex>
+#include <vector>
+
+#include "driver.hpp"
+#include "gpu/module.hpp"
+#include "pipeline.hpp"
+
+namespace nif::gpu {
+
+/// What a query of host memory goes through, part by part: memory of the host that is copied from and to, and
+/// of the card. Laid out alike: rays, then the outputs one after the other.
+class Staging {
+ public:
+  static constexpr uint64_t kRays = 1 << 18;
+  static constexpr size_t kVisible = kRays * sizeof(NifRay), kBits = kVisible + kRays,
+                          kCertain = kBits + kRays / 8, kProbability = kCertain + kRays,
+                          kLogit = kProbability + kRays * sizeof(float), kBytes = kLogit + kRays * 4;
+
+  explicit Staging(Context& context);
+  ~Staging();
+  Staging(const Staging&) = delete;
+  Staging& operator=(const Staging&) = delete;
+
+  unsigned char* host() const { return host_; }
+  unsigned char* card() const { return card_.data(); }
+  Stream stream() const { return stream_; }
+  /// For whoever has it in hand.
+  Event answered() const { return answered_; }
+
+ private:
+  void release() noexcept;
+  Context& context_;
+  Memory card_;
+  unsigned char* host_ = nullptr;
+  Stream stream_ = nullptr;
+  Event answered_ = nullptr;
+};
+
+/// The one kernel for a scene of some kinds of objects: without details, and with them.
+struct SceneKernels {
+  uint32_t kinds;
+  Kernel visible, details;
+};
+
+/// An object on the card, and how the pipeline answers its items.
+struct CardObject {
+  kernels::gpu::SceneObject object;
+  uint32_t row_words;               ///< of shared memory that a thread needs for it
+  kernels::gpu::PipelineList list;  ///< what its lists are like
+  kernels::gpu::Stage stages[2];    ///< of its two lists; kStages: it has none
+};
+
+}  // namespace nif::gpu
+
+namespace nif::runtime {
+
+struct GpuDevice {
+  std::unique_ptr<gpu::Context> context;
+  GpuSettings settings;
+  gpu::SceneKernels kernels[3];  ///< those for fewer kinds first
+  gpu::Kernel single_bvh;        ///< for measurements
+  gpu::PipelineKernels pipeline;
+  gpu::Stream uploads = nullptr;
+  std::atomic<bool> lost = false;  ///< nothing on the card works any more
+  gpu::ScratchPool scratch;
+  std::mutex mutex;                                     ///< of the rest
+  std::vector<std::unique_ptr<gpu::Staging>> stagings;  ///< that nobody uses
+
+  GpuDevice(std::unique_ptr<gpu::Context> opened, const GpuSettings& settings);
+  ~GpuDevice();
+};
+
+struct GpuAsset {
+  gpu::Memory memory;
+  std::vector<gpu::CardObject> objects;
+};
+
+struct GpuScene {
+  gpu::Memory memory;
+  kernels::gpu::SceneArrays arrays{};
+  kernels::gpu::PipelineLists lists{};
+  uint32_t kinds = 0;
+  bool ready = false;
+  gpu::WayChoice choice;
+
+  // Recorded after each query, in its stream, so that the scene is not changed under it.
+  std::mutex mutex;
+  std::vector<gpu::Event> events;
+};
+
+struct GpuJob {
+  gpu::Event event;
+};
+
+}  // namespace nif::runtime
+
+namespace nif::gpu {
+
+using runtime::GpuAsset;
+using runtime::GpuDevice;
+using runtime::GpuObjectView;
+using runtime::GpuScene;
+using runtime::GpuSceneView;
+
+// The thread has entered the card. They throw GpuError.
+
+std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const GpuObjectView* objects, uint32_t count);
+/// Waits for the scene's queries, then copies.
+void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene);
+/// And forgets them; of a lost card they are only forgotten.
+void wait_for_queries(GpuDevice& device, GpuScene& scene);
+/// Puts the launches that answer a query of memory of the card into the stream.
+void put_query(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
+               Stream stream, runtime::GpuMeasure how = runtime::GpuMeasure::query);
+/// Answers it by the pipeline, and tells how long its stages took: seconds[kMeasuredStages]. A scene without
+/// networks, and what does not go through the pipeline, counts as the last one.
+void time_stages(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
+                 Stream stream, double* seconds);
+void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query);
+/// Of host memory: on the card alone, once and then `rounds` times; then the answers are copied. seconds:
+/// [rounds], or, of the pipeline's stages, [rounds][kMeasuredStages].
+void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, runtime::GpuMeasure measure,
+                uint32_t rounds, double* seconds);
+
+}  // namespace nif::gpu

@@ -1,0 +1,162 @@
+#include "pipeline.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace nif::gpu {
+namespace {
+
+using kernels::gpu::Stage;
+
+/// Gives out arrays of a block of memory, one after the other; with no block, tells how long it must be.
+class Carver {
+ public:
+  explicit Carver(unsigned char* base) : base_(base) {}
+  template <class T>
+  T* take(size_t count) {
+    const size_t at = bytes_;
+    bytes_ = (at + count * sizeof(T) + kAlignment - 1) / kAlignment * kAlignment;
+    return base_ ? reinterpret_cast<T*>(base_ + at) : nullptr;
+  }
+  size_t bytes() const { return bytes_; }
+
+ private:
+  static constexpr size_t kAlignment = 256;
+  unsigned char* base_;
+  size_t bytes_ = 0;
+};
+
+/// Below so many rays the one kernel is the guess, for as long as there are no measurements.
+constexpr uint64_t kGuessedThreshold = 8192;
+
+}  // namespace
+
+PipelineKernels::PipelineKernels(Context& context) {
+  const auto find = [&](const char* name) { return context.find_kernel(name); };
+  walk_segments[0] = find("nif_pipeline_walk_segment");
+  walk_segments[1] = find("nif_pipeline_walk_segment_details");
+  walk_any[0] = find("nif_pipeline_walk_any");
+  walk_any[1] = find("nif_pipeline_walk_any_details");
+  offsets = find("nif_pipeline_offsets");
+  order = find("nif_pipeline_order");
+  pack_bits = find("nif_pack_bits");
+  stages[kernels::gpu::kPairNetworks] = find("nif_pipeline_segment_2");
+  stages[kernels::gpu::kAnyNetworks] = find("nif_pipeline_segment_any");
+  stages[kernels::gpu::kNarrowOuter] = find("nif_pipeline_half_outer_64");
+  stages[kernels::gpu::kWideOuter] = find("nif_pipeline_half_outer_96");
+  stages[kernels::gpu::kNarrowInner] = find("nif_pipeline_half_inner_64");
+  stages[kernels::gpu::kWideInner] = find("nif_pipeline_half_inner_96");
+  stages[kernels::gpu::kAlone] = find("nif_pipeline_alone");
+}
+
+size_t lay_out(uint32_t rays, uint32_t lists, bool several_instances, unsigned char* base,
+               PipelineArrays& arrays) {
+  Carver carver(base);
+  arrays = {};
+  const size_t counters = size_t(kPipelineRounds + 1) * (1 + lists);
+  arrays.counts = carver.take<uint32_t>(counters);
+  arrays.counts_bytes = counters * sizeof(uint32_t);
+  arrays.visible = carver.take<unsigned char>(rays);
+  kernels::gpu::PipelineMemory& memory = arrays.memory;
+  memory.capacity = rays;
+  memory.about = carver.take<uint32_t>(rays);
+  memory.words = carver.take<uint32_t>(size_t(rays) * kernels::gpu::kItemWords);
+  arrays.items[0].ray = carver.take<uint32_t>(rays);
+  if (!several_instances && lists <= 2) return carver.bytes();  // nothing is put in order
+  memory.list = carver.take<uint32_t>(rays);
+  memory.place = carver.take<uint32_t>(rays);
+  memory.order = carver.take<uint32_t>(rays + size_t(lists) * kernels::gpu::kTileItems);
+  memory.first_tile = carver.take<uint32_t>(1 + size_t(lists));
+  arrays.items[0].instance = carver.take<uint32_t>(rays);
+  if (!several_instances) return carver.bytes();
+  arrays.items[1].ray = carver.take<uint32_t>(rays);
+  arrays.items[1].instance = carver.take<uint32_t>(rays);
+  for (kernels::gpu::PipelineItems& items : arrays.items) {
+    items.logit = carver.take<int32_t>(rays);
+    items.way = carver.take<kernels::gpu::SceneWay>(rays);
+  }
+  return carver.bytes();
+}
+
+void ScratchPool::clear() {
+  for (const PipelineScratch& scratch : idle_) context_.free_event(scratch.last_use);
+  idle_.clear();
+}
+
+PipelineScratch ScratchPool::borrow(size_t bytes, Stream stream) {
+  const std::lock_guard lock(mutex_);
+  const auto take = [&](auto wanted) {
+    PipelineScratch taken;
+    const auto at = std::find_if(idle_.begin(), idle_.end(), wanted);
+    if (at == idle_.end()) return taken;
+    taken = std::move(*at);
+    idle_.erase(at);
+    return taken;
+  };
+  PipelineScratch scratch = take([&](const PipelineScratch& idle) {
+    return idle.memory.bytes() >= bytes && context_.is_done(idle.last_use);
+  });
+  if (scratch.last_use) return scratch;
+  try {
+    idle_.reserve(idle_.size() + 1);
+    scratch.memory = Memory(context_, bytes);
+    scratch.last_use = context_.make_event(false);
+    return scratch;
+  } catch (const GpuError& error) {
+    if (error.code() != NIF_ERROR_OUT_OF_DEVICE_MEMORY) throw;
+    scratch = take([&](const PipelineScratch& idle) { return idle.memory.bytes() >= bytes; });
+    if (!scratch.last_use) throw;
+  }
+  try {
+    context_.hold_back(stream, scratch.last_use);
+  } catch (...) {
+    idle_.push_back(std::move(scratch));
+    throw;
+  }
+  return scratch;
+}
+
+void ScratchPool::give_back(PipelineScratch scratch, Stream stream) {
+  const std::lock_guard lock(mutex_);
+  idle_.push_back(std::move(scratch));
+  context_.record(idle_.back().last_use, stream);
+}
+
+WayChoice::Trial WayChoice::choose(Context& context, uint64_t rays, bool details) {
+  const std::lock_guard lock(mutex_);
+  look();
+  const auto logarithm = uint32_t(std::bit_width(rays)) - 1;  // there is at least one
+  Kind& kind = kinds_[details][logarithm];
+  if (kind.started[0] < kTrials || kind.started[1] < kTrials) {
+    const bool by_pipeline = kind.started[1] <= kind.started[0];
+    Trial trial{by_pipeline, Timer(context), uint32_t(details) * 64 + logarithm, rays};
+    ++kind.started[by_pipeline];
+    return trial;
+  }
+  const bool measured = kind.done[0] > 0 && kind.done[1] > 0;
+  return {measured ? kind.best[1] < kind.best[0] : rays >= kGuessedThreshold, {}};
+}
+
+void WayChoice::add(Trial trial) {
+  const std::lock_guard lock(mutex_);
+  trials_.push_back(std::move(trial));
+}
+
+void WayChoice::look() {
+  std::erase_if(trials_, [&](const Trial& trial) {
+    if (!trial.timer.is_done()) return false;
+    Kind& kind = kinds_[trial.kind / 64][trial.kind % 64];
+    const double seconds = trial.timer.seconds() / double(trial.rays);
+    double& best = kind.best[trial.by_pipeline];
+    best = kind.done[trial.by_pipeline]++ == 0 ? seconds : std::min(best, seconds);
+    return true;
+  });
+}
+
+void WayChoice::clear() {
+  const std::lock_guard lock(mutex_);
+  trials_.clear();
+  for (auto& of : kinds_) std::fill(std::begin(of), std::end(of), Kind{});
+}
+
+}  // namespace nif::gpu

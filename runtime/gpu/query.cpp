@@ -1,0 +1,328 @@
+// Queries: of memory of the card they are launches in the caller's stream and nothing else; of the host's
+// they go through staging memory, part by part, and are waited for.
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "device.hpp"
+
+namespace nif::gpu {
+namespace {
+
+using kernels::gpu::SceneQuery;
+using runtime::GpuMeasure;
+using runtime::kMeasuredStages;
+
+/// The arrays of a query and what messages call them.
+struct NamedArray {
+  const void* array;
+  const char* name;
+};
+
+void check_memory(Context& context, const NifQuery& query) {
+  const NamedArray arrays[] = {{query.origin[0], "origin"},
+                               {query.origin[1], "origin"},
+                               {query.origin[2], "origin"},
+                               {query.direction[0], "direction"},
+                               {query.direction[1], "direction"},
+                               {query.direction[2], "direction"},
+                               {query.tmin, "tmin"},
+                               {query.tmax, "tmax"},
+                               {query.visible, "visible"},
+                               {query.visible_bits, "visible_bits"},
+                               {query.probability, "probability"},
+                               {query.certain, "certain"},
+                               {query.logit, "logit"}};
+  for (const NamedArray& given : arrays) {
+    if (!given.array) continue;
+    const PointerKind kind = context.kind_of(given.array);
+    const auto refuse = [&](const char* why) {
+      throw GpuError(NIF_ERROR_WRONG_POINTER, std::string("query: ") + given.name + why);
+    };
+    if (query.memory == NIF_DEVICE && kind == PointerKind::host)
+      refuse(" is memory of the host, and NIF_DEVICE was promised");
+    if (query.memory == NIF_DEVICE && kind == PointerKind::other_device) refuse(" is memory of another card");
+    if (query.memory == NIF_HOST && (kind == PointerKind::device || kind == PointerKind::other_device))
+      refuse(" is memory of a card, and NIF_HOST was promised");
+  }
+  if (query.stream && !context.owns(query.stream))
+    throw GpuError(NIF_ERROR_INVALID_ARGUMENT, "query: the stream is not of the device's card");
+}
+
+[[noreturn]] void refuse_scene() {
+  throw GpuError(NIF_ERROR_INVALID_OPERATION, "the scene is not on the GPU, because its commit failed");
+}
+
+template <class T>
+unsigned char* bytes_of(T* array) {
+  return reinterpret_cast<unsigned char*>(array);
+}
+const unsigned char* bytes_of(const float* array) { return reinterpret_cast<const unsigned char*>(array); }
+
+SceneQuery scene_query(const NifQuery& query) {
+  SceneQuery result{};
+  for (int a = 0; a < 3; ++a) {
+    result.origin[a] = bytes_of(query.origin[a]);
+    result.direction[a] = bytes_of(query.direction[a]);
+  }
+  result.tmin = bytes_of(query.tmin);
+  result.tmax = bytes_of(query.tmax);
+  result.origin_stride = query.origin_stride;
+  result.direction_stride = query.direction_stride;
+  result.tmin_stride = query.tmin_stride;
+  result.tmax_stride = query.tmax_stride;
+  result.visible = query.visible;
+  result.visible_bits = query.visible_bits;
+  result.probability = bytes_of(query.probability);
+  result.certain = query.certain;
+  result.logit = bytes_of(query.logit);
+  return result;
+}
+
+/// Notes in the stream that the scene is in use until here.
+void record_use(GpuDevice& device, GpuScene& scene, Stream stream) {
+  Context& context = *device.context;
+  const std::lock_guard lock(scene.mutex);
+  for (Event& event : scene.events)
+    if (context.is_done(event)) return context.record(event, stream);
+  scene.events.reserve(scene.events.size() + 1);
+  const Event event = context.make_event(false);
+  scene.events.push_back(event);
+  context.record(event, stream);
+}
+
+float value_at(const float* array, uint64_t stride, uint64_t i) {
+  float value;
+  std::memcpy(&value, reinterpret_cast<const char*>(array) + i * stride, sizeof(value));
+  return value;
+}
+
+void read_rays(const NifQuery& query, uint64_t first, uint64_t count, unsigned char* to) {
+  for (uint64_t k = 0; k < count; ++k) {
+    const uint64_t i = first + k;
+    NifRay ray;
+    for (int a = 0; a < 3; ++a) {
+      ray.origin[a] = value_at(query.origin[a], query.origin_stride, i);
+      ray.direction[a] = value_at(query.direction[a], query.direction_stride, i);
+    }
+    ray.tmin = query.tmin ? value_at(query.tmin, query.tmin_stride, i) : 0;
+    ray.tmax =
+        query.tmax ? value_at(query.tmax, query.tmax_stride, i) : std::numeric_limits<float>::infinity();
+    std::memcpy(to + k * sizeof(ray), &ray, sizeof(ray));
+  }
+}
+
+/// Staging memory for a while.
+class BorrowedStaging {
+ public:
+  explicit BorrowedStaging(GpuDevice& device) : device_(device) {
+    {
+      const std::lock_guard lock(device.mutex);
+      if (!device.stagings.empty()) {
+        staging_ = std::move(device.stagings.back());
+        device.stagings.pop_back();
+      }
+    }
+    if (!staging_) staging_ = std::make_unique<Staging>(*device.context);
+  }
+  ~BorrowedStaging() {
+    const std::lock_guard lock(device_.mutex);
+    try {
+      device_.stagings.push_back(std::move(staging_));
+    } catch (...) {  // then it is freed
+    }
+  }
+  const Staging& operator*() const { return *staging_; }
+
+ private:
+  GpuDevice& device_;
+  std::unique_ptr<Staging> staging_;
+};
+
+/// A stream of its own.
+class OwnStream {
+ public:
+  explicit OwnStream(Context& context) : context_(context), stream_(context.make_stream()) {}
+  ~OwnStream() { context_.free_stream(stream_); }
+  OwnStream(const OwnStream&) = delete;
+  OwnStream& operator=(const OwnStream&) = delete;
+  Stream get() const { return stream_; }
+
+ private:
+  Context& context_;
+  Stream stream_;
+};
+
+/// A query of host memory, part by part. Parts take turns in two places: while the card is at one, the rays
+/// of the next are put together and copied.
+class HostQuery {
+ public:
+  HostQuery(GpuDevice& device, GpuScene& scene, const NifQuery& query)
+      : device_(device), context_(*device.context), scene_(scene), query_(query) {
+    const auto one = [](uint64_t rays) { return rays; };
+    const auto four = [](uint64_t rays) { return 4 * rays; };
+    outputs_ = {{{query.visible, Staging::kVisible, one},
+                 {query.visible_bits, Staging::kBits, [](uint64_t rays) { return (rays + 7) / 8; }},
+                 {query.certain, Staging::kCertain, one},
+                 {bytes_of(query.probability), Staging::kProbability, four},
+                 {bytes_of(query.logit), Staging::kLogit, four}}};
+  }
+
+  void answer() {
+    std::optional<Place> places[2];
+    try {
+      size_t turn = 0, turns = query_.count > Staging::kRays ? 2 : 1;
+      for (uint64_t first = 0; first < query_.count; first += Staging::kRays) {
+        if (!places[turn] && !take(places[turn], turn > 0)) turn = 0, turns = 1;
+        if (places[turn]->count > 0) finish(*places[turn]);
+        start(*places[turn], first, std::min(query_.count - first, Staging::kRays));
+        turn = (turn + 1) % turns;
+      }
+      for (size_t left = 0; left < turns; ++left, turn = (turn + 1) % turns)
+        if (places[turn]) finish(*places[turn]);
+    } catch (...) {
+      // Nothing may be under way when others get the memory.
+      for (std::optional<Place>& place : places) {
+        if (!place) continue;
+        try {
+          context_.wait_stream(stream_of(*place));
+        } catch (const GpuError&) {
+        }
+      }
+      throw;
+    }
+  }
+
+ private:
+  struct Output {
+    unsigned char* to;
+    size_t at;  ///< in staging memory
+    uint64_t (*bytes)(uint64_t rays);
+  };
+  struct Place {
+    explicit Place(GpuDevice& device) : staging(device) {}
+    BorrowedStaging staging;
+    uint64_t first = 0, count = 0;
+  };
+
+  /// False where the card has no memory left and `optional` says that it does without.
+  bool take(std::optional<Place>& place, bool optional) {
+    try {
+      place.emplace(device_);
+      return true;
+    } catch (const GpuError& error) {
+      if (!optional || error.code() != NIF_ERROR_OUT_OF_DEVICE_MEMORY) throw;
+      return false;
+    }
+  }
+
+  Stream stream_of(const Place& place) const {
+    return query_.stream ? query_.stream : (*place.staging).stream();
+  }
+
+  /// The query about a part's rays, in memory of the card.
+  SceneQuery on_card(const Staging& staging) const {
+    NifQuery query = nifQueryRays(reinterpret_cast<const NifRay*>(staging.card()), Staging::kRays);
+    const auto place = [&](auto*& array, const void* wanted, size_t at) {
+      if (wanted) array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(staging.card() + at);
+    };
+    place(query.visible, query_.visible, Staging::kVisible);
+    place(query.visible_bits, query_.visible_bits, Staging::kBits);
+    place(query.certain, query_.certain, Staging::kCertain);
+    place(query.probability, query_.probability, Staging::kProbability);
+    place(query.logit, query_.logit, Staging::kLogit);
+    return scene_query(query);
+  }
+
+  void start(Place& place, uint64_t first, uint64_t count) {
+    const Staging& staging = *place.staging;
+    const Stream stream = stream_of(place);
+    place.first = first;
+    place.count = count;
+    read_rays(query_, first, count, staging.host());
+    context_.copy_in(staging.card(), staging.host(), count * sizeof(NifRay), stream);
+    put_query(device_, scene_, on_card(staging), count, stream);
+    for (const Output& output : outputs_)
+      if (output.to)
+        context_.copy_out(staging.host() + output.at, staging.card() + output.at, output.bytes(count),
+                          stream);
+    context_.record(staging.answered(), stream);
+  }
+
+  void finish(const Place& place) {
+    const Staging& staging = *place.staging;
+    context_.wait(staging.answered());
+    for (const Output& output : outputs_)
+      if (output.to)
+        std::memcpy(output.to + output.bytes(place.first), staging.host() + output.at,
+                    output.bytes(place.count));
+  }
+
+  GpuDevice& device_;
+  Context& context_;
+  GpuScene& scene_;
+  const NifQuery& query_;
+  std::array<Output, 5> outputs_;
+};
+
+}  // namespace
+
+void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, GpuMeasure measure,
+                uint32_t rounds, double* seconds) {
+  if (!scene.ready) refuse_scene();
+  Context& context = *device.context;
+  const uint64_t count = query.count;
+  const Memory rays(context, count * sizeof(NifRay)), answers(context, 11 * count + 16);
+  NifQuery on_card = nifQueryRays(reinterpret_cast<const NifRay*>(rays.data()), count);
+  on_card.memory = NIF_DEVICE;
+  struct Output {
+    void* to;
+    unsigned char* from;
+    uint64_t bytes;
+  };
+  std::vector<Output> outputs;
+  unsigned char* at = answers.data();
+  const auto place = [&](auto*& array, auto* wanted, uint64_t bytes) {
+    if (!wanted) return;
+    array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(at);
+    outputs.push_back({wanted, at, bytes});
+    at += bytes;
+  };
+  place(on_card.probability, query.probability, 4 * count);
+  place(on_card.logit, query.logit, 4 * count);
+  place(on_card.visible, query.visible, count);
+  place(on_card.certain, query.certain, count);
+  place(on_card.visible_bits, query.visible_bits, (count + 7) / 8);
+
+  std::vector<unsigned char> packed(count * sizeof(NifRay));
+  read_rays(query, 0, count, packed.data());
+  const OwnStream stream(context);
+  context.copy_in(rays.data(), packed.data(), packed.size(), stream.get());
+  const Timer timer(context);
+  for (uint32_t round = 0; round <= rounds; ++round) {  // in the first one the card warms up
+    const uint32_t row = round > 0 ? round - 1 : 0;
+    if (measure == GpuMeasure::stages) {
+      time_stages(device, scene, scene_query(on_card), count, stream.get(), seconds + row * kMeasuredStages);
+      continue;
+    }
+    timer.start(stream.get());
+    put_query(device, scene, scene_query(on_card), count, stream.get(), measure);
+    timer.stop(stream.get());
+    timer.wait();
+    seconds[row] = timer.seconds();
+  }
+  for (const Output& output : outputs) context.copy_out(output.to, output.from, output.bytes, stream.get());
+  context.wait_stream(stream.get());
+}
+
+void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query) {
+  if (!scene.ready) refuse_scene();
+  check_memory(*device.context, query);
+  if (query.memory == NIF_HOST) return HostQuery(device, scene, query).answer();
+  put_query(device, scene, scene_query(query), query.count, query.stream);
+  record_use(device, scene, query.stream);
+}
+
+}  // namespace nif::gpu

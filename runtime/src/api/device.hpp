@@ -1,0 +1,82 @@
+// A device: configuration, the caller's allocator and task runner.
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <optional>
+#include <string_view>
+
+#include "api/object.hpp"
+#include "gpu/gpu.hpp"
+#include "nif/nif.h"
+#include "query/crew.hpp"
+#include "query/work_areas.hpp"
+#include "scene/kernel.hpp"
+
+namespace nif::runtime {
+
+/// The caller's allocator as the standard library wants it.
+class CallbackMemory : public std::pmr::memory_resource {
+ public:
+  explicit CallbackMemory(const NifDeviceCallbacks& callbacks) : callbacks_(callbacks) {}
+
+ private:
+  void* do_allocate(size_t bytes, size_t alignment) override;
+  void do_deallocate(void* memory, size_t bytes, size_t alignment) override;
+  bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+
+  NifDeviceCallbacks callbacks_;
+};
+
+struct Configuration {
+  uint32_t threads = 1;
+  Isa isa = best_isa();
+  uint32_t queries;  ///< that find memory to work in at the same time
+  const char* backend = "cpu";
+  uint32_t card = 0;        ///< of backend hip
+  GpuSettings gpu{};        ///< likewise
+  std::string_view module;  ///< its file, or ""; of the text that was parsed
+};
+
+/// Parses "key=value,key=value". Throws Failure.
+Configuration parse_configuration(std::string_view text);
+
+/// Where the backend is one. Throws Failure.
+void open_gpu(const Configuration& configuration, std::optional<Gpu>& gpu);
+
+}  // namespace nif::runtime
+
+struct NifDeviceObject : nif::runtime::Object {
+  NifDeviceObject(const nif::runtime::Configuration& settings, const NifDeviceCallbacks& callbacks)
+      : configuration(settings),
+        own_callbacks(callbacks),
+        callback_memory(callbacks),
+        areas(settings.queries, memory()),
+        jobs(settings.threads > 1 ? settings.queries : 0, memory()),
+        free_jobs(uint32_t(jobs.size()), memory()),
+        crew(callbacks.submit ? 0 : settings.threads - 1, memory()) {
+    for (NifJobObject& job : jobs) job.drop();  // nobody refers to them yet
+    open_gpu(settings, gpu);
+    configuration.module = {};
+  }
+
+  std::pmr::memory_resource* memory() {
+    return own_callbacks.allocate ? &callback_memory : std::pmr::new_delete_resource();
+  }
+
+  nif::runtime::Configuration configuration;
+  NifDeviceCallbacks own_callbacks;
+  nif::runtime::CallbackMemory callback_memory;
+  std::optional<nif::runtime::Gpu> gpu;  ///< where the backend is one
+  nif::runtime::WorkAreas areas;
+  std::pmr::vector<NifJobObject> jobs;  ///< for queries that return when they are answered
+  nif::runtime::Claims free_jobs;
+  nif::runtime::Crew crew;
+};
+
+namespace nif::runtime {
+
+NifDeviceObject* new_device(const char* configuration, const NifDeviceCallbacks* callbacks);
+void release(NifDeviceObject* device);
+
+}  // namespace nif::runtime

@@ -1,0 +1,136 @@
+#include "gpu/gpu.hpp"
+
+#include <cstdio>
+
+#include "api/error.hpp"
+#include "gpu/library.hpp"
+#include "scene/scene.hpp"
+
+namespace nif::runtime {
+
+void Gpu::check(NifError code, const GpuMessage& message) {
+  if (code == NIF_OK) return;
+  if (code == NIF_ERROR_DEVICE_LOST) lost_ = true;
+  throw Failure(code, message.text);
+}
+
+Gpu::Gpu(std::string_view module, uint32_t card, const GpuSettings& settings)
+    : module_(load_gpu_module(module)) {
+  GpuMessage message;
+  check(module_.describe_card(card, &card_, &message), message);
+  check(module_.open_device(card, &settings, &device_, &message), message);
+}
+
+void Gpu::upload(NifAssetObject& asset) {
+  const std::lock_guard lock(uploads_);  // scenes that share the asset may be committed at the same time
+  if (asset.on_gpu) return;
+  std::pmr::vector<GpuObjectView> objects(asset.device->memory());
+  for (const format::ObjectView& view : asset.view.objects)
+    objects.push_back({view.logit_scale, view.reach_scale,
+                       view.encoding == format::kSegment ? &view.field : nullptr,
+                       view.encoding == format::kBvh ? &view.bvh : nullptr,
+                       view.encoding == format::kSpherical ? view.spherical : nullptr});
+  GpuMessage message;
+  uint64_t bytes = 0;
+  const NifError code = module_.upload_asset(device_, objects.data(), uint32_t(objects.size()), &asset.on_gpu,
+                                             &bytes, &message);
+  asset.gpu_bytes = bytes;
+  if (code != NIF_OK)
+    std::snprintf(message.text, sizeof(message.text), "%s: %s", asset.name.c_str(),
+                  std::string(message.text).c_str());
+  check(code, message);
+}
+
+void Gpu::upload(NifSceneObject& scene) {
+  scene.ready_on_gpu = false;
+  for (const HeldAsset& held : scene.assets) upload(*held.asset.get());
+  auto* memory = scene.device->memory();
+  std::pmr::vector<GpuPlacedObject> objects(scene.objects.size(), memory);
+  for (const HeldAsset& held : scene.assets)
+    for (uint32_t i = 0; i < held.asset->view.objects.size(); ++i)
+      objects[held.first_object + i] = {held.asset->on_gpu, i};
+  const std::span<const Node> nodes = scene.hierarchy.nodes();
+  const GpuSceneView view{nodes.data(), scene.instances.data(), objects.data(),
+                          nodes.size(), scene.instances.size(), objects.size()};
+  GpuMessage message;
+  check(module_.upload_scene(device_, &view, &scene.on_gpu, &message), message);
+  scene.ready_on_gpu = true;
+}
+
+void Gpu::free(NifAssetObject& asset) noexcept { module_.free_asset(device_, asset.on_gpu); }
+void Gpu::free(NifSceneObject& scene) noexcept { module_.free_scene(device_, scene.on_gpu); }
+
+void Gpu::query(NifSceneObject& scene, const NifQuery& query) {
+  GpuMessage message;
+  check(module_.query(device_, scene.on_gpu, &query, &message), message);
+}
+
+static_assert(uint32_t(GpuMeasure::single_bvh) == NIF_MEASURE_SINGLE_BVH &&
+              kMeasuredStages == NIF_MEASURED_STAGES);
+
+void Gpu::measure(NifSceneObject& scene, const NifQuery& query, GpuMeasure measure, uint32_t rounds,
+                  double* seconds) {
+  GpuMessage message;
+  check(module_.measure_query(device_, scene.on_gpu, &query, measure, rounds, seconds, &message), message);
+}
+
+void Gpu::start(NifSceneObject& scene, const NifQuery& query, NifJobObject& job) {
+  GpuMessage message;
+  check(module_.start_query(device_, scene.on_gpu, &query, &job.on_gpu, &message), message);
+}
+
+void Gpu::wait(NifJobObject& job) {
+  GpuMessage message;
+  const NifError code = module_.wait_job(device_, job.on_gpu, &message);
+  job.done = job.blocks;  // there is nothing more to wait for, whatever it came to
+  check(code, message);
+}
+
+void Gpu::poll(NifJobObject& job) {
+  GpuMessage message;
+  uint32_t done = 0;
+  const NifError code = module_.is_job_done(device_, job.on_gpu, &done, &message);
+  if (done || code != NIF_OK) job.done = job.blocks;
+  check(code, message);
+}
+
+void Gpu::let_go(NifJobObject& job) noexcept {
+  job.done = job.blocks;
+  module_.free_job(device_, job.on_gpu);
+  job.on_gpu = nullptr;
+}
+
+const char* why_no_gpu() {
+  static thread_local GpuMessage why;
+  try {
+    const GpuModule& module = load_gpu_module("");
+    const uint32_t count = module.count_cards(&why);
+    if (count == 0) return why.text;
+    GpuCard card;
+    GpuMessage message;
+    for (uint32_t i = 0; i < count; ++i) {
+      const NifError code = module.describe_card(i, &card, &message);
+      why = code == NIF_OK ? card.trouble : message;
+      if (why.text[0] == 0) return "";
+    }
+  } catch (const std::exception& error) {
+    std::snprintf(why.text, sizeof(why.text), "%s", error.what());
+  }
+  return why.text;
+}
+
+NifCardInfo describe_card(uint32_t card) {
+  static thread_local GpuCard about;
+  const GpuModule& module = load_gpu_module("");
+  GpuMessage message;
+  const uint32_t count = module.count_cards(&message);
+  if (count == 0) throw Failure(NIF_ERROR_NOT_AVAILABLE, message.text);
+  if (card >= count)
+    refuse_argument("there is no card " + std::to_string(card) + " of " + std::to_string(count));
+  if (const NifError code = module.describe_card(card, &about, &message); code != NIF_OK)
+    throw Failure(code, message.text);
+  return {0, about.name,        about.target, about.driver, about.memory, about.trouble.text[0] == 0,
+          0, about.trouble.text};
+}
+
+}  // namespace nif::runtime

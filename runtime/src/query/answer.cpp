@@ -1,0 +1,170 @@
+// A scene of one instance hands the block to its kernel. Otherwise the block is answered in waves: each ray
+// that is not yet decided goes on to the next instance whose box it may meet, the rays are sorted by object,
+// and each object's kernel is asked once. A ray that is occluded drops out.
+#include "query/answer.hpp"
+
+#include <algorithm>
+
+#include "query/float_environment.hpp"
+#include "scene/traversal.hpp"
+
+namespace nif::runtime {
+namespace {
+
+using kernels::Segment;
+using kernels::SegmentBatch;
+
+Segment get(const SegmentBatch& rays, uint32_t i) {
+  return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
+          {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
+          rays.tmin[i],
+          rays.tmax[i]};
+}
+
+void put(SegmentBatch& rays, uint32_t i, const Segment& ray) {
+  for (int a = 0; a < 3; ++a) {
+    rays.origin[a][i] = ray.origin[a];
+    rays.direction[a][i] = ray.direction[a];
+  }
+  rays.tmin[i] = ray.tmin;
+  rays.tmax[i] = ray.tmax;
+}
+
+/// The whole block in one instance's space.
+void transform_block(const Instance& instance, const SegmentBatch& __restrict from,
+                     SegmentBatch& __restrict to) {
+  const kernels::WorldToObject transform = instance.to_object;
+  const uint32_t count = to.count = from.count;
+  for (uint32_t i = 0; i < count; ++i) put(to, i, to_object(transform, get(from, i)));
+}
+
+void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
+  const Instance& instance = scene.instances[0];
+  const PlacedObject& object = scene.objects[instance.object];
+  const uint32_t count = area.rays.count;
+  if (instance.identity) {
+    object.kernel->answer(area.rays, area.answers, area.kernel_scratch);
+  } else {
+    transform_block(instance, area.rays, area.object_rays);
+    object.kernel->answer(area.object_rays, area.answers, area.kernel_scratch);
+    if (wanted.details)
+      for (uint32_t i = 0; i < count; ++i)
+        area.answers.certain[i] &= uint8_t(
+            area.rays.tmin[i] > area.rays.tmax[i] ||
+            (instance.well_conditioned && stays_certain(instance.to_object, object.reach_scale,
+                                                        get(area.rays, i), get(area.object_rays, i))));
+  }
+  if (wanted.probability)
+    for (uint32_t i = 0; i < count; ++i)
+      area.probability[i] = kernels::visible_probability(area.answers.logit[i], object.logit_scale);
+}
+
+/// Sets out each ray at the root. Those that are none, or miss everything, are not active.
+uint32_t start_rays(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
+  const std::span<const Node> nodes = scene.hierarchy.nodes();
+  uint32_t active = 0;
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    const Segment ray = get(area.rays, i);
+    kernels::BoxRay prepared;
+    const bool askable = kernels::prepare_box_ray(ray, prepared);
+    area.answers.logit[i] = kernels::kCertainLogit;
+    area.answers.certain[i] = askable || ray.tmin > ray.tmax;
+    if (wanted.details) area.combined[i] = {};
+    if (!askable || nodes.empty()) continue;
+    for (int a = 0; a < 3; ++a) area.inverse[a][i] = prepared.inverse[a];
+    area.cursors[i] = start(nodes.data(), TraversalRay(area, i));
+    if (area.cursors[i].trail != 0) area.active[active++] = uint16_t(i);
+  }
+  return active;
+}
+
+/// Takes each active ray to its next instance; rays that have no other are no longer active. Returns how many
+/// are.
+uint32_t advance(const NifSceneObject& scene, WorkArea& area, uint32_t active) {
+  const Node* nodes = scene.hierarchy.nodes().data();
+  uint32_t pairs = 0;
+  for (uint32_t k = 0; k < active; ++k) {
+    const uint32_t i = area.active[k];
+    const uint32_t instance = next_instance(nodes, TraversalRay(area, i), area.cursors[i]);
+    if (instance == kNoPlace) continue;
+    area.active[pairs] = uint16_t(i);
+    area.pairs[0][pairs++] = {scene.instances[instance].object, instance, i};
+  }
+  return pairs;
+}
+
+/// Sorts pairs by object, as many bytes of its index as the scene needs, and returns them.
+const Pair* sort_by_object(const NifSceneObject& scene, WorkArea& area, uint32_t count) {
+  uint32_t now = 0;
+  for (uint32_t shift = 0; shift < 32 && (scene.objects.size() - 1) >> shift != 0; shift += 8, now ^= 1) {
+    uint32_t begins[257] = {};
+    const Pair* from = area.pairs[now];
+    for (uint32_t k = 0; k < count; ++k) ++begins[(from[k].object >> shift & 255) + 1];
+    for (uint32_t b = 1; b < 257; ++b) begins[b] += begins[b - 1];
+    Pair* to = area.pairs[now ^ 1];
+    for (uint32_t k = 0; k < count; ++k) to[begins[from[k].object >> shift & 255]++] = from[k];
+  }
+  return area.pairs[now];
+}
+
+/// Asks one object about some rays and adds its answers to theirs.
+void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* pairs, uint32_t count,
+                WorkArea& area) {
+  const PlacedObject& object = scene.objects[pairs[0].object];
+  area.object_rays.count = count;
+  for (uint32_t k = 0; k < count; ++k) {
+    const Instance& instance = scene.instances[pairs[k].instance];
+    const Segment ray = get(area.rays, pairs[k].ray);
+    put(area.object_rays, k, instance.identity ? ray : to_object(instance.to_object, ray));
+  }
+  object.kernel->answer(area.object_rays, area.object_answers, area.kernel_scratch);
+  for (uint32_t k = 0; k < count; ++k) {
+    const uint32_t i = pairs[k].ray;
+    const int32_t logit = area.object_answers.logit[k];
+    bool decided = logit < 0;
+    if (wanted.details) {
+      const Instance& instance = scene.instances[pairs[k].instance];
+      bool certain = area.object_answers.certain[k];
+      if (certain && !instance.identity)
+        certain = instance.well_conditioned && stays_certain(instance.to_object, object.reach_scale,
+                                                             get(area.rays, i), get(area.object_rays, k));
+      area.combined[i].add(logit, certain, object.logit_scale, wanted.probability);
+      decided = area.combined[i].blocked_for_certain();
+    } else if (decided) {
+      area.answers.logit[i] = logit;
+    }
+    if (decided) area.cursors[i].trail = 0;  // never asked again
+  }
+}
+
+void finish_details(const Wanted& wanted, WorkArea& area) {
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    const kernels::CombinedAnswer& combined = area.combined[i];
+    area.answers.logit[i] = combined.logit();
+    area.answers.certain[i] &= uint8_t(combined.certain());
+    if (wanted.probability) area.probability[i] = combined.probability();
+  }
+}
+
+void answer_in_waves(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
+  uint32_t active = start_rays(scene, wanted, area);
+  while ((active = advance(scene, area, active)) != 0) {
+    const Pair* pairs = sort_by_object(scene, area, active);
+    for (uint32_t begin = 0, end; begin < active; begin = end) {
+      for (end = begin + 1; end < active && pairs[end].object == pairs[begin].object; ++end) continue;
+      ask_object(scene, wanted, pairs + begin, end - begin, area);
+    }
+  }
+  if (wanted.details) finish_details(wanted, area);
+}
+
+}  // namespace
+
+NIF_COMPUTES void answer_block(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
+  if (scene.instances.size() == 1)
+    answer_one_instance(scene, wanted, area);
+  else
+    answer_in_waves(scene, wanted, area);
+}
+
+}  // namespace nif::runtime

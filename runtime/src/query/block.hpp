@@ -1,0 +1,30 @@
+// Blocks of a query: from the caller's arrays, whatever their layout, to columns, and answers back.
+#pragma once
+
+#include "nif/nif.h"
+#include "query/work_area.hpp"
+
+namespace nif::runtime {
+
+/// Which answers a query asks for.
+struct Wanted {
+  explicit Wanted(const NifQuery& query)
+      : probability(query.probability != nullptr),
+        details(query.probability || query.certain || query.logit) {}
+
+  static Wanted everything() { return Wanted(); }
+
+  bool probability = true;
+  bool details = true;  ///< more than the visible bit: then a learned "occluded" does not end the search
+
+ private:
+  Wanted() = default;
+};
+
+/// Reads rays first .. first + count - 1 of the query; count <= kBatchRays.
+void read_rays(const NifQuery& query, uint64_t first, uint32_t count, kernels::SegmentBatch& rays);
+
+/// Writes the area's answers to each output that the query asks for. first is a multiple of 8.
+void write_answers(const NifQuery& query, uint64_t first, uint32_t count, WorkArea& area);
+
+}  // namespace nif::runtime

@@ -1,0 +1,153 @@
+// Who works on what is kept under one lock, which is taken a few times a job, not a block.
+#include "query/crew.hpp"
+
+#include <system_error>
+
+#include "api/device.hpp"
+#include "api/error.hpp"
+#include "scene/scene.hpp"
+
+namespace nif::runtime {
+namespace {
+
+/// Set on a thread of a crew that it has itself destroyed: it must not touch the crew any more.
+thread_local bool crew_is_gone = false;
+
+}  // namespace
+
+Crew::Crew(uint32_t threads, std::pmr::memory_resource* memory) : threads_(memory) {
+  threads_.reserve(threads);
+  try {
+    for (uint32_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
+  } catch (const std::system_error& error) {
+    stop();
+    throw Failure(NIF_ERROR_OUT_OF_MEMORY, "configuration: only " + std::to_string(threads_.size()) +
+                                               " threads of threads=" + std::to_string(threads + 1) +
+                                               " can be started: " + error.what());
+  } catch (...) {
+    stop();
+    throw;
+  }
+}
+
+Crew::~Crew() { stop(); }
+
+void Crew::stop() {
+  {
+    const Lock lock(mutex_);
+    stopping_ = true;
+    offered_.notify_all();
+  }
+  for (std::thread& thread : threads_) {
+    if (thread.get_id() == std::this_thread::get_id()) {
+      crew_is_gone = true;
+      thread.detach();
+    } else {
+      thread.join();
+    }
+  }
+}
+
+void Crew::work() {
+  for (;;) {
+    NifJobObject* job;
+    {
+      Lock lock(mutex_);
+      offered_.wait(lock, [&] { return first_ || stopping_; });
+      if (stopping_) return;
+      job = first_;
+      job->retain();
+      ++job->inside;
+    }
+    take_blocks(*job, nullptr);
+    leave_and_drop(*job);
+    if (crew_is_gone) return;
+  }
+}
+
+void Crew::offer(NifJobObject& job) {
+  const Lock lock(mutex_);
+  job.retain();
+  job.queued = true;
+  job.following = nullptr;
+  NifJobObject** last = &first_;
+  while (*last) last = &(*last)->following;
+  *last = &job;
+  offered_.notify_all();
+}
+
+/// Nobody leaves a job that has blocks to be taken, so it need not be in the queue any more.
+void Crew::leave(NifJobObject& job, const Lock&) {
+  if (job.queued) {
+    NifJobObject** at = &first_;
+    while (*at != &job) at = &(*at)->following;
+    *at = job.following;
+    job.queued = false;
+    job.drop();  // never the last: who leaves has one, too
+  }
+  if (--job.inside == 0) left_.notify_all();
+}
+
+void Crew::help(NifJobObject& job, void* scratch) {
+  {
+    const Lock lock(mutex_);
+    ++job.inside;
+  }
+  take_blocks(job, scratch);
+  const Lock lock(mutex_);
+  leave(job, lock);
+}
+
+void Crew::help_and_drop(NifJobObject& job) {
+  {
+    const Lock lock(mutex_);
+    ++job.inside;
+  }
+  take_blocks(job, nullptr);
+  leave_and_drop(job);
+}
+
+/// All under one lock: who has waited for this thread to leave may then count on its being done with the job.
+void Crew::leave_and_drop(NifJobObject& job) {
+  NifSceneObject* scene = nullptr;
+  bool last;
+  {
+    const Lock lock(mutex_);
+    leave(job, lock);
+    if (!job.has_handle) scene = job.take_scene();
+    last = job.drop();
+  }
+  release(scene);
+  if (last) dispose(job);
+}
+
+void Crew::wait_until_left(NifJobObject& job, Lock& lock) {
+  left_.wait(lock, [&] { return job.inside == 0 && job.is_done(); });
+}
+
+void Crew::finish(NifJobObject& job, void* scratch) {
+  help(job, scratch);
+  NifSceneObject* scene;
+  {
+    Lock lock(mutex_);
+    wait_until_left(job, lock);
+    scene = job.take_scene();
+  }
+  release(scene);
+}
+
+void Crew::drop_handle(NifJobObject& job) {
+  NifSceneObject* scene = nullptr;
+  bool last;
+  {
+    Lock lock(mutex_);
+    job.has_handle = false;
+    if (job.is_done()) wait_until_left(job, lock);
+    scene = job.take_scene();
+    last = job.drop();
+  }
+  release(scene);
+  if (last) dispose(job);
+}
+
+}  // namespace nif::runtime

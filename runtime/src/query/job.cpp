@@ -1,0 +1,140 @@
+// Jobs: who helps, with how much.
+#include "query/job.hpp"
+
+#include <algorithm>
+
+#include "api/device.hpp"
+#include "api/handles.hpp"
+#include "query/float_environment.hpp"
+#include "query/query.hpp"
+#include "scene/scene.hpp"
+
+namespace nif::runtime {
+namespace {
+
+/// Waking a thread takes about as long as answering a block: queries of fewer rays stay on their thread.
+constexpr uint64_t kWorthSharing = 2 * kBatchRays;
+
+/// Blocks of several threads may be smaller, so that all end at about the same time, but not so small that
+/// the kernels' ends of batches count.
+constexpr uint64_t kSmallestBlock = 256, kBlocksOfAThread = 8;
+
+uint32_t block_size(uint64_t rays, uint32_t threads) {
+  const uint64_t share = rays / (threads * kBlocksOfAThread) / 64 * 64;
+  return uint32_t(std::clamp<uint64_t>(share, kSmallestBlock, kBatchRays));
+}
+
+/// What a runner of the caller's calls, once for each thread that may help.
+void run_task(void* argument, uint64_t) {
+  auto* job = static_cast<NifJobObject*>(argument);
+  job->device->crew.help_and_drop(*job);
+}
+
+void set_up(NifJobObject& job, NifSceneObject& scene, const Request& request) {
+  job.device = scene.device.get();
+  job.device->retain();
+  job.scene = &scene;
+  job.request = request;
+  job.blocks = request.blocks();
+  job.next = 0;
+  job.done = 0;
+}
+
+/// Gives a job to at most `helpers` other threads.
+void share(NifJobObject& job, uint64_t helpers) {
+  NifDeviceObject& device = *job.device;
+  if (helpers == 0) return;
+  if (device.own_callbacks.submit == nullptr) {
+    device.crew.offer(job);
+    return;
+  }
+  for (uint64_t i = 0; i < helpers; ++i) job.retain();
+  device.own_callbacks.submit(device.own_callbacks.user, run_task, &job, helpers);
+}
+
+/// On the calling thread alone.
+void answer_alone(const NifSceneObject& scene, const Request& request) {
+  const FloatEnvironment environment;
+  const ClaimedArea area(scene.device->areas, request.query.scratch);
+  for (uint64_t block = 0; block < request.blocks(); ++block) answer_block_of(scene, request, block, *area);
+}
+
+}  // namespace
+
+void take_blocks(NifJobObject& job, void* scratch) {
+  uint64_t block = job.next.fetch_add(1);
+  if (block >= job.blocks) return;
+  const FloatEnvironment environment;
+  const ClaimedArea area(job.device->areas, scratch);
+  uint64_t answered = 0;
+  for (; block < job.blocks; block = job.next.fetch_add(1), ++answered)
+    answer_block_of(*job.scene, job.request, block, *area);
+  job.done.fetch_add(answered);
+}
+
+void dispose(NifJobObject& job) {
+  NifDeviceObject* device = job.device;
+  if (job.number == Claims::kNone)
+    destroy(device->memory(), &job);
+  else
+    device->free_jobs.give_back(job.number);
+  release(device);
+}
+
+void answer(NifSceneObject& scene, Request request) {
+  NifDeviceObject& device = *scene.device.get();
+  const uint32_t threads = device.configuration.threads;
+  uint32_t number = Claims::kNone;
+  if (threads > 1 && request.query.count >= kWorthSharing) number = device.free_jobs.try_claim();
+  if (number == Claims::kNone) return answer_alone(scene, request);
+
+  request.block_rays = block_size(request.query.count, threads);
+  NifJobObject& job = device.jobs[number];
+  job.number = number;
+  job.retain();
+  set_up(job, scene, request);
+  share(job, std::min<uint64_t>(threads, job.blocks) - 1);
+  device.crew.finish(job, request.query.scratch);
+  if (job.drop()) dispose(job);
+}
+
+uintptr_t start_job(NifSceneObject& scene, Request request) {
+  NifDeviceObject& device = *scene.device.get();
+  const bool on_gpu = answered_by_gpu(scene, request.query);
+  if (on_gpu && request.query.memory == NIF_HOST) {
+    device.gpu->query(scene, request.query);
+    request.query.count = 0;  // there is nothing left to do
+  }
+  const uint32_t threads = device.configuration.threads;
+  if (threads > 1) request.block_rays = block_size(request.query.count, threads);
+  auto* job = create<NifJobObject>(device.memory());
+  uintptr_t handle;
+  try {
+    handle = make_handle(Kind::job, job);
+  } catch (...) {
+    destroy(device.memory(), job);
+    throw;
+  }
+  set_up(*job, scene, request);
+  if (on_gpu && request.query.memory == NIF_DEVICE && request.query.count != 0) {
+    try {
+      device.gpu->start(scene, request.query, *job);
+    } catch (...) {
+      release_handle(Kind::job, handle);
+      dispose(*job);
+      throw;
+    }
+    job->next = job->blocks;
+  }
+  scene.retain();
+  job->holds_scene = true;
+  job->has_handle = true;
+  if (job->on_gpu) return handle;
+  if (job->blocks == 0 || (device.crew.empty() && device.own_callbacks.submit == nullptr))
+    device.crew.finish(*job, request.query.scratch);
+  else
+    share(*job, std::min<uint64_t>(threads, job->blocks));
+  return handle;
+}
+
+}  // namespace nif::runtime

@@ -1,0 +1,46 @@
+// Checks what a query asks for, before any ray is read.
+#include "query/query.hpp"
+
+#include "api/error.hpp"
+#include "query/work_area.hpp"
+
+namespace nif::runtime {
+
+uint64_t scratch_bytes(uint64_t count) { return count == 0 ? 0 : sizeof(WorkArea); }
+
+bool answered_by_gpu(const NifSceneObject& scene, const NifQuery& query) {
+  const std::optional<Gpu>& gpu = scene.device->gpu;
+  return gpu && (query.memory == NIF_DEVICE || (scene.ready_on_gpu && !gpu->lost()));
+}
+
+void check_query(const NifSceneObject& scene, const NifQuery& query) {
+  if (!scene.committed)
+    throw Failure(NIF_ERROR_INVALID_OPERATION, "the scene has changed since it was committed, or never was");
+  if (query.memory != NIF_HOST && query.memory != NIF_DEVICE)
+    refuse_argument("query: there is no memory kind " + std::to_string(int(query.memory)));
+  const bool has_gpu = scene.device->gpu.has_value();
+  if (query.memory == NIF_DEVICE && !has_gpu)
+    throw Failure(NIF_ERROR_NOT_AVAILABLE, "query: device memory needs a GPU backend; this device is a CPU");
+  if (query.memory == NIF_DEVICE && !scene.ready_on_gpu)
+    throw Failure(NIF_ERROR_INVALID_OPERATION, "the scene is not on the GPU, because its commit failed");
+  if (query.stream && !has_gpu)
+    throw Failure(NIF_ERROR_NOT_AVAILABLE, "query: a stream needs a GPU backend; this device is a CPU");
+  if (query.count == 0) return;
+  for (int a = 0; a < 3; ++a) {
+    require_argument(query.origin[a], "query: origin");
+    require_argument(query.direction[a], "query: direction");
+  }
+  if (!query.visible && !query.visible_bits && !query.probability && !query.certain && !query.logit)
+    refuse_argument("query: no output is asked for");
+}
+
+void check_scratch(const NifQuery& query) {
+  if (query.count == 0) return;
+  if (query.scratch && reinterpret_cast<uintptr_t>(query.scratch) % alignof(WorkArea) != 0)
+    refuse_argument("query: scratch does not start at a multiple of 64");
+  if (query.scratch && query.scratch_bytes < sizeof(WorkArea))
+    refuse_argument("query: scratch has " + std::to_string(query.scratch_bytes) + " bytes of " +
+                    std::to_string(sizeof(WorkArea)));
+}
+
+}  // namespace nif::runtime

@@ -1,0 +1,19 @@
+// Queries as the caller describes them.
+#pragma once
+
+#include "scene/scene.hpp"
+
+namespace nif::runtime {
+
+/// What a thread needs to answer a query of `count` rays.
+uint64_t scratch_bytes(uint64_t count);
+
+/// Whether the device's GPU answers it; the CPU answers queries of host memory where that cannot.
+bool answered_by_gpu(const NifSceneObject& scene, const NifQuery& query);
+
+/// Throws Failure where the description is wrong, or the scene not ready.
+void check_query(const NifSceneObject& scene, const NifQuery& query);
+/// The same of the scratch, which the CPU works in.
+void check_scratch(const NifQuery& query);
+
+}  // namespace nif::runtime

@@ -1,0 +1,45 @@
+// One block from the caller's arrays and back, by way of the fallback where one is given.
+#include "query/request.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "query/answer.hpp"
+
+namespace nif::runtime {
+namespace {
+
+/// Hands over the block's rays that are neither certain nor confident enough, and takes the answers as
+/// proven.
+void ask_fallback(const Request& request, uint64_t first, WorkArea& area) {
+  uint32_t asked = 0;
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    const float p = area.probability[i];
+    if (area.answers.certain[i] || std::max(p, 1 - p) >= request.confidence) continue;
+    area.visible[asked] = area.answers.logit[i] >= 0;
+    area.fallback_rays[asked++] = first + i;
+  }
+  if (asked == 0) return;
+  request.fallback(request.fallback_user, asked, area.fallback_rays, area.visible);
+  for (uint32_t k = 0; k < asked; ++k) {
+    const auto i = uint32_t(area.fallback_rays[k] - first);
+    const bool visible = area.visible[k] != 0;
+    area.answers.logit[i] = visible ? kernels::kCertainLogit : -kernels::kCertainLogit;
+    area.answers.certain[i] = 1;
+    area.probability[i] = visible ? 1.0f : 0.0f;
+  }
+}
+
+}  // namespace
+
+void answer_block_of(const NifSceneObject& scene, const Request& request, uint64_t block, WorkArea& area) {
+  const NifQuery& query = request.query;
+  const uint64_t first = block * request.block_rays;
+  const auto count = uint32_t(std::min<uint64_t>(request.block_rays, query.count - first));
+  read_rays(query, first, count, area.rays);
+  answer_block(scene, request.fallback ? Wanted::everything() : Wanted(query), area);
+  if (request.fallback) ask_fallback(request, first, area);
+  write_answers(query, first, count, area);
+}
+
+}  // namespace nif::runtime

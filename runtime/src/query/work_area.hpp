@@ -1,0 +1,43 @@
+// What one thread needs to answer a block of rays. Queries allocate nothing: it comes from the caller
+// (scratch) or from the device, which keeps some ready.
+#pragma once
+
+#include "kernels/reference/object_kernel.hpp"
+#include "kernels/reference/scene.hpp"
+#include "kernels/reference/top_level.hpp"
+
+namespace nif::runtime {
+
+using kernels::Cursor;
+using kernels::kBatchRays;
+
+/// An instance to be asked about a ray of the block.
+struct Pair {
+  uint32_t object, instance, ray;
+};
+
+/// Nothing in it is initialised, and only what a block needs is touched.
+struct alignas(64) WorkArea {
+  kernels::SegmentBatch rays;  ///< the block, in world space
+
+  // The block's answers. Of the logits the sign always counts, the rest where details are asked for.
+  kernels::AnswerBatch answers;
+  float probability[kBatchRays];
+  uint8_t visible[kBatchRays];
+  uint64_t fallback_rays[kBatchRays];  ///< numbers within the query
+
+  // For scenes of several instances.
+  float inverse[3][kBatchRays];  ///< BoxRay
+  Cursor cursors[kBatchRays];
+  uint16_t active[kBatchRays];  ///< rays that are not yet decided
+  Pair pairs[2][kBatchRays];
+  kernels::CombinedAnswer combined[kBatchRays];
+
+  // Rays as one object sees them, and what it answers.
+  kernels::SegmentBatch object_rays;
+  kernels::AnswerBatch object_answers;
+
+  alignas(64) std::byte kernel_scratch[kernels::kKernelScratchBytes];
+};
+
+}  // namespace nif::runtime

@@ -1,0 +1,59 @@
+// A loaded asset: its bytes, wherever they are, the checked views into them, and the kernels made from them.
+// Where no kernel reads the bytes any more they are let go, and the views keep names, boxes and numbers.
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "api/device.hpp"
+#include "formats/nif/file_memory.hpp"
+#include "formats/nif/reader.hpp"
+#include "scene/kernel.hpp"
+
+struct NifAssetObject : nif::runtime::Object {
+  NifAssetObject(NifDeviceObject* owner, nif::format::FileMemory bytes, std::string_view file_name)
+      : device(owner),
+        name(file_name, owner->memory()),
+        memory(std::move(bytes)),
+        view(nif::format::read_asset(memory.bytes(), file_name, owner->memory())),
+        texts(owner->memory()),
+        kernels(owner->memory()),
+        file_bytes(memory.bytes().size()) {
+    for (const nif::format::ObjectView& object : view.objects)
+      kernels.push_back(nif::runtime::make_kernel(object, owner->configuration.isa, owner->memory()));
+    bool read = device->gpu.has_value();  // when a scene with this asset is committed
+    for (const nif::runtime::KernelPointer& kernel : kernels) read = read || kernel->reads_field();
+    if (!read) drop_bytes();
+  }
+
+  ~NifAssetObject() {
+    if (on_gpu) device->gpu->free(*this);
+  }
+
+  nif::runtime::Ref<NifDeviceObject> device;
+  std::pmr::string name;  ///< what messages call it: its file, or "memory"
+  nif::format::FileMemory memory;
+  nif::format::AssetView view;
+  std::pmr::vector<char> texts;  ///< names and metadata of the view, where `memory` is let go
+  std::pmr::vector<nif::runtime::KernelPointer> kernels;  ///< [object] answers it
+  uint64_t file_bytes;
+  nif::runtime::GpuAsset* on_gpu = nullptr;  ///< once a scene with it was committed
+  std::atomic<uint64_t> gpu_bytes = 0;
+
+ private:
+  void drop_bytes();
+};
+
+namespace nif::runtime {
+
+NifAssetObject* load_file(NifDeviceObject* device, const char* path, NifLoadMode mode);
+NifAssetObject* load_memory(NifDeviceObject* device, const void* bytes, uint64_t size, NifMemoryMode mode);
+void release(NifAssetObject* asset);
+
+/// Checked access; throws Failure where the asset has no such object.
+const format::ObjectView& object_of(const NifAssetObject& asset, uint32_t object);
+NifAssetInfo describe(const NifAssetObject& asset);
+NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object);
+NifInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t instance);
+
+}  // namespace nif::runtime

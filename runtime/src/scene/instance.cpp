@@ -1,0 +1,48 @@
+// Transforms of instances: inverses, products and boxes in double, rounded to float once.
+#include "scene/instance.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "api/error.hpp"
+#include "query/float_environment.hpp"
+
+namespace nif::runtime {
+
+NIF_COMPUTES Instance make_instance(const Transform& to_world) {
+  for (const float value : to_world)
+    if (!std::isfinite(value)) refuse_argument("the transform is not finite");
+  Instance instance{};
+  bool well_conditioned;
+  if (!kernels::invert(to_world.data(), instance.to_object, well_conditioned))
+    throw Failure(NIF_ERROR_SINGULAR_TRANSFORM, "the transform flattens space and has no inverse");
+  instance.identity = to_world == kIdentity;
+  instance.well_conditioned = well_conditioned;
+  return instance;
+}
+
+NIF_COMPUTES Transform combine(const Transform& second, const Transform& first) {
+  Transform result;
+  for (size_t row = 0; row < 3; ++row)
+    for (size_t column = 0; column < 4; ++column) {
+      double sum = column == 3 ? double(second[4 * row + 3]) : 0.0;
+      for (size_t k = 0; k < 3; ++k) sum += double(second[4 * row + k]) * double(first[4 * k + column]);
+      result[4 * row + column] = static_cast<float>(sum);
+    }
+  return result;
+}
+
+NIF_COMPUTES kernels::WorldBox world_box(const format::ObjectView& object, const Transform& to_world) {
+  const kernels::ObjectBox box = object.encoding == format::kBvh ? kernels::object_box(object.bvh)
+                                 : object.encoding == format::kSpherical
+                                     ? kernels::object_box(*object.spherical)
+                                     : kernels::object_box(object.field);
+  return kernels::world_box(box, to_world.data());
+}
+
+kernels::WorldBox empty_box() {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+}
+
+}  // namespace nif::runtime

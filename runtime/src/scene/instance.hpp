@@ -1,0 +1,45 @@
+// Placed objects: their transforms and their boxes.
+#pragma once
+
+#include <array>
+
+#include "formats/nif/reader.hpp"
+#include "kernels/reference/object_kernel.hpp"
+#include "kernels/reference/scene_field.hpp"
+
+namespace nif::runtime {
+
+using Transform = std::array<float, 12>;  ///< row-major 3x4
+inline constexpr Transform kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+/// What a scene knows of an object, once for all its instances.
+struct PlacedObject {
+  const format::ObjectView* view;
+  const kernels::ObjectKernel* kernel;  ///< answers it
+  float logit_scale;
+  float reach_scale;  ///< as format::ObjectView's
+};
+
+using Instance = kernels::PlacedInstance;
+inline constexpr uint32_t kMaxPlacedObjects = 1u << 30;
+
+/// All but object and place. Throws Failure where the transform is not finite or has no inverse.
+Instance make_instance(const Transform& to_world);
+
+/// first, then second; computed in double.
+Transform combine(const Transform& second, const Transform& first);
+
+/// The box of the box rule (kernels/reference/instance.hpp).
+kernels::WorldBox world_box(const format::ObjectView& object, const Transform& to_world);
+
+inline void grow(kernels::WorldBox& box, const kernels::WorldBox& other) {
+  for (int a = 0; a < 3; ++a) {
+    box.min[a] = kernels::min_of(other.min[a], box.min[a]);
+    box.max[a] = kernels::max_of(other.max[a], box.max[a]);
+  }
+}
+
+/// Around nothing; min > max.
+kernels::WorldBox empty_box();
+
+}  // namespace nif::runtime

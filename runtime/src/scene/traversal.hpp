@@ -1,0 +1,47 @@
+// Following one ray through the hierarchy, from one instance that it may meet to the next.
+#pragma once
+
+#include "query/float4.hpp"
+#include "query/work_area.hpp"
+#include "scene/hierarchy.hpp"
+
+namespace nif::runtime {
+
+/// A ray as the box test wants it: each number four times.
+struct TraversalRay {
+  TraversalRay(const WorkArea& area, uint32_t ray) {
+    for (int a = 0; a < 3; ++a) {
+      origin[a] = all_of(area.rays.origin[a][ray]);
+      inverse[a] = all_of(area.inverse[a][ray]);
+    }
+    tmin = all_of(area.rays.tmin[ray]);
+    tmax = all_of(area.rays.tmax[ray]);
+  }
+
+  Float4 origin[3], inverse[3], tmin, tmax;
+};
+
+/// kernels::may_meet for a node's four children, as bits.
+inline uint32_t may_meet(const Node& node, const TraversalRay& ray) {
+  Float4 near[3], far[3];
+  for (int a = 0; a < 3; ++a) {
+    const Float4 low = (load4(node.min[a]) - ray.origin[a]) * ray.inverse[a];
+    const Float4 high = (load4(node.max[a]) - ray.origin[a]) * ray.inverse[a];
+    near[a] = min_of(low, high);
+    far[a] = max_of(low, high);
+  }
+  const Float4 less = all_of(1 - kernels::kBoxSlack), more = all_of(1 + kernels::kBoxSlack);
+  const Float4 enter = max_of(max_of(near[0], near[1]), near[2]);
+  const Float4 leave = min_of(min_of(far[0], far[1]), far[2]);
+  return node.lanes & at_most(max_of(min_of(enter * less, enter * more), ray.tmin),
+                              min_of(max_of(leave * less, leave * more), ray.tmax));
+}
+
+inline Cursor start(const Node* nodes, const TraversalRay& ray) { return {may_meet(nodes[0], ray), 0}; }
+
+/// The next instance whose box the ray may meet, or kNoPlace after the last.
+inline uint32_t next_instance(const Node* nodes, const TraversalRay& ray, Cursor& cursor) {
+  return kernels::next_instance(nodes, cursor, [&](const Node& node) { return may_meet(node, ray); });
+}
+
+}  // namespace nif::runtime

@@ -1,0 +1,350 @@
+// A driver for cards that are not there: the kernels run in the emulator, memory of a card is the host's.
+// Together with the GPU module's own sources this makes libnif_hip_emulated.so.
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <mutex>
+
+#include "driver.hpp"
+#include "tests/gpu/emulator/kernels.hpp"
+#include "tests/gpu/emulator/machine.hpp"
+
+namespace nif::gpu {
+namespace {
+
+namespace hip = kernels::gpu;
+using test::EmulatedKernel;
+using test::EmulatedMachine;
+
+EmulatedMachine machine;
+
+/// Whether this call is the one that is to fail.
+bool is_due(std::atomic<uint32_t>& countdown) { return countdown.load() != 0 && countdown.fetch_sub(1) == 1; }
+
+void check_lost() {
+  if (machine.lost) throw GpuError(NIF_ERROR_DEVICE_LOST, "GPU: the emulated card is lost");
+}
+
+struct Queue {
+  explicit Queue(uint32_t of_card) : card(of_card) {}
+  uint32_t card;
+  std::vector<std::function<void()>> work;  ///< ever; empty where it is done
+  std::vector<double> clock;                ///< [work]: when it is done, in seconds
+  size_t done = 0;
+  std::mutex running;  ///< one thread at a time does a queue's work
+};
+/// An event.
+struct Mark {
+  std::shared_ptr<Queue> queue;  ///< a stream may end before its events
+  size_t behind = 0;             ///< work of the queue that it comes after
+  std::atomic<uint32_t> asked = 0;
+};
+
+/// All that the driver knows, of all cards.
+class Ledger {
+ public:
+  void* allocate(uint32_t card, uint64_t bytes) {
+    const std::lock_guard lock(mutex_);
+    check_lost();
+    if (is_due(machine.fail_allocation))
+      throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY, "GPU: the emulated card has no memory left");
+    void* memory = std::aligned_alloc(256, (bytes + 511) / 256 * 256);
+    std::memset(memory, 0xa5, bytes);
+    memory_[static_cast<char*>(memory)] = {bytes, card};
+    ++machine.allocations;
+    machine.allocated += bytes;
+    return memory;
+  }
+  void free(void* memory) {
+    const std::lock_guard lock(mutex_);
+    const auto at = memory_.find(static_cast<char*>(memory));
+    if (at == memory_.end()) std::abort();
+    --machine.allocations;
+    machine.allocated -= at->second.bytes;
+    memory_.erase(at);
+    std::free(memory);
+  }
+  PointerKind kind_of(uint32_t card, const void* pointer) {
+    const std::lock_guard lock(mutex_);
+    const auto* address = static_cast<const char*>(pointer);
+    auto at = memory_.upper_bound(const_cast<char*>(address));
+    if (at == memory_.begin()) return PointerKind::host;
+    --at;
+    if (address >= at->first + at->second.bytes) return PointerKind::host;
+    return at->second.card == card ? PointerKind::device : PointerKind::other_device;
+  }
+
+  Queue* make_queue(uint32_t card) {
+    const std::lock_guard lock(mutex_);
+    ++machine.streams;
+    queues_.push_back(std::make_shared<Queue>(card));
+    return queues_.back().get();
+  }
+  std::shared_ptr<Queue> share(const Queue& queue) {
+    const std::lock_guard lock(mutex_);
+    return *std::find_if(queues_.begin(), queues_.end(),
+                         [&](const auto& known) { return known.get() == &queue; });
+  }
+  bool has_queue(uint32_t card, const void* stream) {
+    const std::lock_guard lock(mutex_);
+    return std::any_of(queues_.begin(), queues_.end(),
+                       [&](const auto& queue) { return queue.get() == stream && queue->card == card; });
+  }
+  void free_queue(Queue* queue) {
+    if (!machine.lost) drain(*queue, ~size_t{0});
+    const std::lock_guard lock(mutex_);
+    --machine.streams;
+    std::erase_if(queues_, [&](const auto& known) { return known.get() == queue; });
+  }
+  void put(Queue& queue, std::function<void()> work, double seconds = 0) {
+    check_lost();
+    const std::lock_guard lock(mutex_);
+    queue.work.push_back(std::move(work));
+    queue.clock.push_back((queue.clock.empty() ? 0 : queue.clock.back()) + 1e-6 + seconds);
+  }
+  /// Does the work of a queue up to a number.
+  void drain(Queue& queue, size_t end) {
+    const std::lock_guard running(queue.running);
+    for (;;) {
+      std::function<void()> work;
+      {
+        const std::lock_guard lock(mutex_);
+        if (queue.done >= std::min(end, queue.work.size())) return;
+        work = std::move(queue.work[queue.done]);
+      }
+      work();
+      const std::lock_guard lock(mutex_);
+      ++queue.done;  // not before: others may ask meanwhile
+    }
+  }
+  bool is_done(const Mark& mark) {
+    const std::lock_guard lock(mutex_);
+    return !mark.queue || mark.queue->done >= mark.behind;
+  }
+  double time_of(const Mark& mark) {
+    const std::lock_guard lock(mutex_);
+    return mark.behind > 0 ? mark.queue->clock[mark.behind - 1] : 0;
+  }
+  size_t length(const Queue& queue) {
+    const std::lock_guard lock(mutex_);
+    return queue.work.size();
+  }
+
+ private:
+  struct Piece {
+    uint64_t bytes;
+    uint32_t card;
+  };
+  std::mutex mutex_;
+  std::map<char*, Piece> memory_;
+  std::vector<std::shared_ptr<Queue>> queues_;
+};
+
+Ledger& ledger() {
+  static Ledger ledger;
+  return ledger;
+}
+
+test::MatrixKind kind_of_card(uint32_t card) {
+  return test::kMatrixKinds[card % std::size(test::kMatrixKinds)];
+}
+
+class EmulatedContext final : public Context {
+ public:
+  explicit EmulatedContext(uint32_t card)
+      : card_(card), default_stream_(ledger().make_queue(card)), kind_(kind_of_card(card)) {}
+  ~EmulatedContext() override { ledger().free_queue(default_stream_); }
+
+  void enter() override {
+    if (entered_) std::abort();
+    entered_ = this;
+  }
+  void leave() noexcept override { entered_ = nullptr; }
+
+  Kernel find_kernel(const char* name) override {
+    check_entered();
+    if (const EmulatedKernel* kernel = test::find_emulated_kernel(name, kind_))
+      return const_cast<EmulatedKernel*>(kernel);
+    throw GpuError(NIF_ERROR_UNKNOWN, std::string("there is no kernel ") + name);
+  }
+  void launch(Kernel kernel, const LaunchShape& shape, Stream stream, void** arguments) override {
+    check_entered();
+    check_lost();
+    if (is_due(machine.fail_launch)) {
+      machine.lost = true;
+      check_lost();
+    }
+    ++machine.launches;
+    const auto& emulated = *static_cast<const EmulatedKernel*>(kernel);
+    const bool one_kernel = emulated.name.starts_with("nif_scene_") &&
+                            !static_cast<const hip::SceneWork*>(arguments[0])->list.rays;
+    if (one_kernel) machine.rays_launched += static_cast<const hip::SceneWork*>(arguments[0])->query.count;
+    if (emulated.name.starts_with("nif_pipeline_")) {
+      const auto& work = *static_cast<const hip::PipelineWork*>(arguments[0]);
+      ++machine.pipelined;
+      if (emulated.name.starts_with("nif_pipeline_walk") && !work.before.counts)
+        machine.rays_launched += work.query.count;
+    }
+    if (machine.discard) return;
+    const hip::EmulatedGrid grid{shape.blocks, shape.threads, shape.shared_bytes, test::wave_of(kind_),
+                                 machine.order};
+    ledger().put(
+        queue_of(stream), [run = emulated.bind(arguments[0]), grid] { hip::emulate(grid, run); },
+        one_kernel ? machine.seconds_of_one_kernel : 0);
+  }
+  uint32_t most_rays() const override { return machine.most_rays; }
+  uint32_t processors() const override { return machine.processors; }
+
+  void* allocate(size_t bytes) override {
+    check_entered();
+    return ledger().allocate(card_, bytes);
+  }
+  void free(void* memory) noexcept override { ledger().free(memory); }
+  void* allocate_host(size_t bytes) override {
+    check_lost();
+    return std::aligned_alloc(256, (bytes + 255) / 256 * 256);
+  }
+  void free_host(void* memory) noexcept override { std::free(memory); }
+  void copy_in(void* to, const void* from, size_t bytes, Stream stream) override {
+    check_entered();
+    if (kind_of(to) != PointerKind::device) std::abort();
+    ++machine.uploads;
+    ledger().put(queue_of(stream), [=] { std::memcpy(to, from, bytes); });
+  }
+  void copy_out(void* to, const void* from, size_t bytes, Stream stream) override {
+    check_entered();
+    if (kind_of(from) != PointerKind::device) std::abort();
+    ledger().put(queue_of(stream), [=] { std::memcpy(to, from, bytes); });
+  }
+
+  void clear(void* memory, size_t bytes, Stream stream) override {
+    check_entered();
+    if (kind_of(memory) != PointerKind::device) std::abort();
+    ledger().put(queue_of(stream), [=] { std::memset(memory, 0, bytes); });
+  }
+
+  Stream make_stream() override {
+    check_lost();
+    return ledger().make_queue(card_);
+  }
+  void free_stream(Stream stream) noexcept override { ledger().free_queue(static_cast<Queue*>(stream)); }
+  void wait_stream(Stream stream) override {
+    check_entered();
+    ++machine.waits;
+    check_lost();
+    ledger().drain(queue_of(stream), ~size_t{0});
+  }
+  void hold_back(Stream stream, Event event) override {
+    check_entered();
+    check_lost();
+    ++machine.held_back;
+    const auto& mark = *static_cast<const Mark*>(event);
+    if (!mark.queue || mark.queue.get() == &queue_of(stream)) return;
+    ledger().put(queue_of(stream),
+                 [queue = mark.queue, behind = mark.behind] { ledger().drain(*queue, behind); });
+  }
+  bool owns(Stream stream) override { return ledger().has_queue(card_, stream); }
+
+  Event make_event(bool) override {
+    check_lost();
+    ++machine.events;
+    return new Mark;
+  }
+  void free_event(Event event) noexcept override {
+    --machine.events;
+    delete static_cast<Mark*>(event);
+  }
+  void record(Event event, Stream stream) override {
+    check_entered();
+    check_lost();
+    auto& mark = *static_cast<Mark*>(event);
+    mark.queue = ledger().share(queue_of(stream));
+    mark.behind = ledger().length(*mark.queue);
+    mark.asked = 0;
+  }
+  /// Time passes while somebody asks: after some times the work is done.
+  bool is_done(Event event) override {
+    check_entered();
+    check_lost();
+    auto& mark = *static_cast<Mark*>(event);
+    if (ledger().is_done(mark)) return true;
+    if (++mark.asked < 10) return false;
+    wait_for(mark);
+    return true;
+  }
+  void wait(Event event) override {
+    check_entered();
+    ++machine.waits;
+    check_lost();
+    wait_for(*static_cast<const Mark*>(event));
+  }
+
+  double seconds_between(Event from, Event to) override {
+    const auto &start = *static_cast<const Mark*>(from), &end = *static_cast<const Mark*>(to);
+    if (!ledger().is_done(start) || !ledger().is_done(end)) std::abort();
+    return ledger().time_of(end) - ledger().time_of(start);
+  }
+
+  PointerKind kind_of(const void* pointer) override { return ledger().kind_of(card_, pointer); }
+
+ private:
+  void check_entered() const {
+    if (entered_ != this) std::abort();
+  }
+  Queue& queue_of(Stream stream) const { return stream ? *static_cast<Queue*>(stream) : *default_stream_; }
+  static void wait_for(const Mark& mark) {
+    if (mark.queue) ledger().drain(*mark.queue, mark.behind);
+  }
+
+  static thread_local const Context* entered_;
+  uint32_t card_;
+  Queue* default_stream_;
+  test::MatrixKind kind_;
+};
+thread_local const Context* EmulatedContext::entered_ = nullptr;
+
+class EmulatedDriver final : public Driver {
+ public:
+  uint32_t count() override { return machine.cards; }
+  CardDescription describe(uint32_t card) override {
+    return {"emulated card " + std::to_string(card), name_of(kind_of_card(card)), "emulated 1.0",
+            uint64_t{1} << 30};
+  }
+  std::string trouble(uint32_t card) override {
+    if (!machine.no_image) return "";
+    return "the GPU module has no kernels for " + describe(card).target;
+  }
+  std::unique_ptr<Context> open(uint32_t card) override {
+    check_lost();
+    return std::make_unique<EmulatedContext>(card);
+  }
+};
+
+}  // namespace
+
+Drivers find_drivers() {
+  Drivers drivers;
+  if (machine.no_driver)
+    drivers.why_none = "there is no driver in the emulated machine";
+  else if (machine.driver_too_old)
+    drivers.why_none = "the emulated driver is too old";
+  else if (machine.cards == 0)
+    drivers.why_none = "the emulated driver finds no card";
+  else
+    drivers.found.push_back(std::make_unique<EmulatedDriver>());
+  return drivers;
+}
+
+}  // namespace nif::gpu
+
+extern "C" NIF_API nif::test::EmulatedMachine* nif_emulated_machine(void) {
+  using namespace nif::gpu;
+  machine.allocate = [](uint32_t card, uint64_t bytes) { return ledger().allocate(card, bytes); };
+  machine.free = [](void* memory) { ledger().free(memory); };
+  machine.make_stream = [](uint32_t card) -> void* { return ledger().make_queue(card); };
+  machine.free_stream = [](void* stream) { ledger().free_queue(static_cast<Queue*>(stream)); };
+  machine.wait_stream = [](void* stream) { ledger().drain(*static_cast<Queue*>(stream), ~size_t{0}); };
+  return &machine;
+}

@@ -1,0 +1,219 @@
+// `nif attach`: a baked asset as part of the glTF that it was baked from, or taken out of it again.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "formats/base/memory.hpp"
+#include "formats/base/output_file.hpp"
+#include "formats/mesh/gltf/attach.hpp"
+#include "formats/mesh/read.hpp"
+#include "formats/nif/file_memory.hpp"
+#include "formats/nif/reader.hpp"
+#include "tools/attach/nodes.hpp"
+#include "tools/common/command.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/mesh/input.hpp"
+
+namespace nif::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string gltf, asset, output;
+  bool reference = false, remove = false, force = false, json = false, quiet = false;
+};
+
+void check(const Arguments& arguments) {
+  if (arguments.remove) {
+    const char* idle = !arguments.asset.empty() ? "an ASSET"
+                       : arguments.reference    ? "--reference"
+                       : arguments.force        ? "--force"
+                                                : nullptr;
+    if (idle)
+      throw Error(Status::usage,
+                  fmt::format("--remove and {} contradict each other: nothing is attached", idle));
+  } else if (arguments.asset.empty()) {
+    throw Error(Status::usage, "ASSET is required, or --remove; see --help");
+  }
+  refuse_overwriting(arguments.gltf, arguments.output);
+  refuse_overwriting(arguments.asset, arguments.output);
+  check_output(arguments.output);
+}
+
+fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : "."; }
+
+/// A GLB stays a GLB, and files that it names stay where its new place finds them.
+void check_kind(const mesh::GltfFile& file, const std::string& output) {
+  std::string extension = fs::path(output).extension().string();
+  for (char& c : extension) c = char(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  const std::string wanted = file.is_glb() ? ".glb" : ".gltf";
+  if (extension != wanted) {
+    throw Error(Status::usage, fmt::format("{}: {} is a {} and stays one; the output's name must end in it",
+                                           output, file.file().string(), wanted));
+  }
+  std::error_code unknown;
+  const std::vector<std::string> uris = file.relative_uris();
+  if (!uris.empty() && !fs::equivalent(folder_of(file.file()), folder_of(output), unknown)) {
+    throw Error(Status::usage,
+                fmt::format("{}: {} names '{}' beside it, so the output must lie in its folder", output,
+                            file.file().string(), uris[0]));
+  }
+}
+
+/// A path as a relative URI: all but letters, digits and what never has a meaning there behind percent signs.
+std::string uri_of(const std::string& file, const std::string& output) {
+  const std::string path = fs::relative(file, folder_of(output)).generic_string();
+  std::string uri;
+  for (const char c : path) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       std::string_view("-._~/").find(c) != std::string_view::npos;
+    if (plain)
+      uri += c;
+    else
+      uri += fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return uri;
+}
+
+uint64_t write(const std::string& path, const mesh::FilePieces& file) {
+  const std::atomic<bool>& cancel = interruption();
+  constexpr size_t kStep = size_t{1} << 24;  // so that Ctrl-C is seen soon
+  OutputFile out(path);
+  for (std::string_view piece : file.pieces()) {
+    while (!piece.empty()) {
+      if (cancel) throw Error(Status::interrupted, "interrupted; nothing was written");
+      const std::string_view step = piece.substr(0, kStep);
+      out.write(std::as_bytes(std::span(step)));
+      piece.remove_prefix(step.size());
+    }
+  }
+  out.commit();
+  return file.size();
+}
+
+struct Result {
+  const char* how = "removed";
+  size_t nodes = 0, instances = 0;
+  uint64_t asset_bytes = 0, bytes = 0;
+  std::string uri;
+  std::vector<std::string> notes;
+};
+
+Result remove(const Arguments& arguments, const mesh::GltfFile& file) {
+  if (!file.has_attachment())
+    throw Error(Status::usage,
+                fmt::format("{}: has no asset attached that --remove could take out", arguments.gltf));
+  Result result;
+  result.bytes = write(arguments.output, file.without());
+  return result;
+}
+
+Result attach(const Arguments& arguments, const mesh::GltfFile& file, const mesh::Scene& scene,
+              const format::FileMemory& memory) {
+  const format::AssetView view = format::read_asset(memory.bytes(), arguments.asset);
+  const bool reference = arguments.reference || !file.is_glb();
+  NodeMatch match = arguments.force ? match_names(view, scene, arguments.asset, arguments.gltf)
+                                    : match_nodes(view, scene, arguments.asset, arguments.gltf);
+  mesh::Attachment attachment;
+  attachment.nodes = std::move(match.nodes);
+  if (reference)
+    attachment.uri = uri_of(arguments.asset, arguments.output);
+  else
+    attachment.asset = memory.bytes();
+  Result result{reference ? "referenced" : "embedded",
+                attachment.nodes.size(),
+                view.instances.size(),
+                memory.bytes().size(),
+                0,
+                attachment.uri,
+                std::move(match.notes)};
+  result.bytes = write(arguments.output, file.with(attachment));
+  return result;
+}
+
+void print(const Arguments& arguments, const Result& result) {
+  if (arguments.json) {
+    nlohmann::ordered_json json{{"schema", "nifkit.attach/1"},
+                                {"file", arguments.output},
+                                {"how", result.how},
+                                {"bytes", result.bytes}};
+    if (!arguments.remove) {
+      json["asset"] = {
+          {"file", arguments.asset}, {"bytes", result.asset_bytes}, {"instances", result.instances}};
+      if (!result.uri.empty()) json["asset"]["uri"] = result.uri;
+      json["nodes"] = result.nodes;
+      json["notes"] = result.notes;
+    }
+    write_json(json);
+  } else if (arguments.remove) {
+    fmt::print("{}: {}, without an asset\n", arguments.output, format_bytes(double(result.bytes)));
+  } else {
+    fmt::print("{}: {}, with an asset of {} {}, at {}\n", arguments.output,
+               format_bytes(double(result.bytes)), format_bytes(double(result.asset_bytes)),
+               result.uri.empty() ? "in it" : fmt::format("beside it, '{}'", result.uri),
+               count_of(result.nodes, "node"));
+  }
+}
+
+void run(const Arguments& arguments) {
+  check(arguments);
+  Progress progress(arguments.quiet);
+  interruption();  // from here on, Ctrl-C leaves no file behind
+  std::error_code unknown;
+  const uint64_t bytes = fs::file_size(arguments.gltf, unknown);
+  if (!unknown) require_memory(2 * bytes, arguments.gltf + ": reading it");
+  progress.update(0, "reading " + arguments.gltf);
+  const mesh::GltfFile file(arguments.gltf, mesh::ReadLimits{}.max_decompressed_bytes);
+  mesh::Scene scene = mesh::read(arguments.gltf, file.bytes());
+  scene.meshes.clear();
+  check_kind(file, arguments.output);
+  Result result;
+  if (arguments.remove) {
+    result = remove(arguments, file);
+  } else {
+    progress.update(0.5, "reading " + arguments.asset);
+    const format::FileMemory memory =
+        format::FileMemory::load(arguments.asset, format::FileMemory::Mode::read);
+    result = attach(arguments, file, scene, memory);
+  }
+  progress.finish();
+  print_notes(result.notes, arguments.quiet);
+  if (arguments.json || !arguments.quiet) print(arguments, result);
+}
+
+}  // namespace
+
+void add_attach(Command app) {
+  const Command command =
+      app.add_subcommand("attach", "Make a baked asset part of the glTF that it was baked from");
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  command.add_option("GLTF", a.gltf, "A .glb or .gltf file").required();
+  command.add_option("ASSET", a.asset, "The .nif file that was baked from it");
+  command.add_option("-o,--output", a.output, "The file to write, of the same kind as the input").required();
+  command.add_flag("--reference", a.reference,
+                   "Name the asset by a relative URI in place of copying it into the .glb; a .gltf always "
+                   "does");
+  command.add_flag("--force", a.force,
+                   "Take an asset that was baked from another file, too, and match nodes by their names");
+  command.add_flag("--remove", a.remove,
+                   "Take an attached asset out again: the file is then, byte for byte, what it was before");
+  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.attach/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  command.footer(
+      "The asset is attached by the glTF extension NIF_visibility (docs/gltf-extension.md), which other "
+      "programs\n"
+      "ignore: the file's meshes stay, and so does every other byte. An asset that is attached already is\n"
+      "replaced. nif bake makes the same asset of the file with and without one.\n"
+      "Examples:\n"
+      "  nif bake crate.glb -o crate.nif && nif attach crate.glb crate.nif -o both.glb\n"
+      "  nif attach hall.gltf hall.nif -o hall_nif.gltf       # names hall.nif beside it\n"
+      "  nif attach both.glb --remove -o crate.glb");
+  command.callback([arguments] { run(*arguments); });
+}
+
+}  // namespace nif::tools

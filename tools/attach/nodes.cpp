@@ -1,0 +1,92 @@
+#include "tools/attach/nodes.hpp"
+
+#include <fmt/format.h>
+
+#include <deque>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "bake/report.hpp"
+#include "tools/common/command.hpp"
+
+namespace nif::tools {
+namespace {
+
+using nlohmann::json;
+
+/// A member of what may be anything; null where it is not there.
+json member(const json& value, const char* name) {
+  const auto found = value.is_object() ? value.find(name) : value.end();
+  return found == value.end() ? json() : *found;
+}
+
+void note_unmatched(size_t nodes, NodeMatch& match) {
+  if (nodes == 0) return;
+  match.notes.push_back(fmt::format(
+      "{} of the file with a mesh {} no instance of the asset and {} left as {}", count_of(nodes, "node"),
+      nodes == 1 ? "has" : "have", nodes == 1 ? "is" : "are", nodes == 1 ? "it is" : "they are"));
+}
+
+}  // namespace
+
+NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, const std::string& asset,
+                      const std::string& gltf) {
+  const json metadata = json::parse(view.metadata, nullptr, false);
+  const json source = member(member(metadata, "source"), "hash"),
+             numbers = member(member(metadata, "hierarchy"), "instances");
+  const std::string wanted = bake::source_hash_text(scene.source_hash);
+  if (source != wanted) {
+    throw Error(
+        Status::mesh_mismatch,
+        fmt::format("{} was not baked from {}: its source is {}, the file is {}; --force goes by names",
+                    asset, gltf, source.is_string() ? source.get<std::string>() : "unknown", wanted));
+  }
+  std::set<uint64_t> unmatched;
+  for (const mesh::Instance& instance : scene.instances)
+    if (instance.node != mesh::kNoNode) unmatched.insert(scene.nodes[instance.node].number);
+  NodeMatch match;
+  bool known = numbers.is_array() && numbers.size() == view.instances.size();
+  for (uint32_t i = 0; known && i < view.instances.size(); ++i) {
+    known = numbers[i].is_number_unsigned() && unmatched.erase(numbers[i].get<uint64_t>()) == 1;
+    if (known) match.nodes.push_back({numbers[i].get<uint32_t>(), i});
+  }
+  if (!known || match.nodes.empty()) {
+    throw Error(Status::mesh_mismatch,
+                fmt::format("{} does not say which nodes of {} its instances are; bake it again, or let "
+                            "--force go by names",
+                            asset, gltf));
+  }
+  note_unmatched(unmatched.size(), match);
+  return match;
+}
+
+NodeMatch match_names(const format::AssetView& view, const mesh::Scene& scene, const std::string& asset,
+                      const std::string& gltf) {
+  std::map<std::string_view, std::deque<uint32_t>> nodes;  // in the order of the hierarchy
+  size_t unmatched_nodes = 0;
+  for (const mesh::Instance& instance : scene.instances) {
+    if (instance.node == mesh::kNoNode) continue;
+    nodes[instance.name].push_back(scene.nodes[instance.node].number);
+    ++unmatched_nodes;
+  }
+  NodeMatch match;
+  for (uint32_t i = 0; i < view.instances.size(); ++i) {
+    const auto found = nodes.find(view.instances[i].name);
+    if (found == nodes.end() || found->second.empty()) continue;
+    match.nodes.push_back({found->second.front(), i});
+    found->second.pop_front();
+    --unmatched_nodes;
+  }
+  if (match.nodes.empty()) {
+    throw Error(Status::mesh_mismatch, fmt::format("{}: none of its {} is named as a node of {} with a mesh",
+                                                   asset, count_of(view.instances.size(), "instance"), gltf));
+  }
+  if (const size_t lost = view.instances.size() - match.nodes.size())
+    match.notes.push_back(fmt::format("{} of the asset {} named as no node of the file",
+                                      count_of(lost, "instance"), lost == 1 ? "is" : "are"));
+  note_unmatched(unmatched_nodes, match);
+  return match;
+}
+
+}  // namespace nif::tools

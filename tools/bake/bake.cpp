@@ -1,0 +1,330 @@
+// `nif bake`: a mesh file in, a .nif asset out.
+#include "bake/bake.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "bake/report.hpp"
+#include "formats/base/output_file.hpp"
+#include "formats/mesh/read.hpp"
+#include "formats/nif/reader.hpp"
+#include "formats/nif/writer.hpp"
+#include "tools/bake/options.hpp"
+#include "tools/batch/command.hpp"
+#include "tools/common/accuracy_table.hpp"
+#include "tools/common/command.hpp"
+#include "tools/common/measuring.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/render/scene_file.hpp"
+#include "tools/render/scene_meshes.hpp"
+#include "tools/render/view_rays.hpp"
+
+namespace nif::tools {
+namespace {
+
+struct Arguments {
+  std::string mesh, output, depfile;
+  BatchArguments batch;
+  BakeArguments bake;
+  uint32_t threads = 0;
+  bool json = false, quiet = false;
+};
+
+struct AssetBytes {
+  uint64_t file, resident, occupancy = 0, features = 0, network = 0, bvh = 0, grids = 0, primary = 0;
+};
+
+AssetBytes count_bytes(std::span<const std::byte> file) {
+  const format::AssetView view = format::read_asset(file, "the new asset");
+  AssetBytes bytes{file.size(), resident_bytes(file)};
+  for (const format::ObjectView& object : view.objects) {
+    bytes.occupancy += object.occupancy_bytes;
+    bytes.features += object.feature_bytes;
+    bytes.bvh += object.bvh_bytes;
+    bytes.grids += object.grid_bytes;
+  }
+  for (const format::NetworkView& network : view.networks) bytes.network += network.bytes;
+  for (const format::SphericalNetworksView& networks : view.spherical_networks)
+    bytes.network += networks.bytes;
+  for (const format::PrimaryView& primary : view.primaries)
+    bytes.primary += primary.grid_bytes + primary.network_bytes;
+  return bytes;
+}
+
+nlohmann::ordered_json to_json(const std::optional<bake::EncodingCost>& cost) {
+  if (!cost) return nullptr;
+  nlohmann::ordered_json json{{"bytes", cost->bytes}};
+  if (cost->work > 0) json["work"] = cost->work;
+  if (cost->error) json["error"] = *cost->error;
+  return json;
+}
+
+nlohmann::ordered_json to_json(const bake::ObjectReport& object) {
+  nlohmann::ordered_json json{{"name", object.name},
+                              {"encoding", bake::name_of(object.encoding)},
+                              {"reason", object.reason},
+                              {"triangles", object.triangles},
+                              {"degenerate", object.cleaned.degenerate},
+                              {"duplicate", object.cleaned.duplicate},
+                              {"turned", object.turned},
+                              {"closed_components", object.closed_components},
+                              {"open_components", object.open_components}};
+  if (object.as_bvh || object.as_segment)
+    json["compared"] = {{"segment", to_json(object.as_segment)}, {"bvh", to_json(object.as_bvh)}};
+  if (object.encoding == format::kSegment) {
+    json["voxels"] = object.voxels;
+    json["surface_voxels"] = object.surface_voxels;
+    json["inside_voxels"] = object.inside_voxels;
+    json["unknown_voxels"] = object.unknown_voxels;
+  }
+  json["training_rays"] = object.training_rays;
+  if (object.primary_rays) json["primary_rays"] = object.primary_rays;
+  json["recoveries"] = object.recoveries;
+  json["sets"] = bake::to_json(object.sets);
+  return json;
+}
+
+void print_json(const Arguments& arguments, const bake::BakeResult& result, const AssetBytes& bytes,
+                double seconds, const std::vector<std::string>& sources,
+                const std::vector<std::string>& notes) {
+  nlohmann::ordered_json objects = nlohmann::ordered_json::array();
+  for (const bake::ObjectReport& object : result.objects) objects.push_back(to_json(object));
+  const nlohmann::ordered_json json{{"schema", "nifkit.bake/1"},
+                                    {"file", arguments.output},
+                                    {"triangles", result.triangles},
+                                    {"instances", result.asset.instances.size()},
+                                    {"seconds", seconds},
+                                    {"peak_memory", peak_memory()},
+                                    {"bytes",
+                                     {{"file", bytes.file},
+                                      {"resident", bytes.resident},
+                                      {"occupancy", bytes.occupancy},
+                                      {"features", bytes.features},
+                                      {"network", bytes.network},
+                                      {"bvh", bytes.bvh},
+                                      {"grids", bytes.grids},
+                                      {"primary", bytes.primary}}},
+                                    {"sets", bake::to_json(result.sets)},
+                                    {"sources", sources},
+                                    {"notes", notes},
+                                    {"objects", std::move(objects)}};
+  write_json(json);
+}
+
+void print_summary(const Arguments& arguments, const bake::BakeResult& result, const AssetBytes& bytes,
+                   double seconds) {
+  fmt::print("{}: {} in {}, {}; baked in {:.1f} s, at most {} of memory\n", arguments.output,
+             count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
+             count_of(result.asset.instances.size(), "instance"), seconds,
+             format_bytes(double(peak_memory())));
+  fmt::print("{} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {}, grids {})\n",
+             format_bytes(double(bytes.file)), format_bytes(double(bytes.resident)),
+             format_bytes(double(bytes.occupancy)), format_bytes(double(bytes.features)),
+             format_bytes(double(bytes.network)), format_bytes(double(bytes.bvh)),
+             format_bytes(double(bytes.grids)));
+  if (bytes.primary) fmt::print("of which for primary rays {}\n", format_bytes(double(bytes.primary)));
+  constexpr size_t kShown = 20;
+  for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
+    const bake::ObjectReport& object = result.objects[i];
+    fmt::print("'{}' is {}: {}\n", object.name, bake::name_of(object.encoding), object.reason);
+  }
+  if (result.objects.size() > kShown)
+    fmt::print("and {} more; --json lists all\n", result.objects.size() - kShown);
+  if (arguments.bake.rays > 0) fmt::print("\n{}", accuracy_table(result.sets));
+}
+
+/// What preparation changed or could not do, a sentence each.
+std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeResult& result) {
+  std::vector<std::string> notes = scene.warnings;
+  notes.insert(notes.end(), result.notes.begin(), result.notes.end());
+  for (const bake::ObjectReport& object : result.objects) {
+    if (object.recoveries)
+      notes.push_back(
+          fmt::format("'{}': the loss became non-finite {} time(s); training went back and on more carefully",
+                      object.name, object.recoveries));
+  }
+  return notes;
+}
+
+std::string describe(const bake::BakeProgress& p) {
+  std::string text;
+  switch (p.stage) {
+    case bake::BakeProgress::Stage::preparing:
+      text = "preparing ";
+      break;
+    case bake::BakeProgress::Stage::choosing:
+      text = "choosing an encoding for ";
+      break;
+    case bake::BakeProgress::Stage::training:
+      text = "training ";
+      break;
+    case bake::BakeProgress::Stage::measuring:
+      text = "measuring ";
+      break;
+  }
+  text += p.object;
+  if (p.object_count > 1) text += fmt::format(" ({} of {})", p.object_index + 1, p.object_count);
+  if (p.loss > 0) text += fmt::format("  loss {:.4f}  wrong where learned {:.2f} %", p.loss, p.error * 100);
+  return text;
+}
+
+/// All files that a scene is read from.
+std::vector<std::string> files_of(const render::SceneDescription& scene, const render::ObjectMeshes& meshes) {
+  std::vector<std::string> files{scene.file};
+  for (const auto& mesh : meshes) files.insert(files.end(), mesh->files.begin(), mesh->files.end());
+  for (const render::Light& light : scene.lights)
+    if (const auto* sky = std::get_if<render::Sky>(&light); sky && sky->map) files.push_back(*sky->map);
+  return files;
+}
+
+/// What the training rays of a view are drawn from.
+struct View {
+  render::SceneDescription scene;
+  std::vector<std::string> notes;
+  render::ObjectMeshes meshes;
+  std::vector<std::string> files;  ///< that all of it was read from
+  render::Lighting lighting;
+  render::World world;
+  render::ViewRays rays;
+
+  View(render::SceneDescription description, const std::string& mesh, const mesh::Scene& baked,
+       Progress& progress)
+      : scene(std::move(description)),
+        meshes(render::read_meshes(scene, notes, progress)),
+        files(files_of(scene, meshes)),
+        lighting(scene),
+        world(scene, std::move(meshes), "", progress),
+        rays(scene, world, lighting, mesh, baked) {}
+};
+
+render::SceneDescription read_view(const SphericalArguments& arguments) {
+  render::SceneDescription scene = render::read_scene(*arguments.view);
+  scene.picture.samples = arguments.view_samples.value_or(scene.picture.samples);
+  for (render::ObjectDescription& object : scene.objects) {  // labels are exact
+    object.nif.reset();
+    object.primary = false;
+  }
+  return scene;
+}
+
+/// With --manifest, which says all that the options of an asset else say.
+void run_manifest(const Arguments& arguments, const Command& command) {
+  BatchArguments batch = arguments.batch;
+  batch.threads = arguments.threads;
+  batch.depfile = arguments.depfile;
+  batch.json = arguments.json;
+  batch.quiet = arguments.quiet;
+  const OwnCommand allowed;
+  add_batch_options(allowed, batch);
+  for (const std::string& name : command.given()) {
+    if (allowed.has(name)) continue;
+    if (name != "--threads" && name != "--depfile" && name != "--json" && name != "--quiet")
+      throw Error(Status::usage,
+                  fmt::format("--manifest and {} contradict each other: the manifest says it", name));
+  }
+  run_batch(batch);
+}
+
+void run(const Arguments& arguments, const Command& command) {
+  if (!arguments.batch.manifest.empty()) return run_manifest(arguments, command);
+  if (const char* idle = arguments.batch.first_given())
+    throw Error(Status::usage, fmt::format("{} is an option of --manifest", idle));
+  if (arguments.mesh.empty()) throw Error(Status::usage, "MESH is required, or --manifest; see --help");
+  if (arguments.output.empty()) throw Error(Status::usage, "--output is required; see --help");
+  const auto start = std::chrono::steady_clock::now();
+  bake::BakeOptions options = resolve_options(arguments.bake);
+  std::error_code ignored;
+  if (std::filesystem::equivalent(arguments.mesh, arguments.output, ignored)) {
+    throw Error(Status::usage, fmt::format("{}: the output would overwrite the input", arguments.output));
+  }
+  if (arguments.output == "-") {
+    throw Error(Status::usage,
+                "-o -: an asset is written whole or not at all, so it needs a file, not a stream");
+  }
+  check_output(arguments.output);
+  if (!arguments.depfile.empty()) check_output(arguments.depfile);
+  limit_threads(arguments.threads);
+
+  Progress progress(arguments.quiet);
+  progress.update(0, "reading " + arguments.mesh);
+  const mesh::Scene scene = mesh::read(arguments.mesh);
+  const std::atomic<bool>& cancel = interruption();
+  std::unique_ptr<View> view;
+  if (arguments.bake.spherical.view) {
+    view = std::make_unique<View>(read_view(arguments.bake.spherical), arguments.mesh, scene, progress);
+    progress.finish();
+    if (!arguments.quiet)
+      for (const std::string& note : view->notes) fmt::print(stderr, "nif: note: {}\n", note);
+    const render::PictureDescription& picture = view->scene.picture;
+    options.spherical.given = bake::GivenRays{
+        fmt::format("{}, {} x {} pixels, {} samples each", count_of(view->scene.cameras.size(), "camera"),
+                    picture.width, picture.height, picture.samples),
+        picture.samples,
+        [&](uint64_t round) { return view->rays.draw(round); },
+        {}};
+    if (arguments.bake.spherical.primary)
+      options.spherical.given->draw_primary = [&](uint64_t round) { return view->rays.draw_primary(round); };
+  }
+  const bake::BakeResult result = naming(arguments.mesh, [&] {
+    return bake::bake(
+        scene, options, [&](const bake::BakeProgress& p) { progress.update(p.fraction, describe(p)); },
+        cancel);
+  });
+  const std::vector<std::byte> file = format::encode(result.asset);
+  if (options.max_bytes && file.size() > *options.max_bytes) {
+    throw Error(Status::target_not_met, fmt::format("--max-bytes {} is not met: the asset takes {} bytes",
+                                                    *options.max_bytes, file.size()));
+  }
+  const AssetBytes bytes = count_bytes(file);
+  if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
+  write_output(arguments.output, file);
+  std::vector<std::string> sources = scene.files;
+  if (view)
+    for (const std::string& path : view->files)
+      if (std::ranges::find(sources, path) == sources.end()) sources.push_back(path);
+  if (!arguments.depfile.empty()) {
+    const std::string rule = dependency_rule({arguments.output}, sources);
+    write_output(arguments.depfile, std::as_bytes(std::span(rule)));
+  }
+  progress.finish();
+
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const std::vector<std::string> notes = notes_of(scene, result);
+  if (!arguments.quiet)
+    for (const std::string& note : notes) fmt::print(stderr, "nif: note: {}\n", note);
+  if (arguments.json) {
+    print_json(arguments, result, bytes, seconds, sources, notes);
+  } else if (!arguments.quiet) {
+    print_summary(arguments, result, bytes, seconds);
+  }
+}
+
+}  // namespace
+
+void add_bake(Command app) {
+  const Command command = app.add_subcommand("bake", "Bake a mesh into a .nif asset");
+  auto a = std::make_shared<Arguments>();
+  command.add_option("MESH", a->mesh, "OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst");
+  command.add_option("-o,--output", a->output, "The .nif file to write");
+  add_bake_options(command, a->bake);
+  command.add_option("-j,--threads", a->threads, "Threads; 0: all. The result is the same for any number")
+      .capture_default_str();
+  command.add_option("--depfile", a->depfile,
+                     "Also write the files that were read, as a rule for make and ninja, to this file");
+  add_batch_options(command, a->batch);
+  command.add_flag("--json", a->json,
+                   "Print the results as one JSON object (nifkit.bake/1, or nifkit.batch/1)");
+  command.add_flag("--quiet", a->quiet, "No progress, notes or summary");
+  command.footer(
+      "Examples: nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n          nif bake --manifest "
+      "library.toml --keep-going --report library.html");
+  command.callback([a, command] { run(*a, command); });
+}
+
+}  // namespace nif::tools

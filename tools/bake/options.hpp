@@ -1,0 +1,32 @@
+// What `nif bake` is asked for: the options that decide the bytes of an asset.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "bake/bake.hpp"
+#include "tools/bake/spherical_options.hpp"
+#include "tools/common/options.hpp"
+
+namespace nif::tools {
+
+/// As given on the command line.
+struct BakeArguments {
+  std::optional<std::string> preset;
+  std::optional<std::string> encoding;
+  std::optional<uint32_t> resolution;
+  std::string max_bytes, max_error, mix;
+  uint64_t seed = 1;
+  uint64_t rays = 1'000'000;
+  bool strict = false;
+  SphericalArguments spherical;
+};
+
+/// `arguments` must outlive the command.
+void add_bake_options(Command command, BakeArguments& arguments);
+
+/// Throws Error(usage) naming the option whose value nothing can be made of, or the two that contradict each
+/// other.
+bake::BakeOptions resolve_options(const BakeArguments& arguments);
+
+}  // namespace nif::tools

@@ -1,0 +1,189 @@
+#include "tools/batch/command.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <ranges>
+#include <set>
+
+#include "formats/base/output_file.hpp"
+#include "formats/base/status.hpp"
+#include "formats/mesh/file_bytes.hpp"
+#include "tools/batch/batch.hpp"
+#include "tools/batch/report.hpp"
+#include "tools/common/command.hpp"
+#include "tools/common/progress.hpp"
+
+namespace nif::tools {
+namespace {
+
+/// "2/8": the second of eight.
+void parse_shard(const std::string& text, BatchOptions& options) {
+  unsigned number = 0, count = 0;
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%9u/%9u%n", &number, &count, &used) != 2 || size_t(used) != text.size() ||
+      number < 1 || number > count)
+    throw Error(Status::usage, fmt::format("--shard '{}' is not a part of a whole: write 1/8 to 8/8", text));
+  options.shard = number - 1;
+  options.shards = count;
+}
+
+/// Throws nif::Error where the file cannot be read, or has none.
+std::set<std::string> lines_of(const std::string& file) {
+  const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, 64 << 20);
+  std::set<std::string> lines;
+  for (const auto part : std::views::split(text.view(), '\n'))
+    if (!part.empty()) lines.emplace(part.begin(), part.end());
+  if (lines.empty()) throw Error(Status::file_empty, file + ": names no outputs");
+  return lines;
+}
+
+void print_plan(std::span<const BatchItem> items) {
+  size_t stale = 0;
+  for (const BatchItem& item : items) {
+    if (item.reason.empty()) continue;
+    ++stale;
+    fmt::print("{} from {}: {}\n", item.asset.output, item.asset.mesh, item.reason);
+  }
+  fmt::print("{} of {} would be baked\n", stale, count_of(items.size(), "asset"));
+}
+
+/// All that the outputs depend on, the manifest itself included.
+std::vector<std::string> files_of(const Manifest& manifest, std::span<const BatchItem> items) {
+  std::set<std::string> files;
+  for (const BatchItem& item : items) {
+    files.insert(item.asset.mesh);
+    if (!item.report.is_object()) continue;
+    for (const auto& source : item.report.value("sources", nlohmann::ordered_json::array()))
+      files.insert(source.get<std::string>());
+  }
+  files.erase(manifest.file);
+  std::vector<std::string> list{manifest.file};
+  list.insert(list.end(), files.begin(), files.end());
+  return list;
+}
+
+void write_text(const std::string& path, const std::string& text) {
+  write_output(path, std::as_bytes(std::span(text)));
+}
+
+}  // namespace
+
+const char* BatchArguments::first_given() const {
+  return !memory.empty()   ? "--memory"
+         : !report.empty() ? "--report"
+         : !shard.empty()  ? "--shard"
+         : !only.empty()   ? "--only"
+         : dry_run         ? "--dry-run"
+         : keep_going      ? "--keep-going"
+         : force           ? "--force"
+                           : nullptr;
+}
+
+void add_batch_options(Command command, BatchArguments& arguments) {
+  command.add_option(
+      "--manifest", arguments.manifest,
+      "Bake what has changed of all assets that this TOML file names (docs/batches.md), in place of MESH");
+  command.add_option(
+      "--memory", arguments.memory,
+      "With --manifest: what the bakes that run at a time may take together, e.g. 8GB; by default four "
+      "fifths of what is free");
+  command.add_option("--report", arguments.report,
+                     "With --manifest: also write a page of all assets with pictures, as this HTML file");
+  command.add_option("--shard", arguments.shard,
+                     "With --manifest: only part i of n, written i/n, e.g. 2/8: for several machines");
+  command.add_option(
+      "--only", arguments.only,
+      "With --manifest: only the outputs that this text file names, one a line, from the manifest's folder");
+  command.add_flag("--dry-run", arguments.dry_run,
+                   "With --manifest: say what would be baked, and why, and do nothing");
+  command.add_flag("--keep-going", arguments.keep_going, "With --manifest: bake the others where one fails");
+  command.add_flag("--force", arguments.force, "With --manifest: bake what is up to date, too");
+}
+
+void run_batch(const BatchArguments& arguments) {
+  const auto start = std::chrono::steady_clock::now();
+  BatchOptions options;
+  options.threads = arguments.threads;
+  options.keep_going = arguments.keep_going;
+  options.force = arguments.force;
+  if (!arguments.memory.empty()) options.memory = parse_bytes(arguments.memory, "--memory");
+  if (!arguments.shard.empty()) parse_shard(arguments.shard, options);
+  if (!arguments.only.empty()) options.only = lines_of(arguments.only);
+  for (const std::string& path : {arguments.report, arguments.depfile})
+    if (!path.empty()) check_output(path);
+  interruption();
+  Progress progress(arguments.quiet);
+  const auto show = [&](double fraction, const std::string& text) { progress.update(fraction, text); };
+  progress.update(0, "reading " + arguments.manifest);
+  const Manifest manifest = read_manifest(arguments.manifest);
+  std::vector<BatchItem> items = plan(manifest, options);
+  if (arguments.dry_run) {
+    progress.finish();
+    if (arguments.json)
+      write_json(to_json(manifest, items, 0));
+    else
+      print_plan(items);
+    return;
+  }
+  bake_batch(manifest, options, items, show);
+  if (!arguments.depfile.empty()) {
+    std::vector<std::string> outputs;
+    for (const BatchItem& item : items) outputs.push_back(item.asset.output);
+    write_text(arguments.depfile, dependency_rule(outputs, files_of(manifest, items)));
+  }
+  if (!arguments.report.empty()) {
+    make_thumbnails(manifest, items, show);
+    write_text(arguments.report, to_html(manifest, items));
+  }
+  progress.finish();
+
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const BatchItem* first_failed = nullptr;
+  size_t counts[4] = {};
+  for (const BatchItem& item : items) {
+    ++counts[size_t(item.outcome)];
+    if (item.outcome != BatchItem::Outcome::failed) continue;
+    if (first_failed)
+      fmt::print(stderr, "nif: {}\n", item.error);
+    else
+      first_failed = &item;
+  }
+  if (arguments.json) {
+    fmt::print(
+        "{}\n",
+        to_json(manifest, items, seconds).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else if (!arguments.quiet) {
+    fmt::print("{}: {}: {} baked, {} up to date", manifest.file, count_of(items.size(), "asset"),
+               counts[size_t(BatchItem::Outcome::baked)], counts[size_t(BatchItem::Outcome::current)]);
+    if (first_failed) fmt::print(", {} failed", counts[size_t(BatchItem::Outcome::failed)]);
+    if (counts[size_t(BatchItem::Outcome::left)])
+      fmt::print(", {} not begun after that; --keep-going bakes them",
+                 counts[size_t(BatchItem::Outcome::left)]);
+    fmt::print("; {:.1f} s\n", seconds);
+  }
+  if (first_failed) throw failure_of(*first_failed);
+}
+
+std::string dependency_rule(const std::vector<std::string>& targets, const std::vector<std::string>& files) {
+  std::string rule;
+  const auto add = [&](const std::string& path) {
+    for (char c : path) {
+      if (c == ' ' || c == '#' || c == '\\') rule += '\\';
+      if (c == '$') rule += '$';
+      rule += c;
+    }
+  };
+  for (const std::string& target : targets) {
+    if (!rule.empty()) rule += ' ';
+    add(target);
+  }
+  rule += ':';
+  for (const std::string& file : files) {
+    rule += " \\\n  ";
+    add(file);
+  }
+  return rule + '\n';
+}
+
+}  // namespace nif::tools

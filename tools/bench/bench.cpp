@@ -1,0 +1,187 @@
+// `nif bench`: an asset's speed beside the best that Embree can do on the same rays, never without the
+// asset's error on them.
+#include <fmt/format.h>
+#include <tbb/info.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <memory>
+
+#include "formats/base/output_file.hpp"
+#include "tools/bench/gpu.hpp"
+#include "tools/bench/plot.hpp"
+#include "tools/bench/report.hpp"
+#include "tools/common/command.hpp"
+
+namespace nif::tools {
+namespace {
+
+struct Arguments {
+  std::string asset, mesh, against, isa, plot, device = "cpu", precision = "single";
+  std::vector<std::string> sets;
+  std::vector<uint32_t> threads;
+  uint64_t rays = 1'000'000, seed = 2;
+  uint32_t rounds = 7;
+  std::string embree = "fastest";
+  bool stages = false, batches = false, json = false, quiet = false;
+};
+
+/// Each once, where it was first named.
+template <class T>
+void drop_repeats(std::vector<T>& list) {
+  for (auto end = list.begin(); end != list.end();) {
+    ++end;
+    list.erase(std::remove(end, list.end(), end[-1]), list.end());
+  }
+}
+
+BenchOptions resolve(const Arguments& arguments) {
+  BenchOptions options{
+      arguments.asset,   arguments.mesh,   arguments.isa,  arguments.against, parse_sets(arguments.sets),
+      arguments.threads, arguments.stages, arguments.rays, arguments.seed,    {}};
+  if (options.sets.empty())
+    options.sets = {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun};
+  const auto all = uint32_t(tbb::info::default_concurrency());
+  if (options.threads.empty()) options.threads = {1, 0};
+  std::replace(options.threads.begin(), options.threads.end(), 0u, all);
+  drop_repeats(options.sets);
+  drop_repeats(options.threads);
+  options.schedule.rounds = arguments.rounds;
+  if (arguments.embree == "all") options.schedule.finalists = std::numeric_limits<size_t>::max();
+  return options;
+}
+
+void check_plot(const Arguments& arguments) {
+  if (arguments.plot.empty()) return;
+  if (arguments.plot == "-") {
+    throw Error(Status::usage,
+                "--plot -: standard output is taken by the results, so a picture needs a file");
+  }
+  std::error_code ignored;
+  for (const std::string& input : {arguments.asset, arguments.mesh, arguments.against}) {
+    if (std::filesystem::equivalent(arguments.plot, input, ignored))
+      throw Error(Status::usage, fmt::format("--plot {}: the picture would overwrite an input", input));
+  }
+  check_output(arguments.plot);
+}
+
+/// Speeds of a busy machine are of little worth, and nothing else would tell.
+void print_notes(const BenchResult& result) {
+  for (const ThreadRun& run : result.runs) {
+    for (const SetSpeeds& speeds : run.sets) {
+      if (speeds.cores > 0.85 * run.threads) continue;
+      fmt::print(stderr,
+                 "nif: note: {}: {} got {:.2f} cores: other programs, or too few rays, kept them from more\n",
+                 bake::name_of(speeds.set), count_of(run.threads, "thread"), speeds.cores);
+    }
+  }
+}
+
+/// The race on a GPU, which knows nothing of threads and Embree.
+void run_gpu(const Arguments& arguments) {
+  const auto refuse = [](const char* option) {
+    throw Error(Status::usage, fmt::format("--device hip: {} is of the CPU's race", option));
+  };
+  if (!arguments.threads.empty()) refuse("--threads");
+  if (!arguments.isa.empty()) refuse("--isa");
+  if (arguments.embree != "fastest") refuse("--embree");
+  if (!arguments.plot.empty()) refuse("--plot");
+  const BenchOptions resolved = resolve(arguments);
+  const GpuBenchOptions options{
+      resolved.asset,   resolved.mesh,    resolved.against,         resolved.sets,
+      resolved.rays,    resolved.seed,    resolved.schedule.rounds, arguments.precision == "half",
+      arguments.stages, arguments.batches};
+  Progress progress(arguments.quiet);
+  const GpuBenchResult result = measure_gpu(options, progress);
+  progress.finish();
+  if (arguments.json)
+    write_json(to_json(options, result));
+  else
+    fmt::print("{}", gpu_bench_table(options, result));
+}
+
+void run(const Arguments& arguments) {
+  if (arguments.device == "hip") return run_gpu(arguments);
+  if (arguments.batches) throw Error(Status::usage, "--batches is of the GPU's race: --device hip");
+  if (arguments.precision != "single")
+    throw Error(Status::usage, "--precision is of the GPU's race: --device hip");
+  const BenchOptions options = resolve(arguments);
+  check_plot(arguments);
+  Progress progress(arguments.quiet);
+  const BenchResult result = measure(options, progress);
+  progress.finish();
+  if (!arguments.quiet) print_notes(result);
+  if (arguments.json) {
+    write_json(to_json(options, result));
+  } else {
+    fmt::print("{}", bench_tables(options, result));
+  }
+  if (!arguments.plot.empty()) {
+    const std::string plot = bench_plot(options, result);
+    write_output(arguments.plot, std::as_bytes(std::span(plot)));
+  }
+}
+
+}  // namespace
+
+void add_bench(Command app) {
+  const Command command =
+      app.add_subcommand("bench", "Measure an asset's speed beside the best that Embree can do");
+  auto a = std::make_shared<Arguments>();
+  command.add_option("ASSET", a->asset, "A .nif file").required();
+  command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
+  command.add_option("--set", a->sets,
+                     "A ray set to measure; may be repeated. By default outer-lines, inner-surface and sun");
+  command.add_option("--rays", a->rays, "Rays of each set, shared out over the objects")
+      .positive()
+      .capture_default_str();
+  command.add_option("--seed", a->seed, "Start of the random rays").capture_default_str();
+  command
+      .add_option("-j,--threads", a->threads,
+                  "Threads that ask, 0: all; may be repeated. By default 1, and then all")
+      .range(0, 1024);
+  command.add_option("--rounds", a->rounds, "Rounds that count, each contender once in each")
+      .range(1, 1000)
+      .capture_default_str();
+  command.add_option("--isa", a->isa, "Instruction set of the runtime, e.g. scalar; its best by default");
+  command
+      .add_option(
+          "--embree", a->embree,
+          "fastest: two heats choose the two fastest calls of each of Embree's builds; all: all calls "
+          "take part in all rounds")
+      .one_of({"fastest", "all"})
+      .capture_default_str();
+  command.add_option(
+      "--against", a->against,
+      "Another .nif file of the same mesh to race in the same rounds, e.g. of another encoding");
+  command.add_flag("--stages", a->stages,
+                   "Also time stages by themselves: of spherical objects, on one thread; on a GPU, of the "
+                   "pipeline");
+  command
+      .add_option("--device", a->device,
+                  "cpu: beside Embree; hip: on a GPU, beside an exact BVH of the mesh on the same card")
+      .one_of({"cpu", "hip"})
+      .capture_default_str();
+  command
+      .add_option("--precision", a->precision,
+                  "On a GPU: half evaluates the networks of spherical objects in half precision")
+      .one_of({"single", "half"})
+      .capture_default_str();
+  command.add_flag("--batches", a->batches, "On a GPU: also time smaller batches of rays");
+  command.add_flag("--json", a->json,
+                   "Print the results as one JSON object (nifkit.bench/1; of a GPU nifkit.bench-gpu/1)");
+  command.add_option("--plot", a->plot, "Also draw them, as this SVG file");
+  command.add_flag("--quiet", a->quiet, "No progress");
+  command.footer(
+      "Of a file with several objects, each is asked its own rays in its own space, by both sides alike; "
+      "times,\n"
+      "bytes and errors are added up. Rates are in millions of rays a second, medians over the rounds.\n"
+      "Examples:\n"
+      "  nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg\n"
+      "  nif bench dragon.nif --mesh dragon.ply.gz --device hip --stages --batches");
+  command.callback([a] { run(*a); });
+}
+
+}  // namespace nif::tools

@@ -1,0 +1,67 @@
+// `nif bench --device hip`: an asset on a GPU beside an exact BVH of the same mesh on the same card.
+#pragma once
+
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "bake/oracle/evaluate.hpp"
+#include "nif/nif.h"
+#include "tools/bench/rounds.hpp"
+#include "tools/common/progress.hpp"
+
+namespace nif::tools {
+
+struct GpuBenchOptions {
+  std::string asset, mesh;
+  std::string
+      against;  ///< another asset of the same mesh, in place of a BVH that is made of it; may be empty
+  std::vector<bake::RaySet> sets;
+  uint64_t rays, seed;
+  size_t rounds;
+  bool half;     ///< `spherical` objects in half precision: then there is only the pipeline
+  bool stages;   ///< time the pipeline's stages, too
+  bool batches;  ///< time smaller batches, too
+};
+
+/// What takes part: the asset by one kernel and by the pipeline, the other side, and where that is a BVH, it
+/// with triangles in single precision.
+enum GpuSide : size_t { kOneKernel, kPipeline, kOther, kSingleBvh, kGpuSides };
+
+/// Rays that are asked at once, and millions of them a second by each side: medians.
+struct GpuBatch {
+  uint64_t rays;
+  std::array<double, kGpuSides> rates;
+};
+
+struct GpuSetSpeeds {
+  bake::RaySet set;
+  bake::Accuracy accuracy, other_accuracy;
+  std::array<std::vector<double>, kGpuSides> rates;             ///< millions of rays a second by round
+  std::vector<std::array<double, NIF_MEASURED_STAGES>> stages;  ///< nanoseconds a ray by round
+  std::vector<GpuBatch> batches;
+
+  Spread rate(GpuSide side) const { return spread_of(rates[side]); }
+  /// The faster way, which the runtime would choose.
+  GpuSide way() const;
+  /// The faster one of the others.
+  GpuSide bar() const;
+  /// How many times as fast as that: of the medians, with the spread of the rounds.
+  Spread ratio() const;
+};
+
+struct GpuBenchResult {
+  std::string card;
+  uint64_t triangles = 0;
+  size_t objects = 0;
+  uint64_t file_bytes = 0, card_bytes = 0, other_card_bytes = 0;
+  std::vector<GpuSetSpeeds> sets;
+};
+
+/// Throws nif::Error; Error(usage) with the reason where there is no GPU.
+GpuBenchResult measure_gpu(const GpuBenchOptions& options, Progress& progress);
+
+/// docs/benchmark.md explains the fields (nifkit.bench-gpu/1).
+nlohmann::ordered_json to_json(const GpuBenchOptions& options, const GpuBenchResult& result);
+std::string gpu_bench_table(const GpuBenchOptions& options, const GpuBenchResult& result);
+
+}  // namespace nif::tools

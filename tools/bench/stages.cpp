@@ -1,0 +1,100 @@
+#include "tools/bench/stages.hpp"
+
+#include <algorithm>
+#include <memory>
+
+#include "formats/base/status.hpp"
+#include "formats/nif/file_memory.hpp"
+#include "formats/nif/reader.hpp"
+#include "kernels/cpu/spherical/single_weights.hpp"
+
+namespace nif::tools {
+namespace {
+
+using kernels::cpu::StageSeconds;
+
+kernels::SegmentBatch to_batch(std::span<const kernels::Segment> segments) {
+  kernels::SegmentBatch batch;
+  batch.count = uint32_t(segments.size());
+  for (size_t i = 0; i < segments.size(); ++i) {
+    for (size_t a = 0; a < 3; ++a) {
+      batch.origin[a][i] = segments[i].origin[a];
+      batch.direction[a][i] = segments[i].direction[a];
+    }
+    batch.tmin[i] = segments[i].tmin;
+    batch.tmax[i] = segments[i].tmax;
+  }
+  return batch;
+}
+
+/// The rays of a field in batches, laid out once.
+class StagedField {
+ public:
+  StagedField(const kernels::SphericalField& field, const bake::LabelledRays& rays)
+      : field_(kernels::cpu::with_single_weights(field, weights_)), rays_(rays) {
+    const std::span<const kernels::Segment> all(rays.segments);
+    for (size_t first = 0; first < all.size(); first += kernels::kBatchRays)
+      batches_.push_back(
+          to_batch(all.subspan(first, std::min<size_t>(kernels::kBatchRays, all.size() - first))));
+  }
+
+  size_t rays() const { return rays_.segments.size(); }
+
+  /// Adds to `seconds`; returns how many answers are not their labels.
+  uint64_t ask(void* scratch, StageSeconds& seconds) const {
+    auto answers = std::make_unique<kernels::AnswerBatch>();
+    uint64_t wrong = 0;
+    for (size_t b = 0; b < batches_.size(); ++b) {
+      if (!kernels::cpu::time_spherical(field_, batches_[b], *answers, scratch, seconds))
+        throw Error(Status::usage,
+                    "--stages: this machine has none of the instructions whose kernels have stages");
+      const uint8_t* labels = rays_.visible.data() + b * kernels::kBatchRays;
+      for (uint32_t i = 0; i < batches_[b].count; ++i) wrong += (answers->logit[i] >= 0) != (labels[i] != 0);
+    }
+    return wrong;
+  }
+
+ private:
+  std::vector<float> weights_;
+  kernels::SphericalField field_;
+  const bake::LabelledRays& rays_;
+  std::vector<kernels::SegmentBatch> batches_;
+};
+
+}  // namespace
+
+std::optional<StageTimes> time_stages(const std::string& asset,
+                                      const std::vector<const bake::LabelledRays*>& rays, size_t rounds,
+                                      uint64_t wrong) {
+  const format::FileMemory file = format::FileMemory::load(asset, format::FileMemory::Mode::read);
+  const format::AssetView view = format::read_asset(file.bytes(), asset);
+  std::vector<std::unique_ptr<StagedField>> fields;
+  size_t count = 0;
+  for (size_t i = 0; i < view.objects.size(); ++i) {
+    if (view.objects[i].encoding != format::kSpherical) continue;
+    fields.push_back(std::make_unique<StagedField>(*view.objects[i].spherical, *rays.at(i)));
+    count += fields.back()->rays();
+  }
+  if (count == 0) return std::nullopt;
+
+  struct alignas(64) Scratch {
+    std::byte bytes[kernels::kKernelScratchBytes];
+  };
+  const auto scratch = std::make_unique<Scratch>();
+  std::array<std::vector<double>, kernels::cpu::kSphericalStages> nanoseconds;
+  // The first round warms up.
+  for (size_t round = 0; round <= rounds; ++round) {
+    StageSeconds seconds{};
+    uint64_t missed = 0;
+    for (const auto& field : fields) missed += field->ask(scratch.get(), seconds);
+    if (fields.size() == view.objects.size() && missed != wrong)
+      throw Error(Status::internal, "the answers timed by stages are not those whose error is stated");
+    if (round == 0) continue;
+    for (size_t s = 0; s < seconds.size(); ++s) nanoseconds[s].push_back(seconds[s] * 1e9 / double(count));
+  }
+  StageTimes times;
+  for (size_t s = 0; s < times.size(); ++s) times[s] = spread_of(nanoseconds[s]);
+  return times;
+}
+
+}  // namespace nif::tools

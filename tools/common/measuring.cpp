@@ -1,0 +1,196 @@
+#include "tools/common/measuring.hpp"
+
+#include <fmt/format.h>
+
+#include "formats/mesh/read.hpp"
+#include "tools/common/command.hpp"
+
+namespace nif::tools {
+namespace {
+
+/// The asset must have been baked from this mesh, or from one that is the same in all that we can tell.
+bool match(const NifObjectInfo& object, const bake::Prepared& prepared) {
+  bool same = object.triangles == prepared.surface.triangles.size();
+  for (int a = 0; a < 3; ++a) {
+    same = same && object.bounds_min[a] == prepared.box.min[a] && object.bounds_max[a] == prepared.box.max[a];
+  }
+  return same;
+}
+
+}  // namespace
+
+void check(NifError error) {
+  if (error == NIF_OK) return;
+  const bool file = error >= NIF_ERROR_FILE_NOT_FOUND && error <= NIF_ERROR_UNSUPPORTED_NIF;
+  throw Error(file ? Status(error)
+              : error == NIF_ERROR_OUT_OF_MEMORY || error == NIF_ERROR_OUT_OF_DEVICE_MEMORY
+                  ? Status::out_of_memory
+                  : Status::internal,
+              nifGetErrorMessage());
+}
+
+uint64_t resident_bytes(std::span<const std::byte> file) {
+  Device device;
+  Asset asset;
+  check(nifNewDevice(nullptr, nullptr, &device.handle));
+  check(nifLoadAssetMemory(device.handle, file.data(), file.size(), NIF_MEMORY_COPY, &asset.handle));
+  NifAssetInfo info{};
+  info.struct_size = sizeof(info);
+  check(nifGetAssetInfo(asset.handle, &info));
+  return info.resident_bytes;
+}
+
+MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
+                             const std::string& configuration, Progress& progress)
+    : path_(asset), configuration_(configuration) {
+  const NifError error = nifNewDevice(configuration.c_str(), nullptr, &device_.handle);
+  if (error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_NOT_AVAILABLE)
+    throw Error(Status::usage, nifGetErrorMessage());
+  check(error);
+  device_info_.struct_size = sizeof(device_info_);
+  check(nifGetDeviceInfo(device_.handle, &device_info_));
+  check(nifLoadAssetFile(device_.handle, asset.c_str(), NIF_LOAD_READ, &asset_.handle));
+  check(nifNewDevice("isa=scalar", nullptr, &reference_device_.handle));
+  check(nifLoadAssetFile(reference_device_.handle, asset.c_str(), NIF_LOAD_READ, &reference_asset_.handle));
+  info_.struct_size = sizeof(info_);
+  check(nifGetAssetInfo(asset_.handle, &info_));
+
+  progress.update(0, "reading " + mesh);
+  scene_ = mesh::read(mesh);
+  prepared_ = naming(mesh, [&] { return bake::prepare(scene_); });
+  const size_t count = prepared_.objects.size();
+  if (info_.object_count != count) {
+    throw Error(Status::mesh_mismatch,
+                fmt::format("{} was not baked from {}: it holds {} objects, the mesh file {}", asset, mesh,
+                            info_.object_count, count));
+  }
+  for (uint32_t i = 0; i < count; ++i) {
+    NifObjectInfo object{};
+    object.struct_size = sizeof(object);
+    check(nifGetObjectInfo(asset_.handle, i, &object));
+    const bake::Prepared& prepared = prepared_.objects[i];
+    if (!match(object, prepared)) {
+      throw Error(Status::mesh_mismatch,
+                  fmt::format("{} was not baked from {}: object '{}' has {} triangles, the mesh '{}' {}, or "
+                              "their bounds differ",
+                              asset, mesh, object.name, object.triangles, prepared.source->name,
+                              prepared.surface.triangles.size()));
+    }
+    names_.emplace_back(object.name);
+    any_spherical_ = any_spherical_ || object.encoding == 2;
+  }
+}
+
+uint64_t MeasuredAsset::gpu_bytes() const {
+  NifAssetInfo info{};
+  info.struct_size = sizeof(info);
+  check(nifGetAssetInfo(asset_.handle, &info));
+  return info.gpu_bytes;
+}
+
+uint64_t MeasuredAsset::triangles() const {
+  uint64_t sum = 0;
+  for (const bake::Prepared& object : prepared_.objects) sum += object.surface.triangles.size();
+  return sum;
+}
+
+namespace {
+
+Scene scene_of(const Device& device, const Asset& asset, size_t object) {
+  Scene scene;
+  check(nifNewScene(device.handle, &scene.handle));
+  check(nifAddInstance(scene.handle, asset.handle, uint32_t(object), nullptr, nullptr));
+  check(nifCommitScene(scene.handle));
+  return scene;
+}
+
+/// A query of these segments, without outputs.
+NifQuery query_of(std::span<const kernels::Segment> segments) {
+  const kernels::Segment& first = segments.front();
+  NifQuery query{};
+  query.struct_size = sizeof(query);
+  query.count = segments.size();
+  for (int a = 0; a < 3; ++a) {
+    query.origin[a] = &first.origin[a];
+    query.direction[a] = &first.direction[a];
+  }
+  query.tmin = &first.tmin;
+  query.tmax = &first.tmax;
+  query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride =
+      sizeof(kernels::Segment);
+  return query;
+}
+
+/// The outputs that are promised to be the same bits everywhere.
+struct ExactAnswers {
+  std::vector<uint8_t> visible, certain;
+  std::vector<int32_t> logit;
+  ExactAnswers(NifScene scene, std::span<const kernels::Segment> segments)
+      : visible(segments.size()), certain(segments.size()), logit(segments.size()) {
+    NifQuery query = query_of(segments);
+    query.visible = visible.data();
+    query.certain = certain.data();
+    query.logit = logit.data();
+    check(nifQuery(scene, &query));
+  }
+};
+
+}  // namespace
+
+std::vector<Scene> MeasuredAsset::each_alone(uint32_t threads) const {
+  const std::string configuration =
+      fmt::format("{}{}threads={}", configuration_, configuration_.empty() ? "" : ",", threads);
+  Device device;
+  Asset asset;
+  check(nifNewDevice(configuration.c_str(), nullptr, &device.handle));
+  check(nifLoadAssetFile(device.handle, path_.c_str(), NIF_LOAD_READ, &asset.handle));
+  std::vector<Scene> scenes;
+  for (size_t object = 0; object < info_.object_count; ++object)
+    scenes.push_back(scene_of(device, asset, object));
+  return scenes;
+}
+
+Scene MeasuredAsset::alone(size_t object) const { return scene_of(device_, asset_, object); }
+
+Scene MeasuredAsset::alone_by_reference(size_t object) const {
+  return scene_of(reference_device_, reference_asset_, object);
+}
+
+bake::Answerer runtime_answerer(NifScene scene) {
+  return [scene](std::span<const kernels::Segment> segments, const bake::Answers& answers) {
+    NifQuery query = query_of(segments);
+    query.visible = answers.visible;
+    query.certain = answers.certain;
+    query.probability = answers.probability;
+    check(nifQuery(scene, &query));
+  };
+}
+
+bake::Answerer comparing_answerer(NifScene scene, NifScene reference, std::atomic<uint64_t>& different) {
+  return [answer = runtime_answerer(scene), scene, reference, &different](
+             std::span<const kernels::Segment> segments, const bake::Answers& answers) {
+    answer(segments, answers);
+    const ExactAnswers ours(scene, segments), theirs(reference, segments);
+    uint64_t count = 0;
+    for (size_t i = 0; i < segments.size(); ++i)
+      count += ours.visible[i] != theirs.visible[i] || ours.certain[i] != theirs.certain[i] ||
+               ours.logit[i] != theirs.logit[i] || answers.visible[i] != ours.visible[i];
+    different += count;
+  };
+}
+
+std::vector<bake::RaySet> parse_sets(const std::vector<std::string>& names) {
+  std::vector<bake::RaySet> sets;
+  for (const std::string& name : names) {
+    const std::optional<bake::RaySet> set = bake::ray_set_named(name);
+    if (!set) {
+      throw Error(
+          Status::usage,
+          fmt::format("--set '{}' is none of outer-lines, inner-surface, inner-volume, segments, sun", name));
+    }
+    sets.push_back(*set);
+  }
+  return sets;
+}
+
+}  // namespace nif::tools

@@ -1,0 +1,169 @@
+#include "tools/common/toml_table.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "formats/mesh/file_bytes.hpp"
+
+namespace nif::tools {
+namespace {
+
+/// Letters to be put in, taken out or changed to make one word of another (Levenshtein).
+size_t distance(const std::string& a, const std::string& b) {
+  std::vector<size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), size_t{0});
+  for (size_t i = 0; i < a.size(); ++i) {
+    size_t diagonal = std::exchange(row[0], i + 1);
+    for (size_t j = 0; j < b.size(); ++j)
+      diagonal = std::exchange(row[j + 1], std::min({row[j] + 1, row[j + 1] + 1, diagonal + (a[i] != b[j])}));
+  }
+  return row.back();
+}
+
+}  // namespace
+
+toml::table read_toml(const std::string& file, Status malformed) {
+  constexpr uint64_t kMaxBytes = 16 << 20;
+  const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, kMaxBytes);
+  try {
+    return toml::parse(text.view(), file);
+  } catch (const toml::parse_error& problem) {
+    throw Error(malformed,
+                fmt::format("{}: line {}: {}", file, problem.source().begin.line, problem.description()));
+  }
+}
+
+std::string nearest(const std::string& word, const std::set<std::string>& names) {
+  std::string best;
+  size_t least = std::max<size_t>(2, word.size() / 2) + 1;  // what is further off is another word
+  for (const std::string& name : names) {
+    const size_t letters = distance(word, name);
+    if (letters < least) {
+      least = letters;
+      best = name;
+    }
+  }
+  return best;
+}
+
+std::string TomlTable::text(const std::string& key) {
+  const auto value = need(key).value_exact<std::string>();
+  if (!value || value->empty()) fail(key, "must be text");
+  return *value;
+}
+
+std::vector<std::string> TomlTable::texts(const std::string& key) {
+  if (!has(key)) return {};
+  const toml::array* array = need(key).as_array();
+  if (array == nullptr) return {text(key)};
+  std::vector<std::string> values;
+  for (const toml::node& node : *array) {
+    const auto value = node.value_exact<std::string>();
+    if (!value || value->empty()) fail(key, "must be text, or an array of texts");
+    values.push_back(*value);
+  }
+  return values;
+}
+
+double TomlTable::number(const std::string& key, double low, double high) {
+  const toml::node& node = need(key);
+  if (!node.is_number()) fail(key, "must be a number");
+  return in_range(key, *node.value<double>(), low, high);
+}
+
+std::vector<double> TomlTable::numbers(const std::string& key, size_t count) {
+  const toml::array* array = need(key).as_array();
+  if (array == nullptr || array->size() != count) fail(key, fmt::format("must be {} numbers", count));
+  std::vector<double> values;
+  for (size_t i = 0; i < count; ++i) values.push_back(element(key, *array, i, -1e15, 1e15));
+  return values;
+}
+
+bool TomlTable::flag(const std::string& key, bool otherwise) {
+  if (!has(key)) return otherwise;
+  const auto value = need(key).value_exact<bool>();
+  if (!value) fail(key, "must be true or false");
+  return *value;
+}
+
+uint64_t TomlTable::whole(const std::string& key, uint64_t low, uint64_t high, uint64_t otherwise) {
+  if (!has(key)) return otherwise;
+  const auto value = need(key).value_exact<int64_t>();
+  if (!value || *value < 0 || uint64_t(*value) < low || uint64_t(*value) > high)
+    fail(key, fmt::format("must be a whole number from {} to {}", low, high));
+  return uint64_t(*value);
+}
+
+bake::Double3 TomlTable::vector(const std::string& key) {
+  const toml::array* array = need(key).as_array();
+  if (array == nullptr || array->size() != 3) fail(key, "must be three numbers");
+  bake::Double3 v{};
+  for (size_t a = 0; a < 3; ++a) v[a] = element(key, *array, a, -1e15, 1e15);
+  return v;
+}
+
+bake::Double3 TomlTable::unit(const std::string& key) {
+  const bake::Double3 v = vector(key);
+  const double size = bake::length(v);
+  if (!(size > 1e-12)) fail(key, "must not be zero");
+  return v * (1 / size);
+}
+
+bake::Double3 TomlTable::colour(const std::string& key, double high) {
+  const toml::node& node = need(key);
+  if (node.is_number()) {
+    const double grey = in_range(key, *node.value<double>(), 0, high);
+    return {grey, grey, grey};
+  }
+  const toml::array* array = node.as_array();
+  if (array == nullptr || array->size() != 3) fail(key, "must be a number or three of them");
+  bake::Double3 c{};
+  for (size_t a = 0; a < 3; ++a) c[a] = element(key, *array, a, 0, high);
+  return c;
+}
+
+std::string TomlTable::word(const std::string& key) {
+  const toml::node& node = need(key);
+  if (const auto text = node.value_exact<std::string>()) return *text;
+  if (const auto whole = node.value_exact<int64_t>()) return fmt::format("{}", *whole);
+  if (const auto number = node.value_exact<double>()) return fmt::format("{}", *number);
+  if (const auto flag = node.value_exact<bool>()) return *flag ? "true" : "false";
+  fail(key, "must be text, a number, or true or false");
+}
+
+void TomlTable::finish() const {
+  for (const auto& [key, node] : table_) {
+    const std::string name(key.str());
+    if (known_.contains(name)) continue;
+    const std::string near = nearest(name, known_);
+    fail(name,
+         near.empty() ? "is not known here" : fmt::format("is not known here; the nearest is '{}'", near));
+  }
+}
+
+void TomlTable::fail(const std::string& key, const std::string& what) const {
+  const toml::node* node = table_.get(key);
+  const auto line = (node != nullptr ? node->source() : table_.source()).begin.line;
+  const std::string of = name_.empty() ? "" : name_ + ": ";
+  throw Error(malformed_,
+              fmt::format("{}: line {}: {}'{}' {}", file_, std::max<uint64_t>(line, 1), of, key, what));
+}
+
+const toml::node& TomlTable::need(const std::string& key) {
+  if (!has(key)) fail(key, "is missing");
+  return *table_.get(key);
+}
+
+double TomlTable::in_range(const std::string& key, double value, double low, double high) const {
+  if (!(value >= low && value <= high)) fail(key, fmt::format("must be from {} to {}", low, high));
+  return value;
+}
+
+double TomlTable::element(const std::string& key, const toml::array& array, size_t index, double low,
+                          double high) const {
+  const auto value = array[index].value<double>();
+  if (!array[index].is_number() || !value) fail(key, "must hold numbers");
+  return in_range(key, *value, low, high);
+}
+
+}  // namespace nif::tools

@@ -1,0 +1,62 @@
+#include "tools/info/hierarchy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+namespace nif::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const Json* member(const Json& value, const char* name) {
+  const auto found = value.is_object() ? value.find(name) : value.end();
+  return found == value.end() ? nullptr : &*found;
+}
+
+/// "root/arm/hand", or the numbers of nodes without names. Metadata is shown, never trusted: it may name
+/// parents in a circle.
+std::string path_of(uint64_t number, const std::map<uint64_t, const Json*>& nodes) {
+  constexpr int kDeepest = 64;
+  std::string path;
+  for (int depth = 0; depth < kDeepest; ++depth) {
+    const auto found = nodes.find(number);
+    if (found == nodes.end()) break;
+    const Json *name = member(*found->second, "name"), *parent = member(*found->second, "parent");
+    const std::string own = name && name->is_string() ? name->get<std::string>() : std::to_string(number);
+    path = path.empty() ? own : own + "/" + path;
+    if (!parent || !parent->is_number_unsigned()) return path;
+    number = parent->get<uint64_t>();
+  }
+  return ".../" + path;
+}
+
+}  // namespace
+
+void print_hierarchy(const format::AssetView& view, const Json& metadata) {
+  const Json* hierarchy = member(metadata, "hierarchy");
+  const Json* listed = hierarchy ? member(*hierarchy, "nodes") : nullptr;
+  const Json* instances = hierarchy ? member(*hierarchy, "instances") : nullptr;
+  if (!listed || !listed->is_array() || !instances || !instances->is_array() ||
+      instances->size() != view.instances.size())
+    return;
+  std::map<uint64_t, const Json*> nodes;
+  for (const Json& node : *listed) {
+    const Json* number = member(node, "node");
+    if (number && number->is_number_unsigned()) nodes.emplace(number->get<uint64_t>(), &node);
+  }
+  constexpr size_t kShown = 20;
+  for (size_t i = 0; i < std::min(kShown, view.instances.size()); ++i) {
+    const Json& number = (*instances)[i];
+    if (!number.is_number_unsigned()) continue;
+    fmt::print("instance  '{}': object '{}', node {}, {}\n", view.instances[i].name,
+               view.objects[view.instances[i].object].name, number.get<uint64_t>(),
+               path_of(number.get<uint64_t>(), nodes));
+  }
+  if (view.instances.size() > kShown)
+    fmt::print("          and {} more; --json lists all\n", view.instances.size() - kShown);
+}
+
+}  // namespace nif::tools

@@ -1,0 +1,201 @@
+// `nif mesh convert`: any mesh that nif reads, or the objects of a scene, in another format.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "formats/base/output_file.hpp"
+#include "formats/mesh/draco_writer.hpp"
+#include "formats/mesh/write.hpp"
+#include "tools/mesh/input.hpp"
+#include "tools/mesh/mesh.hpp"
+#include "tools/mesh/sampling.hpp"
+#include "tools/render/scene_file.hpp"
+#include "tools/render/transform.hpp"
+
+namespace nif::tools {
+namespace {
+
+struct Arguments {
+  std::string input, output;
+  mesh::WriteOptions options;
+  SamplingArguments sampling;
+  bool sampling_given = false;
+  uint32_t threads = 0;
+  bool json = false, quiet = false;
+};
+
+/// Appends a file's scene, placed by a transform; its meshes only where `first_mesh` says that they are not
+/// there yet.
+void append(mesh::Scene& to, const mesh::Scene& file, const mesh::Transform& place, uint32_t first_mesh) {
+  if (first_mesh == to.meshes.size())
+    to.meshes.insert(to.meshes.end(), file.meshes.begin(), file.meshes.end());
+  const auto placed = [&](auto thing) {
+    thing.transform = render::compose(place, thing.transform);
+    return thing;
+  };
+  for (const mesh::Instance& instance : file.instances) {
+    mesh::Instance& added = to.instances.emplace_back(placed(instance));
+    added.mesh += first_mesh;
+    added.node = mesh::kNoNode;  // nodes of several files are none of one
+  }
+  for (const mesh::Camera& camera : file.cameras) to.cameras.push_back(placed(camera));
+  for (const mesh::Light& light : file.lights) to.lights.push_back(placed(light));
+}
+
+/// The objects of a scene for `nif render`, each file's meshes once.
+mesh::Scene read_objects(const std::string& file, Progress& progress) {
+  const render::SceneDescription description = render::read_scene(file);
+  struct Known {
+    mesh::Scene scene;
+    uint32_t first_mesh;
+  };
+  std::map<std::string, Known> known;  // by path
+  mesh::Scene all;
+  for (const render::ObjectDescription& object : description.objects) {
+    auto found = known.find(object.mesh);
+    if (found == known.end()) {
+      progress.update(double(&object - description.objects.data()) / double(description.objects.size()),
+                      "reading " + object.mesh);
+      found =
+          known.try_emplace(object.mesh, read_mesh(object.mesh, progress), uint32_t(all.meshes.size())).first;
+      const std::vector<std::string>& warnings = found->second.scene.warnings;
+      all.warnings.insert(all.warnings.end(), warnings.begin(), warnings.end());
+    }
+    append(all, found->second.scene, object.transform, found->second.first_mesh);
+  }
+  if (!description.lights.empty() || !description.cameras.empty())
+    all.warnings.push_back(fmt::format("{}: {} and {} are the scene's own and stay there", file,
+                                       count_of(description.lights.size(), "light"),
+                                       count_of(description.cameras.size(), "camera")));
+  return all;
+}
+
+void print(const Arguments& arguments, const mesh::Scene& scene, const mesh::Written& written,
+           const std::vector<std::string>& notes, double seconds) {
+  const uint64_t triangles = triangles_of(scene);
+  if (arguments.json) {
+    const nlohmann::ordered_json json{{"schema", "nifkit.mesh-convert/1"},
+                                      {"file", arguments.output},
+                                      {"meshes", scene.meshes.size()},
+                                      {"instances", scene.instances.size()},
+                                      {"triangles", triangles},
+                                      {"cameras", scene.cameras.size()},
+                                      {"lights", scene.lights.size()},
+                                      {"bytes", written.bytes},
+                                      {"notes", notes},
+                                      {"seconds", seconds}};
+    write_json(json);
+  } else if (!arguments.quiet) {
+    fmt::print("{}: {} in {}, {}, {}, in {:.1f} s\n", arguments.output, count_of(triangles, "triangle"),
+               scene.meshes.size() == 1 ? "1 mesh" : fmt::format("{} meshes", scene.meshes.size()),
+               count_of(scene.instances.size(), "instance"), format_bytes(double(written.bytes)), seconds);
+  }
+}
+
+bool is_volume(const std::string& path) {
+  return strcasecmp(std::filesystem::path(path).extension().c_str(), ".vdb") == 0;
+}
+
+void check(const Arguments& arguments) {
+  const mesh::WriteOptions& options = arguments.options;
+  if (!is_volume(arguments.output)) {
+    mesh::check_options(mesh::file_kind(arguments.output), options);
+    if (arguments.sampling_given)
+      throw Error(Status::usage,
+                  arguments.output +
+                      ": --voxel, --resolution, --thickness and --allow-open are of .vdb, which it is not");
+  } else if (options.draco || options.draco_bits || options.text) {
+    throw Error(Status::usage,
+                arguments.output + ": --draco, --draco-bits and --text are not of .vdb, which it is");
+  }
+}
+
+mesh::Written write(const Arguments& arguments, const mesh::Scene& scene, Progress& progress) {
+  if (is_volume(arguments.output)) {
+    progress.update(0.3, "voxelizing " + arguments.input);
+    const WrittenVolume volume =
+        write_volume(scene, arguments.input, arguments.output, arguments.sampling, volume::Kind::level_set);
+    return {volume.bytes,
+            {fmt::format("{}: a level set, sampled every {:.4g}; what is finer is not in it",
+                         arguments.output, volume.voxel)}};
+  }
+  return naming(arguments.input, [&] {
+    return mesh::write(
+        arguments.output, scene, arguments.options,
+        [&](double fraction) { progress.update(fraction, "writing " + arguments.output); }, interruption());
+  });
+}
+
+void run(const Arguments& arguments) {
+  const auto start = std::chrono::steady_clock::now();
+  refuse_overwriting(arguments.input, arguments.output);
+  check(arguments);
+  check_output(arguments.output);
+  limit_threads(arguments.threads);
+  Progress progress(arguments.quiet);
+  interruption();
+  progress.update(0, "reading " + arguments.input);
+  const mesh::Scene scene = std::filesystem::path(arguments.input).extension() == ".toml"
+                                ? read_objects(arguments.input, progress)
+                                : read_mesh(arguments.input, progress);
+  const mesh::Written written = write(arguments, scene, progress);
+  progress.finish();
+  std::vector<std::string> notes = scene.warnings;
+  notes.insert(notes.end(), written.notes.begin(), written.notes.end());
+  print_notes(notes, arguments.quiet);
+  print(arguments, scene, written, notes,
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+}
+
+}  // namespace
+
+void add_mesh_convert(Command mesh) {
+  const Command command =
+      mesh.add_subcommand("convert", "Write any mesh, or the objects of a scene, in another format");
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  command
+      .add_option(
+          "INPUT", a.input,
+          "A mesh in any format that nif bake reads, the level sets of a .vdb, or a .toml scene of nif "
+          "render, whose objects become nodes where it has them")
+      .required();
+  command
+      .add_option(
+          "-o,--output", a.output,
+          "The file to write: .obj, .ply (binary), .stl (binary), .off, .glb, .drc or .vdb, as its name says")
+      .required();
+  command.add_flag("--draco", a.options.draco, "Compress a .glb by Draco (KHR_draco_mesh_compression)");
+  command
+      .add_option("--draco-bits", a.options.draco_bits,
+                  fmt::format("Of Draco: bits that each coordinate is rounded to; 0: none is. {} by default",
+                              mesh::kDracoBits))
+      .range(uint32_t{0}, mesh::kMostDracoBits);
+  command.add_flag("--text", a.options.text, "Write an .stl as text, which keeps objects and their names");
+  add_sampling_options(command, a.sampling);
+  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+      .capture_default_str();
+  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-convert/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  command.footer(
+      "A .glb keeps positions, indices, names, transforms, cameras and lights, each bit of them. The others "
+      "keep\n"
+      "positions and triangles, to the bit but for Draco with bits, and what they cannot keep is said in a "
+      "note.\n"
+      "A .vdb is a level set of what all objects together enclose (OpenVDB), by --voxel or --resolution.\n"
+      "Materials and other attributes are not read.\n"
+      "Examples:\n"
+      "  nif mesh convert scan.ply -o scan.glb --draco\n"
+      "  nif mesh convert plan.toml -o objects.glb && nif bake objects.glb -o objects.nif");
+  command.callback([arguments, command] {
+    for (const char* name : {"--voxel", "--resolution", "--thickness", "--allow-open"})
+      arguments->sampling_given |= command.given(name);
+    run(*arguments);
+  });
+}
+
+}  // namespace nif::tools

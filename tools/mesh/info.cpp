@@ -1,0 +1,165 @@
+// `nif mesh info`: what is true of a mesh, and what is wrong with it.
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "formats/base/memory.hpp"
+#include "formats/mesh/clean.hpp"
+#include "mesh/cgal/cgal.hpp"
+#include "mesh/inspect/inspect.hpp"
+#include "tools/mesh/input.hpp"
+#include "tools/mesh/mesh.hpp"
+#include "tools/mesh/report.hpp"
+
+namespace nif::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Up to here self-intersections are looked for unasked: a few seconds.
+constexpr uint64_t kQuick = 1'000'000;
+/// Of the text's list of meshes.
+constexpr size_t kShown = 20;
+
+struct Arguments {
+  std::string input, self_intersections = "auto";
+  uint32_t threads = 0;
+  bool by_index = false, json = false, quiet = false;
+};
+
+/// One mesh or all of them.
+struct Findings {
+  inspect::Inspection mesh;
+  std::optional<cgal::SelfIntersections> intersections;  ///< where they were looked for
+};
+
+struct Results {
+  std::vector<Findings> meshes;
+  Findings all;
+  std::string why_not;  ///< self-intersections were not looked for
+};
+
+/// Why self-intersections shall not be looked for; empty where they shall.
+std::string why_not(const Arguments& arguments, uint64_t triangles) {
+  const std::string& wanted = arguments.self_intersections;
+  if (wanted == "on") cgal::require("--self-intersections on");
+  if (wanted == "on") return "";
+  if (wanted == "off") return "--self-intersections off";
+  if (!cgal::available()) return "this build lacks CGAL";
+  if (triangles > kQuick)
+    return fmt::format("more than {} triangles; ask by --self-intersections on", kQuick);
+  return "";
+}
+
+Results look_at(const Arguments& arguments, const mesh::Scene& scene, Progress& progress) {
+  Results results;
+  results.why_not = why_not(arguments, triangles_of(scene));
+  const bool intersections = results.why_not.empty();
+  if (intersections) results.all.intersections.emplace();
+  for (size_t m = 0; m < scene.meshes.size(); ++m) {
+    const mesh::Mesh& mesh = scene.meshes[m];
+    const double fraction = double(m) / double(scene.meshes.size());
+    require_memory(mesh.triangles.size() * (intersections ? 300 : 150),
+                   arguments.input + ": looking at its triangles");
+    progress.update(fraction, "counting edges of '" + mesh.name + "'");
+    Findings& found = results.meshes.emplace_back(Findings{inspect::inspect(mesh, !arguments.by_index), {}});
+    results.all.mesh += found.mesh;
+    if (!intersections) continue;
+    progress.update(fraction, "looking for self-intersections of '" + mesh.name + "'");
+    found.intersections = cgal::find_self_intersections(mesh::clean_or_nothing(mesh), interruption());
+    results.all.intersections->pairs += found.intersections->pairs;
+    results.all.intersections->triangles += found.intersections->triangles;
+  }
+  return results;
+}
+
+Json json_of(const Findings& found) {
+  Json json = to_json(found.mesh);
+  json["self_intersections"] = found.intersections ? Json{{"pairs", found.intersections->pairs},
+                                                          {"triangles", found.intersections->triangles}}
+                                                   : Json(nullptr);
+  return json;
+}
+
+void print_json(const Arguments& arguments, const mesh::Scene& scene, const Results& results) {
+  Json json{{"schema", "nifkit.mesh-info/1"},
+            {"file", arguments.input},
+            {"instances", scene.instances.size()},
+            {"cameras", scene.cameras.size()},
+            {"lights", scene.lights.size()}};
+  json.update(json_of(results.all));
+  json["meshes"] = Json::array();
+  for (size_t m = 0; m < scene.meshes.size(); ++m) {
+    Json mesh{{"name", scene.meshes[m].name}};
+    mesh.update(json_of(results.meshes[m]));
+    json["meshes"].push_back(std::move(mesh));
+  }
+  write_json(json);
+}
+
+std::string intersections_of(const Results& results) {
+  if (!results.all.intersections) return "not looked for: " + results.why_not;
+  const auto [pairs, triangles] = *results.all.intersections;
+  if (pairs == 0) return "none";
+  return fmt::format("{} of triangles, {} in all", count_of(pairs, "pair"), count_of(triangles, "triangle"));
+}
+
+void print(const Arguments& arguments, const mesh::Scene& scene, const Results& results) {
+  const size_t count = scene.meshes.size();
+  fmt::print("{}: {}, {}\n", arguments.input, count == 1 ? "1 mesh" : fmt::format("{} meshes", count),
+             count_of(scene.instances.size(), "instance"));
+  fmt::print("{}{:<13}{}\n", to_text(results.all.mesh), "crossing", intersections_of(results));
+  if (count == 1) return;
+  fmt::print("\n");
+  for (size_t m = 0; m < std::min(kShown, count); ++m)
+    fmt::print("mesh         '{}': {}, {}\n", scene.meshes[m].name,
+               count_of(scene.meshes[m].triangles.size(), "triangle"), summary_of(results.meshes[m].mesh));
+  if (count > kShown) fmt::print("             and {} more; --json lists all\n", count - kShown);
+}
+
+void run(const Arguments& arguments) {
+  limit_threads(arguments.threads);
+  if (arguments.self_intersections == "on") cgal::require("--self-intersections on");
+  Progress progress(arguments.quiet);
+  const EndAtOnce nothing_is_written;
+  const mesh::Scene scene = read_mesh(arguments.input, progress);
+  const Results results = look_at(arguments, scene, progress);
+  progress.finish();
+  print_notes(scene.warnings, arguments.quiet);
+  arguments.json ? print_json(arguments, scene, results) : print(arguments, scene, results);
+}
+
+}  // namespace
+
+void add_mesh_info(Command mesh) {
+  const Command command =
+      mesh.add_subcommand("info", "Say what is true of a mesh, and what is wrong with it");
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  command.add_option("MESH", a.input, "A mesh in any format that nif bake reads").required();
+  command
+      .add_option(
+          "--self-intersections", a.self_intersections,
+          fmt::format("Look for triangles that cross each other: on, off, or auto: where CGAL is built "
+                      "in and there are at most {} triangles",
+                      kQuick))
+      .one_of({"auto", "on", "off"})
+      .capture_default_str();
+  command.add_flag("--by-index", a.by_index,
+                   "Take vertices as the file shares them, not those of equal positions as one");
+  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+      .capture_default_str();
+  command.add_flag("--json", a.json, "Print it as one JSON object (nifkit.mesh-info/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, no notes");
+  command.footer(
+      "Equal positions count as one vertex, but with --by-index. Meshes are looked at one by one, in their "
+      "own space, and then "
+      "added "
+      "up.\n"
+      "Example: nif mesh info scan.ply");
+  command.callback([arguments] { run(*arguments); });
+}
+
+}  // namespace nif::tools

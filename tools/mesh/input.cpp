@@ -1,0 +1,40 @@
+#include "tools/mesh/input.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "formats/base/memory.hpp"
+#include "tools/common/command.hpp"
+#include "tools/mesh/vdb.hpp"
+
+namespace nif::tools {
+
+mesh::Scene read_mesh(const std::string& file, Progress& progress) {
+  std::error_code unknown;  // of a pipe, or of nothing: the reader says so
+  const uint64_t bytes = std::filesystem::file_size(file, unknown);
+  // The text or the bytes of a file and the arrays they become take about as much as each other; what is
+  // compressed takes more.
+  if (!unknown) require_memory(2 * bytes, file + ": reading it");
+  progress.update(0, "reading " + file);
+  return is_vdb(file) ? read_vdb(file) : mesh::read(file);
+}
+
+void print_notes(const std::vector<std::string>& notes, bool quiet) {
+  if (quiet) return;
+  for (const std::string& note : notes) fmt::print(stderr, "nif: note: {}\n", note);
+}
+
+void refuse_overwriting(const std::string& input, const std::string& output) {
+  std::error_code ignored;
+  if (std::filesystem::equivalent(input, output, ignored))
+    throw Error(Status::usage, fmt::format("{}: the output would overwrite the input", output));
+}
+
+uint64_t triangles_of(const mesh::Scene& scene) {
+  uint64_t triangles = 0;
+  for (const mesh::Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
+  return triangles;
+}
+
+}  // namespace nif::tools

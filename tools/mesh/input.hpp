@@ -1,0 +1,24 @@
+// How the verbs of `nif mesh` take what they work on.
+#pragma once
+
+#include <string>
+
+#include "formats/mesh/read.hpp"
+#include "tools/common/progress.hpp"
+
+namespace nif::tools {
+
+/// mesh::read(), or read_vdb(), for a file that fits into memory: what is there is less than the file and the
+/// arrays it becomes, and the file is refused (Error(too_large)) before it is loaded.
+mesh::Scene read_mesh(const std::string& file, Progress& progress);
+
+/// Notes of a reader or a writer, one line each on standard error.
+void print_notes(const std::vector<std::string>& notes, bool quiet);
+
+/// Throws Error(usage) where both are the same file.
+void refuse_overwriting(const std::string& input, const std::string& output);
+
+/// Triangles of all meshes, each mesh once.
+uint64_t triangles_of(const mesh::Scene& scene);
+
+}  // namespace nif::tools

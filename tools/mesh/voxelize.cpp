@@ -1,0 +1,85 @@
+// `nif mesh voxelize`: a mesh as an OpenVDB file.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+
+#include "formats/base/output_file.hpp"
+#include "tools/mesh/sampling.hpp"
+
+namespace nif::tools {
+namespace {
+
+struct Arguments {
+  std::string input, output, kind = "level-set";
+  SamplingArguments sampling;
+  uint32_t threads = 0;
+  bool json = false, quiet = false;
+};
+
+void print(const Arguments& a, const WrittenVolume& written, const std::vector<std::string>& notes,
+           double seconds) {
+  if (a.json) {
+    const nlohmann::ordered_json json{{"schema", "nifkit.mesh-voxelize/1"},
+                                      {"file", a.output},
+                                      {"kind", a.kind},
+                                      {"voxel", written.voxel},
+                                      {"voxels", written.voxels},
+                                      {"size", written.size},
+                                      {"bytes", written.bytes},
+                                      {"notes", notes},
+                                      {"seconds", seconds}};
+    write_json(json);
+  } else if (!a.quiet) {
+    fmt::print("{}: {}, {} in {} x {} x {}, each {:.4g} wide, {}, in {:.1f} s\n", a.output, a.kind,
+               count_of(written.voxels, "active voxel"), written.size[0], written.size[1], written.size[2],
+               written.voxel, format_bytes(double(written.bytes)), seconds);
+  }
+}
+
+void run(const Arguments& a) {
+  const auto start = std::chrono::steady_clock::now();
+  refuse_overwriting(a.input, a.output);
+  if (std::filesystem::path(a.output).extension() != ".vdb")
+    throw Error(Status::usage, a.output + ": volumes are written as .vdb, and the name says otherwise");
+  check_output(a.output);
+  limit_threads(a.threads);
+  Progress progress(a.quiet);
+  const mesh::Scene scene = read_mesh(a.input, progress);
+  progress.update(0.3, "voxelizing " + a.input);
+  const WrittenVolume written =
+      write_volume(scene, a.input, a.output, a.sampling,
+                   a.kind == "occupancy" ? volume::Kind::occupancy : volume::Kind::level_set);
+  progress.finish();
+  print_notes(scene.warnings, a.quiet);
+  print(a, written, scene.warnings,
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+}
+
+}  // namespace
+
+void add_mesh_voxelize(Command mesh) {
+  const Command command = mesh.add_subcommand("voxelize", "Write a mesh as an OpenVDB volume");
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  command.add_option("INPUT", a.input, "A mesh in any format that nif bake reads; its objects become one")
+      .required();
+  command.add_option("-o,--output", a.output, "The .vdb file to write").required();
+  command
+      .add_option(
+          "--kind", a.kind,
+          "level-set: signed distances within three voxels of the surface; occupancy: which voxels have "
+          "their centre inside")
+      .one_of({"level-set", "occupancy"})
+      .capture_default_str();
+  add_sampling_options(command, a.sampling);
+  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+      .capture_default_str();
+  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-voxelize/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  command.footer("Example: nif mesh voxelize dragon.ply -o dragon.vdb --resolution 256");
+  command.callback([arguments] { run(*arguments); });
+}
+
+}  // namespace nif::tools

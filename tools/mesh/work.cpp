@@ -1,0 +1,140 @@
+#include "tools/mesh/work.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "formats/base/output_file.hpp"
+#include "formats/mesh/draco_writer.hpp"
+
+namespace nif::tools {
+namespace {
+
+/// Meshes without triangles, and their instances, are left out.
+void drop_empty(mesh::Scene& scene, std::vector<std::string>& notes) {
+  std::vector<uint32_t> index(scene.meshes.size());
+  uint32_t kept = 0;
+  for (size_t m = 0; m < scene.meshes.size(); ++m) {
+    if (scene.meshes[m].triangles.empty()) {
+      notes.push_back(fmt::format("mesh '{}' has no triangles left and was left out", scene.meshes[m].name));
+      index[m] = UINT32_MAX;
+    } else {
+      if (kept != m) scene.meshes[kept] = std::move(scene.meshes[m]);
+      index[m] = kept++;
+    }
+  }
+  scene.meshes.resize(kept);
+  std::erase_if(scene.instances, [&](const mesh::Instance& i) { return index[i.mesh] == UINT32_MAX; });
+  for (mesh::Instance& instance : scene.instances) instance.mesh = index[instance.mesh];
+}
+
+std::array<double, 3> extent(const mesh::Mesh& mesh) {
+  std::array<double, 3> size{};
+  if (mesh.positions.empty()) return size;
+  mesh::Float3 low = mesh.positions[0], high = low;
+  for (const mesh::Float3& p : mesh.positions)
+    for (size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], p[axis]);
+      high[axis] = std::max(high[axis], p[axis]);
+    }
+  for (size_t axis = 0; axis < 3; ++axis) size[axis] = double(high[axis]) - low[axis];
+  return size;
+}
+
+}  // namespace
+
+void add_work_options(Command command, WorkArguments& a, const std::string& verb) {
+  command.add_option("INPUT", a.input, "A mesh in any format that nif bake reads").required();
+  command
+      .add_option("-o,--output", a.output,
+                  "The file to write: .obj, .ply, .stl, .off, .glb or .drc, as its name says")
+      .required();
+  command.add_flag("--draco", a.write.draco, "Compress a .glb by Draco");
+  command
+      .add_option("--draco-bits", a.write.draco_bits,
+                  fmt::format("Of Draco: bits that each coordinate is rounded to; 0: none is. {} by default",
+                              mesh::kDracoBits))
+      .range(uint32_t{0}, mesh::kMostDracoBits);
+  command.add_flag("--text", a.write.text, "Write an .stl as text");
+  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+      .capture_default_str();
+  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-" + verb + "/1)");
+  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+}
+
+void work_on(const WorkArguments& a, const std::string& verb,
+             const std::function<WorkResult(mesh::Scene&, Progress&)>& change) {
+  const auto start = std::chrono::steady_clock::now();
+  refuse_overwriting(a.input, a.output);
+  mesh::check_options(mesh::file_kind(a.output), a.write);
+  check_output(a.output);
+  limit_threads(a.threads);
+  Progress progress(a.quiet);
+  mesh::Scene scene;
+  WorkResult result;
+  uint64_t before = 0;
+  {
+    const EndAtOnce nothing_is_written;
+    scene = read_mesh(a.input, progress);
+    before = triangles_of(scene);
+    result = naming(a.input, [&] { return change(scene, progress); });
+  }
+  std::vector<std::string> notes = scene.warnings;
+  notes.insert(notes.end(), result.notes.begin(), result.notes.end());
+  drop_empty(scene, notes);
+  if (scene.meshes.empty()) throw Error(Status::all_degenerate, a.input + ": no triangle of it is left");
+  const mesh::Written written = naming(a.input, [&] {
+    return mesh::write(
+        a.output, scene, a.write, [&](double fraction) { progress.update(fraction, "writing " + a.output); },
+        interruption());
+  });
+  notes.insert(notes.end(), written.notes.begin(), written.notes.end());
+  progress.finish();
+  print_notes(notes, a.quiet);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const uint64_t after = triangles_of(scene);
+  if (a.json) {
+    nlohmann::ordered_json json{{"schema", "nifkit.mesh-" + verb + "/1"},
+                                {"file", a.output},
+                                {"triangles", {{"before", before}, {"after", after}}}};
+    json.update(result.json);
+    json["bytes"] = written.bytes;
+    json["notes"] = notes;
+    json["seconds"] = seconds;
+    write_json(json);
+  } else if (!a.quiet) {
+    fmt::print("{}: {} of {} before, {}, in {:.1f} s\n{}", a.output, count_of(after, "triangle"), before,
+               format_bytes(double(written.bytes)), seconds, result.text);
+  }
+}
+
+double longest_side(const mesh::Mesh& mesh) {
+  const auto size = extent(mesh);
+  return std::max({size[0], size[1], size[2]});
+}
+
+double diagonal(const mesh::Mesh& mesh) {
+  const auto size = extent(mesh);
+  return std::hypot(size[0], size[1], size[2]);
+}
+
+Length::Length(const std::string& text, const std::string& option) {
+  std::string number = text;
+  if (number.ends_with('%')) number.pop_back(), relative_ = true;
+  size_t used = 0;
+  try {
+    value_ = std::stod(number, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (used == 0 || used != number.size() || !std::isfinite(value_) || value_ <= 0)
+    throw Error(
+        Status::usage,
+        fmt::format("{} '{}' is not a length above 0: write 0.01, in units of the mesh, or 0.1%, of the "
+                    "diagonal of its bounds",
+                    option, text));
+  if (relative_) value_ /= 100;
+}
+
+}  // namespace nif::tools
