@@ -63,16 +63,16 @@ Answerer answer_each(const Ask& ask, float logit_scale) {
 }  // namespace
 
 Answerer reference_answerer(const kernels::SegmentField& field) {
-  return answer_each([&field](const Segment& segment) { return kernels::query_segment(field, segment); },
+  return answer_each([&field](const Segment& segment) { return kernels::query(field, segment); },
                      field.network.logit_scale);
 }
 
 Answerer reference_answerer(const kernels::BvhField& field) {
-  return answer_each([&field](const Segment& segment) { return kernels::query_bvh(field, segment); }, 1);
+  return answer_each([&field](const Segment& segment) { return kernels::query(field, segment); }, 1);
 }
 
 Answerer reference_answerer(const kernels::SphericalField& field) {
-  return answer_each([&field](const Segment& segment) { return kernels::query_spherical(field, segment); },
+  return answer_each([&field](const Segment& segment) { return kernels::query(field, segment); },
                      kernels::kSphericalLogitScale);
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/reference/object_kernel.hpp"
-#include "kernels/reference/segment/walk.hpp"
+#include "kernels/reference/ray.hpp"
 
 namespace nif::kernels {
 

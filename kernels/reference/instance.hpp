@@ -6,9 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "kernels/reference/bvh/field.hpp"
-#include "kernels/reference/segment/walk.hpp"
-#include "kernels/reference/spherical/field.hpp"
+#include "kernels/reference/arithmetic.hpp"
+#include "kernels/reference/ray.hpp"
 
 namespace nif::kernels {
 
@@ -95,56 +94,12 @@ NIF_HOST_DEVICE inline bool stays_certain(const WorldToObject& transform, float 
 // the way to object space moves it by less than the margin. (To 2^56 voxels, where a direction's component
 // that is taken as 2^-120 in place of 0 may have moved it by the margin.)
 
-inline constexpr double kBoxMargin = 1.0 / 8;  ///< in voxels
 inline constexpr float kBoxSlack = 0x1p-16f;
 inline constexpr float kLeastComponent = 0x1p-120f;
 
 struct WorldBox {
   float min[3], max[3];
 };
-
-/// The box in object space outside of which the object blocks nothing, margin included.
-struct ObjectBox {
-  double low[3], high[3];
-};
-inline ObjectBox object_box(const SegmentField& field) {
-  ObjectBox box;
-  const double voxel = 1 / double(field.voxels_per_unit);
-  for (int a = 0; a < 3; ++a) {
-    box.low[a] = double(field.origin[a]) - kBoxMargin * voxel;
-    box.high[a] = double(field.origin[a]) + (double(field.voxels[a]) + kBoxMargin) * voxel;
-  }
-  return box;
-}
-
-/// Of a `bvh` object: the boxes of the root, and as margin what stays_certain() lets a ray be moved by.
-inline constexpr float kBvhUnits = 64;
-inline constexpr double kBvhMargin = 0x1p-14;  ///< of the extent
-inline ObjectBox object_box(const BvhField& field) {
-  const BvhNode& root = field.nodes[0];
-  ObjectBox box;
-  for (int a = 0; a < 3; ++a) {
-    uint8_t low = 255, high = 0;
-    for (uint32_t s = 0; s < kBvhWidth && root.slots[s] != 0; ++s) {
-      low = root.low[a][s] < low ? root.low[a][s] : low;
-      high = root.high[a][s] > high ? root.high[a][s] : high;
-    }
-    box.low[a] = double(frame_plane(root.frame[a], low)) - kBvhMargin * double(field.extent);
-    box.high[a] = double(frame_plane(root.frame[a], high)) + kBvhMargin * double(field.extent);
-  }
-  return box;
-}
-
-/// Of a `spherical` object: the AABB, and a margin within which lies every ray in reach of the object's own
-/// proofs that it does not prove to miss it (kSphericalMargin, and 2^-20 of the reach of 2^8 diagonals).
-inline ObjectBox object_box(const SphericalField& field) {
-  ObjectBox box;
-  for (int a = 0; a < 3; ++a) {
-    box.low[a] = double(field.low[a]) - 8 * double(field.margin);
-    box.high[a] = double(field.high[a]) + 8 * double(field.margin);
-  }
-  return box;
-}
 
 inline WorldBox world_box(const ObjectBox& object, const float to_world[12]) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();

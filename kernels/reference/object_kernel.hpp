@@ -4,6 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <memory_resource>
+#include <utility>
 
 namespace nif::kernels {
 
@@ -39,5 +42,29 @@ class ObjectKernel {
   /// Whether it reads the memory of that field, which then must stay.
   virtual bool reads_field() const { return true; }
 };
+
+/// Gives a kernel's memory back to where it came from.
+struct KernelDeleter {
+  std::pmr::memory_resource* memory = nullptr;
+  size_t bytes = 0, alignment = 0;
+  void operator()(ObjectKernel* kernel) const {
+    kernel->~ObjectKernel();
+    memory->deallocate(kernel, bytes, alignment);
+  }
+};
+using KernelPointer = std::unique_ptr<ObjectKernel, KernelDeleter>;
+
+/// Makes a kernel in the given memory.
+template <class Kernel, class... Arguments>
+KernelPointer hold_kernel(std::pmr::memory_resource* memory, Arguments&&... arguments) {
+  void* at = memory->allocate(sizeof(Kernel), alignof(Kernel));
+  try {
+    return {new (at) Kernel(std::forward<Arguments>(arguments)...),
+            KernelDeleter{memory, sizeof(Kernel), alignof(Kernel)}};
+  } catch (...) {
+    memory->deallocate(at, sizeof(Kernel), alignof(Kernel));
+    throw;
+  }
+}
 
 }  // namespace nif::kernels

@@ -3,7 +3,8 @@
 
 #include <cmath>
 
-#include "kernels/reference/segment/query.hpp"
+#include "kernels/reference/host_device.hpp"
+#include "kernels/reference/ray.hpp"
 
 namespace nif::kernels {
 

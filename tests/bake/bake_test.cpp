@@ -196,9 +196,8 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
       ASSERT_EQ(nifQuery(alone, &query), NIF_OK);
       size_t differing = 0;
       for (size_t r = 0; r < count; ++r) {
-        const kernels::Answer own = object.encoding == format::kBvh
-                                        ? kernels::query_bvh(bvh, rays.segments[r])
-                                        : kernels::query_segment(field, rays.segments[r]);
+        const kernels::Answer own = object.encoding == format::kBvh ? kernels::query(bvh, rays.segments[r])
+                                                                    : kernels::query(field, rays.segments[r]);
         differing +=
             own.visible != (visible[r] != 0) || own.certain != (certain[r] != 0) || own.logit != logits[r];
       }

@@ -261,7 +261,7 @@ TEST(SphericalTraining, LearnsFromAnySourceOfRays) {
   const bake::SphericalRays test = draw(10'000);
   size_t wrong = 0;
   for (size_t i = 0; i < test.segments.size(); ++i)
-    wrong += kernels::query_spherical(field, test.segments[i]).visible != (test.visible[i] != 0);
+    wrong += kernels::query(field, test.segments[i]).visible != (test.visible[i] != 0);
   EXPECT_LT(wrong, 500u);
 }
 
@@ -299,8 +299,7 @@ TEST(SphericalBake, SharesANetworkOrDoesNot) {
       const bake::GroundTruth truth(prepared);
       for (RaySet set : bake::kRaySets)
         for (const kernels::Segment& s : bake::make_ray_set(truth.source(), set, 1000, 3).segments)
-          ASSERT_EQ(kernels::query_spherical(field, s).logit,
-                    kernels::query_spherical(*view.objects[i].spherical, s).logit);
+          ASSERT_EQ(kernels::query(field, s).logit, kernels::query(*view.objects[i].spherical, s).logit);
     }
   }
 }

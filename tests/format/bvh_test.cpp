@@ -43,8 +43,8 @@ TEST(BvhFile, KeepsEveryFieldAndAnswer) {
       EXPECT_EQ(seen.bvh.extent, field.extent);
       for (int ray = 0; ray < 500; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
-        const kernels::Answer ours = kernels::query_bvh(field, segment),
-                              theirs = kernels::query_bvh(seen.bvh, segment);
+        const kernels::Answer ours = kernels::query(field, segment),
+                              theirs = kernels::query(seen.bvh, segment);
         ASSERT_EQ(ours.logit, theirs.logit);
         ASSERT_EQ(ours.certain, theirs.certain);
       }
@@ -232,7 +232,7 @@ TEST(BvhFile, EveryByteOfATreeChanged) {
       // What is accepted answers as its triangles do: boxes may be larger than needed, no more.
       for (int ray = 0; ray < 20; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
-        ASSERT_EQ(kernels::query_bvh(field, segment).logit, test::ask_each_triangle(field, segment).logit);
+        ASSERT_EQ(kernels::query(field, segment).logit, test::ask_each_triangle(field, segment).logit);
       }
     }
   EXPECT_GT(accepted, 0u);

@@ -104,8 +104,8 @@ TEST(RoundTrip, SameAnswers) {
       const auto field = format::field_of(asset.objects[i], asset.networks[asset.objects[i].network]);
       for (int ray = 0; ray < 1000; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
-        const kernels::Answer ours = kernels::query_segment(field, segment);
-        const kernels::Answer theirs = kernels::query_segment(view.objects[i].field, segment);
+        const kernels::Answer ours = kernels::query(field, segment);
+        const kernels::Answer theirs = kernels::query(view.objects[i].field, segment);
         ASSERT_EQ(ours.visible, theirs.visible);
         ASSERT_EQ(ours.certain, theirs.certain);
         ASSERT_EQ(ours.logit, theirs.logit);

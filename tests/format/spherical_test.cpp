@@ -47,8 +47,8 @@ TEST(SphericalFile, KeepsEveryFieldAndAnswer) {
           format::spherical_field_of(object, asset.spherical_networks[object.network]);
       for (int ray = 0; ray < 500; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
-        const kernels::Answer ours = kernels::query_spherical(field, segment),
-                              theirs = kernels::query_spherical(*seen.spherical, segment);
+        const kernels::Answer ours = kernels::query(field, segment),
+                              theirs = kernels::query(*seen.spherical, segment);
         ASSERT_EQ(ours.logit, theirs.logit);
         ASSERT_EQ(ours.certain, theirs.certain);
         asked += !ours.certain;

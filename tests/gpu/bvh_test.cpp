@@ -61,7 +61,7 @@ TEST_P(GpuBvhTest, AnswersInTheDeepestTree) {
   const ObjectAnswers answers = ObjectOnCard(view_of(field), GetParam()).ask(segments);
   uint32_t blocked = 0;
   for (size_t i = 0; i < segments.size(); ++i) {
-    ASSERT_EQ(answers.logit[i], kernels::query_bvh(field, segments[i]).logit);
+    ASSERT_EQ(answers.logit[i], kernels::query(field, segments[i]).logit);
     blocked += answers.logit[i] < 0;
   }
   EXPECT_GT(blocked, 50u);

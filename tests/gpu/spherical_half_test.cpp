@@ -154,7 +154,7 @@ TEST_P(GpuSphericalHalfTest, StaysWithinWhatTheArithmeticAllows) {
       machine().order = seed;
       const ObjectAnswers answers = ask(field, segments);
       for (size_t i = 0; i < segments.size(); ++i) {
-        const kernels::Answer expected = kernels::query_spherical(field, segments[i]);
+        const kernels::Answer expected = kernels::query(field, segments[i]);
         const double bound = half_bound(field, segments[i]), unit = double(kernels::kSphericalLogitUnit);
         ASSERT_LE(std::fabs(double(answers.logit[i]) - double(expected.logit)), bound * unit) << "ray " << i;
         // A probability moves by at most a quarter of what its log-odds move by.

@@ -3,7 +3,8 @@
 
 #include <memory>
 
-#include "kernels/reference/bvh/kernel.hpp"
+#include "kernels/reference/bvh/query.hpp"
+#include "kernels/reference/kernel.hpp"
 #include "tests/support/random_bvh.hpp"
 
 namespace nif {
@@ -33,8 +34,7 @@ TEST(Bvh, IsALoopOverItsTriangles) {
     const int count = bvh.triangles.size() > 1000 ? 3000 : 10'000;
     for (int i = 0; i < count; ++i) {
       const Segment segment = test::random_segment(random, field);
-      const Answer expected = test::ask_each_triangle(field, segment),
-                   found = kernels::query_bvh(field, segment);
+      const Answer expected = test::ask_each_triangle(field, segment), found = kernels::query(field, segment);
       ASSERT_EQ(found.visible, expected.visible) << bvh.triangles.size() << " triangles, ray " << i;
       ASSERT_EQ(found.certain, expected.certain);
       ASSERT_EQ(found.logit, expected.logit);
@@ -51,7 +51,7 @@ TEST(Bvh, RaysThatAreNone) {
   const format::Bvh bvh = test::random_bvh(random, 50);
   const kernels::BvhField field = format::field_of(bvh);
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  const auto ask = [&](const Segment& segment) { return kernels::query_bvh(field, segment); };
+  const auto ask = [&](const Segment& segment) { return kernels::query(field, segment); };
   const Segment empty{{0, 0, 0}, {0, 0, 1}, 2, 1};
   EXPECT_TRUE(ask(empty).visible);
   EXPECT_TRUE(ask(empty).certain);
@@ -98,7 +98,7 @@ TEST(Bvh, NothingLeaksAtEdgesAndVertices) {
     if (p[0] == 0 || p[1] == 0 || q[0] == 0 || q[1] == 0) continue;
     const float right = wall.positions.back()[0], top = wall.positions.back()[1];
     if (p[0] == right || q[0] == right || p[1] == top || q[1] == top) continue;
-    ASSERT_FALSE(kernels::query_bvh(field, segment).visible) << i;
+    ASSERT_FALSE(kernels::query(field, segment).visible) << i;
   }
 }
 
@@ -110,7 +110,7 @@ TEST(Bvh, EndsOfTheSegmentBelongToIt) {
   const format::Bvh bvh = test::RandomTree(one).pack(random);
   const kernels::BvhField field = format::field_of(bvh);
   const auto visible = [&](float tmin, float tmax) {
-    return kernels::query_bvh(field, {{0, 0, 0}, {0, 0, 1}, tmin, tmax}).visible;
+    return kernels::query(field, {{0, 0, 0}, {0, 0, 1}, tmin, tmax}).visible;
   };
   EXPECT_FALSE(visible(0, 2));
   EXPECT_TRUE(visible(0, 1.9999999f));
@@ -136,7 +136,7 @@ void expect_same_bits(const kernels::ObjectKernel& kernel, const kernels::BvhFie
     }
     kernel.answer(*batch, *answers, nullptr);
     for (uint32_t i = 0; i < count; ++i) {
-      const Answer expected = kernels::query_bvh(field, segments[i]);
+      const Answer expected = kernels::query(field, segments[i]);
       ASSERT_EQ(answers->logit[i], expected.logit);
       ASSERT_EQ(answers->certain[i] != 0, expected.certain);
     }
@@ -146,7 +146,7 @@ void expect_same_bits(const kernels::ObjectKernel& kernel, const kernels::BvhFie
 TEST(BvhKernels, SameBits) {
   for (const format::Bvh& bvh : Trees().bvhs) {
     const kernels::BvhField field = format::field_of(bvh);
-    expect_same_bits(kernels::ReferenceBvhKernel(field), field, bvh.triangles.size());
+    expect_same_bits(kernels::ReferenceKernel<BvhField>(field), field, bvh.triangles.size());
   }
 }
 

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <memory>
 
-#include "kernels/reference/spherical/kernel.hpp"
+#include "kernels/reference/kernel.hpp"
+#include "kernels/reference/spherical/query.hpp"
 #include "tests/support/random_spherical.hpp"
 
 namespace nif {
@@ -155,7 +156,7 @@ TEST(Spherical, NoWeightsThatAReaderTakesGiveNaN) {
     const SphericalField field = format::spherical_field_of(object, networks);
     for (int r = 0; r < 200; ++r) {
       const Segment segment = test::random_segment(random, field);
-      const Answer answer = kernels::query_spherical(field, segment);
+      const Answer answer = kernels::query(field, segment);
       ASSERT_EQ(answer.visible, answer.logit >= 0);
       ASSERT_GE(answer.logit, -int32_t(kernels::kMaxSphericalOutput) * 65536);
     }
@@ -181,10 +182,10 @@ TEST(Spherical, RaysThatAreNoneAreVisible) {
        {Segment{{nan, 0, 0}, {0, 0, 1}, 0, 1}, Segment{{0, kInfinity, 0}, {0, 0, 1}, 0, 1},
         Segment{{0, 0, 0}, {0, nan, 1}, 0, 1}, Segment{{0, 0, 0}, {0, 0, 0}, 0, 1},
         Segment{{0, 0, 0}, {0, 0, 1}, nan, 1}, Segment{{0, 0, 0}, {0, 0, 1}, 0, nan}}) {
-    EXPECT_TRUE(kernels::query_spherical(field, none).visible);
-    EXPECT_FALSE(kernels::query_spherical(field, none).certain);
+    EXPECT_TRUE(kernels::query(field, none).visible);
+    EXPECT_FALSE(kernels::query(field, none).certain);
   }
-  EXPECT_TRUE(kernels::query_spherical(field, {{0, 0, 0}, {0, 0, 1}, 2, 1}).certain);
+  EXPECT_TRUE(kernels::query(field, {{0, 0, 0}, {0, 0, 1}, 2, 1}).certain);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ TEST_P(RuntimeBvh, AnswersAsTheReference) {
       while (rays.size() < 3000) rays.push_back(to_ray(random_segment(random, field)));
       const Answers answers = query_all(scene_of(asset, object), rays);
       for (size_t i = 0; i < rays.size(); ++i) {
-        const kernels::Answer expected = kernels::query_bvh(field, to_segment(rays[i]));
+        const kernels::Answer expected = kernels::query(field, to_segment(rays[i]));
         ASSERT_EQ(answers.logit[i], expected.logit) << "ray " << i;
         ASSERT_EQ(answers.certain[i], expected.certain) << "ray " << i;
         ASSERT_EQ(answers.visible[i], expected.visible) << "ray " << i;

@@ -21,7 +21,7 @@ class IsaTest : public RuntimeTest, public testing::WithParamInterface<const cha
   static void expect_reference(const kernels::SegmentField& field, const std::vector<NifRay>& rays,
                                const Answers& answers) {
     for (size_t i = 0; i < rays.size(); ++i) {
-      const kernels::Answer expected = kernels::query_segment(field, to_segment(rays[i]));
+      const kernels::Answer expected = kernels::query(field, to_segment(rays[i]));
       ASSERT_EQ(answers.logit[i], expected.logit) << "ray " << i;
       ASSERT_EQ(answers.certain[i], expected.certain) << "ray " << i;
       ASSERT_EQ(answers.visible[i], expected.visible) << "ray " << i;

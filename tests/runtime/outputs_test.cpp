@@ -24,7 +24,7 @@ TEST_F(Outputs, EqualTheReference) {
       const auto rays = random_rays(random, field, 1003);
       const Answers answers = query_all(scene_of(asset, object), rays);
       for (size_t i = 0; i < rays.size(); ++i) {
-        const kernels::Answer expected = kernels::query_segment(field, to_segment(rays[i]));
+        const kernels::Answer expected = kernels::query(field, to_segment(rays[i]));
         ASSERT_EQ(answers.visible[i], expected.visible);
         ASSERT_EQ(answers.bits[i / 8] >> (i % 8) & 1, expected.visible);
         ASSERT_EQ(answers.certain[i], expected.certain);

@@ -51,7 +51,7 @@ class PlainScene {
     ASSERT_TRUE(kernels::invert(transform, to_object, good));
     const bool identity = placed.transform == kIdentity;
     const kernels::Segment local = identity ? ray : kernels::to_object(to_object, ray);
-    const kernels::Answer answer = kernels::query_segment(*placed.field, local);
+    const kernels::Answer answer = kernels::query(*placed.field, local);
     const bool certain =
         answer.certain &&
         (identity || ray.tmin > ray.tmax ||

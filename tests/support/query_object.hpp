@@ -9,13 +9,13 @@ namespace nif::test {
 inline kernels::Answer query_object(const format::ObjectView& object, const kernels::Segment& segment) {
   switch (object.encoding) {
     case format::kBvh:
-      return kernels::query_bvh(object.bvh, segment);
+      return kernels::query(object.bvh, segment);
     case format::kSpherical:
-      return kernels::query_spherical(*object.spherical, segment);
+      return kernels::query(*object.spherical, segment);
     case format::kSegment:
       break;
   }
-  return kernels::query_segment(object.field, segment);
+  return kernels::query(object.field, segment);
 }
 
 inline kernels::Segment random_segment(Random& random, const format::ObjectView& object) {

@@ -4,7 +4,8 @@
 
 #include <cstddef>
 
-#include "kernels/reference/bvh/kernel.hpp"
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/bvh/query.hpp"
 
 #include "kernels/cpu/targets.hpp"
 
@@ -110,38 +111,12 @@ HWY_AFTER_NAMESPACE();
 #endif  // HWY_TARGET
 
 #if HWY_ONCE
+#include "kernels/cpu/dispatch-inl.hpp"
+
 namespace nif::kernels::cpu {
-namespace {
 
-using AnswerBvh = void (*)(const BvhField&, const SegmentBatch&, AnswerBatch&);
-
-/// For instruction sets that are available().
-AnswerBvh kernel_for(Isa isa) {
-  switch (isa) {
-#if HWY_TARGETS & HWY_AVX3
-    case Isa::avx512:
-      return N_AVX3::answer_bvh;
-#endif
-#if HWY_TARGETS & HWY_AVX2
-    case Isa::avx2:
-      return N_AVX2::answer_bvh;
-#endif
-#if HWY_TARGETS & HWY_SSE4
-    case Isa::sse4:
-      return N_SSE4::answer_bvh;
-#endif
-#if HWY_ARCH_ARM_A64 && HWY_TARGETS & HWY_NEON
-    case Isa::neon:
-      return N_NEON::answer_bvh;
-#endif
-    default:
-      return nullptr;
-  }
-}
-
-}  // namespace
-
-SimdBvhKernel::SimdBvhKernel(const BvhField& field, Isa isa) : field_(field), answer_(kernel_for(isa)) {}
+SimdBvhKernel::SimdBvhKernel(const BvhField& field, const KernelOptions& options)
+    : field_(field), answer_(NIF_KERNEL_FOR(Answer, answer_bvh, options.isa)) {}
 
 void SimdBvhKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void*) const {
   answer_(field_, batch, answers);

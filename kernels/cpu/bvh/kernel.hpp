@@ -1,15 +1,15 @@
 // `bvh` objects in SIMD: one ray at a time against the eight boxes of a node at once.
 #pragma once
 
-#include "kernels/cpu/segment/kernel.hpp"
+#include "kernels/cpu/kernel_options.hpp"
 #include "kernels/reference/bvh/field.hpp"
 
 namespace nif::kernels::cpu {
 
 class SimdBvhKernel final : public ObjectKernel {
  public:
-  /// The field's memory must outlive the kernel, and the machine must have `isa`.
-  SimdBvhKernel(const BvhField& field, Isa isa);
+  /// The field's memory must outlive the kernel.
+  SimdBvhKernel(const BvhField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
   size_t resident_bytes() const override { return 0; }
@@ -19,5 +19,9 @@ class SimdBvhKernel final : public ObjectKernel {
   BvhField field_;
   Answer answer_;
 };
+
+inline KernelPointer make_kernel(const BvhField& field, const KernelOptions& options) {
+  return hold_kernel<SimdBvhKernel>(options.memory, field, options);
+}
 
 }  // namespace nif::kernels::cpu

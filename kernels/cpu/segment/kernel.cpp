@@ -12,9 +12,6 @@
 #include <hwy/foreach_target.h>  // must come before highway.h
 
 #include <hwy/highway.h>
-#if HWY_ONCE && HWY_ARCH_X86
-#include <cpuid.h>
-#endif
 
 // One lane is what the reference is for.
 #if HWY_TARGET != HWY_SCALAR
@@ -37,7 +34,7 @@ static_assert(sizeof(Scratch) <= kKernelScratchBytes);
 
 HWY_NOINLINE void answer_by_reference(const PackedField& field, const SegmentBatch& batch, uint32_t ray,
                                       AnswerBatch& answers) {
-  const Answer answer = query_segment(field, segment_of(batch, ray));
+  const Answer answer = query_as(field, segment_of(batch, ray));
   answers.logit[ray] = answer.logit;
   answers.certain[ray] = answer.certain;
 }
@@ -73,65 +70,28 @@ HWY_AFTER_NAMESPACE();
 #endif  // HWY_TARGET
 
 #if HWY_ONCE
+#include "kernels/cpu/dispatch-inl.hpp"
+
 namespace nif::kernels::cpu {
 namespace {
 
 using AnswerSegments = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, void*);
 
-#if HWY_TARGETS & HWY_AVX2
-/// Not a name that every compiler's __builtin_cpu_supports knows.
-bool has_avx_vnni() {
-  unsigned a, b, c, d;
-  return __get_cpuid_count(7, 1, &a, &b, &c, &d) && (a & 1u << 4) != 0;
-}
-#endif
-
-/// Null where this build or this machine has none.
+/// For instruction sets that are available().
 AnswerSegments kernel_for(Isa isa) {
-  switch (isa) {
-    case Isa::sse4:
-#if HWY_TARGETS & HWY_SSE4
-      if (__builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))
-        return N_SSE4::answer_segments;
-#endif
-      return nullptr;
-    case Isa::avx2:
 #if HWY_TARGETS & HWY_AVX2
-      if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2"))
-        return has_avx_vnni() ? N_AVX2::answer_segments_vnni : N_AVX2::answer_segments;
+  if (isa == Isa::avx2 && has_avx_vnni()) return N_AVX2::answer_segments_vnni;
 #endif
-      return nullptr;
-    case Isa::avx512:
 #if HWY_TARGETS & HWY_AVX3_DL
-      if (__builtin_cpu_supports("avx512vnni") && __builtin_cpu_supports("avx512vbmi2") &&
-          __builtin_cpu_supports("avx512vpopcntdq") && __builtin_cpu_supports("avx512bitalg") &&
-          __builtin_cpu_supports("gfni") && __builtin_cpu_supports("vpclmulqdq"))
-        return N_AVX3_DL::answer_segments;
+  if (isa == Isa::avx512 && has_avx3_dl()) return N_AVX3_DL::answer_segments;
 #endif
-#if HWY_TARGETS & HWY_AVX3
-      if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-          __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
-          __builtin_cpu_supports("avx512cd"))
-        return N_AVX3::answer_segments;
-#endif
-      return nullptr;
-    case Isa::neon:
-#if HWY_ARCH_ARM_A64 && HWY_TARGETS & HWY_NEON
-      return N_NEON::answer_segments;
-#else
-      return nullptr;
-#endif
-  }
-  return nullptr;
+  return NIF_KERNEL_FOR(AnswerSegments, answer_segments, isa);
 }
 
 }  // namespace
 
-bool available(Isa isa) { return kernel_for(isa) != nullptr; }
-
-SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, size_t ample_bytes, Isa isa,
-                                     std::pmr::memory_resource* memory)
-    : field_(field, ample_bytes, memory), answer_(kernel_for(isa)) {}
+SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, const KernelOptions& options)
+    : field_(field, options.ample_bytes, options.memory), answer_(kernel_for(options.isa)) {}
 
 void SimdSegmentKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(field_, batch, answers, scratch);

@@ -1,24 +1,15 @@
 // The `segment` encoding in SIMD: the same bits as kernels/reference, many rays at a time.
 #pragma once
 
-#include <memory_resource>
-
+#include "kernels/cpu/kernel_options.hpp"
 #include "kernels/cpu/segment/packed_field.hpp"
-#include "kernels/reference/object_kernel.hpp"
 
 namespace nif::kernels::cpu {
 
-/// Instruction sets that there are kernels for, of a family from narrow to wide.
-enum class Isa { sse4, avx2, avx512, neon };
-
-/// Whether this build has kernels for it and this machine can run them.
-bool available(Isa isa);
-
 class SimdSegmentKernel final : public ObjectKernel {
  public:
-  /// As PackedField; the machine must have `isa`.
-  SimdSegmentKernel(const SegmentField& field, size_t ample_bytes, Isa isa,
-                    std::pmr::memory_resource* memory);
+  /// As PackedField.
+  SimdSegmentKernel(const SegmentField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
   size_t resident_bytes() const override { return field_.resident_bytes(); }
@@ -29,5 +20,10 @@ class SimdSegmentKernel final : public ObjectKernel {
   PackedField field_;
   Answer answer_;
 };
+
+inline KernelPointer make_kernel(const SegmentField& field, const KernelOptions& options) {
+  if (!WalkGrid::can_hold(field)) return {};
+  return hold_kernel<SimdSegmentKernel>(options.memory, field, options);
+}
 
 }  // namespace nif::kernels::cpu

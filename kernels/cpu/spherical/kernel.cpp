@@ -25,10 +25,10 @@ void answer_spherical(const SphericalField& field, const SegmentBatch& batch, An
   if (batch.count <= kFewRays) {
     for (uint32_t i = 0; i < batch.count; ++i) {
       const Answer answer =
-          query_spherical(field, {{batch.origin[0][i], batch.origin[1][i], batch.origin[2][i]},
-                                  {batch.direction[0][i], batch.direction[1][i], batch.direction[2][i]},
-                                  batch.tmin[i],
-                                  batch.tmax[i]});
+          query(field, {{batch.origin[0][i], batch.origin[1][i], batch.origin[2][i]},
+                        {batch.direction[0][i], batch.direction[1][i], batch.direction[2][i]},
+                        batch.tmin[i],
+                        batch.tmax[i]});
       answers.logit[i] = answer.logit;
       answers.certain[i] = answer.certain;
     }
@@ -43,40 +43,14 @@ HWY_AFTER_NAMESPACE();
 #endif  // HWY_TARGET
 
 #if HWY_ONCE
+#include "kernels/cpu/dispatch-inl.hpp"
+
 namespace nif::kernels::cpu {
-namespace {
 
-using AnswerSpherical = void (*)(const SphericalField&, const SegmentBatch&, AnswerBatch&, void*);
-
-/// For instruction sets that are available().
-AnswerSpherical kernel_for(Isa isa) {
-  switch (isa) {
-#if HWY_TARGETS & HWY_AVX3
-    case Isa::avx512:
-      return N_AVX3::answer_spherical;
-#endif
-#if HWY_TARGETS & HWY_AVX2
-    case Isa::avx2:
-      return N_AVX2::answer_spherical;
-#endif
-#if HWY_TARGETS & HWY_SSE4
-    case Isa::sse4:
-      return N_SSE4::answer_spherical;
-#endif
-#if HWY_ARCH_ARM_A64 && HWY_TARGETS & HWY_NEON
-    case Isa::neon:
-      return N_NEON::answer_spherical;
-#endif
-    default:
-      return nullptr;
-  }
-}
-
-}  // namespace
-
-SimdSphericalKernel::SimdSphericalKernel(const SphericalField& field, Isa isa,
-                                         std::pmr::memory_resource* memory)
-    : weights_(memory), field_(with_single_weights(field, weights_)), answer_(kernel_for(isa)) {}
+SimdSphericalKernel::SimdSphericalKernel(const SphericalField& field, const KernelOptions& options)
+    : weights_(options.memory),
+      field_(with_single_weights(field, weights_)),
+      answer_(NIF_KERNEL_FOR(Answer, answer_spherical, options.isa)) {}
 
 void SimdSphericalKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(field_, batch, answers, scratch);

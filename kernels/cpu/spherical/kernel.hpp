@@ -1,10 +1,9 @@
 // The `spherical` encoding in SIMD: the same bits as kernels/reference, a ray to a lane.
 #pragma once
 
-#include <memory_resource>
 #include <vector>
 
-#include "kernels/cpu/segment/kernel.hpp"
+#include "kernels/cpu/kernel_options.hpp"
 #include "kernels/reference/spherical/field.hpp"
 
 namespace nif::kernels::cpu {
@@ -12,9 +11,9 @@ namespace nif::kernels::cpu {
 /// Grids are read where they lie in the asset; weights in half precision are copied as single ones.
 class SimdSphericalKernel final : public ObjectKernel {
  public:
-  /// The field's memory must outlive the kernel, and the machine must have `isa`. Two bytes before a grid in
-  /// half precision must be readable, as they are in a file.
-  SimdSphericalKernel(const SphericalField& field, Isa isa, std::pmr::memory_resource* memory);
+  /// The field's memory must outlive the kernel. Two bytes before a grid in half precision must be readable,
+  /// as they are in a file.
+  SimdSphericalKernel(const SphericalField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
   size_t resident_bytes() const override { return weights_.capacity() * sizeof(float); }
@@ -25,5 +24,9 @@ class SimdSphericalKernel final : public ObjectKernel {
   SphericalField field_;
   Answer answer_;
 };
+
+inline KernelPointer make_kernel(const SphericalField& field, const KernelOptions& options) {
+  return hold_kernel<SimdSphericalKernel>(options.memory, field, options);
+}
 
 }  // namespace nif::kernels::cpu

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "kernels/reference/bvh/field.hpp"
-#include "kernels/reference/segment/query.hpp"
+#include "kernels/reference/ray.hpp"
 
 namespace nif::kernels {
 
@@ -177,7 +177,7 @@ NIF_HOST_DEVICE inline bool certain_bvh(const BvhField& field, const Segment& se
   return reach <= field.extent * kBvhReach;
 }
 
-inline Answer query_bvh(const BvhField& field, const Segment& segment) {
+inline Answer query(const BvhField& field, const Segment& segment) {
   BvhRay ray;
   if (!prepare_ray(field, segment, ray)) return answer_no_ray(segment);
   const bool visible = !meets_bvh(field, ray);

@@ -31,15 +31,6 @@ inline int32_t evaluate_network(const Network& network, const uint8_t* inputs) {
   }
 }
 
-struct Answer {
-  bool visible;
-  bool certain;
-  int32_t logit;  ///< the network's output where it was asked; else +-kCertainLogit
-};
-
-/// Stands for a logit where the walk alone gave the answer; farther from 0 than any network can get.
-inline constexpr int32_t kCertainLogit = 0x7fffffff;
-
 template <class Field>
 Answer answer_walk(const Field& field, const Walk& walk) {
   if (walk.verdict != Verdict::ambiguous) {
@@ -54,11 +45,13 @@ Answer answer_walk(const Field& field, const Walk& walk) {
   return {logit >= 0, false, logit};
 }
 
+/// As query(), of a field in another form that has its own voxel_state() and interpolate_features().
 template <class Field>
-Answer query_segment(const Field& field, const Segment& segment) {
+Answer query_as(const Field& field, const Segment& segment) {
   Walk walk;
   walk_segment(field, segment, walk);
   return answer_walk(field, walk);
 }
+inline Answer query(const SegmentField& field, const Segment& segment) { return query_as(field, segment); }
 
 }  // namespace nif::kernels

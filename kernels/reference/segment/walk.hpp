@@ -6,17 +6,10 @@
 #pragma once
 
 #include "kernels/reference/arithmetic.hpp"
+#include "kernels/reference/ray.hpp"
 #include "kernels/reference/segment/field.hpp"
 
 namespace nif::kernels {
-
-/// A query in object space: the points origin + t direction with tmin <= t <= tmax.
-struct Segment {
-  float origin[3];
-  float direction[3];  ///< any length but zero
-  float tmin;
-  float tmax;
-};
 
 enum class Verdict : uint8_t {
   visible,    ///< no surface voxel on the way
@@ -53,14 +46,9 @@ struct Walk : WalkResult {
   Run runs[kMaxRuns];
 };
 
-/// Farther than this from the grid's origin (in voxels), rounding may move the walk by more than the padding
-/// of the voxels, and no answer is called certain. docs/model.md derives it.
-inline constexpr float kCertainReach = 16384.0f;
 /// Padding of voxels when the baker marks them as surface, in voxels.
 inline constexpr double kSurfacePadding = 1.0 / 64;
 
-/// Directions are accepted where their largest grid-space component lies in this range.
-inline constexpr float kMinDirection = 0x1p-60f, kMaxDirection = 0x1p+60f;
 /// A component below this fraction of the largest moves less than the padding across the whole grid: taken as
 /// 0.
 inline constexpr float kFlatDirection = 0x1p-40f;

@@ -1,5 +1,5 @@
 // What a `spherical` object answers where its networks are evaluated in half precision, as matrix units of
-// GPUs do: an approximation of query_spherical(), and never what the runtime answers without being asked to.
+// GPUs do: an approximation of query(), and never what the runtime answers without being asked to.
 //
 // Exactly as there: which network a ray asks, and its latent vectors, in single precision. Then the network's
 // inputs, the weights of hidden layers and their outputs, but for those of the last hidden layer, are rounded

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "kernels/reference/half.hpp"
-#include "kernels/reference/segment/query.hpp"
+#include "kernels/reference/ray.hpp"
 #include "kernels/reference/spherical/field.hpp"
 
 namespace nif::kernels {
@@ -217,7 +217,7 @@ NIF_HOST_DEVICE inline int32_t spherical_logit(float output) {
   return static_cast<int32_t>(round_down(bounded_output(output) * kSphericalLogitUnit));
 }
 
-NIF_HOST_DEVICE inline Answer query_spherical(const SphericalField& field, const Segment& segment) {
+NIF_HOST_DEVICE inline Answer query(const SphericalField& field, const Segment& segment) {
   const SphericalRay ray = prepare_spherical(field, segment);
   if (ray.kind == SphericalKind::none) return {true, ray.certain, kCertainLogit};
   const bool outer = ray.kind == SphericalKind::outer;

@@ -2,9 +2,10 @@
 #include "scene/kernel.hpp"
 
 #include "api/object.hpp"
-#include "kernels/reference/bvh/kernel.hpp"
-#include "kernels/reference/segment/kernel.hpp"
-#include "kernels/reference/spherical/kernel.hpp"
+#include "kernels/reference/bvh/query.hpp"
+#include "kernels/reference/kernel.hpp"
+#include "kernels/reference/segment/query.hpp"
+#include "kernels/reference/spherical/query.hpp"
 #ifdef NIF_HAS_SIMD
 #include "kernels/cpu/bvh/kernel.hpp"
 #include "kernels/cpu/segment/kernel.hpp"
@@ -61,10 +62,10 @@ KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::m
 #else
   (void)isa;
 #endif
-  if (object.encoding == format::kBvh) return hold<kernels::ReferenceBvhKernel>(memory, object.bvh);
+  if (object.encoding == format::kBvh) return hold<kernels::ReferenceKernel<BvhField>>(memory, object.bvh);
   if (object.encoding == format::kSpherical)
-    return hold<kernels::ReferenceSphericalKernel>(memory, *object.spherical);
-  return hold<kernels::ReferenceSegmentKernel>(memory, object.field);
+    return hold<kernels::ReferenceKernel<SphericalField>>(memory, *object.spherical);
+  return hold<kernels::ReferenceKernel<SegmentField>>(memory, object.field);
 }
 
 }  // namespace nif::runtime

@@ -22,7 +22,7 @@ Comparisons compare_batch(const kernels::SphericalField& field, std::span<const 
   std::vector<kernels::Answer> expected;
   std::vector<double> bounds;
   for (const kernels::Segment& segment : segments) {
-    expected.push_back(kernels::query_spherical(field, segment));
+    expected.push_back(kernels::query(field, segment));
     bounds.push_back(half_bound(field, segment));
   }
   Comparisons results;

@@ -1,19 +1,20 @@
-// The reference as an ObjectKernel: what `isa=scalar` runs.
+// The reference as an ObjectKernel: what `isa=scalar` runs, for any encoding.
 #pragma once
 
 #include "kernels/reference/batch.hpp"
-#include "kernels/reference/segment/query.hpp"
+#include "kernels/reference/object_kernel.hpp"
 
 namespace nif::kernels {
 
-class ReferenceSegmentKernel final : public ObjectKernel {
+template <class Field>
+class ReferenceKernel final : public ObjectKernel {
  public:
-  /// The field must outlive the kernel.
-  explicit ReferenceSegmentKernel(const SegmentField& field) : field_(field) {}
+  /// The field's memory must outlive the kernel.
+  explicit ReferenceKernel(const Field& field) : field_(field) {}
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void*) const override {
     for (uint32_t i = 0; i < batch.count; ++i) {
-      const Answer answer = query_segment(field_, segment_of(batch, i));
+      const Answer answer = query(field_, segment_of(batch, i));
       answers.logit[i] = answer.logit;
       answers.certain[i] = answer.certain;
     }
@@ -21,7 +22,7 @@ class ReferenceSegmentKernel final : public ObjectKernel {
   size_t resident_bytes() const override { return 0; }
 
  private:
-  SegmentField field_;
+  Field field_;
 };
 
 }  // namespace nif::kernels

@@ -1,0 +1,17 @@
+// The encodings that there are SIMD kernels for: a line each. Every folder has make_kernel() of its field.
+#pragma once
+
+#include "kernels/cpu/bvh/kernel.hpp"
+#include "kernels/cpu/segment/kernel.hpp"
+#include "kernels/cpu/spherical/kernel.hpp"
+#include "kernels/reference/encodings.hpp"
+
+namespace nif::kernels::cpu {
+
+/// Null where the object cannot be held in the form that the SIMD kernel reads: the reference then answers.
+/// The field's memory must outlive the kernel where that reads_field().
+inline KernelPointer make_kernel(const AnyField& field, const KernelOptions& options) {
+  return std::visit([&](const auto& own) { return make_kernel(own, options); }, field);
+}
+
+}  // namespace nif::kernels::cpu

@@ -1,0 +1,16 @@
+// What all SIMD kernels are made from besides their field.
+#pragma once
+
+#include "kernels/cpu/isa.hpp"
+#include "kernels/reference/object_kernel.hpp"
+
+namespace nif::kernels::cpu {
+
+struct KernelOptions {
+  Isa isa;  ///< available()
+  /// What the object may take in memory to be answered faster.
+  size_t ample_bytes;
+  std::pmr::memory_resource* memory;  ///< must outlive the kernel
+};
+
+}  // namespace nif::kernels::cpu

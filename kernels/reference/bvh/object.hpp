@@ -1,0 +1,31 @@
+// What a scene needs to know of a `bvh` object besides its answers.
+#pragma once
+
+#include "kernels/reference/bvh/field.hpp"
+#include "kernels/reference/ray.hpp"
+
+namespace nif::kernels {
+
+/// Of a `bvh` object: the boxes of the root, and as margin what stays_certain() lets a ray be moved by.
+inline constexpr float kBvhUnits = 64;
+inline constexpr double kBvhMargin = 0x1p-14;  ///< of the extent
+inline ObjectBox object_box(const BvhField& field) {
+  const BvhNode& root = field.nodes[0];
+  ObjectBox box;
+  for (int a = 0; a < 3; ++a) {
+    uint8_t low = 255, high = 0;
+    for (uint32_t s = 0; s < kBvhWidth && root.slots[s] != 0; ++s) {
+      low = root.low[a][s] < low ? root.low[a][s] : low;
+      high = root.high[a][s] > high ? root.high[a][s] : high;
+    }
+    box.low[a] = double(frame_plane(root.frame[a], low)) - kBvhMargin * double(field.extent);
+    box.high[a] = double(frame_plane(root.frame[a], high)) + kBvhMargin * double(field.extent);
+  }
+  return box;
+}
+
+/// kCertainReach is in units of which kBvhUnits make the extent.
+inline float reach_scale(const BvhField& field) { return kBvhUnits / field.extent; }
+inline float logit_scale(const BvhField&) { return 1; }
+
+}  // namespace nif::kernels

@@ -1,0 +1,24 @@
+// What a scene needs to know of a `segment` object besides its answers.
+#pragma once
+
+#include "kernels/reference/ray.hpp"
+#include "kernels/reference/segment/field.hpp"
+
+namespace nif::kernels {
+
+inline constexpr double kBoxMargin = 1.0 / 8;  ///< around the grid, in voxels
+inline ObjectBox object_box(const SegmentField& field) {
+  ObjectBox box;
+  const double voxel = 1 / double(field.voxels_per_unit);
+  for (int a = 0; a < 3; ++a) {
+    box.low[a] = double(field.origin[a]) - kBoxMargin * voxel;
+    box.high[a] = double(field.origin[a]) + (double(field.voxels[a]) + kBoxMargin) * voxel;
+  }
+  return box;
+}
+
+/// kCertainReach is in voxels.
+inline float reach_scale(const SegmentField& field) { return field.voxels_per_unit; }
+inline float logit_scale(const SegmentField& field) { return field.network.logit_scale; }
+
+}  // namespace nif::kernels

@@ -1,0 +1,24 @@
+// What a scene needs to know of a `spherical` object besides its answers.
+#pragma once
+
+#include "kernels/reference/ray.hpp"
+#include "kernels/reference/spherical/field.hpp"
+
+namespace nif::kernels {
+
+/// Of a `spherical` object: the AABB, and a margin within which lies every ray in reach of the object's own
+/// proofs that it does not prove to miss it (kSphericalMargin, and 2^-20 of the reach of 2^8 diagonals).
+inline ObjectBox object_box(const SphericalField& field) {
+  ObjectBox box;
+  for (int a = 0; a < 3; ++a) {
+    box.low[a] = double(field.low[a]) - 8 * double(field.margin);
+    box.high[a] = double(field.high[a]) + 8 * double(field.margin);
+  }
+  return box;
+}
+
+/// kCertainReach is in units of which kSphericalUnits make the diagonal.
+inline float reach_scale(const SphericalField& field) { return field.reach_scale; }
+inline float logit_scale(const SphericalField&) { return kSphericalLogitScale; }
+
+}  // namespace nif::kernels
