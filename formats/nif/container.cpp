@@ -75,7 +75,10 @@ Header check_header(std::span<const std::byte> start, uint64_t file_bytes, std::
   zeroed.header_crc = 0;
   if (crc32c(std::as_bytes(std::span(&zeroed, 1))) != header.header_crc)
     refuse(Status::damaged_nif, file, "header", "wrong checksum");
-  if (header.version != kVersion)
+  if (header.version < kVersion)
+    refuse(Status::unsupported_nif, file, "header",
+           "format version " + std::to_string(header.version) + " is no longer read; bake the mesh again");
+  if (header.version > kVersion)
     refuse(Status::unsupported_nif, file, "header",
            "format version " + std::to_string(header.version) + "; this build reads version " +
                std::to_string(kVersion));

@@ -15,33 +15,37 @@
 #include <vector>
 
 #include "formats/nif/container.hpp"
-#include "kernels/reference/bvh/field.hpp"
-#include "kernels/reference/segment/field.hpp"
-#include "kernels/reference/spherical/field.hpp"
+#include "formats/nif/encodings.hpp"
+#include "formats/nif/spherical/primary.hpp"
 
 namespace nif::format {
 
 /// The file's first byte must lie at a multiple of this, because its 64-bit words are read in place.
 inline constexpr size_t kAddressAlignment = 8;
 
-/// What of fields is not of its object's encoding is empty.
 struct ObjectView {
-  Encoding encoding = kSegment;
   std::string_view name;  ///< a 0 follows it in memory
-  uint32_t network = 0;
   std::array<float, 3> aabb_min{}, aabb_max{};
   float bias = 0;
   uint32_t triangles = 0;
-  uint64_t occupancy_bytes = 0, feature_bytes = 0, bvh_bytes = 0, grid_bytes = 0;
-  /// Distances in object space, times this, are what kernels::kCertainReach limits: voxels, or for a `bvh`
-  /// object kernels::kBvhUnits to its extent, for a `spherical` one kernels::kSphericalUnits to its diagonal.
-  float reach_scale = 0;
-  float logit_scale = 1;        ///< probability of being visible = 1 / (1 + exp(-logit * logit_scale))
-  kernels::SegmentField field;  ///< ready to be queried
-  kernels::BvhField bvh;        ///< ready to be queried
-  const kernels::SphericalField* spherical =
-      nullptr;  ///< ready to be queried; of AssetView::spherical_fields
+  AnyView content;  ///< what answers it, in one of the encodings
+
+  Bounds bounds() const { return {aabb_min, aabb_max}; }
+  /// The content, which must be of this encoding: as<SegmentView>(), as<BvhView>() ...
+  template <class View>
+  const View& as() const {
+    return std::get<View>(content);
+  }
+  template <class View>
+  bool is() const {
+    return std::holds_alternative<View>(content);
+  }
 };
+
+/// Ready to be queried.
+kernels::AnyField field_of(const ObjectView& object);
+/// What of the file the object takes, networks not counted.
+uint64_t bytes_of(const ObjectView& object);
 
 struct InstanceView {
   std::string_view name;  ///< a 0 follows it in memory
@@ -49,52 +53,30 @@ struct InstanceView {
   std::array<float, 12> transform{};  ///< object to world, row-major 3x4
 };
 
-struct NetworkView {
-  kernels::Network network;
-  uint64_t bytes = 0;
-};
-
-/// Both networks of `spherical` objects.
-struct SphericalNetworksView {
-  kernels::SphericalNetwork outer, inner;
-  float slope = 0;
-  uint64_t bytes = 0;
-};
-
-/// What answers primary rays of one object, where it has that.
-struct PrimaryView {
-  uint32_t object = 0;          ///< index into AssetView::objects
-  kernels::PrimaryField field;  ///< ready to be queried
-  uint64_t grid_bytes = 0, network_bytes = 0;
-};
-
 /// Views into the bytes of one file; valid while those stay where they are, unchanged.
-struct AssetView {
+/// With what its objects share: `networks`, `spherical_networks`.
+struct AssetView : SharedView {
   explicit AssetView(std::pmr::memory_resource* memory)
-      : sections(memory),
-        objects(memory),
-        instances(memory),
-        networks(memory),
-        spherical_networks(memory),
-        spherical_fields(memory),
-        primaries(memory) {}
-  AssetView(AssetView&&) = default;
-  AssetView(const AssetView&) = delete;  // its objects point to its fields
+      : SharedView(memory), sections(memory), objects(memory), instances(memory), primaries(memory) {}
 
   std::span<const std::byte> bytes;
   std::string_view metadata;  ///< JSON, not parsed; empty where the file has none
   std::pmr::vector<SectionView> sections;
   std::pmr::vector<ObjectView> objects;
   std::pmr::vector<InstanceView> instances;
-  std::pmr::vector<NetworkView> networks;
-  std::pmr::vector<SphericalNetworksView> spherical_networks;
-  std::pmr::vector<kernels::SphericalField> spherical_fields;  ///< of those objects that are such
-  std::pmr::vector<PrimaryView> primaries;                     ///< in the order of their objects
+  std::pmr::vector<PrimaryView> primaries;  ///< in the order of their objects
 
   /// Everything that this asset keeps in memory: the file's bytes and these views.
   uint64_t resident_bytes() const;
   /// Null where the object has none.
   const PrimaryView* primary_of(uint32_t object) const;
+  /// Networks of all encodings: those that `segment` objects share, then those of the next encoding, and so
+  /// on.
+  uint32_t network_count() const;
+  /// Which of them the object has; 0 where its encoding has none.
+  uint32_t network_of(const ObjectView& object) const;
+  /// After this nothing but names and metadata points into the file.
+  void drop_bytes();
 };
 
 /// Checks and reads a whole file. `file_name` is what error messages call it.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <span>
@@ -13,6 +14,26 @@
 namespace nif::format {
 
 using Bytes = std::span<const std::byte>;
+
+/// The sections of a file, by type.
+class SectionTable {
+ public:
+  explicit SectionTable(std::span<const SectionView> sections) : sections_(sections) {}
+  /// Empty where the file has no such section.
+  Bytes operator[](uint32_t type) const {
+    for (const SectionView& section : sections_)
+      if (section.type == type) return section.bytes;
+    return {};
+  }
+
+ private:
+  std::span<const SectionView> sections_;
+};
+
+/// The bounds of an object, as its record says.
+struct Bounds {
+  std::array<float, 3> min{}, max{};
+};
 
 /// One place in the file, for messages; built only where something is wrong.
 struct Place {
@@ -63,7 +84,12 @@ class Blocks {
     end_ = block.offset + block.bytes;
     return section_.subspan(block.offset, block.bytes);
   }
-  bool finished() const { return end_ == section_.size(); }
+  /// All of the section belongs to blocks.
+  void finish(const char* section, std::string_view file) const {
+    if (end_ != section_.size())
+      refuse(Status::damaged_nif, file, std::string("section ") + section,
+             "has bytes that belong to no record");
+  }
 
  private:
   Bytes section_;

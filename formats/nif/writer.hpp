@@ -16,6 +16,9 @@ namespace nif::format {
 /// sentence, and no such file comes to be.
 std::vector<std::byte> encode(const Asset& asset);
 
+/// How many bytes encode() would make, without making them.
+uint64_t encoded_bytes(const Asset& asset);
+
 /// A copy that owns its memory, from which encode() makes the same bytes again (unknown sections excepted).
 Asset to_asset(const AssetView& view);
 

@@ -1,4 +1,5 @@
-#include "formats/nif/spherical/read.hpp"
+#include "formats/nif/spherical/encoding.hpp"
+#include "formats/nif/spherical/primary.hpp"
 
 #include "kernels/reference/half.hpp"
 
@@ -80,10 +81,8 @@ void check_slope(float slope, const Place& place) {
 
 constexpr char kOtherInputs[] = "its network takes another number of inputs";
 
-}  // namespace
-
-SphericalNetworksView read_spherical_networks(const SphericalNetworksRecord& record, Blocks& blocks,
-                                              const Place& place) {
+SphericalNetworksView read_networks(const SphericalNetworksRecord& record, Blocks& blocks,
+                                    const Place& place) {
   SphericalNetworksView view;
   place.within(record.half, 0, 1, "half");
   check_slope(record.slope, place);
@@ -98,10 +97,60 @@ SphericalNetworksView read_spherical_networks(const SphericalNetworksRecord& rec
   return view;
 }
 
-uint64_t read_spherical_field(const ObjectRecord& record, const SphericalNetworksView& networks,
-                              Blocks& blocks, const Place& place, kernels::SphericalField& field) {
-  place.require(kernels::set_bounds(record.aabb_min, record.aabb_max, field),
-                "bounds are too small or too large to compute with");
+PrimaryView read_primary(const PrimaryRecord& record, const Bounds& bounds, Blocks& blocks,
+                         const Place& place) {
+  PrimaryView view;
+  kernels::PrimaryField& field = view.field;
+  view.object = record.object;
+  place.require(kernels::set_bounds(bounds.min.data(), bounds.max.data(), field),
+                "bounds of its object are too small or too large to compute with");
+  place.within(record.half_grids, 0, 1, "half_grids");
+  place.within(record.half_network, 0, 1, "half_network");
+  check_slope(record.slope, place);
+  place.require(record.margin >= 0 && record.margin <= 1, "margin is not a number from 0 to 1");
+  place.require(all_zero(record.reserved), "reserved bytes are not zero");
+  field.slope = record.slope;
+  field.margin = record.margin;
+  field.position = field.direction = grid_of(record.resolution, record.features, record.half_grids, place);
+  field.network = network_of(record.network, kernels::kPrimaryOutputs, record.half_network, place);
+  place.require(field.network.inputs == 2 * field.position.features, kOtherInputs);
+  const uint64_t latents = values_over_angles(field.position);
+  const Run runs[] = {{field.position.values, latents, kWrongLatent},
+                      {field.direction.values, latents, kWrongLatent},
+                      {field.network.weights, spherical_weights(field.network), kWrongWeight}};
+  view.grid_bytes = bytes_of(std::span(runs).first(2));
+  view.network_bytes = bytes_of(std::span(runs).subspan(2));
+  take(runs, blocks.next(record.values, view.grid_bytes + view.network_bytes, "primary", place), place);
+  return view;
+}
+
+}  // namespace
+
+SphericalReader::SphericalReader(const SectionTable& sections, std::string_view file,
+                                 SphericalSharedView& shared)
+    : file_(file),
+      shared_(shared),
+      records_(sections[kSphericalRecords], "SPHR", file),
+      grids_(sections[kGrids]) {
+  const Records<SphericalNetworksRecord> networks(sections[kSphericalNetworks], "SNET", file);
+  Blocks weights(sections[kSphericalWeights]);
+  shared.spherical_networks.reserve(networks.count());
+  for (uint32_t i = 0; i < networks.count(); ++i)
+    shared.spherical_networks.push_back(read_networks(networks[i], weights, Place{file, "SNET", i}));
+  weights.finish("SWGT", file);
+}
+
+SphericalView SphericalReader::read(uint32_t index, const Bounds& bounds) {
+  const SphericalRecord record = records_[index];
+  const Place place{file_, "SPHR", index};
+  SphericalView view;
+  kernels::SphericalField& field = view.field;
+  place.require(record.network < shared_.spherical_networks.size(), "network is out of range");
+  place.require(record.reserved == 0, "reserved bytes are not zero");
+  place.require(kernels::set_bounds(bounds.min.data(), bounds.max.data(), field),
+                "bounds of its object are too small or too large to compute with");
+  const SphericalNetworksView& networks = shared_.spherical_networks[record.network];
+  view.network = record.network;
   field.outer = networks.outer;
   field.inner = networks.inner;
   field.slope = networks.slope;
@@ -122,36 +171,29 @@ uint64_t read_spherical_field(const ObjectRecord& record, const SphericalNetwork
                       {field.inner_position.values, inner, kWrongLatent},
                       {field.inner_direction.values, inner, kWrongLatent},
                       {field.distance.values, values_over_distance(field.distance), kWrongLatent}};
-  const uint64_t bytes = bytes_of(runs);
-  take(runs, blocks.next(record.grids, bytes, "grids", place), place);
-  return bytes;
+  view.grid_bytes = bytes_of(runs);
+  take(runs, grids_.next(record.grids, view.grid_bytes, "grids", place), place);
+  return view;
 }
 
-PrimaryView read_primary(const PrimaryRecord& record, const ObjectView& object, Blocks& blocks,
-                         const Place& place) {
-  PrimaryView view;
-  kernels::PrimaryField& field = view.field;
-  view.object = record.object;
-  place.require(kernels::set_bounds(object.aabb_min.data(), object.aabb_max.data(), field),
-                "bounds of its object are too small or too large to compute with");
-  place.within(record.half_grids, 0, 1, "half_grids");
-  place.within(record.half_network, 0, 1, "half_network");
-  check_slope(record.slope, place);
-  place.require(record.margin >= 0 && record.margin <= 1, "margin is not a number from 0 to 1");
-  place.require(all_zero(record.reserved), "reserved bytes are not zero");
-  field.slope = record.slope;
-  field.margin = record.margin;
-  field.position = field.direction = grid_of(record.resolution, record.features, record.half_grids, place);
-  field.network = network_of(record.network, kernels::kPrimaryOutputs, record.half_network, place);
-  place.require(field.network.inputs == 2 * field.position.features, kOtherInputs);
-  const uint64_t latents = values_over_angles(field.position);
-  const Run runs[] = {{field.position.values, latents, kWrongLatent},
-                      {field.direction.values, latents, kWrongLatent},
-                      {field.network.weights, spherical_weights(field.network), kWrongWeight}};
-  view.grid_bytes = bytes_of(std::span(runs).first(2));
-  view.network_bytes = bytes_of(std::span(runs).subspan(2));
-  take(runs, blocks.next(record.values, view.grid_bytes + view.network_bytes, "primary", place), place);
-  return view;
+void SphericalReader::finish() const { grids_.finish("GRID", file_); }
+
+void read_primaries(const SectionTable& sections, bool present, std::string_view file,
+                    std::span<const Bounds> bounds, std::pmr::vector<PrimaryView>& views) {
+  const Records<PrimaryRecord> records(sections[kPrimaries], "PRIM", file);
+  Blocks blocks(sections[kPrimaryValues]);
+  if (present && records.count() == 0)
+    refuse(Status::damaged_nif, file, "section PRIM", "is there for no object");
+  views.reserve(records.count());
+  for (uint32_t i = 0; i < records.count(); ++i) {
+    const PrimaryRecord record = records[i];
+    const Place place{file, "PRIM", i};
+    place.require(record.object < bounds.size(), "object is out of range");
+    place.require(i == 0 || record.object > views.back().object,
+                  "object does not come after that of the record before");
+    views.push_back(read_primary(record, bounds[record.object], blocks, place));
+  }
+  blocks.finish("PVAL", file);
 }
 
 }  // namespace nif::format

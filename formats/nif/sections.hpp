@@ -1,0 +1,76 @@
+// The sections of a .nif file while it is written, or while only its size is wanted.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "formats/nif/container.hpp"
+#include "formats/nif/layout.hpp"
+
+namespace nif::format {
+
+/// The bytes of one section as they grow.
+class Section {
+ public:
+  /// `counting`: sizes are added up, and nothing is kept.
+  explicit Section(bool counting) : counting_(counting) {}
+
+  template <class T>
+  void append(const T* values, size_t count) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    size_ += count * sizeof(T);
+    if (counting_) return;
+    const auto bytes = std::as_bytes(std::span(values, count));
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  }
+  template <class T>
+  void append(const std::vector<T>& values) {
+    append(values.data(), values.size());
+  }
+  /// In half precision or as they are.
+  void append_values(const std::vector<float>& values, bool half);
+  Block begin_block() {
+    size_ = aligned(size_);
+    if (!counting_) bytes_.resize(size_);
+    return {size_, 0};
+  }
+  void end_block(Block& block) const { block.bytes = size_ - block.offset; }
+  Name append_name(const std::string& name) {
+    const Name place{uint32_t(size_), uint32_t(name.size())};
+    append(name.c_str(), name.size() + 1);
+    return place;
+  }
+  uint64_t size() const { return size_; }
+  const std::vector<std::byte>& bytes() const { return bytes_; }
+
+ private:
+  bool counting_;
+  uint64_t size_ = 0;
+  std::vector<std::byte> bytes_;
+};
+
+/// All sections of a file, in their order.
+class Sections {
+ public:
+  struct Entry {
+    uint32_t type, flags;
+    Section section;
+  };
+  explicit Sections(bool counting) : counting_(counting) {}
+  /// One more; stays where it is.
+  Section& add(uint32_t type, uint32_t flags = kRequired) {
+    return entries_.emplace_back(Entry{type, flags, Section(counting_)}).section;
+  }
+  const std::deque<Entry>& entries() const { return entries_; }
+
+ private:
+  bool counting_;
+  std::deque<Entry> entries_;
+};
+
+}  // namespace nif::format

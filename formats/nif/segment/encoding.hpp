@@ -1,0 +1,133 @@
+// The `segment` encoding in a .nif file: an occupancy grid, features and a network for each object.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory_resource>
+#include <vector>
+
+#include "formats/nif/encoding_of.hpp"
+#include "formats/nif/records.hpp"
+#include "formats/nif/sections.hpp"
+#include "formats/nif/segment/layout.hpp"
+#include "kernels/reference/segment/field.hpp"
+
+namespace nif::format {
+
+struct Layer {
+  uint32_t inputs = 0, outputs = 0, shift = 0;
+  std::vector<int32_t> biases;  ///< [outputs]
+  std::vector<int8_t> weights;  ///< [outputs][inputs]
+};
+
+struct Network {
+  std::vector<Layer> layers;
+  float logit_scale = 1;
+};
+
+/// What the `segment` objects of an asset share.
+struct SegmentShared {
+  std::vector<Network> networks;
+};
+
+/// One object; members as in kernels::SegmentField.
+struct SegmentData {
+  uint32_t network = 0;  ///< index into SegmentShared::networks
+  std::array<float, 3> origin{};
+  float voxels_per_unit = 0;
+  std::array<uint32_t, 3> voxels{};
+  std::vector<uint16_t> brick_table;
+  std::vector<kernels::BrickStates> brick_states;
+  std::vector<uint64_t> brick_corners;
+  std::vector<uint32_t> corner_base;
+  std::vector<int8_t> features;
+  uint32_t corners = 0;
+  uint32_t features_per_corner = 0;
+  uint32_t samples = 0;
+  float length_scale = 0;
+};
+
+/// Bricks along one axis that hold voxels + 1 corners.
+constexpr uint32_t bricks_for(uint32_t voxels) { return voxels / kernels::kBrickSide + 1; }
+
+/// The kernels' view of an object; valid while both live and are not changed.
+kernels::SegmentField field_of(const SegmentData& data, const Network& network);
+
+struct NetworkView {
+  kernels::Network network;
+  uint64_t bytes = 0;
+};
+
+/// As SegmentShared, in a file.
+struct SegmentSharedView {
+  explicit SegmentSharedView(std::pmr::memory_resource* memory) : networks(memory) {}
+
+  uint32_t network_count() const { return uint32_t(networks.size()); }
+  uint64_t view_bytes() const { return networks.capacity() * sizeof(NetworkView); }
+  /// After this nothing points into the file.
+  void drop_bytes() {
+    for (NetworkView& network : networks) network = {};
+  }
+
+  std::pmr::vector<NetworkView> networks;
+};
+
+struct SegmentView {
+  uint32_t network = 0;         ///< index into SegmentSharedView::networks
+  kernels::SegmentField field;  ///< ready to be queried
+  uint64_t occupancy_bytes = 0, feature_bytes = 0;
+
+  uint64_t bytes() const { return occupancy_bytes + feature_bytes; }
+  /// After this nothing points into the file, and the field cannot be queried.
+  void drop_bytes();
+};
+
+/// Throws nif::Error (Status::damaged_nif) with the place, as all readers here do.
+class SegmentReader {
+ public:
+  /// Reads what objects share; `shared` must outlive this.
+  SegmentReader(const SectionTable& sections, std::string_view file, SegmentSharedView& shared);
+  uint32_t count() const { return records_.count(); }
+  /// Each object once, in order.
+  SegmentView read(uint32_t index, const Bounds& bounds);
+  /// After the last one.
+  void finish() const;
+
+ private:
+  void read_occupancy(const SegmentRecord& record, SegmentView& view, const Place& place);
+
+  std::string_view file_;
+  SegmentSharedView& shared_;
+  Records<SegmentRecord> records_;
+  Blocks occupancy_, features_;
+};
+
+class SegmentWriter {
+ public:
+  SegmentWriter(Sections& sections, const SegmentShared& shared);
+  void add(const SegmentData& data);
+
+ private:
+  Section *records_, *features_, *occupancy_;
+};
+
+template <>
+struct EncodingOf<kernels::SegmentField> {
+  static constexpr uint32_t kNumber = 1;
+  static constexpr const char* kName = "segment";
+  static constexpr uint32_t kSections[] = {kSegments, kNetworks, kWeights, kFeatures, kOccupancy};
+  using Data = SegmentData;
+  using Shared = SegmentShared;
+  using View = SegmentView;
+  using SharedView = SegmentSharedView;
+  using Reader = SegmentReader;
+  using Writer = SegmentWriter;
+
+  static kernels::SegmentField field(const SegmentData& data, const SegmentShared& shared, const Bounds&) {
+    return field_of(data, shared.networks.at(data.network));
+  }
+  static SegmentData to_data(const SegmentView& view);
+  static SegmentShared to_shared(const SegmentSharedView& view);
+};
+
+}  // namespace nif::format

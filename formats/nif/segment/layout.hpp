@@ -1,0 +1,46 @@
+// The sections of `segment` objects in a .nif file.
+#pragma once
+
+#include "formats/nif/layout.hpp"
+
+namespace nif::format {
+
+enum SegmentSection : uint32_t {
+  kSegments = fourcc("SEGM"),   ///< SegmentRecord[]
+  kNetworks = fourcc("NETS"),   ///< NetworkRecord[]
+  kWeights = fourcc("WGTS"),    ///< each network's block
+  kFeatures = fourcc("FEAT"),   ///< each object's block
+  kOccupancy = fourcc("OCCU"),  ///< each object's block
+};
+
+struct SegmentRecord {  // 96 bytes: the members of kernels::SegmentField of the same names
+  uint32_t network;     ///< index into kNetworks; objects may share one
+  float origin[3];
+  float voxels_per_unit;
+  uint32_t voxels[3];
+  uint32_t mixed_bricks;
+  uint32_t corners;
+  uint32_t features_per_corner;
+  uint32_t samples;
+  float length_scale;
+  uint32_t reserved[3];  ///< 0
+  Block occupancy;  ///< brick_states, brick_corners, corner_base, brick_table, in that order, without gaps
+  Block features;   ///< [corners][features_per_corner] int8
+};
+static_assert(sizeof(SegmentRecord) == 96);
+
+struct LayerRecord {  // 12 bytes
+  uint32_t inputs, outputs, shift;
+};
+
+struct NetworkRecord {  // 80 bytes
+  uint32_t layer_count;
+  float logit_scale;
+  LayerRecord layers[4];  ///< those beyond layer_count are 0
+  uint64_t reserved;      ///< 0
+  Block weights;          ///< for each layer in turn, without gaps (inputs is a multiple of 4):
+                          ///< int32 biases [outputs], int8 weights [outputs][inputs]
+};
+static_assert(sizeof(NetworkRecord) == 80);
+
+}  // namespace nif::format

@@ -1,0 +1,130 @@
+#include <algorithm>
+
+#include "formats/base/status.hpp"
+#include "formats/nif/segment/encoding.hpp"
+
+namespace nif::format {
+
+kernels::SegmentField field_of(const SegmentData& data, const Network& network) {
+  kernels::SegmentField field;
+  for (size_t a = 0; a < 3; ++a) {
+    field.origin[a] = data.origin[a];
+    field.voxels[a] = data.voxels[a];
+    field.bricks[a] = bricks_for(data.voxels[a]);
+  }
+  field.voxels_per_unit = data.voxels_per_unit;
+  field.brick_table = data.brick_table.data();
+  field.brick_states = data.brick_states.data();
+  field.brick_corners = data.brick_corners.data();
+  field.corner_base = data.corner_base.data();
+  field.mixed_bricks = uint32_t(data.brick_states.size());
+  field.features = data.features.data();
+  field.corners = data.corners;
+  field.features_per_corner = data.features_per_corner;
+  field.samples = data.samples;
+  field.length_scale = data.length_scale;
+  field.network.layer_count = uint32_t(std::min<size_t>(network.layers.size(), kernels::kMaxLayers));
+  field.network.logit_scale = network.logit_scale;
+  for (uint32_t l = 0; l < field.network.layer_count; ++l) {
+    const Layer& layer = network.layers[l];
+    field.network.layers[l] = {layer.inputs, layer.outputs, layer.shift, layer.weights.data(),
+                               layer.biases.data()};
+  }
+  return field;
+}
+
+namespace {
+
+void add_network(const Network& network, Section& records, Section& weights) {
+  NetworkRecord record{};
+  if (network.layers.size() > std::size(record.layers))
+    throw Error(Status::internal,
+                "an asset's network has " + std::to_string(network.layers.size()) + " layers");
+  record.layer_count = uint32_t(network.layers.size());
+  record.logit_scale = network.logit_scale;
+  record.weights = weights.begin_block();
+  for (size_t l = 0; l < network.layers.size(); ++l) {
+    const Layer& layer = network.layers[l];
+    record.layers[l] = {layer.inputs, layer.outputs, layer.shift};
+    weights.append(layer.biases);
+    weights.append(layer.weights);
+  }
+  weights.end_block(record.weights);
+  records.append(&record, 1);
+}
+
+}  // namespace
+
+SegmentWriter::SegmentWriter(Sections& sections, const SegmentShared& shared)
+    : records_(&sections.add(kSegments)) {
+  Section& networks = sections.add(kNetworks);
+  Section& weights = sections.add(kWeights);
+  for (const Network& network : shared.networks) add_network(network, networks, weights);
+  // Features before occupancy, so that a vector load at the last feature stays inside the file.
+  features_ = &sections.add(kFeatures);
+  occupancy_ = &sections.add(kOccupancy);
+}
+
+void SegmentWriter::add(const SegmentData& data) {
+  SegmentRecord record{};
+  record.network = data.network;
+  std::copy(data.origin.begin(), data.origin.end(), record.origin);
+  record.voxels_per_unit = data.voxels_per_unit;
+  std::copy(data.voxels.begin(), data.voxels.end(), record.voxels);
+  record.mixed_bricks = uint32_t(data.brick_states.size());
+  record.corners = data.corners;
+  record.features_per_corner = data.features_per_corner;
+  record.samples = data.samples;
+  record.length_scale = data.length_scale;
+
+  record.occupancy = occupancy_->begin_block();
+  occupancy_->append(data.brick_states);
+  occupancy_->append(data.brick_corners);
+  occupancy_->append(data.corner_base);
+  occupancy_->append(data.brick_table);
+  occupancy_->end_block(record.occupancy);
+  record.features = features_->begin_block();
+  features_->append(data.features);
+  features_->end_block(record.features);
+  records_->append(&record, 1);
+}
+
+SegmentData EncodingOf<kernels::SegmentField>::to_data(const SegmentView& view) {
+  const kernels::SegmentField& field = view.field;
+  SegmentData data;
+  data.network = view.network;
+  std::copy_n(field.origin, 3, data.origin.begin());
+  data.voxels_per_unit = field.voxels_per_unit;
+  std::copy_n(field.voxels, 3, data.voxels.begin());
+  const size_t mixed = field.mixed_bricks;
+  const size_t bricks = size_t(field.bricks[0]) * field.bricks[1] * field.bricks[2];
+  data.brick_table.assign(field.brick_table, field.brick_table + bricks);
+  data.brick_states.assign(field.brick_states, field.brick_states + mixed);
+  data.brick_corners.assign(field.brick_corners, field.brick_corners + mixed);
+  data.corner_base.assign(field.corner_base, field.corner_base + mixed);
+  data.features.assign(field.features, field.features + view.feature_bytes);
+  data.corners = field.corners;
+  data.features_per_corner = field.features_per_corner;
+  data.samples = field.samples;
+  data.length_scale = field.length_scale;
+  return data;
+}
+
+SegmentShared EncodingOf<kernels::SegmentField>::to_shared(const SegmentSharedView& view) {
+  SegmentShared shared;
+  for (const NetworkView& from : view.networks) {
+    Network& network = shared.networks.emplace_back();
+    network.logit_scale = from.network.logit_scale;
+    for (uint32_t l = 0; l < from.network.layer_count; ++l) {
+      const kernels::Network::Layer& layer = from.network.layers[l];
+      network.layers.push_back({layer.inputs,
+                                layer.outputs,
+                                layer.shift,
+                                {layer.biases, layer.biases + layer.outputs},
+                                {layer.weights, layer.weights + size_t(layer.outputs) * layer.inputs}});
+    }
+  }
+  return shared;
+}
+
+}  // namespace nif::format

@@ -1,0 +1,63 @@
+// The sections of `spherical` objects in a .nif file, and of fields for primary rays.
+#pragma once
+
+#include "formats/nif/layout.hpp"
+
+namespace nif::format {
+
+enum SphericalSection : uint32_t {
+  kSphericalRecords = fourcc("SPHR"),   ///< SphericalRecord[]
+  kSphericalNetworks = fourcc("SNET"),  ///< SphericalNetworksRecord[]
+  kSphericalWeights = fourcc("SWGT"),   ///< each record's block
+  kGrids = fourcc("GRID"),              ///< each object's block
+};
+
+/// Optional, for objects of any encoding: readers that do not know them answer visibility all the same.
+/// Either both are there or neither.
+enum PrimarySection : uint32_t {
+  kPrimaries = fourcc("PRIM"),      ///< PrimaryRecord[]
+  kPrimaryValues = fourcc("PVAL"),  ///< each record's block
+};
+
+/// Latent vectors along an axis of the grids, and floats of each.
+struct SphericalRecord {  // 32 bytes
+  uint32_t network;       ///< index into kSphericalNetworks; objects may share one
+  uint16_t outer_resolution, inner_resolution, distance_resolution;
+  uint8_t outer_features, inner_features, distance_features;
+  uint8_t half_grids;  ///< 1: in half precision, 0: in single
+  uint16_t reserved;   ///< 0
+  Block grids;  ///< outer position, outer direction, inner position, inner direction, distance, without gaps
+};
+static_assert(sizeof(SphericalRecord) == 32);
+
+/// The shape of a network of `spherical`: hidden layers of one width, then its outputs.
+struct SphericalShapeRecord {  // 12 bytes
+  uint32_t inputs, width, hidden_layers;
+};
+
+/// The two networks of a `spherical` object.
+struct SphericalNetworksRecord {  // 64 bytes
+  uint32_t half;                  ///< 1: weights in half precision, 0: in single
+  float slope;                    ///< of the leaky ReLU below 0
+  SphericalShapeRecord outer, inner;
+  uint32_t reserved[4];  ///< 0
+  Block weights;         ///< of outer, then of inner, layer by layer, [inputs][outputs] each, without gaps
+};
+static_assert(sizeof(SphericalNetworksRecord) == 64);
+
+/// What answers primary rays of an object, of whatever encoding.
+struct PrimaryRecord {  // 64 bytes
+  uint32_t object;      ///< index into kObjects; records lie in the order of their objects
+  uint16_t resolution;  ///< latent vectors along an axis of both grids
+  uint8_t features;     ///< floats of each
+  uint8_t half_grids;   ///< 1: in half precision, 0: in single
+  uint32_t half_network;
+  float slope;  ///< of the leaky ReLU below 0
+  SphericalShapeRecord network;
+  float margin;          ///< part of the AABB's diagonal, 0 to 1
+  uint32_t reserved[4];  ///< 0
+  Block values;  ///< position, direction, then the network's layers, [inputs][outputs] each, without gaps
+};
+static_assert(sizeof(PrimaryRecord) == 64);
+
+}  // namespace nif::format

@@ -1,0 +1,53 @@
+// Fields that answer primary rays, in a .nif file: optional, for objects of any encoding.
+#pragma once
+
+#include <memory_resource>
+#include <vector>
+
+#include "formats/nif/spherical/encoding.hpp"
+
+namespace nif::format {
+
+/// What answers primary rays of an object: grids as those of SphericalGrids, and a network with
+/// kernels::kPrimaryOutputs outputs.
+struct Primary {
+  bool half_grids = false, half_network = false;  ///< as with SphericalGrids
+  float slope = 0.01f;
+  float margin = 0;  ///< as kernels::PrimaryField's
+  uint32_t resolution = 0, features = 0;
+  std::vector<float> position, direction;
+  SphericalLayers network;
+
+  /// Of the block that holds it in a file.
+  uint64_t bytes() const {
+    return (half_grids ? 2 : 4) * (position.size() + direction.size()) +
+           (half_network ? 2 : 4) * network.weights.size();
+  }
+};
+
+/// The kernels' view of it, for an object with these bounds, such as kernels::set_bounds() takes.
+kernels::PrimaryField field_of(const Primary& primary, const Bounds& bounds);
+
+/// What answers primary rays of one object, where it has that.
+struct PrimaryView {
+  uint32_t object = 0;          ///< index into AssetView::objects
+  kernels::PrimaryField field;  ///< ready to be queried
+  uint64_t grid_bytes = 0, network_bytes = 0;
+};
+
+/// Reads all of a file's, in the order of their objects; bounds_of(object) gives an object's bounds.
+void read_primaries(const SectionTable& sections, bool present, std::string_view file,
+                    std::span<const Bounds> bounds, std::pmr::vector<PrimaryView>& views);
+
+class PrimaryWriter {
+ public:
+  explicit PrimaryWriter(Sections& sections);
+  void add(const Primary& primary, uint32_t object);
+
+ private:
+  Section *records_, *values_;
+};
+
+Primary to_primary(const PrimaryView& view);
+
+}  // namespace nif::format

@@ -1,0 +1,180 @@
+#include "formats/nif/spherical/encoding.hpp"
+#include "formats/nif/spherical/primary.hpp"
+#include "kernels/reference/half.hpp"
+#include "kernels/reference/spherical/query.hpp"
+
+namespace nif::format {
+namespace {
+
+kernels::SphericalGrid grid_of(const std::vector<float>& values, uint32_t resolution, uint32_t features) {
+  return {{values.data(), false}, resolution, features};
+}
+
+kernels::SphericalNetwork network_of(const SphericalLayers& layers, uint32_t outputs) {
+  return {{layers.weights.data(), false}, layers.inputs, layers.width, layers.hidden_layers, outputs};
+}
+
+std::vector<float> to_floats(const kernels::SphericalValues& values, size_t count) {
+  std::vector<float> floats(count);
+  for (size_t i = 0; i < count; ++i) floats[i] = kernels::value_of(values, i);
+  return floats;
+}
+
+/// Of a grid over two angles.
+std::vector<float> over_angles(const kernels::SphericalGrid& grid) {
+  return to_floats(grid.values, size_t(grid.resolution) * grid.resolution * grid.features);
+}
+
+SphericalLayers to_layers(const kernels::SphericalNetwork& network) {
+  return {network.inputs, network.width, network.hidden_layers,
+          to_floats(network.weights, kernels::spherical_weights(network))};
+}
+
+SphericalGrids to_grids(const kernels::SphericalField& field) {
+  SphericalGrids grids;
+  grids.half = field.outer_position.values.half;
+  grids.outer_resolution = field.outer_position.resolution;
+  grids.outer_features = field.outer_position.features;
+  grids.inner_resolution = field.inner_position.resolution;
+  grids.inner_features = field.inner_position.features;
+  grids.distance_resolution = field.distance.resolution;
+  grids.distance_features = field.distance.features;
+  grids.outer_position = over_angles(field.outer_position);
+  grids.outer_direction = over_angles(field.outer_direction);
+  grids.inner_position = over_angles(field.inner_position);
+  grids.inner_direction = over_angles(field.inner_direction);
+  grids.distance =
+      to_floats(field.distance.values, size_t(field.distance.resolution) * field.distance.features);
+  return grids;
+}
+
+SphericalShapeRecord shape_of(const SphericalLayers& layers) {
+  return {layers.inputs, layers.width, layers.hidden_layers};
+}
+
+void add_networks(const SphericalNetworks& networks, Section& records, Section& weights) {
+  SphericalNetworksRecord record{};
+  record.half = networks.half;
+  record.slope = networks.slope;
+  record.outer = shape_of(networks.outer);
+  record.inner = shape_of(networks.inner);
+  record.weights = weights.begin_block();
+  weights.append_values(networks.outer.weights, networks.half);
+  weights.append_values(networks.inner.weights, networks.half);
+  weights.end_block(record.weights);
+  records.append(&record, 1);
+}
+
+}  // namespace
+
+void Section::append_values(const std::vector<float>& values, bool half) {
+  if (!half) return append(values);
+  if (counting_) {
+    size_ += values.size() * sizeof(uint16_t);
+    return;
+  }
+  std::vector<uint16_t> halves;
+  for (const float value : values) halves.push_back(kernels::to_half(value));
+  append(halves);
+}
+
+kernels::SphericalField field_of(const SphericalGrids& grids, const SphericalNetworks& networks,
+                                 const Bounds& bounds) {
+  kernels::SphericalField field;
+  kernels::set_bounds(bounds.min.data(), bounds.max.data(), field);
+  field.outer_position = grid_of(grids.outer_position, grids.outer_resolution, grids.outer_features);
+  field.outer_direction = grid_of(grids.outer_direction, grids.outer_resolution, grids.outer_features);
+  field.inner_position = grid_of(grids.inner_position, grids.inner_resolution, grids.inner_features);
+  field.inner_direction = grid_of(grids.inner_direction, grids.inner_resolution, grids.inner_features);
+  field.distance = grid_of(grids.distance, grids.distance_resolution, grids.distance_features);
+  field.outer = network_of(networks.outer, 1);
+  field.inner = network_of(networks.inner, 1);
+  field.slope = networks.slope;
+  return field;
+}
+
+kernels::PrimaryField field_of(const Primary& primary, const Bounds& bounds) {
+  kernels::PrimaryField field;
+  kernels::set_bounds(bounds.min.data(), bounds.max.data(), field);
+  field.position = grid_of(primary.position, primary.resolution, primary.features);
+  field.direction = grid_of(primary.direction, primary.resolution, primary.features);
+  field.network = network_of(primary.network, kernels::kPrimaryOutputs);
+  field.slope = primary.slope;
+  field.margin = primary.margin;
+  return field;
+}
+
+SphericalWriter::SphericalWriter(Sections& sections, const SphericalShared& shared)
+    : records_(&sections.add(kSphericalRecords)) {
+  Section& networks = sections.add(kSphericalNetworks);
+  Section& weights = sections.add(kSphericalWeights);
+  for (const SphericalNetworks& pair : shared.spherical_networks) add_networks(pair, networks, weights);
+  grids_ = &sections.add(kGrids);
+}
+
+void SphericalWriter::add(const SphericalData& data) {
+  const SphericalGrids& grids = data.grids;
+  SphericalRecord record{};
+  record.network = data.network;
+  record.outer_resolution = uint16_t(grids.outer_resolution);
+  record.inner_resolution = uint16_t(grids.inner_resolution);
+  record.distance_resolution = uint16_t(grids.distance_resolution);
+  record.outer_features = uint8_t(grids.outer_features);
+  record.inner_features = uint8_t(grids.inner_features);
+  record.distance_features = uint8_t(grids.distance_features);
+  record.half_grids = grids.half;
+  record.grids = grids_->begin_block();
+  for (const std::vector<float>* values : {&grids.outer_position, &grids.outer_direction,
+                                           &grids.inner_position, &grids.inner_direction, &grids.distance})
+    grids_->append_values(*values, grids.half);
+  grids_->end_block(record.grids);
+  records_->append(&record, 1);
+}
+
+SphericalData EncodingOf<kernels::SphericalField>::to_data(const SphericalView& view) {
+  return {view.network, to_grids(view.field)};
+}
+
+SphericalShared EncodingOf<kernels::SphericalField>::to_shared(const SphericalSharedView& view) {
+  SphericalShared shared;
+  for (const SphericalNetworksView& from : view.spherical_networks)
+    shared.spherical_networks.push_back(
+        {from.outer.weights.half, from.slope, to_layers(from.outer), to_layers(from.inner)});
+  return shared;
+}
+
+PrimaryWriter::PrimaryWriter(Sections& sections)
+    : records_(&sections.add(kPrimaries, 0)), values_(&sections.add(kPrimaryValues, 0)) {}
+
+void PrimaryWriter::add(const Primary& primary, uint32_t object) {
+  PrimaryRecord record{};
+  record.object = object;
+  record.resolution = uint16_t(primary.resolution);
+  record.features = uint8_t(primary.features);
+  record.half_grids = primary.half_grids;
+  record.half_network = primary.half_network;
+  record.slope = primary.slope;
+  record.margin = primary.margin;
+  record.network = shape_of(primary.network);
+  record.values = values_->begin_block();
+  values_->append_values(primary.position, primary.half_grids);
+  values_->append_values(primary.direction, primary.half_grids);
+  values_->append_values(primary.network.weights, primary.half_network);
+  values_->end_block(record.values);
+  records_->append(&record, 1);
+}
+
+Primary to_primary(const PrimaryView& view) {
+  const kernels::PrimaryField& field = view.field;
+  return {field.position.values.half,
+          field.network.weights.half,
+          field.slope,
+          field.margin,
+          field.position.resolution,
+          field.position.features,
+          over_angles(field.position),
+          over_angles(field.direction),
+          to_layers(field.network)};
+}
+
+}  // namespace nif::format
