@@ -32,4 +32,12 @@ struct PlacedInstance {
 };
 static_assert(sizeof(PlacedInstance) == 56);
 
+/// Does an answer that is certain for the ray in the instance's object space hold in the world? `reach_scale`
+/// is the object's.
+NIF_HOST_DEVICE inline bool stays_certain(const PlacedInstance& instance, float reach_scale,
+                                          const Segment& world, const Segment& local) {
+  return instance.identity || world.tmin > world.tmax ||
+         (instance.well_conditioned && stays_certain(instance.to_object, reach_scale, world, local));
+}
+
 }  // namespace nif::kernels

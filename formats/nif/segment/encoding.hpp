@@ -78,7 +78,7 @@ struct SegmentView {
   uint64_t occupancy_bytes = 0, feature_bytes = 0;
 
   uint64_t bytes() const { return occupancy_bytes + feature_bytes; }
-  /// After this nothing points into the file, and the field cannot be queried.
+  /// After this nothing points into the file, and the field cannot be queried; its numbers stay.
   void drop_bytes();
 };
 

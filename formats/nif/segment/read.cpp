@@ -200,7 +200,9 @@ void SegmentView::drop_bytes() {
   field.brick_corners = nullptr;
   field.corner_base = nullptr;
   field.features = nullptr;
+  const float logit_scale = field.network.logit_scale;
   field.network = {};
+  field.network.logit_scale = logit_scale;
 }
 
 }  // namespace nif::format

@@ -49,10 +49,8 @@ void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, Work
     object.kernel->answer(area.object_rays, area.answers, area.kernel_scratch);
     if (wanted.details)
       for (uint32_t i = 0; i < count; ++i)
-        area.answers.certain[i] &= uint8_t(
-            area.rays.tmin[i] > area.rays.tmax[i] ||
-            (instance.well_conditioned && stays_certain(instance.to_object, object.reach_scale,
-                                                        get(area.rays, i), get(area.object_rays, i))));
+        area.answers.certain[i] &=
+            uint8_t(stays_certain(instance, object.reach_scale, get(area.rays, i), get(area.object_rays, i)));
   }
   if (wanted.probability)
     for (uint32_t i = 0; i < count; ++i)
@@ -123,11 +121,9 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
     const int32_t logit = area.object_answers.logit[k];
     bool decided = logit < 0;
     if (wanted.details) {
-      const Instance& instance = scene.instances[pairs[k].instance];
-      bool certain = area.object_answers.certain[k];
-      if (certain && !instance.identity)
-        certain = instance.well_conditioned && stays_certain(instance.to_object, object.reach_scale,
-                                                             get(area.rays, i), get(area.object_rays, k));
+      const bool certain = area.object_answers.certain[k] &&
+                           stays_certain(scene.instances[pairs[k].instance], object.reach_scale,
+                                         get(area.rays, i), get(area.object_rays, k));
       area.combined[i].add(logit, certain, object.logit_scale, wanted.probability);
       decided = area.combined[i].blocked_for_certain();
     } else if (decided) {

@@ -15,21 +15,9 @@ void NifAssetObject::drop_bytes() {
     text = {texts.data() + start, text.size()};
   };
   if (!view.metadata.empty()) keep(view.metadata, false);
-  for (nif::format::ObjectView& object : view.objects) {
-    keep(object.name, true);
-    object.occupancy_bytes = object.feature_bytes = 0;
-    nif::kernels::SegmentField& field = object.field;
-    field.brick_table = nullptr;
-    field.brick_states = nullptr;
-    field.brick_corners = nullptr;
-    field.corner_base = nullptr;
-    field.features = nullptr;
-    field.network = {};
-  }
+  for (nif::format::ObjectView& object : view.objects) keep(object.name, true);
   for (nif::format::InstanceView& instance : view.instances) keep(instance.name, true);
-  for (nif::format::NetworkView& network : view.networks) network = {};
-  view.sections = std::pmr::vector<nif::format::SectionView>(view.sections.get_allocator());
-  view.bytes = {};
+  view.drop_bytes();
   memory = nif::format::FileMemory::borrow({});
 }
 
@@ -79,7 +67,7 @@ NifAssetInfo describe(const NifAssetObject& asset) {
   NifAssetInfo info{};
   info.object_count = uint32_t(view.objects.size());
   info.instance_count = uint32_t(view.instances.size());
-  info.network_count = uint32_t(view.networks.size() + view.spherical_networks.size());
+  info.network_count = view.network_count();
   info.format_version = format::kVersion;
   info.file_bytes = asset.file_bytes;
   info.resident_bytes = sizeof(NifAssetObject) + asset.name.capacity() + view.resident_bytes() +
@@ -96,16 +84,13 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   const format::ObjectView& view = object_of(asset, object);
   NifObjectInfo info{};
   info.name = view.name.data();
-  info.encoding = view.encoding;
-  info.network = view.network;
-  // Pairs of networks are counted after the others.
-  if (view.encoding == format::kSpherical) info.network += uint32_t(asset.view.networks.size());
+  info.encoding = format::encoding_number(view.content);
+  info.network = asset.view.network_of(view);
   std::copy(view.aabb_min.begin(), view.aabb_min.end(), info.bounds_min);
   std::copy(view.aabb_max.begin(), view.aabb_max.end(), info.bounds_max);
   info.bias = view.bias;
   info.triangles = view.triangles;
-  info.resident_bytes = view.occupancy_bytes + view.feature_bytes + view.bvh_bytes + view.grid_bytes +
-                        sizeof(format::ObjectView) + asset.kernels[object]->resident_bytes();
+  info.resident_bytes = bytes_of(view) + sizeof(format::ObjectView) + asset.kernels[object]->resident_bytes();
   return info;
 }
 

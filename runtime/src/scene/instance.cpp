@@ -33,11 +33,7 @@ NIF_COMPUTES Transform combine(const Transform& second, const Transform& first) 
 }
 
 NIF_COMPUTES kernels::WorldBox world_box(const format::ObjectView& object, const Transform& to_world) {
-  const kernels::ObjectBox box = object.encoding == format::kBvh ? kernels::object_box(object.bvh)
-                                 : object.encoding == format::kSpherical
-                                     ? kernels::object_box(*object.spherical)
-                                     : kernels::object_box(object.field);
-  return kernels::world_box(box, to_world.data());
+  return kernels::world_box(object_box(field_of(object)), to_world.data());
 }
 
 kernels::WorldBox empty_box() {

@@ -17,7 +17,7 @@ struct PlacedObject {
   const format::ObjectView* view;
   const kernels::ObjectKernel* kernel;  ///< answers it
   float logit_scale;
-  float reach_scale;  ///< as format::ObjectView's
+  float reach_scale;  ///< kernels::reach_scale()
 };
 
 using Instance = kernels::PlacedInstance;

@@ -1,25 +1,14 @@
 // Choosing kernels.
 #include "scene/kernel.hpp"
 
-#include "api/object.hpp"
-#include "kernels/reference/bvh/query.hpp"
+#include "kernels/reference/encodings.hpp"
 #include "kernels/reference/kernel.hpp"
-#include "kernels/reference/segment/query.hpp"
-#include "kernels/reference/spherical/query.hpp"
 #ifdef NIF_HAS_SIMD
-#include "kernels/cpu/bvh/kernel.hpp"
-#include "kernels/cpu/segment/kernel.hpp"
-#include "kernels/cpu/spherical/kernel.hpp"
+#include "kernels/cpu/encodings.hpp"
 #endif
 
 namespace nif::runtime {
 namespace {
-
-template <class Kernel, class... Arguments>
-KernelPointer hold(std::pmr::memory_resource* memory, Arguments&&... arguments) {
-  return {create<Kernel>(memory, std::forward<Arguments>(arguments)...),
-          KernelDeleter{memory, sizeof(Kernel), alignof(Kernel)}};
-}
 
 #ifdef NIF_HAS_SIMD
 /// What an object may take in memory to be faster: a hundredth of Embree's compact BVH, some 38 bytes a
@@ -49,23 +38,20 @@ Isa best_isa() {
 }
 
 KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::memory_resource* memory) {
+  const kernels::AnyField field = field_of(object);
 #ifdef NIF_HAS_SIMD
-  if (object.encoding == format::kBvh && isa != Isa::scalar)
-    return hold<kernels::cpu::SimdBvhKernel>(memory, object.bvh, kernels::cpu::Isa(int(isa) - 1));
-  if (object.encoding == format::kSpherical && isa != Isa::scalar)
-    return hold<kernels::cpu::SimdSphericalKernel>(memory, *object.spherical, kernels::cpu::Isa(int(isa) - 1),
-                                                   memory);
-  if (object.encoding == format::kSegment && isa != Isa::scalar &&
-      kernels::cpu::WalkGrid::can_hold(object.field))
-    return hold<kernels::cpu::SimdSegmentKernel>(memory, object.field, ample_bytes(object),
-                                                 kernels::cpu::Isa(int(isa) - 1), memory);
+  if (isa != Isa::scalar)
+    if (KernelPointer kernel =
+            kernels::cpu::make_kernel(field, {kernels::cpu::Isa(int(isa) - 1), ample_bytes(object), memory}))
+      return kernel;
 #else
   (void)isa;
 #endif
-  if (object.encoding == format::kBvh) return hold<kernels::ReferenceKernel<BvhField>>(memory, object.bvh);
-  if (object.encoding == format::kSpherical)
-    return hold<kernels::ReferenceKernel<SphericalField>>(memory, *object.spherical);
-  return hold<kernels::ReferenceKernel<SegmentField>>(memory, object.field);
+  return std::visit(
+      [&]<class Field>(const Field& own) {
+        return kernels::hold_kernel<kernels::ReferenceKernel<Field>>(memory, own);
+      },
+      field);
 }
 
 }  // namespace nif::runtime

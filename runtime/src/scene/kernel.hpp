@@ -19,6 +19,7 @@ bool available(Isa isa);
 Isa best_isa();
 
 /// The view's memory must outlive the kernel.
-kernels::KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::memory_resource* memory);
+kernels::KernelPointer make_kernel(const format::ObjectView& object, Isa isa,
+                                   std::pmr::memory_resource* memory);
 
 }  // namespace nif::runtime

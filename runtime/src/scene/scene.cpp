@@ -50,7 +50,9 @@ uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   scene.assets.insert(at, {Ref<NifAssetObject>(asset), uint32_t(first)});
   for (size_t i = 0; i < asset->view.objects.size(); ++i) {
     const format::ObjectView& view = asset->view.objects[i];
-    scene.objects.push_back({&view, asset->kernels[i].get(), view.logit_scale, view.reach_scale});
+    const kernels::AnyField field = field_of(view);
+    scene.objects.push_back(
+        {&view, asset->kernels[i].get(), kernels::logit_scale(field), kernels::reach_scale(field)});
   }
   return uint32_t(first);
 }
