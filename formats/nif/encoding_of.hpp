@@ -5,6 +5,8 @@
 // docs/adding-an-encoding.md shows how to add one.
 #pragma once
 
+#include <cstdint>
+
 namespace nif::format {
 
 /// A specialisation has:
@@ -17,5 +19,11 @@ namespace nif::format {
 /// - Writer: the reverse, from Data and Shared.
 template <class Field>
 struct EncodingOf;
+
+/// How many bytes of a file some part of it takes; names are those of the tools' JSON.
+struct PartBytes {
+  const char* name;
+  uint64_t bytes;
+};
 
 }  // namespace nif::format

@@ -207,7 +207,13 @@ kernels::AnyField field_of(const ObjectView& object) {
 }
 
 uint64_t bytes_of(const ObjectView& object) {
-  return std::visit([](const auto& view) { return view.bytes(); }, object.content);
+  return std::visit(
+      [](const auto& view) {
+        uint64_t sum = 0;
+        for (const PartBytes& part : view.parts()) sum += part.bytes;
+        return sum;
+      },
+      object.content);
 }
 
 namespace {
@@ -242,6 +248,26 @@ uint32_t AssetView::network_count() const {
   uint32_t count = 0;
   for_each_encoding([&]<class Encoding>(Encoding) { count += part_of<Encoding>(*this).network_count(); });
   return count;
+}
+
+std::vector<PartBytes> bytes_by_part(const AssetView& asset) {
+  std::vector<PartBytes> parts;
+  uint64_t networks = 0, primaries = 0;
+  for_each_encoding([&]<class Encoding>(Encoding) {
+    using View = typename Encoding::View;
+    const size_t first = parts.size();
+    for (const PartBytes& part : View().parts()) parts.push_back(part);
+    for (const ObjectView& object : asset.objects) {
+      if (!object.template is<View>()) continue;
+      size_t k = first;
+      for (const PartBytes& part : object.template as<View>().parts()) parts[k++].bytes += part.bytes;
+    }
+    networks += part_of<Encoding>(asset).network_bytes();
+  });
+  for (const PrimaryView& primary : asset.primaries) primaries += primary.grid_bytes + primary.network_bytes;
+  parts.push_back({"network", networks});
+  parts.push_back({"primary", primaries});
+  return parts;
 }
 
 uint32_t AssetView::network_of(const ObjectView& object) const {

@@ -79,6 +79,10 @@ struct AssetView : SharedView {
   void drop_bytes();
 };
 
+/// The bytes of all objects together, part by part: those of every encoding, also where no object has it,
+/// then "network" and "primary".
+std::vector<PartBytes> bytes_by_part(const AssetView& asset);
+
 /// Checks and reads a whole file. `file_name` is what error messages call it.
 AssetView read_asset(std::span<const std::byte> bytes, std::string_view file_name,
                      std::pmr::memory_resource* memory = std::pmr::get_default_resource());

@@ -36,24 +36,11 @@ struct Arguments {
   bool json = false, quiet = false;
 };
 
-struct AssetBytes {
-  uint64_t file, resident, occupancy = 0, features = 0, network = 0, bvh = 0, grids = 0, primary = 0;
-};
-
-AssetBytes count_bytes(std::span<const std::byte> file) {
+/// As `bytes` of the JSON.
+nlohmann::ordered_json count_bytes(std::span<const std::byte> file) {
   const format::AssetView view = format::read_asset(file, "the new asset");
-  AssetBytes bytes{file.size(), resident_bytes(file)};
-  for (const format::ObjectView& object : view.objects) {
-    bytes.occupancy += object.occupancy_bytes;
-    bytes.features += object.feature_bytes;
-    bytes.bvh += object.bvh_bytes;
-    bytes.grids += object.grid_bytes;
-  }
-  for (const format::NetworkView& network : view.networks) bytes.network += network.bytes;
-  for (const format::SphericalNetworksView& networks : view.spherical_networks)
-    bytes.network += networks.bytes;
-  for (const format::PrimaryView& primary : view.primaries)
-    bytes.primary += primary.grid_bytes + primary.network_bytes;
+  nlohmann::ordered_json bytes{{"file", file.size()}, {"resident", resident_bytes(file)}};
+  for (const format::PartBytes& part : format::bytes_by_part(view)) bytes[part.name] = part.bytes;
   return bytes;
 }
 
@@ -90,8 +77,8 @@ nlohmann::ordered_json to_json(const bake::ObjectReport& object) {
   return json;
 }
 
-void print_json(const Arguments& arguments, const bake::BakeResult& result, const AssetBytes& bytes,
-                double seconds, const std::vector<std::string>& sources,
+void print_json(const Arguments& arguments, const bake::BakeResult& result,
+                const nlohmann::ordered_json& bytes, double seconds, const std::vector<std::string>& sources,
                 const std::vector<std::string>& notes) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (const bake::ObjectReport& object : result.objects) objects.push_back(to_json(object));
@@ -101,15 +88,7 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result, cons
                                     {"instances", result.asset.instances.size()},
                                     {"seconds", seconds},
                                     {"peak_memory", peak_memory()},
-                                    {"bytes",
-                                     {{"file", bytes.file},
-                                      {"resident", bytes.resident},
-                                      {"occupancy", bytes.occupancy},
-                                      {"features", bytes.features},
-                                      {"network", bytes.network},
-                                      {"bvh", bytes.bvh},
-                                      {"grids", bytes.grids},
-                                      {"primary", bytes.primary}}},
+                                    {"bytes", bytes},
                                     {"sets", bake::to_json(result.sets)},
                                     {"sources", sources},
                                     {"notes", notes},
@@ -117,18 +96,17 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result, cons
   write_json(json);
 }
 
-void print_summary(const Arguments& arguments, const bake::BakeResult& result, const AssetBytes& bytes,
-                   double seconds) {
+void print_summary(const Arguments& arguments, const bake::BakeResult& result,
+                   const nlohmann::ordered_json& bytes, double seconds) {
+  const auto shown = [&](const char* part) { return format_bytes(bytes[part].get<double>()); };
   fmt::print("{}: {} in {}, {}; baked in {:.1f} s, at most {} of memory\n", arguments.output,
              count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
              count_of(result.asset.instances.size(), "instance"), seconds,
              format_bytes(double(peak_memory())));
   fmt::print("{} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {}, grids {})\n",
-             format_bytes(double(bytes.file)), format_bytes(double(bytes.resident)),
-             format_bytes(double(bytes.occupancy)), format_bytes(double(bytes.features)),
-             format_bytes(double(bytes.network)), format_bytes(double(bytes.bvh)),
-             format_bytes(double(bytes.grids)));
-  if (bytes.primary) fmt::print("of which for primary rays {}\n", format_bytes(double(bytes.primary)));
+             shown("file"), shown("resident"), shown("occupancy"), shown("features"), shown("network"),
+             shown("bvh"), shown("grids"));
+  if (bytes["primary"] != 0) fmt::print("of which for primary rays {}\n", shown("primary"));
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
     const bake::ObjectReport& object = result.objects[i];
@@ -281,7 +259,7 @@ void run(const Arguments& arguments, const Command& command) {
     throw Error(Status::target_not_met, fmt::format("--max-bytes {} is not met: the asset takes {} bytes",
                                                     *options.max_bytes, file.size()));
   }
-  const AssetBytes bytes = count_bytes(file);
+  const nlohmann::ordered_json bytes = count_bytes(file);
   if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
   write_output(arguments.output, file);
   std::vector<std::string> sources = scene.files;

@@ -20,38 +20,48 @@ struct Arguments {
   bool json = false;
 };
 
-nlohmann::ordered_json describe_encoding(const format::ObjectView& object) {
-  nlohmann::ordered_json json{{"name", object.name},
-                              {"encoding", bake::name_of(object.encoding)},
-                              {"triangles", object.triangles},
-                              {"bounds", {object.aabb_min, object.aabb_max}},
-                              {"bias", object.bias}};
-  if (object.encoding == format::kBvh) {
-    json["nodes"] = object.bvh.node_count;
-    json["vertices"] = object.bvh.vertex_count;
-    json["bytes"] = {{"bvh", object.bvh_bytes}};
-    return json;
-  }
-  if (object.encoding == format::kSpherical) {
-    json["network"] = object.network;
-    json.update(describe_spherical(object));
-    return json;
-  }
+/// What is there in each encoding.
+void describe(const format::BvhView& view, nlohmann::ordered_json& json) {
+  json["nodes"] = view.field.node_count;
+  json["vertices"] = view.field.vertex_count;
+  json["bytes"] = {{"bvh", view.tree_bytes}};
+}
+void describe(const format::SphericalView& view, nlohmann::ordered_json& json) {
+  json["network"] = view.network;
+  json.update(describe_spherical(view));
+}
+void describe(const format::SegmentView& view, nlohmann::ordered_json& json) {
   std::vector<uint32_t> widths;
-  const kernels::Network& network = object.field.network;
+  const kernels::Network& network = view.field.network;
   for (uint32_t l = 0; l < network.layer_count; ++l) widths.push_back(network.layers[l].outputs);
-  json["voxels"] = object.field.voxels;
-  json["corners"] = object.field.corners;
-  json["features_per_corner"] = object.field.features_per_corner;
-  json["samples"] = object.field.samples;
-  json["network"] = object.network;
+  json["voxels"] = view.field.voxels;
+  json["corners"] = view.field.corners;
+  json["features_per_corner"] = view.field.features_per_corner;
+  json["samples"] = view.field.samples;
+  json["network"] = view.network;
   json["layers"] = widths;
-  json["bytes"] = {{"occupancy", object.occupancy_bytes}, {"features", object.feature_bytes}};
-  return json;
+  json["bytes"] = {{"occupancy", view.occupancy_bytes}, {"features", view.feature_bytes}};
+}
+
+std::string summary_of(const format::BvhView& view) {
+  return fmt::format("bvh, {} nodes", view.field.node_count);
+}
+std::string summary_of(const format::SphericalView& view) {
+  return fmt::format("spherical, networks {}", view.network);
+}
+std::string summary_of(const format::SegmentView& view) {
+  const auto& [x, y, z] = view.field.voxels;
+  return fmt::format("segment, {} x {} x {} voxels, {} corners", x, y, z, view.field.corners);
 }
 
 nlohmann::ordered_json describe_object(const format::AssetView& view, uint32_t index) {
-  nlohmann::ordered_json json = describe_encoding(view.objects[index]);
+  const format::ObjectView& object = view.objects[index];
+  nlohmann::ordered_json json{{"name", object.name},
+                              {"encoding", format::encoding_name(object.content)},
+                              {"triangles", object.triangles},
+                              {"bounds", {object.aabb_min, object.aabb_max}},
+                              {"bias", object.bias}};
+  std::visit([&](const auto& content) { describe(content, json); }, object.content);
   if (const format::PrimaryView* primary = view.primary_of(index))
     json["primary"] = describe_primary(*primary);
   return json;
@@ -59,19 +69,9 @@ nlohmann::ordered_json describe_object(const format::AssetView& view, uint32_t i
 
 nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetView& view) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
-  uint64_t occupancy = 0, features = 0, networks = 0, bvhs = 0, grids = 0, primaries = 0;
-  for (uint32_t i = 0; i < view.objects.size(); ++i) {
-    const format::ObjectView& object = view.objects[i];
-    objects.push_back(describe_object(view, i));
-    occupancy += object.occupancy_bytes;
-    features += object.feature_bytes;
-    bvhs += object.bvh_bytes;
-    grids += object.grid_bytes;
-  }
-  for (const format::NetworkView& network : view.networks) networks += network.bytes;
-  for (const format::SphericalNetworksView& pair : view.spherical_networks) networks += pair.bytes;
-  for (const format::PrimaryView& primary : view.primaries)
-    primaries += primary.grid_bytes + primary.network_bytes;
+  for (uint32_t i = 0; i < view.objects.size(); ++i) objects.push_back(describe_object(view, i));
+  nlohmann::ordered_json bytes{{"file", view.bytes.size()}, {"resident", resident_bytes(view.bytes)}};
+  for (const format::PartBytes& part : format::bytes_by_part(view)) bytes[part.name] = part.bytes;
   nlohmann::ordered_json instances = nlohmann::ordered_json::array();
   for (const format::InstanceView& instance : view.instances) {
     instances.push_back(
@@ -80,21 +80,9 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
   // Metadata is what its baker wrote: shown, never trusted.
   nlohmann::ordered_json metadata = nlohmann::ordered_json::parse(view.metadata, nullptr, false);
   if (metadata.is_discarded()) metadata = nullptr;
-  return {{"schema", "nifkit.info/1"},
-          {"file", arguments.file},
-          {"version", format::kVersion},
-          {"objects", std::move(objects)},
-          {"instances", std::move(instances)},
-          {"bytes",
-           {{"file", view.bytes.size()},
-            {"resident", resident_bytes(view.bytes)},
-            {"occupancy", occupancy},
-            {"features", features},
-            {"network", networks},
-            {"bvh", bvhs},
-            {"grids", grids},
-            {"primary", primaries}}},
-          {"metadata", std::move(metadata)}};
+  return {{"schema", "nifkit.info/1"}, {"file", arguments.file},         {"version", format::kVersion},
+          {"experimental", true},      {"objects", std::move(objects)},  {"instances", std::move(instances)},
+          {"bytes", std::move(bytes)}, {"metadata", std::move(metadata)}};
 }
 
 /// `metadata[a][b]` as text, or "unknown": metadata may hold anything, or be missing.
@@ -107,7 +95,7 @@ std::string text_at(const nlohmann::ordered_json& metadata, const std::string& p
 
 void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   const auto& bytes = json["bytes"];
-  fmt::print("{}: nif version {}, {}, {}\n", json["file"].get<std::string>(), format::kVersion,
+  fmt::print("{}: nif version {} (experimental), {}, {}\n", json["file"].get<std::string>(), format::kVersion,
              count_of(view.objects.size(), "object"), count_of(view.instances.size(), "instance"));
   fmt::print(
       "bytes     {} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {}, grids {})\n",
@@ -137,11 +125,7 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   for (size_t i = 0; i < std::min(kShown, view.objects.size()); ++i) {
     const format::ObjectView& object = view.objects[i];
     const std::string form =
-        object.encoding == format::kBvh ? fmt::format("bvh, {} nodes", object.bvh.node_count)
-        : object.encoding == format::kSpherical
-            ? fmt::format("spherical, networks {}", object.network)
-            : fmt::format("segment, {} x {} x {} voxels, {} corners", object.field.voxels[0],
-                          object.field.voxels[1], object.field.voxels[2], object.field.corners);
+        std::visit([](const auto& content) { return summary_of(content); }, object.content);
     fmt::print("object    '{}': {} triangles, {}\n", object.name, object.triangles, form);
   }
   print_spherical(view);

@@ -50,8 +50,8 @@ nlohmann::ordered_json describe(const kernels::SphericalGrid& grid,
 
 }  // namespace
 
-nlohmann::ordered_json describe_spherical(const format::ObjectView& object) {
-  const kernels::SphericalField& field = *object.spherical;
+nlohmann::ordered_json describe_spherical(const format::SphericalView& object) {
+  const kernels::SphericalField& field = object.field;
   nlohmann::ordered_json outer = describe(field.outer_position, field.outer),
                          inner = describe(field.inner_position, field.inner);
   inner["distance_resolution"] = field.distance.resolution;
@@ -93,10 +93,10 @@ void print_spherical(const format::AssetView& view) {
         network.hidden_layers, network.width, network.outputs, primary.network_bytes, primary.field.margin);
   }
   const auto object = std::find_if(view.objects.begin(), view.objects.end(), [](const auto& candidate) {
-    return candidate.encoding == format::kSpherical;
+    return candidate.template is<format::SphericalView>();
   });
   if (object == view.objects.end()) return;
-  const kernels::SphericalField& field = *object->spherical;
+  const kernels::SphericalField& field = object->as<format::SphericalView>().field;
   const GridBytes grids = grid_bytes(field);
   const PaperBytes paper = paper_bytes(field);
   const auto line = [](const char* which, const kernels::SphericalGrid& grid,

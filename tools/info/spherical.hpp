@@ -9,7 +9,7 @@
 namespace nif::tools {
 
 /// {"outer": {...}, "inner": {...}, "paper": {...}, "bytes": {"grids": {...}, "network": ...}}
-nlohmann::ordered_json describe_spherical(const format::ObjectView& object);
+nlohmann::ordered_json describe_spherical(const format::SphericalView& object);
 
 /// What answers primary rays of an object: its shape and bytes, as the parts of the former.
 nlohmann::ordered_json describe_primary(const format::PrimaryView& primary);

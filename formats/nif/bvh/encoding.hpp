@@ -36,6 +36,7 @@ struct BvhSharedView {
   explicit BvhSharedView(std::pmr::memory_resource*) {}
 
   uint32_t network_count() const { return 0; }
+  uint64_t network_bytes() const { return 0; }
   uint64_t view_bytes() const { return 0; }
   void drop_bytes() {}
 };
@@ -45,7 +46,7 @@ struct BvhView {
   kernels::BvhField field;                ///< ready to be queried
   uint64_t tree_bytes = 0;
 
-  uint64_t bytes() const { return tree_bytes; }
+  std::array<PartBytes, 1> parts() const { return {{{"bvh", tree_bytes}}}; }
   void drop_bytes() { *this = {}; }
 };
 

@@ -63,6 +63,11 @@ struct SegmentSharedView {
   explicit SegmentSharedView(std::pmr::memory_resource* memory) : networks(memory) {}
 
   uint32_t network_count() const { return uint32_t(networks.size()); }
+  uint64_t network_bytes() const {
+    uint64_t sum = 0;
+    for (const NetworkView& network : networks) sum += network.bytes;
+    return sum;
+  }
   uint64_t view_bytes() const { return networks.capacity() * sizeof(NetworkView); }
   /// After this nothing points into the file.
   void drop_bytes() {
@@ -77,7 +82,9 @@ struct SegmentView {
   kernels::SegmentField field;  ///< ready to be queried
   uint64_t occupancy_bytes = 0, feature_bytes = 0;
 
-  uint64_t bytes() const { return occupancy_bytes + feature_bytes; }
+  std::array<PartBytes, 2> parts() const {
+    return {{{"occupancy", occupancy_bytes}, {"features", feature_bytes}}};
+  }
   /// After this nothing points into the file, and the field cannot be queried; its numbers stay.
   void drop_bytes();
 };

@@ -1,6 +1,7 @@
 // The `spherical` encoding in a .nif file: grids of latent vectors for each object, and pairs of networks.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory_resource>
 #include <vector>
@@ -71,6 +72,11 @@ struct SphericalSharedView {
   explicit SphericalSharedView(std::pmr::memory_resource* memory) : spherical_networks(memory) {}
 
   uint32_t network_count() const { return uint32_t(spherical_networks.size()); }
+  uint64_t network_bytes() const {
+    uint64_t sum = 0;
+    for (const SphericalNetworksView& pair : spherical_networks) sum += pair.bytes;
+    return sum;
+  }
   uint64_t view_bytes() const { return spherical_networks.capacity() * sizeof(SphericalNetworksView); }
   void drop_bytes() {
     for (SphericalNetworksView& networks : spherical_networks) networks = {};
@@ -84,7 +90,7 @@ struct SphericalView {
   kernels::SphericalField field;  ///< ready to be queried
   uint64_t grid_bytes = 0;
 
-  uint64_t bytes() const { return grid_bytes; }
+  std::array<PartBytes, 1> parts() const { return {{{"grids", grid_bytes}}}; }
   void drop_bytes() { *this = {}; }
 };
 
