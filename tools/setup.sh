@@ -38,7 +38,8 @@ check   pkgconf               tests: the installed package through its .pc file
 check   slurm-wlm             tests: manifests on a cluster, of one node
 check   munge                 tests: the key of that cluster
 check   jq                    tests: what that cluster reports
-check   clang-format          style
+check   clang-format          style of C++
+check   shellcheck            style of scripts
 check   git                   the list of files whose style is checked
 fuzz    clang                 preset fuzz: libFuzzer
 fuzz    libclang-rt-14-dev    preset fuzz: libFuzzer and the sanitizers of clang
