@@ -58,6 +58,13 @@ elseif(STEP STREQUAL "cpp_consumer")
                  -DCMAKE_CXX_FLAGS=-Werror)
   run(${DIR}/cpp_consumer/cpp_consumer ${asset})
 
+elseif(STEP STREQUAL "whole_tree")
+  # Without Highway, whose kernels take long to compile, and not optimised: it is about what is there at all.
+  build_consumer(whole_tree ${SOURCE}/tests/package/whole_tree -DNIFKIT=${SOURCE} -DCMAKE_CXX_FLAGS=-Werror
+                 -DCMAKE_C_COMPILER=${CC} -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_DISABLE_FIND_PACKAGE_hwy=ON
+                 -DCMAKE_BUILD_TYPE=Debug)
+  run(${DIR}/whole_tree/game ${asset})
+
 elseif(STEP STREQUAL "bake")
   if(NOT NIF)
     message("Skipped: this build has no tools")
