@@ -96,7 +96,7 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   const format::ObjectView& view = object_of(asset, object);
   NifObjectInfo info{};
   info.name = view.name.data();
-  info.encoding = view.encoding;
+  info.encoding = NifEncoding(view.encoding);
   info.network = view.network;
   // Pairs of networks are counted after the others.
   if (view.encoding == format::kSpherical) info.network += uint32_t(asset.view.networks.size());
