@@ -1,8 +1,8 @@
 // The walk of a segment through the occupancy grid: exact answers first, and where the surface may be.
 //
 // This header defines the answer. All of it is IEEE single precision in the order written, without
-// contraction; other kernels may leap over voxels but must arrive at the same crossings (docs/model.md, "The
-// walk").
+// contraction; other kernels may leap over voxels but must arrive at the same crossings
+// (docs/encodings/segment.md, "The walk").
 #pragma once
 
 #include "kernels/reference/arithmetic.hpp"
@@ -54,7 +54,7 @@ struct Walk : WalkResult {
 };
 
 /// Farther than this from the grid's origin (in voxels), rounding may move the walk by more than the padding
-/// of the voxels, and no answer is called certain. docs/model.md derives it.
+/// of the voxels, and no answer is called certain. docs/encodings/segment.md derives it.
 inline constexpr float kCertainReach = 16384.0f;
 /// Padding of voxels when the baker marks them as surface, in voxels.
 inline constexpr double kSurfacePadding = 1.0 / 64;
