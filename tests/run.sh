@@ -91,7 +91,10 @@ configure() {
   cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON -DNIF_UNITY_TESTS=ON "${launcher[@]}" "${@:2}" >/dev/null
 }
 
-check_style() { git ls-files -z '*.cpp' '*.hpp' '*.h' '*.c' | xargs -0 clang-format --dry-run -Werror; }
+check_style() {
+  git ls-files -z '*.cpp' '*.hpp' '*.h' '*.c' | xargs -0 clang-format --dry-run -Werror \
+    && git ls-files -z '*.sh' .ci/run | xargs -0 shellcheck
+}
 
 # The runtime needs a compiler and nothing else: its own folder is all that CMake is shown. Its GPU module has been built.
 build_runtime() {

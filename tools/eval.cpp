@@ -10,6 +10,7 @@
 #include "tools/common/accuracy_table.hpp"
 #include "tools/common/command.hpp"
 #include "tools/common/measuring.hpp"
+#include "tools/common/shared_options.hpp"
 
 namespace nif::tools {
 namespace {
@@ -149,8 +150,7 @@ void add_eval(Command app) {
   command.add_option("-j,--threads", a->threads, "Threads; 0: all").capture_default_str();
   command.add_flag("--bvh", a->bvh,
                    "Also build Embree's default and compact BVH, and say how many bytes they take");
-  command.add_option("--isa", a->isa, "Instruction set that answers: auto, scalar, sse4, avx2 or avx512")
-      .capture_default_str();
+  add_isa_option(command, a->isa);
   command.add_flag("--reference", a->reference,
                    "Also ask the scalar reference, and fail where one bit of an answer differs");
   command.add_flag("--json", a->json, "Print the results as one JSON object (nifkit.eval/1)");

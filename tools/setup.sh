@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
 #
-#   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu; all of them where none is named
+#   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu, arm; all of them where none is named
 #
 # Does nothing, without output and without the network, where nothing is missing. Where it may not install, it names
 # the missing packages in one line and ends with 1.
@@ -38,7 +38,8 @@ check   pkgconf               tests: the installed package through its .pc file
 check   slurm-wlm             tests: manifests on a cluster, of one node
 check   munge                 tests: the key of that cluster
 check   jq                    tests: what that cluster reports
-check   clang-format          style
+check   clang-format          style of C++
+check   shellcheck            style of scripts
 check   git                   the list of files whose style is checked
 fuzz    clang                 preset fuzz: libFuzzer
 fuzz    libclang-rt-14-dev    preset fuzz: libFuzzer and the sanitizers of clang
@@ -46,6 +47,8 @@ gpu     clang-15              GPU kernels for gfx1030 and gfx90a (NIF_WITH_HIP)
 gpu     lld-15                links them
 gpu     clang-19              GPU kernels for gfx1100, which clang 15 gets wrong, and gfx942, which it does not know
 gpu     lld-19                links them
+arm     g++-aarch64-linux-gnu the runtime for 64-bit ARM (tests/neon/run.sh)
+arm     qemu-user-static      runs it here
 '
 
 if [[ ${1-} == -h || ${1-} == --help ]]; then
@@ -54,12 +57,12 @@ if [[ ${1-} == -h || ${1-} == --help ]]; then
 fi
 
 groups=("$@")
-((${#groups[@]})) || groups=(build sample check fuzz gpu)
+((${#groups[@]})) || groups=(build sample check fuzz gpu arm)
 wanted=()
 for group in "${groups[@]}"; do
   found=$(awk -v group="$group" '$1 == group { print $2 }' <<<"$packages")
   if [[ -z $found ]]; then
-    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check, fuzz and gpu" >&2
+    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check, fuzz, gpu and arm" >&2
     exit 2
   fi
   mapfile -t -O "${#wanted[@]}" wanted <<<"$found"

@@ -51,7 +51,7 @@ readied() {
   printf 'beside it.\n\n'
   printf '## Beside the libraries\n\n'
   printf 'The Stanford dragon (871,414 triangles; Stanford University Computer Graphics Laboratory) and the large mesh below, as\n'
-  printf '`nif mesh convert` writes them. The library fills plain lists of positions and triangles (`tests/reading`), as ours does, and\n'
+  printf '`nif mesh convert` writes them. The library fills plain lists of positions and triangles (`tools/measure/read_speed.cpp`), as ours does, and\n'
   printf 'checks less: [meshes.md](../meshes.md) says why its readers are not used. `read_speed %s FILE`: medians of %s rounds, in each both\n' "$rounds" "$rounds"
   printf 'in turn; more than 1 is faster than the library. Draco works within ours: what ours takes besides is to copy and check\n'
   printf 'what it decoded. So does tinygltf, for the structure of a glTF alone, which leaves nothing to compare.\n\n'

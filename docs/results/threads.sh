@@ -29,7 +29,7 @@ column() { awk -v set="$1" "\$2 == set { print $2 }" "$out/threads.txt" | spread
     "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)" "$(nproc)"
   printf 'Other programs may have run beside it; [cpu-kernels.md](cpu-kernels.md) says what follows from it.\n\n'
   printf 'Model: the Stanford dragon, Stanford University Computer Graphics Laboratory, preset `balanced`. %s launches of\n' "$launches"
-  printf '`two_threads dragon.nif dragon.ply.gz %s %s` (tests/threads), in each %s rounds, in each round every way once in\n' \
+  printf '`two_threads dragon.nif dragon.ply.gz %s %s` (tools/measure/two_threads.cpp), in each %s rounds, in each round every way once in\n' \
     "$rounds" "$rays" "$rounds"
   printf 'random order. Each figure: the median of the ratios within a round, and in brackets what a tenth of the rounds is below\n'
   printf 'and a tenth above.\n\n'

@@ -13,6 +13,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "formats/base/file_name.hpp"
 #include "formats/mesh/decompress.hpp"
 #include "formats/mesh/file_bytes.hpp"
 #include "formats/mesh/gltf/attach.hpp"
@@ -24,16 +25,9 @@ namespace {
 
 using namespace detail;
 
-std::string lower(std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return text;
-}
-
 Input describe(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits) {
-  std::filesystem::path name = file.filename();
-  const std::string packing = lower(name.extension().string());
-  if (packing == ".gz" || packing == ".zst") name = name.stem();
-  return {file, name.stem().string(), lower(name.extension().string()), bytes, limits};
+  const std::filesystem::path name = unpacked_name(file);
+  return {file, name.stem().string(), ending_of(name), bytes, limits};
 }
 
 /// Files that are something else than a mesh in an unmistakable way.

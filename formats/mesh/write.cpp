@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "formats/base/file_name.hpp"
 #include "formats/mesh/draco_writer.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "formats/mesh/gltf/writer.hpp"
@@ -92,8 +93,7 @@ uint64_t write_stream(const std::string& path, FileKind kind, const Scene& scene
 }  // namespace
 
 FileKind file_kind(const std::string& path) {
-  std::string ending = fs::path(path).extension().string();
-  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+  const std::string ending = ending_of(path);
   constexpr std::array<std::pair<const char*, FileKind>, 6> kKinds{{{".obj", FileKind::obj},
                                                                     {".ply", FileKind::ply},
                                                                     {".stl", FileKind::stl},

@@ -21,9 +21,9 @@ alignas(64) inline constexpr int32_t kCodeClass[16] = {kSurfaceBit, 2, 2, 2, 2, 
                                                        2,           2, 4, 4, 4, 4, 0, 0};
 alignas(64) inline constexpr float kCodeDistance[16] = {1, 1, 2, 3, 4, 5, 6, 8, 11, 15, 1, 2, 3, 5, 1, 3};
 
-/// More than the walk's rounding in voxels (docs/model.md: 0.0061 for the crossing and as much for the
-/// place), less than a voxel by far: an estimate of where a segment is that is this much too low is right, or
-/// one voxel short.
+/// More than the walk's rounding in voxels (docs/encodings/segment.md: 0.0061 for the crossing and as much
+/// for the place), less than a voxel by far: an estimate of where a segment is that is this much too low is
+/// right, or one voxel short.
 inline constexpr float kEstimateSlack = 1.0f / 32;
 
 /// Bricks of 4 voxels along each axis of the grid of codes.

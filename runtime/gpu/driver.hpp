@@ -1,5 +1,5 @@
 // What the GPU module asks of a driver. There are three of them: CUDA's and HIP's, both loaded on demand
-// (library_driver.hpp), and, for tests, one that emulates a card (tests/gpu/emulated_driver.hpp).
+// (library_driver.hpp), and, for tests, one that emulates a card (tests/gpu/emulator/driver.cpp).
 #pragma once
 
 #include <cstddef>

@@ -92,6 +92,7 @@ TEST_F(Bench, OnAGpu) {
   const json result = json::parse(outcome.out);
   const json on_cpu = json::parse(nif(bench({"--threads", "1", "--json"})).out);
   EXPECT_EQ(result["schema"], "nifkit.bench-gpu/2");
+  EXPECT_NE(nif({"bench", "--help"}).out.find("nifkit.bench-gpu/2"), std::string::npos);
   EXPECT_EQ(result["card"], "emulated card 0");
   EXPECT_EQ(result["against"], "bvh");
   EXPECT_EQ(result["rounds"], 2);
@@ -143,7 +144,7 @@ TEST_F(Bench, OnAGpu) {
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("by the pipeline's stages"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("by rays that are asked at once"), std::string::npos) << outcome.out;
-  outcome = nif(bench({"--device", "hip", "--set", "sun"}));
+  outcome = nif(bench({"--device", "gpu", "--set", "sun"}));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("on emulated card 0, against an exact BVH of the mesh"), std::string::npos)
       << outcome.out;
@@ -200,6 +201,7 @@ TEST_F(Bench, StatesSpeedBesideError) {
   EXPECT_EQ(outcome.err, "");
   const json result = json::parse(outcome.out);
   EXPECT_EQ(result["schema"], "nifkit.bench/1");
+  EXPECT_NE(nif({"bench", "--help"}).out.find("nifkit.bench/1"), std::string::npos);
   EXPECT_EQ(result["file"], asset_);
   EXPECT_EQ(result["threads"], 1);
   EXPECT_NE(result["isa"], "");

@@ -57,6 +57,14 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
     EXPECT_NE(generate.find(word), std::string::npos) << word;
 }
 
+TEST(Help, NamesEachInstructionSet) {
+  for (const char* command : {"bench", "eval", "render"}) {
+    const std::string help = nif({command, "--help"}).out;
+    for (const char* isa : {"scalar", "sse4", "avx2", "avx512", "neon"})
+      EXPECT_NE(help.find(isa), std::string::npos) << command << ' ' << isa;
+  }
+}
+
 TEST(Help, VersionStatesTheLicenceToo) {
   const Outcome outcome = nif({"--version"});
   EXPECT_EQ(outcome.code, 0);

@@ -61,6 +61,15 @@ TEST_F(MeshConvert, PutsTheObjectsOfASceneWhereTheyStand) {
             0);
 }
 
+TEST_F(MeshConvert, TakesEndingsInCapitals) {
+  folder_.write("RING.OBJ", obj_text(torus(16, 8)));
+  const std::string scene = folder_.write("PLAN.TOML", "[[object]]\nmesh = 'RING.OBJ'\n").string();
+  const Outcome outcome = convert({scene, "-o", path("RING.PLY"), "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["triangles"], 256);
+  EXPECT_EQ(convert({path("RING.PLY"), "-o", path("RING.VDB"), "--resolution", "20"}).code, 0);
+}
+
 TEST_F(MeshConvert, WritesWhatTheNameSays) {
   const std::string input = folder_.write("ring.obj", obj_text(torus(16, 8))).string();
   for (const char* name : {"a.obj", "a.ply", "a.stl", "a.off", "a.drc", "a.GLB"}) {

@@ -158,6 +158,7 @@ TEST_F(MeshVerbs, VoxelizeWritesTheSameBytesOnAnyNumberOfThreads) {
     }
     EXPECT_TRUE(read_bytes(path("1.vdb")) == read_bytes(path("3.vdb"))) << kind;
   }
+  EXPECT_EQ(run({"voxelize", ball, "-o", path("LARGE.VDB"), "--resolution", "20"}).code, 0);
   refused({"voxelize", ball, "-o", path("x.ply")}, Status::usage, ".vdb");
   refused({"voxelize", obj("bowl.obj", open_bowl(8, 16)), "-o", path("x.vdb")}, Status::usage, "open");
 }

@@ -145,9 +145,10 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{"BenchOfNoRounds", bench({"--rounds", "0"}), {"--rounds"}},
         WrongOptions{"BenchOfTooManyThreads", bench({"--threads", "5000"}), {"--threads"}},
         WrongOptions{"BenchOfUnknownEmbree", bench({"--embree", "some"}), {"--embree", "some"}},
-        WrongOptions{"BenchOnUnknownDevice", bench({"--device", "gpu"}), {"--device", "gpu"}},
+        WrongOptions{"BenchOnUnknownDevice", bench({"--device", "tpu"}), {"--device", "tpu"}},
         WrongOptions{
             "ThreadsOfAGpu", bench({"--device", "hip", "--threads", "1"}), {"--device hip", "--threads"}},
+        WrongOptions{"IsaOfAGpu", bench({"--device", "gpu", "--isa", "auto"}), {"--device gpu", "--isa"}},
         WrongOptions{"PrecisionOfTheCpu", bench({"--precision", "half"}), {"--precision", "--device hip"}},
         WrongOptions{"BatchesOfTheCpu", bench({"--batches"}), {"--batches", "--device hip"}},
         WrongOptions{"PlotOfAGpu", bench({"--device", "hip", "--plot", "a.svg"}), {"--device hip", "--plot"}},

@@ -99,6 +99,7 @@ TEST_F(GpuFaults, TellsWhatTheDeviceIs) {
   const NifDeviceInfo info = device.info();
   EXPECT_STREQ(info.backend, "hip");
   EXPECT_STREQ(info.card, "emulated card 1");
+  EXPECT_STREQ(nifkit::Device("backend=gpu,module=" NIF_EMULATED_MODULE).info().backend, "hip");
 }
 
 /// Memory runs out at the first allocation of a commit, or the second, and so on.

@@ -1,28 +1,20 @@
 #!/usr/bin/env bash
 # Compiles the runtime with its NEON kernels for 64-bit ARM and compares them with the scalar reference, by emulation on
-# other machines. Needs the Debian packages g++-aarch64-linux-gnu, qemu-user-static and libhwy-dev.
+# other machines. Needs what `tools/setup.sh build arm` installs.
 #
-#   tests/neon/run.sh ASSET.nif...
+#   tests/neon/run.sh [ASSET.nif]...     the golden assets where none is named
 set -euo pipefail
+case ${1-} in
+  -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" && exit 0 ;;
+  -*) echo "tests/neon/run.sh: there is no option '$1'; see --help" >&2 && exit 2 ;;
+esac
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-(($#)) || { echo 'tests/neon/run.sh: name at least one asset' >&2 && exit 2; }
+(($#)) || set -- "$root"/tests/golden/*.nif
 for program in aarch64-linux-gnu-g++ qemu-aarch64-static; do
   command -v "$program" >/dev/null || { echo "tests/neon/run.sh: $program is not installed" >&2 && exit 1; }
 done
 out=$root/build/neon
-# Highway's headers without the others of this machine, and apart from what is made here: the program has the name of a
-# standard header.
-mkdir -p "$out/include"
-ln -sfn /usr/include/hwy "$out/include/hwy"
-# What the build compiles into the runtime, and the program. (Of the kernels not stages.cpp: it needs Highway's library.)
-mapfile -t sources < <(find "$root"/runtime/src "$root"/kernels/cpu "$root"/kernels/packed "$root"/formats/nif -name '*.cpp' \
-  ! -name stages.cpp ! -name 'write*.cpp' ! -name 'pack*.cpp' ! -name asset.cpp -o -path '*runtime/src*asset.cpp')
-sources+=("$root/tests/neon/compare.cpp")
-rm -f "$out"/*.o
-export root out
-# shellcheck disable=SC2016
-printf '%s\n' "${sources[@]}" | xargs -P "$(nproc)" -I{} sh -c 'aarch64-linux-gnu-g++ -std=c++20 -O2 -Wall -Wextra -Wno-psabi \
-  -ffp-contract=off -DNIF_HAS_SIMD -DNIF_LIBDIR=\"lib\" -DHWY_IS_DEBUG_BUILD=0 -I"$root" -I"$root/runtime/include" -I"$root/runtime/src" \
-  -I"$out/include" -c {} -o "$out/$(echo {} | tr / _).o"'
-aarch64-linux-gnu-g++ -static "$out"/*.o -o "$out/compare" -pthread
-qemu-aarch64-static "$out/compare" "$@"
+cmake -S "$root/tests/neon" -B "$out" -G Ninja -DCMAKE_TOOLCHAIN_FILE="$root/tests/neon/aarch64.cmake" \
+  -DCMAKE_BUILD_TYPE=Release -DNIF_WERROR=ON -DNIF_WITH_HIP=OFF >/dev/null
+cmake --build "$out" --parallel "$(nproc)" --target compare >&2
+qemu-aarch64-static "$out/bin/compare" "$@"

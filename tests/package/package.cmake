@@ -23,6 +23,9 @@ if(STEP STREQUAL "install")
   if(EXISTS ${BUILD}/${LIBDIR}/libnif_hip.so AND NOT EXISTS ${prefix}/${LIBDIR}/libnif_hip.so)
     message(FATAL_ERROR "the package has no ${LIBDIR}/libnif_hip.so")
   endif()
+  foreach(file LICENSE NOTICE)
+    run(${CMAKE_COMMAND} -E compare_files ${SOURCE}/${file} ${prefix}/${DATADIR}/licenses/nifkit/${file})
+  endforeach()
   # Nothing may remember where it was installed or built.
   file(GLOB_RECURSE files ${prefix}/*.cmake ${prefix}/*.pc)
   if(NOT files)
@@ -54,6 +57,13 @@ elseif(STEP STREQUAL "cpp_consumer")
   build_consumer(cpp_consumer ${SOURCE}/tests/package/cpp_consumer -DCMAKE_CXX_COMPILER=${CXX}
                  -DCMAKE_CXX_FLAGS=-Werror)
   run(${DIR}/cpp_consumer/cpp_consumer ${asset})
+
+elseif(STEP STREQUAL "whole_tree")
+  # Without Highway, whose kernels take long to compile, and not optimised: it is about what is there at all.
+  build_consumer(whole_tree ${SOURCE}/tests/package/whole_tree -DNIFKIT=${SOURCE} -DCMAKE_CXX_FLAGS=-Werror
+                 -DCMAKE_C_COMPILER=${CC} -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_DISABLE_FIND_PACKAGE_hwy=ON
+                 -DCMAKE_BUILD_TYPE=Debug)
+  run(${DIR}/whole_tree/game ${asset})
 
 elseif(STEP STREQUAL "bake")
   if(NOT NIF)
@@ -138,6 +148,10 @@ elseif(STEP STREQUAL "pkg_config")
   set(ENV{LD_LIBRARY_PATH} ${prefix}/${LIBDIR})
   execute_process(COMMAND ${pkg_config} --cflags --libs nifkit OUTPUT_VARIABLE flags COMMAND_ERROR_IS_FATAL ANY)
   separate_arguments(flags UNIX_COMMAND "${flags}")
+  execute_process(COMMAND ${pkg_config} --modversion nifkit OUTPUT_VARIABLE version OUTPUT_STRIP_TRAILING_WHITESPACE)
+  if(NOT version STREQUAL VERSION)
+    message(FATAL_ERROR "pkg-config says version '${version}', and this is '${VERSION}'")
+  endif()
   file(GLOB sources ${SOURCE}/samples/engine/*.c)
   run(${CC} -std=c99 -Wall -Wextra -pedantic -Werror ${sources} -o ${DIR}/engine_pc ${flags} -pthread -lm)
   run(${DIR}/engine_pc ${asset} --frames 2)

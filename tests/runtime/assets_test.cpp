@@ -94,7 +94,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
     auto object = nifkit::sized<NifObjectInfo>();
     ASSERT_EQ(nifGetObjectInfo(asset, i, &object), NIF_OK);
     EXPECT_EQ(object.name, source.objects[i].name);
-    EXPECT_EQ(object.encoding, 1u);
+    EXPECT_EQ(object.encoding, NIF_ENCODING_SEGMENT);
     EXPECT_EQ(object.bias, source.objects[i].bias);
     EXPECT_EQ(object.triangles, source.objects[i].triangles);
     for (size_t a = 0; a < 3; ++a) {

@@ -88,12 +88,12 @@ TEST_P(RuntimeBvh, SaysWhatItIs) {
   NifObjectInfo info{};
   info.struct_size = sizeof(info);
   ASSERT_EQ(nifGetObjectInfo(asset, 1, &info), NIF_OK);
-  EXPECT_EQ(info.encoding, 3u);
+  EXPECT_EQ(info.encoding, NIF_ENCODING_BVH);
   EXPECT_STREQ(info.name, "bvh 0");
   EXPECT_EQ(info.triangles, view.objects[1].bvh.triangle_count);
   EXPECT_GE(info.resident_bytes, view.objects[1].bvh_bytes);
   ASSERT_EQ(nifGetObjectInfo(asset, 0, &info), NIF_OK);
-  EXPECT_EQ(info.encoding, 1u);
+  EXPECT_EQ(info.encoding, NIF_ENCODING_SEGMENT);
 }
 
 }  // namespace

@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
   CHECK(nifLoadAssetFile(device, argv[1], NIF_LOAD_MAP, &asset) == NIF_OK);
   CHECK(nifGetAssetInfo(asset, &about) == NIF_OK && about.object_count == 3);
   CHECK(nifGetObjectInfo(asset, 0, &object) == NIF_OK && strcmp(object.name, "object 0") == 0);
+  CHECK(object.encoding == NIF_ENCODING_SEGMENT && sizeof(object.encoding) == sizeof(uint32_t));
   CHECK(nifNewScene(device, &scene) == NIF_OK);
   CHECK(nifAddAsset(scene, asset, NULL, NULL, NULL) == NIF_OK);
   CHECK(nifCommitScene(scene) == NIF_OK);

@@ -134,7 +134,7 @@ TEST_P(RuntimeSpherical, SaysWhatItIs) {
     NifObjectInfo info{};
     info.struct_size = sizeof(info);
     ASSERT_EQ(nifGetObjectInfo(asset, object, &info), NIF_OK);
-    EXPECT_EQ(info.encoding, 2u);
+    EXPECT_EQ(info.encoding, NIF_ENCODING_SPHERICAL);
     EXPECT_EQ(info.network, object < 3 ? 1u : 2u);
     EXPECT_GE(info.resident_bytes, view.objects[object].grid_bytes);
   }

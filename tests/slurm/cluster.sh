@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # A Slurm cluster of one node on this machine, for a test; sourced. Needs slurm-wlm and munge, and root. Everything lies in
 # $cluster, a new folder; stop_cluster ends the daemons and removes it. No other cluster is touched: ports, sockets and key
 # are its own.
@@ -45,7 +46,10 @@ EOF
   export SLURM_CONF=$cluster/slurm.conf
   trap stop_cluster EXIT
   local i
-  for ((i = 0; i < 100; ++i)); do [[ -S $cluster/munge/socket ]] && break || sleep 0.1; done
+  for ((i = 0; i < 100; ++i)); do
+    [[ ! -S $cluster/munge/socket ]] || break
+    sleep 0.1
+  done
   slurmctld -D -c >"$cluster/slurmctld.out" 2>&1 &
   daemons+=($!)
   slurmd -D -N localhost >"$cluster/slurmd.out" 2>&1 &

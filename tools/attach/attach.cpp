@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "formats/base/file_name.hpp"
 #include "formats/base/memory.hpp"
 #include "formats/base/output_file.hpp"
 #include "formats/mesh/gltf/attach.hpp"
@@ -48,10 +49,8 @@ fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.
 
 /// A GLB stays a GLB, and files that it names stay where its new place finds them.
 void check_kind(const mesh::GltfFile& file, const std::string& output) {
-  std::string extension = fs::path(output).extension().string();
-  for (char& c : extension) c = char(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   const std::string wanted = file.is_glb() ? ".glb" : ".gltf";
-  if (extension != wanted) {
+  if (ending_of(output) != wanted) {
     throw Error(Status::usage, fmt::format("{}: {} is a {} and stays one; the output's name must end in it",
                                            output, file.file().string(), wanted));
   }

@@ -9,6 +9,7 @@
 #include <set>
 #include <thread>
 
+#include "formats/base/file_name.hpp"
 #include "formats/base/status.hpp"
 #include "tools/batch/record.hpp"
 #include "tools/common/child.hpp"
@@ -251,12 +252,11 @@ Needs needs_of(const BatchAsset& asset, const std::optional<BakeRecord>& last) {
   std::error_code problem;
   uint64_t size = fs::file_size(asset.mesh, problem);
   if (problem) size = 0;
-  fs::path name = fs::path(asset.mesh).filename();
-  const bool packed = name.extension() == ".gz" || name.extension() == ".zst";
-  if (packed) name.replace_extension();
+  const fs::path name = unpacked_name(asset.mesh);
+  const bool packed = name != fs::path(asset.mesh).filename();
   // A triangle takes some 500 bytes while it is baked, and 20 as binary PLY, which the others are not far
   // below; Draco takes some 2.
-  uint64_t factor = name.extension() == ".drc" ? 250 : 25;
+  uint64_t factor = ending_of(name) == ".drc" ? 250 : 25;
   if (packed) factor *= 3;
   const uint64_t memory = kLeastMemory + size * factor;
   return {memory, uint32_t(15 + memory / 200'000'000)};

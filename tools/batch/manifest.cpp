@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "formats/base/file_name.hpp"
 #include "tools/bake/options.hpp"
 #include "tools/batch/glob.hpp"
 #include "tools/common/toml_table.hpp"
@@ -48,11 +49,7 @@ class BakeCommand {
 };
 
 /// The name without what tells the format: "dragon" of "dragon.ply.gz".
-std::string stem_of(fs::path name) {
-  name = name.filename();
-  if (name.extension() == ".gz" || name.extension() == ".zst") name.replace_extension();
-  return name.stem().string();
-}
+std::string stem_of(const fs::path& file) { return unpacked_name(file).stem().string(); }
 
 /// The pattern with {name} replaced by its value; nothing where there is no such value.
 std::optional<std::string> filled_in(std::string_view pattern, const Options& values) {

@@ -14,12 +14,13 @@
 #include "tools/bench/plot.hpp"
 #include "tools/bench/report.hpp"
 #include "tools/common/command.hpp"
+#include "tools/common/shared_options.hpp"
 
 namespace nif::tools {
 namespace {
 
 struct Arguments {
-  std::string asset, mesh, against, isa, plot, device = "cpu", precision = "single";
+  std::string asset, mesh, against, plot, isa = "auto", device = "cpu", precision = "single";
   std::vector<std::string> sets;
   std::vector<uint32_t> threads;
   uint64_t rays = 1'000'000, seed = 2;
@@ -80,12 +81,12 @@ void print_notes(const BenchResult& result) {
 }
 
 /// The race on a GPU, which knows nothing of threads and Embree.
-void run_gpu(const Arguments& arguments) {
-  const auto refuse = [](const char* option) {
-    throw Error(Status::usage, fmt::format("--device hip: {} is of the CPU's race", option));
+void run_gpu(const Arguments& arguments, const Command& command) {
+  const auto refuse = [&](const char* option) {
+    throw Error(Status::usage, fmt::format("--device {}: {} is of the CPU's race", arguments.device, option));
   };
   if (!arguments.threads.empty()) refuse("--threads");
-  if (!arguments.isa.empty()) refuse("--isa");
+  if (command.given("--isa")) refuse("--isa");
   if (arguments.embree != "fastest") refuse("--embree");
   if (!arguments.plot.empty()) refuse("--plot");
   const BenchOptions resolved = resolve(arguments);
@@ -102,8 +103,8 @@ void run_gpu(const Arguments& arguments) {
     fmt::print("{}", gpu_bench_table(options, result));
 }
 
-void run(const Arguments& arguments) {
-  if (arguments.device == "hip") return run_gpu(arguments);
+void run(const Arguments& arguments, const Command& command) {
+  if (arguments.device != "cpu") return run_gpu(arguments, command);
   if (arguments.batches) throw Error(Status::usage, "--batches is of the GPU's race: --device hip");
   if (arguments.precision != "single")
     throw Error(Status::usage, "--precision is of the GPU's race: --device hip");
@@ -145,7 +146,7 @@ void add_bench(Command app) {
   command.add_option("--rounds", a->rounds, "Rounds that count, each contender once in each")
       .range(1, 1000)
       .capture_default_str();
-  command.add_option("--isa", a->isa, "Instruction set of the runtime, e.g. scalar; its best by default");
+  add_isa_option(command, a->isa);
   command
       .add_option(
           "--embree", a->embree,
@@ -162,7 +163,7 @@ void add_bench(Command app) {
   command
       .add_option("--device", a->device,
                   "cpu: beside Embree; hip: on a GPU, beside an exact BVH of the mesh on the same card")
-      .one_of({"cpu", "hip"})
+      .one_of({"cpu", "gpu", "hip"})
       .capture_default_str();
   command
       .add_option("--precision", a->precision,
@@ -170,8 +171,9 @@ void add_bench(Command app) {
       .one_of({"single", "half"})
       .capture_default_str();
   command.add_flag("--batches", a->batches, "On a GPU: also time smaller batches of rays");
-  command.add_flag("--json", a->json,
-                   "Print the results as one JSON object (nifkit.bench/1; of a GPU nifkit.bench-gpu/1)");
+  command.add_flag(
+      "--json", a->json,
+      fmt::format("Print the results as one JSON object ({}; of a GPU {})", kBenchSchema, kGpuBenchSchema));
   command.add_option("--plot", a->plot, "Also draw them, as this SVG file");
   command.add_flag("--quiet", a->quiet, "No progress");
   command.footer(
@@ -181,7 +183,7 @@ void add_bench(Command app) {
       "Examples:\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --device hip --stages --batches");
-  command.callback([a] { run(*a); });
+  command.callback([a, command] { run(*a, command); });
 }
 
 }  // namespace nif::tools

@@ -274,7 +274,7 @@ nlohmann::ordered_json to_json(const GpuBenchOptions& options, const GpuBenchRes
     }
     sets[std::string(bake::name_of(speeds.set))] = std::move(set);
   }
-  return {{"schema", "nifkit.bench-gpu/2"},
+  return {{"schema", kGpuBenchSchema},
           {"file", options.asset},
           {"against", options.against.empty() ? "bvh" : options.against},
           {"card", result.card},

@@ -60,7 +60,9 @@ struct GpuBenchResult {
 /// Throws nif::Error; Error(usage) with the reason where there is no GPU.
 GpuBenchResult measure_gpu(const GpuBenchOptions& options, Progress& progress);
 
-/// docs/benchmark.md explains the fields (nifkit.bench-gpu/1).
+inline constexpr const char* kGpuBenchSchema = "nifkit.bench-gpu/2";
+
+/// docs/benchmark.md explains the fields of the schema.
 nlohmann::ordered_json to_json(const GpuBenchOptions& options, const GpuBenchResult& result);
 std::string gpu_bench_table(const GpuBenchOptions& options, const GpuBenchResult& result);
 

@@ -243,11 +243,10 @@ Spread SetSpeeds::ratio_to_other() const {
 }
 
 BenchResult measure(const BenchOptions& options, Progress& progress) {
-  const MeasuredAsset asset(options.asset, options.mesh, options.isa.empty() ? "" : "isa=" + options.isa,
-                            progress);
+  const MeasuredAsset asset(options.asset, options.mesh, "isa=" + options.isa, progress);
   std::optional<MeasuredAsset> against;
   if (!options.against.empty())
-    against.emplace(options.against, options.mesh, options.isa.empty() ? "" : "isa=" + options.isa, progress);
+    against.emplace(options.against, options.mesh, "isa=" + options.isa, progress);
   if (options.stages && !asset.any_spherical() && !(against && against->any_spherical()))
     throw Error(Status::usage, "--stages: no object of these assets is spherical, and only those have them");
   const std::atomic<bool>& cancel = interruption();

@@ -185,7 +185,7 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
   Json embree_bytes = Json::object();
   for (size_t b = 0; b < kEmbreeBuilds.size(); ++b)
     embree_bytes[std::string(name_of(kEmbreeBuilds[b]))] = result.embree_bytes[b];
-  Json json{{"schema", "nifkit.bench/1"},
+  Json json{{"schema", kBenchSchema},
             {"file", options.asset},
             {"threads", result.runs.front().threads},
             {"isa", result.isa},

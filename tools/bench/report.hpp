@@ -7,7 +7,9 @@
 
 namespace nif::tools {
 
-/// docs/benchmark.md explains the fields (nifkit.bench/1).
+inline constexpr const char* kBenchSchema = "nifkit.bench/1";
+
+/// docs/benchmark.md explains the fields of the schema.
 nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& result);
 
 std::string bench_tables(const BenchOptions& options, const BenchResult& result);

@@ -77,7 +77,7 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
                               prepared.surface.triangles.size()));
     }
     names_.emplace_back(object.name);
-    any_spherical_ = any_spherical_ || object.encoding == 2;
+    any_spherical_ = any_spherical_ || object.encoding == NIF_ENCODING_SPHERICAL;
   }
 }
 

@@ -2,11 +2,11 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "formats/base/file_name.hpp"
 #include "formats/base/output_file.hpp"
 #include "formats/mesh/draco_writer.hpp"
 #include "formats/mesh/write.hpp"
@@ -96,9 +96,7 @@ void print(const Arguments& arguments, const mesh::Scene& scene, const mesh::Wri
   }
 }
 
-bool is_volume(const std::string& path) {
-  return strcasecmp(std::filesystem::path(path).extension().c_str(), ".vdb") == 0;
-}
+bool is_volume(const std::string& path) { return ending_of(path) == ".vdb"; }
 
 void check(const Arguments& arguments) {
   const mesh::WriteOptions& options = arguments.options;
@@ -139,9 +137,8 @@ void run(const Arguments& arguments) {
   Progress progress(arguments.quiet);
   interruption();
   progress.update(0, "reading " + arguments.input);
-  const mesh::Scene scene = std::filesystem::path(arguments.input).extension() == ".toml"
-                                ? read_objects(arguments.input, progress)
-                                : read_mesh(arguments.input, progress);
+  const mesh::Scene scene = ending_of(arguments.input) == ".toml" ? read_objects(arguments.input, progress)
+                                                                  : read_mesh(arguments.input, progress);
   const mesh::Written written = write(arguments, scene, progress);
   progress.finish();
   std::vector<std::string> notes = scene.warnings;

@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <filesystem>
 #include <memory>
 
+#include "formats/base/file_name.hpp"
 #include "formats/base/output_file.hpp"
 #include "tools/mesh/sampling.hpp"
 
@@ -41,7 +41,7 @@ void print(const Arguments& a, const WrittenVolume& written, const std::vector<s
 void run(const Arguments& a) {
   const auto start = std::chrono::steady_clock::now();
   refuse_overwriting(a.input, a.output);
-  if (std::filesystem::path(a.output).extension() != ".vdb")
+  if (ending_of(a.output) != ".vdb")
     throw Error(Status::usage, a.output + ": volumes are written as .vdb, and the name says otherwise");
   check_output(a.output);
   limit_threads(a.threads);

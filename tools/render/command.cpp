@@ -11,6 +11,7 @@
 #include "formats/base/status.hpp"
 #include "tools/common/command.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/common/shared_options.hpp"
 #include "tools/render/compare.hpp"
 #include "tools/render/renderer.hpp"
 #include "tools/render/scene_file.hpp"
@@ -329,8 +330,7 @@ void add_render(Command app) {
                   "to see one part of the answers alone")
       .capture_default_str()
       .one_of({"none", "inside", "outside"});
-  command.add_option("--isa", a.isa, "Instruction set of the runtime: auto, scalar, sse4, avx2, avx512, neon")
-      .capture_default_str();
+  add_isa_option(command, a.isa);
   command.add_option("-j,--threads", a.threads, "Threads; 0: all. The pictures are the same for any number")
       .capture_default_str();
   command.add_flag("--exr", a.exr, "Write linear pictures too, as OpenEXR");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/base/file_name.hpp"
 #include "tools/common/toml_table.hpp"
 
 namespace nif::render {
@@ -105,14 +106,9 @@ CameraDescription read_camera(Reader& reader, size_t number) {
 }
 
 /// By its name, without .gz or .zst.
-bool is_gltf(fs::path file) {
-  const auto extension = [&] {
-    std::string text = file.extension().string();
-    for (char& c : text) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
-    return text;
-  };
-  if (extension() == ".gz" || extension() == ".zst") file.replace_extension();
-  return extension() == ".gltf" || extension() == ".glb";
+bool is_gltf(const fs::path& file) {
+  const std::string ending = ending_of(unpacked_name(file));
+  return ending == ".gltf" || ending == ".glb";
 }
 
 SceneDescription scene_of_mesh(const fs::path& file) {

@@ -1,3 +1,4 @@
+# shellcheck shell=bash disable=SC2034 # what only the scripts use that source this
 # What the paper's experiments share; sourced by the scripts beside it, from the project's root.
 #
 # The scene of those that say nothing else: the Stanford dragon on a ground under a sky with a bright glow, seen by one

@@ -19,7 +19,7 @@ done
 seen() { jq -r ".cameras.front.primary.$2" "$out/$1.judged.json" | awk -v format="$3" '{ printf format, $1 * scale }' scale="${4-1}"; }
 {
   heading 'A network that answers primary rays'
-  printf 'Learned from 64 samples a pixel of the very view that is judged (`nif bake --primary`; `docs/model.md` has what it learns).\n'
+  printf 'Learned from 64 samples a pixel of the very view that is judged (`nif bake --primary`; `docs/encodings/spherical.md` has what it learns).\n'
   printf 'In the pictures camera rays are answered by the network where they come to the dragon, all shadow rays by Embree. **Differ**\n'
   printf 'are camera rays that hit the dragon by one and not by the other, of all, %s of which hit it; depth, over the diagonal of the\n' \
     "$(seen primary_256 hits '%.1f %%' 100)"

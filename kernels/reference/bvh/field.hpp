@@ -49,7 +49,7 @@ NIF_HOST_DEVICE constexpr float frame_plane(uint32_t frame, uint8_t step) {
   return static_cast<float>(frame_base(frame) + int32_t(step)) * frame_scale(frame);
 }
 
-/// One object in the `bvh` encoding (docs/model.md).
+/// One object in the `bvh` encoding (docs/encodings/bvh.md).
 struct BvhField {
   const BvhNode* nodes = nullptr;           ///< [node_count], the first is the root
   const float (*vertices)[3] = nullptr;     ///< [vertex_count]; a node lies before them in memory

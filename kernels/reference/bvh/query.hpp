@@ -1,8 +1,8 @@
 // The answer of one `bvh` object: does the segment meet one of its triangles?
 //
 // Triangles decide, in double precision, each alone; boxes only save time, because they are grown by more
-// than all rounding (docs/model.md, "Boxes never change an answer"). So the order of traversal, and how many
-// boxes are tested at a time, cannot change the bit.
+// than all rounding (docs/encodings/bvh.md, "Boxes never change an answer"). So the order of traversal, and
+// how many boxes are tested at a time, cannot change the bit.
 #pragma once
 
 #include "kernels/reference/bvh/field.hpp"

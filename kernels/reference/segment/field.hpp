@@ -51,7 +51,7 @@ struct Network {
   float logit_scale = 1;  ///< probability of being visible = 1 / (1 + exp(-logit * logit_scale))
 };
 
-/// One object in the `segment` encoding (docs/model.md).
+/// One object in the `segment` encoding (docs/encodings/segment.md).
 struct SegmentField {
   // Voxel (i,j,k) covers origin + [i, i+1] / voxels_per_unit and so on, in object space.
   float origin[3] = {};

@@ -1,8 +1,8 @@
 // The walk of a segment through the occupancy grid: exact answers first, and where the surface may be.
 //
 // This header defines the answer. All of it is IEEE single precision in the order written, without
-// contraction; other kernels may leap over voxels but must arrive at the same crossings (docs/model.md, "The
-// walk").
+// contraction; other kernels may leap over voxels but must arrive at the same crossings
+// (docs/encodings/segment.md, "The walk").
 #pragma once
 
 #include "kernels/reference/arithmetic.hpp"

@@ -63,7 +63,7 @@ struct SphericalBounds {
   float reach_scale = 0;     ///< distances times this are limited by kCertainReach
 };
 
-/// One object in the `spherical` encoding (docs/model.md).
+/// One object in the `spherical` encoding (docs/encodings/spherical.md).
 struct SphericalField : SphericalBounds {
   SphericalGrid outer_position, outer_direction;            ///< alike in resolution and features
   SphericalGrid inner_position, inner_direction, distance;  ///< the first two likewise
@@ -75,7 +75,7 @@ struct SphericalField : SphericalBounds {
 /// AABB to the hit, over the AABB's diagonal; the surface's normal on the ray's side, in object space.
 inline constexpr uint32_t kPrimaryOutputs = 5;
 
-/// What answers primary rays of one object (docs/model.md).
+/// What answers primary rays of one object (docs/encodings/spherical.md).
 struct PrimaryField : SphericalBounds {
   SphericalGrid position, direction;  ///< alike in resolution and features
   SphericalNetwork network;           ///< of kPrimaryOutputs

@@ -1,5 +1,5 @@
 // The answer to a primary ray of one object: hit or miss, where, and the surface's normal there, by a network
-// over the coordinates of `spherical` (docs/model.md).
+// over the coordinates of `spherical` (docs/encodings/spherical.md).
 //
 // In single precision in the order written, as kernels/reference/spherical/query.hpp: the same bits
 // everywhere.

@@ -1,4 +1,4 @@
-// nif.hpp: nif.h for C++20: handles that release themselves, errors as exceptions, spans for arrays.
+// nif.hpp: nif.h for C++20, with handles that release themselves, errors as exceptions, and spans for arrays.
 //
 //   nifkit::Device device;
 //   nifkit::Scene scene(device);
@@ -6,7 +6,7 @@
 //   scene.commit();
 //   scene.query(nifkit::rays(my_rays).visible(my_bytes));
 //
-// Everything that nif.h says of a call holds here too. Header only.
+// What nif.h says about a call is true here too. Header only.
 #pragma once
 
 #include <nif/nif.h>
@@ -24,7 +24,7 @@
 
 namespace nifkit {
 
-/// A call that failed: its code, and its sentence as what().
+/// Thrown when a call fails: its error code, and its message as what().
 class Error : public std::runtime_error {
  public:
   Error(NifError code, const char* sentence) : std::runtime_error(sentence), code_(code) {}
@@ -38,7 +38,7 @@ inline void check(NifError code) {
   if (code != NIF_OK) throw Error(code, nifGetErrorMessage());
 }
 
-/// A structure of nif.h, zero but for its size.
+/// A structure of nif.h with its size set and everything else zero.
 template <class Structure>
 Structure sized() {
   Structure structure{};
@@ -46,12 +46,12 @@ Structure sized() {
   return structure;
 }
 
-/// One reference to an object of nif.h; copies share the object.
+/// One reference to an object of nif.h. Copies share the object.
 template <class Pointer, void (*kRetain)(Pointer), void (*kRelease)(Pointer)>
 class Handle {
  public:
   Handle() = default;
-  /// Takes over the reference that the pointer stands for.
+  /// Takes over one reference from the caller.
   explicit Handle(Pointer pointer) : pointer_(pointer) {}
   Handle(const Handle& other) : pointer_(other.pointer_) { kRetain(pointer_); }
   Handle(Handle&& other) noexcept : pointer_(std::exchange(other.pointer_, nullptr)) {}
@@ -61,7 +61,7 @@ class Handle {
   }
   ~Handle() { kRelease(pointer_); }
 
-  /// For calls of nif.h; null after a move.
+  /// The handle for calls of nif.h. Null after a move.
   Pointer get() const { return pointer_; }
 
  protected:
@@ -83,7 +83,7 @@ class Device : public Handle<NifDevice, nifRetainDevice, nifReleaseDevice> {
   }
 };
 
-/// A GPU of backend=hip, as device=N counts them. The texts stay until the next call on this thread.
+/// Describes a GPU, numbered as in device=N. The texts are valid until the next call on this thread.
 inline NifCardInfo card(uint32_t index) {
   auto info = sized<NifCardInfo>();
   check(nifGetCardInfo(index, &info));
@@ -97,11 +97,12 @@ class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
     check(nifLoadAssetFile(device.get(), path.c_str(), mode, &asset.pointer_));
     return asset;
   }
-  /// The bytes may be freed afterwards.
+  /// Copies the bytes; free them when you like.
   static Asset copy(const Device& device, std::span<const std::byte> bytes) {
     return from(device, bytes, NIF_MEMORY_COPY);
   }
-  /// The bytes stay where they are until the last reference to the asset is gone, scenes' included.
+  /// Uses the bytes in place. They must not move or change until the last reference to the asset is gone,
+  /// including those of scenes.
   static Asset borrow(const Device& device, std::span<const std::byte> bytes) {
     return from(device, bytes, NIF_MEMORY_BORROW);
   }
@@ -121,7 +122,7 @@ class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
     check(nifGetInstanceInfo(pointer_, index, &info));
     return info;
   }
-  /// JSON; empty where the file has none.
+  /// The file's metadata as JSON; empty if it has none.
   std::string_view metadata() const {
     const NifAssetInfo about = info();
     return {about.metadata, about.metadata_bytes};
@@ -135,7 +136,7 @@ class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
   }
 };
 
-/// A NifQuery with setters that check lengths. Its arrays stay the caller's.
+/// A NifQuery with setters that check lengths. The arrays belong to the caller.
 class Query {
  public:
   explicit Query(const NifQuery& query) : query_(query) {}
@@ -161,11 +162,11 @@ class Query {
   NifQuery query_;
 };
 
-/// A query that others answer. Its arrays and the scene must stay as they are until it is done.
+/// A query that runs in the background. Do not change its arrays or the scene until it is done.
 class Job : public Handle<NifJob, nifRetainJob, nifReleaseJob> {
  public:
   using Handle::Handle;
-  /// Helps, and returns when the job is done.
+  /// Helps with the work, and returns when the job is done.
   void wait() const { check(nifWaitJob(pointer_)); }
   bool done() const {
     uint32_t done = 0;
@@ -174,16 +175,17 @@ class Job : public Handle<NifJob, nifRetainJob, nifReleaseJob> {
   }
 };
 
+/// A query for these rays. Set the outputs that you want before you ask it.
 inline Query rays(std::span<const NifRay> rays) { return Query(nifQueryRays(rays.data(), rays.size())); }
 
 class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
  public:
   explicit Scene(const Device& device) { check(nifNewScene(device.get(), &pointer_)); }
 
-  /// The whole asset with its own instances; the number of the first of them.
+  /// Adds a whole asset and returns the number of its first instance.
   uint32_t add(const Asset& asset) { return add_all(asset, nullptr); }
   uint32_t add(const Asset& asset, const Transform& transform) { return add_all(asset, transform.data()); }
-  /// One object; the number of its instance.
+  /// Adds one object and returns the number of its instance.
   uint32_t add(const Asset& asset, uint32_t object, const Transform& transform) {
     uint32_t instance = 0;
     check(nifAddInstance(pointer_, asset.get(), object, transform.data(), &instance));
@@ -200,14 +202,14 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
   }
 
   void query(const Query& query) const { check(nifQuery(pointer_, &query.get())); }
-  /// The job does not wait when it is destroyed: wait() for it before the arrays go.
+  /// Destroying the job does not wait for it: call wait() before you free the arrays.
   [[nodiscard]] Job query_async(const Query& query) const {
     NifJob job = nullptr;
     check(nifQueryAsync(pointer_, &query.get(), &job));
     return Job(job);
   }
-  /// `fallback(rays, visible)` sets visible[k] for ray rays[k] of the query; it must not throw, and is called
-  /// by several threads at the same time where the device has several.
+  /// `fallback(rays, visible)` sets visible[k] for ray rays[k] of the query. It must not throw. A device with
+  /// several threads calls it on several at the same time.
   template <class Fallback>
   void query_with_fallback(const Query& query, float confidence, Fallback&& fallback) const {
     const NifFallback call = [](void* user, uint64_t count, const uint64_t* rays, uint8_t* visible) {

@@ -89,7 +89,7 @@ Configuration parse_configuration(std::string_view text) {
     else if (key == "isa")
       configuration.isa = parse_isa(value);
     else if (key == "backend")
-      configuration.backend = parse_name(key, value, {"cpu", "hip"}) == 0 ? "cpu" : "hip";
+      configuration.backend = parse_name(key, value, {"cpu", "hip", "gpu"}) == 0 ? "cpu" : "hip";
     else if (key == "device")
       configuration.card = parse_number(key, value, kMaxCards), for_gpu = true;
     else if (key == "module")

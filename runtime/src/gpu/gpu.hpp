@@ -1,5 +1,5 @@
 // The GPU backend as the rest of the runtime sees it: the module, and one card that it has opened. All else
-// of it lies in the module (runtime/gpu), behind gpu_module.hpp.
+// of it lies in the module (runtime/gpu), behind module.hpp.
 #pragma once
 
 #include <atomic>

@@ -84,7 +84,7 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   const format::ObjectView& view = object_of(asset, object);
   NifObjectInfo info{};
   info.name = view.name.data();
-  info.encoding = format::encoding_number(view.content);
+  info.encoding = NifEncoding(format::encoding_number(view.content));
   info.network = asset.view.network_of(view);
   std::copy(view.aabb_min.begin(), view.aabb_min.end(), info.bounds_min);
   std::copy(view.aabb_max.begin(), view.aabb_max.end(), info.bounds_max);

@@ -1,4 +1,4 @@
-// What tests say to, and learn from, the GPU module of an emulated machine (emulated_driver.cpp). The module
+// What tests say to, and learn from, the GPU module of an emulated machine (driver.cpp). The module
 // is a shared library of its own, loaded by the runtime as the real one is; tests get its machine by
 // emulated_machine().
 #pragma once

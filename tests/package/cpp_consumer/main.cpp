@@ -3,6 +3,8 @@
 #include <exception>
 #include <nif/nif.hpp>
 
+static_assert(PACKAGE_VERSION == NIF_VERSION, "the package and its header are of different versions");
+
 int main(int argc, char** argv) try {
   if (argc != 2) return 2;
   nifkit::Device device;

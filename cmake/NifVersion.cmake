@@ -1,0 +1,10 @@
+# Sets nif_version, "major.minor.patch", to what the public header says: the version is written there and nowhere else.
+set(nif_header ${CMAKE_CURRENT_LIST_DIR}/../runtime/include/nif/nif.h)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${nif_header})
+file(STRINGS ${nif_header} nif_version REGEX "^#define NIF_VERSION_(MAJOR|MINOR|PATCH) [0-9]+$")
+list(TRANSFORM nif_version REPLACE "^.* " "")
+list(LENGTH nif_version nif_numbers)
+if(NOT nif_numbers EQUAL 3)
+  message(FATAL_ERROR "${nif_header} has ${nif_numbers} of the three numbers NIF_VERSION_MAJOR, _MINOR, _PATCH")
+endif()
+list(JOIN nif_version "." nif_version)

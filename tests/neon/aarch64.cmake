@@ -1,0 +1,8 @@
+# Compilers for 64-bit ARM, and what runs the programs here: the Debian packages g++-aarch64-linux-gnu and qemu-user-static.
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR aarch64)
+set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
+set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64-static)
+# Programs then need no ARM libraries where they run.
+set(CMAKE_EXE_LINKER_FLAGS_INIT -static)
