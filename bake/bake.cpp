@@ -53,14 +53,14 @@ uint32_t resolution_for(uint64_t triangles, uint32_t full, double scale) {
 
 /// Gives a field its occupancy and zero features.
 void lay_out(const Prepared& prepared, const ResolvedOptions& options, uint32_t resolution,
-             format::Object& object, ObjectReport& report) {
-  object.samples = options.samples;
-  object.length_scale = options.length_scale;
+             format::SegmentData& data, ObjectReport& report) {
+  data.samples = options.samples;
+  data.length_scale = options.length_scale;
   const auto& [positions, triangles, slivers, cleaned] = prepared.surface;
   const Grid grid = make_grid(prepared.box, resolution);
   const Occupancy occupancy =
       classify(grid, prepared.surface, voxelize(grid, positions, triangles), prepared.closed);
-  store_occupancy(occupancy, options.features_per_corner, object);
+  store_occupancy(occupancy, options.features_per_corner, report.name, data);
   report.voxels = grid.voxels;
   report.surface_voxels = occupancy.surface_voxels;
   report.inside_voxels = occupancy.inside_voxels;
@@ -163,8 +163,7 @@ class Baker {
                     fmt::format("'{}' has coordinates beyond {:.1e}, which a BVH cannot compute with",
                                 candidate.bvh.name, kernels::kMaxBvhCoordinate / 4));
       }
-      candidate.bvh.encoding = format::kBvh;
-      candidate.bvh.bvh = build_bvh(positions, triangles);
+      candidate.bvh.content = build_bvh(positions, triangles);
       candidate.has_bvh = true;
       candidate.takes_bvh = options_.encoding == EncodingOption::bvh;
     }
@@ -176,7 +175,7 @@ class Baker {
       stop_if(cancel_);
       lay_out(prepared_[i], resolved_,
               resolution_for(prepared_[i].surface.triangles.size(), resolved_.resolution, scale),
-              candidates_[i].field, result_.objects[i]);
+              candidates_[i].field.as<format::SegmentData>(), result_.objects[i]);
     }
     choose_by_bytes();
   }
@@ -188,8 +187,8 @@ class Baker {
       Candidate& candidate = candidates_[i];
       if (!candidate.has_bvh) continue;
       ObjectReport& own = result_.objects[i];
-      own.as_bvh = cost_of_bvh(candidate.bvh.bvh);
-      own.as_segment = cost_of_field(candidate.field, network);
+      own.as_bvh = cost_of_bvh(candidate.bvh.as<format::Bvh>());
+      own.as_segment = cost_of_field(candidate.field.as<format::SegmentData>(), network);
       candidate.takes_bvh = own.as_bvh->bytes <= own.as_segment->bytes;
       if (candidate.takes_bvh)
         own.reason =
@@ -224,7 +223,7 @@ class Baker {
     for (const Candidate& candidate : candidates_) {
       asset.objects.push_back(candidate.takes_bvh ? candidate.bvh : candidate.field);
       if (candidate.takes_bvh) continue;
-      asset.objects.back().network = uint32_t(asset.networks.size());
+      asset.objects.back().as<format::SegmentData>().network = uint32_t(asset.networks.size());
       asset.networks.push_back(candidate.network ? *candidate.network : blank_network(resolved_));
     }
     return asset;
@@ -251,7 +250,7 @@ class Baker {
         own.sets = measure(index, truth.source());
       }
     }
-    own.encoding = candidate.takes_bvh ? format::kBvh : format::kSegment;
+    own.encoding = format::encoding_name((candidate.takes_bvh ? candidate.bvh : candidate.field).content);
     for (RaySet set : kRaySets) result_.sets[size_t(set)] += own.sets[size_t(set)];
   }
 
@@ -262,8 +261,9 @@ class Baker {
     report(BakeProgress::Stage::choosing, own.name, index, 0.01, 0, 0);
     const uint64_t seed = options_.seed + kChoosingSeed;
     const format::Network blank = blank_network(resolved_);
-    field.work = work_of(format::field_of(candidates_[index].field, blank), source, seed);
-    bvh.work = work_of(format::field_of(candidates_[index].bvh.bvh), source, seed);
+    field.work =
+        work_of(format::field_of(candidates_[index].field.as<format::SegmentData>(), blank), source, seed);
+    bvh.work = work_of(format::field_of(candidates_[index].bvh.as<format::Bvh>()), source, seed);
     const std::string field_is = fmt::format("a field would be {}", describe_gain(field, bvh));
     if (gain_of(field, bvh) < kLeastGain &&
         take_bvh(index, fmt::format("exact; {}, too little to be wrong for", field_is))) {
@@ -282,7 +282,7 @@ class Baker {
     }
     report(BakeProgress::Stage::choosing, own.name, index, 0.90, 0, 0);
     const kernels::SegmentField trained =
-        format::field_of(candidates_[index].field, *candidates_[index].network);
+        format::field_of(candidates_[index].field.as<format::SegmentData>(), *candidates_[index].network);
     const WorstError worst = worst_error(reference_answerer(trained), source, seed);
     field.error = worst.error;
     const std::string cost = fmt::format("{:.2f} % of {} wrong", 100 * worst.error, name_of(worst.set));
@@ -315,8 +315,9 @@ class Baker {
     candidate.takes_bvh = true;
     if (options_.max_bytes && estimated_bytes() > *options_.max_bytes) {
       candidate.takes_bvh = false;
-      result_.objects[index].reason = fmt::format("--max-bytes leaves no room for a BVH of {}",
-                                                  format_bytes(double(candidate.bvh.bvh.bytes())));
+      result_.objects[index].reason =
+          fmt::format("--max-bytes leaves no room for a BVH of {}",
+                      format_bytes(double(candidate.bvh.as<format::Bvh>().bytes())));
       return false;
     }
     result_.objects[index].reason = reason;
@@ -325,12 +326,13 @@ class Baker {
 
   void train_field(size_t index, const RaySource& source) {
     format::Object& object = candidates_[index].field;
+    auto& data = object.as<format::SegmentData>();
     ObjectReport& own = result_.objects[index];
-    const TrainingOptions training = training_options(resolved_, options_, object.corners);
+    const TrainingOptions training = training_options(resolved_, options_, data.corners);
     own.training_rays = training.rays;
     report(BakeProgress::Stage::training, object.name, index, 0.03, 0, 0);
     TrainingResult trained = train(
-        source, object, training,
+        source, object.name, data, training,
         [&](const TrainingProgress& p) {
           const double share = double(p.rays_done) / double(p.rays_total);
           report(BakeProgress::Stage::training, object.name, index, 0.03 + 0.87 * share, p.loss, p.error);
@@ -343,10 +345,10 @@ class Baker {
   /// The accuracy of what the object is now.
   SetAccuracies measure(size_t index, const RaySource& source) {
     const Candidate& candidate = candidates_[index];
-    const kernels::BvhField bvh = format::field_of(candidate.bvh.bvh);
-    kernels::SegmentField field;
-    if (!candidate.takes_bvh) field = format::field_of(candidate.field, *candidate.network);
-    const Answerer answer = candidate.takes_bvh ? reference_answerer(bvh) : reference_answerer(field);
+    const Answerer answer = reference_answerer(
+        candidate.takes_bvh
+            ? kernels::AnyField(format::field_of(candidate.bvh.as<format::Bvh>()))
+            : format::field_of(candidate.field.as<format::SegmentData>(), *candidate.network));
     return measure_sets(source, answer, options_, prepared_.size(), [&](RaySet set) {
       stop_if(cancel_);
       report(BakeProgress::Stage::measuring, candidate.field.name, index, 0.90 + 0.02 * double(set), 0, 0);

@@ -100,7 +100,7 @@ struct ObjectReport {
   std::string name;
   uint64_t triangles = 0;  ///< after cleaning
   mesh::CleanReport cleaned;
-  format::Encoding encoding = format::kSegment;
+  std::string_view encoding;                       ///< its name in texts
   std::string reason;                              ///< for the encoding: what is known, as words
   std::optional<EncodingCost> as_segment, as_bvh;  ///< what was compared, as far as it was needed
   size_t closed_components = 0, open_components = 0;

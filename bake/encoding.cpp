@@ -65,22 +65,10 @@ std::string digits(double value) { return fmt::format("{:.{}f}", value, value < 
 
 }  // namespace
 
-std::string_view name_of(format::Encoding encoding) {
-  switch (encoding) {
-    case format::kSegment:
-      return "segment";
-    case format::kSpherical:
-      return "spherical";
-    case format::kBvh:
-      return "bvh";
-  }
-  return "";
-}
-
-EncodingCost cost_of_field(const format::Object& object, uint64_t network_bytes) {
+EncodingCost cost_of_field(const format::SegmentData& data, uint64_t network_bytes) {
   EncodingCost cost;
-  cost.bytes = bytes_of(object.brick_table) + bytes_of(object.brick_states) + bytes_of(object.brick_corners) +
-               bytes_of(object.corner_base) + bytes_of(object.features) + network_bytes;
+  cost.bytes = bytes_of(data.brick_table) + bytes_of(data.brick_states) + bytes_of(data.brick_corners) +
+               bytes_of(data.corner_base) + bytes_of(data.features) + network_bytes;
   return cost;
 }
 

@@ -12,8 +12,6 @@
 
 namespace nif::bake {
 
-std::string_view name_of(format::Encoding encoding);
-
 /// What an encoding costs an object.
 struct EncodingCost {
   uint64_t bytes = 0;           ///< in a file
@@ -22,7 +20,7 @@ struct EncodingCost {
 };
 
 /// Bytes alone: of a field whose network has so many bytes of weights, and of a BVH.
-EncodingCost cost_of_field(const format::Object& object, uint64_t network_bytes);
+EncodingCost cost_of_field(const format::SegmentData& data, uint64_t network_bytes);
 EncodingCost cost_of_bvh(const format::Bvh& bvh);
 
 /// Mean work of a ray over `outer-lines` and `inner-surface`, a part of them drawn for this. Features and

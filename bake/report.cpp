@@ -124,19 +124,19 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, 
     const format::Object& object = result.asset.objects[i];
     nlohmann::ordered_json& described =
         objects.emplace_back(nlohmann::ordered_json{{"name", object.name},
-                                                    {"encoding", name_of(report.encoding)},
+                                                    {"encoding", report.encoding},
                                                     {"reason", report.reason},
                                                     {"triangles", report.triangles},
                                                     {"bounds", {object.aabb_min, object.aabb_max}},
                                                     {"bias", object.bias},
                                                     {"closed_components", report.closed_components},
                                                     {"open_components", report.open_components}});
-    if (report.encoding == format::kSegment) {
+    if (object.is<format::SegmentData>()) {
       described["voxels"] = report.voxels;
       described["training_rays"] = report.training_rays;
     }
-    if (report.encoding == format::kSpherical) {
-      described["networks"] = object.network;
+    if (object.is<format::SphericalData>()) {
+      described["networks"] = object.as<format::SphericalData>().network;
       described["training_rays"] = report.training_rays;
       if (object.primary) described["primary_rays"] = report.primary_rays;
     }

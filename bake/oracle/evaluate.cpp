@@ -2,10 +2,9 @@
 
 #include <tbb/parallel_for.h>
 
-#include "kernels/reference/bvh/query.hpp"
+#include <variant>
+
 #include "kernels/reference/scene.hpp"
-#include "kernels/reference/segment/query.hpp"
-#include "kernels/reference/spherical/query.hpp"
 
 namespace nif::bake {
 
@@ -45,35 +44,19 @@ Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle
   return all;
 }
 
-namespace {
-
-/// Answers by `ask`, a reference kernel's query of one segment.
-template <class Ask>
-Answerer answer_each(const Ask& ask, float logit_scale) {
-  return [ask, logit_scale](std::span<const Segment> segments, const Answers& answers) {
-    for (size_t i = 0; i < segments.size(); ++i) {
-      const kernels::Answer answer = ask(segments[i]);
-      answers.visible[i] = answer.visible;
-      answers.certain[i] = answer.certain;
-      answers.probability[i] = kernels::visible_probability(answer.logit, logit_scale);
-    }
-  };
-}
-
-}  // namespace
-
-Answerer reference_answerer(const kernels::SegmentField& field) {
-  return answer_each([&field](const Segment& segment) { return kernels::query(field, segment); },
-                     field.network.logit_scale);
-}
-
-Answerer reference_answerer(const kernels::BvhField& field) {
-  return answer_each([&field](const Segment& segment) { return kernels::query(field, segment); }, 1);
-}
-
-Answerer reference_answerer(const kernels::SphericalField& field) {
-  return answer_each([&field](const Segment& segment) { return kernels::query(field, segment); },
-                     kernels::kSphericalLogitScale);
+Answerer reference_answerer(const kernels::AnyField& field) {
+  return std::visit(
+      [](const auto& own) -> Answerer {
+        return [own](std::span<const Segment> segments, const Answers& answers) {
+          for (size_t i = 0; i < segments.size(); ++i) {
+            const kernels::Answer answer = kernels::query(own, segments[i]);
+            answers.visible[i] = answer.visible;
+            answers.certain[i] = answer.certain;
+            answers.probability[i] = kernels::visible_probability(answer.logit, kernels::logit_scale(own));
+          }
+        };
+      },
+      field);
 }
 
 }  // namespace nif::bake

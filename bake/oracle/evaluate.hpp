@@ -5,8 +5,7 @@
 #include <span>
 
 #include "bake/oracle/ray_sets.hpp"
-#include "kernels/reference/bvh/field.hpp"
-#include "kernels/reference/spherical/field.hpp"
+#include "kernels/reference/encodings.hpp"
 
 namespace nif::bake {
 
@@ -40,9 +39,7 @@ using Answerer = std::function<void(std::span<const Segment>, const Answers&)>;
 /// depend on the number of threads.
 Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle& oracle);
 
-/// Answers by the reference kernels. The field must outlive the answerer.
-Answerer reference_answerer(const kernels::SegmentField& field);
-Answerer reference_answerer(const kernels::BvhField& field);
-Answerer reference_answerer(const kernels::SphericalField& field);
+/// Answers by the reference kernels. What the field points into must outlive the answerer.
+Answerer reference_answerer(const kernels::AnyField& field);
 
 }  // namespace nif::bake

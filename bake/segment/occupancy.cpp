@@ -160,17 +160,18 @@ Occupancy classify(const Grid& grid, const mesh::CleanMesh& mesh, std::vector<ui
   return occupancy;
 }
 
-void store_occupancy(const Occupancy& occupancy, uint32_t features_per_corner, format::Object& object) {
+void store_occupancy(const Occupancy& occupancy, uint32_t features_per_corner, std::string_view name,
+                     format::SegmentData& data) {
   const Grid& grid = occupancy.grid;
-  object.origin = grid.origin;
-  object.voxels_per_unit = grid.voxels_per_unit;
-  object.voxels = grid.voxels;
-  object.features_per_corner = features_per_corner;
-  object.brick_table.clear();
-  object.brick_states.clear();
-  object.brick_corners.clear();
-  object.corner_base.clear();
-  object.corners = 0;
+  data.origin = grid.origin;
+  data.voxels_per_unit = grid.voxels_per_unit;
+  data.voxels = grid.voxels;
+  data.features_per_corner = features_per_corner;
+  data.brick_table.clear();
+  data.brick_states.clear();
+  data.brick_corners.clear();
+  data.corner_base.clear();
+  data.corners = 0;
 
   auto state_at = [&](uint32_t x, uint32_t y, uint32_t z) -> uint8_t {
     if (x >= grid.voxels[0] || y >= grid.voxels[1] || z >= grid.voxels[2]) return kUnvisited;
@@ -206,24 +207,24 @@ void store_occupancy(const Occupancy& occupancy, uint32_t features_per_corner, f
             states.aux |= mask;
         }
         if (alike && corners == 0 && common != kSurface) {
-          object.brick_table.push_back(common == kUnvisited ? uint16_t{kernels::kBrickOutside} : common);
+          data.brick_table.push_back(common == kUnvisited ? uint16_t{kernels::kBrickOutside} : common);
           continue;
         }
-        const size_t index = object.brick_states.size();
+        const size_t index = data.brick_states.size();
         if (index + kernels::kFirstMixedBrick > 0xffff) {
-          throw Error(Status::too_large, "object '" + object.name +
+          throw Error(Status::too_large, "object '" + std::string(name) +
                                              "' needs more than 65,532 mixed bricks at this resolution; " +
                                              "use a lower one");
         }
-        object.brick_table.push_back(uint16_t(index + kernels::kFirstMixedBrick));
-        object.brick_states.push_back(states);
-        object.brick_corners.push_back(corners);
-        object.corner_base.push_back(object.corners);
-        object.corners += uint32_t(std::popcount(corners));
+        data.brick_table.push_back(uint16_t(index + kernels::kFirstMixedBrick));
+        data.brick_states.push_back(states);
+        data.brick_corners.push_back(corners);
+        data.corner_base.push_back(data.corners);
+        data.corners += uint32_t(std::popcount(corners));
       }
     }
   }
-  object.features.assign(size_t(object.corners) * features_per_corner, 0);
+  data.features.assign(size_t(data.corners) * features_per_corner, 0);
 }
 
 }  // namespace nif::bake

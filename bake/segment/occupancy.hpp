@@ -1,9 +1,11 @@
 // The occupancy grid of an object: surface voxels, and what is proven of all others.
 #pragma once
 
+#include <string_view>
+
 #include "bake/oracle/closure.hpp"
 #include "bake/segment/voxelize.hpp"
-#include "formats/nif/asset.hpp"
+#include "formats/nif/segment/encoding.hpp"
 
 namespace nif::bake {
 
@@ -20,8 +22,10 @@ struct Occupancy {
 Occupancy classify(const Grid& grid, const mesh::CleanMesh& mesh, std::vector<uint8_t> surface,
                    const ClosedComponents& closed);
 
-/// Fills the grid, the bricks and the corner ranks of `object`, and zero features for every corner.
-/// Throws Error(too_large) where the grid needs more mixed bricks than the format can number.
-void store_occupancy(const Occupancy& occupancy, uint32_t features_per_corner, format::Object& object);
+/// Fills the grid, the bricks and the corner ranks of `data`, and zero features for every corner.
+/// Throws Error(too_large) where the grid needs more mixed bricks than the format can number; `name` is what
+/// the message calls the object.
+void store_occupancy(const Occupancy& occupancy, uint32_t features_per_corner, std::string_view name,
+                     format::SegmentData& data);
 
 }  // namespace nif::bake

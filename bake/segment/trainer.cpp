@@ -67,15 +67,16 @@ NetworkShape make_shape(uint32_t inputs, const NetworkOptions& options) {
 
 class Trainer {
  public:
-  Trainer(const RaySource& source, format::Object& object, const TrainingOptions& options)
+  Trainer(const RaySource& source, std::string_view name, format::SegmentData& data,
+          const TrainingOptions& options)
       : source_(source),
-        object_(object),
+        name_(name),
+        data_(data),
         options_(options),
-        field_(format::field_of(object, {})),
+        field_(format::field_of(data, {})),
         cells_(field_),
-        shape_(make_shape(object.samples * object.features_per_corner + kernels::kGlobalInputs,
-                          options.network)),
-        features_(object.features.size(), 1.0f, kFeatureQuantum),
+        shape_(make_shape(data.samples * data.features_per_corner + kernels::kGlobalInputs, options.network)),
+        features_(data.features.size(), 1.0f, kFeatureQuantum),
         weights_(shape_.weights, 127 * kWeightQuantum, kWeightQuantum),
         biases_(shape_.biases, 64.0f, kBiasQuantum) {
     for (Group& group : groups_) {
@@ -100,7 +101,7 @@ class Trainer {
       if (rays.count() < options_.batch) {
         throw Error(
             Status::training_failed,
-            "training of '" + object_.name +
+            "training of '" + name_ +
                 "' failed: the ray sets of the mix have too few rays that the network would be asked");
       }
       for (uint32_t pass = 0; pass < options_.passes && step_ < steps; ++pass)
@@ -170,8 +171,8 @@ class Trainer {
     if (step_ == options_.spoil_at_step) weights_.quantised[0] = std::nanf("");
 
     const TrainingModel model{shape_,
-                              object_.samples,
-                              object_.features_per_corner,
+                              data_.samples,
+                              data_.features_per_corner,
                               features_.quantised.data(),
                               weights_.quantised.data(),
                               biases_.quantised.data(),
@@ -258,7 +259,7 @@ class Trainer {
   /// Back to the last snapshot, with half the learning rate.
   void recover() {
     if (++recoveries_ > kMaxRecoveries) {
-      throw Error(Status::training_failed, "training of '" + object_.name +
+      throw Error(Status::training_failed, "training of '" + name_ +
                                                "' failed: the loss stayed non-finite after " +
                                                std::to_string(kMaxRecoveries) + " recoveries");
     }
@@ -299,7 +300,7 @@ class Trainer {
 
   TrainingResult finish() {
     for (size_t i = 0; i < features_.quantised.size(); ++i) {
-      object_.features[i] = int8_t(std::lrint(features_.quantised[i] / kFeatureQuantum));
+      data_.features[i] = int8_t(std::lrint(features_.quantised[i] / kFeatureQuantum));
     }
     TrainingResult result;
     result.recoveries = recoveries_;
@@ -321,7 +322,8 @@ class Trainer {
   }
 
   const RaySource& source_;
-  format::Object& object_;
+  const std::string name_;
+  format::SegmentData& data_;
   const TrainingOptions& options_;
   kernels::SegmentField field_;
   SurfaceCells cells_;
@@ -339,10 +341,11 @@ class Trainer {
 
 }  // namespace
 
-TrainingResult train(const RaySource& source, format::Object& object, const TrainingOptions& options,
+TrainingResult train(const RaySource& source, std::string_view name, format::SegmentData& data,
+                     const TrainingOptions& options,
                      const std::function<void(const TrainingProgress&)>& progress,
                      const std::atomic<bool>& cancel) {
-  return Trainer(source, object, options).run(progress, cancel);
+  return Trainer(source, name, data, options).run(progress, cancel);
 }
 
 }  // namespace nif::bake

@@ -4,9 +4,10 @@
 
 #include <atomic>
 #include <functional>
+#include <string_view>
 
 #include "bake/segment/training_rays.hpp"
-#include "formats/nif/asset.hpp"
+#include "formats/nif/segment/encoding.hpp"
 
 namespace nif::bake {
 
@@ -44,11 +45,12 @@ struct TrainingResult {
       error{};  ///< share of wrong answers among the last ambiguous rays of each set
 };
 
-/// Trains `object` (with store_occupancy() done, and samples, length_scale set) and leaves its features in
-/// it. `progress` is called from the calling thread, several times a second. Throws Error(training_failed)
-/// where the loss stays non-finite after several recoveries, Error(interrupted) once `cancel` is set. The
-/// result does not depend on the number of threads.
-TrainingResult train(const RaySource& source, format::Object& object, const TrainingOptions& options,
+/// Trains `data` (with store_occupancy() done, and samples, length_scale set) and leaves its features in it;
+/// `name` is what messages call the object. `progress` is called from the calling thread, several times a
+/// second. Throws Error(training_failed) where the loss stays non-finite after several recoveries,
+/// Error(interrupted) once `cancel` is set. The result does not depend on the number of threads.
+TrainingResult train(const RaySource& source, std::string_view name, format::SegmentData& data,
+                     const TrainingOptions& options,
                      const std::function<void(const TrainingProgress&)>& progress,
                      const std::atomic<bool>& cancel);
 

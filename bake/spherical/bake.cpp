@@ -104,7 +104,8 @@ class SphericalBaker {
     for (size_t i = 0; i < prepared_.size(); ++i) {
       ObjectReport& own = result_.objects[i];
       format::Object& object = result_.asset.objects.emplace_back(describe(prepared_[i], own));
-      object.encoding = own.encoding = format::kSpherical;
+      object.content = format::SphericalData();
+      own.encoding = format::encoding_name(object.content);
       own.reason = "--encoding spherical";
       result_.triangles += own.triangles;
     }
@@ -167,14 +168,12 @@ class SphericalBaker {
       for (size_t i = first; i < first + count; ++i) train_primary(i, pointers[i - first]->source().oracle);
     for (size_t i = first; i < first + count; ++i) {
       const format::Object& object = result_.asset.objects[i];
-      const kernels::SphericalField field =
-          format::spherical_field_of(object, result_.asset.spherical_networks[object.network]);
-      result_.objects[i].sets = measure_sets(pointers[i - first]->source(), reference_answerer(field),
-                                             options_, prepared_.size(), [&](RaySet set) {
-                                               stop_if(cancel_);
-                                               clock_->report(BakeProgress::Stage::measuring, object.name, i,
-                                                              0.90 + 0.02 * double(set));
-                                             });
+      result_.objects[i].sets = measure_sets(
+          pointers[i - first]->source(), reference_answerer(format::field_of(result_.asset, object)),
+          options_, prepared_.size(), [&](RaySet set) {
+            stop_if(cancel_);
+            clock_->report(BakeProgress::Stage::measuring, object.name, i, 0.90 + 0.02 * double(set));
+          });
     }
   }
 
@@ -196,8 +195,7 @@ class SphericalBaker {
     result_.asset.spherical_networks.push_back(trainer.networks());
     const double all = double(std::accumulate(learned.begin(), learned.end(), uint64_t{0}));
     for (size_t i = 0; i < count; ++i) {
-      objects[i].grids = trainer.grids(i);
-      objects[i].network = network;
+      objects[i].content = format::SphericalData{network, trainer.grids(i)};
       ObjectReport& own = result_.objects[first + i];
       own.training_rays =
           uint64_t(double(trainer.outer_rays() + trainer.inner_rays()) * double(learned[i]) / all);
@@ -220,7 +218,8 @@ class SphericalBaker {
                   fmt::format("training of '{}' failed: there are too few primary rays that meet its bounds",
                               object.name));
     object.primary = trainer.field();
-    object.primary->margin = find_margin(format::primary_field_of(object), primary_rays(index, oracle, 0));
+    object.primary->margin =
+        find_margin(format::field_of(*object.primary, object.bounds()), primary_rays(index, oracle, 0));
     ObjectReport& own = result_.objects[index];
     own.primary_rays = trainer.rays();
     own.recoveries += trainer.recoveries();

@@ -11,8 +11,7 @@
 #include "formats/mesh/read.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/bvh/query.hpp"
-#include "kernels/reference/segment/query.hpp"
+#include "kernels/reference/encodings.hpp"
 #include "nif/nif.h"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/support/real_meshes.hpp"
@@ -173,10 +172,7 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
     ASSERT_EQ(nifAddInstance(alone, asset, i, nullptr, nullptr), NIF_OK);
     ASSERT_EQ(nifCommitScene(alone), NIF_OK);
     const format::Object& object = result.asset.objects[i];
-    const kernels::BvhField bvh = format::field_of(object.bvh);
-    kernels::SegmentField field;
-    if (object.encoding == format::kSegment)
-      field = format::field_of(object, result.asset.networks[object.network]);
+    const kernels::AnyField field = format::field_of(result.asset, object);
     const bake::GroundTruth truth(prepared.objects[i]);
     for (RaySet set : bake::kRaySets) {
       const bake::LabelledRays rays = bake::make_ray_set(truth.source(), set, rays_per_set, 31);
@@ -196,8 +192,7 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
       ASSERT_EQ(nifQuery(alone, &query), NIF_OK);
       size_t differing = 0;
       for (size_t r = 0; r < count; ++r) {
-        const kernels::Answer own = object.encoding == format::kBvh ? kernels::query(bvh, rays.segments[r])
-                                                                    : kernels::query(field, rays.segments[r]);
+        const kernels::Answer own = kernels::query(field, rays.segments[r]);
         differing +=
             own.visible != (visible[r] != 0) || own.certain != (certain[r] != 0) || own.logit != logits[r];
       }

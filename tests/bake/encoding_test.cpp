@@ -73,10 +73,10 @@ TEST(Encoding, OfABvhAnswersAsEmbree) {
     options.evaluation_rays = 200'000;
     const bake::BakeResult result = bake_quietly(scene_of({mesh}), options);
     const format::Object& object = result.asset.objects[0];
-    EXPECT_EQ(object.encoding, format::kBvh);
-    EXPECT_EQ(object.bvh.triangles.size(), mesh.triangles.size());
+    ASSERT_TRUE(object.is<format::Bvh>());
+    EXPECT_EQ(object.as<format::Bvh>().triangles.size(), mesh.triangles.size());
     EXPECT_TRUE(result.asset.networks.empty());
-    EXPECT_EQ(result.objects[0].encoding, format::kBvh);
+    EXPECT_EQ(result.objects[0].encoding, "bvh");
     EXPECT_EQ(result.objects[0].training_rays, 0u);
     uint64_t rays = 0;
     for (RaySet set : bake::kRaySets) {
@@ -98,7 +98,7 @@ TEST(Encoding, OfABvhCanBeWrittenWithoutMeasuring) {
   const std::vector<std::byte> file = format::encode(result.asset);
   const format::AssetView view = format::read_asset(file, "test");
   ASSERT_EQ(view.objects.size(), 2u);
-  for (const format::ObjectView& object : view.objects) EXPECT_EQ(object.encoding, format::kBvh);
+  for (const format::ObjectView& object : view.objects) EXPECT_TRUE(object.is<format::BvhView>());
   const auto metadata = nlohmann::json::parse(view.metadata);
   EXPECT_EQ(metadata["options"]["encoding"], "bvh");
   EXPECT_FALSE(metadata["options"].contains("preset"));
@@ -113,12 +113,12 @@ TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
   const bake::ObjectReport &simple = result.objects[0], &smooth = result.objects[1],
                            &wild = result.objects[2];
 
-  EXPECT_EQ(simple.encoding, format::kBvh);
+  EXPECT_EQ(simple.encoding, "bvh");
   EXPECT_NE(simple.reason.find("no larger than a field"), std::string::npos) << simple.reason;
   EXPECT_LE(simple.as_bvh->bytes, simple.as_segment->bytes);
   EXPECT_EQ(simple.training_rays, 0u);
 
-  EXPECT_EQ(smooth.encoding, format::kSegment);
+  EXPECT_EQ(smooth.encoding, "segment");
   EXPECT_NE(smooth.reason.find("times as fast as a BVH"), std::string::npos) << smooth.reason;
   EXPECT_GT(smooth.as_bvh->bytes, 10 * smooth.as_segment->bytes);
   EXPECT_GT(smooth.as_segment->work, 0);
@@ -128,15 +128,15 @@ TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
   EXPECT_LE(100 * *smooth.as_segment->error * bake::kGainPerPercent,
             bake::gain_of(*smooth.as_segment, *smooth.as_bvh));
 
-  EXPECT_EQ(wild.encoding, format::kBvh);
+  EXPECT_EQ(wild.encoding, "bvh");
   EXPECT_NE(wild.reason.find("too little"), std::string::npos) << wild.reason;
 
   // Networks are numbered as if the others were not there.
   ASSERT_EQ(result.asset.networks.size(), 1u);
-  EXPECT_EQ(result.asset.objects[1].network, 0u);
+  EXPECT_EQ(result.asset.objects[1].as<format::SegmentData>().network, 0u);
   const auto metadata = nlohmann::json::parse(result.asset.metadata);
   for (size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(metadata["objects"][i]["encoding"], bake::name_of(result.objects[i].encoding));
+    EXPECT_EQ(metadata["objects"][i]["encoding"], result.objects[i].encoding);
     EXPECT_EQ(metadata["objects"][i]["reason"], result.objects[i].reason);
   }
 }
@@ -167,7 +167,7 @@ TEST(Encoding, KeepsToTheBytesGiven) {
   options.max_bytes = free / 12;
   const bake::BakeResult result = bake_quietly(scene, options);
   EXPECT_LE(format::encode(result.asset).size(), *options.max_bytes);
-  EXPECT_EQ(result.objects[1].encoding, format::kSegment);
+  EXPECT_EQ(result.objects[1].encoding, "segment");
   EXPECT_NE(result.objects[1].reason.find("leaves no room"), std::string::npos) << result.objects[1].reason;
 }
 
@@ -184,7 +184,7 @@ TEST(Encoding, IsExactWhereFieldsMissTheErrorAllowed) {
   bake::BakeOptions options = quick(EncodingOption::automatic);
   options.max_error = 1e-5;
   const bake::BakeResult result = bake_quietly(scene_of({icosphere(6)}), options);
-  EXPECT_EQ(result.objects[0].encoding, format::kBvh);
+  EXPECT_EQ(result.objects[0].encoding, "bvh");
   EXPECT_NE(result.objects[0].reason.find("--max-error"), std::string::npos) << result.objects[0].reason;
   options.encoding = EncodingOption::segment;
   EXPECT_EQ(refusal_of(scene_of({icosphere(6)}), options).first, Status::target_not_met);
@@ -207,7 +207,7 @@ TEST(Encoding, IsExactWhereTrainingFails) {
   options.mix = bake::Mix{};
   (*options.mix)[size_t(RaySet::inner_volume)] = 1;
   const bake::BakeResult result = bake_quietly(scene_of({sheet}), options);
-  EXPECT_EQ(result.objects[0].encoding, format::kBvh);
+  EXPECT_EQ(result.objects[0].encoding, "bvh");
   EXPECT_NE(result.objects[0].reason.find("training of 'sheet' failed"), std::string::npos)
       << result.objects[0].reason;
   options.encoding = EncodingOption::segment;
@@ -239,13 +239,13 @@ TEST(Encoding, CountsTheWorkOfBoth) {
   const bake::GroundTruth truth(prepared);
   const auto field_work = [&](uint32_t resolution) {
     const bake::Grid grid = bake::make_grid(prepared.box, resolution);
-    format::Object object;
+    format::SegmentData data;
     bake::store_occupancy(
         bake::classify(grid, prepared.surface,
                        bake::voxelize(grid, prepared.surface.positions, prepared.surface.triangles),
                        prepared.closed),
-        2, object);
-    return bake::work_of(format::field_of(object, {}), truth.source(), 5);
+        2, "coarse", data);
+    return bake::work_of(format::field_of(data, {}), truth.source(), 5);
   };
   // Empty bricks cost nothing, so that a finer grid does not cost as much more as it has voxels.
   EXPECT_GT(field_work(128), 0);

@@ -73,7 +73,8 @@ TEST(PrimaryTraining, LearnsABallFromSeveralViews) {
 
   const bake::Prepared prepared = bake::prepare(ball);
   const bake::GroundTruth truth(prepared);
-  const kernels::PrimaryField own = format::primary_field_of(result.asset.objects[0]);
+  const kernels::PrimaryField own =
+      format::field_of(*result.asset.objects[0].primary, result.asset.objects[0].bounds());
   size_t differ = 0, both = 0, behind = 0;
   double depth = 0, angle = 0;
   const std::vector<bake::Segment> rays = rays_from_views(1000, 6, 3000);

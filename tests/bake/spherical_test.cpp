@@ -12,7 +12,7 @@
 #include "formats/base/status.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/spherical/query.hpp"
+#include "kernels/reference/encodings.hpp"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/shapes.hpp"
@@ -164,7 +164,7 @@ TEST(SphericalTraining, LearnsABall) {
   EXPECT_LT(result.sets[size_t(RaySet::inner_surface)].error(), 0.02);
   EXPECT_LT(result.sets[size_t(RaySet::inner_volume)].error(), 0.15);
   for (RaySet set : bake::kRaySets) EXPECT_EQ(result.sets[size_t(set)].certain_wrong, 0u);
-  EXPECT_EQ(result.objects[0].encoding, format::kSpherical);
+  EXPECT_EQ(result.objects[0].encoding, "spherical");
   EXPECT_EQ(result.objects[0].recoveries, 0u);
   EXPECT_GT(result.objects[0].training_rays, 5'500'000u);
 }
@@ -254,10 +254,9 @@ TEST(SphericalTraining, LearnsFromAnySourceOfRays) {
   trainer.learn(draw(200'000), 2, {}, cancel);
   EXPECT_EQ(trainer.outer_rays(), 0u);
   EXPECT_EQ(trainer.inner_rays(), 203'000 / 4096 * 4096 * 2u);
-  object.encoding = format::kSpherical;
-  object.grids = trainer.grids(0);
   const format::SphericalNetworks networks = trainer.networks();
-  const kernels::SphericalField field = format::spherical_field_of(object, networks);
+  const format::SphericalGrids grids = trainer.grids(0);
+  const kernels::SphericalField field = format::field_of(grids, networks, object.bounds());
   const bake::SphericalRays test = draw(10'000);
   size_t wrong = 0;
   for (size_t i = 0; i < test.segments.size(); ++i)
@@ -278,7 +277,7 @@ TEST(SphericalBake, SharesANetworkOrDoesNot) {
     ASSERT_EQ(view.objects.size(), 2u);
     EXPECT_EQ(view.instances.size(), 3u);
     EXPECT_EQ(view.spherical_networks.size(), shared ? 1u : 2u);
-    EXPECT_EQ(view.objects[1].network, shared ? 0u : 1u);
+    EXPECT_EQ(view.objects[1].as<format::SphericalView>().network, shared ? 0u : 1u);
     EXPECT_EQ(view.spherical_networks[0].bytes, (4544 + 5280) * (shared ? 2u : 4u));
     for (const bake::ObjectReport& object : result.objects) {
       EXPECT_LT(object.sets[size_t(RaySet::outer_lines)].error(), 0.30) << object.name;
@@ -292,14 +291,13 @@ TEST(SphericalBake, SharesANetworkOrDoesNot) {
 
     // What is in the file answers as the baker's own copy.
     for (size_t i = 0; i < 2; ++i) {
-      const format::Object& object = result.asset.objects[i];
-      const kernels::SphericalField field =
-          format::spherical_field_of(object, result.asset.spherical_networks[object.network]);
+      const kernels::AnyField field = format::field_of(result.asset, result.asset.objects[i]),
+                              in_file = format::field_of(view.objects[i]);
       const bake::Prepared prepared = bake::prepare(scene.meshes[i]);
       const bake::GroundTruth truth(prepared);
       for (RaySet set : bake::kRaySets)
         for (const kernels::Segment& s : bake::make_ray_set(truth.source(), set, 1000, 3).segments)
-          ASSERT_EQ(kernels::query(field, s).logit, kernels::query(*view.objects[i].spherical, s).logit);
+          ASSERT_EQ(kernels::query(field, s).logit, kernels::query(in_file, s).logit);
     }
   }
 }

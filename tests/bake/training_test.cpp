@@ -33,7 +33,7 @@ struct Trained {
       : object(std::make_unique<OccupiedObject>(torus(60, 30), 24)) {
     const std::atomic<bool> cancel{false};
     result = bake::train(
-        object->truth->source(), object->object, options, [](const auto&) {}, cancel);
+        object->truth->source(), "torus", object->data, options, [](const auto&) {}, cancel);
   }
   double error(RaySet set) const { return error(set, result.network); }
   double best_constant_error(RaySet set) const {
@@ -49,7 +49,7 @@ struct Trained {
 
  private:
   double error(RaySet set, const format::Network& network) const {
-    const kernels::SegmentField field = format::field_of(object->object, network);
+    const kernels::SegmentField field = format::field_of(object->data, network);
     const bake::LabelledRays rays = bake::make_ray_set(object->truth->source(), set, 50'000, 77);
     return bake::evaluate(rays, bake::reference_answerer(field), object->truth->source().oracle).error();
   }
@@ -67,19 +67,21 @@ TEST(Training, LearnsATorus) {
 TEST(Training, GivesTheSameBytesForAnyNumberOfThreads) {
   bake::TrainingOptions options = short_training();
   options.rays = 200'000;
-  std::vector<format::Asset> assets;
+  struct Bytes {
+    format::SegmentData data;
+    format::Network network;
+  };
+  std::vector<Bytes> bakes;
   for (size_t threads : {1, 2, 3}) {
     tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
     const Trained trained(options);
-    assets.emplace_back();
-    assets.back().objects.push_back(trained.object->object);
-    assets.back().networks.push_back(trained.result.network);
+    bakes.push_back({trained.object->data, trained.result.network});
   }
-  for (const format::Asset& asset : assets) {
-    ASSERT_EQ(asset.objects[0].features, assets[0].objects[0].features);
-    for (size_t l = 0; l < asset.networks[0].layers.size(); ++l) {
-      ASSERT_EQ(asset.networks[0].layers[l].weights, assets[0].networks[0].layers[l].weights);
-      ASSERT_EQ(asset.networks[0].layers[l].biases, assets[0].networks[0].layers[l].biases);
+  for (const Bytes& bytes : bakes) {
+    ASSERT_EQ(bytes.data.features, bakes[0].data.features);
+    for (size_t l = 0; l < bytes.network.layers.size(); ++l) {
+      ASSERT_EQ(bytes.network.layers[l].weights, bakes[0].network.layers[l].weights);
+      ASSERT_EQ(bytes.network.layers[l].biases, bakes[0].network.layers[l].biases);
     }
   }
 }
@@ -98,7 +100,7 @@ TEST(Training, GivesTheSameBytesWithNarrowerVectors) {
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
   ASSERT_EQ(narrower, "AVX2");
   ASSERT_EQ(bake::trainer_target(), target);
-  EXPECT_EQ(widest.object->object.features, narrow.object->object.features);
+  EXPECT_EQ(widest.object->data.features, narrow.object->data.features);
   for (size_t l = 0; l < widest.result.network.layers.size(); ++l) {
     EXPECT_EQ(widest.result.network.layers[l].weights, narrow.result.network.layers[l].weights);
     EXPECT_EQ(widest.result.network.layers[l].biases, narrow.result.network.layers[l].biases);
@@ -131,7 +133,7 @@ TEST(Training, FailsWhereTheMixHasNoRays) {
   const std::atomic<bool> cancel{false};
   try {
     bake::train(
-        o.truth->source(), o.object, options, [](const auto&) {}, cancel);
+        o.truth->source(), "shape", o.data, options, [](const auto&) {}, cancel);
     FAIL() << "it learned from nothing";
   } catch (const Error& error) {
     EXPECT_EQ(error.status(), Status::training_failed);
@@ -144,7 +146,7 @@ TEST(Training, EndsWhereItIsCancelled) {
   uint64_t seen = 0;
   try {
     bake::train(
-        o.truth->source(), o.object, short_training(),
+        o.truth->source(), "shape", o.data, short_training(),
         [&](const bake::TrainingProgress& p) {
           seen = p.rays_done;
           cancel = true;

@@ -13,7 +13,7 @@ struct OccupiedObject {
   mesh::Mesh mesh;
   bake::Prepared prepared;
   bake::Occupancy occupancy;
-  format::Object object;
+  format::SegmentData data;
   format::Network network;  // without layers
   kernels::SegmentField field;
   std::unique_ptr<bake::GroundTruth> truth;
@@ -24,14 +24,10 @@ struct OccupiedObject {
     const auto& surface = prepared.surface;
     occupancy = bake::classify(grid, surface, bake::voxelize(grid, surface.positions, surface.triangles),
                                prepared.closed);
-    object.name = mesh.name;
-    object.aabb_min = prepared.box.min;
-    object.aabb_max = prepared.box.max;
-    object.bias = prepared.bias;
-    object.samples = 8;
-    object.length_scale = 8;
-    bake::store_occupancy(occupancy, 2, object);
-    field = format::field_of(object, network);
+    data.samples = 8;
+    data.length_scale = 8;
+    bake::store_occupancy(occupancy, 2, mesh.name, data);
+    field = format::field_of(data, network);
     truth = std::make_unique<bake::GroundTruth>(prepared);
   }
   OccupiedObject(const OccupiedObject&) = delete;
