@@ -21,7 +21,7 @@ constexpr const char* kExitCodes =
     "an asset\n"
     "that cannot be used, 40-41 an output that cannot be written, 50-53 a bake that failed, 130 "
     "interrupted.\n"
-    "README.md lists each.\n";
+    "docs/command-line.md lists each.\n";
 
 /// Refuses words that name no subcommand, of which CLI11 would only say that a subcommand is missing.
 void check_subcommands(const CLI::App& app, std::span<const std::string> arguments) {
