@@ -54,7 +54,7 @@ nlohmann::ordered_json to_json(const std::optional<bake::EncodingCost>& cost) {
 
 nlohmann::ordered_json to_json(const bake::ObjectReport& object) {
   nlohmann::ordered_json json{{"name", object.name},
-                              {"encoding", bake::name_of(object.encoding)},
+                              {"encoding", object.encoding},
                               {"reason", object.reason},
                               {"triangles", object.triangles},
                               {"degenerate", object.cleaned.degenerate},
@@ -64,7 +64,7 @@ nlohmann::ordered_json to_json(const bake::ObjectReport& object) {
                               {"open_components", object.open_components}};
   if (object.as_bvh || object.as_segment)
     json["compared"] = {{"segment", to_json(object.as_segment)}, {"bvh", to_json(object.as_bvh)}};
-  if (object.encoding == format::kSegment) {
+  if (object.encoding == "segment") {
     json["voxels"] = object.voxels;
     json["surface_voxels"] = object.surface_voxels;
     json["inside_voxels"] = object.inside_voxels;
@@ -110,7 +110,7 @@ void print_summary(const Arguments& arguments, const bake::BakeResult& result,
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
     const bake::ObjectReport& object = result.objects[i];
-    fmt::print("'{}' is {}: {}\n", object.name, bake::name_of(object.encoding), object.reason);
+    fmt::print("'{}' is {}: {}\n", object.name, object.encoding, object.reason);
   }
   if (result.objects.size() > kShown)
     fmt::print("and {} more; --json lists all\n", result.objects.size() - kShown);
