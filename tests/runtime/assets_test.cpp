@@ -82,7 +82,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
   EXPECT_EQ(info.object_count, source.objects.size());
   EXPECT_EQ(info.instance_count, source.instances.size());
   EXPECT_EQ(info.network_count, source.networks.size());
-  EXPECT_EQ(info.format_version, 1u);
+  EXPECT_EQ(info.format_version, 2u);
   EXPECT_EQ(info.file_bytes, file_.size());
   auto device = nifkit::sized<NifDeviceInfo>();
   ASSERT_EQ(nifGetDeviceInfo(device_, &device), NIF_OK);
