@@ -109,17 +109,34 @@ class Reader {
   void read_objects() {
     const Records<ObjectRecord> records(table()[kObjects], "OBJS", file_);
     if (records.count() == 0) refuse(Status::damaged_nif, file_, "section OBJS", "holds no object");
+    check_encodings(records);
     Readers readers(table(), file_, asset_);
     asset_.objects.reserve(records.count());
     for (uint32_t i = 0; i < records.count(); ++i)
       asset_.objects.push_back(read_object(records[i], readers, Place{file_, "OBJS", i}));
     for_each_encoding([&]<class Encoding>(Encoding) {
       const auto& [reader, objects] = static_cast<ReaderOf<Encoding>&>(readers);
-      check_presence(Encoding::kSections, objects > 0);
       if (reader.count() != objects)
         refuse(Status::damaged_nif, file_, "section " + section_name(Encoding::kSections[0]),
                "has records that belong to no object");
       reader.finish();
+    });
+  }
+
+  /// This build reads what all objects are in, and the file has the sections of those encodings and of no
+  /// others.
+  void check_encodings(const Records<ObjectRecord>& records) const {
+    for (uint32_t i = 0; i < records.count(); ++i) {
+      bool known = false;
+      for_each_encoding([&](auto encoding) { known = known || records[i].encoding == encoding.kNumber; });
+      if (!known)
+        refuse(Status::unsupported_nif, file_, Place{file_, "OBJS", i}.text(),
+               "encoding " + std::to_string(records[i].encoding) + "; this build reads " + known_encodings());
+    }
+    for_each_encoding([&](auto encoding) {
+      bool used = false;
+      for (uint32_t i = 0; i < records.count(); ++i) used = used || records[i].encoding == encoding.kNumber;
+      check_presence(encoding.kSections, used);
     });
   }
 
@@ -145,19 +162,14 @@ class Reader {
     view.triangles = record.triangles;
     std::copy_n(record.aabb_min, 3, view.aabb_min.begin());
     std::copy_n(record.aabb_max, 3, view.aabb_max.begin());
-    bool known = false;
     for_each_encoding([&]<class Encoding>(Encoding) {
       if (record.encoding != Encoding::kNumber) return;
-      known = true;
       auto& [reader, objects] = static_cast<ReaderOf<Encoding>&>(readers);
       place.require(record.record == objects,
                     "record is not the number of objects of its encoding before it");
       place.require(objects < reader.count(), "its encoding has no such record");
       view.content = reader.read(objects++, view.bounds());
     });
-    if (!known)
-      refuse(Status::unsupported_nif, file_, place.text(),
-             "encoding " + std::to_string(record.encoding) + "; this build reads " + known_encodings());
     return view;
   }
 

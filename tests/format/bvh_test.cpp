@@ -33,18 +33,18 @@ TEST(BvhFile, KeepsEveryFieldAndAnswer) {
     for (size_t i = 1; i < 3; ++i) {
       const format::Object& object = asset.objects[i];
       const format::ObjectView& seen = view.objects[i];
-      EXPECT_EQ(seen.encoding, format::kBvh);
+      EXPECT_EQ(format::encoding_number(seen.content), 3u);
       EXPECT_EQ(seen.name, object.name);
       EXPECT_EQ(seen.aabb_min, object.aabb_min);
       EXPECT_EQ(seen.bias, object.bias);
       EXPECT_EQ(seen.triangles, object.triangles);
-      EXPECT_EQ(seen.bvh_bytes, object.bvh.bytes());
-      const kernels::BvhField field = format::field_of(object.bvh);
-      EXPECT_EQ(seen.bvh.extent, field.extent);
+      const auto& [tree, tree_bytes] = seen.as<format::BvhView>();
+      EXPECT_EQ(tree_bytes, object.as<format::Bvh>().bytes());
+      const kernels::BvhField field = format::field_of(object.as<format::Bvh>());
+      EXPECT_EQ(tree.extent, field.extent);
       for (int ray = 0; ray < 500; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
-        const kernels::Answer ours = kernels::query(field, segment),
-                              theirs = kernels::query(seen.bvh, segment);
+        const kernels::Answer ours = kernels::query(field, segment), theirs = kernels::query(tree, segment);
         ASSERT_EQ(ours.logit, theirs.logit);
         ASSERT_EQ(ours.certain, theirs.certain);
       }
@@ -52,58 +52,53 @@ TEST(BvhFile, KeepsEveryFieldAndAnswer) {
   }
 }
 
-TEST(BvhFile, HasItsSectionOnlyWhereItIsNeeded) {
-  const Bytes with = format::encode(asset_with_bvh(1));
-  const uint32_t index = test::find_section(with, format::kBvhs);
-  EXPECT_EQ(test::section_entry(with, index).flags, format::kRequired);
-  const Bytes without = format::encode(test::random_asset(1));
-  for (uint32_t i = 0; i < test::load<format::Header>(without, 0).section_count; ++i)
-    EXPECT_NE(test::section_entry(without, i).type, format::kBvhs);
+TEST(BvhFile, HasItsSectionsOnlyWhereTheyAreNeeded) {
+  const Bytes with = format::encode(asset_with_bvh(1)), without = format::encode(test::random_asset(1));
+  for (const uint32_t type : format::EncodingOf<kernels::BvhField>::kSections) {
+    const uint32_t index = test::find_section(with, type);
+    EXPECT_EQ(test::section_entry(with, index).flags, format::kRequired);
+    for (uint32_t i = 0; i < test::load<format::Header>(without, 0).section_count; ++i)
+      EXPECT_NE(test::section_entry(without, i).type, type);
 
-  // A file that claims to have the section's objects elsewhere, or to need none of it.
-  Bytes gone = with;
-  auto entry = test::section_entry(gone, index);
-  entry.type = format::fourcc("GONE");
-  entry.flags = 0;
-  test::store_entry(gone, index, entry);
-  test::fix_checksums(gone);
-  EXPECT_EQ(outcome_of(gone).status, Status::damaged_nif);
-  entry.type = format::kBvhs;
-  test::store_entry(gone, index, entry);
-  test::fix_checksums(gone);
-  EXPECT_NE(outcome_of(gone).sentence.find("not marked as required"), std::string::npos);
+    // A file that claims to have the section's objects elsewhere, or to need none of it.
+    Bytes gone = with;
+    auto entry = test::section_entry(gone, index);
+    entry.type = format::fourcc("GONE");
+    entry.flags = 0;
+    test::store_entry(gone, index, entry);
+    test::fix_checksums(gone);
+    EXPECT_EQ(outcome_of(gone).status, Status::damaged_nif);
+    entry.type = type;
+    test::store_entry(gone, index, entry);
+    test::fix_checksums(gone);
+    EXPECT_NE(outcome_of(gone).sentence.find("not marked as required"), std::string::npos);
+  }
 }
 
 TEST(BvhFile, RefusesWrongRecords) {
   const Bytes good = format::encode(asset_with_bvh(2));
-  const auto refused = [&](uint32_t object, const std::function<void(format::ObjectRecord&)>& change) {
-    Bytes file = good;
-    const size_t at = test::section_entry(file, test::find_section(file, format::kObjects)).offset +
-                      object * sizeof(format::ObjectRecord);
-    auto record = test::load<format::ObjectRecord>(file, at);
-    change(record);
-    test::store(file, at, record);
-    test::fix_checksums(file);
-    return outcome_of(file).status == Status::damaged_nif;
+  const auto object = [&](uint32_t index, const std::function<void(format::ObjectRecord&)>& change) {
+    return outcome_of(test::with_record<format::ObjectRecord>(good, format::kObjects, index, change))
+               .status == Status::damaged_nif;
   };
-  EXPECT_FALSE(refused(1, [](auto&) {}));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.encoding = format::kSegment; }));
-  EXPECT_TRUE(refused(0, [](auto& r) { r.encoding = format::kBvh; }));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.network = 1; }));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.voxels_per_unit = 1; }));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.samples = 4; }));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.occupancy.bytes = 2; }));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.features.offset = 64; }));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.bvh.offset += 64; }));
-  EXPECT_TRUE(refused(2, [](auto& r) { r.bvh.bytes += 3; }));
-  EXPECT_TRUE(refused(2, [](auto& r) { r.bvh.offset = ~uint64_t{0} - 63; }));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.bvh_nodes += 1; }));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.bvh_nodes = 0xffffffff; }));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.bvh_vertices -= 1; }));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.bvh_triangles += 1; }));
-  EXPECT_TRUE(refused(1, [](auto& r) { r.reserved[0] = 1; }));
-  EXPECT_TRUE(refused(0, [](auto& r) { r.bvh_triangles = 1; }));
-  EXPECT_TRUE(refused(0, [](auto& r) { r.bvh.bytes = 1; }));
+  EXPECT_FALSE(object(1, [](auto&) {}));
+  EXPECT_TRUE(object(1, [](auto& r) { r.encoding = 1; }));
+  EXPECT_TRUE(object(0, [](auto& r) { r.encoding = 3; }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.record = 1; }));
+  EXPECT_TRUE(object(2, [](auto& r) { r.record = 2; }));
+  const auto tree = [&](uint32_t index, const std::function<void(format::BvhRecord&)>& change) {
+    return outcome_of(test::with_record<format::BvhRecord>(good, format::kBvhRecords, index, change))
+               .status == Status::damaged_nif;
+  };
+  EXPECT_FALSE(tree(1, [](auto&) {}));
+  EXPECT_TRUE(tree(0, [](auto& r) { r.tree.offset += 64; }));
+  EXPECT_TRUE(tree(1, [](auto& r) { r.tree.bytes += 3; }));
+  EXPECT_TRUE(tree(1, [](auto& r) { r.tree.offset = ~uint64_t{0} - 63; }));
+  EXPECT_TRUE(tree(0, [](auto& r) { r.nodes += 1; }));
+  EXPECT_TRUE(tree(0, [](auto& r) { r.nodes = 0xffffffff; }));
+  EXPECT_TRUE(tree(0, [](auto& r) { r.vertices -= 1; }));
+  EXPECT_TRUE(tree(0, [](auto& r) { r.triangles += 1; }));
+  EXPECT_TRUE(tree(0, [](auto& r) { r.reserved = 1; }));
 }
 
 /// What is wrong with a tree after a change; "" where nothing is.

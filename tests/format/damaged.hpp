@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "formats/base/status.hpp"
@@ -75,6 +77,18 @@ inline void fix_checksums(Bytes& file) {
   header.header_crc = 0;
   header.header_crc = format::crc32c(std::as_bytes(std::span(&header, 1)));
   store(file, 0, header);
+}
+
+/// Changes one record in place and makes the checksums right.
+template <class Record>
+Bytes with_record(Bytes file, uint32_t section, uint32_t index, const std::function<void(Record&)>& change) {
+  const auto entry = section_entry(file, find_section(file, section));
+  const size_t at = entry.offset + index * sizeof(Record);
+  auto record = load<Record>(file, at);
+  change(record);
+  store(file, at, record);
+  fix_checksums(file);
+  return file;
 }
 
 /// The bytes in a heap block of exactly their length, so that the address sanitizer sees every overread.

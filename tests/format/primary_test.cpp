@@ -44,7 +44,7 @@ TEST(PrimaryFile, KeepsEveryFieldAndAnswer) {
       EXPECT_EQ(seen->field.margin, primary.margin);
       const auto at = static_cast<const std::byte*>(seen->field.position.values.data) - bytes.data();
       EXPECT_EQ(uint64_t(at) % format::kAlignment, 0u);
-      const kernels::PrimaryField field = format::primary_field_of(asset.objects[i]);
+      const kernels::PrimaryField field = format::field_of(primary, asset.objects[i].bounds());
       for (int ray = 0; ray < 500; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
         const kernels::PrimaryAnswer ours = kernels::query_primary(field, segment),
@@ -96,14 +96,9 @@ TEST(PrimaryFile, IsOptional) {
 
 TEST(PrimaryFile, RefusesWrongRecords) {
   const auto refused = [](uint32_t index, const std::function<void(format::PrimaryRecord&)>& change) {
-    Bytes file = format::encode(asset_with_primaries(2));
-    const size_t at = test::section_entry(file, test::find_section(file, format::kPrimaries)).offset +
-                      index * sizeof(format::PrimaryRecord);
-    auto record = test::load<format::PrimaryRecord>(file, at);
-    change(record);
-    test::store(file, at, record);
-    test::fix_checksums(file);
-    return status_of(file) == Status::damaged_nif;
+    return status_of(test::with_record<format::PrimaryRecord>(format::encode(asset_with_primaries(2)),
+                                                              format::kPrimaries, index, change)) ==
+           Status::damaged_nif;
   };
   EXPECT_FALSE(refused(0, [](auto&) {}));
   EXPECT_FALSE(refused(2, [](auto& r) { r.object = 3; })) << "any object may have one";
@@ -128,7 +123,8 @@ TEST(PrimaryFile, RefusesWrongRecords) {
   EXPECT_TRUE(refused(0, [](auto& r) { r.network.width = 260; }));
   EXPECT_TRUE(refused(0, [](auto& r) { r.network.hidden_layers = 0; }));
   EXPECT_TRUE(refused(0, [](auto& r) { r.network.hidden_layers = 4; }));
-  EXPECT_TRUE(refused(0, [](auto& r) { r.reserved[3] = 1; }));
+  for (size_t i = 0; i < std::size(format::PrimaryRecord{}.reserved); ++i)
+    EXPECT_TRUE(refused(0, [&](auto& r) { r.reserved[i] = 1; })) << i;
   EXPECT_TRUE(refused(1, [](auto& r) { r.values.offset += 64; }));
   EXPECT_TRUE(refused(1, [](auto& r) { r.values.bytes = ~uint64_t{0}; }));
 }

@@ -11,7 +11,7 @@
 namespace nif {
 namespace {
 
-using test::Bytes, test::Outcome, test::outcome_of;
+using test::Bytes, test::Outcome, test::outcome_of, test::with_record;
 
 Bytes bytes_of(std::string_view text) {
   const auto bytes = std::as_bytes(std::span(text));
@@ -41,18 +41,6 @@ Bytes with_section(const Bytes& file, uint32_t type, uint32_t flags, bool first)
   test::store(result, 0, grown);
   test::fix_checksums(result);
   return result;
-}
-
-/// Changes one record in place and makes the checksums right.
-template <class Record>
-Bytes with_record(Bytes file, uint32_t section, uint32_t index, const std::function<void(Record&)>& change) {
-  const auto entry = test::section_entry(file, test::find_section(file, section));
-  const size_t at = entry.offset + index * sizeof(Record);
-  auto record = test::load<Record>(file, at);
-  change(record);
-  test::store(file, at, record);
-  test::fix_checksums(file);
-  return file;
 }
 
 const Bytes& good() {
@@ -93,12 +81,12 @@ TEST(Refusal, TextModeTransfers) {
 TEST(Refusal, LaterVersion) {
   Bytes file = good();
   auto header = test::load<format::Header>(file, 0);
-  header.version = 2;
+  header.version = 3;
   test::store(file, 0, header);
   test::fix_checksums(file);
   const Outcome outcome = outcome_of(file);
   EXPECT_EQ(outcome.status, Status::unsupported_nif);
-  EXPECT_NE(outcome.sentence.find("version 2"), std::string::npos);
+  EXPECT_NE(outcome.sentence.find("version 3"), std::string::npos);
 }
 
 TEST(Refusal, UnknownSections) {
@@ -118,8 +106,10 @@ TEST(Refusal, SectionTable) {
   EXPECT_EQ(twice.status, Status::damaged_nif);
   EXPECT_NE(twice.sentence.find("twice"), std::string::npos);
 
-  for (const uint32_t type : {format::kObjects, format::kInstances, format::kNames, format::kNetworks,
-                              format::kWeights, format::kOccupancy, format::kFeatures}) {
+  for (const uint32_t type :
+       {uint32_t{format::kObjects}, uint32_t{format::kInstances}, uint32_t{format::kNames},
+        uint32_t{format::kSegments}, uint32_t{format::kNetworks}, uint32_t{format::kWeights},
+        uint32_t{format::kOccupancy}, uint32_t{format::kFeatures}}) {
     Bytes file = good();
     const uint32_t index = test::find_section(file, type);
     auto entry = test::section_entry(file, index);
@@ -156,50 +146,77 @@ TEST(Refusal, SectionTable) {
   }
 }
 
+/// Is the file that this change of a record makes refused, with a sentence that names the record?
+template <class Record>
+bool refused(uint32_t section, uint32_t index, const std::function<void(Record&)>& change) {
+  const Outcome outcome = outcome_of(with_record<Record>(good(), section, index, change));
+  if (outcome.status != Status::damaged_nif) return false;
+  const std::string place =
+      "section " + format::section_name(section) + ", record " + std::to_string(index) + ": ";
+  EXPECT_NE(outcome.sentence.find(place), std::string::npos) << outcome.sentence;
+  return true;
+}
+
 TEST(Refusal, ObjectRecords) {
   using Record = format::ObjectRecord;
   const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
-  const auto refused = [](const std::function<void(Record&)>& change) {
-    const Outcome outcome = outcome_of(with_record<Record>(good(), format::kObjects, 1, change));
-    if (outcome.status == Status::damaged_nif) {
-      EXPECT_NE(outcome.sentence.find("section OBJS, record 1: "), std::string::npos) << outcome.sentence;
-    }
-    return outcome.status == Status::damaged_nif;
+  const auto object = [](const std::function<void(Record&)>& change) {
+    return refused<Record>(format::kObjects, 1, change);
   };
-  EXPECT_FALSE(refused([](auto&) {}));
-  EXPECT_TRUE(refused([](auto& r) { r.network = 3; }));
-  EXPECT_TRUE(refused([](auto& r) { r.name.offset += 1; }));
-  EXPECT_TRUE(refused([](auto& r) { r.name.bytes = 0xffffffff; }));
-  EXPECT_TRUE(refused([](auto& r) { r.name.bytes -= 1; }));
-  EXPECT_TRUE(refused([&](auto& r) { r.aabb_min[0] = nan; }));
-  EXPECT_TRUE(refused([&](auto& r) { r.aabb_max[2] = inf; }));
-  EXPECT_TRUE(refused([](auto& r) { std::swap(r.aabb_min[0], r.aabb_max[0]); }));
-  EXPECT_TRUE(refused([](auto& r) { r.bias = -1; }));
-  EXPECT_TRUE(refused([&](auto& r) { r.origin[1] = inf; }));
-  EXPECT_TRUE(refused([](auto& r) { r.voxels_per_unit = 0; }));
-  EXPECT_TRUE(refused([&](auto& r) { r.voxels_per_unit = nan; }));
-  EXPECT_TRUE(refused([](auto& r) { r.voxels[0] = 0; }));
-  EXPECT_TRUE(refused([](auto& r) { r.voxels[2] = 513; }));
-  EXPECT_TRUE(refused([](auto& r) { r.voxels[2] += 4; }));
-  EXPECT_TRUE(refused([](auto& r) { r.mixed_bricks += 1; }));
-  EXPECT_TRUE(refused([](auto& r) { r.mixed_bricks = 0xffffffff; }));
-  EXPECT_TRUE(refused([](auto& r) { r.corners += 1; }));
-  EXPECT_TRUE(refused([](auto& r) { r.features_per_corner = 0; }));
-  EXPECT_TRUE(refused([](auto& r) { r.features_per_corner = 9; }));
-  EXPECT_TRUE(refused([](auto& r) { r.samples = 33; }));
-  EXPECT_TRUE(refused([](auto& r) { r.samples += 4; }));
-  EXPECT_TRUE(refused([&](auto& r) { r.length_scale = nan; }));
-  EXPECT_TRUE(refused([](auto& r) { r.length_scale = -1; }));
-  EXPECT_TRUE(refused([](auto& r) { r.occupancy.offset += 64; }));
-  EXPECT_TRUE(refused([](auto& r) { r.occupancy.bytes -= 2; }));
-  EXPECT_TRUE(refused([](auto& r) { r.features.offset = ~uint64_t{0}; }));
-  EXPECT_TRUE(refused([](auto& r) { r.features.bytes += 64; }));
-  EXPECT_TRUE(refused([](auto& r) { r.reserved[1] = 1; }));
-  for (const uint32_t encoding : {0u, 4u, 77u})
-    EXPECT_EQ(
-        outcome_of(with_record<Record>(good(), format::kObjects, 0, [&](auto& r) { r.encoding = encoding; }))
-            .status,
-        Status::unsupported_nif);
+  EXPECT_FALSE(object([](auto&) {}));
+  EXPECT_TRUE(object([](auto& r) { r.record = 0; }));
+  EXPECT_TRUE(object([](auto& r) { r.record = 2; }));
+  EXPECT_TRUE(object([](auto& r) { r.record = 0xffffffff; }));
+  EXPECT_TRUE(object([](auto& r) { r.name.offset += 1; }));
+  EXPECT_TRUE(object([](auto& r) { r.name.bytes = 0xffffffff; }));
+  EXPECT_TRUE(object([](auto& r) { r.name.bytes -= 1; }));
+  EXPECT_TRUE(object([&](auto& r) { r.aabb_min[0] = nan; }));
+  EXPECT_TRUE(object([&](auto& r) { r.aabb_max[2] = inf; }));
+  EXPECT_TRUE(object([](auto& r) { std::swap(r.aabb_min[0], r.aabb_max[0]); }));
+  EXPECT_TRUE(object([](auto& r) { r.bias = -1; }));
+  EXPECT_TRUE(object([&](auto& r) { r.bias = inf; }));
+  for (size_t i = 0; i < std::size(Record{}.reserved); ++i)
+    EXPECT_TRUE(object([&](auto& r) { r.reserved[i] = 1; })) << i;
+  for (const uint32_t encoding : {0u, 4u, 77u}) {
+    const Outcome outcome =
+        outcome_of(with_record<Record>(good(), format::kObjects, 0, [&](auto& r) { r.encoding = encoding; }));
+    EXPECT_EQ(outcome.status, Status::unsupported_nif);
+    EXPECT_NE(outcome.sentence.find("section OBJS, record 0: encoding " + std::to_string(encoding) +
+                                    "; this build reads 1 (segment), 2 (spherical) and 3 (bvh)"),
+              std::string::npos)
+        << outcome.sentence;
+  }
+}
+
+TEST(Refusal, SegmentRecords) {
+  using Record = format::SegmentRecord;
+  const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  const auto segment = [](const std::function<void(Record&)>& change) {
+    return refused<Record>(format::kSegments, 1, change);
+  };
+  EXPECT_FALSE(segment([](auto&) {}));
+  EXPECT_TRUE(segment([](auto& r) { r.network = 3; }));
+  EXPECT_TRUE(segment([&](auto& r) { r.origin[1] = inf; }));
+  EXPECT_TRUE(segment([](auto& r) { r.voxels_per_unit = 0; }));
+  EXPECT_TRUE(segment([&](auto& r) { r.voxels_per_unit = nan; }));
+  EXPECT_TRUE(segment([](auto& r) { r.voxels[0] = 0; }));
+  EXPECT_TRUE(segment([](auto& r) { r.voxels[2] = 513; }));
+  EXPECT_TRUE(segment([](auto& r) { r.voxels[2] += 4; }));
+  EXPECT_TRUE(segment([](auto& r) { r.mixed_bricks += 1; }));
+  EXPECT_TRUE(segment([](auto& r) { r.mixed_bricks = 0xffffffff; }));
+  EXPECT_TRUE(segment([](auto& r) { r.corners += 1; }));
+  EXPECT_TRUE(segment([](auto& r) { r.features_per_corner = 0; }));
+  EXPECT_TRUE(segment([](auto& r) { r.features_per_corner = 9; }));
+  EXPECT_TRUE(segment([](auto& r) { r.samples = 33; }));
+  EXPECT_TRUE(segment([](auto& r) { r.samples += 4; }));
+  EXPECT_TRUE(segment([&](auto& r) { r.length_scale = nan; }));
+  EXPECT_TRUE(segment([](auto& r) { r.length_scale = -1; }));
+  EXPECT_TRUE(segment([](auto& r) { r.occupancy.offset += 64; }));
+  EXPECT_TRUE(segment([](auto& r) { r.occupancy.bytes -= 2; }));
+  EXPECT_TRUE(segment([](auto& r) { r.features.offset = ~uint64_t{0}; }));
+  EXPECT_TRUE(segment([](auto& r) { r.features.bytes += 64; }));
+  for (size_t i = 0; i < std::size(Record{}.reserved); ++i)
+    EXPECT_TRUE(segment([&](auto& r) { r.reserved[i] = 1; })) << i;
 }
 
 TEST(Refusal, NetworkAndInstanceRecords) {
@@ -231,17 +248,17 @@ TEST(Refusal, NetworkAndInstanceRecords) {
 }
 
 TEST(Refusal, Payload) {
-  const auto object = format::to_asset(format::read_asset(good(), "file"));
-  ASSERT_GT(object.objects[0].brick_states.size(), 1u);
+  const format::Asset asset = format::to_asset(format::read_asset(good(), "file"));
+  const auto& object = asset.objects[0].as<format::SegmentData>();
+  ASSERT_GT(object.brick_states.size(), 1u);
   const auto changed = [](uint32_t section, size_t at, auto value) {
     Bytes file = good();
     test::store(file, test::section_entry(file, test::find_section(file, section)).offset + at, value);
     test::fix_checksums(file);
     return outcome_of(file).status;
   };
-  const size_t mixed = object.objects[0].brick_states.size();
-  EXPECT_EQ(changed(format::kOccupancy, mixed * 16, object.objects[0].brick_corners[0] ^ 1),
-            Status::damaged_nif);
+  const size_t mixed = object.brick_states.size();
+  EXPECT_EQ(changed(format::kOccupancy, mixed * 16, object.brick_corners[0] ^ 1), Status::damaged_nif);
   EXPECT_EQ(changed(format::kOccupancy, mixed * 24 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
   EXPECT_EQ(changed(format::kOccupancy, mixed * 28, uint16_t(3 + mixed)), Status::damaged_nif);
   EXPECT_EQ(changed(format::kFeatures, 0, int8_t(-128)), Status::damaged_nif);
@@ -253,7 +270,8 @@ TEST(Refusal, Payload) {
 
 /// The fast kernels would look for the corners of such voxels beyond their tables.
 TEST(Refusal, VoxelsBeyondTheGrid) {
-  const auto object = format::to_asset(format::read_asset(good(), "file")).objects[0];
+  const auto object =
+      format::to_asset(format::read_asset(good(), "file")).objects[0].as<format::SegmentData>();
   const uint32_t across = format::bricks_for(object.voxels[0]), down = format::bricks_for(object.voxels[1]);
   // A mixed brick whose last voxel, the highest bit, is beyond the grid.
   uint32_t number = 0;
@@ -275,7 +293,8 @@ TEST(Refusal, VoxelsBeyondTheGrid) {
 
 /// Bricks are numbered in 16 bits where kernels look up features.
 TEST(Refusal, MixedBrickTwiceInTheTable) {
-  const auto object = format::to_asset(format::read_asset(good(), "file")).objects[0];
+  const auto object =
+      format::to_asset(format::read_asset(good(), "file")).objects[0].as<format::SegmentData>();
   const size_t mixed = object.brick_states.size();
   ASSERT_GT(mixed, 1u);
   size_t first = 0;

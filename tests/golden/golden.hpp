@@ -1,5 +1,5 @@
 // Golden files: assets of every version of the format that was ever released, kept for good, each with rays
-// and the answers that it gave. v1-NAME.nif goes with v1-NAME.answers, an array of GoldenAnswer.
+// and the answers that it gave. v2-NAME.nif goes with v2-NAME.answers, an array of GoldenAnswer.
 #pragma once
 
 #include <cstdint>

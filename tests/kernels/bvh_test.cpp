@@ -146,7 +146,7 @@ void expect_same_bits(const kernels::ObjectKernel& kernel, const kernels::BvhFie
 TEST(BvhKernels, SameBits) {
   for (const format::Bvh& bvh : Trees().bvhs) {
     const kernels::BvhField field = format::field_of(bvh);
-    expect_same_bits(kernels::ReferenceKernel<BvhField>(field), field, bvh.triangles.size());
+    expect_same_bits(kernels::ReferenceKernel<kernels::BvhField>(field), field, bvh.triangles.size());
   }
 }
 

@@ -146,14 +146,14 @@ TEST(Spherical, NoWeightsThatAReaderTakesGiveNaN) {
   test::Random random(3);
   for (int i = 0; i < 40; ++i) {
     format::Object object = test::random_spherical_object(random, "", 3);
-    format::SphericalNetworks networks =
-        test::random_networks(random, object.grids, kernels::kMaxSphericalWidth);
+    format::SphericalGrids& grids = object.as<format::SphericalData>().grids;
+    format::SphericalNetworks networks = test::random_networks(random, grids, kernels::kMaxSphericalWidth);
     const float top = kernels::kMaxSphericalValue;
-    for (auto* values : {&object.grids.outer_position, &object.grids.outer_direction,
-                         &object.grids.inner_position, &object.grids.inner_direction, &object.grids.distance,
-                         &networks.outer.weights, &networks.inner.weights})
+    for (auto* values :
+         {&grids.outer_position, &grids.outer_direction, &grids.inner_position, &grids.inner_direction,
+          &grids.distance, &networks.outer.weights, &networks.inner.weights})
       for (float& value : *values) value = random.below(4) ? top : -top;
-    const SphericalField field = format::spherical_field_of(object, networks);
+    const SphericalField field = format::field_of(grids, networks, object.bounds());
     for (int r = 0; r < 200; ++r) {
       const Segment segment = test::random_segment(random, field);
       const Answer answer = kernels::query(field, segment);
@@ -175,8 +175,9 @@ TEST(Spherical, TheLogitsSignIsTheOutputs) {
 TEST(Spherical, RaysThatAreNoneAreVisible) {
   test::Random random(4);
   const format::Object object = test::random_spherical_object(random, "", 4);
-  const format::SphericalNetworks networks = test::random_networks(random, object.grids, 8);
-  const SphericalField field = format::spherical_field_of(object, networks);
+  const format::SphericalGrids& grids = object.as<format::SphericalData>().grids;
+  const format::SphericalNetworks networks = test::random_networks(random, grids, 8);
+  const SphericalField field = format::field_of(grids, networks, object.bounds());
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const Segment& none :
        {Segment{{nan, 0, 0}, {0, 0, 1}, 0, 1}, Segment{{0, kInfinity, 0}, {0, 0, 1}, 0, 1},

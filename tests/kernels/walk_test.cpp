@@ -21,7 +21,7 @@ using kernels::WalkResult;
 TEST(Walk, EndsWhereEveryCrossingOverflows) {
   const std::vector<std::byte> file = format::encode(random_asset(1));
   const format::AssetView asset = format::read_asset(file, "test");
-  const kernels::SegmentField& field = asset.objects[0].field;
+  const kernels::SegmentField& field = asset.objects[0].as<format::SegmentView>().field;
   const float infinity = std::numeric_limits<float>::infinity();
   for (const float side : {-1.0f, 1.0f})
     for (int axis = 0; axis < 3; ++axis)

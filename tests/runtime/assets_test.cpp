@@ -54,7 +54,7 @@ TEST_F(Assets, SameAnswersHoweverLoaded) {
 
   Random random(1);
   for (uint32_t object = 0; object < view.objects.size(); ++object) {
-    const auto rays = random_rays(random, view.objects[object].field, 500);
+    const auto rays = random_rays(random, view.objects[object].as<format::SegmentView>().field, 500);
     std::vector<Answers> answers;
     for (const NifAsset asset : assets_) answers.push_back(query_all(scene_of(asset, object), rays));
     for (const Answers& other : answers) EXPECT_EQ(other, answers[0]);
@@ -82,7 +82,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
   EXPECT_EQ(info.object_count, source.objects.size());
   EXPECT_EQ(info.instance_count, source.instances.size());
   EXPECT_EQ(info.network_count, source.networks.size());
-  EXPECT_EQ(info.format_version, 1u);
+  EXPECT_EQ(info.format_version, 2u);
   EXPECT_EQ(info.file_bytes, file_.size());
   auto device = nifkit::sized<NifDeviceInfo>();
   ASSERT_EQ(nifGetDeviceInfo(device_, &device), NIF_OK);
@@ -203,7 +203,7 @@ TEST_F(Assets, EverythingGoesThroughTheAllocator) {
     if (error == NIF_OK) {
       const uint64_t before = counter.calls;
       Random random(5);
-      query_all(scene, random_rays(random, view.objects[0].field, 100));
+      query_all(scene, random_rays(random, view.objects[0].as<format::SegmentView>().field, 100));
       EXPECT_EQ(counter.calls, before) << "a query allocated";
       auto info = nifkit::sized<NifSceneInfo>();
       EXPECT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);

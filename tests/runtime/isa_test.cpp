@@ -38,7 +38,7 @@ TEST_P(IsaTest, RandomFields) {
     const NifAsset asset = load();
     Random random(seed);
     for (uint32_t object = 0; object < 3; ++object) {
-      const kernels::SegmentField& field = view.objects[object].field;
+      const kernels::SegmentField& field = view.objects[object].as<format::SegmentView>().field;
       const auto rays = random_rays(random, field, 3000);
       expect_reference(field, rays, query_all(scene_of(asset, object), rays));
     }
@@ -58,7 +58,7 @@ TEST_P(IsaTest, TwoFeatures) {
       const NifAsset asset = load();
       Random random(seed);
       for (uint32_t object = 0; object < 2; ++object) {
-        const kernels::SegmentField& field = view.objects[object].field;
+        const kernels::SegmentField& field = view.objects[object].as<format::SegmentView>().field;
         const auto rays = random_rays(random, field, 3000);
         const NifScene scene = scene_of(asset, object);
         const Answers answers = query_all(scene, rays);
@@ -71,7 +71,8 @@ TEST_P(IsaTest, TwoFeatures) {
         }
         for (size_t i = 0; i < rays.size(); ++i) {
           if (answers.certain[i]) continue;
-          const double log_odds = double(answers.logit[i]) * view.objects[object].field.network.logit_scale;
+          const double log_odds = double(answers.logit[i]) *
+                                  view.objects[object].as<format::SegmentView>().field.network.logit_scale;
           ASSERT_NEAR(answers.probability[i], 1 / (1 + std::exp(-log_odds)), 1e-5) << "ray " << i;
         }
       }
@@ -84,7 +85,7 @@ TEST_P(IsaTest, RaysThroughPlanesAndCorners) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     const format::AssetView& view = make(seed, {.objects = 1, .instances = 0, .max_voxels = 30});
     const NifScene scene = scene_of(load(), 0);
-    const kernels::SegmentField& field = view.objects[0].field;
+    const kernels::SegmentField& field = view.objects[0].as<format::SegmentView>().field;
     Random random(seed);
     std::vector<NifRay> rays(4000);
     for (NifRay& ray : rays) {
@@ -107,21 +108,21 @@ TEST_P(IsaTest, RaysThatAreNone) {
   const format::AssetView& view = make(5, {.objects = 1, .instances = 0, .max_voxels = 14});
   const NifScene scene = scene_of(load(), 0);
   Random random(1);
-  auto rays = random_rays(random, view.objects[0].field, 20000);
+  auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 20000);
   for (NifRay& ray : rays) {
     float* members[] = {&ray.origin[0],    &ray.origin[1],    &ray.origin[2],    &ray.tmin,
                         &ray.direction[0], &ray.direction[1], &ray.direction[2], &ray.tmax};
     for (uint32_t k = random.below(4); k > 0; --k)
       *members[random.below(8)] = odd[random.below(std::size(odd))];
   }
-  expect_reference(view.objects[0].field, rays, query_all(scene, rays));
+  expect_reference(view.objects[0].as<format::SegmentView>().field, rays, query_all(scene, rays));
 }
 
 TEST_P(IsaTest, AnyBatchAndAlignment) {
   const format::AssetView& view = make(7, {.objects = 1, .instances = 0, .max_voxels = 30});
   const NifScene scene = scene_of(load(), 0);
   Random random(7);
-  const auto rays = random_rays(random, view.objects[0].field, 2600);
+  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 2600);
   const Answers whole = query_all(scene, rays);
   for (const size_t count : {1, 2, 3, 4, 5, 8, 15, 16, 17, 31, 63, 65, 127, 1023, 1024, 1025, 2049, 2600}) {
     // One byte off any alignment, in structures of an odd size.

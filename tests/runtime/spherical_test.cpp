@@ -28,7 +28,7 @@ TEST_P(RuntimeSpherical, AnswersAsTheReference) {
     const NifAsset asset = load();
     Random random(seed);
     for (uint32_t object = 0; object < 3; ++object) {
-      const kernels::SphericalField& field = *view.objects[object].spherical;
+      const kernels::SphericalField& field = view.objects[object].as<format::SphericalView>().field;
       std::vector<NifRay> rays;
       while (rays.size() < 3000) rays.push_back(to_ray(random_segment(random, field)));
       const Answers answers = query_all(scene_of(asset, object), rays);
@@ -56,7 +56,8 @@ TEST_P(RuntimeSpherical, AnyBatch) {
   const NifScene scene = scene_of(load(), 0);
   Random random(3);
   std::vector<NifRay> rays;
-  while (rays.size() < 2600) rays.push_back(to_ray(random_segment(random, *view.objects[0].spherical)));
+  while (rays.size() < 2600)
+    rays.push_back(to_ray(random_segment(random, view.objects[0].as<format::SphericalView>().field)));
   const Answers whole = query_all(scene, rays);
   for (const size_t count : {1, 2, 3, 5, 15, 16, 17, 31, 33, 63, 65, 1023, 1024, 1025, 2049}) {
     const std::vector<NifRay> last(rays.end() - ptrdiff_t(count), rays.end());
@@ -85,8 +86,9 @@ TEST_P(RuntimeSpherical, SharesASceneWithOthers) {
         const kernels::Answer answer = query_object(object, to_segment(rays[i]));
         visible = visible && answer.visible;
         for (const float x : rays[i].origin)
-          in_reach = in_reach && !(std::abs(x) * object.reach_scale > kernels::kCertainReach);
-        blocked_by_spherical += object.encoding == format::kSpherical && !answer.visible;
+          in_reach = in_reach &&
+                     !(std::abs(x) * kernels::reach_scale(format::field_of(object)) > kernels::kCertainReach);
+        blocked_by_spherical += object.is<format::SphericalView>() && !answer.visible;
       }
       // From farther away a ray that passes beside a box may ask the network where the object is alone,
       // because the box is grown by what rounding may be, and be kept from it by the box in a scene.
@@ -136,7 +138,7 @@ TEST_P(RuntimeSpherical, SaysWhatItIs) {
     ASSERT_EQ(nifGetObjectInfo(asset, object, &info), NIF_OK);
     EXPECT_EQ(info.encoding, NIF_ENCODING_SPHERICAL);
     EXPECT_EQ(info.network, object < 3 ? 1u : 2u);
-    EXPECT_GE(info.resident_bytes, view.objects[object].grid_bytes);
+    EXPECT_GE(info.resident_bytes, format::bytes_of(view.objects[object]));
   }
 }
 

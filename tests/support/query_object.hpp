@@ -7,27 +7,12 @@
 namespace nif::test {
 
 inline kernels::Answer query_object(const format::ObjectView& object, const kernels::Segment& segment) {
-  switch (object.encoding) {
-    case format::kBvh:
-      return kernels::query(object.bvh, segment);
-    case format::kSpherical:
-      return kernels::query(*object.spherical, segment);
-    case format::kSegment:
-      break;
-  }
-  return kernels::query(object.field, segment);
+  return kernels::query(format::field_of(object), segment);
 }
 
 inline kernels::Segment random_segment(Random& random, const format::ObjectView& object) {
-  switch (object.encoding) {
-    case format::kBvh:
-      return random_segment(random, object.bvh);
-    case format::kSpherical:
-      return random_segment(random, *object.spherical);
-    case format::kSegment:
-      break;
-  }
-  return random_segment(random, object.field);
+  return std::visit([&](const auto& field) { return random_segment(random, field); },
+                    format::field_of(object));
 }
 
 }  // namespace nif::test

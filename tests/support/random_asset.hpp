@@ -47,7 +47,7 @@ inline format::Network random_network(Random& random, uint32_t inputs) {
 }
 
 /// Solid balls in a box: voxels inside, outside and between, some of them unknown.
-inline void fill_occupancy(Random& random, const RandomAssetOptions& options, format::Object& object) {
+inline void fill_occupancy(Random& random, const RandomAssetOptions& options, format::SegmentData& object) {
   using kernels::VoxelState;
   const uint32_t nx = object.voxels[0], ny = object.voxels[1], nz = object.voxels[2];
   float centre[3];
@@ -96,18 +96,18 @@ inline void fill_occupancy(Random& random, const RandomAssetOptions& options, fo
 
 inline format::Object random_bvh_object(Random& random, const std::string& name) {
   format::Object object;
-  object.encoding = format::kBvh;
   object.name = name;
-  object.bvh =
+  format::Bvh bvh =
       random_bvh(random, 1 + random.below(60), random.between(-2.0f, 2.0f), random.between(0.5f, 3.0f));
-  object.aabb_min = object.aabb_max = object.bvh.vertices[0];
-  for (const auto& p : object.bvh.vertices)
+  object.aabb_min = object.aabb_max = bvh.vertices[0];
+  for (const auto& p : bvh.vertices)
     for (size_t a = 0; a < 3; ++a) {
       object.aabb_min[a] = std::min(object.aabb_min[a], p[a]);
       object.aabb_max[a] = std::max(object.aabb_max[a], p[a]);
     }
   object.bias = 1e-3f * (object.aabb_max[0] - object.aabb_min[0]);
-  object.triangles = uint32_t(object.bvh.triangles.size());
+  object.triangles = uint32_t(bvh.triangles.size());
+  object.content = std::move(bvh);
   return object;
 }
 
@@ -117,26 +117,29 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
   for (uint32_t i = 0; i < options.objects; ++i) {
     format::Object object;
     object.name = "object " + std::to_string(i) + (i % 2 ? " \u00e9" : "");
-    for (size_t a = 0; a < 3; ++a) object.voxels[a] = 1 + random.below(options.max_voxels);
-    object.voxels_per_unit = random.between(0.5f, 20.0f);
+    format::SegmentData segment;
+    for (size_t a = 0; a < 3; ++a) segment.voxels[a] = 1 + random.below(options.max_voxels);
+    segment.voxels_per_unit = random.between(0.5f, 20.0f);
     for (size_t a = 0; a < 3; ++a) {
-      object.origin[a] = random.between(-5.0f, 5.0f);
-      object.aabb_min[a] = object.origin[a];
-      object.aabb_max[a] = object.origin[a] + static_cast<float>(object.voxels[a]) / object.voxels_per_unit;
+      segment.origin[a] = random.between(-5.0f, 5.0f);
+      object.aabb_min[a] = segment.origin[a];
+      object.aabb_max[a] =
+          segment.origin[a] + static_cast<float>(segment.voxels[a]) / segment.voxels_per_unit;
     }
     object.bias = 1e-3f * (object.aabb_max[0] - object.aabb_min[0]);
     // Every other object stands for a mesh so large that kernels may take memory to be faster.
     object.triangles = (i % 2 == 0 ? 100 : 10'000'000) + random.below(1000);
-    object.features_per_corner =
+    segment.features_per_corner =
         options.features ? options.features : 1 + random.below(kernels::kMaxFeatures);
-    object.samples = 4 * (1 + random.below(3));
-    object.length_scale = random.between(1.0f, 20.0f);
-    fill_occupancy(random, options, object);
-    for (uint32_t f = 0; f < object.corners * object.features_per_corner; ++f)
-      object.features.push_back(int8_t(random.between(-127, 127)));
-    object.network = i;
+    segment.samples = 4 * (1 + random.below(3));
+    segment.length_scale = random.between(1.0f, 20.0f);
+    fill_occupancy(random, options, segment);
+    for (uint32_t f = 0; f < segment.corners * segment.features_per_corner; ++f)
+      segment.features.push_back(int8_t(random.between(-127, 127)));
+    segment.network = i;
     asset.networks.push_back(
-        random_network(random, object.samples * object.features_per_corner + kernels::kGlobalInputs));
+        random_network(random, segment.samples * segment.features_per_corner + kernels::kGlobalInputs));
+    object.content = std::move(segment);
     asset.objects.push_back(std::move(object));
   }
   for (uint32_t i = 0; i < options.bvhs; ++i)
@@ -144,14 +147,14 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
   for (uint32_t i = 0; i < options.sphericals; ++i) {
     format::Object object =
         random_spherical_object(random, "spherical " + std::to_string(i), 2 + options.max_voxels / 4);
+    auto& [network, grids] = object.as<format::SphericalData>();
     if (i == 1) {
-      object.grids = asset.objects.back().grids;
-      for (float& value : object.grids.outer_position) value = -value;
+      grids = asset.objects.back().as<format::SphericalData>().grids;
+      for (float& value : grids.outer_position) value = -value;
     } else {
-      asset.spherical_networks.push_back(
-          random_networks(random, object.grids, options.max_voxels > 8 ? 24 : 4));
+      asset.spherical_networks.push_back(random_networks(random, grids, options.max_voxels > 8 ? 24 : 4));
     }
-    object.network = uint32_t(asset.spherical_networks.size() - 1);
+    network = uint32_t(asset.spherical_networks.size() - 1);
     asset.objects.push_back(std::move(object));
   }
   for (uint32_t i = 0; i < options.instances; ++i) {

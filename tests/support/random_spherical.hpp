@@ -77,7 +77,6 @@ inline format::Primary random_primary(Random& random, uint32_t max_resolution, u
 inline format::Object random_spherical_object(Random& random, const std::string& name,
                                               uint32_t max_resolution) {
   format::Object object;
-  object.encoding = format::kSpherical;
   object.name = name;
   const float size = random.below(3) == 0 ? 100.0f : 1.0f;
   for (size_t a = 0; a < 3; ++a) {
@@ -87,7 +86,7 @@ inline format::Object random_spherical_object(Random& random, const std::string&
   object.aabb_max[1] = object.aabb_min[1] + size;
   object.bias = 1e-3f * size;
   object.triangles = 100 + random.below(1000);
-  object.grids = random_grids(random, max_resolution);
+  object.content = format::SphericalData{0, random_grids(random, max_resolution)};
   return object;
 }
 
