@@ -147,11 +147,4 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, 
   return dump(json);
 }
 
-std::string format_bytes(double bytes) {
-  if (bytes < 1e3) return fmt::format("{:.0f} B", bytes);
-  if (bytes < 1e6) return fmt::format("{:.1f} kB", bytes / 1e3);
-  if (bytes < 1e9) return fmt::format("{:.1f} MB", bytes / 1e6);
-  return fmt::format("{:.2f} GB", bytes / 1e9);
-}
-
 }  // namespace nif::bake

@@ -22,7 +22,4 @@ std::string source_hash_text(uint64_t hash);
 /// What these nodes take of it; 0 where there are none. Of the result only what is placed is asked.
 uint64_t hierarchy_bytes(const mesh::Scene& scene, const BakeResult& result);
 
-/// "152.3 kB", in powers of 1000.
-std::string format_bytes(double bytes);
-
 }  // namespace nif::bake

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <vector>
 
-#include "bake/segment/voxelize.hpp"
 #include "formats/base/status.hpp"
+#include "formats/mesh/box.hpp"
 #include "formats/nif/bvh/pack.hpp"
 
 namespace nif::bake {
@@ -24,7 +24,7 @@ class Topology {
     if (!device_) throw Error(Status::internal, "Embree cannot create a device on this machine");
     std::vector<RTCBuildPrimitive> primitives(triangles.size());
     for (size_t i = 0; i < triangles.size(); ++i) {
-      const Box box = bounds(positions, triangles.subspan(i, 1));
+      const mesh::Box box = mesh::bounds(positions, triangles.subspan(i, 1));
       primitives[i] = {box.min[0], box.min[1], box.min[2], 0,
                        box.max[0], box.max[1], box.max[2], uint32_t(i)};
     }

@@ -12,7 +12,7 @@ namespace nif::bake {
 Prepared prepare(const mesh::Mesh& mesh) {
   Prepared prepared{&mesh, mesh::clean(mesh), {}, {}, 0};
   prepared.closed = find_closed_components(prepared.surface);
-  prepared.box = bounds(prepared.surface.positions, prepared.surface.triangles);
+  prepared.box = mesh::bounds(prepared.surface.positions, prepared.surface.triangles);
   const float longest = prepared.box.longest_side();
   if (!(longest >= 1e-15f && longest <= 1e15f)) {
     throw Error(

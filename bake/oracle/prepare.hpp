@@ -6,7 +6,6 @@
 
 #include "bake/oracle/closure.hpp"
 #include "bake/oracle/ray_sets.hpp"
-#include "bake/segment/voxelize.hpp"
 #include "formats/mesh/clean.hpp"
 
 namespace nif::bake {
@@ -16,7 +15,7 @@ struct Prepared {
   const mesh::Mesh* source;  ///< not owned
   mesh::CleanMesh surface;
   ClosedComponents closed;
-  Box box;
+  mesh::Box box;
   float bias;  ///< kBiasFraction of the longest side
 };
 

@@ -13,7 +13,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr size_t kBlock = 4096;  // rays that share a random stream
 constexpr int kTries = 10000;
 
-Double3 centre(const Box& box) { return (to_double(box.min) + to_double(box.max)) * 0.5; }
+Double3 centre(const mesh::Box& box) { return (to_double(box.min) + to_double(box.max)) * 0.5; }
 
 /// Two unit vectors that make an orthogonal frame with a unit vector (Duff et al. 2017).
 void frame(const Double3& n, Double3& u, Double3& v) {
@@ -75,7 +75,7 @@ std::optional<Segment> draw_from_surface(const RaySource& source, Random& random
   return std::nullopt;
 }
 
-std::array<float, 3> draw_point(const Box& box, Random& random) {
+std::array<float, 3> draw_point(const mesh::Box& box, Random& random) {
   std::array<float, 3> point;
   for (int a = 0; a < 3; ++a) point[a] = static_cast<float>(random.uniform(box.min[a], box.max[a]));
   return point;
@@ -169,7 +169,7 @@ std::optional<RaySet> ray_set_named(std::string_view name) {
   return std::nullopt;
 }
 
-bool has_free_volume(const InsideTest& inside, const Box& box, float bias) {
+bool has_free_volume(const InsideTest& inside, const mesh::Box& box, float bias) {
   for (int a = 0; a < 3; ++a) {
     if (box.max[a] - box.min[a] < bias) return false;
   }

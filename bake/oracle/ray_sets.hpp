@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bake/oracle/oracle.hpp"
-#include "bake/segment/voxelize.hpp"
 #include "formats/base/random.hpp"
+#include "formats/mesh/box.hpp"
 
 namespace nif::bake {
 
@@ -30,14 +30,14 @@ inline constexpr double kShortestSegment = 0.01;
 struct RaySource {
   const Oracle& oracle;
   const InsideTest& inside;
-  Box box;
+  mesh::Box box;
   float bias;
   bool has_volume;  ///< some of the box lies outside of every solid, see has_free_volume()
 };
 
 /// False where the box is flatter than the bias along an axis, or where 4,096 random points of it all lie
 /// inside.
-bool has_free_volume(const InsideTest& inside, const Box& box, float bias);
+bool has_free_volume(const InsideTest& inside, const mesh::Box& box, float bias);
 
 /// A segment from single-precision copies of its origin and direction, with tmin = 0.
 Segment make_segment(const Double3& origin, const Double3& direction, float tmax);

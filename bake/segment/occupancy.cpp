@@ -101,9 +101,9 @@ Occupancy classify(const Grid& grid, const mesh::CleanMesh& mesh, std::vector<ui
   std::vector<uint32_t> labels;
   std::vector<Region> regions = find_regions(grid, surface, labels);
 
-  std::vector<Box> boxes(closed.count());
+  std::vector<mesh::Box> boxes(closed.count());
   for (size_t c = 0; c < boxes.size(); ++c) {
-    boxes[c] = bounds(mesh.positions, {});
+    boxes[c] = mesh::bounds(mesh.positions, {});
     for (size_t t = closed.first[c]; t < closed.first[c + 1]; ++t)
       boxes[c].add(mesh.positions, closed.triangle(mesh, t));
   }

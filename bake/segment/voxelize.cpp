@@ -70,30 +70,11 @@ void mark(const Grid& grid, const Double3 triangle[3], const Range& range, std::
 
 }  // namespace
 
-void Box::add(std::span<const mesh::Float3> positions, const mesh::Triangle& triangle) {
-  for (uint32_t i : triangle) {
-    for (int a = 0; a < 3; ++a) {
-      min[a] = std::min(min[a], positions[i][a]);
-      max[a] = std::max(max[a], positions[i][a]);
-    }
-  }
-}
-
-float Box::longest_side() const { return std::max({max[0] - min[0], max[1] - min[1], max[2] - min[2]}); }
-double Box::diagonal() const { return length(to_double(max) - to_double(min)); }
-
-Box bounds(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles) {
-  constexpr float kFar = std::numeric_limits<float>::max();
-  Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
-  for (const mesh::Triangle& triangle : triangles) box.add(positions, triangle);
-  return box;
-}
-
 Double3 Grid::to_grid(const std::array<float, 3>& p) const {
   return (to_double(p) - to_double(origin)) * double(voxels_per_unit);
 }
 
-Grid make_grid(const Box& box, uint32_t resolution) {
+Grid make_grid(const mesh::Box& box, uint32_t resolution) {
   Grid grid;
   const Double3 size = to_double(box.max) - to_double(box.min);
   const double longest = std::max({size[0], size[1], size[2]});

@@ -7,20 +7,9 @@
 #include <vector>
 
 #include "formats/base/vector.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/box.hpp"
 
 namespace nif::bake {
-
-/// Axis-aligned bounding box.
-struct Box {
-  std::array<float, 3> min, max;
-  void add(std::span<const mesh::Float3> positions, const mesh::Triangle& triangle);
-  float longest_side() const;
-  double diagonal() const;
-};
-
-/// Box of all positions that a triangle uses.
-Box bounds(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles);
 
 /// Isotropic voxels around a box: voxel (i,j,k) covers origin + [i, i+1] / voxels_per_unit, and so on.
 struct Grid {
@@ -38,7 +27,7 @@ struct Grid {
 
 /// A grid of `resolution` voxels (2..kernels::kMaxVoxels) along the longest side. Its border keeps clear of
 /// the box by more than the surface padding, so that nothing outside the grid can be blocked.
-Grid make_grid(const Box& box, uint32_t resolution);
+Grid make_grid(const mesh::Box& box, uint32_t resolution);
 
 /// One byte a voxel: 1 where a triangle comes within kernels::kSurfacePadding voxels of it, else 0.
 /// Runs on all threads; the result does not depend on their number.

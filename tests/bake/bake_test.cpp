@@ -54,7 +54,7 @@ TEST(Bake, KeepsNamesInstancesAndBoundsAndSharesEqualMeshes) {
   EXPECT_EQ(view.objects[0].name, "ring");
   EXPECT_EQ(view.objects[1].name, "ball");
   for (size_t i = 0; i < 2; ++i) {
-    const bake::Box box = bake::bounds(scene.meshes[i].positions, scene.meshes[i].triangles);
+    const mesh::Box box = mesh::bounds(scene.meshes[i].positions, scene.meshes[i].triangles);
     EXPECT_EQ(view.objects[i].aabb_min, box.min);
     EXPECT_EQ(view.objects[i].aabb_max, box.max);
     EXPECT_EQ(view.objects[i].triangles, scene.meshes[i].triangles.size());

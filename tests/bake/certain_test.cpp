@@ -20,7 +20,7 @@ using bake::Double3;
 using kernels::Segment;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-Double3 random_point(const bake::Box& box, bake::Random& random, double margin) {
+Double3 random_point(const mesh::Box& box, bake::Random& random, double margin) {
   Double3 point;
   for (int a = 0; a < 3; ++a) {
     const double size = double(box.max[a]) - box.min[a];
@@ -58,7 +58,7 @@ Double3 point_on_surface(const mesh::CleanMesh& surface, bake::Random& random) {
 }
 
 Segment random_segment(const OccupiedObject& o, bake::Random& random) {
-  const bake::Box& box = o.prepared.box;
+  const mesh::Box& box = o.prepared.box;
   auto point = [&](uint32_t kind) {
     switch (kind) {
       case 0:

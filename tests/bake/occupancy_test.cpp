@@ -202,7 +202,7 @@ TEST(MakeGrid, KeepsClearOfItsBorderWhereverTheObjectLies) {
     for (const float scale : {1e-3f, 1.0f, 700.0f}) {
       mesh::Mesh mesh{"moved", {}, {}};
       append(mesh, icosphere(2), scale, {offset, -offset, 0});
-      const bake::Box box = bake::bounds(mesh.positions, mesh.triangles);
+      const mesh::Box box = mesh::bounds(mesh.positions, mesh.triangles);
       if (!(box.longest_side() > 0)) continue;  // rounded away
       const bake::Grid grid = bake::make_grid(box, 96);
       for (int a = 0; a < 3; ++a) {

@@ -134,7 +134,7 @@ TEST_F(Renderer, InstancesStandWhereTheirTransformsSay) {
 
 TEST_F(Renderer, OrbitsShowTheBoxAsLargeAsAsked) {
   SceneDescription scene = sphere_on_ground(Sky{});
-  const bake::Box box{{-1, -1, -1}, {1, 1, 1}};
+  const mesh::Box box{{-1, -1, -1}, {1, 1, 1}};
   for (const double fill : {0.3, 0.9}) {
     const Camera camera = place_camera({"c", Orbit{0, 0, fill}, 40}, box, 1, 100, 100);
     // Seen from the front, the near face's upper edge is what stands highest.

@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "bake/report.hpp"
+#include "formats/base/format_bytes.hpp"
 #include "formats/base/status.hpp"
 #include "tools/common/options.hpp"
 
@@ -60,8 +60,6 @@ double parse_rate(const std::string& text, const std::string& option);
 
 /// A count of bytes as text: "200000", "200k" (1000), "1M", "256KiB", "1MiB".
 uint64_t parse_bytes(const std::string& text, const std::string& option);
-
-using bake::format_bytes;
 
 /// "1 object", "2 objects".
 std::string count_of(uint64_t count, const std::string& noun);

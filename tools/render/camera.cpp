@@ -38,7 +38,7 @@ Camera look(const Double3& position, const Double3& target, int up, double fov, 
 }
 
 /// How much of the picture's height the box takes.
-double height_of(const bake::Box& box, const Camera& camera) {
+double height_of(const mesh::Box& box, const Camera& camera) {
   double lowest = 1e300, highest = -1e300;
   for (uint32_t corner = 0; corner < 8; ++corner) {
     Double3 p;
@@ -55,7 +55,7 @@ double height_of(const bake::Box& box, const Camera& camera) {
 
 }  // namespace
 
-Camera place_camera(const CameraDescription& camera, const bake::Box& box, int up, uint32_t width,
+Camera place_camera(const CameraDescription& camera, const mesh::Box& box, int up, uint32_t width,
                     uint32_t height) {
   const double aspect = double(width) / height;
   if (const auto* place = std::get_if<Place>(&camera.where))

@@ -1,7 +1,7 @@
 // A pinhole camera.
 #pragma once
 
-#include "bake/segment/voxelize.hpp"
+#include "formats/mesh/box.hpp"
 #include "tools/render/scene.hpp"
 
 namespace nif::render {
@@ -19,7 +19,7 @@ struct Camera {
 };
 
 /// Places a camera about the objects' box, which an orbit needs; `up` is an axis, for all but views.
-Camera place_camera(const CameraDescription& camera, const bake::Box& box, int up, uint32_t width,
+Camera place_camera(const CameraDescription& camera, const mesh::Box& box, int up, uint32_t width,
                     uint32_t height);
 
 }  // namespace nif::render

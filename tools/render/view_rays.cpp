@@ -14,7 +14,7 @@ namespace nif::render {
 namespace {
 
 /// Does the segment meet the box, or pass it closely? What does not is no training ray.
-bool meets(const bake::Box& box, const Segment& s) {
+bool meets(const mesh::Box& box, const Segment& s) {
   const double slack = 1e-5 * box.diagonal();
   double enter = double(s.tmin), leave = double(s.tmax);
   for (size_t a = 0; a < 3; ++a) {
@@ -43,7 +43,7 @@ ViewRays::ViewRays(const SceneDescription& scene, const World& world, const Ligh
       const mesh::Transform place = compose(object.transform, instance.transform);
       if (determinant(place) == 0) continue;
       const mesh::Mesh& own = meshes.meshes[instance.mesh];
-      placements_.push_back({instance.mesh, ToObject(place), bake::bounds(own.positions, own.triangles)});
+      placements_.push_back({instance.mesh, ToObject(place), mesh::bounds(own.positions, own.triangles)});
     }
   }
   if (placements_.empty())

@@ -28,7 +28,7 @@ class ViewRays {
   struct Placement {
     uint32_t mesh;
     ToObject to_object;
-    bake::Box box;  ///< object space
+    mesh::Box box;  ///< object space
   };
   /// `ask` is called for each pixel with (paths, numbers, x, y, keep), and keep(Double3 origin, Double3
   /// direction, float tmax) for each of its rays.

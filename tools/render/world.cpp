@@ -20,7 +20,7 @@ using mesh::Transform;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-void include(bake::Box& box, const mesh::Float3& p) {
+void include(mesh::Box& box, const mesh::Float3& p) {
   for (size_t a = 0; a < 3; ++a) {
     box.min[a] = std::min(box.min[a], p[a]);
     box.max[a] = std::max(box.max[a], p[a]);
@@ -104,7 +104,7 @@ World::~World() = default;
 void World::add_mesh(const mesh::Mesh& mesh, std::span<const Transform> places,
                      const ObjectDescription& object) {
   if (places.empty()) return;
-  const bake::Box own = bake::bounds(mesh.positions, mesh.triangles);
+  const mesh::Box own = mesh::bounds(mesh.positions, mesh.triangles);
   const Answered answered{object.nif.has_value(), object.primary};
   for (const Transform& place : places) {
     for (uint32_t corner = 0; corner < 8; ++corner) {
@@ -201,7 +201,7 @@ void World::add_asset(const ObjectDescription& object, const mesh::Scene& meshes
     about.struct_size = sizeof(about);
     tools::check(nifGetObjectInfo(asset.handle, i, &about));
     const bool known = std::any_of(meshes.meshes.begin(), meshes.meshes.end(), [&](const mesh::Mesh& mesh) {
-      const bake::Box box = bake::bounds(mesh.positions, mesh.triangles);
+      const mesh::Box box = mesh::bounds(mesh.positions, mesh.triangles);
       return std::equal(box.min.begin(), box.min.end(), about.bounds_min) &&
              std::equal(box.max.begin(), box.max.end(), about.bounds_max);
     });

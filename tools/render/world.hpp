@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bake/oracle/oracle.hpp"
-#include "bake/segment/voxelize.hpp"
+#include "formats/mesh/box.hpp"
 #include "tools/common/measuring.hpp"
 #include "tools/render/primary_objects.hpp"
 #include "tools/render/scene.hpp"
@@ -37,7 +37,7 @@ class World {
   World& operator=(const World&) = delete;
 
   /// Of the objects, without the ground.
-  const bake::Box& box() const { return box_; }
+  const mesh::Box& box() const { return box_; }
   uint64_t triangles() const { return triangles_; }
   /// Of all assets, each once; 0 where there is none.
   uint64_t asset_bytes() const { return asset_bytes_; }
@@ -75,7 +75,7 @@ class World {
   };
   /// The AABB of an asset's instance.
   struct AssetBox {
-    bake::Box box;  ///< object space
+    mesh::Box box;  ///< object space
     ToObject to_object;
   };
   using EmbreePointer = std::unique_ptr<RTCSceneTy, Release>;
@@ -109,7 +109,7 @@ class World {
   std::vector<Part> parts_;
   std::vector<AssetBox> asset_boxes_;
   PrimaryObjects primaries_;
-  bake::Box box_;
+  mesh::Box box_;
   uint64_t triangles_ = 0, asset_bytes_ = 0, resident_bytes_ = 0;
   tools::Device runtime_;
   std::vector<tools::Asset> assets_;

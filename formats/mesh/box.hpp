@@ -1,0 +1,22 @@
+// Axis-aligned boxes around triangles.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "formats/mesh/scene.hpp"
+
+namespace nif::mesh {
+
+/// Axis-aligned bounding box.
+struct Box {
+  std::array<float, 3> min, max;
+  void add(std::span<const Float3> positions, const Triangle& triangle);
+  float longest_side() const;
+  double diagonal() const;
+};
+
+/// Box of all positions that a triangle uses.
+Box bounds(std::span<const Float3> positions, std::span<const Triangle> triangles);
+
+}  // namespace nif::mesh
