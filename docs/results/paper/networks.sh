@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# One pair of networks for all objects of a scene, or one for each. Writes docs/results/paper/networks.md; takes some ten
+# One pair of networks for all objects of a scene, or one for each. Writes docs/results/paper/networks.md; takes about ten
 # minutes on two cores.
 #
 #   docs/results/paper/networks.sh
@@ -38,7 +38,7 @@ declare -A what=([own]='`spherical`, networks for each object' [shared]='`spheri
   heading 'Shared networks, and one for each object'
   printf 'Five objects: two busts of 500,000 triangles, a tree and a sheet of chain mail of 300,000, two tori of 200,000. Trained with\n'
   printf '%s samples a pixel from the very view that is judged.\n\n' $samples
-  printf '| | file | bits | probability | the paper states, for a scene of its own |\n| --- | ---: | ---: | ---: | ---: |\n'
+  printf '| | file | bits | probability | the paper states, for its scene |\n| --- | ---: | ---: | ---: | ---: |\n'
   for kind in shared own ours; do
     printf '| %s | %s | %s dB | %s dB | %s |\n' "${what[$kind]}" "$(size "$out/many_$kind.nif")" "$(psnr "many_$kind" bits)" \
       "$(psnr "many_$kind" probability)" "${stated[$kind]}"

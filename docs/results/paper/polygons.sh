@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # One shape with few triangles and with many: a bust of 2,000, 200,000 and 5,000,000 triangles beside each other in one
 # scene, and the bust with more and more triangles, up to 50 million, baked by itself. Writes docs/results/paper/polygons.md;
-# takes some ten minutes on two cores, 16 GiB of memory and 1.2 GB of disk. NIF_MOST_TRIANGLES lowers the last of these.
+# takes about ten minutes on two cores, 16 GiB of memory and 1.2 GB of disk. NIF_MOST_TRIANGLES lowers the last of these.
 #
 #   [NIF_MOST_TRIANGLES=10000000] docs/results/paper/polygons.sh
 set -euo pipefail
@@ -48,7 +48,7 @@ done
     "$(psnr versions bits)" "$(psnr versions probability)"
   printf '| `segment`, preset `fast`, any view and light | %s | %s dB | %s dB |\n' "$(size "$out/versions_ours.nif")" \
     "$(psnr versions_ours bits)" "$(psnr versions_ours probability)"
-  printf '\nEmbree, `spherical` by probability, and the difference times 3:\n\n![By spherical fields](polygons-spherical.png)\n'
+  printf '\nFrom left to right: Embree, `spherical` by probability, and their difference times 3:\n\n![By spherical fields](polygons-spherical.png)\n'
   printf '\nThe same with `segment`:\n\n![By segment fields](polygons-segment.png)\n'
   printf '\n## The bust by itself\n\n'
   printf '`nif bake bust.ply --encoding segment --preset fast`, all threads; errors on 10^6 rays of each set, the picture as above. Times are of\none run, beside which others may have gone on.\n\n'

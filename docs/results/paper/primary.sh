@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # A network that answers primary rays: hit or miss, depth and normal of the dragon, with grids of R = 256 and R = 32, as the
-# paper shows. Writes docs/results/paper/primary.md; takes some five minutes on two cores.
+# paper shows. Writes docs/results/paper/primary.md; takes about five minutes on two cores.
 #
 #   docs/results/paper/primary.sh
 set -euo pipefail

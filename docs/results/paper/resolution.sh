@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The resolution R of the outer grids, the inner rays being answered by Embree (as in the paper's section on resolution),
-# and the inner field alone. Writes docs/results/paper/resolution.md; takes some ten minutes on two cores.
+# and the inner field alone. Writes docs/results/paper/resolution.md; takes about ten minutes on two cores.
 #
 #   docs/results/paper/resolution.sh
 set -euo pipefail
@@ -24,7 +24,7 @@ row() { printf '| %s | %s | %s | %s dB | %s dB | %s |\n' "$1" "$2" "$3" "$(psnr 
   heading 'Resolution of the grids'
   printf 'Trained with 128 samples a pixel from the very view that is judged; `segment` is this project'"'"'s own encoding, baked once with\n'
   printf '`--preset balanced`, from rays of all directions. Rays that the field in question does not answer are answered by Embree.\n\n'
-  printf '| field | R | file | bits | probability | the paper states, for scenes of its own |\n| --- | ---: | ---: | ---: | ---: | ---: |\n'
+  printf '| field | R | file | bits | probability | the paper states, for its scenes |\n| --- | ---: | ---: | ---: | ---: | ---: |\n'
   for r in 64 256 1024; do row 'outer alone' "$r" "$(size "$out/outer_$r.nif")" "outer_$r" "${stated[$r]} dB"; done
   row 'inner alone' 128 "$(size "$out/outer_256.nif")" inner 'about 41 dB'
   row 'both' '256, 128' "$(size "$out/outer_256.nif")" both

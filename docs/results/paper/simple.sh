@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Five complex objects among simple ones: these stay triangles, in a BVH of fewer than 100,000. Writes
-# docs/results/paper/simple.md; takes some ten minutes on two cores.
+# docs/results/paper/simple.md; takes about ten minutes on two cores.
 #
 #   docs/results/paper/simple.sh
 set -euo pipefail
@@ -47,7 +47,7 @@ judge complex_ours "$out/complex_ours.nif" "$front" none --sheet "$pages/simple-
   heading 'Complex objects among simple ones'
   printf 'Five complex objects, three busts of 500,000 triangles and rings of 200,000, answered by fields; sixteen simple ones, at most\n'
   printf '%s triangles in all, and the ground by Embree. Trained with %s samples a pixel from the very view that is judged.\n\n' "$simple_triangles" $samples
-  printf '| | file | bits | probability | the paper states, for a scene of its own |\n| --- | ---: | ---: | ---: | ---: |\n'
+  printf '| | file | bits | probability | the paper states, for its scene |\n| --- | ---: | ---: | ---: | ---: |\n'
   printf '| `spherical`, networks for each object | %s | %s dB | %s dB | 39.1 dB |\n' "$(size "$out/complex.nif")" "$(psnr complex bits)" "$(psnr complex probability)"
   printf '| `spherical`, one pair of networks for all | %s | %s dB | %s dB | 39.1 dB |\n' "$(size "$out/complex_shared.nif")" \
     "$(psnr complex_shared bits)" "$(psnr complex_shared probability)"
@@ -58,7 +58,7 @@ judge complex_ours "$out/complex_ours.nif" "$front" none --sheet "$pages/simple-
   learned() { jq -r '[.objects[].training_rays / 1e6] | "\(min * 10 | round / 10) to \(max * 10 | round / 10)"' "$out/$1.json"; }
   printf '\nWhat is short of the figure that the paper states is samples: each object fills a small part of the picture, so with %s its\n' $samples
   printf 'fields learn from %s million rays, with twice as many from %s, and come nearer to it; and so do networks that learn from the\nrays of all objects.\n' "$(learned complex)" "$(learned complex_twice)"
-  printf '\nEmbree, `spherical` by probability, and the difference times 3:\n\n![By spherical fields](simple-spherical.png)\n'
+  printf '\nFrom left to right: Embree, `spherical` by probability, and their difference times 3:\n\n![By spherical fields](simple-spherical.png)\n'
   printf '\nThe same with `segment`:\n\n![By segment fields](simple-segment.png)\n'
 } >"$pages/simple.md.new"
 mv "$pages/simple.md.new" "$pages/simple.md"
