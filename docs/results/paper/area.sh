@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Area lights, three at once. Writes docs/results/paper/area.md; takes about five minutes on two cores.
+# Three area lights at once. Writes docs/results/paper/area.md. Takes about five minutes on two cores.
 #
 #   docs/results/paper/area.sh
 set -euo pipefail
@@ -20,7 +20,7 @@ judge area "$out/area.nif" "$front" none --sheet "$pages/area-spherical.png" --t
 judge area_ours "$ours" "$front" none --sheet "$pages/area-segment.png" --thumbnail 280
 {
   heading 'Area lights'
-  printf 'Trained with %s samples a pixel from the very view and lights that are judged.\n\n' $samples
+  printf 'Trained with %s samples a pixel from the view and lights that are judged.\n\n' $samples
   printf '| | file | bits | probability | the paper states, for its scene |\n| --- | ---: | ---: | ---: | ---: |\n'
   printf '| `spherical` | %s | %s dB | %s dB | 43.6 dB |\n' "$(size "$out/area.nif")" "$(psnr area bits)" "$(psnr area probability)"
   printf '| `segment`, preset `balanced`, any view and light | %s | %s dB | %s dB | |\n' "$(size "$ours")" \
