@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Bakes meshes of 1,000 to a million triangles as fields and as BVHs, races the two, and writes
-# docs/results/encoding.md: what each costs, and which of them `nif bake --encoding auto` takes. Takes an hour or so on
-# two cores; assets that build/encoding holds already are not baked again.
+# Bakes meshes of 1,000 to a million triangles as fields and as BVHs, compares their speed, and writes
+# docs/results/encoding.md: what each costs, and which of them `nif bake --encoding auto` takes. Takes about an hour on two
+# cores. Assets that already exist in build/encoding are not baked again.
 #
 #   NIF_TEST_MESHES=FOLDER docs/results/encoding.sh
 set -euo pipefail
@@ -14,7 +14,7 @@ meshes=(openscad_nonmanifold_1k.obj CesiumMan_skinned_4.7k.glb self_intersect_17
 nif=build/release/bin/nif out=build/encoding
 mkdir -p "$out"
 
-# bake NAME ENCODING: the asset, with what the program said of it beside it.
+# bake NAME ENCODING: the asset, and beside it the JSON that the program printed.
 bake() {
   local at=$out/$1.$2
   if [[ -f $at.nif && -f $at.json ]]; then return; fi
@@ -34,7 +34,7 @@ for mesh in "${meshes[@]}"; do
     --set outer-lines --set inner-surface --rays 200000 --quiet --json >"$out/$mesh.bench.json"
 done
 
-# A line a mesh: figures of the race, of the choice, and its reason.
+# One line for each mesh: figures of the comparison, the choice, and its reason.
 rows() {
   for mesh in "${meshes[@]}"; do
     jq -r -s --arg mesh "$mesh" '
@@ -63,9 +63,9 @@ rows() {
     function kilobytes(n) { return grouped(n / 1000 + 0.5) }
     { line[NR] = $0 }
     END {
-      print "\n## What each takes and how often it is wrong\n"
-      print "`nif bake MESH --encoding segment`, preset `balanced`, and `nif bake MESH --encoding bvh`; kilobytes are what the"
-      print "runtime holds for the asset, as `nif bench` states them. The last column is what `--encoding auto` took.\n"
+      print "\n## Size and error\n"
+      print "`nif bake MESH --encoding segment`, preset `balanced`, and `nif bake MESH --encoding bvh`. Kilobytes are the memory that"
+      print "the runtime holds for the asset, as reported by `nif bench`. The last column is the choice of `--encoding auto`.\n"
       print "| mesh | triangles | BVH, kB | field, kB | field wrong: outer-lines | inner-surface | BVH wrong | auto |"
       print "| --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |"
       for (i = 1; i <= NR; ++i) {
@@ -73,12 +73,12 @@ rows() {
         printf "| %s | %s | %s | %s | %.3f %% | %.3f %% | %.4f %% | %s |\n", f[1], grouped(f[2]), kilobytes(f[3]),
                kilobytes(f[4]), 100 * f[5], 100 * f[6], 50 * (f[7] + f[8]), f[17]
       }
-      print "\n## How fast they are\n"
-      print "`nif bench FIELD --against BVH --mesh MESH --threads 1 --set outer-lines --set inner-surface --rays 200000`: all"
-      print "figures are ratios of speeds that were measured in the same rounds. \"Embree\" is the best of its calls and builds."
-      print "*Counted* is field / BVH for both sets together as the baker foretells it from voxels, rays left to the network,"
-      print "nodes and leaves, which it counts (`bake/encoding.cpp`); beside it what was measured. Counting knows nothing of"
-      print "caches: BVHs that no cache holds are slower than it says, so that auto errs on the side of exact answers.\n"
+      print "\n## Speed\n"
+      print "`nif bench FIELD --against BVH --mesh MESH --threads 1 --set outer-lines --set inner-surface --rays 200000`. All"
+      print "figures are ratios of speeds that were measured in the same rounds. \"Embree\" is the best of its calls and builds.\n"
+      print "*Counted* is the prediction of the baker of field / BVH for both sets together. It counts voxels, rays left to the network,"
+      print "nodes and leaves (`bake/encoding.cpp`). The column before it is the measured ratio. The count ignores caches. So BVHs that"
+      print "do not fit into a cache are slower than predicted, and auto chooses exact answers a little too often.\n"
       print "| mesh | outer-lines: field / Embree | BVH / Embree | field / BVH | inner-surface: field / Embree | BVH / Embree | field / BVH | both: measured | counted |"
       print "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"
       for (i = 1; i <= NR; ++i) {
@@ -86,8 +86,8 @@ rows() {
         printf "| %s | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f |\n", f[1], f[9], f[11], f[13], f[10], f[12],
                f[14], f[15], f[16]
       }
-      print "\n## What auto says\n"
-      print "By the rule of [../model.md](../model.md): a gain (bytes x work) of 100 for each percent of wrong answers.\n"
+      print "\n## The reasons that auto gives\n"
+      print "The rule in [model.md](../model.md#how-auto-chooses) requires a gain (bytes x work) of 100 for each percent of wrong answers.\n"
       for (i = 1; i <= NR; ++i) {
         split(line[i], f, "\t")
         printf "- `%s` is %s: %s\n", f[1], f[17], f[18]
