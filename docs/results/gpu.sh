@@ -42,7 +42,7 @@ floor() {
     bytes = 32 + 2 * (8 + 8 * runs) + 32 + 1
     gathers = 8 * samples + steps
     sms = 132; clock = 1.83e9; memory = 3.35e12; products = 1978.9e12
-    printf "This is a count, not a measurement. It is for `inner-surface` rays of the dragon that the walk leaves open, on an H100\n"
+    printf "This is a count, not a measurement. It is for `inner-surface` rays of the dragon that are ambiguous, on an H100\n"
     printf "SXM5 (132 processors at 1.83 GHz, 3.35 TB/s, 1,979 trillion operations on bytes a second, by its data sheet).\n\n"
     printf "| what | of a ray | of a million, at least |\n| --- | ---: | ---: |\n"
     printf "| products of the network, %d and as many sums | %d operations | %.1f us |\n", macs, 2 * macs, 1e12 * 2 * macs / products
@@ -127,8 +127,8 @@ nvidia() {
   printf '1. The first table shows how many answers differ from the reference in any bit.\n'
   printf '2. The second table compares the walk by leaps, which the kernels use, with the walk voxel by voxel: steps of a ray; steps\n'
   printf '   of the longest ray in a wave of 32 or 64 rays, in their order; loads and bytes of a ray.\n'
-  printf '3. The third table shows how many rays the walk leaves to the network (open), how many of those have more than eight runs\n'
-  printf '   (hard), and how many runs an open ray has.\n\n'
+  printf '3. The third table shows how many rays are ambiguous (open), how many of those have more than eight runs\n'
+  printf '   (hard), and how many runs an ambiguous ray has.\n\n'
   sed 's/./    &/; s/ *$//' "$out/dragon.txt"
   floor
   printf '\n## The fields of the paper, in both precisions\n\n'

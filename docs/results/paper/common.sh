@@ -1,3 +1,4 @@
+# shellcheck shell=bash disable=SC2034 # what only the scripts use that source this
 # Settings and functions of the paper's experiments. The scripts beside it source it, from the project's root.
 #
 # The default scene: the Stanford dragon on a ground under a sky with a bright glow, seen by one camera. Training is the
