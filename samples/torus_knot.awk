@@ -1,5 +1,5 @@
 # Writes a closed mesh of 144,000 triangles as OBJ text: a (2,3) torus knot with a tube that has ribs and bumps.
-# For samples/run.sh, where no scanned model is to be had. Run with LC_ALL=C, so that numbers have a decimal point.
+# For samples/run.sh, if no scanned model is available. Run with LC_ALL=C, so that numbers have a decimal point.
 
 function knot(u, p,    r) {
   r = 2 + 0.8 * cos(3 * u)

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Writes docs/results/gpu.md: what compilers make of the GPU kernels for every target, and how the kernels answer in the
-# emulator, on the Stanford dragon. Needs no GPU; where there is one, it also proves the kernels on it and times them: the
-# dragon, generated meshes of up to 8 million triangles and, where NIF_TEST_MESHES names a folder that has it, a circuit
-# board of 6.9 million. Takes some twenty minutes on two cores without a GPU.
+# Writes docs/results/gpu.md: what compilers report about the GPU kernels for every target, and how the kernels answer in the
+# emulator, on the Stanford dragon. Needs no GPU. If there is one, it also proves the kernels on it and times them, on the
+# dragon, on generated meshes of up to 8 million triangles and, if the folder NIF_TEST_MESHES contains it, on a circuit board
+# of 6.9 million. Takes about twenty minutes on two cores without a GPU.
 #
 #   docs/results/gpu.sh
 set -euo pipefail
@@ -11,7 +11,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 asset=build/sample/stanford_dragon.nif
 [[ -f $asset ]] || samples/run.sh >/dev/null
 mesh=${asset%.nif}.ply.gz
-[[ -f $asset && -f $mesh ]] || { echo 'docs/results/gpu.sh: the dragon is not to be had' >&2 && exit 1; }
+[[ -f $asset && -f $mesh ]] || { echo 'docs/results/gpu.sh: the Stanford dragon is not available' >&2 && exit 1; }
 
 # Before the page's first line, which depends on whether there is a GPU.
 proof=$(tests/gpu/run.sh tests/golden/v1-shapes.nif "$asset")
@@ -20,7 +20,7 @@ out=build/gpu nif=build/release/bin/nif mesh_of_dragon=$mesh
 mkdir -p "$out"
 cmake --build build/release --target nif >&2
 
-# Fields of the paper's kind, learned for a minute only: how precisely they are evaluated does not depend on it.
+# Fields of the paper's kind, trained for a minute only. The precision of their evaluation does not depend on it.
 papers=$out/paper.nif
 if [[ ! -f $papers ]]; then
   "$nif" bake "$mesh" -o "$papers" --preset paper --training-rays 4000000 --rays 0 --quiet
@@ -28,7 +28,7 @@ fi
 
 tools/measure/emulate_sets.sh "$asset" "$mesh" >"$out/dragon.txt"
 
-# What a million ambiguous rays take at least, from the asset's network and what the emulator has counted.
+# A lower bound on the time of a million ambiguous rays, from the asset's network and the emulator's counts.
 floor() {
   local samples macs runs steps
   samples=$("$nif" info "$asset" --json | jq '.objects[0].samples')
@@ -37,22 +37,22 @@ floor() {
   # The columns of the last table, and of the walk's.
   runs=$(awk 'NF == 6 && $2 == "inner-surface" { r = $6 } END { print r }' "$out/dragon.txt")
   steps=$(awk '$2 == "inner-surface" && $3 == "leaps" { s = $(NF - 3) } END { print s }' "$out/dragon.txt")
-  printf '\n## What a million ambiguous rays take at least\n\n'
+  printf '\n## Lower bound for a million ambiguous rays\n\n'
   awk -v samples="$samples" -v macs="$macs" -v runs="$runs" -v steps="$steps" 'BEGIN {
     bytes = 32 + 2 * (8 + 8 * runs) + 32 + 1
     gathers = 8 * samples + steps
     sms = 132; clock = 1.83e9; memory = 3.35e12; products = 1978.9e12
-    printf "By count, for `inner-surface` rays of the dragon, which the walk leaves open, on an H100 SXM5 (132 processors at\n"
-    printf "1.83 GHz, 3.35 TB/s, 1,979 trillion operations on bytes a second, by its data sheet). Nothing here was measured.\n\n"
+    printf "This is a count, not a measurement. It is for `inner-surface` rays of the dragon that are ambiguous, on an H100\n"
+    printf "SXM5 (132 processors at 1.83 GHz, 3.35 TB/s, 1,979 trillion operations on bytes a second, by its data sheet).\n\n"
     printf "| what | of a ray | of a million, at least |\n| --- | ---: | ---: |\n"
     printf "| products of the network, %d and as many sums | %d operations | %.1f us |\n", macs, 2 * macs, 1e12 * 2 * macs / products
     printf "| memory: the ray twice, its item written and read (%.2f runs), the answer | %.0f bytes | %.1f us |\n", runs, bytes, 1e12 * bytes / memory
-    printf "| first-level caches: %d words of features and %.1f of codes for the walk (as the longest of 32 rays), if each is in a sector of 32 bytes of its own, 128 bytes a clock and processor | %.0f bytes | %.1f us |\n\n", 8 * samples, steps, 32 * gathers, 1e12 * 32 * gathers / (sms * 128 * clock)
-    printf "So the floor is what features and codes take of the caches, where neighbouring rays share nothing; with rays that go\n"
-    printf "side by side it is memory. How near the kernels are takes a GPU.\n" }'
+    printf "| first-level caches: %d words of features and %.1f of codes for the walk (as the longest of 32 rays), if each is in a different sector of 32 bytes, at 128 bytes a clock and processor | %.0f bytes | %.1f us |\n\n", 8 * samples, steps, 32 * gathers, 1e12 * 32 * gathers / (sms * 128 * clock)
+    printf "If neighbouring rays share nothing, the bound is the time that the caches need for features and codes. For rays that go\n"
+    printf "side by side it is memory. Only a GPU can show how near the kernels come to it.\n" }'
 }
 
-# The paper's breakdown, and time against triangles and rays: where there is a GPU.
+# If there is a GPU: the paper's breakdown, and time against triangles and rays.
 times() {
   printf '\n## Times\n\n'
   if ! "$nif" devices | grep -q '^hip  device='; then
@@ -96,22 +96,23 @@ nvidia() {
 
 {
   printf '# GPUs\n\n'
-  printf 'Written by `docs/results/gpu.sh`: change nothing here by hand. How the kernels work stands in\n'
-  printf '[gpu.md](../gpu.md).'
+  printf 'Generated by `docs/results/gpu.sh`; do not edit by hand. [gpu.md](../gpu.md) describes the kernels.'
   if [[ $proof == *'emulated card'* ]]; then
-    printf ' **No GPU was to be had: nothing on this page was timed, and none of it ran on one.**'
+    printf '\n**This page was made without a GPU: no kernel ran on one, and nothing was timed.**'
   fi
   printf '\n\n## Whole scenes, through the runtime\n\n'
-  printf '`tests/gpu/run.sh tests/golden/v1-shapes.nif stanford_dragon.nif`: rays that need no mesh, answered by the\n'
-  printf 'scalar reference on the CPU and by the GPU module, and how many answers differ. The instances of all objects\n'
-  printf 'of a file are mirrored, stretched, and lie in each other.\n\n'
+  printf '`tests/gpu/run.sh tests/golden/v1-shapes.nif stanford_dragon.nif`: rays that need no mesh. The scalar reference on\n'
+  printf 'the CPU and the GPU module answer them. The last column is the number of different answers. The instances of all objects\n'
+  printf 'of a file are mirrored, stretched and overlapping.\n\n'
   printf '%s\n\n' "$proof"
-  printf '## What compilers say\n\n'
-  printf 'By `kernels/gpu/compile.sh`. Registers are those of a thread (AMD: vector registers, and accumulators after a +);\n'
-  printf 'stack is memory that each thread has to itself, in bytes; spilled are registers (AMD) or bytes stored (NVIDIA);\n'
-  printf 'scalar are scalar registers that lanes of vector registers keep (AMD);\n'
-  printf 'waves are how many the registers leave room for on a SIMD (AMD). Shared memory is asked for at the launch and\n'
-  printf 'depends on the network.\n'
+  printf '## What compilers report\n\n'
+  printf 'By `kernels/gpu/compile.sh`. The columns are:\n\n'
+  printf -- '- registers: of a thread (AMD: vector registers, and accumulators after a +);\n'
+  printf -- '- stack: private memory of each thread, in bytes;\n'
+  printf -- '- spilled: registers (AMD) or bytes stored (NVIDIA);\n'
+  printf -- '- scalar: scalar registers that are kept in lanes of vector registers (AMD);\n'
+  printf -- '- waves: how many fit on a SIMD with these registers (AMD).\n\n'
+  printf 'Shared memory is allocated at the launch and depends on the network.\n'
   for target in gfx1030 gfx1100 gfx90a gfx942 sm_80 sm_90; do
     compiler=$(kernels/gpu/compile.sh --compiler "$target") || { printf '\n### %s\n\nNo compiler.\n' "$target" && continue; }
     kernels/gpu/compile.sh "$target" "$out"
@@ -121,22 +122,27 @@ nvidia() {
     printf '\nMatrix instructions: %s.\n' "$(grep -oE 'v_wmma_[a-z0-9_]+|v_mfma_[a-z0-9_]+|v_dot[24][a-z0-9_]*|mma\.sync[a-z0-9.]*|dp4a[a-z0-9.]*' \
       "$out/$target.s" | sort | uniq -c | awk '{ printf "%s%s `%s`", n++ ? ", " : "", $1, $2 }')"
   done
-  printf '\n## What the emulator answers\n\n'
-  printf '`tools/measure/emulate_sets.sh stanford_dragon.nif stanford_dragon.ply.gz`: a million rays of every set, and how many\n'
-  printf 'answers differ from the reference in any bit. The second table compares the walk by leaps, which the kernels take,\n'
-  printf 'with the walk voxel by voxel: steps of a ray, steps that a wave of 32 or 64 rays in their order waits for, and loads\n'
-  printf 'and bytes of a ray. The third one tells how many rays the walk leaves open for the network, how many of those have\n'
-  printf 'more than eight runs, and how many runs an open ray has.\n\n'
+  printf '\n## Answers in the emulator\n\n'
+  printf '`tools/measure/emulate_sets.sh stanford_dragon.nif stanford_dragon.ply.gz`, with a million rays of every set:\n\n'
+  printf '1. The first table shows how many answers differ from the reference in any bit.\n'
+  printf '2. The second table compares the walk by leaps, which the kernels use, with the walk voxel by voxel: steps of a ray; steps\n'
+  printf '   of the longest ray in a wave of 32 or 64 rays, in their order; loads and bytes of a ray.\n'
+  printf '3. The third table shows how many rays are ambiguous (open), how many of those have more than eight runs\n'
+  printf '   (hard), and how many runs an ambiguous ray has.\n\n'
   sed 's/./    &/; s/ *$//' "$out/dragon.txt"
   floor
   printf '\n## The fields of the paper, in both precisions\n\n'
   printf '`nif bake stanford_dragon.ply.gz -o paper.nif --preset paper --training-rays 4000000 --rays 0`, then\n'
-  printf '`tools/measure/emulate_sets.sh paper.nif stanford_dragon.ply.gz`: first in single precision, where no answer differs from the\n'
-  printf 'reference in any bit. Then in half precision: rays that a network was asked about; how many answers are others than\n'
-  printf "the reference's; how many rays are answered wrongly in single and in half precision, by the mesh; by how much\n"
-  printf 'probabilities move (dp) and log-odds at most (dz); and how many answers are farther off than the bound that follows\n'
-  printf 'from the arithmetic (`tests/gpu/half_bound.hpp`). The instructions sum in different orders in the emulator, and\n'
-  printf '`mfma` takes denormal halves as 0: so much the choice of a GPU may matter.\n\n'
+  printf '`tools/measure/emulate_sets.sh paper.nif stanford_dragon.ply.gz`.\n\n'
+  printf 'The first table is in single precision, where no answer differs from the reference in any bit. The second table is in half\n'
+  printf 'precision. Its columns are:\n\n'
+  printf -- '- asked: rays for which a network was evaluated;\n'
+  printf -- '- different: answers that differ from the reference;\n'
+  printf -- '- wrong, s and wrong, h: rays answered wrongly in single and in half precision, compared with the mesh;\n'
+  printf -- '- mean dp, most dp: by how much probabilities move; most dz: by how much log-odds move at most;\n'
+  printf -- '- beyond: answers farther off than the bound that follows from the arithmetic (`tests/gpu/half_bound.hpp`).\n\n'
+  printf 'The emulated instructions sum in different orders, and `mfma` replaces denormal halves by 0. The rows of a set show how much\n'
+  printf 'the choice of a GPU can matter.\n\n'
   tools/measure/emulate_sets.sh "$papers" "$mesh" | sed 's/./    &/; s/ *$//'
   times
 } >docs/results/gpu.md.new

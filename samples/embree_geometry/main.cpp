@@ -1,5 +1,5 @@
 // Renders copies of a model on a floor with the shadows of its triangles, and again with those of the asset
-// that was baked from it, and says how often, and how fast, the two agree.
+// that was baked from it. Prints how often the two agree, and how fast they are.
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
@@ -13,12 +13,13 @@
 namespace {
 
 constexpr char kHelp[] =
-    "embree_geometry ASSET.nif MESH.obj [options]: an asset in Embree's place for shadow rays.\n"
+    "embree_geometry ASSET.nif MESH.obj [options]: shadow rays answered by an asset in an Embree scene.\n"
     "\n"
-    "MESH.obj is what the asset was baked from. The picture shows, from the left: shadows of the triangles,\n"
-    "shadows of the asset, and where they differ (red: the asset lets light through; blue: it takes some).\n"
+    "MESH.obj is the mesh that the asset was baked from. The picture shows, from the left: shadows of the "
+    "triangles,\n"
+    "shadows of the asset, and the difference (red: the asset lets light through; blue: it blocks light).\n"
     "\n"
-    "  -o FILE.png   the picture (default: none is written)\n"
+    "  -o FILE.png   the picture (default: no picture)\n"
     "  --width N     pixels of each of its three parts (default 480)\n"
     "  --soft N      the sun's radius in degrees, 0 to 20 (default 0: hard shadows)\n"
     "  --help        this text\n";
@@ -46,7 +47,7 @@ Options read_options(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word.empty() || word[0] != '-') {
-      if (!options.mesh.empty()) throw Usage{"one asset and one mesh are enough: '" + word + "'"};
+      if (!options.mesh.empty()) throw Usage{"give only one asset and one mesh, not also '" + word + "'"};
       (options.asset.empty() ? options.asset : options.mesh) = word;
       continue;
     }
@@ -57,7 +58,7 @@ Options read_options(int argc, char** argv) {
     if (word == "--width") options.width = read_number(word, argv[i], 16, 4096);
     if (word == "--soft") options.soft = read_number(word, argv[i], 0, 20);
   }
-  if (options.mesh.empty()) throw Usage{"an asset and its mesh are needed; see --help"};
+  if (options.mesh.empty()) throw Usage{"give an asset and its mesh; see --help"};
   return options;
 }
 
@@ -91,9 +92,9 @@ void print_row(const char* what, const Asked& asked, const Answers& expected) {
 }
 
 void run(const Options& options) {
-  // One thread each: the times below compare like with like.
+  // One thread each, so that the times below can be compared.
   const std::unique_ptr<RTCDeviceTy, ReleaseDevice> embree(rtcNewDevice("threads=1"));
-  if (!embree) throw std::runtime_error("Embree gives no device");
+  if (!embree) throw std::runtime_error("Embree created no device");
   const nifkit::Device device;
   const nifkit::Asset asset = nifkit::Asset::load(device, options.asset);
   const Mesh mesh = read_obj(options.mesh);

@@ -19,7 +19,7 @@ NifGeometry::NifGeometry(RTCDevice embree, const nifkit::Device& device, const n
   scene_.add(asset, object, kIdentity);
   scene_.commit();
   geometry_ = rtcNewGeometry(embree, RTC_GEOMETRY_TYPE_USER);
-  if (geometry_ == nullptr) throw std::runtime_error("Embree gives no geometry");
+  if (geometry_ == nullptr) throw std::runtime_error("Embree created no geometry");
   rtcSetGeometryUserPrimitiveCount(geometry_, 1);
   rtcSetGeometryUserData(geometry_, this);
   rtcSetGeometryBoundsFunction(geometry_, bounds, nullptr);
@@ -31,13 +31,13 @@ NifGeometry::NifGeometry(RTCDevice embree, const nifkit::Device& device, const n
 NifGeometry::~NifGeometry() { rtcReleaseGeometry(geometry_); }
 
 void NifGeometry::bounds(const RTCBoundsFunctionArguments* args) {
-  // Of the scene, not of the mesh: the object's grid, which may block rays a little outside of the mesh's own
+  // The bounds of the scene, not of the mesh: the object's grid may block rays slightly outside of the mesh's
   // bounds.
   auto info = nifkit::sized<NifSceneInfo>();
   nifGetSceneInfo(static_cast<const NifGeometry*>(args->geometryUserPtr)->scene_.get(), &info);
   const float* low = info.bounds_min;
   const float* high = info.bounds_max;
-  // A hair more, because Embree's test of boxes rounds.
+  // Slightly larger, because Embree's box test rounds.
   const float hair = 0x1p-12f * std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
   RTCBounds& box = *args->bounds_o;
   box.lower_x = low[0] - hair, box.lower_y = low[1] - hair, box.lower_z = low[2] - hair;

@@ -4,8 +4,8 @@
 //   rtcAttachGeometry(shadow_scene, dragon.handle());   // or into a scene that is instanced
 //   rtcOccluded1(shadow_scene, &context, &ray);         // ... 4, 8, 16, 1M: all of them
 //
-// An asset knows whether a ray is blocked, but not where: rays of rtcIntersect pass through it. Primary rays
-// stay with the renderer's own geometry.
+// An asset knows whether a ray is blocked, but not where. So rays of rtcIntersect pass through it. Trace
+// primary rays against the renderer's own geometry.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -15,15 +15,16 @@
 
 class NifGeometry {
  public:
-  /// Throws nifkit::Error or, where Embree fails, std::runtime_error. The geometry is committed.
+  /// Commits the geometry. Throws nifkit::Error or, if Embree fails, std::runtime_error.
   NifGeometry(RTCDevice embree, const nifkit::Device& device, const nifkit::Asset& asset, uint32_t object);
-  /// No scene with this geometry may be used any more.
+  /// After this, no scene with this geometry may be used.
   ~NifGeometry();
   NifGeometry(const NifGeometry&) = delete;
   NifGeometry& operator=(const NifGeometry&) = delete;
 
   RTCGeometry handle() const { return geometry_; }
-  /// NIF_OK, or why a query failed; its rays were left visible. Embree's callbacks cannot say so.
+  /// NIF_OK, or why a query failed. Its rays were left visible, because Embree's callbacks cannot report
+  /// errors.
   NifError failure() const { return failure_; }
 
  private:
@@ -31,7 +32,7 @@ class NifGeometry {
   static void intersect(const RTCIntersectFunctionNArguments* args);
   static void occluded(const RTCOccludedFunctionNArguments* args);
 
-  nifkit::Scene scene_;  // the object alone, untransformed: Embree hands over rays in the object's space
+  nifkit::Scene scene_;  // only the object, untransformed: Embree passes rays in object space
   RTCGeometry geometry_ = nullptr;
   std::atomic<NifError> failure_ = NIF_OK;
 };

@@ -11,7 +11,7 @@
 
 namespace {
 
-/// The next word of a line, which is taken from it; empty where there is none.
+/// Takes the next word from a line; empty if there is none.
 std::string_view take_word(std::string_view& line) {
   const size_t begin = std::min(line.find_first_not_of(" \t\r"), line.size());
   const size_t end = std::min(line.find_first_of(" \t\r", begin), line.size());
@@ -24,7 +24,7 @@ float to_coordinate(std::string_view word) {
   float value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
-    throw std::runtime_error("'" + std::string(word) + "' is no coordinate");
+    throw std::runtime_error("'" + std::string(word) + "' is not a coordinate");
   return value;
 }
 
@@ -36,7 +36,7 @@ uint32_t to_index(std::string_view word, size_t vertices) {
   const auto count = int64_t(vertices);
   if (error != std::errc() || end != number.data() + number.size() || index == 0 || index > count ||
       index < -count)
-    throw std::runtime_error("'" + std::string(word) + "' names none of the vertices before it");
+    throw std::runtime_error("'" + std::string(word) + "' is not the number of an earlier vertex");
   return uint32_t(index > 0 ? index - 1 : count + index);
 }
 
@@ -74,7 +74,7 @@ Mesh read_obj(const std::string& path) {
     }
   }
   if (file.bad()) throw std::runtime_error(path + ": cannot be read");
-  if (mesh.triangles.empty()) throw std::runtime_error(path + ": an OBJ file without faces, or none");
+  if (mesh.triangles.empty()) throw std::runtime_error(path + ": not an OBJ file, or one without faces");
   mesh.low = mesh.high = mesh.positions[mesh.triangles[0][0]];
   for (const auto& triangle : mesh.triangles) {
     for (const uint32_t corner : triangle) {

@@ -1,4 +1,4 @@
-// Triangles from an OBJ file: as much of the format as a sample needs.
+// Triangles from an OBJ file, with as much of the format as a sample needs.
 #pragma once
 
 #include <array>
@@ -12,5 +12,6 @@ struct Mesh {
   std::array<float, 3> low, high;  // of the triangles' corners
 };
 
-/// Vertices and faces; faces of more corners become fans, all else is passed over. Throws std::runtime_error.
+/// Reads vertices and faces. Faces with more corners become fans; everything else is skipped. Throws
+/// std::runtime_error.
 Mesh read_obj(const std::string& path);

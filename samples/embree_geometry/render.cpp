@@ -21,7 +21,7 @@ Vector normalised(const Vector& v) { return 1 / std::sqrt(dot(v, v)) * v; }
 
 const Vector kSun = normalised({-0.8f, 0.6f, 0.3f});
 
-/// Between 0 and 1, from the golden ratio and its like in two dimensions.
+/// Numbers between 0 and 1, from the golden ratio and its analogue in two dimensions.
 float spread(uint32_t i, double step) { return float(double(i) * step - std::floor(double(i) * step)); }
 
 template <class Work>
@@ -61,7 +61,7 @@ Shading shade(const World& world, uint32_t width, uint32_t height, float soft) {
     // The normal, towards the viewer. Under an instance Embree leaves it in the object's space.
     Vector normal{hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z};
     if (hit.hit.instID[0] != RTC_INVALID_GEOMETRY_ID) {
-      // The copies are turned and scaled alike on all axes: their own matrix serves for normals.
+      // The copies are rotated and uniformly scaled, so the same matrix transforms normals.
       float t[12];
       rtcGetGeometryTransform(rtcGetGeometry(world.own(), hit.hit.instID[0]), 0,
                               RTC_FORMAT_FLOAT3X4_ROW_MAJOR, t);
@@ -73,7 +73,7 @@ Shading shade(const World& world, uint32_t width, uint32_t height, float soft) {
     result.light[sample] = std::max(0.0f, dot(normal, kSun));
     if (result.light[sample] == 0) continue;
 
-    // Somewhere on the sun's disk, from a point that is off the surface by the asset's bias.
+    // Towards a point on the sun's disk, from a point that is off the surface by the asset's bias.
     const float radius = soft * std::sqrt(spread(sample, 0.7548776662466927));
     const float angle = 6.2831853f * spread(sample, 0.5698402909980532);
     const Vector origin = eye + hit.ray.tfar * direction + world.bias() * normal;
@@ -126,7 +126,7 @@ void draw(const Shading& shading, const Answers& visible, Picture& picture, uint
     for (uint32_t x = 0; x < shading.width; ++x) {
       const float* samples = &light[size_t(kSamples) * (size_t(y) * shading.width + x)];
       float sum = 0;
-      for (uint32_t s = 0; s < kSamples; ++s) sum += 0.08f + 0.85f * samples[s];  // some light is everywhere
+      for (uint32_t s = 0; s < kSamples; ++s) sum += 0.08f + 0.85f * samples[s];  // ambient light
       const float grey = std::pow(sum / kSamples, 1 / 2.2f);
       const float tint[3] = {1, 0.97f, 0.9f};
       for (int c = 0; c < 3; ++c)

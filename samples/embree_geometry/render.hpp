@@ -8,12 +8,12 @@
 
 struct Shading {
   uint32_t width, height;
-  std::vector<float> light;     // [4 samples of each pixel] of the sun, were there no shadow
-  std::vector<uint32_t> asker;  // [shadow rays] which sample asks
+  std::vector<float> light;     // [4 samples of each pixel] of the sun, without shadows
+  std::vector<uint32_t> asker;  // [shadow rays] the sample that it belongs to
   std::vector<NifRay> rays;     // [shadow rays] towards the sun
 };
 
-/// Primary rays into the renderer's own scene. `soft` is the radius of the sun's disk, as a tangent.
+/// Traces primary rays in the renderer's scene. `soft` is the radius of the sun's disk, as a tangent.
 Shading shade(const World& world, uint32_t width, uint32_t height, float soft);
 
 /// Each 1 visible, 0 in shadow.

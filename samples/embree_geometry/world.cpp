@@ -17,7 +17,7 @@ using Geometry = std::unique_ptr<RTCGeometryTy, ReleaseGeometry>;
 
 Scene new_scene(RTCDevice embree) {
   Scene scene(rtcNewScene(embree));
-  if (!scene) throw std::runtime_error("Embree gives no scene");
+  if (!scene) throw std::runtime_error("Embree created no scene");
   return scene;
 }
 
@@ -48,7 +48,7 @@ Transform multiply(const Transform& a, const Transform& b) {
   return c;
 }
 
-/// Turns and scales about a point, then moves that to another.
+/// Turns and scales about a point, then moves that point to another.
 Transform placed(const std::array<float, 3>& from, float turn, float scale, const std::array<float, 3>& to) {
   const float c = scale * std::cos(turn), s = scale * std::sin(turn);
   Transform t{c, 0, s, 0, 0, scale, 0, 0, -s, 0, c, 0};
@@ -80,7 +80,7 @@ std::vector<Part> parts_of(const nifkit::Asset& asset) {
   return parts;
 }
 
-/// The asset must be of this mesh: where a part lies outside of the mesh's box, it is not.
+/// The asset must be baked from this mesh. If a part lies outside of the mesh's box, it is not.
 void check_parts(const nifkit::Asset& asset, const std::vector<Part>& parts, const Mesh& mesh, float size) {
   for (const Part& part : parts) {
     const NifObjectInfo object = asset.object(part.object);
@@ -91,10 +91,10 @@ void check_parts(const nifkit::Asset& asset, const std::vector<Part>& parts, con
         low += std::min(row[k] * object.bounds_min[k], row[k] * object.bounds_max[k]);
         high += std::max(row[k] * object.bounds_min[k], row[k] * object.bounds_max[k]);
       }
-      // Turned boxes are larger than what is in them.
+      // Rotated boxes are larger than their contents.
       if (low < mesh.low[a] - size || high > mesh.high[a] + size ||
           (parts.size() == 1 && std::abs(low - mesh.low[a]) + std::abs(high - mesh.high[a]) > 0.01f * size))
-        throw std::runtime_error("the asset was not baked from this mesh: its bounds are others");
+        throw std::runtime_error("the asset was not baked from this mesh: its bounds differ");
     }
   }
 }
@@ -131,7 +131,7 @@ World::World(RTCDevice embree, const nifkit::Device& device, const nifkit::Asset
   rtcAttachGeometry(own_.get(), ground.get());
   rtcAttachGeometry(shadow_.get(), ground.get());
 
-  // One in the middle, smaller ones about it that stand on the floor, too.
+  // One in the middle, and smaller ones around it, all on the floor.
   const std::array<float, 3> foot{middle_[0], floor, middle_[2]};
   std::vector<Transform> copies{placed(foot, 0, 1, foot)};
   for (int i = 0; i < 7; ++i) {

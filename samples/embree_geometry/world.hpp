@@ -1,5 +1,5 @@
-// What the sample renders: copies of a model on a floor, in two Embree scenes side by side. The renderer's
-// own has the model's triangles; the shadow scene has the asset in their place.
+// The world that the sample renders: copies of a model on a floor, in two Embree scenes. The renderer's scene
+// has the model's triangles; the shadow scene has the asset instead.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@ class World {
 
   RTCScene own() const { return own_.get(); }
   RTCScene shadow() const { return shadow_.get(); }
-  /// The asset's copies without Embree, for nifQuery itself. The floor is not in it.
+  /// The asset's copies without Embree, to call nifQuery directly. It does not contain the floor.
   const nifkit::Scene& direct() const { return direct_; }
 
   const std::array<float, 3>& middle() const { return middle_; }
@@ -31,7 +31,7 @@ class World {
  private:
   void place(RTCDevice embree, RTCScene into, RTCScene what, const nifkit::Transform& transform);
 
-  std::vector<std::unique_ptr<NifGeometry>> objects_;  // they outlive the scenes
+  std::vector<std::unique_ptr<NifGeometry>> objects_;  // must outlive the scenes
   Scene model_;                                        // its triangles
   std::vector<Scene> assets_;                          // one for each object
   Scene own_, shadow_;

@@ -43,7 +43,7 @@ void free_frame(Frame* frame) {
 
 typedef struct Result {
   uint64_t lit;
-  char message[kMaxMessage]; /* "" where the job went well; nifGetErrorMessage is of the thread that failed */
+  char message[kMaxMessage]; /* "" if the job succeeded; only its thread can read the error */
 } Result;
 
 typedef struct Batch {
@@ -62,8 +62,7 @@ static int ask(const World* world, const NifQuery* query, Result* result) {
   return 1;
 }
 
-/* One job: its own range of the points, which it alone writes. All jobs ask the same scene at the same time.
- */
+/* One job: a range of the points, which no other job writes. All jobs query the same scene. */
 static void ask_range(void* argument, int index) {
   static const float whole = 1;
   const Batch* batch = argument;
@@ -79,7 +78,7 @@ static void ask_range(void* argument, int index) {
     sun.direction[axis] = &world->sun[axis]; /* stride 0: the same for all */
   }
   sun.origin_stride = sizeof(float);
-  /* tmin and tmax stay null: from the point on, and the sun is infinitely far away. */
+  /* tmin and tmax stay null: the ray starts at the point, and the sun is infinitely far away. */
 
   lamp = sun;
   for (axis = 0; axis < 3; ++axis) lamp.direction[axis] = frame->to_lamp[axis] + first;

@@ -1,4 +1,4 @@
-/* One frame's shadow queries, cut into jobs: points on the floor ask for the sun and for the lamp. */
+/* One frame's shadow queries, cut into jobs: for points on the floor, towards the sun and the lamp. */
 #ifndef ENGINE_FRAME_H
 #define ENGINE_FRAME_H
 
@@ -14,7 +14,7 @@ typedef struct Frame {
   uint64_t lit;       /* of the 2 * points answers, after ask_frame */
 } Frame;
 
-/* Each 1, or 0 with a sentence on standard error. */
+/* Each returns 1, or 0 with a sentence on standard error. */
 int make_frame(const World* world, int points, Frame* frame);
 int ask_frame(const World* world, Jobs* jobs, Frame* frame);
 void free_frame(Frame* frame);

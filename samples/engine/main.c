@@ -1,5 +1,5 @@
-/* How a game uses nifkit: an asset comes in from memory, its copies move each frame, and the frame's shadow
- * rays are answered in batches by the program's own threads. Prints how long frames took. */
+/* How a game uses nifkit: an asset is loaded from memory, its copies move each frame, and the program's own
+ * threads answer the frame's shadow rays in batches. Prints the time of frames. */
 #define _POSIX_C_SOURCE 200809L
 #include <nif/nif.h>
 #include <stdio.h>
@@ -30,7 +30,7 @@ static void print_times(const char* what, double* seconds, int count) {
          1e3 * seconds[count - 1]);
 }
 
-/* Makes the world ready for queries for the first time, and says what that took. */
+/* Commits the world for the first time, and prints the time. */
 static int build(World* world, NifAsset asset) {
   NifAssetInfo of_asset = {.struct_size = sizeof(of_asset)};
   NifSceneInfo of_scene = {.struct_size = sizeof(of_scene)};
@@ -86,7 +86,7 @@ int main(int argc, char** argv) {
   int fine = 0, usage = read_options(argc, argv, &options);
   if (usage != 0) return usage == 1 ? 0 : 2;
 
-  /* So many queries run at once; more would wait for one of these to end. */
+  /* This many queries can run at once; others wait until one ends. */
   snprintf(config, sizeof(config), "queries=%d", options.threads);
   if (nifNewDevice(config, NULL, &device) != NIF_OK || nifGetDeviceInfo(device, &about) != NIF_OK) {
     fprintf(stderr, "engine: device: %s\n", nifGetErrorMessage());

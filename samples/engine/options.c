@@ -6,16 +6,16 @@
 #include <string.h>
 
 static const char kHelp[] =
-    "engine ASSET.nif [options]: frames of a game that asks nifkit for its shadows.\n"
+    "engine ASSET.nif [options]: frames of a game whose shadows nifkit computes.\n"
     "\n"
     "  --frames N      frames to run (default 100)\n"
     "  --instances N   copies of the asset, all of which move (default 36)\n"
     "  --threads N     threads that query (default 2)\n"
-    "  --scatter       copies at random places and of random sizes, in place of a grid\n"
-    "  --rays N        sun-shadow rays a frame, and as many lamp rays (default 20000)\n"
+    "  --scatter       copies at random places and of random sizes, instead of a grid\n"
+    "  --rays N        sun-shadow rays a frame, and the same number of lamp rays (default 20000)\n"
     "  --help          this text\n";
 
-/* 1 where `text` is a whole number in 1 .. most. */
+/* 1 if `text` is a whole number in 1 .. most. */
 static int read_number(const char* text, int most, int* number) {
   char* end = NULL;
   long value;
@@ -77,7 +77,7 @@ int read_options(int argc, char** argv, Options* options) {
     ++i;
   }
   if (options->path == NULL) {
-    fputs("engine: which asset? See --help\n", stderr);
+    fputs("engine: give an asset; see --help\n", stderr);
     return 2;
   }
   return 0;

@@ -8,7 +8,7 @@ typedef struct Options {
   int scatter; /* 1: copies at random places and of random sizes, 0: on a grid */
 } Options;
 
-/* 0: go on. 1: --help was asked for and printed. 2: wrong, and said so on standard error. */
+/* 0: continue. 1: --help was given and printed. 2: wrong options, reported on standard error. */
 int read_options(int argc, char** argv, Options* options);
 
 #endif

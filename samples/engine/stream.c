@@ -6,7 +6,7 @@
 
 enum { kChunk = 64 * 1024 };
 
-/* All bytes of a file, to be freed; null with a sentence on standard error. */
+/* All bytes of a file, which the caller frees; or null, with a sentence on standard error. */
 static unsigned char* read_in_chunks(const char* path, size_t* size) {
   unsigned char* bytes = NULL;
   size_t room = 0, got = 1;
@@ -27,7 +27,7 @@ static unsigned char* read_in_chunks(const char* path, size_t* size) {
       }
       bytes = more;
     }
-    /* A game would return to its frame here, and go on with the next piece in a later one. */
+    /* A game would return to its frame here, and read the next piece in a later frame. */
     got = fread(bytes + *size, 1, kChunk, file);
     *size += got;
   }

@@ -1,4 +1,4 @@
-/* Streaming: a file's bytes come in piece by piece, and the asset is made of them when they are all there. */
+/* Streaming: the bytes of a file arrive piece by piece. The asset is made when all have arrived. */
 #ifndef ENGINE_STREAM_H
 #define ENGINE_STREAM_H
 

@@ -21,14 +21,15 @@ static void multiply(const float* a, const float* b, float* c) {
   }
 }
 
-/* In 0 .. 1, always the same for a number. */
+/* A number in 0 .. 1 that depends only on the argument. */
 static float random_of(uint32_t number) {
   number = (number ^ number >> 16) * 0x7feb352du;
   number = (number ^ number >> 15) * 0x846ca68bu;
   return (float)((number ^ number >> 16) >> 8) / (1 << 24);
 }
 
-/* Where a copy is in a frame: turning about the y axis and bobbing, somewhere or on a square grid. */
+/* The transform of a copy in a frame: it turns about the y axis and bobs, at a random place or on a square
+ * grid. */
 static void place(const World* world, uint32_t copy, int frame, float* t) {
   uint32_t side = (uint32_t)ceil(sqrt((double)world->copies));
   float angle = 0.05f * (float)frame + (float)copy;
@@ -75,7 +76,7 @@ int make_world(NifDevice device, NifAsset asset, uint32_t copies, int scatter, W
     }
   }
 
-  /* One copy alone tells how much room each needs. */
+  /* One copy shows how much room each needs. */
   if (nifNewScene(device, &world->scene) != NIF_OK ||
       nifAddAsset(world->scene, asset, NULL, &world->first[0], NULL) != NIF_OK ||
       nifCommitScene(world->scene) != NIF_OK || nifGetSceneInfo(world->scene, &info) != NIF_OK) {
@@ -88,7 +89,7 @@ int make_world(NifDevice device, NifAsset asset, uint32_t copies, int scatter, W
     extent = fmaxf(extent, world->high[axis] - world->low[axis]);
   }
   if (!(extent > 0)) {
-    fputs("engine: the asset has nothing in it\n", stderr);
+    fputs("engine: the asset is empty\n", stderr);
     return 0;
   }
   world->spacing = 1.5f * extent;

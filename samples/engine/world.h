@@ -1,4 +1,4 @@
-/* What the game places and moves: copies of one asset on a floor, a sun and a lamp. */
+/* The game's world: copies of one asset that move, on a floor, a sun and a lamp. */
 #ifndef ENGINE_WORLD_H
 #define ENGINE_WORLD_H
 
@@ -9,7 +9,7 @@ typedef struct World {
   uint32_t* first;  /* [copies] number of each copy's first instance in the scene */
   float (*own)[12]; /* [per_copy] where the asset's file places its instances */
   uint32_t copies, per_copy;
-  int scatter;           /* copies at random places, in place of a grid */
+  int scatter;           /* copies at random places instead of a grid */
   float low[3], high[3]; /* box of one copy */
   float spacing;
   float sun[3];  /* direction towards it */
@@ -18,7 +18,7 @@ typedef struct World {
   float floor_height;
 } World;
 
-/* Each 1, or 0 with a sentence on standard error. The world that is made is not yet committed. */
+/* Each returns 1, or 0 with a sentence on standard error. The new world is not committed yet. */
 int make_world(NifDevice device, NifAsset asset, uint32_t copies, int scatter, World* world);
 int commit_world(World* world);
 /* Moves every copy and makes the scene ready for queries. */

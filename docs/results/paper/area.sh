@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Area lights, three at once. Writes docs/results/paper/area.md; takes some five minutes on two cores.
+# Three area lights at once. Writes docs/results/paper/area.md. Takes about five minutes on two cores.
 #
 #   docs/results/paper/area.sh
 set -euo pipefail
@@ -20,12 +20,12 @@ judge area "$out/area.nif" "$front" none --sheet "$pages/area-spherical.png" --t
 judge area_ours "$ours" "$front" none --sheet "$pages/area-segment.png" --thumbnail 280
 {
   heading 'Area lights'
-  printf 'Trained with %s samples a pixel from the very view and lights that are judged.\n\n' $samples
-  printf '| | file | bits | probability | the paper states, for a scene of its own |\n| --- | ---: | ---: | ---: | ---: |\n'
+  printf 'Trained with %s samples a pixel from the view and lights that are judged.\n\n' $samples
+  printf '| | file | bits | probability | the paper states, for its scene |\n| --- | ---: | ---: | ---: | ---: |\n'
   printf '| `spherical` | %s | %s dB | %s dB | 43.6 dB |\n' "$(size "$out/area.nif")" "$(psnr area bits)" "$(psnr area probability)"
   printf '| `segment`, preset `balanced`, any view and light | %s | %s dB | %s dB | |\n' "$(size "$ours")" \
     "$(psnr area_ours bits)" "$(psnr area_ours probability)"
-  printf '\nEmbree, `spherical` by probability, and the difference times 3:\n\n![By spherical fields](area-spherical.png)\n'
+  printf '\nFrom left to right: Embree, `spherical` by probability, and their difference times 3:\n\n![By spherical fields](area-spherical.png)\n'
   printf '\nThe same with `segment`:\n\n![By segment fields](area-segment.png)\n'
 } >"$pages/area.md.new"
 mv "$pages/area.md.new" "$pages/area.md"

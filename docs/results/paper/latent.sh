@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The size N of latent vectors: 3 to 7 of the outer grids; 2 to 5 over angles by 3 to 6 over the distance of the inner
-# ones. Writes docs/results/paper/latent.md; takes half an hour on two cores.
+# Varies the size N of latent vectors: 3 to 7 in the outer grids; in the inner grids 2 to 5 over angles by 3 to 6 over the
+# distance. Writes docs/results/paper/latent.md. Takes half an hour on two cores.
 #
 #   docs/results/paper/latent.sh
 set -euo pipefail
@@ -26,11 +26,12 @@ judge ours_inner "$ours" "$front" outside
 cell() { printf ' %s dB (%s), %s |' "$(psnr "$1" probability)" "$(psnr "$1" bits)" "$(size "$out/$1.nif")"; }
 {
   heading 'Size of the latent vectors'
-  printf 'Trained with %s samples a pixel from the very view that is judged. PSNR by probability (and by bits), and the whole file.\n\n' $samples
-  printf '## Outer grids\n\nRays from inside are answered by Embree.\n\n| N | |\n| ---: | --- |\n'
+  printf 'Trained with %s samples a pixel from the view that is judged. The columns show PSNR by probability (and by bits), and the size of the whole\n' $samples
+  printf 'file.\n\n'
+  printf '## Outer grids\n\nEmbree answers the rays from inside.\n\n| N | |\n| ---: | --- |\n'
   for n in 3 4 5 6 7; do printf '| %s |%s\n' "$n" "$(cell "latent_$n")"; done
   printf '| `segment` | %s dB (%s), %s |\n' "$(psnr ours_outer probability)" "$(psnr ours_outer bits)" "$(size "$ours")"
-  printf '\n## Inner grids\n\nRays from outside are answered by Embree.\n\n| over angles |'
+  printf '\n## Inner grids\n\nEmbree answers the rays from outside.\n\n| over angles |'
   for distance in 3 4 5 6; do printf ' %s over the distance |' "$distance"; done
   printf '\n| ---: | --- | --- | --- | --- |\n'
   for angles in 2 3 4 5; do
@@ -38,6 +39,6 @@ cell() { printf ' %s dB (%s), %s |' "$(psnr "$1" probability)" "$(psnr "$1" bits
     for distance in 3 4 5 6; do cell "latent_${angles}_$distance"; done
     printf '\n'
   done
-  printf '\n`segment` on the same: %s dB (%s), %s.\n' "$(psnr ours_inner probability)" "$(psnr ours_inner bits)" "$(size "$ours")"
+  printf '\n`segment` on the same rays: %s dB (%s), %s.\n' "$(psnr ours_inner probability)" "$(psnr ours_inner bits)" "$(size "$ours")"
 } >"$pages/latent.md.new"
 mv "$pages/latent.md.new" "$pages/latent.md"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# One pair of networks for all objects of a scene, or one for each. Writes docs/results/paper/networks.md; takes some ten
-# minutes on two cores.
+# Compares one pair of networks for all objects of a scene with separate networks for each object. Writes
+# docs/results/paper/networks.md. Takes about ten minutes on two cores.
 #
 #   docs/results/paper/networks.sh
 set -euo pipefail
@@ -36,14 +36,14 @@ declare -A stated=([own]='31.3 dB' [shared]='31.4 dB' [ours]='')
 declare -A what=([own]='`spherical`, networks for each object' [shared]='`spherical`, one pair for all' [ours]='`segment`, preset `fast`, any view and light')
 {
   heading 'Shared networks, and one for each object'
-  printf 'Five objects: two busts of 500,000 triangles, a tree and a sheet of chain mail of 300,000, two tori of 200,000. Trained with\n'
-  printf '%s samples a pixel from the very view that is judged.\n\n' $samples
-  printf '| | file | bits | probability | the paper states, for a scene of its own |\n| --- | ---: | ---: | ---: | ---: |\n'
+  printf 'Five objects: two busts of 500,000 triangles each, a tree and a sheet of chain mail of 300,000 each, two tori of 200,000. Trained\n'
+  printf 'with %s samples a pixel from the view that is judged.\n\n' $samples
+  printf '| | file | bits | probability | the paper states, for its scene |\n| --- | ---: | ---: | ---: | ---: |\n'
   for kind in shared own ours; do
     printf '| %s | %s | %s dB | %s dB | %s |\n' "${what[$kind]}" "$(size "$out/many_$kind.nif")" "$(psnr "many_$kind" bits)" \
       "$(psnr "many_$kind" probability)" "${stated[$kind]}"
   done
-  printf '\nEmbree, one pair of networks for all by probability, and the difference times 3:\n\n![By spherical fields](networks-spherical.png)\n'
+  printf '\nFrom left to right: Embree, one pair of networks for all by probability, and their difference times 3:\n\n![By spherical fields](networks-spherical.png)\n'
   printf '\nThe same with `segment`:\n\n![By segment fields](networks-segment.png)\n'
 } >"$pages/networks.md.new"
 mv "$pages/networks.md.new" "$pages/networks.md"

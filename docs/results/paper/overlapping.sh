@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Objects whose boxes overlap: a bust within two rings. Writes docs/results/paper/overlapping.md; takes some five minutes
+# Objects whose boxes overlap: a bust within two rings. Writes docs/results/paper/overlapping.md. Takes about five minutes
 # on two cores.
 #
 #   docs/results/paper/overlapping.sh
@@ -25,13 +25,13 @@ judge overlapping "$out/overlapping.nif" "$front" none --sheet "$pages/overlappi
 judge overlapping_ours "$out/overlapping_ours.nif" "$front" none --sheet "$pages/overlapping-segment.png" --thumbnail 320
 {
   heading 'Overlapping objects'
-  printf 'A bust of 500,000 triangles within two rings of 200,000, whose boxes overlap: a ray is learned from once for each box that it\n'
-  printf 'meets. Trained with %s samples a pixel from the very view that is judged.\n\n' $samples
-  printf '| | file | bits | probability | the paper states, for a scene of its own |\n| --- | ---: | ---: | ---: | ---: |\n'
+  printf 'A bust of 500,000 triangles within two rings of 200,000 each. Their boxes overlap, and a ray is used for training once for each box\n'
+  printf 'that it meets. Trained with %s samples a pixel from the view that is judged.\n\n' $samples
+  printf '| | file | bits | probability | the paper states, for its scene |\n| --- | ---: | ---: | ---: | ---: |\n'
   printf '| `spherical` | %s | %s dB | %s dB | 40.5 dB |\n' "$(size "$out/overlapping.nif")" "$(psnr overlapping bits)" "$(psnr overlapping probability)"
   printf '| `segment`, preset `fast`, any view and light | %s | %s dB | %s dB | |\n' "$(size "$out/overlapping_ours.nif")" \
     "$(psnr overlapping_ours bits)" "$(psnr overlapping_ours probability)"
-  printf '\nEmbree, `spherical` by probability, and the difference times 3:\n\n![By spherical fields](overlapping-spherical.png)\n'
+  printf '\nFrom left to right: Embree, `spherical` by probability, and their difference times 3:\n\n![By spherical fields](overlapping-spherical.png)\n'
   printf '\nThe same with `segment`:\n\n![By segment fields](overlapping-segment.png)\n'
 } >"$pages/overlapping.md.new"
 mv "$pages/overlapping.md.new" "$pages/overlapping.md"

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# One shape with few triangles and with many: a bust of 2,000, 200,000 and 5,000,000 triangles beside each other in one
-# scene, and the bust with more and more triangles, up to 50 million, baked by itself. Writes docs/results/paper/polygons.md;
-# takes some ten minutes on two cores, 16 GiB of memory and 1.2 GB of disk. NIF_MOST_TRIANGLES lowers the last of these.
+# One shape with few triangles and with many: a bust of 2,000, 200,000 and 5,000,000 triangles side by side in one scene, and
+# the bust with up to 50 million triangles, baked alone. Writes docs/results/paper/polygons.md. Takes about ten minutes on two
+# cores, 16 GiB of memory and 1.2 GB of disk. NIF_MOST_TRIANGLES lowers the largest number of triangles.
 #
 #   [NIF_MOST_TRIANGLES=10000000] docs/results/paper/polygons.sh
 set -euo pipefail
@@ -25,7 +25,7 @@ bake_ours versions_ours --preset fast
 judge versions "$out/versions.nif" "$front" none --sheet "$pages/polygons-spherical.png" --thumbnail 320
 judge versions_ours "$out/versions_ours.nif" "$front" none --sheet "$pages/polygons-segment.png" --thumbnail 320
 
-# By itself, with this project's encoding alone: what a bake costs, and what comes of it.
+# Alone, with this project's encoding only: cost and quality of a bake.
 counts=()
 for triangles in 500000 5000000 50000000; do
   ((triangles <= most)) || continue
@@ -41,17 +41,18 @@ done
 
 {
   heading 'One shape with few triangles and with many'
-  printf 'Three versions of one bust in one scene, of %s, %s and %s triangles: as the network sees it, an object is a box and a\n' "${versions[@]}"
-  printf 'field, however many triangles it was learned from. Trained with %s samples a pixel from the very view that is judged.\n\n' $samples
+  printf 'Three versions of one bust in one scene, of %s, %s and %s triangles. To the network, an object is a box and a field,\n' "${versions[@]}"
+  printf 'whatever the number of triangles that it was trained on. Trained with %s samples a pixel from the view that is judged.\n\n' $samples
   printf '| | file | bits | probability |\n| --- | ---: | ---: | ---: |\n'
   printf '| `spherical`, networks for each object | %s | %s dB | %s dB |\n' "$(size "$out/versions.nif")" \
     "$(psnr versions bits)" "$(psnr versions probability)"
   printf '| `segment`, preset `fast`, any view and light | %s | %s dB | %s dB |\n' "$(size "$out/versions_ours.nif")" \
     "$(psnr versions_ours bits)" "$(psnr versions_ours probability)"
-  printf '\nEmbree, `spherical` by probability, and the difference times 3:\n\n![By spherical fields](polygons-spherical.png)\n'
+  printf '\nFrom left to right: Embree, `spherical` by probability, and their difference times 3:\n\n![By spherical fields](polygons-spherical.png)\n'
   printf '\nThe same with `segment`:\n\n![By segment fields](polygons-segment.png)\n'
-  printf '\n## The bust by itself\n\n'
-  printf '`nif bake bust.ply --encoding segment --preset fast`, all threads; errors on 10^6 rays of each set, the picture as above. Times are of\none run, beside which others may have gone on.\n\n'
+  printf '\n## The bust alone\n\n'
+  printf '`nif bake bust.ply --encoding segment --preset fast`, all threads. Errors are measured on 10^6 rays of each set, with the picture as\n'
+  printf 'above. The times are from one run on a shared machine.\n\n'
   printf '| triangles | mesh file | bake | peak memory | asset | wrong, `outer-lines` | wrong, `inner-surface` | bits |\n'
   printf '| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n'
   for triangles in "${counts[@]}"; do

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A network that answers primary rays: hit or miss, depth and normal of the dragon, with grids of R = 256 and R = 32, as the
-# paper shows. Writes docs/results/paper/primary.md; takes some five minutes on two cores.
+# A network that answers primary rays: hit or miss, depth and normal of the dragon, with grids of R = 256 and R = 32, as in the
+# paper. Writes docs/results/paper/primary.md. Takes about five minutes on two cores.
 #
 #   docs/results/paper/primary.sh
 set -euo pipefail
@@ -15,15 +15,15 @@ for r in 256 32; do
 done
 "$nif" bench "$ours" --mesh "$mesh" --set outer-lines --rays 1000 --rounds 1 --embree all --json >"$out/primary.bench.json"
 
-# seen NAME FIELD FORMAT: of how the camera's rays are answered.
+# seen NAME FIELD FORMAT: a figure about the answers to the camera's rays.
 seen() { jq -r ".cameras.front.primary.$2" "$out/$1.judged.json" | awk -v format="$3" '{ printf format, $1 * scale }' scale="${4-1}"; }
 {
   heading 'A network that answers primary rays'
-  printf 'Learned from 64 samples a pixel of the very view that is judged (`nif bake --primary`; `docs/encodings/spherical.md` has what it learns).\n'
-  printf 'In the pictures camera rays are answered by the network where they come to the dragon, all shadow rays by Embree. **Differ**\n'
-  printf 'are camera rays that hit the dragon by one and not by the other, of all, %s of which hit it; depth, over the diagonal of the\n' \
+  printf 'Trained with 64 samples a pixel from the view that is judged (`nif bake --primary`; [spherical.md](../../encodings/spherical.md#primary-rays)\n'
+  printf 'describes the field). In the pictures the network answers camera rays that come to the dragon, and Embree answers all shadow rays.\n\n'
+  printf '**Differ** is the share of all camera rays that hit the dragon by one and not by the other. %s of all camera rays hit it. **Depth**\n' \
     "$(seen primary_256 hits '%.1f %%' 100)"
-  printf 'AABB, and normal are mean errors where both hit it.\n\n'
+  printf '(over the diagonal of the AABB) and **normal** are mean errors of the rays that hit it by both.\n\n'
   printf '| R | grids | network | picture | SSIM | differ | depth | normal | training |\n'
   printf '| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n'
   for r in 256 32; do
@@ -38,7 +38,7 @@ seen() { jq -r ".cameras.front.primary.$2" "$out/$1.judged.json" | awk -v format
   done
   bvh() { jq "[.sets[\"outer-lines\"].variants[].bytes] | $1 / 1e5 | round / 10" "$out/primary.bench.json"; }
   printf '\nEmbree'"'"'s BVH of the mesh takes %s to %s MB (`nif bench --embree all`).\n' "$(bvh min)" "$(bvh max)"
-  printf '\nEmbree, the network with R = 256, and the difference times 3:\n\n![R = 256](primary-256.png)\n'
+  printf '\nFrom left to right: Embree, the network with R = 256, and their difference times 3:\n\n![R = 256](primary-256.png)\n'
   printf '\nThe same with R = 32:\n\n![R = 32](primary-32.png)\n'
 } >"$pages/primary.md.new"
 mv "$pages/primary.md.new" "$pages/primary.md"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Training directions uniform, or drawn by the sky's light, after 32 and 128 samples a pixel. Writes
-# docs/results/paper/sampling.md; takes some ten minutes on two cores.
+# Training directions drawn uniformly, or by the sky's light, after 32 and 128 samples a pixel. Writes
+# docs/results/paper/sampling.md. Takes about ten minutes on two cores.
 #
 #   docs/results/paper/sampling.sh
 set -euo pipefail

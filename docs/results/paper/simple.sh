@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Five complex objects among simple ones: these stay triangles, in a BVH of fewer than 100,000. Writes
-# docs/results/paper/simple.md; takes some ten minutes on two cores.
+# Five complex objects among simple ones, which stay triangles in a BVH of fewer than 100,000. Writes
+# docs/results/paper/simple.md. Takes about ten minutes on two cores.
 #
 #   docs/results/paper/simple.sh
 set -euo pipefail
@@ -45,9 +45,9 @@ judge complex_twice "$out/complex_twice.nif" "$front" none
 judge complex_ours "$out/complex_ours.nif" "$front" none --sheet "$pages/simple-segment.png" --thumbnail 320
 {
   heading 'Complex objects among simple ones'
-  printf 'Five complex objects, three busts of 500,000 triangles and rings of 200,000, answered by fields; sixteen simple ones, at most\n'
-  printf '%s triangles in all, and the ground by Embree. Trained with %s samples a pixel from the very view that is judged.\n\n' "$simple_triangles" $samples
-  printf '| | file | bits | probability | the paper states, for a scene of its own |\n| --- | ---: | ---: | ---: | ---: |\n'
+  printf 'Fields answer for five complex objects: three busts of 500,000 triangles each, and rings of 200,000. Embree answers for the ground\n'
+  printf 'and sixteen simple objects, at most %s triangles in all. Trained with %s samples a pixel from the view that is judged.\n\n' "$simple_triangles" $samples
+  printf '| | file | bits | probability | the paper states, for its scene |\n| --- | ---: | ---: | ---: | ---: |\n'
   printf '| `spherical`, networks for each object | %s | %s dB | %s dB | 39.1 dB |\n' "$(size "$out/complex.nif")" "$(psnr complex bits)" "$(psnr complex probability)"
   printf '| `spherical`, one pair of networks for all | %s | %s dB | %s dB | 39.1 dB |\n' "$(size "$out/complex_shared.nif")" \
     "$(psnr complex_shared bits)" "$(psnr complex_shared probability)"
@@ -56,9 +56,10 @@ judge complex_ours "$out/complex_ours.nif" "$front" none --sheet "$pages/simple-
   printf '| `segment`, preset `fast`, any view and light | %s | %s dB | %s dB | |\n' "$(size "$out/complex_ours.nif")" \
     "$(psnr complex_ours bits)" "$(psnr complex_ours probability)"
   learned() { jq -r '[.objects[].training_rays / 1e6] | "\(min * 10 | round / 10) to \(max * 10 | round / 10)"' "$out/$1.json"; }
-  printf '\nWhat is short of the figure that the paper states is samples: each object fills a small part of the picture, so with %s its\n' $samples
-  printf 'fields learn from %s million rays, with twice as many from %s, and come nearer to it; and so do networks that learn from the\nrays of all objects.\n' "$(learned complex)" "$(learned complex_twice)"
-  printf '\nEmbree, `spherical` by probability, and the difference times 3:\n\n![By spherical fields](simple-spherical.png)\n'
+  printf '\nThe difference to the figure in the paper comes from the number of samples. Each object fills a small part of the picture, so with %s\n' $samples
+  printf 'samples its fields learn from %s million rays. With twice as many samples they learn from %s million and come nearer to the\n' "$(learned complex)" "$(learned complex_twice)"
+  printf 'figure. So do networks that learn from the rays of all objects.\n'
+  printf '\nFrom left to right: Embree, `spherical` by probability, and their difference times 3:\n\n![By spherical fields](simple-spherical.png)\n'
   printf '\nThe same with `segment`:\n\n![By segment fields](simple-segment.png)\n'
 } >"$pages/simple.md.new"
 mv "$pages/simple.md.new" "$pages/simple.md"

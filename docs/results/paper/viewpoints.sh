@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Offline training from 1, 4, 16 and 64 viewpoints with networks of width 64, 128 and 256, judged from viewpoints that were
-# never seen: what the paper proposes and does not show. Every training has equally many rays: 64 viewpoints learn from one
-# sample of each pixel, one viewpoint from 64. Writes docs/results/paper/viewpoints.md. Wide networks take long: in all some
-# half an hour on two cores.
+# Offline training from 1, 4, 16 and 64 viewpoints with networks of width 64, 128 and 256, judged from viewpoints that were not
+# used for training. The paper proposes this and does not show it. Every training has the same number of rays: 64 viewpoints
+# learn from one sample of each pixel, one viewpoint from 64. Writes docs/results/paper/viewpoints.md. Wide networks take long:
+# about half an hour in all, on two cores.
 #
 #   docs/results/paper/viewpoints.sh
 set -euo pipefail
@@ -33,8 +33,8 @@ done
 judge ours_unseen "$ours" "$unseen" none --width 480 --height 270 --sheet "$pages/viewpoints-segment.png" --thumbnail 112
 {
   heading 'Offline training from several viewpoints'
-  printf 'Judged from four viewpoints that no training saw, by pictures of 480 x 270 pixels: the lowest PSNR of the four, by probability\n'
-  printf '(and by bits). `segment` was baked once with `--preset balanced`; it knows of no viewpoint.\n\n'
+  printf 'Judged from four viewpoints that were not used for training, on pictures of 480 x 270 pixels. The figure is the lowest PSNR of the\n'
+  printf 'four, by probability (and by bits). `segment` was baked once with `--preset balanced` and knows no viewpoint.\n\n'
   printf '| viewpoints |'
   for width in "${widths[@]}"; do printf ' width %s |' "$width"; done
   printf '\n| ---: |'
@@ -47,8 +47,8 @@ judge ours_unseen "$ours" "$unseen" none --width 480 --height 270 --sheet "$page
   done
   printf '\nFiles:'
   for width in "${widths[@]}"; do printf ' %s with width %s,' "$(size "$out/views_1_$width.nif")" "$width"; done
-  printf ' and %s of `segment`, which comes to **%s dB** (%s).\n' "$(size "$ours")" "$(psnr ours_unseen probability)" "$(psnr ours_unseen bits)"
-  printf '\nThe four views by Embree, by `spherical` of width 64 from 64 viewpoints (probability), and the difference times 3:\n\n'
+  printf ' and %s of `segment`, which reaches **%s dB** (%s).\n' "$(size "$ours")" "$(psnr ours_unseen probability)" "$(psnr ours_unseen bits)"
+  printf '\nFrom left to right: the four views by Embree, by `spherical` of width 64 from 64 viewpoints (probability), and their difference times 3:\n\n'
   printf '![By spherical fields](viewpoints-spherical.png)\n\nThe same with `segment`:\n\n![By segment](viewpoints-segment.png)\n'
 } >"$pages/viewpoints.md.new"
 mv "$pages/viewpoints.md.new" "$pages/viewpoints.md"
