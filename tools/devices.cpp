@@ -1,4 +1,4 @@
-// `nif devices`: what can answer queries on this machine, and where something is missing, what.
+// `nif devices`: lists what can answer queries on this machine, and what is missing.
 #include <fmt/format.h>
 
 #include <memory>
@@ -65,17 +65,18 @@ void print_json() {
 
 void add_devices(Command app) {
   const Command command =
-      app.add_subcommand("devices", "Say what can answer queries here: the CPU, and GPUs");
+      app.add_subcommand("devices", "List what can answer queries on this machine: the CPU and GPUs");
   auto json = std::make_shared<bool>(false);
-  command.add_flag("--json", *json, "Print it as one JSON object (nifkit.devices/1)");
+  command.add_flag("--json", *json, "Print the list as one JSON object (nifkit.devices/1)");
   command.footer(
-      "A GPU is used by the runtime's configuration \"backend=hip,device=N\". Where there is none, the line "
-      "says\n"
-      "what is missing: the GPU module (libnif_hip.so; NIF_HIP_MODULE names another file), a driver, a card, "
-      "or "
-      "code\n"
-      "for the card.\n"
-      "Example: nif devices");
+      "To use a GPU, configure the runtime with \"backend=gpu,device=N\" (docs/runtime.md). If no GPU can be "
+      "used, the\n"
+      "line says what is missing: the GPU module (libnif_hip.so, or the file that NIF_HIP_MODULE names), a "
+      "driver, a\n"
+      "card, or code for the card.\n"
+      "Examples:\n"
+      "  nif devices\n"
+      "  nif devices --json");
   command.callback([json] { *json ? print_json() : print_text(); });
 }
 

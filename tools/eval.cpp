@@ -112,8 +112,7 @@ void print(const Arguments& arguments, const Result& result) {
   }
   fmt::print("\n{}", accuracy_table(result.sets));
   if (result.any_spherical)
-    fmt::print(
-        "\nSpherical objects are not told where a segment ends, so finite ones are answered as rays.\n");
+    fmt::print("\nSpherical objects ignore where a segment ends: they answer it as a ray.\n");
   if (arguments.reference)
     fmt::print("\n{} of {} rays answered differently by {} and the scalar reference\n", result.different,
                result.compared, result.isa);
@@ -138,24 +137,27 @@ void run(const Arguments& arguments) {
 
 void add_eval(Command app) {
   const Command command =
-      app.add_subcommand("eval", "Measure an asset's answers against Embree on its source mesh");
+      app.add_subcommand("eval", "Compare an asset's answers with Embree's on its source mesh");
   auto a = std::make_shared<Arguments>();
-  command.add_option("ASSET", a->asset, "A .nif file").required();
+  command.add_option("ASSET", a->asset, "The .nif file to measure").required();
   command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
-  command.add_option("--set", a->sets, "A ray set to measure; may be repeated. All of them by default");
-  command.add_option("--rays", a->rays, "Rays of each set, shared out over the objects")
+  command.add_option("--set", a->sets,
+                     "A ray set to measure (docs/ray-sets.md); may be repeated (default: all)");
+  command.add_option("--rays", a->rays, "Rays per ray set, divided among the objects")
       .positive()
       .capture_default_str();
-  command.add_option("--seed", a->seed, "Start of the random rays").capture_default_str();
-  command.add_option("-j,--threads", a->threads, "Threads; 0: all").capture_default_str();
-  command.add_flag("--bvh", a->bvh,
-                   "Also build Embree's default and compact BVH, and say how many bytes they take");
+  command.add_option("--seed", a->seed, "Seed of the random rays").capture_default_str();
+  command.add_option("-j,--threads", a->threads, "Threads (0 = all cores)").capture_default_str();
+  command.add_flag("--bvh", a->bvh, "Also build Embree's default and compact BVH, and print their size");
   add_isa_option(command, a->isa);
   command.add_flag("--reference", a->reference,
-                   "Also ask the scalar reference, and fail where one bit of an answer differs");
+                   "Also ask the scalar reference, and fail if any bit of an answer differs");
   command.add_flag("--json", a->json, "Print the results as one JSON object (nifkit.eval/1)");
   command.add_flag("--quiet", a->quiet, "No progress");
-  command.footer("Example: nif eval dragon.nif --mesh dragon.ply.gz --set outer-lines --set segments");
+  command.footer(
+      "Examples:\n"
+      "  nif eval dragon.nif --mesh dragon.ply.gz --set outer-lines --set segments\n"
+      "  nif eval dragon.nif --mesh dragon.ply.gz --bvh");
   command.callback([a] { run(*a); });
 }
 

@@ -17,11 +17,10 @@ namespace nif::tools {
 namespace {
 
 constexpr const char* kExitCodes =
-    "Exit codes: 0 done, 1 internal error, 2 wrong options, 10-26 an input file that cannot be used, 30-34 "
-    "an asset\n"
-    "that cannot be used, 40-41 an output that cannot be written, 50-53 a bake that failed, 130 "
+    "Exit codes: 0 success, 1 internal error, 2 wrong options, 10-26 an input file cannot be used,\n"
+    "30-34 an asset cannot be used, 40-41 the output cannot be written, 50-53 a bake failed, 130 "
     "interrupted.\n"
-    "docs/command-line.md lists each.\n";
+    "docs/command-line.md lists them all.\n";
 
 /// Refuses words that name no subcommand, of which CLI11 would only say that a subcommand is missing.
 void check_subcommands(const CLI::App& app, std::span<const std::string> arguments) {
@@ -32,13 +31,15 @@ void check_subcommands(const CLI::App& app, std::span<const std::string> argumen
     if (command->check_name(arguments[0])) return check_subcommands(*command, arguments.subspan(1));
     names += (names.empty() ? "" : ", ") + command->get_name();
   }
-  throw Error(Status::usage,
-              fmt::format("'{}' has no subcommand '{}'; it has {}", app.get_name(), arguments[0], names));
+  throw Error(Status::usage, fmt::format("'{}' has no subcommand '{}'; choose from {}", app.get_name(),
+                                         arguments[0], names));
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Neural visibility for games and rendering: bakes triangle meshes into small .nif assets.",
-               "nif");
+  CLI::App app(
+      "Neural visibility for games and rendering. Bakes triangle meshes into small .nif assets that "
+      "answer\nwhether a segment is blocked.",
+      "nif");
   app.set_version_flag(
       "--version",
       std::string("nif " NIF_VERSION_STRING "\n") +

@@ -157,13 +157,13 @@ TEST_F(Attach, RefusesAndLeavesNothing) {
   folder_.write("car.glb", car().glb());
   bake("car.glb", "car.nif");
   const std::string gltf = path("car.glb"), asset = path("car.nif"), out = path("out.glb");
-  refused({gltf, "-o", out}, Status::usage, "ASSET is required");
+  refused({gltf, "-o", out}, Status::usage, "give an ASSET");
   refused({gltf, asset, "-o", out, "--remove"}, Status::usage, "--remove and an ASSET");
   refused({gltf, "-o", out, "--remove", "--reference"}, Status::usage, "--remove and --reference");
-  refused({gltf, "-o", out, "--remove"}, Status::usage, "no asset attached");
+  refused({gltf, "-o", out, "--remove"}, Status::usage, "no attached asset");
   refused({gltf, asset, "-o", gltf}, Status::usage, "overwrite");
   refused({gltf, asset, "-o", asset}, Status::usage, "overwrite");
-  refused({gltf, asset, "-o", path("out.gltf")}, Status::usage, "must end in it");
+  refused({gltf, asset, "-o", path("out.gltf")}, Status::usage, "must end in .glb");
   refused({gltf, asset, "-o", path("none/out.glb")}, Status::output_folder_missing, "none");
   refused({path("none.glb"), asset, "-o", out}, Status::file_not_found, "none.glb");
   refused({gltf, path("none.nif"), "-o", out}, Status::file_not_found, "none.nif");
@@ -178,7 +178,7 @@ TEST_F(Attach, RefusesAndLeavesNothing) {
                        const std::string& fragment) {
     refused({folder_.write(name, content).string(), asset, "-o", out}, status, fragment);
   };
-  bad("bad.glb", "no mesh", Status::not_a_mesh, "neither .gltf nor .glb");
+  bad("bad.glb", "no mesh", Status::not_a_mesh, "neither glTF nor GLB");
   bad("bad.gltf", R"({"asset":{"version":"1.0"}})", Status::not_a_mesh, "glTF 1.0");
   bad("bad.glb", car().glb().substr(0, 200), Status::file_truncated, "bad.glb");
   bad("bad.gltf", R"({"asset":{"version":"2.0"},"a":)" + std::string(100000, '['), Status::malformed_mesh,
@@ -187,7 +187,7 @@ TEST_F(Attach, RefusesAndLeavesNothing) {
   odd.json["extensions"] = 5;
   bad("bad.glb", odd.glb(), Status::mesh_mismatch, "was not baked from");
   refused({path("bad.glb"), asset, "-o", out, "--force"}, Status::malformed_mesh,
-          "extensions of a wrong type");
+          "extensions of the wrong type");
 }
 
 }  // namespace

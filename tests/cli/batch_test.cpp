@@ -132,7 +132,7 @@ TEST_F(Batch, ContentCountsAndNotTimes) {
   write("out/b.nif", "another");
   const json repaired = batch_json(file);
   EXPECT_EQ(repaired["baked"], 1);
-  EXPECT_EQ(repaired["assets"][1]["reason"], "the asset is not what was baked");
+  EXPECT_EQ(repaired["assets"][1]["reason"], "the asset has changed since its bake");
   EXPECT_TRUE(read_bytes(path("out/b.nif")) == baked);
 
   // As files from a machine with another clock have it.
@@ -248,23 +248,23 @@ TEST_F(Batch, RefusesManifestsThatContradictThemselves) {
   write("b.obj", ball_);
   const std::string all = "[[asset]]\nmesh = \"*.obj\"\n";
   refused(manifest("[[asset]]\nmash = \"*.obj\"\n"),
-          "line 6: asset 1: 'mash' is not known here; the nearest is 'mesh'");
+          "line 6: asset 1: 'mash' is unknown here; did you mean 'mesh'?");
   refused(manifest(all, "resoluton = 24\n"),
-          "defaults: 'resoluton' is not known here; the nearest is 'resolution'");
-  refused(manifest(all + "[[asset]]\nmesh = \"b.obj\"\n"), "gives two meshes one output");
-  refused(manifest(all + "output = \"x.nif\"\n"), "gives two meshes one output");
-  refused(manifest(all + "output = \"{stm}.nif\"\n"), "'{stm}.nif' has another placeholder");
-  refused(manifest(all + "output = \"{stem.nif\"\n"), "has another placeholder");
+          "defaults: 'resoluton' is unknown here; did you mean 'resolution'?");
+  refused(manifest(all + "[[asset]]\nmesh = \"b.obj\"\n"), "gives two meshes the same output");
+  refused(manifest(all + "output = \"x.nif\"\n"), "gives two meshes the same output");
+  refused(manifest(all + "output = \"{stm}.nif\"\n"), "'{stm}.nif' has an unknown placeholder");
+  refused(manifest(all + "output = \"{stem.nif\"\n"), "has an unknown placeholder");
   refused(manifest("[[asset]]\nmesh = \"a.obj\"\noutput = \"b.obj\"\n[[asset]]\nmesh = \"b.obj\"\n"),
-          "goes in a circle");
+          "contains a cycle");
   refused(manifest("[[asset]]\nmesh = \"none/*.obj\"\n"), "matches no file");
-  refused(manifest("[[asset]]\nmesh = \"none.obj\"\n"), "names a file that is not there");
+  refused(manifest("[[asset]]\nmesh = \"none.obj\"\n"), "names a file that does not exist");
   refused(manifest("[[asset]]\nmesh = \"*.obj\"\nexclude = \"*\"\n"), "leaves nothing to bake");
-  refused(manifest(""), "is missing: there is nothing to bake");
+  refused(manifest(""), "is missing: add an [[asset]]");
   refused(manifest(all + "preset = \"best\"\n"), "--preset");
   refused(manifest(all + "seed = \"x\"\n"), "seed");
   refused(manifest(all + "shared-network = 3\n"), "--shared-network must be true or false");
-  refused(manifest(all + "resolution = [1]\n"), "'resolution' must be text, a number, or true or false");
+  refused(manifest(all + "resolution = [1]\n"), "'resolution' must be a string, a number, true or false");
   refused(write("library.toml", "output = \n"), "library.toml: line 1");
   refused(path("none.toml"), "none.toml", Status::file_not_found);
 }

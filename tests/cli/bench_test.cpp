@@ -142,8 +142,8 @@ TEST_F(Bench, OnAGpu) {
 
   outcome = nif(bench({"--device", "hip", "--set", "sun", "--stages", "--batches"}));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("by the pipeline's stages"), std::string::npos) << outcome.out;
-  EXPECT_NE(outcome.out.find("by rays that are asked at once"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("in each stage of the pipeline"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("by rays per query"), std::string::npos) << outcome.out;
   outcome = nif(bench({"--device", "gpu", "--set", "sun"}));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("on emulated card 0, against an exact BVH of the mesh"), std::string::npos)

@@ -13,6 +13,7 @@ TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
                                                                                        {"bench"},
                                                                                        {"devices"},
                                                                                        {"eval"},
+                                                                                       {"farm"},
                                                                                        {"info"},
                                                                                        {"mesh"},
                                                                                        {"mesh", "convert"},
@@ -32,6 +33,7 @@ TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
       const Outcome outcome = nif(arguments);
       EXPECT_EQ(outcome.code, 0);
       EXPECT_NE(outcome.out.find("Usage"), std::string::npos) << outcome.out;
+      EXPECT_NE(outcome.out.find("Examples:\n  nif "), std::string::npos) << outcome.out;
       EXPECT_EQ(outcome.err, "");
     }
   }

@@ -149,8 +149,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{
             "ThreadsOfAGpu", bench({"--device", "hip", "--threads", "1"}), {"--device hip", "--threads"}},
         WrongOptions{"IsaOfAGpu", bench({"--device", "gpu", "--isa", "auto"}), {"--device gpu", "--isa"}},
-        WrongOptions{"PrecisionOfTheCpu", bench({"--precision", "half"}), {"--precision", "--device hip"}},
-        WrongOptions{"BatchesOfTheCpu", bench({"--batches"}), {"--batches", "--device hip"}},
+        WrongOptions{"PrecisionOfTheCpu", bench({"--precision", "half"}), {"--precision", "--device gpu"}},
+        WrongOptions{"BatchesOfTheCpu", bench({"--batches"}), {"--batches", "--device gpu"}},
         WrongOptions{"PlotOfAGpu", bench({"--device", "hip", "--plot", "a.svg"}), {"--device hip", "--plot"}},
         WrongOptions{"PlotAsStream", bench({"--plot", "-"}), {"--plot -"}},
         WrongOptions{"InfoOfNothing", {"info"}, {"ASSET"}}),

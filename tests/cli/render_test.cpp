@@ -147,14 +147,14 @@ TEST_F(Render, FieldsLearnedFromAView) {
     more.insert(more.begin(), {"bake", mesh, "-o", (folder_.path() / "none.nif").string()});
     return more;
   };
-  refused(with({"--view", view}), Status::usage, "--view is an option of --encoding spherical");
-  refused(with({"--preset", "paper", "--view-samples", "4"}), Status::usage, "there is none");
+  refused(with({"--view", view}), Status::usage, "--view needs --encoding spherical");
+  refused(with({"--preset", "paper", "--view-samples", "4"}), Status::usage, "--view-samples needs --view");
   refused(with({"--preset", "paper", "--view", view, "--mix", "outer-lines"}), Status::usage,
           "--view and --mix");
   refused(with({"--preset", "paper", "--view", "none.toml"}), Status::file_not_found, "none.toml");
   const std::string other = folder_.write("cube.obj", obj_text(cube())).string();
   const std::string without = folder_.write("other.toml", scene_text("mesh = 'cube.obj'\n")).string();
-  refused(with({"--preset", "paper", "--view", without}), Status::usage, "no object of this scene is");
+  refused(with({"--preset", "paper", "--view", without}), Status::usage, "no object of this scene uses");
 }
 
 TEST_F(Render, CamerasRaysByAField) {
@@ -330,7 +330,7 @@ TEST_F(Render, WhatCannotBeRendered) {
   refused({"render", good, "-o", (folder_.path() / "no" / "out").string()}, Status::output_folder_missing,
           "does not exist");
   refused({"render", good, "-o", (folder_.path() / "ring.obj").string()}, Status::output_not_writable,
-          "no folder");
+          "not a folder");
 }
 
 TEST_F(Render, CancelledItEndsAndKeepsWholePictures) {

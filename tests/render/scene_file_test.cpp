@@ -165,20 +165,21 @@ TEST_F(SceneFile, MistakesAreNamed) {
   expect_refusal("", "no object");
   expect_refusal("[[object]]\n" + small, "line 1: object 1: 'mesh' is missing");
   expect_refusal("[[object]]\nmesh = 'a.ply'\nprimary = true\n", "line 3: object 1: 'primary' needs 'nif'");
-  expect_refusal(small + "zoom = 2\n", "line 7: camera 1: 'zoom' is not known here");
+  expect_refusal(small + "zoom = 2\n", "line 7: camera 1: 'zoom' is unknown here");
   expect_refusal(small + "fov = 500\n", "line 7: camera 1: 'fov' must be from 0.1 to 170");
   expect_refusal(small + "fov = nan\n", "'fov' must be from");
   expect_refusal(small + "position = [1, 2]\ntarget = [0, 0, 0]\n", "'position' must be three numbers");
   expect_refusal(small + "position = [1, 2, 3]\n", "'target' is missing");
-  expect_refusal(small + "position = [1, 2, 3]\ntarget = [1, 2, 3]\n", "'target' is where the camera stands");
-  expect_refusal(small + "[[camera]]\nname = 'front'\n", "another camera's too");
-  expect_refusal(small + "[[camera]]\nname = '../x'\n", "usable as a file's name");
+  expect_refusal(small + "position = [1, 2, 3]\ntarget = [1, 2, 3]\n",
+                 "'target' is the camera's own position");
+  expect_refusal(small + "[[camera]]\nname = 'front'\n", "used by another camera");
+  expect_refusal(small + "[[camera]]\nname = '../x'\n", "usable as a file name");
   expect_refusal("up = 'w'\n" + small, "'up' must be");
   expect_refusal(small + "[picture]\nwidth = 0\n", "'width' must be a whole number from 1 to 16384");
   expect_refusal(small + "[picture]\nheight = 1e3\n", "'height' must be a whole number");
   expect_refusal(small + "[picture]\nsamples = -1\n", "'samples' must be");
   expect_refusal(small + "[[light]]\ntype = 'laser'\n",
-                 "is 'laser'; there are sun, sky, area, point and spot");
+                 "is 'laser'; it must be sun, sky, area, point or spot");
   const std::string spot =
       small + "[[light]]\ntype = 'spot'\nposition = [0,0,0]\nintensity = 1\ndirection = ";
   expect_refusal(spot + "[0,0,0]\n", "'direction' must not be zero");
@@ -189,20 +190,21 @@ TEST_F(SceneFile, MistakesAreNamed) {
   expect_refusal("[[object]]\nmesh = 'a.glb'\ncameras = 'no'\n" + small, "'cameras' must be true or false");
   expect_refusal(small + "[[light]]\ntype = 'sun'\ndirection = [0, 0, 0]\n", "'direction' must not be zero");
   expect_refusal(small + "[[light]]\ntype = 'sky'\nradiance = -1\n", "'radiance' must be from 0");
-  expect_refusal(small + "[[light]]\ntype = 'sky'\nradiance = ['a', 1, 1]\n", "'radiance' must hold numbers");
+  expect_refusal(small + "[[light]]\ntype = 'sky'\nradiance = ['a', 1, 1]\n",
+                 "'radiance' must contain only numbers");
   expect_refusal(
       small +
           "[[light]]\ntype = 'area'\ncorner = [0,0,0]\nedge_u = [1,0,0]\nedge_v = [2,0,0]\nradiance = 1\n",
       "spans no area");
   expect_refusal(small + "[[object]]\nmesh = 'b'\nscale = 2\ntransform = [1,0,0,0,0,1,0,0,0,0,1,0]\n",
-                 "beside 'transform'");
+                 "together with 'transform'");
   expect_refusal(small + "[[light]]\ntype = 'sky'\nglow = {direction = [0, 1, 0]}\n",
                  "glow: 'radiance' is missing");
   expect_refusal(
       small + "[[light]]\ntype = 'sky'\nmap = 'a.exr'\nglow = {direction = [0, 1, 0], radiance = 1}\n",
-      "beside 'map'");
+      "together with 'map'");
   expect_refusal(small + "[ground]\nalbedo = 2\n", "'albedo' must be from 0 to 1");
-  expect_refusal("object = 3\n", "'object' must be tables");
+  expect_refusal("object = 3\n", "'object' must be an array of tables");
   expect_refusal("ground = 3\n" + small, "'ground' must be a table");
 }
 

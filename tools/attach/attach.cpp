@@ -1,4 +1,4 @@
-// `nif attach`: a baked asset as part of the glTF that it was baked from, or taken out of it again.
+// `nif attach`: attaches a baked asset to the glTF that it was baked from, or removes it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -36,9 +36,9 @@ void check(const Arguments& arguments) {
                                                 : nullptr;
     if (idle)
       throw Error(Status::usage,
-                  fmt::format("--remove and {} contradict each other: nothing is attached", idle));
+                  fmt::format("--remove and {} cannot be used together: --remove attaches nothing", idle));
   } else if (arguments.asset.empty()) {
-    throw Error(Status::usage, "ASSET is required, or --remove; see --help");
+    throw Error(Status::usage, "give an ASSET to attach, or --remove; see --help");
   }
   refuse_overwriting(arguments.gltf, arguments.output);
   refuse_overwriting(arguments.asset, arguments.output);
@@ -51,15 +51,16 @@ fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.
 void check_kind(const mesh::GltfFile& file, const std::string& output) {
   const std::string wanted = file.is_glb() ? ".glb" : ".gltf";
   if (ending_of(output) != wanted) {
-    throw Error(Status::usage, fmt::format("{}: {} is a {} and stays one; the output's name must end in it",
+    throw Error(Status::usage, fmt::format("{0}: {1} is a {2} file, so the output's name must end in {2}",
                                            output, file.file().string(), wanted));
   }
   std::error_code unknown;
   const std::vector<std::string> uris = file.relative_uris();
   if (!uris.empty() && !fs::equivalent(folder_of(file.file()), folder_of(output), unknown)) {
-    throw Error(Status::usage,
-                fmt::format("{}: {} names '{}' beside it, so the output must lie in its folder", output,
-                            file.file().string(), uris[0]));
+    throw Error(
+        Status::usage,
+        fmt::format("{}: {} refers to '{}' in its own folder, so the output must be in that folder, too",
+                    output, file.file().string(), uris[0]));
   }
 }
 
@@ -105,7 +106,7 @@ struct Result {
 Result remove(const Arguments& arguments, const mesh::GltfFile& file) {
   if (!file.has_attachment())
     throw Error(Status::usage,
-                fmt::format("{}: has no asset attached that --remove could take out", arguments.gltf));
+                fmt::format("{}: has no attached asset for --remove to remove", arguments.gltf));
   Result result;
   result.bytes = write(arguments.output, file.without());
   return result;
@@ -191,26 +192,27 @@ void add_attach(Command app) {
       app.add_subcommand("attach", "Make a baked asset part of the glTF that it was baked from");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command.add_option("GLTF", a.gltf, "A .glb or .gltf file").required();
+  command.add_option("GLTF", a.gltf, "The .glb or .gltf file to attach the asset to").required();
   command.add_option("ASSET", a.asset, "The .nif file that was baked from it");
-  command.add_option("-o,--output", a.output, "The file to write, of the same kind as the input").required();
-  command.add_flag("--reference", a.reference,
-                   "Name the asset by a relative URI in place of copying it into the .glb; a .gltf always "
-                   "does");
+  command.add_option("-o,--output", a.output, "The file to write: .glb or .gltf, like the input").required();
+  command.add_flag(
+      "--reference", a.reference,
+      "Refer to the asset by a relative URI instead of copying it into the .glb; always so for a .gltf");
   command.add_flag("--force", a.force,
-                   "Take an asset that was baked from another file, too, and match nodes by their names");
+                   "Accept an asset that was baked from another file, and match nodes by their names");
   command.add_flag("--remove", a.remove,
-                   "Take an attached asset out again: the file is then, byte for byte, what it was before");
+                   "Remove an attached asset: the file becomes byte for byte what it was before");
   command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.attach/1)");
   command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
   command.footer(
-      "The asset is attached by the glTF extension NIF_visibility (docs/gltf-extension.md), which other "
+      "The asset is attached with the glTF extension NIF_visibility (docs/gltf-extension.md), which other "
       "programs\n"
-      "ignore: the file's meshes stay, and so does every other byte. An asset that is attached already is\n"
-      "replaced. nif bake makes the same asset of the file with and without one.\n"
+      "ignore. Nothing else in the file changes. An asset that is already attached is replaced. nif bake "
+      "ignores an\n"
+      "attached asset.\n"
       "Examples:\n"
       "  nif bake crate.glb -o crate.nif && nif attach crate.glb crate.nif -o both.glb\n"
-      "  nif attach hall.gltf hall.nif -o hall_nif.gltf       # names hall.nif beside it\n"
+      "  nif attach hall.gltf hall.nif -o hall_nif.gltf       # refers to hall.nif\n"
       "  nif attach both.glb --remove -o crate.glb");
   command.callback([arguments] { run(*arguments); });
 }

@@ -23,9 +23,9 @@ json member(const json& value, const char* name) {
 
 void note_unmatched(size_t nodes, NodeMatch& match) {
   if (nodes == 0) return;
-  match.notes.push_back(fmt::format(
-      "{} of the file with a mesh {} no instance of the asset and {} left as {}", count_of(nodes, "node"),
-      nodes == 1 ? "has" : "have", nodes == 1 ? "is" : "are", nodes == 1 ? "it is" : "they are"));
+  match.notes.push_back(fmt::format("{} with a mesh {} no instance in the asset and {} left as {}",
+                                    count_of(nodes, "node"), nodes == 1 ? "has" : "have",
+                                    nodes == 1 ? "is" : "are", nodes == 1 ? "it is" : "they are"));
 }
 
 }  // namespace
@@ -37,10 +37,10 @@ NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, c
              numbers = member(member(metadata, "hierarchy"), "instances");
   const std::string wanted = bake::source_hash_text(scene.source_hash);
   if (source != wanted) {
-    throw Error(
-        Status::mesh_mismatch,
-        fmt::format("{} was not baked from {}: its source is {}, the file is {}; --force goes by names",
-                    asset, gltf, source.is_string() ? source.get<std::string>() : "unknown", wanted));
+    throw Error(Status::mesh_mismatch,
+                fmt::format("{} was not baked from {}: its source has the hash {}, the file has {}; --force "
+                            "matches nodes by name instead",
+                            asset, gltf, source.is_string() ? source.get<std::string>() : "unknown", wanted));
   }
   std::set<uint64_t> unmatched;
   for (const mesh::Instance& instance : scene.instances)
@@ -53,8 +53,8 @@ NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, c
   }
   if (!known || match.nodes.empty()) {
     throw Error(Status::mesh_mismatch,
-                fmt::format("{} does not say which nodes of {} its instances are; bake it again, or let "
-                            "--force go by names",
+                fmt::format("{} does not record which nodes of {} its instances belong to; bake it again, or "
+                            "use --force to match them by name",
                             asset, gltf));
   }
   note_unmatched(unmatched.size(), match);
@@ -79,11 +79,12 @@ NodeMatch match_names(const format::AssetView& view, const mesh::Scene& scene, c
     --unmatched_nodes;
   }
   if (match.nodes.empty()) {
-    throw Error(Status::mesh_mismatch, fmt::format("{}: none of its {} is named as a node of {} with a mesh",
-                                                   asset, count_of(view.instances.size(), "instance"), gltf));
+    throw Error(Status::mesh_mismatch,
+                fmt::format("{}: none of its {} has the name of a node with a mesh in {}", asset,
+                            count_of(view.instances.size(), "instance"), gltf));
   }
   if (const size_t lost = view.instances.size() - match.nodes.size())
-    match.notes.push_back(fmt::format("{} of the asset {} named as no node of the file",
+    match.notes.push_back(fmt::format("{} of the asset {} left out: no node in the file has the same name",
                                       count_of(lost, "instance"), lost == 1 ? "is" : "are"));
   note_unmatched(unmatched_nodes, match);
   return match;

@@ -1,4 +1,4 @@
-// Which node of a glTF each instance of an asset stands for.
+// Finds the glTF node of each instance of an asset.
 #pragma once
 
 #include <string>

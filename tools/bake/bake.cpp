@@ -99,14 +99,14 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result,
 void print_summary(const Arguments& arguments, const bake::BakeResult& result,
                    const nlohmann::ordered_json& bytes, double seconds) {
   const auto shown = [&](const char* part) { return format_bytes(bytes[part].get<double>()); };
-  fmt::print("{}: {} in {}, {}; baked in {:.1f} s, at most {} of memory\n", arguments.output,
+  fmt::print("{}: {} in {}, {}; baked in {:.1f} s, peak memory {}\n", arguments.output,
              count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
              count_of(result.asset.instances.size(), "instance"), seconds,
              format_bytes(double(peak_memory())));
   fmt::print("{} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {}, grids {})\n",
              shown("file"), shown("resident"), shown("occupancy"), shown("features"), shown("network"),
              shown("bvh"), shown("grids"));
-  if (bytes["primary"] != 0) fmt::print("of which for primary rays {}\n", shown("primary"));
+  if (bytes["primary"] != 0) fmt::print("including {} for primary rays\n", shown("primary"));
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
     const bake::ObjectReport& object = result.objects[i];
@@ -123,9 +123,9 @@ std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeResu
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   for (const bake::ObjectReport& object : result.objects) {
     if (object.recoveries)
-      notes.push_back(
-          fmt::format("'{}': the loss became non-finite {} time(s); training went back and on more carefully",
-                      object.name, object.recoveries));
+      notes.push_back(fmt::format(
+          "'{}': the loss became non-finite {} time(s); training went back and continued more carefully",
+          object.name, object.recoveries));
   }
   return notes;
 }
@@ -204,7 +204,7 @@ void run_manifest(const Arguments& arguments, const Command& command) {
     if (allowed.has(name)) continue;
     if (name != "--threads" && name != "--depfile" && name != "--json" && name != "--quiet")
       throw Error(Status::usage,
-                  fmt::format("--manifest and {} contradict each other: the manifest says it", name));
+                  fmt::format("--manifest and {} cannot be used together: set it in the manifest", name));
   }
   run_batch(batch);
 }
@@ -212,8 +212,8 @@ void run_manifest(const Arguments& arguments, const Command& command) {
 void run(const Arguments& arguments, const Command& command) {
   if (!arguments.batch.manifest.empty()) return run_manifest(arguments, command);
   if (const char* idle = arguments.batch.first_given())
-    throw Error(Status::usage, fmt::format("{} is an option of --manifest", idle));
-  if (arguments.mesh.empty()) throw Error(Status::usage, "MESH is required, or --manifest; see --help");
+    throw Error(Status::usage, fmt::format("{} needs --manifest", idle));
+  if (arguments.mesh.empty()) throw Error(Status::usage, "give a MESH or --manifest; see --help");
   if (arguments.output.empty()) throw Error(Status::usage, "--output is required; see --help");
   const auto start = std::chrono::steady_clock::now();
   bake::BakeOptions options = resolve_options(arguments.bake);
@@ -222,8 +222,7 @@ void run(const Arguments& arguments, const Command& command) {
     throw Error(Status::usage, fmt::format("{}: the output would overwrite the input", arguments.output));
   }
   if (arguments.output == "-") {
-    throw Error(Status::usage,
-                "-o -: an asset is written whole or not at all, so it needs a file, not a stream");
+    throw Error(Status::usage, "-o -: an asset cannot be written to a stream; give a file name");
   }
   check_output(arguments.output);
   if (!arguments.depfile.empty()) check_output(arguments.depfile);
@@ -256,8 +255,9 @@ void run(const Arguments& arguments, const Command& command) {
   });
   const std::vector<std::byte> file = format::encode(result.asset);
   if (options.max_bytes && file.size() > *options.max_bytes) {
-    throw Error(Status::target_not_met, fmt::format("--max-bytes {} is not met: the asset takes {} bytes",
-                                                    *options.max_bytes, file.size()));
+    throw Error(Status::target_not_met,
+                fmt::format("--max-bytes {} cannot be reached: the asset needs {} bytes", *options.max_bytes,
+                            file.size()));
   }
   const nlohmann::ordered_json bytes = count_bytes(file);
   if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
@@ -288,20 +288,23 @@ void run(const Arguments& arguments, const Command& command) {
 void add_bake(Command app) {
   const Command command = app.add_subcommand("bake", "Bake a mesh into a .nif asset");
   auto a = std::make_shared<Arguments>();
-  command.add_option("MESH", a->mesh, "OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst");
+  command.add_option("MESH", a->mesh,
+                     "The mesh to bake: OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst");
   command.add_option("-o,--output", a->output, "The .nif file to write");
   add_bake_options(command, a->bake);
-  command.add_option("-j,--threads", a->threads, "Threads; 0: all. The result is the same for any number")
+  command.add_option("-j,--threads", a->threads, "Threads (0 = all cores). The result does not depend on it")
       .capture_default_str();
   command.add_option("--depfile", a->depfile,
-                     "Also write the files that were read, as a rule for make and ninja, to this file");
+                     "Also write a dependency file for make and ninja, with all files that were read");
   add_batch_options(command, a->batch);
   command.add_flag("--json", a->json,
                    "Print the results as one JSON object (nifkit.bake/1, or nifkit.batch/1)");
   command.add_flag("--quiet", a->quiet, "No progress, notes or summary");
   command.footer(
-      "Examples: nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n          nif bake --manifest "
-      "library.toml --keep-going --report library.html");
+      "Examples:\n"
+      "  nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n"
+      "  nif bake crate.glb -o crate.nif --encoding bvh\n"
+      "  nif bake --manifest library.toml --keep-going --report library.html");
   command.callback([a, command] { run(*a, command); });
 }
 

@@ -1,4 +1,4 @@
-// What `nif bake` is asked for: the options that decide the bytes of an asset.
+// The options of `nif bake` that determine the bytes of an asset.
 #pragma once
 
 #include <optional>

@@ -23,62 +23,65 @@ using CountOption = NumberOption<uint32_t>;
 using RealOption = NumberOption<float>;
 
 constexpr std::array kCounts{
-    CountOption{"--outer-resolution", "Latent vectors along an axis of a grid for rays from outside the box",
+    CountOption{"--outer-resolution",
+                "Latent vectors along each axis of the grids for rays from outside the box",
                 &SphericalArguments::outer_resolution,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.outer.resolution; }},
-    CountOption{"--outer-features", "Floats of each of them", &SphericalArguments::outer_features,
+    CountOption{"--outer-features", "Floats per latent vector", &SphericalArguments::outer_features,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.outer.features; }},
-    CountOption{"--outer-width", "Neurons of a hidden layer of their network",
+    CountOption{"--outer-width", "Neurons per hidden layer of the network for these rays",
                 &SphericalArguments::outer_width,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.outer.width; }},
-    CountOption{"--outer-layers", "Hidden layers of it", &SphericalArguments::outer_layers,
+    CountOption{"--outer-layers", "Hidden layers of that network", &SphericalArguments::outer_layers,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.outer.hidden_layers; }},
-    CountOption{"--outer-batch", "Rays of a training step of it", &SphericalArguments::outer_batch,
+    CountOption{"--outer-batch", "Rays per training step of that network", &SphericalArguments::outer_batch,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.outer.batch; }},
-    CountOption{"--inner-resolution", "The same of the grids over angles for rays from within the box",
+    CountOption{"--inner-resolution",
+                "Latent vectors along each axis of the grids over angles, for rays from inside the box",
                 &SphericalArguments::inner_resolution,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.inner.resolution; }},
-    CountOption{"--inner-features", "Floats of each of their latent vectors",
-                &SphericalArguments::inner_features,
+    CountOption{"--inner-features", "Floats per latent vector", &SphericalArguments::inner_features,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.inner.features; }},
-    CountOption{"--distance-resolution", "Latent vectors of the grid over the distance from the centre",
+    CountOption{"--distance-resolution",
+                "Latent vectors of the grid over the distance from the centre, for the same rays",
                 &SphericalArguments::distance_resolution,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.inner.distance_resolution; }},
-    CountOption{"--distance-features", "Floats of each of them", &SphericalArguments::distance_features,
+    CountOption{"--distance-features", "Floats per latent vector", &SphericalArguments::distance_features,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.inner.distance_features; }},
-    CountOption{"--inner-width", "Neurons of a hidden layer of their network",
+    CountOption{"--inner-width", "Neurons per hidden layer of the network for these rays",
                 &SphericalArguments::inner_width,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.inner.width; }},
-    CountOption{"--inner-layers", "Hidden layers of it", &SphericalArguments::inner_layers,
+    CountOption{"--inner-layers", "Hidden layers of that network", &SphericalArguments::inner_layers,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.inner.hidden_layers; }},
-    CountOption{"--inner-batch", "Rays of a training step of it", &SphericalArguments::inner_batch,
+    CountOption{"--inner-batch", "Rays per training step of that network", &SphericalArguments::inner_batch,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.inner.batch; }},
-    CountOption{"--primary-resolution", "Latent vectors along an axis of a grid for primary rays",
+    CountOption{"--primary-resolution", "Latent vectors along each axis of the grids for primary rays",
                 &SphericalArguments::primary_resolution,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.primary.resolution; }},
-    CountOption{"--primary-features", "Floats of each of them", &SphericalArguments::primary_features,
+    CountOption{"--primary-features", "Floats per latent vector", &SphericalArguments::primary_features,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.primary.features; }},
-    CountOption{"--primary-width", "Neurons of a hidden layer of their network",
+    CountOption{"--primary-width", "Neurons per hidden layer of the network for these rays",
                 &SphericalArguments::primary_width,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.primary.width; }},
-    CountOption{"--primary-layers", "Hidden layers of it", &SphericalArguments::primary_layers,
+    CountOption{"--primary-layers", "Hidden layers of that network", &SphericalArguments::primary_layers,
                 [](SphericalBakeOptions& o) -> uint32_t& { return o.fields.primary.hidden_layers; }},
-    CountOption{"--training-passes", "Times that each ray of --mix is learned from",
-                &SphericalArguments::passes, [](SphericalBakeOptions& o) -> uint32_t& { return o.passes; }}};
+    CountOption{"--training-passes", "How often training uses each ray of --mix", &SphericalArguments::passes,
+                [](SphericalBakeOptions& o) -> uint32_t& { return o.passes; }}};
 
 constexpr std::array kReals{
     RealOption{"--leaky-slope", "Slope of the leaky ReLU below 0", &SphericalArguments::slope,
                [](SphericalBakeOptions& o) -> float& { return o.fields.slope; }},
-    RealOption{"--latent-reach", "Latent vectors start uniform between minus and plus this",
+    RealOption{"--latent-reach",
+               "Latent vectors start with uniform random values between minus and plus this",
                &SphericalArguments::latent_reach,
                [](SphericalBakeOptions& o) -> float& { return o.fields.latent_reach; }},
-    RealOption{"--learning-rate", "Of Adam, constant", &SphericalArguments::learning_rate,
+    RealOption{"--learning-rate", "Learning rate of Adam (constant)", &SphericalArguments::learning_rate,
                [](SphericalBakeOptions& o) -> float& { return o.fields.learning_rate; }},
-    RealOption{"--adam-beta1", "Decay of its first moment", &SphericalArguments::beta1,
+    RealOption{"--adam-beta1", "Decay of Adam's first moment", &SphericalArguments::beta1,
                [](SphericalBakeOptions& o) -> float& { return o.fields.beta1; }},
-    RealOption{"--adam-beta2", "Decay of its second moment", &SphericalArguments::beta2,
+    RealOption{"--adam-beta2", "Decay of Adam's second moment", &SphericalArguments::beta2,
                [](SphericalBakeOptions& o) -> float& { return o.fields.beta2; }},
-    RealOption{"--adam-epsilon", "What is added to its divisor", &SphericalArguments::epsilon,
+    RealOption{"--adam-epsilon", "Epsilon of Adam, added to the divisor", &SphericalArguments::epsilon,
                [](SphericalBakeOptions& o) -> float& { return o.fields.epsilon; }}};
 
 /// Calls `visit` with each of them.
@@ -117,7 +120,7 @@ const char* SphericalArguments::first_given() const {
 }
 
 void add_spherical_options(Command command, SphericalArguments& arguments) {
-  constexpr const char* kGroup = "Options of --encoding spherical";
+  constexpr const char* kGroup = "Options for --encoding spherical";
   SphericalBakeOptions defaults;
   for_each_number([&](const auto& option) {
     command.add_option(option.name, arguments.*option.given, option.text)
@@ -125,42 +128,41 @@ void add_spherical_options(Command command, SphericalArguments& arguments) {
         .group(kGroup);
   });
   command
-      .add_option("--training-rays", arguments.rays,
-                  "Rays of --mix for an object of 150,000 triangles or more; fewer for smaller ones")
+      .add_option(
+          "--training-rays", arguments.rays,
+          "Training rays of --mix for objects of 150,000 triangles or more; smaller objects get fewer")
       .default_str(std::to_string(defaults.rays))
       .group(kGroup);
-  command.add_option("--weights", arguments.weights, "xavier or he: how the networks' weights start")
+  command.add_option("--weights", arguments.weights, "How network weights start: xavier or he")
       .default_str("xavier")
       .group(kGroup);
-  command.add_option("--loss", arguments.loss, "l2 or cross-entropy: of the probability of being visible")
+  command
+      .add_option("--loss", arguments.loss, "Loss on the probability of being visible: l2 or cross-entropy")
       .default_str("l2")
       .group(kGroup);
   command
-      .add_option(
-          "--precision", arguments.precision,
-          "half or single: how grids and networks are stored. By default grids in half and networks in "
-          "single, as in the paper's bytes")
+      .add_option("--precision", arguments.precision,
+                  "Stored precision: half or single. By default grids are half and networks single, as the "
+                  "paper counts its bytes")
       .group(kGroup);
   command
-      .add_option(
-          "--view", arguments.view,
-          "A scene for nif render that has the mesh among its objects: learn from the shadow rays of its "
-          "cameras, as the paper does, in place of --mix")
+      .add_option("--view", arguments.view,
+                  "A scene for nif render that contains the mesh. Train on the shadow rays of its cameras, "
+                  "as the paper does, instead of --mix")
       .group(kGroup);
   command
       .add_option("--view-samples", arguments.view_samples,
-                  "Rays through each pixel for that, in place of the scene's")
+                  "Rays per pixel of --view, instead of the scene's")
       .range(1u, 65536u)
       .group(kGroup);
   command
       .add_flag(
           "--primary", arguments.primary,
-          "Learn a field for the rays of these cameras, too: hit or miss, depth and normal, for nif render")
+          "Also train a field for the camera rays of --view: hit or miss, depth and normal, for nif render")
       .group(kGroup);
   command
       .add_flag("--shared-network", arguments.shared_network,
-                "One pair of networks for all objects, with grids for each; networks for primary rays stay "
-                "each object's own")
+                "All objects share one pair of networks; grids and networks for primary rays stay separate")
       .group(kGroup);
 }
 
@@ -178,21 +180,20 @@ bake::SphericalBakeOptions resolve_spherical(const SphericalArguments& arguments
   if (arguments.rays) options.rays = *arguments.rays;
   options.shared_network = arguments.shared_network;
   if (arguments.view_samples && !arguments.view)
-    throw Error(Status::usage,
-                "--view-samples says how often the pixels of --view are sampled, and there is none");
+    throw Error(Status::usage, "--view-samples needs --view, whose rays per pixel it sets");
   if (arguments.primary && !arguments.view)
-    throw Error(Status::usage, "--primary learns from the cameras of --view, and there is none");
+    throw Error(Status::usage, "--primary needs --view, whose cameras it learns from");
   if (!arguments.primary)
     for (const CountOption& option : kCounts)
       if (arguments.*option.given && std::string_view(option.name).starts_with("--primary-"))
-        throw Error(Status::usage,
-                    fmt::format("{} shapes the field of --primary, and that is not asked for", option.name));
+        throw Error(Status::usage, fmt::format("{} needs --primary, whose field it configures", option.name));
   for (const auto& [given, name] : {std::pair{arguments.rays.has_value(), "--training-rays"},
                                     {arguments.passes.has_value(), "--training-passes"}})
     if (given && arguments.view)
       throw Error(
           Status::usage,
-          fmt::format("{} is for rays of --mix; --view has --view-samples, each learned from once", name));
+          fmt::format("{} is for rays of --mix; with --view use --view-samples: each ray is used once",
+                      name));
   if (options.rays == 0 || options.passes == 0)
     throw Error(Status::usage, "--training-rays and --training-passes cannot be 0: nothing would be learned");
   bake::check(options.fields);

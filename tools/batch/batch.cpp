@@ -96,7 +96,7 @@ class Batch {
     }
     if (cancel)
       throw Error(Status::interrupted,
-                  "the batch was cancelled; what is baked stays, and the next run goes on");
+                  "the batch was cancelled; finished assets are kept, and the next run continues");
   }
 
  private:
@@ -104,7 +104,7 @@ class Batch {
     std::error_code problem;
     fs::create_directories(folder.empty() ? "." : folder, problem);
     if (problem)
-      throw Error(Status::output_not_writable, folder.string() + ": cannot be made: " + problem.message());
+      throw Error(Status::output_not_writable, folder.string() + ": cannot be created: " + problem.message());
   }
 
   /// False where it has to wait for threads or memory. `waiting` counts it and those after it.
@@ -149,8 +149,8 @@ class Batch {
       const std::string sentence = sentence_of(bake.child->err());
       return fail(item, code,
                   !sentence.empty() ? sentence
-                  : code > 128      ? fmt::format("its bake was ended by signal {}", code - 128)
-                                    : fmt::format("its bake ended with code {}", code));
+                  : code > 128      ? fmt::format("its bake was killed by signal {}", code - 128)
+                                    : fmt::format("its bake failed with exit code {}", code));
     }
     try {
       Json report = Json::parse(bake.child->out());

@@ -1,4 +1,4 @@
-// `nif bake --manifest`: baking what has changed of many assets, several at a time.
+// `nif bake --manifest`: bakes the assets that have changed, several at a time.
 #pragma once
 
 #include <functional>

@@ -23,7 +23,8 @@ void parse_shard(const std::string& text, BatchOptions& options) {
   int used = 0;
   if (std::sscanf(text.c_str(), "%9u/%9u%n", &number, &count, &used) != 2 || size_t(used) != text.size() ||
       number < 1 || number > count)
-    throw Error(Status::usage, fmt::format("--shard '{}' is not a part of a whole: write 1/8 to 8/8", text));
+    throw Error(Status::usage,
+                fmt::format("--shard '{}' is not a valid part: write i/n, e.g. 1/8 to 8/8", text));
   options.shard = number - 1;
   options.shards = count;
 }
@@ -34,7 +35,7 @@ std::set<std::string> lines_of(const std::string& file) {
   std::set<std::string> lines;
   for (const auto part : std::views::split(text.view(), '\n'))
     if (!part.empty()) lines.emplace(part.begin(), part.end());
-  if (lines.empty()) throw Error(Status::file_empty, file + ": names no outputs");
+  if (lines.empty()) throw Error(Status::file_empty, file + ": lists no outputs");
   return lines;
 }
 
@@ -83,22 +84,23 @@ const char* BatchArguments::first_given() const {
 void add_batch_options(Command command, BatchArguments& arguments) {
   command.add_option(
       "--manifest", arguments.manifest,
-      "Bake what has changed of all assets that this TOML file names (docs/batches.md), in place of MESH");
-  command.add_option(
-      "--memory", arguments.memory,
-      "With --manifest: what the bakes that run at a time may take together, e.g. 8GB; by default four "
-      "fifths of what is free");
+      "Bake all assets listed in this TOML file that have changed (docs/batches.md), instead of MESH");
+  command.add_option("--memory", arguments.memory,
+                     "With --manifest: memory for all bakes that run at the same time, e.g. 8GB (default: "
+                     "four fifths of the free memory)");
   command.add_option("--report", arguments.report,
-                     "With --manifest: also write a page of all assets with pictures, as this HTML file");
-  command.add_option("--shard", arguments.shard,
-                     "With --manifest: only part i of n, written i/n, e.g. 2/8: for several machines");
+                     "With --manifest: also write an HTML report with a picture of each asset to this file");
   command.add_option(
-      "--only", arguments.only,
-      "With --manifest: only the outputs that this text file names, one a line, from the manifest's folder");
+      "--shard", arguments.shard,
+      "With --manifest: bake only part i of n, written i/n, e.g. 2/8, to share the work between machines");
+  command.add_option("--only", arguments.only,
+                     "With --manifest: bake only the outputs listed in this text file, one per line, "
+                     "relative to the manifest's folder");
   command.add_flag("--dry-run", arguments.dry_run,
-                   "With --manifest: say what would be baked, and why, and do nothing");
-  command.add_flag("--keep-going", arguments.keep_going, "With --manifest: bake the others where one fails");
-  command.add_flag("--force", arguments.force, "With --manifest: bake what is up to date, too");
+                   "With --manifest: print what would be baked and why, but bake nothing");
+  command.add_flag("--keep-going", arguments.keep_going,
+                   "With --manifest: if one asset fails, bake the others");
+  command.add_flag("--force", arguments.force, "With --manifest: also bake assets that are up to date");
 }
 
 void run_batch(const BatchArguments& arguments) {
@@ -158,7 +160,7 @@ void run_batch(const BatchArguments& arguments) {
                counts[size_t(BatchItem::Outcome::baked)], counts[size_t(BatchItem::Outcome::current)]);
     if (first_failed) fmt::print(", {} failed", counts[size_t(BatchItem::Outcome::failed)]);
     if (counts[size_t(BatchItem::Outcome::left)])
-      fmt::print(", {} not begun after that; --keep-going bakes them",
+      fmt::print(", {} not started after that; --keep-going bakes them",
                  counts[size_t(BatchItem::Outcome::left)]);
     fmt::print("; {:.1f} s\n", seconds);
   }

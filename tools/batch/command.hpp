@@ -1,4 +1,4 @@
-// `nif bake --manifest` on the command line.
+// The command line of `nif bake --manifest`.
 #pragma once
 
 #include <string>

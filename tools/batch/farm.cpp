@@ -54,7 +54,8 @@ void run_slurm(const Arguments& arguments) {
   }
   for (size_t i = 0; i < classes.size(); ++i)
     fmt::print("job {}: {}\n", jobs.arrays[i], describe(classes[i]));
-  fmt::print("job {} sums up after them, in {}\n", jobs.merge, (jobs.folder / "summary.json").string());
+  fmt::print("job {} writes the summary after them, to {}\n", jobs.merge,
+             (jobs.folder / "summary.json").string());
 }
 
 /// What the tasks' summaries say of each asset that failed or was baked, by output.
@@ -65,7 +66,7 @@ std::map<std::string, Json> read_summaries(const std::vector<std::string>& files
       const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, uint64_t{1} << 30);
       const Json summary = Json::parse(text.view());
       if (summary.at("schema") != "nifkit.batch/1")
-        throw Error(Status::malformed_manifest, file + ": is no summary of a batch");
+        throw Error(Status::malformed_manifest, file + ": is not a batch summary");
       for (const Json& asset : summary.at("assets")) {
         const std::string outcome = asset.at("outcome");
         if (outcome == "baked" || outcome == "failed")
@@ -75,7 +76,7 @@ std::map<std::string, Json> read_summaries(const std::vector<std::string>& files
       }
     } catch (const Json::exception& problem) {
       throw Error(Status::malformed_manifest,
-                  fmt::format("{}: is no summary of a batch: {}", file, problem.what()));
+                  fmt::format("{}: is not a batch summary: {}", file, problem.what()));
     }
   }
   return assets;
@@ -124,8 +125,8 @@ void run_merge(const Arguments& arguments) {
   if (first_failed) throw failure_of(*first_failed);
   if (lost)
     throw Error(Status::farm_failed,
-                fmt::format("{}: {} not baked, as no task came to it; submit again to go on", manifest.file,
-                            count_of(lost, "asset")));
+                fmt::format("{}: {} not baked, because tasks were lost; submit again to continue",
+                            manifest.file, count_of(lost, "asset")));
 }
 
 }  // namespace
@@ -133,37 +134,46 @@ void run_merge(const Arguments& arguments) {
 void add_farm(Command app) {
   const Command command = app.add_subcommand("farm", "Bake a manifest on a cluster");
   auto a = std::make_shared<Arguments>();
-  command.add_option("MANIFEST", a->manifest, "As for nif bake --manifest (docs/batches.md)").required();
+  command.add_option("MANIFEST", a->manifest, "The manifest, as for nif bake --manifest (docs/batches.md)")
+      .required();
   const Option slurm = command.add_flag(
-      "--slurm", a->slurm, "Submit what has changed to Slurm: array jobs, and one after them that sums up");
+      "--slurm", a->slurm,
+      "Submit the assets that have changed to Slurm, as array jobs and a final job for the summary");
   const Option merge = command.add_option(
-      "--merge", a->merge, "Sum up what the parts of a manifest have printed by --json, in these files");
+      "--merge", a->merge,
+      "Combine the --json outputs of a manifest's parts, in these files, into one summary");
   slurm.excludes(merge);
-  command.add_option("--cores", a->options.cores, "Of each task; by default 1, and 4 for large meshes")
+  command.add_option("--cores", a->options.cores, "Cores per task (default: 1, and 4 for large meshes)")
       .range(1u, 1024u);
   command
-      .add_option("--time", a->options.minutes,
-                  "Limit of each task in minutes; by default by the mesh's size, or three times what its "
-                  "last bake took")
+      .add_option(
+          "--time", a->options.minutes,
+          "Time limit per task in minutes (default: three times the last bake, or by the mesh's size)")
       .range(1u, 1'000'000u);
-  command.add_option("--most-tasks", a->options.most_tasks, "Of an array job; more assets share tasks")
+  command
+      .add_option("--most-tasks", a->options.most_tasks,
+                  "Most tasks of an array job; with more assets, tasks bake several")
       .range(1u, 1'000'000u)
       .capture_default_str();
   command
       .add_option("--sbatch", a->options.sbatch,
-                  "A further option of sbatch, e.g. --sbatch=--partition=night; may be repeated")
+                  "An extra option for sbatch, e.g. --sbatch=--partition=night; may be repeated")
       .one_word_each();
   command.add_option("--report", a->options.report,
-                     "Also write a page of all assets with pictures, as this HTML file");
-  command.add_flag("--dry-run", a->dry_run, "With --slurm: say what would be submitted, and do nothing");
+                     "Also write an HTML report with a picture of each asset to this file");
+  command.add_flag("--dry-run", a->dry_run,
+                   "With --slurm: print what would be submitted, but submit nothing");
   command.add_flag("--json", a->json,
-                   "Print the results as one JSON object (nifkit.farm/1, or nifkit.batch/1 of --merge)");
+                   "Print the results as one JSON object (nifkit.farm/1; with --merge nifkit.batch/1)");
   command.add_flag("--quiet", a->quiet, "No progress");
-  command.footer("Example: nif farm library.toml --slurm --sbatch=--partition=night --report library.html");
+  command.footer(
+      "Examples:\n"
+      "  nif farm library.toml --slurm --sbatch=--partition=night --report library.html\n"
+      "  nif farm library.toml --merge part1.json part2.json");
   command.callback([a] {
     if (a->slurm) return run_slurm(*a);
     if (!a->merge.empty()) return run_merge(*a);
-    throw Error(Status::usage, "one of --slurm and --merge is required; see --help");
+    throw Error(Status::usage, "give --slurm or --merge; see --help");
   });
 }
 

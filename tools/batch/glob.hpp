@@ -1,4 +1,4 @@
-// File name patterns, as manifests name meshes with them.
+// File name patterns for the meshes of manifests.
 #pragma once
 
 #include <filesystem>

@@ -91,7 +91,7 @@ class ManifestReader {
     output_ = table.text("output", kOutput);
     manifest_.state = folder_ / table.text("state", ".nif-batch");
     table.table("defaults", [&](TomlTable& t) { defaults_ = options_of(t); });
-    if (!table.has("asset")) table.fail("asset", "is missing: there is nothing to bake; write [[asset]]");
+    if (!table.has("asset")) table.fail("asset", "is missing: add an [[asset]] for each mesh to bake");
     table.tables("asset", [&](TomlTable& t) { add(t); });
     table.finish();
     check_inputs(table);
@@ -115,12 +115,12 @@ class ManifestReader {
     const std::string pattern = table.text("output", output_);
     const std::vector<std::string> meshes = table.texts("mesh"), exceptions = table.texts("exclude");
     table.finish();
-    if (meshes.empty()) table.fail("mesh", "is missing: a file or a pattern");
+    if (meshes.empty()) table.fail("mesh", "is missing: give a file or a pattern");
     std::vector<std::string> words;
     try {
       words = command_.checked(options);
     } catch (const Error& error) {
-      table.fail("mesh", std::string("is to be baked with options that do not do: ") + error.what());
+      table.fail("mesh", std::string("has invalid options: ") + error.what());
     }
     std::set<fs::path> excluded;
     for (const std::string& text : exceptions)
@@ -130,7 +130,7 @@ class ManifestReader {
       if (files.empty())
         table.fail(
             "mesh",
-            fmt::format("{}: {}", is_pattern(text) ? "matches no file" : "names a file that is not there",
+            fmt::format("{}: {}", is_pattern(text) ? "matches no file" : "names a file that does not exist",
                         text));
       for (const fs::path& mesh : files)
         if (!excluded.contains(mesh)) add(table, mesh, pattern, words);
@@ -146,13 +146,14 @@ class ManifestReader {
                          {"name", mesh.filename().string()}};
     const std::optional<std::string> text = filled_in(pattern, values);
     if (!text)
-      table.fail("output",
-                 fmt::format("'{}' has another placeholder than {{folder}}, {{stem}} and {{name}}", pattern));
+      table.fail(
+          "output",
+          fmt::format("'{}' has an unknown placeholder; use {{folder}}, {{stem}} and {{name}}", pattern));
     const fs::path output = folder_ / *text, own = own_path(output);
     const std::string name = own.lexically_relative(own_folder_).string();
     const auto [known, fresh] = outputs_.emplace(own, mesh.string());
     if (!fresh)
-      table.fail("mesh", fmt::format("gives two meshes one output: {} and {} would both become {}",
+      table.fail("mesh", fmt::format("gives two meshes the same output: {} and {} would both become {}",
                                      known->second, mesh.string(), output.string()));
     manifest_.assets.push_back({mesh.string(), output.lexically_normal().string(), name, words});
   }
@@ -162,10 +163,11 @@ class ManifestReader {
     for (const BatchAsset& asset : manifest_.assets) {
       const auto written = outputs_.find(own_path(asset.mesh));
       if (written != outputs_.end())
-        table.fail("asset", fmt::format("goes in a circle: {} is an output of this manifest and a mesh of it",
+        table.fail("asset", fmt::format("contains a cycle: {} is both an output and a mesh of this manifest",
                                         asset.mesh));
     }
-    if (manifest_.assets.empty()) table.fail("asset", "leaves nothing to bake: all that matches is excluded");
+    if (manifest_.assets.empty())
+      table.fail("asset", "leaves nothing to bake: everything that matches is excluded");
   }
 
   fs::path folder_, own_folder_;

@@ -127,10 +127,10 @@ std::string Records::why_stale(const BatchAsset& asset, const std::optional<Bake
   }
   if (record->sources.empty() ||
       fs::path(asset.mesh).lexically_normal() != (folder_ / record->sources.front().path).lexically_normal())
-    return "it is made from another mesh";
+    return "it was baked from another mesh";
   const std::optional<FileState> state = state_of(folder_, record->asset.path, &record->asset);
   if (!state) return "the asset is missing";
-  if (state->hash != record->asset.hash) return "the asset is not what was baked";
+  if (state->hash != record->asset.hash) return "the asset has changed since its bake";
   return "";
 }
 
@@ -141,7 +141,7 @@ BakeRecord Records::make(const BatchAsset& asset, Json report) const {
     const bool below = fs::path(path).is_relative() == folder_.is_relative() && !relative.empty();
     const std::string own = below ? relative.string() : fs::absolute(path).string();
     std::optional<FileState> state = state_of(folder_, own);
-    if (!state) throw Error(Status::file_unreadable, path + ": cannot be read any more");
+    if (!state) throw Error(Status::file_unreadable, path + ": can no longer be read");
     return *state;
   };
   BakeRecord record{NIF_VERSION_STRING, asset.options, {}, seen(asset.output), std::move(report)};

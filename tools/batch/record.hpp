@@ -1,4 +1,4 @@
-// What is known of an asset's last bake, so that it is not baked again where nothing has changed.
+// Records of each asset's last bake, so that it is not baked again if nothing has changed.
 #pragma once
 
 #include <cstdint>

@@ -139,12 +139,13 @@ std::string to_html(const Manifest& manifest, std::span<const BatchItem> items) 
   const auto whole = [](double value) { return fmt::format("{:.0f}", value); };
 
   std::string html = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\"><meta "
-      "charset=\"utf-8\"><title>{0}</title><style>{1}</style>\n<h1>{0}</h1>\n"
-      "<p>{2}: {3} baked, {4} up to date, {5} failed, {6} not begun. Pictures: Embree, the asset, and their "
-      "difference "
-      "times 3.</p>\n<table><tr><th>asset<th>picture<th>triangles<th>file<th>resident<th>wrong, outer-lines"
-      "<th>wrong, inner-surface<th>certain, outer-lines<th>bake<th>memory</tr>\n",
+      "<!DOCTYPE html>\n"
+      "<html lang=\"en\"><meta charset=\"utf-8\"><title>{0}</title><style>{1}</style>\n"
+      "<h1>{0}</h1>\n"
+      "<p>{2}: {3} baked, {4} up to date, {5} failed, {6} not started. Pictures: Embree, the asset, and "
+      "their difference times 3.</p>\n"
+      "<table><tr><th>asset<th>picture<th>triangles<th>file<th>resident<th>wrong, outer-lines<th>wrong, "
+      "inner-surface<th>certain, outer-lines<th>bake<th>memory</tr>\n",
       escaped(manifest.file), kStyle, count_of(items.size(), "asset"), count(items, Outcome::baked),
       count(items, Outcome::current), count(items, Outcome::failed), count(items, Outcome::left));
   std::vector<const BatchItem*> order;

@@ -1,4 +1,4 @@
-// What a batch did, for programs and for people.
+// Reports of what a batch did: JSON for programs, HTML for people.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

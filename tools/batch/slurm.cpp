@@ -45,14 +45,13 @@ std::string ask(const std::vector<std::string>& words) {
   std::optional<int> code;
   while (!(code = child.ended())) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   if (*code == Child::kNoProgram)
-    throw Error(
-        Status::farm_failed,
-        fmt::format("there is no {} on the PATH: submit from a machine of a Slurm cluster, or give parts to "
-                    "another scheduler by nif bake --manifest --shard i/n",
-                    words.front()));
+    throw Error(Status::farm_failed,
+                fmt::format("{} is not on the PATH: submit from a machine of a Slurm cluster, or use nif "
+                            "bake --manifest --shard i/n with another scheduler",
+                            words.front()));
   std::string text = *code == 0 ? child.out() : child.err();
   while (text.ends_with('\n')) text.pop_back();
-  if (*code != 0) throw Error(Status::farm_failed, fmt::format("{} refuses: {}", words.front(), text));
+  if (*code != 0) throw Error(Status::farm_failed, fmt::format("{} failed: {}", words.front(), text));
   return text;
 }
 
@@ -65,7 +64,7 @@ fs::path new_folder(const fs::path& state) {
     if (fs::create_directory(folder, problem)) return fs::absolute(folder);
   }
   throw Error(Status::output_not_writable,
-              (state / "farm").string() + ": cannot be made: " + problem.message());
+              (state / "farm").string() + ": cannot be created: " + problem.message());
 }
 
 }  // namespace

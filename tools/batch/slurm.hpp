@@ -1,4 +1,4 @@
-// A manifest on a Slurm cluster: array jobs that bake it in parts, and one job after them that sums up.
+// Runs a manifest on a Slurm cluster: array jobs that bake it in parts, and a last job for the summary.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// `nif bench`: an asset's speed beside the best that Embree can do on the same rays, never without the
-// asset's error on them.
+// `nif bench`: compares an asset's speed with Embree's on the same rays, and always states the asset's error
+// on them.
 #include <fmt/format.h>
 #include <tbb/info.h>
 #include <nlohmann/json.hpp>
@@ -58,12 +58,12 @@ void check_plot(const Arguments& arguments) {
   if (arguments.plot.empty()) return;
   if (arguments.plot == "-") {
     throw Error(Status::usage,
-                "--plot -: standard output is taken by the results, so a picture needs a file");
+                "--plot -: the results go to standard output, so give a file name for the plot");
   }
   std::error_code ignored;
   for (const std::string& input : {arguments.asset, arguments.mesh, arguments.against}) {
     if (std::filesystem::equivalent(arguments.plot, input, ignored))
-      throw Error(Status::usage, fmt::format("--plot {}: the picture would overwrite an input", input));
+      throw Error(Status::usage, fmt::format("--plot {}: the plot would overwrite an input", input));
   }
   check_output(arguments.plot);
 }
@@ -74,7 +74,8 @@ void print_notes(const BenchResult& result) {
     for (const SetSpeeds& speeds : run.sets) {
       if (speeds.cores > 0.85 * run.threads) continue;
       fmt::print(stderr,
-                 "nif: note: {}: {} got {:.2f} cores: other programs, or too few rays, kept them from more\n",
+                 "nif: note: {}: {} got only {:.2f} cores: other programs were running, or there were too "
+                 "few rays\n",
                  bake::name_of(speeds.set), count_of(run.threads, "thread"), speeds.cores);
     }
   }
@@ -83,7 +84,7 @@ void print_notes(const BenchResult& result) {
 /// The race on a GPU, which knows nothing of threads and Embree.
 void run_gpu(const Arguments& arguments, const Command& command) {
   const auto refuse = [&](const char* option) {
-    throw Error(Status::usage, fmt::format("--device {}: {} is of the CPU's race", arguments.device, option));
+    throw Error(Status::usage, fmt::format("--device {}: {} is only for the CPU", arguments.device, option));
   };
   if (!arguments.threads.empty()) refuse("--threads");
   if (command.given("--isa")) refuse("--isa");
@@ -105,9 +106,9 @@ void run_gpu(const Arguments& arguments, const Command& command) {
 
 void run(const Arguments& arguments, const Command& command) {
   if (arguments.device != "cpu") return run_gpu(arguments, command);
-  if (arguments.batches) throw Error(Status::usage, "--batches is of the GPU's race: --device hip");
+  if (arguments.batches) throw Error(Status::usage, "--batches is only for a GPU: add --device gpu");
   if (arguments.precision != "single")
-    throw Error(Status::usage, "--precision is of the GPU's race: --device hip");
+    throw Error(Status::usage, "--precision is only for a GPU: add --device gpu");
   const BenchOptions options = resolve(arguments);
   check_plot(arguments);
   Progress progress(arguments.quiet);
@@ -128,61 +129,57 @@ void run(const Arguments& arguments, const Command& command) {
 }  // namespace
 
 void add_bench(Command app) {
-  const Command command =
-      app.add_subcommand("bench", "Measure an asset's speed beside the best that Embree can do");
+  const Command command = app.add_subcommand("bench", "Compare an asset's speed with the fastest of Embree");
   auto a = std::make_shared<Arguments>();
-  command.add_option("ASSET", a->asset, "A .nif file").required();
+  command.add_option("ASSET", a->asset, "The .nif file to measure").required();
   command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
   command.add_option("--set", a->sets,
-                     "A ray set to measure; may be repeated. By default outer-lines, inner-surface and sun");
-  command.add_option("--rays", a->rays, "Rays of each set, shared out over the objects")
+                     "A ray set to measure; may be repeated (default: outer-lines, inner-surface and sun)");
+  command.add_option("--rays", a->rays, "Rays per ray set, divided among the objects")
       .positive()
       .capture_default_str();
-  command.add_option("--seed", a->seed, "Start of the random rays").capture_default_str();
+  command.add_option("--seed", a->seed, "Seed of the random rays").capture_default_str();
   command
       .add_option("-j,--threads", a->threads,
-                  "Threads that ask, 0: all; may be repeated. By default 1, and then all")
+                  "Query threads (0 = all cores); may be repeated (default: 1, then all cores)")
       .range(0, 1024);
-  command.add_option("--rounds", a->rounds, "Rounds that count, each contender once in each")
+  command.add_option("--rounds", a->rounds, "Measured rounds; everything is timed once per round")
       .range(1, 1000)
       .capture_default_str();
   add_isa_option(command, a->isa);
   command
-      .add_option(
-          "--embree", a->embree,
-          "fastest: two heats choose the two fastest calls of each of Embree's builds; all: all calls "
-          "take part in all rounds")
+      .add_option("--embree", a->embree,
+                  "fastest: two trial rounds select the two fastest calls of each Embree build; all: every "
+                  "call is timed in all rounds")
       .one_of({"fastest", "all"})
       .capture_default_str();
   command.add_option(
       "--against", a->against,
-      "Another .nif file of the same mesh to race in the same rounds, e.g. of another encoding");
+      "Another .nif file of the same mesh to time in the same rounds, e.g. with another encoding");
   command.add_flag("--stages", a->stages,
-                   "Also time stages by themselves: of spherical objects, on one thread; on a GPU, of the "
-                   "pipeline");
+                   "Also time the stages: of spherical objects on one thread, or of the pipeline on a GPU");
   command
-      .add_option("--device", a->device,
-                  "cpu: beside Embree; hip: on a GPU, beside an exact BVH of the mesh on the same card")
+      .add_option(
+          "--device", a->device,
+          "cpu: compare with Embree; gpu (or hip): compare with an exact BVH of the mesh on the same card")
       .one_of({"cpu", "gpu", "hip"})
       .capture_default_str();
-  command
-      .add_option("--precision", a->precision,
-                  "On a GPU: half evaluates the networks of spherical objects in half precision")
+  command.add_option("--precision", a->precision, "On a GPU: precision of the networks of spherical objects")
       .one_of({"single", "half"})
       .capture_default_str();
   command.add_flag("--batches", a->batches, "On a GPU: also time smaller batches of rays");
   command.add_flag(
       "--json", a->json,
-      fmt::format("Print the results as one JSON object ({}; of a GPU {})", kBenchSchema, kGpuBenchSchema));
-  command.add_option("--plot", a->plot, "Also draw them, as this SVG file");
+      fmt::format("Print the results as one JSON object ({}; on a GPU {})", kBenchSchema, kGpuBenchSchema));
+  command.add_option("--plot", a->plot, "Also plot the results as an SVG to this file");
   command.add_flag("--quiet", a->quiet, "No progress");
   command.footer(
-      "Of a file with several objects, each is asked its own rays in its own space, by both sides alike; "
-      "times,\n"
-      "bytes and errors are added up. Rates are in millions of rays a second, medians over the rounds.\n"
+      "If a file has several objects, each answers its own rays in its own space, on both sides. Times, "
+      "bytes and\n"
+      "errors are added up. Rates are in millions of rays per second, medians over the rounds.\n"
       "Examples:\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg\n"
-      "  nif bench dragon.nif --mesh dragon.ply.gz --device hip --stages --batches");
+      "  nif bench dragon.nif --mesh dragon.ply.gz --device gpu --stages --batches");
   command.callback([a, command] { run(*a, command); });
 }
 

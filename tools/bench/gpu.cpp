@@ -205,7 +205,7 @@ GpuBenchResult measure_gpu(const GpuBenchOptions& options, Progress& progress) {
   const std::string configuration = std::string(kConfiguration) + (options.half ? ",precision=half" : "");
   const MeasuredAsset asset(options.asset, options.mesh, configuration, progress);
   const size_t objects = asset.objects().size();
-  progress.update(0, options.against.empty() ? "making the BVH" : "reading " + options.against);
+  progress.update(0, options.against.empty() ? "building the BVH" : "reading " + options.against);
   if (!options.against.empty()) MeasuredAsset(options.against, options.mesh, kConfiguration, progress);
   const Other other(options, objects);
   std::vector<Scene> scenes;
@@ -292,8 +292,8 @@ std::string gpu_bench_table(const GpuBenchOptions& options, const GpuBenchResult
   const std::string other = options.against.empty() ? "BVH" : "other";
   std::string text = fmt::format(
       "{}: {}, on {}{}, against {}\n"
-      "Millions of rays a second: the median of {} (lowest-highest), by the card's clock, without copies.\n"
-      "Memory of the card: {}, {} for the {}.\n\n{:<14}{:>8}{:>22}{:>22}{:>8}{:>22}{:>22}{:>20}\n",
+      "Millions of rays per second: the median of {} (lowest-highest), by the card's clock, without copies.\n"
+      "Memory on the card: {}, and {} for the {}.\n\n{:<14}{:>8}{:>22}{:>22}{:>8}{:>22}{:>22}{:>20}\n",
       options.asset, count_of(result.triangles, "triangle"), result.card,
       options.half ? ", in half precision" : "",
       options.against.empty() ? "an exact BVH of the mesh" : options.against,
@@ -309,7 +309,7 @@ std::string gpu_bench_table(const GpuBenchOptions& options, const GpuBenchResult
                         100 * speeds.other_accuracy.error(), rate(speeds, kOther), rate(speeds, kSingleBvh),
                         with_spread(speeds.ratio()));
   if (options.stages) {
-    text += fmt::format("\nNanoseconds a ray, by the pipeline's stages\n{:<14}", "ray set");
+    text += fmt::format("\nNanoseconds per ray in each stage of the pipeline\n{:<14}", "ray set");
     for (const StageName& name : kStageNames) text += fmt::format("{:>15}", name.text);
     text += '\n';
     for (const GpuSetSpeeds& speeds : result.sets) {
@@ -321,8 +321,8 @@ std::string gpu_bench_table(const GpuBenchOptions& options, const GpuBenchResult
   }
   if (options.batches) {
     text += fmt::format(
-        "\nMillions of rays a second, by rays that are asked at once\n{:<14}{:>12}{:>16}{:>16}{:>16}{:>18}\n",
-        "ray set", "rays", "one kernel", "pipeline", other, "single precision");
+        "\nMillions of rays per second, by rays per query\n{:<14}{:>12}{:>16}{:>16}{:>16}{:>18}\n", "ray set",
+        "rays", "one kernel", "pipeline", other, "single precision");
     for (const GpuSetSpeeds& speeds : result.sets)
       for (const GpuBatch& batch : speeds.batches) {
         text += fmt::format("{:<14}{:>12}", bake::name_of(speeds.set), batch.rays);

@@ -130,7 +130,7 @@ std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t ind
     size_t wrong = 0;
     for (const Asked& a : asked) wrong += a.wrong();
     if (wrong != stated.leak + stated.spurious)
-      throw Error(Status::internal, "the answers timed are not those whose error is stated");
+      throw Error(Status::internal, "the timed answers differ from those whose error was measured");
     return seconds;
   };
   const auto ask_embree = [&](Stopwatch& stopwatch, tbb::task_arena& arena, EmbreeVariant& variant) {
@@ -248,7 +248,8 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   if (!options.against.empty())
     against.emplace(options.against, options.mesh, "isa=" + options.isa, progress);
   if (options.stages && !asset.any_spherical() && !(against && against->any_spherical()))
-    throw Error(Status::usage, "--stages: no object of these assets is spherical, and only those have them");
+    throw Error(Status::usage,
+                "--stages: no object of these assets is spherical, and only spherical objects have stages");
   const std::atomic<bool>& cancel = interruption();
   const auto go_on = [&](double fraction, const std::string& text) {
     if (cancel) throw Error(Status::interrupted, "the benchmark was cancelled");

@@ -1,4 +1,4 @@
-// The measuring of `nif bench`: an asset and Embree on the same rays, in the same rounds.
+// The measurements of `nif bench`: an asset and Embree on the same rays, in the same rounds.
 #pragma once
 
 #include <array>

@@ -168,7 +168,7 @@ void draw_run(Svg& svg, const ThreadRun& run, const BenchResult& result, double 
     svg.line(scale.x(rate), y, scale.x(rate), bottom - kSetGap + 6, "#e2e8f0");
     svg.text(scale.x(rate), bottom + 8, "tick", fmt::format("{:g}", rate));
   }
-  svg.text((kBarLeft + kBarRight) / 2, bottom + 26, "tick", "million rays a second");
+  svg.text((kBarLeft + kBarRight) / 2, bottom + 26, "tick", "million rays per second");
   for (const SetSpeeds& speeds : run.sets) {
     draw_set(svg, scale, speeds, result, y);
     y += height_of(speeds);

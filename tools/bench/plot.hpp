@@ -1,4 +1,4 @@
-// The picture of `nif bench --plot`.
+// The plot of `nif bench --plot`.
 #pragma once
 
 #include <string>

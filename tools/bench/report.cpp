@@ -100,7 +100,7 @@ std::string stage_table(const ThreadRun& run, const std::string& asset,
     rows += fmt::format("{:>8.1f}\n", all);
   }
   if (rows.empty()) return rows;
-  std::string head = fmt::format("\nStages of {}, 1 thread, nanoseconds a ray\n{:<14}", asset, "ray set");
+  std::string head = fmt::format("\nStages of {}, 1 thread, nanoseconds per ray\n{:<14}", asset, "ray set");
   for (const StageName& name : kStageNames) head += fmt::format("{:>15}", name.text);
   return head + fmt::format("{:>8}\n", "all") + rows;
 }
@@ -127,9 +127,9 @@ std::string speed_table(const ThreadRun& run) {
 /// The other asset on the same rays.
 std::string other_table(const ThreadRun& run, const BenchOptions& options, const BenchResult& result) {
   if (options.against.empty()) return "";
-  std::string table =
-      fmt::format("\nagainst {}, {}\n{:<14}{:>8}{:>19}{:>20}\n", options.against,
-                  format_bytes(double(result.against.resident_bytes)), "ray set", "error", "it", "nif / it");
+  std::string table = fmt::format("\nagainst {}, {}\n{:<14}{:>8}{:>19}{:>20}\n", options.against,
+                                  format_bytes(double(result.against.resident_bytes)), "ray set", "error",
+                                  "it", "nif / other");
   for (const SetSpeeds& speeds : run.sets)
     table += fmt::format("{:<14}{:>7.3f}%{:>19}{:>20}\n", bake::name_of(speeds.set),
                          100 * speeds.against->accuracy.error(), with_spread(speeds.against->rate()),
@@ -172,7 +172,7 @@ std::string gain_line(const ThreadRun& first, const ThreadRun& more) {
     nif += gain(first.sets[s].rates, more.sets[s].rates);
     embree += gain(first.sets[s].best().rates, more.sets[s].best().rates);
   }
-  return fmt::format("\nTimes the speed with {}, by ray set:\n  nif          {}\n  best Embree  {}\n",
+  return fmt::format("\nSpeedup over {}, by ray set:\n  nif          {}\n  best Embree  {}\n",
                      count_of(first.threads, "thread"), nif, embree);
 }
 
@@ -209,7 +209,8 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
   const std::string processor = processor_name();
   std::string text = fmt::format(
       "{}: {}, isa {}, against Embree {}{}{}\n"
-      "Millions of rays a second: the median of {} (lowest-highest). *: told that the rays are coherent.\n",
+      "Millions of rays per second: the median of {} (lowest-highest). *: Embree is told that the rays are "
+      "coherent.\n",
       options.asset, count_of(result.triangles, "triangle"), result.isa, bake::embree_version(),
       processor.empty() ? "" : " on ", processor, count_of(options.schedule.rounds, "round"));
   for (const ThreadRun& run : result.runs) {

@@ -1,4 +1,4 @@
-// What `nif bench` found, as tables for people and as JSON.
+// Results of `nif bench`, as tables for people and as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -1,5 +1,5 @@
-// Speed of several ways to do the same work, measured in alternating rounds: what disturbs the machine for a
-// while then disturbs all of them, and not the one whose turn it was.
+// Times several ways to do the same work in alternating rounds. If something disturbs the machine, it
+// disturbs all of them equally.
 #pragma once
 
 #include <cstddef>

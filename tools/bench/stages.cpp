@@ -47,7 +47,7 @@ class StagedField {
     for (size_t b = 0; b < batches_.size(); ++b) {
       if (!kernels::cpu::time_spherical(field_, batches_[b], *answers, scratch, seconds))
         throw Error(Status::usage,
-                    "--stages: this machine has none of the instructions whose kernels have stages");
+                    "--stages: this machine lacks the instruction sets that stages can be timed for");
       const uint8_t* labels = rays_.visible.data() + b * kernels::kBatchRays;
       for (uint32_t i = 0; i < batches_[b].count; ++i) wrong += (answers->logit[i] >= 0) != (labels[i] != 0);
     }
@@ -89,7 +89,7 @@ std::optional<StageTimes> time_stages(const std::string& asset,
     uint64_t missed = 0;
     for (const auto& field : fields) missed += field->ask(scratch.get(), seconds);
     if (fields.size() == view.objects.size() && missed != wrong)
-      throw Error(Status::internal, "the answers timed by stages are not those whose error is stated");
+      throw Error(Status::internal, "the answers timed by stages differ from those whose error was measured");
     if (round == 0) continue;
     for (size_t s = 0; s < seconds.size(); ++s) nanoseconds[s].push_back(seconds[s] * 1e9 / double(count));
   }

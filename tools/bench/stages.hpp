@@ -1,4 +1,4 @@
-// Where the time of an asset's `spherical` objects goes, stage by stage.
+// Times each stage of an asset's `spherical` objects.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// The table of accuracy by ray set that `nif bake` and `nif eval` print for people.
+// The table of errors by ray set that `nif bake` and `nif eval` print.
 #pragma once
 
 #include <string>

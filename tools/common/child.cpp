@@ -16,7 +16,7 @@ namespace nif::tools {
 namespace {
 
 [[noreturn]] void cannot_start() {
-  throw Error(Status::internal, std::string("a process of nif cannot be started: ") + std::strerror(errno));
+  throw Error(Status::internal, std::string("a nif process cannot be started: ") + std::strerror(errno));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Another process, of this same program or of another.
+// Runs another process of this program or of another one.
 #pragma once
 
 #include <sys/types.h>

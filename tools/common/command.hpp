@@ -1,4 +1,4 @@
-// What the subcommands of `nif` share: how they are declared, how they fail, how they can be interrupted.
+// What the subcommands of `nif` share: how they are declared, how they fail, how Ctrl-C stops them.
 #pragma once
 
 #include <atomic>

@@ -61,8 +61,8 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   const size_t count = prepared_.objects.size();
   if (info_.object_count != count) {
     throw Error(Status::mesh_mismatch,
-                fmt::format("{} was not baked from {}: it holds {} objects, the mesh file {}", asset, mesh,
-                            info_.object_count, count));
+                fmt::format("{} was not baked from {}: it has {} objects, but the mesh file has {}", asset,
+                            mesh, info_.object_count, count));
   }
   for (uint32_t i = 0; i < count; ++i) {
     NifObjectInfo object{};
@@ -71,8 +71,8 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
     const bake::Prepared& prepared = prepared_.objects[i];
     if (!match(object, prepared)) {
       throw Error(Status::mesh_mismatch,
-                  fmt::format("{} was not baked from {}: object '{}' has {} triangles, the mesh '{}' {}, or "
-                              "their bounds differ",
+                  fmt::format("{} was not baked from {}: object '{}' has {} triangles and mesh '{}' has {}, "
+                              "or their bounds differ",
                               asset, mesh, object.name, object.triangles, prepared.source->name,
                               prepared.surface.triangles.size()));
     }
@@ -186,7 +186,8 @@ std::vector<bake::RaySet> parse_sets(const std::vector<std::string>& names) {
     if (!set) {
       throw Error(
           Status::usage,
-          fmt::format("--set '{}' is none of outer-lines, inner-surface, inner-volume, segments, sun", name));
+          fmt::format("--set '{}' is not one of outer-lines, inner-surface, inner-volume, segments, sun",
+                      name));
     }
     sets.push_back(*set);
   }

@@ -1,4 +1,4 @@
-// What `nif eval` and `nif bench` share: an asset in the runtime beside the mesh that it was baked from.
+// What `nif eval` and `nif bench` share: an asset in the runtime together with its source mesh.
 #pragma once
 
 #include <atomic>

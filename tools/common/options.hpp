@@ -1,5 +1,5 @@
-// Options of the subcommands. CLI11 reads them; it is a header that takes five seconds to compile, whoever
-// includes it, and so is hidden behind these classes: options.cpp and main.cpp see it, nobody else.
+// Options of the subcommands. CLI11 parses them. Its header takes five seconds to compile, so these classes
+// hide it: only options.cpp and main.cpp include it.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,4 @@
-// Progress of long work on standard error: a bar that redraws itself on a terminal, a line a second
-// elsewhere.
+// Progress on standard error: a bar that redraws itself on a terminal, otherwise one line per second.
 #pragma once
 
 #include <chrono>

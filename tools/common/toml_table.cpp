@@ -48,7 +48,7 @@ std::string nearest(const std::string& word, const std::set<std::string>& names)
 
 std::string TomlTable::text(const std::string& key) {
   const auto value = need(key).value_exact<std::string>();
-  if (!value || value->empty()) fail(key, "must be text");
+  if (!value || value->empty()) fail(key, "must be a string");
   return *value;
 }
 
@@ -59,7 +59,7 @@ std::vector<std::string> TomlTable::texts(const std::string& key) {
   std::vector<std::string> values;
   for (const toml::node& node : *array) {
     const auto value = node.value_exact<std::string>();
-    if (!value || value->empty()) fail(key, "must be text, or an array of texts");
+    if (!value || value->empty()) fail(key, "must be a string or an array of strings");
     values.push_back(*value);
   }
   return values;
@@ -116,7 +116,7 @@ bake::Double3 TomlTable::colour(const std::string& key, double high) {
     return {grey, grey, grey};
   }
   const toml::array* array = node.as_array();
-  if (array == nullptr || array->size() != 3) fail(key, "must be a number or three of them");
+  if (array == nullptr || array->size() != 3) fail(key, "must be one number or three numbers");
   bake::Double3 c{};
   for (size_t a = 0; a < 3; ++a) c[a] = element(key, *array, a, 0, high);
   return c;
@@ -128,7 +128,7 @@ std::string TomlTable::word(const std::string& key) {
   if (const auto whole = node.value_exact<int64_t>()) return fmt::format("{}", *whole);
   if (const auto number = node.value_exact<double>()) return fmt::format("{}", *number);
   if (const auto flag = node.value_exact<bool>()) return *flag ? "true" : "false";
-  fail(key, "must be text, a number, or true or false");
+  fail(key, "must be a string, a number, true or false");
 }
 
 void TomlTable::finish() const {
@@ -136,8 +136,7 @@ void TomlTable::finish() const {
     const std::string name(key.str());
     if (known_.contains(name)) continue;
     const std::string near = nearest(name, known_);
-    fail(name,
-         near.empty() ? "is not known here" : fmt::format("is not known here; the nearest is '{}'", near));
+    fail(name, near.empty() ? "is unknown here" : fmt::format("is unknown here; did you mean '{}'?", near));
   }
 }
 
@@ -162,7 +161,7 @@ double TomlTable::in_range(const std::string& key, double value, double low, dou
 double TomlTable::element(const std::string& key, const toml::array& array, size_t index, double low,
                           double high) const {
   const auto value = array[index].value<double>();
-  if (!array[index].is_number() || !value) fail(key, "must hold numbers");
+  if (!array[index].is_number() || !value) fail(key, "must contain only numbers");
   return in_range(key, *value, low, high);
 }
 

@@ -1,4 +1,4 @@
-// A table of a TOML file of ours, by toml++: every key is checked, and unknown ones are refused, so that a
+// A table of a TOML file, read with toml++. Every key is checked and unknown keys are refused, so that a
 // misspelt one is found.
 #pragma once
 
@@ -74,7 +74,7 @@ class TomlTable {
     if (!has(key)) return;
     const toml::array* array = table_.get(key)->as_array();
     if (array == nullptr || !array->is_array_of_tables())
-      fail(key, fmt::format("must be tables, [[{}]]", key));
+      fail(key, fmt::format("must be an array of tables, [[{}]]", key));
     for (size_t i = 0; i < array->size(); ++i)
       inside(fmt::format("{} {}", key, i + 1), *array->get_as<toml::table>(i), use);
   }

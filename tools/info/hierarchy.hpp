@@ -1,4 +1,4 @@
-// What an asset's metadata says of the glTF nodes that its instances stand for.
+// What an asset's metadata says about the glTF nodes of its instances.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -1,4 +1,4 @@
-// `nif info`: what an asset holds, without querying it.
+// `nif info`: prints what an asset contains, without querying it.
 #include <fmt/format.h>
 
 #include <memory>
@@ -148,11 +148,14 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_info(Command app) {
-  const Command command = app.add_subcommand("info", "Say what an asset holds");
+  const Command command = app.add_subcommand("info", "Print what an asset contains");
   auto a = std::make_shared<Arguments>();
-  command.add_option("ASSET", a->file, "A .nif file").required();
-  command.add_flag("--json", a->json, "Print it as one JSON object (nifkit.info/1)");
-  command.footer("Example: nif info dragon.nif");
+  command.add_option("ASSET", a->file, "The .nif file to describe").required();
+  command.add_flag("--json", a->json, "Print the contents as one JSON object (nifkit.info/1)");
+  command.footer(
+      "Examples:\n"
+      "  nif info dragon.nif\n"
+      "  nif info dragon.nif --json");
   command.callback([a] { run(*a); });
 }
 

@@ -1,5 +1,5 @@
-// What `nif info` says of `spherical` objects, and of fields for primary rays: their bytes, part by part,
-// beside those that the paper states.
+// What `nif info` prints about `spherical` objects and fields for primary rays: the bytes of each part, next
+// to those that the paper states.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

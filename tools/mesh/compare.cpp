@@ -1,4 +1,4 @@
-// `nif mesh compare`: how far two meshes are from each other, in space and in what they hide.
+// `nif mesh compare`: how much two meshes differ, in distance and in the rays that they block.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -144,29 +144,31 @@ void run(const Arguments& a) {
 }  // namespace
 
 void add_mesh_compare(Command mesh) {
-  const Command command = mesh.add_subcommand(
-      "compare", "Measure how far two meshes are from each other, in space and in visibility");
+  const Command command =
+      mesh.add_subcommand("compare", "Measure how much two meshes differ, in distance and in visibility");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command.add_option("FIRST", a.first, "A mesh in any format that nif bake reads; its objects count as one")
+  command.add_option("FIRST", a.first, "A mesh in any format that nif bake reads; its objects are merged")
       .required();
-  command.add_option("SECOND", a.second, "Another one, in the same place").required();
+  command.add_option("SECOND", a.second, "The mesh to compare it with, at the same position").required();
   command
-      .add_option("--samples", a.samples, "Points on each surface whose distance from the other is measured")
+      .add_option("--samples", a.samples,
+                  "Points on each surface whose distance to the other one is measured")
       .positive()
       .capture_default_str();
-  command.add_option("--rays", a.rays, "Rays of each set; 0: none").non_negative().capture_default_str();
-  command.add_option("--set", a.sets,
-                     "A ray set (docs/ray-sets.md); may be repeated. All of them by default");
-  command.add_option("--seed", a.seed, "Start of the random points and rays").capture_default_str();
-  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+  command.add_option("--rays", a.rays, "Rays per ray set (0 = none)").non_negative().capture_default_str();
+  command.add_option("--set", a.sets, "A ray set to use (docs/ray-sets.md); may be repeated (default: all)");
+  command.add_option("--seed", a.seed, "Seed of the random points and rays").capture_default_str();
+  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
       .capture_default_str();
   command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-compare/1)");
-  command.add_flag("--quiet", a.quiet, "No progress, no notes");
+  command.add_flag("--quiet", a.quiet, "No progress or notes");
   command.footer(
-      "Rays are drawn from FIRST: 'opened' are those that it blocks and SECOND does not, 'closed' the "
+      "Rays are generated for FIRST. 'opened' rays are blocked by FIRST but not by SECOND; 'closed' is the "
       "reverse.\n"
-      "Example: nif mesh compare scan.ply light.ply");
+      "Examples:\n"
+      "  nif mesh compare scan.ply light.ply\n"
+      "  nif mesh compare scan.ply light.ply --rays 0 --samples 100000");
   command.callback([arguments] { run(*arguments); });
 }
 

@@ -1,4 +1,4 @@
-// `nif mesh convert`: any mesh that nif reads, or the objects of a scene, in another format.
+// `nif mesh convert`: converts a mesh, or the objects of a scene, to another format.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -68,7 +68,7 @@ mesh::Scene read_objects(const std::string& file, Progress& progress) {
     append(all, found->second.scene, object.transform, found->second.first_mesh);
   }
   if (!description.lights.empty() || !description.cameras.empty())
-    all.warnings.push_back(fmt::format("{}: {} and {} are the scene's own and stay there", file,
+    all.warnings.push_back(fmt::format("{}: {} and {} of the scene file were left out", file,
                                        count_of(description.lights.size(), "light"),
                                        count_of(description.cameras.size(), "camera")));
   return all;
@@ -103,12 +103,11 @@ void check(const Arguments& arguments) {
   if (!is_volume(arguments.output)) {
     mesh::check_options(mesh::file_kind(arguments.output), options);
     if (arguments.sampling_given)
-      throw Error(Status::usage,
-                  arguments.output +
-                      ": --voxel, --resolution, --thickness and --allow-open are of .vdb, which it is not");
+      throw Error(
+          Status::usage,
+          arguments.output + ": --voxel, --resolution, --thickness and --allow-open are only for .vdb");
   } else if (options.draco || options.draco_bits || options.text) {
-    throw Error(Status::usage,
-                arguments.output + ": --draco, --draco-bits and --text are not of .vdb, which it is");
+    throw Error(Status::usage, arguments.output + ": --draco, --draco-bits and --text are not for .vdb");
   }
 }
 
@@ -118,8 +117,8 @@ mesh::Written write(const Arguments& arguments, const mesh::Scene& scene, Progre
     const WrittenVolume volume =
         write_volume(scene, arguments.input, arguments.output, arguments.sampling, volume::Kind::level_set);
     return {volume.bytes,
-            {fmt::format("{}: a level set, sampled every {:.4g}; what is finer is not in it",
-                         arguments.output, volume.voxel)}};
+            {fmt::format("{}: a level set, sampled every {:.4g}; finer detail is lost", arguments.output,
+                         volume.voxel)}};
   }
   return naming(arguments.input, [&] {
     return mesh::write(
@@ -152,39 +151,39 @@ void run(const Arguments& arguments) {
 
 void add_mesh_convert(Command mesh) {
   const Command command =
-      mesh.add_subcommand("convert", "Write any mesh, or the objects of a scene, in another format");
+      mesh.add_subcommand("convert", "Convert a mesh, or the objects of a scene, to another format");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command
-      .add_option(
-          "INPUT", a.input,
-          "A mesh in any format that nif bake reads, the level sets of a .vdb, or a .toml scene of nif "
-          "render, whose objects become nodes where it has them")
+      .add_option("INPUT", a.input,
+                  "A mesh in any format that nif bake reads, a .vdb with level sets, or a .toml scene of nif "
+                  "render, whose objects become nodes")
       .required();
   command
-      .add_option(
-          "-o,--output", a.output,
-          "The file to write: .obj, .ply (binary), .stl (binary), .off, .glb, .drc or .vdb, as its name says")
+      .add_option("-o,--output", a.output,
+                  "The file to write. Its ending sets the format: .obj, .ply (binary), .stl (binary), .off, "
+                  ".glb, .drc or .vdb")
       .required();
-  command.add_flag("--draco", a.options.draco, "Compress a .glb by Draco (KHR_draco_mesh_compression)");
+  command.add_flag("--draco", a.options.draco, "Compress a .glb with Draco (KHR_draco_mesh_compression)");
   command
       .add_option("--draco-bits", a.options.draco_bits,
-                  fmt::format("Of Draco: bits that each coordinate is rounded to; 0: none is. {} by default",
+                  fmt::format("Draco rounds coordinates to this many bits (0 = no rounding; default: {})",
                               mesh::kDracoBits))
       .range(uint32_t{0}, mesh::kMostDracoBits);
-  command.add_flag("--text", a.options.text, "Write an .stl as text, which keeps objects and their names");
+  command.add_flag("--text", a.options.text, "Write a text .stl, which keeps objects and their names");
   add_sampling_options(command, a.sampling);
-  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
       .capture_default_str();
   command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-convert/1)");
   command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
   command.footer(
-      "A .glb keeps positions, indices, names, transforms, cameras and lights, each bit of them. The others "
-      "keep\n"
-      "positions and triangles, to the bit but for Draco with bits, and what they cannot keep is said in a "
-      "note.\n"
-      "A .vdb is a level set of what all objects together enclose (OpenVDB), by --voxel or --resolution.\n"
-      "Materials and other attributes are not read.\n"
+      "A .glb keeps every bit of positions, indices, names, transforms, cameras and lights. The other "
+      "formats keep\n"
+      "every bit of positions and triangles, unless Draco rounds them; notes list what is lost. A .vdb is a "
+      "level set\n"
+      "of what all objects together enclose (OpenVDB), sampled by --voxel or --resolution. Materials and "
+      "other\n"
+      "attributes are not read.\n"
       "Examples:\n"
       "  nif mesh convert scan.ply -o scan.glb --draco\n"
       "  nif mesh convert plan.toml -o objects.glb && nif bake objects.glb -o objects.nif");

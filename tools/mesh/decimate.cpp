@@ -1,4 +1,4 @@
-// `nif mesh decimate`: fewer triangles for the same surface.
+// `nif mesh decimate`: reduces the number of triangles.
 #include <fmt/format.h>
 
 #include <memory>
@@ -53,8 +53,8 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
   const uint64_t wanted = uint64_t(ratio * double(all)), after = triangles_of(scene);
   if (wanted > 0 && after > wanted + wanted / 100 + 10)
     result.notes.push_back(fmt::format(
-        "{} triangles were asked for, and {} are left: no more edges may be collapsed{}", wanted, after,
-        arguments.move_boundary ? "" : "; --move-boundary lets those at the boundary go, too"));
+        "{} triangles were requested, but {} are left: no more edges can be collapsed{}", wanted, after,
+        arguments.move_boundary ? "" : "; --move-boundary allows edges at the boundary, too"));
   result.json["method"] = arguments.fast ? "meshoptimizer" : "openmesh";
   return result;
 }
@@ -62,30 +62,32 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
 }  // namespace
 
 void add_mesh_decimate(Command mesh) {
-  const Command command =
-      mesh.add_subcommand("decimate", "Make a mesh of fewer triangles, as near as can be");
+  const Command command = mesh.add_subcommand("decimate", "Reduce the number of triangles of a mesh");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   add_work_options(command, a.work, "decimate");
-  const Option triangles =
-      command.add_option("--triangles", a.triangles, "Stop at so many; each mesh of a file keeps its share")
-          .positive();
-  command.add_option("--ratio", a.ratio, "Stop at this fraction of the triangles, 0.1 say")
+  const Option triangles = command
+                               .add_option("--triangles", a.triangles,
+                                           "Number of triangles to keep; each mesh of a file keeps its share")
+                               .positive();
+  command.add_option("--ratio", a.ratio, "Fraction of the triangles to keep, e.g. 0.1")
       .range(0.0, 1.0)
       .excludes(triangles);
-  command.add_option(
-      "--max-error", a.max_error,
-      "Leave no vertex farther than this from the result: 0.01, in units of the mesh, or 0.1%, of "
-      "the diagonal of its bounds. With --fast an estimate");
-  command.add_flag("--fast", a.fast, "By meshoptimizer instead of OpenMesh: many times faster");
-  command.add_flag("--move-boundary", a.move_boundary, "Collapse edges of holes and rims, too");
+  command.add_option("--max-error", a.max_error,
+                     "Largest distance of an original vertex from the result: 0.01 in units of the mesh, or "
+                     "0.1% of the diagonal of its bounds. With --fast it is an estimate");
+  command.add_flag("--fast", a.fast, "Use meshoptimizer instead of OpenMesh: many times faster");
+  command.add_flag("--move-boundary", a.move_boundary, "Also collapse edges at holes and rims");
   command.footer(
-      "One of --triangles, --ratio and --max-error is needed; with --max-error alone it goes as far as that "
+      "Give at least one of --triangles, --ratio and --max-error. --max-error alone removes as many "
+      "triangles as it\n"
       "allows.\n"
-      "Example: nif mesh decimate scan.ply -o light.ply --ratio 0.1 --max-error 0.1%");
+      "Examples:\n"
+      "  nif mesh decimate scan.ply -o light.ply --ratio 0.1 --max-error 0.1%\n"
+      "  nif mesh decimate scan.ply -o light.ply --triangles 50000 --fast");
   command.callback([arguments] {
     if (arguments->triangles == 0 && arguments->ratio <= 0 && arguments->max_error.empty())
-      throw Error(Status::usage, "one of --triangles, --ratio and --max-error is needed");
+      throw Error(Status::usage, "give at least one of --triangles, --ratio and --max-error");
     if (!arguments->max_error.empty()) Length(arguments->max_error, "--max-error");
     work_on(arguments->work, "decimate",
             [&](mesh::Scene& scene, Progress& progress) { return change(*arguments, scene, progress); });

@@ -1,4 +1,4 @@
-// `nif mesh generate`: a mesh to test with, from a formula and a seed.
+// `nif mesh generate`: generates a test mesh from a formula and a seed.
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -71,7 +71,7 @@ void run(const Arguments& arguments) {
 }
 
 std::string footer() {
-  std::string text = "Shapes, all closed and facing outwards, y upwards:\n";
+  std::string text = "Shapes (all closed, facing outwards, y up):\n";
   for (const generate::Shape& shape : generate::shapes())
     text += fmt::format("  {:<12}{}\n", shape.name, shape.description);
   return text +
@@ -83,24 +83,24 @@ std::string footer() {
 }  // namespace
 
 void add_mesh_generate(Command mesh) {
-  const Command command = mesh.add_subcommand("generate", "Make a mesh to test with, as a binary PLY");
+  const Command command = mesh.add_subcommand("generate", "Generate a test mesh as a binary PLY");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command.add_option("SHAPE", a.shape, "One of those below").required();
+  command.add_option("SHAPE", a.shape, "One of the shapes listed below").required();
   command.add_option("-o,--output", a.output, "The .ply file to write").required();
   command
       .add_option("--triangles", a.request.triangles,
-                  "At most so many, and as near to it as the shape can be divided")
+                  "Largest number of triangles; the mesh gets as close to it as the shape allows")
       .capture_default_str()
       .range(generate::kFewestTriangles, generate::kMostTriangles);
   command
       .add_option("--seed", a.request.seed,
-                  "Start of all random numbers: same shape, triangles and seed, same bytes")
+                  "Seed of all random numbers. Same shape, triangles and seed: same bytes")
       .capture_default_str();
-  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
       .capture_default_str();
   command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-generate/1)");
-  command.add_flag("--quiet", a.quiet, "No progress, no summary");
+  command.add_flag("--quiet", a.quiet, "No progress or summary");
   command.footer(footer());
   command.callback([arguments] { run(*arguments); });
 }

@@ -1,4 +1,4 @@
-// `nif mesh info`: what is true of a mesh, and what is wrong with it.
+// `nif mesh info`: facts about a mesh, and what is wrong with it.
 #include <fmt/format.h>
 
 #include <memory>
@@ -48,8 +48,7 @@ std::string why_not(const Arguments& arguments, uint64_t triangles) {
   if (wanted == "on") return "";
   if (wanted == "off") return "--self-intersections off";
   if (!cgal::available()) return "this build lacks CGAL";
-  if (triangles > kQuick)
-    return fmt::format("more than {} triangles; ask by --self-intersections on", kQuick);
+  if (triangles > kQuick) return fmt::format("more than {} triangles; use --self-intersections on", kQuick);
   return "";
 }
 
@@ -62,7 +61,7 @@ Results look_at(const Arguments& arguments, const mesh::Scene& scene, Progress& 
     const mesh::Mesh& mesh = scene.meshes[m];
     const double fraction = double(m) / double(scene.meshes.size());
     require_memory(mesh.triangles.size() * (intersections ? 300 : 150),
-                   arguments.input + ": looking at its triangles");
+                   arguments.input + ": inspecting its triangles");
     progress.update(fraction, "counting edges of '" + mesh.name + "'");
     Findings& found = results.meshes.emplace_back(Findings{inspect::inspect(mesh, !arguments.by_index), {}});
     results.all.mesh += found.mesh;
@@ -100,10 +99,11 @@ void print_json(const Arguments& arguments, const mesh::Scene& scene, const Resu
 }
 
 std::string intersections_of(const Results& results) {
-  if (!results.all.intersections) return "not looked for: " + results.why_not;
+  if (!results.all.intersections) return "not checked: " + results.why_not;
   const auto [pairs, triangles] = *results.all.intersections;
   if (pairs == 0) return "none";
-  return fmt::format("{} of triangles, {} in all", count_of(pairs, "pair"), count_of(triangles, "triangle"));
+  return fmt::format("{} of triangles, {} in total", count_of(pairs, "pair"),
+                     count_of(triangles, "triangle"));
 }
 
 void print(const Arguments& arguments, const mesh::Scene& scene, const Results& results) {
@@ -134,31 +134,29 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_mesh_info(Command mesh) {
-  const Command command =
-      mesh.add_subcommand("info", "Say what is true of a mesh, and what is wrong with it");
+  const Command command = mesh.add_subcommand("info", "Print facts about a mesh, and what is wrong with it");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command.add_option("MESH", a.input, "A mesh in any format that nif bake reads").required();
   command
-      .add_option(
-          "--self-intersections", a.self_intersections,
-          fmt::format("Look for triangles that cross each other: on, off, or auto: where CGAL is built "
-                      "in and there are at most {} triangles",
-                      kQuick))
+      .add_option("--self-intersections", a.self_intersections,
+                  fmt::format("Look for triangles that cross each other: on, off or auto. auto looks if nif "
+                              "was built with CGAL and there are at most {} triangles",
+                              kQuick))
       .one_of({"auto", "on", "off"})
       .capture_default_str();
   command.add_flag("--by-index", a.by_index,
-                   "Take vertices as the file shares them, not those of equal positions as one");
-  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+                   "Use the vertices as they are shared in the file. By default, vertices at the same "
+                   "position count as one");
+  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
       .capture_default_str();
-  command.add_flag("--json", a.json, "Print it as one JSON object (nifkit.mesh-info/1)");
-  command.add_flag("--quiet", a.quiet, "No progress, no notes");
+  command.add_flag("--json", a.json, "Print the facts as one JSON object (nifkit.mesh-info/1)");
+  command.add_flag("--quiet", a.quiet, "No progress or notes");
   command.footer(
-      "Equal positions count as one vertex, but with --by-index. Meshes are looked at one by one, in their "
-      "own space, and then "
-      "added "
-      "up.\n"
-      "Example: nif mesh info scan.ply");
+      "Each mesh of a file is inspected in its own space, and the results are added up.\n"
+      "Examples:\n"
+      "  nif mesh info scan.ply\n"
+      "  nif mesh info scan.ply --self-intersections on --json");
   command.callback([arguments] { run(*arguments); });
 }
 

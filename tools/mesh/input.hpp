@@ -1,4 +1,4 @@
-// How the verbs of `nif mesh` take what they work on.
+// How the verbs of `nif mesh` read their input.
 #pragma once
 
 #include <string>

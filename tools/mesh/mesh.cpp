@@ -1,4 +1,4 @@
-// `nif mesh`: what can be done with meshes themselves, one file a verb.
+// `nif mesh`: the verbs for meshes, one file each.
 #include "tools/mesh/mesh.hpp"
 
 #include "tools/mesh/vdb.hpp"
@@ -6,7 +6,7 @@
 namespace nif::tools {
 
 void add_mesh(Command app) {
-  const Command command = app.add_subcommand("mesh", "Look at meshes, make, convert and change them");
+  const Command command = app.add_subcommand("mesh", "Inspect, generate, convert and change meshes");
   command.require_subcommand();
   add_mesh_compare(command);
   add_mesh_convert(command);
@@ -18,7 +18,12 @@ void add_mesh(Command app) {
   add_mesh_repair(command);
   add_mesh_subdivide(command);
   add_mesh_voxelize(command);
-  command.footer("Example: nif mesh generate statue -o statue.ply --triangles 1000000");
+  command.footer(
+      "Examples:\n"
+      "  nif mesh generate statue -o statue.ply --triangles 1000000\n"
+      "  nif mesh info statue.ply\n"
+      "  nif mesh convert statue.ply -o statue.glb\n"
+      "'nif mesh SUBCOMMAND --help' describes each.");
 }
 
 }  // namespace nif::tools

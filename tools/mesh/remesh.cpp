@@ -1,4 +1,4 @@
-// `nif mesh remesh`: the same surface of new triangles.
+// `nif mesh remesh`: rebuilds a surface from new triangles.
 #include <fmt/format.h>
 
 #include <memory>
@@ -56,29 +56,32 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
 }  // namespace
 
 void add_mesh_remesh(Command mesh) {
-  const Command command = mesh.add_subcommand("remesh", "Make the same surface of new triangles");
+  const Command command = mesh.add_subcommand("remesh", "Rebuild the surface of a mesh from new triangles");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   add_work_options(command, a.work, "remesh");
   command
-      .add_option(
-          "--method", a.method,
-          "level-set (OpenVDB): closed, never crossing itself, of what the mesh encloses; isotropic (CGAL): "
-          "triangles of one size on the surface as it is")
+      .add_option("--method", a.method,
+                  "level-set (OpenVDB): a closed surface around what the mesh encloses, without "
+                  "self-intersections; isotropic (CGAL): triangles of equal size on the original surface")
       .one_of({"level-set", "isotropic"})
       .capture_default_str();
   add_sampling_options(command, a.sampling);
-  command.add_option("--adaptivity", a.adaptivity, "Of level-set: 0..1, larger triangles where it is flat")
+  command
+      .add_option("--adaptivity", a.adaptivity,
+                  "For level-set: allow larger triangles in flat areas, from 0 (none) to 1")
       .range(0.0, 1.0)
       .capture_default_str();
   command.add_option(
       "--edge", a.edge,
-      "Of isotropic: length of edges, as --voxel is given; by default the longest side divided by "
-      "--resolution");
-  command.add_option("--iterations", a.iterations, "Of isotropic").range(1u, 100u).capture_default_str();
+      "For isotropic: edge length, written like --voxel (default: the longest side divided by --resolution)");
+  command.add_option("--iterations", a.iterations, "For isotropic: number of passes")
+      .range(1u, 100u)
+      .capture_default_str();
   command
       .add_option("--sharp", a.sharp,
-                  "Of isotropic: keep edges at which triangles meet by more degrees; 180: none")
+                  "For isotropic: keep edges whose triangles meet at more than this angle, in degrees (180 = "
+                  "keep none)")
       .range(0.0, 180.0)
       .capture_default_str();
   command.footer(
@@ -92,11 +95,11 @@ void add_mesh_remesh(Command mesh) {
       if (!sampling.voxel.empty() || !sampling.thickness.empty() || sampling.allow_open ||
           arguments->adaptivity > 0)
         throw Error(Status::usage,
-                    "--voxel, --thickness, --allow-open and --adaptivity are of --method level-set; "
-                    "isotropic takes --edge");
+                    "--voxel, --thickness, --allow-open and --adaptivity are for --method level-set; use "
+                    "--edge with isotropic");
       if (!arguments->edge.empty()) Length(arguments->edge, "--edge");
     } else if (!arguments->edge.empty()) {
-      throw Error(Status::usage, "--edge is of --method isotropic; level-set takes --voxel");
+      throw Error(Status::usage, "--edge is for --method isotropic; use --voxel with level-set");
     }
     work_on(arguments->work, "remesh",
             [&](mesh::Scene& scene, Progress& progress) { return change(*arguments, scene, progress); });

@@ -1,4 +1,4 @@
-// `nif mesh repair`: a mesh made fit for use, and what was changed for that.
+// `nif mesh repair`: repairs a mesh and reports what was changed.
 #include <fmt/format.h>
 
 #include <memory>
@@ -46,7 +46,7 @@ std::string text_of(const repair::Report& r) {
       "vertices     {} welded, {} split where the surface was not manifold\n"
       "edges        {} stitched\n"
       "orientation  {}, {} turned\n"
-      "holes        {} filled by {}, {} could not be\n",
+      "holes        {} filled with {}, {} could not be filled\n",
       r.degenerate, r.duplicate, r.opposite, r.welded, m.split_vertices, m.stitched_edges,
       count_of(m.turned, "triangle"), count_of(r.turned_solids, "solid"), m.filled_holes,
       count_of(m.fill_triangles, "triangle"), m.unfilled_holes);
@@ -86,25 +86,26 @@ void add_mesh_repair(Command mesh) {
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   add_work_options(command, a.work, "repair");
-  command.add_option(
-      "--weld", a.weld,
-      "Make one of vertices that are so near to each other: 0.01 in units of the mesh, or 0.01% of "
-      "the diagonal of its bounds. Equal ones always are");
+  command.add_option("--weld", a.weld,
+                     "Merge vertices closer than this: 0.01 in units of the mesh, or 0.01% of the diagonal "
+                     "of its bounds. Equal vertices are always merged");
   command
-      .add_option(
-          "--fill-holes", a.hole_edges,
-          "Fill boundary loops of at most so many edges; 0: none. nif mesh info says how long they are")
+      .add_option("--fill-holes", a.hole_edges,
+                  "Fill holes with at most this many boundary edges (0 = none). nif mesh info prints how "
+                  "long they are")
       .range(uint64_t{0}, uint64_t{1'000'000})
       .capture_default_str();
   command.add_flag("--keep-opposite", a.keep_opposite,
-                   "Keep both of two triangles with the same corners that face opposite ways");
+                   "Keep both triangles if two have the same corners and face opposite ways");
   command.footer(
-      "Equal vertices are welded, degenerate and duplicate triangles dropped, triangles turned to face as "
+      "Repair welds equal vertices, drops degenerate and duplicate triangles, turns triangles to face like "
       "their\n"
-      "neighbours, the surface taken apart where it is not manifold, boundaries at the same place stitched, "
-      "and\n"
-      "solids turned outwards that no other one lies around.\n"
-      "Example: nif mesh repair scan.ply -o whole.ply --fill-holes 100");
+      "neighbours, splits the surface where it is not manifold, stitches boundaries at the same position, "
+      "and turns\n"
+      "outermost solids outwards.\n"
+      "Examples:\n"
+      "  nif mesh repair scan.ply -o whole.ply --fill-holes 100\n"
+      "  nif mesh repair scan.ply -o whole.ply --weld 0.01%");
   command.callback([arguments] {
     cgal::require("nif mesh repair");
     if (!arguments->weld.empty()) Length(arguments->weld, "--weld");

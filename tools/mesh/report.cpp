@@ -31,9 +31,9 @@ std::string genus_of(const Inspection& inspection) {
   uint64_t solids = 0, sum = 0, most = 0;
   for (const Component& component : inspection.components)
     if (const auto genus = component.genus()) ++solids, sum += *genus, most = std::max(most, *genus);
-  if (solids == 0) return "none: no component is closed, manifold and facing one way";
+  if (solids == 0) return "none: no component is closed, manifold and consistently oriented";
   if (solids == 1) return fmt::format("{}", sum);
-  return fmt::format("{} in sum over {} solids, at most {}", sum, solids, most);
+  return fmt::format("{} in total over {} solids, at most {}", sum, solids, most);
 }
 
 }  // namespace
@@ -82,13 +82,13 @@ std::string to_text(const Inspection& i) {
   };
   line("triangles", fmt::format("{}: {} degenerate, {} duplicate, {} opposite to another", i.triangles,
                                 i.degenerate, i.duplicate, i.opposite));
-  line("vertices", fmt::format("{}: {} different positions are used", i.vertices, i.distinct_vertices));
+  line("vertices", fmt::format("{}: {} different positions used", i.vertices, i.distinct_vertices));
   line("bounds", fmt::format("({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})", i.low[0], i.low[1],
                              i.low[2], i.high[0], i.high[1], i.high[2]));
   line("components", fmt::format("{}: {} closed, {} open", all, closed, all - closed));
   line("boundary", i.boundary_edges == 0
                        ? "none"
-                       : fmt::format("{} in {}, of {} at most", count_of(i.boundary_edges, "edge"),
+                       : fmt::format("{} in {}, the longest of {}", count_of(i.boundary_edges, "edge"),
                                      count_of(i.boundary_loops, "loop"), count_of(i.longest_loop, "edge")));
   line("non-manifold",
        fmt::format(

@@ -18,19 +18,19 @@ constexpr uint32_t kMostVoxels = 1 << 16;
 }  // namespace
 
 void add_sampling_options(Command command, SamplingArguments& a) {
-  const Option voxel = command.add_option(
-      "--voxel", a.voxel,
-      "Side of a voxel: 0.01, in units of the mesh, or 0.1%, of the diagonal of its bounds");
+  const Option voxel =
+      command.add_option("--voxel", a.voxel,
+                         "Side of a voxel: 0.01 in units of the mesh, or 0.1% of the diagonal of its bounds");
   command.add_option("--resolution", a.resolution, "Voxels along the longest side, instead of --voxel")
       .range(2u, kMostVoxels)
       .excludes(voxel)
       .capture_default_str();
-  command.add_option(
-      "--thickness", a.thickness,
-      "Take a shell of this thickness around the mesh, as --voxel is given, and not what it encloses");
+  command.add_option("--thickness", a.thickness,
+                     "Use a shell of this thickness around the surface, written like --voxel, instead of "
+                     "what the mesh encloses");
   command.add_flag(
       "--allow-open", a.allow_open,
-      "Take open meshes, too: holes narrower than a voxel do not matter, wider ones let the outside in");
+      "Accept open meshes. Holes narrower than a voxel are closed; through wider ones the outside gets in");
 }
 
 volume::Sampling sampling_of(const SamplingArguments& a, const mesh::Mesh& mesh) {
@@ -38,22 +38,19 @@ volume::Sampling sampling_of(const SamplingArguments& a, const mesh::Mesh& mesh)
   const double side = longest_side(mesh);
   sampling.voxel = a.voxel.empty() ? side / a.resolution : Length(a.voxel, "--voxel").of(mesh);
   if (!(sampling.voxel > 0) || side / sampling.voxel > kMostVoxels)
-    throw Error(Status::usage,
-                fmt::format("--voxel: {:.3g} is too small for mesh '{}', which is {:.3g} long: at most "
-                            "{} of them fit along it",
-                            sampling.voxel, mesh.name, side, kMostVoxels));
+    throw Error(Status::usage, fmt::format("--voxel: {:.3g} is too small for mesh '{}', which is {:.3g} "
+                                           "long: the limit is {} voxels along it",
+                                           sampling.voxel, mesh.name, side, kMostVoxels));
   if (!a.thickness.empty()) sampling.thickness = Length(a.thickness, "--thickness").of(mesh);
   if (sampling.thickness > 0 && sampling.thickness < 2 * sampling.voxel)
     throw Error(Status::usage, fmt::format("--thickness: {:.3g} is less than two voxels of {:.3g}",
                                            sampling.thickness, sampling.voxel));
   const inspect::Inspection found = inspect::inspect(mesh);
   if (found.boundary_edges > 0 && a.thickness.empty() && !a.allow_open)
-    throw Error(
-        Status::usage,
-        fmt::format(
-            "mesh '{}' is open ({}), so that it has no inside: fill its holes (nif mesh repair "
-            "--fill-holes), give it a --thickness, or let --allow-open take what OpenVDB finds enclosed",
-            mesh.name, count_of(found.boundary_edges, "boundary edge")));
+    throw Error(Status::usage,
+                fmt::format("mesh '{}' is open ({}), so it has no inside: fill its holes (nif mesh repair "
+                            "--fill-holes), give a --thickness, or use --allow-open",
+                            mesh.name, count_of(found.boundary_edges, "boundary edge")));
   require_memory(volume::memory_estimate(found.area, sampling),
                  fmt::format("mesh '{}' at voxels of {:.3g}", mesh.name, sampling.voxel));
   return sampling;

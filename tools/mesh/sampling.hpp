@@ -1,4 +1,4 @@
-// The size of voxels, as `nif mesh remesh`, `nif mesh voxelize` and `nif mesh convert` are told it.
+// The options for voxel size that `nif mesh remesh`, `nif mesh voxelize` and `nif mesh convert` share.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// `nif mesh subdivide`: more triangles for a smoother surface.
+// `nif mesh subdivide`: subdivides and smooths a mesh.
 #include <fmt/format.h>
 
 #include <map>
@@ -34,7 +34,7 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
   constexpr uint64_t kMost = mesh::ReadLimits{}.max_triangles;
   if (after > kMost)
     throw Error(Status::too_large,
-                fmt::format("--times {} would make more than {} triangles, which is all that nif reads",
+                fmt::format("--times {} would make more than {} triangles, which is the limit of nif",
                             arguments.times, kMost));
   require_memory(after * kBytesPerTriangle, fmt::format("subdividing it into {} triangles", after));
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
@@ -55,19 +55,23 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
 }  // namespace
 
 void add_mesh_subdivide(Command mesh) {
-  const Command command = mesh.add_subcommand("subdivide", "Make a mesh of more triangles, and smoother");
+  const Command command =
+      mesh.add_subcommand("subdivide", "Subdivide a mesh into more triangles and smooth it");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   add_work_options(command, a.work, "subdivide");
   std::vector<std::string> names;
   for (const auto& [name, scheme] : schemes()) names.push_back(name);
-  command.add_option("--scheme", a.scheme, "loop, catmull-clark or sqrt3")
-      .one_of(names)
-      .capture_default_str();
-  command.add_option("--times", a.times, "How often: 4 times the triangles each time, with sqrt3 3 times")
+  command.add_option("--scheme", a.scheme, "Subdivision scheme").one_of(names).capture_default_str();
+  command
+      .add_option("--times", a.times,
+                  "Number of steps. Each makes 4 times the triangles, or 3 times with sqrt3")
       .range(1u, 16u)
       .capture_default_str();
-  command.footer("Example: nif mesh subdivide coarse.obj -o smooth.obj --times 2");
+  command.footer(
+      "Examples:\n"
+      "  nif mesh subdivide coarse.obj -o smooth.obj --times 2\n"
+      "  nif mesh subdivide coarse.obj -o smooth.obj --scheme catmull-clark");
   command.callback([arguments] {
     work_on(arguments->work, "subdivide",
             [&](mesh::Scene& scene, Progress& progress) { return change(*arguments, scene, progress); });

@@ -60,7 +60,7 @@ class Listener {
 
  private:
   [[noreturn]] void fail() const {
-    throw Error(Status::malformed_mesh, file_ + ": OpenVDB did not read it to its end");
+    throw Error(Status::malformed_mesh, file_ + ": OpenVDB did not read the whole file");
   }
   void take(void* to, size_t count) {
     if (count > bytes_.size()) fail();
@@ -87,7 +87,7 @@ void read_for_another(const std::string& file) {
     try {
       return volume::read_vdb(file);
     } catch (const std::bad_alloc&) {
-      throw Error(Status::too_large, file + ": takes more memory than there is");
+      throw Error(Status::too_large, file + ": needs more memory than there is");
     }
   }();
   say(found.meshes.size());
@@ -123,7 +123,7 @@ mesh::Scene read_vdb(const std::string& file) {
   }
   if (*code > 128)
     throw Error(Status::malformed_mesh,
-                fmt::format("{}: OpenVDB cannot read it (it ended by signal {})", file, *code - 128));
+                fmt::format("{}: OpenVDB cannot read it (it crashed with signal {})", file, *code - 128));
   if (*code != 0) throw Error(Status(*code), sentence_of(child.err()));
 
   const std::string told = child.out();
@@ -143,7 +143,7 @@ mesh::Scene read_vdb(const std::string& file) {
 }
 
 void add_mesh_read_vdb(Command mesh) {
-  const Command command = mesh.add_subcommand(kVerb, "Of nif's own use");
+  const Command command = mesh.add_subcommand(kVerb, "For internal use");
   command.hide();
   const auto file = std::make_shared<std::string>();
   command.add_option("FILE", *file).required();

@@ -1,4 +1,4 @@
-// Volumes as input of `nif mesh`: the level sets of a .vdb, as meshes.
+// Reads the level sets of a .vdb as meshes, for `nif mesh`.
 #pragma once
 
 #include "formats/mesh/scene.hpp"

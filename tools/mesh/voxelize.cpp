@@ -1,4 +1,4 @@
-// `nif mesh voxelize`: a mesh as an OpenVDB file.
+// `nif mesh voxelize`: converts a mesh to an OpenVDB file.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -42,7 +42,7 @@ void run(const Arguments& a) {
   const auto start = std::chrono::steady_clock::now();
   refuse_overwriting(a.input, a.output);
   if (ending_of(a.output) != ".vdb")
-    throw Error(Status::usage, a.output + ": volumes are written as .vdb, and the name says otherwise");
+    throw Error(Status::usage, a.output + ": volumes are written as .vdb, so the name must end in .vdb");
   check_output(a.output);
   limit_threads(a.threads);
   Progress progress(a.quiet);
@@ -60,25 +60,27 @@ void run(const Arguments& a) {
 }  // namespace
 
 void add_mesh_voxelize(Command mesh) {
-  const Command command = mesh.add_subcommand("voxelize", "Write a mesh as an OpenVDB volume");
+  const Command command = mesh.add_subcommand("voxelize", "Convert a mesh to an OpenVDB volume");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command.add_option("INPUT", a.input, "A mesh in any format that nif bake reads; its objects become one")
+  command.add_option("INPUT", a.input, "A mesh in any format that nif bake reads; its objects are merged")
       .required();
   command.add_option("-o,--output", a.output, "The .vdb file to write").required();
   command
-      .add_option(
-          "--kind", a.kind,
-          "level-set: signed distances within three voxels of the surface; occupancy: which voxels have "
-          "their centre inside")
+      .add_option("--kind", a.kind,
+                  "level-set: signed distances within three voxels of the surface; occupancy: the voxels "
+                  "whose centre is inside")
       .one_of({"level-set", "occupancy"})
       .capture_default_str();
   add_sampling_options(command, a.sampling);
-  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
       .capture_default_str();
   command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-voxelize/1)");
   command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
-  command.footer("Example: nif mesh voxelize dragon.ply -o dragon.vdb --resolution 256");
+  command.footer(
+      "Examples:\n"
+      "  nif mesh voxelize dragon.ply -o dragon.vdb --resolution 256\n"
+      "  nif mesh voxelize scan.ply -o scan.vdb --kind occupancy --allow-open");
   command.callback([arguments] { run(*arguments); });
 }
 

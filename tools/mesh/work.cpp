@@ -48,16 +48,16 @@ void add_work_options(Command command, WorkArguments& a, const std::string& verb
   command.add_option("INPUT", a.input, "A mesh in any format that nif bake reads").required();
   command
       .add_option("-o,--output", a.output,
-                  "The file to write: .obj, .ply, .stl, .off, .glb or .drc, as its name says")
+                  "The file to write. Its ending sets the format: .obj, .ply, .stl, .off, .glb or .drc")
       .required();
-  command.add_flag("--draco", a.write.draco, "Compress a .glb by Draco");
+  command.add_flag("--draco", a.write.draco, "Compress a .glb with Draco");
   command
       .add_option("--draco-bits", a.write.draco_bits,
-                  fmt::format("Of Draco: bits that each coordinate is rounded to; 0: none is. {} by default",
+                  fmt::format("Draco rounds coordinates to this many bits (0 = no rounding; default: {})",
                               mesh::kDracoBits))
       .range(uint32_t{0}, mesh::kMostDracoBits);
-  command.add_flag("--text", a.write.text, "Write an .stl as text");
-  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The result is the same for any number")
+  command.add_flag("--text", a.write.text, "Write a text .stl");
+  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
       .capture_default_str();
   command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-" + verb + "/1)");
   command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
@@ -83,7 +83,7 @@ void work_on(const WorkArguments& a, const std::string& verb,
   std::vector<std::string> notes = scene.warnings;
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   drop_empty(scene, notes);
-  if (scene.meshes.empty()) throw Error(Status::all_degenerate, a.input + ": no triangle of it is left");
+  if (scene.meshes.empty()) throw Error(Status::all_degenerate, a.input + ": no triangles are left");
   const mesh::Written written = naming(a.input, [&] {
     return mesh::write(
         a.output, scene, a.write, [&](double fraction) { progress.update(fraction, "writing " + a.output); },
@@ -129,11 +129,9 @@ Length::Length(const std::string& text, const std::string& option) {
     used = 0;
   }
   if (used == 0 || used != number.size() || !std::isfinite(value_) || value_ <= 0)
-    throw Error(
-        Status::usage,
-        fmt::format("{} '{}' is not a length above 0: write 0.01, in units of the mesh, or 0.1%, of the "
-                    "diagonal of its bounds",
-                    option, text));
+    throw Error(Status::usage, fmt::format("{} '{}' is not a length above 0: write 0.01 (in units of the "
+                                           "mesh) or 0.1% (of the diagonal of its bounds)",
+                                           option, text));
   if (relative_) value_ /= 100;
 }
 

@@ -1,5 +1,5 @@
-// What the verbs of `nif mesh` share that change meshes: read a file, change what is in it, write another
-// one, say what came of it.
+// What the verbs of `nif mesh` that change meshes share: read a file, change it, write another, report what
+// changed.
 #pragma once
 
 #include <functional>

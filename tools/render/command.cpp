@@ -1,5 +1,5 @@
-// `nif render`: pictures of a scene whose shadow rays Embree answers, and assets answer, side by side; and
-// whose camera rays fields answer.
+// `nif render`: pictures of a scene with shadow rays answered by Embree and by assets, to compare, and with
+// camera rays answered by fields.
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
@@ -72,8 +72,8 @@ void keep_cameras(const Arguments& arguments, render::SceneDescription& scene) {
     if (found == scene.cameras.end()) {
       std::string names;
       for (const auto& camera : scene.cameras) names += (names.empty() ? "" : ", ") + camera.name;
-      throw Error(Status::usage,
-                  fmt::format("--camera: {} has no camera '{}'; there are {}", scene.file, name, names));
+      throw Error(Status::usage, fmt::format("--camera: {} has no camera '{}'; its cameras are {}",
+                                             scene.file, name, names));
     }
     kept.push_back(*found);
   }
@@ -86,7 +86,7 @@ void check_folder(const std::string& folder) {
   const fs::path path(folder), whole = fs::absolute(path / "").lexically_normal();
   const fs::path parent = whole.parent_path().parent_path();  // whole ends in a slash, given or not
   if (fs::is_directory(path, error)) return;
-  if (fs::exists(path, error)) throw Error(Status::output_not_writable, folder + ": is no folder");
+  if (fs::exists(path, error)) throw Error(Status::output_not_writable, folder + ": is not a folder");
   if (!fs::is_directory(parent, error))
     throw Error(Status::output_folder_missing,
                 fmt::format("{}: the folder {} does not exist", folder, parent.string()));
@@ -95,7 +95,8 @@ void check_folder(const std::string& folder) {
 void make_folder(const std::string& folder) {
   std::error_code error;
   if (!fs::create_directory(folder, error) && error)
-    throw Error(Status::output_not_writable, fmt::format("{}: cannot be made: {}", folder, error.message()));
+    throw Error(Status::output_not_writable,
+                fmt::format("{}: cannot be created: {}", folder, error.message()));
 }
 
 /// Writes what there is; of the last rendering also how much each picture differs from the reference.
@@ -298,52 +299,51 @@ void run(const Arguments& arguments) {
 
 void add_render(Command app) {
   const Command command =
-      app.add_subcommand("render", "Render a scene with assets and with Embree, and compare the pictures");
+      app.add_subcommand("render", "Render a scene with Embree and with assets, and compare the pictures");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command
       .add_option("SCENE", a.scene,
-                  "A scene in TOML: objects, lights, cameras (docs/rendering.md); or a .gltf or .glb, also "
-                  ".gz or .zst, with the lights and cameras that are in it")
+                  "A scene in TOML (docs/rendering.md), or a .gltf or .glb with its lights and cameras, also "
+                  "as .gz or .zst")
       .required();
-  command.add_option("-o,--output", a.folder, "Folder for the pictures; made where it is missing").required();
-  command.add_option("--camera", a.cameras, "Only the cameras of these names");
-  command.add_option("--samples", a.samples, "Rays through each pixel, in place of the scene's")
+  command.add_option("-o,--output", a.folder, "Folder for the pictures; created if missing").required();
+  command.add_option("--camera", a.cameras, "Render only the cameras with these names");
+  command.add_option("--samples", a.samples, "Rays per pixel, instead of the scene's")
       .range(1u, render::kMaxPictureSamples);
-  command.add_option("--width", a.width, "Pixels, in place of the scene's")
+  command.add_option("--width", a.width, "Pixels, instead of the scene's").range(1u, render::kMaxPictureSide);
+  command.add_option("--height", a.height, "Pixels, instead of the scene's")
       .range(1u, render::kMaxPictureSide);
-  command.add_option("--height", a.height, "Pixels, in place of the scene's")
-      .range(1u, render::kMaxPictureSide);
-  command.add_option("--bounces", a.bounces, "Diffuse bounces, in place of the scene's")
+  command.add_option("--bounces", a.bounces, "Diffuse bounces, instead of the scene's")
       .range(0u, render::kMaxBounces);
-  command.add_option("--seed", a.seed, "Start of all random numbers, in place of the scene's");
+  command.add_option("--seed", a.seed, "Seed of all random numbers, instead of the scene's");
   command
-      .add_option(
-          "--confidence", a.confidence,
-          "What a hybrid picture trusts assets from, 0.5 to 1: where they are less sure, Embree answers")
+      .add_option("--confidence", a.confidence,
+                  "For hybrid pictures: Embree answers where an asset is less sure than this")
       .capture_default_str()
       .range(0.5, 1.0);
   command
       .add_option("--exact", a.exact,
-                  "Rays that Embree answers in all pictures: none, or those that start inside of an asset's "
-                  "box, or outside, "
-                  "to see one part of the answers alone")
+                  "Rays that Embree answers in all pictures: none, or those that start inside or outside an "
+                  "asset's box. Shows the error of the other rays alone")
       .capture_default_str()
       .one_of({"none", "inside", "outside"});
   add_isa_option(command, a.isa);
-  command.add_option("-j,--threads", a.threads, "Threads; 0: all. The pictures are the same for any number")
+  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The pictures do not depend on it")
       .capture_default_str();
-  command.add_flag("--exr", a.exr, "Write linear pictures too, as OpenEXR");
-  command.add_option(
-      "--sheet", a.sheet,
-      "A PNG of all cameras' pictures, small: reference, assets (probability) and error x 3; or, where "
-      "fields answer camera rays, reference, these (primary) and error x 3");
-  command.add_option("--thumbnail", a.thumbnail, "Width of a picture in it, in pixels")
+  command.add_flag("--exr", a.exr, "Also write linear pictures as OpenEXR");
+  command.add_option("--sheet", a.sheet,
+                     "Also write a PNG with small pictures of all cameras: reference, assets (probability) "
+                     "and error x 3; or reference, primary and error x 3 if fields answer camera rays");
+  command.add_option("--thumbnail", a.thumbnail, "Width of each picture in --sheet, in pixels")
       .capture_default_str()
       .range(16u, 4096u);
   command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.render/1)");
-  command.add_flag("--quiet", a.quiet, "No progress, no table");
-  command.footer("Example: nif render scene.toml -o pictures --samples 64");
+  command.add_flag("--quiet", a.quiet, "No progress or table");
+  command.footer(
+      "Examples:\n"
+      "  nif render scene.toml -o pictures --samples 64\n"
+      "  nif render model.glb -o pictures");
   command.callback([arguments] { run(*arguments); });
 }
 

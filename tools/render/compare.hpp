@@ -1,4 +1,4 @@
-// Pictures beside each other: how much one differs from another, and sheets of them.
+// Compares pictures: how much one differs from another, and sheets with several of them.
 #pragma once
 
 #include "tools/render/image.hpp"

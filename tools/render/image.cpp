@@ -97,7 +97,7 @@ Image read_exr(const std::string& path, std::string_view bytes) {
   } catch (const Error&) {
     throw;
   } catch (const std::exception& problem) {
-    no_image(path, std::string("is no OpenEXR picture that can be read: ") + problem.what());
+    no_image(path, std::string("cannot be read as an OpenEXR picture: ") + problem.what());
   }
 }
 
@@ -106,11 +106,11 @@ Image read_hdr(const std::string& path, std::string_view bytes) {
   int width = 0, height = 0, channels = 0;
   if (bytes.size() > 0x7fffffff ||
       !stbi_info_from_memory(data, int(bytes.size()), &width, &height, &channels))
-    no_image(path, "is no Radiance picture");
+    no_image(path, "is not a valid Radiance picture");
   if (width > kMaxSide || height > kMaxSide) no_image(path, "is larger than 16,384 x 16,384 pixels");
   float* values = stbi_loadf_from_memory(data, int(bytes.size()), &width, &height, &channels, 3);
   if (values == nullptr)
-    no_image(path, std::string("is no Radiance picture that can be read: ") + stbi_failure_reason());
+    no_image(path, std::string("cannot be read as a Radiance picture: ") + stbi_failure_reason());
   Image image{uint32_t(width), uint32_t(height)};
   std::copy_n(values, image.values.size(), image.values.begin());
   stbi_image_free(values);

@@ -78,7 +78,7 @@ Double3 cosine_direction(const Double3& normal, const Pair& u) {
 
 EnvironmentMap::EnvironmentMap(const std::string& path, int up, double rotation_degrees)
     : image_(read_environment(path)), up_(up), rotation_(rotation_degrees * pi / 180) {
-  if (!tabulate()) throw Error(Status::not_an_image, path + ": is black: there is no light in it");
+  if (!tabulate()) throw Error(Status::not_an_image, path + ": is black, so it gives no light");
 }
 
 EnvironmentMap::EnvironmentMap(const Sky& sky, int up) : image_(1024, 512), up_(up), rotation_(0) {

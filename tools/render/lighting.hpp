@@ -1,4 +1,4 @@
-// Drawing points and directions of lights, for shadow rays.
+// Samples points and directions on lights, for shadow rays.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Stratified random numbers of one pixel, the same whoever asks and in whatever order.
+// Stratified random numbers for one pixel, the same in whatever order they are asked for.
 #pragma once
 
 #include "formats/base/random.hpp"

@@ -18,11 +18,10 @@ void PrimaryObjects::add(const ObjectDescription& object, const std::string& pla
     const format::PrimaryView* primary = asset.primary_of(index);
     const format::ObjectView& about = asset.objects[index];
     if (primary == nullptr)
-      throw Error(
-          Status::malformed_scene,
-          fmt::format("{}: 'primary' is true, but {} has no field for primary rays of its object '{}'; "
-                      "nif bake --primary learns one",
-                      place, *object.nif, about.name));
+      throw Error(Status::malformed_scene,
+                  fmt::format("{0}: 'primary' is true, but object '{2}' of {1} has no field for primary "
+                              "rays; bake one with nif bake --primary",
+                              place, *object.nif, about.name));
     const Transform placed = compose(object.transform, own);
     const double size = std::cbrt(std::abs(determinant(placed)));
     if (size == 0) return;

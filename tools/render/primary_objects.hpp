@@ -1,4 +1,4 @@
-// Objects of a scene whose camera rays are answered by fields for primary rays, in place of their triangles.
+// Objects whose camera rays are answered by fields for primary rays instead of their triangles.
 #pragma once
 
 #include <memory>

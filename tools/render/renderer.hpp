@@ -1,5 +1,5 @@
-// Renders one camera's picture with direct light (and diffuse bounces), by several answers to the same shadow
-// rays; and by fields' answers to the camera's rays.
+// Renders one camera's picture with direct light (and diffuse bounces), with several answers to the same
+// shadow rays, and with fields' answers to the camera's rays.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// What is to be rendered: objects, lights, cameras and the picture, as a scene file describes them and the
-// mesh files that it names complete it (scene_meshes.hpp).
+// What to render: objects, lights, cameras and the picture, as a scene file describes them. The mesh files
+// that it names complete it (scene_meshes.hpp).
 #pragma once
 
 #include <cstdint>

@@ -25,7 +25,7 @@ mesh::Transform read_transform(Reader& reader) {
     const std::vector<double> values = reader.numbers("transform", 12);
     for (size_t i = 0; i < 12; ++i) t[i] = float(values[i]);
     for (const char* other : {"scale", "rotate", "translate"})
-      if (reader.has(other)) reader.fail(other, "cannot stand beside 'transform'");
+      if (reader.has(other)) reader.fail(other, "cannot be used together with 'transform'");
     return t;
   }
   const Double3 turn = reader.vector("rotate", {0, 0, 0}) * (std::numbers::pi / 180);
@@ -62,7 +62,7 @@ Light read_light(Reader& reader, const fs::path& folder) {
     reader.table("glow", [&](Reader& r) {
       sky.glow = Glow{r.unit("direction"), r.colour("radiance", kBright), r.number("angle", 0.5, 180, 10)};
     });
-    if (sky.glow && sky.map) reader.fail("glow", "cannot stand beside 'map'");
+    if (sky.glow && sky.map) reader.fail("glow", "cannot be used together with 'map'");
     const std::string sampling = reader.text("sampling", "importance");
     if (sampling != "importance" && sampling != "uniform")
       reader.fail("sampling", "must be 'importance' or 'uniform'");
@@ -84,19 +84,19 @@ Light read_light(Reader& reader, const fs::path& folder) {
     if (spot.inner_angle > spot.outer_angle) reader.fail("inner_angle", "is larger than 'outer_angle'");
     return spot;
   }
-  reader.fail("type", fmt::format("is '{}'; there are sun, sky, area, point and spot", type));
+  reader.fail("type", fmt::format("is '{}'; it must be sun, sky, area, point or spot", type));
 }
 
 CameraDescription read_camera(Reader& reader, size_t number) {
   CameraDescription camera;
   camera.name = reader.text("name", fmt::format("camera{}", number));
   if (camera.name.find_first_of("/\\") != std::string::npos || camera.name.starts_with('.'))
-    reader.fail("name", "must be usable as a file's name");
+    reader.fail("name", "must be usable as a file name");
   camera.fov = reader.number("fov", 0.1, 170, 40);
   if (reader.has("position") || reader.has("target")) {
     const Place place{reader.vector("position"), reader.vector("target")};
     if (!(bake::length(place.target - place.position) > 0))
-      reader.fail("target", "is where the camera stands");
+      reader.fail("target", "is the camera's own position");
     camera.where = place;
   } else {
     camera.where = Orbit{reader.number("azimuth", -360, 360, 30), reader.number("elevation", -89, 89, 20),
@@ -167,7 +167,7 @@ SceneDescription read_scene(const fs::path& file) {
   std::set<std::string> names;
   reader.tables("camera", [&](Reader& r) {
     scene.cameras.push_back(read_camera(r, scene.cameras.size() + 1));
-    if (!names.insert(scene.cameras.back().name).second) r.fail("name", "is another camera's too");
+    if (!names.insert(scene.cameras.back().name).second) r.fail("name", "is used by another camera, too");
   });
   reader.finish();
   if (scene.objects.empty())

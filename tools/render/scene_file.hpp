@@ -1,4 +1,4 @@
-// Reading a scene file (docs/rendering.md).
+// Reads a scene file (docs/rendering.md).
 #pragma once
 
 #include <filesystem>

@@ -125,9 +125,8 @@ void add_lights(SceneDescription& scene, const ObjectDescription& object, const 
       ++unusable;
   }
   if (unusable != 0)
-    notes.push_back(
-        fmt::format("{}: {} of its lights have no direction or are too far away and were left out",
-                    object.mesh, unusable));
+    notes.push_back(fmt::format("{}: left out {} of its lights: they have no direction or are too far away",
+                                object.mesh, unusable));
 }
 
 void add_cameras(SceneDescription& scene, Names& names, const ObjectDescription& object,
@@ -141,25 +140,24 @@ void add_cameras(SceneDescription& scene, Names& names, const ObjectDescription&
       ++unusable;
   }
   if (unusable != 0)
-    notes.push_back(
-        fmt::format("{}: {} of its cameras have no direction or are too far away and were left out",
-                    object.mesh, unusable));
+    notes.push_back(fmt::format("{}: left out {} of its cameras: they have no direction or are too far away",
+                                object.mesh, unusable));
 }
 
 void complete(SceneDescription& scene, std::vector<std::string>& notes) {
   if (scene.lights.empty()) {
     if (!scene.light_by_default)
       throw Error(Status::malformed_scene,
-                  scene.file + ": has no light, nor has a mesh of its objects; add a [[light]]");
+                  scene.file + ": has no light, and neither do its meshes; add a [[light]]");
     scene.lights.push_back(Sky{});
-    notes.push_back(scene.file + ": has no light; a white sky stands in");
+    notes.push_back(scene.file + ": has no light, so a white sky is used");
   }
   if (scene.cameras.empty()) {
     if (!scene.camera_by_default)
       throw Error(Status::malformed_scene,
-                  scene.file + ": has no camera, nor has a mesh of its objects; add a [[camera]]");
+                  scene.file + ": has no camera, and neither do its meshes; add a [[camera]]");
     scene.cameras.push_back({.name = "camera1", .where = Orbit{}});
-    notes.push_back(scene.file + ": has no camera; one that looks at its middle stands in");
+    notes.push_back(scene.file + ": has no camera, so one that looks at the centre is used");
   }
 }
 

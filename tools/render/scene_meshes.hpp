@@ -1,4 +1,4 @@
-// Reading of all mesh files of a scene, which completes its lights and cameras.
+// Reads all mesh files of a scene, and adds their lights and cameras.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Where a camera's ray or a bounce comes to.
+// The point where a camera ray or a bounce hits a surface.
 #pragma once
 
 #include "tools/render/scene.hpp"

@@ -48,7 +48,7 @@ ViewRays::ViewRays(const SceneDescription& scene, const World& world, const Ligh
   }
   if (placements_.empty())
     throw Error(Status::usage,
-                fmt::format("{}: no object of this scene is {}, which is to be baked", scene.file, mesh));
+                fmt::format("{}: no object of this scene uses {}, the mesh to bake", scene.file, mesh));
 }
 
 template <class Ask>

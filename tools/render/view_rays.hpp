@@ -1,5 +1,5 @@
-// Training rays as a renderer would ask them: the shadow rays of a scene's cameras, and the rays of these
-// cameras themselves.
+// Training rays as a renderer asks them: the shadow rays of a scene's cameras, and the camera rays
+// themselves.
 #pragma once
 
 #include "bake/bake.hpp"

@@ -152,7 +152,7 @@ RTCGeometryTy* World::make_geometry(std::span<const mesh::Float3> positions,
   if (vertices == nullptr || indices == nullptr) {
     rtcReleaseGeometry(geometry);
     throw Error(Status::out_of_memory,
-                fmt::format("Embree cannot hold {} triangles: {}", triangles.size(), error_));
+                fmt::format("Embree cannot store {} triangles: {}", triangles.size(), error_));
   }
   std::memcpy(vertices, positions.data(), positions.size_bytes());
   std::memcpy(indices, triangles.data(), triangles.size_bytes());
@@ -207,8 +207,8 @@ void World::add_asset(const ObjectDescription& object, const mesh::Scene& meshes
     });
     if (!known)
       throw Error(Status::mesh_mismatch,
-                  fmt::format("{} was not baked from {}: no mesh there has the bounds of its object '{}'",
-                              *object.nif, object.mesh, about.name));
+                  fmt::format("{} was not baked from {}: no mesh has the bounds of object '{}'", *object.nif,
+                              object.mesh, about.name));
   }
   tools::check(nifAddAsset(neural_.handle, asset.handle, object.transform.data(), nullptr, nullptr));
   asset_bytes_ += info.file_bytes;

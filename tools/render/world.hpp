@@ -1,4 +1,4 @@
-// A scene made ready for rays: Embree over its meshes, and the runtime over its assets.
+// A scene ready for rays: Embree with its meshes, and the runtime with its assets.
 #pragma once
 
 #include <memory>
