@@ -1,4 +1,4 @@
-// Sets that grow together: which things are connected, asked while the connections are still being found.
+// Groups of connected items (union-find). You can ask while connections are still being added.
 #pragma once
 
 #include <cstddef>

@@ -68,7 +68,7 @@ uint64_t available_memory() {
 void require_memory(uint64_t bytes, const std::string& what) {
   const uint64_t free = available_memory();
   if (bytes > free)
-    throw Error(Status::too_large, what + " takes about " + gibibytes(bytes) + " of memory, and " +
+    throw Error(Status::too_large, what + " takes about " + gibibytes(bytes) + " of memory, but only " +
                                        gibibytes(free) + " are free");
 }
 

@@ -1,4 +1,4 @@
-// How much memory there is, so that work which cannot fit is refused before it begins.
+// How much memory is free, so that work that cannot fit is refused before it starts.
 #pragma once
 
 #include <cstdint>

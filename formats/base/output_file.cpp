@@ -35,12 +35,13 @@ fs::path resolve(const std::string& path) {
   std::error_code error;
   fs::path target = fs::weakly_canonical(fs::path(path), error);
   if (error) target = path;
-  if (path.empty() || !target.has_filename() || path.back() == '/') not_writable(path, "it names no file");
+  if (path.empty() || !target.has_filename() || path.back() == '/')
+    not_writable(path, "it is not a file name");
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   const fs::file_status status = fs::status(folder, error);
   if (status.type() == fs::file_type::not_found)
     throw Error(Status::output_folder_missing, path + ": the folder " + folder.string() + " does not exist");
-  if (status.type() != fs::file_type::directory) not_writable(path, folder.string() + " is no folder");
+  if (status.type() != fs::file_type::directory) not_writable(path, folder.string() + " is not a folder");
   if (fs::is_directory(target, error)) not_writable(path, "it is a folder");
   if (fs::exists(target, error) && ::access(target.c_str(), W_OK) != 0)
     not_writable(path, std::strerror(errno));

@@ -1,4 +1,4 @@
-// Writing a result so that it is either there as a whole or not at all.
+// Writes a file completely or not at all.
 #pragma once
 
 #include <cstddef>

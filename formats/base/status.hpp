@@ -1,4 +1,4 @@
-// What can go wrong with a file or a request, as one enum that is also the exit code of every program.
+// Everything that can go wrong with a file or a request: one enum, also the exit codes of every program.
 //
 // Part of the dependency-free core: the runtime compiles it too and maps these to the codes of nif.h.
 #pragma once
@@ -12,34 +12,34 @@ namespace nif {
 /// Outcome of a program or of a failed call. The numbers are the exit codes of `nif` and never change.
 enum class Status : int {
   ok = 0,
-  internal = 1,  ///< a defect of nifkit itself
-  usage = 2,     ///< unknown, missing or contradictory options
+  internal = 1,  ///< a bug in nifkit
+  usage = 2,     ///< unknown, missing or conflicting options
 
   // Reading an input file.
   file_not_found = 10,
-  file_unreadable = 11,  ///< permission, a directory, an I/O error
+  file_unreadable = 11,  ///< no permission, a folder, or an I/O error
   file_empty = 12,
-  file_truncated = 13,  ///< ends before its own header says it does
-  not_a_mesh = 14,      ///< the content is of no mesh format that we read
-  malformed_mesh = 15,  ///< of a mesh format, but its content contradicts itself
+  file_truncated = 13,  ///< shorter than its header says
+  not_a_mesh = 14,      ///< not in a mesh format that we read
+  malformed_mesh = 15,  ///< in a mesh format, but its content is inconsistent
   no_triangles = 16,
   non_finite_vertex = 17,
   index_out_of_range = 18,
-  all_degenerate = 19,         ///< triangles, but none of them has an area
-  missing_buffer = 20,         ///< a glTF that names a buffer or image file which is not there
-  unsupported_extension = 21,  ///< a required extension that we do not decode, e.g. KHR_meshopt_compression
-  too_large = 22,              ///< beyond a stated limit of nifkit or of this machine's memory
-  malformed_scene = 23,        ///< a scene file that is none, or whose fields contradict each other
-  not_an_image = 24,           ///< an environment map that is no picture, or holds no light
-  malformed_manifest = 25,     ///< a manifest that is none, or whose entries contradict each other
-  needs_repair = 26,           ///< with --strict: a mesh that preparation would change
+  all_degenerate = 19,         ///< it has triangles, but none has an area
+  missing_buffer = 20,         ///< a glTF that refers to a file that does not exist
+  unsupported_extension = 21,  ///< requires an extension that we do not support, e.g. KHR_meshopt_compression
+  too_large = 22,              ///< beyond a limit of nifkit, or this machine's memory
+  malformed_scene = 23,        ///< not a valid scene file
+  not_an_image = 24,           ///< an environment map that is not a picture, or has no light
+  malformed_manifest = 25,     ///< not a valid manifest
+  needs_repair = 26,           ///< with --strict: a mesh that needs repair
 
   // Reading an asset.
   not_a_nif = 30,
-  foreign_nif = 31,      ///< a NetImmerse/Gamebryo model, which shares the extension
+  foreign_nif = 31,      ///< a NetImmerse/Gamebryo model: same extension, different format
   damaged_nif = 32,      ///< wrong checksum or structure
-  unsupported_nif = 33,  ///< a version or a required section newer than this build
-  mesh_mismatch = 34,    ///< the mesh given beside an asset is not the one it was baked from
+  unsupported_nif = 33,  ///< needs a newer build
+  mesh_mismatch = 34,    ///< the asset was not baked from the given mesh
 
   // Writing.
   output_folder_missing = 40,
@@ -47,10 +47,10 @@ enum class Status : int {
 
   // Baking.
   target_not_met = 50,   ///< --max-bytes or --max-error cannot be reached
-  training_failed = 51,  ///< the loss stayed non-finite after every recovery, or no rays to learn from
+  training_failed = 51,  ///< the loss stayed non-finite, or there are no rays to learn from
   out_of_memory = 52,
 
-  farm_failed = 53,  ///< no scheduler, or it refuses the jobs, or tasks were lost
+  farm_failed = 53,  ///< there is no scheduler, it refused the jobs, or tasks were lost
 
   interrupted = 130,  ///< Ctrl-C or a cancelling callback
 };

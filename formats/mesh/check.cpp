@@ -64,8 +64,8 @@ void check_mesh(const Input& input, const Mesh& mesh) {
     for (const uint32_t v : mesh.triangles[t]) {
       if (v >= vertices) {
         input.fail(Status::index_out_of_range,
-                   fmt::format("triangle {} of mesh '{}' names vertex {}, but there are {}", t, mesh.name, v,
-                               vertices));
+                   fmt::format("triangle {} of mesh '{}' uses vertex {}, but there are only {}", t, mesh.name,
+                               v, vertices));
       }
       if (!finite(mesh.positions[v])) {
         const Float3& p = mesh.positions[v];
@@ -92,7 +92,7 @@ void FaceSink::polygon(std::span<const uint32_t> corners) {
 void FaceSink::report(Scene& scene) const {
   if (skipped_ == 0) return;
   scene.warnings.push_back(
-      fmt::format("{}: left out {} faces of fewer than three corners", input_.file.string(), skipped_));
+      fmt::format("{}: left out {} faces with fewer than three corners", input_.file.string(), skipped_));
 }
 
 void check_triangle_limit(const Input& input, uint64_t count) {

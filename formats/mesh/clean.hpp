@@ -1,4 +1,4 @@
-// Making a mesh fit for geometry: equal positions welded, triangles without area and duplicates set aside.
+// Prepares a mesh for geometry: merges equal positions, removes triangles without area and duplicates.
 #pragma once
 
 #include <cstdint>

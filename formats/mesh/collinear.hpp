@@ -1,5 +1,5 @@
-// An exact answer to whether three points lie on one line. Rounding must not decide it: dropping a thin
-// triangle that has an area opens the surface, keeping one that has none divides by zero later.
+// Decides exactly whether three points lie on one line. Rounding must not decide it: dropping a thin triangle
+// that has an area opens the surface, and keeping one without an area divides by zero later.
 #pragma once
 
 #include "formats/mesh/scene.hpp"

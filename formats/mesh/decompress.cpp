@@ -81,7 +81,7 @@ ByteBuffer gunzip(std::string_view packed, const std::string& name, uint64_t lim
     } else if (code == Z_MEM_ERROR) {
       throw std::bad_alloc();
     } else if (code != Z_OK && code != Z_BUF_ERROR) {
-      fail_damaged(name, "gzip", done, stream.msg ? stream.msg : "no gzip stream");
+      fail_damaged(name, "gzip", done, stream.msg ? stream.msg : "not a gzip stream");
     } else if (done == packed.size() && stream.avail_out != 0) {
       fail_truncated(name, "gzip", packed.size());
     }

@@ -1,4 +1,4 @@
-// Unpacking gzip and Zstandard files, which are recognised by their first bytes whatever the file is called.
+// Unpacks gzip and Zstandard files. Their first bytes tell what they are, whatever the file is called.
 #pragma once
 
 #include "formats/mesh/file_bytes.hpp"

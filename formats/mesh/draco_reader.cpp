@@ -109,7 +109,7 @@ void append_draco(const Input& input, const DracoData& data, Mesh& mesh) {
   check_triangle_limit(input, mesh.triangles.size() + source.num_faces());
   const uint64_t base = mesh.positions.size();
   if (base + source.num_points() > std::numeric_limits<uint32_t>::max()) {
-    input.fail(Status::too_large, fmt::format("{} brings more vertices than 32-bit indices reach", where));
+    input.fail(Status::too_large, fmt::format("{} has more vertices than 32-bit indices can address", where));
   }
   if (mesh.name.empty()) mesh.name = name_in(source);
 
@@ -129,7 +129,7 @@ void append_draco(const Input& input, const DracoData& data, Mesh& mesh) {
       const uint32_t v = source.face(f)[i].value();
       if (v >= source.num_points()) {
         input.fail(Status::index_out_of_range,
-                   fmt::format("triangle {} of {} names vertex {}, but there are {}", f.value(), where, v,
+                   fmt::format("triangle {} of {} uses vertex {}, but there are only {}", f.value(), where, v,
                                source.num_points()));
       }
       triangle[i] = static_cast<uint32_t>(base + v);

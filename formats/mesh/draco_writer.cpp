@@ -50,7 +50,7 @@ void check_writable(const Mesh& mesh) {
   for (const Triangle& t : mesh.triangles)
     if (std::max({t[0], t[1], t[2]}) >= mesh.positions.size())
       throw Error(Status::index_out_of_range,
-                  fmt::format("mesh '{}' has a triangle with a vertex that is not there", mesh.name));
+                  fmt::format("mesh '{}' has a triangle with a vertex that does not exist", mesh.name));
 }
 
 DracoMesh encode_draco(const Mesh& mesh, uint32_t bits, const std::string& name) {
@@ -58,7 +58,7 @@ DracoMesh encode_draco(const Mesh& mesh, uint32_t bits, const std::string& name)
   constexpr uint64_t kMost = std::numeric_limits<int32_t>::max();
   if (mesh.positions.size() > kMost || mesh.triangles.size() > kMost)
     throw Error(Status::too_large,
-                fmt::format("mesh '{}' has {} vertices and {} triangles, more than Draco takes", mesh.name,
+                fmt::format("mesh '{}' has {} vertices and {} triangles, more than Draco supports", mesh.name,
                             mesh.positions.size(), mesh.triangles.size()));
   const std::unique_ptr<draco::Mesh> source = to_draco(mesh, name);
   draco::Encoder encoder;

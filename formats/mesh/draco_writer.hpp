@@ -1,4 +1,4 @@
-// Compression of a mesh by Draco.
+// Compresses a mesh with Draco.
 #pragma once
 
 #include <cstddef>

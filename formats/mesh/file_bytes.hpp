@@ -1,4 +1,4 @@
-// Bytes of a file in memory: a buffer that grows without copying, and the reading of a whole file into it.
+// Reads a whole file into memory, into a buffer that grows without copying.
 #pragma once
 
 #include <cstdlib>

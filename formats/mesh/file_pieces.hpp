@@ -1,4 +1,4 @@
-// The bytes of a file as pieces one after the other, so that a large file can be changed without a copy.
+// A file as a sequence of pieces, so that a large file can be changed without a copy.
 #pragma once
 
 #include <cstdint>

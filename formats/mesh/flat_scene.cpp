@@ -45,7 +45,7 @@ FlatScene::FlatScene(const Scene& scene) : scene_(scene), first_vertex_{0}, firs
   }
   if (first_vertex_.back() > std::numeric_limits<uint32_t>::max())
     throw Error(Status::too_large, "its instances have " + std::to_string(first_vertex_.back()) +
-                                       " vertices together, more than 32-bit indices reach");
+                                       " vertices together, more than 32-bit indices can address");
 }
 
 void FlatScene::vertices(uint64_t first, std::span<Float3> out) const {

@@ -1,4 +1,4 @@
-// A scene as one mesh: each instance's triangles where they stand, one instance after the other.
+// Merges a scene into one mesh: the triangles of each instance at their places, one instance after the other.
 #pragma once
 
 #include <vector>

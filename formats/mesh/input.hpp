@@ -1,4 +1,4 @@
-// What every format reader is given: the bytes of one file, its name for messages, and a way to refuse it.
+// What every format reader gets: the bytes of one file, its name for messages, and a way to refuse it.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// A mesh that is computed where it is asked for, so that one larger than the memory can be written.
+// A mesh that is computed on demand, so that a mesh larger than memory can be written.
 #pragma once
 
 #include <cstdint>

@@ -31,12 +31,12 @@ class ObjReader {
       read_line(next_line());
     }
     if (all_.positions.empty() && !saw_face_) {
-      input_.fail(Status::not_a_mesh, "has neither a vertex nor a face of an OBJ file");
+      input_.fail(Status::not_a_mesh, "has no OBJ vertices or faces");
     }
     const uint64_t vertices = all_.positions.size();
     if (vertices > std::numeric_limits<uint32_t>::max()) {
       input_.fail(Status::too_large,
-                  fmt::format("has {} vertices, more than 32-bit indices reach", vertices));
+                  fmt::format("has {} vertices, more than 32-bit indices can address", vertices));
     }
     Scene scene = scene_of(split());
     faces_.report(scene);
@@ -98,7 +98,7 @@ class ObjReader {
       const int64_t vertex = index > 0 ? index - 1 : known + index;
       if (index == 0 || index < -known || vertex >= std::numeric_limits<uint32_t>::max()) {
         input_.fail(Status::index_out_of_range,
-                    fmt::format("the face in line {} names vertex {}, but {} vertices precede it", line_,
+                    fmt::format("the face in line {} uses vertex {}, but only {} vertices precede it", line_,
                                 index, known));
       }
       corners_.push_back(static_cast<uint32_t>(vertex));
@@ -140,8 +140,9 @@ class ObjReader {
     for (size_t t = 0; t < all_.triangles.size(); ++t) {
       const uint32_t v = std::ranges::max(all_.triangles[t]);
       if (v >= all_.positions.size()) {
-        input_.fail(Status::index_out_of_range, fmt::format("triangle {} names vertex {}, but there are {}",
-                                                            t, uint64_t{v} + 1, all_.positions.size()));
+        input_.fail(Status::index_out_of_range,
+                    fmt::format("triangle {} uses vertex {}, but there are only {}", t, uint64_t{v} + 1,
+                                all_.positions.size()));
       }
     }
   }
@@ -174,7 +175,7 @@ class ObjReader {
   [[noreturn]] void fail_word(const char* what, std::string_view word, const char* wanted) const {
     const std::string found = word.empty() ? "ends" : fmt::format("has '{}'", word.substr(0, 40));
     input_.fail(Status::malformed_mesh,
-                fmt::format("the {} in line {} {} where {} belongs", what, line_, found, wanted));
+                fmt::format("the {} in line {} {} where {} is expected", what, line_, found, wanted));
   }
 
   static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();

@@ -30,7 +30,7 @@ class OffReader {
     }
     if (vertices > std::numeric_limits<uint32_t>::max()) {
       input_.fail(Status::too_large,
-                  fmt::format("has {} vertices, more than 32-bit indices reach", vertices));
+                  fmt::format("has {} vertices, more than 32-bit indices can address", vertices));
     }
     mesh_.name = input_.stem;
     mesh_.positions.reserve(vertices);
@@ -53,8 +53,7 @@ class OffReader {
       if (rest.starts_with(flag)) rest.remove_prefix(flag.size());
     }
     if (rest == "4OFF" || rest == "nOFF" || rest == "4nOFF") {
-      input_.fail(Status::not_a_mesh,
-                  fmt::format("is a {} file, whose vertices are not points of space", keyword));
+      input_.fail(Status::not_a_mesh, fmt::format("is a {} file, whose vertices are not 3D points", keyword));
     }
     int64_t count = 0;
     if (parse_integer(keyword, count)) {
@@ -95,8 +94,8 @@ class OffReader {
       if (!parse_integer(corner, v)) fail_word(corner, fmt::format("a vertex index of face {}", index));
       if (v < 0 || static_cast<uint64_t>(v) >= vertices) {
         input_.fail(Status::index_out_of_range,
-                    fmt::format("face {} in line {} names vertex {}, but there are {}", index, words_.line(),
-                                v, vertices));
+                    fmt::format("face {} in line {} uses vertex {}, but there are only {}", index,
+                                words_.line(), v, vertices));
       }
       corners_.push_back(static_cast<uint32_t>(v));
     }
@@ -121,8 +120,8 @@ class OffReader {
     if (words_.at_end()) {
       input_.fail(Status::file_truncated, fmt::format("ends in line {}, within {}", words_.line(), wanted));
     }
-    input_.fail(Status::malformed_mesh,
-                fmt::format("line {} has '{}' where {} belongs", words_.line(), word.substr(0, 40), wanted));
+    input_.fail(Status::malformed_mesh, fmt::format("line {} has '{}' where {} is expected", words_.line(),
+                                                    word.substr(0, 40), wanted));
   }
 
   const Input& input_;

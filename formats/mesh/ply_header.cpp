@@ -161,7 +161,7 @@ void check_elements(const Input& input, PlyHeader& header) {
       }
       if (element.count > std::numeric_limits<uint32_t>::max()) {
         input.fail(Status::too_large,
-                   fmt::format("has {} vertices, more than 32-bit indices reach", element.count));
+                   fmt::format("has {} vertices, more than 32-bit indices can address", element.count));
       }
     } else if (has(Role::corners) > 1) {
       input.fail(Status::malformed_mesh,

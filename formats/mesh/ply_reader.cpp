@@ -63,7 +63,8 @@ class TextBody {
   }
   [[noreturn]] void fail_word(std::string_view word) const {
     if (words_.at_end()) place_.fail_truncated();  // within a word
-    place_.fail(Status::malformed_mesh, fmt::format("has '{}' where a number belongs", word.substr(0, 40)));
+    place_.fail(Status::malformed_mesh,
+                fmt::format("has '{}' where a number is expected", word.substr(0, 40)));
   }
 
   const Place& place_;
@@ -103,7 +104,7 @@ class BinaryBody {
       case PlyType::u32:
         return take<uint32_t>();
       default:
-        place_.fail(Status::malformed_mesh, "has a real number where an integer belongs");
+        place_.fail(Status::malformed_mesh, "has a real number where an integer is expected");
     }
   }
   void skip(PlyType type, uint64_t count) {
@@ -175,7 +176,7 @@ class BodyReader {
       }
       if (v < 0 || static_cast<uint64_t>(v) >= vertices_) {
         place_.fail(Status::index_out_of_range,
-                    fmt::format("names vertex {}, but there are {}", v, vertices_));
+                    fmt::format("uses vertex {}, but there are only {}", v, vertices_));
       }
       corners_.push_back(static_cast<uint32_t>(v));
     }

@@ -15,7 +15,7 @@
 namespace nif::mesh {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "blocks are written as they lie in memory");
+static_assert(std::endian::native == std::endian::little, "blocks are written as they are in memory");
 
 constexpr uint64_t kBlock = 1 << 14;  ///< vertices or triangles that are computed together; some 200 kB
 constexpr float kHuge = std::numeric_limits<float>::max();
@@ -92,8 +92,9 @@ PlyFile write_ply(const std::string& path, const MeshSource& source, const std::
                   const std::function<void(double)>& progress, const std::atomic<bool>& cancel) {
   constexpr uint64_t kMost = std::numeric_limits<int32_t>::max();
   if (source.vertex_count() > kMost || source.triangle_count() > kMost)
-    throw Error(Status::too_large, fmt::format("{}: {} vertices and {} triangles are more than a PLY takes",
-                                               path, source.vertex_count(), source.triangle_count()));
+    throw Error(Status::too_large,
+                fmt::format("{}: {} vertices and {} triangles are more than a PLY file can hold", path,
+                            source.vertex_count(), source.triangle_count()));
   OutputFile file(path);
   PlyFile written;
   const auto append = [&](std::span<const std::byte> bytes) {

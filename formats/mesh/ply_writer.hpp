@@ -1,4 +1,4 @@
-// Writing a mesh as a binary, little-endian PLY, in blocks: memory does not grow with the mesh.
+// Writes a mesh as a binary, little-endian PLY in blocks, so memory does not grow with the mesh.
 #pragma once
 
 #include <atomic>

@@ -39,11 +39,11 @@ void refuse_strangers(const Input& input) {
   }
   if (input.bytes.starts_with("NetImmerse File Format") || input.bytes.starts_with("Gamebryo File Format")) {
     input.fail(Status::foreign_nif,
-               "is a NetImmerse/Gamebryo model, which only shares the extension .nif; convert "
-               "it to one of PLY, OBJ, STL, OFF, glTF or Draco first");
+               "is a NetImmerse/Gamebryo model, which only shares the extension .nif; convert it to PLY, "
+               "OBJ, STL, OFF, glTF or Draco first");
   }
   if (input.bytes.starts_with(kVdbMagic))
-    input.fail(Status::not_a_mesh, "is an OpenVDB volume; make a mesh of it by nif mesh convert");
+    input.fail(Status::not_a_mesh, "is an OpenVDB volume; convert it to a mesh with nif mesh convert");
 }
 
 bool is_off_keyword(std::string_view word) {
@@ -71,11 +71,11 @@ Scene read_format(const Input& input, std::vector<ExternalFile>& external) {
   if (input.extension == ".stl") return read_stl(input);
   if (input.extension == ".gltf" || input.extension == ".glb" || input.extension == ".drc") {
     input.fail(Status::not_a_mesh,
-               fmt::format("is named {} but its content is of another kind", input.extension));
+               fmt::format("is named {}, but its content is in another format", input.extension));
   }
-  input.fail(
-      Status::not_a_mesh,
-      "is of no known mesh format; PLY, OBJ, STL, OFF, glTF, GLB and Draco are read, also as .gz or .zst");
+  input.fail(Status::not_a_mesh,
+             "is not in a known mesh format; nif reads PLY, OBJ, STL, OFF, glTF, GLB and Draco, also as .gz "
+             "or .zst");
 }
 
 uint64_t hash(const FilePieces& main, const std::vector<ExternalFile>& external) {
@@ -117,9 +117,9 @@ Scene promised(const std::filesystem::path& file, Work&& work) {
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {
-    throw Error(Status::too_large, file.string() + ": takes more memory than there is");
+    throw Error(Status::too_large, file.string() + ": needs more memory than there is");
   } catch (const std::length_error&) {
-    throw Error(Status::too_large, file.string() + ": takes more memory than there is");
+    throw Error(Status::too_large, file.string() + ": needs more memory than there is");
   } catch (const std::exception& error) {
     throw Error(Status::malformed_mesh, file.string() + ": cannot be read (" + error.what() + ")");
   }

@@ -1,4 +1,4 @@
-// Reading a mesh file of any supported format into a Scene.
+// Reads a mesh file of any supported format into a Scene.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// The readers of single formats, and the checks that all of them share. Internal to formats/mesh.
+// The readers of each format, and the checks that all of them share. Internal to formats/mesh.
 #pragma once
 
 #include <span>

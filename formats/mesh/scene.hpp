@@ -1,4 +1,4 @@
-// Triangle meshes and their instances, as every reader of formats/mesh fills them; cameras and lights, where
+// Triangle meshes and their instances, as every reader of formats/mesh fills them, and cameras and lights if
 // the format has them.
 #pragma once
 

@@ -1,5 +1,5 @@
-// The sides of triangles, brought together where they lie on the same edge: what every question about how a
-// surface hangs together starts from.
+// Groups the sides of triangles by the edge that they lie on. Every question about how a surface is connected
+// starts here.
 #pragma once
 
 #include <cstdint>

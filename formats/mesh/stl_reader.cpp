@@ -53,7 +53,8 @@ std::vector<Mesh> read_binary(const Input& input) {
   }
   check_triangle_limit(input, count);
   if (count > std::numeric_limits<uint32_t>::max() / 3) {
-    input.fail(Status::too_large, fmt::format("has {} triangles, more than 32-bit indices reach", count));
+    input.fail(Status::too_large,
+               fmt::format("has {} triangles, more than 32-bit indices can address", count));
   }
   Mesh mesh;
   mesh.name = input.stem;
@@ -116,7 +117,7 @@ class TextReader {
     // One index space for all solids keeps this simple; 32 bits end at 1.4 billion triangles.
     check_triangle_limit(input_, ++triangles_);
     if (triangles_ > std::numeric_limits<uint32_t>::max() / 3) {
-      input_.fail(Status::too_large, "has more triangles than 32-bit indices reach");
+      input_.fail(Status::too_large, "has more triangles than 32-bit indices can address");
     }
     add_corner_positions(meshes_.back(), corners);
   }
@@ -130,7 +131,7 @@ class TextReader {
   [[noreturn]] void fail(std::string_view word, const std::string& wanted) const {
     if (words_.at_end() && open_) fail_truncated();  // within a word
     const Status status = meshes_.empty() ? Status::not_a_mesh : Status::malformed_mesh;
-    input_.fail(status, fmt::format("line {} of the STL text has '{}' where {} belongs", words_.line(),
+    input_.fail(status, fmt::format("line {} of the STL text has '{}' where {} is expected", words_.line(),
                                     word.substr(0, 40), wanted));
   }
   [[noreturn]] void fail_truncated() const {

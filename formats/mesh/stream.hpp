@@ -1,4 +1,4 @@
-// The writing of a file in small pieces, as writers of text formats do. Internal to formats/mesh.
+// Writes a file in small pieces, for text formats. Internal to formats/mesh.
 #pragma once
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// Walking over the text of a mesh file word by word. Locale-free and without copies, because the files have
+// Walks over the text of a mesh file word by word, without copies and without locales, because files have
 // tens of millions of words.
 #pragma once
 

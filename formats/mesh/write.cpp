@@ -39,7 +39,8 @@ std::vector<std::string> losses(const std::string& path, FileKind kind, const Sc
   if (objects) {
     const bool differ = std::ranges::any_of(
         instances, [&](const Instance& i) { return i.name != scene.meshes[i.mesh].name; });
-    if (differ) note("the format has one name an object: those of nodes were kept, those of meshes left out");
+    if (differ)
+      note("the format has one name per object: names of nodes were kept, names of meshes were left out");
     const auto lost = uint64_t(std::ranges::count_if(instances, [&](const Instance& i) {
       return i.name.empty() || (kind == FileKind::obj && i.name.ends_with('\\'));
     }));
@@ -47,22 +48,24 @@ std::vector<std::string> losses(const std::string& path, FileKind kind, const Sc
       note(fmt::format("{} names are empty or end in a backslash, which the format cannot hold", lost));
   }
   if (std::ranges::any_of(instances, [](const Instance& i) { return i.transform != kIdentity; }))
-    note("the format has no transforms: objects were written where they stand, rounded to floats");
+    note("the format has no transforms: objects were written at their positions, rounded to floats");
   if (instances.size() > scene.meshes.size())
-    note(fmt::format("the format has no instances: {} meshes were written {} times in all",
+    note(fmt::format("the format has no instances: {} meshes were written {} times in total",
                      scene.meshes.size(), instances.size()));
   if (!scene.cameras.empty() || !scene.lights.empty())
-    note(fmt::format("the format has no cameras and no lights: {} and {} were left out", scene.cameras.size(),
+    note(fmt::format("the format has no cameras or lights: {} and {} were left out", scene.cameras.size(),
                      scene.lights.size()));
   if (kind == FileKind::stl)
-    note("STL has no shared vertices: each triangle has three of its own; reading welds equal ones again");
+    note(
+        "STL has no shared vertices: each triangle was written with its own three; nif merges equal ones "
+        "when it reads the file");
   return notes;
 }
 
 std::string rounding(const std::string& path, uint32_t bits) {
   return fmt::format(
-      "{}: Draco rounded positions to {} bits along the longest side of each mesh, and sorted vertices and "
-      "triangles anew; with 0 bits it keeps them as they are",
+      "{}: Draco rounded positions to {} bits along the longest side of each mesh, and reordered vertices "
+      "and triangles; with 0 bits it keeps both",
       path, bits);
 }
 
@@ -79,8 +82,8 @@ uint64_t write_stream(const std::string& path, FileKind kind, const Scene& scene
   const FlatScene flat(scene);
   if (kind == FileKind::ply) return write_ply(path, flat, "nifkit", progress, cancel).bytes;
   if (kind == FileKind::stl && flat.triangle_count() > std::numeric_limits<uint32_t>::max())
-    throw Error(Status::too_large,
-                fmt::format("{}: {} triangles are more than an STL takes", path, flat.triangle_count()));
+    throw Error(Status::too_large, fmt::format("{}: {} triangles are more than an STL file can hold", path,
+                                               flat.triangle_count()));
   const uint64_t vertices = kind == FileKind::stl ? 0 : flat.vertex_count();
   Stream out(path, vertices + flat.triangle_count(), progress, cancel);
   if (kind == FileKind::obj) detail::write_obj(out, scene, flat);
@@ -102,15 +105,15 @@ FileKind file_kind(const std::string& path) {
                                                                     {".drc", FileKind::drc}}};
   for (const auto& [name, kind] : kKinds)
     if (ending == name) return kind;
-  throw Error(Status::usage,
-              fmt::format("{}: meshes are written as .obj, .ply, .stl, .off, .glb or .drc, and the "
-                          "name says otherwise{}",
-                          path, ending == ".vdb" ? "; nif mesh voxelize writes .vdb" : ""));
+  throw Error(
+      Status::usage,
+      fmt::format("{}: is not the name of a mesh file; it must end in .obj, .ply, .stl, .off, .glb or .drc{}",
+                  path, ending == ".vdb" ? "; nif mesh voxelize writes .vdb" : ""));
 }
 
 void check_options(FileKind kind, const WriteOptions& options) {
   if (options.text && kind != FileKind::stl)
-    throw Error(Status::usage, "--text is for .stl: the other formats are either text or not");
+    throw Error(Status::usage, "--text is only for .stl: the other formats are always text or always binary");
   if (options.draco && kind != FileKind::glb) throw Error(Status::usage, "--draco is for .glb");
   if (options.draco_bits && kind != FileKind::drc && !options.draco)
     throw Error(Status::usage, "--draco-bits is for .drc, and for .glb with --draco");

@@ -1,4 +1,4 @@
-// Writing a scene as a mesh file of any format that is written.
+// Writes a scene as a mesh file of any supported format.
 #pragma once
 
 #include <atomic>

@@ -1,5 +1,5 @@
-// Everything that CGAL's mesh processing does for nifkit. Those parts of CGAL are under GPL-3.0-or-later, so
-// whatever links this library is, as a whole; they lie in this folder alone. Built with NIF_WITH_CGAL=OFF,
+// Everything that nifkit uses of CGAL's mesh processing. These parts of CGAL are under GPL-3.0-or-later, and
+// so is every program that links this library. They are only in this folder. Built with NIF_WITH_CGAL=OFF,
 // the library contains no CGAL, and each function below throws Error(usage), which says so.
 #pragma once
 

@@ -13,7 +13,7 @@ Surface to_surface(const mesh::Mesh& mesh) {
   for (const mesh::Float3& p : mesh.positions) vertices.push_back(surface.add_vertex({p[0], p[1], p[2]}));
   for (const mesh::Triangle& t : mesh.triangles)
     if (surface.add_face(vertices[t[0]], vertices[t[1]], vertices[t[2]]) == Surface::null_face())
-      throw Error(Status::internal, "mesh '" + mesh.name + "' is not manifold after it was made so");
+      throw Error(Status::internal, "mesh '" + mesh.name + "' is still not manifold after its repair");
   return surface;
 }
 

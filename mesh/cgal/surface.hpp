@@ -1,4 +1,4 @@
-// Triangle lists as CGAL's half-edge mesh, and back. Internal to mesh/cgal.
+// Converts triangle lists to CGAL's half-edge mesh and back. Internal to mesh/cgal.
 #pragma once
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>

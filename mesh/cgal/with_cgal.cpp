@@ -1,4 +1,4 @@
-// The answer of a library that was built with CGAL.
+// Says that this library was built with CGAL.
 #include "mesh/cgal/cgal.hpp"
 
 namespace nif::cgal {

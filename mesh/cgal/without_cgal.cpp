@@ -1,4 +1,4 @@
-// The library as it is without CGAL (NIF_WITH_CGAL=OFF): one sentence for everything.
+// The library without CGAL (NIF_WITH_CGAL=OFF): every function throws the same message.
 #include <string>
 
 #include "mesh/cgal/cgal.hpp"

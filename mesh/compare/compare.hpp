@@ -1,4 +1,4 @@
-// How far two meshes are from each other: in space, and in what they hide.
+// How much two meshes differ: in distance, and in the rays that they block.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Directions that belong to others.
+// Directions at right angles to given ones.
 #pragma once
 
 #include <cmath>

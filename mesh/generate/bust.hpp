@@ -1,4 +1,4 @@
-// The form that a statue is carved from: a head on a bust on a foot, as a field of distances.
+// The shape that a statue is carved from: a head on a bust on a foot, as a distance field.
 #pragma once
 
 #include <cstdint>

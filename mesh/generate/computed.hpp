@@ -1,4 +1,4 @@
-// A mesh source from a formula that knows each vertex and each triangle by its number.
+// A mesh source from a formula that computes each vertex and each triangle from its number.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// A ring: a torus as a grid of quads, closed in both directions, that stands anywhere.
+// A ring: a torus at any position, as a grid of quads that is closed in both directions.
 #pragma once
 
 #include <cstdint>

@@ -13,10 +13,10 @@ namespace {
 
 constexpr Shape kShapes[] = {
     {"statue", "a head on a bust with curls, folds and rough stone", kFewestTriangles, make_statue},
-    {"tori", "two rings that are linked as in a chain", kFewestTriangles, make_tori},
+    {"tori", "two linked rings", kFewestTriangles, make_tori},
     {"torus", "one ring", kFewestTriangles, make_torus},
-    {"tree", "a trunk, limbs and leaves; the leaves have most of the triangles", kFewestTriangles, make_tree},
-    {"terrain", "mountains as the top of a block", kFewestTriangles, make_terrain},
+    {"tree", "a trunk, limbs and leaves; most triangles are leaves", kFewestTriangles, make_tree},
+    {"terrain", "mountains on top of a block", kFewestTriangles, make_terrain},
     {"chain-mail", "a waved sheet of rings, each linked with four others", kFewestOfChainMail,
      make_chain_mail}};
 
@@ -31,7 +31,7 @@ const Shape& shape_named(std::string_view name) {
                          : &shape + 1 == std::end(kShapes) ? " and "
                                                            : ", ",
                          shape.name);
-  throw Error(Status::usage, fmt::format("there is no shape '{}'; there are {}", name, names));
+  throw Error(Status::usage, fmt::format("unknown shape '{}'; the shapes are {}", name, names));
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ std::span<const Shape> shapes() { return kShapes; }
 std::unique_ptr<mesh::MeshSource> make_shape(std::string_view name, const Request& request) {
   const Shape& shape = shape_named(name);
   if (request.triangles < shape.fewest_triangles || request.triangles > kMostTriangles)
-    throw Error(Status::usage, fmt::format("{} triangles: {} is made of {} to {}", request.triangles, name,
+    throw Error(Status::usage, fmt::format("{} triangles: {} can have {} to {}", request.triangles, name,
                                            shape.fewest_triangles, kMostTriangles));
   return shape.make(request);
 }

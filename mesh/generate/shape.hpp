@@ -1,4 +1,4 @@
-// Meshes to test with that anyone can make, without a download: shapes from formulas and random numbers.
+// Test meshes that anyone can generate without a download, from formulas and random numbers.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// A sphere's connectivity as a stack of rings of vertices: one at each pole, four more a ring up to the body,
-// whose rings are alike. Triangles are about equal where the body is about as high as wide, as they are not
-// on a sphere of longitudes.
+// A sphere's connectivity as a stack of rings of vertices: one vertex at each pole, four more per ring up to
+// the body, whose rings are equal. Triangles are about equal in size if the body is about as high as wide.
+// On a sphere of longitudes they would not be.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Cosine and sine of a whole turn's fraction, by correctly rounded operations only: generated meshes must not
-// depend on the mathematical library of a machine.
+// Cosine and sine of a fraction of a turn, with correctly rounded operations only: generated meshes must not
+// depend on the maths library of a machine.
 #pragma once
 
 #include <cmath>

@@ -56,7 +56,7 @@ mesh::Mesh decimate(const mesh::Mesh& mesh, const DecimateOptions& options,
     Watch watch(std::max(1.0, collapses), progress, cancel);
     work.set_observer(&watch);
     if (!work.initialize())
-      throw Error(Status::internal, "OpenMesh refuses to decimate mesh '" + mesh.name + "'");
+      throw Error(Status::internal, "OpenMesh cannot decimate mesh '" + mesh.name + "'");
     work.decimate_to_faces(0, options.triangles);
   }
   if (cancel) throw Error(Status::interrupted, "the decimation was cancelled");

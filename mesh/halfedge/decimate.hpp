@@ -1,4 +1,4 @@
-// Fewer triangles for the same surface.
+// Reduces the number of triangles of a surface.
 #pragma once
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// Triangle lists as OpenMesh's half-edge meshes, and back. Internal to mesh/halfedge.
+// Converts triangle lists to OpenMesh's half-edge meshes and back. Internal to mesh/halfedge.
 #pragma once
 
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>

@@ -27,7 +27,7 @@ mesh::Mesh run(const mesh::Mesh& mesh, uint32_t times) {
     subdivider.init_weights(most + 1);
   }
   if (!subdivider.attach(half_edges) || !subdivider(times))
-    throw Error(Status::internal, "OpenMesh refuses to subdivide mesh '" + mesh.name + "'");
+    throw Error(Status::internal, "OpenMesh cannot subdivide mesh '" + mesh.name + "'");
   subdivider.detach();
   return to_mesh(half_edges, mesh.name);
 }

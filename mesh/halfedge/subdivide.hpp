@@ -1,4 +1,4 @@
-// More triangles for a smoother surface.
+// Subdivides and smooths a surface.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What is true of a mesh: how many pieces it has, whether they are closed, how they face, and what is wrong.
+// Facts about a mesh: how many pieces it has, whether they are closed, how they face, and what is wrong.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// A mesh from an artist or a scanner made fit for use: welded, without useless triangles, manifold, facing
-// one way.
+// Repairs a mesh from an artist or a scanner: merged vertices, no useless triangles, manifold, facing one
+// way.
 #pragma once
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// Vertices that are almost the same made the same. Internal to mesh/repair.
+// Merges vertices that are almost at the same position. Internal to mesh/repair.
 #pragma once
 
 #include "formats/mesh/scene.hpp"

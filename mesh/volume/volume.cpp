@@ -149,7 +149,7 @@ LevelSets read_vdb(const std::string& path) {
       const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
       const auto doubles = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid);
       if (grid->getGridClass() != openvdb::GRID_LEVEL_SET || !(floats || doubles)) {
-        found.notes.push_back(path + ": left out grid '" + grid->getName() + "', which is no level set");
+        found.notes.push_back(path + ": left out grid '" + grid->getName() + "', which is not a level set");
         continue;
       }
       found.meshes.push_back(floats ? surface_of(*floats, 0) : surface_of(*doubles, 0));

@@ -1,4 +1,4 @@
-// Meshes as volumes, by OpenVDB: a signed distance on voxels near the surface, and back to a mesh.
+// Converts meshes to volumes and back with OpenVDB: a signed distance on voxels near the surface.
 #pragma once
 
 #include <array>

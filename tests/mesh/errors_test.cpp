@@ -65,7 +65,7 @@ TEST_F(Errors, Files) {
 }
 
 TEST_F(Errors, Strangers) {
-  refused("a.txt", "hello world", Status::not_a_mesh, "no known mesh format");
+  refused("a.txt", "hello world", Status::not_a_mesh, "not in a known mesh format");
   refused("a.obj", "hello world", Status::not_a_mesh);
   refused("a.ply", "hello world", Status::not_a_mesh);
   refused("a.off", "hello world", Status::not_a_mesh);

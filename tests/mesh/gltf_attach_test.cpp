@@ -371,16 +371,17 @@ TEST_F(GltfAttach, NamesFilesThatStandBeside) {
 
 TEST_F(GltfAttach, Refuses) {
   refused("a.gltf", "", Status::file_empty, "empty");
-  refused("a.glb", "o no\n", Status::not_a_mesh, "neither .gltf nor .glb");
+  refused("a.glb", "o no\n", Status::not_a_mesh, "neither glTF nor GLB");
   refused("a.glb", gzip(gltf_of(cube()).glb()), Status::not_a_mesh, "neither");
   refused("a.gltf", gltf_of(cube()).embedded(), Status::usage, "no binary chunk");
   refused("a.glb", "glTF" + word(2) + word(100), Status::file_truncated, "100 bytes");
   const auto text = [](const std::string& more, const std::string& nodes = "[{}]") {
     return glb_of("{\"asset\":{\"version\":\"2.0\"},\"nodes\":" + nodes + more + "}", "data");
   };
-  refused("a.glb", text(",\"extensions\":5"), Status::malformed_mesh, "extensions of a wrong type");
-  refused("a.glb", text(",\"extensionsUsed\":{}"), Status::malformed_mesh, "extensionsUsed of a wrong type");
-  refused("a.glb", text(",\"bufferViews\":\"\""), Status::malformed_mesh, "bufferViews of a wrong type");
+  refused("a.glb", text(",\"extensions\":5"), Status::malformed_mesh, "extensions of the wrong type");
+  refused("a.glb", text(",\"extensionsUsed\":{}"), Status::malformed_mesh,
+          "extensionsUsed of the wrong type");
+  refused("a.glb", text(",\"bufferViews\":\"\""), Status::malformed_mesh, "bufferViews of the wrong type");
   refused("a.glb", text(",\"buffers\":{\"byteLength\":4}"), Status::malformed_mesh, "");
   refused("a.glb", text("", "[{\"extensions\":[]}]"), Status::malformed_mesh, "node 0");
   refused("a.glb", text("", "[]"), Status::malformed_mesh, "no node 0");

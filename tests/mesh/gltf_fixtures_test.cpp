@@ -117,12 +117,12 @@ TEST_F(Fixtures, MeshesAreTheSameWithAndWithout) {
 TEST_F(Fixtures, MalformedCamerasAreLeftOut) {
   const std::vector<std::pair<json, std::string>> cases{
       {{{"type", "orthographic"}, {"orthographic", {{"xmag", 1}}}}, "is orthographic"},
-      {{{"type", "fisheye"}}, "no perspective camera"},
-      {json::object(), "no perspective camera"},
-      {nullptr, "no perspective camera"},
-      {"text", "no perspective camera"},
-      {{{"type", "perspective"}}, "no perspective camera"},
-      {{{"type", 3}, {"perspective", {{"yfov", 1}}}}, "no perspective camera"},
+      {{{"type", "fisheye"}}, "not a perspective camera"},
+      {json::object(), "not a perspective camera"},
+      {nullptr, "not a perspective camera"},
+      {"text", "not a perspective camera"},
+      {{{"type", "perspective"}}, "not a perspective camera"},
+      {{{"type", 3}, {"perspective", {{"yfov", 1}}}}, "not a perspective camera"},
       {{{"type", "perspective"}, {"perspective", 5}}, "yfov"},
       {{{"type", "perspective"}, {"perspective", json::object()}}, "yfov"},
       {{{"type", "perspective"}, {"perspective", {{"yfov", "1"}}}}, "yfov"},

@@ -74,7 +74,7 @@ bool is_index_type(int type) {
 const tinygltf::Accessor& find(const Input& input, const tinygltf::Model& model, int index) {
   if (index < 0 || static_cast<size_t>(index) >= model.accessors.size()) {
     input.fail(Status::malformed_mesh,
-               fmt::format("names accessor {}, but there are {}", index, model.accessors.size()));
+               fmt::format("uses accessor {}, but there are only {}", index, model.accessors.size()));
   }
   return model.accessors[static_cast<size_t>(index)];
 }
@@ -95,12 +95,12 @@ struct GltfData::Elements {
 std::string_view GltfData::view(int index) const {
   if (index < 0 || static_cast<size_t>(index) >= model_.bufferViews.size()) {
     input_.fail(Status::malformed_mesh,
-                fmt::format("names buffer view {}, but there are {}", index, model_.bufferViews.size()));
+                fmt::format("uses buffer view {}, but there are only {}", index, model_.bufferViews.size()));
   }
   const tinygltf::BufferView& view = model_.bufferViews[static_cast<size_t>(index)];
   if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= source_.buffers.size()) {
-    input_.fail(Status::malformed_mesh, fmt::format("buffer view {} names buffer {}, but there are {}", index,
-                                                    view.buffer, source_.buffers.size()));
+    input_.fail(Status::malformed_mesh, fmt::format("buffer view {} uses buffer {}, but there are only {}",
+                                                    index, view.buffer, source_.buffers.size()));
   }
   if (!source_.buffers[static_cast<size_t>(view.buffer)]) {
     if (const auto meshopt = view.extensions.find("EXT_meshopt_compression");
@@ -109,7 +109,7 @@ std::string_view GltfData::view(int index) const {
     if (view.extensions.contains("KHR_meshopt_compression")) {
       input_.fail(Status::unsupported_extension,
                   fmt::format("buffer view {} is compressed by the glTF extension KHR_meshopt_compression, "
-                              "which is not decoded",
+                              "which is not supported",
                               index));
     }
     input_.fail(Status::missing_buffer,
@@ -147,7 +147,7 @@ std::string_view GltfData::decoded(int index, const tinygltf::Value& extension) 
   const int buffer = number("buffer", -1);
   if (static_cast<size_t>(buffer) >= source_.buffers.size() || !source_.buffers[static_cast<size_t>(buffer)])
     input_.fail(Status::missing_buffer,
-                fmt::format("{} names buffer {}, which has no data", data.where, buffer));
+                fmt::format("{} uses buffer {}, which has no data", data.where, buffer));
   data.bytes = span(data.where, buffer, static_cast<uint64_t>(number("byteOffset", 0)),
                     static_cast<uint64_t>(number("byteLength", -1)));
   data.count = static_cast<uint64_t>(number("count", -1));
@@ -197,7 +197,7 @@ std::vector<Float3> GltfData::positions(int index) const {
   if (accessor.type != TINYGLTF_TYPE_VEC3 || component_size(type) == 0 ||
       type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT) {
     input_.fail(Status::malformed_mesh,
-                fmt::format("accessor {} has no type that positions may have", index));
+                fmt::format("accessor {} has a type that positions cannot have", index));
   }
   // Without a buffer view all elements are zero and cost the file nothing, so their number needs a bound.
   constexpr uint64_t kMostZeros = uint64_t{1} << 24;
@@ -227,7 +227,7 @@ void GltfData::apply_sparse(int index, std::vector<Float3>& out) const {
   const auto& sparse = accessor.sparse;
   if (sparse.count < 0 || sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0 ||
       !is_index_type(sparse.indices.componentType)) {
-    input_.fail(Status::malformed_mesh, fmt::format("the sparse part of accessor {} makes no sense", index));
+    input_.fail(Status::malformed_mesh, fmt::format("the sparse part of accessor {} is invalid", index));
   }
   const uint64_t count = static_cast<uint64_t>(sparse.count);
   const int type = accessor.componentType;
@@ -240,7 +240,7 @@ void GltfData::apply_sparse(int index, std::vector<Float3>& out) const {
     const uint32_t target = decode_index(indices.at(i), sparse.indices.componentType);
     if (target >= out.size()) {
       input_.fail(Status::index_out_of_range,
-                  fmt::format("the sparse part of accessor {} names element {}, but there are {}", index,
+                  fmt::format("the sparse part of accessor {} uses element {}, but there are only {}", index,
                               target, out.size()));
     }
     for (size_t k = 0; k < 3; ++k) {
@@ -253,7 +253,8 @@ std::vector<Affine> GltfData::matrices(int index) const {
   const tinygltf::Accessor& accessor = find(input_, model_, index);
   if (accessor.type != TINYGLTF_TYPE_MAT4 || accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT ||
       accessor.bufferView < 0 || accessor.sparse.isSparse) {
-    input_.fail(Status::malformed_mesh, fmt::format("accessor {} has no type that matrices may have", index));
+    input_.fail(Status::malformed_mesh,
+                fmt::format("accessor {} has a type that matrices cannot have", index));
   }
   const Elements source =
       elements(index, accessor.bufferView, accessor.byteOffset, stride_of(accessor.bufferView),
@@ -271,7 +272,8 @@ std::vector<uint32_t> GltfData::indices(int index) const {
   const tinygltf::Accessor& accessor = find(input_, model_, index);
   if (accessor.type != TINYGLTF_TYPE_SCALAR || !is_index_type(accessor.componentType) ||
       accessor.bufferView < 0 || accessor.sparse.isSparse) {
-    input_.fail(Status::malformed_mesh, fmt::format("accessor {} has no type that indices may have", index));
+    input_.fail(Status::malformed_mesh,
+                fmt::format("accessor {} has a type that indices cannot have", index));
   }
   const Elements source =
       elements(index, accessor.bufferView, accessor.byteOffset, stride_of(accessor.bufferView),

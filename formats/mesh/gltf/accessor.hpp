@@ -1,4 +1,4 @@
-// Reading of glTF accessors with every offset, stride and count checked against the bytes that are there.
+// Reads glTF accessors and checks every offset, stride and count against the available bytes.
 #pragma once
 
 #include <map>

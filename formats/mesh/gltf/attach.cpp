@@ -57,9 +57,9 @@ Parts split(const std::filesystem::path& file, std::string_view bytes) {
     end = parts.binary->data() + parts.binary->size();
   }
   if (!in_order) {
-    parts.input.fail(Status::malformed_mesh,
-                     "has its GLB chunks in another order than JSON, binary data, others; nothing can be "
-                     "attached to it");
+    parts.input.fail(
+        Status::malformed_mesh,
+        "has GLB chunks in another order than JSON, binary data, others, so nothing can be attached to it");
   }
   parts.tail = bytes.substr(size_t(end - bytes.data()));
   parts.tail_length = parts.tail.size() - (bytes.size() - container.length);
@@ -93,7 +93,7 @@ FilePieces assemble(const Parts& parts, const TextEdits& edits, const std::vecto
       kGlbHeader + kChunkHeader + text + (binary.empty() ? 0 : kChunkHeader + bytes) + parts.tail_length;
   if (length > kLargestGlb) {
     parts.input.fail(Status::too_large,
-                     fmt::format("would take {} bytes, and a .glb ends at {}", length, kLargestGlb));
+                     fmt::format("would take {} bytes, but a .glb can have at most {}", length, kLargestGlb));
   }
   out.own(words({kMagic, kVersion, length, text, kJson}));
   edits.apply(parts.text, out);
@@ -194,7 +194,7 @@ class Remover {
 
   [[noreturn]] void refuse(const std::string& why) const {
     parts_.input.fail(Status::malformed_mesh,
-                      fmt::format("has an attachment by {} that cannot be taken out: {}", kName, why));
+                      fmt::format("has an attachment by {} that cannot be removed: {}", kName, why));
   }
 
   void go(const JsonItem& root_member) {
@@ -247,7 +247,7 @@ class Remover {
   uint64_t number(const json& object, const char* name) const {
     const auto found = object.find(name);
     if (found == object.end() || !found->is_number_unsigned())
-      refuse(fmt::format("its {} is no number", name));
+      refuse(fmt::format("its {} is not a number", name));
     return found->get<uint64_t>();
   }
 
@@ -327,7 +327,7 @@ class Attacher {
 
  private:
   [[noreturn]] void refuse(const std::string& what) const {
-    parts_.input.fail(Status::malformed_mesh, what + "; nothing can be attached to it");
+    parts_.input.fail(Status::malformed_mesh, what + ", so nothing can be attached to it");
   }
 
   /// Appends an item to a container that is there.
@@ -346,7 +346,7 @@ class Attacher {
       append(edits, places_.root, fmt::format("\"{}\":{}{}{}", name, brackets[0], item, brackets[1]));
       return;
     }
-    if (!text_.starts_with(member->value, brackets[0])) refuse(fmt::format("has {} of a wrong type", name));
+    if (!text_.starts_with(member->value, brackets[0])) refuse(fmt::format("has {} of the wrong type", name));
     append(edits, member->value, item);
   }
 
@@ -364,9 +364,9 @@ class Attacher {
     } else {
       const std::optional<JsonItem> bytes = text_.find(buffers[0].value, "byteLength");
       if (text_.find(buffers[0].value, "uri")) {
-        parts_.input.fail(Status::usage,
-                          "has its first buffer in another file, so that no asset can be embedded; name it "
-                          "with --reference instead");
+        parts_.input.fail(
+            Status::usage,
+            "has its first buffer in another file, so no asset can be embedded; use --reference instead");
       }
       if (!bytes || !parts_.binary) refuse("has a first buffer without bytes");
       fields = fmt::format(R"("byteLength":{})", text_.of(*bytes));
@@ -394,7 +394,7 @@ class Attacher {
           fmt::format(R"("{}":{{"asset":0,"instance":{}}})", kVisibilityExtension, attached.instance);
       const std::optional<JsonItem> extensions = text_.find(node, "extensions");
       if (extensions && !text_.is_object(extensions->value))
-        refuse(fmt::format("has extensions of a wrong type in node {}", attached.node));
+        refuse(fmt::format("has extensions of the wrong type in node {}", attached.node));
       if (extensions)
         append(edits_, extensions->value, item);
       else
@@ -418,7 +418,7 @@ GltfFile::GltfFile(std::filesystem::path file, uint64_t max_bytes)
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   const size_t first = text.find_first_not_of(" \t\r\n");
   if (!is_glb() && (first == std::string_view::npos || text[first] != '{'))
-    throw Error(Status::not_a_mesh, file_.string() + ": is neither .gltf nor .glb by its content");
+    throw Error(Status::not_a_mesh, file_.string() + ": contains neither glTF nor GLB data");
 }
 
 std::vector<std::string> GltfFile::relative_uris() const {

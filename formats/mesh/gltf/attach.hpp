@@ -1,7 +1,7 @@
-// A baked asset as part of the glTF that it was baked from, by the extension NIF_visibility
-// (docs/gltf-extension.md). The file is not written anew: a few places of its JSON are spliced, the asset is
-// appended to its binary chunk, and every other byte stays as it is, so that taking the asset out again gives
-// the file from before.
+// Attaches a baked asset to the glTF that it was baked from, with the extension NIF_visibility
+// (docs/gltf-extension.md). The file is not rewritten: a few places of its JSON are edited, the asset is
+// appended to its binary chunk, and every other byte stays the same. So removing the asset gives back the
+// original file.
 #pragma once
 
 #include <cstddef>

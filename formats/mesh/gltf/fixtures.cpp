@@ -54,7 +54,7 @@ Camera to_camera(const json& definition) {
   if (type != nullptr && *type == "orthographic") throw Flaw{"is orthographic"};
   const json* perspective = member(definition, "perspective");
   if (type == nullptr || *type != "perspective" || perspective == nullptr)
-    throw Flaw{"is no perspective camera"};
+    throw Flaw{"is not a perspective camera"};
   Camera camera;
   camera.name = short_name(definition);
   const std::optional<double> fov = number(*perspective, "yfov", 0, pi, 0);
@@ -95,7 +95,7 @@ Light to_light(const json& definition) {
     for (size_t c = 0; c < 3; ++c) {
       const json& value = (*colour)[c];
       const double share = value.is_number() ? value.get<double>() : -1;
-      if (!(share >= 0 && share <= kBrightest)) throw Flaw{"has a color that is not three numbers from 0"};
+      if (!(share >= 0 && share <= kBrightest)) throw Flaw{"has a color that is not three numbers from 0 up"};
       light.colour[c] = static_cast<float>(share);
     }
   }
@@ -112,14 +112,14 @@ GltfFixture resolve(size_t node, const json& source, const char* what, const jso
                     const json* definitions, Read&& read) {
   const size_t count = definitions != nullptr && definitions->is_array() ? definitions->size() : 0;
   if (index == nullptr || !index->is_number_unsigned() || index->get<uint64_t>() >= count)
-    return {node, fmt::format("node {} names a {} that is not there, of {}", node, what, count)};
+    return {node, fmt::format("node {} uses a {} that does not exist; there are {}", node, what, count)};
   const auto number = static_cast<size_t>(index->get<uint64_t>());
   try {
     auto fixture = read((*definitions)[number]);
     if (std::string name = short_name(source); !name.empty()) fixture.name = std::move(name);
     return {node, std::move(fixture)};
   } catch (const Flaw& flaw) {
-    return {node, fmt::format("{} {}, of node {}, {} and was left out", what, number, node, flaw.what)};
+    return {node, fmt::format("{} {} of node {} {} and was left out", what, number, node, flaw.what)};
   }
 }
 
@@ -153,7 +153,7 @@ void FixturePlacer::visit(size_t node, const std::optional<Transform>& world) {
     if (const auto* flaw = std::get_if<std::string>(&fixture.what)) {
       warn(*flaw);
     } else if (!world) {
-      warn(fmt::format("node {} is placed at infinity, and what it carries was left out", node));
+      warn(fmt::format("node {} is placed at infinity, so its camera and lights were left out", node));
     } else if (const auto* camera = std::get_if<Camera>(&fixture.what)) {
       scene_.cameras.push_back(*camera);
       scene_.cameras.back().transform = *world;

@@ -1,5 +1,5 @@
-// Cameras and lights of glTF (KHR_lights_punctual). What is wrong with one of them is told and leaves it out;
-// it never keeps a file's meshes from being read.
+// Cameras and lights of glTF (KHR_lights_punctual). A faulty one is left out with a note. It never prevents
+// the meshes of a file from being read.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

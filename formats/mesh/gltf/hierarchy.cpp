@@ -39,7 +39,7 @@ std::vector<int> roots(const Input& input, const tinygltf::Model& model) {
     const int scene = model.defaultScene < 0 ? 0 : model.defaultScene;
     if (static_cast<size_t>(scene) >= model.scenes.size()) {
       input.fail(Status::malformed_mesh,
-                 fmt::format("names scene {}, but there are {}", scene, model.scenes.size()));
+                 fmt::format("uses scene {}, but there are only {}", scene, model.scenes.size()));
     }
     return model.scenes[static_cast<size_t>(scene)].nodes;
   }
@@ -103,7 +103,7 @@ GltfHierarchy flatten(const Input& input, const tinygltf::Model& model,
     stack.pop_back();
     if (visit.node < 0 || static_cast<size_t>(visit.node) >= model.nodes.size()) {
       input.fail(Status::malformed_mesh,
-                 fmt::format("names node {}, but there are {}", visit.node, model.nodes.size()));
+                 fmt::format("uses node {}, but there are only {}", visit.node, model.nodes.size()));
     }
     const size_t index = static_cast<size_t>(visit.node);
     // Meeting a node twice means two parents or a cycle; both are forbidden, and unfolding either may never
@@ -116,7 +116,7 @@ GltfHierarchy flatten(const Input& input, const tinygltf::Model& model,
     const Affine world = multiply(visit.place, local_transform(node));
     if (node.mesh >= 0) {
       if (static_cast<size_t>(node.mesh) >= model.meshes.size()) {
-        input.fail(Status::malformed_mesh, fmt::format("node {} names mesh {}, but there are {}", index,
+        input.fail(Status::malformed_mesh, fmt::format("node {} uses mesh {}, but there are only {}", index,
                                                        node.mesh, model.meshes.size()));
       }
       const std::optional<Transform> transform = to_transform(world);

@@ -1,4 +1,4 @@
-// Which nodes a glTF scene shows, and where: the hierarchy, flattened.
+// Flattens the node hierarchy: which nodes a glTF scene shows, and where.
 #pragma once
 
 #include <array>

@@ -100,14 +100,14 @@ void check_extensions(const Input& input, const json& root, GltfSource& source) 
       if (name.is_string() && !is_decoded(name.get<std::string>())) {
         input.fail(
             Status::unsupported_extension,
-            fmt::format("requires the glTF extension {}, which is not decoded", name.get<std::string>()));
+            fmt::format("requires the glTF extension {}, which is not supported", name.get<std::string>()));
       }
     }
   }
   if (const json* used = member(root, "extensionsUsed")) {
     if (std::ranges::find(*used, json("EXT_mesh_gpu_instancing")) != used->end()) {
       source.warnings.push_back(input.file.string() +
-                                ": EXT_mesh_gpu_instancing is not decoded; each of its nodes stands once");
+                                ": EXT_mesh_gpu_instancing is not supported; each of its nodes appears once");
     }
   }
 }
@@ -154,7 +154,7 @@ ExternalFile load_external(const Input& input, size_t index, const std::string& 
   const std::string name = decode_percent(uri);
   if (name.find('\0') != std::string::npos || uri.find("://") != std::string::npos) {
     input.fail(Status::missing_buffer,
-               fmt::format("buffer {} is at '{}', which is no local file", index, uri));
+               fmt::format("buffer {} is at '{}', which is not a local file", index, uri));
   }
   try {
     const std::filesystem::path path = input.file.parent_path() / name;

@@ -1,6 +1,5 @@
-// Where the values of a JSON text stand in it, so that a few of them can be exchanged while every other byte,
-// with its spelling, order and white space, stays as it is. A parser that writes again what it has read would
-// keep none of these.
+// Finds where values are in a JSON text, so that a few of them can be replaced while every other byte keeps
+// its spelling, order and white space. A parser that writes back what it has read would change all of these.
 #pragma once
 
 #include <cstddef>

@@ -21,7 +21,8 @@ std::string decode_meshopt(const Input& input, const MeshoptData& data) {
   const bool stride_fits = attributes ? data.stride % 4 == 0 && data.stride >= 4 && data.stride <= 256
                                       : data.stride == 2 || data.stride == 4;
   if (!stride_fits) fail(fmt::format("has elements of {} bytes", data.stride));
-  if (triangles && data.count % 3 != 0) fail(fmt::format("has {} corners of triangles", data.count));
+  if (triangles && data.count % 3 != 0)
+    fail(fmt::format("has {} triangle corners, not a multiple of 3", data.count));
   if (data.count > kMostCompressed * data.bytes.size() / data.stride + 1)
     fail(fmt::format("would become {} elements, more than {} bytes can hold", data.count, data.bytes.size()));
 

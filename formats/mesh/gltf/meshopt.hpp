@@ -1,4 +1,4 @@
-// Buffer views that are compressed by EXT_meshopt_compression, as gltfpack writes them.
+// Decodes buffer views compressed with EXT_meshopt_compression, as gltfpack writes them.
 #pragma once
 
 #include <string>

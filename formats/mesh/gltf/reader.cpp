@@ -48,13 +48,13 @@ class MeshReader {
     for (size_t i = 0; i < source_.primitives.size(); ++i) read_primitive(source_.primitives[i], i);
     const std::string name = fmt::format("{}: mesh '{}' ", input_.file.string(), mesh_.name);
     if (skipped_ != 0)
-      warnings.push_back(name + fmt::format("lost {} primitives of points or lines.", skipped_));
+      warnings.push_back(name +
+                         fmt::format("has {} primitives of points or lines, which were left out.", skipped_));
     if (loose_ != 0)
-      warnings.push_back(name + fmt::format("ends with {} indices that make no triangle.", loose_));
+      warnings.push_back(name + fmt::format("ends with {} indices that do not make a triangle.", loose_));
     if (morphs_)
-      warnings.push_back(name + (weights_.empty() ? "has morph targets; it is taken at rest."
-                                                  : "has morph targets; it is taken with the weights that "
-                                                    "the file sets."));
+      warnings.push_back(name + (weights_.empty() ? "has morph targets; its rest shape is used."
+                                                  : "has morph targets; the weights in the file are used."));
     if (unmorphed_) warnings.push_back(name + "has morph targets of Draco data, which were left out.");
     return std::move(mesh_);
   }
@@ -91,8 +91,8 @@ class MeshReader {
     for (size_t i = 0; i < indices.size(); ++i) {
       if (indices[i] >= count) {
         input_.fail(Status::index_out_of_range,
-                    fmt::format("index {} of primitive {} of mesh {} names vertex {}, but there are {}", i,
-                                number, index_, indices[i], count));
+                    fmt::format("index {} of primitive {} of mesh {} uses vertex {}, but there are only {}",
+                                i, number, index_, indices[i], count));
       }
       indices[i] += base;
     }
@@ -146,7 +146,7 @@ class MeshReader {
     if (!targets.empty()) morph(positions, targets, number);
     if (mesh_.positions.size() + positions.size() > std::numeric_limits<uint32_t>::max()) {
       input_.fail(Status::too_large,
-                  fmt::format("mesh {} has more vertices than 32-bit indices reach", index_));
+                  fmt::format("mesh {} has more vertices than 32-bit indices can address", index_));
     }
     const Range range{static_cast<uint32_t>(mesh_.positions.size()), static_cast<uint32_t>(positions.size())};
     mesh_.positions.insert(mesh_.positions.end(), positions.begin(), positions.end());
@@ -272,11 +272,11 @@ void place_skins(const Input& input, const GltfData& data, const std::vector<Glt
       placement.transform = *transform;
   }
   if (posed != 0)
-    warnings.push_back(input.file.string() + ": has skins; its meshes are taken in the bind pose.");
+    warnings.push_back(input.file.string() + ": has skins; its meshes are read in the bind pose.");
   if (deformed != 0)
     warnings.push_back(
-        fmt::format("{}: has {} whose joints do not stand in the bind pose; each mesh is taken "
-                    "as it was before it was bound, where its node stands.",
+        fmt::format("{}: has {} whose joints are not in the bind pose; each mesh is read in its shape before "
+                    "binding, at its node.",
                     input.file.string(), deformed == 1 ? "a skin" : fmt::format("{} skins", deformed)));
 }
 

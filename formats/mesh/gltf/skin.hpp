@@ -1,6 +1,6 @@
-// Where a skinned mesh stands in its bind pose. glTF ignores the transform of its node: joints place it, each
-// by its own transform after the inverse of the one that it was bound at. Where all joints agree, the mesh is
-// moved as a whole, which is an instance; where they do not, it would be deformed.
+// Where a skinned mesh is in its bind pose. glTF ignores the transform of its node: joints place it, each
+// with its own transform after the inverse of its bind transform. If all joints agree, the mesh moves as a
+// whole and becomes an instance. If they do not, it would be deformed.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -158,8 +158,9 @@ void write_glb(const Scene& scene, std::optional<uint32_t> draco_bits,
   const std::string json = encode_json(scene, compressed, binary);
   const uint64_t size = 12 + 8 + json.size() + 8 + binary;
   if (size > kLargest)
-    throw Error(Status::too_large,
-                fmt::format("the scene takes {} bytes as .glb, which ends at {}", size, kLargest));
+    throw Error(
+        Status::too_large,
+        fmt::format("the scene takes {} bytes as .glb, but a .glb can have at most {}", size, kLargest));
   const std::array head{kMagic, kVersion, uint32_t(size), uint32_t(json.size()), kJsonChunk};
   sink(std::as_bytes(std::span(head)));
   sink(std::as_bytes(std::span(json)));

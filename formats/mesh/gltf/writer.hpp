@@ -1,4 +1,4 @@
-// Writing of a scene as binary glTF.
+// Writes a scene as binary glTF.
 #pragma once
 
 #include <cstddef>
