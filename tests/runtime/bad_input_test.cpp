@@ -99,7 +99,7 @@ TEST_F(BadInput, DestroyedObjects) {
   EXPECT_EQ(nifQuery(scene, &query), NIF_OK) << "the scene keeps asset and device";
   NifScene later = nullptr;  // in the place of one that is gone
   const auto gone = [](NifError error) {
-    return error == NIF_ERROR_INVALID_ARGUMENT && std::strstr(nifGetErrorMessage(), "destroyed") != nullptr;
+    return error == NIF_ERROR_INVALID_ARGUMENT && std::strstr(nifGetErrorMessage(), "released") != nullptr;
   };
   auto about_device = nifkit::sized<NifDeviceInfo>();
   auto about_object = nifkit::sized<NifObjectInfo>();

@@ -42,7 +42,8 @@ auto& get(Handle handle) {
   using About = Handled<Handle>;
   require_argument(handle, About::kName);
   Object* object = find_object(About::kKind, reinterpret_cast<uintptr_t>(handle));
-  if (!object) refuse_argument(std::string(About::kName) + " is no handle, or that of a destroyed object");
+  if (!object)
+    refuse_argument(std::string(About::kName) + " is not a valid handle: it was released, or never was one");
   return static_cast<typename About::Type&>(*object);
 }
 
@@ -108,7 +109,7 @@ NifError nifGetDeviceInfo(NifDevice device, NifDeviceInfo* info) {
 
 NifError nifGetBackendInfo(uint32_t index, NifBackendInfo* info) {
   return guarded([&] {
-    if (index > 1) refuse_argument("there is no backend " + std::to_string(index));
+    if (index > 1) refuse_argument("no backend has the number " + std::to_string(index));
     const char* reason = index == 1 ? why_no_gpu() : "";
     write_structure(info, {0, index == 1 ? "hip" : "cpu", *reason == 0, 0, reason}, "info");
   });
@@ -292,11 +293,11 @@ NifError nifMeasureQuery(NifScene scene, const NifQuery* query, NifMeasure measu
     const NifQuery asked = read_structure(query, "query");
     check_query(the_scene, asked);
     if (!the_scene.device->gpu)
-      throw Failure(NIF_ERROR_NOT_AVAILABLE, "query: only a GPU is measured; this device is a CPU");
+      throw Failure(NIF_ERROR_NOT_AVAILABLE, "query: only a GPU can be measured; this device is a CPU");
     if (asked.memory != NIF_HOST || asked.stream)
-      refuse_argument("query: to be measured it needs host memory and no stream");
+      refuse_argument("query: measuring needs host memory and no stream");
     if (measure > NIF_MEASURE_SINGLE_BVH) refuse_argument("measure is not one of NifMeasure");
-    if (asked.count == 0 || rounds == 0) refuse_argument("query: nothing is to be measured");
+    if (asked.count == 0 || rounds == 0) refuse_argument("query: there are no rays or no rounds to measure");
     if (!the_scene.ready_on_gpu)
       throw Failure(NIF_ERROR_INVALID_OPERATION, "the scene is not on the GPU, because its commit failed");
     the_scene.device->gpu->measure(the_scene, asked, GpuMeasure(measure), rounds, seconds);

@@ -22,7 +22,7 @@ uint32_t parse_number(std::string_view key, std::string_view value, uint32_t mos
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
   if (error != std::errc() || end != value.data() + value.size() || number > most)
     refuse_argument("configuration: " + std::string(key) + "=" + std::string(value) +
-                    " is no number from 0 to " + std::to_string(most));
+                    " is not a number from 0 to " + std::to_string(most));
   return number;
 }
 
@@ -38,9 +38,9 @@ Isa parse_isa(std::string_view value) {
     if (value != name_of(isa)) continue;
     if (available(isa)) return isa;
     throw Failure(NIF_ERROR_NOT_AVAILABLE, "configuration: isa=" + std::string(value) +
-                                               " is not in this build, or not in this machine");
+                                               " is not available in this build or on this machine");
   }
-  refuse_argument("configuration: there is no isa=" + std::string(value));
+  refuse_argument("configuration: unknown value isa=" + std::string(value));
 }
 
 /// The number of the name that the value is.
@@ -48,16 +48,17 @@ size_t parse_name(std::string_view key, std::string_view value,
                   std::initializer_list<std::string_view> names) {
   const auto at = std::find(names.begin(), names.end(), value);
   if (at == names.end())
-    refuse_argument("configuration: there is no " + std::string(key) + "=" + std::string(value));
+    refuse_argument("configuration: unknown value " + std::string(key) + "=" + std::string(value));
   return size_t(at - names.begin());
 }
 
 /// What is of no use without a GPU backend, or together, is a mistake.
 void check_backend(const Configuration& configuration, bool for_gpu) {
   if (for_gpu && std::string_view(configuration.backend) != "hip")
-    refuse_argument("configuration: device=, module=, pipeline= and precision= need backend=hip");
+    refuse_argument("configuration: device=, module=, pipeline= and precision= need backend=gpu");
   if (configuration.gpu.half && configuration.gpu.way == GpuWay::one_kernel)
-    refuse_argument("configuration: precision=half needs the pipeline, and pipeline=off leaves it out");
+    refuse_argument(
+        "configuration: precision=half needs the pipeline, so it cannot be used with pipeline=off");
 }
 
 }  // namespace
@@ -99,7 +100,7 @@ Configuration parse_configuration(std::string_view text) {
     else if (key == "precision")
       configuration.gpu.half = uint32_t(parse_name(key, value, {"single", "half"})), for_gpu = true;
     else
-      refuse_argument("configuration: '" + std::string(item) + "' is not known");
+      refuse_argument("configuration: '" + std::string(item) + "' is unknown");
   }
   check_backend(configuration, for_gpu);
   configuration.queries = std::max(configuration.queries, configuration.threads);
@@ -118,7 +119,7 @@ void open_gpu(const Configuration& configuration, std::optional<Gpu>& gpu) {
 NifDeviceObject* new_device(const char* configuration, const NifDeviceCallbacks* callbacks) {
   const NifDeviceCallbacks own = callbacks ? read_structure(callbacks, "callbacks") : NifDeviceCallbacks{};
   if ((own.allocate == nullptr) != (own.deallocate == nullptr))
-    refuse_argument("callbacks: allocate and deallocate belong together");
+    refuse_argument("callbacks: set both allocate and deallocate, or neither");
   const Configuration settings = parse_configuration(configuration ? configuration : "");
   CallbackMemory memory(own);
   return create<NifDeviceObject>(own.allocate ? &memory : std::pmr::new_delete_resource(), settings, own);

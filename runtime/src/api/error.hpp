@@ -1,4 +1,4 @@
-// From exceptions inside to codes and sentences outside: nothing may be thrown across the C boundary.
+// Turns exceptions into error codes and messages: nothing may be thrown across the C boundary.
 #pragma once
 
 #include <new>
@@ -42,7 +42,7 @@ NifError guarded(Call&& call) noexcept {
   } catch (const std::exception& exception) {
     return record_failure(NIF_ERROR_UNKNOWN, exception.what());
   } catch (...) {
-    return record_failure(NIF_ERROR_UNKNOWN, "a defect of nifkit");
+    return record_failure(NIF_ERROR_UNKNOWN, "a bug in nifkit");
   }
 }
 

@@ -1,5 +1,5 @@
-// Handles as the caller has them: numbers, of which none is ever used twice. So a handle whose object is
-// destroyed, or that never was one, is known for what it is, and nothing is read through it.
+// Handles as the caller sees them: numbers that are never used twice. So a handle that was released, or never
+// was one, is recognised, and nothing is read through it.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What every handle stands for: a reference-counted object in memory of its device's allocator.
+// What every handle refers to: a reference-counted object in memory of its device's allocator.
 #pragma once
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// Structures that cross the C boundary carry their size, so that old programs and new libraries fit together.
+// Structures that cross the C boundary carry their size, so that old programs work with new libraries.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ inline constexpr uint64_t kMaxStructure = 4096;
 inline void check_structure_size(uint64_t size, uint64_t least, const char* name) {
   if (size < least || size > kMaxStructure)
     refuse_argument(std::string(name) + ": struct_size is " + std::to_string(size) +
-                    ", not the structure's size");
+                    ", which is not the structure's size");
 }
 
 /// A copy of a structure that the caller passes in. What a newer header has beyond ours must be zero.
@@ -29,7 +29,7 @@ T read_structure(const T* from, const char* name) {
   const char* bytes = reinterpret_cast<const char*>(from);
   if (std::any_of(bytes + sizeof(T), bytes + size, [](char c) { return c != 0; }))
     throw Failure(NIF_ERROR_NOT_AVAILABLE,
-                  std::string(name) + ": asks for something that a newer version of nifkit has");
+                  std::string(name) + ": uses a feature of a newer version of nifkit");
   return copy;
 }
 

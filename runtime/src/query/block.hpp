@@ -1,4 +1,4 @@
-// Blocks of a query: from the caller's arrays, whatever their layout, to columns, and answers back.
+// Blocks of a query: copied from the caller's arrays, in any layout, to columns, and answers copied back.
 #pragma once
 
 #include "nif/nif.h"

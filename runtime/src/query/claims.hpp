@@ -1,4 +1,4 @@
-// Numbers 0 .. count - 1 that threads claim and give back, without a lock: who holds what of a fixed supply.
+// Numbers 0 .. count - 1 that threads claim and return without a lock: who holds which of a fixed supply.
 #pragma once
 
 #include <atomic>

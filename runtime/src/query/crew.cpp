@@ -23,7 +23,7 @@ Crew::Crew(uint32_t threads, std::pmr::memory_resource* memory) : threads_(memor
     stop();
     throw Failure(NIF_ERROR_OUT_OF_MEMORY, "configuration: only " + std::to_string(threads_.size()) +
                                                " threads of threads=" + std::to_string(threads + 1) +
-                                               " can be started: " + error.what());
+                                               " could be started: " + error.what());
   } catch (...) {
     stop();
     throw;

@@ -1,4 +1,4 @@
-// The device's own threads, and the bookkeeping of who works on which job.
+// The device's own threads, and which of them work on which job.
 #pragma once
 
 #include <condition_variable>

@@ -1,4 +1,4 @@
-// Four floats at once, where the compiler has vectors; the same bits where it has not.
+// Four floats at once with vector instructions if the compiler has them, with the same bits without.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
-// Answers are defined in IEEE arithmetic, rounding to nearest, with denormals; a caller may have set the
-// processor otherwise (renderers flush denormals to zero). Entry points that compute set it and restore it.
+// Answers are defined in IEEE arithmetic: rounding to nearest, with denormals. A caller may have set the
+// processor to something else (renderers flush denormals to zero). Entry points that compute set and restore
+// it.
 #pragma once
 
 #if defined(__SSE__) || defined(_M_X64)

@@ -1,8 +1,8 @@
 // A query that several threads work on: each takes blocks until none is left.
 //
-// A job lives as long as anyone refers to it: whoever waits for it, each thread that works on it, the crew's
-// queue, and each task that a runner of the caller's was given, which may run long after the last block is
-// done and then finds nothing to do. So a job outlives the query that it stands for.
+// A job lives as long as anyone refers to it: the thread that waits for it, each thread that works on it, the
+// crew's queue, and each task that the caller's runner was given. A task may run long after the last block is
+// done, and then finds nothing to do. So a job can outlive its query.
 #pragma once
 
 #include <atomic>

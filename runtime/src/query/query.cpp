@@ -15,9 +15,10 @@ bool answered_by_gpu(const NifSceneObject& scene, const NifQuery& query) {
 
 void check_query(const NifSceneObject& scene, const NifQuery& query) {
   if (!scene.committed)
-    throw Failure(NIF_ERROR_INVALID_OPERATION, "the scene has changed since it was committed, or never was");
+    throw Failure(NIF_ERROR_INVALID_OPERATION,
+                  "the scene has changed since it was committed, or was never committed");
   if (query.memory != NIF_HOST && query.memory != NIF_DEVICE)
-    refuse_argument("query: there is no memory kind " + std::to_string(int(query.memory)));
+    refuse_argument("query: unknown memory kind " + std::to_string(int(query.memory)));
   const bool has_gpu = scene.device->gpu.has_value();
   if (query.memory == NIF_DEVICE && !has_gpu)
     throw Failure(NIF_ERROR_NOT_AVAILABLE, "query: device memory needs a GPU backend; this device is a CPU");
@@ -31,15 +32,15 @@ void check_query(const NifSceneObject& scene, const NifQuery& query) {
     require_argument(query.direction[a], "query: direction");
   }
   if (!query.visible && !query.visible_bits && !query.probability && !query.certain && !query.logit)
-    refuse_argument("query: no output is asked for");
+    refuse_argument("query: all outputs are null");
 }
 
 void check_scratch(const NifQuery& query) {
   if (query.count == 0) return;
   if (query.scratch && reinterpret_cast<uintptr_t>(query.scratch) % alignof(WorkArea) != 0)
-    refuse_argument("query: scratch does not start at a multiple of 64");
+    refuse_argument("query: scratch is not aligned to 64 bytes");
   if (query.scratch && query.scratch_bytes < sizeof(WorkArea))
-    refuse_argument("query: scratch has " + std::to_string(query.scratch_bytes) + " bytes of " +
+    refuse_argument("query: scratch has " + std::to_string(query.scratch_bytes) + " bytes, but needs " +
                     std::to_string(sizeof(WorkArea)));
 }
 

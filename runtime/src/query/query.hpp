@@ -1,4 +1,4 @@
-// Queries as the caller describes them.
+// Checks of queries as the caller describes them.
 #pragma once
 
 #include "scene/scene.hpp"

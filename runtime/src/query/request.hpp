@@ -1,4 +1,4 @@
-// What is asked of a scene: a query, cut into blocks, with or without a fallback for its uncertain rays.
+// A query, cut into blocks, with or without a fallback for its uncertain rays.
 #pragma once
 
 #include "api/object.hpp"

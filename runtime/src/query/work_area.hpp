@@ -1,5 +1,5 @@
-// What one thread needs to answer a block of rays. Queries allocate nothing: it comes from the caller
-// (scratch) or from the device, which keeps some ready.
+// What one thread needs to answer a block of rays. Queries allocate nothing: this memory comes from the
+// caller (scratch) or from the device, which keeps some ready.
 #pragma once
 
 #include "kernels/reference/object_kernel.hpp"

@@ -26,7 +26,7 @@ namespace nif::runtime {
 NifAssetObject* load_file(NifDeviceObject* device, const char* path, NifLoadMode mode) {
   using Mode = format::FileMemory::Mode;
   if (mode != NIF_LOAD_READ && mode != NIF_LOAD_MAP)
-    refuse_argument(std::string(path) + ": there is no load mode " + std::to_string(int(mode)));
+    refuse_argument(std::string(path) + ": unknown load mode " + std::to_string(int(mode)));
   auto* memory = device->memory();
   return create<NifAssetObject>(
       memory, device, format::FileMemory::load(path, mode == NIF_LOAD_MAP ? Mode::map : Mode::read, memory),
@@ -36,10 +36,9 @@ NifAssetObject* load_file(NifDeviceObject* device, const char* path, NifLoadMode
 NifAssetObject* load_memory(NifDeviceObject* device, const void* bytes, uint64_t size, NifMemoryMode mode) {
   if (bytes == nullptr && size != 0) refuse_argument("memory: bytes is null");
   if (mode != NIF_MEMORY_COPY && mode != NIF_MEMORY_BORROW)
-    refuse_argument("memory: there is no memory mode " + std::to_string(int(mode)));
+    refuse_argument("memory: unknown memory mode " + std::to_string(int(mode)));
   if (mode == NIF_MEMORY_BORROW && reinterpret_cast<uintptr_t>(bytes) % NIF_ASSET_ALIGNMENT != 0)
-    refuse_argument("memory: the bytes to be borrowed do not start at a multiple of " +
-                    std::to_string(NIF_ASSET_ALIGNMENT));
+    refuse_argument("memory: borrowed bytes must be aligned to " + std::to_string(NIF_ASSET_ALIGNMENT));
   const std::span<const std::byte> given(static_cast<const std::byte*>(bytes), size);
   auto* memory = device->memory();
   if (mode == NIF_MEMORY_BORROW)
@@ -57,7 +56,7 @@ void release(NifAssetObject* asset) {
 
 const format::ObjectView& object_of(const NifAssetObject& asset, uint32_t object) {
   if (object >= asset.view.objects.size())
-    refuse_argument(std::string(asset.name) + ": there is no object " + std::to_string(object) + " of its " +
+    refuse_argument(std::string(asset.name) + ": no object " + std::to_string(object) + "; there are only " +
                     std::to_string(asset.view.objects.size()));
   return asset.view.objects[object];
 }
@@ -96,8 +95,8 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
 
 NifInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t instance) {
   if (instance >= asset.view.instances.size())
-    refuse_argument(std::string(asset.name) + ": there is no instance " + std::to_string(instance) +
-                    " of its " + std::to_string(asset.view.instances.size()));
+    refuse_argument(std::string(asset.name) + ": no instance " + std::to_string(instance) +
+                    "; there are only " + std::to_string(asset.view.instances.size()));
   const format::InstanceView& view = asset.view.instances[instance];
   NifInstanceInfo info{};
   info.name = view.name.data();

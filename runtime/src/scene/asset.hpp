@@ -1,5 +1,5 @@
-// A loaded asset: its bytes, wherever they are, the checked views into them, and the kernels made from them.
-// Where no kernel reads the bytes any more they are let go, and the views keep names, boxes and numbers.
+// A loaded asset: its bytes, the checked views into them, and the kernels made from them. If no kernel reads
+// the bytes any more, they are freed, and the views keep names, boxes and numbers.
 #pragma once
 
 #include <atomic>

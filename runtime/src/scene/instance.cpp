@@ -15,7 +15,7 @@ NIF_COMPUTES Instance make_instance(const Transform& to_world) {
   Instance instance{};
   bool well_conditioned;
   if (!kernels::invert(to_world.data(), instance.to_object, well_conditioned))
-    throw Failure(NIF_ERROR_SINGULAR_TRANSFORM, "the transform flattens space and has no inverse");
+    throw Failure(NIF_ERROR_SINGULAR_TRANSFORM, "the transform has no inverse: it flattens space");
   instance.identity = to_world == kIdentity;
   instance.well_conditioned = well_conditioned;
   return instance;

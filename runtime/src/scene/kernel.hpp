@@ -1,4 +1,4 @@
-// Chooses what answers an object: its encoding's kernel for the device's instruction set.
+// Chooses the kernel for an object, by its encoding and the device's instruction set.
 #pragma once
 
 #include <memory>

@@ -27,7 +27,7 @@ void make_room(std::pmr::vector<T>& values, size_t more) {
 /// reference to it. Returns the index of its first object.
 uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   if (asset->device.get() != scene.device.get())
-    refuse_argument(std::string(asset->name) + ": loaded on another device than the scene's");
+    refuse_argument(std::string(asset->name) + ": belongs to another device than the scene");
   if (count > kMaxInstances - scene.instances.size())
     refuse_argument("a scene holds at most 2^31 - 1 instances");
   make_room(scene.instances, count);
@@ -142,7 +142,7 @@ Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* trans
 
 void set_transform(NifSceneObject& scene, uint32_t instance, const float* transform) {
   if (instance >= scene.instances.size())
-    refuse_argument("there is no instance " + std::to_string(instance) + "; the scene has " +
+    refuse_argument("no instance " + std::to_string(instance) + "; the scene has " +
                     std::to_string(scene.instances.size()));
   const Transform to_world = read_transform(transform);
   Instance& changed = scene.instances[instance];

@@ -1,4 +1,4 @@
-// A scene: instances of objects, the hierarchy over them, and the assets that they keep alive.
+// A scene: instances of objects, the hierarchy over them, and the assets that the scene keeps alive.
 #pragma once
 
 #include <memory_resource>

@@ -1,4 +1,4 @@
-// Following one ray through the hierarchy, from one instance that it may meet to the next.
+// Follows one ray through the hierarchy, from one instance that it may hit to the next.
 #pragma once
 
 #include "query/float4.hpp"
