@@ -3,6 +3,7 @@
 #include <new>
 
 #include "device.hpp"
+#include "gpu/crossing.hpp"
 
 namespace nif::gpu {
 namespace {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "api/error.hpp"
+#include "gpu/crossing.hpp"
 
 #if defined(__unix__) || defined(__APPLE__)
 #include <dlfcn.h>

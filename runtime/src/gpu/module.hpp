@@ -1,9 +1,10 @@
 // What the runtime asks of its GPU module: a table of functions, which it gets from a shared library that is
 // loaded on demand. Neither side links the other, and nothing of CUDA or HIP stands here.
 //
-// Both are made of one source tree at one time: the table is refused where its version or the size of what is
-// passed through it is another. Functions return NIF_OK, or a code, and then have written a sentence; they
-// throw nothing and are thread-safe, but for calls that concern one scene, of which only queries may overlap.
+// Both are made of one source tree at one time: the table is refused where its version, or the layout of what
+// is passed through it, is another (crossing.hpp). Functions return NIF_OK, or a code, and then have written
+// a sentence; they throw nothing and are thread-safe, but for calls that concern one scene, of which only
+// queries may overlap.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,7 @@
 namespace nif::runtime {
 
 /// Changes with anything in this file.
-inline constexpr uint32_t kGpuModuleVersion = 2;
+inline constexpr uint32_t kGpuModuleVersion = 3;
 /// The module's only symbol: const GpuModule* nif_hip_module(void).
 inline constexpr const char* kGpuModuleSymbol = "nif_hip_module";
 
@@ -81,14 +82,9 @@ struct GpuSceneView {
   uint64_t node_count, instance_count, object_count;
 };
 
-inline constexpr uint32_t kGpuLayout =
-    uint32_t(sizeof(GpuCard) + sizeof(GpuObjectView) + sizeof(GpuSceneView) + sizeof(kernels::SegmentField) +
-             sizeof(kernels::BvhField) + sizeof(kernels::SphericalField) + sizeof(kernels::TopNode) +
-             sizeof(kernels::PlacedInstance) + sizeof(NifQuery));
-
 struct GpuModule {
   uint32_t version;  ///< kGpuModuleVersion
-  uint32_t layout;   ///< kGpuLayout
+  uint64_t layout;   ///< kGpuLayout
 
   /// How many cards there are. Where there are none, the message says what is missing.
   uint32_t (*count_cards)(GpuMessage* why_none);
