@@ -1,10 +1,17 @@
 #include "device.hpp"
 
-namespace nif::gpu {
+#include "query/outputs.hpp"
 
-Staging::Staging(Context& context) : context_(context), card_(context, kBytes) {
+namespace nif::gpu {
+namespace {
+
+constexpr size_t kStagingBytes = Staging::kRayBytes + runtime::output_bytes(Staging::kRays);
+
+}  // namespace
+
+Staging::Staging(Context& context) : context_(context), card_(context, kStagingBytes) {
   try {
-    host_ = static_cast<unsigned char*>(context.allocate_host(kBytes));
+    host_ = static_cast<unsigned char*>(context.allocate_host(kStagingBytes));
     stream_ = context.make_stream();
     answered_ = context.make_event(false);
   } catch (...) {

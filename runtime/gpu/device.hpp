@@ -12,14 +12,13 @@
 namespace nif::gpu {
 
 /// What a query of host memory goes through, part by part: memory of the host that is copied from and to, and
-/// of the card. Laid out alike: rays, then the outputs one after the other.
+/// of the card. Laid out alike: kRays rays, then the outputs one after the other (query/outputs.hpp).
 class Staging {
  public:
   static constexpr uint64_t kRays = 1 << 18;
-  static constexpr size_t kVisible = kRays * sizeof(NifRay), kBits = kVisible + kRays,
-                          kCertain = kBits + kRays / 8, kProbability = kCertain + kRays,
-                          kLogit = kProbability + kRays * sizeof(float), kBytes = kLogit + kRays * 4;
+  static constexpr size_t kRayBytes = kRays * sizeof(NifRay);
 
+  /// For every output.
   explicit Staging(Context& context);
   ~Staging();
   Staging(const Staging&) = delete;

@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "device.hpp"
+#include "query/outputs.hpp"
 
 namespace nif::gpu {
 namespace {
@@ -28,11 +29,9 @@ void skip(SceneQuery& query, uint64_t rays) {
   }
   advance(query.tmin, rays * query.tmin_stride);
   advance(query.tmax, rays * query.tmax_stride);
-  advance(query.visible, rays);
-  advance(query.visible_bits, rays / 8);
-  advance(query.probability, rays * sizeof(float));
-  advance(query.certain, rays);
-  advance(query.logit, rays * sizeof(int32_t));
+  runtime::visit_outputs(
+      [&](const runtime::OutputArray& about, unsigned char*& array) { advance(array, about.bytes(rays)); },
+      query);
 }
 
 uint32_t blocks_for(uint64_t count, uint32_t threads) { return uint32_t((count + threads - 1) / threads); }

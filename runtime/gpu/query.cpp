@@ -1,12 +1,13 @@
 // Queries: of memory of the card they are launches in the caller's stream and nothing else; of the host's
 // they go through staging memory, part by part, and are waited for.
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <limits>
 #include <optional>
 
 #include "device.hpp"
+#include "query/nif_rays.hpp"
+#include "query/outputs.hpp"
 
 namespace nif::gpu {
 namespace {
@@ -14,39 +15,27 @@ namespace {
 using kernels::gpu::SceneQuery;
 using runtime::GpuMeasure;
 using runtime::kMeasuredStages;
-
-/// The arrays of a query and what messages call them.
-struct NamedArray {
-  const void* array;
-  const char* name;
-};
+using runtime::OutputArray;
+using runtime::visit_outputs;
 
 void check_memory(Context& context, const NifQuery& query) {
-  const NamedArray arrays[] = {{query.origin[0], "origin"},
-                               {query.origin[1], "origin"},
-                               {query.origin[2], "origin"},
-                               {query.direction[0], "direction"},
-                               {query.direction[1], "direction"},
-                               {query.direction[2], "direction"},
-                               {query.tmin, "tmin"},
-                               {query.tmax, "tmax"},
-                               {query.visible, "visible"},
-                               {query.visible_bits, "visible_bits"},
-                               {query.probability, "probability"},
-                               {query.certain, "certain"},
-                               {query.logit, "logit"}};
-  for (const NamedArray& given : arrays) {
-    if (!given.array) continue;
-    const PointerKind kind = context.kind_of(given.array);
+  const auto check = [&](const void* array, const char* name) {
+    if (!array) return;
+    const PointerKind kind = context.kind_of(array);
     const auto refuse = [&](const char* why) {
-      throw GpuError(NIF_ERROR_WRONG_POINTER, std::string("query: ") + given.name + why);
+      throw GpuError(NIF_ERROR_WRONG_POINTER, std::string("query: ") + name + why);
     };
     if (query.memory == NIF_DEVICE && kind == PointerKind::host)
       refuse(" is memory of the host, and NIF_DEVICE was promised");
     if (query.memory == NIF_DEVICE && kind == PointerKind::other_device) refuse(" is memory of another card");
     if (query.memory == NIF_HOST && (kind == PointerKind::device || kind == PointerKind::other_device))
       refuse(" is memory of a card, and NIF_HOST was promised");
-  }
+  };
+  for (const float* array : query.origin) check(array, "origin");
+  for (const float* array : query.direction) check(array, "direction");
+  check(query.tmin, "tmin");
+  check(query.tmax, "tmax");
+  visit_outputs([&](const OutputArray& about, const auto* array) { check(array, about.name); }, query);
   if (query.stream && !context.owns(query.stream))
     throw GpuError(NIF_ERROR_INVALID_ARGUMENT, "query: the stream is not of the device's card");
 }
@@ -73,11 +62,8 @@ SceneQuery scene_query(const NifQuery& query) {
   result.direction_stride = query.direction_stride;
   result.tmin_stride = query.tmin_stride;
   result.tmax_stride = query.tmax_stride;
-  result.visible = query.visible;
-  result.visible_bits = query.visible_bits;
-  result.probability = bytes_of(query.probability);
-  result.certain = query.certain;
-  result.logit = bytes_of(query.logit);
+  visit_outputs([](const OutputArray&, unsigned char*& to, auto* from) { to = bytes_of(from); }, result,
+                query);
   return result;
 }
 
@@ -100,6 +86,10 @@ float value_at(const float* array, uint64_t stride, uint64_t i) {
 }
 
 void read_rays(const NifQuery& query, uint64_t first, uint64_t count, unsigned char* to) {
+  if (runtime::are_nif_rays(query)) {
+    std::memcpy(to, bytes_of(query.origin[0]) + first * sizeof(NifRay), count * sizeof(NifRay));
+    return;
+  }
   for (uint64_t k = 0; k < count; ++k) {
     const uint64_t i = first + k;
     NifRay ray;
@@ -161,13 +151,13 @@ class HostQuery {
  public:
   HostQuery(GpuDevice& device, GpuScene& scene, const NifQuery& query)
       : device_(device), context_(*device.context), scene_(scene), query_(query) {
-    const auto one = [](uint64_t rays) { return rays; };
-    const auto four = [](uint64_t rays) { return 4 * rays; };
-    outputs_ = {{{query.visible, Staging::kVisible, one},
-                 {query.visible_bits, Staging::kBits, [](uint64_t rays) { return (rays + 7) / 8; }},
-                 {query.certain, Staging::kCertain, one},
-                 {bytes_of(query.probability), Staging::kProbability, four},
-                 {bytes_of(query.logit), Staging::kLogit, four}}};
+    size_t at = Staging::kRayBytes;
+    visit_outputs(
+        [&](const OutputArray& about, auto* to) {
+          if (to) outputs_.push_back({about, bytes_of(to), at});
+          at += about.bytes(Staging::kRays);
+        },
+        query);
   }
 
   void answer() {
@@ -196,10 +186,11 @@ class HostQuery {
   }
 
  private:
+  /// One that is asked for.
   struct Output {
+    OutputArray about;
     unsigned char* to;
     size_t at;  ///< in staging memory
-    uint64_t (*bytes)(uint64_t rays);
   };
   struct Place {
     explicit Place(GpuDevice& device) : staging(device) {}
@@ -224,16 +215,16 @@ class HostQuery {
 
   /// The query about a part's rays, in memory of the card.
   SceneQuery on_card(const Staging& staging) const {
-    NifQuery query = nifQueryRays(reinterpret_cast<const NifRay*>(staging.card()), Staging::kRays);
-    const auto place = [&](auto*& array, const void* wanted, size_t at) {
-      if (wanted) array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(staging.card() + at);
-    };
-    place(query.visible, query_.visible, Staging::kVisible);
-    place(query.visible_bits, query_.visible_bits, Staging::kBits);
-    place(query.certain, query_.certain, Staging::kCertain);
-    place(query.probability, query_.probability, Staging::kProbability);
-    place(query.logit, query_.logit, Staging::kLogit);
-    return scene_query(query);
+    SceneQuery query =
+        scene_query(nifQueryRays(reinterpret_cast<const NifRay*>(staging.card()), Staging::kRays));
+    size_t at = Staging::kRayBytes;
+    visit_outputs(
+        [&](const OutputArray& about, unsigned char*& array, const auto* wanted) {
+          if (wanted) array = staging.card() + at;
+          at += about.bytes(Staging::kRays);
+        },
+        query, query_);
+    return query;
   }
 
   void start(Place& place, uint64_t first, uint64_t count) {
@@ -245,9 +236,8 @@ class HostQuery {
     context_.copy_in(staging.card(), staging.host(), count * sizeof(NifRay), stream);
     put_query(device_, scene_, on_card(staging), count, stream);
     for (const Output& output : outputs_)
-      if (output.to)
-        context_.copy_out(staging.host() + output.at, staging.card() + output.at, output.bytes(count),
-                          stream);
+      context_.copy_out(staging.host() + output.at, staging.card() + output.at, output.about.bytes(count),
+                        stream);
     context_.record(staging.answered(), stream);
   }
 
@@ -255,16 +245,15 @@ class HostQuery {
     const Staging& staging = *place.staging;
     context_.wait(staging.answered());
     for (const Output& output : outputs_)
-      if (output.to)
-        std::memcpy(output.to + output.bytes(place.first), staging.host() + output.at,
-                    output.bytes(place.count));
+      std::memcpy(output.to + output.about.bytes(place.first), staging.host() + output.at,
+                  output.about.bytes(place.count));
   }
 
   GpuDevice& device_;
   Context& context_;
   GpuScene& scene_;
   const NifQuery& query_;
-  std::array<Output, 5> outputs_;
+  std::vector<Output> outputs_;
 };
 
 }  // namespace
@@ -274,9 +263,8 @@ void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, GpuMe
   if (!scene.ready) refuse_scene();
   Context& context = *device.context;
   const uint64_t count = query.count;
-  const Memory rays(context, count * sizeof(NifRay)), answers(context, 11 * count + 16);
-  NifQuery on_card = nifQueryRays(reinterpret_cast<const NifRay*>(rays.data()), count);
-  on_card.memory = NIF_DEVICE;
+  const Memory rays(context, count * sizeof(NifRay)), answers(context, runtime::output_bytes(count));
+  SceneQuery on_card = scene_query(nifQueryRays(reinterpret_cast<const NifRay*>(rays.data()), count));
   struct Output {
     void* to;
     unsigned char* from;
@@ -284,17 +272,14 @@ void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, GpuMe
   };
   std::vector<Output> outputs;
   unsigned char* at = answers.data();
-  const auto place = [&](auto*& array, auto* wanted, uint64_t bytes) {
-    if (!wanted) return;
-    array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(at);
-    outputs.push_back({wanted, at, bytes});
-    at += bytes;
-  };
-  place(on_card.probability, query.probability, 4 * count);
-  place(on_card.logit, query.logit, 4 * count);
-  place(on_card.visible, query.visible, count);
-  place(on_card.certain, query.certain, count);
-  place(on_card.visible_bits, query.visible_bits, (count + 7) / 8);
+  visit_outputs(
+      [&](const OutputArray& about, unsigned char*& array, auto* wanted) {
+        if (!wanted) return;
+        array = at;
+        outputs.push_back({wanted, at, about.bytes(count)});
+        at += about.bytes(count);
+      },
+      on_card, query);
 
   std::vector<unsigned char> packed(count * sizeof(NifRay));
   read_rays(query, 0, count, packed.data());
@@ -304,11 +289,11 @@ void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, GpuMe
   for (uint32_t round = 0; round <= rounds; ++round) {  // in the first one the card warms up
     const uint32_t row = round > 0 ? round - 1 : 0;
     if (measure == GpuMeasure::stages) {
-      time_stages(device, scene, scene_query(on_card), count, stream.get(), seconds + row * kMeasuredStages);
+      time_stages(device, scene, on_card, count, stream.get(), seconds + row * kMeasuredStages);
       continue;
     }
     timer.start(stream.get());
-    put_query(device, scene, scene_query(on_card), count, stream.get(), measure);
+    put_query(device, scene, on_card, count, stream.get(), measure);
     timer.stop(stream.get());
     timer.wait();
     seconds[row] = timer.seconds();

@@ -173,15 +173,29 @@ TEST_P(EmulatorTest, ProductsNeedAllLanesAndTheirSizeOfWave) {
   EXPECT_NE(failure_of(grid(60), mfma), "");
 }
 
-TEST(Emulator, ProductsOfWmmaNeedBothHalvesAlike) {
-  EXPECT_NE(failure_of({.threads = 32},
-                       [](const EmulatedThread& thread) {
-                         int32_t c[8] = {};
-                         thread.wmma_16x16x16({thread.lane(), 0, 0, 0}, {0, 0, 0, 0}, c);
-                       })
-                .find("differ"),
-            std::string::npos);
+/// Lanes l and l + 16 hold the same rows and columns: where one lane has another operand, the hardware may
+/// take either.
+template <class Sum, uint32_t kWords>
+void expect_both_halves_alike() {
+  const auto failure = [](uint32_t lane, uint32_t word, bool in_b) {
+    return failure_of({.threads = 32}, [&](const EmulatedThread& thread) {
+      uint32_t operands[2][kWords];
+      for (uint32_t i = 0; i < kWords; ++i)
+        operands[0][i] = operands[1][i] = 0x01010101 * (thread.lane() % 16 + i);
+      if (thread.lane() == lane) operands[in_b][word] ^= 0x100;
+      Sum c[8] = {};
+      thread.wmma_16x16x16(operands[0], operands[1], c);
+    });
+  };
+  EXPECT_EQ(failure(32, 0, false), "");
+  for (const bool in_b : {false, true})
+    for (const uint32_t lane : {0u, 7u, 15u, 16u, 31u})
+      for (uint32_t word = 0; word < kWords; ++word)
+        EXPECT_NE(failure(lane, word, in_b).find("lanes l and l + 16 that differ"), std::string::npos)
+            << "lane " << lane << ", word " << word << " of " << (in_b ? "b" : "a");
 }
+TEST(Emulator, ProductsOfWmmaNeedBothHalvesAlike) { expect_both_halves_alike<int32_t, 4>(); }
+TEST(Emulator, ProductsOfWmmaOfHalvesNeedBothHalvesAlike) { expect_both_halves_alike<float, 8>(); }
 
 TEST(Emulator, WhatAKernelThrowsComesOut) {
   EXPECT_THROW(emulate({.threads = 64},

@@ -16,6 +16,7 @@
 #include <mutex>
 #include <string>
 
+#include "runtime/src/query/outputs.hpp"
 #include "tests/gpu/emulator/kernels.hpp"
 
 #ifdef FAKE_HIP
@@ -27,7 +28,7 @@
 
 namespace {
 
-namespace hip = nif::kernels::gpu;
+namespace gpu = nif::kernels::gpu;
 
 constexpr int kOk = 0, kInvalidValue = 1, kOutOfMemory = 2, kNoDevice = 100, kInvalidContext = 201,
               kNoBinary = 209, kNotFound = 500;
@@ -57,13 +58,17 @@ bool is_of_card(const void* at, size_t bytes = 1) {
 }
 bool is_stream(const void* stream) { return stream == nullptr || stream == &the_stream; }
 
-void check_arrays(const hip::SceneArrays& scene, const hip::SceneQuery& query) {
-  const void* const arrays[] = {scene.nodes,        scene.instances,   scene.objects,      query.origin[0],
-                                query.origin[1],    query.origin[2],   query.direction[0], query.direction[1],
-                                query.direction[2], query.tmin,        query.tmax,         query.visible,
-                                query.visible_bits, query.probability, query.certain,      query.logit};
-  for (const void* array : arrays)
+void check_arrays(const gpu::SceneArrays& scene, const gpu::SceneQuery& query) {
+  const auto check = [](const void* array) {
     if (array && !is_of_card(array)) std::abort();
+  };
+  for (const void* array : {static_cast<const void*>(scene.nodes), static_cast<const void*>(scene.instances),
+                            static_cast<const void*>(scene.objects)})
+    check(array);
+  for (int a = 0; a < 3; ++a) check(query.origin[a]), check(query.direction[a]);
+  check(query.tmin);
+  check(query.tmax);
+  nif::runtime::visit_outputs([&](const auto&, const auto* array) { check(array); }, query);
 }
 
 /// Of the card's matrix instructions.
@@ -223,16 +228,16 @@ NIF_FAKE int NIF_NAME(cuLaunchKernel, hipModuleLaunchKernel)(void* function, uns
   const auto& kernel = *static_cast<const nif::test::EmulatedKernel*>(function);
   const bool pack = kernel.name == "nif_pack_bits", whole = kernel.name.starts_with("nif_scene_");
   if (pack) {
-    const auto& work = *static_cast<const hip::PackWork*>(arguments[0]);
+    const auto& work = *static_cast<const gpu::PackWork*>(arguments[0]);
     if (!is_of_card(work.visible) || !is_of_card(work.bits)) std::abort();
   } else {
-    const auto* one = static_cast<const hip::SceneWork*>(arguments[0]);
-    const auto* piped = static_cast<const hip::PipelineWork*>(arguments[0]);
+    const auto* one = static_cast<const gpu::SceneWork*>(arguments[0]);
+    const auto* piped = static_cast<const gpu::PipelineWork*>(arguments[0]);
     check_arrays(whole ? one->scene : piped->scene, whole ? one->query : piped->query);
   }
-  const hip::EmulatedGrid grid{
+  const gpu::EmulatedGrid grid{
       .blocks = x, .threads = threads, .shared_bytes = shared, .wave = nif::test::wave_of(matrix_kind())};
-  hip::emulate(grid, kernel.bind(arguments[0]));
+  gpu::emulate(grid, kernel.bind(arguments[0]));
   return kOk;
 }
 

@@ -7,7 +7,7 @@
 namespace nif::test {
 namespace {
 
-namespace hip = kernels::gpu;
+namespace gpu = kernels::gpu;
 
 /// Makes every other surface voxel an unknown one: rays then pass through many runs.
 format::Asset striped(format::Asset asset) {
@@ -27,7 +27,7 @@ struct OpenRays {
       kernels::walk_segment(field, segment, walk);
       if (walk.verdict != kernels::Verdict::ambiguous) continue;
       ++open;
-      hard += walk.run_count > hip::kKeptRuns;
+      hard += walk.run_count > gpu::kKeptRuns;
     }
   }
 };
@@ -127,7 +127,7 @@ TEST_P(GpuSegmentTest, AnswersByNetworksOfAnyShape) {
                                           {16, 48}, {128, 128}, {52, 4, 48}, {4, 128, 128}};
   for (const auto& widths : shapes) {
     const OtherNetwork other(asset.view.objects[0].field, widths);
-    const hip::SegmentLayout layout = hip::make_layout(other.field);
+    const gpu::SegmentLayout layout = gpu::make_layout(other.field);
     EXPECT_EQ(layout.tiled, widths.empty() || *std::max_element(widths.begin(), widths.end()) <= 48);
     format::ObjectView object = asset.view.objects[0];
     object.field = other.field;
@@ -141,9 +141,9 @@ TEST(GpuSegment, LayoutsFit) {
   OtherNetwork other(asset.view.objects[0].field, {48, 48});
   for (uint32_t inputs = 8; inputs <= kernels::kMaxInputs; inputs += 4) {
     other.field.network.layers[0].inputs = inputs;
-    const hip::SegmentLayout layout = hip::make_layout(other.field);
+    const gpu::SegmentLayout layout = gpu::make_layout(other.field);
     EXPECT_EQ(layout.stride / 4 % 8, 4u);
-    EXPECT_TRUE(!layout.tiled || layout.bytes <= hip::kSharedLimit);
+    EXPECT_TRUE(!layout.tiled || layout.bytes <= gpu::kSharedLimit);
   }
 }
 

@@ -9,7 +9,7 @@
 namespace nif::test {
 namespace {
 
-namespace hip = kernels::gpu;
+namespace gpu = kernels::gpu;
 
 struct Shape {
   uint32_t features, width, layers;
@@ -67,7 +67,7 @@ class GpuSphericalHalfTest : public GpuWayTest {
  protected:
   static ObjectAnswers ask(const kernels::SphericalField& field,
                            const std::vector<kernels::Segment>& segments) {
-    EXPECT_TRUE(hip::make_half_layout(field).fits);
+    EXPECT_TRUE(gpu::make_half_layout(field).fits);
     return ObjectOnCard(view_of(field), GetParam()).ask(segments);
   }
   static void expect_exact(const kernels::SphericalField& field,
@@ -149,7 +149,7 @@ TEST_P(GpuSphericalHalfTest, StaysWithinWhatTheArithmeticAllows) {
                        {.objects = 0, .instances = 0, .max_voxels = seed % 2 ? 14u : 40u, .sphericals = 2});
     for (const format::ObjectView& object : asset.view.objects) {
       const kernels::SphericalField& field = *object.spherical;
-      ASSERT_TRUE(hip::make_half_layout(field).fits);
+      ASSERT_TRUE(gpu::make_half_layout(field).fits);
       const auto segments = random_segments(object, seed, 1000);
       machine().order = seed;
       const ObjectAnswers answers = ask(field, segments);
@@ -194,21 +194,21 @@ TEST(GpuSphericalHalf, LayoutsFit) {
   kernels::SphericalField field;
   field.outer = {{}, 6, 64, 2, 1};
   field.inner = {{}, 13, 48, 3, 1};
-  EXPECT_TRUE(hip::make_half_layout(field).fits);
-  EXPECT_EQ(hip::make_half_layout(field).tiles, hip::kHalfTiles);
+  EXPECT_TRUE(gpu::make_half_layout(field).fits);
+  EXPECT_EQ(gpu::make_half_layout(field).tiles, gpu::kHalfTiles);
   // The inner one: 48 rows of 16 halves and twice 48 of 48, 256 rows of 16, each with 16 bytes more; 48
   // floats.
-  EXPECT_EQ(hip::make_half_layout(field).bytes, 48u * 48 + 2 * 48 * 112 + 256 * 48 + 48 * 4);
+  EXPECT_EQ(gpu::make_half_layout(field).bytes, 48u * 48 + 2 * 48 * 112 + 256 * 48 + 48 * 4);
   field.outer.width = 96;
-  EXPECT_TRUE(hip::make_half_layout(field).fits);
-  EXPECT_EQ(hip::make_half_layout(field).tiles, hip::kMostHalfTiles);
+  EXPECT_TRUE(gpu::make_half_layout(field).fits);
+  EXPECT_EQ(gpu::make_half_layout(field).tiles, gpu::kMostHalfTiles);
   for (uint32_t width = 4; width <= kernels::kMaxSphericalWidth; width += 4)
     for (uint32_t inputs = 2; inputs <= kernels::kMaxSphericalInputs; ++inputs) {
       field.outer = {{}, inputs, width, 3, 1};
-      const hip::SphericalHalfLayout layout = hip::make_half_layout(field);
+      const gpu::SphericalHalfLayout layout = gpu::make_half_layout(field);
       EXPECT_EQ(layout.outer.stride / 16 % 2, 1u);
       EXPECT_EQ(layout.outer.first_stride / 16 % 2, 1u);
-      EXPECT_TRUE(!layout.fits || (width <= 96 && layout.bytes <= hip::kSharedLimit));
+      EXPECT_TRUE(!layout.fits || (width <= 96 && layout.bytes <= gpu::kSharedLimit));
       EXPECT_TRUE(layout.fits || width > 64);
     }
 }

@@ -8,6 +8,7 @@
 
 #include "query/float4.hpp"
 #include "query/float_environment.hpp"
+#include "query/nif_rays.hpp"
 
 namespace nif::runtime {
 namespace {
@@ -27,19 +28,6 @@ void read_column(const float* array, uint64_t stride, uint64_t first, uint32_t c
     const char* from = at(array, stride, first);
     for (uint32_t i = 0; i < count; ++i, from += stride) std::memcpy(column + i, from, sizeof(float));
   }
-}
-
-bool are_nif_rays(const NifQuery& query) {
-  const char* start = reinterpret_cast<const char*>(query.origin[0]);
-  const auto is_at = [&](const float* member, size_t offset) {
-    return reinterpret_cast<const char*>(member) == start + offset;
-  };
-  bool all = query.origin_stride == sizeof(NifRay) && query.direction_stride == sizeof(NifRay) &&
-             query.tmin_stride == sizeof(NifRay) && query.tmax_stride == sizeof(NifRay);
-  for (size_t a = 0; a < 3; ++a)
-    all = all && is_at(query.origin[a], offsetof(NifRay, origin) + a * sizeof(float)) &&
-          is_at(query.direction[a], offsetof(NifRay, direction) + a * sizeof(float));
-  return all && is_at(query.tmin, offsetof(NifRay, tmin)) && is_at(query.tmax, offsetof(NifRay, tmax));
 }
 
 /// Four structures' halves to four columns.

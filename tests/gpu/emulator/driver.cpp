@@ -14,7 +14,6 @@
 namespace nif::gpu {
 namespace {
 
-namespace hip = kernels::gpu;
 using test::EmulatedKernel;
 using test::EmulatedMachine;
 
@@ -179,19 +178,20 @@ class EmulatedContext final : public Context {
     ++machine.launches;
     const auto& emulated = *static_cast<const EmulatedKernel*>(kernel);
     const bool one_kernel = emulated.name.starts_with("nif_scene_") &&
-                            !static_cast<const hip::SceneWork*>(arguments[0])->list.rays;
-    if (one_kernel) machine.rays_launched += static_cast<const hip::SceneWork*>(arguments[0])->query.count;
+                            !static_cast<const kernels::gpu::SceneWork*>(arguments[0])->list.rays;
+    if (one_kernel)
+      machine.rays_launched += static_cast<const kernels::gpu::SceneWork*>(arguments[0])->query.count;
     if (emulated.name.starts_with("nif_pipeline_")) {
-      const auto& work = *static_cast<const hip::PipelineWork*>(arguments[0]);
+      const auto& work = *static_cast<const kernels::gpu::PipelineWork*>(arguments[0]);
       ++machine.pipelined;
       if (emulated.name.starts_with("nif_pipeline_walk") && !work.before.counts)
         machine.rays_launched += work.query.count;
     }
     if (machine.discard) return;
-    const hip::EmulatedGrid grid{shape.blocks, shape.threads, shape.shared_bytes, test::wave_of(kind_),
-                                 machine.order};
+    const kernels::gpu::EmulatedGrid grid{shape.blocks, shape.threads, shape.shared_bytes,
+                                          test::wave_of(kind_), machine.order};
     ledger().put(
-        queue_of(stream), [run = emulated.bind(arguments[0]), grid] { hip::emulate(grid, run); },
+        queue_of(stream), [run = emulated.bind(arguments[0]), grid] { kernels::gpu::emulate(grid, run); },
         one_kernel ? machine.seconds_of_one_kernel : 0);
   }
   uint32_t most_rays() const override { return machine.most_rays; }

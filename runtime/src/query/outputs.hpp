@@ -1,0 +1,39 @@
+// The outputs of a query: one list, for all that is done alike with each of them.
+#pragma once
+
+#include <cstdint>
+
+namespace nif::runtime {
+
+struct OutputArray {
+  const char* name;      ///< as messages call it
+  uint32_t bits_of_ray;  ///< the array is dense, and its last byte filled up
+
+  constexpr uint64_t bytes(uint64_t rays) const {
+    return bits_of_ray >= 8 ? rays * (bits_of_ray / 8) : (rays * bits_of_ray + 7) / 8;
+  }
+};
+
+/// Calls visit(about, array...) for each output, with its array in each of the queries: NifQuery, or whatever
+/// else has members of these names. An array is null where it is not asked for. Those of whole words come
+/// first: laid one behind the other, all are aligned.
+template <class Visit, class... Query>
+constexpr void visit_outputs(const Visit& visit, Query&&... queries) {
+  visit(OutputArray{"probability", 32}, queries.probability...);
+  visit(OutputArray{"logit", 32}, queries.logit...);
+  visit(OutputArray{"visible", 8}, queries.visible...);
+  visit(OutputArray{"certain", 8}, queries.certain...);
+  visit(OutputArray{"visible_bits", 1}, queries.visible_bits...);
+}
+
+/// Of all outputs together.
+constexpr uint64_t output_bytes(uint64_t rays) {
+  struct {
+    int probability, logit, visible, certain, visible_bits;
+  } constexpr kAny{};
+  uint64_t bytes = 0;
+  visit_outputs([&](const OutputArray& about, int) { bytes += about.bytes(rays); }, kAny);
+  return bytes;
+}
+
+}  // namespace nif::runtime
