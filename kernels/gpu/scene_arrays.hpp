@@ -88,6 +88,7 @@ struct SceneQuery {
   uint64_t origin_stride, direction_stride, tmin_stride, tmax_stride;  ///< bytes
   unsigned char *visible, *visible_bits, *probability, *certain, *logit;
   uint32_t count;
+  uint32_t whole_rays;  ///< whether inputs are an array of NifRay, from origin[0] on, aligned to 16 bytes
 
   /// Whether more is asked for than what is visible: a learned "occluded" then does not end the search.
   bool details() const { return probability || certain || logit; }
@@ -107,6 +108,17 @@ NIF_HOST_DEVICE inline Segment load_ray(const SceneQuery& query, uint32_t i) {
     return bits_as<float>(load_unaligned(array + i * stride));
   };
   Segment ray;
+  if (query.whole_rays) {  // origin, tmin, direction, tmax: two loads in place of eight
+    const unsigned char* const from = query.origin[0] + uint64_t(i) * 32;
+    const AlignedWords<4> first = load_words<4>(from), second = load_words<4>(from + 16);
+    for (int a = 0; a < 3; ++a) {
+      ray.origin[a] = bits_as<float>(first.word[a]);
+      ray.direction[a] = bits_as<float>(second.word[a]);
+    }
+    ray.tmin = bits_as<float>(first.word[3]);
+    ray.tmax = bits_as<float>(second.word[3]);
+    return ray;
+  }
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     ray.origin[a] = load(query.origin[a], query.origin_stride);

@@ -30,6 +30,15 @@ typedef uint32_t Word __attribute__((may_alias));
 typedef uint16_t HalfWord __attribute__((may_alias));
 NIF_HOST_DEVICE inline uint32_t load_word(const void* from) { return *static_cast<const Word*>(from); }
 NIF_HOST_DEVICE inline void store_word(void* to, uint32_t word) { *static_cast<Word*>(to) = word; }
+/// So many words, aligned to all of them: one load.
+template <uint32_t kCount>
+struct alignas(4 * kCount) [[gnu::may_alias]] AlignedWords {
+  uint32_t word[kCount];
+};
+template <uint32_t kCount>
+NIF_HOST_DEVICE inline AlignedWords<kCount> load_words(const unsigned char* from) {
+  return *reinterpret_cast<const AlignedWords<kCount>*>(from);
+}
 
 #if defined(__CUDACC__) || defined(__HIP__)
 

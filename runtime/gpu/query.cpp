@@ -62,6 +62,10 @@ SceneQuery scene_query(const NifQuery& query) {
   result.direction_stride = query.direction_stride;
   result.tmin_stride = query.tmin_stride;
   result.tmax_stride = query.tmax_stride;
+  // As kernels read them (load_ray() of kernels/gpu/scene_arrays.hpp).
+  static_assert(sizeof(NifRay) == 32 && offsetof(NifRay, tmin) == 12 && offsetof(NifRay, direction) == 16 &&
+                offsetof(NifRay, tmax) == 28);
+  result.whole_rays = runtime::are_nif_rays(query) && reinterpret_cast<uintptr_t>(query.origin[0]) % 16 == 0;
   visit_outputs([](const OutputArray&, unsigned char*& to, auto* from) { to = bytes_of(from); }, result,
                 query);
   return result;

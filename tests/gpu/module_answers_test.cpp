@@ -163,17 +163,20 @@ TEST_P(GpuAnswers, LayoutsAndOutputs) {
   const uint32_t asset = twins.load(random_asset(8, {.objects = 2, .bvhs = 1}));
   for (uint32_t i = 0; i < 5; ++i) twins.add(asset, i % 3, random_transform(random, 4));
   twins.commit();
-  constexpr size_t kCount = 333, kStride = 45;  // bytes, so that no float is aligned
+  constexpr size_t kCount = 333;
   const std::vector<NifRay> rays = rays_in_cube(random, 6, kCount);
-  std::vector<char> packed(kCount * kStride + 1);
-  for (size_t i = 0; i < kCount; ++i) std::memcpy(packed.data() + 1 + i * kStride, &rays[i], sizeof(NifRay));
-  const CardArray on_card(machine(), card(), packed.data(), packed.size());
   for (uint32_t which = 1; which < 64; ++which) {
+    // No float aligned; floats aligned, with gaps between rays or without.
+    const size_t offset = which % 3 == 0 ? 1 : 4, stride = which % 3 == 0 ? 45 : which % 3 == 1 ? 48 : 32;
+    std::vector<char> packed(kCount * stride + offset);
+    for (size_t i = 0; i < kCount; ++i)
+      std::memcpy(packed.data() + offset + i * stride, &rays[i], sizeof(NifRay));
+    const CardArray on_card(machine(), card(), packed.data(), packed.size());
     // Bit 5: no tmin and tmax, and one direction for all.
     const auto describe = [&](const char* start) {
-      const auto* ray = reinterpret_cast<const NifRay*>(start + 1);
+      const auto* ray = reinterpret_cast<const NifRay*>(start + offset);
       NifQuery query = nifQueryRays(ray, kCount);
-      query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = kStride;
+      query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = stride;
       if (which & 32) query.tmin = query.tmax = nullptr, query.direction_stride = 0;
       return query;
     };

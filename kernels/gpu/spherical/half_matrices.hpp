@@ -26,15 +26,6 @@ using HalfTileSums = float[kTileGroups][4];
 /// A tile's outputs as halves, two to a word: [group][neurons 0 and 1, or 2 and 3, of four]
 using HalfTileOutputs = uint32_t[kTileGroups][2];
 
-/// So many words, aligned to all of them: one load.
-template <uint32_t kCount>
-struct alignas(4 * kCount) [[gnu::may_alias]] AlignedWords {
-  uint32_t word[kCount];
-};
-template <uint32_t kCount>
-NIF_HOST_DEVICE inline AlignedWords<kCount> load_words(const unsigned char* from) {
-  return *reinterpret_cast<const AlignedWords<kCount>*>(from);
-}
 /// Eight words, 16-byte aligned.
 NIF_HOST_DEVICE inline void load_eight(const unsigned char* from, uint32_t (&words)[8]) {
   const AlignedWords<4> low = load_words<4>(from), high = load_words<4>(from + 16);
