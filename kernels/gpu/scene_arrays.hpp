@@ -1,12 +1,8 @@
 // A scene, a query about it and its answers, as kernels find them in device memory.
 #pragma once
 
-#include <initializer_list>
-
-#include "kernels/gpu/bvh/kernels.hpp"
 #include "kernels/gpu/maths.hpp"
-#include "kernels/gpu/segment/kernels.hpp"
-#include "kernels/gpu/spherical/kernels.hpp"
+#include "kernels/gpu/object.hpp"
 #include "kernels/reference/scene.hpp"
 #include "kernels/reference/top_level.hpp"
 
@@ -14,52 +10,12 @@ namespace nif::kernels::gpu {
 
 inline constexpr uint32_t kSceneThreads = 64;  ///< of scene_answer()'s blocks
 
-/// What an object is, as bits: a kernel is made for a set of them.
-enum SceneKind : uint32_t {
-  kPairSegment = 1,  ///< `segment` with two features a corner, in corner bricks: what the baker makes
-  kAnySegment = 2,   ///< any other
-  kSegments = kPairSegment | kAnySegment,
-  kBvhObject = 4,
-  kSphericalObject = 8,
-  kAnyKind = 15,
-  kSingleBvh = 16  ///< no object's: a kernel that tests triangles of `bvh` objects in single precision
-};
-
-/// An object of a scene. Device memory, and so is what it points to.
-struct SceneObject {
-  const void* field;  ///< DeviceSegmentField, BvhField or SphericalField
-  uint32_t kind;      ///< SceneKind
-  uint32_t widest;    ///< neurons of its widest layer (`segment`: of the hidden ones)
-  uint32_t
-      lists[2];  ///< of the pipeline (pipeline_kernels.hpp): for its open or outer items, hard or inner ones
-  float logit_scale, reach_scale;
-};
-
 /// How blocks share out their memory; made on the host.
 struct SceneLayout {
   uint32_t row;    ///< words that a thread has
   uint32_t rays;   ///< of a block at a time: all its threads, or fewer where rows are long; a multiple of 8
   uint32_t bytes;  ///< of shared memory
 };
-
-inline SceneObject describe_object(const DeviceSegmentField& field) {
-  SceneObject object{};
-  object.kind = field.corner_bricks.table ? kPairSegment : kAnySegment;
-  object.widest = make_layout(field).widest;
-  return object;
-}
-inline SceneObject describe_object(const BvhField&) {
-  SceneObject object{};
-  object.kind = kBvhObject;
-  return object;
-}
-inline SceneObject describe_object(const SphericalField& field) {
-  SceneObject object{};
-  object.kind = kSphericalObject;
-  for (const uint32_t width : {field.outer.inputs, field.outer.width, field.inner.inputs, field.inner.width})
-    if (width > object.widest) object.widest = width;
-  return object;
-}
 
 /// For rows of so many words: of any network that an asset may have, 8 and more rays fit.
 inline SceneLayout make_scene_layout(uint32_t words) {

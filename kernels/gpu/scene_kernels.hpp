@@ -7,44 +7,32 @@
 // words long, so that the same word of all rows lies in different banks.
 #pragma once
 
-#include "kernels/gpu/scene_arrays.hpp"
+#include "kernels/gpu/encodings.hpp"
+#include "kernels/gpu/scene_way.hpp"
 
 namespace nif::kernels::gpu {
 
-/// A number that the compiler knows.
-template <uint32_t kNumber>
-struct Features {
-  static constexpr uint32_t kCount = kNumber;
-};
-
-/// Asks one object. `row` is the thread's.
+/// Asks one object, of the kinds in a set and the encodings of a list. `row` is the thread's.
+template <uint32_t kKinds, class Thread, class Encoding, class... Others>
+NIF_HOST_DEVICE NIF_INLINE ObjectAnswer ask_one_of(EncodingList<Encoding, Others...>, const Thread& thread,
+                                                   const SceneObject& object, const Segment& ray,
+                                                   uint32_t* row) {
+  constexpr uint32_t kOwn = kKinds & kKindsOf<Encoding>, kRest = kKinds & ~kOwn;
+  if constexpr (kOwn != 0)
+    if (kRest == 0 || (object.kind & kOwn) != 0) {
+      constexpr uint32_t kFirst = kFirstKindBit<Encoding>;
+      return Encoding::template ask<(kOwn >> kFirst)>(thread, object, object.kind >> kFirst, ray, row);
+    }
+  if constexpr (kRest != 0) return ask_one_of<kRest>(EncodingList<Others...>(), thread, object, ray, row);
+  return {};
+}
 template <uint32_t kKinds, class Thread>
 NIF_HOST_DEVICE ObjectAnswer ask_object(const Thread& thread, const SceneObject& object, const Segment& ray,
                                         uint32_t* row) {
-  const uint32_t kind = object.kind;
-  const auto ask_segment = [&](auto features) {
-    const KeptRuns<1> kept(reinterpret_cast<float*>(row));
-    return answer_segment_ray<decltype(features)::kCount>(
-        thread, *static_cast<const DeviceSegmentField*>(object.field), ray, kept, object.widest,
-        reinterpret_cast<unsigned char*>(row + 2 * kKeptRuns));
-  };
-  if constexpr ((kKinds & kPairSegment) != 0)
-    if (kKinds == kPairSegment || kind == kPairSegment) return ask_segment(Features<2>());
-  if constexpr ((kKinds & kAnySegment) != 0)
-    if (kind == kAnySegment) return ask_segment(Features<0>());
-  if constexpr ((kKinds & kSphericalObject) != 0)
-    if (kind == kSphericalObject)
-      return answer_spherical_ray<1>(*static_cast<const SphericalField*>(object.field), ray,
-                                     reinterpret_cast<float*>(row),
-                                     reinterpret_cast<float*>(row) + object.widest);
-  if constexpr (kKinds == kSingleBvh)
-    return answer_bvh_ray<1, float>(*static_cast<const BvhField*>(object.field), ray, row);
-  if constexpr ((kKinds & kBvhObject) != 0)
-    return answer_bvh_ray<1>(*static_cast<const BvhField*>(object.field), ray, row);
-  return {};
+  return ask_one_of<kKinds>(Encodings(), thread, object, ray, row);
 }
 
-/// Asks one instance, by a ray in world space. Whether the answer is certain counts with details only.
+/// Asks one instance, by a ray in world space.
 template <uint32_t kKinds, bool kDetails, class Thread>
 NIF_HOST_DEVICE ObjectAnswer ask_instance(const Thread& thread, const SceneArrays& scene,
                                           const PlacedInstance& instance, const Segment& ray, uint32_t* row) {
@@ -52,71 +40,8 @@ NIF_HOST_DEVICE ObjectAnswer ask_instance(const Thread& thread, const SceneArray
   if (instance.identity) return ask_object<kKinds>(thread, object, ray, row);
   const Segment local = to_object(instance.to_object, ray);
   ObjectAnswer answer = ask_object<kKinds>(thread, object, local, row);
-  if (kDetails && answer.certain && !(ray.tmin > ray.tmax))
-    answer.certain =
-        instance.well_conditioned && stays_certain(instance.to_object, object.reach_scale, ray, local);
+  to_world<kDetails>(instance, object.reach_scale, ray, local, answer);
   return answer;
-}
-
-/// A ray on its way from instance to instance, and what those that it has asked have answered.
-struct SceneWay {
-  Cursor cursor;
-  CombinedAnswerBy<DeviceMaths> combined;
-};
-
-/// Joins an instance's answer. True where the rest need not be asked: without details any "occluded" will do.
-template <bool kDetails>
-NIF_HOST_DEVICE bool join_answer(const ObjectAnswer& answer, float logit_scale, bool with_probability,
-                                 SceneWay& way, SceneAnswer& result) {
-  if (!kDetails) {
-    if (answer.logit < 0) result.logit = answer.logit;
-    return answer.logit < 0;
-  }
-  way.combined.add(answer.logit, answer.certain, logit_scale, with_probability);
-  return way.combined.blocked_for_certain();
-}
-
-/// Takes a ray on, from where it is on its way. ask(instance number, answer) asks an instance, or says no:
-/// then that one's answer is still missing, and so is the ray's. Else `result` is complete, and true.
-template <bool kDetails, class Ask>
-NIF_HOST_DEVICE bool follow_scene(const SceneArrays& scene, const Segment& ray, const BoxRay& prepared,
-                                  bool with_probability, SceneWay& way, const Ask& ask, SceneAnswer& result) {
-  const auto met = [&](const TopNode& node) { return children_met(node, ray, prepared); };
-  for (;;) {
-    const uint32_t number = next_instance(scene.nodes, way.cursor, met);
-    if (number == kNoPlace) break;
-    ObjectAnswer answer;
-    if (!ask(number, answer)) return false;
-    if (join_answer<kDetails>(answer, scene.objects[scene.instances[number].object].logit_scale,
-                              with_probability, way, result))
-      break;
-  }
-  if (!kDetails) return true;
-  result.logit = way.combined.logit();
-  result.certain = way.combined.certain();
-  if (with_probability) result.probability = way.combined.probability();
-  return true;
-}
-
-/// At the start of its way. False where there is nothing to ask: then `result` is complete. In scenes of one
-/// instance that is asked whether it is met or not, and of rays that are none, too: not for those.
-NIF_HOST_DEVICE inline bool start_way(const SceneArrays& scene, const Segment& ray, BoxRay& prepared,
-                                      SceneWay& way, SceneAnswer& result) {
-  const bool askable = prepare_box_ray(ray, prepared);
-  result.certain = askable || ray.tmin > ray.tmax;
-  if (!askable || scene.instance_count == 0) return false;
-  way.cursor = {children_met(scene.nodes[0], ray, prepared), 0};
-  return true;
-}
-
-/// The scene's answer where its only instance gives this one.
-NIF_HOST_DEVICE inline SceneAnswer only_answer(const ObjectAnswer& answer, float logit_scale,
-                                               bool with_probability) {
-  SceneAnswer result;
-  result.logit = answer.logit;
-  result.certain = answer.certain;
-  if (with_probability) result.probability = visible_probability<DeviceMaths>(answer.logit, logit_scale);
-  return result;
 }
 
 /// Takes one ray through the scene.

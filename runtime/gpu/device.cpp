@@ -32,10 +32,6 @@ void Staging::release() noexcept {
 
 namespace nif::runtime {
 
-using kernels::gpu::kAnyKind;
-using kernels::gpu::kBvhObject;
-using kernels::gpu::kPairSegment;
-
 namespace {
 gpu::PipelineKernels find_pipeline(gpu::Context& context) {
   const gpu::Current current(context);
@@ -46,12 +42,9 @@ gpu::PipelineKernels find_pipeline(gpu::Context& context) {
 GpuDevice::GpuDevice(std::unique_ptr<gpu::Context> opened, const GpuSettings& wanted)
     : context(std::move(opened)), settings(wanted), pipeline(find_pipeline(*context)), scratch(*context) {
   const gpu::Current current(*context);
-  const auto find = [&](uint32_t kinds, const char* visible, const char* details) {
-    return gpu::SceneKernels{kinds, context->find_kernel(visible), context->find_kernel(details)};
-  };
-  kernels[0] = find(kPairSegment, "nif_scene_segment", "nif_scene_segment_details");
-  kernels[1] = find(kBvhObject, "nif_scene_bvh", "nif_scene_bvh_details");
-  kernels[2] = find(kAnyKind, "nif_scene_any", "nif_scene_any_details");
+#define NIF_SCENE(name, kinds) kernels.emplace_back(*context, kernels::gpu::kinds, "nif_scene_" #name);
+  NIF_SCENE_KERNELS(NIF_SCENE)
+#undef NIF_SCENE
   single_bvh = context->find_kernel("nif_scene_bvh_single");
   uploads = context->make_stream();
 }

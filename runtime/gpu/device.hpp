@@ -7,6 +7,7 @@
 
 #include "driver.hpp"
 #include "gpu/module.hpp"
+#include "kernels/gpu/upload.hpp"
 #include "pipeline.hpp"
 
 namespace nif::gpu {
@@ -39,19 +40,8 @@ class Staging {
   Event answered_ = nullptr;
 };
 
-/// The one kernel for a scene of some kinds of objects: without details, and with them.
-struct SceneKernels {
-  uint32_t kinds;
-  Kernel visible, details;
-};
-
-/// An object on the card, and how the pipeline answers its items.
-struct CardObject {
-  kernels::gpu::SceneObject object;
-  uint32_t row_words;               ///< of shared memory that a thread needs for it
-  kernels::gpu::PipelineList list;  ///< what its lists are like
-  kernels::gpu::Stage stages[2];    ///< of its two lists; kStages: it has none
-};
+/// An object on the card.
+using CardObject = kernels::gpu::ObjectPlan;
 
 }  // namespace nif::gpu
 
@@ -60,8 +50,8 @@ namespace nif::runtime {
 struct GpuDevice {
   std::unique_ptr<gpu::Context> context;
   GpuSettings settings;
-  gpu::SceneKernels kernels[3];  ///< those for fewer kinds first
-  gpu::Kernel single_bvh;        ///< for measurements
+  std::vector<gpu::KindKernels> kernels;  ///< the one kernel, for scenes of some kinds of objects
+  gpu::Kernel single_bvh;                 ///< for measurements
   gpu::PipelineKernels pipeline;
   gpu::Stream uploads = nullptr;
   std::atomic<bool> lost = false;  ///< nothing on the card works any more
@@ -81,7 +71,7 @@ struct GpuAsset {
 struct GpuScene {
   gpu::Memory memory;
   kernels::gpu::SceneArrays arrays{};
-  kernels::gpu::PipelineLists lists{};
+  gpu::PipelineLists lists{};
   uint32_t kinds = 0;
   bool ready = false;
   gpu::WayChoice choice;
@@ -101,13 +91,12 @@ namespace nif::gpu {
 
 using runtime::GpuAsset;
 using runtime::GpuDevice;
-using runtime::GpuObjectView;
 using runtime::GpuScene;
 using runtime::GpuSceneView;
 
 // The thread has entered the card. They throw GpuError.
 
-std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const GpuObjectView* objects, uint32_t count);
+std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField* fields, uint32_t count);
 /// Waits for the scene's queries, then copies.
 void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene);
 /// And forgets them; of a lost card they are only forgotten.

@@ -87,14 +87,11 @@ class Launcher {
 
   /// All of the query's rays, or those of a list.
   void one_kernel(const SceneQuery& query, const kernels::gpu::RayList& list = {}) {
-    const SceneKernels* kernels = device_.kernels;
-    while ((scene_.kinds & ~kernels->kinds) != 0) ++kernels;
+    const KindKernels& kernels = kernels_for(device_.kernels, scene_.kinds);
     const kernels::gpu::SceneLayout& layout = scene_.arrays.layout;
     SceneWork work{scene_.arrays, query, list};
     const uint32_t blocks = blocks_for(query.count, layout.rays);
-    const Kernel kernel = single_bvh_       ? device_.single_bvh
-                          : query.details() ? kernels->details
-                                            : kernels->visible;
+    const Kernel kernel = single_bvh_ ? device_.single_bvh : kernels.kernel(query.details());
     timed(kRest, [&] {
       put(kernel, work,
           {list.rays ? spread(blocks, 32) : std::min(blocks, kMostBlocks), kernels::gpu::kSceneThreads,
@@ -110,7 +107,7 @@ class Launcher {
     if (bits && !query.visible) query.visible = arrays.visible;
     context.clear(arrays.counts, arrays.counts_bytes, stream_);
     const bool several = scene_.arrays.instance_count > 1;
-    PipelineWork work{scene_.arrays, query, scene_.lists, {}, {}, arrays.memory, 0, 0, 0};
+    PipelineWork work{scene_.arrays, query, scene_.lists.lists, lists, {}, {}, arrays.memory, 0, 0, 0};
     for (uint32_t round = 0;; ++round) {
       work.items = arrays.items[round % 2];
       work.items.counts = arrays.counts + size_t(round) * (1 + lists);
@@ -149,11 +146,10 @@ class Launcher {
 
   void walk(PipelineWork& work) {
     using namespace kernels::gpu;
-    const bool segments = (scene_.kinds & ~uint32_t{kSegments}) == 0;
-    const Kernel* kernels = segments ? device_.pipeline.walk_segments : device_.pipeline.walk_any;
+    const KindKernels& kernels = kernels_for(device_.pipeline.walks, scene_.kinds);
     const uint32_t blocks = blocks_for(work.query.count, kBlockThreads);
     timed(kWalk, [&] {
-      put(kernels[work.query.details()], work,
+      put(kernels.kernel(work.query.details()), work,
           {work.before.counts ? spread(blocks, 16) : blocks, kBlockThreads,
            scene_.lists.walk_words * kBlockThreads * uint32_t(sizeof(uint32_t))});
     });
@@ -180,15 +176,14 @@ class Launcher {
 
   void ask_networks(PipelineWork& work, Stage stage) {
     using namespace kernels::gpu;
-    const bool half = stage >= kNarrowOuter && stage <= kWideInner;
-    const uint32_t threads = half ? kHalfThreads : stage == kAlone ? kSceneThreads : kBlockThreads;
+    const bool inner = kStageShapes[stage].inner;
     const uint32_t tiles = blocks_for(work.query.count, kTileItems) + work.end_list - work.first_list;
     const auto put_stage = [&] {
       put(device_.pipeline.stages[stage], work,
-          {spread(tiles, 2048 / threads), threads, scene_.lists.shared_bytes[stage]});
+          {spread(tiles, 2048 / kStageShapes[stage].threads), kStageShapes[stage].threads,
+           scene_.lists.shared_bytes[stage]});
     };
     if (stage == kAlone) return timed(kRest, put_stage);
-    const bool inner = stage >= kNarrowInner;
     if (clock_) {
       work.inputs_alone = 1;
       clock_->time(inner ? kInnerInputs : kOuterInputs, put_stage);

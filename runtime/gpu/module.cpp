@@ -102,7 +102,7 @@ NifError open_device(uint32_t card, const GpuSettings* settings, GpuDevice** dev
 
 void close_device(GpuDevice* device) { delete device; }
 
-NifError upload_asset(GpuDevice* device, const GpuObjectView* objects, uint32_t count, GpuAsset** asset,
+NifError upload_asset(GpuDevice* device, const kernels::AnyField* objects, uint32_t count, GpuAsset** asset,
                       uint64_t* bytes, GpuMessage* message) {
   return on_card(device, message, [&] {
     *asset = copy_asset(*device, objects, count).release();

@@ -6,8 +6,6 @@
 namespace nif::gpu {
 namespace {
 
-using kernels::gpu::Stage;
-
 /// Gives out arrays of a block of memory, one after the other; with no block, tells how long it must be.
 class Carver {
  public:
@@ -31,23 +29,27 @@ constexpr uint64_t kGuessedThreshold = 8192;
 
 }  // namespace
 
+const KindKernels& kernels_for(const std::vector<KindKernels>& kernels, uint32_t kinds) {
+  return *std::find_if(kernels.begin(), kernels.end(),
+                       [&](const KindKernels& known) { return (kinds & ~known.kinds) == 0; });
+}
+
 PipelineKernels::PipelineKernels(Context& context) {
   const auto find = [&](const char* name) { return context.find_kernel(name); };
-  walk_segments[0] = find("nif_pipeline_walk_segment");
-  walk_segments[1] = find("nif_pipeline_walk_segment_details");
-  walk_any[0] = find("nif_pipeline_walk_any");
-  walk_any[1] = find("nif_pipeline_walk_any_details");
+#define NIF_WALK(name, kinds) walks.emplace_back(context, kernels::gpu::kinds, "nif_pipeline_walk_" #name);
+  NIF_WALK_KERNELS(NIF_WALK)
+#undef NIF_WALK
   offsets = find("nif_pipeline_offsets");
   order = find("nif_pipeline_order");
   pack_bits = find("nif_pack_bits");
-  stages[kernels::gpu::kPairNetworks] = find("nif_pipeline_segment_2");
-  stages[kernels::gpu::kAnyNetworks] = find("nif_pipeline_segment_any");
-  stages[kernels::gpu::kNarrowOuter] = find("nif_pipeline_half_outer_64");
-  stages[kernels::gpu::kWideOuter] = find("nif_pipeline_half_outer_96");
-  stages[kernels::gpu::kNarrowInner] = find("nif_pipeline_half_inner_64");
-  stages[kernels::gpu::kWideInner] = find("nif_pipeline_half_inner_96");
-  stages[kernels::gpu::kAlone] = find("nif_pipeline_alone");
+#define NIF_STAGE(number, name, ...) stages[kernels::gpu::number] = find("nif_pipeline_" #name);
+  NIF_PIPELINE_STAGES(NIF_STAGE)
+#undef NIF_STAGE
 }
+
+#define NIF_STAGE(number, name, threads, blocks, inner, ...) {kernels::gpu::threads, inner},
+const StageShape kStageShapes[kernels::gpu::kStages] = {NIF_PIPELINE_STAGES(NIF_STAGE)};
+#undef NIF_STAGE
 
 size_t lay_out(uint32_t rays, uint32_t lists, bool several_instances, unsigned char* base,
                PipelineArrays& arrays) {

@@ -3,21 +3,54 @@
 #pragma once
 
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "gpu/module.hpp"
+#include "kernels/gpu/kernel_list.hpp"
 #include "kernels/gpu/pipeline_kernels.hpp"
 #include "memory.hpp"
 
 namespace nif::gpu {
 
+/// A kernel for scenes of some kinds of objects: without details, and with them.
+struct KindKernels {
+  uint32_t kinds;
+  Kernel visible, details;
+
+  /// The context is entered.
+  KindKernels(Context& context, uint32_t of_kinds, const std::string& name)
+      : kinds(of_kinds),
+        visible(context.find_kernel(name.c_str())),
+        details(context.find_kernel((name + "_details").c_str())) {}
+  Kernel kernel(bool with_details) const { return with_details ? details : visible; }
+};
+/// The first that is for all of these kinds: the one for the fewest.
+const KindKernels& kernels_for(const std::vector<KindKernels>& kernels, uint32_t kinds);
+
 struct PipelineKernels {
-  Kernel walk_segments[2], walk_any[2];  ///< without details, and with them
+  std::vector<KindKernels> walks;
   Kernel offsets, order, pack_bits;
   Kernel stages[kernels::gpu::kStages];
 
   /// The context is entered.
   explicit PipelineKernels(Context& context);
+};
+
+/// What is the same for all blocks of a stage.
+struct StageShape {
+  uint32_t threads;
+  bool inner;  ///< as which networks it is measured
+};
+extern const StageShape kStageShapes[kernels::gpu::kStages];
+
+/// All lists of a scene, those of a stage one after the other.
+struct PipelineLists {
+  const kernels::gpu::PipelineList* lists;       ///< memory of the card
+  uint32_t first[kernels::gpu::kStages + 1];     ///< of each stage
+  uint32_t walk_words;                           ///< of shared memory, for each thread of a walk
+  uint32_t shared_bytes[kernels::gpu::kStages];  ///< that each stage's blocks take
+  uint32_t count() const { return first[kernels::gpu::kStages]; }
 };
 
 /// Rounds of items after which rays that are still on their way are left to the one kernel.

@@ -2,208 +2,40 @@
 // with pointers to where it will lie there.
 #include <algorithm>
 #include <array>
-#include <cstring>
-#include <map>
-#include <optional>
 #include <span>
 #include <utility>
 
 #include "device.hpp"
-#include "kernels/packed/feature_grid.hpp"
-#include "kernels/packed/walk_grid.hpp"
+#include "kernels/gpu/upload.hpp"
+#include "kernels/reference/encodings.hpp"
 
 namespace nif::gpu {
 namespace {
 
-using kernels::SphericalGrid;
-using kernels::SphericalNetwork;
-using kernels::SphericalValues;
-using kernels::cpu::FeatureGrid;
-using kernels::cpu::WalkGrid;
+using kernels::gpu::Block;
+using kernels::gpu::FieldUpload;
+using kernels::gpu::Stage;
 
-/// [object], of `segment` objects: by what their walk leaps.
-/// What takes the place of an asset's own arrays on the card.
-struct SegmentGrids {
-  explicit SegmentGrids(const kernels::SegmentField& field)
-      : walk(field, WalkGrid::most_tables(field), std::pmr::new_delete_resource()),
-        corners(field, std::pmr::new_delete_resource()),
-        next_pairs(corners.next_pairs()) {}
+std::unique_ptr<FieldUpload> make_upload(const kernels::AnyField& field) {
+  return std::visit(
+      [](const auto& own) {
+        using Field = std::remove_cvref_t<decltype(own)>;
+        using Encoding = decltype(kernels::gpu::encoding_of<Field>(kernels::gpu::Encodings()));
+        return std::unique_ptr<FieldUpload>(Encoding::upload(own));
+      },
+      field);
+}
 
-  kernels::gpu::DeviceSegmentField in_place_of(const kernels::SegmentField& field) const {
-    return {field, walk.view(), corners.complete ? corners.view() : kernels::CornerBricks(),
-            next_pairs.data()};
-  }
-
-  WalkGrid walk;
-  FeatureGrid corners;
-  std::vector<uint32_t> next_pairs;
-};
-using AssetGrids = std::vector<std::optional<SegmentGrids>>;  ///< [object]: none of other encodings'
-
-/// A block that will lie at `base`. It is built twice: first to learn how large it is, and once more with
-/// pointers that hold.
-class Block {
- public:
-  explicit Block(const unsigned char* base) : base_(reinterpret_cast<uintptr_t>(base)) {}
-
-  /// Adds an array and lets the pointer point to where it will be. What several objects share is added once.
-  template <class T>
-  void move(const T*& array, size_t count) {
-    array = static_cast<const T*>(add(array, count * sizeof(T)));
-  }
-  const void* add(const void* from, size_t bytes) {
-    const auto [known, is_new] = placed_.try_emplace({from, bytes}, bytes_.size());
-    if (is_new && bytes > 0) append(from, bytes);
-    return reinterpret_cast<const void*>(base_ + known->second);
-  }
-  /// Adds a structure; it may have the address of one that is no more.
-  template <class T>
-  const T* add_structure(const T& value) {
-    const size_t at = bytes_.size();
-    append(&value, sizeof(value));
-    return reinterpret_cast<const T*>(base_ + at);
-  }
-  const std::vector<unsigned char>& bytes() const { return bytes_; }
-
- private:
-  void append(const void* from, size_t bytes) {
-    const size_t at = bytes_.size();
-    bytes_.resize(at + (bytes + kAlignment - 1) / kAlignment * kAlignment);
-    std::memcpy(bytes_.data() + at, from, bytes);
-  }
-
-  static constexpr size_t kAlignment = 64;
-  uintptr_t base_;
-  std::vector<unsigned char> bytes_;
-  std::map<std::pair<const void*, size_t>, size_t> placed_;
+/// An asset's objects: before they are copied, and what becomes of them.
+struct PlannedObject {
+  std::unique_ptr<FieldUpload> upload;
+  CardObject card;
 };
 
-void add_field(Block& block, kernels::gpu::DeviceSegmentField& field) {
-  block.move(field.walk.words, kernels::gpu::walk_words(field));
-  field.brick_states = nullptr;  // the codes of the walk say it all
-  kernels::CornerBricks& corners = field.corner_bricks;
-  if (corners.table) {
-    size_t words = 1;
-    for (const uint32_t voxels : field.voxels) words *= kernels::code_bricks(voxels);
-    block.move(corners.table, (words + 15) / 16);
-    block.move(corners.bricks, corners.brick_count);
-    block.move(field.next_pairs, corners.pair_count);
-    corners.pairs = nullptr;
-    field.brick_table = nullptr;
-    field.brick_corners = nullptr;
-    field.corner_base = nullptr;
-    field.features = nullptr;
-  } else {
-    field.next_pairs = nullptr;
-    block.move(field.brick_table, size_t(field.bricks[0]) * field.bricks[1] * field.bricks[2]);
-    block.move(field.brick_corners, field.mixed_bricks);
-    block.move(field.corner_base, field.mixed_bricks);
-    block.move(field.features, size_t(field.corners) * field.features_per_corner);
-  }
-  for (uint32_t l = 0; l < field.network.layer_count; ++l) {
-    kernels::Network::Layer& layer = field.network.layers[l];
-    block.move(layer.weights, size_t(layer.inputs) * layer.outputs);
-    block.move(layer.biases, layer.outputs);
-  }
-}
-
-void add_field(Block& block, kernels::BvhField& field) {
-  block.move(field.nodes, field.node_count);
-  block.move(field.vertices, field.vertex_count);
-  block.move(field.triangles, field.triangle_count);
-}
-
-void add_values(Block& block, SphericalValues& values, size_t count) {
-  values.data = block.add(values.data, count * (values.half ? sizeof(uint16_t) : sizeof(float)));
-}
-
-void add_field(Block& block, kernels::SphericalField& field) {
-  for (SphericalGrid* grid :
-       {&field.outer_position, &field.outer_direction, &field.inner_position, &field.inner_direction})
-    add_values(block, grid->values, size_t(grid->resolution) * grid->resolution * grid->features);
-  add_values(block, field.distance.values, size_t(field.distance.resolution) * field.distance.features);
-  for (SphericalNetwork* network : {&field.outer, &field.inner})
-    add_values(block, network->weights, kernels::spherical_weights(*network));
-}
-
-/// Levels of a tree, the root's among them.
-uint32_t bvh_levels(const kernels::BvhField& field) {
-  // Nodes on the way down, and those beside them that are still to be seen; each with its level.
-  std::vector<std::pair<uint32_t, uint32_t>> pending{{0, 1}};
-  uint32_t deepest = 1;
-  while (!pending.empty()) {
-    const auto [number, level] = pending.back();
-    pending.pop_back();
-    if (level > deepest) deepest = level;
-    const kernels::BvhNode& node = field.nodes[number];
-    for (const uint8_t slot : node.slots)
-      if (slot != 0 && kernels::slot_kind(slot) == kernels::kInnerSlot)
-        pending.emplace_back(node.first_node + kernels::slot_rank(slot), level + 1);
-  }
-  return deepest;
-}
-
-// Words of a thread's row that the object needs, where a thread goes all the way with its ray.
-
-uint32_t row_words(const kernels::SegmentField& field) {
-  return 2 * kernels::gpu::kKeptRuns +
-         (field.network.layers[0].inputs + 2 * kernels::gpu::make_layout(field).widest) / 4;
-}
-uint32_t row_words(const kernels::BvhField& field) {
-  return kernels::gpu::bvh_stack_words(bvh_levels(field));
-}
-uint32_t row_words(const kernels::SphericalField& field) {
-  return 2 * kernels::gpu::describe_object(field).widest;
-}
-
-// How the pipeline answers an object's items: what its lists are like, and the stages of both.
-
-void choose_stages(const kernels::SegmentField& field, bool, CardObject& object) {
-  using namespace kernels::gpu;
-  object.list.segment = make_layout(field);
-  const bool pairs = object.object.kind == kPairSegment;
-  object.stages[0] = !object.list.segment.tiled ? kAlone : pairs ? kPairNetworks : kAnyNetworks;
-  object.stages[1] = kAlone;
-}
-void choose_stages(const kernels::BvhField&, bool, CardObject& object) {
-  object.stages[0] = object.stages[1] = kernels::gpu::kStages;
-}
-void choose_stages(const kernels::SphericalField& field, bool half, CardObject& object) {
-  using namespace kernels::gpu;
-  object.stages[0] = object.stages[1] = kAlone;
-  if (!half) return;
-  object.list.half = make_half_layout(field);
-  if (!object.list.half.fits) return;
-  const bool narrow = object.list.half.tiles == kHalfTiles;
-  object.stages[0] = narrow ? kNarrowOuter : kWideOuter;
-  object.stages[1] = narrow ? kNarrowInner : kWideInner;
-}
-
-template <class Field>
-void add_object(Block& block, Field field, const GpuObjectView& view, bool half, GpuAsset& asset) {
-  CardObject object{};
-  object.object = kernels::gpu::describe_object(field);
-  object.object.logit_scale = view.logit_scale;
-  object.object.reach_scale = view.reach_scale;
-  object.row_words = row_words(field);
-  choose_stages(field, half, object);
-  add_field(block, field);
-  object.object.field = object.list.field = block.add_structure(field);
-  asset.objects.push_back(object);
-}
-
-Block lay_out(const GpuObjectView* objects, uint32_t count, const AssetGrids& grids, bool half,
-              const unsigned char* base, GpuAsset& asset) {
+Block lay_out(std::vector<PlannedObject>& objects, const unsigned char* base) {
   Block block(base);
-  asset.objects.clear();
-  for (uint32_t i = 0; i < count; ++i) {
-    if (objects[i].bvh)
-      add_object(block, *objects[i].bvh, objects[i], half, asset);
-    else if (objects[i].spherical)
-      add_object(block, *objects[i].spherical, objects[i], half, asset);
-    else
-      add_object(block, grids[i]->in_place_of(*objects[i].segment), objects[i], half, asset);
-  }
+  for (PlannedObject& object : objects)
+    object.card.object.field = object.card.list.field = object.upload->add_to(block);
   return block;
 }
 
@@ -215,8 +47,7 @@ void copy_and_wait(GpuDevice& device, const Memory& to, const Block& block) {
 /// Lists of items by stages, for the objects that instances place. `placed` get to know theirs.
 std::vector<kernels::gpu::PipelineList> make_lists(std::span<const CardObject* const> objects,
                                                    std::span<kernels::gpu::SceneObject> placed,
-                                                   const std::vector<bool>& used,
-                                                   kernels::gpu::PipelineLists& about) {
+                                                   const std::vector<bool>& used, PipelineLists& about) {
   using namespace kernels::gpu;
   std::vector<PipelineList> lists;
   about = {};
@@ -229,14 +60,12 @@ std::vector<kernels::gpu::PipelineList> make_lists(std::span<const CardObject* c
         placed[i].lists[k] = uint32_t(lists.size());
         lists.push_back(object.list);
         if (stage != kAlone)
-          about.shared_bytes[stage] =
-              std::max({about.shared_bytes[stage], object.list.segment.bytes, object.list.half.bytes});
+          about.shared_bytes[stage] = std::max(about.shared_bytes[stage], object.stage_bytes);
       }
   }
   about.first[kStages] = uint32_t(lists.size());
   about.walk_words = kItemWords;
-  for (const CardObject* object : objects)
-    if (object->object.kind == kBvhObject) about.walk_words = std::max(about.walk_words, object->row_words);
+  for (const CardObject* object : objects) about.walk_words = std::max(about.walk_words, object->walk_words);
   return lists;
 }
 
@@ -272,15 +101,19 @@ std::array<uint32_t, 3> shape_of(const GpuScene& scene) {
 
 }  // namespace
 
-std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const GpuObjectView* objects, uint32_t count) {
-  AssetGrids grids(count);
-  for (uint32_t i = 0; i < count; ++i)
-    if (objects[i].segment) grids[i].emplace(*objects[i].segment);
+std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField* fields, uint32_t count) {
+  std::vector<PlannedObject> objects;
+  for (uint32_t i = 0; i < count; ++i) {
+    std::unique_ptr<FieldUpload> upload = make_upload(fields[i]);
+    CardObject card = upload->plan(device.settings.half != 0);
+    card.object.logit_scale = kernels::logit_scale(fields[i]);
+    card.object.reach_scale = kernels::reach_scale(fields[i]);
+    objects.push_back({std::move(upload), card});
+  }
   auto asset = std::make_unique<GpuAsset>();
-  const bool half = device.settings.half != 0;
-  asset->memory =
-      Memory(*device.context, lay_out(objects, count, grids, half, nullptr, *asset).bytes().size());
-  copy_and_wait(device, asset->memory, lay_out(objects, count, grids, half, asset->memory.data(), *asset));
+  asset->memory = Memory(*device.context, lay_out(objects, nullptr).bytes().size());
+  copy_and_wait(device, asset->memory, lay_out(objects, asset->memory.data()));
+  for (const PlannedObject& object : objects) asset->objects.push_back(object.card);
   return asset;
 }
 

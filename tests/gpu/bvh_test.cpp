@@ -58,7 +58,7 @@ TEST_P(GpuBvhTest, AnswersInTheDeepestTree) {
   std::vector<kernels::Segment> segments;
   for (int i = 0; i < 300; ++i)
     segments.push_back({{0.02f * float(i % 100), 0.01f * float(i % 70), -1}, {0, 0, 1}, 0, 100});
-  const ObjectAnswers answers = ObjectOnCard(view_of(field), GetParam()).ask(segments);
+  const ObjectAnswers answers = ObjectOnCard(field, GetParam()).ask(segments);
   uint32_t blocked = 0;
   for (size_t i = 0; i < segments.size(); ++i) {
     ASSERT_EQ(answers.logit[i], kernels::query(field, segments[i]).logit);

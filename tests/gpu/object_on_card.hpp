@@ -32,19 +32,10 @@ inline std::vector<CardWay> all_ways() {
   return ways;
 }
 
-inline runtime::GpuObjectView view_of(const kernels::SegmentField& field) {
-  return {1e-3f, 1, &field, nullptr, nullptr};
-}
-inline runtime::GpuObjectView view_of(const kernels::BvhField& field) {
-  return {1, 1, nullptr, &field, nullptr};
-}
-inline runtime::GpuObjectView view_of(const kernels::SphericalField& field) {
-  return {kernels::kSphericalLogitScale, 1, nullptr, nullptr, &field};
-}
-inline runtime::GpuObjectView view_of(const format::ObjectView& object) {
-  if (object.encoding == format::kBvh) return view_of(object.bvh);
-  if (object.encoding == format::kSpherical) return view_of(*object.spherical);
-  return view_of(object.field);
+inline kernels::AnyField view_of(const format::ObjectView& object) {
+  if (object.encoding == format::kBvh) return object.bvh;
+  if (object.encoding == format::kSpherical) return *object.spherical;
+  return object.field;
 }
 
 /// Of rays: [count] each.
@@ -56,7 +47,7 @@ struct ObjectAnswers {
 /// Rays may be asked by several threads at the same time.
 class ObjectOnCard {
  public:
-  ObjectOnCard(const runtime::GpuObjectView& object, const CardWay& way) : module_(load()) {
+  ObjectOnCard(const kernels::AnyField& object, const CardWay& way) : module_(load()) {
     runtime::GpuMessage message;
     const auto check = [&](NifError error) {
       if (error != NIF_OK) throw std::runtime_error(message.text);

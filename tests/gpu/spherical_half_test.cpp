@@ -68,7 +68,7 @@ class GpuSphericalHalfTest : public GpuWayTest {
   static ObjectAnswers ask(const kernels::SphericalField& field,
                            const std::vector<kernels::Segment>& segments) {
     EXPECT_TRUE(gpu::make_half_layout(field).fits);
-    return ObjectOnCard(view_of(field), GetParam()).ask(segments);
+    return ObjectOnCard(field, GetParam()).ask(segments);
   }
   static void expect_exact(const kernels::SphericalField& field,
                            const std::vector<kernels::Segment>& segments) {

@@ -2,7 +2,7 @@
 // the order in which nodes come is of this file, and it changes no answer.
 #pragma once
 
-#include "kernels/gpu/rays.hpp"
+#include "kernels/gpu/object.hpp"
 #include "kernels/gpu/shim.hpp"
 #include "kernels/reference/bvh/query.hpp"
 

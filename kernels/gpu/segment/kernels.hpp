@@ -5,9 +5,10 @@
 // (evaluate_wave()), and others have walked them (pipeline_kernels.hpp).
 #pragma once
 
-#include "kernels/gpu/rays.hpp"
+#include "kernels/gpu/object.hpp"
 #include "kernels/gpu/segment/leaping_walk.hpp"
 #include "kernels/gpu/segment/matrices.hpp"
+#include "kernels/reference/segment/query.hpp"
 
 namespace nif::kernels::gpu {
 
@@ -50,6 +51,11 @@ inline SegmentLayout make_layout(const SegmentField& field) {
   layout.bytes = round_up(4 * layout.rows, 16) + (layout.rows + kBlockThreads) * layout.stride;
   layout.tiled = widest <= kMaxTiledWidth && layout.bytes <= kSharedLimit;
   return layout;
+}
+
+/// That of a walk that needs no network.
+NIF_HOST_DEVICE inline ObjectAnswer answer_of(const WalkResult& walk) {
+  return {walk.verdict == Verdict::visible ? kCertainLogit : -kCertainLogit, walk.certain};
 }
 
 /// What a thread keeps of its walk in shared memory, in words kStride apart: a column of as many threads,

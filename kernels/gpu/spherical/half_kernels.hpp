@@ -9,7 +9,7 @@
 
 #include <initializer_list>
 
-#include "kernels/gpu/rays.hpp"
+#include "kernels/gpu/object.hpp"
 #include "kernels/gpu/spherical/half_matrices.hpp"
 #include "kernels/reference/spherical/half_query.hpp"
 

@@ -2,7 +2,7 @@
 // a ray, and a layer's sums in the reference's order.
 #pragma once
 
-#include "kernels/gpu/rays.hpp"
+#include "kernels/gpu/object.hpp"
 #include "kernels/gpu/shim.hpp"
 #include "kernels/reference/spherical/query.hpp"
 

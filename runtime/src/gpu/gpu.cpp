@@ -24,15 +24,8 @@ Gpu::Gpu(std::string_view module, uint32_t card, const GpuSettings& settings)
 void Gpu::upload(NifAssetObject& asset) {
   const std::lock_guard lock(uploads_);  // scenes that share the asset may be committed at the same time
   if (asset.on_gpu) return;
-  std::pmr::vector<kernels::AnyField> fields(asset.device->memory());
-  fields.reserve(asset.view.objects.size());
-  std::pmr::vector<GpuObjectView> objects(asset.device->memory());
-  for (const format::ObjectView& view : asset.view.objects) {
-    const kernels::AnyField& field = fields.emplace_back(field_of(view));
-    objects.push_back({kernels::logit_scale(field), kernels::reach_scale(field),
-                       std::get_if<kernels::SegmentField>(&field), std::get_if<kernels::BvhField>(&field),
-                       std::get_if<kernels::SphericalField>(&field)});
-  }
+  std::pmr::vector<kernels::AnyField> objects(asset.device->memory());
+  for (const format::ObjectView& view : asset.view.objects) objects.push_back(field_of(view));
   GpuMessage message;
   uint64_t bytes = 0;
   const NifError code = module_.upload_asset(device_, objects.data(), uint32_t(objects.size()), &asset.on_gpu,

@@ -9,10 +9,8 @@
 
 #include <cstdint>
 
-#include "kernels/reference/bvh/field.hpp"
+#include "kernels/reference/encodings.hpp"
 #include "kernels/reference/scene_field.hpp"
-#include "kernels/reference/segment/field.hpp"
-#include "kernels/reference/spherical/field.hpp"
 #include "nif/nif.h"
 
 namespace nif::runtime {
@@ -56,14 +54,6 @@ enum class GpuMeasure : uint32_t { query, one_kernel, pipeline, stages, single_b
 /// ones; threads alone with their items, and whatever the one kernel is left with.
 inline constexpr uint32_t kMeasuredStages = 7;
 
-/// An object as it is on the host. Only the field of its encoding is set.
-struct GpuObjectView {
-  float logit_scale, reach_scale;
-  const kernels::SegmentField* segment;
-  const kernels::BvhField* bvh;
-  const kernels::SphericalField* spherical;
-};
-
 struct GpuDevice;
 struct GpuAsset;
 struct GpuScene;
@@ -97,8 +87,8 @@ struct GpuModule {
   void (*close_device)(GpuDevice* device);
 
   /// Copies objects to the device; *bytes receives what they take there.
-  NifError (*upload_asset)(GpuDevice* device, const GpuObjectView* objects, uint32_t count, GpuAsset** asset,
-                           uint64_t* bytes, GpuMessage* message);
+  NifError (*upload_asset)(GpuDevice* device, const kernels::AnyField* objects, uint32_t count,
+                           GpuAsset** asset, uint64_t* bytes, GpuMessage* message);
   void (*free_asset)(GpuDevice* device, GpuAsset* asset);
 
   /// Copies a scene to the device, or copies it anew where *scene is not null, after its queries that are

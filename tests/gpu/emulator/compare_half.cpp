@@ -57,8 +57,7 @@ std::vector<HalfComparison> compare_half(const kernels::SphericalField& field,
                                          std::span<const MatrixKind> kinds) {
   std::vector<std::unique_ptr<ObjectOnCard>> cards;
   for (const MatrixKind kind : kinds)
-    cards.push_back(
-        std::make_unique<ObjectOnCard>(view_of(field), CardWay{kind, runtime::GpuWay::automatic, true}));
+    cards.push_back(std::make_unique<ObjectOnCard>(field, CardWay{kind, runtime::GpuWay::automatic, true}));
   std::vector<Comparisons> parts((segments.size() + kRaysOfBatch - 1) / kRaysOfBatch);
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t b) {
     const size_t first = b * kRaysOfBatch, count = std::min(kRaysOfBatch, segments.size() - first);

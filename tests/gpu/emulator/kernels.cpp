@@ -15,43 +15,28 @@ template <class Work, auto kRun>
 EmulatedRun bind_kernel(const void* argument) {
   return [work = *static_cast<const Work*>(argument)](const Thread& thread) { kRun(thread, work); };
 }
-#define NIF_EMULATED(name, Work, ...)                                                                  \
-  {                                                                                                    \
-    name, bind_kernel<Work, [](const Thread& thread, const Work& work) { __VA_ARGS__(thread, work); }> \
-  }
+#define NIF_EMULATED(name, Work, ...) \
+  {name, bind_kernel<Work, [](const Thread& thread, const Work& work) { __VA_ARGS__(thread, work); }>},
+#define NIF_SCENE(name, kinds)                                            \
+  NIF_EMULATED("nif_scene_" #name, SceneWork, scene_answer<kinds, false>) \
+  NIF_EMULATED("nif_scene_" #name "_details", SceneWork, scene_answer<kinds, true>)
+#define NIF_WALK(name, kinds)                                                         \
+  NIF_EMULATED("nif_pipeline_walk_" #name, PipelineWork, pipeline_walk<kinds, false>) \
+  NIF_EMULATED("nif_pipeline_walk_" #name "_details", PipelineWork, pipeline_walk<kinds, true>)
+#define NIF_STAGE(number, name, threads, blocks, inner, ...) \
+  NIF_EMULATED("nif_pipeline_" #name, PipelineWork, __VA_ARGS__)
 
 constexpr EmulatedKernel kKernels[] = {
-    NIF_EMULATED("nif_scene_segment", SceneWork, scene_answer<kPairSegment, false>),
-    NIF_EMULATED("nif_scene_segment_details", SceneWork, scene_answer<kPairSegment, true>),
-    NIF_EMULATED("nif_scene_bvh", SceneWork, scene_answer<kBvhObject, false>),
-    NIF_EMULATED("nif_scene_bvh_details", SceneWork, scene_answer<kBvhObject, true>),
-    NIF_EMULATED("nif_scene_bvh_single", SceneWork, scene_answer<kSingleBvh, false>),
-    NIF_EMULATED("nif_scene_any", SceneWork, scene_answer<kAnyKind, false>),
-    NIF_EMULATED("nif_scene_any_details", SceneWork, scene_answer<kAnyKind, true>),
-    NIF_EMULATED("nif_pipeline_walk_segment", PipelineWork, pipeline_walk<kSegments, false>),
-    NIF_EMULATED("nif_pipeline_walk_segment_details", PipelineWork, pipeline_walk<kSegments, true>),
-    NIF_EMULATED("nif_pipeline_walk_any", PipelineWork, pipeline_walk<kAnyKind, false>),
-    NIF_EMULATED("nif_pipeline_walk_any_details", PipelineWork, pipeline_walk<kAnyKind, true>),
-    NIF_EMULATED("nif_pipeline_offsets", PipelineWork, pipeline_offsets),
-    NIF_EMULATED("nif_pipeline_order", PipelineWork, pipeline_order),
-    NIF_EMULATED("nif_pipeline_alone", PipelineWork, pipeline_alone),
-    NIF_EMULATED("nif_pack_bits", PackWork, pack_bits),
-};
+    NIF_SCENE_KERNELS(NIF_SCENE)  //
+    NIF_WALK_KERNELS(NIF_WALK)    //
+    NIF_EMULATED("nif_scene_bvh_single", SceneWork, scene_answer<kSingleBvh, false>)
+        NIF_EMULATED("nif_pipeline_offsets", PipelineWork, pipeline_offsets)
+            NIF_EMULATED("nif_pipeline_order", PipelineWork, pipeline_order)
+                NIF_EMULATED("nif_pack_bits", PackWork, pack_bits)};
 
-/// Those of networks, for one make of matrix instructions.
+/// Those of stages, for one make of matrix instructions.
 template <class Matrix, class HalfMatrix>
-constexpr EmulatedKernel kNetworks[] = {
-    NIF_EMULATED("nif_pipeline_segment_2", PipelineWork, pipeline_segments<Matrix, 2>),
-    NIF_EMULATED("nif_pipeline_segment_any", PipelineWork, pipeline_segments<Matrix, 0>),
-    NIF_EMULATED("nif_pipeline_half_outer_64", PipelineWork,
-                 pipeline_halves<HalfMatrix, SphericalKind::outer, kHalfTiles>),
-    NIF_EMULATED("nif_pipeline_half_inner_64", PipelineWork,
-                 pipeline_halves<HalfMatrix, SphericalKind::inner, kHalfTiles>),
-    NIF_EMULATED("nif_pipeline_half_outer_96", PipelineWork,
-                 pipeline_halves<HalfMatrix, SphericalKind::outer, kMostHalfTiles>),
-    NIF_EMULATED("nif_pipeline_half_inner_96", PipelineWork,
-                 pipeline_halves<HalfMatrix, SphericalKind::inner, kMostHalfTiles>),
-};
+constexpr EmulatedKernel kStageKernels[] = {NIF_PIPELINE_STAGES(NIF_STAGE)};
 
 const EmulatedKernel* find(std::span<const EmulatedKernel> kernels, std::string_view name) {
   const auto at = std::find_if(kernels.begin(), kernels.end(),
@@ -59,28 +44,28 @@ const EmulatedKernel* find(std::span<const EmulatedKernel> kernels, std::string_
   return at == kernels.end() ? nullptr : &*at;
 }
 
-std::span<const EmulatedKernel> networks(MatrixKind kind) {
+std::span<const EmulatedKernel> stages(MatrixKind kind) {
   switch (kind) {
     case MatrixKind::wmma:
-      return kNetworks<WmmaMatrix, WmmaHalfMatrix>;
+      return kStageKernels<WmmaMatrix, WmmaHalfMatrix>;
     case MatrixKind::imma:
-      return kNetworks<ImmaMatrix, MmaHalfMatrix>;
+      return kStageKernels<ImmaMatrix, MmaHalfMatrix>;
     case MatrixKind::mfma16:
-      return kNetworks<Mfma16Matrix, MfmaHalfMatrix>;
+      return kStageKernels<Mfma16Matrix, MfmaHalfMatrix>;
     case MatrixKind::mfma32:
-      return kNetworks<Mfma32Matrix, MfmaHalfMatrix>;
+      return kStageKernels<Mfma32Matrix, MfmaHalfMatrix>;
     case MatrixKind::dot32:
     case MatrixKind::dot64:
       break;
   }
-  return kNetworks<DotMatrix, DotHalfMatrix>;
+  return kStageKernels<DotMatrix, DotHalfMatrix>;
 }
 
 }  // namespace
 
 const EmulatedKernel* find_emulated_kernel(std::string_view name, MatrixKind kind) {
   const EmulatedKernel* kernel = find(kKernels, name);
-  return kernel ? kernel : find(networks(kind), name);
+  return kernel ? kernel : find(stages(kind), name);
 }
 
 }  // namespace nif::test

@@ -5,6 +5,7 @@
 #include <span>
 #include <string_view>
 
+#include "kernels/gpu/kernel_list.hpp"
 #include "kernels/gpu/pipeline_kernels.hpp"
 #include "tests/gpu/emulator/emulator.hpp"
 #include "tests/gpu/emulator/machine.hpp"

@@ -1,0 +1,46 @@
+// A list of encodings as a type, and the numbers that follow from each one's place in it.
+//
+// An encoding is a structure in its own folder with
+//   HostField, Field                 its field as the host has it, and in device memory
+//   kKinds                           how many kinds of its objects kernels tell apart: each has a bit in the
+//                                    sets of kinds that kernels are made for
+//   kHasItems                        whether its objects may leave rays to a network, as items of the
+//   pipeline ask<kKinds>(thread, object, kind, ray, row)
+//                                    an object's answer, by a thread alone with its ray; kKinds are those of
+//                                    its kinds that there may be, and `kind` the object's own, both counted
+//                                    from the encoding's first bit
+//   walk(object, ray, column, item, answer)
+//                                    what the pipeline's walk does: true where there is an answer, false
+//                                    where a network has to be asked; then all of `item` is set but its
+//                                    instance
+//   describe(hash)                   what of HostField crosses from the runtime to the GPU module
+//   upload(field)                    on the host: how a field gets to device memory (upload.hpp)
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+namespace nif::kernels::gpu {
+
+template <class... Encoding>
+struct EncodingList {};
+
+/// The first bit of an encoding's kinds.
+template <class Wanted, class... Encoding>
+constexpr uint32_t first_kind_bit(EncodingList<Encoding...>) {
+  uint32_t bit = 0;
+  bool found = false;
+  ((found = found || std::is_same_v<Wanted, Encoding>, bit += found ? 0 : Encoding::kKinds), ...);
+  return bit;
+}
+
+/// The encoding of a host's field.
+template <class HostField, class First, class... Others>
+constexpr auto encoding_of(EncodingList<First, Others...>) {
+  if constexpr (std::is_same_v<HostField, typename First::HostField>)
+    return First();
+  else
+    return encoding_of<HostField>(EncodingList<Others...>());
+}
+
+}  // namespace nif::kernels::gpu

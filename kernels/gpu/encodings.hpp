@@ -1,0 +1,44 @@
+// The encodings that there are GPU kernels for: one list, from which kernels and the GPU module take all that
+// they do alike for each. A new encoding adds a folder here, and a line to the list
+// (docs/adding-an-encoding.md).
+#pragma once
+
+#include "kernels/gpu/bvh/encoding.hpp"
+#include "kernels/gpu/encoding_list.hpp"
+#include "kernels/gpu/segment/encoding.hpp"
+#include "kernels/gpu/spherical/encoding.hpp"
+
+namespace nif::kernels::gpu {
+
+using Encodings = EncodingList<SegmentEncoding,    //
+                               SphericalEncoding,  //
+                               BvhEncoding>;
+
+/// Kernels of the pipeline that answer items, of those encodings that have some (kernel_list.hpp says what
+/// the arguments are).
+#define NIF_NETWORK_STAGES(STAGE) \
+  NIF_SEGMENT_STAGES(STAGE)       \
+  NIF_SPHERICAL_STAGES(STAGE)
+
+template <class Encoding>
+inline constexpr uint32_t kFirstKindBit = first_kind_bit<Encoding>(Encodings());
+/// One kind of an encoding, as a bit of the sets of kinds.
+template <class Encoding, uint32_t kKind>
+inline constexpr uint32_t kKindBit = kKind << kFirstKindBit<Encoding>;
+template <class Encoding>
+inline constexpr uint32_t kKindsOf = kKindBit<Encoding, (1u << Encoding::kKinds) - 1>;
+
+template <class... Encoding>
+constexpr uint32_t all_kinds(EncodingList<Encoding...>, bool with_items_alone) {
+  return ((Encoding::kHasItems || !with_items_alone ? kKindsOf<Encoding> : 0) | ...);
+}
+
+// Sets that there are kernels for (kernel_list.hpp).
+inline constexpr uint32_t kPairSegment = kKindBit<SegmentEncoding, SegmentEncoding::kPairs>,
+                          kSegments = kKindsOf<SegmentEncoding>,
+                          kBvhObject = kKindBit<BvhEncoding, BvhEncoding::kExact>,
+                          kSingleBvh = kKindBit<BvhEncoding, BvhEncoding::kSingle>,
+                          kKindsWithItems = all_kinds(Encodings(), true),
+                          kAnyKind = all_kinds(Encodings(), false);
+
+}  // namespace nif::kernels::gpu

@@ -1,0 +1,37 @@
+// The kernels by name, for all that is done with each: entry points (module.cpp), the emulator's table, and
+// what the GPU module asks a driver for.
+#pragma once
+
+#include "kernels/gpu/encodings.hpp"
+
+/// KERNEL(name, kinds): nif_scene_NAME and nif_scene_NAME_details, for scenes of these kinds of objects;
+/// those for fewer kinds first.
+#define NIF_SCENE_KERNELS(KERNEL) \
+  KERNEL(segment, kPairSegment)   \
+  KERNEL(bvh, kBvhObject)         \
+  KERNEL(any, kAnyKind)
+
+/// KERNEL(name, kinds): nif_pipeline_walk_NAME and nif_pipeline_walk_NAME_details likewise.
+#define NIF_WALK_KERNELS(KERNEL) \
+  KERNEL(segment, kSegments)     \
+  KERNEL(any, kAnyKind)
+
+/// STAGE(number, name, threads, blocks, inner, function): the kernel nif_pipeline_NAME answers the items of a
+/// stage's lists. `threads` of a block; `blocks` that an NVIDIA multiprocessor has room for at least;
+/// `inner`: as which networks it is measured; the function may name Matrix and HalfMatrix, those of the
+/// target. The last stage is asked without a network's kernel: by threads alone.
+#define NIF_PIPELINE_STAGES(STAGE) \
+  NIF_NETWORK_STAGES(STAGE)        \
+  STAGE(kAlone, alone, kSceneThreads, 1, false, pipeline_alone)
+
+namespace nif::kernels::gpu {
+
+/// What answers the items of a list: a kernel for each.
+enum Stage : uint32_t {
+#define NIF_STAGE(number, ...) number,
+  NIF_PIPELINE_STAGES(NIF_STAGE)
+#undef NIF_STAGE
+      kStages
+};
+
+}  // namespace nif::kernels::gpu

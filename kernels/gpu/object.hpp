@@ -1,0 +1,53 @@
+// What is the same for objects of all encodings: what a scene keeps of each, what it answers, and the item of
+// work that asks its network.
+#pragma once
+
+#include "kernels/gpu/shim.hpp"
+#include "kernels/reference/arithmetic.hpp"
+#include "kernels/reference/ray.hpp"
+
+namespace nif::kernels::gpu {
+
+/// Threads of the blocks of kernels that do not say otherwise.
+inline constexpr uint32_t kBlockThreads = 128;
+
+/// What blocks may have of shared memory on every target, without asking for more.
+inline constexpr uint32_t kSharedLimit = 48 * 1024;
+
+/// An object's answer for one ray: visible where the logit is not negative.
+struct ObjectAnswer {
+  int32_t logit;
+  bool certain;
+};
+
+/// An object of a scene. Device memory, and so is what it points to.
+struct SceneObject {
+  const void* field;  ///< its encoding's Field
+  uint32_t kind;      ///< one bit: which kind of object it is (encodings.hpp)
+  uint32_t widest;    ///< of the encoding: neurons of the widest layer that rows have room for
+  uint32_t lists[2];  ///< of the pipeline: for items of the encoding's first sort, and of its second
+  float logit_scale, reach_scale;
+};
+
+/// An item of the pipeline in the making: a ray that waits for a network. Its words are in the thread's
+/// column of shared memory, kBlockThreads apart.
+struct OpenItem {
+  uint32_t instance;
+  uint32_t list;
+  uint32_t about;  ///< as the encoding has it
+  uint32_t words;  ///< that it has, up to kItemWords
+};
+inline constexpr uint32_t kItemWords = 16;
+
+/// A place in a list for each lane that wants one: the wave asks for all its lanes at once. What is returned
+/// to the others has no meaning. For all lanes of a wave.
+template <class Thread>
+NIF_HOST_DEVICE uint32_t append(const Thread& thread, bool wanted, uint32_t* count) {
+  const uint64_t all = thread.ballot(wanted);
+  if (all == 0) return 0;
+  uint32_t first = 0;
+  if (thread.lane() == 0) first = thread.add(count, count_bits(all));
+  return thread.shuffle(first, 0) + count_bits(all & ((uint64_t{1} << thread.lane()) - 1));
+}
+
+}  // namespace nif::kernels::gpu

@@ -1,0 +1,79 @@
+// A ray on its way through a scene, and how the answers of the instances that it asks are joined.
+#pragma once
+
+#include "kernels/gpu/scene_arrays.hpp"
+
+namespace nif::kernels::gpu {
+
+/// Makes the answer of an instance's object, for the ray in object space, that of the instance, for the ray
+/// in world space. Whether it is certain counts with details only.
+template <bool kDetails>
+NIF_HOST_DEVICE void to_world(const PlacedInstance& instance, float reach_scale, const Segment& world,
+                              const Segment& local, ObjectAnswer& answer) {
+  if (kDetails && !instance.identity && answer.certain && !(world.tmin > world.tmax))
+    answer.certain =
+        instance.well_conditioned && stays_certain(instance.to_object, reach_scale, world, local);
+}
+
+/// A ray on its way from instance to instance, and what those that it has asked have answered.
+struct SceneWay {
+  Cursor cursor;
+  CombinedAnswerBy<DeviceMaths> combined;
+};
+
+/// Joins an instance's answer. True where the rest need not be asked: without details any "occluded" will do.
+template <bool kDetails>
+NIF_HOST_DEVICE bool join_answer(const ObjectAnswer& answer, float logit_scale, bool with_probability,
+                                 SceneWay& way, SceneAnswer& result) {
+  if (!kDetails) {
+    if (answer.logit < 0) result.logit = answer.logit;
+    return answer.logit < 0;
+  }
+  way.combined.add(answer.logit, answer.certain, logit_scale, with_probability);
+  return way.combined.blocked_for_certain();
+}
+
+/// Takes a ray on, from where it is on its way. ask(instance number, answer) asks an instance, or says no:
+/// then that one's answer is still missing, and so is the ray's. Else `result` is complete, and true.
+template <bool kDetails, class Ask>
+NIF_HOST_DEVICE bool follow_scene(const SceneArrays& scene, const Segment& ray, const BoxRay& prepared,
+                                  bool with_probability, SceneWay& way, const Ask& ask, SceneAnswer& result) {
+  const auto met = [&](const TopNode& node) { return children_met(node, ray, prepared); };
+  for (;;) {
+    const uint32_t number = next_instance(scene.nodes, way.cursor, met);
+    if (number == kNoPlace) break;
+    ObjectAnswer answer;
+    if (!ask(number, answer)) return false;
+    if (join_answer<kDetails>(answer, scene.objects[scene.instances[number].object].logit_scale,
+                              with_probability, way, result))
+      break;
+  }
+  if (!kDetails) return true;
+  result.logit = way.combined.logit();
+  result.certain = way.combined.certain();
+  if (with_probability) result.probability = way.combined.probability();
+  return true;
+}
+
+/// At the start of its way. False where there is nothing to ask: then `result` is complete. In scenes of one
+/// instance that is asked whether it is met or not, and of rays that are none, too: not for those.
+NIF_HOST_DEVICE inline bool start_way(const SceneArrays& scene, const Segment& ray, BoxRay& prepared,
+                                      SceneWay& way, SceneAnswer& result) {
+  const bool askable = prepare_box_ray(ray, prepared);
+  result.certain = askable || ray.tmin > ray.tmax;
+  if (!askable || scene.instance_count == 0) return false;
+  way.cursor = {children_met(scene.nodes[0], ray, prepared), 0};
+  return true;
+}
+
+/// The scene's answer where its only instance gives this one.
+NIF_HOST_DEVICE inline SceneAnswer only_answer(const ObjectAnswer& answer, float logit_scale,
+                                               bool with_probability) {
+  SceneAnswer result;
+  result.logit = answer.logit;
+  result.certain = answer.certain;
+  if (with_probability) result.probability = visible_probability<DeviceMaths>(answer.logit, logit_scale);
+  return result;
+}
+
+}  // namespace nif::kernels::gpu

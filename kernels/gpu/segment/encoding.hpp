@@ -1,0 +1,64 @@
+// The `segment` encoding as the list of encodings has it (kernels/gpu/encoding_list.hpp).
+#pragma once
+
+#include "kernels/gpu/segment/stages.hpp"
+
+namespace nif::kernels::gpu {
+
+class FieldUpload;
+
+struct SegmentEncoding {
+  using HostField = SegmentField;
+  using Field = DeviceSegmentField;
+  enum Kind : uint32_t {
+    kPairs = 1,  ///< two features a corner, in corner bricks: what the baker makes
+    kOthers = 2
+  };
+  static constexpr uint32_t kKinds = 2;
+  static constexpr bool kHasItems = true;
+
+  template <uint32_t kSet, class Thread>
+  NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer ask(const Thread& thread, const SceneObject& object,
+                                                     uint32_t kind, const Segment& ray, uint32_t* row) {
+    if constexpr ((kSet & kPairs) != 0)
+      if (kSet == kPairs || kind == kPairs) return ask_row<2>(thread, object, ray, row);
+    if constexpr ((kSet & kOthers) != 0) return ask_row<0>(thread, object, ray, row);
+    return {};
+  }
+  NIF_HOST_DEVICE NIF_INLINE static bool walk(const SceneObject& object, const Segment& ray, uint32_t* column,
+                                              OpenItem& item, ObjectAnswer& answer) {
+    return walk_segment_item(object, ray, column, item, answer);
+  }
+
+  template <class Hash>
+  static constexpr void describe(Hash& hash) {
+    using F = SegmentField;
+    using Layer = Network::Layer;
+    hash.template structure<Layer>(
+        {&Layer::inputs, &Layer::outputs, &Layer::shift, &Layer::weights, &Layer::biases});
+    hash.template structure<Network>({&Network::layer_count, &Network::layers, &Network::logit_scale});
+    hash.template structure<BrickStates>({&BrickStates::surface, &BrickStates::aux});
+    hash.template structure<F>({&F::origin, &F::voxels_per_unit, &F::voxels, &F::bricks, &F::brick_table,
+                                &F::brick_states, &F::brick_corners, &F::corner_base, &F::mixed_bricks,
+                                &F::features, &F::corners, &F::features_per_corner, &F::samples,
+                                &F::length_scale, &F::network});
+  }
+  static FieldUpload* upload(const SegmentField& field);
+
+ private:
+  template <uint32_t kFeatures, class Thread>
+  NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer ask_row(const Thread& thread, const SceneObject& object,
+                                                         const Segment& ray, uint32_t* row) {
+    const KeptRuns<1> kept(reinterpret_cast<float*>(row));
+    return answer_segment_ray<kFeatures>(thread, *static_cast<const Field*>(object.field), ray, kept,
+                                         object.widest,
+                                         reinterpret_cast<unsigned char*>(row + 2 * kKeptRuns));
+  }
+};
+
+/// Networks of fields with two features a corner, and with any number.
+#define NIF_SEGMENT_STAGES(STAGE)                                                        \
+  STAGE(kPairNetworks, segment_2, kBlockThreads, 6, false, pipeline_segments<Matrix, 2>) \
+  STAGE(kAnyNetworks, segment_any, kBlockThreads, 1, false, pipeline_segments<Matrix, 0>)
+
+}  // namespace nif::kernels::gpu

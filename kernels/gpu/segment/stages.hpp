@@ -1,0 +1,96 @@
+// The pipeline's part of the `segment` encoding: items from walks, and their networks.
+#pragma once
+
+#include "kernels/gpu/pipeline_work.hpp"
+#include "kernels/gpu/segment/kernels.hpp"
+
+namespace nif::kernels::gpu {
+
+static_assert(2 * kKeptRuns <= kItemWords);
+
+/// What an item is about: how many runs its walk has, and flags from this bit on.
+inline constexpr uint32_t kItemFlags = 8;
+
+/// Walks a ray. False where the network has to be asked: then `item` is of the second sort where there are
+/// more runs than items have room for.
+NIF_HOST_DEVICE NIF_INLINE bool walk_segment_item(const SceneObject& object, const Segment& ray,
+                                                  uint32_t* column, OpenItem& item, ObjectAnswer& answer) {
+  const KeptRuns<kBlockThreads> kept(reinterpret_cast<float*>(column));
+  WalkResult walk;
+  walk_object(*static_cast<const DeviceSegmentField*>(object.field), ray, walk,
+              [&](uint32_t i, const Run& run) { kept.keep(i, run); });
+  if (walk.verdict != Verdict::ambiguous) {
+    answer = answer_of(walk);
+    return true;
+  }
+  const bool hard = walk.run_count > kKeptRuns;
+  const uint32_t flags = uint32_t(walk.saw_outside) | uint32_t(walk.saw_inside) << 1 |
+                         uint32_t(walk.starts_in_surface) << 2 | uint32_t(walk.ends_in_surface) << 3;
+  item.list = object.lists[hard];
+  item.about = walk.run_count | flags << kItemFlags;
+  item.words = hard ? 0 : 2 * walk.run_count;
+  return false;
+}
+
+/// Writes the inputs of a `segment` item.
+template <uint32_t kFeatures>
+NIF_HOST_DEVICE void gather_segment(const PipelineWork& work, const DeviceSegmentField& field, uint32_t item,
+                                    unsigned char* inputs) {
+  const PipelineMemory& memory = work.memory;
+  const uint32_t about = memory.about[item];
+  WalkResult walk;
+  float reach;
+  to_grid_space(field, local_ray(work, item), walk, reach);
+  walk.run_count = about & ((1u << kItemFlags) - 1);
+  walk.saw_outside = about >> kItemFlags & 1;
+  walk.saw_inside = about >> (kItemFlags + 1) & 1;
+  walk.starts_in_surface = about >> (kItemFlags + 2) & 1;
+  walk.ends_in_surface = about >> (kItemFlags + 3) & 1;
+  const auto run = [&](uint32_t i) {
+    const uint32_t* const at = memory.words + size_t(2 * i) * memory.capacity + item;
+    return Run{bits_as<float>(at[0]), bits_as<float>(at[memory.capacity])};
+  };
+  // In the walk's own order, so with its bits.
+  walk.surface_t = 0;
+  for (uint32_t i = 0; i < walk.run_count; ++i) walk.surface_t += run(i).end - run(i).begin;
+  SamplePlacer placer(field, walk);
+  for (uint32_t i = 0; i < walk.run_count; ++i)
+    placer.add(run(i), i + 1 == walk.run_count, [&](uint32_t number, const SamplePoint& point) {
+      put_features<kFeatures>(field, number, point, inputs);
+    });
+  put_globals(field, walk, inputs);
+}
+
+/// Asks the networks of `segment` objects. Blocks of kBlockThreads, any number of them.
+template <class Matrix, uint32_t kFeatures, class Thread>
+NIF_HOST_DEVICE void pipeline_segments(const Thread& thread, const PipelineWork& work) {
+  const auto layout_of = [&](uint32_t list) -> const SegmentLayout& {
+    return work.lists[list].layout_as<SegmentLayout>();
+  };
+  const auto field_of = [&](uint32_t list) -> const DeviceSegmentField& {
+    return *static_cast<const DeviceSegmentField*>(work.lists[list].field);
+  };
+  unsigned char* const biases = thread.shared();
+  const auto begin = [&](uint32_t list) {
+    const SegmentLayout& layout = layout_of(list);
+    load_network(thread, field_of(list).network, layout, biases, biases + round_up(4 * layout.rows, 16));
+  };
+  const uint32_t wave = thread.wave_size(), first = thread.wave() * wave;
+  for_each_tile<kBlockThreads>(thread, work, begin, [&](const PipelineTile& tile) {
+    if (first >= tile.count) return;
+    const SegmentLayout& layout = layout_of(tile.list);
+    const DeviceSegmentField& field = field_of(tile.list);
+    const unsigned char* const weights = biases + round_up(4 * layout.rows, 16);
+    unsigned char* const inputs =
+        thread.shared() + round_up(4 * layout.rows, 16) + (layout.rows + first) * layout.stride;
+    const bool present = thread.lane() < tile.count - first;
+    const uint32_t item = present ? tile.item(work.memory, first + thread.lane()) : 0;
+    if (present) gather_segment<kFeatures>(work, field, item, inputs + thread.lane() * layout.stride);
+    if (work.inputs_alone) return;
+    const int32_t logit =
+        evaluate_wave<Matrix>(thread, field.network, layout.stride, biases, weights, inputs);
+    if (present) deliver(work, item, logit);
+  });
+}
+
+}  // namespace nif::kernels::gpu
