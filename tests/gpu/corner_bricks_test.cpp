@@ -13,7 +13,7 @@ TEST(CornerBricks, SumAsTheReference) {
     const Loaded asset(seed,
                        {.objects = 2, .instances = 0, .max_voxels = seed % 2 ? 14u : 40u, .features = 2});
     for (const format::ObjectView& object : asset.view.objects) {
-      const kernels::SegmentField& field = object.field;
+      const kernels::SegmentField& field = object.as<format::SegmentView>().field;
       const kernels::cpu::FeatureGrid grid(field, std::pmr::new_delete_resource());
       ASSERT_TRUE(grid.complete);
       const std::vector<uint32_t> next_pairs = grid.next_pairs();

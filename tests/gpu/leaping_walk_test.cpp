@@ -101,7 +101,7 @@ Segment far_segment(Random& random, const kernels::SegmentField& field) {
 /// Makes unknown voxels those of the outside, so that there is room for long leaps.
 void replace_unknown(format::Asset& asset) {
   for (format::Object& object : asset.objects)
-    for (kernels::BrickStates& states : object.brick_states) {
+    for (kernels::BrickStates& states : object.as<format::SegmentData>().brick_states) {
       const uint64_t unknown = states.surface & states.aux;
       states.surface &= ~unknown;
       states.aux &= ~unknown;
@@ -120,11 +120,13 @@ TEST_P(LeapingWalkTest, FindsWhatTheReferenceFinds) {
     if (seed % 2 == 0) replace_unknown(random);
     const Loaded asset(random);
     for (const format::ObjectView& object : asset.view.objects) {
-      const Leaping leaping(object.field, GetParam());
+      const Leaping leaping(object.as<format::SegmentView>().field, GetParam());
       Random numbers(seed);
       std::vector<Segment> segments = random_segments(object, seed, 4000);
-      for (uint32_t i = 0; i < 2000; ++i) segments.push_back(lattice_segment(numbers, object.field));
-      for (uint32_t i = 0; i < 1000; ++i) segments.push_back(far_segment(numbers, object.field));
+      for (uint32_t i = 0; i < 2000; ++i)
+        segments.push_back(lattice_segment(numbers, object.as<format::SegmentView>().field));
+      for (uint32_t i = 0; i < 1000; ++i)
+        segments.push_back(far_segment(numbers, object.as<format::SegmentView>().field));
       std::vector<Segment> spoiled(segments.begin(), segments.begin() + 2500);
       spoil(spoiled, seed);
       segments.insert(segments.end(), spoiled.begin(), spoiled.end());
@@ -145,10 +147,10 @@ TEST_P(LeapingWalkTest, FindsTheSameRuns) {
   Counts counts;
   for (uint64_t seed = 0; seed < 4; ++seed) {
     format::Asset asset = random_asset(seed, {.objects = 1, .instances = 0, .max_voxels = 60});
-    for (kernels::BrickStates& states : asset.objects[0].brick_states)
+    for (kernels::BrickStates& states : asset.objects[0].as<format::SegmentData>().brick_states)
       states.aux |= states.surface & 0x5a5aa5a55a5aa5a5u;
     const Loaded loaded(asset);
-    const Leaping leaping(loaded.view.objects[0].field, GetParam());
+    const Leaping leaping(loaded.view.objects[0].as<format::SegmentView>().field, GetParam());
     compare(leaping, random_segments(loaded.view.objects[0], seed, 20'000), counts);
   }
   EXPECT_GT(counts.ambiguous, 5'000u);

@@ -56,7 +56,7 @@ inline void expect_reference(const format::ObjectView& object, const std::vector
 /// The same of an object that is put on a card for it.
 inline void expect_reference(const format::ObjectView& object, const std::vector<kernels::Segment>& segments,
                              const CardWay& way) {
-  expect_reference(object, segments, ObjectOnCard(view_of(object), way).ask(segments));
+  expect_reference(object, segments, ObjectOnCard(format::field_of(object), way).ask(segments));
 }
 
 /// Tests that are made for each way.

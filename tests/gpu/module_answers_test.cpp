@@ -140,7 +140,7 @@ TEST_P(GpuAnswers, TheWidestNetworks) {
   Random random(6);
   format::Asset asset;
   asset.objects.push_back(random_spherical_object(random, "wide", 8));
-  const format::SphericalGrids grids = asset.objects[0].grids;
+  const format::SphericalGrids grids = asset.objects[0].as<format::SphericalData>().grids;
   for (const uint32_t width : {96u, 100u, kernels::kMaxSphericalWidth}) {
     asset.spherical_networks = {random_networks(random, grids, 4)};
     for (format::SphericalLayers* layers :
@@ -323,8 +323,9 @@ TEST_P(GpuAnswers, AssetsAreUploadedOnce) {
     uint64_t codes = 0;  // by which walks leap
     const format::AssetView view = format::read_asset(file, "test");
     for (const format::ObjectView& object : view.objects)
-      if (object.encoding == format::kSegment)
-        codes += 2 * sizeof(uint32_t) * kernels::gpu::walk_words({object.field, {}, {}, nullptr});
+      if (object.is<format::SegmentView>())
+        codes += 2 * sizeof(uint32_t) *
+                 kernels::gpu::walk_words({object.as<format::SegmentView>().field, {}, {}, nullptr});
     const uint64_t bytes = asset.info().gpu_bytes;
     EXPECT_GT(bytes, codes + 1000u);
     EXPECT_LT(bytes, codes + 2 * asset.info().file_bytes);
@@ -342,8 +343,9 @@ TEST_P(GpuAnswers, WhatObjectsShareIsUploadedOnce) {
   Random random(16);
   format::Asset asset;
   for (int i = 0; i < 4; ++i) asset.objects.push_back(random_spherical_object(random, "it", 4));
-  for (format::Object& object : asset.objects) object.grids = asset.objects[0].grids;
-  asset.spherical_networks = {random_networks(random, asset.objects[0].grids, 4)};
+  for (format::Object& object : asset.objects)
+    object.as<format::SphericalData>().grids = asset.objects[0].as<format::SphericalData>().grids;
+  asset.spherical_networks = {random_networks(random, asset.objects[0].as<format::SphericalData>().grids, 4)};
   format::SphericalLayers& outer = asset.spherical_networks[0].outer;
   outer.width = kernels::kMaxSphericalWidth;
   outer.hidden_layers = 2;

@@ -32,12 +32,6 @@ inline std::vector<CardWay> all_ways() {
   return ways;
 }
 
-inline kernels::AnyField view_of(const format::ObjectView& object) {
-  if (object.encoding == format::kBvh) return object.bvh;
-  if (object.encoding == format::kSpherical) return *object.spherical;
-  return object.field;
-}
-
 /// Of rays: [count] each.
 struct ObjectAnswers {
   std::vector<int32_t> logit;

@@ -12,7 +12,7 @@ namespace gpu = kernels::gpu;
 /// Makes every other surface voxel an unknown one: rays then pass through many runs.
 format::Asset striped(format::Asset asset) {
   for (format::Object& object : asset.objects)
-    for (kernels::BrickStates& states : object.brick_states)
+    for (kernels::BrickStates& states : object.as<format::SegmentData>().brick_states)
       states.aux |= states.surface & 0x5a5aa5a55a5aa5a5u;
   return asset;
 }
@@ -46,7 +46,7 @@ TEST_P(GpuSegmentTest, AnswersAsTheReference) {
     for (const format::ObjectView& object : asset.view.objects) {
       const auto segments = random_segments(object, seed, 1000 + 37 * uint32_t(seed));
       expect_reference(object, segments, GetParam());
-      rays.add(object.field, segments);
+      rays.add(object.as<format::SegmentView>().field, segments);
     }
   }
   EXPECT_GT(rays.open, 500u);
@@ -59,7 +59,7 @@ TEST_P(GpuSegmentTest, AnswersRaysOfManyRuns) {
   for (const format::ObjectView& object : asset.view.objects) {
     const auto segments = random_segments(object, 2, 3000);
     expect_reference(object, segments, GetParam());
-    rays.add(object.field, segments);
+    rays.add(object.as<format::SegmentView>().field, segments);
   }
   EXPECT_GT(rays.open, 100u);
   EXPECT_GT(rays.hard, 100u);
@@ -85,7 +85,7 @@ TEST_P(GpuSegmentTest, AnswersDoNotDependOnTheOrder) {
 
 TEST_P(GpuSegmentTest, AnswersBatchesOfAnySize) {
   const Loaded asset(7, {.objects = 1, .instances = 0, .max_voxels = 30, .features = 2});
-  const ObjectOnCard card(view_of(asset.view.objects[0]), GetParam());
+  const ObjectOnCard card(format::field_of(asset.view.objects[0]), GetParam());
   for (const uint32_t count :
        {0u, 1u, 2u, 15u, 16u, 17u, 31u, 32u, 33u, 63u, 64u, 65u, 127u, 128u, 129u, 500u}) {
     const auto segments = random_segments(asset.view.objects[0], 7, count);
@@ -126,11 +126,11 @@ TEST_P(GpuSegmentTest, AnswersByNetworksOfAnyShape) {
   const std::vector<uint32_t> shapes[] = {{},       {4},        {32, 32},    {48, 48},     {20, 44, 36},
                                           {16, 48}, {128, 128}, {52, 4, 48}, {4, 128, 128}};
   for (const auto& widths : shapes) {
-    const OtherNetwork other(asset.view.objects[0].field, widths);
+    const OtherNetwork other(asset.view.objects[0].as<format::SegmentView>().field, widths);
     const gpu::SegmentLayout layout = gpu::make_layout(other.field);
     EXPECT_EQ(layout.tiled, widths.empty() || *std::max_element(widths.begin(), widths.end()) <= 48);
     format::ObjectView object = asset.view.objects[0];
-    object.field = other.field;
+    std::get<format::SegmentView>(object.content).field = other.field;
     expect_reference(object, random_segments(object, 9, 700), GetParam());
   }
 }
@@ -138,7 +138,7 @@ TEST_P(GpuSegmentTest, AnswersByNetworksOfAnyShape) {
 /// Rows of weights lie in different banks, and what is tiled has room.
 TEST(GpuSegment, LayoutsFit) {
   const Loaded asset(9, {.objects = 1, .instances = 0, .max_voxels = 8, .features = 2});
-  OtherNetwork other(asset.view.objects[0].field, {48, 48});
+  OtherNetwork other(asset.view.objects[0].as<format::SegmentView>().field, {48, 48});
   for (uint32_t inputs = 8; inputs <= kernels::kMaxInputs; inputs += 4) {
     other.field.network.layers[0].inputs = inputs;
     const gpu::SegmentLayout layout = gpu::make_layout(other.field);

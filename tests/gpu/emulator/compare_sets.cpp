@@ -13,18 +13,18 @@ namespace nif::test {
 constexpr size_t kRaysOfBatch = 20'011;
 
 std::vector<CardWay> ways_for(const format::ObjectView& object) {
-  if (object.encoding == format::kSegment) return all_ways();
+  if (object.is<format::SegmentView>()) return all_ways();
   std::vector<CardWay> ways;
   for (const MatrixKind kind : {MatrixKind::dot32, MatrixKind::dot64}) {
     ways.push_back({kind, runtime::GpuWay::one_kernel});
-    if (object.encoding == format::kSpherical) ways.push_back({kind});
+    if (object.is<format::SphericalView>()) ways.push_back({kind});
   }
   return ways;
 }
 
 uint64_t count_different(const format::ObjectView& object, std::span<const kernels::Segment> segments,
                          const CardWay& way) {
-  const ObjectOnCard card(view_of(object), way);
+  const ObjectOnCard card(format::field_of(object), way);
   std::atomic<uint64_t> different{0};
   tbb::parallel_for(size_t{0}, (segments.size() + kRaysOfBatch - 1) / kRaysOfBatch, [&](size_t b) {
     const auto part =
