@@ -78,7 +78,7 @@ void Gpu::start(NifSceneObject& scene, const NifQuery& query, NifJobObject& job)
 void Gpu::wait(NifJobObject& job) {
   GpuMessage message;
   const NifError code = module_.wait_job(device_, job.on_gpu, &message);
-  job.done = job.blocks;  // there is nothing more to wait for, whatever it came to
+  job.done = job.batches;  // there is nothing more to wait for, whatever it came to
   check(code, message);
 }
 
@@ -86,12 +86,12 @@ void Gpu::poll(NifJobObject& job) {
   GpuMessage message;
   uint32_t done = 0;
   const NifError code = module_.is_job_done(device_, job.on_gpu, &done, &message);
-  if (done || code != NIF_OK) job.done = job.blocks;
+  if (done || code != NIF_OK) job.done = job.batches;
   check(code, message);
 }
 
 void Gpu::let_go(NifJobObject& job) noexcept {
-  job.done = job.blocks;
+  job.done = job.batches;
   module_.free_job(device_, job.on_gpu);
   job.on_gpu = nullptr;
 }

@@ -1,4 +1,4 @@
-// A scene of one instance hands the block to its kernel. Otherwise the block is answered in waves: each ray
+// A scene of one instance hands the batch to its kernel. Otherwise the batch is answered in rounds: each ray
 // that is not yet decided goes on to the next instance whose box it may meet, the rays are sorted by object,
 // and each object's kernel is asked once. A ray that is occluded drops out.
 #include "query/answer.hpp"
@@ -30,8 +30,8 @@ void put(SegmentBatch& rays, uint32_t i, const Segment& ray) {
   rays.tmax[i] = ray.tmax;
 }
 
-/// The whole block in one instance's space.
-void transform_block(const Instance& instance, const SegmentBatch& __restrict from,
+/// The whole batch in one instance's space.
+void transform_batch(const Instance& instance, const SegmentBatch& __restrict from,
                      SegmentBatch& __restrict to) {
   const kernels::WorldToObject transform = instance.to_object;
   const uint32_t count = to.count = from.count;
@@ -45,7 +45,7 @@ void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, Work
   if (instance.identity) {
     object.kernel->answer(area.rays, area.answers, area.kernel_scratch);
   } else {
-    transform_block(instance, area.rays, area.object_rays);
+    transform_batch(instance, area.rays, area.object_rays);
     object.kernel->answer(area.object_rays, area.answers, area.kernel_scratch);
     if (wanted.details)
       for (uint32_t i = 0; i < count; ++i)
@@ -142,7 +142,7 @@ void finish_details(const Wanted& wanted, WorkArea& area) {
   }
 }
 
-void answer_in_waves(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
+void answer_in_rounds(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
   uint32_t active = start_rays(scene, wanted, area);
   while ((active = advance(scene, area, active)) != 0) {
     const Pair* pairs = sort_by_object(scene, area, active);
@@ -156,11 +156,11 @@ void answer_in_waves(const NifSceneObject& scene, const Wanted& wanted, WorkArea
 
 }  // namespace
 
-NIF_COMPUTES void answer_block(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
+NIF_COMPUTES void answer_batch(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
   if (scene.instances.size() == 1)
     answer_one_instance(scene, wanted, area);
   else
-    answer_in_waves(scene, wanted, area);
+    answer_in_rounds(scene, wanted, area);
 }
 
 }  // namespace nif::runtime

@@ -1,13 +1,13 @@
-// Answering one block of rays.
+// Answering one batch of rays.
 #pragma once
 
-#include "query/block.hpp"
+#include "query/batch.hpp"
 #include "scene/scene.hpp"
 
 namespace nif::runtime {
 
 /// From area.rays to area.answers, and area.probability where wanted. The answer to a ray does not depend on
-/// the other rays of the block, nor on what else is wanted.
-void answer_block(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area);
+/// the other rays of the batch, nor on what else is wanted.
+void answer_batch(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area);
 
 }  // namespace nif::runtime

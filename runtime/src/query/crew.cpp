@@ -1,4 +1,4 @@
-// Who works on what is kept under one lock, which is taken a few times a job, not a block.
+// Who works on what is kept under one lock, which is taken a few times a job, not a batch.
 #include "query/crew.hpp"
 
 #include <system_error>
@@ -76,7 +76,7 @@ void Crew::offer(NifJobObject& job) {
   offered_.notify_all();
 }
 
-/// Nobody leaves a job that has blocks to be taken, so it need not be in the queue any more.
+/// Nobody leaves a job that has batches to be taken, so it need not be in the queue any more.
 void Crew::leave(NifJobObject& job, const Lock&) {
   if (job.queued) {
     NifJobObject** at = &first_;

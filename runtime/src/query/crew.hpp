@@ -26,7 +26,7 @@ class Crew {
   /// Lets the threads work on a job, which needs no waiting for.
   void offer(NifJobObject& job);
 
-  /// Works on a job until no block is left to be taken. `scratch`: null, or a work area.
+  /// Works on a job until no batch is left to be taken. `scratch`: null, or a work area.
   void help(NifJobObject& job, void* scratch);
 
   /// Helps, then waits until the job is done and nobody else works on it any more.
@@ -49,7 +49,7 @@ class Crew {
 
   std::mutex mutex_;
   std::condition_variable offered_, left_;
-  NifJobObject* first_ = nullptr;  ///< the queue: jobs that may have blocks to be taken
+  NifJobObject* first_ = nullptr;  ///< the queue: jobs that may have batches to be taken
   bool stopping_ = false;
   std::pmr::vector<std::thread> threads_;
 };

@@ -12,14 +12,14 @@
 namespace nif::runtime {
 namespace {
 
-/// Waking a thread takes about as long as answering a block: queries of fewer rays stay on their thread.
+/// Waking a thread takes about as long as answering a batch: queries of fewer rays stay on their thread.
 constexpr uint64_t kWorthSharing = 2 * kBatchRays;
 
-/// Blocks of several threads may be smaller, so that all end at about the same time, but not so small that
+/// Batches of several threads may be smaller, so that all end at about the same time, but not so small that
 /// the kernels' ends of batches count.
 constexpr uint64_t kSmallestBlock = 256, kBlocksOfAThread = 8;
 
-uint32_t block_size(uint64_t rays, uint32_t threads) {
+uint32_t batch_size(uint64_t rays, uint32_t threads) {
   const uint64_t share = rays / (threads * kBlocksOfAThread) / 64 * 64;
   return uint32_t(std::clamp<uint64_t>(share, kSmallestBlock, kBatchRays));
 }
@@ -35,7 +35,7 @@ void set_up(NifJobObject& job, NifSceneObject& scene, const Request& request) {
   job.device->retain();
   job.scene = &scene;
   job.request = request;
-  job.blocks = request.blocks();
+  job.batches = request.batches();
   job.next = 0;
   job.done = 0;
 }
@@ -56,19 +56,19 @@ void share(NifJobObject& job, uint64_t helpers) {
 void answer_alone(const NifSceneObject& scene, const Request& request) {
   const FloatEnvironment environment;
   const ClaimedArea area(scene.device->areas, request.query.scratch);
-  for (uint64_t block = 0; block < request.blocks(); ++block) answer_block_of(scene, request, block, *area);
+  for (uint64_t batch = 0; batch < request.batches(); ++batch) answer_batch_of(scene, request, batch, *area);
 }
 
 }  // namespace
 
 void take_blocks(NifJobObject& job, void* scratch) {
-  uint64_t block = job.next.fetch_add(1);
-  if (block >= job.blocks) return;
+  uint64_t batch = job.next.fetch_add(1);
+  if (batch >= job.batches) return;
   const FloatEnvironment environment;
   const ClaimedArea area(job.device->areas, scratch);
   uint64_t answered = 0;
-  for (; block < job.blocks; block = job.next.fetch_add(1), ++answered)
-    answer_block_of(*job.scene, job.request, block, *area);
+  for (; batch < job.batches; batch = job.next.fetch_add(1), ++answered)
+    answer_batch_of(*job.scene, job.request, batch, *area);
   job.done.fetch_add(answered);
 }
 
@@ -88,12 +88,12 @@ void answer(NifSceneObject& scene, Request request) {
   if (threads > 1 && request.query.count >= kWorthSharing) number = device.free_jobs.try_claim();
   if (number == Claims::kNone) return answer_alone(scene, request);
 
-  request.block_rays = block_size(request.query.count, threads);
+  request.batch_rays = batch_size(request.query.count, threads);
   NifJobObject& job = device.jobs[number];
   job.number = number;
   job.retain();
   set_up(job, scene, request);
-  share(job, std::min<uint64_t>(threads, job.blocks) - 1);
+  share(job, std::min<uint64_t>(threads, job.batches) - 1);
   device.crew.finish(job, request.query.scratch);
   if (job.drop()) dispose(job);
 }
@@ -106,7 +106,7 @@ uintptr_t start_job(NifSceneObject& scene, Request request) {
     request.query.count = 0;  // there is nothing left to do
   }
   const uint32_t threads = device.configuration.threads;
-  if (threads > 1) request.block_rays = block_size(request.query.count, threads);
+  if (threads > 1) request.batch_rays = batch_size(request.query.count, threads);
   auto* job = create<NifJobObject>(device.memory());
   uintptr_t handle;
   try {
@@ -124,16 +124,16 @@ uintptr_t start_job(NifSceneObject& scene, Request request) {
       dispose(*job);
       throw;
     }
-    job->next = job->blocks;
+    job->next = job->batches;
   }
   scene.retain();
   job->holds_scene = true;
   job->has_handle = true;
   if (job->on_gpu) return handle;
-  if (job->blocks == 0 || (device.crew.empty() && device.own_callbacks.submit == nullptr))
+  if (job->batches == 0 || (device.crew.empty() && device.own_callbacks.submit == nullptr))
     device.crew.finish(*job, request.query.scratch);
   else
-    share(*job, std::min<uint64_t>(threads, job->blocks));
+    share(*job, std::min<uint64_t>(threads, job->batches));
   return handle;
 }
 

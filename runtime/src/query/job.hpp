@@ -1,7 +1,7 @@
-// A query that several threads work on: each takes blocks until none is left.
+// A query that several threads work on: each takes batches until none is left.
 //
 // A job lives as long as anyone refers to it: the thread that waits for it, each thread that works on it, the
-// crew's queue, and each task that the caller's runner was given. A task may run long after the last block is
+// crew's queue, and each task that the caller's runner was given. A task may run long after the last batch is
 // done, and then finds nothing to do. So a job can outlive its query.
 #pragma once
 
@@ -18,11 +18,11 @@ struct NifJobObject : nif::runtime::Object {
   NifSceneObject* scene = nullptr;
   nif::runtime::Request request;
 
-  uint64_t blocks = 0;
+  uint64_t batches = 0;
   // Each in a cache line of its own: threads write them while others read the request.
-  alignas(64) std::atomic<uint64_t> next = 0;  ///< block that nobody has taken
-  alignas(64) std::atomic<uint64_t> done = 0;  ///< blocks that are answered
-  bool is_done() const { return done.load() == blocks; }
+  alignas(64) std::atomic<uint64_t> next = 0;  ///< batch that nobody has taken
+  alignas(64) std::atomic<uint64_t> done = 0;  ///< batches that are answered
+  bool is_done() const { return done.load() == batches; }
 
   // The rest is guarded by the crew.
   alignas(64) uint32_t inside = 0;    ///< threads that work on it
@@ -44,7 +44,7 @@ struct NifJobObject : nif::runtime::Object {
 
 namespace nif::runtime {
 
-/// Answers blocks until none is left to be taken. `scratch`: null, or a work area.
+/// Answers batches until none is left to be taken. `scratch`: null, or a work area.
 void take_blocks(NifJobObject& job, void* scratch);
 
 /// Gives back an unreferenced job's memory, and its reference to the device.

@@ -2,6 +2,7 @@
 #include "query/query.hpp"
 
 #include "api/error.hpp"
+#include "query/outputs.hpp"
 #include "query/work_area.hpp"
 
 namespace nif::runtime {
@@ -31,8 +32,9 @@ void check_query(const NifSceneObject& scene, const NifQuery& query) {
     require_argument(query.origin[a], "query: origin");
     require_argument(query.direction[a], "query: direction");
   }
-  if (!query.visible && !query.visible_bits && !query.probability && !query.certain && !query.logit)
-    refuse_argument("query: all outputs are null");
+  bool any = false;
+  visit_outputs([&](const OutputArray&, const auto* array) { any = any || array; }, query);
+  if (!any) refuse_argument("query: all outputs are null");
 }
 
 void check_scratch(const NifQuery& query) {

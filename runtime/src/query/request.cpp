@@ -1,4 +1,4 @@
-// One block from the caller's arrays and back, by way of the fallback where one is given.
+// One batch from the caller's arrays and back, by way of the fallback where one is given.
 #include "query/request.hpp"
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 namespace nif::runtime {
 namespace {
 
-/// Hands over the block's rays that are neither certain nor confident enough, and takes the answers as
+/// Hands over the batch's rays that are neither certain nor confident enough, and takes the answers as
 /// proven.
 void ask_fallback(const Request& request, uint64_t first, WorkArea& area) {
   uint32_t asked = 0;
@@ -32,12 +32,12 @@ void ask_fallback(const Request& request, uint64_t first, WorkArea& area) {
 
 }  // namespace
 
-void answer_block_of(const NifSceneObject& scene, const Request& request, uint64_t block, WorkArea& area) {
+void answer_batch_of(const NifSceneObject& scene, const Request& request, uint64_t batch, WorkArea& area) {
   const NifQuery& query = request.query;
-  const uint64_t first = block * request.block_rays;
-  const auto count = uint32_t(std::min<uint64_t>(request.block_rays, query.count - first));
+  const uint64_t first = batch * request.batch_rays;
+  const auto count = uint32_t(std::min<uint64_t>(request.batch_rays, query.count - first));
   read_rays(query, first, count, area.rays);
-  answer_block(scene, request.fallback ? Wanted::everything() : Wanted(query), area);
+  answer_batch(scene, request.fallback ? Wanted::everything() : Wanted(query), area);
   if (request.fallback) ask_fallback(request, first, area);
   write_answers(query, first, count, area);
 }

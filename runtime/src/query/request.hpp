@@ -1,8 +1,8 @@
-// A query, cut into blocks, with or without a fallback for its uncertain rays.
+// A query, cut into batches, with or without a fallback for its uncertain rays.
 #pragma once
 
 #include "api/object.hpp"
-#include "query/block.hpp"
+#include "query/batch.hpp"
 
 namespace nif::runtime {
 
@@ -11,12 +11,12 @@ struct Request {
   NifFallback fallback = nullptr;
   void* fallback_user = nullptr;
   float confidence = 0;
-  uint32_t block_rays = kBatchRays;  ///< a multiple of 8
+  uint32_t batch_rays = kBatchRays;  ///< a multiple of 8
 
-  uint64_t blocks() const { return query.count / block_rays + (query.count % block_rays != 0); }
+  uint64_t batches() const { return query.count / batch_rays + (query.count % batch_rays != 0); }
 };
 
-/// Reads, answers and writes one block. Threads may answer different blocks at the same time.
-void answer_block_of(const NifSceneObject& scene, const Request& request, uint64_t block, WorkArea& area);
+/// Reads, answers and writes one batch. Threads may answer different batches at the same time.
+void answer_batch_of(const NifSceneObject& scene, const Request& request, uint64_t batch, WorkArea& area);
 
 }  // namespace nif::runtime

@@ -1,4 +1,4 @@
-// What one thread needs to answer a block of rays. Queries allocate nothing: this memory comes from the
+// What one thread needs to answer a batch of rays. Queries allocate nothing: this memory comes from the
 // caller (scratch) or from the device, which keeps some ready.
 #pragma once
 
@@ -11,16 +11,16 @@ namespace nif::runtime {
 using kernels::Cursor;
 using kernels::kBatchRays;
 
-/// An instance to be asked about a ray of the block.
+/// An instance to be asked about a ray of the batch.
 struct Pair {
   uint32_t object, instance, ray;
 };
 
-/// Nothing in it is initialised, and only what a block needs is touched.
+/// Nothing in it is initialised, and only what a batch needs is touched.
 struct alignas(64) WorkArea {
-  kernels::SegmentBatch rays;  ///< the block, in world space
+  kernels::SegmentBatch rays;  ///< the batch, in world space
 
-  // The block's answers. Of the logits the sign always counts, the rest where details are asked for.
+  // The batch's answers. Of the logits the sign always counts, the rest where details are asked for.
   kernels::AnswerBatch answers;
   float probability[kBatchRays];
   uint8_t visible[kBatchRays];

@@ -1,4 +1,4 @@
-// Blocks of a query: copied from the caller's arrays, in any layout, to columns, and answers copied back.
+// Batches of a query: copied from the caller's arrays, in any layout, to columns, and answers copied back.
 #pragma once
 
 #include "nif/nif.h"

@@ -1,6 +1,6 @@
-// Reading and writing blocks. A kernel takes some 80 cycles a ray: these loops must not show beside it, so
+// Reading and writing batches. A kernel takes some 80 cycles a ray: these loops must not show beside it, so
 // they go column by column and the compiler turns them into vectors.
-#include "query/block.hpp"
+#include "query/batch.hpp"
 
 #include <algorithm>
 #include <cstring>
