@@ -130,7 +130,7 @@ TEST_F(Attach, NamesAnAssetBesideTheFile) {
       0);
   EXPECT_NE(bytes("assets/out.glb").find("\"uri\":\"../b.nif\""), std::string::npos);
   refused({path("car.gltf"), path("assets/a b.nif"), "-o", path("assets/out.gltf")}, Status::usage,
-          "'car.bin' beside it");
+          "'car.bin' in its own folder");
 }
 
 TEST_F(Attach, AnAssetOfAnotherFileNeedsForce) {

@@ -163,7 +163,7 @@ TEST_F(Batch, StopsAtAFailureUnlessToldToKeepGoing) {
   const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n");
   const Outcome stopped = batch(file, {"-j", "1"});
   EXPECT_EQ(stopped.code, int(Status::index_out_of_range));
-  EXPECT_NE(stopped.out.find("1 failed, 2 not begun"), std::string::npos) << stopped.out;
+  EXPECT_NE(stopped.out.find("1 failed, 2 not started"), std::string::npos) << stopped.out;
   EXPECT_NE(stopped.err.find("a.obj"), std::string::npos);
 
   const Outcome kept = batch(file, {"--keep-going", "--json"});
@@ -350,7 +350,7 @@ TEST_F(Batch, AFarmWithoutASchedulerSaysSo) {
   const Outcome outcome = nif({"farm", file, "--slurm"});
   setenv("PATH", path_before.c_str(), 1);
   EXPECT_EQ(outcome.code, int(Status::farm_failed));
-  EXPECT_NE(outcome.err.find("there is no sbatch"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("sbatch is not on the PATH"), std::string::npos) << outcome.err;
   EXPECT_FALSE(fs::exists(path(".nif-batch")));
   EXPECT_EQ(nif({"farm", file, "--slurm", "--dry-run"}).out.substr(0, 16), "1 asset, 1 task,");
 }

@@ -50,7 +50,8 @@ TEST_F(MeshConvert, PutsTheObjectsOfASceneWhereTheyStand) {
           .string();
   const Outcome outcome = convert({scene, "-o", path("all.glb")});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("0 lights and 1 camera are the scene's own"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("0 lights and 1 camera of the scene file were left out"), std::string::npos)
+      << outcome.err;
   const mesh::Scene all = mesh::read(path("all.glb"));
   ASSERT_EQ(all.meshes.size(), 2u) << "a file named twice is there once";
   ASSERT_EQ(all.instances.size(), 3u);
@@ -109,7 +110,7 @@ TEST_F(MeshConvert, RefusesAndLeavesNothing) {
     EXPECT_EQ(outcome.code, int(status)) << outcome.err;
     EXPECT_NE(outcome.err.find(fragment), std::string::npos) << outcome.err;
   };
-  refused(input, path("ring.fbx"), Status::usage, "ring.fbx: meshes are written as .obj");
+  refused(input, path("ring.fbx"), Status::usage, "ring.fbx: is not the name of a mesh file");
   const Outcome volume = nif({"mesh", "subdivide", input, "-o", path("ring.vdb")});
   EXPECT_EQ(volume.code, int(Status::usage));
   EXPECT_NE(volume.err.find("nif mesh voxelize"), std::string::npos) << volume.err;
@@ -141,7 +142,7 @@ TEST_F(MeshConvert, GoesThroughALevelSet) {
   EXPECT_EQ(convert({ball, "-o", path("b.ply"), "--voxel", "0.05"}).code, int(Status::usage));
   const Outcome bake = nif({"bake", path("ball.vdb"), "-o", path("ball.nif")});
   EXPECT_EQ(bake.code, int(Status::not_a_mesh));
-  EXPECT_NE(bake.err.find("ball.vdb: is an OpenVDB volume; make a mesh of it by nif mesh convert"),
+  EXPECT_NE(bake.err.find("ball.vdb: is an OpenVDB volume; convert it to a mesh with nif mesh convert"),
             std::string::npos)
       << bake.err;
   ASSERT_EQ(nif({"mesh", "voxelize", ball, "-o", path("mask.vdb"), "--kind", "occupancy"}).code, 0);

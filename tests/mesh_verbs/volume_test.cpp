@@ -71,7 +71,7 @@ TEST(Volume, FilesAreReadAsTheSurfacesTheyHold) {
   const volume::LevelSets none = volume::read_vdb(mask);
   EXPECT_TRUE(none.meshes.empty());
   ASSERT_EQ(none.notes.size(), 1u);
-  EXPECT_NE(none.notes[0].find("grid 'icosphere', which is no level set"), std::string::npos);
+  EXPECT_NE(none.notes[0].find("grid 'icosphere', which is not a level set"), std::string::npos);
 }
 
 }  // namespace

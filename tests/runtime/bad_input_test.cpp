@@ -359,7 +359,7 @@ TEST_F(BadInput, MessagesNameTheAssetAndThePlace) {
   EXPECT_EQ(nifAddAsset(scene, asset, nullptr, nullptr, nullptr), NIF_ERROR_SINGULAR_TRANSFORM);
   EXPECT_NE(std::strstr(nifGetErrorMessage(), "memory: instance 2 (instance 2): "), nullptr);
   EXPECT_EQ(nifAddInstance(scene, asset, 3, nullptr, nullptr), NIF_ERROR_INVALID_ARGUMENT);
-  EXPECT_STREQ(nifGetErrorMessage(), "memory: there is no object 3 of its 3");
+  EXPECT_STREQ(nifGetErrorMessage(), "memory: no object 3; there are only 3");
   auto info = nifkit::sized<NifSceneInfo>();
   ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
   EXPECT_EQ(info.instance_count, 0u);

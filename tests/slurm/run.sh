@@ -81,6 +81,6 @@ cp 'props/ring 1.ply' props/bad.ply
 printf ' ' >>props/bad.ply
 code=0
 said=$("$nif" farm library.toml --slurm --sbatch=--partition=none 2>&1) || code=$?
-[[ $code == 53 && $said == 'nif: sbatch refuses: '* ]] || fail "a partition that is not there: $code, $said"
+[[ $code == 53 && $said == 'nif: sbatch failed: '* ]] || fail "a partition that is not there: $code, $said"
 [[ -z $(squeue -h) ]] || fail 'jobs are left'
 echo "baked on Slurm $(sbatch --version | cut -d' ' -f2): 4 of 5, the bad one named; one task requeued"

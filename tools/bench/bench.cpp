@@ -129,7 +129,7 @@ void run(const Arguments& arguments, const Command& command) {
 }  // namespace
 
 void add_bench(Command app) {
-  const Command command = app.add_subcommand("bench", "Compare an asset's speed with the fastest of Embree");
+  const Command command = app.add_subcommand("bench", "Compare an asset's speed with Embree's fastest");
   auto a = std::make_shared<Arguments>();
   command.add_option("ASSET", a->asset, "The .nif file to measure").required();
   command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
