@@ -4,8 +4,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "formats/base/quantities.hpp"
 #include "nif/nif.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/options.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {

@@ -7,10 +7,18 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/report.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "tools/common/accuracy_table.hpp"
-#include "tools/common/command.hpp"
-#include "tools/common/measuring.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/measured_asset.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/ray_set_option.hpp"
 #include "tools/common/shared_options.hpp"
+#include "tools/common/threads.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {

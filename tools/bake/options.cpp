@@ -4,7 +4,8 @@
 
 #include <sstream>
 
-#include "tools/common/command.hpp"
+#include "formats/base/status.hpp"
+#include "tools/common/amounts.hpp"
 
 namespace nif::tools {
 namespace {

@@ -5,13 +5,16 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
-#include "tools/batch/batch.hpp"
+#include "tools/batch/baking.hpp"
 #include "tools/batch/report.hpp"
 #include "tools/batch/slurm.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {

@@ -8,11 +8,12 @@
 #include <thread>
 
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
 #include "tools/batch/record.hpp"
 #include "tools/common/child.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/interruption.hpp"
 
 namespace nif::tools {
 namespace {

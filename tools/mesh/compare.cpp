@@ -7,11 +7,19 @@
 
 #include "bake/oracle/prepare.hpp"
 #include "formats/base/memory.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "mesh/compare/compare.hpp"
-#include "tools/common/measuring.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/naming.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/ray_set_option.hpp"
+#include "tools/common/threads.hpp"
 #include "tools/mesh/input.hpp"
-#include "tools/mesh/mesh.hpp"
+#include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {
 namespace {

@@ -10,8 +10,12 @@
 #include "formats/base/output_file.hpp"
 #include "formats/mesh/ply_writer.hpp"
 #include "mesh/generate/shape.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
-#include "tools/mesh/mesh.hpp"
+#include "tools/common/threads.hpp"
+#include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {
 namespace {

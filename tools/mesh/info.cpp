@@ -6,12 +6,19 @@
 #include <optional>
 
 #include "formats/base/memory.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/mesh/clean.hpp"
 #include "mesh/cgal/cgal.hpp"
 #include "mesh/inspect/inspect.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/threads.hpp"
 #include "tools/mesh/input.hpp"
-#include "tools/mesh/mesh.hpp"
 #include "tools/mesh/report.hpp"
+#include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {
 namespace {

@@ -3,10 +3,20 @@
 
 #include <chrono>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "formats/base/file_name.hpp"
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/threads.hpp"
+#include "tools/mesh/input.hpp"
 #include "tools/mesh/sampling.hpp"
+#include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {
 namespace {

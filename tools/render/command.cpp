@@ -8,14 +8,21 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/common/runtime_handles.hpp"
 #include "tools/common/shared_options.hpp"
+#include "tools/common/threads.hpp"
 #include "tools/render/compare.hpp"
 #include "tools/render/renderer.hpp"
 #include "tools/render/scene_file.hpp"
 #include "tools/render/scene_meshes.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
@@ -249,8 +256,7 @@ void run(const Arguments& arguments) {
   render::ObjectMeshes meshes = render::read_meshes(scene, notes, progress);
   keep_cameras(arguments, scene);
   progress.finish();
-  if (!arguments.quiet)
-    for (const std::string& note : notes) fmt::print(stderr, "nif: note: {}\n", note);
+  print_notes(notes, arguments.quiet);
   const int threads = tbb::this_task_arena::max_concurrency();
   const render::Lighting lighting(scene);
   const render::World world(scene, std::move(meshes),

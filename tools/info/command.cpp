@@ -5,12 +5,15 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/encoding.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
-#include "tools/common/command.hpp"
-#include "tools/common/measuring.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/runtime_handles.hpp"
 #include "tools/info/hierarchy.hpp"
 #include "tools/info/spherical.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {

@@ -2,28 +2,36 @@
 #include "bake/bake.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
 
 #include "bake/report.hpp"
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tools/bake/options.hpp"
 #include "tools/batch/command.hpp"
 #include "tools/common/accuracy_table.hpp"
-#include "tools/common/command.hpp"
-#include "tools/common/measuring.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/naming.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/common/runtime_handles.hpp"
+#include "tools/common/threads.hpp"
 #include "tools/render/scene_file.hpp"
 #include "tools/render/scene_meshes.hpp"
 #include "tools/render/view_rays.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
@@ -35,6 +43,13 @@ struct Arguments {
   uint32_t threads = 0;
   bool json = false, quiet = false;
 };
+
+/// Most memory that the process has held so far, in bytes.
+uint64_t peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return uint64_t(usage.ru_maxrss) * 1024;
+}
 
 /// As `bytes` of the JSON.
 nlohmann::ordered_json count_bytes(std::span<const std::byte> file) {
@@ -217,10 +232,7 @@ void run(const Arguments& arguments, const Command& command) {
   if (arguments.output.empty()) throw Error(Status::usage, "--output is required; see --help");
   const auto start = std::chrono::steady_clock::now();
   bake::BakeOptions options = resolve_options(arguments.bake);
-  std::error_code ignored;
-  if (std::filesystem::equivalent(arguments.mesh, arguments.output, ignored)) {
-    throw Error(Status::usage, fmt::format("{}: the output would overwrite the input", arguments.output));
-  }
+  refuse_overwriting(arguments.mesh, arguments.output);
   if (arguments.output == "-") {
     throw Error(Status::usage, "-o -: an asset cannot be written to a stream; give a file name");
   }
@@ -236,8 +248,7 @@ void run(const Arguments& arguments, const Command& command) {
   if (arguments.bake.spherical.view) {
     view = std::make_unique<View>(read_view(arguments.bake.spherical), arguments.mesh, scene, progress);
     progress.finish();
-    if (!arguments.quiet)
-      for (const std::string& note : view->notes) fmt::print(stderr, "nif: note: {}\n", note);
+    print_notes(view->notes, arguments.quiet);
     const render::PictureDescription& picture = view->scene.picture;
     options.spherical.given = bake::GivenRays{
         fmt::format("{}, {} x {} pixels, {} samples each", count_of(view->scene.cameras.size(), "camera"),
@@ -274,8 +285,7 @@ void run(const Arguments& arguments, const Command& command) {
 
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::vector<std::string> notes = notes_of(scene, result);
-  if (!arguments.quiet)
-    for (const std::string& note : notes) fmt::print(stderr, "nif: note: {}\n", note);
+  print_notes(notes, arguments.quiet);
   if (arguments.json) {
     print_json(arguments, result, bytes, seconds, sources, notes);
   } else if (!arguments.quiet) {

@@ -10,11 +10,17 @@
 #include <memory>
 
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "tools/bench/gpu.hpp"
 #include "tools/bench/plot.hpp"
 #include "tools/bench/report.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/ray_set_option.hpp"
 #include "tools/common/shared_options.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {

@@ -9,14 +9,20 @@
 #include "formats/base/file_name.hpp"
 #include "formats/base/memory.hpp"
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/gltf/attach.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
 #include "tools/attach/nodes.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/mesh/input.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
