@@ -21,6 +21,7 @@
 #include "tools/common/notes.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/common/shared_options.hpp"
 #include "tools/mesh/input.hpp"
 #include "tools/subcommands.hpp"
 
@@ -28,6 +29,8 @@ namespace nif::tools {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kSchema = "nifkit.attach/1";
 
 struct Arguments {
   std::string gltf, asset, output;
@@ -143,10 +146,8 @@ Result attach(const Arguments& arguments, const mesh::GltfFile& file, const mesh
 
 void print(const Arguments& arguments, const Result& result) {
   if (arguments.json) {
-    nlohmann::ordered_json json{{"schema", "nifkit.attach/1"},
-                                {"file", arguments.output},
-                                {"how", result.how},
-                                {"bytes", result.bytes}};
+    nlohmann::ordered_json json{
+        {"schema", kSchema}, {"file", arguments.output}, {"how", result.how}, {"bytes", result.bytes}};
     if (!arguments.remove) {
       json["asset"] = {
           {"file", arguments.asset}, {"bytes", result.asset_bytes}, {"instances", result.instances}};
@@ -208,8 +209,8 @@ void add_attach(Command app) {
                    "Accept an asset that was baked from another file, and match nodes by their names");
   command.add_flag("--remove", a.remove,
                    "Remove an attached asset: the file becomes byte for byte what it was before");
-  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.attach/1)");
-  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  add_json_option(command, a.json, kSchema);
+  add_quiet_option(command, a.quiet);
   command.footer(
       "The asset is attached with the glTF extension NIF_visibility (docs/gltf-extension.md), which other "
       "programs\n"

@@ -19,6 +19,7 @@
 #include "formats/nif/writer.hpp"
 #include "tools/bake/options.hpp"
 #include "tools/batch/command.hpp"
+#include "tools/batch/report.hpp"
 #include "tools/common/accuracy_table.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/json_output.hpp"
@@ -27,6 +28,7 @@
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/common/runtime_handles.hpp"
+#include "tools/common/shared_options.hpp"
 #include "tools/common/threads.hpp"
 #include "tools/render/scene_file.hpp"
 #include "tools/render/scene_meshes.hpp"
@@ -36,12 +38,12 @@
 namespace nif::tools {
 namespace {
 
-struct Arguments {
+constexpr const char* kSchema = "nifkit.bake/1";
+
+struct Arguments : RunArguments {
   std::string mesh, output, depfile;
   BatchArguments batch;
   BakeArguments bake;
-  uint32_t threads = 0;
-  bool json = false, quiet = false;
 };
 
 /// Most memory that the process has held so far, in bytes.
@@ -97,7 +99,7 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result,
                 const std::vector<std::string>& notes) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (const bake::ObjectReport& object : result.objects) objects.push_back(to_json(object));
-  const nlohmann::ordered_json json{{"schema", "nifkit.bake/1"},
+  const nlohmann::ordered_json json{{"schema", kSchema},
                                     {"file", arguments.output},
                                     {"triangles", result.triangles},
                                     {"instances", result.asset.instances.size()},
@@ -209,10 +211,8 @@ render::SceneDescription read_view(const SphericalArguments& arguments) {
 /// With --manifest, which says all that the options of an asset else say.
 void run_manifest(const Arguments& arguments, const Command& command) {
   BatchArguments batch = arguments.batch;
-  batch.threads = arguments.threads;
+  static_cast<RunArguments&>(batch) = arguments;
   batch.depfile = arguments.depfile;
-  batch.json = arguments.json;
-  batch.quiet = arguments.quiet;
   const OwnCommand allowed;
   add_batch_options(allowed, batch);
   for (const std::string& name : command.given()) {
@@ -302,14 +302,10 @@ void add_bake(Command app) {
                      "The mesh to bake: OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst");
   command.add_option("-o,--output", a->output, "The .nif file to write");
   add_bake_options(command, a->bake);
-  command.add_option("-j,--threads", a->threads, "Threads (0 = all cores). The result does not depend on it")
-      .capture_default_str();
   command.add_option("--depfile", a->depfile,
                      "Also write a dependency file for make and ninja, with all files that were read");
   add_batch_options(command, a->batch);
-  command.add_flag("--json", a->json,
-                   "Print the results as one JSON object (nifkit.bake/1, or nifkit.batch/1)");
-  command.add_flag("--quiet", a->quiet, "No progress, notes or summary");
+  add_run_options(command, *a, fmt::format("{}; with --manifest {}", kSchema, kBatchSchema));
   command.footer(
       "Examples:\n"
       "  nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n"

@@ -94,7 +94,7 @@ Json to_json(const Manifest& manifest, std::span<const BatchItem> items, double 
     json["report"] = item.report;
     assets.push_back(std::move(json));
   }
-  Json json{{"schema", "nifkit.batch/1"}, {"manifest", manifest.file}, {"seconds", seconds}};
+  Json json{{"schema", kBatchSchema}, {"manifest", manifest.file}, {"seconds", seconds}};
   for (Outcome outcome : {Outcome::baked, Outcome::current, Outcome::failed, Outcome::left})
     json[name_of(outcome)] = count(items, outcome);
   json["assets"] = std::move(assets);

@@ -8,6 +8,12 @@
 
 namespace nif::tools {
 
+void add_set_option(Command command, std::vector<std::string>& names, const std::string& otherwise) {
+  command.add_option(
+      "--set", names,
+      fmt::format("A ray set to measure (docs/ray-sets.md); may be repeated (default: {})", otherwise));
+}
+
 std::vector<bake::RaySet> parse_sets(const std::vector<std::string>& names) {
   std::vector<bake::RaySet> sets;
   for (const std::string& name : names) {

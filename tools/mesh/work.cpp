@@ -7,7 +7,6 @@
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
-#include "formats/mesh/draco_writer.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/json_output.hpp"
 #include "tools/common/naming.hpp"
@@ -15,9 +14,12 @@
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/common/threads.hpp"
+#include "tools/mesh/write_options.hpp"
 
 namespace nif::tools {
 namespace {
+
+std::string schema_of(const std::string& verb) { return "nifkit.mesh-" + verb + "/1"; }
 
 /// Meshes without triangles, and their instances, are left out.
 void drop_empty(mesh::Scene& scene, std::vector<std::string>& notes) {
@@ -45,17 +47,8 @@ void add_work_options(Command command, WorkArguments& a, const std::string& verb
       .add_option("-o,--output", a.output,
                   "The file to write. Its ending sets the format: .obj, .ply, .stl, .off, .glb or .drc")
       .required();
-  command.add_flag("--draco", a.write.draco, "Compress a .glb with Draco");
-  command
-      .add_option("--draco-bits", a.write.draco_bits,
-                  fmt::format("Draco rounds coordinates to this many bits (0 = no rounding; default: {})",
-                              mesh::kDracoBits))
-      .range(uint32_t{0}, mesh::kMostDracoBits);
-  command.add_flag("--text", a.write.text, "Write a text .stl");
-  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
-      .capture_default_str();
-  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-" + verb + "/1)");
-  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  add_write_options(command, a.write);
+  add_run_options(command, a, schema_of(verb));
 }
 
 void work_on(const WorkArguments& a, const std::string& verb,
@@ -90,7 +83,7 @@ void work_on(const WorkArguments& a, const std::string& verb,
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const uint64_t after = triangles_of(scene);
   if (a.json) {
-    nlohmann::ordered_json json{{"schema", "nifkit.mesh-" + verb + "/1"},
+    nlohmann::ordered_json json{{"schema", schema_of(verb)},
                                 {"file", a.output},
                                 {"triangles", {{"before", before}, {"after", after}}}};
     json.update(result.json);

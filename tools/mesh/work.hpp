@@ -10,16 +10,15 @@
 #include "formats/mesh/write.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/common/shared_options.hpp"
 #include "tools/mesh/input.hpp"
 #include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {
 
-struct WorkArguments {
+struct WorkArguments : RunArguments {
   std::string input, output;
   mesh::WriteOptions write;
-  uint32_t threads = 0;
-  bool json = false, quiet = false;
 };
 
 /// INPUT, -o, --draco, --draco-bits, --text, -j, --json and --quiet of `command`, whose results have the

@@ -32,18 +32,19 @@ using render::Image;
 using render::Mode;
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+constexpr const char* kSchema = "nifkit.render/1";
+
+struct Arguments : RunArguments {
   std::string scene, folder;
   std::vector<std::string> cameras;
   std::optional<uint32_t> samples, width, height, bounces;
   std::optional<uint64_t> seed;
   double confidence = 0.9;
   std::string exact = "none";
-  uint32_t threads = 0;
   std::string isa = "auto";
   std::optional<std::string> sheet;
   uint32_t thumbnail = 240;
-  bool exr = false, json = false, quiet = false;
+  bool exr = false;
 };
 
 /// What stands in a picture of other answers, beside the reference's.
@@ -204,7 +205,7 @@ void print_table(const std::vector<CameraResult>& results, const render::World& 
 
 Json to_json(const std::vector<CameraResult>& results, const Arguments& arguments, const render::World& world,
              const render::PictureDescription& picture, double exposure) {
-  Json json{{"schema", "nifkit.render/1"},
+  Json json{{"schema", kSchema},
             {"file", arguments.scene},
             {"triangles", world.triangles()},
             {"bytes", {{"file", world.asset_bytes()}, {"resident", world.resident_bytes()}}},
@@ -335,8 +336,6 @@ void add_render(Command app) {
       .capture_default_str()
       .one_of({"none", "inside", "outside"});
   add_isa_option(command, a.isa);
-  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The pictures do not depend on it")
-      .capture_default_str();
   command.add_flag("--exr", a.exr, "Also write linear pictures as OpenEXR");
   command.add_option("--sheet", a.sheet,
                      "Also write a PNG with small pictures of all cameras: reference, assets (probability) "
@@ -344,8 +343,7 @@ void add_render(Command app) {
   command.add_option("--thumbnail", a.thumbnail, "Width of each picture in --sheet, in pixels")
       .capture_default_str()
       .range(16u, 4096u);
-  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.render/1)");
-  command.add_flag("--quiet", a.quiet, "No progress or table");
+  add_run_options(command, a, kSchema);
   command.footer(
       "Examples:\n"
       "  nif render scene.toml -o pictures --samples 64\n"
