@@ -10,7 +10,7 @@
 #include "bake/segment/occupancy.hpp"
 #include "bake/spherical/bake.hpp"
 #include "bake/steps.hpp"
-#include "formats/base/format_bytes.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "formats/nif/writer.hpp"
 

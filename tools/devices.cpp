@@ -4,11 +4,17 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "formats/base/quantities.hpp"
 #include "nif/nif.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/shared_options.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
+
+constexpr const char* kSchema = "nifkit.devices/1";
 
 struct Card {
   std::string name, target, driver, reason;
@@ -54,7 +60,7 @@ void print_json() {
                      {"memory", card.memory},
                      {"available", card.reason.empty()},
                      {"reason", card.reason}});
-  const Json json{{"schema", "nifkit.devices/1"},
+  const Json json{{"schema", kSchema},
                   {"isa", nifkit::Device().info().isa},
                   {"backends", std::move(backends)},
                   {"cards", std::move(cards)}};
@@ -67,7 +73,7 @@ void add_devices(Command app) {
   const Command command =
       app.add_subcommand("devices", "List what can answer queries on this machine: the CPU and GPUs");
   auto json = std::make_shared<bool>(false);
-  command.add_flag("--json", *json, "Print the list as one JSON object (nifkit.devices/1)");
+  add_json_option(command, *json, kSchema);
   command.footer(
       "To use a GPU, configure the runtime with \"backend=gpu,device=N\" (docs/runtime.md). If no GPU can be "
       "used, the\n"

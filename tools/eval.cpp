@@ -7,21 +7,27 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/report.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "tools/common/accuracy_table.hpp"
-#include "tools/common/command.hpp"
-#include "tools/common/measuring.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/measure_options.hpp"
+#include "tools/common/measured_asset.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/ray_set_option.hpp"
 #include "tools/common/shared_options.hpp"
+#include "tools/common/threads.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
 
-struct Arguments {
-  std::string asset, mesh;
-  std::vector<std::string> sets;
-  uint64_t rays = 1'000'000, seed = 2;
-  uint32_t threads = 0;
-  std::string isa = "auto";
-  bool bvh = false, reference = false, json = false, quiet = false;
+constexpr const char* kSchema = "nifkit.eval/1";
+
+struct Arguments : MeasureArguments, RunArguments {
+  bool bvh = false, reference = false;
 };
 
 struct EmbreeBytes {
@@ -86,7 +92,7 @@ void print_json(const Arguments& arguments, const Result& result) {
   for (const auto& [name, sets] : result.objects)
     objects.push_back({{"name", name}, {"sets", bake::to_json(sets)}});
   nlohmann::ordered_json json{
-      {"schema", "nifkit.eval/1"},
+      {"schema", kSchema},
       {"file", arguments.asset},
       {"triangles", result.triangles},
       {"bytes", {{"file", result.info.file_bytes}, {"resident", result.info.resident_bytes}}},
@@ -139,21 +145,11 @@ void add_eval(Command app) {
   const Command command =
       app.add_subcommand("eval", "Compare an asset's answers with Embree's on its source mesh");
   auto a = std::make_shared<Arguments>();
-  command.add_option("ASSET", a->asset, "The .nif file to measure").required();
-  command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
-  command.add_option("--set", a->sets,
-                     "A ray set to measure (docs/ray-sets.md); may be repeated (default: all)");
-  command.add_option("--rays", a->rays, "Rays per ray set, divided among the objects")
-      .positive()
-      .capture_default_str();
-  command.add_option("--seed", a->seed, "Seed of the random rays").capture_default_str();
-  command.add_option("-j,--threads", a->threads, "Threads (0 = all cores)").capture_default_str();
+  add_measure_options(command, *a, "all");
   command.add_flag("--bvh", a->bvh, "Also build Embree's default and compact BVH, and print their size");
-  add_isa_option(command, a->isa);
   command.add_flag("--reference", a->reference,
                    "Also ask the scalar reference, and fail if any bit of an answer differs");
-  command.add_flag("--json", a->json, "Print the results as one JSON object (nifkit.eval/1)");
-  command.add_flag("--quiet", a->quiet, "No progress");
+  add_run_options(command, *a, kSchema);
   command.footer(
       "Examples:\n"
       "  nif eval dragon.nif --mesh dragon.ply.gz --set outer-lines --set segments\n"

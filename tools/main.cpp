@@ -11,7 +11,7 @@
 
 #include "formats/base/status.hpp"
 #include "mesh/cgal/cgal.hpp"
-#include "tools/common/command.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {

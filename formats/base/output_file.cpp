@@ -86,6 +86,12 @@ void OutputFile::commit() {
   temporary_.clear();
 }
 
+void refuse_overwriting(const std::string& input, const std::string& output) {
+  std::error_code ignored;
+  if (fs::equivalent(input, output, ignored))
+    throw Error(Status::usage, output + ": the output would overwrite the input");
+}
+
 void check_output(const std::string& path) {
   if (!is_stream(path)) OutputFile{path};
 }

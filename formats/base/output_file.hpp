@@ -11,6 +11,9 @@ namespace nif {
 /// Status::output_folder_missing or Status::output_not_writable and one sentence; leaves nothing behind.
 void check_output(const std::string& path);
 
+/// Throws nif::Error(usage) where both are the same file.
+void refuse_overwriting(const std::string& input, const std::string& output);
+
 /// A result that is written piece by piece, to a temporary file beside the target. A file that was there
 /// before stays whole until commit(); an OutputFile that ends without it leaves nothing behind. Devices and
 /// pipes are written to directly, and keep what they were given. Not thread-safe.

@@ -1,6 +1,8 @@
 // What a newcomer types first: help is a result, not an error.
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "tests/cli/program.hpp"
 
 namespace nif::test {
@@ -64,6 +66,35 @@ TEST(Help, NamesEachInstructionSet) {
     const std::string help = nif({command, "--help"}).out;
     for (const char* isa : {"scalar", "sse4", "avx2", "avx512", "neon"})
       EXPECT_NE(help.find(isa), std::string::npos) << command << ' ' << isa;
+  }
+}
+
+/// The help of a command as one line, whatever its width.
+std::string words_of_help(std::vector<std::string> command) {
+  command.emplace_back("--help");
+  std::istringstream words(nif(command).out);
+  std::string line;
+  for (std::string word; words >> word;) line += word + ' ';
+  return line;
+}
+
+TEST(Help, SaysTheSameOfAnOptionEverywhere) {
+  const std::string bake = words_of_help({"bake"});
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{{"eval"},
+                                                                                       {"mesh", "compare"},
+                                                                                       {"mesh", "convert"},
+                                                                                       {"mesh", "generate"},
+                                                                                       {"mesh", "info"},
+                                                                                       {"mesh", "remesh"},
+                                                                                       {"mesh", "voxelize"},
+                                                                                       {"render"}}) {
+    const std::string help = words_of_help(command);
+    for (const std::string option : {"--threads", "--quiet"}) {
+      const size_t at = bake.find(option + " "), here = help.find(option + " ");
+      ASSERT_NE(at, std::string::npos) << option;
+      ASSERT_NE(here, std::string::npos) << option << " of " << testing::PrintToString(command);
+      EXPECT_EQ(help.substr(here, 60), bake.substr(at, 60)) << testing::PrintToString(command);
+    }
   }
 }
 

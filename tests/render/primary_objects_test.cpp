@@ -15,6 +15,7 @@
 #include "tests/cli/mesh_text.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tools/common/progress.hpp"
 #include "tools/render/lighting.hpp"
 #include "tools/render/renderer.hpp"
 #include "tools/render/view_rays.hpp"

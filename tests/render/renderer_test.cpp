@@ -1,5 +1,6 @@
 // Whole pictures: against what can be computed by hand, and the same for any number of threads.
 #include "tools/render/renderer.hpp"
+#include "bake/oracle/ray_sets.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
@@ -13,6 +14,7 @@
 #include "tests/support/gltf.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tools/common/progress.hpp"
 #include "tools/render/compare.hpp"
 #include "tools/render/scene_file.hpp"
 

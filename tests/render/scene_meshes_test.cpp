@@ -10,6 +10,7 @@
 #include "tests/support/gltf.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tools/common/progress.hpp"
 #include "tools/render/scene_file.hpp"
 
 namespace nif::render {

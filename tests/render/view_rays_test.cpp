@@ -9,6 +9,7 @@
 #include "tests/cli/mesh_text.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tools/common/progress.hpp"
 #include "tools/render/scene_meshes.hpp"
 
 namespace nif::render {

@@ -8,7 +8,8 @@
 #include <set>
 
 #include "bake/report.hpp"
-#include "tools/common/command.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 
 namespace nif::tools {
 namespace {

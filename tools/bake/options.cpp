@@ -1,10 +1,12 @@
 #include "tools/bake/options.hpp"
+#include "tools/common/shared_options.hpp"
 
 #include <fmt/format.h>
 
 #include <sstream>
 
-#include "tools/common/command.hpp"
+#include "formats/base/status.hpp"
+#include "tools/common/amounts.hpp"
 
 namespace nif::tools {
 namespace {
@@ -122,10 +124,7 @@ void add_bake_options(Command command, BakeArguments& arguments) {
                      "Largest error on each ray set, e.g. 0.002 or 0.2%. If it cannot be reached, nothing is "
                      "written. With auto, fields with a larger error become BVHs");
   command.add_option("--mix", arguments.mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");
-  command
-      .add_option("--seed", arguments.seed,
-                  "Seed of all random numbers. Same input, options and seed: same bytes")
-      .capture_default_str();
+  add_seed_option(command, arguments.seed);
   command
       .add_option("--rays", arguments.rays, "Rays per ray set to measure the error with (0 = do not measure)")
       .capture_default_str();

@@ -7,11 +7,14 @@
 #include <set>
 
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
-#include "tools/batch/batch.hpp"
+#include "tools/batch/baking.hpp"
 #include "tools/batch/report.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/amounts.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
 #include "tools/common/progress.hpp"
 
 namespace nif::tools {
@@ -152,9 +155,7 @@ void run_batch(const BatchArguments& arguments) {
       first_failed = &item;
   }
   if (arguments.json) {
-    fmt::print(
-        "{}\n",
-        to_json(manifest, items, seconds).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_json(to_json(manifest, items, seconds));
   } else if (!arguments.quiet) {
     fmt::print("{}: {}: {} baked, {} up to date", manifest.file, count_of(items.size(), "asset"),
                counts[size_t(BatchItem::Outcome::baked)], counts[size_t(BatchItem::Outcome::current)]);

@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "tools/common/options.hpp"
+#include "tools/common/shared_options.hpp"
 
 namespace nif::tools {
 
-struct BatchArguments {
+struct BatchArguments : RunArguments {
   std::string manifest, memory, report, depfile, shard, only;
-  uint32_t threads = 0;
-  bool dry_run = false, keep_going = false, force = false, json = false, quiet = false;
+  bool dry_run = false, keep_going = false, force = false;
 
   /// Name of an option that has a meaning for a manifest alone, and was given; null where none was.
   const char* first_given() const;

@@ -5,18 +5,24 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
-#include "tools/batch/batch.hpp"
+#include "tools/batch/baking.hpp"
 #include "tools/batch/report.hpp"
 #include "tools/batch/slurm.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/common/shared_options.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kSchema = "nifkit.farm/1";
 
 struct Arguments {
   std::string manifest;
@@ -45,7 +51,7 @@ void run_slurm(const Arguments& arguments) {
   }
   const Submitted jobs = submit(manifest, classes, arguments.options);
   if (arguments.json) {
-    write_json(Json{{"schema", "nifkit.farm/1"},
+    write_json(Json{{"schema", kSchema},
                     {"manifest", manifest.file},
                     {"arrays", jobs.arrays},
                     {"merge", jobs.merge},
@@ -65,7 +71,7 @@ std::map<std::string, Json> read_summaries(const std::vector<std::string>& files
     try {
       const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, uint64_t{1} << 30);
       const Json summary = Json::parse(text.view());
-      if (summary.at("schema") != "nifkit.batch/1")
+      if (summary.at("schema") != kBatchSchema)
         throw Error(Status::malformed_manifest, file + ": is not a batch summary");
       for (const Json& asset : summary.at("assets")) {
         const std::string outcome = asset.at("outcome");
@@ -163,9 +169,8 @@ void add_farm(Command app) {
                      "Also write an HTML report with a picture of each asset to this file");
   command.add_flag("--dry-run", a->dry_run,
                    "With --slurm: print what would be submitted, but submit nothing");
-  command.add_flag("--json", a->json,
-                   "Print the results as one JSON object (nifkit.farm/1; with --merge nifkit.batch/1)");
-  command.add_flag("--quiet", a->quiet, "No progress");
+  add_json_option(command, a->json, fmt::format("{}; with --merge {}", kSchema, kBatchSchema));
+  add_quiet_option(command, a->quiet);
   command.footer(
       "Examples:\n"
       "  nif farm library.toml --slurm --sbatch=--partition=night --report library.html\n"

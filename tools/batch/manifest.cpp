@@ -7,8 +7,10 @@
 #include <set>
 
 #include "formats/base/file_name.hpp"
+#include "formats/base/status.hpp"
 #include "tools/bake/options.hpp"
 #include "tools/batch/glob.hpp"
+#include "tools/common/options.hpp"
 #include "tools/common/toml_table.hpp"
 
 namespace nif::tools {

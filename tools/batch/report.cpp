@@ -8,11 +8,12 @@
 #include <thread>
 
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
 #include "tools/batch/record.hpp"
 #include "tools/common/child.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/interruption.hpp"
 
 namespace nif::tools {
 namespace {
@@ -93,7 +94,7 @@ Json to_json(const Manifest& manifest, std::span<const BatchItem> items, double 
     json["report"] = item.report;
     assets.push_back(std::move(json));
   }
-  Json json{{"schema", "nifkit.batch/1"}, {"manifest", manifest.file}, {"seconds", seconds}};
+  Json json{{"schema", kBatchSchema}, {"manifest", manifest.file}, {"seconds", seconds}};
   for (Outcome outcome : {Outcome::baked, Outcome::current, Outcome::failed, Outcome::left})
     json[name_of(outcome)] = count(items, outcome);
   json["assets"] = std::move(assets);

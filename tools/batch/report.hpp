@@ -6,11 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "tools/batch/batch.hpp"
+#include "tools/batch/baking.hpp"
 
 namespace nif::tools {
 
-/// nifkit.batch/1.
+inline constexpr const char* kBatchSchema = "nifkit.batch/1";
+
+/// docs/batches.md explains the fields of the schema.
 nlohmann::ordered_json to_json(const Manifest& manifest, std::span<const BatchItem> items, double seconds);
 
 /// Makes the pictures of a report that are not there yet, each by `nif render`, in the manifest's state

@@ -12,7 +12,6 @@
 #include "formats/base/status.hpp"
 #include "tools/batch/record.hpp"
 #include "tools/common/child.hpp"
-#include "tools/common/command.hpp"
 
 namespace nif::tools {
 namespace {

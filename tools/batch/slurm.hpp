@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/batch/batch.hpp"
+#include "tools/batch/baking.hpp"
 
 namespace nif::tools {
 

@@ -3,15 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <span>
 
 #include "bake/bake.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/writer.hpp"
 #include "tools/bench/report.hpp"
-#include "tools/common/command.hpp"
-#include "tools/common/measuring.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/measured_asset.hpp"
+#include "tools/common/runtime_handles.hpp"
 
 namespace nif::tools {
 namespace {

@@ -9,7 +9,12 @@
 #include <ctime>
 #include <deque>
 
-#include "tools/common/command.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/measured_asset.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/runtime_handles.hpp"
 
 namespace nif::tools {
 namespace {

@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "bake/oracle/embree_baseline.hpp"
+#include "bake/oracle/evaluate.hpp"
+#include "nif/nif.h"
 #include "tools/bench/rounds.hpp"
 #include "tools/bench/stages.hpp"
-#include "tools/common/measuring.hpp"
+#include "tools/common/progress.hpp"
 
 namespace nif::tools {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <filesystem>
 
+#include "formats/base/quantities.hpp"
 #include "formats/nif/utf8.hpp"
 #include "tools/bench/report.hpp"
-#include "tools/common/command.hpp"
 
 namespace nif::tools {
 namespace {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "tools/common/command.hpp"
+#include "formats/base/quantities.hpp"
 
 namespace nif::tools {
 namespace {

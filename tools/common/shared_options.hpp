@@ -1,13 +1,28 @@
 // Options that several subcommands have: each has one name, one meaning and one wording everywhere.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "tools/common/options.hpp"
 
 namespace nif::tools {
 
-/// --isa: what the runtime's configuration says of instruction sets. `value` is the default.
-void add_isa_option(Command command, std::string& value);
+/// How to run, and what to print.
+struct RunArguments {
+  uint32_t threads = 0;  ///< for limit_threads()
+  bool json = false, quiet = false;
+};
+
+/// -j, --threads, --json and --quiet. `schema` is what the printed JSON calls itself.
+void add_run_options(Command command, RunArguments& arguments, const std::string& schema);
+
+/// Each by itself. The variables hold the defaults, and must live until the words are parsed.
+void add_threads_option(Command command, uint32_t& threads);
+void add_json_option(Command command, bool& json, const std::string& schema);
+void add_quiet_option(Command command, bool& quiet);
+void add_seed_option(Command command, uint64_t& seed);
+/// --isa: the instruction sets are those of the runtime's configuration.
+void add_isa_option(Command command, std::string& isa);
 
 }  // namespace nif::tools

@@ -21,6 +21,7 @@
 #include <fstream>
 
 #include "bake/oracle/prepare.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 
 namespace {

@@ -21,7 +21,9 @@
 #include <new>
 #include <random>
 
-#include "tools/common/measuring.hpp"
+#include "tools/common/measured_asset.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/runtime_handles.hpp"
 
 namespace {
 

@@ -7,11 +7,20 @@
 
 #include "bake/oracle/prepare.hpp"
 #include "formats/base/memory.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "mesh/compare/compare.hpp"
-#include "tools/common/measuring.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/naming.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/ray_set_option.hpp"
+#include "tools/common/shared_options.hpp"
+#include "tools/common/threads.hpp"
 #include "tools/mesh/input.hpp"
-#include "tools/mesh/mesh.hpp"
+#include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {
 namespace {
@@ -20,12 +29,12 @@ namespace {
 /// them takes 0.36 kB a triangle.
 constexpr uint64_t kBytesPerTriangle = 500;
 
-struct Arguments {
+constexpr const char* kSchema = "nifkit.mesh-compare/1";
+
+struct Arguments : RunArguments {
   std::string first, second;
   std::vector<std::string> sets;
   uint64_t samples = 1'000'000, rays = 1'000'000, seed = 1;
-  uint32_t threads = 0;
-  bool json = false, quiet = false;
 };
 
 struct Results {
@@ -94,7 +103,7 @@ void print_json(const Arguments& a, const Results& r, double seconds) {
         {"difference", set.difference()},
         {"opened", set.rays ? double(set.opened) / double(set.rays) : 0},
         {"closed", set.rays ? double(set.closed) / double(set.rays) : 0}};
-  const nlohmann::ordered_json json{{"schema", "nifkit.mesh-compare/1"},
+  const nlohmann::ordered_json json{{"schema", kSchema},
                                     {"files", {a.first, a.second}},
                                     {"triangles", {r.triangles[0], r.triangles[1]}},
                                     {"diagonal", r.diagonal},
@@ -157,12 +166,9 @@ void add_mesh_compare(Command mesh) {
       .positive()
       .capture_default_str();
   command.add_option("--rays", a.rays, "Rays per ray set (0 = none)").non_negative().capture_default_str();
-  command.add_option("--set", a.sets, "A ray set to use (docs/ray-sets.md); may be repeated (default: all)");
-  command.add_option("--seed", a.seed, "Seed of the random points and rays").capture_default_str();
-  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
-      .capture_default_str();
-  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-compare/1)");
-  command.add_flag("--quiet", a.quiet, "No progress or notes");
+  add_set_option(command, a.sets, "all");
+  add_seed_option(command, a.seed);
+  add_run_options(command, a, kSchema);
   command.footer(
       "Rays are generated for FIRST. 'opened' rays are blocked by FIRST but not by SECOND; 'closed' is the "
       "reverse.\n"

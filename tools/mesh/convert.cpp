@@ -8,24 +8,34 @@
 
 #include "formats/base/file_name.hpp"
 #include "formats/base/output_file.hpp"
-#include "formats/mesh/draco_writer.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/write.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/naming.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/shared_options.hpp"
+#include "tools/common/threads.hpp"
 #include "tools/mesh/input.hpp"
-#include "tools/mesh/mesh.hpp"
 #include "tools/mesh/sampling.hpp"
+#include "tools/mesh/verbs.hpp"
+#include "tools/mesh/write_options.hpp"
 #include "tools/render/scene_file.hpp"
 #include "tools/render/transform.hpp"
 
 namespace nif::tools {
 namespace {
 
-struct Arguments {
+constexpr const char* kSchema = "nifkit.mesh-convert/1";
+
+struct Arguments : RunArguments {
   std::string input, output;
   mesh::WriteOptions options;
   SamplingArguments sampling;
   bool sampling_given = false;
-  uint32_t threads = 0;
-  bool json = false, quiet = false;
 };
 
 /// Appends a file's scene, placed by a transform; its meshes only where `first_mesh` says that they are not
@@ -78,7 +88,7 @@ void print(const Arguments& arguments, const mesh::Scene& scene, const mesh::Wri
            const std::vector<std::string>& notes, double seconds) {
   const uint64_t triangles = triangles_of(scene);
   if (arguments.json) {
-    const nlohmann::ordered_json json{{"schema", "nifkit.mesh-convert/1"},
+    const nlohmann::ordered_json json{{"schema", kSchema},
                                       {"file", arguments.output},
                                       {"meshes", scene.meshes.size()},
                                       {"instances", scene.instances.size()},
@@ -164,18 +174,9 @@ void add_mesh_convert(Command mesh) {
                   "The file to write. Its ending sets the format: .obj, .ply (binary), .stl (binary), .off, "
                   ".glb, .drc or .vdb")
       .required();
-  command.add_flag("--draco", a.options.draco, "Compress a .glb with Draco (KHR_draco_mesh_compression)");
-  command
-      .add_option("--draco-bits", a.options.draco_bits,
-                  fmt::format("Draco rounds coordinates to this many bits (0 = no rounding; default: {})",
-                              mesh::kDracoBits))
-      .range(uint32_t{0}, mesh::kMostDracoBits);
-  command.add_flag("--text", a.options.text, "Write a text .stl, which keeps objects and their names");
+  add_write_options(command, a.options);
   add_sampling_options(command, a.sampling);
-  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
-      .capture_default_str();
-  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-convert/1)");
-  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  add_run_options(command, a, kSchema);
   command.footer(
       "A .glb keeps every bit of positions, indices, names, transforms, cameras and lights. The other "
       "formats keep\n"

@@ -5,7 +5,11 @@
 #include <optional>
 
 #include "formats/base/memory.hpp"
+#include "formats/base/status.hpp"
 #include "mesh/halfedge/decimate.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/mesh/length.hpp"
 #include "tools/mesh/work.hpp"
 
 namespace nif::tools {

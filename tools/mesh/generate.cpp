@@ -10,17 +10,22 @@
 #include "formats/base/output_file.hpp"
 #include "formats/mesh/ply_writer.hpp"
 #include "mesh/generate/shape.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
-#include "tools/mesh/mesh.hpp"
+#include "tools/common/shared_options.hpp"
+#include "tools/common/threads.hpp"
+#include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {
 namespace {
 
-struct Arguments {
+constexpr const char* kSchema = "nifkit.mesh-generate/1";
+
+struct Arguments : RunArguments {
   std::string shape, output;
   generate::Request request;
-  uint32_t threads = 0;
-  bool json = false, quiet = false;
 };
 
 /// Does the mesh go where the results would go?
@@ -33,7 +38,7 @@ bool is_standard_output(const std::string& path) {
 void print(std::FILE* out, const Arguments& arguments, const mesh::MeshSource& source,
            const mesh::PlyFile& file, double seconds) {
   if (arguments.json) {
-    const nlohmann::ordered_json json{{"schema", "nifkit.mesh-generate/1"},
+    const nlohmann::ordered_json json{{"schema", kSchema},
                                       {"file", arguments.output},
                                       {"shape", arguments.shape},
                                       {"seed", arguments.request.seed},
@@ -93,14 +98,8 @@ void add_mesh_generate(Command mesh) {
                   "Largest number of triangles; the mesh gets as close to it as the shape allows")
       .capture_default_str()
       .range(generate::kFewestTriangles, generate::kMostTriangles);
-  command
-      .add_option("--seed", a.request.seed,
-                  "Seed of all random numbers. Same shape, triangles and seed: same bytes")
-      .capture_default_str();
-  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
-      .capture_default_str();
-  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-generate/1)");
-  command.add_flag("--quiet", a.quiet, "No progress or summary");
+  add_seed_option(command, a.request.seed);
+  add_run_options(command, a, kSchema);
   command.footer(footer());
   command.callback([arguments] { run(*arguments); });
 }

@@ -6,12 +6,20 @@
 #include <optional>
 
 #include "formats/base/memory.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/mesh/clean.hpp"
 #include "mesh/cgal/cgal.hpp"
 #include "mesh/inspect/inspect.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/shared_options.hpp"
+#include "tools/common/threads.hpp"
 #include "tools/mesh/input.hpp"
-#include "tools/mesh/mesh.hpp"
 #include "tools/mesh/report.hpp"
+#include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {
 namespace {
@@ -23,10 +31,11 @@ constexpr uint64_t kQuick = 1'000'000;
 /// Of the text's list of meshes.
 constexpr size_t kShown = 20;
 
-struct Arguments {
+constexpr const char* kSchema = "nifkit.mesh-info/1";
+
+struct Arguments : RunArguments {
   std::string input, self_intersections = "auto";
-  uint32_t threads = 0;
-  bool by_index = false, json = false, quiet = false;
+  bool by_index = false;
 };
 
 /// One mesh or all of them.
@@ -83,7 +92,7 @@ Json json_of(const Findings& found) {
 }
 
 void print_json(const Arguments& arguments, const mesh::Scene& scene, const Results& results) {
-  Json json{{"schema", "nifkit.mesh-info/1"},
+  Json json{{"schema", kSchema},
             {"file", arguments.input},
             {"instances", scene.instances.size()},
             {"cameras", scene.cameras.size()},
@@ -148,10 +157,7 @@ void add_mesh_info(Command mesh) {
   command.add_flag("--by-index", a.by_index,
                    "Use the vertices as they are shared in the file. By default, vertices at the same "
                    "position count as one");
-  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
-      .capture_default_str();
-  command.add_flag("--json", a.json, "Print the facts as one JSON object (nifkit.mesh-info/1)");
-  command.add_flag("--quiet", a.quiet, "No progress or notes");
+  add_run_options(command, a, kSchema);
   command.footer(
       "Each mesh of a file is inspected in its own space, and the results are added up.\n"
       "Examples:\n"

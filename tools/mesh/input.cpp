@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include "formats/base/memory.hpp"
-#include "tools/common/command.hpp"
 #include "tools/mesh/vdb.hpp"
 
 namespace nif::tools {
@@ -18,17 +17,6 @@ mesh::Scene read_mesh(const std::string& file, Progress& progress) {
   if (!unknown) require_memory(2 * bytes, file + ": reading it");
   progress.update(0, "reading " + file);
   return is_vdb(file) ? read_vdb(file) : mesh::read(file);
-}
-
-void print_notes(const std::vector<std::string>& notes, bool quiet) {
-  if (quiet) return;
-  for (const std::string& note : notes) fmt::print(stderr, "nif: note: {}\n", note);
-}
-
-void refuse_overwriting(const std::string& input, const std::string& output) {
-  std::error_code ignored;
-  if (std::filesystem::equivalent(input, output, ignored))
-    throw Error(Status::usage, fmt::format("{}: the output would overwrite the input", output));
 }
 
 uint64_t triangles_of(const mesh::Scene& scene) {

@@ -12,12 +12,6 @@ namespace nif::tools {
 /// arrays it becomes, and the file is refused (Error(too_large)) before it is loaded.
 mesh::Scene read_mesh(const std::string& file, Progress& progress);
 
-/// Notes of a reader or a writer, one line each on standard error.
-void print_notes(const std::vector<std::string>& notes, bool quiet);
-
-/// Throws Error(usage) where both are the same file.
-void refuse_overwriting(const std::string& input, const std::string& output);
-
 /// Triangles of all meshes, each mesh once.
 uint64_t triangles_of(const mesh::Scene& scene);
 

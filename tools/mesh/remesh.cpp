@@ -5,10 +5,16 @@
 #include <optional>
 
 #include "formats/base/memory.hpp"
+#include "formats/base/status.hpp"
 #include "mesh/cgal/cgal.hpp"
 #include "mesh/inspect/inspect.hpp"
 #include "mesh/repair/repair.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/mesh/length.hpp"
 #include "tools/mesh/sampling.hpp"
+#include "tools/mesh/work.hpp"
 
 namespace nif::tools {
 namespace {

@@ -4,8 +4,14 @@
 #include <memory>
 
 #include "formats/base/memory.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "mesh/inspect/inspect.hpp"
 #include "mesh/repair/repair.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/mesh/length.hpp"
 #include "tools/mesh/report.hpp"
 #include "tools/mesh/work.hpp"
 

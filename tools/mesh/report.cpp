@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "tools/common/command.hpp"
+#include "formats/base/quantities.hpp"
 
 namespace nif::tools {
 namespace {

@@ -6,8 +6,14 @@
 
 #include "formats/base/memory.hpp"
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "mesh/inspect/inspect.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/naming.hpp"
+#include "tools/common/options.hpp"
+#include "tools/mesh/length.hpp"
 
 namespace nif::tools {
 namespace {

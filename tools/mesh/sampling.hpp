@@ -1,10 +1,13 @@
 // The options for voxel size that `nif mesh remesh`, `nif mesh voxelize` and `nif mesh convert` share.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
 
+#include "formats/mesh/scene.hpp"
 #include "mesh/volume/volume.hpp"
-#include "tools/mesh/work.hpp"
+#include "tools/common/options.hpp"
 
 namespace nif::tools {
 

@@ -5,7 +5,10 @@
 #include <memory>
 
 #include "formats/base/memory.hpp"
+#include "formats/base/status.hpp"
 #include "mesh/halfedge/subdivide.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
 #include "tools/mesh/work.hpp"
 
 namespace nif::tools {

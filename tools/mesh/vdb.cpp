@@ -14,9 +14,12 @@
 #include <type_traits>
 
 #include "formats/base/memory.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "mesh/volume/volume.hpp"
 #include "tools/common/child.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/options.hpp"
 
 namespace nif::tools {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "formats/mesh/scene.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/options.hpp"
 
 namespace nif::tools {
 

@@ -3,33 +3,39 @@
 
 #include <chrono>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "formats/base/file_name.hpp"
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/shared_options.hpp"
+#include "tools/common/threads.hpp"
+#include "tools/mesh/input.hpp"
 #include "tools/mesh/sampling.hpp"
+#include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {
 namespace {
 
-struct Arguments {
+constexpr const char* kSchema = "nifkit.mesh-voxelize/1";
+
+struct Arguments : RunArguments {
   std::string input, output, kind = "level-set";
   SamplingArguments sampling;
-  uint32_t threads = 0;
-  bool json = false, quiet = false;
 };
 
 void print(const Arguments& a, const WrittenVolume& written, const std::vector<std::string>& notes,
            double seconds) {
   if (a.json) {
-    const nlohmann::ordered_json json{{"schema", "nifkit.mesh-voxelize/1"},
-                                      {"file", a.output},
-                                      {"kind", a.kind},
-                                      {"voxel", written.voxel},
-                                      {"voxels", written.voxels},
-                                      {"size", written.size},
-                                      {"bytes", written.bytes},
-                                      {"notes", notes},
-                                      {"seconds", seconds}};
+    const nlohmann::ordered_json json{
+        {"schema", kSchema},      {"file", a.output},         {"kind", a.kind},
+        {"voxel", written.voxel}, {"voxels", written.voxels}, {"size", written.size},
+        {"bytes", written.bytes}, {"notes", notes},           {"seconds", seconds}};
     write_json(json);
   } else if (!a.quiet) {
     fmt::print("{}: {}, {} in {} x {} x {}, each {:.4g} wide, {}, in {:.1f} s\n", a.output, a.kind,
@@ -73,10 +79,7 @@ void add_mesh_voxelize(Command mesh) {
       .one_of({"level-set", "occupancy"})
       .capture_default_str();
   add_sampling_options(command, a.sampling);
-  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
-      .capture_default_str();
-  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-voxelize/1)");
-  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  add_run_options(command, a, kSchema);
   command.footer(
       "Examples:\n"
       "  nif mesh voxelize dragon.ply -o dragon.vdb --resolution 256\n"

@@ -3,13 +3,23 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cmath>
 
 #include "formats/base/output_file.hpp"
-#include "formats/mesh/draco_writer.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/naming.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/threads.hpp"
+#include "tools/mesh/write_options.hpp"
 
 namespace nif::tools {
 namespace {
+
+std::string schema_of(const std::string& verb) { return "nifkit.mesh-" + verb + "/1"; }
 
 /// Meshes without triangles, and their instances, are left out.
 void drop_empty(mesh::Scene& scene, std::vector<std::string>& notes) {
@@ -29,19 +39,6 @@ void drop_empty(mesh::Scene& scene, std::vector<std::string>& notes) {
   for (mesh::Instance& instance : scene.instances) instance.mesh = index[instance.mesh];
 }
 
-std::array<double, 3> extent(const mesh::Mesh& mesh) {
-  std::array<double, 3> size{};
-  if (mesh.positions.empty()) return size;
-  mesh::Float3 low = mesh.positions[0], high = low;
-  for (const mesh::Float3& p : mesh.positions)
-    for (size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], p[axis]);
-      high[axis] = std::max(high[axis], p[axis]);
-    }
-  for (size_t axis = 0; axis < 3; ++axis) size[axis] = double(high[axis]) - low[axis];
-  return size;
-}
-
 }  // namespace
 
 void add_work_options(Command command, WorkArguments& a, const std::string& verb) {
@@ -50,17 +47,8 @@ void add_work_options(Command command, WorkArguments& a, const std::string& verb
       .add_option("-o,--output", a.output,
                   "The file to write. Its ending sets the format: .obj, .ply, .stl, .off, .glb or .drc")
       .required();
-  command.add_flag("--draco", a.write.draco, "Compress a .glb with Draco");
-  command
-      .add_option("--draco-bits", a.write.draco_bits,
-                  fmt::format("Draco rounds coordinates to this many bits (0 = no rounding; default: {})",
-                              mesh::kDracoBits))
-      .range(uint32_t{0}, mesh::kMostDracoBits);
-  command.add_flag("--text", a.write.text, "Write a text .stl");
-  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The result does not depend on it")
-      .capture_default_str();
-  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.mesh-" + verb + "/1)");
-  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  add_write_options(command, a.write);
+  add_run_options(command, a, schema_of(verb));
 }
 
 void work_on(const WorkArguments& a, const std::string& verb,
@@ -95,7 +83,7 @@ void work_on(const WorkArguments& a, const std::string& verb,
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const uint64_t after = triangles_of(scene);
   if (a.json) {
-    nlohmann::ordered_json json{{"schema", "nifkit.mesh-" + verb + "/1"},
+    nlohmann::ordered_json json{{"schema", schema_of(verb)},
                                 {"file", a.output},
                                 {"triangles", {{"before", before}, {"after", after}}}};
     json.update(result.json);
@@ -107,32 +95,6 @@ void work_on(const WorkArguments& a, const std::string& verb,
     fmt::print("{}: {} of {} before, {}, in {:.1f} s\n{}", a.output, count_of(after, "triangle"), before,
                format_bytes(double(written.bytes)), seconds, result.text);
   }
-}
-
-double longest_side(const mesh::Mesh& mesh) {
-  const auto size = extent(mesh);
-  return std::max({size[0], size[1], size[2]});
-}
-
-double diagonal(const mesh::Mesh& mesh) {
-  const auto size = extent(mesh);
-  return std::hypot(size[0], size[1], size[2]);
-}
-
-Length::Length(const std::string& text, const std::string& option) {
-  std::string number = text;
-  if (number.ends_with('%')) number.pop_back(), relative_ = true;
-  size_t used = 0;
-  try {
-    value_ = std::stod(number, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  if (used == 0 || used != number.size() || !std::isfinite(value_) || value_ <= 0)
-    throw Error(Status::usage, fmt::format("{} '{}' is not a length above 0: write 0.01 (in units of the "
-                                           "mesh) or 0.1% (of the diagonal of its bounds)",
-                                           option, text));
-  if (relative_) value_ /= 100;
 }
 
 }  // namespace nif::tools

@@ -8,16 +8,17 @@
 #include <vector>
 
 #include "formats/mesh/write.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/shared_options.hpp"
 #include "tools/mesh/input.hpp"
-#include "tools/mesh/mesh.hpp"
+#include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {
 
-struct WorkArguments {
+struct WorkArguments : RunArguments {
   std::string input, output;
   mesh::WriteOptions write;
-  uint32_t threads = 0;
-  bool json = false, quiet = false;
 };
 
 /// INPUT, -o, --draco, --draco-bits, --text, -j, --json and --quiet of `command`, whose results have the
@@ -36,22 +37,5 @@ struct WorkResult {
 /// process at once. Prints the results.
 void work_on(const WorkArguments& arguments, const std::string& verb,
              const std::function<WorkResult(mesh::Scene&, Progress&)>& change);
-
-/// The longest side of the bounds of a mesh; 0 where it has no vertices.
-double longest_side(const mesh::Mesh& mesh);
-/// The diagonal of these bounds.
-double diagonal(const mesh::Mesh& mesh);
-
-/// A length as text: "0.01", in units of the mesh, or "0.1%", of the diagonal of its bounds. Throws
-/// Error(usage) that names `option` where it is neither, or is not above 0.
-class Length {
- public:
-  Length(const std::string& text, const std::string& option);
-  double of(const mesh::Mesh& mesh) const { return relative_ ? value_ * diagonal(mesh) : value_; }
-
- private:
-  double value_ = 0;
-  bool relative_ = false;
-};
 
 }  // namespace nif::tools

@@ -8,14 +8,21 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/common/runtime_handles.hpp"
 #include "tools/common/shared_options.hpp"
+#include "tools/common/threads.hpp"
 #include "tools/render/compare.hpp"
 #include "tools/render/renderer.hpp"
 #include "tools/render/scene_file.hpp"
 #include "tools/render/scene_meshes.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
@@ -25,18 +32,19 @@ using render::Image;
 using render::Mode;
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+constexpr const char* kSchema = "nifkit.render/1";
+
+struct Arguments : RunArguments {
   std::string scene, folder;
   std::vector<std::string> cameras;
   std::optional<uint32_t> samples, width, height, bounces;
   std::optional<uint64_t> seed;
   double confidence = 0.9;
   std::string exact = "none";
-  uint32_t threads = 0;
   std::string isa = "auto";
   std::optional<std::string> sheet;
   uint32_t thumbnail = 240;
-  bool exr = false, json = false, quiet = false;
+  bool exr = false;
 };
 
 /// What stands in a picture of other answers, beside the reference's.
@@ -197,7 +205,7 @@ void print_table(const std::vector<CameraResult>& results, const render::World& 
 
 Json to_json(const std::vector<CameraResult>& results, const Arguments& arguments, const render::World& world,
              const render::PictureDescription& picture, double exposure) {
-  Json json{{"schema", "nifkit.render/1"},
+  Json json{{"schema", kSchema},
             {"file", arguments.scene},
             {"triangles", world.triangles()},
             {"bytes", {{"file", world.asset_bytes()}, {"resident", world.resident_bytes()}}},
@@ -249,8 +257,7 @@ void run(const Arguments& arguments) {
   render::ObjectMeshes meshes = render::read_meshes(scene, notes, progress);
   keep_cameras(arguments, scene);
   progress.finish();
-  if (!arguments.quiet)
-    for (const std::string& note : notes) fmt::print(stderr, "nif: note: {}\n", note);
+  print_notes(notes, arguments.quiet);
   const int threads = tbb::this_task_arena::max_concurrency();
   const render::Lighting lighting(scene);
   const render::World world(scene, std::move(meshes),
@@ -329,8 +336,6 @@ void add_render(Command app) {
       .capture_default_str()
       .one_of({"none", "inside", "outside"});
   add_isa_option(command, a.isa);
-  command.add_option("-j,--threads", a.threads, "Threads (0 = all cores). The pictures do not depend on it")
-      .capture_default_str();
   command.add_flag("--exr", a.exr, "Also write linear pictures as OpenEXR");
   command.add_option("--sheet", a.sheet,
                      "Also write a PNG with small pictures of all cameras: reference, assets (probability) "
@@ -338,8 +343,7 @@ void add_render(Command app) {
   command.add_option("--thumbnail", a.thumbnail, "Width of each picture in --sheet, in pixels")
       .capture_default_str()
       .range(16u, 4096u);
-  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.render/1)");
-  command.add_flag("--quiet", a.quiet, "No progress or table");
+  add_run_options(command, a, kSchema);
   command.footer(
       "Examples:\n"
       "  nif render scene.toml -o pictures --samples 64\n"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bake/oracle/ray_sets.hpp"
 #include "tools/render/camera.hpp"
 #include "tools/render/lighting.hpp"
 #include "tools/render/pixel_samples.hpp"

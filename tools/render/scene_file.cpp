@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "formats/base/file_name.hpp"
+#include "formats/base/status.hpp"
 #include "tools/common/toml_table.hpp"
 
 namespace nif::render {

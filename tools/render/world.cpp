@@ -11,6 +11,8 @@
 
 #include "bake/oracle/ray_sets.hpp"
 #include "formats/base/status.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/runtime_handles.hpp"
 
 namespace nif::render {
 namespace {

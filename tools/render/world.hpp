@@ -9,7 +9,8 @@
 
 #include "bake/oracle/oracle.hpp"
 #include "formats/mesh/box.hpp"
-#include "tools/common/measuring.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/runtime_handles.hpp"
 #include "tools/render/primary_objects.hpp"
 #include "tools/render/scene.hpp"
 #include "tools/render/scene_meshes.hpp"

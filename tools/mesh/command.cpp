@@ -1,7 +1,9 @@
 // `nif mesh`: the verbs for meshes, one file each.
-#include "tools/mesh/mesh.hpp"
+#include "tools/mesh/verbs.hpp"
 
+#include "tools/common/options.hpp"
 #include "tools/mesh/vdb.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 

@@ -5,15 +5,21 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/encoding.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
-#include "tools/common/command.hpp"
-#include "tools/common/measuring.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/runtime_handles.hpp"
+#include "tools/common/shared_options.hpp"
 #include "tools/info/hierarchy.hpp"
 #include "tools/info/spherical.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
+
+constexpr const char* kSchema = "nifkit.info/1";
 
 struct Arguments {
   std::string file;
@@ -80,7 +86,7 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
   // Metadata is what its baker wrote: shown, never trusted.
   nlohmann::ordered_json metadata = nlohmann::ordered_json::parse(view.metadata, nullptr, false);
   if (metadata.is_discarded()) metadata = nullptr;
-  return {{"schema", "nifkit.info/1"}, {"file", arguments.file},         {"version", format::kVersion},
+  return {{"schema", kSchema},         {"file", arguments.file},         {"version", format::kVersion},
           {"experimental", true},      {"objects", std::move(objects)},  {"instances", std::move(instances)},
           {"bytes", std::move(bytes)}, {"metadata", std::move(metadata)}};
 }
@@ -151,7 +157,7 @@ void add_info(Command app) {
   const Command command = app.add_subcommand("info", "Print what an asset contains");
   auto a = std::make_shared<Arguments>();
   command.add_option("ASSET", a->file, "The .nif file to describe").required();
-  command.add_flag("--json", a->json, "Print the contents as one JSON object (nifkit.info/1)");
+  add_json_option(command, a->json, kSchema);
   command.footer(
       "Examples:\n"
       "  nif info dragon.nif\n"

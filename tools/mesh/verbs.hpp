@@ -1,7 +1,7 @@
 // The verbs of `nif mesh`, each in the file of its name.
 #pragma once
 
-#include "tools/common/command.hpp"
+#include "tools/common/options.hpp"
 
 namespace nif::tools {
 

@@ -9,19 +9,28 @@
 #include "formats/base/file_name.hpp"
 #include "formats/base/memory.hpp"
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/gltf/attach.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
 #include "tools/attach/nodes.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/common/shared_options.hpp"
 #include "tools/mesh/input.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kSchema = "nifkit.attach/1";
 
 struct Arguments {
   std::string gltf, asset, output;
@@ -137,10 +146,8 @@ Result attach(const Arguments& arguments, const mesh::GltfFile& file, const mesh
 
 void print(const Arguments& arguments, const Result& result) {
   if (arguments.json) {
-    nlohmann::ordered_json json{{"schema", "nifkit.attach/1"},
-                                {"file", arguments.output},
-                                {"how", result.how},
-                                {"bytes", result.bytes}};
+    nlohmann::ordered_json json{
+        {"schema", kSchema}, {"file", arguments.output}, {"how", result.how}, {"bytes", result.bytes}};
     if (!arguments.remove) {
       json["asset"] = {
           {"file", arguments.asset}, {"bytes", result.asset_bytes}, {"instances", result.instances}};
@@ -202,8 +209,8 @@ void add_attach(Command app) {
                    "Accept an asset that was baked from another file, and match nodes by their names");
   command.add_flag("--remove", a.remove,
                    "Remove an attached asset: the file becomes byte for byte what it was before");
-  command.add_flag("--json", a.json, "Print the results as one JSON object (nifkit.attach/1)");
-  command.add_flag("--quiet", a.quiet, "No progress, notes or summary");
+  add_json_option(command, a.json, kSchema);
+  add_quiet_option(command, a.quiet);
   command.footer(
       "The asset is attached with the glTF extension NIF_visibility (docs/gltf-extension.md), which other "
       "programs\n"

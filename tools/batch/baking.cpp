@@ -1,4 +1,4 @@
-#include "tools/batch/batch.hpp"
+#include "tools/batch/baking.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "formats/base/status.hpp"
 #include "tools/batch/record.hpp"
 #include "tools/common/child.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/interruption.hpp"
 
 namespace nif::tools {
 namespace {

@@ -2,39 +2,56 @@
 #include "bake/bake.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
 
 #include "bake/report.hpp"
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tools/bake/options.hpp"
 #include "tools/batch/command.hpp"
+#include "tools/batch/report.hpp"
 #include "tools/common/accuracy_table.hpp"
-#include "tools/common/command.hpp"
-#include "tools/common/measuring.hpp"
+#include "tools/common/interruption.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/naming.hpp"
+#include "tools/common/notes.hpp"
+#include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/common/runtime_handles.hpp"
+#include "tools/common/shared_options.hpp"
+#include "tools/common/threads.hpp"
 #include "tools/render/scene_file.hpp"
 #include "tools/render/scene_meshes.hpp"
 #include "tools/render/view_rays.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
 
-struct Arguments {
+constexpr const char* kSchema = "nifkit.bake/1";
+
+struct Arguments : RunArguments {
   std::string mesh, output, depfile;
   BatchArguments batch;
   BakeArguments bake;
-  uint32_t threads = 0;
-  bool json = false, quiet = false;
 };
+
+/// Most memory that the process has held so far, in bytes.
+uint64_t peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return uint64_t(usage.ru_maxrss) * 1024;
+}
 
 /// As `bytes` of the JSON.
 nlohmann::ordered_json count_bytes(std::span<const std::byte> file) {
@@ -82,7 +99,7 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result,
                 const std::vector<std::string>& notes) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (const bake::ObjectReport& object : result.objects) objects.push_back(to_json(object));
-  const nlohmann::ordered_json json{{"schema", "nifkit.bake/1"},
+  const nlohmann::ordered_json json{{"schema", kSchema},
                                     {"file", arguments.output},
                                     {"triangles", result.triangles},
                                     {"instances", result.asset.instances.size()},
@@ -194,10 +211,8 @@ render::SceneDescription read_view(const SphericalArguments& arguments) {
 /// With --manifest, which says all that the options of an asset else say.
 void run_manifest(const Arguments& arguments, const Command& command) {
   BatchArguments batch = arguments.batch;
-  batch.threads = arguments.threads;
+  static_cast<RunArguments&>(batch) = arguments;
   batch.depfile = arguments.depfile;
-  batch.json = arguments.json;
-  batch.quiet = arguments.quiet;
   const OwnCommand allowed;
   add_batch_options(allowed, batch);
   for (const std::string& name : command.given()) {
@@ -217,10 +232,7 @@ void run(const Arguments& arguments, const Command& command) {
   if (arguments.output.empty()) throw Error(Status::usage, "--output is required; see --help");
   const auto start = std::chrono::steady_clock::now();
   bake::BakeOptions options = resolve_options(arguments.bake);
-  std::error_code ignored;
-  if (std::filesystem::equivalent(arguments.mesh, arguments.output, ignored)) {
-    throw Error(Status::usage, fmt::format("{}: the output would overwrite the input", arguments.output));
-  }
+  refuse_overwriting(arguments.mesh, arguments.output);
   if (arguments.output == "-") {
     throw Error(Status::usage, "-o -: an asset cannot be written to a stream; give a file name");
   }
@@ -236,8 +248,7 @@ void run(const Arguments& arguments, const Command& command) {
   if (arguments.bake.spherical.view) {
     view = std::make_unique<View>(read_view(arguments.bake.spherical), arguments.mesh, scene, progress);
     progress.finish();
-    if (!arguments.quiet)
-      for (const std::string& note : view->notes) fmt::print(stderr, "nif: note: {}\n", note);
+    print_notes(view->notes, arguments.quiet);
     const render::PictureDescription& picture = view->scene.picture;
     options.spherical.given = bake::GivenRays{
         fmt::format("{}, {} x {} pixels, {} samples each", count_of(view->scene.cameras.size(), "camera"),
@@ -274,8 +285,7 @@ void run(const Arguments& arguments, const Command& command) {
 
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::vector<std::string> notes = notes_of(scene, result);
-  if (!arguments.quiet)
-    for (const std::string& note : notes) fmt::print(stderr, "nif: note: {}\n", note);
+  print_notes(notes, arguments.quiet);
   if (arguments.json) {
     print_json(arguments, result, bytes, seconds, sources, notes);
   } else if (!arguments.quiet) {
@@ -292,14 +302,10 @@ void add_bake(Command app) {
                      "The mesh to bake: OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst");
   command.add_option("-o,--output", a->output, "The .nif file to write");
   add_bake_options(command, a->bake);
-  command.add_option("-j,--threads", a->threads, "Threads (0 = all cores). The result does not depend on it")
-      .capture_default_str();
   command.add_option("--depfile", a->depfile,
                      "Also write a dependency file for make and ninja, with all files that were read");
   add_batch_options(command, a->batch);
-  command.add_flag("--json", a->json,
-                   "Print the results as one JSON object (nifkit.bake/1, or nifkit.batch/1)");
-  command.add_flag("--quiet", a->quiet, "No progress, notes or summary");
+  add_run_options(command, *a, fmt::format("{}; with --manifest {}", kSchema, kBatchSchema));
   command.footer(
       "Examples:\n"
       "  nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n"

@@ -1,38 +1,18 @@
-// What `nif eval` and `nif bench` share: an asset in the runtime together with its source mesh.
+// An asset in the runtime together with its source mesh, so that its answers can be measured.
 #pragma once
 
 #include <atomic>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "bake/oracle/evaluate.hpp"
 #include "bake/oracle/prepare.hpp"
+#include "formats/mesh/scene.hpp"
 #include "nif/nif.h"
 #include "tools/common/progress.hpp"
+#include "tools/common/runtime_handles.hpp"
 
 namespace nif::tools {
-
-/// Turns a failed call of the runtime into an exception; its codes for files are our exit codes.
-void check(NifError error);
-
-template <class Handle, void (*kRelease)(Handle)>
-struct Released {
-  Handle handle = nullptr;
-  Released() = default;
-  Released(Released&& other) noexcept : handle(std::exchange(other.handle, nullptr)) {}
-  Released& operator=(Released&& other) noexcept {
-    std::swap(handle, other.handle);
-    return *this;
-  }
-  ~Released() { kRelease(handle); }
-};
-using Device = Released<NifDevice, nifReleaseDevice>;
-using Asset = Released<NifAsset, nifReleaseAsset>;
-using Scene = Released<NifScene, nifReleaseScene>;
-
-/// What the runtime keeps in memory for an asset, with the best instruction set of this machine.
-uint64_t resident_bytes(std::span<const std::byte> file);
 
 class MeasuredAsset {
  public:
@@ -75,8 +55,5 @@ bake::Answerer runtime_answerer(NifScene scene);
 /// The same, and counts the rays that `reference` answers differently in any bit that is promised to be the
 /// same.
 bake::Answerer comparing_answerer(NifScene scene, NifScene reference, std::atomic<uint64_t>& different);
-
-/// The sets that --set names. Throws Error(usage).
-std::vector<bake::RaySet> parse_sets(const std::vector<std::string>& names);
 
 }  // namespace nif::tools

@@ -1,9 +1,10 @@
-#include "tools/common/measuring.hpp"
+#include "tools/common/measured_asset.hpp"
 
 #include <fmt/format.h>
 
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/naming.hpp"
 
 namespace nif::tools {
 namespace {
@@ -18,27 +19,6 @@ bool match(const NifObjectInfo& object, const bake::Prepared& prepared) {
 }
 
 }  // namespace
-
-void check(NifError error) {
-  if (error == NIF_OK) return;
-  const bool file = error >= NIF_ERROR_FILE_NOT_FOUND && error <= NIF_ERROR_UNSUPPORTED_NIF;
-  throw Error(file ? Status(error)
-              : error == NIF_ERROR_OUT_OF_MEMORY || error == NIF_ERROR_OUT_OF_DEVICE_MEMORY
-                  ? Status::out_of_memory
-                  : Status::internal,
-              nifGetErrorMessage());
-}
-
-uint64_t resident_bytes(std::span<const std::byte> file) {
-  Device device;
-  Asset asset;
-  check(nifNewDevice(nullptr, nullptr, &device.handle));
-  check(nifLoadAssetMemory(device.handle, file.data(), file.size(), NIF_MEMORY_COPY, &asset.handle));
-  NifAssetInfo info{};
-  info.struct_size = sizeof(info);
-  check(nifGetAssetInfo(asset.handle, &info));
-  return info.resident_bytes;
-}
 
 MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
                              const std::string& configuration, Progress& progress)
@@ -177,21 +157,6 @@ bake::Answerer comparing_answerer(NifScene scene, NifScene reference, std::atomi
                ours.logit[i] != theirs.logit[i] || answers.visible[i] != ours.visible[i];
     different += count;
   };
-}
-
-std::vector<bake::RaySet> parse_sets(const std::vector<std::string>& names) {
-  std::vector<bake::RaySet> sets;
-  for (const std::string& name : names) {
-    const std::optional<bake::RaySet> set = bake::ray_set_named(name);
-    if (!set) {
-      throw Error(
-          Status::usage,
-          fmt::format("--set '{}' is not one of outer-lines, inner-surface, inner-volume, segments, sun",
-                      name));
-    }
-    sets.push_back(*set);
-  }
-  return sets;
 }
 
 }  // namespace nif::tools

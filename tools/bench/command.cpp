@@ -10,20 +10,25 @@
 #include <memory>
 
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
 #include "tools/bench/gpu.hpp"
 #include "tools/bench/plot.hpp"
 #include "tools/bench/report.hpp"
-#include "tools/common/command.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/measure_options.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/ray_set_option.hpp"
 #include "tools/common/shared_options.hpp"
+#include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
 
-struct Arguments {
-  std::string asset, mesh, against, plot, isa = "auto", device = "cpu", precision = "single";
-  std::vector<std::string> sets;
+struct Arguments : MeasureArguments {
+  std::string against, plot, device = "cpu", precision = "single";
   std::vector<uint32_t> threads;
-  uint64_t rays = 1'000'000, seed = 2;
   uint32_t rounds = 7;
   std::string embree = "fastest";
   bool stages = false, batches = false, json = false, quiet = false;
@@ -131,14 +136,7 @@ void run(const Arguments& arguments, const Command& command) {
 void add_bench(Command app) {
   const Command command = app.add_subcommand("bench", "Compare an asset's speed with Embree's fastest");
   auto a = std::make_shared<Arguments>();
-  command.add_option("ASSET", a->asset, "The .nif file to measure").required();
-  command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
-  command.add_option("--set", a->sets,
-                     "A ray set to measure; may be repeated (default: outer-lines, inner-surface and sun)");
-  command.add_option("--rays", a->rays, "Rays per ray set, divided among the objects")
-      .positive()
-      .capture_default_str();
-  command.add_option("--seed", a->seed, "Seed of the random rays").capture_default_str();
+  add_measure_options(command, *a, "outer-lines, inner-surface and sun");
   command
       .add_option("-j,--threads", a->threads,
                   "Query threads (0 = all cores); may be repeated (default: 1, then all cores)")
@@ -146,7 +144,6 @@ void add_bench(Command app) {
   command.add_option("--rounds", a->rounds, "Measured rounds; everything is timed once per round")
       .range(1, 1000)
       .capture_default_str();
-  add_isa_option(command, a->isa);
   command
       .add_option("--embree", a->embree,
                   "fastest: two trial rounds select the two fastest calls of each Embree build; all: every "
@@ -168,11 +165,9 @@ void add_bench(Command app) {
       .one_of({"single", "half"})
       .capture_default_str();
   command.add_flag("--batches", a->batches, "On a GPU: also time smaller batches of rays");
-  command.add_flag(
-      "--json", a->json,
-      fmt::format("Print the results as one JSON object ({}; on a GPU {})", kBenchSchema, kGpuBenchSchema));
+  add_json_option(command, a->json, fmt::format("{}; on a GPU {}", kBenchSchema, kGpuBenchSchema));
   command.add_option("--plot", a->plot, "Also plot the results as an SVG to this file");
-  command.add_flag("--quiet", a->quiet, "No progress");
+  add_quiet_option(command, a->quiet);
   command.footer(
       "If a file has several objects, each answers its own rays in its own space, on both sides. Times, "
       "bytes and\n"

@@ -1,0 +1,55 @@
+#include "tools/common/amounts.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "formats/base/status.hpp"
+
+namespace nif::tools {
+namespace {
+
+/// The number that `text` starts with; what follows is left in `rest`.
+double leading_number(const std::string& text, std::string& rest, const std::string& option) {
+  size_t used = 0;
+  double value = 0;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (used == 0 || !std::isfinite(value) || value < 0) {
+    throw Error(Status::usage, fmt::format("{} '{}' is not a number", option, text));
+  }
+  rest = text.substr(used);
+  return value;
+}
+
+}  // namespace
+
+double parse_rate(const std::string& text, const std::string& option) {
+  std::string rest;
+  double value = leading_number(text, rest, option);
+  if (rest == "%") value /= 100;
+  if ((rest != "" && rest != "%") || value > 1) {
+    throw Error(Status::usage, fmt::format("{} '{}' is not a rate: write 0.002 or 0.2%", option, text));
+  }
+  return value;
+}
+
+uint64_t parse_bytes(const std::string& text, const std::string& option) {
+  static const std::pair<std::string_view, double> kUnits[] = {
+      {"", 1},     {"B", 1},       {"k", 1e3},        {"kB", 1e3}, {"M", 1e6},
+      {"MB", 1e6}, {"KiB", 1024.}, {"MiB", 1048576.}, {"GB", 1e9}, {"GiB", 1073741824.}};
+  std::string rest;
+  const double value = leading_number(text, rest, option);
+  for (const auto& [unit, factor] : kUnits) {
+    if (rest == unit && value * factor < 1e18) return uint64_t(value * factor);
+  }
+  throw Error(Status::usage,
+              fmt::format("{} '{}' is not a size: write 200000, 200kB or 256KiB", option, text));
+}
+
+}  // namespace nif::tools

@@ -1,0 +1,16 @@
+// Rates and sizes as words of the command line.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace nif::tools {
+
+/// "0.002" or "0.2%". Throws nif::Error(usage) naming `option`.
+double parse_rate(const std::string& text, const std::string& option);
+
+/// A count of bytes: "200000", "200k" (1000), "1M", "256KiB", "1MiB". Throws nif::Error(usage) naming
+/// `option`.
+uint64_t parse_bytes(const std::string& text, const std::string& option);
+
+}  // namespace nif::tools

@@ -1,0 +1,19 @@
+#include "tools/common/measure_options.hpp"
+
+#include "tools/common/ray_set_option.hpp"
+#include "tools/common/shared_options.hpp"
+
+namespace nif::tools {
+
+void add_measure_options(Command command, MeasureArguments& arguments, const std::string& sets) {
+  command.add_option("ASSET", arguments.asset, "The .nif file to measure").required();
+  command.add_option("--mesh", arguments.mesh, "The mesh that it was baked from").required();
+  add_set_option(command, arguments.sets, sets);
+  command.add_option("--rays", arguments.rays, "Rays per ray set, divided among the objects")
+      .positive()
+      .capture_default_str();
+  add_seed_option(command, arguments.seed);
+  add_isa_option(command, arguments.isa);
+}
+
+}  // namespace nif::tools

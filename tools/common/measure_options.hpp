@@ -1,0 +1,21 @@
+// What `nif eval` and `nif bench` both are told: which asset to measure, with which rays.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tools/common/options.hpp"
+
+namespace nif::tools {
+
+struct MeasureArguments {
+  std::string asset, mesh, isa = "auto";
+  std::vector<std::string> sets;  ///< for parse_sets()
+  uint64_t rays = 1'000'000, seed = 2;
+};
+
+/// ASSET, --mesh, --set, --rays, --seed and --isa. `sets` says which ray sets are the default.
+void add_measure_options(Command command, MeasureArguments& arguments, const std::string& sets);
+
+}  // namespace nif::tools

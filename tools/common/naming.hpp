@@ -1,0 +1,23 @@
+// Errors that name the file they are about.
+#pragma once
+
+#include <string>
+
+#include "formats/base/status.hpp"
+
+namespace nif::tools {
+
+/// Runs `work`; where that throws a nif::Error that does not name the file it is about, puts the file's name
+/// first.
+template <class Work>
+auto naming(const std::string& file, Work&& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    const std::string sentence = error.what();
+    if (sentence.find(file) != std::string::npos) throw;
+    throw Error(error.status(), file + ": " + sentence);
+  }
+}
+
+}  // namespace nif::tools

@@ -1,0 +1,28 @@
+#include "tools/common/runtime_handles.hpp"
+
+#include "formats/base/status.hpp"
+
+namespace nif::tools {
+
+void check(NifError error) {
+  if (error == NIF_OK) return;
+  const bool file = error >= NIF_ERROR_FILE_NOT_FOUND && error <= NIF_ERROR_UNSUPPORTED_NIF;
+  throw Error(file ? Status(error)
+              : error == NIF_ERROR_OUT_OF_MEMORY || error == NIF_ERROR_OUT_OF_DEVICE_MEMORY
+                  ? Status::out_of_memory
+                  : Status::internal,
+              nifGetErrorMessage());
+}
+
+uint64_t resident_bytes(std::span<const std::byte> file) {
+  Device device;
+  Asset asset;
+  check(nifNewDevice(nullptr, nullptr, &device.handle));
+  check(nifLoadAssetMemory(device.handle, file.data(), file.size(), NIF_MEMORY_COPY, &asset.handle));
+  NifAssetInfo info{};
+  info.struct_size = sizeof(info);
+  check(nifGetAssetInfo(asset.handle, &info));
+  return info.resident_bytes;
+}
+
+}  // namespace nif::tools

@@ -1,0 +1,34 @@
+// The runtime's objects as the tools hold them, and its errors as theirs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "nif/nif.h"
+
+namespace nif::tools {
+
+/// Turns a failed call of the runtime into an exception; its codes for files are our exit codes.
+void check(NifError error);
+
+template <class Handle, void (*kRelease)(Handle)>
+struct Released {
+  Handle handle = nullptr;
+  Released() = default;
+  Released(Released&& other) noexcept : handle(std::exchange(other.handle, nullptr)) {}
+  Released& operator=(Released&& other) noexcept {
+    std::swap(handle, other.handle);
+    return *this;
+  }
+  ~Released() { kRelease(handle); }
+};
+using Device = Released<NifDevice, nifReleaseDevice>;
+using Asset = Released<NifAsset, nifReleaseAsset>;
+using Scene = Released<NifScene, nifReleaseScene>;
+
+/// What the runtime keeps in memory for an asset, with the best instruction set of this machine.
+uint64_t resident_bytes(std::span<const std::byte> file);
+
+}  // namespace nif::tools

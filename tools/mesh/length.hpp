@@ -1,0 +1,27 @@
+// Lengths as the verbs of `nif mesh` are told them, and the extent of a mesh, which they may be a share of.
+#pragma once
+
+#include <string>
+
+#include "formats/mesh/scene.hpp"
+
+namespace nif::tools {
+
+/// The longest side of the bounds of a mesh; 0 where it has no vertices.
+double longest_side(const mesh::Mesh& mesh);
+/// The diagonal of these bounds.
+double diagonal(const mesh::Mesh& mesh);
+
+/// A length as text: "0.01", in units of the mesh, or "0.1%", of the diagonal of its bounds. Throws
+/// Error(usage) that names `option` where it is neither, or is not above 0.
+class Length {
+ public:
+  Length(const std::string& text, const std::string& option);
+  double of(const mesh::Mesh& mesh) const { return relative_ ? value_ * diagonal(mesh) : value_; }
+
+ private:
+  double value_ = 0;
+  bool relative_ = false;
+};
+
+}  // namespace nif::tools
