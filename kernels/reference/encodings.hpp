@@ -1,21 +1,20 @@
 // The encodings of objects as the scalar code knows them: one list, and each question that is asked of all of
-// them. A new encoding adds a folder here with its field, its query() and its object.hpp, and a line to the
-// list (docs/adding-an-encoding.md).
+// them. A new encoding adds a folder here with its encoding.hpp, and its field to the list
+// (docs/adding-an-encoding.md).
 #pragma once
 
 #include <variant>
 
-#include "kernels/reference/bvh/object.hpp"
-#include "kernels/reference/bvh/query.hpp"
-#include "kernels/reference/segment/object.hpp"
-#include "kernels/reference/segment/query.hpp"
-#include "kernels/reference/spherical/object.hpp"
-#include "kernels/reference/spherical/query.hpp"
+#include "kernels/reference/bvh/encoding.hpp"
+#include "kernels/reference/segment/encoding.hpp"
+#include "kernels/reference/spherical/encoding.hpp"
 
 namespace nif::kernels {
 
 /// One object, ready to be queried. Owns nothing; fields are plain pointers into a loaded asset.
-using AnyField = std::variant<SegmentField, SphericalField, BvhField>;
+using AnyField = std::variant<SegmentField,    //
+                              SphericalField,  //
+                              BvhField>;
 
 inline Answer query(const AnyField& field, const Segment& segment) {
   return std::visit([&](const auto& own) { return query(own, segment); }, field);

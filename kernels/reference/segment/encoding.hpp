@@ -1,8 +1,10 @@
-// What a scene needs to know of a `segment` object besides its answers.
+// The `segment` encoding as the list of encodings has it: its field, its query(), and what a scene needs to
+// know of an object besides its answers.
 #pragma once
 
 #include "kernels/reference/ray.hpp"
 #include "kernels/reference/segment/field.hpp"
+#include "kernels/reference/segment/query.hpp"
 
 namespace nif::kernels {
 

@@ -1,7 +1,9 @@
-// What a scene needs to know of a `bvh` object besides its answers.
+// The `bvh` encoding as the list of encodings has it: its field, its query(), and what a scene needs to know
+// of an object besides its answers.
 #pragma once
 
 #include "kernels/reference/bvh/field.hpp"
+#include "kernels/reference/bvh/query.hpp"
 #include "kernels/reference/ray.hpp"
 
 namespace nif::kernels {
