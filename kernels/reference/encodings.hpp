@@ -12,9 +12,7 @@
 namespace nif::kernels {
 
 /// One object, ready to be queried. Owns nothing; fields are plain pointers into a loaded asset.
-using AnyField = std::variant<SegmentField,    //
-                              SphericalField,  //
-                              BvhField>;
+using AnyField = std::variant<SegmentField, SphericalField, BvhField>;
 
 inline Answer query(const AnyField& field, const Segment& segment) {
   return std::visit([&](const auto& own) { return query(own, segment); }, field);
