@@ -264,7 +264,7 @@ TEST_F(Render, AGlbIsASceneWithItsLightsAndCameras) {
   EXPECT_EQ(listing(out_), (std::vector<std::string>{"eye_1-reference.png", "eye_12-reference.png"}));
   EXPECT_EQ(json::parse(outcome.out)["cameras"].size(), 2u);
   EXPECT_GT(json::parse(outcome.out)["cameras"]["eye_1"]["shadow_rays"], 0);
-  refused({"render", glb, "-o", out_, "--camera", "back"}, Status::usage, "there are eye_1, eye_12");
+  refused({"render", glb, "-o", out_, "--camera", "back"}, Status::usage, "its cameras are eye_1, eye_12");
 
   // As an object, beside what the scene says itself; with a light that is none.
   gltf.light({{"type", "laser"}});
@@ -278,7 +278,7 @@ TEST_F(Render, AGlbIsASceneWithItsLightsAndCameras) {
   const std::vector<std::string> notes = without_progress(outcome.err);
   ASSERT_EQ(notes.size(), 1u) << outcome.err;
   EXPECT_NE(notes[0].find("nif: note: "), std::string::npos);
-  EXPECT_NE(notes[0].find("light 1, of node 4,"), std::string::npos) << notes[0];
+  EXPECT_NE(notes[0].find("light 1 of node 4 "), std::string::npos) << notes[0];
   outcome = render({"render", scene, "-o", other, "--quiet"});
   EXPECT_EQ(outcome.code, 0);
   EXPECT_EQ(outcome.err, "");
@@ -323,7 +323,7 @@ TEST_F(Render, WhatCannotBeRendered) {
           "false.glb");
   const std::string good = scene(scene_text("mesh = 'ring.obj'\n"));
   refused({"render", good}, Status::usage, "--output");
-  refused({"render", good, "-o", out_, "--camera", "back"}, Status::usage, "there are front, side");
+  refused({"render", good, "-o", out_, "--camera", "back"}, Status::usage, "its cameras are front, side");
   refused({"render", good, "-o", out_, "--width", "0"}, Status::usage, "--width");
   refused({"render", good, "-o", out_, "--samples", "0"}, Status::usage, "--samples");
   refused({"render", good, "-o", out_, "--isa", "sse99"}, Status::usage, "sse99");
