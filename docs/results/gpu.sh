@@ -14,7 +14,7 @@ mesh=${asset%.nif}.ply.gz
 [[ -f $asset && -f $mesh ]] || { echo 'docs/results/gpu.sh: the Stanford dragon is not available' >&2 && exit 1; }
 
 # Before the page's first line, which depends on whether there is a GPU.
-proof=$(tests/gpu/run.sh tests/golden/v1-shapes.nif "$asset")
+proof=$(tests/gpu/run.sh tests/golden/v2-shapes.nif "$asset")
 
 out=build/gpu nif=build/release/bin/nif mesh_of_dragon=$mesh
 mkdir -p "$out"
@@ -101,7 +101,7 @@ nvidia() {
     printf '\n**This page was made without a GPU: no kernel ran on one, and nothing was timed.**'
   fi
   printf '\n\n## Whole scenes, through the runtime\n\n'
-  printf '`tests/gpu/run.sh tests/golden/v1-shapes.nif stanford_dragon.nif`: rays that need no mesh. The scalar reference on\n'
+  printf '`tests/gpu/run.sh tests/golden/v2-shapes.nif stanford_dragon.nif`: rays that need no mesh. The scalar reference on\n'
   printf 'the CPU and the GPU module answer them. The last column is the number of different answers. The instances of all objects\n'
   printf 'of a file are mirrored, stretched and overlapping.\n\n'
   printf '%s\n\n' "$proof"

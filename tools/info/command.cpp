@@ -4,7 +4,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "bake/encoding.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
