@@ -86,42 +86,42 @@ WalkGrid::WalkGrid(const SegmentField& field, uint32_t tables, std::pmr::memory_
   second = tables > 1 ? uint32_t(padded_voxels(field)) : 0;
   codes.assign(bytes_of(field, tables) / sizeof(codes[0]), 0);
 
-  // What lies above and what lies below; the nearer of both is what lies around.
-  std::pmr::vector<uint8_t> up(memory), down(memory);
-  up.reserve(size_t(size[0]) * size[1] * size[2]);
-  for (int32_t z = 0; z < int32_t(size[2]); ++z)
-    for (int32_t y = 0; y < int32_t(size[1]); ++y)
-      for (int32_t x = 0; x < int32_t(size[0]); ++x) {
-        const int32_t voxel[3] = {x, y, z};
-        up.push_back(uint8_t(uint32_t(voxel_state(field, voxel)) << 6 | (tables == 0 ? 1 : kFar)));
-      }
-  if (tables > 0) measure(size, up, down);
+  // A byte for each voxel, which takes more than all that stays: so there is one at a time.
+  std::pmr::vector<uint8_t> voxels(memory);
+  voxels.reserve(size_t(size[0]) * size[1] * size[2]);
+  const uint32_t sweeps = std::max(tables, 1u);
+  for (uint32_t table = 0; table < sweeps; ++table) {
+    classify(field, tables == 0 ? 1 : kFar, voxels);
+    // What lies above shortens the first table's distances, what lies below the second's, and both do where
+    // there is one table.
+    if (tables > 0 && table == 0) sweep(size, voxels, 1);
+    if (tables == 1 || table == 1) sweep(size, voxels, -1);
+    size_t at = 0;
+    for (uint32_t z = 0; z < size[2]; ++z)
+      for (uint32_t y = 0; y < size[1]; ++y)
+        for (uint32_t x = 0; x < size[0]; ++x, ++at)
+          put(code_number(x, y, z, bricks[0], bricks[0] * bricks[1]) + table * second, voxels[at]);
+  }
+}
 
-  size_t at = 0;
-  for (uint32_t z = 0; z < size[2]; ++z)
-    for (uint32_t y = 0; y < size[1]; ++y)
-      for (uint32_t x = 0; x < size[0]; ++x, ++at) {
-        const uint32_t number = code_number(x, y, z, bricks[0], bricks[0] * bricks[1]);
-        if (tables == 2) {
-          put(number, up[at]);
-          put(number + second, down[at]);
-        } else {
-          put(number, tables == 0 ? up[at] : std::min(up[at], down[at]));
-        }
+void WalkGrid::classify(const SegmentField& field, uint8_t distance, std::pmr::vector<uint8_t>& voxels) {
+  voxels.clear();
+  for (int32_t z = 0; z < int32_t(field.voxels[2]); ++z)
+    for (int32_t y = 0; y < int32_t(field.voxels[1]); ++y)
+      for (int32_t x = 0; x < int32_t(field.voxels[0]); ++x) {
+        const int32_t voxel[3] = {x, y, z};
+        voxels.push_back(uint8_t(uint32_t(voxel_state(field, voxel)) << 6 | distance));
       }
 }
 
-void WalkGrid::measure(const uint32_t (&size)[3], std::pmr::vector<uint8_t>& up,
-                       std::pmr::vector<uint8_t>& down) const {
-  down = up;
+void WalkGrid::sweep(const uint32_t (&size)[3], std::pmr::vector<uint8_t>& voxels, int32_t side) const {
   const int64_t strides[3] = {1, size[0], int64_t(size[0]) * size[1]};
   const uint32_t a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
-  Layers layers{up.data(),
-                {int32_t(size[a]), int32_t(size[b]), int32_t(size[axis])},
-                {strides[a], strides[b], strides[axis]}};
-  for (int32_t layer = layers.size[2]; layer-- > 0;) layers.sweep(layer, 1);
-  layers.voxels = down.data();
-  for (int32_t layer = 0; layer < layers.size[2]; ++layer) layers.sweep(layer, -1);
+  const Layers layers{voxels.data(),
+                      {int32_t(size[a]), int32_t(size[b]), int32_t(size[axis])},
+                      {strides[a], strides[b], strides[axis]}};
+  const int32_t count = layers.size[2];
+  for (int32_t i = 0; i < count; ++i) layers.sweep(side > 0 ? count - 1 - i : i, side);
 }
 
 void WalkGrid::put(uint32_t number, uint8_t voxel) {

@@ -47,9 +47,11 @@ struct WalkGrid {
   size_t resident_bytes() const { return codes.capacity() * sizeof(codes[0]); }
 
  private:
-  /// Sweeps over voxels of the given numbers along the axes.
-  void measure(const uint32_t (&size)[3], std::pmr::vector<uint8_t>& up,
-               std::pmr::vector<uint8_t>& down) const;
+  /// A byte for each voxel: its state, and this distance.
+  static void classify(const SegmentField& field, uint8_t distance, std::pmr::vector<uint8_t>& voxels);
+  /// Shortens the distances by what lies on one side, -1 or 1, along the axis. The two one after the other
+  /// give the distance to what is nearest on both: a shortest way to it never has to turn back.
+  void sweep(const uint32_t (&size)[3], std::pmr::vector<uint8_t>& voxels, int32_t side) const;
   void put(uint32_t number, uint8_t voxel);
 };
 

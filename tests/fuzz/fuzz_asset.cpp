@@ -2,13 +2,17 @@
 // bounded by their size; and what is accepted can be written again.
 #include <nif/nif.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 
 #include "formats/nif/writer.hpp"
+#include "kernels/packed/feature_grid.hpp"
+#include "kernels/packed/walk_grid.hpp"
 #include "kernels/reference/spherical/primary.hpp"
 #include "tests/format/damaged.hpp"
+#include "tests/fuzz/mutate.hpp"
 
 namespace {
 
@@ -32,12 +36,14 @@ struct Budget {
   }
 };
 
-void query(NifScene scene) {
-  // Rays through and around wherever the scene says that it is.
+constexpr int kRays = 24;
+
+/// Rays through and around wherever the scene says that it is. Where it has one object and that is its
+/// field, the answers are the reference's.
+void query(NifScene scene, const nif::kernels::AnyField* field) {
   NifSceneInfo info{};
   info.struct_size = sizeof(info);
   must(nifGetSceneInfo(scene, &info) == NIF_OK);
-  constexpr int kRays = 24;
   NifRay rays[kRays];
   for (int i = 0; i < kRays; ++i) {
     for (int a = 0; a < 3; ++a) {
@@ -57,7 +63,17 @@ void query(NifScene scene) {
   description.probability = probability;
   description.logit = logit;
   must(nifQuery(scene, &description) == NIF_OK);
-  for (int i = 0; i < kRays; ++i) must(visible[i] <= 1 && probability[i] >= 0 && probability[i] <= 1);
+  for (int i = 0; i < kRays; ++i) {
+    must(visible[i] <= 1 && probability[i] >= 0 && probability[i] <= 1);
+    if (field == nullptr) continue;
+    const NifRay& ray = rays[i];
+    const nif::kernels::Answer answer =
+        nif::kernels::query(*field, {{ray.origin[0], ray.origin[1], ray.origin[2]},
+                                     {ray.direction[0], ray.direction[1], ray.direction[2]},
+                                     ray.tmin,
+                                     ray.tmax});
+    must(visible[i] == answer.visible && certain[i] == answer.certain && logit[i] == answer.logit);
+  }
 }
 
 /// The runtime has no call for these.
@@ -76,13 +92,25 @@ void query(const nif::kernels::PrimaryField& field) {
   }
 }
 
-void exercise(NifAsset asset, NifDevice device) {
+/// What is made of an object for a GPU.
+void pack(const nif::kernels::AnyField& any) {
+  const auto* field = std::get_if<nif::kernels::SegmentField>(&any);
+  if (field == nullptr) return;
+  using nif::kernels::cpu::FeatureGrid, nif::kernels::cpu::WalkGrid;
+  auto* const memory = std::pmr::get_default_resource();
+  const WalkGrid walk(*field, WalkGrid::most_tables(*field), memory);
+  const WalkGrid quick(*field, 0, memory);
+  const FeatureGrid corners(*field, memory);
+  if (corners.complete) must(corners.next_pairs().size() == corners.pairs.size());
+}
+
+void exercise(NifAsset asset, NifDevice device, const nif::format::AssetView& view) {
   NifScene scene = nullptr;
   must(nifNewScene(device, &scene) == NIF_OK);
   const NifError added = nifAddAsset(scene, asset, nullptr, nullptr, nullptr);
   must(added == NIF_OK || added == NIF_ERROR_SINGULAR_TRANSFORM);
   must(nifCommitScene(scene) == NIF_OK);
-  query(scene);
+  query(scene, nullptr);
   nifReleaseScene(scene);
   NifAssetInfo info{};
   info.struct_size = sizeof(info);
@@ -91,7 +119,9 @@ void exercise(NifAsset asset, NifDevice device) {
     must(nifNewScene(device, &scene) == NIF_OK);
     must(nifAddInstance(scene, asset, object, nullptr, nullptr) == NIF_OK);
     must(nifCommitScene(scene) == NIF_OK);
-    query(scene);
+    const nif::kernels::AnyField field = nif::format::field_of(view.objects[object]);
+    query(scene, &field);
+    pack(field);
     nifReleaseScene(scene);
   }
 }
@@ -100,20 +130,43 @@ void exercise(NifAsset asset, NifDevice device) {
 
 extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 
-/// Makes the checksums right after most mutations: without that nothing behind them would ever be reached.
+/// Most mutations keep offsets and checksums right: without that nothing behind them would ever be reached.
 extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size, unsigned seed) {
-  size = LLVMFuzzerMutate(data, size, max_size);
-  if (seed % 16 == 0) return size;
+  nif::test::Random random(seed);
+  const uint32_t kind = random.below(8);
   nif::test::Bytes bytes(size);
-  std::memcpy(bytes.data(), data, size);
-  if (seed % 4 != 0 && size >= sizeof(nif::format::Header)) {
-    auto header = nif::test::load<nif::format::Header>(bytes, 0);
-    header.file_bytes = size;
-    nif::test::store(bytes, 0, header);
+  if (size > 0) std::memcpy(bytes.data(), data, size);
+  if (kind > 2) {
+    bytes = nif::test::mutate_structure(bytes, random, LLVMFuzzerMutate);
+    if (bytes.size() > max_size) return size;
+  } else {
+    size = LLVMFuzzerMutate(data, size, max_size);
+    if (kind == 0) return size;
+    bytes.resize(size);
+    std::memcpy(bytes.data(), data, size);
+    if (kind == 1 && size >= sizeof(nif::format::Header)) {
+      auto header = nif::test::load<nif::format::Header>(bytes, 0);
+      header.file_bytes = size;
+      nif::test::store(bytes, 0, header);
+    }
+    nif::test::fix_checksums(bytes);
   }
-  nif::test::fix_checksums(bytes);
-  std::memcpy(data, bytes.data(), size);
-  return size;
+  std::memcpy(data, bytes.data(), bytes.size());
+  return bytes.size();
+}
+
+extern "C" size_t LLVMFuzzerCustomCrossOver(const uint8_t* one, size_t one_size, const uint8_t* other,
+                                            size_t other_size, uint8_t* out, size_t max_size, unsigned) {
+  const auto bytes_of = [](const uint8_t* data, size_t size) {
+    const auto* bytes = reinterpret_cast<const std::byte*>(data);
+    return nif::test::Bytes(bytes, bytes + size);
+  };
+  const nif::test::Bytes joined =
+      nif::test::join_assets(bytes_of(one, one_size), bytes_of(other, other_size));
+  constexpr size_t kEnough = 24 << 10;  // else what is tried becomes ever larger and slower
+  if (joined.size() > std::min(max_size, kEnough)) return 0;
+  if (!joined.empty()) std::memcpy(out, joined.data(), joined.size());
+  return joined.size();
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -127,16 +180,18 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   NifDevice device = nullptr;
   must(nifNewDevice(nullptr, &callbacks, &device) == NIF_OK);
   // What is built at load takes most where a brick that is all alike, two bytes of the file, is spelled out:
-  // a byte for each of its 64 voxels, and half a byte that stays.
+  // a byte for each of its 64 voxels while that is done, and twice half a byte that stay.
   budget.limit = budget.held + 64 * size + (64 << 10);
   NifAsset asset = nullptr;
   if (nifLoadAssetMemory(device, data, size, NIF_MEMORY_COPY, &asset) == NIF_OK) {
-    exercise(asset, device);
     nif::test::Bytes bytes(size);
     std::memcpy(bytes.data(), data, size);
     const auto view = nif::format::read_asset(bytes, "input");
+    exercise(asset, device, view);
     for (const nif::format::PrimaryView& primary : view.primaries) query(primary.field);
-    const auto written = nif::format::encode(nif::format::to_asset(view));
+    const auto owned = nif::format::to_asset(view);
+    const auto written = nif::format::encode(owned);
+    must(nif::format::encoded_bytes(owned) == written.size());
     must(nif::format::encode(nif::format::to_asset(nif::format::read_asset(written, "output"))) == written);
   } else {
     must(std::strncmp(nifGetErrorMessage(), "memory: ", 8) == 0);

@@ -1,0 +1,455 @@
+#include "tests/fuzz/mutate.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "formats/nif/writer.hpp"
+
+namespace nif::test {
+namespace {
+
+// Sections, whatever they hold.
+
+struct Part {
+  uint32_t type, flags;
+  Bytes content;
+};
+
+std::vector<Part> parts_of(const Bytes& file) {
+  std::vector<Part> parts;
+  if (file.size() < sizeof(format::Header)) return parts;
+  const auto header = load<format::Header>(file, 0);
+  const uint64_t room = (file.size() - sizeof(header)) / sizeof(format::SectionEntry);
+  for (uint32_t i = 0; i < std::min<uint64_t>(std::min(header.section_count, format::kMaxSections), room);
+       ++i) {
+    const auto entry = section_entry(file, i);
+    if (entry.offset > file.size() || entry.bytes > file.size() - entry.offset) return {};
+    const auto content = std::span(file).subspan(entry.offset, entry.bytes);
+    parts.push_back({entry.type, entry.flags, {content.begin(), content.end()}});
+  }
+  return parts;
+}
+
+Bytes file_of(const Bytes& before, const std::vector<Part>& parts) {
+  Bytes file(sizeof(format::Header) + parts.size() * sizeof(format::SectionEntry));
+  for (uint32_t i = 0; i < parts.size(); ++i) {
+    file.resize(format::aligned(file.size()));
+    const Bytes& content = parts[i].content;
+    store_entry(file, i, {parts[i].type, parts[i].flags, file.size(), content.size(), 0, 0});
+    file.insert(file.end(), content.begin(), content.end());
+  }
+  auto header = load<format::Header>(before, 0);
+  header.section_count = uint32_t(parts.size());
+  header.file_bytes = file.size();
+  store(file, 0, header);
+  fix_checksums(file);
+  return file;
+}
+
+/// Bytes of what a section is an array of; 1 where that differs.
+size_t record_bytes(uint32_t type) {
+  switch (type) {
+    case format::kObjects:
+      return sizeof(format::ObjectRecord);
+    case format::kInstances:
+      return sizeof(format::InstanceRecord);
+    case format::kSegments:
+      return sizeof(format::SegmentRecord);
+    case format::kNetworks:
+      return sizeof(format::NetworkRecord);
+    case format::kSphericalRecords:
+      return sizeof(format::SphericalRecord);
+    case format::kSphericalNetworks:
+      return sizeof(format::SphericalNetworksRecord);
+    case format::kBvhRecords:
+      return sizeof(format::BvhRecord);
+    case format::kBvhs:
+      return sizeof(kernels::BvhNode);
+    case format::kPrimaries:
+      return sizeof(format::PrimaryRecord);
+    default:
+      return 1;
+  }
+}
+
+constexpr uint32_t kWords[] = {0,          1,          2,          3,          4,          7,
+                               8,          16,         32,         63,         64,         127,
+                               128,        255,        256,        511,        512,        513,
+                               2047,       2048,       0xffff,     0x10000,    0x00ffffff, 0x01000000,
+                               0x7fffffff, 0x80000000, 0xfffffff0, 0xffffffff, 0x3f800000, 0x00800000,
+                               0x00000001, 0x7f7fffff, 0x7f800000, 0xff800000, 0x7fc00000, 0x5d800000};
+
+/// Another value of a number in a file.
+uint32_t changed_word(uint32_t word, Random& random) {
+  switch (random.below(4)) {
+    case 0:
+      return kWords[random.below(std::size(kWords))];
+    case 1:
+      return word + uint32_t(random.between(-4, 4));
+    case 2:
+      return word ^ 1u << random.below(32);
+    default:
+      return random.below(2) ? word * 2 : word / 2;
+  }
+}
+
+/// One field of one record, a number of 4, 2 or 1 bytes: another value, or that of another record.
+void change_field(Part& part, Random& random) {
+  const size_t record = record_bytes(part.type), count = part.content.size() / record;
+  if (count == 0 || record < 4) return;
+  const uint32_t width = random.below(4) ? 4 : 1u << random.below(2);
+  const size_t at = random.below(uint32_t(record / width)) * width;
+  std::byte* const field = part.content.data() + random.below(uint32_t(count)) * record + at;
+  uint32_t word = 0;
+  std::memcpy(&word, field, width);
+  if (random.below(4) == 0)
+    std::memcpy(&word, part.content.data() + random.below(uint32_t(count)) * record + at, width);
+  else
+    word = changed_word(word, random);
+  std::memcpy(field, &word, width);
+}
+
+/// One bit or one word.
+void change_table(Part& part, Random& random) {
+  if (part.content.empty()) return;
+  const uint32_t at = random.below(uint32_t(part.content.size()));
+  if (random.below(2) == 0 || part.content.size() < 4) {
+    part.content[at] ^= std::byte(1u << random.below(8));
+    return;
+  }
+  const uint32_t width = 1u << random.below(3), start = at / 4 * 4;
+  if (start + 4 > part.content.size()) return;
+  uint32_t word = 0;
+  std::memcpy(&word, part.content.data() + start, width);
+  word = changed_word(word, random);
+  std::memcpy(part.content.data() + start, &word, width);
+}
+
+/// Swaps, doubles, takes away or adds whole records, or blocks where there are none.
+void move_blocks(Part& part, Random& random) {
+  size_t unit = record_bytes(part.type);
+  if (unit == 1) unit = random.below(2) ? 64 : 1 + random.below(16);
+  Bytes& content = part.content;
+  const auto count = uint32_t(content.size() / unit);
+  const auto start = [&](uint32_t i) { return content.begin() + ptrdiff_t(i * unit); };
+  if (count == 0) {
+    content.resize(content.size() + unit);
+    return;
+  }
+  const uint32_t one = random.below(count), other = random.below(count);
+  switch (random.below(4)) {
+    case 0:
+      if (one != other) std::swap_ranges(start(one), start(one) + ptrdiff_t(unit), start(other));
+      break;
+    case 1: {
+      const Bytes copy(start(one), start(one) + ptrdiff_t(unit));
+      content.insert(start(other), copy.begin(), copy.end());
+      break;
+    }
+    case 2:
+      content.erase(start(one), start(one) + ptrdiff_t(unit));
+      break;
+    default:
+      content.resize(content.size() + unit, std::byte(random.below(2) ? 0 : random.below(256)));
+  }
+}
+
+void mutate_part(Part& part, MutateBytes mutate_bytes) {
+  Bytes& content = part.content;
+  const size_t size = content.size(), room = size + 64;
+  content.resize(room);
+  content.resize(mutate_bytes(reinterpret_cast<uint8_t*>(content.data()), size, room));
+}
+
+Bytes mutate_sections(const Bytes& file, Random& random, MutateBytes mutate_bytes) {
+  std::vector<Part> parts = parts_of(file);
+  if (parts.empty()) return file;
+  const auto count = uint32_t(parts.size());
+  for (uint32_t changes = 1 + random.below(3); changes > 0; --changes) {
+    Part& part = parts[random.below(count)];
+    switch (random.below(16)) {
+      case 0:
+        std::swap(part, parts[random.below(count)]);
+        break;
+      case 1:
+        (random.below(2) ? part.type : part.flags) ^= 1u << random.below(32);
+        break;
+      case 2:
+      case 3:
+        mutate_part(part, mutate_bytes);
+        break;
+      case 4:
+      case 5:
+        move_blocks(part, random);
+        break;
+      case 6:
+        part.content.resize(random.below(uint32_t(part.content.size()) + 1));
+        break;
+      case 7:
+      case 8:
+      case 9:
+      case 10:
+        change_table(part, random);
+        break;
+      default:
+        change_field(part, random);
+    }
+  }
+  return file_of(file, parts);
+}
+
+// What is accepted, in parts that belong together: such files are accepted mostly.
+
+float changed_float(float value, Random& random) {
+  return random.below(3) ? value * random.between(-2.0f, 2.0f)
+                         : std::bit_cast<float>(changed_word(std::bit_cast<uint32_t>(value), random));
+}
+
+/// A brick as the grid has it, apart from the others.
+struct Brick {
+  uint16_t entry = 0;  ///< of the table, or kFirstMixedBrick where it is mixed
+  kernels::BrickStates states{};
+  uint64_t corners = 0;
+};
+
+uint64_t random_bits(Random& random) {
+  uint64_t bits = 0;
+  for (uint32_t n = 1 + random.below(8); n > 0; --n) bits |= uint64_t{1} << random.below(64);
+  return random.below(4) ? bits : ~bits;
+}
+
+/// Other bricks, in a grid of another size at times; the tables that follow from them are right.
+void mutate_grid(format::SegmentData& data, Random& random) {
+  std::vector<Brick> bricks;
+  for (const uint16_t entry : data.brick_table) {
+    Brick brick{std::min<uint16_t>(entry, kernels::kFirstMixedBrick), {}, 0};
+    if (entry >= kernels::kFirstMixedBrick) {
+      brick.states = data.brick_states[entry - kernels::kFirstMixedBrick];
+      brick.corners = data.brick_corners[entry - kernels::kFirstMixedBrick];
+    }
+    bricks.push_back(brick);
+  }
+  for (uint32_t changes = random.below(4); changes > 0; --changes) {
+    Brick& brick = bricks[random.below(uint32_t(bricks.size()))];
+    const uint32_t what = random.below(6);
+    if (what == 0) brick = bricks[random.below(uint32_t(bricks.size()))];
+    if (what == 1) brick = {uint16_t(random.below(3)), {}, 0};
+    if (what >= 2) brick.entry = kernels::kFirstMixedBrick;
+    if (what == 2) brick.corners ^= random_bits(random);
+    if (what == 3) brick.states.surface ^= random_bits(random);
+    if (what == 4) brick.states.aux ^= random_bits(random);
+  }
+  if (random.below(3) == 0) {
+    uint32_t& side = data.voxels[random.below(3)];
+    side = random.below(8) == 0 ? 1 + random.below(40)
+                                : uint32_t(std::max(1, int32_t(side) + random.between(-5, 5)));
+  }
+  const uint32_t across = format::bricks_for(data.voxels[0]), down = format::bricks_for(data.voxels[1]),
+                 layers = format::bricks_for(data.voxels[2]);
+  data.brick_table.clear();
+  data.brick_states.clear();
+  data.brick_corners.clear();
+  data.corner_base.clear();
+  data.corners = 0;
+  for (uint32_t b = 0; b < across * down * layers; ++b) {
+    const Brick& brick = bricks[b % bricks.size()];
+    data.brick_table.push_back(brick.entry);
+    if (brick.entry < kernels::kFirstMixedBrick) continue;
+    if (data.brick_states.size() > 0xfff0) {
+      data.brick_table.back() = 0;
+      continue;
+    }
+    data.brick_table.back() = uint16_t(kernels::kFirstMixedBrick + data.brick_states.size());
+    uint64_t within = 0;
+    const uint32_t low[3] = {4 * (b % across), 4 * (b / across % down), 4 * (b / across / down)};
+    for (uint32_t bit = 0; bit < 64; ++bit)
+      if (low[0] + bit % 4 < data.voxels[0] && low[1] + bit / 4 % 4 < data.voxels[1] &&
+          low[2] + bit / 16 < data.voxels[2])
+        within |= uint64_t{1} << bit;
+    data.brick_states.push_back({brick.states.surface & within, brick.states.aux & within});
+    data.brick_corners.push_back(brick.corners);
+    data.corner_base.push_back(data.corners);
+    data.corners += uint32_t(std::popcount(brick.corners));
+  }
+}
+
+void fit_features(format::SegmentData& data, Random& random) {
+  const size_t before = data.features.size();
+  data.features.resize(size_t(data.corners) * data.features_per_corner);
+  for (size_t i = before; i < data.features.size(); ++i) data.features[i] = int8_t(random.between(-127, 127));
+}
+
+void mutate(format::SegmentData& data, format::Asset& asset, Random& random) {
+  switch (random.below(5)) {
+    case 0:  // as many inputs of the network, from other samples
+      for (int tries = 0; tries < 8; ++tries) {
+        const uint32_t inputs = data.samples * data.features_per_corner,
+                       features = 1 + random.below(kernels::kMaxFeatures);
+        if (inputs % features != 0 || inputs / features > kernels::kMaxSamples) continue;
+        data.samples = inputs / features;
+        data.features_per_corner = features;
+        break;
+      }
+      break;
+    case 1:
+      data.network = random.below(uint32_t(asset.networks.size()));
+      break;
+    case 2:
+      (random.below(2) ? data.voxels_per_unit : data.origin[random.below(3)]) *= random.between(0.1f, 4.0f);
+      if (random.below(4) == 0) data.voxels_per_unit = changed_float(data.voxels_per_unit, random);
+      if (random.below(4) == 0) data.length_scale = changed_float(data.length_scale, random);
+      if (random.below(4) == 0) data.origin[random.below(3)] = changed_float(data.origin[0], random);
+      break;
+    default:
+      mutate_grid(data, random);
+  }
+  fit_features(data, random);
+}
+
+/// A vertex may move to where another one is: often that keeps it in its box.
+void mutate(format::Bvh& data, format::Asset&, Random& random) {
+  auto& from = data.vertices[random.below(uint32_t(data.vertices.size()))];
+  auto& to = data.vertices[random.below(uint32_t(data.vertices.size()))];
+  const size_t axis = random.below(3);
+  if (random.below(2))
+    to[axis] = from[axis];
+  else
+    to[axis] = changed_float(to[axis], random);
+}
+
+std::vector<float>& grid_of(format::SphericalGrids& grids, Random& random) {
+  std::vector<float>* const all[] = {&grids.outer_position, &grids.outer_direction, &grids.inner_position,
+                                     &grids.inner_direction, &grids.distance};
+  return *all[random.below(5)];
+}
+
+void mutate(format::SphericalData& data, format::Asset& asset, Random& random) {
+  format::SphericalGrids& grids = data.grids;
+  switch (random.below(4)) {
+    case 0:
+      grids.half = !grids.half;
+      break;
+    case 1:
+      data.network = random.below(uint32_t(asset.spherical_networks.size()));
+      break;
+    case 2: {
+      grids.outer_resolution = 2 + random.below(9);
+      grids.inner_resolution = 2 + random.below(9);
+      grids.distance_resolution = 2 + random.below(9);
+      const size_t outer = size_t(grids.outer_resolution) * grids.outer_resolution * grids.outer_features,
+                   inner = size_t(grids.inner_resolution) * grids.inner_resolution * grids.inner_features;
+      grids.outer_position.resize(outer);
+      grids.outer_direction.resize(outer);
+      grids.inner_position.resize(inner);
+      grids.inner_direction.resize(inner);
+      grids.distance.resize(size_t(grids.distance_resolution) * grids.distance_features);
+      break;
+    }
+    default: {
+      std::vector<float>& values = grid_of(grids, random);
+      float& value = values[random.below(uint32_t(values.size()))];
+      value = random.below(2) ? kernels::kMaxSphericalValue : changed_float(value, random);
+    }
+  }
+}
+
+void mutate_networks(format::Asset& asset, Random& random) {
+  if (!asset.networks.empty() && random.below(2)) {
+    format::Network& network = asset.networks[random.below(uint32_t(asset.networks.size()))];
+    format::Layer& layer = network.layers[random.below(uint32_t(network.layers.size()))];
+    if (random.below(2))
+      layer.biases[random.below(layer.outputs)] = random.below(2) ? kernels::kMaxBias : -kernels::kMaxBias;
+    else
+      std::fill(layer.weights.begin(), layer.weights.end(), int8_t(random.below(2) ? 127 : -127));
+    layer.shift = random.below(kernels::kMaxShift + 1);
+    if (random.below(4) == 0) network.logit_scale = changed_float(network.logit_scale, random);
+  } else if (!asset.spherical_networks.empty()) {
+    format::SphericalNetworks& networks =
+        asset.spherical_networks[random.below(uint32_t(asset.spherical_networks.size()))];
+    std::vector<float>& weights = (random.below(2) ? networks.outer : networks.inner).weights;
+    const float extreme = random.below(2) ? kernels::kMaxSphericalValue : -kernels::kMaxSphericalValue;
+    if (random.below(2))
+      std::fill(weights.begin(), weights.end(), extreme);
+    else
+      weights[random.below(uint32_t(weights.size()))] = extreme;
+    networks.half = networks.half != (random.below(2) == 0);
+    networks.slope = random.unit();
+  }
+}
+
+Bytes mutate_asset(const Bytes& file, Random& random) {
+  format::Asset asset = format::to_asset(format::read_asset(file, "before"));
+  format::Object& object = asset.objects[random.below(uint32_t(asset.objects.size()))];
+  switch (random.below(8)) {
+    case 0:
+      if (asset.objects.size() < 64) {
+        asset.objects.push_back(format::Object(object));
+        asset.objects.back().primary.reset();
+      }
+      break;
+    case 1:
+      if (asset.objects.size() > 1) asset.objects.pop_back();
+      std::erase_if(asset.instances, [&](const auto& i) { return i.object >= asset.objects.size(); });
+      break;
+    case 2: {
+      format::Instance instance;
+      instance.object = random.below(uint32_t(asset.objects.size()));
+      for (float& x : instance.transform) x += random.between(-1.0f, 1.0f);
+      float& x = instance.transform[random.below(12)];
+      x = changed_float(x, random);
+      asset.instances.push_back(instance);
+      break;
+    }
+    case 3: {
+      const size_t axis = random.below(3);
+      float& bound = (random.below(2) ? object.aabb_min : object.aabb_max)[axis];
+      bound = random.below(4) ? object.aabb_min[axis] : changed_float(bound, random);
+      object.triangles = random.below(2) ? 0xffffffffu : 0;
+      break;
+    }
+    case 4:
+      mutate_networks(asset, random);
+      break;
+    default:
+      std::visit([&](auto& data) { mutate(data, asset, random); }, object.content);
+  }
+  return format::encode(asset);
+}
+
+}  // namespace
+
+Bytes mutate_structure(const Bytes& file, Random& random, MutateBytes mutate_bytes) {
+  if (random.below(3) == 0) return mutate_sections(file, random, mutate_bytes);
+  try {
+    return mutate_asset(file, random);
+  } catch (const Error&) {  // before or after the change
+    return mutate_sections(file, random, mutate_bytes);
+  }
+}
+
+Bytes join_assets(const Bytes& one, const Bytes& other) {
+  try {
+    format::Asset asset = format::to_asset(format::read_asset(one, "one"));
+    format::Asset more = format::to_asset(format::read_asset(other, "other"));
+    const auto first = uint32_t(asset.objects.size());
+    for (format::Object& object : more.objects) {
+      if (auto* segment = std::get_if<format::SegmentData>(&object.content))
+        segment->network += uint32_t(asset.networks.size());
+      if (auto* spherical = std::get_if<format::SphericalData>(&object.content))
+        spherical->network += uint32_t(asset.spherical_networks.size());
+      asset.objects.push_back(std::move(object));
+    }
+    for (format::Instance& instance : more.instances) {
+      instance.object += first;
+      asset.instances.push_back(std::move(instance));
+    }
+    for (format::Network& network : more.networks) asset.networks.push_back(std::move(network));
+    for (format::SphericalNetworks& networks : more.spherical_networks)
+      asset.spherical_networks.push_back(std::move(networks));
+    return format::encode(asset);
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+}  // namespace nif::test
