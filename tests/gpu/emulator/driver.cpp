@@ -188,8 +188,8 @@ class EmulatedContext final : public Context {
         machine.rays_launched += work.query.count;
     }
     if (machine.discard) return;
-    const kernels::gpu::EmulatedGrid grid{shape.blocks, shape.threads, shape.shared_bytes,
-                                          test::wave_of(kind_), machine.order};
+    const kernels::gpu::EmulatedGrid grid{shape.blocks,         shape.threads, shape.shared_bytes,
+                                          test::wave_of(kind_), machine.order, left_out_of(emulated)};
     ledger().put(
         queue_of(stream), [run = emulated.bind(arguments[0]), grid] { kernels::gpu::emulate(grid, run); },
         one_kernel ? machine.seconds_of_one_kernel : 0);
@@ -296,6 +296,12 @@ class EmulatedContext final : public Context {
   Queue& queue_of(Stream stream) const { return stream ? *static_cast<Queue*>(stream) : *default_stream_; }
   static void wait_for(const Mark& mark) {
     if (mark.queue) ledger().drain(*mark.queue, mark.behind);
+  }
+
+  static kernels::gpu::LeftOut left_out_of(const EmulatedKernel& kernel) {
+    using kernels::gpu::LeftOut;
+    if (kernel.name != machine.defective) return LeftOut::none;
+    return machine.without_odd_syncs ? LeftOut::odd_syncs : LeftOut::even_syncs;
   }
 
   static thread_local const Context* entered_;

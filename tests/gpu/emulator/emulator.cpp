@@ -257,6 +257,7 @@ class EmulatedBlock {
       fibre.thread.wave_size_ = grid_.wave;
       fibre.waits_for = Meeting::none;
       fibre.ended = false;
+      fibre.syncs = 0;
       ++waves_[i / grid_.wave].running;
       ready_.push_back(i);
     }
@@ -283,6 +284,7 @@ class EmulatedBlock {
   /// Called by a thread: comes back once all have come.
   void wait(uint32_t index, Meeting meeting, void* part) {
     Fibre& fibre = fibres_[index];
+    if (meeting == Meeting::block && is_left_out(++fibre.syncs)) return;
     fibre.waits_for = meeting;
     fibre.part = part;
     if (meeting == Meeting::block)
@@ -304,6 +306,7 @@ class EmulatedBlock {
     Meeting waits_for;
     void* part;
     bool ended;
+    uint32_t syncs;  ///< calls of sync()
   };
   struct Wave {
     uint32_t running = 0, waiting = 0;
@@ -311,6 +314,10 @@ class EmulatedBlock {
   struct alignas(16) Chunk {
     unsigned char bytes[16];
   };
+
+  bool is_left_out(uint32_t call) const {
+    return grid_.left_out == (call % 2 == 1 ? LeftOut::odd_syncs : LeftOut::even_syncs);
+  }
 
   /// Wave by wave; waves, and the lanes of each, are shuffled.
   std::vector<uint32_t> sequence_of_threads(std::mt19937_64* random) const {

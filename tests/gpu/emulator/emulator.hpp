@@ -21,11 +21,16 @@ class EmulationError : public std::logic_error {
   using std::logic_error::logic_error;
 };
 
+/// Barriers that a kernel is run without: of each thread's calls of sync() the first, third and so on, or the
+/// second, fourth and so on.
+enum class LeftOut : uint32_t { none, odd_syncs, even_syncs };
+
 struct EmulatedGrid {
   uint32_t blocks = 1, threads = 128;  ///< threads of a block: 1 to 1024, no need for whole waves
   uint32_t shared_bytes = 0;           ///< filled with 0xa5 for each block
   uint32_t wave = 32;                  ///< lanes: 32 or 64
   uint64_t order = 0;                  ///< seed of the order of blocks, waves and lanes; 0: as numbered
+  LeftOut left_out = LeftOut::none;    ///< a defect, for tests that are to notice it
 };
 
 class EmulatedBlock;

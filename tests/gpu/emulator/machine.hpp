@@ -42,6 +42,8 @@ struct EmulatedMachine {
   uint32_t most_rays = 1u << 20;       ///< of one launch; a multiple of 8
   uint64_t order = 0;                  ///< of threads, see EmulatedGrid
   bool discard = false;                ///< launches do nothing
+  const char* defective = "";          ///< a kernel's name: it is run without some barriers
+  bool without_odd_syncs = false;      ///< which ones, see LeftOut
   uint32_t processors = 3;             ///< few, so that threads go round
   uint32_t seconds_of_one_kernel = 0;  ///< for all of a query's rays, by the card's clock
 
