@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/cpu/isa.hpp"
+#include "kernels/cpu/shared_copies.hpp"
 #include "kernels/reference/object_kernel.hpp"
 
 namespace nif::kernels::cpu {
@@ -11,6 +12,7 @@ struct KernelOptions {
   /// What the object may take in memory to be answered faster.
   size_t ample_bytes;
   std::pmr::memory_resource* memory;  ///< must outlive the kernel
+  SharedCopies& copies;               ///< of the object's asset; must outlive the kernel
 };
 
 }  // namespace nif::kernels::cpu

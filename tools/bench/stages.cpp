@@ -55,7 +55,7 @@ class StagedField {
   }
 
  private:
-  std::vector<float> weights_;
+  kernels::cpu::SharedCopies weights_;
   kernels::SphericalField field_;
   const bake::LabelledRays& rays_;
   std::vector<kernels::SegmentBatch> batches_;

@@ -91,7 +91,7 @@ AnswerSegments kernel_for(Isa isa) {
 }  // namespace
 
 SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, const KernelOptions& options)
-    : field_(field, options.ample_bytes, options.memory), answer_(kernel_for(options.isa)) {}
+    : field_(field, options.ample_bytes, options.memory, options.copies), answer_(kernel_for(options.isa)) {}
 
 void SimdSegmentKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(field_, batch, answers, scratch);

@@ -6,27 +6,25 @@
 namespace nif::kernels::cpu {
 namespace {
 
-/// Copies a network's weights and biases to `to`, one behind the other, and points it to them.
-void copy_network(Network& network, std::pmr::vector<std::byte>& to) {
-  size_t bytes = 0;
+/// Points a network to a copy of its biases and weights.
+void use_copy(Network& network, SharedCopies& copies) {
+  size_t words = 0;  // weights fill them, because a layer's inputs are a multiple of 4
   for (uint32_t l = 0; l < network.layer_count; ++l)
-    bytes += network.layers[l].outputs * (network.layers[l].inputs + sizeof(int32_t));
-  to.resize(bytes);
-  std::byte* at = to.data();
-  // Biases first: words must stay aligned.
+    words += network.layers[l].outputs * (1 + network.layers[l].inputs / 4);
+  const uint32_t* at = copies.get(network.layers[0].biases, words, [&](uint32_t* to) {
+    for (uint32_t l = 0; l < network.layer_count; ++l) {
+      const Network::Layer& layer = network.layers[l];
+      const size_t weights = size_t(layer.outputs) * layer.inputs;
+      std::memcpy(to, layer.biases, layer.outputs * sizeof(int32_t));
+      std::memcpy(to + layer.outputs, layer.weights, weights);
+      to += layer.outputs + weights / 4;
+    }
+  });
   for (uint32_t l = 0; l < network.layer_count; ++l) {
     Network::Layer& layer = network.layers[l];
-    const size_t size = layer.outputs * sizeof(int32_t);
-    std::memcpy(at, layer.biases, size);
     layer.biases = reinterpret_cast<const int32_t*>(at);
-    at += size;
-  }
-  for (uint32_t l = 0; l < network.layer_count; ++l) {
-    Network::Layer& layer = network.layers[l];
-    const size_t size = size_t(layer.outputs) * layer.inputs;
-    std::memcpy(at, layer.weights, size);
-    layer.weights = reinterpret_cast<const int8_t*>(at);
-    at += size;
+    layer.weights = reinterpret_cast<const int8_t*>(at + layer.outputs);
+    at += layer.outputs * (1 + layer.inputs / 4);
   }
 }
 
@@ -39,13 +37,13 @@ uint32_t walk_tables(const SegmentField& field, const FeatureGrid& corners, size
 
 }  // namespace
 
-PackedField::PackedField(const SegmentField& field, size_t ample_bytes, std::pmr::memory_resource* memory)
+PackedField::PackedField(const SegmentField& field, size_t ample_bytes, std::pmr::memory_resource* memory,
+                         SharedCopies& copies)
     : SegmentField(field),
       corners_by_brick(field, memory),
       walk(field, walk_tables(field, corners_by_brick, ample_bytes), memory),
-      network_memory(memory),
       reads_field(!corners_by_brick.complete) {
-  copy_network(network, network_memory);
+  use_copy(network, copies);
   if (reads_field) return;
   brick_table = nullptr;
   brick_states = nullptr;

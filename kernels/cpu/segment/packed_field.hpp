@@ -5,26 +5,27 @@
 #include <memory_resource>
 #include <vector>
 
+#include "kernels/cpu/shared_copies.hpp"
 #include "kernels/packed/feature_grid.hpp"
 #include "kernels/packed/walk_grid.hpp"
 #include "kernels/reference/segment/samples.hpp"
 
 namespace nif::kernels::cpu {
 
-/// What it derives from points to its own network, and to nothing else unless it reads the asset's field.
+/// What it derives from points to a copy of its network, and to nothing else unless it reads the asset's
+/// field.
 struct PackedField : SegmentField {
   /// WalkGrid must be able to hold the field, which must outlive this where reads_field. Memory that would
   /// make queries faster is taken only where all of it stays below so many bytes.
-  PackedField(const SegmentField& field, size_t ample_bytes, std::pmr::memory_resource* memory);
+  PackedField(const SegmentField& field, size_t ample_bytes, std::pmr::memory_resource* memory,
+              SharedCopies& copies);
 
   FeatureGrid corners_by_brick;
   WalkGrid walk;
-  std::pmr::vector<std::byte> network_memory;
   bool reads_field;  ///< where corners_by_brick is not complete
 
-  size_t resident_bytes() const {
-    return walk.resident_bytes() + corners_by_brick.resident_bytes() + network_memory.capacity();
-  }
+  /// All but the copy of the network.
+  size_t resident_bytes() const { return walk.resident_bytes() + corners_by_brick.resident_bytes(); }
 };
 
 /// Both features of a corner; 0 where it has none.

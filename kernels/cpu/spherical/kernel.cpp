@@ -48,8 +48,7 @@ HWY_AFTER_NAMESPACE();
 namespace nif::kernels::cpu {
 
 SimdSphericalKernel::SimdSphericalKernel(const SphericalField& field, const KernelOptions& options)
-    : weights_(options.memory),
-      field_(with_single_weights(field, weights_)),
+    : field_(with_single_weights(field, options.copies)),
       answer_(NIF_KERNEL_FOR(Answer, answer_spherical, options.isa)) {}
 
 void SimdSphericalKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {

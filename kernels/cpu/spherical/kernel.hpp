@@ -1,14 +1,13 @@
 // The `spherical` encoding in SIMD: the same bits as kernels/reference, a ray to a lane.
 #pragma once
 
-#include <vector>
-
 #include "kernels/cpu/kernel_options.hpp"
 #include "kernels/reference/spherical/field.hpp"
 
 namespace nif::kernels::cpu {
 
-/// Grids are read where they lie in the asset; weights in half precision are copied as single ones.
+/// Grids are read where they lie in the asset, and so are weights, unless they are in half precision: then
+/// from a copy in single precision.
 class SimdSphericalKernel final : public ObjectKernel {
  public:
   /// The field's memory must outlive the kernel. Two bytes before a grid in half precision must be readable,
@@ -16,11 +15,10 @@ class SimdSphericalKernel final : public ObjectKernel {
   SimdSphericalKernel(const SphericalField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
-  size_t resident_bytes() const override { return weights_.capacity() * sizeof(float); }
+  size_t resident_bytes() const override { return 0; }
 
  private:
   using Answer = void (*)(const SphericalField&, const SegmentBatch&, AnswerBatch&, void*);
-  std::pmr::vector<float> weights_;
   SphericalField field_;
   Answer answer_;
 };

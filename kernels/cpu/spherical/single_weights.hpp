@@ -1,25 +1,24 @@
 // Weights as SIMD kernels read them.
 #pragma once
 
+#include <bit>
+
+#include "kernels/cpu/shared_copies.hpp"
 #include "kernels/reference/spherical/field.hpp"
 #include "kernels/reference/spherical/query.hpp"
 
 namespace nif::kernels::cpu {
 
-/// The field with single weights in place of those in half precision, which are then in `memory`, a vector of
-/// floats that is empty before.
-template <class Floats>
-SphericalField with_single_weights(SphericalField field, Floats& memory) {
-  const auto size = [](const SphericalNetwork& network) { return spherical_weights(network); };
-  SphericalNetwork* const networks[] = {&field.outer, &field.inner};
-  size_t halves = 0;
-  for (const SphericalNetwork* network : networks) halves += network->weights.half ? size(*network) : 0;
-  memory.reserve(halves);  // so that they stay where they are
-  for (SphericalNetwork* network : networks) {
-    if (!network->weights.half) continue;
-    const float* first = memory.data() + memory.size();
-    for (size_t i = 0; i < size(*network); ++i) memory.push_back(value_of(network->weights, i));
-    network->weights = {first, false};
+/// The field with single weights in place of those in half precision; they are then among the copies.
+inline SphericalField with_single_weights(SphericalField field, SharedCopies& copies) {
+  for (SphericalNetwork* network : {&field.outer, &field.inner}) {
+    const SphericalValues halves = network->weights;
+    if (!halves.half) continue;
+    const size_t size = spherical_weights(*network);
+    const uint32_t* words = copies.get(halves.data, size, [&](uint32_t* to) {
+      for (size_t i = 0; i < size; ++i) to[i] = std::bit_cast<uint32_t>(value_of(halves, i));
+    });
+    network->weights = {words, false};
   }
   return field;
 }

@@ -70,7 +70,8 @@ NifAssetInfo describe(const NifAssetObject& asset) {
   info.format_version = format::kVersion;
   info.file_bytes = asset.file_bytes;
   info.resident_bytes = sizeof(NifAssetObject) + asset.name.capacity() + view.resident_bytes() +
-                        asset.texts.capacity() + asset.kernels.capacity() * sizeof(KernelPointer);
+                        asset.texts.capacity() + asset.kernels.capacity() * sizeof(KernelPointer) +
+                        asset.copies.resident_bytes();
   for (const KernelPointer& kernel : asset.kernels)
     info.resident_bytes += kernel.get_deleter().bytes + kernel->resident_bytes();
   info.metadata = view.metadata.empty() ? nullptr : view.metadata.data();

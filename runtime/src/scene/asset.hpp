@@ -17,10 +17,12 @@ struct NifAssetObject : nif::runtime::Object {
         memory(std::move(bytes)),
         view(nif::format::read_asset(memory.bytes(), file_name, owner->memory())),
         texts(owner->memory()),
+        copies(owner->memory()),
         kernels(owner->memory()),
         file_bytes(memory.bytes().size()) {
+    kernels.reserve(view.objects.size());
     for (const nif::format::ObjectView& object : view.objects)
-      kernels.push_back(nif::runtime::make_kernel(object, owner->configuration.isa, owner->memory()));
+      kernels.push_back(nif::runtime::make_kernel(object, owner->configuration.isa, owner->memory(), copies));
     bool read = device->gpu.has_value();  // when a scene with this asset is committed
     for (const nif::runtime::KernelPointer& kernel : kernels) read = read || kernel->reads_field();
     if (!read) drop_bytes();
@@ -34,7 +36,8 @@ struct NifAssetObject : nif::runtime::Object {
   std::pmr::string name;  ///< what messages call it: its file, or "memory"
   nif::format::FileMemory memory;
   nif::format::AssetView view;
-  std::pmr::vector<char> texts;  ///< names and metadata of the view, where `memory` is let go
+  std::pmr::vector<char> texts;       ///< names and metadata of the view, where `memory` is let go
+  nif::runtime::SharedCopies copies;  ///< that kernels read
   std::pmr::vector<nif::runtime::KernelPointer> kernels;  ///< [object] answers it
   uint64_t file_bytes;
   nif::runtime::GpuAsset* on_gpu = nullptr;  ///< once a scene with it was committed

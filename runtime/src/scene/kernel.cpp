@@ -37,15 +37,17 @@ Isa best_isa() {
   return Isa::scalar;
 }
 
-KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::memory_resource* memory) {
+KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::memory_resource* memory,
+                          SharedCopies& copies) {
   const kernels::AnyField field = field_of(object);
 #ifdef NIF_HAS_SIMD
   if (isa != Isa::scalar)
-    if (KernelPointer kernel =
-            kernels::cpu::make_kernel(field, {kernels::cpu::Isa(int(isa) - 1), ample_bytes(object), memory}))
+    if (KernelPointer kernel = kernels::cpu::make_kernel(
+            field, {kernels::cpu::Isa(int(isa) - 1), ample_bytes(object), memory, copies}))
       return kernel;
 #else
   (void)isa;
+  (void)copies;
 #endif
   return std::visit(
       [&]<class Field>(const Field& own) {

@@ -5,11 +5,13 @@
 #include <memory_resource>
 
 #include "formats/nif/reader.hpp"
+#include "kernels/cpu/shared_copies.hpp"
 #include "kernels/reference/object_kernel.hpp"
 
 namespace nif::runtime {
 
 using kernels::KernelPointer;
+using kernels::cpu::SharedCopies;
 
 /// Instruction sets that a device may use; `scalar` is the reference.
 enum class Isa { scalar, sse4, avx2, avx512, neon };
@@ -18,8 +20,8 @@ const char* name_of(Isa isa);  ///< as in isa=NAME
 bool available(Isa isa);
 Isa best_isa();
 
-/// The view's memory must outlive the kernel.
+/// The view's memory and the copies, which are those of its asset, must outlive the kernel.
 kernels::KernelPointer make_kernel(const format::ObjectView& object, Isa isa,
-                                   std::pmr::memory_resource* memory);
+                                   std::pmr::memory_resource* memory, SharedCopies& copies);
 
 }  // namespace nif::runtime

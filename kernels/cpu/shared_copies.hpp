@@ -1,0 +1,40 @@
+// What the objects of an asset share, in the form that SIMD kernels read: copied once, however many objects
+// there are. A small file may have very many of them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory_resource>
+#include <vector>
+
+namespace nif::kernels::cpu {
+
+class SharedCopies {
+ public:
+  explicit SharedCopies(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
+      : copies_(memory) {}
+
+  /// The copy of what lies at `original`, of so many words, which stays where it is. Where there is none yet,
+  /// fill(copy) makes it.
+  template <class Fill>
+  const uint32_t* get(const void* original, size_t words, const Fill& fill) {
+    const auto [at, is_new] = copies_.try_emplace(original);
+    if (is_new) {
+      at->second.resize(words);
+      fill(at->second.data());
+    }
+    return at->second.data();
+  }
+
+  size_t resident_bytes() const {
+    size_t bytes = 0;
+    for (const auto& [original, copy] : copies_) bytes += copy.capacity() * sizeof(copy[0]);
+    return bytes;
+  }
+
+ private:
+  std::pmr::map<const void*, std::pmr::vector<uint32_t>> copies_;
+};
+
+}  // namespace nif::kernels::cpu
