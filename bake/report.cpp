@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bake/encoder.hpp"
+
 namespace nif::bake {
 
 nlohmann::ordered_json to_json(const SetAccuracies& sets) {
@@ -22,49 +24,14 @@ nlohmann::ordered_json to_json(const SetAccuracies& sets) {
   return json;
 }
 
-namespace {
-
-/// The number that someone wrote down for it: 0.005, not 0.00499999988824.
-double decimal(float value) { return std::stod(fmt::format("{}", value)); }
-
-/// The hyperparameters of `spherical`, all of them.
-nlohmann::ordered_json to_json(const SphericalOptions::Outer& field) {
-  return {{"resolution", field.resolution},
-          {"features", field.features},
-          {"width", field.width},
-          {"layers", field.hidden_layers},
-          {"batch", field.batch}};
-}
-
-nlohmann::ordered_json to_json(const SphericalBakeOptions& options) {
-  const SphericalOptions& fields = options.fields;
-  const auto precision = [](bool half) { return half ? "half" : "single"; };
-  nlohmann::ordered_json json{
-      {"outer", to_json(fields.outer)},
-      {"inner",
-       {{"resolution", fields.inner.resolution},
-        {"features", fields.inner.features},
-        {"distance_resolution", fields.inner.distance_resolution},
-        {"distance_features", fields.inner.distance_features},
-        {"width", fields.inner.width},
-        {"layers", fields.inner.hidden_layers},
-        {"batch", fields.inner.batch}}},
-      {"grids", precision(fields.half_grids)},
-      {"networks", precision(fields.half_networks)},
-      {"shared_network", options.shared_network},
-      {"slope", decimal(fields.slope)},
-      {"latent_reach", decimal(fields.latent_reach)},
-      {"weights", fields.he_weights ? "he" : "xavier"},
-      {"loss", fields.loss == SphericalLoss::squared ? "l2" : "cross-entropy"},
-      {"learning_rate", decimal(fields.learning_rate)},
-      {"beta1", decimal(fields.beta1)},
-      {"beta2", decimal(fields.beta2)},
-      {"epsilon", decimal(fields.epsilon)},
-      {"rays", options.given ? nlohmann::ordered_json() : nlohmann::ordered_json(options.rays)},
-      {"passes", options.given ? 1 : options.passes}};
-  if (options.given && options.given->draw_primary) json["primary"] = to_json(fields.primary);
+nlohmann::ordered_json to_json(const Mix& mix) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (RaySet set : kRaySets)
+    if (mix[size_t(set)] > 0) json[std::string(name_of(set))] = mix[size_t(set)];
   return json;
 }
+
+namespace {
 
 /// Numbers are the file's own. Nodes stand after those above them.
 nlohmann::ordered_json hierarchy(const mesh::Scene& scene, const BakeResult& result) {
@@ -94,23 +61,10 @@ uint64_t hierarchy_bytes(const mesh::Scene& scene, const BakeResult& result) {
   return scene.nodes.empty() ? 0 : dump({{"hierarchy", hierarchy(scene, result)}}).size();
 }
 
-std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result) {
-  nlohmann::ordered_json mix = nlohmann::ordered_json::object();
-  const Mix weights = resolve(options).mix;
-  for (RaySet set : kRaySets) {
-    if (weights[size_t(set)] > 0) mix[std::string(name_of(set))] = weights[size_t(set)];
-  }
-  nlohmann::ordered_json chosen{{"encoding", name_of(options.encoding)}};
-  if (options.encoding != EncodingOption::bvh) {
-    chosen["preset"] = name_of(options.preset);
-    if (options.encoding == EncodingOption::spherical && options.spherical.given)
-      chosen["rays_from"] = options.spherical.given->name;
-    else
-      chosen["mix"] = mix;
-    if (options.encoding == EncodingOption::spherical) chosen["spherical"] = to_json(options.spherical);
-    if (options.resolution) chosen["resolution"] = *options.resolution;
-    if (options.effort) chosen["effort"] = *options.effort;
-  }
+std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
+                          std::span<const std::unique_ptr<Encoder>> encoders, const BakeResult& result) {
+  nlohmann::ordered_json chosen{{"encoding", options.encoding}};
+  for (const auto& encoder : encoders) encoder->add_options(chosen);
   if (options.max_bytes) chosen["max_bytes"] = *options.max_bytes;
   if (options.max_error) chosen["max_error"] = *options.max_error;
   nlohmann::ordered_json json{{"tool", {{"name", "nifkit"}, {"version", NIF_VERSION_STRING}}},
@@ -131,20 +85,35 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options, 
                                                     {"bias", object.bias},
                                                     {"closed_components", report.closed_components},
                                                     {"open_components", report.open_components}});
-    if (object.is<format::SegmentData>()) {
-      described["voxels"] = report.voxels;
-      described["training_rays"] = report.training_rays;
-    }
-    if (object.is<format::SphericalData>()) {
-      described["networks"] = object.as<format::SphericalData>().network;
-      described["training_rays"] = report.training_rays;
-      if (object.primary) described["primary_rays"] = report.primary_rays;
-    }
+    std::visit([&](const auto& own) { add_metadata(own, report, object, described); }, report.own);
     described["accuracy"] = to_json(report.sets);
   }
   json["objects"] = std::move(objects);
   if (!scene.nodes.empty()) json["hierarchy"] = hierarchy(scene, result);
   return dump(json);
+}
+
+nlohmann::ordered_json to_json(const ObjectReport& object) {
+  nlohmann::ordered_json json{{"name", object.name},
+                              {"encoding", object.encoding},
+                              {"reason", object.reason},
+                              {"triangles", object.triangles},
+                              {"degenerate", object.cleaned.degenerate},
+                              {"duplicate", object.cleaned.duplicate},
+                              {"turned", object.turned},
+                              {"closed_components", object.closed_components},
+                              {"open_components", object.open_components}};
+  for (const auto& [encoding, cost] : object.compared) {
+    nlohmann::ordered_json& compared = json["compared"][encoding];
+    compared["bytes"] = cost.bytes;
+    if (cost.work > 0) compared["work"] = cost.work;
+    if (cost.error) compared["error"] = *cost.error;
+  }
+  std::visit([&](const auto& own) { add_report(own, json); }, object.own);
+  json["training_rays"] = object.training_rays;
+  json["recoveries"] = object.recoveries;
+  json["sets"] = to_json(object.sets);
+  return json;
 }
 
 }  // namespace nif::bake

@@ -49,14 +49,14 @@ SetAccuracies measure_sets(const RaySource& source, const Answerer& answer, cons
   return sets;
 }
 
-void check_error(const BakeOptions& options, const SetAccuracies& sets, std::string_view hint) {
+void check_error(const BakeOptions& options, const SetAccuracies& sets) {
   if (!options.max_error) return;
   for (RaySet set : kRaySets) {
     const double error = sets[size_t(set)].error();
     if (error <= *options.max_error) continue;
-    throw Error(Status::target_not_met,
-                fmt::format("--max-error {:.4f}% is not met: {:.4f}% of {} are answered wrongly; {}",
-                            *options.max_error * 100, error * 100, name_of(set), hint));
+    throw TargetNotMet(TargetNotMet::Limit::error,
+                       fmt::format("{:.4f}% of {} are answered wrongly, more than the limit of {:.4f}%",
+                                   error * 100, name_of(set), *options.max_error * 100));
   }
 }
 

@@ -26,8 +26,8 @@ std::vector<format::Instance> instances_of(const mesh::Scene& scene, const Prepa
 SetAccuracies measure_sets(const RaySource& source, const Answerer& answer, const BakeOptions& options,
                            size_t objects, const std::function<void(RaySet)>& begin);
 
-/// Throws Error(target_not_met) where options.max_error is given and not met; `hint` says what could help.
-void check_error(const BakeOptions& options, const SetAccuracies& sets, std::string_view hint);
+/// Throws TargetNotMet where options.max_error is given and not met.
+void check_error(const BakeOptions& options, const SetAccuracies& sets);
 
 /// How far a bake of several objects is, to be shown; training costs an object about so much as its
 /// triangles, within bounds.

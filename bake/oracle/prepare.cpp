@@ -96,8 +96,7 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict) {
   if (strict && !prepared.notes.empty()) {
     const size_t more = prepared.notes.size() - 1;
     throw Error(Status::needs_repair,
-                fmt::format("--strict refuses what has to be repaired: {}{}; see nif mesh info and repair",
-                            prepared.notes.front(), more ? fmt::format(", and {} more", more) : ""));
+                fmt::format("{}{}", prepared.notes.front(), more ? fmt::format(", and {} more", more) : ""));
   }
   return prepared;
 }

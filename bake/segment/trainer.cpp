@@ -98,14 +98,11 @@ class Trainer {
                                                    next_block, blocks_per_round, cancel);
       next_block += blocks_per_round;
       if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
-      if (rays.count() < options_.batch) {
-        throw Error(
-            Status::training_failed,
-            "training of '" + name_ +
-                "' failed: the ray sets of the mix have too few rays that the network would be asked");
-      }
+      if (rays.count() < options_.batch)
+        return failed("the ray sets of the mix have too few rays that the network would be asked");
       for (uint32_t pass = 0; pass < options_.passes && step_ < steps; ++pass)
-        train_pass(rays, pass, steps, progress, cancel);
+        if (!train_pass(rays, pass, steps, progress, cancel))
+          return failed("the loss stayed non-finite after " + std::to_string(kMaxRecoveries) + " recoveries");
     }
     return finish();
   }
@@ -145,8 +142,15 @@ class Trainer {
     biases_.quantise();
   }
 
-  /// One use of every drawn ray, batch by batch; where a batch starts differs from pass to pass.
-  void train_pass(const TrainingRays& rays, uint32_t pass, uint64_t steps,
+  TrainingResult failed(const std::string& why) const {
+    TrainingResult result;
+    result.failure = "training of '" + name_ + "' failed: " + why;
+    return result;
+  }
+
+  /// One use of every drawn ray, batch by batch; where a batch starts differs from pass to pass. False as
+  /// recover().
+  bool train_pass(const TrainingRays& rays, uint32_t pass, uint64_t steps,
                   const std::function<void(const TrainingProgress&)>& progress,
                   const std::atomic<bool>& cancel) {
     const size_t slice = options_.batch / kTrainGroups, slices = rays.count() / slice;
@@ -158,12 +162,14 @@ class Trainer {
       if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
       std::array<size_t, kTrainGroups> firsts;
       for (uint32_t g = 0; g < kTrainGroups; ++g) firsts[g] = (done + g) * stride % slices * slice;
-      train_batch(rays, firsts, slice, steps);
+      if (!train_batch(rays, firsts, slice, steps)) return false;
       if (step_ % 64 == 0) progress({step_ * options_.batch, steps * options_.batch, loss_, error_});
     }
+    return true;
   }
 
-  void train_batch(const TrainingRays& rays, const std::array<size_t, kTrainGroups>& firsts, size_t slice,
+  /// False as recover().
+  bool train_batch(const TrainingRays& rays, const std::array<size_t, kTrainGroups>& firsts, size_t slice,
                    uint64_t steps) {
     if (step_ % kStepsBetweenSnapshots == 0) {
       snapshot_ = std::make_unique<Snapshot>(Snapshot{features_, weights_, biases_, adam_step_});
@@ -197,12 +203,10 @@ class Trainer {
     double loss = 0;
     for (const Group& group : groups_) loss += group.loss;
     loss /= options_.batch;
-    if (!std::isfinite(loss) || !update(steps)) {
-      recover();
-      return;
-    }
+    if (!std::isfinite(loss) || !update(steps)) return recover();
     watch(rays, firsts, slice, loss);
     ++step_;
+    return true;
   }
 
   /// Sums the lanes of the small gradients and moves all parameters. False where one moved by something not
@@ -256,13 +260,9 @@ class Trainer {
     return finite && weights_finite && biases_finite;
   }
 
-  /// Back to the last snapshot, with half the learning rate.
-  void recover() {
-    if (++recoveries_ > kMaxRecoveries) {
-      throw Error(Status::training_failed, "training of '" + name_ +
-                                               "' failed: the loss stayed non-finite after " +
-                                               std::to_string(kMaxRecoveries) + " recoveries");
-    }
+  /// Back to the last snapshot, with half the learning rate. False where that has not helped.
+  bool recover() {
+    if (++recoveries_ > kMaxRecoveries) return false;
     features_ = snapshot_->features;
     weights_ = snapshot_->weights;
     biases_ = snapshot_->biases;
@@ -274,6 +274,7 @@ class Trainer {
       std::fill(group.biases.begin(), group.biases.end(), 0.f);
     }
     ++step_;  // the batch that did it is not tried again
+    return true;
   }
 
   /// Running means for the progress line, and errors by ray set. Rays are counted before they are learned

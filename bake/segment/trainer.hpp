@@ -40,6 +40,7 @@ struct TrainingProgress {
 
 struct TrainingResult {
   format::Network network;
+  std::string failure;      ///< why training failed, as a sentence that names the object; empty: it did not
   uint32_t recoveries = 0;  ///< times that a non-finite loss was met and training went back
   std::array<double, kRaySets.size()>
       error{};  ///< share of wrong answers among the last ambiguous rays of each set
@@ -47,8 +48,9 @@ struct TrainingResult {
 
 /// Trains `data` (with store_occupancy() done, and samples, length_scale set) and leaves its features in it;
 /// `name` is what messages call the object. `progress` is called from the calling thread, several times a
-/// second. Throws Error(training_failed) where the loss stays non-finite after several recoveries,
-/// Error(interrupted) once `cancel` is set. The result does not depend on the number of threads.
+/// second. Training fails where the loss stays non-finite after several recoveries, or where there are too
+/// few rays to learn from. Throws Error(interrupted) once `cancel` is set. The result does not depend on the
+/// number of threads.
 TrainingResult train(const RaySource& source, std::string_view name, format::SegmentData& data,
                      const TrainingOptions& options,
                      const std::function<void(const TrainingProgress&)>& progress,

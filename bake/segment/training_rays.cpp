@@ -4,7 +4,6 @@
 
 #include <bit>
 #include <limits>
-#include <numeric>
 
 namespace nif::bake {
 
@@ -143,18 +142,6 @@ void append(std::vector<T>& to, std::vector<T>& from) {
 }
 
 }  // namespace
-
-RaySet draw_set(const Mix& mix, Random& random) {
-  double pick = random.uniform(0, std::accumulate(mix.begin(), mix.end(), 0.0));
-  RaySet set = RaySet::outer_lines;
-  for (RaySet candidate : kRaySets) {
-    if (mix[size_t(candidate)] <= 0) continue;
-    set = candidate;
-    pick -= mix[size_t(candidate)];
-    if (pick < 0) break;
-  }
-  return set;
-}
 
 TrainingRays draw_training_rays(const RaySource& source, const kernels::SegmentField& field,
                                 const SurfaceCells& cells, const Mix& mix, uint64_t seed,

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <vector>
 
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/mix.hpp"
 #include "kernels/reference/segment/samples.hpp"
 
 namespace nif::bake {
@@ -30,12 +30,6 @@ class SurfaceCells {
   std::vector<uint32_t> first_;  // [mixed brick]: number of its first surface voxel
 };
 
-/// How often each ray set stands among the training rays; need not sum to 1.
-using Mix = std::array<double, kRaySets.size()>;
-
-/// A set by its weight; some weight must be above 0.
-RaySet draw_set(const Mix& mix, Random& random);
-
 /// Training rays as arrays, `samples` points each.
 struct TrainingRays {
   uint32_t samples = 0;
@@ -46,8 +40,6 @@ struct TrainingRays {
   std::vector<uint8_t> set;  ///< RaySet that the ray was drawn from
   size_t count() const { return visible.size(); }
 };
-
-inline constexpr size_t kTrainingBlock = 1024;  ///< rays that share a random stream
 
 /// Draws kTrainingBlock ambiguous rays for each block number from `first_block` on, in parallel, the same for
 /// any number of threads. Fewer where the field has next to no ambiguous rays. Stops early, with whatever it

@@ -27,10 +27,10 @@ constexpr float kDepthWeight = 100;
 
 class PrimaryTrainer::Implementation {
  public:
-  Implementation(const format::Object& object, const SphericalOptions& options)
+  Implementation(const kernels::SphericalBounds& bounds, const SphericalOptions& options)
       : options_(options),
         lessons_(options_, kStream),
-        bounds_(bounds_of(object)),
+        bounds_(bounds),
         field_(options_,
                {options.primary.width,
                 options.primary.hidden_layers,
@@ -41,7 +41,7 @@ class PrimaryTrainer::Implementation {
                                  options.latent_reach, lessons_.random()),
                lessons_.random()) {}
 
-  void learn(const PrimaryRays& rays, const std::function<void(const SphericalProgress&)>& progress,
+  bool learn(const PrimaryRays& rays, const std::function<void(const SphericalProgress&)>& progress,
              const std::atomic<bool>& cancel) {
     const std::vector<kernels::SphericalRay> prepared = prepare_rays(
         rays.segments, [&](size_t) -> auto& { return bounds_; });
@@ -58,7 +58,7 @@ class PrimaryTrainer::Implementation {
       field_.add({prepared[i].at, 0, hit.has_value()}, targets);
     }
     TrainedField* const fields[] = {&field_};
-    lessons_.learn(fields, 1, progress, cancel);
+    return lessons_.learn(fields, 1, progress, cancel);
   }
 
   uint64_t rays() const { return field_.steps() * field_.batch(); }
@@ -103,14 +103,14 @@ float find_margin(const kernels::PrimaryField& field, const PrimaryRays& rays) {
   return *at;
 }
 
-PrimaryTrainer::PrimaryTrainer(const format::Object& object, const SphericalOptions& options)
-    : implementation_(std::make_unique<Implementation>(object, options)) {}
+PrimaryTrainer::PrimaryTrainer(const kernels::SphericalBounds& bounds, const SphericalOptions& options)
+    : implementation_(std::make_unique<Implementation>(bounds, options)) {}
 PrimaryTrainer::~PrimaryTrainer() = default;
 
-void PrimaryTrainer::learn(const PrimaryRays& rays,
+bool PrimaryTrainer::learn(const PrimaryRays& rays,
                            const std::function<void(const SphericalProgress&)>& progress,
                            const std::atomic<bool>& cancel) {
-  implementation_->learn(rays, progress, cancel);
+  return implementation_->learn(rays, progress, cancel);
 }
 
 uint64_t PrimaryTrainer::rays() const { return implementation_->rays(); }

@@ -19,16 +19,16 @@ struct PrimaryRays {
 /// The field of one object in training. The result does not depend on the number of threads.
 class PrimaryTrainer {
  public:
-  /// The shape is that of options.primary, the rest as for the other fields. Of the object only the bounds
-  /// are looked at; throws as SphericalTrainer.
-  PrimaryTrainer(const format::Object& object, const SphericalOptions& options);
+  /// The shape is that of options.primary, the rest as for the other fields.
+  PrimaryTrainer(const kernels::SphericalBounds& bounds, const SphericalOptions& options);
   ~PrimaryTrainer();
 
   /// Learns once from each ray, in random order. The squared differences of the probability of a hit and,
   /// where there is one, of depth and normal are what is made small. The rest is as with
   /// SphericalTrainer::learn().
-  void learn(const PrimaryRays& rays, const std::function<void(const SphericalProgress&)>& progress,
-             const std::atomic<bool>& cancel);
+  [[nodiscard]] bool learn(const PrimaryRays& rays,
+                           const std::function<void(const SphericalProgress&)>& progress,
+                           const std::atomic<bool>& cancel);
 
   uint64_t rays() const;  ///< that have been learned from
   uint32_t recoveries() const;

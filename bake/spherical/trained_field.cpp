@@ -1,7 +1,5 @@
 #include "bake/spherical/trained_field.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -28,14 +26,6 @@ NetworkShape make_shape(uint32_t inputs, uint32_t width, uint32_t hidden_layers,
 }
 
 }  // namespace
-
-kernels::SphericalBounds bounds_of(const format::Object& object) {
-  kernels::SphericalBounds bounds;
-  if (!kernels::set_bounds(object.aabb_min.data(), object.aabb_max.data(), bounds))
-    throw Error(Status::too_large,
-                fmt::format("'{}' is too small or too large to compute with", object.name));
-  return bounds;
-}
 
 TrainedField::TrainedField(const SphericalOptions& options, const Shape& shape,
                            std::vector<TrainedGrid> grids, Random& random)
@@ -168,16 +158,18 @@ bool TrainedField::update(double caution) {
   return std::all_of(finite.begin(), finite.end(), [](bool good) { return good; });
 }
 
-void FieldLessons::learn(std::span<TrainedField* const> fields, uint32_t passes,
+bool FieldLessons::learn(std::span<TrainedField* const> fields, uint32_t passes,
                          const std::function<void(const SphericalProgress&)>& progress,
                          const std::atomic<bool>& cancel) {
   for (TrainedField* field : fields) field->save();
   for (uint32_t pass = 0; pass < passes; ++pass)
-    for (TrainedField* field : fields) learn_once(fields, *field, progress, cancel);
+    for (TrainedField* field : fields)
+      if (!learn_once(fields, *field, progress, cancel)) return false;
   for (TrainedField* field : fields) field->keep_remainder();
+  return true;
 }
 
-void FieldLessons::learn_once(std::span<TrainedField* const> fields, TrainedField& field,
+bool FieldLessons::learn_once(std::span<TrainedField* const> fields, TrainedField& field,
                               const std::function<void(const SphericalProgress&)>& progress,
                               const std::atomic<bool>& cancel) {
   std::vector<uint32_t> order(field.waiting());
@@ -189,7 +181,7 @@ void FieldLessons::learn_once(std::span<TrainedField* const> fields, TrainedFiel
       field.spoil();
     double loss = 0, error = 0;
     if (!field.step(order.data() + first, caution_, loss, error)) {
-      recover(fields);
+      if (!recover(fields)) return false;
       continue;  // the batch that did it is not tried again
     }
     const double keep = watched_++ == 0 ? 0 : 0.98;
@@ -197,15 +189,14 @@ void FieldLessons::learn_once(std::span<TrainedField* const> fields, TrainedFiel
     error_ = keep * error_ + (1 - keep) * error;
     if (progress && watched_ % 64 == 0) progress({loss_, error_});
   }
+  return true;
 }
 
-void FieldLessons::recover(std::span<TrainedField* const> fields) {
-  if (++recoveries_ > kMaxRecoveries)
-    throw Error(Status::training_failed, fmt::format("training failed: the loss stayed non-finite after {} "
-                                                     "recoveries",
-                                                     kMaxRecoveries));
+bool FieldLessons::recover(std::span<TrainedField* const> fields) {
+  if (++recoveries_ > kMaxRecoveries) return false;
   for (TrainedField* field : fields) field->restore();
   caution_ *= 0.5;
+  return true;
 }
 
 }  // namespace nif::bake

@@ -18,9 +18,6 @@ namespace nif::bake {
 inline constexpr uint32_t kBatchGroups = 8;
 static_assert(kSphericalBatchUnit == kBatchGroups * kTrainLanes);
 
-/// Throws Error(too_large) where the object's bounds cannot be computed with.
-kernels::SphericalBounds bounds_of(const format::Object& object);
-
 /// Rays as networks see them, in parallel; `bounds` gives those that segment i is seen in.
 template <class Bounds>
 std::vector<kernels::SphericalRay> prepare_rays(std::span<const Segment> segments, const Bounds& bounds) {
@@ -104,16 +101,16 @@ class FieldLessons {
   uint32_t recoveries() const { return recoveries_; }
 
   /// All samples that wait, in random order, `passes` times, each pass field by field. As
-  /// SphericalTrainer::learn() throws and reports.
-  void learn(std::span<TrainedField* const> fields, uint32_t passes,
+  /// SphericalTrainer::learn() returns, throws and reports.
+  bool learn(std::span<TrainedField* const> fields, uint32_t passes,
              const std::function<void(const SphericalProgress&)>& progress, const std::atomic<bool>& cancel);
 
  private:
-  void learn_once(std::span<TrainedField* const> fields, TrainedField& field,
+  bool learn_once(std::span<TrainedField* const> fields, TrainedField& field,
                   const std::function<void(const SphericalProgress&)>& progress,
                   const std::atomic<bool>& cancel);
-  /// Back to where the call began, with half the learning rate.
-  void recover(std::span<TrainedField* const> fields);
+  /// Back to where the call began, with half the learning rate. False where that has not helped.
+  bool recover(std::span<TrainedField* const> fields);
 
   const SphericalOptions& options_;
   Random random_;

@@ -21,23 +21,22 @@ std::vector<TrainedGrid> inner_grids(const SphericalOptions& options, size_t obj
 
 class SphericalTrainer::Implementation {
  public:
-  Implementation(std::span<const format::Object> objects, const SphericalOptions& options)
+  Implementation(std::vector<kernels::SphericalBounds> bounds, const SphericalOptions& options)
       : options_(options),
         lessons_(options_, 0x73706865726963),
         outer_(options_, {options.outer.width, options.outer.hidden_layers, options.outer.batch},
-               grids_over_angles(options.outer.resolution, options.outer.features, objects.size(),
+               grids_over_angles(options.outer.resolution, options.outer.features, bounds.size(),
                                  options.latent_reach, lessons_.random()),
                lessons_.random()),
         inner_(options_, {options.inner.width, options.inner.hidden_layers, options.inner.batch},
-               inner_grids(options, objects.size(), lessons_.random()), lessons_.random()) {
-    for (const format::Object& object : objects) bounds_.push_back(bounds_of(object));
-  }
+               inner_grids(options, bounds.size(), lessons_.random()), lessons_.random()),
+        bounds_(std::move(bounds)) {}
 
-  void learn(const SphericalRays& rays, uint32_t passes,
+  bool learn(const SphericalRays& rays, uint32_t passes,
              const std::function<void(const SphericalProgress&)>& progress, const std::atomic<bool>& cancel) {
     sort_in(rays);
     TrainedField* const fields[] = {&outer_, &inner_};
-    lessons_.learn(fields, passes, progress, cancel);
+    return lessons_.learn(fields, passes, progress, cancel);
   }
 
   const TrainedField& outer() const { return outer_; }
@@ -60,68 +59,27 @@ class SphericalTrainer::Implementation {
 
   const SphericalOptions options_;
   FieldLessons lessons_;
-  std::vector<kernels::SphericalBounds> bounds_;
   TrainedField outer_, inner_;
+  const std::vector<kernels::SphericalBounds> bounds_;
 };
 
-void check(const SphericalOptions& options) {
-  const auto within = [](uint32_t value, uint32_t low, uint32_t high, const char* option) {
-    if (value < low || value > high)
-      throw Error(Status::usage, fmt::format("{} {} is not in the range {} to {}", option, value, low, high));
-  };
-  const auto fits_lanes = [](uint32_t value, uint32_t unit, const char* option) {
-    if (value % unit != 0)
-      throw Error(Status::usage, fmt::format("{} {} is no multiple of {}", option, value, unit));
-  };
-  using namespace kernels;
-  const SphericalOptions::Outer &outer = options.outer, &primary = options.primary;
-  const SphericalOptions::Inner& inner = options.inner;
-  within(outer.resolution, 2, kMaxSphericalResolution, "--outer-resolution");
-  within(outer.features, 1, kMaxSphericalFeatures, "--outer-features");
-  within(outer.width, 4, kMaxSphericalWidth, "--outer-width");
-  fits_lanes(outer.width, 4, "--outer-width");
-  within(outer.hidden_layers, 1, kMaxSphericalLayers, "--outer-layers");
-  within(inner.resolution, 2, kMaxSphericalResolution, "--inner-resolution");
-  within(inner.features, 1, kMaxSphericalFeatures, "--inner-features");
-  within(inner.distance_resolution, 2, kMaxSphericalResolution, "--distance-resolution");
-  within(inner.distance_features, 1, kMaxSphericalFeatures, "--distance-features");
-  within(inner.width, 4, kMaxSphericalWidth, "--inner-width");
-  fits_lanes(inner.width, 4, "--inner-width");
-  within(inner.hidden_layers, 1, kMaxSphericalLayers, "--inner-layers");
-  within(primary.resolution, 2, kMaxSphericalResolution, "--primary-resolution");
-  within(primary.features, 1, kMaxSphericalFeatures, "--primary-features");
-  within(primary.width, 4, kMaxSphericalWidth, "--primary-width");
-  fits_lanes(primary.width, 4, "--primary-width");
-  within(primary.hidden_layers, 1, kMaxSphericalLayers, "--primary-layers");
-  for (const auto& [batch, name] :
-       {std::pair{outer.batch, "--outer-batch"}, {inner.batch, "--inner-batch"}}) {
-    within(batch, kSphericalBatchUnit, 1 << 20, name);
-    fits_lanes(batch, kSphericalBatchUnit, name);
-  }
-  const auto above_0 = [](float value, float most, const char* option) {
-    if (!(value > 0 && value <= most))
-      throw Error(Status::usage, fmt::format("{} {} is not above 0 and at most {}", option, value, most));
-  };
-  const auto below_1 = [](float value, const char* option) {
-    if (!(value >= 0 && value < 1))
-      throw Error(Status::usage, fmt::format("{} {} is not from 0 to below 1", option, value));
-  };
-  below_1(options.slope, "--leaky-slope");
-  above_0(options.latent_reach, 1, "--latent-reach");
-  above_0(options.learning_rate, 1, "--learning-rate");
-  below_1(options.beta1, "--adam-beta1");
-  below_1(options.beta2, "--adam-beta2");
-  above_0(options.epsilon, 1, "--adam-epsilon");
+kernels::SphericalBounds spherical_bounds(const format::Object& object) {
+  kernels::SphericalBounds bounds;
+  if (!kernels::set_bounds(object.aabb_min.data(), object.aabb_max.data(), bounds))
+    throw Error(Status::too_large,
+                fmt::format("'{}' is too small or too large to compute with", object.name));
+  return bounds;
 }
 
-SphericalTrainer::SphericalTrainer(std::span<const format::Object> objects, const SphericalOptions& options)
-    : implementation_(std::make_unique<Implementation>(objects, options)) {}
+SphericalTrainer::SphericalTrainer(std::vector<kernels::SphericalBounds> bounds,
+                                   const SphericalOptions& options)
+    : implementation_(std::make_unique<Implementation>(std::move(bounds), options)) {}
 SphericalTrainer::~SphericalTrainer() = default;
 
-void SphericalTrainer::learn(const SphericalRays& rays, uint32_t passes,
+bool SphericalTrainer::learn(const SphericalRays& rays, uint32_t passes,
                              const std::function<void(const SphericalProgress&)>& progress,
                              const std::atomic<bool>& cancel) {
-  implementation_->learn(rays, passes, progress, cancel);
+  return implementation_->learn(rays, passes, progress, cancel);
 }
 
 uint64_t SphericalTrainer::outer_rays() const {

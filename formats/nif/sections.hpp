@@ -35,6 +35,7 @@ class Section {
   /// In half precision or as they are.
   void append_values(const std::vector<float>& values, bool half);
   Block begin_block() {
+    has_blocks_ = true;
     size_ = aligned(size_);
     if (!counting_) bytes_.resize(size_);
     return {size_, 0};
@@ -46,10 +47,12 @@ class Section {
     return place;
   }
   uint64_t size() const { return size_; }
+  /// With the padding before the next block, where the section holds blocks.
+  uint64_t padded_size() const { return has_blocks_ ? aligned(size_) : size_; }
   const std::vector<std::byte>& bytes() const { return bytes_; }
 
  private:
-  bool counting_;
+  bool counting_, has_blocks_ = false;
   uint64_t size_ = 0;
   std::vector<std::byte> bytes_;
 };

@@ -97,7 +97,38 @@ uint64_t encoded_bytes(const Asset& asset) {
   return end;
 }
 
-std::vector<std::byte> encode(const Asset& asset) {
+SectionBytes section_bytes(const Asset& part) {
+  Sections sections(true);
+  fill(part, sections);
+  SectionBytes bytes;
+  for (const Sections::Entry& entry : sections.entries())
+    bytes.emplace_back(entry.type, entry.section.padded_size());
+  return bytes;
+}
+
+void FileSize::add(const SectionBytes& part) {
+  for (const auto& [type, bytes] : part) {
+    Sum& sum = sections_[type];
+    ++sum.parts;
+    sum.bytes += bytes;
+  }
+}
+
+void FileSize::remove(const SectionBytes& part) {
+  for (const auto& [type, bytes] : part) {
+    Sum& sum = sections_[type];
+    sum.bytes -= bytes;
+    if (--sum.parts == 0) sections_.erase(type);
+  }
+}
+
+uint64_t FileSize::bytes() const {
+  uint64_t bytes = aligned(sizeof(Header) + sections_.size() * sizeof(SectionEntry));
+  for (const auto& [type, sum] : sections_) bytes += aligned(sum.bytes);
+  return bytes;
+}
+
+EncodedAsset encode_and_view(const Asset& asset) {
   Sections sections(false);
   fill(asset, sections);
   std::vector<std::byte> file(table_end(sections));
@@ -118,12 +149,14 @@ std::vector<std::byte> encode(const Asset& asset) {
   store(file, 0, header);
 
   try {
-    read_asset(file, "the asset to be written");
+    AssetView view = read_asset(file, "the asset to be written");
+    return {std::move(file), std::move(view)};
   } catch (const Error& error) {
     throw Error(Status::internal, error.what());
   }
-  return file;
 }
+
+std::vector<std::byte> encode(const Asset& asset) { return encode_and_view(asset).bytes; }
 
 std::string clean_name(std::string_view text) {
   std::string clean;

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "formats/nif/asset.hpp"
@@ -15,9 +17,35 @@ namespace nif::format {
 /// returned: an asset that the reader would refuse throws nif::Error (Status::internal) with the reader's
 /// sentence, and no such file comes to be.
 std::vector<std::byte> encode(const Asset& asset);
+/// The same, with the view by which they were read back.
+struct EncodedAsset {
+  std::vector<std::byte> bytes;
+  AssetView view;  ///< into `bytes`; stays valid when both are moved
+};
+EncodedAsset encode_and_view(const Asset& asset);
 
 /// How many bytes encode() would make, without making them.
 uint64_t encoded_bytes(const Asset& asset);
+
+/// What a part of an asset adds to a file: bytes by type of section, blocks with the padding up to the next
+/// one.
+using SectionBytes = std::vector<std::pair<uint32_t, uint64_t>>;
+SectionBytes section_bytes(const Asset& part);
+/// The size of a file as parts come and go, each in constant time: what encoded_bytes() says of all of them
+/// together, or up to kAlignment - 1 bytes more.
+class FileSize {
+ public:
+  void add(const SectionBytes& part);
+  /// One that was added.
+  void remove(const SectionBytes& part);
+  uint64_t bytes() const;
+
+ private:
+  struct Sum {
+    uint64_t parts = 0, bytes = 0;
+  };
+  std::map<uint32_t, Sum> sections_;
+};
 
 /// A copy that owns its memory, from which encode() makes the same bytes again (unknown sections excepted).
 Asset to_asset(const AssetView& view);

@@ -24,7 +24,7 @@ using bake::RaySet;
 
 bake::BakeOptions quick() {
   bake::BakeOptions options;
-  options.encoding = bake::EncodingOption::segment;
+  options.encoding = "segment";
   options.preset = bake::Preset::fast;
   options.resolution = 24;
   options.effort = 0.1;
@@ -208,7 +208,7 @@ TEST(LoadedAsset, AnswersAsTheBakersOwnCopy) { expect_same_answers(two_kinds_thr
 
 TEST(LoadedAsset, AnswersAsTheBakersOwnBvhs) {
   bake::BakeOptions options = quick();
-  options.encoding = bake::EncodingOption::bvh;
+  options.encoding = "bvh";
   expect_same_answers(two_kinds_thrice(), options, 200'000);
 }
 

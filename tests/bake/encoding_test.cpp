@@ -1,6 +1,5 @@
 // What each object becomes, field or BVH, and why; that BVHs answer as Embree; and that nothing of it depends
 // on threads.
-#include "bake/encoding.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -21,9 +20,9 @@
 namespace nif::test {
 namespace {
 
-using bake::EncodingOption, bake::RaySet;
+using bake::RaySet;
 
-bake::BakeOptions quick(EncodingOption encoding) {
+bake::BakeOptions quick(std::string_view encoding) {
   bake::BakeOptions options;
   options.encoding = encoding;
   options.preset = bake::Preset::fast;
@@ -69,7 +68,7 @@ TEST(Encoding, OfABvhAnswersAsEmbree) {
   for (const mesh::Mesh& mesh : {icosphere(4), open_bowl(20, 40), soup(500), cube(), torus(100, 50),
                                  mesh::Mesh{"one", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}}) {
     SCOPED_TRACE(mesh.name);
-    bake::BakeOptions options = quick(EncodingOption::bvh);
+    bake::BakeOptions options = quick("bvh");
     options.evaluation_rays = 200'000;
     const bake::BakeResult result = bake_quietly(scene_of({mesh}), options);
     const format::Object& object = result.asset.objects[0];
@@ -92,7 +91,7 @@ TEST(Encoding, OfABvhAnswersAsEmbree) {
 }
 
 TEST(Encoding, OfABvhCanBeWrittenWithoutMeasuring) {
-  bake::BakeOptions options = quick(EncodingOption::bvh);
+  bake::BakeOptions options = quick("bvh");
   options.evaluation_rays = 0;
   const bake::BakeResult result = bake_quietly(scene_of({cube(), torus(20, 10)}), options);
   const std::vector<std::byte> file = format::encode(result.asset);
@@ -103,11 +102,11 @@ TEST(Encoding, OfABvhCanBeWrittenWithoutMeasuring) {
   EXPECT_EQ(metadata["options"]["encoding"], "bvh");
   EXPECT_FALSE(metadata["options"].contains("preset"));
   EXPECT_EQ(metadata["objects"][1]["encoding"], "bvh");
-  EXPECT_EQ(metadata["objects"][1]["reason"], "--encoding bvh");
+  EXPECT_EQ(metadata["objects"][1]["reason"], "as requested");
 }
 
 TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
-  bake::BakeOptions options = quick(EncodingOption::automatic);
+  bake::BakeOptions options = quick(bake::kAutomatic);
   const bake::BakeResult result = bake_quietly(scene_of({cube(), many(), soup(30'000)}), options);
   ASSERT_EQ(result.objects.size(), 3u);
   const bake::ObjectReport &simple = result.objects[0], &smooth = result.objects[1],
@@ -115,18 +114,19 @@ TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
 
   EXPECT_EQ(simple.encoding, "bvh");
   EXPECT_NE(simple.reason.find("no larger than a field"), std::string::npos) << simple.reason;
-  EXPECT_LE(simple.as_bvh->bytes, simple.as_segment->bytes);
+  EXPECT_LE(simple.cost_of("bvh")->bytes, simple.cost_of("segment")->bytes);
   EXPECT_EQ(simple.training_rays, 0u);
 
   EXPECT_EQ(smooth.encoding, "segment");
   EXPECT_NE(smooth.reason.find("times as fast as a BVH"), std::string::npos) << smooth.reason;
-  EXPECT_GT(smooth.as_bvh->bytes, 10 * smooth.as_segment->bytes);
-  EXPECT_GT(smooth.as_segment->work, 0);
-  EXPECT_GT(smooth.as_bvh->work, smooth.as_segment->work);
+  ASSERT_EQ(smooth.compared.size(), 2u);
+  const bake::EncodingCost &field = *smooth.cost_of("segment"), &exact = *smooth.cost_of("bvh");
+  EXPECT_GT(exact.bytes, 10 * field.bytes);
+  EXPECT_GT(field.work, 0);
+  EXPECT_GT(exact.work, field.work);
   EXPECT_GT(smooth.training_rays, 0u);
-  ASSERT_TRUE(smooth.as_segment->error);
-  EXPECT_LE(100 * *smooth.as_segment->error * bake::kGainPerPercent,
-            bake::gain_of(*smooth.as_segment, *smooth.as_bvh));
+  ASSERT_TRUE(field.error);
+  EXPECT_LE(100 * *field.error * bake::kGainPerPercent, bake::gain_of(field, exact));
 
   EXPECT_EQ(wild.encoding, "bvh");
   EXPECT_NE(wild.reason.find("too little"), std::string::npos) << wild.reason;
@@ -143,7 +143,7 @@ TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
 
 TEST(Encoding, IsTheSameForAnyNumberOfThreadsAndWhateverIsMeasured) {
   const mesh::Scene scene = scene_of({cube(), many()});
-  bake::BakeOptions options = quick(EncodingOption::automatic);
+  bake::BakeOptions options = quick(bake::kAutomatic);
   const auto bytes = [&](size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     return format::encode(bake_quietly(scene, options).asset);
@@ -159,7 +159,7 @@ TEST(Encoding, IsTheSameForAnyNumberOfThreadsAndWhateverIsMeasured) {
 
 TEST(Encoding, KeepsToTheBytesGiven) {
   const mesh::Scene scene = scene_of({icosphere(6), soup(2000)});
-  bake::BakeOptions options = quick(EncodingOption::automatic);
+  bake::BakeOptions options = quick(bake::kAutomatic);
   const size_t free = format::encode(bake_quietly(scene, options).asset).size();
   options.max_bytes = free / 2;
   EXPECT_LE(format::encode(bake_quietly(scene, options).asset).size(), *options.max_bytes);
@@ -172,21 +172,22 @@ TEST(Encoding, KeepsToTheBytesGiven) {
 }
 
 TEST(Encoding, OfABvhDoesNotShrink) {
-  bake::BakeOptions options = quick(EncodingOption::bvh);
+  bake::BakeOptions options = quick("bvh");
   options.max_bytes = 100'000;
   EXPECT_EQ(refusal_of(scene_of({icosphere(3)}), options).first, Status::ok);
   const auto [status, sentence] = refusal_of(scene_of({icosphere(6)}), options);
   EXPECT_EQ(status, Status::target_not_met);
-  EXPECT_NE(sentence.find("--max-bytes 100000"), std::string::npos) << sentence;
+  EXPECT_NE(sentence.find("with BVHs the asset takes"), std::string::npos) << sentence;
 }
 
 TEST(Encoding, IsExactWhereFieldsMissTheErrorAllowed) {
-  bake::BakeOptions options = quick(EncodingOption::automatic);
+  bake::BakeOptions options = quick(bake::kAutomatic);
   options.max_error = 1e-5;
   const bake::BakeResult result = bake_quietly(scene_of({icosphere(6)}), options);
   EXPECT_EQ(result.objects[0].encoding, "bvh");
-  EXPECT_NE(result.objects[0].reason.find("--max-error"), std::string::npos) << result.objects[0].reason;
-  options.encoding = EncodingOption::segment;
+  EXPECT_NE(result.objects[0].reason.find("more than is allowed"), std::string::npos)
+      << result.objects[0].reason;
+  options.encoding = "segment";
   EXPECT_EQ(refusal_of(scene_of({icosphere(6)}), options).first, Status::target_not_met);
 }
 
@@ -203,14 +204,14 @@ TEST(Encoding, IsExactWhereTrainingFails) {
       sheet.triangles.push_back({corner, corner + 1, corner + kSide + 1});
       sheet.triangles.push_back({corner + 1, corner + kSide + 2, corner + kSide + 1});
     }
-  bake::BakeOptions options = quick(EncodingOption::automatic);
+  bake::BakeOptions options = quick(bake::kAutomatic);
   options.mix = bake::Mix{};
   (*options.mix)[size_t(RaySet::inner_volume)] = 1;
   const bake::BakeResult result = bake_quietly(scene_of({sheet}), options);
   EXPECT_EQ(result.objects[0].encoding, "bvh");
   EXPECT_NE(result.objects[0].reason.find("training of 'sheet' failed"), std::string::npos)
       << result.objects[0].reason;
-  options.encoding = EncodingOption::segment;
+  options.encoding = "segment";
   EXPECT_EQ(refusal_of(scene_of({sheet}), options).first, Status::training_failed);
 }
 
@@ -219,7 +220,7 @@ TEST(Encoding, OfABvhNeedsCoordinatesThatItCanComputeWith) {
   for (mesh::Float3& p : mesh.positions)
     for (float& x : p) x = 1e18f + x * 1e14f;
   ASSERT_FALSE(bake::fits_bvh(mesh.positions));
-  const auto [status, sentence] = refusal_of(scene_of({mesh}), quick(EncodingOption::bvh));
+  const auto [status, sentence] = refusal_of(scene_of({mesh}), quick("bvh"));
   EXPECT_EQ(status, Status::too_large);
   EXPECT_NE(sentence.find("icosphere"), std::string::npos) << sentence;
 }

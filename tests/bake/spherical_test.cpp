@@ -8,6 +8,7 @@
 
 #include "bake/bake.hpp"
 #include "bake/oracle/prepare.hpp"
+#include "bake/spherical/trainer.hpp"
 #include "bake/spherical/trainer_kernels.hpp"
 #include "formats/base/status.hpp"
 #include "formats/nif/reader.hpp"
@@ -25,7 +26,7 @@ using bake::RaySet;
 /// Small grids, few rays.
 bake::BakeOptions small_fields() {
   bake::BakeOptions options;
-  options.encoding = bake::EncodingOption::spherical;
+  options.encoding = "spherical";
   options.spherical.fields.outer.resolution = 64;
   options.spherical.fields.inner.resolution = 32;
   options.spherical.fields.inner.distance_resolution = 32;
@@ -235,7 +236,7 @@ TEST(SphericalTraining, LearnsFromAnySourceOfRays) {
   bake::SphericalOptions options;
   options.inner.resolution = options.inner.distance_resolution = 16;
   options.outer.resolution = 16;
-  bake::SphericalTrainer trainer(std::span(&object, 1), options);
+  bake::SphericalTrainer trainer({bake::spherical_bounds(object)}, options);
   const std::atomic<bool> cancel{false};
   Random random(1);
   const auto draw = [&](size_t count) {
@@ -249,9 +250,9 @@ TEST(SphericalTraining, LearnsFromAnySourceOfRays) {
     }
     return rays;
   };
-  trainer.learn(draw(3000), 1, {}, cancel);
+  EXPECT_TRUE(trainer.learn(draw(3000), 1, {}, cancel));
   EXPECT_EQ(trainer.inner_rays(), 0u) << "less than a batch waits";
-  trainer.learn(draw(200'000), 2, {}, cancel);
+  EXPECT_TRUE(trainer.learn(draw(200'000), 2, {}, cancel));
   EXPECT_EQ(trainer.outer_rays(), 0u);
   EXPECT_EQ(trainer.inner_rays(), 203'000 / 4096 * 4096 * 2u);
   const format::SphericalNetworks networks = trainer.networks();
@@ -325,19 +326,20 @@ TEST(SphericalOptions, OutOfRangeAreRefusedByName) {
     return "";
   };
   EXPECT_EQ(refusal([](Options&) {}), "");
-  EXPECT_TRUE(refusal([](Options& o) { o.outer.resolution = 0; }).starts_with("--outer-resolution 0"));
-  EXPECT_TRUE(refusal([](Options& o) { o.outer.width = 30; }).starts_with("--outer-width 30"));
-  EXPECT_TRUE(refusal([](Options& o) { o.outer.batch = 1000; }).starts_with("--outer-batch 1000"));
-  EXPECT_TRUE(refusal([](Options& o) { o.inner.features = 9; }).starts_with("--inner-features 9"));
-  EXPECT_TRUE(refusal([](Options& o) { o.inner.hidden_layers = 4; }).starts_with("--inner-layers 4"));
-  EXPECT_TRUE(
-      refusal([](Options& o) { o.inner.distance_resolution = 1; }).starts_with("--distance-resolution 1"));
-  EXPECT_TRUE(refusal([](Options& o) { o.learning_rate = 0; }).starts_with("--learning-rate 0"));
-  EXPECT_TRUE(refusal([](Options& o) { o.slope = NAN; }).starts_with("--leaky-slope nan"));
-  EXPECT_TRUE(refusal([](Options& o) { o.latent_reach = 2; }).starts_with("--latent-reach 2"));
-  EXPECT_TRUE(refusal([](Options& o) { o.beta1 = 1; }).starts_with("--adam-beta1 1"));
-  EXPECT_TRUE(refusal([](Options& o) { o.beta2 = -1; }).starts_with("--adam-beta2 -1"));
-  EXPECT_TRUE(refusal([](Options& o) { o.epsilon = 0; }).starts_with("--adam-epsilon 0"));
+  EXPECT_TRUE(refusal([](Options& o) { o.outer.resolution = 0; }).starts_with("outer.resolution 0"));
+  EXPECT_TRUE(refusal([](Options& o) { o.outer.width = 30; }).starts_with("outer.width 30"));
+  EXPECT_TRUE(refusal([](Options& o) { o.outer.batch = 1000; }).starts_with("outer.batch 1000"));
+  EXPECT_TRUE(refusal([](Options& o) { o.inner.features = 9; }).starts_with("inner.features 9"));
+  EXPECT_TRUE(refusal([](Options& o) { o.inner.hidden_layers = 4; }).starts_with("inner.layers 4"));
+  EXPECT_TRUE(refusal([](Options& o) {
+                o.inner.distance_resolution = 1;
+              }).starts_with("inner.distance_resolution 1"));
+  EXPECT_TRUE(refusal([](Options& o) { o.learning_rate = 0; }).starts_with("learning_rate 0"));
+  EXPECT_TRUE(refusal([](Options& o) { o.slope = NAN; }).starts_with("slope nan"));
+  EXPECT_TRUE(refusal([](Options& o) { o.latent_reach = 2; }).starts_with("latent_reach 2"));
+  EXPECT_TRUE(refusal([](Options& o) { o.beta1 = 1; }).starts_with("beta1 1"));
+  EXPECT_TRUE(refusal([](Options& o) { o.beta2 = -1; }).starts_with("beta2 -1"));
+  EXPECT_TRUE(refusal([](Options& o) { o.epsilon = 0; }).starts_with("epsilon 0"));
 }
 
 }  // namespace

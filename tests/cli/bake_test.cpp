@@ -202,7 +202,7 @@ TEST_F(Bake, ExactlyWhereAsked) {
   EXPECT_EQ(result["bytes"]["features"], 0);
   EXPECT_GT(result["bytes"]["bvh"], 10 * 5120);
   EXPECT_EQ(result["objects"][0]["encoding"], "bvh");
-  EXPECT_EQ(result["objects"][0]["reason"], "--encoding bvh");
+  EXPECT_EQ(result["objects"][0]["reason"], "as requested");
   EXPECT_EQ(result["objects"][0]["training_rays"], 0);
   for (const auto& [name, accuracy] : result["sets"].items()) {
     EXPECT_LE(accuracy["error"].get<double>(), 1e-4) << name;

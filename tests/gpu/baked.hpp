@@ -17,14 +17,14 @@ inline mesh::Scene scene_of(mesh::Mesh mesh) {
   return scene;
 }
 
-inline std::vector<std::byte> bake_quickly(const mesh::Scene& scene, bake::EncodingOption encoding) {
+inline std::vector<std::byte> bake_quickly(const mesh::Scene& scene, std::string_view encoding) {
   bake::BakeOptions options;
   options.encoding = encoding;
   options.preset = bake::Preset::fast;
   options.effort = 0.1;
   options.evaluation_rays = 0;
-  if (encoding == bake::EncodingOption::segment) options.resolution = 32;
-  if (encoding == bake::EncodingOption::spherical) {
+  if (encoding == "segment") options.resolution = 32;
+  if (encoding == "spherical") {
     options.preset = bake::Preset::paper;
     options.spherical.passes = 1;
   }
@@ -37,7 +37,7 @@ struct Baked {
   std::vector<std::byte> file;
   format::AssetView view;
 
-  Baked(mesh::Mesh mesh, bake::EncodingOption encoding)
+  Baked(mesh::Mesh mesh, std::string_view encoding)
       : scene(scene_of(std::move(mesh))),
         file(bake_quickly(scene, encoding)),
         view(format::read_asset(file, "test")) {}

@@ -28,8 +28,8 @@ void expect_part(const TwinScenes& twins, std::span<const kernels::Segment> segm
 }
 
 TEST_P(GpuSceneSets, AnswerAsTheReference) {
-  const Baked field(torus(60, 30), bake::EncodingOption::segment);
-  const Baked exact(torus(60, 30), bake::EncodingOption::bvh);
+  const Baked field(torus(60, 30), "segment");
+  const Baked exact(torus(60, 30), "bvh");
   TwinScenes twins(config() + ",pipeline=" + GetParam());
   const uint32_t learned = twins.load(field.file), proven = twins.load(exact.file),
                  spherical = twins.load(random_asset(1, {.objects = 0, .sphericals = 1}));

@@ -29,7 +29,7 @@ void expect_equal(const Baked& baked, uint64_t count, const std::vector<CardWay>
 }
 
 TEST(GpuSets, FieldsAnswerAsTheReference) {
-  const Baked baked(torus(60, 30), bake::EncodingOption::segment);
+  const Baked baked(torus(60, 30), "segment");
   expect_equal(baked, kRays,
                {{MatrixKind::imma},
                 {MatrixKind::wmma},
@@ -40,14 +40,14 @@ TEST(GpuSets, FieldsAnswerAsTheReference) {
 }
 
 TEST(GpuSets, BvhsAnswerAsTheReference) {
-  expect_equal(Baked(torus(200, 100), bake::EncodingOption::bvh), kRays,
+  expect_equal(Baked(torus(200, 100), "bvh"), kRays,
                {{MatrixKind::dot32}, {MatrixKind::dot64}});
 }
 
 /// In single precision to the bit; in half precision within the bound that follows from the arithmetic, with
 /// hardly an answer that changes sides.
 TEST(GpuSets, SphericalFieldsAnswerAsTheReference) {
-  const Baked baked(torus(60, 30), bake::EncodingOption::spherical);
+  const Baked baked(torus(60, 30), "spherical");
   expect_equal(baked, kFewerRays, {{MatrixKind::dot32, runtime::GpuWay::one_kernel}, {MatrixKind::dot64}});
   const bake::Prepared prepared = bake::prepare(baked.scene.meshes[0]);
   const bake::GroundTruth truth(prepared);

@@ -52,7 +52,7 @@ class PrimaryScenes : public testing::Test {
     const mesh::Scene meshes = mesh::read(mesh_);
     const ViewRays rays(scene, *world, lighting, mesh_, meshes);
     bake::BakeOptions options;
-    options.encoding = bake::EncodingOption::spherical;
+    options.encoding = "spherical";
     options.evaluation_rays = 0;
     options.spherical.fields.primary.resolution = 32;
     options.spherical.given = bake::GivenRays{

@@ -15,19 +15,18 @@
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
-#include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tools/bake/options.hpp"
 #include "tools/batch/command.hpp"
 #include "tools/batch/report.hpp"
 #include "tools/common/accuracy_table.hpp"
+#include "tools/common/asset_bytes.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/json_output.hpp"
 #include "tools/common/naming.hpp"
 #include "tools/common/notes.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
-#include "tools/common/runtime_handles.hpp"
 #include "tools/common/shared_options.hpp"
 #include "tools/common/threads.hpp"
 #include "tools/render/scene_file.hpp"
@@ -53,52 +52,11 @@ uint64_t peak_memory() {
   return uint64_t(usage.ru_maxrss) * 1024;
 }
 
-/// As `bytes` of the JSON.
-nlohmann::ordered_json count_bytes(std::span<const std::byte> file) {
-  const format::AssetView view = format::read_asset(file, "the new asset");
-  nlohmann::ordered_json bytes{{"file", file.size()}, {"resident", resident_bytes(file)}};
-  for (const format::PartBytes& part : format::bytes_by_part(view)) bytes[part.name] = part.bytes;
-  return bytes;
-}
-
-nlohmann::ordered_json to_json(const std::optional<bake::EncodingCost>& cost) {
-  if (!cost) return nullptr;
-  nlohmann::ordered_json json{{"bytes", cost->bytes}};
-  if (cost->work > 0) json["work"] = cost->work;
-  if (cost->error) json["error"] = *cost->error;
-  return json;
-}
-
-nlohmann::ordered_json to_json(const bake::ObjectReport& object) {
-  nlohmann::ordered_json json{{"name", object.name},
-                              {"encoding", object.encoding},
-                              {"reason", object.reason},
-                              {"triangles", object.triangles},
-                              {"degenerate", object.cleaned.degenerate},
-                              {"duplicate", object.cleaned.duplicate},
-                              {"turned", object.turned},
-                              {"closed_components", object.closed_components},
-                              {"open_components", object.open_components}};
-  if (object.as_bvh || object.as_segment)
-    json["compared"] = {{"segment", to_json(object.as_segment)}, {"bvh", to_json(object.as_bvh)}};
-  if (object.encoding == "segment") {
-    json["voxels"] = object.voxels;
-    json["surface_voxels"] = object.surface_voxels;
-    json["inside_voxels"] = object.inside_voxels;
-    json["unknown_voxels"] = object.unknown_voxels;
-  }
-  json["training_rays"] = object.training_rays;
-  if (object.primary_rays) json["primary_rays"] = object.primary_rays;
-  json["recoveries"] = object.recoveries;
-  json["sets"] = bake::to_json(object.sets);
-  return json;
-}
-
 void print_json(const Arguments& arguments, const bake::BakeResult& result,
                 const nlohmann::ordered_json& bytes, double seconds, const std::vector<std::string>& sources,
                 const std::vector<std::string>& notes) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
-  for (const bake::ObjectReport& object : result.objects) objects.push_back(to_json(object));
+  for (const bake::ObjectReport& object : result.objects) objects.push_back(bake::to_json(object));
   const nlohmann::ordered_json json{{"schema", kSchema},
                                     {"file", arguments.output},
                                     {"triangles", result.triangles},
@@ -115,15 +73,14 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result,
 
 void print_summary(const Arguments& arguments, const bake::BakeResult& result,
                    const nlohmann::ordered_json& bytes, double seconds) {
-  const auto shown = [&](const char* part) { return format_bytes(bytes[part].get<double>()); };
   fmt::print("{}: {} in {}, {}; baked in {:.1f} s, peak memory {}\n", arguments.output,
              count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
              count_of(result.asset.instances.size(), "instance"), seconds,
              format_bytes(double(peak_memory())));
-  fmt::print("{} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {}, grids {})\n",
-             shown("file"), shown("resident"), shown("occupancy"), shown("features"), shown("network"),
-             shown("bvh"), shown("grids"));
-  if (bytes["primary"] != 0) fmt::print("including {} for primary rays\n", shown("primary"));
+  const auto shown = [](uint64_t count) { return format_bytes(double(count)); };
+  fmt::print("{}\n", bytes_line(bytes, shown));
+  if (const uint64_t primary = bytes["primary"].get<uint64_t>())
+    fmt::print("including {} for primary rays\n", shown(primary));
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
     const bake::ObjectReport& object = result.objects[i];
@@ -208,6 +165,36 @@ render::SceneDescription read_view(const SphericalArguments& arguments) {
   return scene;
 }
 
+/// What can be done about a limit that a bake cannot meet.
+std::string hint_for(bake::TargetNotMet::Limit limit, const std::string& encoding) {
+  constexpr auto kBytes = bake::TargetNotMet::Limit::bytes;
+  if (encoding == "bvh" && limit == kBytes) return "; try --encoding segment";
+  if (encoding == "spherical")
+    return limit == kBytes ? "; try a smaller --outer-resolution and --inner-resolution, or --precision half"
+                           : "; try --encoding segment or bvh";
+  if (limit == kBytes) return "";
+  return encoding == "segment" ? "; try a higher --preset, --resolution or --encoding auto"
+                               : "; try a higher --preset or --resolution";
+}
+
+/// Runs `bake`, and names the options that it is about in what it throws: the baker knows of none.
+template <class Bake>
+bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& bake) {
+  try {
+    return bake();
+  } catch (const bake::TargetNotMet& error) {
+    const bool bytes = error.limit() == bake::TargetNotMet::Limit::bytes;
+    throw Error(error.status(),
+                fmt::format("{} cannot be reached: {}{}", bytes ? "--max-bytes" : "--max-error", error.what(),
+                            hint_for(error.limit(), options.encoding)));
+  } catch (const Error& error) {
+    if (error.status() != Status::needs_repair) throw;
+    throw Error(error.status(), fmt::format("--strict refuses what has to be repaired: {}; see nif mesh info "
+                                            "and nif mesh repair",
+                                            error.what()));
+  }
+}
+
 /// With --manifest, which says all that the options of an asset else say.
 void run_manifest(const Arguments& arguments, const Command& command) {
   BatchArguments batch = arguments.batch;
@@ -260,17 +247,19 @@ void run(const Arguments& arguments, const Command& command) {
       options.spherical.given->draw_primary = [&](uint64_t round) { return view->rays.draw_primary(round); };
   }
   const bake::BakeResult result = naming(arguments.mesh, [&] {
-    return bake::bake(
-        scene, options, [&](const bake::BakeProgress& p) { progress.update(p.fraction, describe(p)); },
-        cancel);
+    return naming_options(options, [&] {
+      return bake::bake(
+          scene, options, [&](const bake::BakeProgress& p) { progress.update(p.fraction, describe(p)); },
+          cancel);
+    });
   });
-  const std::vector<std::byte> file = format::encode(result.asset);
+  const auto [file, in_file] = format::encode_and_view(result.asset);
   if (options.max_bytes && file.size() > *options.max_bytes) {
     throw Error(Status::target_not_met,
                 fmt::format("--max-bytes {} cannot be reached: the asset needs {} bytes", *options.max_bytes,
                             file.size()));
   }
-  const nlohmann::ordered_json bytes = count_bytes(file);
+  const nlohmann::ordered_json bytes = bytes_json(in_file);
   if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
   write_output(arguments.output, file);
   std::vector<std::string> sources = scene.files;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "formats/base/status.hpp"
@@ -45,12 +46,11 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
   if (!known_preset)
     throw Error(Status::usage,
                 fmt::format("--preset '{}' is not one of fast, balanced, high, paper", preset));
-  const std::optional<bake::EncodingOption> encoding = bake::encoding_named(encoding_name);
-  if (!encoding) {
+  const std::vector<std::string_view> known = bake::encoding_choices();
+  if (std::ranges::find(known, encoding_name) == known.end())
     throw Error(Status::usage,
-                fmt::format("--encoding '{}' is not one of auto, segment, bvh, spherical", encoding_name));
-  }
-  if (*encoding == bake::EncodingOption::bvh) {
+                fmt::format("--encoding '{}' is not one of {}", encoding_name, fmt::join(known, ", ")));
+  if (encoding_name == "bvh") {
     const char* idle = arguments.preset         ? "--preset"
                        : arguments.resolution   ? "--resolution"
                        : !arguments.mix.empty() ? "--mix"
@@ -59,7 +59,7 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
       throw Error(Status::usage,
                   fmt::format("--encoding bvh and {} cannot be used together: a bvh is not trained", idle));
   }
-  const bool spherical = *encoding == bake::EncodingOption::spherical;
+  const bool spherical = encoding_name == "spherical";
   if (spherical != (preset == "paper"))
     throw Error(Status::usage, fmt::format("--encoding {} and --preset {} cannot be used together: paper is "
                                            "for spherical, which has no other preset",
@@ -77,7 +77,7 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
     throw Error(Status::usage,
                 fmt::format("{} needs --encoding spherical, but the encoding is {}", idle, encoding_name));
   }
-  options.encoding = *encoding;
+  options.encoding = encoding_name;
   options.preset = *known_preset;
   options.seed = arguments.seed;
   options.strict = arguments.strict;

@@ -101,6 +101,23 @@ bool is_second(const std::optional<std::string>& text, const char* option, const
   return true;
 }
 
+/// The option that sets what the baker calls `member`.
+std::string option_of(const std::string& member) {
+  constexpr std::pair<std::string_view, std::string_view> kOthers[] = {
+      {"inner.distance_resolution", "--distance-resolution"},
+      {"inner.distance_features", "--distance-features"},
+      {"slope", "--leaky-slope"},
+      {"beta1", "--adam-beta1"},
+      {"beta2", "--adam-beta2"},
+      {"epsilon", "--adam-epsilon"}};
+  for (const auto& [other, option] : kOthers)
+    if (other == member) return std::string(option);
+  std::string option = "--" + member;
+  for (char& c : option)
+    if (c == '.' || c == '_') c = '-';
+  return option;
+}
+
 }  // namespace
 
 const char* SphericalArguments::first_given() const {
@@ -196,7 +213,11 @@ bake::SphericalBakeOptions resolve_spherical(const SphericalArguments& arguments
                       name));
   if (options.rays == 0 || options.passes == 0)
     throw Error(Status::usage, "--training-rays and --training-passes cannot be 0: nothing would be learned");
-  bake::check(options.fields);
+  try {
+    bake::check(options.fields);
+  } catch (const bake::InvalidOption& error) {
+    throw Error(Status::usage, fmt::format("{} {}", option_of(error.option()), error.problem()));
+  }
   return options;
 }
 

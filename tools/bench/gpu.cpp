@@ -29,7 +29,7 @@ class Other {
     check(nifNewDevice(kConfiguration, nullptr, &device_.handle));
     if (options.against.empty()) {
       bake::BakeOptions exact;
-      exact.encoding = bake::EncodingOption::bvh;
+      exact.encoding = "bvh";
       exact.evaluation_rays = 0;
       const std::vector<std::byte> file =
           format::encode(bake::bake(mesh::read(options.mesh), exact, {}, interruption()).asset);

@@ -4,15 +4,16 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "bake/describe.hpp"
+#include "bake/spherical/describe.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
+#include "tools/common/asset_bytes.hpp"
 #include "tools/common/json_output.hpp"
 #include "tools/common/options.hpp"
-#include "tools/common/runtime_handles.hpp"
 #include "tools/common/shared_options.hpp"
 #include "tools/info/hierarchy.hpp"
-#include "tools/info/spherical.hpp"
 #include "tools/subcommands.hpp"
 
 namespace nif::tools {
@@ -25,58 +26,15 @@ struct Arguments {
   bool json = false;
 };
 
-/// What is there in each encoding.
-void describe(const format::BvhView& view, nlohmann::ordered_json& json) {
-  json["nodes"] = view.field.node_count;
-  json["vertices"] = view.field.vertex_count;
-  json["bytes"] = {{"bvh", view.tree_bytes}};
-}
-void describe(const format::SphericalView& view, nlohmann::ordered_json& json) {
-  json["network"] = view.network;
-  json.update(describe_spherical(view));
-}
-void describe(const format::SegmentView& view, nlohmann::ordered_json& json) {
-  std::vector<uint32_t> widths;
-  const kernels::Network& network = view.field.network;
-  for (uint32_t l = 0; l < network.layer_count; ++l) widths.push_back(network.layers[l].outputs);
-  json["voxels"] = view.field.voxels;
-  json["corners"] = view.field.corners;
-  json["features_per_corner"] = view.field.features_per_corner;
-  json["samples"] = view.field.samples;
-  json["network"] = view.network;
-  json["layers"] = widths;
-  json["bytes"] = {{"occupancy", view.occupancy_bytes}, {"features", view.feature_bytes}};
-}
-
-std::string summary_of(const format::BvhView& view) {
-  return fmt::format("bvh, {} nodes", view.field.node_count);
-}
-std::string summary_of(const format::SphericalView& view) {
-  return fmt::format("spherical, networks {}", view.network);
-}
-std::string summary_of(const format::SegmentView& view) {
-  const auto& [x, y, z] = view.field.voxels;
-  return fmt::format("segment, {} x {} x {} voxels, {} corners", x, y, z, view.field.corners);
-}
-
 nlohmann::ordered_json describe_object(const format::AssetView& view, uint32_t index) {
-  const format::ObjectView& object = view.objects[index];
-  nlohmann::ordered_json json{{"name", object.name},
-                              {"encoding", format::encoding_name(object.content)},
-                              {"triangles", object.triangles},
-                              {"bounds", {object.aabb_min, object.aabb_max}},
-                              {"bias", object.bias}};
-  std::visit([&](const auto& content) { describe(content, json); }, object.content);
-  if (const format::PrimaryView* primary = view.primary_of(index))
-    json["primary"] = describe_primary(*primary);
+  nlohmann::ordered_json json = bake::describe(view.objects[index]);
+  if (const format::PrimaryView* primary = view.primary_of(index)) json["primary"] = bake::to_json(*primary);
   return json;
 }
 
 nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetView& view) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (uint32_t i = 0; i < view.objects.size(); ++i) objects.push_back(describe_object(view, i));
-  nlohmann::ordered_json bytes{{"file", view.bytes.size()}, {"resident", resident_bytes(view.bytes)}};
-  for (const format::PartBytes& part : format::bytes_by_part(view)) bytes[part.name] = part.bytes;
   nlohmann::ordered_json instances = nlohmann::ordered_json::array();
   for (const format::InstanceView& instance : view.instances) {
     instances.push_back(
@@ -87,7 +45,7 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
   if (metadata.is_discarded()) metadata = nullptr;
   return {{"schema", kSchema},         {"file", arguments.file},         {"version", format::kVersion},
           {"experimental", true},      {"objects", std::move(objects)},  {"instances", std::move(instances)},
-          {"bytes", std::move(bytes)}, {"metadata", std::move(metadata)}};
+          {"bytes", bytes_json(view)}, {"metadata", std::move(metadata)}};
 }
 
 /// `metadata[a][b]` as text, or "unknown": metadata may hold anything, or be missing.
@@ -99,14 +57,10 @@ std::string text_at(const nlohmann::ordered_json& metadata, const std::string& p
 }
 
 void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
-  const auto& bytes = json["bytes"];
   fmt::print("{}: nif version {} (experimental), {}, {}\n", json["file"].get<std::string>(), format::kVersion,
              count_of(view.objects.size(), "object"), count_of(view.instances.size(), "instance"));
-  fmt::print(
-      "bytes     {} as a file, {} resident (occupancy {}, features {}, networks {}, BVHs {}, grids {})\n",
-      bytes["file"].get<uint64_t>(), bytes["resident"].get<uint64_t>(), bytes["occupancy"].get<uint64_t>(),
-      bytes["features"].get<uint64_t>(), bytes["network"].get<uint64_t>(), bytes["bvh"].get<uint64_t>(),
-      bytes["grids"].get<uint64_t>());
+  fmt::print("bytes     {}\n",
+             bytes_line(json["bytes"], [](uint64_t bytes) { return std::to_string(bytes); }));
   const auto& metadata = json["metadata"];
   // Without fields there is no preset.
   const std::string encoding = text_at(metadata, "/options/encoding"),
@@ -129,11 +83,10 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, view.objects.size()); ++i) {
     const format::ObjectView& object = view.objects[i];
-    const std::string form =
-        std::visit([](const auto& content) { return summary_of(content); }, object.content);
-    fmt::print("object    '{}': {} triangles, {}\n", object.name, object.triangles, form);
+    fmt::print("object    '{}': {} triangles, {}\n", object.name, object.triangles, bake::summary(object));
   }
-  print_spherical(view);
+  if (!view.primaries.empty()) fmt::print("primary   {}\n", bake::summary(view.primaries.front()));
+  for (const std::string& line : bake::details(view)) fmt::print("{}\n", line);
   if (view.objects.size() > kShown)
     fmt::print("          and {} more; --json lists all\n", view.objects.size() - kShown);
   print_hierarchy(view, metadata);

@@ -1,4 +1,4 @@
-// Which encoding is the better one for an object: `segment`, small and fast, or `bvh`, exact.
+// What an encoding costs an object, and whether a learned one is worth its errors beside an exact one.
 //
 // The choice weighs bytes, counted work and measured error. Nothing is timed, so that a bake's bytes depend
 // on no machine; how well counted work foretells times is measured in docs/results/encoding.md.
@@ -8,7 +8,6 @@
 #include <string>
 
 #include "bake/oracle/evaluate.hpp"
-#include "formats/nif/asset.hpp"
 
 namespace nif::bake {
 
@@ -19,24 +18,15 @@ struct EncodingCost {
   std::optional<double> error;  ///< share of wrong answers on the worst ray set, where it was measured
 };
 
-/// Bytes alone: of a field whose network has so many bytes of weights, and of a BVH.
-EncodingCost cost_of_field(const format::SegmentData& data, uint64_t network_bytes);
-EncodingCost cost_of_bvh(const format::Bvh& bvh);
-
-/// Mean work of a ray over `outer-lines` and `inner-surface`, a part of them drawn for this. Features and
-/// network do not matter to it. The same for any number of threads.
-double work_of(const kernels::SegmentField& field, const RaySource& source, uint64_t seed);
-double work_of(const kernels::BvhField& field, const RaySource& source, uint64_t seed);
-
-/// A field's error on the worst of the random ray sets (all but `sun`), on rays drawn for this.
+/// The error on the worst of the random ray sets (all but `sun`), on rays drawn for this.
 struct WorstError {
   double error = 0;
   RaySet set = RaySet::outer_lines;
 };
 WorstError worst_error(const Answerer& answer, const RaySource& source, uint64_t seed);
 
-/// A field's gain over a BVH: how many times fewer bytes, times how many times less work.
-double gain_of(const EncodingCost& field, const EncodingCost& bvh);
+/// A learned encoding's gain over an exact one: how many times fewer bytes, times how many times less work.
+double gain_of(const EncodingCost& learned, const EncodingCost& exact);
 
 /// Each percent of wrong answers must be paid for with so much gain. On the meshes of
 /// docs/results/encoding.md BVHs then give way to fields near 100,000 triangles, where Fujieda et al. see the
@@ -47,6 +37,6 @@ inline constexpr double kGainPerPercent = 100;
 inline constexpr double kLeastGain = 20;
 
 /// "1/5.5 as large and 1.2 times as fast"
-std::string describe_gain(const EncodingCost& field, const EncodingCost& bvh);
+std::string describe_gain(const EncodingCost& learned, const EncodingCost& exact);
 
 }  // namespace nif::bake

@@ -1,0 +1,78 @@
+#include "bake/bvh/encoder.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "bake/bvh/builder.hpp"
+#include "bake/encoder.hpp"
+#include "bake/work.hpp"
+#include "kernels/reference/bvh/query.hpp"
+
+namespace nif::bake {
+namespace {
+
+/// What a ray takes. Nanoseconds by least squares over times of the AVX-512 kernels on the meshes of
+/// docs/results/encoding.md.
+struct Counts {
+  uint64_t nodes = 0, leaves = 0;
+
+  Counts operator+(const Counts& other) const { return {nodes + other.nodes, leaves + other.leaves}; }
+  double nanoseconds() const { return 45 * double(nodes) + 35 * double(leaves); }
+};
+
+class BvhEncoder final : public Encoder {
+ public:
+  std::string_view name() const override { return format::EncodingOf<kernels::BvhField>::kName; }
+  std::string_view noun() const override { return "a BVH"; }
+  std::string_view smallest() const override { return "BVHs"; }
+  bool exact() const override { return true; }
+
+  std::string obstacle(std::span<const mesh::Float3> positions) const override {
+    if (fits_bvh(positions)) return {};
+    return fmt::format("coordinates beyond {:.1e} are too large for a BVH to compute with",
+                       kernels::kMaxBvhCoordinate / 4);
+  }
+
+  void lay_out(const Prepared& prepared, double, bool, Form& form) const override {
+    format::Bvh bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles);
+    form.cost.bytes = bvh.bytes();
+    form.cost.error = 0;
+    form.report = BvhBaking::Report();
+    form.object().content = std::move(bvh);
+    form.sections = format::section_bytes(form.alone);
+  }
+
+  double work(const Form& form, const RaySource& source, uint64_t seed) const override {
+    return work_of(std::get<kernels::BvhField>(form.field()), source, seed);
+  }
+
+  void add(Form&& form, format::Asset& asset) const override {
+    asset.objects.push_back(std::move(form.object()));
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Encoder> BvhBaking::make(const BakeOptions&) { return std::make_unique<BvhEncoder>(); }
+
+double work_of(const kernels::BvhField& field, const RaySource& source, uint64_t seed) {
+  return mean_work<Counts>(source, seed, [&](const Segment& segment, Counts& counts) {
+    kernels::BvhRay ray;
+    if (!kernels::prepare_ray(field, segment, ray)) return;
+    kernels::BvhWork work;
+    kernels::meets_bvh(field, ray, &work);
+    counts.nodes += work.nodes;
+    counts.leaves += work.leaves;
+  });
+}
+
+void describe(const format::BvhView& view, nlohmann::ordered_json& json) {
+  json["nodes"] = view.field.node_count;
+  json["vertices"] = view.field.vertex_count;
+  json["bytes"] = {{"bvh", view.tree_bytes}};
+}
+
+std::string summary(const format::BvhView& view) { return fmt::format("{} nodes", view.field.node_count); }
+
+}  // namespace nif::bake

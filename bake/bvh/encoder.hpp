@@ -1,0 +1,36 @@
+// Baking of `bvh` objects: exact, and nothing is trained.
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "formats/nif/asset.hpp"
+
+namespace nif::bake {
+
+class Encoder;
+struct BakeOptions;
+struct ObjectReport;
+struct RaySource;
+
+struct BvhBaking {
+  using Data = format::Bvh;
+  struct Options {};
+  struct Report {};
+  static constexpr bool kAutomatic = true;
+  static std::unique_ptr<Encoder> make(const BakeOptions& options);
+};
+
+inline void add_report(const BvhBaking::Report&, nlohmann::ordered_json&) {}
+inline void add_metadata(const BvhBaking::Report&, const ObjectReport&, const format::Object&,
+                         nlohmann::ordered_json&) {}
+void describe(const format::BvhView& view, nlohmann::ordered_json& json);
+std::string summary(const format::BvhView& view);
+inline std::vector<std::string> details(const format::BvhView&) { return {}; }
+
+/// Mean work of a ray, as mean_work().
+double work_of(const kernels::BvhField& field, const RaySource& source, uint64_t seed);
+
+}  // namespace nif::bake

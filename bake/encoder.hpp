@@ -1,0 +1,81 @@
+// What makes the objects of one encoding: the interface between the driver (bake/bake.cpp), which knows no
+// encoding, and the folders of the encodings.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "bake/bake.hpp"
+#include "bake/oracle/prepare.hpp"
+#include "formats/nif/writer.hpp"
+
+namespace nif::bake {
+
+/// An object in one encoding, as far as it is made.
+struct Form {
+  format::Asset alone;            ///< the object, with its networks, alone in an asset
+  format::SectionBytes sections;  ///< what it adds to a file
+  EncodingCost cost;
+  AnyReport report;
+
+  format::Object& object() { return alone.objects.front(); }
+  const format::Object& object() const { return alone.objects.front(); }
+  /// The kernels' view of it; valid while the form is not changed.
+  kernels::AnyField field() const { return format::field_of(alone, object()); }
+};
+
+/// An object that is to be trained.
+struct Lesson {
+  size_t object;  ///< its index
+  const RaySource& source;
+  Form& form;
+  ObjectReport& report;
+};
+
+struct TrainingTask {
+  std::span<const Lesson> lessons;
+  std::span<const uint32_t> object_of;  ///< as PreparedScene::object_of
+  /// Is told how much of the task is done, and the loss and the error of recent rays.
+  std::function<void(double share, double loss, double error)> progress;
+  const std::atomic<bool>& cancel;
+};
+
+class Encoder {
+ public:
+  virtual ~Encoder() = default;
+
+  /// As in the format.
+  virtual std::string_view name() const = 0;
+  /// "a BVH"
+  virtual std::string_view noun() const = 0;
+  /// What it does at its smallest, for the sentence "with ... the asset takes too many bytes".
+  virtual std::string_view smallest() const = 0;
+  /// True where no answer is wrong, so that nothing is trained.
+  virtual bool exact() const { return false; }
+  /// True where all objects are trained at once, because they share a network.
+  virtual bool trains_together() const { return false; }
+
+  /// Why an object with these positions cannot have the encoding; empty where it can.
+  virtual std::string obstacle(std::span<const mesh::Float3>) const { return {}; }
+  /// True where objects can be laid out at this scale, below 1, and are smaller then.
+  virtual bool shrinks_to(double) const { return false; }
+  /// Makes the content of form.object(), of which the driver has set all else, at a scale of its grids; where
+  /// something is trained, blank and of its final size. Sets the form's sections, its cost in bytes and its
+  /// report. `first`: the first object of the asset, which brings along what all of them share.
+  virtual void lay_out(const Prepared& prepared, double scale, bool first, Form& form) const = 0;
+  /// Counted work of a ray. Only asked where the encoding may be chosen automatically.
+  virtual double work(const Form&, const RaySource&, uint64_t) const { return 0; }
+  /// Trains the forms of the lessons together. Returns why that failed, as a sentence that names the object;
+  /// empty where it did not. Throws Error(interrupted) once `cancel` is set.
+  virtual std::string train(const TrainingTask&) { return {}; }
+  /// Adds a finished form to the asset.
+  virtual void add(Form&& form, format::Asset& asset) const = 0;
+  /// Adds to what the metadata says of the bake's options.
+  virtual void add_options(nlohmann::ordered_json&) const {}
+};
+
+}  // namespace nif::bake

@@ -1,0 +1,19 @@
+#include "bake/mix.hpp"
+
+#include <numeric>
+
+namespace nif::bake {
+
+RaySet draw_set(const Mix& mix, Random& random) {
+  double pick = random.uniform(0, std::accumulate(mix.begin(), mix.end(), 0.0));
+  RaySet set = RaySet::outer_lines;
+  for (RaySet candidate : kRaySets) {
+    if (mix[size_t(candidate)] <= 0) continue;
+    set = candidate;
+    pick -= mix[size_t(candidate)];
+    if (pick < 0) break;
+  }
+  return set;
+}
+
+}  // namespace nif::bake

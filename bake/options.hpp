@@ -1,0 +1,45 @@
+// What a bake is asked for.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bake/encodings.hpp"
+#include "bake/mix.hpp"
+
+namespace nif::bake {
+
+/// How fine an object's encoding is, and how long it is trained.
+enum class Preset {
+  fast,
+  balanced,
+  high,
+  paper,  ///< of `spherical`, the only one: the others are for `segment` fields
+};
+std::string_view name_of(Preset preset);
+std::optional<Preset> preset_named(std::string_view name);
+
+/// In place of an encoding's name: whichever is better for each object, see bake/choice.hpp.
+inline constexpr std::string_view kAutomatic = "auto";
+/// What BakeOptions::encoding may be: kAutomatic, and the name of each encoding.
+std::vector<std::string_view> encoding_choices();
+
+/// With what each encoding has for itself, see its encoder.hpp.
+struct BakeOptions : EncodingOptions {
+  std::string encoding{kAutomatic};
+  Preset preset = Preset::balanced;  ///< without meaning for `bvh`, for which nothing is trained
+  uint64_t seed = 1;
+  bool strict = false;  ///< refuse what preparation would change
+  /// Of the whole file: the finest grids up to the preset's that fit, and BVHs where there is room for them.
+  std::optional<uint64_t> max_bytes;
+  std::optional<double> max_error;        ///< of every stated ray set
+  std::optional<Mix> mix;                 ///< in place of the encoding's
+  std::optional<double> effort;           ///< factor on the training rays, > 0
+  uint64_t evaluation_rays = 1'000'000;   ///< of each set, spread over the objects
+  uint64_t spoil_at_step = ~uint64_t{0};  ///< for tests, see TrainingOptions
+};
+
+}  // namespace nif::bake

@@ -1,0 +1,43 @@
+// What is said of `segment` objects: in the report of a bake, in the metadata, by `nif info`.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "bake/bake.hpp"
+#include "bake/segment/encoder.hpp"
+
+namespace nif::bake {
+
+void add_report(const SegmentBaking::Report& report, nlohmann::ordered_json& json) {
+  json["voxels"] = report.voxels;
+  json["surface_voxels"] = report.surface_voxels;
+  json["inside_voxels"] = report.inside_voxels;
+  json["unknown_voxels"] = report.unknown_voxels;
+}
+
+void add_metadata(const SegmentBaking::Report& report, const ObjectReport& all, const format::Object&,
+                  nlohmann::ordered_json& json) {
+  json["voxels"] = report.voxels;
+  json["training_rays"] = all.training_rays;
+}
+
+void describe(const format::SegmentView& view, nlohmann::ordered_json& json) {
+  const kernels::SegmentField& field = view.field;
+  std::vector<uint32_t> widths;
+  for (uint32_t l = 0; l < field.network.layer_count; ++l) widths.push_back(field.network.layers[l].outputs);
+  json["voxels"] = field.voxels;
+  json["corners"] = field.corners;
+  json["features_per_corner"] = field.features_per_corner;
+  json["samples"] = field.samples;
+  json["network"] = view.network;
+  json["layers"] = widths;
+  json["bytes"] = {{"occupancy", view.occupancy_bytes}, {"features", view.feature_bytes}};
+}
+
+std::string summary(const format::SegmentView& view) {
+  const kernels::SegmentField& field = view.field;
+  return fmt::format("{} x {} x {} voxels, {} corners", field.voxels[0], field.voxels[1], field.voxels[2],
+                     field.corners);
+}
+
+}  // namespace nif::bake

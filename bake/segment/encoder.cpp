@@ -1,0 +1,205 @@
+#include "bake/segment/encoder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bake/encoder.hpp"
+#include "bake/report.hpp"
+#include "bake/segment/occupancy.hpp"
+#include "bake/segment/trainer.hpp"
+#include "bake/steps.hpp"
+#include "bake/work.hpp"
+#include "kernels/reference/segment/query.hpp"
+
+namespace nif::bake {
+namespace {
+
+/// What a preset comes to for an object of kFullTriangles or more; smaller ones get a coarser grid.
+struct Shape {
+  uint32_t resolution;
+  uint32_t samples, features_per_corner;
+  float length_scale;
+  NetworkOptions network;
+  double rays_per_corner;  ///< training rays for each corner that has features
+  uint64_t max_rays;
+};
+
+// What `balanced` comes to stands in docs/results/dragon.md.
+constexpr std::pair<Preset, Shape> kShapes[] = {
+    {Preset::fast, {64, 8, 2, 8.0f, {32, 2}, 400, 12'000'000}},
+    {Preset::balanced, {96, 6, 2, 8.0f, {32, 2}, 2200, 110'000'000}},
+    {Preset::high, {128, 12, 2, 8.0f, {48, 2}, 4000, 500'000'000}}};
+
+// One part for each kind of query. Lines from within the volume are left out: they pass through surface
+// voxels as other lines do, and on the dragon nine in ten of them are certain, so finding the rest costs more
+// than it teaches.
+constexpr Mix kDefaultMix{0.30, 0.35, 0.0, 0.35, 0.0};
+
+constexpr uint32_t kMinResolution = 16;
+constexpr uint64_t kMinRays = 2'000'000;
+constexpr uint64_t kRaysPerRound = 3'000'000;
+
+Shape shape_for(const BakeOptions& options) {
+  Shape shape = kShapes[1].second;
+  for (const auto& [preset, known] : kShapes)
+    if (preset == options.preset) shape = known;
+  if (options.resolution) shape.resolution = *options.resolution;
+  return shape;
+}
+
+/// Below kFullTriangles, surface detail is what triangles there are, and the voxels' size follows the
+/// triangles': resolution falls with the square root of their number.
+uint32_t resolution_for(uint64_t triangles, uint32_t full, double scale) {
+  const double share = std::min(1.0, std::sqrt(double(triangles) / kFullTriangles));
+  const double wanted = std::max(full * share, double(std::min(kMinResolution, full))) * scale;
+  return std::clamp(uint32_t(std::lround(wanted)), 2u, kernels::kMaxVoxels);
+}
+
+/// A network of the right shape and size, all zeros, to measure what a file will take.
+format::Network blank_network(const Shape& shape) {
+  format::Network network;
+  uint32_t inputs = shape.samples * shape.features_per_corner + kernels::kGlobalInputs;
+  for (uint32_t l = 0; l <= shape.network.hidden_layers; ++l) {
+    const uint32_t outputs = l == shape.network.hidden_layers ? 1 : shape.network.width;
+    network.layers.push_back(
+        {inputs, outputs, 0, std::vector<int32_t>(outputs), std::vector<int8_t>(outputs * inputs)});
+    inputs = outputs;
+  }
+  return network;
+}
+
+template <class T>
+uint64_t bytes_of(const std::vector<T>& values) {
+  return values.size() * sizeof(T);
+}
+
+uint64_t bytes_of(const format::Network& network) {
+  uint64_t bytes = 0;
+  for (const format::Layer& layer : network.layers) bytes += bytes_of(layer.biases) + bytes_of(layer.weights);
+  return bytes;
+}
+
+uint64_t bytes_of(const format::SegmentData& data) {
+  return bytes_of(data.brick_table) + bytes_of(data.brick_states) + bytes_of(data.brick_corners) +
+         bytes_of(data.corner_base) + bytes_of(data.features);
+}
+
+/// What a ray takes. Nanoseconds by least squares over times of the AVX-512 kernels on the meshes of
+/// docs/results/encoding.md.
+struct Counts {
+  uint64_t voxels = 0, ambiguous = 0;  ///< of mixed bricks; rays that the network is asked
+
+  Counts operator+(const Counts& other) const { return {voxels + other.voxels, ambiguous + other.ambiguous}; }
+  double nanoseconds() const { return 6.5 * double(voxels) + 55 * double(ambiguous); }
+};
+
+class SegmentEncoder final : public Encoder {
+ public:
+  explicit SegmentEncoder(const BakeOptions& options) : options_(options), shape_(shape_for(options)) {}
+
+  std::string_view name() const override { return format::EncodingOf<kernels::SegmentField>::kName; }
+  std::string_view noun() const override { return "a field"; }
+  std::string_view smallest() const override { return "the coarsest grids"; }
+  bool shrinks_to(double scale) const override { return shape_.resolution * scale >= 4; }
+
+  /// Its occupancy, and zero features.
+  void lay_out(const Prepared& prepared, double scale, bool, Form& form) const override {
+    const auto& [positions, triangles, slivers, cleaned] = prepared.surface;
+    const Grid grid = make_grid(prepared.box, resolution_for(triangles.size(), shape_.resolution, scale));
+    const Occupancy occupancy =
+        classify(grid, prepared.surface, voxelize(grid, positions, triangles), prepared.closed);
+    format::SegmentData data;
+    data.samples = shape_.samples;
+    data.length_scale = shape_.length_scale;
+    store_occupancy(occupancy, shape_.features_per_corner, form.object().name, data);
+    form.alone.networks = {blank_network(shape_)};
+    form.cost.bytes = bytes_of(data) + bytes_of(form.alone.networks.front());
+    form.report = SegmentBaking::Report{grid.voxels, occupancy.surface_voxels, occupancy.inside_voxels,
+                                        occupancy.unknown_voxels};
+    form.object().content = std::move(data);
+    form.sections = format::section_bytes(form.alone);
+  }
+
+  double work(const Form& form, const RaySource& source, uint64_t seed) const override {
+    return work_of(std::get<kernels::SegmentField>(form.field()), source, seed);
+  }
+
+  std::string train(const TrainingTask& task) override {
+    const Lesson& lesson = task.lessons.front();
+    auto& data = lesson.form.object().as<format::SegmentData>();
+    const TrainingOptions training = training_options(data.corners);
+    lesson.report.training_rays = training.rays;
+    TrainingResult trained = bake::train(
+        lesson.source, lesson.form.object().name, data, training,
+        [&](const TrainingProgress& p) {
+          task.progress(double(p.rays_done) / double(p.rays_total), p.loss, p.error);
+        },
+        task.cancel);
+    lesson.report.recoveries = trained.recoveries;
+    if (trained.failure.empty()) lesson.form.alone.networks = {std::move(trained.network)};
+    return trained.failure;
+  }
+
+  void add(Form&& form, format::Asset& asset) const override {
+    form.object().as<format::SegmentData>().network = uint32_t(asset.networks.size());
+    asset.networks.push_back(std::move(form.alone.networks.front()));
+    asset.objects.push_back(std::move(form.object()));
+  }
+
+  void add_options(nlohmann::ordered_json& json) const override {
+    json["preset"] = name_of(options_.preset);
+    json["mix"] = to_json(mix());
+    if (options_.resolution) json["resolution"] = *options_.resolution;
+    if (options_.effort) json["effort"] = *options_.effort;
+  }
+
+ private:
+  Mix mix() const { return options_.mix.value_or(kDefaultMix); }
+
+  TrainingOptions training_options(uint32_t corners) const {
+    TrainingOptions training;
+    training.network = shape_.network;
+    training.mix = mix();
+    training.seed = options_.seed;
+    training.spoil_at_step = options_.spoil_at_step;
+    const double rays =
+        std::clamp(shape_.rays_per_corner * corners, double(kMinRays), double(shape_.max_rays));
+    training.rays = uint64_t(rays * options_.effort.value_or(1.0));
+    // Short trainings need their steps more than large batches.
+    training.batch = training.rays >= 60'000'000   ? 8192
+                     : training.rays >= 20'000'000 ? 4096
+                     : training.rays >= 6'000'000  ? 2048
+                                                   : 1024;
+    training.passes = 6;
+    training.rays_per_round =
+        std::clamp<uint64_t>(training.rays / training.passes, 16 * training.batch, kRaysPerRound);
+    return training;
+  }
+
+  const BakeOptions& options_;
+  const Shape shape_;
+};
+
+}  // namespace
+
+std::unique_ptr<Encoder> SegmentBaking::make(const BakeOptions& options) {
+  return std::make_unique<SegmentEncoder>(options);
+}
+
+double work_of(const kernels::SegmentField& field, const RaySource& source, uint64_t seed) {
+  return mean_work<Counts>(source, seed, [&](const Segment& segment, Counts& counts) {
+    // Only voxels of mixed bricks: a fast walk leaps over the others.
+    kernels::Walk walk;
+    kernels::walk_segment(field, segment, walk, [&](const int32_t(&voxel)[3]) {
+      const uint32_t x = uint32_t(voxel[0]) / kernels::kBrickSide,
+                     y = uint32_t(voxel[1]) / kernels::kBrickSide,
+                     z = uint32_t(voxel[2]) / kernels::kBrickSide;
+      const uint16_t entry = field.brick_table[x + field.bricks[0] * (y + field.bricks[1] * z)];
+      counts.voxels += entry >= kernels::kFirstMixedBrick;
+    });
+    counts.ambiguous += walk.verdict == kernels::Verdict::ambiguous;
+  });
+}
+
+}  // namespace nif::bake

@@ -1,0 +1,43 @@
+// Baking of `segment` objects: an occupancy grid, and a field that is trained for the rest.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/nif/asset.hpp"
+
+namespace nif::bake {
+
+class Encoder;
+struct BakeOptions;
+struct ObjectReport;
+struct RaySource;
+
+struct SegmentBaking {
+  using Data = format::SegmentData;
+  struct Options {
+    std::optional<uint32_t> resolution;  ///< voxels along the longest side, in place of the preset's choice
+  };
+  struct Report {
+    std::array<uint32_t, 3> voxels{};  ///< of the grid
+    size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
+  };
+  static constexpr bool kAutomatic = true;
+  static std::unique_ptr<Encoder> make(const BakeOptions& options);
+};
+
+void add_report(const SegmentBaking::Report& report, nlohmann::ordered_json& json);
+void add_metadata(const SegmentBaking::Report& report, const ObjectReport& all, const format::Object& object,
+                  nlohmann::ordered_json& json);
+void describe(const format::SegmentView& view, nlohmann::ordered_json& json);
+std::string summary(const format::SegmentView& view);
+inline std::vector<std::string> details(const format::SegmentView&) { return {}; }
+
+/// Mean work of a ray, as mean_work(). Features and network do not matter to it.
+double work_of(const kernels::SegmentField& field, const RaySource& source, uint64_t seed);
+
+}  // namespace nif::bake

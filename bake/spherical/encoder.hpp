@@ -1,0 +1,39 @@
+// Baking of `spherical` objects, the paper's: grids of latent vectors for each, and networks that they may
+// share.
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "bake/spherical/options.hpp"
+#include "formats/nif/asset.hpp"
+
+namespace nif::bake {
+
+class Encoder;
+struct BakeOptions;
+struct ObjectReport;
+
+struct SphericalBaking {
+  using Data = format::SphericalData;
+  struct Options {
+    SphericalBakeOptions spherical;
+  };
+  struct Report {
+    uint64_t primary_rays = 0;  ///< that a field for primary rays learned from
+  };
+  static constexpr bool kAutomatic = false;
+  /// Throws InvalidOption.
+  static std::unique_ptr<Encoder> make(const BakeOptions& options);
+};
+
+void add_report(const SphericalBaking::Report& report, nlohmann::ordered_json& json);
+void add_metadata(const SphericalBaking::Report& report, const ObjectReport& all,
+                  const format::Object& object, nlohmann::ordered_json& json);
+void describe(const format::SphericalView& view, nlohmann::ordered_json& json);
+std::string summary(const format::SphericalView& view);
+std::vector<std::string> details(const format::SphericalView& view);
+
+}  // namespace nif::bake
