@@ -19,7 +19,7 @@
 /// STAGE(number, name, threads, blocks, inner, function): the kernel nif_pipeline_NAME answers the items of a
 /// stage's lists. `threads` of a block; `blocks` that an NVIDIA multiprocessor has room for at least;
 /// `inner`: as which networks it is measured; the function may name Matrix and HalfMatrix, those of the
-/// target. The last stage is asked without a network's kernel: by threads alone.
+/// target. The last stage is for items without such a kernel: a thread asks each.
 #define NIF_PIPELINE_STAGES(STAGE) \
   NIF_NETWORK_STAGES(STAGE)        \
   STAGE(kAlone, alone, kSceneThreads, 1, false, pipeline_alone)

@@ -44,7 +44,7 @@ struct SceneQuery {
   uint64_t origin_stride, direction_stride, tmin_stride, tmax_stride;  ///< bytes
   unsigned char *visible, *visible_bits, *probability, *certain, *logit;
   uint32_t count;
-  uint32_t whole_rays;  ///< whether inputs are an array of NifRay, from origin[0] on, aligned to 16 bytes
+  uint32_t whole_rays;  ///< 1 where inputs are an array of NifRay, from origin[0] on, aligned to 16 bytes
 
   /// Whether more is asked for than what is visible: a learned "occluded" then does not end the search.
   bool details() const { return probability || certain || logit; }
@@ -64,7 +64,8 @@ NIF_HOST_DEVICE inline Segment load_ray(const SceneQuery& query, uint32_t i) {
     return bits_as<float>(load_unaligned(array + i * stride));
   };
   Segment ray;
-  if (query.whole_rays) {  // origin, tmin, direction, tmax: two loads in place of eight
+  // `== 1`, because clang 15 takes fewer registers for that than for any number but 0.
+  if (query.whole_rays == 1) {  // origin, tmin, direction, tmax: two loads in place of eight
     const unsigned char* const from = query.origin[0] + uint64_t(i) * 32;
     const AlignedWords<4> first = load_words<4>(from), second = load_words<4>(from + 16);
     for (int a = 0; a < 3; ++a) {

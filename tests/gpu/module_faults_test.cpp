@@ -20,7 +20,7 @@ class GpuFaults : public GpuModuleTest {
     EXPECT_EQ(code_of(config), NIF_ERROR_NOT_AVAILABLE) << config;
     EXPECT_NE(std::string(nifGetErrorMessage()).find(why), std::string::npos) << nifGetErrorMessage();
   }
-  static NifBackendInfo hip() {
+  static NifBackendInfo gpu_backend() {
     auto info = nifkit::sized<NifBackendInfo>();
     EXPECT_EQ(nifGetBackendInfo(1, &info), NIF_OK);
     return info;
@@ -66,8 +66,8 @@ TEST_F(GpuFaults, OfTheMachine) {
 /// The same reasons in what tells about backends and cards, which looks anew each time.
 TEST_F(GpuFaults, AreToldBeforehand) {
   ASSERT_EQ(setenv("NIF_HIP_MODULE", NIF_EMULATED_MODULE, 1), 0);
-  EXPECT_EQ(hip().available, 1u);
-  EXPECT_STREQ(hip().reason, "");
+  EXPECT_EQ(gpu_backend().available, 1u);
+  EXPECT_STREQ(gpu_backend().reason, "");
   auto card = nifkit::sized<NifCardInfo>();
   ASSERT_EQ(nifGetCardInfo(1, &card), NIF_OK) << nifGetErrorMessage();
   EXPECT_STREQ(card.name, "emulated card 1");
@@ -79,17 +79,17 @@ TEST_F(GpuFaults, AreToldBeforehand) {
   EXPECT_EQ(nifGetCardInfo(6, &card), NIF_ERROR_INVALID_ARGUMENT);
 
   machine().no_image = true;
-  EXPECT_EQ(hip().available, 0u);
-  EXPECT_NE(std::string(hip().reason).find("no kernels"), std::string::npos);
+  EXPECT_EQ(gpu_backend().available, 0u);
+  EXPECT_NE(std::string(gpu_backend().reason).find("no kernels"), std::string::npos);
   ASSERT_EQ(nifGetCardInfo(0, &card), NIF_OK);
   EXPECT_EQ(card.available, 0u);
   EXPECT_NE(std::string(card.reason).find("no kernels"), std::string::npos);
   machine().no_image = false;
   machine().no_driver = true;
-  EXPECT_NE(std::string(hip().reason).find("no driver"), std::string::npos);
+  EXPECT_NE(std::string(gpu_backend().reason).find("no driver"), std::string::npos);
   EXPECT_EQ(nifGetCardInfo(0, &card), NIF_ERROR_NOT_AVAILABLE);
   ASSERT_EQ(setenv("NIF_HIP_MODULE", "/no/such/module.so", 1), 0);
-  EXPECT_NE(std::string(hip().reason).find("/no/such/module.so cannot be loaded"), std::string::npos);
+  EXPECT_NE(std::string(gpu_backend().reason).find("/no/such/module.so cannot be loaded"), std::string::npos);
   EXPECT_EQ(nifGetCardInfo(0, &card), NIF_ERROR_NOT_AVAILABLE);
   unsetenv("NIF_HIP_MODULE");
 }

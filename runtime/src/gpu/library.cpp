@@ -4,11 +4,12 @@
 #include <string>
 
 #include "api/error.hpp"
-#include "gpu/crossing.hpp"
 
 #if defined(__unix__) || defined(__APPLE__)
 #include <dlfcn.h>
 #include <unistd.h>
+
+#include "gpu/crossing.hpp"
 #define NIF_HAS_DLOPEN
 #endif
 
