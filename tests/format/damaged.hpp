@@ -2,6 +2,7 @@
 // reader says.
 #pragma once
 
+#include <algorithm>
 #include <cstring>
 #include <functional>
 #include <memory>
@@ -77,6 +78,45 @@ inline void fix_checksums(Bytes& file) {
   header.header_crc = 0;
   header.header_crc = format::crc32c(std::as_bytes(std::span(&header, 1)));
   store(file, 0, header);
+}
+
+/// One section of a file, whatever it holds.
+struct Part {
+  uint32_t type, flags;
+  Bytes content;
+};
+
+/// The sections that the table names; none where one of them lies outside of the file.
+inline std::vector<Part> parts_of(const Bytes& file) {
+  std::vector<Part> parts;
+  if (file.size() < sizeof(format::Header)) return parts;
+  const auto header = load<format::Header>(file, 0);
+  const uint64_t room = (file.size() - sizeof(header)) / sizeof(format::SectionEntry);
+  const auto count = uint32_t(std::min<uint64_t>(std::min(header.section_count, format::kMaxSections), room));
+  for (uint32_t i = 0; i < count; ++i) {
+    const auto entry = section_entry(file, i);
+    if (entry.offset > file.size() || entry.bytes > file.size() - entry.offset) return {};
+    const auto content = std::span(file).subspan(entry.offset, entry.bytes);
+    parts.push_back({entry.type, entry.flags, {content.begin(), content.end()}});
+  }
+  return parts;
+}
+
+/// A file of these sections with the header of `before`; lengths, offsets and checksums are right.
+inline Bytes file_of(const Bytes& before, const std::vector<Part>& parts) {
+  Bytes file(sizeof(format::Header) + parts.size() * sizeof(format::SectionEntry));
+  for (uint32_t i = 0; i < parts.size(); ++i) {
+    file.resize(format::aligned(file.size()));
+    const Bytes& content = parts[i].content;
+    store_entry(file, i, {parts[i].type, parts[i].flags, file.size(), content.size(), 0, 0});
+    file.insert(file.end(), content.begin(), content.end());
+  }
+  auto header = load<format::Header>(before, 0);
+  header.section_count = uint32_t(parts.size());
+  header.file_bytes = file.size();
+  store(file, 0, header);
+  fix_checksums(file);
+  return file;
 }
 
 /// Changes one record in place and makes the checksums right.

@@ -8,44 +8,6 @@
 namespace nif::test {
 namespace {
 
-// Sections, whatever they hold.
-
-struct Part {
-  uint32_t type, flags;
-  Bytes content;
-};
-
-std::vector<Part> parts_of(const Bytes& file) {
-  std::vector<Part> parts;
-  if (file.size() < sizeof(format::Header)) return parts;
-  const auto header = load<format::Header>(file, 0);
-  const uint64_t room = (file.size() - sizeof(header)) / sizeof(format::SectionEntry);
-  for (uint32_t i = 0; i < std::min<uint64_t>(std::min(header.section_count, format::kMaxSections), room);
-       ++i) {
-    const auto entry = section_entry(file, i);
-    if (entry.offset > file.size() || entry.bytes > file.size() - entry.offset) return {};
-    const auto content = std::span(file).subspan(entry.offset, entry.bytes);
-    parts.push_back({entry.type, entry.flags, {content.begin(), content.end()}});
-  }
-  return parts;
-}
-
-Bytes file_of(const Bytes& before, const std::vector<Part>& parts) {
-  Bytes file(sizeof(format::Header) + parts.size() * sizeof(format::SectionEntry));
-  for (uint32_t i = 0; i < parts.size(); ++i) {
-    file.resize(format::aligned(file.size()));
-    const Bytes& content = parts[i].content;
-    store_entry(file, i, {parts[i].type, parts[i].flags, file.size(), content.size(), 0, 0});
-    file.insert(file.end(), content.begin(), content.end());
-  }
-  auto header = load<format::Header>(before, 0);
-  header.section_count = uint32_t(parts.size());
-  header.file_bytes = file.size();
-  store(file, 0, header);
-  fix_checksums(file);
-  return file;
-}
-
 /// Bytes of what a section is an array of; 1 where that differs.
 size_t record_bytes(uint32_t type) {
   switch (type) {

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 
+#include "kernels/reference/scene.hpp"
 #include "tests/runtime/runtime_fixture.hpp"
 #include "tests/support/temp_dir.hpp"
 
@@ -13,6 +14,10 @@ namespace nif::test {
 namespace {
 
 namespace fs = std::filesystem;
+
+static_assert(NIF_ENCODING_SEGMENT == format::EncodingOf<kernels::SegmentField>::kNumber);
+static_assert(NIF_ENCODING_SPHERICAL == format::EncodingOf<kernels::SphericalField>::kNumber);
+static_assert(NIF_ENCODING_BVH == format::EncodingOf<kernels::BvhField>::kNumber);
 
 class Assets : public RuntimeTest {
  protected:
@@ -64,6 +69,47 @@ TEST_F(Assets, SameAnswersHoweverLoaded) {
   nifReleaseAsset(borrowed);
   assets_.erase(std::find(assets_.begin(), assets_.end(), borrowed));
   std::free(aligned);
+}
+
+/// What the kernels hold stands for the asset's bytes: once it is loaded, these may change, and scenes know
+/// all the same where objects are and how sure their networks are.
+TEST_F(Assets, AnswerAfterTheirBytesWereLetGo) {
+  auto device = nifkit::sized<NifDeviceInfo>();
+  ASSERT_EQ(nifGetDeviceInfo(device_, &device), NIF_OK);
+  if (std::string_view(device.isa) == "scalar") GTEST_SKIP() << "the scalar kernels keep the bytes";
+  const format::AssetView& view = make(4, {.objects = 3, .instances = 0, .features = 2});
+  const std::unique_ptr<void, decltype(&std::free)> borrowed(
+      std::aligned_alloc(64, format::aligned(file_.size())), &std::free);
+  std::memcpy(borrowed.get(), file_.data(), file_.size());
+  NifAsset asset = nullptr;
+  ASSERT_EQ(nifLoadAssetMemory(device_, borrowed.get(), file_.size(), NIF_MEMORY_BORROW, &asset), NIF_OK);
+  assets_.push_back(asset);
+  std::memset(borrowed.get(), 0xff, file_.size());
+
+  Random random(4);
+  uint64_t unsure = 0;
+  for (uint32_t object = 0; object < 3; ++object) {
+    const kernels::SegmentField& field = view.objects[object].as<format::SegmentView>().field;
+    const NifScene scene = scene_of(asset, object);
+    auto info = nifkit::sized<NifSceneInfo>();
+    ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
+    const kernels::ObjectBox box = kernels::object_box(field);
+    for (size_t a = 0; a < 3; ++a) {
+      EXPECT_FLOAT_EQ(info.bounds_min[a], static_cast<float>(box.low[a]));
+      EXPECT_FLOAT_EQ(info.bounds_max[a], static_cast<float>(box.high[a]));
+    }
+    const auto rays = random_rays(random, field, 1000);
+    const Answers answers = query_all(scene, rays);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      const kernels::Answer expected = kernels::query(field, to_segment(rays[i]));
+      ASSERT_EQ(answers.logit[i], expected.logit);
+      ASSERT_EQ(answers.certain[i], expected.certain);
+      ASSERT_EQ(answers.probability[i],
+                kernels::visible_probability(expected.logit, field.network.logit_scale));
+      unsure += answers.probability[i] > 0.001f && answers.probability[i] < 0.999f;
+    }
+  }
+  EXPECT_GT(unsure, 100u);
 }
 
 /// With one feature a corner the asset's bytes stay; with two the kernels hold what they need and let them
