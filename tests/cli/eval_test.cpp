@@ -104,7 +104,7 @@ TEST(Eval, OfAFreshBake) {
       EXPECT_NE(text.out.find(word), std::string::npos) << word << " in:\n" << text.out;
     const json info = json::parse(as_json.out);
     EXPECT_EQ(info["schema"], "nifkit.info/1");
-    EXPECT_EQ(info["version"], 1);
+    EXPECT_EQ(info["version"], 2);
     EXPECT_EQ(info["objects"][0]["triangles"], 9216);
     EXPECT_EQ(info["metadata"]["accuracy"]["segments"]["certain_wrong"], 0);
   }

@@ -3,7 +3,8 @@
 #
 # Looked at are words that start with one of the top folders ("bake/oracle/closure", with or without the ending) and words
 # that end as our own sources do ("walk-inl.hpp"); the end of a path is enough. Headers in .h are mostly others', and not
-# looked at. Ends with 77 where this is no git work tree: then nothing tells ours from what else lies here.
+# looked at, and NAME is what the reader puts there. Ends with 77 outside a git work tree, where nothing tells our files
+# from others.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 git rev-parse --is-inside-work-tree >/dev/null 2>&1 || exit 77
@@ -68,6 +69,7 @@ awk '
       sub(/[.\/-]+$/, "", word)
       first = substr(word, 1, index(word, "/") - 1)
       if (word !~ /^[A-Za-z_.]/ || first == "build" || !ours) continue
+      if (word ~ /(^|\/)NAME(\/|\.|$)/) continue
       if (word !~ /[A-Za-z0-9_]\.(cpp|hpp|hip|md|sh|cmake)$/ && !(first in top)) continue
       if (word in known || resolved(folder, word) in known) continue
       printf "%s:%d: there is no %s\n", FILENAME, FNR, word
