@@ -16,7 +16,7 @@
 namespace nif::bake {
 namespace {
 
-constexpr uint64_t kRaysPerRound = 2'000'000, kLeastRays = 2'000'000;
+constexpr uint64_t kRoundRays = 2'000'000, kLeastRays = 2'000'000;
 constexpr uint64_t kPurpose = 0x7370686572;  // apart from the ray sets' own streams: never the same rays
 
 uint64_t rays_for(uint64_t triangles, const BakeOptions& options) {
@@ -267,7 +267,7 @@ class SphericalBaker {
       learned[i] = blocks.back() * kTrainingBlock;
       all += learned[i];
     }
-    const uint64_t rounds = std::max<uint64_t>(1, all / kRaysPerRound);
+    const uint64_t rounds = std::max<uint64_t>(1, all / kRoundRays);
     std::vector<uint64_t> begin(count), size(count);
     const Mix mix = resolve(options_).mix;
     for (uint64_t round = 0; round < rounds; ++round) {

@@ -11,7 +11,7 @@
 namespace nif::bake {
 namespace {
 
-constexpr uint32_t kMaxRecoveries = 6;
+constexpr uint32_t kMostRecoveries = 6;
 
 NetworkShape make_shape(uint32_t inputs, uint32_t width, uint32_t hidden_layers, uint32_t outputs) {
   NetworkShape shape;
@@ -200,10 +200,10 @@ void FieldLessons::learn_once(std::span<TrainedField* const> fields, TrainedFiel
 }
 
 void FieldLessons::recover(std::span<TrainedField* const> fields) {
-  if (++recoveries_ > kMaxRecoveries)
+  if (++recoveries_ > kMostRecoveries)
     throw Error(Status::training_failed, fmt::format("training failed: the loss stayed non-finite after {} "
                                                      "recoveries",
-                                                     kMaxRecoveries));
+                                                     kMostRecoveries));
   for (TrainedField* field : fields) field->restore();
   caution_ *= 0.5;
 }

@@ -48,13 +48,13 @@ void describe(const format::SegmentView& view, nlohmann::ordered_json& json) {
   json["bytes"] = {{"occupancy", view.occupancy_bytes}, {"features", view.feature_bytes}};
 }
 
-std::string summary_of(const format::BvhView& view) {
+std::string content_of(const format::BvhView& view) {
   return fmt::format("bvh, {} nodes", view.field.node_count);
 }
-std::string summary_of(const format::SphericalView& view) {
+std::string content_of(const format::SphericalView& view) {
   return fmt::format("spherical, networks {}", view.network);
 }
-std::string summary_of(const format::SegmentView& view) {
+std::string content_of(const format::SegmentView& view) {
   const auto& [x, y, z] = view.field.voxels;
   return fmt::format("segment, {} x {} x {} voxels, {} corners", x, y, z, view.field.corners);
 }
@@ -130,7 +130,7 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   for (size_t i = 0; i < std::min(kShown, view.objects.size()); ++i) {
     const format::ObjectView& object = view.objects[i];
     const std::string form =
-        std::visit([](const auto& content) { return summary_of(content); }, object.content);
+        std::visit([](const auto& content) { return content_of(content); }, object.content);
     fmt::print("object    '{}': {} triangles, {}\n", object.name, object.triangles, form);
   }
   print_spherical(view);
