@@ -17,6 +17,12 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 
 # Most of the time that a source takes to compile goes into headers, which its neighbours include, too.
 option(NIF_UNITY "Compile the sources of a target together: half the time from nothing, more after a change" OFF)
+# Each subcommand of nif has these of its own. Where sources are compiled together they get the source's id in their names.
+set(nif_own_names "#define NIF_PASTE(a, b) a##b\n#define NIF_OWN(a, b) NIF_PASTE(a, b)\n")
+foreach(name Arguments kSchema)
+  string(APPEND nif_own_names "#undef ${name}\n#define ${name} NIF_OWN(${name}_, NIF_SOURCE)\n")
+endforeach()
+set(NIF_OWN_NAMES "${nif_own_names}" CACHE INTERNAL "")
 
 function(nif_compile target)
   # No contraction anywhere: the answer of a query is defined without fused multiply-add, and a
@@ -24,9 +30,9 @@ function(nif_compile target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion
                                            -ffp-contract=off)
   if(NIF_UNITY)
-    # Each subcommand of nif has an `Arguments` and a run(const Arguments&) of its own; the unique id keeps them apart.
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 15
+      UNITY_BUILD_UNIQUE_ID NIF_SOURCE UNITY_BUILD_CODE_BEFORE_INCLUDE "${NIF_OWN_NAMES}")
     # One source's locals may have the names of another's globals.
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 15 UNITY_BUILD_UNIQUE_ID Arguments)
     target_compile_options(${target} PRIVATE -Wno-shadow)
   endif()
   if(NIF_WERROR)
