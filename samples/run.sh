@@ -53,7 +53,7 @@ build_nif() {
   tools/setup.sh build sample
   # Uses a build folder that is already configured. A new one leaves out the tests and their dependencies.
   if [[ ! -f build/release/build.ninja ]]; then
-    cmake --preset release -DNIF_BUILD_TESTS=OFF >/dev/null
+    cmake --preset release -DNIF_BUILD_TESTS=OFF -DNIF_UNITY=ON >/dev/null
   fi
   cmake --build build/release --target nif >&2
 }

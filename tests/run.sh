@@ -1,23 +1,35 @@
 #!/usr/bin/env bash
-# Checks everything, from a clean clone on a bare machine: builds with warnings as errors, checks the style, runs all
-# tests, builds the runtime alone, runs the tests of format, runtime and mesh readers under the sanitizers, and fuzzes
-# the asset reader for a fixed number of inputs.
+# Checks nifkit, from a clean clone on a bare machine. There are four sizes:
 #
-#   tests/run.sh [--quick]     --quick: the release build and its tests only
+#   tests/run.sh               what guards every change: builds with warnings as errors, checks the style, runs all tests
+#                              but the long ones, runs those of format and runtime under the sanitizers, and fuzzes the
+#                              asset reader for a fixed number of inputs
+#   tests/run.sh --quick       the release build and its tests only
+#   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, mesh readers under
+#                              the sanitizers, code for all GPUs, the runtime alone, and each source and header by itself
+#   tests/run.sh --nightly [HOURS]   NEON's kernels, emulated; then fuzzes and bakes random meshes for so many hours (8),
+#                              going on from the last time; see tests/nightly.sh
 #
-# NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are skipped.
+# Long tests have ctest's label `long`. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are
+# skipped.
 # The last line is "N passed, N failed, N skipped", added up over all runs of tests; a step that fails without having
 # run a test counts as one failure. Ends with 0 only where nothing failed.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-quick=0
+size=plain hours=8
 case ${1-} in
   '') ;;
-  --quick) quick=1 ;;
+  --quick | --all | --nightly) size=${1#--} ;;
   -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" && exit 0 ;;
   *) echo "tests/run.sh: unknown option '$1'; see --help" >&2 && exit 2 ;;
 esac
+if [[ $size == nightly && $# -gt 1 ]]; then
+  hours=$2
+  shift
+fi
+[[ $hours =~ ^[0-9]+(\.[0-9]+)?$ ]] || { echo "tests/run.sh: '$hours' is not a number of hours" >&2 && exit 2; }
+(($# <= 1)) || { echo "tests/run.sh: one size at a time; see --help" >&2 && exit 2; }
 
 passed=0 failed=0 skipped=0
 times=() reasons=''
@@ -54,10 +66,12 @@ step() {
 }
 step_failed() { [[ $1 == test* ]] || failed=$((failed + 1)); }
 
-# run_tests FOLDER [ctest options]: runs the tests of a build folder or of a part of it, and adds up their outcomes.
+# run_tests FOLDER [ctest options]: runs the tests of a build folder or of a part of it, the long ones with --all alone, and
+# adds up their outcomes.
 run_tests() {
   local folder=$1 report status=0 tests failures skips
   shift
+  [[ $size == all ]] || set -- "$@" --label-exclude '^long$'
   report=$(mktemp)
   ctest --test-dir "$folder" --parallel 2 --output-on-failure --no-tests=error --output-junit "$report" "$@" \
     | sed -uE '/^ +Start +[0-9]+:/d; s/ \.{4,}/ .../' || status=$?
@@ -88,7 +102,16 @@ fi
 
 # configure PRESET [cmake options]
 configure() {
-  cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON -DNIF_UNITY_TESTS=ON "${launcher[@]}" "${@:2}" >/dev/null
+  cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON -DNIF_UNITY=ON "${launcher[@]}" "${@:2}" >/dev/null
+}
+# Compiled together, sources hide what their neighbours forget to include and which of their names hide others. Code for one
+# GPU of either maker shows what is wrong with the kernels most of the time.
+configure_release() {
+  if [[ $size == all ]]; then
+    configure release -DNIF_UNITY=OFF -UNIF_GPU_TARGETS
+  else
+    configure release '-DNIF_GPU_TARGETS=gfx90a;sm_80'
+  fi
 }
 
 check_style() {
@@ -109,30 +132,56 @@ build_part() {
   configure "$1" "${@:3}" && cmake --build "build/$1" --parallel "$jobs" --target "${targets[@]}"
 }
 
-if [[ -z ${NIF_TEST_MESHES-} ]]; then
-  echo 'NIF_TEST_MESHES is not set: tests over real meshes will be skipped'
-fi
+# asan_tests FOLDER...: parts of the tests, named by folder: their targets are the folder's "all".
+asan_tests() {
+  step 'build asan' build_part asan "write_random_asset $(printf 'tests/%s/all ' "$@")" || return
+  local folder
+  for folder in "$@"; do
+    step "test asan: $folder" run_tests "build/asan/tests/$folder" || true
+  done
+}
+# tsan_tests [ctest options]: threads are the runtime's. The baker's TBB and Embree are not built for the thread sanitizer.
+tsan_tests() {
+  step 'build tsan' build_part tsan 'write_random_asset tests/runtime/all' -DNIF_BUILD_TOOLS=OFF || return
+  step 'test tsan: runtime' run_tests build/tsan/tests/runtime "$@" || true
+}
+fuzz_tests() {
+  step 'build fuzz' build_part fuzz tests/fuzz/all || return
+  step 'test fuzz' run_tests build/fuzz/tests/fuzz || true
+}
 
 needed=(build check gpu)
-((quick)) || needed+=(fuzz)
+case $size in
+  quick) ;;
+  nightly) needed+=(fuzz arm) ;;
+  *) needed+=(fuzz) ;;
+esac
 step 'set up' tools/setup.sh "${needed[@]}" || exit 1
-step 'configure release' configure release || exit 1
+if [[ $size == nightly ]]; then
+  step 'build release' build_part release nif || exit 1
+  step 'build fuzz' build_part fuzz tests/fuzz/all || exit 1
+  step 'NEON, emulated' tests/neon/run.sh || true
+  step 'fuzz, and bake random meshes' tests/nightly.sh "$hours" || true
+  exit
+fi
+if [[ $size == all && -z ${NIF_TEST_MESHES-} ]]; then
+  echo 'NIF_TEST_MESHES is not set: tests over real meshes will be skipped'
+fi
+step 'configure release' configure_release || exit 1
 step 'build release' cmake --build build/release --parallel "$jobs" || exit 1
 step 'check style' check_style || true
 step 'test release' run_tests build/release || true
-if ((!quick)); then
-  step 'build the runtime alone' build_runtime || true
-  # Parts are named by folder: their tests are there, and their targets are the folder's "all".
-  if step 'build asan' build_part asan 'write_random_asset tests/format/all tests/golden/all tests/mesh/all tests/runtime/all'; then
-    for folder in format golden mesh runtime; do
-      step "test asan: $folder" run_tests "build/asan/tests/$folder" || true
-    done
-  fi
-  # Threads are the runtime's: the baker's TBB and Embree are not built for the thread sanitizer.
-  if step 'build tsan' build_part tsan 'write_random_asset tests/runtime/all' -DNIF_BUILD_TOOLS=OFF; then
-    step 'test tsan: runtime' run_tests build/tsan/tests/runtime || true
-  fi
-  if step 'build fuzz' build_part fuzz tests/fuzz/all; then
-    step 'test fuzz' run_tests build/fuzz/tests/fuzz || true
-  fi
-fi
+case $size in
+  plain)
+    asan_tests format golden runtime || true
+    tsan_tests -R '^Thread' || true
+    fuzz_tests || true
+    ;;
+  all)
+    step 'check headers' tests/headers.sh || true
+    step 'build the runtime alone' build_runtime || true
+    asan_tests format golden mesh runtime || true
+    tsan_tests || true
+    fuzz_tests || true
+    ;;
+esac

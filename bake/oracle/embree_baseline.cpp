@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <limits>
 #include <new>
+
+#include "formats/base/vector.hpp"
 
 #if defined(__SSE__)
 #include <pmmintrin.h>
@@ -17,7 +18,6 @@
 namespace nif::bake {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr size_t kComponents = sizeof(RTCRay) / sizeof(float);
 
 /// Rays whose components lie side by side: a packet's width, or a whole block.

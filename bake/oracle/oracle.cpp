@@ -2,13 +2,12 @@
 
 #include <embree3/rtcore.h>
 
-#include <limits>
 #include <numbers>
+
+#include "formats/base/vector.hpp"
 
 namespace nif::bake {
 namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 RTCRay to_ray(const Segment& segment) {
   RTCRay ray{};

@@ -3,13 +3,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <limits>
 #include <numbers>
+
+#include "formats/base/vector.hpp"
 
 namespace nif::bake {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr size_t kBlock = 4096;  // rays that share a random stream
 constexpr int kTries = 10000;
 

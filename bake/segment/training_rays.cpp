@@ -3,7 +3,8 @@
 #include <tbb/parallel_for.h>
 
 #include <bit>
-#include <limits>
+
+#include "formats/base/vector.hpp"
 
 namespace nif::bake {
 
@@ -45,8 +46,6 @@ uint32_t SurfaceCells::cell_of(const uint16_t voxel[3]) const {
 }
 
 namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// A uniform point of a uniform surface voxel.
 Double3 draw_surface_voxel_point(const kernels::SegmentField& field, const SurfaceCells& cells,

@@ -9,7 +9,7 @@
 namespace nif::bake {
 namespace {
 
-constexpr uint32_t kMaxRecoveries = 6;
+constexpr uint32_t kMostRecoveries = 6;
 
 NetworkShape make_shape(uint32_t inputs, uint32_t width, uint32_t hidden_layers, uint32_t outputs) {
   NetworkShape shape;
@@ -193,7 +193,7 @@ bool FieldLessons::learn_once(std::span<TrainedField* const> fields, TrainedFiel
 }
 
 bool FieldLessons::recover(std::span<TrainedField* const> fields) {
-  if (++recoveries_ > kMaxRecoveries) return false;
+  if (++recoveries_ > kMostRecoveries) return false;
   for (TrainedField* field : fields) field->restore();
   caution_ *= 0.5;
   return true;

@@ -3,8 +3,12 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace nif::bake {
+
+/// Where a ray ends that nothing ends.
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// A type of its own, so that its operators are found from every namespace.
 struct Double3 : std::array<double, 3> {};

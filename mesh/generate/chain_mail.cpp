@@ -12,8 +12,8 @@
 namespace nif::generate {
 namespace {
 
-constexpr uint64_t kPurpose = 0x6d61696c;  // "mail"
-constexpr uint64_t kFewestOfRing = 36;     // a hexagon of triangular wire
+constexpr uint64_t kMailStream = 0x6d61696c;  // "mail"
+constexpr uint64_t kFewestOfRing = 36;        // a hexagon of triangular wire
 
 // In radii of a ring. Of all steps in 0.05 and tilts in 0.05 radians these keep the circles of linked rings
 // farthest apart, 0.49, so that wires of 0.18 do not touch, and rings may turn a little.
@@ -22,7 +22,7 @@ constexpr double kTurn = 1.5 / 360;
 
 class ChainMail {
  public:
-  explicit ChainMail(const Request& request) : seed_(request.seed), waves_(request.seed, kPurpose) {
+  explicit ChainMail(const Request& request) : seed_(request.seed), waves_(request.seed, kMailStream) {
     // More triangles become more rings and finer ones: 300 a ring of 100,000 in all, 3,000 of 50 million.
     const double root = std::sqrt(std::sqrt(std::sqrt(double(request.triangles))));
     const uint64_t of_ring = std::max(kFewestOfRing, uint64_t(4 * root * root * root));
@@ -53,7 +53,7 @@ class ChainMail {
  private:
   Ring ring(uint64_t number) const {
     const uint64_t row = number / columns_, column = number % columns_;
-    bake::Random random(seed_, kPurpose, number);
+    bake::Random random(seed_, kMailStream, number);
     const double odd = double(row % 2);
     const Turn tilt = turn((1 - 2 * odd) * kTilt + random.uniform(-kTurn, kTurn)),
                yaw = turn(random.uniform(-kTurn, kTurn));

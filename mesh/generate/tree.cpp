@@ -15,7 +15,7 @@
 namespace nif::generate {
 namespace {
 
-constexpr uint64_t kPurpose = 0x6c656166;  // "leaf"
+constexpr uint64_t kLeafStream = 0x6c656166;  // "leaf"
 constexpr double kLongestLeaf = 0.6;
 
 /// How finely a limb is divided: rings of vertices, and one more vertex at each end.
@@ -157,7 +157,7 @@ class Tree {
 
   /// Base and end of the rib, left and right.
   Double3 leaf_vertex(uint64_t leaf, uint64_t corner) const {
-    bake::Random random(seed_, kPurpose, leaf);
+    bake::Random random(seed_, kLeafStream, leaf);
     const double way = (double(leaf) + random.uniform()) / double(leaves_) * length_before_.back();
     const auto found = std::upper_bound(length_before_.begin(), length_before_.end() - 1, way);
     const Limb& limb = limbs_.all[leafy_ + uint64_t(found - length_before_.begin())];

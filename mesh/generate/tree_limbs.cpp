@@ -10,7 +10,7 @@
 namespace nif::generate {
 namespace {
 
-constexpr uint64_t kPurpose = 0x74726565;  // "tree"
+constexpr uint64_t kLimbStream = 0x74726565;  // "tree"
 constexpr double kGolden = 0.6180339887498949;
 constexpr std::array<uint64_t, kLimbLevels - 1> kChildren{14, 10, 8, 7, 8};  ///< of each limb of a level
 /// Upwards, in the outer half of a level's limbs.
@@ -25,14 +25,14 @@ Limb limb(const Double3& start, const Double3& way, const Double3& later, double
 }
 
 Limb trunk(uint64_t seed) {
-  bake::Random random(seed, kPurpose, 0);
+  bake::Random random(seed, kLimbStream, 0);
   const Double3 up{0, 1, 0};
   return limb({0, 0, 0}, up, unit(up + random.direction() * 0.25), 6.2, 0.3, 0.06);
 }
 
 /// The child of this rank; `number` is its own, which its random numbers come from.
 Limb child(const Limb& parent, size_t level, uint64_t rank, uint64_t seed, uint64_t number) {
-  bake::Random random(seed, kPurpose, number);
+  bake::Random random(seed, kLimbStream, number);
   // Ranks fill the parent evenly, whatever their number, and turn about it as leaves do on a stem.
   const double even = 0.3 + double(rank) * kGolden, within = even - std::floor(even);
   const double lowest = level == 1 ? 0.36 : 0.22, t = lowest + (0.98 - lowest) * within;

@@ -15,6 +15,15 @@
 
 #include "formats/base/status.hpp"
 
+// Trees and grids of these values are in OpenVDB's library. Without these lines GCC 12 makes all of their
+// code again, which takes half a minute.
+extern template class openvdb::tree::Tree<openvdb::BoolTree::RootNodeType>;
+extern template class openvdb::tree::Tree<openvdb::FloatTree::RootNodeType>;
+extern template class openvdb::tree::Tree<openvdb::Int32Tree::RootNodeType>;
+extern template class openvdb::Grid<openvdb::BoolTree>;
+extern template class openvdb::Grid<openvdb::FloatTree>;
+extern template class openvdb::Grid<openvdb::Int32Tree>;
+
 namespace nif::volume {
 namespace {
 

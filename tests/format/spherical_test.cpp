@@ -82,14 +82,14 @@ TEST(SphericalFile, HasItsSectionsOnlyWhereTheyAreNeeded) {
 }
 
 template <class Record>
-bool refused(uint32_t section, uint32_t index, const std::function<void(Record&)>& change) {
+bool refuses(uint32_t section, uint32_t index, const std::function<void(Record&)>& change) {
   return status_of(test::with_record<Record>(format::encode(asset_with_sphericals(2)), section, index,
                                              change)) == Status::damaged_nif;
 }
 
 TEST(SphericalFile, RefusesWrongObjects) {
   const auto object = [](uint32_t index, const std::function<void(format::ObjectRecord&)>& change) {
-    return refused<format::ObjectRecord>(format::kObjects, index, change);
+    return refuses<format::ObjectRecord>(format::kObjects, index, change);
   };
   EXPECT_FALSE(object(1, [](auto&) {}));
   EXPECT_TRUE(object(1, [](auto& r) { r.encoding = 1; }));
@@ -101,7 +101,7 @@ TEST(SphericalFile, RefusesWrongObjects) {
   EXPECT_TRUE(object(1, [](auto& r) { std::copy_n(r.aabb_min, 3, r.aabb_max); })) << "a point";
 
   const auto spherical = [](uint32_t index, const std::function<void(format::SphericalRecord&)>& change) {
-    return refused<format::SphericalRecord>(format::kSphericalRecords, index, change);
+    return refuses<format::SphericalRecord>(format::kSphericalRecords, index, change);
   };
   EXPECT_FALSE(spherical(0, [](auto&) {}));
   EXPECT_TRUE(spherical(0, [](auto& r) { r.network = 2; }));
@@ -121,7 +121,7 @@ TEST(SphericalFile, RefusesWrongObjects) {
 
 TEST(SphericalFile, RefusesWrongNetworks) {
   const auto network = [](const std::function<void(format::SphericalNetworksRecord&)>& change) {
-    return refused<format::SphericalNetworksRecord>(format::kSphericalNetworks, 1, change);
+    return refuses<format::SphericalNetworksRecord>(format::kSphericalNetworks, 1, change);
   };
   EXPECT_FALSE(network([](auto&) {}));
   EXPECT_TRUE(network([](auto& r) { r.half = 2; }));

@@ -37,7 +37,7 @@ struct Arguments {
   bool reference = false, remove = false, force = false, json = false, quiet = false;
 };
 
-void check(const Arguments& arguments) {
+void check_arguments(const Arguments& arguments) {
   if (arguments.remove) {
     const char* idle = !arguments.asset.empty() ? "an ASSET"
                        : arguments.reference    ? "--reference"
@@ -167,7 +167,7 @@ void print(const Arguments& arguments, const Result& result) {
 }
 
 void run(const Arguments& arguments) {
-  check(arguments);
+  check_arguments(arguments);
   Progress progress(arguments.quiet);
   interruption();  // from here on, Ctrl-C leaves no file behind
   std::error_code unknown;

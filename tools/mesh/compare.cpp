@@ -27,7 +27,7 @@ namespace {
 
 /// Of a prepared mesh with Embree's BVHs, by trying: the dragon of 871,414 triangles beside one of a tenth of
 /// them takes 0.36 kB a triangle.
-constexpr uint64_t kBytesPerTriangle = 500;
+constexpr uint64_t kBytesToCompare = 500;
 
 constexpr const char* kSchema = "nifkit.mesh-compare/1";
 
@@ -37,7 +37,7 @@ struct Arguments : RunArguments {
   uint64_t samples = 1'000'000, rays = 1'000'000, seed = 1;
 };
 
-struct Results {
+struct Comparison {
   uint64_t triangles[2];
   double diagonal;  ///< of the first mesh
   compare::Distance there, back;
@@ -52,7 +52,7 @@ class Side {
     print_notes(scene.warnings, quiet);
     naming(file, [&] {
       mesh_ = mesh::flatten(scene, file);
-      require_memory(mesh_.triangles.size() * kBytesPerTriangle, "comparing its triangles");
+      require_memory(mesh_.triangles.size() * kBytesToCompare, "comparing its triangles");
       prepared_ = bake::prepare(mesh_);
     });
   }
@@ -67,14 +67,14 @@ class Side {
   bake::Prepared prepared_{};
 };
 
-Results measure(const Arguments& a, Progress& progress) {
+Comparison measure(const Arguments& a, Progress& progress) {
   const Side first(a.first, progress, a.quiet), second(a.second, progress, a.quiet);
   const mesh::CleanMesh &from = first.prepared().surface, &to = second.prepared().surface;
-  Results results{{first.mesh().triangles.size(), second.mesh().triangles.size()},
-                  first.prepared().box.diagonal(),
-                  {},
-                  {},
-                  {}};
+  Comparison results{{first.mesh().triangles.size(), second.mesh().triangles.size()},
+                     first.prepared().box.diagonal(),
+                     {},
+                     {},
+                     {}};
   progress.update(0.2, "measuring distances");
   results.there = compare::distance(from, to, a.samples, a.seed);
   progress.update(0.4, "measuring distances");
@@ -95,7 +95,7 @@ nlohmann::ordered_json json_of(const compare::Distance& d) {
   return {{"samples", d.samples}, {"mean", d.mean}, {"root_mean_square", d.root_mean_square}, {"max", d.max}};
 }
 
-void print_json(const Arguments& a, const Results& r, double seconds) {
+void print_json(const Arguments& a, const Comparison& r, double seconds) {
   nlohmann::ordered_json sets = nlohmann::ordered_json::object();
   for (const compare::Visibility& set : r.sets)
     sets[std::string(bake::name_of(set.set))] = {
@@ -116,7 +116,7 @@ void print_json(const Arguments& a, const Results& r, double seconds) {
   write_json(json);
 }
 
-void print(const Arguments& a, const Results& r) {
+void print(const Arguments& a, const Comparison& r) {
   fmt::print("{}: {}\n{}: {}\n\n", a.first, count_of(r.triangles[0], "triangle"), a.second,
              count_of(r.triangles[1], "triangle"));
   fmt::print("{:<18}{:>12}{:>12}{:>12}\n", "distance", "mean", "rms", "most");
@@ -143,7 +143,7 @@ void run(const Arguments& a) {
   limit_threads(a.threads);
   Progress progress(a.quiet);
   const EndAtOnce nothing_is_written;
-  const Results results = measure(a, progress);
+  const Comparison results = measure(a, progress);
   progress.finish();
   a.json ? print_json(a, results,
                       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count())

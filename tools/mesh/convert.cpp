@@ -108,7 +108,7 @@ void print(const Arguments& arguments, const mesh::Scene& scene, const mesh::Wri
 
 bool is_volume(const std::string& path) { return ending_of(path) == ".vdb"; }
 
-void check(const Arguments& arguments) {
+void check_arguments(const Arguments& arguments) {
   const mesh::WriteOptions& options = arguments.options;
   if (!is_volume(arguments.output)) {
     mesh::check_options(mesh::file_kind(arguments.output), options);
@@ -140,7 +140,7 @@ mesh::Written write(const Arguments& arguments, const mesh::Scene& scene, Progre
 void run(const Arguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   refuse_overwriting(arguments.input, arguments.output);
-  check(arguments);
+  check_arguments(arguments);
   check_output(arguments.output);
   limit_threads(arguments.threads);
   Progress progress(arguments.quiet);

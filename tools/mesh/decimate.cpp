@@ -17,7 +17,7 @@ namespace {
 
 /// Of OpenMesh's half-edges with quadrics and of what decides about collapses, by trying: the dragon of
 /// 871,414 triangles takes 0.21 kB a triangle to a tenth of them, with --max-error 0.25 kB.
-constexpr uint64_t kBytesPerTriangle = 350;
+constexpr uint64_t kBytesToDecimate = 350;
 
 struct Arguments {
   WorkArguments work;
@@ -35,7 +35,7 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
   WorkResult result;
   uint64_t done = 0;
   for (mesh::Mesh& mesh : scene.meshes) {
-    require_memory(mesh.triangles.size() * kBytesPerTriangle, "decimating its triangles");
+    require_memory(mesh.triangles.size() * kBytesToDecimate, "decimating its triangles");
     halfedge::DecimateOptions options{uint64_t(ratio * double(mesh.triangles.size())), std::nullopt,
                                       arguments.move_boundary};
     if (!arguments.max_error.empty()) options.max_error = Length(arguments.max_error, "--max-error").of(mesh);

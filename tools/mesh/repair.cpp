@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 
 /// Of CGAL's half-edge mesh and what is built to make one, by trying: the dragon of 871,414 triangles takes
 /// 0.37 kB a triangle.
-constexpr uint64_t kBytesPerTriangle = 800;
+constexpr uint64_t kBytesToRepair = 800;
 
 struct Arguments {
   WorkArguments work;
@@ -64,7 +64,7 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
   WorkResult result;
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
     mesh::Mesh& mesh = scene.meshes[m];
-    require_memory(mesh.triangles.size() * kBytesPerTriangle, "repairing its triangles");
+    require_memory(mesh.triangles.size() * kBytesToRepair, "repairing its triangles");
     progress.update(double(m) / double(scene.meshes.size()), "repairing '" + mesh.name + "'");
     before += inspect::inspect(mesh);
     const repair::Options options{arguments.weld.empty() ? 0 : Length(arguments.weld, "--weld").of(mesh),

@@ -16,7 +16,7 @@ namespace {
 
 /// Of OpenMesh's half-edges for each triangle of the result, by trying: the dragon of 871,414 triangles,
 /// subdivided once by Loop, takes 0.11 kB a triangle, the bunny twice by sqrt(3) 0.2 kB.
-constexpr uint64_t kBytesPerTriangle = 250;
+constexpr uint64_t kBytesToSubdivide = 250;
 
 struct Arguments {
   WorkArguments work;
@@ -39,7 +39,7 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
     throw Error(Status::too_large,
                 fmt::format("--times {} would make more than {} triangles, which is the limit of nif",
                             arguments.times, kMost));
-  require_memory(after * kBytesPerTriangle, fmt::format("subdividing it into {} triangles", after));
+  require_memory(after * kBytesToSubdivide, fmt::format("subdividing it into {} triangles", after));
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
     mesh::Mesh& mesh = scene.meshes[m];
     progress.update(double(m) / double(scene.meshes.size()), "subdividing '" + mesh.name + "'");

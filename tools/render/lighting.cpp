@@ -15,7 +15,7 @@ using bake::dot;
 using bake::length;
 using std::numbers::pi;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kInfinitelyFar = std::numeric_limits<double>::infinity();
 
 double luminance(const float* rgb) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
 Colour operator*(const Colour& a, const Colour& b) { return {a[0] * b[0], a[1] * b[1], a[2] * b[2]}; }
@@ -170,22 +170,23 @@ double spot_share(const SpotLight& spot, double cosine) {
 
 LightSample Lighting::draw(size_t light, const Double3& point, const Double3& normal, const Pair& u) const {
   if (const auto* sun = std::get_if<Sun>(&lights_[light]))
-    return {cone_direction(sun->direction, sun->angle, u), kInfinity, sun->irradiance};
+    return {cone_direction(sun->direction, sun->angle, u), kInfinitelyFar, sun->irradiance};
   if (const auto* sky = std::get_if<Sky>(&lights_[light])) {
     const std::optional<EnvironmentMap>& map = maps_[light];
     if (sky->sampling == Sampling::uniform) {
       const Double3 direction = hemisphere_direction(normal, u);
       const Colour radiance = map ? scale_of(*sky) * map->radiance(direction) : sky->radiance;
-      return {direction, kInfinity, Colour(radiance * (2 * pi))};
+      return {direction, kInfinitelyFar, Colour(radiance * (2 * pi))};
     }
     if (map) {
       const EnvironmentMap::Sample sample = map->draw(u);
-      if (!(sample.density > 0)) return {sample.direction, kInfinity, {}};
-      return {sample.direction, kInfinity, Colour(scale_of(*sky) * sample.radiance * (1 / sample.density))};
+      if (!(sample.density > 0)) return {sample.direction, kInfinitelyFar, {}};
+      return {sample.direction, kInfinitelyFar,
+              Colour(scale_of(*sky) * sample.radiance * (1 / sample.density))};
     }
     const Double3 direction = cosine_direction(normal, u);
     const double cosine = dot(direction, normal);
-    return {direction, kInfinity, Colour(sky->radiance * (cosine > 1e-9 ? pi / cosine : 0.0))};
+    return {direction, kInfinitelyFar, Colour(sky->radiance * (cosine > 1e-9 ? pi / cosine : 0.0))};
   }
   if (const auto* area = std::get_if<AreaLight>(&lights_[light])) {
     const Double3 to = area->corner + area->edge_u * u[0] + area->edge_v * u[1] - point;

@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "formats/mesh/gltf/json.hpp"
+
 namespace nif::mesh::detail {
 namespace {
 
@@ -21,11 +23,6 @@ constexpr uint64_t kMostWarnings = 20;  ///< a damaged file may have one for eac
 struct Flaw {
   std::string what;
 };
-
-const json* member(const json& object, const char* name) {
-  const auto found = object.is_object() ? object.find(name) : object.end();
-  return found == object.end() ? nullptr : &*found;
-}
 
 /// A definition may be named by any number of nodes, each of which gets its name, so that is kept short.
 std::string short_name(const json& object) {

@@ -63,11 +63,6 @@ json parse(const Input& input, std::string_view text) {
   }
 }
 
-const json* member(const json& object, const char* name) {
-  const auto found = object.is_object() ? object.find(name) : object.end();
-  return found == object.end() ? nullptr : &*found;
-}
-
 std::string string_member(const json& object, const char* name) {
   const json* value = member(object, name);
   return value != nullptr && value->is_string() ? value->get<std::string>() : std::string();
@@ -225,6 +220,11 @@ json reduced(const json& root) {
 }
 
 }  // namespace
+
+const json* member(const json& object, const char* name) {
+  const auto found = object.is_object() ? object.find(name) : object.end();
+  return found == object.end() ? nullptr : &*found;
+}
 
 GltfContainer open_container(const Input& input) {
   std::string_view bytes = input.bytes;

@@ -32,6 +32,9 @@ struct GltfSkin {
 /// Of all skins of a document. Throws nothing but bad_alloc, whatever the document holds.
 std::vector<GltfSkin> read_skins(const nlohmann::json& root);
 
+/// Null where `object` is not an object, or has no such member.
+const nlohmann::json* member(const nlohmann::json& object, const char* name);
+
 struct GltfSource {
   std::string json;  ///< reduced to what the geometry depends on
 

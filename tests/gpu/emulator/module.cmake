@@ -4,6 +4,7 @@ set(nif_here ${CMAKE_CURRENT_LIST_DIR})
 add_library(nif_emulator STATIC ${nif_here}/emulator.cpp ${nif_here}/kernels.cpp $<TARGET_OBJECTS:nif_packed_grids>)
 set_target_properties(nif_emulator PROPERTIES POSITION_INDEPENDENT_CODE ON)
 nif_compile(nif_emulator)
+set_target_properties(nif_emulator PROPERTIES UNITY_BUILD OFF)
 target_compile_features(nif_emulator PUBLIC cxx_std_20)
 target_include_directories(nif_emulator PUBLIC ${nif_here}/../../..)
 

@@ -1,0 +1,107 @@
+#!/usr/bin/env bash
+# What takes hours, and goes on where it was the last time: fuzzes the asset reader from the corpus that it keeps, and bakes
+# random meshes, whose certain answers must never be wrong. tests/run.sh --nightly builds what it needs and runs it.
+#
+#   tests/nightly.sh HOURS     by the clock; on every core but one it fuzzes, on that one it bakes
+#
+# What it knows is kept in build/nightly, or in NIF_NIGHTLY: corpus/, findings/ (inputs that crashed; each is tried again at
+# the start, and goes into the corpus once it is mended), fuzz.tsv and meshes.tsv (a line for each round), failed (meshes that
+# failed, tried again at the start, too). It may be ended at any time. Ends with 1 where there is a finding, old or new.
+set -euo pipefail
+[[ ${1-} =~ ^[0-9]+(\.[0-9]+)?$ && $# == 1 ]] \
+  || { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2 && exit 2; }
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+nif=build/release/bin/nif fuzzer=build/fuzz/bin/fuzz_asset
+for program in "$nif" "$fuzzer"; do
+  [[ -x $program ]] || { echo "tests/nightly.sh: $program is not built; tests/run.sh --nightly builds it" >&2 && exit 2; }
+done
+state=${NIF_NIGHTLY:-build/nightly}
+mkdir -p "$state/corpus" "$state/findings"
+state=$(realpath "$state")
+scratch=$(mktemp -d)
+end=$((SECONDS + $(awk -v hours="$1" 'BEGIN { printf "%d", hours * 3600 }')))
+trap 'kill $(jobs -p) 2>/dev/null || true; wait; rm -rf "$scratch"' EXIT
+limits=(-rss_limit_mb=1024 -max_len=32768 -verbosity=0)
+round=600
+
+# fuzz WORKER: rounds of fuzzing till the end, with the corpus that all workers share.
+fuzz() {
+  local left log=$scratch/fuzz.$1 TIMEFORMAT='%U %S' inputs
+  while left=$((end - SECONDS)) && ((left > 0)); do
+    ((left < round)) || left=$round
+    { time "$fuzzer" "${limits[@]}" -max_total_time="$left" -seed="$((RANDOM * 32768 + RANDOM))" -print_final_stats=1 \
+      -artifact_prefix="$state/findings/" "$state/corpus" build/fuzz/tests/fuzz/seeds tests/corpus/asset >"$log" 2>&1 || true; } \
+      2>"$log.cpu"
+    inputs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)
+    awk -v date="$(date +%F)" -v inputs="${inputs:-0}" '{ printf "%s\t%.0f\t%s\n", date, $1 + $2, inputs }' "$log.cpu" \
+      >>"$state/fuzz.tsv"
+  done
+}
+
+# try_mesh NUMBER: a random mesh, baked; the number decides about everything. Prints "rays certain", fails where one is wrong.
+shapes=(statue tori torus tree terrain chain-mail) encodings=(segment bvh auto segment bvh auto segment spherical)
+try_mesh() {
+  local n=$1 mesh=$scratch/mesh.ply asset=$scratch/mesh.nif rays=200000
+  RANDOM=$((n % 32768))
+  local shape=${shapes[RANDOM % ${#shapes[@]}]} encoding=${encodings[RANDOM % ${#encodings[@]}]}
+  local triangles=$((100 + (RANDOM * RANDOM) % 20000)) options=(--preset fast)
+  if [[ $encoding == spherical ]]; then
+    options=(--encoding spherical --training-rays 200000)
+  else
+    options+=(--encoding "$encoding" --resolution $((8 + RANDOM % 89)))
+  fi
+  "$nif" mesh generate "$shape" -o "$mesh" --triangles "$triangles" --seed "$n" -j 1 --quiet \
+    && "$nif" bake "$mesh" -o "$asset" "${options[@]}" --seed "$n" --rays 0 -j 1 --quiet \
+    && "$nif" eval "$asset" --mesh "$mesh" --rays $rays --seed "$n" -j 1 --json >"$scratch/eval.json" \
+    && jq -e -r '[.sets[]] | if all(.certain_wrong == 0) then "\(map(.rays) | add)\t\(map(.rays * .certain) | add | round)"
+                 else error("a certain answer is wrong") end' "$scratch/eval.json"
+}
+meshes() {
+  local n counts
+  while ((SECONDS < end)); do
+    n=$(($(cat "$state/next" 2>/dev/null || echo 0) + 1))
+    if counts=$(try_mesh "$n" 2>"$scratch/said"); then
+      printf '%s\t%d\t%s\n' "$(date +%F)" "$n" "$counts" >>"$state/meshes.tsv"
+    else
+      echo "tests/nightly.sh: random mesh $n failed: $(tail -n 1 "$scratch/said")" >&2
+      echo "$n" >>"$state/failed"
+    fi
+    echo "$n" >"$state/next.tmp" && mv "$state/next.tmp" "$state/next"
+  done
+}
+
+# What failed before: mended or not.
+for input in "$state"/findings/*; do
+  [[ -f $input ]] || continue
+  if "$fuzzer" "${limits[@]}" "$input" >/dev/null 2>&1; then
+    echo "mended: $(basename "$input")"
+    mv "$input" "$state/corpus/"
+  fi
+done
+if [[ -s $state/failed ]]; then
+  sort -nu "$state/failed" >"$scratch/failed"
+  : >"$scratch/still"
+  while read -r n; do
+    if try_mesh "$n" >/dev/null 2>&1; then echo "mended: random mesh $n"; else echo "$n" >>"$scratch/still"; fi
+  done <"$scratch/failed"
+  cp "$scratch/still" "$state/failed"
+fi
+
+workers=$(($(nproc) - 1))
+for ((worker = 0; worker < (workers > 0 ? workers : 1); ++worker)); do fuzz "$worker" & done
+meshes
+wait
+
+touch "$state/fuzz.tsv" "$state/meshes.tsv" "$state/failed"
+findings=$(find "$state/findings" -type f | wc -l) failures=$(sort -u "$state/failed" | wc -l)
+awk -v findings="$findings" -v corpus="$(find "$state/corpus" -type f | wc -l)" '{ cpu += $2; inputs += $3 }
+  END { printf "fuzzed for %.1f CPU hours altogether: %d inputs, %d in the corpus, %d findings\n", cpu / 3600, inputs, corpus, findings }' \
+  "$state/fuzz.tsv"
+awk -v failures="$failures" '{ rays += $3; certain += $4 }
+  END { printf "%d random meshes altogether, %d rays, %d of them certain and none of these wrong; %d meshes failed\n", NR, rays, certain, failures }' \
+  "$state/meshes.tsv"
+if ((findings + failures)); then
+  find "$state/findings" -type f | sed 's/^/finding: /' >&2
+  sed 's/^/failed: random mesh /' "$state/failed" >&2
+  exit 1
+fi
