@@ -13,6 +13,6 @@ using Mix = std::array<double, kRaySets.size()>;
 /// A set by its weight; some weight must be above 0.
 RaySet draw_set(const Mix& mix, Random& random);
 
-inline constexpr size_t kTrainingBlock = 1024;  ///< rays that share a random stream
+inline constexpr size_t kTrainingChunk = 1024;  ///< rays that share a random stream
 
 }  // namespace nif::bake

@@ -20,7 +20,7 @@ namespace {
 
 constexpr size_t kComponents = sizeof(RTCRay) / sizeof(float);
 
-/// Rays whose components lie side by side: a packet's width, or a whole block.
+/// Rays whose components lie side by side: a packet's width, or a whole chunk.
 size_t width_of(EmbreeCall call) {
   switch (call) {
     case EmbreeCall::occluded1:
@@ -34,7 +34,7 @@ size_t width_of(EmbreeCall call) {
     case EmbreeCall::occludedNM:
       return 16;
     case EmbreeCall::occludedNp:
-      return kRayBlock;
+      return kRayChunk;
   }
   return 1;
 }
@@ -54,12 +54,12 @@ class FlushDenormals {
 #endif
 };
 
-void ask_block(RTCScene scene, RTCIntersectContext& context, EmbreeCall call, float* block, size_t rays) {
+void ask_chunk(RTCScene scene, RTCIntersectContext& context, EmbreeCall call, float* chunk, size_t rays) {
   alignas(64) int valid[16];
   std::fill(std::begin(valid), std::end(valid), -1);
   const size_t width = width_of(call), packets = (rays + width - 1) / width;
-  const auto packet = [&](size_t i) { return block + i * width * kComponents; };
-  const auto array = [&](size_t component) { return block + component * kRayBlock; };
+  const auto packet = [&](size_t i) { return chunk + i * width * kComponents; };
+  const auto array = [&](size_t component) { return chunk + component * kRayChunk; };
   switch (call) {
     case EmbreeCall::occluded1:
       for (size_t i = 0; i < packets; ++i)
@@ -78,10 +78,10 @@ void ask_block(RTCScene scene, RTCIntersectContext& context, EmbreeCall call, fl
         rtcOccluded16(valid, scene, &context, reinterpret_cast<RTCRay16*>(packet(i)));
       break;
     case EmbreeCall::occluded1M:
-      rtcOccluded1M(scene, &context, reinterpret_cast<RTCRay*>(block), unsigned(rays), sizeof(RTCRay));
+      rtcOccluded1M(scene, &context, reinterpret_cast<RTCRay*>(chunk), unsigned(rays), sizeof(RTCRay));
       break;
     case EmbreeCall::occludedNM:
-      rtcOccludedNM(scene, &context, reinterpret_cast<RTCRayN*>(block), unsigned(width), unsigned(packets),
+      rtcOccludedNM(scene, &context, reinterpret_cast<RTCRayN*>(chunk), unsigned(width), unsigned(packets),
                     width * sizeof(RTCRay));
       break;
     case EmbreeCall::occludedNp: {
@@ -118,18 +118,18 @@ std::string_view name_of(EmbreeCall call) {
 
 void EmbreeRays::Free::operator()(float* memory) const { std::free(memory); }
 
-EmbreeRays::EmbreeRays(size_t count) : capacity_((count + kRayBlock - 1) / kRayBlock) {
+EmbreeRays::EmbreeRays(size_t count) : capacity_((count + kRayChunk - 1) / kRayChunk) {
   memory_.reset(static_cast<float*>(
-      std::aligned_alloc(64, std::max<size_t>(1, capacity_) * kRayBlock * kComponents * sizeof(float))));
+      std::aligned_alloc(64, std::max<size_t>(1, capacity_) * kRayChunk * kComponents * sizeof(float))));
   if (!memory_) throw std::bad_alloc();
 }
 
 void EmbreeRays::lay_out(std::span<const Segment> segments, EmbreeCall call) {
   call_ = call;
   count_ = segments.size();
-  const size_t width = width_of(call), blocks = (count_ + kRayBlock - 1) / kRayBlock;
-  tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {
-    for (size_t i = b * kRayBlock; i < (b + 1) * kRayBlock; ++i) {
+  const size_t width = width_of(call), chunks = (count_ + kRayChunk - 1) / kRayChunk;
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t b) {
+    for (size_t i = b * kRayChunk; i < (b + 1) * kRayChunk; ++i) {
       // The last packets are filled up with rays that have no points, which cost nothing.
       static constexpr Segment kNone{{0, 0, 0}, {1, 0, 0}, 0, -1};
       const Segment& segment = i < count_ ? segments[i] : kNone;
@@ -149,14 +149,14 @@ void EmbreeRays::lay_out(std::span<const Segment> segments, EmbreeCall call) {
 }
 
 void EmbreeRays::ask(const EmbreeScene& scene, bool coherent) {
-  const size_t blocks = (count_ + kRayBlock - 1) / kRayBlock;
-  tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {
+  const size_t chunks = (count_ + kRayChunk - 1) / kRayChunk;
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t b) {
     const FlushDenormals mode;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    ask_block(scene.handle(), context, call_, memory_.get() + b * kRayBlock * kComponents,
-              std::min(kRayBlock, count_ - b * kRayBlock));
+    ask_chunk(scene.handle(), context, call_, memory_.get() + b * kRayChunk * kComponents,
+              std::min(kRayChunk, count_ - b * kRayChunk));
   });
 }
 

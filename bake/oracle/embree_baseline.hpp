@@ -30,7 +30,7 @@ inline constexpr std::array kEmbreeCalls{
 std::string_view name_of(EmbreeCall call);
 
 /// Rays that a thread takes at a time, and the length of a stream.
-inline constexpr size_t kRayBlock = 1024;
+inline constexpr size_t kRayChunk = 1024;
 
 /// Rays on their way through one of Embree's calls, which overwrites them with its answers.
 class EmbreeRays {

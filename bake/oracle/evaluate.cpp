@@ -19,13 +19,13 @@ Accuracy& Accuracy::operator+=(const Accuracy& other) {
 }
 
 Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle& oracle) {
-  constexpr size_t kBlock = 4096;
-  const size_t count = rays.segments.size(), blocks = (count + kBlock - 1) / kBlock;
-  std::vector<Accuracy> parts(blocks);
-  tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {
-    const size_t first = b * kBlock, size = std::min(kBlock, count - first);
-    uint8_t visible[kBlock], certain[kBlock];
-    float probability[kBlock];
+  constexpr size_t kChunk = 4096;
+  const size_t count = rays.segments.size(), chunks = (count + kChunk - 1) / kChunk;
+  std::vector<Accuracy> parts(chunks);
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t b) {
+    const size_t first = b * kChunk, size = std::min(kChunk, count - first);
+    uint8_t visible[kChunk], certain[kChunk];
+    float probability[kChunk];
     answer(std::span(rays.segments).subspan(first, size), {visible, certain, probability});
     Accuracy& part = parts[b];
     part.rays = size;

@@ -10,7 +10,7 @@
 namespace nif::bake {
 namespace {
 
-constexpr size_t kBlock = 4096;  // rays that share a random stream
+constexpr size_t kChunk = 4096;  // rays that share a random stream
 constexpr int kTries = 10000;
 
 Double3 centre(const mesh::Box& box) { return (to_double(box.min) + to_double(box.max)) * 0.5; }
@@ -209,18 +209,18 @@ LabelledRays make_ray_set(const RaySource& source, RaySet set, size_t count, uin
   if (set == RaySet::sun) {
     rays.segments = make_sun(source, count, seed);
   } else {
-    const size_t blocks = (count + kBlock - 1) / kBlock;
-    std::vector<std::vector<Segment>> drawn(blocks);
-    tbb::parallel_for(size_t{0}, blocks, [&](size_t b) {
+    const size_t chunks = (count + kChunk - 1) / kChunk;
+    std::vector<std::vector<Segment>> drawn(chunks);
+    tbb::parallel_for(size_t{0}, chunks, [&](size_t b) {
       Random random(seed, uint64_t(set), b);
-      const size_t wanted = std::min(kBlock, count - b * kBlock);
+      const size_t wanted = std::min(kChunk, count - b * kChunk);
       while (drawn[b].size() < wanted) {
         const std::optional<Segment> segment = draw_ray(source, set, random);
         if (!segment) break;
         drawn[b].push_back(*segment);
       }
     });
-    for (auto& block : drawn) rays.segments.insert(rays.segments.end(), block.begin(), block.end());
+    for (auto& chunk : drawn) rays.segments.insert(rays.segments.end(), chunk.begin(), chunk.end());
   }
   rays.visible.resize(rays.segments.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, rays.segments.size(), 1024), [&](const auto& range) {

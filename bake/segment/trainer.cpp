@@ -91,12 +91,12 @@ class Trainer {
   TrainingResult run(const std::function<void(const TrainingProgress&)>& progress,
                      const std::atomic<bool>& cancel) {
     const uint64_t steps = std::max<uint64_t>(1, options_.rays / options_.batch);
-    const uint64_t blocks_per_round = std::max<uint64_t>(1, options_.rays_per_round / kTrainingBlock);
-    uint64_t next_block = 0;
+    const uint64_t chunks_per_round = std::max<uint64_t>(1, options_.rays_per_round / kTrainingChunk);
+    uint64_t next_chunk = 0;
     while (step_ < steps) {
       const TrainingRays rays = draw_training_rays(source_, field_, cells_, options_.mix, options_.seed,
-                                                   next_block, blocks_per_round, cancel);
-      next_block += blocks_per_round;
+                                                   next_chunk, chunks_per_round, cancel);
+      next_chunk += chunks_per_round;
       if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
       if (rays.count() < options_.batch)
         return failed("the ray sets of the mix have too few rays that the network would be asked");

@@ -96,7 +96,7 @@ void scatter(const TrainingModel& model, const TrainingSlice& slice, const float
   }
 }
 
-/// Loss and its derivative by the last layer's output, for the rays of one block.
+/// Loss and its derivative by the last layer's output, for the rays of one chunk.
 double loss_of(const TrainingModel& model, const uint8_t* visible, const float* z, float* dz,
                uint8_t* wrong) {
   const Wide d;
@@ -143,10 +143,10 @@ void TrainSlice(const TrainingModel& model, const TrainingSlice& slice, uint32_t
 
   const Vector zero = hn::Zero(d), one = hn::Set(d, 1.0f), leak = hn::Set(d, kLeak);
   for (uint32_t first = 0; first < count; first += kTrainLanes) {
-    const TrainingSlice block{slice.cells + size_t(first) * model.samples,
+    const TrainingSlice chunk{slice.cells + size_t(first) * model.samples,
                               slice.fractions + size_t(first) * model.samples, slice.globals + first,
                               slice.visible + first};
-    gather(model, block, inputs[0]);
+    gather(model, chunk, inputs[0]);
     for (uint32_t l = 0; l < shape.layer_count; ++l) {
       const NetworkShape::Layer& layer = shape.layers[l];
       multiply(model.weights + layer.weights, layer.inputs, 1, layer.inputs, layer.outputs,
@@ -158,7 +158,7 @@ void TrainSlice(const TrainingModel& model, const TrainingSlice& slice, uint32_t
       }
     }
     gradients.loss +=
-        loss_of(model, block.visible, sums[shape.layer_count - 1], delta, gradients.wrong + first);
+        loss_of(model, chunk.visible, sums[shape.layer_count - 1], delta, gradients.wrong + first);
 
     for (uint32_t l = shape.layer_count; l-- > 0;) {
       const NetworkShape::Layer& layer = shape.layers[l];
@@ -174,7 +174,7 @@ void TrainSlice(const TrainingModel& model, const TrainingSlice& slice, uint32_t
         hn::Store(hn::IfThenElse(active, dy, hn::Mul(dy, leak)), d, delta + i);
       }
     }
-    scatter(model, block, below, gradients.features);
+    scatter(model, chunk, below, gradients.features);
   }
 }
 

@@ -81,13 +81,13 @@ std::optional<Segment> draw_segment_through_surface(const RaySource& source,
   return make_segment(origin, direction, static_cast<float>(size));
 }
 
-void draw_block(const RaySource& source, const kernels::SegmentField& field, const SurfaceCells& cells,
+void draw_chunk(const RaySource& source, const kernels::SegmentField& field, const SurfaceCells& cells,
                 const Mix& mix, Random& random, TrainingRays& rays) {
   constexpr int kTries = 2000;  // for one ambiguous ray
   rays.samples = field.samples;
   kernels::Walk walk;
   kernels::Placement placement;
-  while (rays.visible.size() < kTrainingBlock) {
+  while (rays.visible.size() < kTrainingChunk) {
     const RaySet set = draw_set(mix, random);
     bool found = false;
     for (int i = 0; i < kTries && !found; ++i) {
@@ -144,13 +144,13 @@ void append(std::vector<T>& to, std::vector<T>& from) {
 
 TrainingRays draw_training_rays(const RaySource& source, const kernels::SegmentField& field,
                                 const SurfaceCells& cells, const Mix& mix, uint64_t seed,
-                                uint64_t first_block, uint64_t blocks, const std::atomic<bool>& cancel) {
+                                uint64_t first_chunk, uint64_t chunks, const std::atomic<bool>& cancel) {
   constexpr uint64_t kPurpose = 0x747261696e;  // apart from the ray sets' own streams: never the same rays
-  std::vector<TrainingRays> parts(blocks);
-  tbb::parallel_for(uint64_t{0}, blocks, [&](uint64_t b) {
+  std::vector<TrainingRays> parts(chunks);
+  tbb::parallel_for(uint64_t{0}, chunks, [&](uint64_t b) {
     if (cancel.load(std::memory_order_relaxed)) return;
-    Random random(seed, kPurpose, first_block + b);
-    draw_block(source, field, cells, mix, random, parts[b]);
+    Random random(seed, kPurpose, first_chunk + b);
+    draw_chunk(source, field, cells, mix, random, parts[b]);
   });
   TrainingRays all;
   all.samples = field.samples;

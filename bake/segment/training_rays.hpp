@@ -41,11 +41,11 @@ struct TrainingRays {
   size_t count() const { return visible.size(); }
 };
 
-/// Draws kTrainingBlock ambiguous rays for each block number from `first_block` on, in parallel, the same for
+/// Draws kTrainingChunk ambiguous rays for each chunk number from `first_chunk` on, in parallel, the same for
 /// any number of threads. Fewer where the field has next to no ambiguous rays. Stops early, with whatever it
 /// has, once `cancel` is set.
 TrainingRays draw_training_rays(const RaySource& source, const kernels::SegmentField& field,
                                 const SurfaceCells& cells, const Mix& mix, uint64_t seed,
-                                uint64_t first_block, uint64_t blocks, const std::atomic<bool>& cancel);
+                                uint64_t first_chunk, uint64_t chunks, const std::atomic<bool>& cancel);
 
 }  // namespace nif::bake

@@ -25,28 +25,28 @@ constexpr Mix kDefaultMix{0.5, 0.35, 0.15, 0.0, 0.0};
 constexpr uint64_t kRaysPerRound = 2'000'000, kLeastRays = 2'000'000;
 constexpr uint64_t kPurpose = 0x7370686572;  // apart from the ray sets' own streams: never the same rays
 
-/// Draws and labels blocks of rays from the mix, in parallel, the same for any number of threads. Each block
-/// is of one lesson's object: `blocks_of` has one entry for each, how many, and counts are from `first_block`
+/// Draws and labels chunks of rays from the mix, in parallel, the same for any number of threads. Each chunk
+/// is of one lesson's object: `chunks_of` has one entry for each, how many, and counts are from `first_chunk`
 /// on.
 SphericalRays draw_rays(std::span<const Lesson> lessons, const Mix& mix, uint64_t seed,
-                        std::span<const uint64_t> first_block, std::span<const uint64_t> blocks_of,
+                        std::span<const uint64_t> first_chunk, std::span<const uint64_t> chunks_of,
                         const std::atomic<bool>& cancel) {
   struct Part {
     uint32_t object;
-    uint64_t block;
+    uint64_t chunk;
     std::vector<Segment> segments;
     std::vector<uint8_t> visible;
   };
   std::vector<Part> parts;
   for (uint32_t object = 0; object < lessons.size(); ++object)
-    for (uint64_t b = 0; b < blocks_of[object]; ++b)
-      parts.push_back({object, first_block[object] + b, {}, {}});
+    for (uint64_t b = 0; b < chunks_of[object]; ++b)
+      parts.push_back({object, first_chunk[object] + b, {}, {}});
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) {
     if (cancel.load(std::memory_order_relaxed)) return;
     Part& part = parts[p];
     const RaySource& source = lessons[part.object].source;
-    Random random(seed, kPurpose + (uint64_t{part.object} << 40), part.block);
-    for (size_t i = 0; i < kTrainingBlock; ++i) {
+    Random random(seed, kPurpose + (uint64_t{part.object} << 40), part.chunk);
+    for (size_t i = 0; i < kTrainingChunk; ++i) {
       const RaySet set = draw_set(mix, random);
       const std::optional<Segment> segment = draw_ray(source, set, random);
       if (!segment) continue;
@@ -65,7 +65,7 @@ SphericalRays draw_rays(std::span<const Lesson> lessons, const Mix& mix, uint64_
 
 /// For 0 .. count - 1, in parallel.
 void in_blocks(size_t count, const std::function<void(size_t)>& work) {
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kTrainingBlock), [&](const auto& range) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kTrainingChunk), [&](const auto& range) {
     for (size_t i = range.begin(); i < range.end(); ++i) work(i);
   });
 }
@@ -264,11 +264,11 @@ class SphericalEncoder final : public Encoder {
   bool learn_mix(const TrainingTask& task, SphericalTrainer& trainer, std::vector<uint64_t>& learned) {
     const size_t count = task.lessons.size();
     uint64_t all = 0;
-    std::vector<uint64_t> blocks;  // of each object, in all rounds
+    std::vector<uint64_t> chunks;  // of each object, in all rounds
     for (size_t i = 0; i < count; ++i) {
       const uint64_t rays = rays_for(task.lessons[i].report.triangles);
-      blocks.push_back((rays + kTrainingBlock - 1) / kTrainingBlock);
-      learned[i] = blocks.back() * kTrainingBlock;
+      chunks.push_back((rays + kTrainingChunk - 1) / kTrainingChunk);
+      learned[i] = chunks.back() * kTrainingChunk;
       all += learned[i];
     }
     const uint64_t rounds = std::max<uint64_t>(1, all / kRaysPerRound);
@@ -277,8 +277,8 @@ class SphericalEncoder final : public Encoder {
       const auto report = reporter(task, round, rounds, visibility_share());
       report({loss_, error_});
       for (size_t i = 0; i < count; ++i) {
-        begin[i] = blocks[i] * round / rounds;
-        size[i] = blocks[i] * (round + 1) / rounds - begin[i];
+        begin[i] = chunks[i] * round / rounds;
+        size[i] = chunks[i] * (round + 1) / rounds - begin[i];
       }
       const SphericalRays rays = draw_rays(task.lessons, mix_, seed_, begin, size, task.cancel);
       stop_if(task.cancel);

@@ -1,4 +1,4 @@
-// Random numbers that are the same on every machine: PCG32 (O'Neill 2014), one stream per block of work.
+// Random numbers that are the same on every machine: PCG32 (O'Neill 2014), one stream per chunk of work.
 #pragma once
 
 #include <cmath>
@@ -8,12 +8,12 @@
 
 namespace nif::bake {
 
-/// PCG-XSH-RR 64/32. Streams keyed by (seed, purpose, block) are independent for our needs, so that work may
-/// be cut into blocks and done by any number of threads with the same result.
+/// PCG-XSH-RR 64/32. Streams keyed by (seed, purpose, chunk) are independent for our needs, so that work may
+/// be cut into chunks and done by any number of threads with the same result.
 class Random {
  public:
-  Random(uint64_t seed, uint64_t purpose, uint64_t block) {
-    state_ = mix(seed ^ mix(purpose ^ mix(block)));
+  Random(uint64_t seed, uint64_t purpose, uint64_t chunk) {
+    state_ = mix(seed ^ mix(purpose ^ mix(chunk)));
     increment_ = mix(state_ ^ purpose) | 1;
   }
   uint32_t bits() {

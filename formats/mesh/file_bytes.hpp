@@ -10,7 +10,7 @@
 
 namespace nif::mesh::detail {
 
-/// Grows by realloc, which remaps large blocks instead of copying them, and never writes what is overwritten
+/// Grows by realloc, which remaps large chunks instead of copying them, and never writes what is overwritten
 /// anyway: a std::vector would do both and double the peak memory of a large file.
 class ByteBuffer {
  public:

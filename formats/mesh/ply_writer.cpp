@@ -15,15 +15,15 @@
 namespace nif::mesh {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "blocks are written as they are in memory");
+static_assert(std::endian::native == std::endian::little, "chunks are written as they are in memory");
 
-constexpr uint64_t kBlock = 1 << 14;  ///< vertices or triangles that are computed together; some 200 kB
+constexpr uint64_t kChunk = 1 << 14;  ///< vertices or triangles that are computed together; some 200 kB
 constexpr float kHuge = std::numeric_limits<float>::max();
 constexpr size_t kFaceBytes = 1 + sizeof(Triangle);
 
 constexpr Float3 kLowest{-kHuge, -kHuge, -kHuge}, kHighest{kHuge, kHuge, kHuge};
 
-/// A block as it stands in the file, and its bounds.
+/// A chunk as it stands in the file, and its bounds.
 struct Block {
   std::vector<std::byte> bytes;
   Float3 low = kHighest, high = kLowest;
@@ -43,43 +43,43 @@ std::string header(const MeshSource& source, const std::string& comment) {
       comment.empty() ? "" : "comment " + comment + "\n", source.vertex_count(), source.triangle_count());
 }
 
-/// The source cut into blocks, those of the vertices first.
-class Blocks {
+/// The source cut into chunks, those of the vertices first.
+class Chunks {
  public:
-  explicit Blocks(const MeshSource& source)
+  explicit Chunks(const MeshSource& source)
       : source_(source),
-        of_vertices_((source.vertex_count() + kBlock - 1) / kBlock),
-        count_(of_vertices_ + (source.triangle_count() + kBlock - 1) / kBlock) {}
+        of_vertices_((source.vertex_count() + kChunk - 1) / kChunk),
+        count_(of_vertices_ + (source.triangle_count() + kChunk - 1) / kChunk) {}
 
   uint64_t count() const { return count_; }
 
   Block compute(uint64_t index) const {
-    return index < of_vertices_ ? of_vertices(index * kBlock) : of_faces((index - of_vertices_) * kBlock);
+    return index < of_vertices_ ? of_vertices(index * kChunk) : of_faces((index - of_vertices_) * kChunk);
   }
 
  private:
   Block of_vertices(uint64_t first) const {
-    std::vector<Float3> points(std::min(kBlock, source_.vertex_count() - first));
+    std::vector<Float3> points(std::min(kChunk, source_.vertex_count() - first));
     source_.vertices(first, points);
-    Block block;
-    for (const Float3& point : points) block.include(point, point);
+    Block chunk;
+    for (const Float3& point : points) chunk.include(point, point);
     const std::span<const std::byte> bytes = std::as_bytes(std::span(points));
-    block.bytes.assign(bytes.begin(), bytes.end());
-    return block;
+    chunk.bytes.assign(bytes.begin(), bytes.end());
+    return chunk;
   }
 
   Block of_faces(uint64_t first) const {
-    std::vector<Triangle> triangles(std::min(kBlock, source_.triangle_count() - first));
+    std::vector<Triangle> triangles(std::min(kChunk, source_.triangle_count() - first));
     source_.triangles(first, triangles);
-    Block block;
-    block.bytes.resize(triangles.size() * kFaceBytes);
-    std::byte* at = block.bytes.data();
+    Block chunk;
+    chunk.bytes.resize(triangles.size() * kFaceBytes);
+    std::byte* at = chunk.bytes.data();
     for (const Triangle& triangle : triangles) {
       *at = std::byte{3};
       std::memcpy(at + 1, triangle.data(), sizeof(triangle));
       at += kFaceBytes;
     }
-    return block;
+    return chunk;
   }
 
   const MeshSource& source_;
@@ -104,8 +104,8 @@ PlyFile write_ply(const std::string& path, const MeshSource& source, const std::
   const std::string text = header(source, comment);
   append(std::as_bytes(std::span(text)));
 
-  const Blocks blocks(source);
-  // So many blocks are under way at once: enough that no thread waits while one is written. They end in
+  const Chunks chunks(source);
+  // So many chunks are under way at once: enough that no thread waits while one is written. They end in
   // order, so that each has a place to itself. (As tokens of the pipeline they would leak where one of them
   // throws.)
   std::vector<Block> places(2 * size_t(tbb::this_task_arena::max_concurrency()) + 2);
@@ -113,18 +113,18 @@ PlyFile write_ply(const std::string& path, const MeshSource& source, const std::
   uint64_t next = 0, done = 0;
   const auto begin = [&](tbb::flow_control& flow) {
     if (cancel) throw Error(Status::interrupted, path + ": the writing was cancelled");
-    if (next == blocks.count()) flow.stop();
+    if (next == chunks.count()) flow.stop();
     return next++;
   };
   const auto compute = [&](uint64_t index) {
-    places[index % places.size()] = blocks.compute(index);
+    places[index % places.size()] = chunks.compute(index);
     return index;
   };
   const auto finish = [&](uint64_t index) {
-    const Block& block = places[index % places.size()];
-    append(block.bytes);
-    all.include(block.low, block.high);
-    progress(double(++done) / double(blocks.count()));
+    const Block& chunk = places[index % places.size()];
+    append(chunk.bytes);
+    all.include(chunk.low, chunk.high);
+    progress(double(++done) / double(chunks.count()));
   };
   tbb::parallel_pipeline(places.size(),
                          tbb::make_filter<void, uint64_t>(tbb::filter_mode::serial_in_order, begin) &

@@ -1,4 +1,4 @@
-// Writes a mesh as a binary, little-endian PLY in blocks, so memory does not grow with the mesh.
+// Writes a mesh as a binary, little-endian PLY in chunks, so memory does not grow with the mesh.
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@ struct PlyFile {
 };
 
 /// Writes `source` to `path`, whole or not at all (formats/base/output_file.hpp): vertices as three floats,
-/// faces as lists of three ints. `comment` is one line of ASCII for the header, or empty. Blocks are computed
+/// faces as lists of three ints. `comment` is one line of ASCII for the header, or empty. Chunks are computed
 /// on the threads of TBB and written in order, so that the bytes do not depend on how many these are.
 /// `progress` is given what fraction is done, by one thread at a time.
 ///

@@ -7,26 +7,26 @@
 namespace nif::mesh::detail {
 namespace {
 
-constexpr uint64_t kBlock = 1 << 14;
+constexpr uint64_t kChunk = 1 << 14;
 
 /// Calls `put` for the vertices [first, last) of a flat scene, in order.
 template <class Put>
 void each_vertex(const FlatScene& flat, uint64_t first, uint64_t last, Put put) {
-  std::vector<Float3> block;
-  for (; first < last; first += block.size()) {
-    block.resize(std::min(kBlock, last - first));
-    flat.vertices(first, block);
-    for (const Float3& p : block) put(p);
+  std::vector<Float3> chunk;
+  for (; first < last; first += chunk.size()) {
+    chunk.resize(std::min(kChunk, last - first));
+    flat.vertices(first, chunk);
+    for (const Float3& p : chunk) put(p);
   }
 }
 
 template <class Put>
 void each_triangle(const FlatScene& flat, uint64_t first, uint64_t last, Put put) {
-  std::vector<Triangle> block;
-  for (; first < last; first += block.size()) {
-    block.resize(std::min(kBlock, last - first));
-    flat.triangles(first, block);
-    for (const Triangle& t : block) put(t);
+  std::vector<Triangle> chunk;
+  for (; first < last; first += chunk.size()) {
+    chunk.resize(std::min(kChunk, last - first));
+    flat.triangles(first, chunk);
+    for (const Triangle& t : chunk) put(t);
   }
 }
 

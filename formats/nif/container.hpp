@@ -39,7 +39,7 @@ Header check_header(std::span<const std::byte> start, uint64_t file_bytes, std::
 std::pmr::vector<SectionView> open_container(std::span<const std::byte> bytes, std::string_view file,
                                              std::pmr::memory_resource* memory);
 
-/// The next multiple of the alignment of sections and blocks. For values below 2^63.
+/// The next multiple of the alignment of sections and payloads. For values below 2^63.
 constexpr uint64_t aligned(uint64_t offset) { return (offset + kAlignment - 1) / kAlignment * kAlignment; }
 
 }  // namespace nif::format

@@ -14,7 +14,7 @@ namespace nif::format {
 inline constexpr uint8_t kIdentifier[12] = {0xAB, 'N', 'I', 'F', ' ', '1', '0', 0xBB, '\r', '\n', 0x1A, '\n'};
 /// Version 2 is experimental: it changes without a new number until docs/format.md says that it is frozen.
 inline constexpr uint32_t kVersion = 2;
-inline constexpr uint64_t kAlignment = 64;  ///< of every section and of every block within a section
+inline constexpr uint64_t kAlignment = 64;  ///< of every section and of every payload within a section
 inline constexpr uint32_t kMaxSections = 64;
 
 struct Header {  // 64 bytes, at offset 0; the section table follows at once
@@ -55,9 +55,9 @@ struct SectionEntry {  // 32 bytes, sorted by offset
 };
 static_assert(sizeof(SectionEntry) == 32);
 
-/// A block within a section. Blocks lie in the order of their records, each at the next multiple of
+/// A payload within a section. Payloads lie in the order of their records, each at the next multiple of
 /// kAlignment.
-struct Block {
+struct Payload {
   uint64_t offset;  ///< from the start of the section
   uint64_t bytes;
 };

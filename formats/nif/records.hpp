@@ -1,4 +1,4 @@
-// What the readers of a .nif file's sections share: records copied out one at a time, blocks handed out in
+// What the readers of a .nif file's sections share: records copied out one at a time, payloads handed out in
 // their order, and refusals that name the place.
 #pragma once
 
@@ -67,24 +67,25 @@ bool all_zero(const T& values) {
   return std::all_of(std::begin(values), std::end(values), [](auto value) { return value == 0; });
 }
 
-/// Hands out the blocks of a section in the order of their records and sees to it that they fill it.
-class Blocks {
+/// Hands out the payloads of a section in the order of their records and sees to it that they fill it.
+class Payloads {
  public:
-  explicit Blocks(Bytes section) : section_(section) {}
+  explicit Payloads(Bytes section) : section_(section) {}
 
-  Bytes next(const Block& block, uint64_t expected, const char* name, const Place& place) {
-    const std::string what = std::string(name) + " block";
-    if (block.offset != aligned(end_)) place.damaged(what + " is not where the one before it ends");
-    if (block.bytes != expected)
-      place.damaged(what + " has " + std::to_string(block.bytes) + " bytes, not " + std::to_string(expected));
-    if (block.offset > section_.size() || block.bytes > section_.size() - block.offset)
+  Bytes next(const Payload& payload, uint64_t expected, const char* name, const Place& place) {
+    const std::string what = std::string(name) + " payload";
+    if (payload.offset != aligned(end_)) place.damaged(what + " is not where the one before it ends");
+    if (payload.bytes != expected)
+      place.damaged(what + " has " + std::to_string(payload.bytes) + " bytes, not " +
+                    std::to_string(expected));
+    if (payload.offset > section_.size() || payload.bytes > section_.size() - payload.offset)
       place.damaged(what + " reaches past the end of its section");
-    for (uint64_t at = end_; at < block.offset; ++at)
+    for (uint64_t at = end_; at < payload.offset; ++at)
       if (section_[at] != std::byte{0}) place.damaged("padding before the " + what + " is not zero");
-    end_ = block.offset + block.bytes;
-    return section_.subspan(block.offset, block.bytes);
+    end_ = payload.offset + payload.bytes;
+    return section_.subspan(payload.offset, payload.bytes);
   }
-  /// All of the section belongs to blocks.
+  /// All of the section belongs to payloads.
   void finish(const char* section, std::string_view file) const {
     if (end_ != section_.size())
       refuse(Status::damaged_nif, file, std::string("section ") + section,

@@ -34,20 +34,20 @@ class Section {
   }
   /// In half precision or as they are.
   void append_values(const std::vector<float>& values, bool half);
-  Block begin_block() {
+  Payload begin_payload() {
     has_blocks_ = true;
     size_ = aligned(size_);
     if (!counting_) bytes_.resize(size_);
     return {size_, 0};
   }
-  void end_block(Block& block) const { block.bytes = size_ - block.offset; }
+  void end_payload(Payload& payload) const { payload.bytes = size_ - payload.offset; }
   Name append_name(const std::string& name) {
     const Name place{uint32_t(size_), uint32_t(name.size())};
     append(name.c_str(), name.size() + 1);
     return place;
   }
   uint64_t size() const { return size_; }
-  /// With the padding before the next block, where the section holds blocks.
+  /// With the padding before the next payload, where the section holds payloads.
   uint64_t padded_size() const { return has_blocks_ ? aligned(size_) : size_; }
   const std::vector<std::byte>& bytes() const { return bytes_; }
 

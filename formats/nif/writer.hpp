@@ -27,7 +27,7 @@ EncodedAsset encode_and_view(const Asset& asset);
 /// How many bytes encode() would make, without making them.
 uint64_t encoded_bytes(const Asset& asset);
 
-/// What a part of an asset adds to a file: bytes by type of section, blocks with the padding up to the next
+/// What a part of an asset adds to a file: bytes by type of section, payloads with the padding up to the next
 /// one.
 using SectionBytes = std::vector<std::pair<uint32_t, uint64_t>>;
 SectionBytes section_bytes(const Asset& part);

@@ -10,9 +10,7 @@
 
 namespace nif::kernels::gpu {
 
-using Encodings = EncodingList<SegmentEncoding,    //
-                               SphericalEncoding,  //
-                               BvhEncoding>;
+using Encodings = EncodingList<SegmentEncoding, SphericalEncoding, BvhEncoding>;
 
 /// Kernels of the pipeline that answer items, of those encodings that have some (kernel_list.hpp says what
 /// the arguments are).

@@ -12,11 +12,11 @@
 
 namespace nif::kernels::gpu {
 
-/// A block that will lie at `base` in device memory. It is built twice: first to learn how large it is, and
+/// An arena that will lie at `base` in device memory. It is built twice: first to learn how large it is, and
 /// once more with pointers that hold.
-class Block {
+class Arena {
  public:
-  explicit Block(const unsigned char* base) : base_(reinterpret_cast<uintptr_t>(base)) {}
+  explicit Arena(const unsigned char* base) : base_(reinterpret_cast<uintptr_t>(base)) {}
 
   /// Adds an array and lets the pointer point to where it will be. What several objects share is added once.
   template <class T>
@@ -73,7 +73,7 @@ class FieldUpload {
   /// `half`: whether objects are asked in half precision where the encoding knows of that.
   virtual ObjectPlan plan(bool half) const = 0;
   /// Adds the field and all that it points to. Returns where the field will be.
-  virtual const void* add_to(Block& block) const = 0;
+  virtual const void* add_to(Arena& arena) const = 0;
 };
 
 }  // namespace nif::kernels::gpu

@@ -119,10 +119,10 @@ class Sampler {
 
 /// Calls `distance_of(i)` for all i in parallel, and adds up in their order.
 template <class DistanceOf>
-Distance collect(uint64_t count, uint64_t block, DistanceOf distances_of) {
-  const uint64_t blocks = (count + block - 1) / block;
-  std::vector<Distance> parts(blocks);
-  tbb::parallel_for(uint64_t{0}, blocks, [&](uint64_t b) {
+Distance collect(uint64_t count, uint64_t chunk, DistanceOf distances_of) {
+  const uint64_t chunks = (count + chunk - 1) / chunk;
+  std::vector<Distance> parts(chunks);
+  tbb::parallel_for(uint64_t{0}, chunks, [&](uint64_t b) {
     Distance& part = parts[b];
     const auto add = [&](double d) {
       ++part.samples;
@@ -130,7 +130,7 @@ Distance collect(uint64_t count, uint64_t block, DistanceOf distances_of) {
       part.root_mean_square += d * d;
       part.max = std::max(part.max, d);
     };
-    distances_of(b, b * block, std::min(count, (b + 1) * block), add);
+    distances_of(b, b * chunk, std::min(count, (b + 1) * chunk), add);
   });
   Distance all;
   for (const Distance& part : parts) {
@@ -149,16 +149,16 @@ Distance collect(uint64_t count, uint64_t block, DistanceOf distances_of) {
 }  // namespace
 
 Distance distance(const CleanMesh& from, const CleanMesh& to, uint64_t samples, uint64_t seed) {
-  constexpr uint64_t kBlock = 4096;
+  constexpr uint64_t kChunk = 4096;
   const Nearest nearest(to);
   const Sampler sampler(from);
   Distance drawn =
-      collect(samples, kBlock, [&](uint64_t block, uint64_t first, uint64_t last, const auto& add) {
-        bake::Random random(seed, kPurpose, block);
+      collect(samples, kChunk, [&](uint64_t chunk, uint64_t first, uint64_t last, const auto& add) {
+        bake::Random random(seed, kPurpose, chunk);
         for (; first < last; ++first) add(nearest.distance(sampler.draw(random)));
       });
   const Distance vertices =
-      collect(from.positions.size(), kBlock, [&](uint64_t, uint64_t first, uint64_t last, const auto& add) {
+      collect(from.positions.size(), kChunk, [&](uint64_t, uint64_t first, uint64_t last, const auto& add) {
         for (; first < last; ++first) add(nearest.distance(to_double(from.positions[first])));
       });
   drawn.max = std::max(drawn.max, vertices.max);

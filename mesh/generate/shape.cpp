@@ -16,7 +16,7 @@ constexpr Shape kShapes[] = {
     {"tori", "two linked rings", kFewestTriangles, make_tori},
     {"torus", "one ring", kFewestTriangles, make_torus},
     {"tree", "a trunk, limbs and leaves; most triangles are leaves", kFewestTriangles, make_tree},
-    {"terrain", "mountains on top of a block", kFewestTriangles, make_terrain},
+    {"terrain", "mountains on top of a chunk", kFewestTriangles, make_terrain},
     {"chain-mail", "a waved sheet of rings, each linked with four others", kFewestOfChainMail,
      make_chain_mail}};
 

@@ -1,4 +1,4 @@
-// `terrain`: mountains and valleys as the top of a square block with walls and a flat bottom.
+// `terrain`: mountains and valleys as the top of a square chunk with walls and a flat bottom.
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// Assets and scenes on their way to the card: what they consist of is laid out in one block of memory each,
+// Assets and scenes on their way to the card: what they consist of is laid out in one arena each,
 // with pointers to where it will lie there.
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 namespace nif::gpu {
 namespace {
 
-using kernels::gpu::Block;
+using kernels::gpu::Arena;
 using kernels::gpu::FieldUpload;
 using kernels::gpu::Stage;
 
@@ -32,15 +32,15 @@ struct PlannedObject {
   CardObject card;
 };
 
-Block lay_out(std::vector<PlannedObject>& objects, const unsigned char* base) {
-  Block block(base);
+Arena lay_out(std::vector<PlannedObject>& objects, const unsigned char* base) {
+  Arena arena(base);
   for (PlannedObject& object : objects)
-    object.card.object.field = object.card.list.field = object.upload->add_to(block);
-  return block;
+    object.card.object.field = object.card.list.field = object.upload->add_to(arena);
+  return arena;
 }
 
-void copy_and_wait(GpuDevice& device, const Memory& to, const Block& block) {
-  device.context->copy_in(to.data(), block.bytes().data(), block.bytes().size(), device.uploads);
+void copy_and_wait(GpuDevice& device, const Memory& to, const Arena& arena) {
+  device.context->copy_in(to.data(), arena.bytes().data(), arena.bytes().size(), device.uploads);
   device.context->wait_stream(device.uploads);
 }
 
@@ -69,7 +69,7 @@ std::vector<kernels::gpu::PipelineList> make_lists(std::span<const CardObject* c
   return lists;
 }
 
-void lay_out(Block& block, const GpuSceneView& view, GpuScene& scene) {
+void lay_out(Arena& arena, const GpuSceneView& view, GpuScene& scene) {
   std::vector<const CardObject*> objects;
   std::vector<kernels::gpu::SceneObject> placed;
   uint32_t words = 1;
@@ -88,10 +88,10 @@ void lay_out(Block& block, const GpuSceneView& view, GpuScene& scene) {
                   kernels::gpu::make_scene_layout(words)};
   scene.lists.shared_bytes[kernels::gpu::kAlone] = scene.arrays.layout.bytes;
   scene.lists.lists = lists.data();
-  block.move(scene.arrays.nodes, view.node_count);
-  block.move(scene.arrays.instances, view.instance_count);
-  block.move(scene.arrays.objects, placed.size());
-  block.move(scene.lists.lists, lists.size());
+  arena.move(scene.arrays.nodes, view.node_count);
+  arena.move(scene.arrays.instances, view.instance_count);
+  arena.move(scene.arrays.objects, placed.size());
+  arena.move(scene.lists.lists, lists.size());
 }
 
 /// What a scene is to a query's speed, but for where things are: instances, lists and kinds.
@@ -131,16 +131,16 @@ void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene) {
   scene.ready = false;
   wait_for_queries(device, scene);
   const auto before = shape_of(scene);
-  Block measured(nullptr);
+  Arena measured(nullptr);
   lay_out(measured, view, scene);
   const size_t bytes = measured.bytes().size();
   if (bytes > scene.memory.bytes()) {
     scene.memory = Memory();
     scene.memory = Memory(*device.context, bytes);
   }
-  Block block(scene.memory.data());
-  lay_out(block, view, scene);
-  if (bytes > 0) copy_and_wait(device, scene.memory, block);
+  Arena arena(scene.memory.data());
+  lay_out(arena, view, scene);
+  if (bytes > 0) copy_and_wait(device, scene.memory, arena);
   // Instances that only move leave what was measured as good as it was.
   if (shape_of(scene) != before) scene.choice.clear();
   scene.ready = true;

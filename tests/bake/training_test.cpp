@@ -163,7 +163,7 @@ TEST(TrainingRays, AreAmbiguousAndLabelledByTheOracle) {
   const std::atomic<bool> cancel{false};
   const bake::TrainingRays rays = bake::draw_training_rays(o.truth->source(), o.field, cells,
                                                            {0.25, 0.25, 0.25, 0.25, 0}, 3, 0, 20, cancel);
-  ASSERT_EQ(rays.count(), 20 * bake::kTrainingBlock);
+  ASSERT_EQ(rays.count(), 20 * bake::kTrainingChunk);
   size_t visible = 0, of_set[5] = {};
   for (size_t i = 0; i < rays.count(); ++i) {
     visible += rays.visible[i];

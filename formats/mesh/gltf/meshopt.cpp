@@ -6,7 +6,7 @@
 namespace nif::mesh::detail {
 namespace {
 
-/// A block of 256 bytes that are all 0 takes 4 in the vertex codec; the index codecs compress less than that.
+/// A chunk of 256 bytes that are all 0 takes 4 in the vertex codec; the index codecs compress less than that.
 constexpr uint64_t kMostCompressed = 64;
 
 }  // namespace

@@ -20,7 +20,7 @@ struct Bvh {
   std::vector<std::array<float, 3>> vertices;
   std::vector<std::array<uint8_t, 3>> triangles;
 
-  /// Of the block that holds it in a file.
+  /// Of the payload that holds it in a file.
   uint64_t bytes() const {
     return nodes.size() * sizeof(nodes[0]) + vertices.size() * sizeof(vertices[0]) +
            triangles.size() * sizeof(triangles[0]);
@@ -61,7 +61,7 @@ class BvhReader {
  private:
   std::string_view file_;
   Records<BvhRecord> records_;
-  Blocks trees_;
+  Payloads trees_;
 };
 
 class BvhWriter {

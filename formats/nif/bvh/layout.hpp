@@ -7,13 +7,13 @@ namespace nif::format {
 
 enum BvhSection : uint32_t {
   kBvhRecords = fourcc("BVHR"),  ///< BvhRecord[]
-  kBvhs = fourcc("BVHS"),        ///< each object's block
+  kBvhs = fourcc("BVHS"),        ///< each object's payload
 };
 
 struct BvhRecord {  // 32 bytes: the members of kernels::BvhField
   uint32_t nodes, vertices, triangles;
   uint32_t reserved;  ///< 0
-  Block tree;         ///< nodes, vertices, triangles, in that order, without gaps
+  Payload tree;       ///< nodes, vertices, triangles, in that order, without gaps
 };
 static_assert(sizeof(BvhRecord) == 32);
 

@@ -22,11 +22,11 @@ void BvhWriter::add(const Bvh& bvh) {
   record.nodes = uint32_t(bvh.nodes.size());
   record.vertices = uint32_t(bvh.vertices.size());
   record.triangles = uint32_t(bvh.triangles.size());
-  record.tree = trees_->begin_block();
+  record.tree = trees_->begin_payload();
   trees_->append(bvh.nodes);
   trees_->append(bvh.vertices);
   trees_->append(bvh.triangles);
-  trees_->end_block(record.tree);
+  trees_->end_payload(record.tree);
   records_->append(&record, 1);
 }
 

@@ -106,7 +106,7 @@ class SegmentReader {
   std::string_view file_;
   SegmentSharedView& shared_;
   Records<SegmentRecord> records_;
-  Blocks occupancy_, features_;
+  Payloads occupancy_, features_;
 };
 
 class SegmentWriter {

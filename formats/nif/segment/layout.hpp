@@ -8,9 +8,9 @@ namespace nif::format {
 enum SegmentSection : uint32_t {
   kSegments = fourcc("SEGM"),   ///< SegmentRecord[]
   kNetworks = fourcc("NETS"),   ///< NetworkRecord[]
-  kWeights = fourcc("WGTS"),    ///< each network's block
-  kFeatures = fourcc("FEAT"),   ///< each object's block
-  kOccupancy = fourcc("OCCU"),  ///< each object's block
+  kWeights = fourcc("WGTS"),    ///< each network's payload
+  kFeatures = fourcc("FEAT"),   ///< each object's payload
+  kOccupancy = fourcc("OCCU"),  ///< each object's payload
 };
 
 struct SegmentRecord {  // 96 bytes: the members of kernels::SegmentField of the same names
@@ -24,8 +24,8 @@ struct SegmentRecord {  // 96 bytes: the members of kernels::SegmentField of the
   uint32_t samples;
   float length_scale;
   uint32_t reserved[3];  ///< 0
-  Block occupancy;  ///< brick_states, brick_corners, corner_base, brick_table, in that order, without gaps
-  Block features;   ///< [corners][features_per_corner] int8
+  Payload occupancy;  ///< brick_states, brick_corners, corner_base, brick_table, in that order, without gaps
+  Payload features;   ///< [corners][features_per_corner] int8
 };
 static_assert(sizeof(SegmentRecord) == 96);
 
@@ -38,7 +38,7 @@ struct NetworkRecord {  // 80 bytes
   float logit_scale;
   LayerRecord layers[4];  ///< those beyond layer_count are 0
   uint64_t reserved;      ///< 0
-  Block weights;          ///< for each layer in turn, without gaps (inputs is a multiple of 4):
+  Payload weights;        ///< for each layer in turn, without gaps (inputs is a multiple of 4):
                           ///< int32 biases [outputs], int8 weights [outputs][inputs]
 };
 static_assert(sizeof(NetworkRecord) == 80);

@@ -24,7 +24,7 @@ bool symmetric(const int8_t* values, uint64_t count) {
   return found == 0;
 }
 
-NetworkView read_network(const NetworkRecord& record, Blocks& blocks, const Place& place) {
+NetworkView read_network(const NetworkRecord& record, Payloads& payloads, const Place& place) {
   NetworkView view;
   kernels::Network& network = view.network;
   place.require(record.reserved == 0, "reserved bytes are not zero");
@@ -55,7 +55,7 @@ NetworkView read_network(const NetworkRecord& record, Blocks& blocks, const Plac
     network.layers[l] = {layer.inputs, layer.outputs, layer.shift, nullptr, nullptr};
   }
 
-  const std::byte* at = blocks.next(record.weights, view.bytes, "weights", place).data();
+  const std::byte* at = payloads.next(record.weights, view.bytes, "weights", place).data();
   for (uint32_t l = 0; l < record.layer_count; ++l) {
     kernels::Network::Layer& layer = network.layers[l];
     layer.biases = reinterpret_cast<const int32_t*>(at);
@@ -111,7 +111,7 @@ SegmentReader::SegmentReader(const SectionTable& sections, std::string_view file
       occupancy_(sections[kOccupancy]),
       features_(sections[kFeatures]) {
   const Records<NetworkRecord> networks(sections[kNetworks], "NETS", file);
-  Blocks weights(sections[kWeights]);
+  Payloads weights(sections[kWeights]);
   shared.networks.reserve(networks.count());
   for (uint32_t i = 0; i < networks.count(); ++i)
     shared.networks.push_back(read_network(networks[i], weights, Place{file, "NETS", i}));

@@ -42,14 +42,14 @@ void add_network(const Network& network, Section& records, Section& weights) {
                 "an asset's network has " + std::to_string(network.layers.size()) + " layers");
   record.layer_count = uint32_t(network.layers.size());
   record.logit_scale = network.logit_scale;
-  record.weights = weights.begin_block();
+  record.weights = weights.begin_payload();
   for (size_t l = 0; l < network.layers.size(); ++l) {
     const Layer& layer = network.layers[l];
     record.layers[l] = {layer.inputs, layer.outputs, layer.shift};
     weights.append(layer.biases);
     weights.append(layer.weights);
   }
-  weights.end_block(record.weights);
+  weights.end_payload(record.weights);
   records.append(&record, 1);
 }
 
@@ -77,15 +77,15 @@ void SegmentWriter::add(const SegmentData& data) {
   record.samples = data.samples;
   record.length_scale = data.length_scale;
 
-  record.occupancy = occupancy_->begin_block();
+  record.occupancy = occupancy_->begin_payload();
   occupancy_->append(data.brick_states);
   occupancy_->append(data.brick_corners);
   occupancy_->append(data.corner_base);
   occupancy_->append(data.brick_table);
-  occupancy_->end_block(record.occupancy);
-  record.features = features_->begin_block();
+  occupancy_->end_payload(record.occupancy);
+  record.features = features_->begin_payload();
   features_->append(data.features);
-  features_->end_block(record.features);
+  features_->end_payload(record.features);
   records_->append(&record, 1);
 }
 

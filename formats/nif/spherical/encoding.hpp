@@ -24,7 +24,7 @@ struct SphericalGrids {
   uint32_t distance_resolution = 0, distance_features = 0;
   std::vector<float> outer_position, outer_direction, inner_position, inner_direction, distance;
 
-  /// Of the block that holds them in a file.
+  /// Of the payload that holds them in a file.
   uint64_t bytes() const {
     return (half ? 2 : 4) * (outer_position.size() + outer_direction.size() + inner_position.size() +
                              inner_direction.size() + distance.size());
@@ -106,7 +106,7 @@ class SphericalReader {
   std::string_view file_;
   SphericalSharedView& shared_;
   Records<SphericalRecord> records_;
-  Blocks grids_;
+  Payloads grids_;
 };
 
 class SphericalWriter {

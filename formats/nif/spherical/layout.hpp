@@ -8,15 +8,15 @@ namespace nif::format {
 enum SphericalSection : uint32_t {
   kSphericalRecords = fourcc("SPHR"),   ///< SphericalRecord[]
   kSphericalNetworks = fourcc("SNET"),  ///< SphericalNetworksRecord[]
-  kSphericalWeights = fourcc("SWGT"),   ///< each record's block
-  kGrids = fourcc("GRID"),              ///< each object's block
+  kSphericalWeights = fourcc("SWGT"),   ///< each record's payload
+  kGrids = fourcc("GRID"),              ///< each object's payload
 };
 
 /// Optional, for objects of any encoding: readers that do not know them answer visibility all the same.
 /// Either both are there or neither.
 enum PrimarySection : uint32_t {
   kPrimaries = fourcc("PRIM"),      ///< PrimaryRecord[]
-  kPrimaryValues = fourcc("PVAL"),  ///< each record's block
+  kPrimaryValues = fourcc("PVAL"),  ///< each record's payload
 };
 
 /// Latent vectors along an axis of the grids, and floats of each.
@@ -26,7 +26,8 @@ struct SphericalRecord {  // 32 bytes
   uint8_t outer_features, inner_features, distance_features;
   uint8_t half_grids;  ///< 1: in half precision, 0: in single
   uint16_t reserved;   ///< 0
-  Block grids;  ///< outer position, outer direction, inner position, inner direction, distance, without gaps
+  Payload
+      grids;  ///< outer position, outer direction, inner position, inner direction, distance, without gaps
 };
 static_assert(sizeof(SphericalRecord) == 32);
 
@@ -41,7 +42,7 @@ struct SphericalNetworksRecord {  // 64 bytes
   float slope;                    ///< of the leaky ReLU below 0
   SphericalShapeRecord outer, inner;
   uint32_t reserved[4];  ///< 0
-  Block weights;         ///< of outer, then of inner, layer by layer, [inputs][outputs] each, without gaps
+  Payload weights;       ///< of outer, then of inner, layer by layer, [inputs][outputs] each, without gaps
 };
 static_assert(sizeof(SphericalNetworksRecord) == 64);
 
@@ -56,7 +57,7 @@ struct PrimaryRecord {  // 64 bytes
   SphericalShapeRecord network;
   float margin;          ///< part of the AABB's diagonal, 0 to 1
   uint32_t reserved[4];  ///< 0
-  Block values;  ///< position, direction, then the network's layers, [inputs][outputs] each, without gaps
+  Payload values;  ///< position, direction, then the network's layers, [inputs][outputs] each, without gaps
 };
 static_assert(sizeof(PrimaryRecord) == 64);
 

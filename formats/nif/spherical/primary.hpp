@@ -18,7 +18,7 @@ struct Primary {
   std::vector<float> position, direction;
   SphericalLayers network;
 
-  /// Of the block that holds it in a file.
+  /// Of the payload that holds it in a file.
   uint64_t bytes() const {
     return (half_grids ? 2 : 4) * (position.size() + direction.size()) +
            (half_network ? 2 : 4) * network.weights.size();

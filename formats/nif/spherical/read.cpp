@@ -27,7 +27,7 @@ uint64_t size_of(const kernels::SphericalValues& values) {
   return values.half ? sizeof(uint16_t) : sizeof(float);
 }
 
-/// A network as its record says; its weights are still to be taken from a block.
+/// A network as its record says; its weights are still to be taken from a payload.
 kernels::SphericalNetwork network_of(const SphericalShapeRecord& shape, uint32_t outputs, bool half,
                                      const Place& place) {
   place.within(shape.inputs, 1, kernels::kMaxSphericalInputs, "inputs");
@@ -37,7 +37,7 @@ kernels::SphericalNetwork network_of(const SphericalShapeRecord& shape, uint32_t
   return {{nullptr, half}, shape.inputs, shape.width, shape.hidden_layers, outputs};
 }
 
-/// A grid as its record says; its values are still to be taken from a block.
+/// A grid as its record says; its values are still to be taken from a payload.
 kernels::SphericalGrid grid_of(uint32_t resolution, uint32_t features, bool half, const Place& place) {
   place.within(resolution, 2, kernels::kMaxSphericalResolution, "a grid's resolution");
   place.within(features, 1, kernels::kMaxSphericalFeatures, "a grid's number of features");
@@ -50,7 +50,7 @@ uint64_t values_over_distance(const kernels::SphericalGrid& grid) {
   return uint64_t{grid.resolution} * grid.features;
 }
 
-/// A run of values in a block, all of one precision.
+/// A run of values in a payload, all of one precision.
 struct Run {
   kernels::SphericalValues& values;
   uint64_t count;
@@ -65,9 +65,9 @@ uint64_t bytes_of(std::span<const Run> runs) {
   return bytes;
 }
 
-/// Points the runs into the block that they fill together, one after the other.
-void take(std::span<const Run> runs, Bytes block, const Place& place) {
-  const std::byte* at = block.data();
+/// Points the runs into the payload that they fill together, one after the other.
+void take(std::span<const Run> runs, Bytes payload, const Place& place) {
+  const std::byte* at = payload.data();
   for (const Run& run : runs) {
     run.values.data = at;
     at += run.count * size_of(run.values);
@@ -81,7 +81,7 @@ void check_slope(float slope, const Place& place) {
 
 constexpr char kOtherInputs[] = "its network takes another number of inputs";
 
-SphericalNetworksView read_networks(const SphericalNetworksRecord& record, Blocks& blocks,
+SphericalNetworksView read_networks(const SphericalNetworksRecord& record, Payloads& payloads,
                                     const Place& place) {
   SphericalNetworksView view;
   place.within(record.half, 0, 1, "half");
@@ -93,11 +93,11 @@ SphericalNetworksView read_networks(const SphericalNetworksRecord& record, Block
   const Run runs[] = {{view.outer.weights, spherical_weights(view.outer), kWrongWeight},
                       {view.inner.weights, spherical_weights(view.inner), kWrongWeight}};
   view.bytes = bytes_of(runs);
-  take(runs, blocks.next(record.weights, view.bytes, "weights", place), place);
+  take(runs, payloads.next(record.weights, view.bytes, "weights", place), place);
   return view;
 }
 
-PrimaryView read_primary(const PrimaryRecord& record, const Bounds& bounds, Blocks& blocks,
+PrimaryView read_primary(const PrimaryRecord& record, const Bounds& bounds, Payloads& payloads,
                          const Place& place) {
   PrimaryView view;
   kernels::PrimaryField& field = view.field;
@@ -120,7 +120,7 @@ PrimaryView read_primary(const PrimaryRecord& record, const Bounds& bounds, Bloc
                       {field.network.weights, spherical_weights(field.network), kWrongWeight}};
   view.grid_bytes = bytes_of(std::span(runs).first(2));
   view.network_bytes = bytes_of(std::span(runs).subspan(2));
-  take(runs, blocks.next(record.values, view.grid_bytes + view.network_bytes, "primary", place), place);
+  take(runs, payloads.next(record.values, view.grid_bytes + view.network_bytes, "primary", place), place);
   return view;
 }
 
@@ -133,7 +133,7 @@ SphericalReader::SphericalReader(const SectionTable& sections, std::string_view 
       records_(sections[kSphericalRecords], "SPHR", file),
       grids_(sections[kGrids]) {
   const Records<SphericalNetworksRecord> networks(sections[kSphericalNetworks], "SNET", file);
-  Blocks weights(sections[kSphericalWeights]);
+  Payloads weights(sections[kSphericalWeights]);
   shared.spherical_networks.reserve(networks.count());
   for (uint32_t i = 0; i < networks.count(); ++i)
     shared.spherical_networks.push_back(read_networks(networks[i], weights, Place{file, "SNET", i}));
@@ -181,7 +181,7 @@ void SphericalReader::finish() const { grids_.finish("GRID", file_); }
 void read_primaries(const SectionTable& sections, bool present, std::string_view file,
                     std::span<const Bounds> bounds, std::pmr::vector<PrimaryView>& views) {
   const Records<PrimaryRecord> records(sections[kPrimaries], "PRIM", file);
-  Blocks blocks(sections[kPrimaryValues]);
+  Payloads payloads(sections[kPrimaryValues]);
   if (present && records.count() == 0)
     refuse(Status::damaged_nif, file, "section PRIM", "is there for no object");
   views.reserve(records.count());
@@ -191,9 +191,9 @@ void read_primaries(const SectionTable& sections, bool present, std::string_view
     place.require(record.object < bounds.size(), "object is out of range");
     place.require(i == 0 || record.object > views.back().object,
                   "object does not come after that of the record before");
-    views.push_back(read_primary(record, bounds[record.object], blocks, place));
+    views.push_back(read_primary(record, bounds[record.object], payloads, place));
   }
-  blocks.finish("PVAL", file);
+  payloads.finish("PVAL", file);
 }
 
 }  // namespace nif::format

@@ -58,10 +58,10 @@ void add_networks(const SphericalNetworks& networks, Section& records, Section& 
   record.slope = networks.slope;
   record.outer = shape_of(networks.outer);
   record.inner = shape_of(networks.inner);
-  record.weights = weights.begin_block();
+  record.weights = weights.begin_payload();
   weights.append_values(networks.outer.weights, networks.half);
   weights.append_values(networks.inner.weights, networks.half);
-  weights.end_block(record.weights);
+  weights.end_payload(record.weights);
   records.append(&record, 1);
 }
 
@@ -123,11 +123,11 @@ void SphericalWriter::add(const SphericalData& data) {
   record.inner_features = uint8_t(grids.inner_features);
   record.distance_features = uint8_t(grids.distance_features);
   record.half_grids = grids.half;
-  record.grids = grids_->begin_block();
+  record.grids = grids_->begin_payload();
   for (const std::vector<float>* values : {&grids.outer_position, &grids.outer_direction,
                                            &grids.inner_position, &grids.inner_direction, &grids.distance})
     grids_->append_values(*values, grids.half);
-  grids_->end_block(record.grids);
+  grids_->end_payload(record.grids);
   records_->append(&record, 1);
 }
 
@@ -156,11 +156,11 @@ void PrimaryWriter::add(const Primary& primary, uint32_t object) {
   record.slope = primary.slope;
   record.margin = primary.margin;
   record.network = shape_of(primary.network);
-  record.values = values_->begin_block();
+  record.values = values_->begin_payload();
   values_->append_values(primary.position, primary.half_grids);
   values_->append_values(primary.direction, primary.half_grids);
   values_->append_values(primary.network.weights, primary.half_network);
-  values_->end_block(record.values);
+  values_->end_payload(record.values);
   records_->append(&record, 1);
 }
 

@@ -32,12 +32,12 @@ class BvhUpload final : public FieldUpload {
     return plan;
   }
 
-  const void* add_to(Block& block) const override {
+  const void* add_to(Arena& arena) const override {
     BvhField field = field_;
-    block.move(field.nodes, field.node_count);
-    block.move(field.vertices, field.vertex_count);
-    block.move(field.triangles, field.triangle_count);
-    return block.add_structure(field);
+    arena.move(field.nodes, field.node_count);
+    arena.move(field.vertices, field.vertex_count);
+    arena.move(field.triangles, field.triangle_count);
+    return arena.add_structure(field);
   }
 
  private:

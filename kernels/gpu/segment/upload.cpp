@@ -35,17 +35,17 @@ class SegmentUpload final : public FieldUpload {
     return plan;
   }
 
-  const void* add_to(Block& block) const override {
+  const void* add_to(Arena& arena) const override {
     DeviceSegmentField field = field_;
-    block.move(field.walk.words, walk_words(field));
+    arena.move(field.walk.words, walk_words(field));
     field.brick_states = nullptr;  // the codes of the walk say it all
     CornerBricks& corners = field.corner_bricks;
     if (corners.table) {
       size_t words = 1;
       for (const uint32_t voxels : field.voxels) words *= code_bricks(voxels);
-      block.move(corners.table, (words + 15) / 16);
-      block.move(corners.bricks, corners.brick_count);
-      block.move(field.next_pairs, corners.pair_count);
+      arena.move(corners.table, (words + 15) / 16);
+      arena.move(corners.bricks, corners.brick_count);
+      arena.move(field.next_pairs, corners.pair_count);
       corners.pairs = nullptr;
       field.brick_table = nullptr;
       field.brick_corners = nullptr;
@@ -53,17 +53,17 @@ class SegmentUpload final : public FieldUpload {
       field.features = nullptr;
     } else {
       field.next_pairs = nullptr;
-      block.move(field.brick_table, size_t(field.bricks[0]) * field.bricks[1] * field.bricks[2]);
-      block.move(field.brick_corners, field.mixed_bricks);
-      block.move(field.corner_base, field.mixed_bricks);
-      block.move(field.features, size_t(field.corners) * field.features_per_corner);
+      arena.move(field.brick_table, size_t(field.bricks[0]) * field.bricks[1] * field.bricks[2]);
+      arena.move(field.brick_corners, field.mixed_bricks);
+      arena.move(field.corner_base, field.mixed_bricks);
+      arena.move(field.features, size_t(field.corners) * field.features_per_corner);
     }
     for (uint32_t l = 0; l < field.network.layer_count; ++l) {
       Network::Layer& layer = field.network.layers[l];
-      block.move(layer.weights, size_t(layer.inputs) * layer.outputs);
-      block.move(layer.biases, layer.outputs);
+      arena.move(layer.weights, size_t(layer.inputs) * layer.outputs);
+      arena.move(layer.biases, layer.outputs);
     }
-    return block.add_structure(field);
+    return arena.add_structure(field);
   }
 
  private:

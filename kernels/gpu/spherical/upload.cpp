@@ -4,8 +4,8 @@
 namespace nif::kernels::gpu {
 namespace {
 
-void add_values(Block& block, SphericalValues& values, size_t count) {
-  values.data = block.add(values.data, count * (values.half ? sizeof(uint16_t) : sizeof(float)));
+void add_values(Arena& arena, SphericalValues& values, size_t count) {
+  values.data = arena.add(values.data, count * (values.half ? sizeof(uint16_t) : sizeof(float)));
 }
 
 class SphericalUpload final : public FieldUpload {
@@ -32,15 +32,15 @@ class SphericalUpload final : public FieldUpload {
     return plan;
   }
 
-  const void* add_to(Block& block) const override {
+  const void* add_to(Arena& arena) const override {
     SphericalField field = field_;
     for (SphericalGrid* grid :
          {&field.outer_position, &field.outer_direction, &field.inner_position, &field.inner_direction})
-      add_values(block, grid->values, size_t(grid->resolution) * grid->resolution * grid->features);
-    add_values(block, field.distance.values, size_t(field.distance.resolution) * field.distance.features);
+      add_values(arena, grid->values, size_t(grid->resolution) * grid->resolution * grid->features);
+    add_values(arena, field.distance.values, size_t(field.distance.resolution) * field.distance.features);
     for (SphericalNetwork* network : {&field.outer, &field.inner})
-      add_values(block, network->weights, spherical_weights(*network));
-    return block.add_structure(field);
+      add_values(arena, network->weights, spherical_weights(*network));
+    return arena.add_structure(field);
   }
 
  private:
