@@ -174,7 +174,7 @@ class Reader {
   }
 
   void read_primaries() {
-    std::vector<Bounds> bounds;
+    std::pmr::vector<Bounds> bounds(asset_.objects.get_allocator());
     if (has_primaries_)
       for (const ObjectView& object : asset_.objects) bounds.push_back(object.bounds());
     format::read_primaries(table(), has_primaries_, file_, bounds, asset_.primaries);
