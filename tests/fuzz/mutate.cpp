@@ -87,8 +87,8 @@ void change_table(Part& part, Random& random) {
   std::memcpy(part.content.data() + start, &word, width);
 }
 
-/// Swaps, doubles, takes away or adds whole records, or blocks where there are none.
-void move_blocks(Part& part, Random& random) {
+/// Swaps, doubles, takes away or adds whole records, or pieces where there are none.
+void move_pieces(Part& part, Random& random) {
   size_t unit = record_bytes(part.type);
   if (unit == 1) unit = random.below(2) ? 64 : 1 + random.below(16);
   Bytes& content = part.content;
@@ -142,7 +142,7 @@ Bytes mutate_sections(const Bytes& file, Random& random, MutateBytes mutate_byte
         break;
       case 4:
       case 5:
-        move_blocks(part, random);
+        move_pieces(part, random);
         break;
       case 6:
         part.content.resize(random.below(uint32_t(part.content.size()) + 1));

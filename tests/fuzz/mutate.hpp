@@ -12,7 +12,7 @@ namespace nif::test {
 using MutateBytes = size_t (*)(uint8_t* data, size_t size, size_t room);
 
 /// The file with one part of its structure changed: a field of a record, a bit of a table, the order or the
-/// length of blocks, the objects that it has. The same file where it cannot be told apart into sections.
+/// length of pieces, the objects that it has. The same file where it cannot be told apart into sections.
 Bytes mutate_structure(const Bytes& file, Random& random, MutateBytes mutate_bytes);
 
 /// The objects of both files in one; an empty file where one of them is refused.
