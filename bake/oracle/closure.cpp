@@ -9,8 +9,8 @@
 namespace nif::bake {
 namespace {
 
+using DisjointSets;
 using mesh::CleanMesh;
-using mesh::DisjointSets;
 using mesh::Side;
 
 /// By triangle: has it an edge that is not passed as often in one direction as in the other? `turned`, by

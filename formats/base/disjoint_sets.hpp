@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-namespace nif::mesh {
+namespace nif {
 
 /// The numbers 0..count-1, each at first in a set of its own. Four bytes a number. Not thread-safe.
 class DisjointSets {
@@ -27,4 +27,4 @@ class DisjointSets {
   std::vector<uint32_t> parent_;
 };
 
-}  // namespace nif::mesh
+}  // namespace nif

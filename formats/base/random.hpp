@@ -6,7 +6,7 @@
 
 #include "formats/base/vector.hpp"
 
-namespace nif::bake {
+namespace nif {
 
 /// PCG-XSH-RR 64/32. Streams keyed by (seed, purpose, chunk) are independent for our needs, so that work may
 /// be cut into chunks and done by any number of threads with the same result.
@@ -50,4 +50,4 @@ class Random {
   uint64_t state_, increment_;
 };
 
-}  // namespace nif::bake
+}  // namespace nif

@@ -1,11 +1,11 @@
-// Double-precision 3-vectors for the offline geometry of the baker.
+// Double-precision 3-vectors, for geometry that is not timed.
 #pragma once
 
 #include <array>
 #include <cmath>
 #include <limits>
 
-namespace nif::bake {
+namespace nif {
 
 /// Where a ray ends that nothing ends.
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -27,4 +27,4 @@ inline Double3 cross(const Double3& a, const Double3& b) {
 }
 inline double length(const Double3& a) { return std::sqrt(dot(a, a)); }
 
-}  // namespace nif::bake
+}  // namespace nif

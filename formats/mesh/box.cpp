@@ -17,7 +17,7 @@ void Box::add(std::span<const Float3> positions, const Triangle& triangle) {
 }
 
 float Box::longest_side() const { return std::max({max[0] - min[0], max[1] - min[1], max[2] - min[2]}); }
-double Box::diagonal() const { return bake::length(bake::to_double(max) - bake::to_double(min)); }
+double Box::diagonal() const { return length(to_double(max) - to_double(min)); }
 
 Box bounds(std::span<const Float3> positions, std::span<const Triangle> triangles) {
   constexpr float kFar = std::numeric_limits<float>::max();

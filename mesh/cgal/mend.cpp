@@ -40,7 +40,7 @@ struct Witness : processing::Default_orientation_visitor {
 /// one that faced the wrong way.
 void follow_the_majority(mesh::Mesh& mesh, std::vector<bool>& turned) {
   const std::vector<mesh::Side> sides = mesh::sorted_sides(mesh.triangles);
-  mesh::DisjointSets pieces(mesh.triangles.size());
+  DisjointSets pieces(mesh.triangles.size());
   for (size_t i = 1; i < sides.size(); ++i)
     if (sides[i].edge == sides[i - 1].edge) pieces.unite(sides[i].triangle, sides[i - 1].triangle);
   std::vector<int64_t> balance(mesh.triangles.size());

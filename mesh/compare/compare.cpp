@@ -14,8 +14,6 @@
 namespace nif::compare {
 namespace {
 
-using bake::Double3;
-using bake::to_double;
 using mesh::CleanMesh;
 using mesh::Triangle;
 
@@ -100,7 +98,7 @@ class Sampler {
     }
   }
 
-  Double3 draw(bake::Random& random) const {
+  Double3 draw(Random& random) const {
     // Two draws: 32 bits are too few to reach each of many millions of triangles.
     const double at = (random.uniform() + random.uniform() * 0x1p-32) * ends_.back();
     const auto found = std::upper_bound(ends_.begin(), ends_.end(), at);
@@ -154,7 +152,7 @@ Distance distance(const CleanMesh& from, const CleanMesh& to, uint64_t samples, 
   const Sampler sampler(from);
   Distance drawn =
       collect(samples, kChunk, [&](uint64_t chunk, uint64_t first, uint64_t last, const auto& add) {
-        bake::Random random(seed, kPurpose, chunk);
+        Random random(seed, kPurpose, chunk);
         for (; first < last; ++first) add(nearest.distance(sampler.draw(random)));
       });
   const Distance vertices =

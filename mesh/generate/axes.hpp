@@ -7,8 +7,6 @@
 
 namespace nif::generate {
 
-using bake::Double3;
-
 /// `a`, which is not zero, with length 1.
 inline Double3 unit(const Double3& a) { return a * (1 / length(a)); }
 

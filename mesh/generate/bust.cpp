@@ -51,7 +51,7 @@ double disc(const Double3& p, double y, double radius, double half, double edge)
 }  // namespace
 
 Bust::Bust(uint64_t seed) {
-  bake::Random random(seed, kBustStream, 0);
+  Random random(seed, kBustStream, 0);
   turn_ = random.uniform(0.03, 0.07) * (random.below(2) ? 1 : -1);
   width_ = random.uniform(0.95, 1.05);
   nose_ = random.uniform(-0.04, 0.06);

@@ -7,8 +7,6 @@
 
 namespace nif::generate {
 
-using bake::Double3;
-
 /// y is up, the face looks towards +z, give or take a turn of the head; from kFoot to about 1.3 high. The
 /// axis x = 0, z = kAxisZ lies within it from foot to crown.
 class Bust {

@@ -53,7 +53,7 @@ class ChainMail {
  private:
   Ring ring(uint64_t number) const {
     const uint64_t row = number / columns_, column = number % columns_;
-    bake::Random random(seed_, kMailStream, number);
+    Random random(seed_, kMailStream, number);
     const double odd = double(row % 2);
     const Turn tilt = turn((1 - 2 * odd) * kTilt + random.uniform(-kTurn, kTurn)),
                yaw = turn(random.uniform(-kTurn, kTurn));

@@ -11,8 +11,6 @@
 
 namespace nif::generate {
 
-using bake::Double3;
-
 class Noise {
  public:
   /// Noises of other seeds or purposes are unlike each other.

@@ -9,8 +9,6 @@
 
 namespace nif::generate {
 
-using bake::Double3;
-
 /// How finely a ring is divided.
 struct RingGrid {
   uint32_t around = 3, across = 3;  ///< quads along the ring and about its wire, 3 or more each

@@ -57,13 +57,13 @@ class Rings {
 }  // namespace
 
 std::unique_ptr<mesh::MeshSource> make_torus(const Request& request) {
-  bake::Random random(request.seed, kToriStream, 0);
+  Random random(request.seed, kToriStream, 0);
   const Double3 z = random.direction(), x = perpendicular(z), y = cross(z, x);
   return computed(Rings({Ring{{0, 0, 0}, x, y, 1, 0.35}}, request.triangles));
 }
 
 std::unique_ptr<mesh::MeshSource> make_tori(const Request& request) {
-  bake::Random random(request.seed, kToriStream, 1);
+  Random random(request.seed, kToriStream, 1);
   const Double3 z = random.direction(), x = perpendicular(z), y = cross(z, x);
   // The small ring is about the wire of the large one and lies across it, up to a tilt of 15 degrees either
   // way: 0.6 - 0.16 is left within it, and 0.32 / cos 15 degrees of that is taken.

@@ -157,7 +157,7 @@ class Tree {
 
   /// Base and end of the rib, left and right.
   Double3 leaf_vertex(uint64_t leaf, uint64_t corner) const {
-    bake::Random random(seed_, kLeafStream, leaf);
+    Random random(seed_, kLeafStream, leaf);
     const double way = (double(leaf) + random.uniform()) / double(leaves_) * length_before_.back();
     const auto found = std::upper_bound(length_before_.begin(), length_before_.end() - 1, way);
     const Limb& limb = limbs_.all[leafy_ + uint64_t(found - length_before_.begin())];

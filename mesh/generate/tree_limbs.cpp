@@ -25,14 +25,14 @@ Limb limb(const Double3& start, const Double3& way, const Double3& later, double
 }
 
 Limb trunk(uint64_t seed) {
-  bake::Random random(seed, kLimbStream, 0);
+  Random random(seed, kLimbStream, 0);
   const Double3 up{0, 1, 0};
   return limb({0, 0, 0}, up, unit(up + random.direction() * 0.25), 6.2, 0.3, 0.06);
 }
 
 /// The child of this rank; `number` is its own, which its random numbers come from.
 Limb child(const Limb& parent, size_t level, uint64_t rank, uint64_t seed, uint64_t number) {
-  bake::Random random(seed, kLimbStream, number);
+  Random random(seed, kLimbStream, number);
   // Ranks fill the parent evenly, whatever their number, and turn about it as leaves do on a stem.
   const double even = 0.3 + double(rank) * kGolden, within = even - std::floor(even);
   const double lowest = level == 1 ? 0.36 : 0.22, t = lowest + (0.98 - lowest) * within;

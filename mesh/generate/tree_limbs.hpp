@@ -9,8 +9,6 @@
 
 namespace nif::generate {
 
-using bake::Double3;
-
 inline constexpr size_t kLimbLevels = 6;  ///< trunk to twigs
 
 /// A limb about a quadratic curve, thinner towards its tip. Metres; y is up.

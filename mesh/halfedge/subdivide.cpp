@@ -39,7 +39,6 @@ mesh::Mesh run(const mesh::Mesh& mesh, uint32_t times) {
 /// an assertion where one of them cannot be flipped yet, as between two triangles that share more than an
 /// edge.
 mesh::Mesh sqrt3_step(const mesh::Mesh& mesh) {
-  using bake::Double3;
   const size_t vertices = mesh.positions.size();
   std::vector<Double3> sums(vertices);  // of neighbours
   std::vector<uint32_t> valences(vertices);
@@ -52,8 +51,8 @@ mesh::Mesh sqrt3_step(const mesh::Mesh& mesh) {
     end = mesh::end_of_edge(sides, begin);
     const mesh::Triangle& t = mesh.triangles[sides[begin].triangle];
     const uint32_t a = t[sides[begin].corner], b = t[(sides[begin].corner + 1u) % 3];
-    sums[a] = sums[a] + bake::to_double(mesh.positions[b]);
-    sums[b] = sums[b] + bake::to_double(mesh.positions[a]);
+    sums[a] = sums[a] + to_double(mesh.positions[b]);
+    sums[b] = sums[b] + to_double(mesh.positions[a]);
     ++valences[a], ++valences[b];
     const uint32_t here = middle_of(sides[begin]);
     if (end - begin == 2) {
@@ -72,12 +71,12 @@ mesh::Mesh sqrt3_step(const mesh::Mesh& mesh) {
       continue;
     }
     const double n = valences[v], weight = (4 - 2 * std::cos(2 * std::numbers::pi / n)) / 9;
-    const Double3 p = bake::to_double(mesh.positions[v]) * (1 - weight) + sums[v] * (weight / n);
+    const Double3 p = to_double(mesh.positions[v]) * (1 - weight) + sums[v] * (weight / n);
     out.positions.push_back({float(p[0]), float(p[1]), float(p[2])});
   }
   for (const mesh::Triangle& t : mesh.triangles) {
-    const Double3 p = (bake::to_double(mesh.positions[t[0]]) + bake::to_double(mesh.positions[t[1]]) +
-                       bake::to_double(mesh.positions[t[2]])) *
+    const Double3 p = (to_double(mesh.positions[t[0]]) + to_double(mesh.positions[t[1]]) +
+                       to_double(mesh.positions[t[2]])) *
                       (1.0 / 3);
     out.positions.push_back({float(p[0]), float(p[1]), float(p[2])});
   }

@@ -13,8 +13,6 @@
 namespace nif::inspect {
 namespace {
 
-using bake::Double3;
-using bake::to_double;
 using mesh::Float3;
 using mesh::Side;
 using mesh::Triangle;
@@ -133,7 +131,7 @@ class Net {
     tbb::parallel_sort(ends.begin(), ends.end(), [](const End& a, const End& b) {
       return a.fan != b.fan ? a.fan < b.fan : a.edge < b.edge;
     });
-    mesh::DisjointSets loops(edges);
+    DisjointSets loops(edges);
     for (size_t i = 1; i < ends.size(); ++i)
       if (ends[i].fan == ends[i - 1].fan) loops.unite(ends[i].edge, ends[i - 1].edge);
     std::vector<uint64_t> lengths(edges);
@@ -166,7 +164,7 @@ class Net {
   const mesh::CleanMesh& mesh_;
   size_t count_;
   std::vector<Side> sides_;
-  mesh::DisjointSets pieces_, fans_;
+  DisjointSets pieces_, fans_;
   std::vector<uint32_t> component_;  // by triangle that represents a piece
 };
 

@@ -13,7 +13,6 @@
 namespace nif::repair {
 namespace {
 
-using bake::Double3;
 using mesh::Float3;
 using mesh::Mesh;
 using mesh::Triangle;
@@ -57,7 +56,7 @@ struct Solid {
 /// Turns the outermost of closed components to face outwards. The mesh is manifold and faces one way.
 uint64_t turn_outwards(Mesh& mesh) {
   const std::vector<mesh::Side> sides = mesh::sorted_sides(mesh.triangles);
-  mesh::DisjointSets pieces(mesh.triangles.size());
+  DisjointSets pieces(mesh.triangles.size());
   for (size_t i = 1; i < sides.size(); ++i)
     if (sides[i].edge == sides[i - 1].edge) pieces.unite(sides[i].triangle, sides[i - 1].triangle);
   std::vector<bool> open(mesh.triangles.size());
@@ -77,11 +76,11 @@ uint64_t turn_outwards(Mesh& mesh) {
     }
     Solid& solid = solids[solid_of[piece]];
     // From a vertex of its own, so that far from the origin no digits are lost.
-    const Double3 origin = bake::to_double(mesh.positions[mesh.triangles[piece][0]]);
+    const Double3 origin = to_double(mesh.positions[mesh.triangles[piece][0]]);
     std::array<Double3, 3> corners;
     for (size_t i = 0; i < 3; ++i) {
       const Float3& p = mesh.positions[mesh.triangles[t][i]];
-      corners[i] = bake::to_double(p) - origin;
+      corners[i] = to_double(p) - origin;
       for (size_t axis = 0; axis < 3; ++axis) {
         solid.low[axis] = std::min(solid.low[axis], p[axis]);
         solid.high[axis] = std::max(solid.high[axis], p[axis]);

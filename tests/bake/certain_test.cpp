@@ -6,6 +6,7 @@
 #include <atomic>
 #include <limits>
 
+#include "formats/base/vector.hpp"
 #include "formats/mesh/read.hpp"
 #include "kernels/reference/segment/walk.hpp"
 #include "tests/bake/exact.hpp"
@@ -16,11 +17,9 @@
 namespace nif::test {
 namespace {
 
-using bake::Double3;
 using kernels::Segment;
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-Double3 random_point(const mesh::Box& box, bake::Random& random, double margin) {
+Double3 random_point(const mesh::Box& box, Random& random, double margin) {
   Double3 point;
   for (int a = 0; a < 3; ++a) {
     const double size = double(box.max[a]) - box.min[a];
@@ -30,7 +29,7 @@ Double3 random_point(const mesh::Box& box, bake::Random& random, double margin) 
 }
 
 /// A corner, an edge's or a face's point of a random voxel: where the walk has to decide between neighbours.
-Double3 point_on_voxel(const bake::Grid& grid, bake::Random& random) {
+Double3 point_on_voxel(const bake::Grid& grid, Random& random) {
   const uint32_t snapped = 1 + random.below(7);  // at least one axis lies on a plane between voxels
   Double3 point;
   for (int a = 0; a < 3; ++a) {
@@ -41,10 +40,10 @@ Double3 point_on_voxel(const bake::Grid& grid, bake::Random& random) {
   return point;
 }
 
-Double3 point_on_surface(const mesh::CleanMesh& surface, bake::Random& random) {
+Double3 point_on_surface(const mesh::CleanMesh& surface, Random& random) {
   const mesh::Triangle& t = surface.triangles[random.below(uint32_t(surface.triangles.size()))];
-  const Double3 p0 = bake::to_double(surface.positions[t[0]]), p1 = bake::to_double(surface.positions[t[1]]),
-                p2 = bake::to_double(surface.positions[t[2]]);
+  const Double3 p0 = to_double(surface.positions[t[0]]), p1 = to_double(surface.positions[t[1]]),
+                p2 = to_double(surface.positions[t[2]]);
   switch (random.below(4)) {
     case 0:
       return p0;  // a vertex
@@ -57,7 +56,7 @@ Double3 point_on_surface(const mesh::CleanMesh& surface, bake::Random& random) {
   }
 }
 
-Segment random_segment(const OccupiedObject& o, bake::Random& random) {
+Segment random_segment(const OccupiedObject& o, Random& random) {
   const mesh::Box& box = o.prepared.box;
   auto point = [&](uint32_t kind) {
     switch (kind) {
@@ -121,7 +120,7 @@ Counts count_certain(const OccupiedObject& o, uint64_t segments) {
   constexpr uint64_t kBlock = 10'000;
   std::vector<Counts> parts(segments / kBlock);
   tbb::parallel_for(uint64_t{0}, uint64_t(parts.size()), [&](uint64_t b) {
-    bake::Random random(17, 4, b);
+    Random random(17, 4, b);
     kernels::Walk walk;
     for (uint64_t i = 0; i < kBlock; ++i) {
       const Segment s = random_segment(o, random);
@@ -162,7 +161,7 @@ Counts count_certain(const OccupiedObject& o, uint64_t segments) {
 mesh::Mesh broken_mesh() {
   mesh::Mesh mesh;
   mesh::Mesh holes = icosphere(3);
-  bake::Random random(5, 6, 7);
+  Random random(5, 6, 7);
   std::erase_if(holes.triangles, [&](const mesh::Triangle&) { return random.below(40) == 0; });
   append(mesh, holes);
   mesh::Mesh fin = icosphere(3);

@@ -15,7 +15,7 @@ using Triangles = std::vector<Kernel::Triangle_3>;
 using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
 using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
-Kernel::Point_3 point_of(const bake::Double3& p) { return {p[0], p[1], p[2]}; }
+Kernel::Point_3 point_of(const Double3& p) { return {p[0], p[1], p[2]}; }
 
 }  // namespace
 
@@ -27,7 +27,7 @@ struct ExactOracle::Impl {
 ExactOracle::ExactOracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles)
     : impl_(std::make_unique<Impl>()) {
   for (const mesh::Triangle& t : triangles) {
-    const auto corner = [&](int i) { return point_of(bake::to_double(positions[t[i]])); };
+    const auto corner = [&](int i) { return point_of(to_double(positions[t[i]])); };
     impl_->triangles.emplace_back(corner(0), corner(1), corner(2));
   }
   impl_->tree.rebuild(impl_->triangles.cbegin(), impl_->triangles.cend());
@@ -35,10 +35,10 @@ ExactOracle::ExactOracle(std::span<const mesh::Float3> positions, std::span<cons
 
 ExactOracle::~ExactOracle() = default;
 
-std::pair<bake::Double3, bake::Double3> ends_of(const kernels::Segment& segment, double reach) {
-  const bake::Double3 origin{segment.origin[0], segment.origin[1], segment.origin[2]};
-  const bake::Double3 direction{segment.direction[0], segment.direction[1], segment.direction[2]};
-  const double last = std::min(double(segment.tmax), reach / bake::length(direction));
+std::pair<Double3, Double3> ends_of(const kernels::Segment& segment, double reach) {
+  const Double3 origin{segment.origin[0], segment.origin[1], segment.origin[2]};
+  const Double3 direction{segment.direction[0], segment.direction[1], segment.direction[2]};
+  const double last = std::min(double(segment.tmax), reach / length(direction));
   return {origin + direction * double(segment.tmin), origin + direction * last};
 }
 
@@ -47,7 +47,7 @@ bool ExactOracle::occluded(const kernels::Segment& segment, double reach) const 
   return impl_->tree.do_intersect(Kernel::Segment_3(point_of(from), point_of(to)));
 }
 
-double ExactOracle::distance(const bake::Double3& point) const {
+double ExactOracle::distance(const Double3& point) const {
   return std::sqrt(CGAL::to_double(impl_->tree.squared_distance(point_of(point))));
 }
 

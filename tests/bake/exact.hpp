@@ -21,7 +21,7 @@ class ExactOracle {
   /// rounded to double precision; the rest is exact.
   bool occluded(const kernels::Segment& segment, double reach) const;
   /// Distance of a point from the nearest triangle.
-  double distance(const bake::Double3& point) const;
+  double distance(const Double3& point) const;
 
  private:
   struct Impl;
@@ -29,6 +29,6 @@ class ExactOracle {
 };
 
 /// The ends of a segment, an infinite one cut `reach` away from its origin.
-std::pair<bake::Double3, bake::Double3> ends_of(const kernels::Segment& segment, double reach);
+std::pair<Double3, Double3> ends_of(const kernels::Segment& segment, double reach);
 
 }  // namespace nif::test

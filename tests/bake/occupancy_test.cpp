@@ -26,7 +26,7 @@ TEST(Voxelize, MarksTheVoxelOfEveryPointOfEveryTriangle) {
   append(mesh, cube(), 0.3f, {0.1f, 0.2f, 2.0f});
   mesh.triangles.push_back({0, 400, uint32_t(mesh.positions.size() - 1)});  // one that spans much of the grid
   const OccupiedObject o(mesh, 61);
-  bake::Random random(1, 2, 3);
+  Random random(1, 2, 3);
   for (const mesh::Triangle& t : o.prepared.surface.triangles) {
     const auto& p = o.prepared.surface.positions;
     for (int i = 0; i < 50; ++i) {
@@ -49,10 +49,10 @@ TEST(Voxelize, MarksNoVoxelFarFromTheSurface) {
     for (uint32_t y = 0; y < grid.voxels[1]; ++y) {
       for (uint32_t x = 0; x < grid.voxels[0]; ++x) {
         if (o.occupancy.states[grid.index(x, y, z)] != uint8_t(VoxelState::surface)) continue;
-        const bake::Double3 centre = bake::to_double(grid.origin) +
-                                     bake::Double3{x + 0.5, y + 0.5, z + 0.5} * (1.0 / grid.voxels_per_unit);
+        const Double3 centre =
+            to_double(grid.origin) + Double3{x + 0.5, y + 0.5, z + 0.5} * (1.0 / grid.voxels_per_unit);
         // Half a voxel's diagonal, the padding, and the sphere's own facets.
-        ASSERT_NEAR(bake::length(centre), 1.0, (0.87 + 0.03) / grid.voxels_per_unit + 0.005);
+        ASSERT_NEAR(length(centre), 1.0, (0.87 + 0.03) / grid.voxels_per_unit + 0.005);
       }
     }
   }

@@ -5,25 +5,23 @@
 #include <limits>
 
 #include "bake/oracle/prepare.hpp"
+#include "formats/base/vector.hpp"
 #include "tests/bake/exact.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {
 namespace {
 
-using bake::Double3;
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
 /// Distance between two segments given by their ends (Ericson 2005, 5.1.9).
 double distance(const Double3& p1, const Double3& q1, const Double3& p2, const Double3& q2) {
   const Double3 d1 = q1 - p1, d2 = q2 - p2, r = p1 - p2;
-  const double a = bake::dot(d1, d1), e = bake::dot(d2, d2), f = bake::dot(d2, r), c = bake::dot(d1, r),
-               b = bake::dot(d1, d2), denominator = a * e - b * b;
+  const double a = dot(d1, d1), e = dot(d2, d2), f = dot(d2, r), c = dot(d1, r), b = dot(d1, d2),
+               denominator = a * e - b * b;
   double s = denominator > 0 ? std::clamp((b * f - c * e) / denominator, 0.0, 1.0) : 0.0;
   double t = e > 0 ? (b * s + f) / e : 0.0;
   if (t < 0) t = 0, s = a > 0 ? std::clamp(-c / a, 0.0, 1.0) : 0.0;
   if (t > 1) t = 1, s = a > 0 ? std::clamp((b - c) / a, 0.0, 1.0) : 0.0;
-  return bake::length(p1 + d1 * s - (p2 + d2 * t));
+  return length(p1 + d1 * s - (p2 + d2 * t));
 }
 
 class OracleAgainstCgal : public testing::TestWithParam<int> {};
@@ -54,12 +52,12 @@ TEST_P(OracleAgainstCgal, DifferOnlyAtEdgesAndEnds) {
   const double size = prepared.box.longest_side(), close = 1e-6 * size;
   int differences = 0, occluded_count = 0;
   constexpr int kRays = 100'000;
-  bake::Random random(3, 1, uint64_t(GetParam()));
+  Random random(3, 1, uint64_t(GetParam()));
   for (int i = 0; i < kRays; ++i) {
     std::optional<kernels::Segment> ray;
     if (random.below(3) == 0) {  // aimed at a vertex or an edge's middle, to make trouble
       const mesh::Triangle& f = faces[random.below(uint32_t(faces.size()))];
-      const Double3 p0 = bake::to_double(positions[f[0]]), p1 = bake::to_double(positions[f[1]]);
+      const Double3 p0 = to_double(positions[f[0]]), p1 = to_double(positions[f[1]]);
       const Double3 target = random.below(2) ? p0 : (p0 + p1) * 0.5, from = random.direction() * (2 * size);
       ray = kernels::Segment{
           {float(from[0]), float(from[1]), float(from[2])}, {}, 0, random.below(2) ? 1 : kInfinity};
@@ -78,7 +76,7 @@ TEST_P(OracleAgainstCgal, DifferOnlyAtEdgesAndEnds) {
     double nearest = std::min(exact.distance(first), exact.distance(last));
     for (const mesh::Triangle& f : faces) {
       for (int e = 0; e < 3; ++e) {
-        const Double3 a = bake::to_double(positions[f[e]]), b = bake::to_double(positions[f[(e + 1) % 3]]);
+        const Double3 a = to_double(positions[f[e]]), b = to_double(positions[f[(e + 1) % 3]]);
         nearest = std::min(nearest, distance(first, last, a, b));
       }
     }

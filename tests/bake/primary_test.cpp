@@ -20,8 +20,6 @@
 namespace nif::test {
 namespace {
 
-using bake::Double3;
-
 /// Rays from eyes all around through a ball of radius 1.2 at the origin: `each` from each eye.
 std::vector<bake::Segment> rays_from_views(uint64_t seed, size_t eyes, size_t each) {
   std::vector<bake::Segment> rays;
@@ -29,7 +27,7 @@ std::vector<bake::Segment> rays_from_views(uint64_t seed, size_t eyes, size_t ea
     const double azimuth = 2.4 * double(e), height = (double(e) + 0.5) / double(eyes) * 1.6 - 0.8;
     const double across = std::sqrt(1 - height * height);
     const Double3 eye = Double3{across * std::cos(azimuth), across * std::sin(azimuth), height} * 4;
-    bake::Random random(seed, 1, e);
+    Random random(seed, 1, e);
     for (size_t i = 0; i < each; ++i) {
       const Double3 at = random.direction() * (1.2 * std::cbrt(random.uniform()));
       rays.push_back(bake::make_segment(eye, at - eye, INFINITY));
@@ -90,11 +88,10 @@ TEST(PrimaryTraining, LearnsABallFromSeveralViews) {
     differ += hit.has_value() != answer.hit;
     if (!hit || !answer.hit) continue;
     ++both;
-    const double speed = bake::length(bake::to_double(std::to_array(ray.direction)));
+    const double speed = length(to_double(std::to_array(ray.direction)));
     depth += std::abs(double(answer.t) - double(hit->t)) * speed / std::sqrt(12.0);
     behind += answer.start > hit->t;
-    const double cosine =
-        bake::dot(hit->normal, bake::to_double(std::to_array(answer.normal))) / bake::length(hit->normal);
+    const double cosine = dot(hit->normal, to_double(std::to_array(answer.normal))) / length(hit->normal);
     angle += std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
   }
   EXPECT_GT(both, rays.size() / 2);

@@ -13,7 +13,6 @@
 namespace nif::test {
 namespace {
 
-using bake::Double3;
 using bake::RaySet;
 
 Double3 origin_of(const kernels::Segment& s) { return {s.origin[0], s.origin[1], s.origin[2]}; }
@@ -70,16 +69,16 @@ TEST_F(RaySets, OuterLinesAreIsotropicLinesThroughTheBoxFromOutside) {
   // in it.
   EXPECT_NEAR(double(occluded) / kCount, std::numbers::pi * 4 / 24, 0.005);
   for (int a = 0; a < 3; ++a) EXPECT_NEAR(squares[a], 1.0 / 3, 0.01);
-  EXPECT_NEAR(bake::length(mean), 0, 0.02);
+  EXPECT_NEAR(length(mean), 0, 0.02);
 }
 
 TEST_F(RaySets, InnerSurfaceStartsAtTheBiasOnTheVisibleSide) {
   const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::inner_surface, 20'000, 1);
   for (const kernels::Segment& s : rays.segments) {
-    const double distance = bake::length(origin_of(s)) - 1;
+    const double distance = length(origin_of(s)) - 1;
     ASSERT_GT(distance, 0.0);
     ASSERT_LT(distance, 2 * source.bias);
-    ASSERT_GT(bake::dot(direction_of(s), origin_of(s)), -0.05);  // facets lie a little askew of the sphere
+    ASSERT_GT(dot(direction_of(s), origin_of(s)), -0.05);  // facets lie a little askew of the sphere
   }
   // A convex body does not block what starts on it, but for what starts between a facet and its neighbours.
   EXPECT_GT(std::count(rays.visible.begin(), rays.visible.end(), 1), 19'900);
@@ -89,8 +88,8 @@ TEST_F(RaySets, InnerVolumeStartsOutsideTheSolid) {
   const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::inner_volume, 20'000, 1);
   size_t close = 0;
   for (const kernels::Segment& s : rays.segments) {
-    ASSERT_GT(bake::length(origin_of(s)), 0.99);
-    close += bake::length(origin_of(s)) < 1.2;
+    ASSERT_GT(length(origin_of(s)), 0.99);
+    close += length(origin_of(s)) < 1.2;
   }
   EXPECT_GT(close, 2000u);
 }
@@ -111,7 +110,7 @@ TEST_F(RaySets, TheSunHasOneDirectionAndLightsWhatFacesIt) {
   const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::sun, 20'000, 1);
   for (const kernels::Segment& s : rays.segments) {
     ASSERT_EQ(direction_of(s), direction_of(rays.segments[0]));
-    ASSERT_GT(bake::dot(direction_of(s), origin_of(s)), -0.05);
+    ASSERT_GT(dot(direction_of(s), origin_of(s)), -0.05);
   }
 }
 

@@ -31,8 +31,8 @@ Colour irradiance(const SceneDescription& scene, const Double3& point, const Dou
   Colour sum{};
   for (uint32_t s = 0; s < kSamples; ++s) {
     const LightSample sample = lighting.draw(0, point, normal, numbers.pair(0, s));
-    EXPECT_NEAR(bake::length(sample.direction), 1, 1e-9);
-    const double cosine = std::max(0.0, bake::dot(sample.direction, normal));
+    EXPECT_NEAR(length(sample.direction), 1, 1e-9);
+    const double cosine = std::max(0.0, dot(sample.direction, normal));
     for (size_t c = 0; c < 3; ++c) sum[c] += sample.irradiance[c] * cosine / kSamples;
   }
   return sum;

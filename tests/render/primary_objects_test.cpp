@@ -126,13 +126,13 @@ TEST_F(PrimaryScenes, TheNearestHitCounts) {
   const Camera camera = place_camera(scene.cameras[0], make_world(scene)->box(), 1, 64, 48);
   const Double3 along = camera.direction(0.5, 0.5);
   // A small ball between camera and object, then behind the object.
-  const Double3 middle = camera.position + along * bake::length(camera.position);
-  ASSERT_LT(bake::length(middle), 0.1);
+  const Double3 middle = camera.position + along * length(camera.position);
+  ASSERT_LT(length(middle), 0.1);
   for (const double where : {-0.5, 0.5}) {
     SceneDescription both = scene;
     ObjectDescription& other = both.objects.emplace_back();
     other.mesh = mesh_;
-    const Double3 at = along * (where * bake::length(camera.position));
+    const Double3 at = along * (where * length(camera.position));
     for (size_t a = 0; a < 3; ++a) {
       other.transform[5 * a] = 0.1f;
       other.transform[4 * a + 3] = float(at[a]);
@@ -145,7 +145,7 @@ TEST_F(PrimaryScenes, TheNearestHitCounts) {
     ASSERT_TRUE(exact);
     EXPECT_EQ(exact->kind.primary, hit->kind.primary);
     EXPECT_NEAR(exact->distance, hit->distance, 0.05);
-    EXPECT_LE(bake::length(hit->position - camera.position), hit->distance + 1e-6);
+    EXPECT_LE(length(hit->position - camera.position), hit->distance + 1e-6);
   }
 }
 

@@ -140,7 +140,7 @@ TEST_F(Renderer, OrbitsShowTheBoxAsLargeAsAsked) {
   for (const double fill : {0.3, 0.9}) {
     const Camera camera = place_camera({"c", Orbit{0, 0, fill}, 40}, box, 1, 100, 100);
     // Seen from the front, the near face's upper edge is what stands highest.
-    const double distance = bake::length(camera.position) - 1;
+    const double distance = length(camera.position) - 1;
     EXPECT_NEAR(1 / distance / std::tan(20 * std::numbers::pi / 180), fill, 1e-6);
   }
 }

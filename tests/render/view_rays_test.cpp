@@ -63,13 +63,13 @@ TEST_F(Views, RaysMeetTheObjectInItsOwnSpace) {
   const bake::Oracle oracle(meshes_.meshes[0].positions, meshes_.meshes[0].triangles);
   size_t on_sphere = 0, blocked = 0;
   for (const Segment& ray : rays.segments) {
-    const Double3 origin = bake::to_double({ray.origin[0], ray.origin[1], ray.origin[2]});
-    const Double3 direction = bake::to_double({ray.direction[0], ray.direction[1], ray.direction[2]});
-    on_sphere += std::abs(bake::length(origin) - 1) < 0.05;
+    const Double3 origin = to_double({ray.origin[0], ray.origin[1], ray.origin[2]});
+    const Double3 direction = to_double({ray.direction[0], ray.direction[1], ray.direction[2]});
+    on_sphere += std::abs(length(origin) - 1) < 0.05;
     blocked += oracle.occluded(ray);
     // The sphere's box is within a ball of sqrt 3.
-    const double along = std::max(0.0, -bake::dot(origin, direction) / bake::dot(direction, direction));
-    EXPECT_LT(bake::length(origin + direction * along), 1.75);
+    const double along = std::max(0.0, -dot(origin, direction) / dot(direction, direction));
+    EXPECT_LT(length(origin + direction * along), 1.75);
   }
   EXPECT_GT(on_sphere, 40u);
   EXPECT_GT(blocked, 20u);                               // from the ground

@@ -94,22 +94,22 @@ uint64_t TomlTable::whole(const std::string& key, uint64_t low, uint64_t high, u
   return uint64_t(*value);
 }
 
-bake::Double3 TomlTable::vector(const std::string& key) {
+Double3 TomlTable::vector(const std::string& key) {
   const toml::array* array = need(key).as_array();
   if (array == nullptr || array->size() != 3) fail(key, "must be three numbers");
-  bake::Double3 v{};
+  Double3 v{};
   for (size_t a = 0; a < 3; ++a) v[a] = element(key, *array, a, -1e15, 1e15);
   return v;
 }
 
-bake::Double3 TomlTable::unit(const std::string& key) {
-  const bake::Double3 v = vector(key);
-  const double size = bake::length(v);
+Double3 TomlTable::unit(const std::string& key) {
+  const Double3 v = vector(key);
+  const double size = length(v);
   if (!(size > 1e-12)) fail(key, "must not be zero");
   return v * (1 / size);
 }
 
-bake::Double3 TomlTable::colour(const std::string& key, double high) {
+Double3 TomlTable::colour(const std::string& key, double high) {
   const toml::node& node = need(key);
   if (node.is_number()) {
     const double grey = in_range(key, *node.value<double>(), 0, high);
@@ -117,7 +117,7 @@ bake::Double3 TomlTable::colour(const std::string& key, double high) {
   }
   const toml::array* array = node.as_array();
   if (array == nullptr || array->size() != 3) fail(key, "must be one number or three numbers");
-  bake::Double3 c{};
+  Double3 c{};
   for (size_t a = 0; a < 3; ++a) c[a] = element(key, *array, a, 0, high);
   return c;
 }

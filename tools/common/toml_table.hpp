@@ -53,15 +53,15 @@ class TomlTable {
   bool flag(const std::string& key, bool otherwise);
   uint64_t whole(const std::string& key, uint64_t low, uint64_t high, uint64_t otherwise);
 
-  bake::Double3 vector(const std::string& key);
-  bake::Double3 vector(const std::string& key, const bake::Double3& otherwise) {
+  Double3 vector(const std::string& key);
+  Double3 vector(const std::string& key, const Double3& otherwise) {
     return has(key) ? vector(key) : otherwise;
   }
   /// Not zero, and made one unit long.
-  bake::Double3 unit(const std::string& key);
+  Double3 unit(const std::string& key);
   /// Three numbers, or one for all three.
-  bake::Double3 colour(const std::string& key, double high);
-  bake::Double3 colour(const std::string& key, double high, const bake::Double3& otherwise) {
+  Double3 colour(const std::string& key, double high);
+  Double3 colour(const std::string& key, double high, const Double3& otherwise) {
     return has(key) ? colour(key, high) : otherwise;
   }
 

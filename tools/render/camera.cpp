@@ -7,10 +7,6 @@
 namespace nif::render {
 namespace {
 
-using bake::cross;
-using bake::dot;
-using bake::length;
-
 /// `up` is not parallel to `forward`, which has unit length.
 Camera look_along(const Double3& position, const Double3& forward, const Double3& up, double fov,
                   double aspect) {

@@ -14,7 +14,7 @@ struct Camera {
   /// Through the point x, y of the picture, 0..1 each from its upper left corner; unit length.
   Double3 direction(double x, double y) const {
     const Double3 d = forward + right * (2 * x - 1) + down * (2 * y - 1);
-    return d * (1 / bake::length(d));
+    return d * (1 / length(d));
   }
 };
 

@@ -10,9 +10,6 @@
 namespace nif::render {
 namespace {
 
-using bake::cross;
-using bake::dot;
-using bake::length;
 using std::numbers::pi;
 
 constexpr double kInfinitelyFar = std::numeric_limits<double>::infinity();

@@ -63,7 +63,7 @@ class Paths {
       for (uint32_t light = 0; light < lights; ++light) {
         const LightSample drawn =
             lighting_.draw(light, start, hit->normal, numbers.pair(dimension + light, sample));
-        const double cosine = bake::dot(drawn.direction, hit->normal);
+        const double cosine = dot(drawn.direction, hit->normal);
         Colour radiance{};
         for (size_t c = 0; c < 3; ++c)
           radiance[c] = carried[c] * drawn.irradiance[c] * cosine / std::numbers::pi;

@@ -18,7 +18,7 @@ class PixelSamples {
 
   Pair pair(uint32_t dimension, uint32_t sample) const {
     const uint32_t cell = shuffled(sample, dimension);
-    bake::Random random(seed_, pixel_, uint64_t{dimension} << 32 | sample);
+    Random random(seed_, pixel_, uint64_t{dimension} << 32 | sample);
     const double x = random.uniform(), y = random.uniform();
     return {(cell % columns_ + x) / columns_, (cell / columns_ + y) / rows_};
   }
@@ -27,7 +27,7 @@ class PixelSamples {
   /// A permutation of 0 .. columns * rows - 1: steps that can be undone on a power of two, repeated until the
   /// number is one of those.
   uint32_t shuffled(uint32_t number, uint32_t dimension) const {
-    bake::Random random(seed_ ^ 0x73687566, pixel_, dimension);
+    Random random(seed_ ^ 0x73687566, pixel_, dimension);
     const uint32_t mask = (uint32_t{1} << bits_) - 1, half = bits_ / 2 + 1;
     const uint32_t a = random.bits() | 1, b = random.bits(), c = random.bits() | 1;
     do {

@@ -49,9 +49,9 @@ std::optional<SurfacePoint> PrimaryObjects::trace(const Double3& origin, const D
         bake::make_segment(instance.to_object.point(origin), instance.to_object.direction(direction),
                            static_cast<float>(nearest ? nearest->distance : farthest)));
     if (!answer.hit) continue;
-    const Double3 normal = product(instance.normals, bake::to_double(std::to_array(answer.normal)));
-    nearest = {origin + direction * double(answer.start), normal * (1 / bake::length(normal)),
-               double(answer.t), instance.kind};
+    const Double3 normal = product(instance.normals, to_double(std::to_array(answer.normal)));
+    nearest = {origin + direction * double(answer.start), normal * (1 / length(normal)), double(answer.t),
+               instance.kind};
   }
   return nearest;
 }

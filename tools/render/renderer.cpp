@@ -13,7 +13,6 @@
 namespace nif::render {
 namespace {
 
-using bake::dot;
 using Clock = std::chrono::steady_clock;
 
 constexpr uint32_t kTile = 32;  ///< pixels along its sides

@@ -13,7 +13,6 @@
 
 namespace nif::render {
 
-using bake::Double3;
 using Colour = Double3;  ///< linear RGB with the primaries of sRGB
 
 /// A mesh file, placed; with an asset, what that says stands beside Embree's answers.

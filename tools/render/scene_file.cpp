@@ -73,7 +73,7 @@ Light read_light(Reader& reader, const fs::path& folder) {
   if (type == "area") {
     AreaLight light{reader.vector("corner"), reader.vector("edge_u"), reader.vector("edge_v"),
                     reader.colour("radiance", kBright)};
-    if (!(bake::length(bake::cross(light.edge_u, light.edge_v)) > 0))
+    if (!(length(cross(light.edge_u, light.edge_v)) > 0))
       reader.fail("edge_v", "spans no area with 'edge_u'");
     return light;
   }
@@ -96,8 +96,7 @@ CameraDescription read_camera(Reader& reader, size_t number) {
   camera.fov = reader.number("fov", 0.1, 170, 40);
   if (reader.has("position") || reader.has("target")) {
     const Place place{reader.vector("position"), reader.vector("target")};
-    if (!(bake::length(place.target - place.position) > 0))
-      reader.fail("target", "is the camera's own position");
+    if (!(length(place.target - place.position) > 0)) reader.fail("target", "is the camera's own position");
     camera.where = place;
   } else {
     camera.where = Orbit{reader.number("azimuth", -360, 360, 30), reader.number("elevation", -89, 89, 20),

@@ -14,7 +14,6 @@
 namespace nif::render {
 namespace {
 
-using bake::length;
 using std::numbers::pi;
 
 /// Without the translation.
@@ -57,12 +56,12 @@ class Placement {
 std::optional<View> to_view(const Placement& placement) {
   const auto position = placement.position(), forward = placement.direction({0, 0, -1}),
              up = placement.direction({0, 1, 0});
-  if (!position || !forward || !up || !(length(bake::cross(*forward, *up)) > 1e-6)) return std::nullopt;
+  if (!position || !forward || !up || !(length(cross(*forward, *up)) > 1e-6)) return std::nullopt;
   return View{*position, *forward, *up};
 }
 
 std::optional<Light> to_light(const mesh::Light& light, const Placement& placement) {
-  const Colour colour = bake::to_double(light.colour) * light.intensity;
+  const Colour colour = to_double(light.colour) * light.intensity;
   const auto position = placement.position(), direction = placement.direction({0, 0, -1});
   switch (light.kind) {
     case mesh::Light::Kind::directional:

@@ -8,7 +8,6 @@
 
 namespace nif::render {
 
-using bake::Double3;
 using mesh::Transform;
 
 inline mesh::Float3 transformed(const Transform& t, const mesh::Float3& p) {
@@ -35,18 +34,18 @@ inline std::array<Double3, 3> rows_of(const Transform& t) {
 }
 /// Of a matrix, as its rows, and a vector.
 inline Double3 product(const std::array<Double3, 3>& rows, const Double3& v) {
-  return {bake::dot(rows[0], v), bake::dot(rows[1], v), bake::dot(rows[2], v)};
+  return {dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)};
 }
 inline double determinant(const Transform& t) {
   const auto rows = rows_of(t);
-  return bake::dot(rows[0], bake::cross(rows[1], rows[2]));
+  return dot(rows[0], cross(rows[1], rows[2]));
 }
 /// The inverse transposed, times the determinant: takes normals along.
 inline Transform cofactors(const Transform& t) {
   const auto rows = rows_of(t);
   Transform out{};
   for (size_t a = 0; a < 3; ++a) {
-    const Double3 row = bake::cross(rows[(a + 1) % 3], rows[(a + 2) % 3]);
+    const Double3 row = cross(rows[(a + 1) % 3], rows[(a + 2) % 3]);
     for (size_t k = 0; k < 3; ++k) out[4 * a + k] = float(row[k]);
   }
   return out;
@@ -56,7 +55,7 @@ inline std::array<Double3, 3> inverse_rows(const Transform& t) {
   const auto rows = rows_of(t);
   std::array<Double3, 3> inverse;
   for (size_t column = 0; column < 3; ++column) {
-    const Double3 cofactor = bake::cross(rows[(column + 1) % 3], rows[(column + 2) % 3]);
+    const Double3 cofactor = cross(rows[(column + 1) % 3], rows[(column + 2) % 3]);
     for (size_t row = 0; row < 3; ++row) inverse[row][column] = cofactor[row] / determinant(t);
   }
   return inverse;

@@ -17,7 +17,6 @@
 namespace nif::render {
 namespace {
 
-using bake::dot;
 using mesh::Transform;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -243,7 +242,7 @@ std::optional<SurfacePoint> World::trace(RTCSceneTy* scene, const Double3& origi
   const Part& part = parts_[placed ? hit.hit.instID[0] : hit.hit.geomID];
   Double3 normal{hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z};
   if (placed) normal = product(rows_of(part.normals), normal);
-  const double size = bake::length(normal);
+  const double size = length(normal);
   if (!(size > 0)) return std::nullopt;
   normal = normal * ((dot(normal, direction) > 0 ? -1 : 1) / size);
   const double t = double(hit.ray.tfar);
@@ -251,7 +250,7 @@ std::optional<SurfacePoint> World::trace(RTCSceneTy* scene, const Double3& origi
 }
 
 bool World::starts_in_asset(const Segment& ray) const {
-  const Double3 start = bake::to_double({ray.origin[0], ray.origin[1], ray.origin[2]});
+  const Double3 start = to_double({ray.origin[0], ray.origin[1], ray.origin[2]});
   return std::any_of(asset_boxes_.begin(), asset_boxes_.end(), [&](const AssetBox& asset) {
     const Double3 own = asset.to_object.point(start);
     bool inside = true;
