@@ -9,7 +9,6 @@
 namespace nif::bake {
 namespace {
 
-using DisjointSets;
 using mesh::CleanMesh;
 using mesh::Side;
 
