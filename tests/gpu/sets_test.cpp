@@ -40,8 +40,7 @@ TEST(GpuSets, FieldsAnswerAsTheReference) {
 }
 
 TEST(GpuSets, BvhsAnswerAsTheReference) {
-  expect_equal(Baked(torus(200, 100), "bvh"), kRays,
-               {{MatrixKind::dot32}, {MatrixKind::dot64}});
+  expect_equal(Baked(torus(200, 100), "bvh"), kRays, {{MatrixKind::dot32}, {MatrixKind::dot64}});
 }
 
 /// In single precision to the bit; in half precision within the bound that follows from the arithmetic, with
