@@ -14,10 +14,10 @@ namespace {
 
 /// What a ray takes. Nanoseconds by least squares over times of the AVX-512 kernels on the meshes of
 /// docs/results/encoding.md.
-struct Counts {
+struct BvhCounts {
   uint64_t nodes = 0, leaves = 0;
 
-  Counts operator+(const Counts& other) const { return {nodes + other.nodes, leaves + other.leaves}; }
+  BvhCounts operator+(const BvhCounts& other) const { return {nodes + other.nodes, leaves + other.leaves}; }
   double nanoseconds() const { return 45 * double(nodes) + 35 * double(leaves); }
 };
 
@@ -57,7 +57,7 @@ class BvhEncoder final : public Encoder {
 std::unique_ptr<Encoder> BvhBaking::make(const BakeOptions&) { return std::make_unique<BvhEncoder>(); }
 
 double work_of(const kernels::BvhField& field, const RaySource& source, uint64_t seed) {
-  return mean_work<Counts>(source, seed, [&](const Segment& segment, Counts& counts) {
+  return mean_work<BvhCounts>(source, seed, [&](const Segment& segment, BvhCounts& counts) {
     kernels::BvhRay ray;
     if (!kernels::prepare_ray(field, segment, ray)) return;
     kernels::BvhWork work;

@@ -16,7 +16,7 @@ namespace nif::bake {
 namespace {
 
 /// What a preset comes to for an object of kFullTriangles or more; smaller ones get a coarser grid.
-struct Shape {
+struct SegmentShape {
   uint32_t resolution;
   uint32_t samples, features_per_corner;
   float length_scale;
@@ -26,7 +26,7 @@ struct Shape {
 };
 
 // What `balanced` comes to stands in docs/results/dragon.md.
-constexpr std::pair<Preset, Shape> kShapes[] = {
+constexpr std::pair<Preset, SegmentShape> kSegmentShapes[] = {
     {Preset::fast, {64, 8, 2, 8.0f, {32, 2}, 400, 12'000'000}},
     {Preset::balanced, {96, 6, 2, 8.0f, {32, 2}, 2200, 110'000'000}},
     {Preset::high, {128, 12, 2, 8.0f, {48, 2}, 4000, 500'000'000}}};
@@ -34,15 +34,15 @@ constexpr std::pair<Preset, Shape> kShapes[] = {
 // One part for each kind of query. Lines from within the volume are left out: they pass through surface
 // voxels as other lines do, and on the dragon nine in ten of them are certain, so finding the rest costs more
 // than it teaches.
-constexpr Mix kDefaultMix{0.30, 0.35, 0.0, 0.35, 0.0};
+constexpr Mix kSegmentMix{0.30, 0.35, 0.0, 0.35, 0.0};
 
 constexpr uint32_t kMinResolution = 16;
-constexpr uint64_t kMinRays = 2'000'000;
-constexpr uint64_t kRaysPerRound = 3'000'000;
+constexpr uint64_t kLeastSegmentRays = 2'000'000;
+constexpr uint64_t kSegmentRaysPerRound = 3'000'000;
 
-Shape shape_for(const BakeOptions& options) {
-  Shape shape = kShapes[1].second;
-  for (const auto& [preset, known] : kShapes)
+SegmentShape shape_for(const BakeOptions& options) {
+  SegmentShape shape = kSegmentShapes[1].second;
+  for (const auto& [preset, known] : kSegmentShapes)
     if (preset == options.preset) shape = known;
   if (options.resolution) shape.resolution = *options.resolution;
   return shape;
@@ -57,7 +57,7 @@ uint32_t resolution_for(uint64_t triangles, uint32_t full, double scale) {
 }
 
 /// A network of the right shape and size, all zeros, to measure what a file will take.
-format::Network blank_network(const Shape& shape) {
+format::Network blank_network(const SegmentShape& shape) {
   format::Network network;
   uint32_t inputs = shape.samples * shape.features_per_corner + kernels::kGlobalInputs;
   for (uint32_t l = 0; l <= shape.network.hidden_layers; ++l) {
@@ -87,10 +87,12 @@ uint64_t bytes_of(const format::SegmentData& data) {
 
 /// What a ray takes. Nanoseconds by least squares over times of the AVX-512 kernels on the meshes of
 /// docs/results/encoding.md.
-struct Counts {
+struct SegmentCounts {
   uint64_t voxels = 0, ambiguous = 0;  ///< of mixed bricks; rays that the network is asked
 
-  Counts operator+(const Counts& other) const { return {voxels + other.voxels, ambiguous + other.ambiguous}; }
+  SegmentCounts operator+(const SegmentCounts& other) const {
+    return {voxels + other.voxels, ambiguous + other.ambiguous};
+  }
   double nanoseconds() const { return 6.5 * double(voxels) + 55 * double(ambiguous); }
 };
 
@@ -155,7 +157,7 @@ class SegmentEncoder final : public Encoder {
   }
 
  private:
-  Mix mix() const { return options_.mix.value_or(kDefaultMix); }
+  Mix mix() const { return options_.mix.value_or(kSegmentMix); }
 
   TrainingOptions training_options(uint32_t corners) const {
     TrainingOptions training;
@@ -164,7 +166,7 @@ class SegmentEncoder final : public Encoder {
     training.seed = options_.seed;
     training.spoil_at_step = options_.spoil_at_step;
     const double rays =
-        std::clamp(shape_.rays_per_corner * corners, double(kMinRays), double(shape_.max_rays));
+        std::clamp(shape_.rays_per_corner * corners, double(kLeastSegmentRays), double(shape_.max_rays));
     training.rays = uint64_t(rays * options_.effort.value_or(1.0));
     // Short trainings need their steps more than large batches.
     training.batch = training.rays >= 60'000'000   ? 8192
@@ -173,12 +175,12 @@ class SegmentEncoder final : public Encoder {
                                                    : 1024;
     training.passes = 6;
     training.rays_per_round =
-        std::clamp<uint64_t>(training.rays / training.passes, 16 * training.batch, kRaysPerRound);
+        std::clamp<uint64_t>(training.rays / training.passes, 16 * training.batch, kSegmentRaysPerRound);
     return training;
   }
 
   const BakeOptions& options_;
-  const Shape shape_;
+  const SegmentShape shape_;
 };
 
 }  // namespace
@@ -188,7 +190,7 @@ std::unique_ptr<Encoder> SegmentBaking::make(const BakeOptions& options) {
 }
 
 double work_of(const kernels::SegmentField& field, const RaySource& source, uint64_t seed) {
-  return mean_work<Counts>(source, seed, [&](const Segment& segment, Counts& counts) {
+  return mean_work<SegmentCounts>(source, seed, [&](const Segment& segment, SegmentCounts& counts) {
     // Only voxels of mixed bricks: a fast walk leaps over the others.
     kernels::Walk walk;
     kernels::walk_segment(field, segment, walk, [&](const int32_t(&voxel)[3]) {

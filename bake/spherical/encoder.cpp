@@ -20,10 +20,11 @@ namespace {
 
 // The two kinds of rays that the paper's networks are for. Segments that end are left out, because these
 // networks are not told where.
-constexpr Mix kDefaultMix{0.5, 0.35, 0.15, 0.0, 0.0};
+constexpr Mix kSphericalMix{0.5, 0.35, 0.15, 0.0, 0.0};
 
-constexpr uint64_t kRaysPerRound = 2'000'000, kLeastRays = 2'000'000;
-constexpr uint64_t kPurpose = 0x7370686572;  // apart from the ray sets' own streams: never the same rays
+constexpr uint64_t kSphericalRaysPerRound = 2'000'000, kLeastSphericalRays = 2'000'000;
+constexpr uint64_t kSphericalPurpose =
+    0x7370686572;  // apart from the ray sets' own streams: never the same rays
 
 /// Draws and labels chunks of rays from the mix, in parallel, the same for any number of threads. Each chunk
 /// is of one lesson's object: `chunks_of` has one entry for each, how many, and counts are from `first_chunk`
@@ -45,7 +46,7 @@ SphericalRays draw_rays(std::span<const Lesson> lessons, const Mix& mix, uint64_
     if (cancel.load(std::memory_order_relaxed)) return;
     Part& part = parts[p];
     const RaySource& source = lessons[part.object].source;
-    Random random(seed, kPurpose + (uint64_t{part.object} << 40), part.chunk);
+    Random random(seed, kSphericalPurpose + (uint64_t{part.object} << 40), part.chunk);
     for (size_t i = 0; i < kTrainingChunk; ++i) {
       const RaySet set = draw_set(mix, random);
       const std::optional<Segment> segment = draw_ray(source, set, random);
@@ -124,7 +125,7 @@ class SphericalEncoder final : public Encoder {
  public:
   explicit SphericalEncoder(const BakeOptions& options)
       : options_(options.spherical),
-        mix_(options.mix.value_or(kDefaultMix)),
+        mix_(options.mix.value_or(kSphericalMix)),
         seed_(options.seed),
         effort_(options.effort) {
     options_.fields.seed = options.seed;
@@ -186,7 +187,8 @@ class SphericalEncoder final : public Encoder {
 
   uint64_t rays_for(uint64_t triangles) const {
     const double share = std::min(1.0, double(triangles) / kFullTriangles);
-    const double rays = std::max(double(options_.rays) * share, double(std::min(kLeastRays, options_.rays)));
+    const double rays =
+        std::max(double(options_.rays) * share, double(std::min(kLeastSphericalRays, options_.rays)));
     return uint64_t(rays * effort_.value_or(1.0));
   }
 
@@ -271,7 +273,7 @@ class SphericalEncoder final : public Encoder {
       learned[i] = chunks.back() * kTrainingChunk;
       all += learned[i];
     }
-    const uint64_t rounds = std::max<uint64_t>(1, all / kRaysPerRound);
+    const uint64_t rounds = std::max<uint64_t>(1, all / kSphericalRaysPerRound);
     std::vector<uint64_t> begin(count), size(count);
     for (uint64_t round = 0; round < rounds; ++round) {
       const auto report = reporter(task, round, rounds, visibility_share());

@@ -62,11 +62,11 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   fmt::print("bytes     {}\n",
              bytes_line(json["bytes"], [](uint64_t bytes) { return std::to_string(bytes); }));
   const auto& metadata = json["metadata"];
-  // Without fields there is no preset.
-  const std::string encoding = text_at(metadata, "/options/encoding"),
-                    preset = encoding == "bvh" ? "" : ", preset " + text_at(metadata, "/options/preset");
+  // Where nothing was trained there is no preset.
+  const std::string preset = text_at(metadata, "/options/preset");
   fmt::print("baked by  {} {}, encoding {}{}, seed {}, from {}\n", text_at(metadata, "/tool/name"),
-             text_at(metadata, "/tool/version"), encoding, preset, text_at(metadata, "/seed"),
+             text_at(metadata, "/tool/version"), text_at(metadata, "/options/encoding"),
+             preset == "unknown" ? "" : ", preset " + preset, text_at(metadata, "/seed"),
              text_at(metadata, "/source/hash"));
   for (const char* set : {"outer-lines", "inner-surface", "inner-volume", "segments", "sun"}) {
     const nlohmann::ordered_json::json_pointer at(std::string("/accuracy/") + set);
