@@ -14,7 +14,7 @@ using format::ObjectRecord;
 using test::Bytes, test::Outcome, test::outcome_of, test::Part;
 
 /// Two objects of each encoding.
-const Bytes& good() {
+const Bytes& mixed() {
   static const Bytes file = format::encode(
       test::random_asset(31, {.objects = 2, .max_voxels = 9, .bvhs = 2, .sphericals = 2, .primaries = 1}));
   return file;
@@ -26,7 +26,7 @@ Part& part_of(std::vector<Part>& parts, uint32_t type) {
 
 /// The file with objects that are these of its own, told by their numbers.
 Bytes with_objects(const std::vector<uint32_t>& numbers) {
-  std::vector<Part> parts = test::parts_of(good());
+  std::vector<Part> parts = test::parts_of(mixed());
   Bytes& records = part_of(parts, format::kObjects).content;
   const Bytes before = records;
   records.clear();
@@ -34,7 +34,7 @@ Bytes with_objects(const std::vector<uint32_t>& numbers) {
     const auto* at = before.data() + number * sizeof(ObjectRecord);
     records.insert(records.end(), at, at + sizeof(ObjectRecord));
   }
-  return test::file_of(good(), parts);
+  return test::file_of(mixed(), parts);
 }
 
 void expect_damaged(const Bytes& file, const std::string& words) {
@@ -43,10 +43,10 @@ void expect_damaged(const Bytes& file, const std::string& words) {
   EXPECT_NE(outcome.sentence.find(words), std::string::npos) << outcome.sentence << " and not " << words;
 }
 
-/// Calls test(encoding, the number of its first object in good()).
+/// Calls test(encoding, the number of its first object in mixed()).
 template <class Test>
 void for_each_pair(const Test& test) {
-  const format::AssetView view = format::read_asset(good(), "good");
+  const format::AssetView view = format::read_asset(mixed(), "good");
   format::for_each_encoding([&](auto encoding) {
     uint32_t first = 0;
     while (format::encoding_number(view.objects[first].content) != encoding.kNumber) ++first;
@@ -75,16 +75,16 @@ TEST(Encodings, AreNumberedOnceAndNamed) {
 }
 
 TEST(Encodings, SectionsAreThereForObjects) {
-  ASSERT_EQ(outcome_of(good()).sentence, "");
+  ASSERT_EQ(outcome_of(mixed()).sentence, "");
   for_each_pair([](auto encoding, uint32_t) {
     for (const uint32_t type : encoding.kSections) {
-      std::vector<Part> parts = test::parts_of(good());
+      std::vector<Part> parts = test::parts_of(mixed());
       std::erase_if(parts, [&](const Part& part) { return part.type == type; });
-      expect_damaged(test::file_of(good(), parts), "section " + format::section_name(type) + ": is missing");
+      expect_damaged(test::file_of(mixed(), parts), "section " + format::section_name(type) + ": is missing");
       // An empty one does not do either.
-      parts = test::parts_of(good());
+      parts = test::parts_of(mixed());
       part_of(parts, type).content.clear();
-      EXPECT_EQ(outcome_of(test::file_of(good(), parts)).status, Status::damaged_nif)
+      EXPECT_EQ(outcome_of(test::file_of(mixed(), parts)).status, Status::damaged_nif)
           << format::section_name(type);
     }
   });
@@ -112,29 +112,29 @@ TEST(Encodings, RecordsGoWithTheirObjects) {
     const std::string section = "section " + format::section_name(records);
     // The first's record for the second, the second's for the first, and one that is not there.
     for (const auto& [object, record] : {std::pair{first + 1, 0u}, {first, 1u}, {first + 1, 2u}}) {
-      const Bytes file = test::with_record<ObjectRecord>(good(), format::kObjects, object,
+      const Bytes file = test::with_record<ObjectRecord>(mixed(), format::kObjects, object,
                                                          [&](auto& r) { r.record = record; });
       expect_damaged(file, "section OBJS, record " + std::to_string(object) +
                                ": record is not the number of objects of its encoding before it");
     }
     // One record less, and one more.
-    std::vector<Part> parts = test::parts_of(good());
+    std::vector<Part> parts = test::parts_of(mixed());
     Bytes& content = part_of(parts, records).content;
     const Bytes before = content;
     content.resize(before.size() / 2);
-    expect_damaged(test::file_of(good(), parts), "its encoding has no such record");
+    expect_damaged(test::file_of(mixed(), parts), "its encoding has no such record");
     content = before;
     content.insert(content.end(), before.begin(), before.begin() + ptrdiff_t(before.size() / 2));
-    expect_damaged(test::file_of(good(), parts), section + ": has records that belong to no object");
+    expect_damaged(test::file_of(mixed(), parts), section + ": has records that belong to no object");
     content.resize(before.size() + 4);
-    expect_damaged(test::file_of(good(), parts), section + ": ");
+    expect_damaged(test::file_of(mixed(), parts), section + ": ");
   });
 }
 
 TEST(Encodings, AreThoseThatAreKnown) {
   const auto with_encoding = [](uint32_t number) {
     return outcome_of(
-        test::with_record<ObjectRecord>(good(), format::kObjects, 1, [&](auto& r) { r.encoding = number; }));
+        test::with_record<ObjectRecord>(mixed(), format::kObjects, 1, [&](auto& r) { r.encoding = number; }));
   };
   for (const uint32_t number : {0u, 4u, 256u, 0xffffffffu}) {
     const Outcome outcome = with_encoding(number);
@@ -147,17 +147,17 @@ TEST(Encodings, AreThoseThatAreKnown) {
   auto record = test::load<ObjectRecord>(part_of(parts, format::kObjects).content, 0);
   record.encoding = 9;
   test::store(part_of(parts, format::kObjects).content, 0, record);
-  EXPECT_EQ(outcome_of(test::file_of(good(), parts)).status, Status::unsupported_nif);
+  EXPECT_EQ(outcome_of(test::file_of(mixed(), parts)).status, Status::unsupported_nif);
 }
 
 /// Another order of the same objects is another file, with other records first.
 TEST(Encodings, MayComeInAnyOrder) {
-  format::Asset asset = format::to_asset(format::read_asset(good(), "good"));
+  format::Asset asset = format::to_asset(format::read_asset(mixed(), "good"));
   std::swap(asset.objects[0], asset.objects[5]);
   std::swap(asset.objects[1], asset.objects[2]);
   const Bytes file = format::encode(asset);
   const format::AssetView view = format::read_asset(file, "file"),
-                          before = format::read_asset(good(), "good");
+                          before = format::read_asset(mixed(), "good");
   const size_t places[] = {5, 2, 1, 3, 4, 0};
   test::Random random(1);
   for (size_t i = 0; i < 6; ++i) {
