@@ -19,7 +19,7 @@ namespace {
 
 using kernels::Segment;
 
-Double3 random_point(const mesh::Box& box, Random& random, double margin) {
+Double3 random_point(const mesh::Box& box, nif::Random& random, double margin) {
   Double3 point;
   for (int a = 0; a < 3; ++a) {
     const double size = double(box.max[a]) - box.min[a];
@@ -29,7 +29,7 @@ Double3 random_point(const mesh::Box& box, Random& random, double margin) {
 }
 
 /// A corner, an edge's or a face's point of a random voxel: where the walk has to decide between neighbours.
-Double3 point_on_voxel(const bake::Grid& grid, Random& random) {
+Double3 point_on_voxel(const bake::Grid& grid, nif::Random& random) {
   const uint32_t snapped = 1 + random.below(7);  // at least one axis lies on a plane between voxels
   Double3 point;
   for (int a = 0; a < 3; ++a) {
@@ -40,7 +40,7 @@ Double3 point_on_voxel(const bake::Grid& grid, Random& random) {
   return point;
 }
 
-Double3 point_on_surface(const mesh::CleanMesh& surface, Random& random) {
+Double3 point_on_surface(const mesh::CleanMesh& surface, nif::Random& random) {
   const mesh::Triangle& t = surface.triangles[random.below(uint32_t(surface.triangles.size()))];
   const Double3 p0 = to_double(surface.positions[t[0]]), p1 = to_double(surface.positions[t[1]]),
                 p2 = to_double(surface.positions[t[2]]);
@@ -56,7 +56,7 @@ Double3 point_on_surface(const mesh::CleanMesh& surface, Random& random) {
   }
 }
 
-Segment random_segment(const OccupiedObject& o, Random& random) {
+Segment random_segment(const OccupiedObject& o, nif::Random& random) {
   const mesh::Box& box = o.prepared.box;
   auto point = [&](uint32_t kind) {
     switch (kind) {
@@ -120,7 +120,7 @@ Counts count_certain(const OccupiedObject& o, uint64_t segments) {
   constexpr uint64_t kBlock = 10'000;
   std::vector<Counts> parts(segments / kBlock);
   tbb::parallel_for(uint64_t{0}, uint64_t(parts.size()), [&](uint64_t b) {
-    Random random(17, 4, b);
+    nif::Random random(17, 4, b);
     kernels::Walk walk;
     for (uint64_t i = 0; i < kBlock; ++i) {
       const Segment s = random_segment(o, random);
@@ -161,7 +161,7 @@ Counts count_certain(const OccupiedObject& o, uint64_t segments) {
 mesh::Mesh broken_mesh() {
   mesh::Mesh mesh;
   mesh::Mesh holes = icosphere(3);
-  Random random(5, 6, 7);
+  nif::Random random(5, 6, 7);
   std::erase_if(holes.triangles, [&](const mesh::Triangle&) { return random.below(40) == 0; });
   append(mesh, holes);
   mesh::Mesh fin = icosphere(3);

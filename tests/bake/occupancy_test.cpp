@@ -26,7 +26,7 @@ TEST(Voxelize, MarksTheVoxelOfEveryPointOfEveryTriangle) {
   append(mesh, cube(), 0.3f, {0.1f, 0.2f, 2.0f});
   mesh.triangles.push_back({0, 400, uint32_t(mesh.positions.size() - 1)});  // one that spans much of the grid
   const OccupiedObject o(mesh, 61);
-  Random random(1, 2, 3);
+  nif::Random random(1, 2, 3);
   for (const mesh::Triangle& t : o.prepared.surface.triangles) {
     const auto& p = o.prepared.surface.positions;
     for (int i = 0; i < 50; ++i) {

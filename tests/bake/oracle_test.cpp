@@ -52,7 +52,7 @@ TEST_P(OracleAgainstCgal, DifferOnlyAtEdgesAndEnds) {
   const double size = prepared.box.longest_side(), close = 1e-6 * size;
   int differences = 0, occluded_count = 0;
   constexpr int kRays = 100'000;
-  Random random(3, 1, uint64_t(GetParam()));
+  nif::Random random(3, 1, uint64_t(GetParam()));
   for (int i = 0; i < kRays; ++i) {
     std::optional<kernels::Segment> ray;
     if (random.below(3) == 0) {  // aimed at a vertex or an edge's middle, to make trouble

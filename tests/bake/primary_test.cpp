@@ -27,7 +27,7 @@ std::vector<bake::Segment> rays_from_views(uint64_t seed, size_t eyes, size_t ea
     const double azimuth = 2.4 * double(e), height = (double(e) + 0.5) / double(eyes) * 1.6 - 0.8;
     const double across = std::sqrt(1 - height * height);
     const Double3 eye = Double3{across * std::cos(azimuth), across * std::sin(azimuth), height} * 4;
-    Random random(seed, 1, e);
+    nif::Random random(seed, 1, e);
     for (size_t i = 0; i < each; ++i) {
       const Double3 at = random.direction() * (1.2 * std::cbrt(random.uniform()));
       rays.push_back(bake::make_segment(eye, at - eye, INFINITY));
