@@ -22,7 +22,7 @@ set(nif_own_names "#define NIF_PASTE(a, b) a##b\n#define NIF_OWN(a, b) NIF_PASTE
 foreach(name Arguments kSchema)
   string(APPEND nif_own_names "#undef ${name}\n#define ${name} NIF_OWN(${name}_, NIF_SOURCE)\n")
 endforeach()
-set(NIF_OWN_NAMES "${nif_own_names}" CACHE INTERNAL "")
+set_property(GLOBAL PROPERTY NIF_OWN_NAMES "${nif_own_names}")
 
 function(nif_compile target)
   # No contraction anywhere: the answer of a query is defined without fused multiply-add, and a
@@ -30,8 +30,9 @@ function(nif_compile target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion
                                            -ffp-contract=off)
   if(NIF_UNITY)
+    get_property(own_names GLOBAL PROPERTY NIF_OWN_NAMES)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 15
-      UNITY_BUILD_UNIQUE_ID NIF_SOURCE UNITY_BUILD_CODE_BEFORE_INCLUDE "${NIF_OWN_NAMES}")
+      UNITY_BUILD_UNIQUE_ID NIF_SOURCE UNITY_BUILD_CODE_BEFORE_INCLUDE "${own_names}")
     # One source's locals may have the names of another's globals.
     target_compile_options(${target} PRIVATE -Wno-shadow)
   endif()

@@ -8,8 +8,8 @@
 
 #include "formats/base/file_name.hpp"
 #include "formats/base/status.hpp"
-#include "tools/bake/options.hpp"
 #include "tools/batch/glob.hpp"
+#include "tools/common/bake_options.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/toml_table.hpp"
 

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "bake/bake.hpp"
-#include "tools/bake/spherical_options.hpp"
 #include "tools/common/options.hpp"
+#include "tools/common/spherical_options.hpp"
 
 namespace nif::tools {
 

@@ -1,4 +1,4 @@
-#include "tools/bake/options.hpp"
+#include "tools/common/bake_options.hpp"
 #include "tools/common/shared_options.hpp"
 
 #include <fmt/format.h>

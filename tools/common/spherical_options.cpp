@@ -1,4 +1,4 @@
-#include "tools/bake/spherical_options.hpp"
+#include "tools/common/spherical_options.hpp"
 
 #include <fmt/format.h>
 
