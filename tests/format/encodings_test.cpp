@@ -113,7 +113,7 @@ TEST(Encodings, RecordsGoWithTheirObjects) {
     // The first's record for the second, the second's for the first, and one that is not there.
     for (const auto& [object, record] : {std::pair{first + 1, 0u}, {first, 1u}, {first + 1, 2u}}) {
       const Bytes file = test::with_record<ObjectRecord>(mixed(), format::kObjects, object,
-                                                         [&](auto& r) { r.record = record; });
+                                                         [record = record](auto& r) { r.record = record; });
       expect_damaged(file, "section OBJS, record " + std::to_string(object) +
                                ": record is not the number of objects of its encoding before it");
     }
