@@ -1,6 +1,8 @@
 // The encodings that there are SIMD kernels for: a line each. Every folder has make_kernel() of its field.
 #pragma once
 
+#include <concepts>
+
 #include "kernels/cpu/bvh/kernel.hpp"
 #include "kernels/cpu/segment/kernel.hpp"
 #include "kernels/cpu/spherical/kernel.hpp"
@@ -9,8 +11,10 @@
 namespace nif::kernels::cpu {
 
 /// Null where the object cannot be held in the form that the SIMD kernel reads: the reference then answers.
-/// The field's memory must outlive the kernel where that reads_field().
-inline KernelPointer make_kernel(const AnyField& field, const KernelOptions& options) {
+/// The field's memory must outlive the kernel where that reads_field(). A template, as query() of AnyField
+/// is.
+template <std::same_as<AnyField> Any>
+KernelPointer make_kernel(const Any& field, const KernelOptions& options) {
   return std::visit([&](const auto& own) { return make_kernel(own, options); }, field);
 }
 

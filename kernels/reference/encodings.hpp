@@ -3,6 +3,7 @@
 // (docs/adding-an-encoding.md).
 #pragma once
 
+#include <concepts>
 #include <variant>
 
 #include "kernels/reference/bvh/encoding.hpp"
@@ -14,18 +15,25 @@ namespace nif::kernels {
 /// One object, ready to be queried. Owns nothing; fields are plain pointers into a loaded asset.
 using AnyField = std::variant<SegmentField, SphericalField, BvhField>;
 
-inline Answer query(const AnyField& field, const Segment& segment) {
+// These are templates so that nothing converts to an AnyField: an encoding that lacks one of its own
+// functions would call them in its place, without end.
+
+template <std::same_as<AnyField> Any>
+Answer query(const Any& field, const Segment& segment) {
   return std::visit([&](const auto& own) { return query(own, segment); }, field);
 }
-inline ObjectBox object_box(const AnyField& field) {
+template <std::same_as<AnyField> Any>
+ObjectBox object_box(const Any& field) {
   return std::visit([](const auto& own) { return object_box(own); }, field);
 }
 /// Distances in object space, times this, are what kCertainReach limits.
-inline float reach_scale(const AnyField& field) {
+template <std::same_as<AnyField> Any>
+float reach_scale(const Any& field) {
   return std::visit([](const auto& own) { return reach_scale(own); }, field);
 }
 /// The probability of being visible is 1 / (1 + exp(-logit * logit_scale)).
-inline float logit_scale(const AnyField& field) {
+template <std::same_as<AnyField> Any>
+float logit_scale(const Any& field) {
   return std::visit([](const auto& own) { return logit_scale(own); }, field);
 }
 
