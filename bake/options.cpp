@@ -1,16 +1,23 @@
 #include "bake/options.hpp"
 
+#include <fmt/format.h>
+
 namespace nif::bake {
 namespace {
 
 constexpr std::pair<Preset, std::string_view> kPresets[] = {
     {Preset::fast, "fast"}, {Preset::balanced, "balanced"}, {Preset::high, "high"}, {Preset::paper, "paper"}};
 
-template <class... Baking>
-struct NamesOf {
-  static constexpr std::string_view kNames[] = {kAutomatic,
-                                                format::EncodingOfContent<typename Baking::Data>::kName...};
+struct EncodingChoice {
+  std::string_view name, help;
+  bool automatic, trained;
 };
+template <class... Baking>
+struct ChoicesOf {
+  static constexpr EncodingChoice kAll[] = {{format::EncodingOfContent<typename Baking::Data>::kName,
+                                             Baking::kHelp, Baking::kAutomatic, Baking::kTrained}...};
+};
+constexpr auto& kEncodings = OfEncoders<ChoicesOf>::kAll;
 
 }  // namespace
 
@@ -27,8 +34,24 @@ std::optional<Preset> preset_named(std::string_view name) {
 }
 
 std::vector<std::string_view> encoding_choices() {
-  using Names = OfEncoders<NamesOf>;
-  return {std::begin(Names::kNames), std::end(Names::kNames)};
+  std::vector<std::string_view> names{kAutomatic};
+  for (const EncodingChoice& encoding : kEncodings) names.push_back(encoding.name);
+  return names;
+}
+
+std::string encoding_help() {
+  std::string chosen, named;
+  for (const EncodingChoice& encoding : kEncodings)
+    (encoding.automatic ? chosen : named) += fmt::format("{}: {}. ", encoding.name, encoding.help);
+  const std::string text =
+      chosen + "auto: the better of these two for each object, by bytes, work and measured error. " + named;
+  return text.substr(0, text.size() - 2);
+}
+
+bool is_trained(std::string_view encoding) {
+  for (const EncodingChoice& known : kEncodings)
+    if (known.name == encoding) return known.trained;
+  return true;
 }
 
 }  // namespace nif::bake

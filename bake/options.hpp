@@ -26,6 +26,10 @@ std::optional<Preset> preset_named(std::string_view name);
 inline constexpr std::string_view kAutomatic = "auto";
 /// What BakeOptions::encoding may be: kAutomatic, and the name of each encoding.
 std::vector<std::string_view> encoding_choices();
+/// One sentence for each of them.
+std::string encoding_help();
+/// False for an encoding that nothing is trained for.
+bool is_trained(std::string_view encoding);
 
 /// With what each encoding has for itself, see its encoder.hpp.
 struct BakeOptions : EncodingOptions {

@@ -27,6 +27,8 @@ struct SegmentBaking {
     size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
   };
   static constexpr bool kAutomatic = true;
+  static constexpr bool kTrained = true;
+  static constexpr const char* kHelp = "small fields, some answers are wrong";
   static std::unique_ptr<Encoder> make(const BakeOptions& options);
 };
 

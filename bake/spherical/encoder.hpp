@@ -25,6 +25,8 @@ struct SphericalBaking {
     uint64_t primary_rays = 0;  ///< that a field for primary rays learned from
   };
   static constexpr bool kAutomatic = false;
+  static constexpr bool kTrained = true;
+  static constexpr const char* kHelp = "the published Neural Intersection Function, for comparison";
   /// Throws InvalidOption.
   static std::unique_ptr<Encoder> make(const BakeOptions& options);
 };

@@ -50,14 +50,15 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
   if (std::ranges::find(known, encoding_name) == known.end())
     throw Error(Status::usage,
                 fmt::format("--encoding '{}' is not one of {}", encoding_name, fmt::join(known, ", ")));
-  if (encoding_name == "bvh") {
+  if (!bake::is_trained(encoding_name)) {
     const char* idle = arguments.preset         ? "--preset"
                        : arguments.resolution   ? "--resolution"
                        : !arguments.mix.empty() ? "--mix"
                                                 : nullptr;
     if (idle)
       throw Error(Status::usage,
-                  fmt::format("--encoding bvh and {} cannot be used together: a bvh is not trained", idle));
+                  fmt::format("--encoding {0} and {1} cannot be used together: a {0} is not trained",
+                              encoding_name, idle));
   }
   const bool spherical = encoding_name == "spherical";
   if (spherical != (preset == "paper"))
@@ -106,12 +107,7 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       .add_option("--preset", arguments.preset,
                   "fast, balanced or high: finer grids and longer training. paper: spherical, as published")
       .default_str("balanced");
-  command
-      .add_option("--encoding", arguments.encoding,
-                  "segment: small fields, some answers are wrong. bvh: exact, about 16 bytes per triangle, "
-                  "no training. auto: the better of these two for each object, by bytes, work and measured "
-                  "error. spherical: the published Neural Intersection Function, for comparison")
-      .default_str("auto");
+  command.add_option("--encoding", arguments.encoding, bake::encoding_help()).default_str("auto");
   command
       .add_option(
           "--resolution", arguments.resolution,
