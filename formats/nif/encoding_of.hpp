@@ -10,13 +10,18 @@
 namespace nif::format {
 
 /// A specialisation has:
-/// - kNumber, kName: in the file and in texts; kSections: the types of its sections, all of which are in a
-/// file where
-///   an object has the encoding, and none of them elsewhere;
+/// - kNumber, kName: in the file and in texts;
+/// - kSections: the types of its sections, that of the records first. All are in a file where an object has
+///   the encoding, and none of them elsewhere;
 /// - Data: one object that owns its memory; Shared: what the objects of an asset share (networks);
-/// - View: one object as views into a file, with `field` ready to be queried; SharedView likewise;
-/// - Reader: makes views from a file's sections, and checks every byte of them;
-/// - Writer: the reverse, from Data and Shared.
+/// - View: one object as views into a file: `field`, ready to be queried; `network`, its index into what is
+///   shared; parts(), its bytes as an array of PartBytes; drop_bytes(), for when the file's bytes go;
+/// - SharedView: what is shared, likewise; made with a memory resource; network_count(), network_bytes() in
+///   the file, view_bytes() of its own memory, drop_bytes();
+/// - Reader: made with the sections, the file's name and SharedView; count() of records; read(index, bounds)
+///   makes a View; finish() comes last. It checks every byte;
+/// - Writer: the reverse, made with the sections and Shared; add(Data);
+/// - static functions: field(Data, Shared, Bounds), to_data(View), to_shared(SharedView).
 template <class Field>
 struct EncodingOf;
 

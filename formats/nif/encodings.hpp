@@ -1,5 +1,5 @@
-// The encodings of a .nif file: this list of includes, in the order of kernels::AnyField, and what is built
-// from it.
+// The encodings of a .nif file: this list of includes, and what is built from it. Their order is that of
+// kernels::AnyField.
 #pragma once
 
 #include <concepts>
