@@ -115,8 +115,11 @@ class Proof {
       for (int a = 0; a < 3; ++a) size = std::max(size, double(info.bounds_max[a]) - info.bounds_min[a]);
       Scenes scenes(devices_);
       for (size_t d = 0; d < 3; ++d) scenes.of[d].add(assets[d], object, placed(0, 0));
-      constexpr const char* kEncodings[] = {"", "segment", "spherical", "bvh"};
-      ask(name + " " + std::to_string(object) + ": " + kEncodings[info.encoding], scenes);
+      std::string encoding;
+      format::for_each_encoding([&](auto known) {
+        if (known.kNumber == uint32_t(info.encoding)) encoding = known.kName;
+      });
+      ask(name + " " + std::to_string(object) + ": " + encoding, scenes);
     }
     Scenes crowd(devices_);
     const uint32_t members = std::max(24u, 3 * count);
