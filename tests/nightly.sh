@@ -45,11 +45,11 @@ try_mesh() {
   RANDOM=$((n % 32768))
   local shape=${shapes[RANDOM % ${#shapes[@]}]} encoding=${encodings[RANDOM % ${#encodings[@]}]}
   local triangles=$((100 + (RANDOM * RANDOM) % 20000)) options=(--preset fast)
-  if [[ $encoding == spherical ]]; then
-    options=(--encoding spherical --training-rays 200000)
-  else
-    options+=(--encoding "$encoding" --resolution $((8 + RANDOM % 89)))
-  fi
+  case $encoding in
+    spherical) options=(--encoding spherical --training-rays 200000) ;;
+    bvh) options=(--encoding bvh) ;;
+    *) options+=(--encoding "$encoding" --resolution $((8 + RANDOM % 89))) ;;
+  esac
   "$nif" mesh generate "$shape" -o "$mesh" --triangles "$triangles" --seed "$n" -j 1 --quiet \
     && "$nif" bake "$mesh" -o "$asset" "${options[@]}" --seed "$n" --rays 0 -j 1 --quiet \
     && "$nif" eval "$asset" --mesh "$mesh" --rays $rays --seed "$n" -j 1 --json >"$scratch/eval.json" \
