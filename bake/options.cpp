@@ -44,7 +44,7 @@ std::string encoding_help() {
   for (const EncodingChoice& encoding : kEncodings)
     (encoding.automatic ? chosen : named) += fmt::format("{}: {}. ", encoding.name, encoding.help);
   const std::string text =
-      chosen + "auto: the better of these two for each object, by bytes, work and measured error. " + named;
+      chosen + "auto: the best of these for each object, by bytes, work and measured error. " + named;
   return text.substr(0, text.size() - 2);
 }
 
