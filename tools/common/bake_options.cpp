@@ -1,5 +1,4 @@
 #include "tools/common/bake_options.hpp"
-#include "tools/common/shared_options.hpp"
 
 #include <fmt/format.h>
 
@@ -8,6 +7,7 @@
 
 #include "formats/base/status.hpp"
 #include "tools/common/amounts.hpp"
+#include "tools/common/shared_options.hpp"
 
 namespace nif::tools {
 namespace {
