@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 
 #include "bake/encoder.hpp"
@@ -124,7 +125,7 @@ class Driver {
       if (!form) continue;
       const bool counted = candidates_[i].taken == encoder;
       if (counted) size_.remove(form->sections);
-      encoders_[encoder]->lay_out(prepared_.objects[i], scale, i == 0, *form);
+      encoders_[encoder]->lay_out(prepared_.objects[i], scale, true, i == 0, *form);
       if (counted) size_.add(form->sections);
     }
   }
@@ -172,10 +173,14 @@ class Driver {
   uint64_t estimated_bytes() const { return size_.bytes() + reserve_; }
 
   void shrink_to(uint64_t most) {
-    for (double scale = 0.95; estimated_bytes() > most; scale *= 0.95) {
+    // Bytes fall with the square of the scale, or a little faster.
+    const auto step = [&] {
+      return std::clamp(std::pow(double(most) / double(estimated_bytes()), 1 / 2.5), 0.6, 0.95);
+    };
+    for (double scale = step(); estimated_bytes() > most; scale *= step()) {
       bool smaller = false;
       for (size_t e = 0; e < encoders_.size(); ++e) {
-        if (!encoders_[e]->shrinks_to(scale)) continue;
+        if (!encoders_[e]->has_scale(scale)) continue;
         lay_out(e, scale);
         smaller = true;
       }
@@ -198,7 +203,9 @@ class Driver {
         choose(first, truths.front().source());
       else if (trains)
         train_or_throw(first, truths);
-      for (size_t i = first; i < first + count; ++i) measure(i, truths[i - first].source());
+      for (size_t i = first; i < first + count; ++i)
+        result_.objects[i].sets = measured(i, truths[i - first].source());
+      if (trains && options_.max_error && count == 1) search(first, truths.front().source());
     }
     for (size_t i = first; i < first + count; ++i) finish(i);
   }
@@ -268,21 +275,63 @@ class Driver {
                                                        cancel_});
   }
 
-  /// The accuracy of what the object is; where it is not good enough and an exact form is, of that.
-  void measure(size_t index, const RaySource& source) {
+  bool is_learned(size_t index) const { return !encoders_[candidates_[index].taken]->exact(); }
+
+  /// Looks for the smallest form of a trained object whose error stays within options.max_error: trains and
+  /// measures it at other scales, kMostBakes in all. Without any, takes an exact form where there is one.
+  void search(size_t index, const RaySource& source) {
+    if (!is_learned(index)) return;
+    constexpr int kMostBakes = 6;
+    constexpr double kStep = 1.4, kFineEnough = 1.08;
     ObjectReport& own = result_.objects[index];
-    own.sets = measured(index, source);
-    if (!options_.max_error || !candidates_[index].has_choice()) return;
-    for (RaySet set : kRaySets) {
-      const double error = own.sets[size_t(set)].error();
-      if (error <= *options_.max_error || encoders_[candidates_[index].taken]->exact()) continue;
-      if (!take_exact(index,
-                      fmt::format("{} would answer {:.2f} % of {} wrongly, more than is allowed",
-                                  encoders_[candidates_[index].taken]->noun(), 100 * error, name_of(set))))
-        continue;
+    Candidate& candidate = candidates_[index];
+    const Encoder& encoder = *encoders_[candidate.taken];
+    double met = 0, missed = 0;  // scales: the smallest that will do, the largest that will not
+    std::optional<Form> best;
+    ObjectReport best_report;
+    for (int bakes = 1;; ++bakes) {
+      const double bound = error_bound(own.sets).bound, scale = candidate.form().scale;
+      own.bakes.emplace_back(candidate.form().cost.bytes, bound);
+      if (bound <= *options_.max_error) {
+        met = scale;
+        best = candidate.form();
+        best_report = own;
+      } else {
+        missed = scale;
+      }
+      const double next = met == 0 ? missed * kStep : missed == 0 ? met / kStep : std::sqrt(met * missed);
+      const bool narrow = met > 0 && missed > 0 && met / missed < kFineEnough;
+      if (bakes == kMostBakes || narrow || !encoder.has_scale(next)) break;
+      Form form;
+      form.alone.objects = {describe(prepared_.objects[index], own)};
+      encoder.lay_out(prepared_.objects[index], next, false, index == 0, form);
+      replace(candidate, std::move(form));
+      if (options_.max_bytes && estimated_bytes() > *options_.max_bytes) break;
+      stop_if(cancel_);
+      if (const std::string failure = train(index, {{index, source, candidate.form(), own}});
+          !failure.empty()) {
+        if (!best) throw Error(Status::training_failed, failure);
+        break;
+      }
       own.sets = measured(index, source);
+    }
+    if (best) {
+      best_report.bakes = std::move(own.bakes);
+      own = std::move(best_report);
+      replace(candidate, std::move(*best));
       return;
     }
+    const ErrorBound worst = error_bound(own.sets);
+    if (candidate.has_choice() &&
+        take_exact(index, fmt::format("{} would answer {:.2f} % of {} wrongly, more than is allowed",
+                                      encoder.noun(), 100 * worst.error, name_of(worst.set))))
+      own.sets = measured(index, source);
+  }
+
+  void replace(Candidate& candidate, Form form) {
+    size_.remove(candidate.form().sections);
+    candidate.form() = std::move(form);
+    size_.add(candidate.form().sections);
   }
 
   SetAccuracies measured(size_t index, const RaySource& source) {

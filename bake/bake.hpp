@@ -42,6 +42,8 @@ struct ObjectReport {
   uint64_t training_rays = 0;  ///< of a field
   uint32_t recoveries = 0;     ///< of all training
   SetAccuracies sets{};
+  /// Where a largest error was asked for: the bytes of each form that was tried, and its error_bound().
+  std::vector<std::pair<uint64_t, double>> bakes;
 
   /// What was compared of an encoding; null where it was not.
   const EncodingCost* cost_of(std::string_view which) const;

@@ -20,6 +20,7 @@ struct Form {
   format::Asset alone;            ///< the object, with its networks, alone in an asset
   format::SectionBytes sections;  ///< what it adds to a file
   EncodingCost cost;
+  double scale = 1;  ///< of its grids, as it was laid out
   AnyReport report;
 
   format::Object& object() { return alone.objects.front(); }
@@ -61,12 +62,14 @@ class Encoder {
 
   /// Why an object with these positions cannot have the encoding; empty where it can.
   virtual std::string obstacle(std::span<const mesh::Float3>) const { return {}; }
-  /// True where objects can be laid out at this scale, below 1, and are smaller then.
-  virtual bool shrinks_to(double) const { return false; }
+  /// True where objects can be laid out at this scale, which is not 1: smaller ones at a lower one.
+  virtual bool has_scale(double) const { return false; }
   /// Makes the content of form.object(), of which the driver has set all else, at a scale of its grids; where
-  /// something is trained, blank and of its final size. Sets the form's sections, its cost in bytes and its
-  /// report. `first`: the first object of the asset, which brings along what all of them share.
-  virtual void lay_out(const Prepared& prepared, double scale, bool first, Form& form) const = 0;
+  /// something is trained, blank and of its final size. Sets the form's sections, its cost in bytes, its
+  /// scale and its report. `bounded`: at a lower scale where it would take more bytes than the encoding has
+  /// for such an object. `first`: the first object of the asset, which brings along what all of them share.
+  virtual void lay_out(const Prepared& prepared, double scale, bool bounded, bool first,
+                       Form& form) const = 0;
   /// Counted work of a ray. Only asked where the encoding may be chosen automatically.
   virtual double work(const Form&, const RaySource&, uint64_t) const { return 0; }
   /// Trains the forms of the lessons together. Returns why that failed, as a sentence that names the object;

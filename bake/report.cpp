@@ -20,6 +20,9 @@ nlohmann::ordered_json to_json(const SetAccuracies& sets) {
                                        {"certain", accuracy.rate(accuracy.certain)},
                                        {"certain_wrong", accuracy.certain_wrong},
                                        {"brier", accuracy.brier()}};
+    if (set == RaySet::sun)
+      json[std::string(name_of(set))]["worst"] = {{"error", accuracy.worst_error},
+                                                  {"certain", accuracy.least_certain}};
   }
   return json;
 }
@@ -109,6 +112,8 @@ nlohmann::ordered_json to_json(const ObjectReport& object) {
     if (cost.work > 0) compared["work"] = cost.work;
     if (cost.error) compared["error"] = *cost.error;
   }
+  for (const auto& [bytes, bound] : object.bakes)
+    json["bakes"].push_back({{"bytes", bytes}, {"error_bound", bound}});
   std::visit([&](const auto& own) { add_report(own, json); }, object.own);
   json["training_rays"] = object.training_rays;
   json["recoveries"] = object.recoveries;

@@ -26,6 +26,13 @@ std::vector<format::Instance> instances_of(const mesh::Scene& scene, const Prepa
 SetAccuracies measure_sets(const RaySource& source, const Answerer& answer, const BakeOptions& options,
                            size_t objects, const std::function<void(RaySet)>& begin);
 
+/// The ray set whose error may be largest: its Accuracy::error_bound() and error().
+struct ErrorBound {
+  double bound = 0, error = 0;
+  RaySet set = RaySet::outer_lines;
+};
+ErrorBound error_bound(const SetAccuracies& sets);
+
 /// Throws TargetNotMet where options.max_error is given and not met.
 void check_error(const BakeOptions& options, const SetAccuracies& sets);
 

@@ -58,7 +58,8 @@ int run(int argc, char** argv) {
                          "  nif attach crate.glb crate.nif -o both.glb\n"
                          "  nif devices\n"
                          "  nif mesh generate statue -o statue.ply\n"
-                         "  nif render scene.toml -o pictures\n\n") +
+                         "  nif render scene.toml -o pictures\n"
+                         "  nif sweep dragon.ply -o sizes\n\n") +
              kExitCodes);
   const Command command(&app);
   add_attach(command);
@@ -70,6 +71,7 @@ int run(int argc, char** argv) {
   add_info(command);
   add_mesh(command);
   add_render(command);
+  add_sweep(command);
 
   // The command line is handed over reversed, as CLI11 wants it.
   std::vector<std::string> arguments(argv + 1, argv + argc);

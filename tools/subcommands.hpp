@@ -15,5 +15,6 @@ void add_farm(Command app);
 void add_info(Command app);
 void add_mesh(Command app);
 void add_render(Command app);
+void add_sweep(Command app);
 
 }  // namespace nif::tools

@@ -34,7 +34,7 @@ class BvhEncoder final : public Encoder {
                        kernels::kMaxBvhCoordinate / 4);
   }
 
-  void lay_out(const Prepared& prepared, double, bool, Form& form) const override {
+  void lay_out(const Prepared& prepared, double, bool, bool, Form& form) const override {
     format::Bvh bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles);
     form.cost.bytes = bvh.bytes();
     form.cost.error = 0;

@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <boost/math/distributions/binomial.hpp>
 #include <variant>
 
 #include "kernels/reference/scene.hpp"
@@ -15,15 +16,31 @@ Accuracy& Accuracy::operator+=(const Accuracy& other) {
   certain += other.certain;
   certain_wrong += other.certain_wrong;
   squared_error += other.squared_error;
+  worst_error = std::max(worst_error, other.worst_error);
+  least_certain = std::min(least_certain, other.least_certain);
   return *this;
 }
 
+double Accuracy::error_bound() const {
+  const uint64_t wrong = leak + spurious;
+  if (wrong == rays) return rays ? 1 : 0;
+  if (wrong == 0 && certain == rays) return 0;
+  constexpr double kDoubt = 0.01;
+  return boost::math::binomial::find_upper_bound_on_p(double(rays), double(wrong), kDoubt);
+}
+
 Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle& oracle) {
+  // Chunks end where groups do.
   constexpr size_t kChunk = 4096;
-  const size_t count = rays.segments.size(), chunks = (count + kChunk - 1) / kChunk;
-  std::vector<Accuracy> parts(chunks);
-  tbb::parallel_for(size_t{0}, chunks, [&](size_t b) {
-    const size_t first = b * kChunk, size = std::min(kChunk, count - first);
+  std::vector<std::pair<size_t, size_t>> chunks;
+  for (const size_t end : rays.group_ends)
+    for (size_t first = chunks.empty() ? 0 : chunks.back().second; first < end;) {
+      chunks.emplace_back(first, std::min(first + kChunk, end));
+      first = chunks.back().second;
+    }
+  std::vector<Accuracy> parts(chunks.size());
+  tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t b) {
+    const size_t first = chunks[b].first, size = chunks[b].second - first;
     uint8_t visible[kChunk], certain[kChunk];
     float probability[kChunk];
     answer(std::span(rays.segments).subspan(first, size), {visible, certain, probability});
@@ -39,8 +56,16 @@ Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle
       part.squared_error += off * off;
     }
   });
-  Accuracy all;
-  for (const Accuracy& part : parts) all += part;
+  Accuracy all, group;
+  for (size_t b = 0, g = 0; b < parts.size(); ++b) {
+    group += parts[b];
+    if (chunks[b].second != rays.group_ends[g]) continue;
+    group.worst_error = group.error();
+    group.least_certain = group.rate(group.certain);
+    all += group;
+    group = {};
+    ++g;
+  }
   return all;
 }
 

@@ -17,9 +17,15 @@ struct Accuracy {
   uint64_t certain = 0;        ///< answered exactly, by the walk alone
   uint64_t certain_wrong = 0;  ///< of those, wrong where the label is not in doubt: must be 0
   double squared_error = 0;    ///< sum over rays of (probability of being visible - truth)^2
+  // Of the groups of rays that are looked at by themselves, the suns: the largest error, and the smallest
+  // share of certain answers.
+  double worst_error = 0, least_certain = 1;
 
   double rate(uint64_t count) const { return rays ? double(count) / double(rays) : 0; }
   double error() const { return rate(leak + spurious); }
+  /// The error of all rays that could be drawn is below this with 99 % confidence (Clopper and Pearson 1934);
+  /// 0 where all answers are certain and right.
+  double error_bound() const;
   double brier() const { return rays ? squared_error / double(rays) : 0; }
   Accuracy& operator+=(const Accuracy& other);
 };

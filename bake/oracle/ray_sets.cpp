@@ -47,11 +47,6 @@ Segment draw_line(const RaySource& source, Random& random) {
   return make_segment(entry - direction * (1.25 * source.box.diagonal()), direction, kInfinity);
 }
 
-struct SurfacePoint {
-  Double3 origin;  // off the surface by the bias, on the viewer's side
-  Double3 normal;  // unit length, towards the viewer
-};
-
 std::optional<SurfacePoint> shading_point(const RaySource& source, const Segment& view) {
   const std::optional<Oracle::Hit> hit = source.oracle.first_hit(view);
   if (!hit) return std::nullopt;
@@ -65,14 +60,9 @@ std::optional<SurfacePoint> shading_point(const RaySource& source, const Segment
 }
 
 std::optional<Segment> draw_from_surface(const RaySource& source, Random& random) {
-  for (int i = 0; i < kTries; ++i) {
-    const std::optional<SurfacePoint> point = shading_point(source, draw_line(source, random));
-    if (!point) continue;
-    Double3 direction = random.direction();
-    if (dot(direction, point->normal) < 0) direction = direction * -1;
-    return make_segment(point->origin, direction, kInfinity);
-  }
-  return std::nullopt;
+  const std::optional<SurfacePoint> point = draw_surface_point(source, random);
+  if (!point) return std::nullopt;
+  return draw_from(*point, random);
 }
 
 std::array<float, 3> draw_point(const mesh::Box& box, Random& random) {
@@ -89,17 +79,15 @@ std::optional<Segment> draw_from_volume(const RaySource& source, Random& random)
   return std::nullopt;
 }
 
-/// Gives an infinite ray a length, log-uniform from kShortestSegment to 1 times the diagonal.
 std::optional<Segment> cut(const RaySource& source, std::optional<Segment> ray, Random& random) {
-  const double fraction = std::exp(random.uniform(std::log(kShortestSegment), 0));
-  if (ray) ray->tmax = static_cast<float>(fraction * source.box.diagonal());
+  if (ray) draw_length(source, *ray, random);
   return ray;
 }
 
 /// Surface points of a picture in scan order, and one direction towards the sun; points that face away from
 /// it are left out, as a renderer would. Parallel projection, the picture just large enough for the box.
-std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t seed) {
-  Random random(seed, uint64_t(RaySet::sun), 0);
+std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t seed, size_t number) {
+  Random random(seed, uint64_t(RaySet::sun), number);
   // The sun stands behind the viewer, at most 60 degrees off, so that even a flat sheet is lit.
   const Double3 view = random.direction();
   Double3 sun;
@@ -116,7 +104,7 @@ std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t se
     for (int i = 0; i < 2; ++i) low[i] = std::min(low[i], at[i]), high[i] = std::max(high[i], at[i]);
   }
   const double width = high[0] - low[0], height = high[1] - low[1];
-  if (!(width > 0 && height > 0)) return {};
+  if (count == 0 || !(width > 0 && height > 0)) return {};
 
   // Of a picture's pixels some miss the object and some face away: a second and third one are made as fine as
   // the last one's yield asks for, within reason.
@@ -193,21 +181,41 @@ std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& ran
       if (random.below(2) == 1) {
         if (auto segment = cut(source, draw_from_volume(source, random), random)) return segment;
       }
-      return draw_surface_segment(source, random);
+      return cut(source, draw_from_surface(source, random), random);
     case RaySet::sun:
       break;
   }
   return std::nullopt;
 }
 
-std::optional<Segment> draw_surface_segment(const RaySource& source, Random& random) {
-  return cut(source, draw_from_surface(source, random), random);
+std::optional<SurfacePoint> draw_surface_point(const RaySource& source, Random& random) {
+  for (int i = 0; i < kTries; ++i) {
+    const std::optional<SurfacePoint> point = shading_point(source, draw_line(source, random));
+    if (point) return point;
+  }
+  return std::nullopt;
+}
+
+Segment draw_from(const SurfacePoint& point, Random& random) {
+  Double3 direction = random.direction();
+  if (dot(direction, point.normal) < 0) direction = direction * -1;
+  return make_segment(point.origin, direction, kInfinity);
+}
+
+void draw_length(const RaySource& source, Segment& ray, Random& random) {
+  const double fraction = std::exp(random.uniform(std::log(kShortestSegment), 0));
+  ray.tmax = static_cast<float>(fraction * source.box.diagonal());
 }
 
 LabelledRays make_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed) {
   LabelledRays rays;
   if (set == RaySet::sun) {
-    rays.segments = make_sun(source, count, seed);
+    for (size_t sun = 0; sun < kSuns; ++sun) {
+      const std::vector<Segment> lit =
+          make_sun(source, count * (sun + 1) / kSuns - count * sun / kSuns, seed, sun);
+      rays.segments.insert(rays.segments.end(), lit.begin(), lit.end());
+      if (!lit.empty()) rays.group_ends.push_back(rays.segments.size());
+    }
   } else {
     const size_t chunks = (count + kChunk - 1) / kChunk;
     std::vector<std::vector<Segment>> drawn(chunks);
@@ -221,6 +229,7 @@ LabelledRays make_ray_set(const RaySource& source, RaySet set, size_t count, uin
       }
     });
     for (auto& chunk : drawn) rays.segments.insert(rays.segments.end(), chunk.begin(), chunk.end());
+    rays.group_ends.push_back(rays.segments.size());
   }
   rays.visible.resize(rays.segments.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, rays.segments.size(), 1024), [&](const auto& range) {

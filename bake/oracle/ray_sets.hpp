@@ -46,12 +46,26 @@ Segment make_segment(const Double3& origin, const Double3& direction, float tmax
 /// length. nullopt where the object does not let itself be hit (or left free) within many tries.
 std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& random);
 
-/// The half of `segments` that starts on the surface, alone.
-std::optional<Segment> draw_surface_segment(const RaySource& source, Random& random);
+/// Where shadow rays start: off the surface by the bias, on the viewer's side.
+struct SurfacePoint {
+  Double3 origin;
+  Double3 normal;  ///< unit length, towards the viewer
+};
+
+// The parts of which some sets' rays are made, for those who draw many rays from one start.
+std::optional<SurfacePoint> draw_surface_point(const RaySource& source, Random& random);
+Segment draw_from(const SurfacePoint& point, Random& random);
+/// Gives an infinite ray a length as in `segments`.
+void draw_length(const RaySource& source, Segment& ray, Random& random);
+
+/// Directions of the sun in its set, each with a picture of its own.
+inline constexpr size_t kSuns = 32;
 
 struct LabelledRays {
   std::vector<Segment> segments;
   std::vector<uint8_t> visible;  ///< by the oracle
+  /// Where the rays of each sun end, of `sun`; of other sets the end of all, as one group.
+  std::vector<size_t> group_ends;
 };
 
 /// The first `count` rays of a set for a seed, in parallel and the same for any number of threads. Fewer,

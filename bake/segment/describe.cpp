@@ -13,6 +13,9 @@ void add_report(const SegmentBaking::Report& report, nlohmann::ordered_json& jso
   json["surface_voxels"] = report.surface_voxels;
   json["inside_voxels"] = report.inside_voxels;
   json["unknown_voxels"] = report.unknown_voxels;
+  json["parts"] = report.parts;
+  json["planes"] = report.planes;
+  json["walls"] = report.walls;
 }
 
 void add_metadata(const SegmentBaking::Report& report, const ObjectReport& all, const format::Object&,
@@ -26,18 +29,22 @@ void describe(const format::SegmentView& view, nlohmann::ordered_json& json) {
   std::vector<uint32_t> widths;
   for (uint32_t l = 0; l < field.network.layer_count; ++l) widths.push_back(field.network.layers[l].outputs);
   json["voxels"] = field.voxels;
+  json["levels"] = field.levels;
+  json["surface_voxels"] = field.surface_voxels;
+  json["parts"] = field.part_count;
   json["corners"] = field.corners;
   json["features_per_corner"] = field.features_per_corner;
   json["samples"] = field.samples;
   json["network"] = view.network;
   json["layers"] = widths;
-  json["bytes"] = {{"occupancy", view.occupancy_bytes}, {"features", view.feature_bytes}};
+  json["bytes"] = {
+      {"occupancy", view.occupancy_bytes}, {"planes", view.cell_bytes}, {"features", view.feature_bytes}};
 }
 
 std::string summary(const format::SegmentView& view) {
   const kernels::SegmentField& field = view.field;
-  return fmt::format("{} x {} x {} voxels, {} corners", field.voxels[0], field.voxels[1], field.voxels[2],
-                     field.corners);
+  return fmt::format("{} x {} x {} voxels, {} of them surface in {} parts, {} corners", field.voxels[0],
+                     field.voxels[1], field.voxels[2], field.surface_voxels, field.part_count, field.corners);
 }
 
 }  // namespace nif::bake

@@ -6,6 +6,7 @@
 
 #include "bake/encoder.hpp"
 #include "bake/report.hpp"
+#include "bake/segment/cells.hpp"
 #include "bake/segment/occupancy.hpp"
 #include "bake/segment/trainer.hpp"
 #include "bake/steps.hpp"
@@ -15,9 +16,12 @@
 namespace nif::bake {
 namespace {
 
-/// What a preset comes to for an object of kFullTriangles or more; smaller ones get a coarser grid.
+/// What a preset comes to.
 struct SegmentShape {
-  uint32_t resolution;
+  uint32_t voxels;   ///< along the longest side
+  uint32_t levels;   ///< how often a voxel is cut in two along each axis, at most
+  double thickness;  ///< times the bias: how far apart planes are where a cell is cut
+  uint64_t budget;   ///< bytes of an object, see budget_for()
   uint32_t samples, features_per_corner;
   float length_scale;
   NetworkOptions network;
@@ -27,16 +31,17 @@ struct SegmentShape {
 
 // What `balanced` comes to stands in docs/results/dragon.md.
 constexpr std::pair<Preset, SegmentShape> kSegmentShapes[] = {
-    {Preset::fast, {64, 8, 2, 8.0f, {32, 2}, 400, 12'000'000}},
-    {Preset::balanced, {96, 6, 2, 8.0f, {32, 2}, 2200, 110'000'000}},
-    {Preset::high, {128, 12, 2, 8.0f, {48, 2}, 4000, 500'000'000}}};
+    {Preset::fast, {48, 2, 2.0, 200'000, 8, 2, 8.0f, {32, 2}, 400, 12'000'000}},
+    {Preset::balanced, {48, 2, 1.75, 230'000, 6, 2, 8.0f, {32, 2}, 2200, 110'000'000}},
+    {Preset::high, {64, 2, 1.0, 450'000, 12, 2, 8.0f, {48, 2}, 4000, 500'000'000}}};
 
 // One part for each kind of query. Lines from within the volume are left out: they pass through surface
 // voxels as other lines do, and on the dragon nine in ten of them are certain, so finding the rest costs more
 // than it teaches.
 constexpr Mix kSegmentMix{0.30, 0.35, 0.0, 0.35, 0.0};
 
-constexpr uint32_t kMinResolution = 16;
+/// With --resolution voxels are cut as often as leaves so many of them, because features are theirs.
+constexpr uint32_t kLeastVoxels = 12;
 constexpr uint64_t kLeastSegmentRays = 2'000'000;
 constexpr uint64_t kSegmentRaysPerRound = 3'000'000;
 
@@ -44,16 +49,22 @@ SegmentShape shape_for(const BakeOptions& options) {
   SegmentShape shape = kSegmentShapes[1].second;
   for (const auto& [preset, known] : kSegmentShapes)
     if (preset == options.preset) shape = known;
-  if (options.resolution) shape.resolution = *options.resolution;
+  if (options.resolution) {
+    while (shape.levels > 0 && *options.resolution >> shape.levels < kLeastVoxels) --shape.levels;
+    while (*options.resolution >> shape.levels > kernels::kMaxVoxels) ++shape.levels;
+    shape.voxels = (*options.resolution + (1u << shape.levels) - 1) >> shape.levels;
+    shape.budget = ~uint64_t{0};
+  }
   return shape;
 }
 
-/// Below kFullTriangles, surface detail is what triangles there are, and the voxels' size follows the
-/// triangles': resolution falls with the square root of their number.
-uint32_t resolution_for(uint64_t triangles, uint32_t full, double scale) {
-  const double share = std::min(1.0, std::sqrt(double(triangles) / kFullTriangles));
-  const double wanted = std::max(full * share, double(std::min(kMinResolution, full))) * scale;
-  return std::clamp(uint32_t(std::lround(wanted)), 2u, kernels::kMaxVoxels);
+/// What a field of an object may take: half of what a BVH would, but for very small ones, and no more than
+/// the preset says, or so many times as much as the object has the root of millions of triangles.
+uint64_t budget_for(const SegmentShape& shape, uint64_t triangles) {
+  constexpr uint64_t kBytesPerTriangle = 10, kLeastBudget = 24'000;
+  if (shape.budget == ~uint64_t{0}) return shape.budget;
+  const double most = double(shape.budget) * std::max(1.0, std::sqrt(double(triangles) / 1e6));
+  return std::min(uint64_t(most), std::max(kBytesPerTriangle * triangles, kLeastBudget));
 }
 
 /// A network of the right shape and size, all zeros, to measure what a file will take.
@@ -82,18 +93,19 @@ uint64_t bytes_of(const format::Network& network) {
 
 uint64_t bytes_of(const format::SegmentData& data) {
   return bytes_of(data.brick_table) + bytes_of(data.brick_states) + bytes_of(data.brick_corners) +
-         bytes_of(data.corner_base) + bytes_of(data.features);
+         bytes_of(data.corner_base) + bytes_of(data.voxel_base) + bytes_of(data.voxel_records) +
+         bytes_of(data.parts) + bytes_of(data.features);
 }
 
 /// What a ray takes. Nanoseconds by least squares over times of the AVX-512 kernels on the meshes of
-/// docs/results/encoding.md.
+/// docs/results/encoding.md, when voxels had no planes yet; not fitted anew since.
 struct SegmentCounts {
-  uint64_t voxels = 0, ambiguous = 0;  ///< of mixed bricks; rays that the network is asked
+  uint64_t pieces = 0, ambiguous = 0;  ///< in mixed bricks; rays that the network is asked
 
   SegmentCounts operator+(const SegmentCounts& other) const {
-    return {voxels + other.voxels, ambiguous + other.ambiguous};
+    return {pieces + other.pieces, ambiguous + other.ambiguous};
   }
-  double nanoseconds() const { return 6.5 * double(voxels) + 55 * double(ambiguous); }
+  double nanoseconds() const { return 6.5 * double(pieces) + 55 * double(ambiguous); }
 };
 
 class SegmentEncoder final : public Encoder {
@@ -103,24 +115,23 @@ class SegmentEncoder final : public Encoder {
   std::string_view name() const override { return format::EncodingOf<kernels::SegmentField>::kName; }
   std::string_view noun() const override { return "a field"; }
   std::string_view smallest() const override { return "the coarsest grids"; }
-  bool shrinks_to(double scale) const override { return shape_.resolution * scale >= 4; }
+  bool has_scale(double scale) const override {
+    constexpr double kFewest = 4;
+    return shape_.voxels * scale >= kFewest && shape_.voxels * scale <= kernels::kMaxVoxels &&
+           shape_.voxels * scale * (1u << shape_.levels) <= kernels::kMaxCells;
+  }
 
-  /// Its occupancy, and zero features.
-  void lay_out(const Prepared& prepared, double scale, bool, Form& form) const override {
-    const auto& [positions, triangles, slivers, cleaned] = prepared.surface;
-    const Grid grid = make_grid(prepared.box, resolution_for(triangles.size(), shape_.resolution, scale));
-    const Occupancy occupancy =
-        classify(grid, prepared.surface, voxelize(grid, positions, triangles), prepared.closed);
-    format::SegmentData data;
-    data.samples = shape_.samples;
-    data.length_scale = shape_.length_scale;
-    store_occupancy(occupancy, shape_.features_per_corner, form.object().name, data);
-    form.alone.networks = {blank_network(shape_)};
-    form.cost.bytes = bytes_of(data) + bytes_of(form.alone.networks.front());
-    form.report = SegmentBaking::Report{grid.voxels, occupancy.surface_voxels, occupancy.inside_voxels,
-                                        occupancy.unknown_voxels};
-    form.object().content = std::move(data);
-    form.sections = format::section_bytes(form.alone);
+  void lay_out(const Prepared& prepared, double scale, bool bounded, bool, Form& form) const override {
+    scale *= options_.scale;
+    bounded = bounded && options_.scale == 1;
+    const double budget = double(budget_for(shape_, prepared.surface.triangles.size()));
+    for (;;) {
+      lay_out(prepared, scale, form);
+      // Bytes fall with the square of the scale, or a little faster.
+      const double next = scale * std::clamp(std::pow(budget / double(form.cost.bytes), 1 / 2.5), 0.3, 0.85);
+      if (!bounded || double(form.cost.bytes) <= budget || !has_scale(next)) return;
+      scale = next;
+    }
   }
 
   double work(const Form& form, const RaySource& source, uint64_t seed) const override {
@@ -157,6 +168,39 @@ class SegmentEncoder final : public Encoder {
   }
 
  private:
+  /// Its occupancy and planes, and zero features.
+  void lay_out(const Prepared& prepared, double scale, Form& form) const {
+    const mesh::CleanMesh& mesh = prepared.surface;
+    const double wanted = double(shape_.voxels) * scale;
+    // The coarsest grids are for the fewest bytes: features of so few voxels are not worth cells of their
+    // own.
+    constexpr double kVoxelsToCut = 4;
+    uint32_t levels = shape_.levels;
+    while (levels > 0 && !options_.resolution && wanted < kVoxelsToCut * (1u << levels)) --levels;
+    const uint32_t voxels = std::clamp(uint32_t(std::lround(wanted)), 2u, kernels::kMaxVoxels);
+    const Grid grid = make_grid(prepared.box, voxels, levels);
+    SurfaceVoxels surface = voxelize(grid, mesh);
+    const Occupancy occupancy = classify(grid, mesh, std::move(surface.marks), prepared.closed);
+    format::SegmentData data;
+    data.samples = shape_.samples;
+    data.length_scale = shape_.length_scale;
+    store_occupancy(occupancy, shape_.features_per_corner, form.object().name, data);
+    const double thickness = shape_.thickness / scale * prepared.bias * grid.voxels_per_unit * grid.cells();
+    const CellCounts cells = fit_cells(grid, mesh, surface, thickness, form.object().name, data);
+    form.scale = scale;
+    form.alone.networks = {blank_network(shape_)};
+    form.cost.bytes = bytes_of(data) + bytes_of(form.alone.networks.front());
+    form.report = SegmentBaking::Report{grid.voxels,
+                                        occupancy.surface_voxels,
+                                        occupancy.inside_voxels,
+                                        occupancy.unknown_voxels,
+                                        cells.parts,
+                                        cells.planes,
+                                        cells.walls};
+    form.object().content = std::move(data);
+    form.sections = format::section_bytes(form.alone);
+  }
+
   Mix mix() const { return options_.mix.value_or(kSegmentMix); }
 
   TrainingOptions training_options(uint32_t corners) const {
@@ -191,14 +235,12 @@ std::unique_ptr<Encoder> SegmentBaking::make(const BakeOptions& options) {
 
 double work_of(const kernels::SegmentField& field, const RaySource& source, uint64_t seed) {
   return mean_work<SegmentCounts>(source, seed, [&](const Segment& segment, SegmentCounts& counts) {
-    // Only voxels of mixed bricks: a fast walk leaps over the others.
+    // Only what is in mixed bricks: a fast walk leaps over the others.
     kernels::Walk walk;
-    kernels::walk_segment(field, segment, walk, [&](const int32_t(&voxel)[3]) {
-      const uint32_t x = uint32_t(voxel[0]) / kernels::kBrickSide,
-                     y = uint32_t(voxel[1]) / kernels::kBrickSide,
-                     z = uint32_t(voxel[2]) / kernels::kBrickSide;
-      const uint16_t entry = field.brick_table[x + field.bricks[0] * (y + field.bricks[1] * z)];
-      counts.voxels += entry >= kernels::kFirstMixedBrick;
+    kernels::walk_segment(field, segment, walk, [&](const kernels::Piece& piece) {
+      int32_t voxel[3];
+      for (int a = 0; a < 3; ++a) voxel[a] = piece.low[a] >> field.levels;
+      counts.pieces += kernels::brick_place(field, voxel).entry >= kernels::kFirstMixedBrick;
     });
     counts.ambiguous += walk.verdict == kernels::Verdict::ambiguous;
   });

@@ -20,11 +20,16 @@ struct RaySource;
 struct SegmentBaking {
   using Data = format::SegmentData;
   struct Options {
-    std::optional<uint32_t> resolution;  ///< voxels along the longest side, in place of the preset's choice
+    double scale = 1;  ///< of the grids; other than 1: whatever that takes
+    std::optional<uint32_t>
+        resolution;  ///< finest cells along the longest side, in place of what fits the budget
   };
   struct Report {
     std::array<uint32_t, 3> voxels{};  ///< of the grid
     size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
+    size_t parts = 0;   ///< of surface voxels that are cut
+    size_t planes = 0;  ///< surface voxels and parts with planes
+    size_t walls = 0;   ///< of those, with a wall
   };
   static constexpr bool kAutomatic = true;
   static constexpr bool kTrained = true;

@@ -165,6 +165,7 @@ void store_occupancy(const Occupancy& occupancy, uint32_t features_per_corner, s
   const Grid& grid = occupancy.grid;
   data.origin = grid.origin;
   data.voxels_per_unit = grid.voxels_per_unit;
+  data.levels = grid.levels;
   data.voxels = grid.voxels;
   data.features_per_corner = features_per_corner;
   data.brick_table.clear();

@@ -75,6 +75,7 @@ class Trainer {
         options_(options),
         field_(format::field_of(data, {})),
         cells_(field_),
+        filter_(field_),
         shape_(make_shape(data.samples * data.features_per_corner + kernels::kGlobalInputs, options.network)),
         features_(data.features.size(), 1.0f, kFeatureQuantum),
         weights_(shape_.weights, 127 * kWeightQuantum, kWeightQuantum),
@@ -94,14 +95,18 @@ class Trainer {
     const uint64_t chunks_per_round = std::max<uint64_t>(1, options_.rays_per_round / kTrainingChunk);
     uint64_t next_chunk = 0;
     while (step_ < steps) {
-      const TrainingRays rays = draw_training_rays(source_, field_, cells_, options_.mix, options_.seed,
-                                                   next_chunk, chunks_per_round, cancel);
+      TrainingRays rays = draw_rays(next_chunk, chunks_per_round, steps, progress, cancel);
       next_chunk += chunks_per_round;
       if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
-      if (rays.count() < options_.batch)
-        return failed("the ray sets of the mix have too few rays that the network would be asked");
-      for (uint32_t pass = 0; pass < options_.passes && step_ < steps; ++pass)
-        if (!train_pass(rays, pass, steps, progress, cancel))
+      if (rays.candidates == 0) return failed("the ray sets of the mix have no rays");
+      // Where nothing is open, the network is never asked; where little is, the same rays are used more
+      // often.
+      if (rays.count() == 0) break;
+      while (rays.count() < options_.batch) rays.append(TrainingRays(rays));
+      const uint64_t in_round = chunks_per_round * kTrainingChunk * options_.passes / options_.batch,
+                     until = std::min(steps, step_ + std::max<uint64_t>(1, in_round));
+      for (uint32_t pass = 0; step_ < until; ++pass)
+        if (!train_pass(rays, pass, until, steps, progress, cancel))
           return failed("the loss stayed non-finite after " + std::to_string(kMaxRecoveries) + " recoveries");
     }
     return finish();
@@ -148,9 +153,23 @@ class Trainer {
     return result;
   }
 
-  /// One use of every drawn ray, batch by batch; where a batch starts differs from pass to pass. False as
-  /// recover().
-  bool train_pass(const TrainingRays& rays, uint32_t pass, uint64_t steps,
+  /// The rays of a round, drawn in parts, so that progress is seen in between.
+  TrainingRays draw_rays(uint64_t first_chunk, uint64_t chunks, uint64_t steps,
+                         const std::function<void(const TrainingProgress&)>& progress,
+                         const std::atomic<bool>& cancel) const {
+    constexpr uint64_t kChunksAtOnce = 32;
+    TrainingRays rays;
+    for (uint64_t done = 0; done < chunks && !cancel; done += kChunksAtOnce) {
+      rays.append(draw_training_rays(source_, field_, cells_, filter_, options_.mix, options_.seed,
+                                     first_chunk + done, std::min(kChunksAtOnce, chunks - done), cancel));
+      progress({step_ * options_.batch, steps * options_.batch, loss_, error_});
+    }
+    return rays;
+  }
+
+  /// One use of every drawn ray, batch by batch, or up to a step; where a batch starts differs from pass to
+  /// pass. False as recover().
+  bool train_pass(const TrainingRays& rays, uint32_t pass, uint64_t until, uint64_t steps,
                   const std::function<void(const TrainingProgress&)>& progress,
                   const std::atomic<bool>& cancel) {
     const size_t slice = options_.batch / kTrainGroups, slices = rays.count() / slice;
@@ -158,7 +177,7 @@ class Trainer {
     // pass.
     size_t stride = 1 + (slices / 3) * (pass + 1);
     while (std::gcd(stride, slices) != 1) ++stride;
-    for (size_t done = 0; done + kTrainGroups <= slices && step_ < steps; done += kTrainGroups) {
+    for (size_t done = 0; done + kTrainGroups <= slices && step_ < until; done += kTrainGroups) {
       if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
       std::array<size_t, kTrainGroups> firsts;
       for (uint32_t g = 0; g < kTrainGroups; ++g) firsts[g] = (done + g) * stride % slices * slice;
@@ -328,6 +347,7 @@ class Trainer {
   const TrainingOptions& options_;
   kernels::SegmentField field_;
   SurfaceCells cells_;
+  OpenFilter filter_;
   NetworkShape shape_;
   Parameters features_, weights_, biases_;
   std::array<Group, kTrainGroups> groups_;

@@ -47,127 +47,166 @@ uint32_t SurfaceCells::cell_of(const uint16_t voxel[3]) const {
 
 namespace {
 
-/// A uniform point of a uniform surface voxel.
-Double3 draw_surface_voxel_point(const kernels::SegmentField& field, const SurfaceCells& cells,
-                                 Random& random) {
-  const SurfaceCells::Cell& cell = cells.cells[random.below(uint32_t(cells.cells.size()))];
-  Double3 point;
-  for (int a = 0; a < 3; ++a) {
-    point[a] = field.origin[a] + (cell.voxel[a] + random.uniform()) / double(field.voxels_per_unit);
+/// The rays of one random stream.
+class ChunkDrawer {
+ public:
+  ChunkDrawer(const RaySource& source, const kernels::SegmentField& field, const SurfaceCells& cells,
+              const OpenFilter& filter, Random& random, TrainingRays& rays)
+      : source_(source), field_(field), cells_(cells), filter_(filter), random_(random), rays_(rays) {
+    rays_.samples = field.samples;
   }
-  return point;
-}
 
-/// A line through a random surface voxel: nearly all such lines are ambiguous, while of the lines of
-/// `outer-lines` nine in ten are not. Long ways through surface voxels are drawn more often than in that set.
-Segment draw_line_through_surface(const RaySource& source, const kernels::SegmentField& field,
-                                  const SurfaceCells& cells, Random& random) {
-  const Double3 point = draw_surface_voxel_point(field, cells, random), direction = random.direction();
-  return make_segment(point - direction * (1.25 * source.box.diagonal()), direction, kInfinity);
-}
-
-/// A segment from the free volume through a random surface voxel. Its length is uniform, because a long
-/// segment passes through a given voxel more often than a short one: that makes it log-uniform among
-/// segments, as in `segments`. The origin may still lie inside.
-std::optional<Segment> draw_segment_through_surface(const RaySource& source,
-                                                    const kernels::SegmentField& field,
-                                                    const SurfaceCells& cells, Random& random) {
-  const Double3 point = draw_surface_voxel_point(field, cells, random), direction = random.direction();
-  const double size = random.uniform(kShortestSegment, 1.0) * source.box.diagonal();
-  const Double3 origin = point - direction * (random.uniform() * size);
-  for (int a = 0; a < 3; ++a) {
-    if (origin[a] < source.box.min[a] || origin[a] > source.box.max[a]) return std::nullopt;
-  }
-  return make_segment(origin, direction, static_cast<float>(size));
-}
-
-void draw_chunk(const RaySource& source, const kernels::SegmentField& field, const SurfaceCells& cells,
-                const Mix& mix, Random& random, TrainingRays& rays) {
-  constexpr int kTries = 2000;  // for one ambiguous ray
-  rays.samples = field.samples;
-  kernels::Walk walk;
-  kernels::Placement placement;
-  while (rays.visible.size() < kTrainingChunk) {
-    const RaySet set = draw_set(mix, random);
-    bool found = false;
-    for (int i = 0; i < kTries && !found; ++i) {
-      std::optional<Segment> segment;
-      bool free_origin = true;  // known to lie outside of every solid
-      if (set == RaySet::outer_lines) {
-        segment = draw_line_through_surface(source, field, cells, random);
-      } else if (set == RaySet::segments && random.below(2) == 0) {
-        segment = draw_segment_through_surface(source, field, cells, random);
-        free_origin = false;
-        if (!segment) continue;
-      } else if (set == RaySet::segments) {
-        segment = draw_surface_segment(source, random);
-      } else {
-        segment = draw_ray(source, set, random);
+  void draw(const Mix& mix, const std::atomic<bool>& cancel) {
+    std::array<size_t, kRaySets.size()> wanted{};
+    for (size_t i = 0; i < kTrainingChunk; ++i) ++wanted[size_t(draw_set(mix, random_))];
+    for (const RaySet set : kRaySets) {
+      const size_t until = rays_.count() + wanted[size_t(set)];
+      const size_t most = rays_.candidates + wanted[size_t(set)] * kMostCandidates;
+      for (bool any = true; any && rays_.count() < until && rays_.candidates < most;) {
+        if (cancel.load(std::memory_order_relaxed)) return;
+        any = draw_round(set, until);
       }
-      if (!segment) break;
-      kernels::walk_segment(field, *segment, walk);
-      // A way of no length tells nothing of where the surface is.
-      if (walk.verdict != kernels::Verdict::ambiguous || !(walk.surface_t > 0)) continue;
-      if (!free_origin && source.inside.inside({segment->origin[0], segment->origin[1], segment->origin[2]}))
-        continue;
-      kernels::place_samples(field, walk, placement);
-      uint32_t numbers[kernels::kMaxSamples];
-      bool whole = true;
-      for (uint32_t j = 0; j < field.samples && whole; ++j) {
-        numbers[j] = cells.cell_of(placement.points[j].voxel);
-        whole = numbers[j] != SurfaceCells::kNone;  // rounding put the point into a neighbour: rare, left out
-      }
-      if (!whole) continue;
-      found = true;
-      for (uint32_t j = 0; j < field.samples; ++j) {
-        rays.cells.push_back(numbers[j]);
-        const uint8_t* fraction = placement.points[j].fraction;
-        rays.fractions.push_back({fraction[0], fraction[1], fraction[2]});
-      }
-      std::array<uint8_t, kernels::kGlobalInputs> globals;
-      std::copy(std::begin(placement.globals), std::end(placement.globals), globals.begin());
-      rays.globals.push_back(globals);
-      rays.visible.push_back(!source.oracle.occluded(*segment));
-      rays.set.push_back(uint8_t(set));
     }
-    if (!found) break;
+    shuffle();
   }
-}
+
+ private:
+  static constexpr size_t kCandidates = 1024;  ///< drawn at a time
+  static constexpr size_t kMostCandidates =
+      160;  ///< for each ray: where fewer are open, there are fewer rays
+  static constexpr uint32_t kRaysFromStart = 32;  ///< in random directions
+
+  /// So that every part of the chunk has rays of all sets.
+  void shuffle() {
+    const uint32_t samples = rays_.samples;
+    for (uint32_t i = uint32_t(rays_.count()); i-- > 1;) {
+      const uint32_t j = random_.below(i + 1);
+      for (uint32_t k = 0; k < samples; ++k) {
+        std::swap(rays_.cells[i * samples + k], rays_.cells[j * samples + k]);
+        std::swap(rays_.fractions[i * samples + k], rays_.fractions[j * samples + k]);
+      }
+      std::swap(rays_.globals[i], rays_.globals[j]);
+      std::swap(rays_.visible[i], rays_.visible[j]);
+      std::swap(rays_.set[i], rays_.set[j]);
+    }
+  }
+
+  /// Draws candidates of a set and keeps those that are open, until there are so many rays. False where the
+  /// set has none.
+  bool draw_round(RaySet set, size_t until) {
+    candidates_.clear();
+    for (int tries = 0; candidates_.size() < kCandidates && tries < int(kCandidates); ++tries) draw(set);
+    rays_.candidates += candidates_.size();
+    open_.clear();
+    filter_.select(candidates_, open_);
+    for (const uint32_t i : open_) {
+      if (rays_.count() == until) break;
+      keep(candidates_[i], set);
+    }
+    return !candidates_.empty();
+  }
+
+  /// A candidate, or many from one start.
+  void draw(RaySet set) {
+    switch (set) {
+      case RaySet::inner_surface:
+        return draw_from_surface(false);
+      case RaySet::inner_volume:
+        return draw_from_volume(false);
+      case RaySet::segments:
+        return random_.below(2) == 0 && source_.has_volume ? draw_from_volume(true) : draw_from_surface(true);
+      default:
+        if (const auto ray = draw_ray(source_, set, random_)) candidates_.push_back(*ray);
+    }
+  }
+
+  void draw_from_surface(bool cut) {
+    if (const auto point = draw_surface_point(source_, random_))
+      draw_from_start(cut, [&] { return draw_from(*point, random_); });
+  }
+  void draw_from_volume(bool cut) {
+    const auto ray = draw_ray(source_, RaySet::inner_volume, random_);
+    if (!ray) return;
+    const Double3 origin{ray->origin[0], ray->origin[1], ray->origin[2]};
+    draw_from_start(cut, [&] { return make_segment(origin, random_.direction(), kInfinity); });
+  }
+  template <class Draw>
+  void draw_from_start(bool cut, const Draw& draw) {
+    for (uint32_t i = 0; i < kRaysFromStart; ++i) {
+      candidates_.push_back(draw());
+      if (cut) draw_length(source_, candidates_.back(), random_);
+    }
+  }
+
+  void keep(const Segment& segment, RaySet set) {
+    kernels::walk_segment(field_, segment, walk_);
+    // A way of no length tells nothing of where the surface is.
+    if (!(walk_.open_t > 0)) return;
+    kernels::place_samples(field_, walk_, placement_);
+    uint32_t numbers[kernels::kMaxSamples];
+    for (uint32_t j = 0; j < field_.samples; ++j) {
+      numbers[j] = cells_.cell_of(placement_.points[j].voxel);
+      if (numbers[j] == SurfaceCells::kNone) return;  // rounding put the point into a neighbour: rare
+    }
+    for (uint32_t j = 0; j < field_.samples; ++j) {
+      rays_.cells.push_back(numbers[j]);
+      const uint8_t* fraction = placement_.points[j].fraction;
+      rays_.fractions.push_back({fraction[0], fraction[1], fraction[2]});
+    }
+    std::array<uint8_t, kernels::kGlobalInputs> globals;
+    std::copy(std::begin(placement_.globals), std::end(placement_.globals), globals.begin());
+    rays_.globals.push_back(globals);
+    rays_.visible.push_back(!source_.oracle.occluded(segment));
+    rays_.set.push_back(uint8_t(set));
+  }
+
+  const RaySource& source_;
+  const kernels::SegmentField& field_;
+  const SurfaceCells& cells_;
+  const OpenFilter& filter_;
+  Random& random_;
+  TrainingRays& rays_;
+  std::vector<Segment> candidates_;
+  std::vector<uint32_t> open_;
+  kernels::Walk walk_;
+  kernels::Placement placement_;
+};
 
 template <class T>
-void append(std::vector<T>& to, std::vector<T>& from) {
+void append_to(std::vector<T>& to, const std::vector<T>& from) {
   to.insert(to.end(), from.begin(), from.end());
-  from = {};
 }
 
 }  // namespace
 
+void TrainingRays::append(TrainingRays&& more) {
+  candidates += more.candidates;
+  if (count() == 0) {
+    const size_t all = candidates;
+    *this = std::move(more);
+    candidates = all;
+    return;
+  }
+  append_to(cells, more.cells);
+  append_to(fractions, more.fractions);
+  append_to(globals, more.globals);
+  append_to(visible, more.visible);
+  append_to(set, more.set);
+}
+
 TrainingRays draw_training_rays(const RaySource& source, const kernels::SegmentField& field,
-                                const SurfaceCells& cells, const Mix& mix, uint64_t seed,
-                                uint64_t first_chunk, uint64_t chunks, const std::atomic<bool>& cancel) {
+                                const SurfaceCells& cells, const OpenFilter& filter, const Mix& mix,
+                                uint64_t seed, uint64_t first_chunk, uint64_t chunks,
+                                const std::atomic<bool>& cancel) {
   constexpr uint64_t kPurpose = 0x747261696e;  // apart from the ray sets' own streams: never the same rays
   std::vector<TrainingRays> parts(chunks);
   tbb::parallel_for(uint64_t{0}, chunks, [&](uint64_t b) {
-    if (cancel.load(std::memory_order_relaxed)) return;
     Random random(seed, kPurpose, first_chunk + b);
-    draw_chunk(source, field, cells, mix, random, parts[b]);
+    ChunkDrawer(source, field, cells, filter, random, parts[b]).draw(mix, cancel);
   });
   TrainingRays all;
   all.samples = field.samples;
-  size_t count = 0;
-  for (const TrainingRays& part : parts) count += part.count();
-  all.cells.reserve(count * field.samples);
-  all.fractions.reserve(count * field.samples);
-  all.globals.reserve(count);
-  all.visible.reserve(count);
-  all.set.reserve(count);
-  for (TrainingRays& part : parts) {
-    append(all.cells, part.cells);
-    append(all.fractions, part.fractions);
-    append(all.globals, part.globals);
-    append(all.visible, part.visible);
-    append(all.set, part.set);
-  }
+  for (TrainingRays& part : parts) all.append(std::move(part));
   return all;
 }
 

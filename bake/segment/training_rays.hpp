@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bake/mix.hpp"
+#include "bake/segment/open_filter.hpp"
 #include "kernels/reference/segment/samples.hpp"
 
 namespace nif::bake {
@@ -38,14 +39,17 @@ struct TrainingRays {
   std::vector<std::array<uint8_t, kernels::kGlobalInputs>> globals;
   std::vector<uint8_t> visible;
   std::vector<uint8_t> set;  ///< RaySet that the ray was drawn from
+  size_t candidates = 0;     ///< of which these were open
   size_t count() const { return visible.size(); }
+  void append(TrainingRays&& more);
 };
 
-/// Draws kTrainingChunk ambiguous rays for each chunk number from `first_chunk` on, in parallel, the same for
-/// any number of threads. Fewer where the field has next to no ambiguous rays. Stops early, with whatever it
+/// Draws kTrainingChunk open rays for each chunk number from `first_chunk` on, in parallel, the same for
+/// any number of threads. Fewer where the field has few open rays. Stops early, with whatever it
 /// has, once `cancel` is set.
 TrainingRays draw_training_rays(const RaySource& source, const kernels::SegmentField& field,
-                                const SurfaceCells& cells, const Mix& mix, uint64_t seed,
-                                uint64_t first_chunk, uint64_t chunks, const std::atomic<bool>& cancel);
+                                const SurfaceCells& cells, const OpenFilter& filter, const Mix& mix,
+                                uint64_t seed, uint64_t first_chunk, uint64_t chunks,
+                                const std::atomic<bool>& cancel);
 
 }  // namespace nif::bake

@@ -139,7 +139,7 @@ class SphericalEncoder final : public Encoder {
   bool trains_together() const override { return options_.shared_network; }
 
   /// The size alone: latent vectors are large, so no blank ones are kept.
-  void lay_out(const Prepared&, double, bool first, Form& form) const override {
+  void lay_out(const Prepared&, double, bool, bool first, Form& form) const override {
     format::Object& object = form.object();
     const bool brings_networks = first || !options_.shared_network;
     if (brings_networks) form.alone.spherical_networks = {blank_networks(options_.fields)};

@@ -8,9 +8,7 @@
 namespace nif::kernels::cpu {
 
 struct KernelOptions {
-  Isa isa;  ///< available()
-  /// What the object may take in memory to be answered faster.
-  size_t ample_bytes;
+  Isa isa;                            ///< available()
   std::pmr::memory_resource* memory;  ///< must outlive the kernel
   SharedCopies& copies;               ///< of the object's asset; must outlive the kernel
 };

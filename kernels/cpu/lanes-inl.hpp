@@ -101,6 +101,61 @@ HWY_INLINE V scatter_lanes(uint32_t lanes, V v, const T* from) {
 #endif
 }
 
+/// gather_lanes() of several vectors: the order is worked out once.
+class LanesTogether {
+ public:
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+  HWY_INLINE explicit LanesTogether(uint32_t lanes)
+      : order_(_mm512_maskz_compress_epi32(__mmask16(lanes), hn::Iota(Ints(), 0).raw)) {}
+  template <class V>
+  HWY_INLINE V operator()(V v) const {
+    return hn::BitCast(hn::DFromV<V>(),
+                       hn::Vec<Ints>{_mm512_permutexvar_epi32(order_, hn::BitCast(Ints(), v).raw)});
+  }
+
+ private:
+  __m512i order_;
+#else
+  HWY_INLINE explicit LanesTogether(uint32_t lanes) : lanes_(lanes) {}
+  template <class V>
+  HWY_INLINE V operator()(V v) const {
+    return gather_lanes(lanes_, v);
+  }
+
+ private:
+  uint32_t lanes_;
+#endif
+};
+
+/// scatter_lanes() of several vectors.
+class LanesApart {
+ public:
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+  HWY_INLINE explicit LanesApart(uint32_t lanes)
+      : order_(_mm512_mask_expand_epi32(hn::Iota(Ints(), 0).raw, __mmask16(lanes),
+                                        hn::Iota(Ints(), int32_t(kLanes)).raw)) {}
+  template <class V, class T>
+  HWY_INLINE V operator()(V v, const T* from) const {
+    const hn::DFromV<V> d;
+    const auto next = hn::BitCast(Ints(), hn::LoadU(d, from));
+    return hn::BitCast(
+        d, hn::Vec<Ints>{_mm512_permutex2var_epi32(hn::BitCast(Ints(), v).raw, order_, next.raw)});
+  }
+
+ private:
+  __m512i order_;
+#else
+  HWY_INLINE explicit LanesApart(uint32_t lanes) : lanes_(lanes) {}
+  template <class V, class T>
+  HWY_INLINE V operator()(V v, const T* from) const {
+    return scatter_lanes(lanes_, v, from);
+  }
+
+ private:
+  uint32_t lanes_;
+#endif
+};
+
 /// table[index], of an aligned table of kSize entries.
 template <uint32_t kSize, class Tag, class T>
 HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> index) {

@@ -9,6 +9,7 @@
 
 #include "kernels/gpu/encodings.hpp"
 #include "kernels/gpu/scene_way.hpp"
+#include "kernels/gpu/shim.hpp"
 
 namespace nif::kernels::gpu {
 
@@ -46,8 +47,9 @@ NIF_HOST_DEVICE ObjectAnswer ask_instance(const Thread& thread, const SceneArray
 
 /// Takes one ray through the scene.
 template <uint32_t kKinds, bool kDetails, class Thread>
-NIF_HOST_DEVICE SceneAnswer ask_scene(const Thread& thread, const SceneArrays& scene, const Segment& ray,
-                                      const SceneQuery& query, uint32_t* row) {
+NIF_HOST_DEVICE NIF_LONG_INLINE SceneAnswer ask_scene(const Thread& thread, const SceneArrays& scene,
+                                                      const Segment& ray, const SceneQuery& query,
+                                                      uint32_t* row) {
   const bool with_probability = kDetails && query.probability;
   if (scene.instance_count == 1) {
     const PlacedInstance& instance = scene.instances[0];
@@ -69,7 +71,7 @@ NIF_HOST_DEVICE SceneAnswer ask_scene(const Thread& thread, const SceneArrays& s
 /// Answers a query about a scene whose objects are of the given kinds. Without details: only what is visible,
 /// which takes fewer registers. Blocks of kSceneThreads, any number of them; scene.layout.bytes.
 template <uint32_t kKinds, bool kDetails, class Thread>
-NIF_HOST_DEVICE void scene_answer(const Thread& thread, const SceneWork& work) {
+NIF_HOST_DEVICE NIF_LONG_INLINE void scene_answer(const Thread& thread, const SceneWork& work) {
   const SceneArrays& scene = work.scene;
   const SceneQuery& query = work.query;
   uint32_t* const row = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index() * scene.layout.row;

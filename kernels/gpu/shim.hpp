@@ -40,6 +40,14 @@ NIF_HOST_DEVICE inline AlignedWords<kCount> load_words(const unsigned char* from
   return *reinterpret_cast<const AlignedWords<kCount>*>(from);
 }
 
+/// For functions so long that nvcc would call them, which takes more registers. clang takes more where they
+/// are inlined against its will.
+#if defined(__CUDACC__)
+#define NIF_LONG_INLINE __forceinline__
+#else
+#define NIF_LONG_INLINE inline
+#endif
+
 #if defined(__CUDACC__) || defined(__HIP__)
 
 #if defined(__CUDACC__)

@@ -1,4 +1,3 @@
-// Distances by sweeps over the grid (after Rosenfeld and Pfaltz 1966), then codes.
 #include "kernels/packed/walk_grid.hpp"
 
 #include <algorithm>
@@ -8,127 +7,118 @@
 namespace nif::kernels::cpu {
 namespace {
 
-/// Lowest and highest code of each VoxelState.
-constexpr uint32_t kFirstCode[4] = {1, 10, 14, 0};
-constexpr uint32_t kLastCode[4] = {9, 13, 15, 0};
-constexpr uint8_t kFar = 16;  ///< beyond the longest distance that a code can say
+static_assert(uint64_t{kMaxVoxels} * kMaxVoxels * kMaxVoxels <= uint64_t{1} << 24);
 
-/// A voxel's state in the two highest bits, the distance to another state in the rest.
-constexpr uint8_t kDistanceBits = 63;
+/// How many voxels are alike in any box: sums over all voxels below and before each (Crow 1984).
+class Counts {
+ public:
+  Counts(const uint32_t (&size)[3], std::pmr::memory_resource* memory)
+      : row_(size[0] + 1), layer_(row_ * (size[1] + 1)), sums_(layer_ * (size[2] + 1), memory) {}
 
-/// A grid of those, seen with the axis that has tables outermost.
-struct Layers {
-  uint8_t* voxels;
-  int32_t size[3];
-  int64_t stride[3];
+  template <class Counted>
+  void count(const uint32_t (&size)[3], const Counted& counted) {
+    size_t voxel = 0;
+    for (size_t z = 1; z <= size[2]; ++z)
+      for (size_t y = 1; y <= size[1]; ++y) {
+        uint32_t in_row = 0;
+        for (size_t x = 1; x <= size[0]; ++x) {
+          in_row += counted(voxel++) ? 1u : 0u;
+          const size_t at = x + row_ * y + layer_ * z;
+          sums_[at] = in_row + sums_[at - row_] + sums_[at - layer_] - sums_[at - row_ - layer_];
+        }
+      }
+  }
 
-  /// Shortens the distances in one layer by those within it and in the layer that comes next on `side` (-1 or
-  /// 1), which must have been swept already: two sweeps, there and back.
-  void sweep(int32_t layer, int32_t side) const {
-    const bool last = layer + side < 0 || layer + side >= size[2];
-    uint8_t* const own = voxels + layer * stride[2];
-    const uint8_t* const beside = last ? nullptr : own + side * stride[2];
-    for (int32_t y = 0; y < size[1]; ++y)
-      for (int32_t x = 0; x < size[0]; ++x) relax(own, beside, x, y, -1);
-    for (int32_t y = size[1]; y-- > 0;)
-      for (int32_t x = size[0]; x-- > 0;) relax(own, nullptr, x, y, 1);
+  /// In voxels low to high, the last included.
+  uint32_t within(const int32_t (&low)[3], const int32_t (&high)[3]) const {
+    const size_t x0 = size_t(low[0]), x1 = size_t(high[0]) + 1;
+    const auto between = [&](int32_t y, int32_t z) {
+      const uint32_t* row = sums_.data() + row_ * size_t(y) + layer_ * size_t(z);
+      return row[x1] - row[x0];
+    };
+    return between(high[1] + 1, high[2] + 1) - between(low[1], high[2] + 1) - between(high[1] + 1, low[2]) +
+           between(low[1], low[2]);
   }
 
  private:
-  /// Looks at the neighbours in the layer that come before (towards -1) or after, and at all nine beside it.
-  void relax(uint8_t* own, const uint8_t* beside, int32_t x, int32_t y, int32_t towards) const {
-    uint8_t& voxel = own[x * stride[0] + y * stride[1]];
-    int32_t distance = voxel & kDistanceBits;
-    const auto look = [&](const uint8_t* layer, int32_t nx, int32_t ny) {
-      const uint8_t other = layer[nx * stride[0] + ny * stride[1]];
-      distance = std::min(distance, (other ^ voxel) & ~kDistanceBits ? 1 : (other & kDistanceBits) + 1);
-    };
-    const int32_t x0 = std::max(x - 1, 0), x1 = std::min(x + 1, size[0] - 1);
-    const int32_t y0 = std::max(y - 1, 0), y1 = std::min(y + 1, size[1] - 1);
-    if (beside != nullptr)
-      for (int32_t ny = y0; ny <= y1; ++ny)
-        for (int32_t nx = x0; nx <= x1; ++nx) look(beside, nx, ny);
-    if (y + towards >= 0 && y + towards < size[1])
-      for (int32_t nx = x0; nx <= x1; ++nx) look(own, nx, y + towards);
-    if (x + towards >= 0 && x + towards < size[0]) look(own, x + towards, y);
-    voxel = uint8_t((voxel & ~kDistanceBits) | distance);
+  size_t row_, layer_;
+  std::pmr::vector<uint32_t> sums_;
+};
+
+/// A box around a voxel, which grows while it holds nothing but what is counted.
+struct Box {
+  const uint32_t (&size)[3];
+  const Counts& counts;
+  int32_t low[3], high[3], most[6];  ///< most: to which each side may reach
+
+  Box(const uint32_t (&size_)[3], const Counts& counts_, const int32_t (&voxel)[3])
+      : size(size_), counts(counts_) {
+    for (uint32_t a = 0; a < 3; ++a) {
+      low[a] = high[a] = voxel[a];
+      most[2 * a] = std::max(voxel[a] - int32_t(kMaxExtent), 0);
+      most[2 * a + 1] = std::min(voxel[a] + int32_t(kMaxExtent), int32_t(size[a]) - 1);
+    }
+  }
+
+  /// By so much on the sides from `first` to `last`: as a whole, or not at all.
+  bool grow(uint32_t first, uint32_t last, int32_t by) {
+    int32_t new_low[3], new_high[3];
+    uint32_t volume = 1;
+    for (uint32_t a = 0; a < 3; ++a) {
+      const bool down = first <= 2 * a && 2 * a <= last, up = first <= 2 * a + 1 && 2 * a + 1 <= last;
+      new_low[a] = down ? std::max(low[a] - by, most[2 * a]) : low[a];
+      new_high[a] = up ? std::min(high[a] + by, most[2 * a + 1]) : high[a];
+      volume *= uint32_t(new_high[a] - new_low[a] + 1);
+    }
+    if (counts.within(new_low, new_high) != volume) return false;
+    std::copy_n(new_low, 3, low);
+    std::copy_n(new_high, 3, high);
+    return true;
   }
 };
 
-uint64_t padded_voxels(const SegmentField& field) {
-  uint64_t count = 1;
-  for (const uint32_t voxels : field.voxels) count *= code_bricks(voxels) * 4;
-  return count;
-}
-
 }  // namespace
 
-bool WalkGrid::can_hold(const SegmentField& field, uint32_t tables) {
-  return tables * padded_voxels(field) <= uint64_t{1} << 24;
-}
-
-size_t WalkGrid::bytes_of(const SegmentField& field, uint32_t tables) {
-  return size_t(std::max(tables, 1u) * padded_voxels(field) / 2);
-}
-
-uint32_t WalkGrid::most_tables(const SegmentField& field) {
-  return can_hold(field, 2) ? 2 : can_hold(field, 1) ? 1 : 0;
-}
-
-WalkGrid::WalkGrid(const SegmentField& field, uint32_t tables, std::pmr::memory_resource* memory)
-    : codes(memory) {
+WalkGrid::WalkGrid(const SegmentField& field, std::pmr::memory_resource* memory)
+    : voxels(memory), parts(field.parts, field.parts + field.part_count, memory) {
   const uint32_t(&size)[3] = field.voxels;
-  for (int a = 0; a < 3; ++a) bricks[a] = code_bricks(size[a]);
-  beyond[0] = 64 - 4;
-  beyond[1] = float(64 / 4 * bricks[0] - 4);
-  beyond[2] = float(64 / 16 * bricks[0] * bricks[1] - 4);
-  axis = uint32_t(std::min_element(size, size + 3) - size);
-  second = tables > 1 ? uint32_t(padded_voxels(field)) : 0;
-  codes.assign(bytes_of(field, tables) / sizeof(codes[0]), 0);
-
-  // A byte for each voxel, which takes more than all that stays: so there is one at a time.
-  std::pmr::vector<uint8_t> voxels(memory);
   voxels.reserve(size_t(size[0]) * size[1] * size[2]);
-  const uint32_t sweeps = std::max(tables, 1u);
-  for (uint32_t table = 0; table < sweeps; ++table) {
-    classify(field, tables == 0 ? 1 : kFar, voxels);
-    // What lies above shortens the first table's distances, what lies below the second's, and both do where
-    // there is one table.
-    if (tables > 0 && table == 0) sweep(size, voxels, 1);
-    if (tables == 1 || table == 1) sweep(size, voxels, -1);
-    size_t at = 0;
-    for (uint32_t z = 0; z < size[2]; ++z)
-      for (uint32_t y = 0; y < size[1]; ++y)
-        for (uint32_t x = 0; x < size[0]; ++x, ++at)
-          put(code_number(x, y, z, bricks[0], bricks[0] * bricks[1]) + table * second, voxels[at]);
-  }
-}
-
-void WalkGrid::classify(const SegmentField& field, uint8_t distance, std::pmr::vector<uint8_t>& voxels) {
-  voxels.clear();
-  for (int32_t z = 0; z < int32_t(field.voxels[2]); ++z)
-    for (int32_t y = 0; y < int32_t(field.voxels[1]); ++y)
-      for (int32_t x = 0; x < int32_t(field.voxels[0]); ++x) {
+  bool present[4] = {};  // [side]
+  for (int32_t z = 0; z < int32_t(size[2]); ++z)
+    for (int32_t y = 0; y < int32_t(size[1]); ++y)
+      for (int32_t x = 0; x < int32_t(size[0]); ++x) {
         const int32_t voxel[3] = {x, y, z};
-        voxels.push_back(uint8_t(uint32_t(voxel_state(field, voxel)) << 6 | distance));
+        const uint32_t word = voxel_word(field, voxel);
+        voxels.push_back(word);
+        if (word_kind(word) == kEmptyVoxel) present[empty_side(word)] = true;
       }
-}
 
-void WalkGrid::sweep(const uint32_t (&size)[3], std::pmr::vector<uint8_t>& voxels, int32_t side) const {
-  const int64_t strides[3] = {1, size[0], int64_t(size[0]) * size[1]};
-  const uint32_t a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
-  const Layers layers{voxels.data(),
-                      {int32_t(size[a]), int32_t(size[b]), int32_t(size[axis])},
-                      {strides[a], strides[b], strides[axis]}};
-  const int32_t count = layers.size[2];
-  for (int32_t i = 0; i < count; ++i) layers.sweep(side > 0 ? count - 1 - i : i, side);
-}
-
-void WalkGrid::put(uint32_t number, uint8_t voxel) {
-  const uint32_t state = voxel >> 6;
-  uint32_t code = kFirstCode[state];
-  while (code < kLastCode[state] && kCodeDistance[code + 1] <= float(voxel & kDistanceBits)) ++code;
-  codes[number / 8] |= code << (4 * (number % 8));
+  Counts counts(size, memory);
+  for (uint32_t side = 0; side < 4; ++side) {
+    if (!present[side]) continue;
+    // Boxes that are written meanwhile keep kind and side.
+    const auto alike = [&](size_t voxel) { return (voxels[voxel] & 0xff) == make_empty(side); };
+    counts.count(size, alike);
+    size_t at = 0;
+    for (int32_t z = 0; z < int32_t(size[2]); ++z)
+      for (int32_t y = 0; y < int32_t(size[1]); ++y)
+        for (int32_t x = 0; x < int32_t(size[0]); ++x, ++at) {
+          if (!alike(at)) continue;
+          const int32_t voxel[3] = {x, y, z};
+          Box box(size, counts, voxel);
+          // First as a cube, then each side by itself.
+          for (int32_t by = 8; by > 0; by /= 2) box.grow(0, 5, by);
+          for (int32_t by = 4; by > 0; by /= 2)
+            for (uint32_t side_of_box = 0; side_of_box < 6; ++side_of_box)
+              box.grow(side_of_box, side_of_box, by);
+          uint32_t extents[6];
+          for (uint32_t a = 0; a < 3; ++a) {
+            extents[2 * a] = uint32_t(voxel[a] - box.low[a]);
+            extents[2 * a + 1] = uint32_t(box.high[a] - voxel[a]);
+          }
+          voxels[at] = make_boxed(side, extents);
+        }
+  }
 }
 
 }  // namespace nif::kernels::cpu

@@ -58,12 +58,13 @@ NIF_HOST_DEVICE inline Segment to_object(const WorldToObject& transform, const S
 }
 
 /// Does an answer that is certain for the ray in object space hold for the ray in world space? Yes where
-/// rounding on the way moved it by less than 1/256 voxel, a quarter of what voxels are padded by:
-/// - origin: at most 5 roundings of 2^-24, each of the sum of magnitudes, which is kept below 2^11 voxels;
+/// rounding on the way moved it by less than 1/256 of a finest cell, a quarter of what cells are padded by:
+/// - origin: at most 5 roundings of 2^-24, each of the sum of magnitudes, which is kept below 2^11 cells;
 /// - direction: at most 4, each of the sum of magnitudes, kept below 4 times the direction itself, over the
-///   at most 2^11 + 512 voxels that the ray travels along any axis until it leaves the grid.
-/// The walk's own rounding, at an eighth of its allowed reach, takes at most an eighth of the padding.
-/// For a `bvh` object kBvhUnits to its extent stand for voxels: nothing pads its triangles, and its answer is
+///   at most 2^11 + 1024 cells that the ray travels along any axis until it leaves the grid.
+/// The walk's own rounding, at an eighth of its allowed reach, takes at most a fifth of the padding, and of
+/// the margin of planes (docs/encodings/segment.md, "Instances").
+/// For a `bvh` object kBvhUnits to its extent stand for cells: nothing pads its triangles, and its answer is
 /// that of a ray moved by less than 2^-14 of the extent.
 /// So for a `spherical` one with kSphericalUnits to its diagonal, and kSphericalMargin.
 /// Presumes that the inverse is as good as its rounding to float; not for identity transforms: yes.

@@ -26,8 +26,8 @@ inline constexpr int32_t kCertainLogit = 0x7fffffff;
 inline constexpr float kMinDirection = 0x1p-60f, kMaxDirection = 0x1p+60f;
 
 /// Farther than this from an object no answer is called certain: rounding may move the ray by more than the
-/// object's proofs allow. In the object's own unit of length, whose inverse is reach_scale(): voxels for
-/// `segment`. docs/encodings/segment.md derives it.
+/// object's proofs allow. In the object's own unit of length, whose inverse is reach_scale(): finest
+/// cells for `segment`. docs/encodings/segment.md derives it.
 inline constexpr float kCertainReach = 16384.0f;
 
 /// The box in object space outside of which an object blocks nothing, margin included.

@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <cmath>
 #include <cstring>
 #include <numbers>
+#include <set>
 
+#include "bake/oracle/evaluate.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -106,12 +109,23 @@ TEST_F(RaySets, SegmentsHaveLogUniformLengths) {
   EXPECT_NEAR(double(tenth) / 40'000, 0.5, 0.01);
 }
 
-TEST_F(RaySets, TheSunHasOneDirectionAndLightsWhatFacesIt) {
+TEST_F(RaySets, EachSunHasOneDirectionAndLightsWhatFacesIt) {
   const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::sun, 20'000, 1);
-  for (const kernels::Segment& s : rays.segments) {
-    ASSERT_EQ(direction_of(s), direction_of(rays.segments[0]));
-    ASSERT_GT(dot(direction_of(s), origin_of(s)), -0.05);
+  ASSERT_EQ(rays.segments.size(), 20'000u);
+  ASSERT_EQ(rays.group_ends.size(), bake::kSuns);
+  ASSERT_EQ(rays.group_ends.back(), rays.segments.size());
+  size_t first = 0;
+  std::set<Double3> directions;
+  for (const size_t end : rays.group_ends) {
+    EXPECT_NEAR(double(end - first), 20'000.0 / bake::kSuns, 1);
+    directions.insert(direction_of(rays.segments[first]));
+    for (; first < end; ++first) {
+      const kernels::Segment& s = rays.segments[first];
+      ASSERT_EQ(direction_of(s), *directions.find(direction_of(s)));
+      ASSERT_GT(dot(direction_of(s), origin_of(s)), -0.05);
+    }
   }
+  EXPECT_EQ(directions.size(), bake::kSuns);
 }
 
 TEST(RaySetsOfOddObjects, AFlatSheetHasAllButAVolume) {
@@ -123,6 +137,27 @@ TEST(RaySetsOfOddObjects, AFlatSheetHasAllButAVolume) {
     EXPECT_EQ(bake::make_ray_set(o.truth->source(), set, 1000, 1).segments.size(), expected)
         << bake::name_of(set);
   }
+}
+
+TEST(Accuracy, BoundsTheErrorAsClopperAndPearson) {
+  bake::Accuracy accuracy;
+  accuracy.rays = 1000;
+  EXPECT_NEAR(accuracy.error_bound(), 1 - std::pow(0.01, 1.0 / 1000), 1e-9);  // none of them wrong
+  accuracy.leak = 3;
+  accuracy.spurious = 4;
+  // The bound at which 7 or fewer of 1000 come out wrong once in a hundred times.
+  const double p = accuracy.error_bound();
+  double chance = 0;
+  for (int k = 0; k <= 7; ++k)
+    chance += std::exp(std::lgamma(1001) - std::lgamma(k + 1) - std::lgamma(1001 - k) + k * std::log(p) +
+                       (1000 - k) * std::log1p(-p));
+  EXPECT_NEAR(chance, 0.01, 1e-6);
+  accuracy.leak = 996;
+  EXPECT_EQ(accuracy.error_bound(), 1);
+  bake::Accuracy exact;
+  exact.rays = exact.certain = 10;
+  EXPECT_EQ(exact.error_bound(), 0);
+  EXPECT_EQ(bake::Accuracy{}.error_bound(), 0);
 }
 
 TEST(Oracle, IsInDoubtWhereRoundingDecides) {

@@ -30,7 +30,7 @@ struct Trained {
   bake::TrainingResult result;
 
   explicit Trained(const bake::TrainingOptions& options)
-      : object(std::make_unique<OccupiedObject>(torus(60, 30), 24)) {
+      : object(std::make_unique<OccupiedObject>(torus(60, 30), 24, CellOptions{.bare = true})) {
     const std::atomic<bool> cancel{false};
     result = bake::train(
         object->truth->source(), "torus", object->data, options, [](const auto&) {}, cancel);
@@ -132,12 +132,27 @@ TEST(Training, FailsWhereTheMixHasNoRays) {
                                   o.truth->source(), "cube", o.data, options, [](const auto&) {}, cancel)
                                   .failure;
   EXPECT_TRUE(failure.starts_with("training of 'cube' failed: ") &&
-              failure.ends_with("too few rays that the network would be asked"))
+              failure.ends_with("the ray sets of the mix have no rays"))
       << failure;
 }
 
-TEST(Training, EndsWhereItIsCancelled) {
+TEST(Training, EndsWhereItIsCancelledWhileRaysAreDrawn) {
   OccupiedObject o(torus(60, 30), 24);
+  std::atomic<bool> cancel{false};
+  const auto at_once = [&](const bake::TrainingProgress& p) {
+    EXPECT_EQ(p.rays_done, 0u);
+    cancel = true;
+  };
+  try {
+    bake::train(o.truth->source(), "shape", o.data, short_training(), at_once, cancel);
+    FAIL() << "it went on";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::interrupted);
+  }
+}
+
+TEST(Training, EndsWhereItIsCancelled) {
+  OccupiedObject o(torus(60, 30), 24, CellOptions{.bare = true});
   std::atomic<bool> cancel{false};
   uint64_t seen = 0;
   try {
@@ -145,7 +160,7 @@ TEST(Training, EndsWhereItIsCancelled) {
         o.truth->source(), "shape", o.data, short_training(),
         [&](const bake::TrainingProgress& p) {
           seen = p.rays_done;
-          cancel = true;
+          cancel = seen > 0;
         },
         cancel);
     FAIL() << "it went on";
@@ -156,12 +171,29 @@ TEST(Training, EndsWhereItIsCancelled) {
   }
 }
 
+TEST(TrainingRays, AreFoundAsTheReferenceFindsThem) {
+  const OccupiedObject o(torus(60, 30), 24);
+  const bake::OpenFilter filter(o.field);
+  const auto rays = bake::make_ray_set(o.truth->source(), bake::RaySet::inner_surface, 5'000, 4).segments;
+  std::vector<uint32_t> open, expected;
+  filter.select(rays, open);
+  kernels::Walk walk;
+  for (uint32_t i = 0; i < rays.size(); ++i) {
+    kernels::walk_segment(o.field, rays[i], walk);
+    if (walk.verdict == kernels::Verdict::ambiguous) expected.push_back(i);
+  }
+  EXPECT_EQ(open, expected);
+  EXPECT_GT(open.size(), 100u);
+  EXPECT_LT(open.size(), 4'900u);
+}
+
 TEST(TrainingRays, AreAmbiguousAndLabelledByTheOracle) {
   const OccupiedObject o(torus(60, 30), 24);
   const bake::SurfaceCells cells(o.field);
   EXPECT_EQ(cells.cells.size(), o.occupancy.surface_voxels);
+  const bake::OpenFilter filter(o.field);
   const std::atomic<bool> cancel{false};
-  const bake::TrainingRays rays = bake::draw_training_rays(o.truth->source(), o.field, cells,
+  const bake::TrainingRays rays = bake::draw_training_rays(o.truth->source(), o.field, cells, filter,
                                                            {0.25, 0.25, 0.25, 0.25, 0}, 3, 0, 20, cancel);
   ASSERT_EQ(rays.count(), 20 * bake::kTrainingChunk);
   size_t visible = 0, of_set[5] = {};

@@ -187,7 +187,7 @@ TEST(Refusal, SegmentRecords) {
   EXPECT_TRUE(segment([](auto& r) { r.voxels_per_unit = 0; }));
   EXPECT_TRUE(segment([&](auto& r) { r.voxels_per_unit = nan; }));
   EXPECT_TRUE(segment([](auto& r) { r.voxels[0] = 0; }));
-  EXPECT_TRUE(segment([](auto& r) { r.voxels[2] = 513; }));
+  EXPECT_TRUE(segment([](auto& r) { r.voxels[2] = 257; }));
   EXPECT_TRUE(segment([](auto& r) { r.voxels[2] += 4; }));
   EXPECT_TRUE(segment([](auto& r) { r.mixed_bricks += 1; }));
   EXPECT_TRUE(segment([](auto& r) { r.mixed_bricks = 0xffffffff; }));
@@ -202,8 +202,12 @@ TEST(Refusal, SegmentRecords) {
   EXPECT_TRUE(segment([](auto& r) { r.occupancy.bytes -= 2; }));
   EXPECT_TRUE(segment([](auto& r) { r.features.offset = ~uint64_t{0}; }));
   EXPECT_TRUE(segment([](auto& r) { r.features.bytes += 64; }));
-  for (size_t i = 0; i < std::size(Record{}.reserved); ++i)
-    EXPECT_TRUE(segment([&](auto& r) { r.reserved[i] = 1; })) << i;
+  EXPECT_TRUE(segment([](auto& r) { r.levels = 5; }));
+  EXPECT_TRUE(segment([](auto& r) { r.surface_voxels += 1; }));
+  EXPECT_TRUE(segment([](auto& r) { r.part_count += 1; }));
+  EXPECT_TRUE(segment([](auto& r) { r.part_count = 0xffffffff; }));
+  EXPECT_TRUE(segment([](auto& r) { r.cells.offset += 64; }));
+  EXPECT_TRUE(segment([](auto& r) { r.cells.bytes -= 4; }));
 }
 
 TEST(Refusal, NetworkAndInstanceRecords) {
@@ -247,7 +251,9 @@ TEST(Refusal, Payload) {
   const size_t mixed = object.brick_states.size();
   EXPECT_EQ(changed(format::kOccupancy, mixed * 16, object.brick_corners[0] ^ 1), Status::damaged_nif);
   EXPECT_EQ(changed(format::kOccupancy, mixed * 24 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
-  EXPECT_EQ(changed(format::kOccupancy, mixed * 28, uint16_t(3 + mixed)), Status::damaged_nif);
+  EXPECT_EQ(changed(format::kOccupancy, mixed * 32, uint16_t(3 + mixed)), Status::damaged_nif);
+  EXPECT_EQ(changed(format::kOccupancy, mixed * 28 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
+  EXPECT_EQ(changed(format::kCells, 0, uint32_t{kernels::kEmptyVoxel}), Status::damaged_nif);
   EXPECT_EQ(changed(format::kFeatures, 0, int8_t(-128)), Status::damaged_nif);
   EXPECT_EQ(changed(format::kWeights, 0, int32_t(-(1 << 26) - 1)), Status::damaged_nif);
   EXPECT_EQ(changed(format::kWeights, 0, int32_t(1 << 26)), Status::ok);
@@ -289,7 +295,7 @@ TEST(Refusal, MixedBrickTwiceInTheTable) {
   for (const uint16_t entry : {uint16_t(kernels::kFirstMixedBrick + 1), uint16_t(kernels::kBrickOutside)}) {
     Bytes file = good();
     const uint64_t table =
-        test::section_entry(file, test::find_section(file, format::kOccupancy)).offset + 28 * mixed;
+        test::section_entry(file, test::find_section(file, format::kOccupancy)).offset + 32 * mixed;
     test::store(file, table + 2 * first, entry);
     test::fix_checksums(file);
     EXPECT_EQ(outcome_of(file).status, Status::damaged_nif) << entry;

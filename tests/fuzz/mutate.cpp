@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "formats/nif/writer.hpp"
+#include "tests/support/random_asset.hpp"
 
 namespace nif::test {
 namespace {
@@ -235,6 +236,29 @@ void mutate_grid(format::SegmentData& data, Random& random) {
   }
 }
 
+/// Changes the cells, often to what a reader refuses: the words, and what the tables say of them.
+void mutate_cells(format::SegmentData& data, Random& random) {
+  if (random.below(4) == 0) data.levels = random.below(kernels::kMaxLevels + 1);
+  for (uint32_t changes = 1 + random.below(4); changes > 0; --changes) {
+    std::vector<uint32_t>& words = random.below(2) ? data.voxel_records : data.parts;
+    if (words.empty()) continue;
+    uint32_t& word = words[random.below(uint32_t(words.size()))];
+    switch (random.below(4)) {
+      case 0:
+        word ^= 1u << random.below(32);
+        break;
+      case 1:
+        word = words[random.below(uint32_t(words.size()))];
+        break;
+      case 2:  // planes that prove less are always good
+        word = kernels::word_kind(word) == kernels::kLink ? word : word & ~15u;
+        break;
+      default:
+        word = kernels::kBareCell;
+    }
+  }
+}
+
 void fit_features(format::SegmentData& data, Random& random) {
   const size_t before = data.features.size();
   data.features.resize(size_t(data.corners) * data.features_per_corner);
@@ -242,7 +266,7 @@ void fit_features(format::SegmentData& data, Random& random) {
 }
 
 void mutate(format::SegmentData& data, format::Asset& asset, Random& random) {
-  switch (random.below(5)) {
+  switch (random.below(6)) {
     case 0:  // as many inputs of the network, from other samples
       for (int tries = 0; tries < 8; ++tries) {
         const uint32_t inputs = data.samples * data.features_per_corner,
@@ -262,8 +286,15 @@ void mutate(format::SegmentData& data, format::Asset& asset, Random& random) {
       if (random.below(4) == 0) data.length_scale = changed_float(data.length_scale, random);
       if (random.below(4) == 0) data.origin[random.below(3)] = changed_float(data.origin[0], random);
       break;
+    case 3:
+      mutate_cells(data, random);
+      break;
     default:
       mutate_grid(data, random);
+      format::leave_bare(data);
+      if (random.below(2))
+        for (uint32_t& word : data.voxel_records)
+          word = test::random_planes(random) | (random.below(8) == 0 ? 8u : 0u);
   }
   fit_features(data, random);
 }

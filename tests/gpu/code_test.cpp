@@ -71,11 +71,11 @@ std::map<std::string, Resources> read_report(const std::string& text, bool amd) 
   return kernels;
 }
 
-/// The assembly of one kernel: from its label or entry to that of the next.
+/// The assembly of one kernel: from its label or entry to its end.
 std::string assembly_of(const std::string& text, const std::string& kernel, bool amd) {
   const size_t at = text.find(amd ? "\n" + kernel + ":" : ".entry " + kernel + "(");
   if (at == std::string::npos) return "";
-  return text.substr(at, text.find(amd ? "\n.Lfunc_end" : ".visible .entry", at + 1) - at);
+  return text.substr(at, text.find(amd ? "\n.Lfunc_end" : "\n}", at + 1) - at);
 }
 
 class GpuCodeTest : public testing::TestWithParam<Target> {
@@ -117,10 +117,18 @@ struct Bounds {
 /// details joins answers in double precision. Those are bounded by what compilers need today, so that a
 /// change for the worse shows.
 ///
+/// A walk holds the planes of a cell, and the segment's way through it, besides its own state. That costs
+/// some 20 registers on CDNA and 10 on NVIDIA, and of the waves that registers leave room for: in the
+/// pipeline's walk one of 5 on gfx942 (none of 4 on gfx90a) and 4 of 28 on NVIDIA; in the one with details
+/// one of 4 and none of 20; in nif_scene_segment one of 4 on gfx90a; in the one with details and in
+/// nif_pipeline_alone 4 of 20 on NVIDIA. That runs end at planes, and not where cells do, costs up to 6
+/// registers more: one of 4 waves in the pipeline's walk on gfx90a, and 2 of 21 warps in nif_scene_segment on
+/// NVIDIA.
+///
 /// The stack is for what functions that are not inlined hand each other, and on gfx1030 for copies of
 /// arguments that nothing reads.
 const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
-                                            {"nif_pipeline_alone", {120, 104, 80, 176}},
+                                            {"nif_pipeline_alone", {128, 112, 80, 176}},
                                             {"nif_pipeline_half_inner_64", {176, 128, 8, 248}},
                                             {"nif_pipeline_half_inner_96", {208, 160, 16, 248}},
                                             {"nif_pipeline_half_outer_64", {176, 128, 8, 248}},
@@ -131,15 +139,15 @@ const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
                                             {"nif_pipeline_segment_any", {128, 112, 24, 0}},
                                             {"nif_pipeline_walk_any", {160, 112, 96, 168}},
                                             {"nif_pipeline_walk_any_details", {184, 128, 152, 168}},
-                                            {"nif_pipeline_walk_segment", {104, 80, 88, 16}},
-                                            {"nif_pipeline_walk_segment_details", {136, 96, 152, 16}},
-                                            {"nif_scene_any", {184, 128, 64, 144}},
-                                            {"nif_scene_any_details", {192, 152, 88, 144}},
+                                            {"nif_pipeline_walk_segment", {136, 80, 88, 16}},
+                                            {"nif_pipeline_walk_segment_details", {160, 96, 152, 16}},
+                                            {"nif_scene_any", {184, 128, 80, 144}},
+                                            {"nif_scene_any_details", {200, 152, 112, 144}},
                                             {"nif_scene_bvh", {152, 120, 48, 16}},
                                             {"nif_scene_bvh_single", {152, 120, 48, 16}},
                                             {"nif_scene_bvh_details", {192, 144, 104, 16}},
-                                            {"nif_scene_segment", {128, 96, 56, 72}},
-                                            {"nif_scene_segment_details", {168, 104, 112, 72}}};
+                                            {"nif_scene_segment", {144, 104, 64, 72}},
+                                            {"nif_scene_segment_details", {176, 112, 112, 72}}};
 
 TEST_P(GpuCodeTest, HasEveryKernel) {
   EXPECT_GT(fs::file_size(code_), 10'000u);
@@ -207,7 +215,9 @@ TEST_P(GpuCodeTest, RoundsAsTheReference) {
   EXPECT_NE(assembly_.find("sqrt.rn.f32"), std::string::npos);
   for (const char* loose : {"mad.f32", ".approx", ".ftz", "div.full"})
     EXPECT_EQ(assembly_.find(loose), std::string::npos) << loose;
-  // Fused are those products of the leaping walk that are exact, or estimates, 15 in each, and no others.
+  // Fused are those products of the leaping walk that are exact, or estimates, and no others. In each walk
+  // they are five along each axis: the cell's number, the plane of the exit, how far the segment has come,
+  // its estimated cell, and the plane to compare with.
   for (const auto& [name, bounds] : kBounds) {
     const std::string code = assembly_of(assembly_, name, amd_);
     uint32_t fused = 0;

@@ -55,7 +55,7 @@ class PlainScene {
     const bool certain =
         answer.certain &&
         (identity || ray.tmin > ray.tmax ||
-         (good && kernels::stays_certain(to_object, placed.field->voxels_per_unit, ray, local)));
+         (good && kernels::stays_certain(to_object, kernels::reach_scale(*placed.field), ray, local)));
     combined.add(answer.logit, certain, placed.field->network.logit_scale, true);
   }
 

@@ -1,32 +1,45 @@
-// A mesh with its ground truth and its occupancy, and features still zero: what most tests of the baker start
-// from.
+// A mesh with its ground truth, its occupancy and its planes, and features still zero: what most tests of the
+// baker start from.
 #pragma once
 
 #include <memory>
 
 #include "bake/oracle/prepare.hpp"
+#include "bake/segment/cells.hpp"
 #include "bake/segment/occupancy.hpp"
 
 namespace nif::test {
+
+/// How cells are to be made.
+struct CellOptions {
+  uint32_t levels = 0;
+  double thickness = 1.5;  ///< times the bias
+  bake::CellFlaws flaws = {};
+  bool bare = false;  ///< no planes that prove anything, so that many rays are open
+};
 
 struct OccupiedObject {
   mesh::Mesh mesh;
   bake::Prepared prepared;
   bake::Occupancy occupancy;
+  bake::CellCounts cells;
   format::SegmentData data;
   format::Network network;  // without layers
   kernels::SegmentField field;
   std::unique_ptr<bake::GroundTruth> truth;
 
-  OccupiedObject(mesh::Mesh source, uint32_t resolution)
+  OccupiedObject(mesh::Mesh source, uint32_t resolution, const CellOptions& options = {})
       : mesh(std::move(source)), prepared(bake::prepare(mesh)) {
-    const bake::Grid grid = bake::make_grid(prepared.box, resolution);
-    const auto& surface = prepared.surface;
-    occupancy = bake::classify(grid, surface, bake::voxelize(grid, surface.positions, surface.triangles),
-                               prepared.closed);
+    const bake::Grid grid = bake::make_grid(prepared.box, resolution, options.levels);
+    const bake::SurfaceVoxels surface =
+        bake::voxelize(grid, prepared.surface, options.flaws.no_padding ? 0 : kernels::kSurfacePadding);
+    occupancy = bake::classify(grid, prepared.surface, surface.marks, prepared.closed);
     data.samples = 8;
     data.length_scale = 8;
     bake::store_occupancy(occupancy, 2, mesh.name, data);
+    const double thickness = options.thickness * prepared.bias * grid.voxels_per_unit * grid.cells();
+    cells = bake::fit_cells(grid, prepared.surface, surface, thickness, mesh.name, data, options.flaws);
+    if (options.bare) format::leave_bare(data);
     field = format::field_of(data, network);
     truth = std::make_unique<bake::GroundTruth>(prepared);
   }

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "formats/nif/asset.hpp"
+#include "formats/nif/segment/sides.hpp"
 #include "kernels/reference/segment/query.hpp"
 #include "tests/support/random_bvh.hpp"
 #include "tests/support/random_spherical.hpp"
@@ -46,20 +47,42 @@ inline format::Network random_network(Random& random, uint32_t inputs) {
   return network;
 }
 
-/// Solid balls in a box: voxels inside, outside and between, some of them unknown.
-inline void fill_occupancy(Random& random, const RandomAssetOptions& options, format::SegmentData& object) {
-  using kernels::VoxelState;
-  const uint32_t nx = object.voxels[0], ny = object.voxels[1], nz = object.voxels[2];
-  float centre[3];
-  for (size_t a = 0; a < 3; ++a) centre[a] = random.unit() * static_cast<float>(object.voxels[a]);
-  const float radius = random.between(0.2f, 0.6f) * static_cast<float>(std::max({nx, ny, nz}));
-  const auto state = [&](uint32_t x, uint32_t y, uint32_t z) {
+/// Which sides there are in a random field: where there are both, most segments through it are blocked.
+enum class RandomSides : uint8_t { outside, inside, both };
+
+/// A solid ball in a box.
+struct RandomBall {
+  float centre[3], radius;
+
+  /// Of a voxel from the centre, as a share of the radius, squared.
+  float distance(uint32_t x, uint32_t y, uint32_t z) const {
     const float dx = static_cast<float>(x) - centre[0], dy = static_cast<float>(y) - centre[1],
                 dz = static_cast<float>(z) - centre[2];
-    const float distance = dx * dx + dy * dy + dz * dz, r2 = radius * radius;
-    if (distance > r2 * 1.5f)
-      return (x * 7 + y * 3 + z) % 31 == 0 ? VoxelState::unknown : VoxelState::outside;
-    return distance < r2 * 0.5f ? VoxelState::inside : VoxelState::surface;
+    return (dx * dx + dy * dy + dz * dz) / (radius * radius);
+  }
+};
+
+inline RandomBall random_ball(Random& random, const format::SegmentData& object) {
+  RandomBall ball;
+  for (size_t a = 0; a < 3; ++a)
+    ball.centre[a] = random.between(0.2f, 0.8f) * static_cast<float>(object.voxels[a]);
+  ball.radius = random.between(0.3f, 0.7f) *
+                static_cast<float>(std::max({object.voxels[0], object.voxels[1], object.voxels[2]}));
+  return ball;
+}
+
+/// Voxels inside the ball, outside and between, some of them unknown, and so all of a side that is not to be.
+inline void fill_occupancy(Random& random, const RandomAssetOptions& options, const RandomBall& ball,
+                           RandomSides sides, format::SegmentData& object) {
+  using kernels::VoxelState;
+  const uint32_t nx = object.voxels[0], ny = object.voxels[1], nz = object.voxels[2];
+  const auto state = [&](uint32_t x, uint32_t y, uint32_t z) {
+    const float distance = ball.distance(x, y, z);
+    if (distance > 1.5f)
+      return sides == RandomSides::inside || (x * 7 + y * 3 + z) % 31 == 0 ? VoxelState::unknown
+                                                                           : VoxelState::outside;
+    if (distance >= 0.5f) return VoxelState::surface;
+    return sides == RandomSides::outside ? VoxelState::unknown : VoxelState::inside;
   };
   const auto is_surface = [&](uint32_t x, uint32_t y, uint32_t z) {
     return x < nx && y < ny && z < nz && state(x, y, z) == VoxelState::surface;
@@ -92,6 +115,103 @@ inline void fill_occupancy(Random& random, const RandomAssetOptions& options, fo
     object.corner_base.push_back(object.corners);
     object.corners += uint32_t(std::popcount(corners));
   }
+}
+
+/// Planes at random, close together as a rule.
+inline uint32_t random_planes(Random& random) {
+  if (random.below(16) == 0) return kernels::kBareCell;
+  const int32_t middle = random.between(80, 176), half = random.between(1, random.below(4) ? 12 : 80);
+  return kernels::make_planes(0, random.below(kernels::kNormalSum + 1), random.below(kernels::kNormalSum + 1),
+                              uint32_t(std::clamp(middle - half, 0, 255)),
+                              uint32_t(std::clamp(middle + half, 1, 256)));
+}
+
+/// Records of surface voxels and their parts. Bare voxels, which join nothing, separate what is outside from
+/// what is inside.
+inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides,
+                       const format::Network& network, format::SegmentData& object) {
+  using kernels::VoxelState;
+  object.voxel_base.clear();
+  object.voxel_records.clear();
+  object.parts.clear();
+  const kernels::SegmentField field = format::field_of(object, network);
+  const auto in_grid = [&](const int32_t(&at)[3]) {
+    for (size_t a = 0; a < 3; ++a)
+      if (at[a] < 0 || at[a] >= int32_t(field.voxels[a])) return false;
+    return true;
+  };
+  // SeenBits of what a voxel may be joined to.
+  const auto side_of = [&](const int32_t(&at)[3]) -> uint32_t {
+    if (!in_grid(at)) return kernels::kSeenOutside;
+    const VoxelState state = kernels::voxel_state(field, at);
+    if (state != VoxelState::surface) return kernels::seen_in(state);
+    if (sides == RandomSides::outside) return kernels::kSeenOutside;
+    const bool inside = sides == RandomSides::inside ||
+                        ball.distance(uint32_t(at[0]), uint32_t(at[1]), uint32_t(at[2])) < 0.9f;
+    return inside ? kernels::kSeenInside : kernels::kSeenOutside;
+  };
+  const auto is_bare = [&](const int32_t(&at)[3]) {
+    const uint32_t side = side_of(at);
+    for (size_t a = 0; a < 3; ++a)
+      for (const int32_t step : {-1, 1}) {
+        int32_t beside[3] = {at[0], at[1], at[2]};
+        beside[a] += step;
+        if ((side | side_of(beside)) != kernels::kSeenBoth) continue;
+        // One of the two will do, if it is not an empty one.
+        if (side == kernels::kSeenInside || kernels::voxel_state(field, beside) == VoxelState::inside)
+          return true;
+      }
+    return false;
+  };
+
+  std::vector<bool> bare;  // of records, then parts
+  uint32_t brick = 0;
+  for (uint32_t b = 0; b < uint32_t(object.brick_table.size()); ++b) {
+    if (object.brick_table[b] < kernels::kFirstMixedBrick) continue;
+    object.voxel_base.push_back(uint32_t(bare.size()));
+    const kernels::BrickStates& states = object.brick_states[brick++];
+    for (uint64_t bits = states.surface & ~states.aux; bits != 0; bits &= bits - 1) {
+      const uint32_t bit = uint32_t(std::countr_zero(bits));
+      const int32_t at[3] = {
+          int32_t(b % field.bricks[0] * 4 + (bit & 3)),
+          int32_t(b / field.bricks[0] % field.bricks[1] * 4 + (bit >> 2 & 3)),
+          int32_t(b / field.bricks[0] / field.bricks[1] * 4 + (bit >> 4)),
+      };
+      bare.push_back(is_bare(at));
+    }
+  }
+  object.voxel_records.resize(bare.size());
+
+  // Voxels first, then parts of these, and so on.
+  size_t next = 0, level_end = object.voxel_records.size();
+  for (uint32_t level = 0;; ++level, level_end = bare.size()) {
+    for (; next < level_end; ++next) {
+      uint32_t word = bare[next] ? kernels::kBareCell : random_planes(random);
+      if (level < object.levels && object.parts.size() + 8 <= kernels::kMaxParts &&
+          random.below(bare[next] ? 16 : 3) == 0) {
+        // A part that is not there joins what is around it.
+        const uint32_t mask = bare[next] ? 255 : 1 + random.below(255);
+        word = kernels::make_link(mask, uint32_t(object.parts.size()));
+        object.parts.resize(object.parts.size() + size_t(std::popcount(mask)));
+        bare.resize(object.voxel_records.size() + object.parts.size(), bare[next]);
+      }
+      const size_t part = next - object.voxel_records.size();
+      (next < object.voxel_records.size() ? object.voxel_records[next] : object.parts[part]) = word;
+    }
+    if (bare.size() == level_end) break;
+  }
+
+  // Kinds, now that it is clear which sides are proven; not all that is proven need be said.
+  const format::SideRegions regions(format::field_of(object, network));
+  uint32_t record = 0;
+  for (std::vector<uint32_t>* words : {&object.voxel_records, &object.parts})
+    for (uint32_t& word : *words) {
+      const kernels::CellKind known = {random.below(8) ? regions.above(record) : 0,
+                                       random.below(8) ? regions.below(record) : 0, random.below(24) == 0};
+      ++record;
+      if (kernels::word_kind(word) != kernels::kLink && word != kernels::kBareCell)
+        word |= kernels::kind_of(known);
+    }
 }
 
 inline format::Object random_bvh_object(Random& random, const std::string& name) {
@@ -127,18 +247,24 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
           segment.origin[a] + static_cast<float>(segment.voxels[a]) / segment.voxels_per_unit;
     }
     object.bias = 1e-3f * (object.aabb_max[0] - object.aabb_min[0]);
-    // Every other object stands for a mesh so large that kernels may take memory to be faster.
-    object.triangles = (i % 2 == 0 ? 100 : 10'000'000) + random.below(1000);
+    object.triangles = 100 + random.below(1000);
     segment.features_per_corner =
         options.features ? options.features : 1 + random.below(kernels::kMaxFeatures);
     segment.samples = 4 * (1 + random.below(3));
     segment.length_scale = random.between(1.0f, 20.0f);
-    fill_occupancy(random, options, segment);
+    segment.levels = random.below(kernels::kMaxLevels + 1);
+    while (options.max_voxels << segment.levels > kernels::kMaxCells) --segment.levels;
+    const RandomBall ball = random_ball(random, segment);
+    const RandomSides sides = random.below(2)   ? RandomSides::both
+                              : random.below(2) ? RandomSides::outside
+                                                : RandomSides::inside;
+    fill_occupancy(random, options, ball, sides, segment);
     for (uint32_t f = 0; f < segment.corners * segment.features_per_corner; ++f)
       segment.features.push_back(int8_t(random.between(-127, 127)));
     segment.network = i;
     asset.networks.push_back(
         random_network(random, segment.samples * segment.features_per_corner + kernels::kGlobalInputs));
+    fill_cells(random, ball, sides, asset.networks.back(), segment);
     object.content = std::move(segment);
     asset.objects.push_back(std::move(object));
   }
@@ -172,17 +298,23 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
   return asset;
 }
 
-/// A segment near the object's grid: lines through it, short pieces, along axes, on voxel faces.
+/// A segment near the object's grid, most of them through it: lines, short pieces, along axes, on voxel
+/// faces.
 inline kernels::Segment random_segment(Random& random, const kernels::SegmentField& field) {
   kernels::Segment segment;
   const bool on_lattice = random.below(4) == 0, along_axis = random.below(8) == 0,
-             line = random.below(2) == 0;
+             line = random.below(3) == 0, aimed = random.below(4) != 0, starts_inside = random.below(2) == 0;
   const uint32_t axis = random.below(3);
+  const float lattice = random.below(2) ? 1.0f : 1 / field.voxels_per_cell;
   for (uint32_t a = 0; a < 3; ++a) {
-    float at = random.between(-0.5f, 1.5f) * static_cast<float>(field.voxels[a]);
-    if (on_lattice) at = static_cast<float>(static_cast<int32_t>(at));
+    float at =
+        (starts_inside ? random.unit() : random.between(-0.5f, 1.5f)) * static_cast<float>(field.voxels[a]);
+    if (on_lattice) at = static_cast<float>(static_cast<int32_t>(at * lattice)) / lattice;
     segment.origin[a] = field.origin[a] + at / field.voxels_per_unit;
-    segment.direction[a] = along_axis ? (a == axis ? 1.0f : 0.0f) : random.between(-1.0f, 1.0f);
+    const float towards = random.unit() * static_cast<float>(field.voxels[a]) - at;
+    segment.direction[a] = along_axis ? (a == axis ? 1.0f : 0.0f)
+                           : aimed    ? towards / static_cast<float>(field.voxels[0])
+                                      : random.between(-1.0f, 1.0f);
   }
   segment.tmin = line ? -std::numeric_limits<float>::infinity() : 0.0f;
   segment.tmax = random.below(2)

@@ -13,6 +13,9 @@ std::string accuracy_table(const bake::SetAccuracies& sets) {
     table += fmt::format("{:<14}{:>10}{:>8.3f}%{:>8.3f}%{:>9.3f}%{:>9.1f}%{:>15}{:>9.5f}\n",
                          bake::name_of(set), a.rays, 100 * a.error(), 100 * a.rate(a.leak),
                          100 * a.rate(a.spurious), 100 * a.rate(a.certain), a.certain_wrong, a.brier());
+    if (set == bake::RaySet::sun)
+      table += fmt::format("{:<14}{:>10}{:>8.3f}%{:>38.1f}%\n", "  worst sun", "", 100 * a.worst_error,
+                           100 * a.least_certain);
   }
   return table;
 }

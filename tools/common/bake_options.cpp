@@ -109,16 +109,19 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       .default_str("balanced");
   command.add_option("--encoding", arguments.encoding, bake::encoding_help()).default_str("auto");
   command
-      .add_option(
-          "--resolution", arguments.resolution,
-          "Voxels along the longest side for objects of 150,000 triangles or more; smaller objects get fewer")
-      .range(2u, kernels::kMaxVoxels);
+      .add_option("--resolution", arguments.resolution,
+                  "Finest cells along the longest side, whatever they take. By default, as many as the "
+                  "preset has bytes "
+                  "for")
+      .range(2u, kernels::kMaxCells);
   command.add_option("--max-bytes", arguments.max_bytes,
                      "Largest size of the file, e.g. 200kB. Uses the finest grids up to the preset's that "
                      "fit, and BVHs if there is room");
-  command.add_option("--max-error", arguments.max_error,
-                     "Largest error on each ray set, e.g. 0.002 or 0.2%. If it cannot be reached, nothing is "
-                     "written. With auto, fields with a larger error become BVHs");
+  command.add_option(
+      "--max-error", arguments.max_error,
+      "Largest error on each ray set, e.g. 0.002 or 0.2%, with 99% confidence. Bakes fields up to "
+      "six times, for the smallest that meets it. If none does, nothing is written; with auto, "
+      "the object becomes a BVH");
   command.add_option("--mix", arguments.mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");
   add_seed_option(command, arguments.seed);
   command

@@ -115,6 +115,7 @@ template Option Option::range(uint32_t, uint32_t) const;
 template Option Option::range(uint64_t, uint64_t) const;
 template Option Option::range(double, double) const;
 
+template Option Command::add_option(const std::string&, std::vector<double>&, const std::string&) const;
 template Option Command::add_option(const std::string&, double&, const std::string&) const;
 template Option Command::add_option(const std::string&, std::string&, const std::string&) const;
 template Option Command::add_option(const std::string&, uint32_t&, const std::string&) const;

@@ -57,7 +57,24 @@ struct WalkCost {
   }
 };
 
-/// How many steps the walk takes by leaps, and voxel by voxel, and how long waves of rays in their order wait
+/// What the reference reads to find a piece.
+void count_loads(const kernels::SegmentField& field, const kernels::Piece& piece, WalkCost& cost) {
+  const int32_t voxel[3] = {piece.low[0] >> field.levels, piece.low[1] >> field.levels,
+                            piece.low[2] >> field.levels};
+  cost.loads += 1;
+  cost.bytes += sizeof(*field.brick_table);
+  if (kernels::brick_place(field, voxel).entry < kernels::kFirstMixedBrick) return;
+  cost.loads += 1;
+  cost.bytes += sizeof(*field.brick_states);
+  if (kernels::voxel_state(field, voxel) != kernels::VoxelState::surface) return;
+  uint32_t depth = 0;
+  while (piece.size << depth < 1 << field.levels) ++depth;
+  const uint32_t words = 2 + depth - (depth > 0 && piece.word == kernels::kEmptyPart);
+  cost.loads += words;
+  cost.bytes += words * sizeof(uint32_t);
+}
+
+/// How many steps the walk takes by leaps, and piece by piece, and how long waves of rays in their order wait
 /// for the longest.
 void count_steps(const format::AssetView& asset, const bake::PreparedScene& prepared, uint64_t rays) {
   bool any = false;
@@ -70,49 +87,37 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
                   "of 64", "loads", "bytes");
     any = true;
     const kernels::SegmentField& field = object.as<format::SegmentView>().field;
-    // As on a card, and for comparison with one table where that has two.
-    const uint32_t most = kernels::cpu::WalkGrid::most_tables(field);
-    const kernels::cpu::WalkGrid one(field, std::min(most, 1u), std::pmr::new_delete_resource()),
-        all(field, most, std::pmr::new_delete_resource());
-    const kernels::gpu::DeviceSegmentField tables[] = {{field, one.view(), {}, nullptr},
-                                                       {field, all.view(), {}, nullptr}};
-    const auto is_mixed = [&](const int32_t(&voxel)[3]) {
-      const uint32_t x = uint32_t(voxel[0]), y = uint32_t(voxel[1]), z = uint32_t(voxel[2]);
-      return field.brick_table[(x >> 2) + field.bricks[0] * ((y >> 2) + field.bricks[1] * (z >> 2))] >=
-             kernels::kFirstMixedBrick;
-    };
+    const kernels::cpu::WalkGrid grid(field, std::pmr::new_delete_resource());
+    const kernels::gpu::DeviceSegmentField on_card{field, grid.view(), {}, nullptr};
     const bake::GroundTruth truth(prepared.objects[i]);
     for (const bake::RaySet set : bake::kRaySets) {
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
       uint64_t open = 0, hard = 0, runs = 0;
-      WalkCost voxels{"voxel by voxel"}, leaps[] = {{"leaps, 1 table"}, {"leaps"}};
+      WalkCost pieces{"piece by piece"}, leaps{"leaps"};
       const auto no_run = [](uint32_t, const kernels::Run&) {};
       for (const kernels::Segment& segment : labelled.segments) {
         kernels::WalkResult walk;
         uint64_t steps = 0;
-        kernels::follow_segment(field, segment, walk, no_run, [&](const int32_t(&voxel)[3]) {
+        kernels::follow_segment(field, segment, walk, no_run, [&](const kernels::Piece& piece) {
           ++steps;
-          const bool mixed = is_mixed(voxel);
-          voxels.loads += 1 + mixed;
-          voxels.bytes += sizeof(uint16_t) + (mixed ? sizeof(kernels::BrickStates) : 0);
+          count_loads(field, piece, pieces);
         });
-        voxels.add_ray(steps);
+        pieces.add_ray(steps);
         if (walk.verdict == kernels::Verdict::ambiguous) {
           ++open;
           hard += walk.run_count > kernels::gpu::kKeptRuns;
           runs += walk.run_count;
         }
-        for (size_t k = 0; k < std::size(leaps); ++k) {
-          WalkCost& cost = leaps[k];
-          steps = 0;
-          kernels::gpu::leap_segment(tables[k], segment, walk, no_run, [&](uint32_t) { ++steps; });
-          cost.add_ray(steps);
-          cost.loads += steps;
-          cost.bytes += steps * sizeof(uint32_t);
-        }
+        steps = 0;
+        kernels::gpu::leap_segment(on_card, segment, walk, no_run, [&](uint32_t words) {
+          ++steps;
+          leaps.loads += words;
+          leaps.bytes += words * sizeof(uint32_t);
+        });
+        leaps.add_ray(steps);
       }
       const double count = double(std::max<size_t>(labelled.segments.size(), 1));
-      for (WalkCost* cost : {&voxels, &leaps[0], &leaps[1]})
+      for (WalkCost* cost : {&pieces, &leaps})
         std::printf("%-16s %-14s %-16s %9.2f %9.2f %9.2f %9.2f %9.1f\n", std::string(object.name).c_str(),
                     std::string(bake::name_of(set)).c_str(), cost->name, double(cost->steps) / count,
                     cost->of_32.steps_of_wave(), cost->of_64.steps_of_wave(), double(cost->loads) / count,

@@ -35,11 +35,15 @@ struct SegmentData {
   uint32_t network = 0;  ///< index into SegmentShared::networks
   std::array<float, 3> origin{};
   float voxels_per_unit = 0;
+  uint32_t levels = 0;
   std::array<uint32_t, 3> voxels{};
   std::vector<uint16_t> brick_table;
   std::vector<kernels::BrickStates> brick_states;
   std::vector<uint64_t> brick_corners;
   std::vector<uint32_t> corner_base;
+  std::vector<uint32_t> voxel_base;
+  std::vector<uint32_t> voxel_records;
+  std::vector<uint32_t> parts;
   std::vector<int8_t> features;
   uint32_t corners = 0;
   uint32_t features_per_corner = 0;
@@ -49,6 +53,20 @@ struct SegmentData {
 
 /// Bricks along one axis that hold voxels + 1 corners.
 constexpr uint32_t bricks_for(uint32_t voxels) { return voxels / kernels::kBrickSide + 1; }
+
+/// Sets what belongs to a scale of a field: `length_scale` is in input units per voxel, as a file has it.
+inline void set_scales(float voxels_per_unit, float length_scale, uint32_t levels,
+                       kernels::SegmentField& field) {
+  const float cells = static_cast<float>(1u << levels);
+  field.levels = levels;
+  field.voxels_per_unit = voxels_per_unit;
+  field.cells_per_unit = voxels_per_unit * cells;
+  field.voxels_per_cell = 1 / cells;
+  field.length_scale = length_scale * field.voxels_per_cell;
+}
+
+/// Puts planes that prove nothing into every surface voxel: voxel_base and voxel_records by brick_states.
+void leave_bare(SegmentData& data);
 
 /// The kernels' view of an object; valid while both live and are not changed.
 kernels::SegmentField field_of(const SegmentData& data, const Network& network);
@@ -80,10 +98,10 @@ struct SegmentSharedView {
 struct SegmentView {
   uint32_t network = 0;         ///< index into SegmentSharedView::networks
   kernels::SegmentField field;  ///< ready to be queried
-  uint64_t occupancy_bytes = 0, feature_bytes = 0;
+  uint64_t occupancy_bytes = 0, cell_bytes = 0, feature_bytes = 0;
 
-  std::array<PartBytes, 2> parts() const {
-    return {{{"occupancy", occupancy_bytes}, {"features", feature_bytes}}};
+  std::array<PartBytes, 3> parts() const {
+    return {{{"occupancy", occupancy_bytes}, {"planes", cell_bytes}, {"features", feature_bytes}}};
   }
   /// After this nothing points into the file, and the field cannot be queried; its numbers stay.
   void drop_bytes();
@@ -102,11 +120,12 @@ class SegmentReader {
 
  private:
   void read_occupancy(const SegmentRecord& record, SegmentView& view, const Place& place);
+  void read_cells(const SegmentRecord& record, SegmentView& view, const Place& place);
 
   std::string_view file_;
   SegmentSharedView& shared_;
   Records<SegmentRecord> records_;
-  Payloads occupancy_, features_;
+  Payloads occupancy_, features_, cells_;
 };
 
 class SegmentWriter {
@@ -115,14 +134,14 @@ class SegmentWriter {
   void add(const SegmentData& data);
 
  private:
-  Section *records_, *features_, *occupancy_;
+  Section *records_, *features_, *occupancy_, *cells_;
 };
 
 template <>
 struct EncodingOf<kernels::SegmentField> {
   static constexpr uint32_t kNumber = 1;
   static constexpr const char* kName = "segment";
-  static constexpr uint32_t kSections[] = {kSegments, kNetworks, kWeights, kFeatures, kOccupancy};
+  static constexpr uint32_t kSections[] = {kSegments, kNetworks, kWeights, kFeatures, kOccupancy, kCells};
   using Data = SegmentData;
   using Shared = SegmentShared;
   using View = SegmentView;

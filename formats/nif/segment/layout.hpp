@@ -11,9 +11,10 @@ enum SegmentSection : uint32_t {
   kWeights = fourcc("WGTS"),    ///< each network's payload
   kFeatures = fourcc("FEAT"),   ///< each object's payload
   kOccupancy = fourcc("OCCU"),  ///< each object's payload
+  kCells = fourcc("CELL"),      ///< each object's payload
 };
 
-struct SegmentRecord {  // 96 bytes: the members of kernels::SegmentField of the same names
+struct SegmentRecord {  // 112 bytes: the members of kernels::SegmentField of the same names
   uint32_t network;     ///< index into kNetworks; objects may share one
   float origin[3];
   float voxels_per_unit;
@@ -23,11 +24,15 @@ struct SegmentRecord {  // 96 bytes: the members of kernels::SegmentField of the
   uint32_t features_per_corner;
   uint32_t samples;
   float length_scale;
-  uint32_t reserved[3];  ///< 0
-  Payload occupancy;  ///< brick_states, brick_corners, corner_base, brick_table, in that order, without gaps
+  uint32_t levels;
+  uint32_t surface_voxels;
+  uint32_t part_count;
+  Payload occupancy;  ///< brick_states, brick_corners, corner_base, voxel_base, brick_table, in that order,
+                      ///< without gaps
   Payload features;   ///< [corners][features_per_corner] int8
+  Payload cells;      ///< voxel_records, parts, in that order, without gaps
 };
-static_assert(sizeof(SegmentRecord) == 96);
+static_assert(sizeof(SegmentRecord) == 112);
 
 struct LayerRecord {  // 12 bytes
   uint32_t inputs, outputs, shift;

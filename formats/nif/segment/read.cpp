@@ -7,6 +7,8 @@
 #include <bit>
 
 #include "formats/nif/segment/encoding.hpp"
+#include "formats/nif/segment/sides.hpp"
+#include "kernels/reference/segment/walk.hpp"
 
 namespace nif::format {
 namespace {
@@ -102,6 +104,56 @@ void check_bricks(const kernels::SegmentField& field, const Place& place) {
                 "brick_table leaves out a mixed brick");
 }
 
+/// Planes are such as the baker makes, and links lead from voxels to parts and on to parts of these: the
+/// links, voxels' first, name all parts in order, so that each part belongs to one, and no voxel is cut more
+/// often than `levels` says.
+void check_words(const kernels::SegmentField& field, const Place& place) {
+  uint32_t next = 0;
+  const auto check = [&](uint32_t word, bool may_link) {
+    if (kernels::word_kind(word) == kernels::kLink) {
+      place.require(may_link, "a voxel is cut more often than levels says");
+      place.require(kernels::link_mask(word) != 0, "a cell is cut in no parts");
+      place.require(kernels::link_first(word) == next, "links do not name all parts in order");
+      next += uint32_t(std::popcount(kernels::link_mask(word)));
+      return;
+    }
+    place.require(kernels::word_kind(word) < kernels::kPlaneKinds, "a cell is of an unknown kind");
+    place.require((word >> 4 & 63) <= uint32_t(kernels::kNormalSum) &&
+                      (word >> 10 & 63) <= uint32_t(kernels::kNormalSum),
+                  "a normal is out of range");
+    place.require(kernels::lower_place(word) < kernels::upper_place(word),
+                  "a cell's lower plane is not below its upper plane");
+  };
+  for (uint32_t i = 0; i < field.surface_voxels; ++i) check(field.voxel_records[i], field.levels > 0);
+  // Parts of voxels come first, then parts of those, and so on.
+  uint32_t level_end = next, level = 1;
+  for (uint32_t i = 0; i < field.part_count; ++i) {
+    if (i == level_end) level_end = next, ++level;
+    place.require(i < next, "a part belongs to no cell");
+    check(field.parts[i], level < field.levels);
+  }
+  place.require(next == field.part_count, "part_count is not the number of parts that links name");
+}
+
+/// Sides are what the planes and voxels around say, or nothing.
+void check_sides(const kernels::SegmentField& field, const Place& place) {
+  const SideRegions sides(field);
+  place.require(!sides.contradictory(), "planes join what is outside with what is inside");
+  uint32_t record = 0;
+  const auto check = [&](const uint32_t* words, uint32_t count) {
+    for (uint32_t i = 0; i < count; ++i, ++record) {
+      const uint32_t kind = kernels::word_kind(words[i]);
+      if (kind >= kernels::kPlaneKinds) continue;
+      const kernels::CellKind& known = kernels::kCellKinds[kind];
+      place.require((known.above == 0 || known.above == sides.above(record)) &&
+                        (known.below == 0 || known.below == sides.below(record)),
+                    "a cell has a side that its planes and its neighbours do not prove");
+    }
+  };
+  check(field.voxel_records, field.surface_voxels);
+  check(field.parts, field.part_count);
+}
+
 }  // namespace
 
 SegmentReader::SegmentReader(const SectionTable& sections, std::string_view file, SegmentSharedView& shared)
@@ -109,7 +161,8 @@ SegmentReader::SegmentReader(const SectionTable& sections, std::string_view file
       shared_(shared),
       records_(sections[kSegments], "SEGM", file),
       occupancy_(sections[kOccupancy]),
-      features_(sections[kFeatures]) {
+      features_(sections[kFeatures]),
+      cells_(sections[kCells]) {
   const Records<NetworkRecord> networks(sections[kNetworks], "NETS", file);
   Payloads weights(sections[kWeights]);
   shared.networks.reserve(networks.count());
@@ -123,7 +176,6 @@ SegmentView SegmentReader::read(uint32_t index, const Bounds&) {
   const Place place{file_, "SEGM", index};
   SegmentView view;
   place.require(record.network < shared_.networks.size(), "network is out of range");
-  place.require(all_zero(record.reserved), "reserved bytes are not zero");
   view.network = record.network;
   kernels::SegmentField& field = view.field;
   place.require(all_finite(record.origin), "origin is not finite");
@@ -136,8 +188,9 @@ SegmentView SegmentReader::read(uint32_t index, const Bounds&) {
   place.require(record.features_per_corner * record.samples % 4 == 0,
                 "samples times features_per_corner is no multiple of 4");
   std::copy_n(record.origin, 3, field.origin);
-  field.voxels_per_unit = record.voxels_per_unit;
-  field.length_scale = record.length_scale;
+  place.within(record.levels, 0, kernels::kMaxLevels, "levels");
+  set_scales(record.voxels_per_unit, record.length_scale, record.levels, field);
+  place.require(std::isfinite(field.cells_per_unit), "voxels_per_unit is too large");
   field.features_per_corner = record.features_per_corner;
   field.samples = record.samples;
   field.network = shared_.networks[record.network].network;
@@ -145,6 +198,7 @@ SegmentView SegmentReader::read(uint32_t index, const Bounds&) {
       field.network.layers[0].inputs == record.samples * record.features_per_corner + kernels::kGlobalInputs,
       "its network takes another number of inputs");
   read_occupancy(record, view, place);
+  read_cells(record, view, place);
 
   view.feature_bytes = uint64_t(record.corners) * record.features_per_corner;
   field.features = reinterpret_cast<const int8_t*>(
@@ -157,7 +211,8 @@ void SegmentReader::read_occupancy(const SegmentRecord& record, SegmentView& vie
   kernels::SegmentField& field = view.field;
   uint64_t bricks = 1;
   for (int a = 0; a < 3; ++a) {
-    place.within(record.voxels[a], 1, kernels::kMaxVoxels, "voxels");
+    place.within(record.voxels[a], 1, std::min(kernels::kMaxVoxels, kernels::kMaxCells >> record.levels),
+                 "voxels");
     field.voxels[a] = record.voxels[a];
     field.bricks[a] = bricks_for(record.voxels[a]);
     bricks *= field.bricks[a];
@@ -167,7 +222,7 @@ void SegmentReader::read_occupancy(const SegmentRecord& record, SegmentView& vie
   place.within(mixed, 0, 0xffff - kernels::kFirstMixedBrick + 1, "mixed_bricks");
   field.mixed_bricks = record.mixed_bricks;
   field.corners = record.corners;
-  view.occupancy_bytes = mixed * (sizeof(kernels::BrickStates) + sizeof(uint64_t) + sizeof(uint32_t)) +
+  view.occupancy_bytes = mixed * (sizeof(kernels::BrickStates) + sizeof(uint64_t) + 2 * sizeof(uint32_t)) +
                          bricks * sizeof(uint16_t);
 
   const std::byte* at = occupancy_.next(record.occupancy, view.occupancy_bytes, "occupancy", place).data();
@@ -177,28 +232,52 @@ void SegmentReader::read_occupancy(const SegmentRecord& record, SegmentView& vie
   at += mixed * sizeof(uint64_t);
   field.corner_base = reinterpret_cast<const uint32_t*>(at);
   at += mixed * sizeof(uint32_t);
+  field.voxel_base = reinterpret_cast<const uint32_t*>(at);
+  at += mixed * sizeof(uint32_t);
   field.brick_table = reinterpret_cast<const uint16_t*>(at);
 
-  uint32_t corners = 0;
+  uint32_t corners = 0, surface_voxels = 0;
   for (uint64_t i = 0; i < mixed; ++i) {
     place.require(field.corner_base[i] == corners, "corner_base is not the number of corners before");
     corners += uint32_t(std::popcount(field.brick_corners[i]));
+    place.require(field.voxel_base[i] == surface_voxels,
+                  "voxel_base is not the number of surface voxels before");
+    surface_voxels += uint32_t(std::popcount(field.brick_states[i].surface & ~field.brick_states[i].aux));
   }
   place.require(corners == record.corners, "corners is not the number of bits in brick_corners");
+  place.require(surface_voxels == record.surface_voxels,
+                "surface_voxels is not the number of surface voxels in brick_states");
+  field.surface_voxels = surface_voxels;
   check_bricks(field, place);
+}
+
+void SegmentReader::read_cells(const SegmentRecord& record, SegmentView& view, const Place& place) {
+  kernels::SegmentField& field = view.field;
+  place.within(record.part_count, 0, kernels::kMaxParts, "part_count");
+  field.part_count = record.part_count;
+  view.cell_bytes = (uint64_t{record.surface_voxels} + record.part_count) * sizeof(uint32_t);
+  const std::byte* at = cells_.next(record.cells, view.cell_bytes, "cells", place).data();
+  field.voxel_records = reinterpret_cast<const uint32_t*>(at);
+  field.parts = field.voxel_records + field.surface_voxels;
+  check_words(field, place);
+  check_sides(field, place);
 }
 
 void SegmentReader::finish() const {
   occupancy_.finish("OCCU", file_);
+  cells_.finish("CELL", file_);
   features_.finish("FEAT", file_);
 }
 
 void SegmentView::drop_bytes() {
-  occupancy_bytes = feature_bytes = 0;
+  occupancy_bytes = cell_bytes = feature_bytes = 0;
   field.brick_table = nullptr;
   field.brick_states = nullptr;
   field.brick_corners = nullptr;
   field.corner_base = nullptr;
+  field.voxel_base = nullptr;
+  field.voxel_records = nullptr;
+  field.parts = nullptr;
   field.features = nullptr;
   const float logit_scale = field.network.logit_scale;
   field.network = {};

@@ -1,9 +1,22 @@
 #include <algorithm>
+#include <bit>
 
 #include "formats/base/status.hpp"
 #include "formats/nif/segment/encoding.hpp"
+#include "kernels/reference/segment/cells.hpp"
 
 namespace nif::format {
+
+void leave_bare(SegmentData& data) {
+  data.voxel_base.clear();
+  uint32_t voxels = 0;
+  for (const kernels::BrickStates& states : data.brick_states) {
+    data.voxel_base.push_back(voxels);
+    voxels += uint32_t(std::popcount(states.surface & ~states.aux));
+  }
+  data.voxel_records.assign(voxels, kernels::kBareCell);
+  data.parts.clear();
+}
 
 kernels::SegmentField field_of(const SegmentData& data, const Network& network) {
   kernels::SegmentField field;
@@ -12,17 +25,21 @@ kernels::SegmentField field_of(const SegmentData& data, const Network& network) 
     field.voxels[a] = data.voxels[a];
     field.bricks[a] = bricks_for(data.voxels[a]);
   }
-  field.voxels_per_unit = data.voxels_per_unit;
+  set_scales(data.voxels_per_unit, data.length_scale, data.levels, field);
   field.brick_table = data.brick_table.data();
   field.brick_states = data.brick_states.data();
   field.brick_corners = data.brick_corners.data();
   field.corner_base = data.corner_base.data();
+  field.voxel_base = data.voxel_base.data();
+  field.voxel_records = data.voxel_records.data();
+  field.parts = data.parts.data();
+  field.surface_voxels = uint32_t(data.voxel_records.size());
+  field.part_count = uint32_t(data.parts.size());
   field.mixed_bricks = uint32_t(data.brick_states.size());
   field.features = data.features.data();
   field.corners = data.corners;
   field.features_per_corner = data.features_per_corner;
   field.samples = data.samples;
-  field.length_scale = data.length_scale;
   field.network.layer_count = uint32_t(std::min<size_t>(network.layers.size(), kernels::kMaxLayers));
   field.network.logit_scale = network.logit_scale;
   for (uint32_t l = 0; l < field.network.layer_count; ++l) {
@@ -63,6 +80,7 @@ SegmentWriter::SegmentWriter(Sections& sections, const SegmentShared& shared)
   // Features before occupancy, so that a vector load at the last feature stays inside the file.
   features_ = &sections.add(kFeatures);
   occupancy_ = &sections.add(kOccupancy);
+  cells_ = &sections.add(kCells);
 }
 
 void SegmentWriter::add(const SegmentData& data) {
@@ -76,16 +94,24 @@ void SegmentWriter::add(const SegmentData& data) {
   record.features_per_corner = data.features_per_corner;
   record.samples = data.samples;
   record.length_scale = data.length_scale;
+  record.levels = data.levels;
+  record.surface_voxels = uint32_t(data.voxel_records.size());
+  record.part_count = uint32_t(data.parts.size());
 
   record.occupancy = occupancy_->begin_payload();
   occupancy_->append(data.brick_states);
   occupancy_->append(data.brick_corners);
   occupancy_->append(data.corner_base);
+  occupancy_->append(data.voxel_base);
   occupancy_->append(data.brick_table);
   occupancy_->end_payload(record.occupancy);
   record.features = features_->begin_payload();
   features_->append(data.features);
   features_->end_payload(record.features);
+  record.cells = cells_->begin_payload();
+  cells_->append(data.voxel_records);
+  cells_->append(data.parts);
+  cells_->end_payload(record.cells);
   records_->append(&record, 1);
 }
 
@@ -95,6 +121,7 @@ SegmentData EncodingOf<kernels::SegmentField>::to_data(const SegmentView& view) 
   data.network = view.network;
   std::copy_n(field.origin, 3, data.origin.begin());
   data.voxels_per_unit = field.voxels_per_unit;
+  data.levels = field.levels;
   std::copy_n(field.voxels, 3, data.voxels.begin());
   const size_t mixed = field.mixed_bricks;
   const size_t bricks = size_t(field.bricks[0]) * field.bricks[1] * field.bricks[2];
@@ -102,11 +129,14 @@ SegmentData EncodingOf<kernels::SegmentField>::to_data(const SegmentView& view) 
   data.brick_states.assign(field.brick_states, field.brick_states + mixed);
   data.brick_corners.assign(field.brick_corners, field.brick_corners + mixed);
   data.corner_base.assign(field.corner_base, field.corner_base + mixed);
+  data.voxel_base.assign(field.voxel_base, field.voxel_base + mixed);
+  data.voxel_records.assign(field.voxel_records, field.voxel_records + field.surface_voxels);
+  data.parts.assign(field.parts, field.parts + field.part_count);
   data.features.assign(field.features, field.features + view.feature_bytes);
   data.corners = field.corners;
   data.features_per_corner = field.features_per_corner;
   data.samples = field.samples;
-  data.length_scale = field.length_scale;
+  data.length_scale = field.length_scale / field.voxels_per_cell;
   return data;
 }
 

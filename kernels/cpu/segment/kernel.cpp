@@ -22,8 +22,7 @@ HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
 struct Scratch {
-  Queue queue;
-  Slots slots;
+  Sort leaping, passing;
   WalkLog log;
   OpenRays open;
   HardRays hard;
@@ -48,7 +47,7 @@ void answer_with(const PackedField& field, const SegmentBatch& batch, AnswerBatc
     return;
   }
   Scratch& s = *static_cast<Scratch*>(memory);
-  Walker walker(field, field.walk, batch, answers, s.queue, s.slots, s.log, s.open, s.hard);
+  Walker walker(field, field.walk, batch, answers, s.leaping, s.passing, s.log, s.open, s.hard);
   while (walker.walk())
     answer_open<kAvxVnni>(field, batch, s.log, s.open, s.pending, s.inputs, answers, s.hard);
   for (uint32_t k = 0; k < s.hard.count; ++k) answer_by_reference(field, batch, s.hard.ray[k], answers);
@@ -91,7 +90,7 @@ AnswerSegments kernel_for(Isa isa) {
 }  // namespace
 
 SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, const KernelOptions& options)
-    : field_(field, options.ample_bytes, options.memory, options.copies), answer_(kernel_for(options.isa)) {}
+    : field_(field, options.memory, options.copies), answer_(kernel_for(options.isa)) {}
 
 void SimdSegmentKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(field_, batch, answers, scratch);

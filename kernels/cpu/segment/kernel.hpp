@@ -22,7 +22,6 @@ class SimdSegmentKernel final : public ObjectKernel {
 };
 
 inline KernelPointer make_kernel(const SegmentField& field, const KernelOptions& options) {
-  if (!WalkGrid::can_hold(field)) return {};
   return hold_kernel<SimdSegmentKernel>(options.memory, field, options);
 }
 

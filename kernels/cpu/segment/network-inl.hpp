@@ -20,7 +20,7 @@ struct Pending {
   alignas(64) float origin[3][kLanes];  ///< in grid space, as the reference has them
   float direction[3][kLanes];
   float begin[kMaxPendingRuns][kLanes], end[kMaxPendingRuns][kLanes];  ///< of runs
-  float surface_t[kLanes];
+  float open_t[kLanes];
   int32_t run_count[kLanes];
   int32_t flags[kLanes];  ///< bytes: saw outside, saw inside, starts, ends; 0 or 127 each
 };
@@ -113,8 +113,8 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
                             hn::And(hn::Eq(direction[1], zero), hn::Lt(direction[0], zero)))));
   const auto reversed_int = hn::RebindMask(di, reversed);
 
-  const auto surface_t = hn::Load(d, rays.surface_t);
-  const auto spacing = hn::Div(surface_t, hn::Set(d, float(count)));
+  const auto open_t = hn::Load(d, rays.open_t);
+  const auto spacing = hn::Div(open_t, hn::Set(d, float(count)));
   // Where each run starts, by arc length, added up as the reference does. It comes to the point s in the last
   // run that starts before s, because no run's length is negative.
   const auto run_count = hn::Load(di, rays.run_count);
@@ -142,7 +142,8 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
     }
     auto voxels = hn::Zero(di), fractions = hn::Zero(di);
     for (uint32_t a = 0; a < 3; ++a) {
-      const auto at = hn::Add(origin[a], hn::Mul(t, direction[a]));
+      const auto at =
+          hn::Mul(hn::Add(origin[a], hn::Mul(t, direction[a])), hn::Set(d, field.voxels_per_cell));
       const auto voxel = hn::Trunc(clamp(at, float(field.voxels[a] - 1)));
       const auto scaled =
           hn::Add(hn::Mul(hn::Sub(at, voxel), hn::Set(d, float(kFractionOne))), hn::Set(d, 0.5f));
@@ -164,7 +165,7 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
     const auto input = to_ints(clamp(scaled, 127));
     globals = hn::Or(globals, hn::ShiftLeftSame(input, int(8 * a)));
   }
-  const auto inside = hn::Mul(hn::Mul(surface_t, length), hn::Set(d, field.length_scale));
+  const auto inside = hn::Mul(hn::Mul(open_t, length), hn::Set(d, field.length_scale));
   const auto inside_input = to_ints(clamp(hn::Add(inside, hn::Set(d, 0.5f)), 127));
   globals = hn::Or(globals, hn::ShiftLeft<24>(inside_input));
   // Bytes: saw outside, saw inside, starts, ends; a reversed segment ends where it started.
@@ -363,14 +364,12 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
   const auto zero = hn::Zero(di);
   const auto if_present = [&](hn::Vec<Ints> v) { return hn::IfThenElseZero(present_int, v); };
   // Lanes beyond the last ray: a run of no length, anywhere in the grid.
-  const auto ray = if_present(hn::Load(di, log.end_ray + k)),
-             seen = if_present(hn::Load(di, log.end_seen + k));
+  const auto info = if_present(hn::Load(di, log.end_info + k));
+  const auto ray = hn::ShiftRight<kRayShift>(info);
   const auto flags = hn::GatherIndex(di, log.flags, ray);
-  const auto turns_fresh = if_present(hn::Load(di, open.turns + k));
-  const auto turns = hn::AndNot(hn::Set(di, kFresh), turns_fresh);
-  const auto first = hn::Sub(if_present(hn::Load(di, open.first + k)), turns);
+  const auto runs = if_present(hn::Load(di, open.runs + k)), first = if_present(hn::Load(di, open.first + k));
 
-  const auto scale = hn::Set(d, field.voxels_per_unit);
+  const auto scale = hn::Set(d, field.cells_per_unit);
   for (uint32_t a = 0; a < 3; ++a) {
     const auto origin = hn::GatherIndex(d, batch.origin[a], ray),
                direction = hn::GatherIndex(d, batch.direction[a], ray);
@@ -380,36 +379,35 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
     hn::Store(hn::IfThenElseZero(hn::AndNot(flat, present), hn::Mul(direction, scale)), d, rays.direction[a]);
   }
 
-  const auto one = hn::Set(di, 1);
-  const auto run_count =
-      hn::Min(hn::ShiftRight<1>(hn::Add(turns, one)), hn::Set(di, int32_t(kMaxPendingRuns)));
-  const auto odd = hn::Eq(hn::And(turns, one), one);
-  const auto last_end = hn::Max(hn::GatherIndex(d, log.leave, ray), hn::Load(d, log.end_entered + k));
-  auto surface_t = hn::Zero(d);
+  const auto run_count = hn::Min(runs, hn::Set(di, int32_t(kMaxPendingRuns)));
+  auto open_t = hn::Zero(d), last_end = hn::Zero(d);
   for (uint32_t r = 0; r < kMaxPendingRuns; ++r) {
-    const auto left = hn::Sub(run_count, hn::Set(di, int32_t(r)));
-    const auto in_use = hn::RebindMask(d, hn::Gt(left, zero));
+    const auto in_use_int = hn::Gt(run_count, hn::Set(di, int32_t(r)));
+    const auto in_use = hn::RebindMask(d, in_use_int);
     if (r > 0 && hn::AllFalse(d, in_use)) break;
-    const auto at =
-        hn::IfThenElseZero(hn::RebindMask(di, in_use), hn::Add(first, hn::Set(di, int32_t(2 * r))));
+    const auto number = hn::IfThenElseZero(in_use_int, hn::Add(first, hn::Set(di, int32_t(r))));
+    const auto at = hn::Add(number, number);
     const auto begin = hn::IfThenElseZero(in_use, hn::GatherIndex(d, open.t, at));
-    const auto cut = hn::RebindMask(d, hn::And(odd, hn::Eq(left, one)));
-    const auto end =
-        hn::IfThenElseZero(in_use, hn::IfThenElse(cut, last_end, hn::GatherIndex(d, open.t + 1, at)));
+    const auto end = hn::IfThenElseZero(in_use, hn::GatherIndex(d, open.t + 1, at));
     hn::Store(begin, d, rays.begin[r]);
     hn::Store(end, d, rays.end[r]);
-    surface_t = hn::Add(surface_t, hn::Sub(end, begin));
+    open_t = hn::Add(open_t, hn::Sub(end, begin));
+    last_end = hn::IfThenElse(in_use, end, last_end);
   }
-  hn::Store(surface_t, d, rays.surface_t);
+  hn::Store(open_t, d, rays.open_t);
   hn::Store(run_count, di, rays.run_count);
 
   const auto when = [&](auto condition, int32_t value) {
     return hn::IfThenElseZero(condition, hn::Set(di, value));
   };
   const auto has = [&](hn::Vec<Ints> bits, int32_t bit) { return hn::TestBit(bits, hn::Set(di, bit)); };
-  const auto starts = hn::AndNot(has(flags, kEntersGrid), has(turns_fresh, kFresh));
-  const auto ends = hn::AndNot(has(flags, kLeavesGrid), odd);
-  hn::Store(hn::Or(hn::Or(when(has(seen, kOutsideBit), 127), when(has(seen, kInsideBit), 127 << 8)),
+  const auto first_begin = hn::Load(d, rays.begin[0]), enter = hn::GatherIndex(d, log.enter, ray);
+  const auto starts = hn::AndNot(has(flags, kEntersGrid), hn::RebindMask(di, hn::Eq(first_begin, enter)));
+  const auto ends = hn::AndNot(has(flags, kLeavesGrid),
+                               hn::RebindMask(di, hn::Eq(last_end, hn::GatherIndex(d, log.leave, ray))));
+  const auto outside = has(info, int32_t(kSeenOutside) << kSeenShift),
+             inside = has(info, int32_t(kSeenInside) << kSeenShift);
+  hn::Store(hn::Or(hn::Or(when(outside, 127), when(inside, 127 << 8)),
                    hn::Or(when(starts, 127 << 16), when(ends, 127 << 24))),
             di, rays.flags);
 }
@@ -431,11 +429,10 @@ HWY_INLINE void answer_open(const PackedField& field, const SegmentBatch& batch,
     alignas(64) int32_t logits[kLanes];
     hn::Store(evaluate_network<kAvxVnni>(field.network, work), di, logits);
     for (uint32_t lane = 0; lane < count; ++lane) {
-      const auto ray = uint32_t(log.end_ray[k + lane]);
+      const auto ray = uint32_t(log.end_info[k + lane] >> kRayShift);
       answers.logit[ray] = logits[lane];
       answers.certain[ray] = 0;
-      if (HWY_UNLIKELY((open.turns[k + lane] & ~kFresh) > int32_t(2 * kMaxPendingRuns)))
-        hard.ray[hard.count++] = ray;
+      if (HWY_UNLIKELY(open.runs[k + lane] > int32_t(kMaxPendingRuns))) hard.ray[hard.count++] = ray;
     }
   }
 }

@@ -28,22 +28,17 @@ void use_copy(Network& network, SharedCopies& copies) {
   }
 }
 
-uint32_t walk_tables(const SegmentField& field, const FeatureGrid& corners, size_t ample_bytes) {
-  return WalkGrid::can_hold(field, 2) &&
-                 WalkGrid::bytes_of(field, 2) + corners.resident_bytes() <= ample_bytes
-             ? 2
-             : 1;
-}
-
 }  // namespace
 
-PackedField::PackedField(const SegmentField& field, size_t ample_bytes, std::pmr::memory_resource* memory,
-                         SharedCopies& copies)
+PackedField::PackedField(const SegmentField& field, std::pmr::memory_resource* memory, SharedCopies& copies)
     : SegmentField(field),
       corners_by_brick(field, memory),
-      walk(field, walk_tables(field, corners_by_brick, ample_bytes), memory),
+      walk(field, memory),
       reads_field(!corners_by_brick.complete) {
   use_copy(network, copies);
+  parts = walk.parts.data();
+  voxel_base = nullptr;
+  voxel_records = nullptr;
   if (reads_field) return;
   brick_table = nullptr;
   brick_states = nullptr;
@@ -60,17 +55,9 @@ uint16_t corner_pair(const PackedField& field, uint32_t x, uint32_t y, uint32_t 
   return pair;
 }
 
-VoxelState voxel_state(const PackedField& field, const int32_t voxel[3]) {
-  switch (kCodeClass[field.walk.code_at(uint32_t(voxel[0]), uint32_t(voxel[1]), uint32_t(voxel[2]))]) {
-    case kSurfaceBit:
-      return VoxelState::surface;
-    case kOutsideBit:
-      return VoxelState::outside;
-    case kInsideBit:
-      return VoxelState::inside;
-    default:
-      return VoxelState::unknown;
-  }
+uint32_t voxel_word(const PackedField& field, const int32_t voxel[3]) {
+  const size_t row = size_t(voxel[1]) + size_t(field.voxels[1]) * size_t(voxel[2]);
+  return field.walk.voxels[size_t(voxel[0]) + field.voxels[0] * row];
 }
 
 void interpolate_features(const PackedField& field, const SamplePoint& point, uint8_t* inputs) {

@@ -15,10 +15,8 @@ namespace nif::kernels::cpu {
 /// What it derives from points to a copy of its network, and to nothing else unless it reads the asset's
 /// field.
 struct PackedField : SegmentField {
-  /// WalkGrid must be able to hold the field, which must outlive this where reads_field. Memory that would
-  /// make queries faster is taken only where all of it stays below so many bytes.
-  PackedField(const SegmentField& field, size_t ample_bytes, std::pmr::memory_resource* memory,
-              SharedCopies& copies);
+  /// The field must outlive this where reads_field.
+  PackedField(const SegmentField& field, std::pmr::memory_resource* memory, SharedCopies& copies);
 
   FeatureGrid corners_by_brick;
   WalkGrid walk;
@@ -32,7 +30,7 @@ struct PackedField : SegmentField {
 uint16_t corner_pair(const PackedField& field, uint32_t x, uint32_t y, uint32_t z);
 
 // How the reference reads a packed field; for those that read the asset's field it reads that.
-VoxelState voxel_state(const PackedField& field, const int32_t voxel[3]);
+uint32_t voxel_word(const PackedField& field, const int32_t voxel[3]);
 void interpolate_features(const PackedField& field, const SamplePoint& point, uint8_t* inputs);
 
 }  // namespace nif::kernels::cpu

@@ -1,10 +1,16 @@
-// The walk in SIMD: a ray to a lane, several groups of lanes in turn so that one's loads hide another's.
+// The walk in SIMD: a ray to a lane.
+//
+// Rays that leap over empty voxels and rays that pass cells have lanes of their own, because a cell takes
+// more than twice the work of a leap. A ray whose next piece is of the other sort waits for a few others, and
+// they move together. There are several groups of lanes of each sort, which take turns, so that one's loads
+// hide another's.
 //
 // Each axis is mirrored where the direction is negative: (k - o) * inv keeps its bits when all three change
-// sign, and every ray then walks upward. A step leaps as far as the voxel's distance allows, to the crossing
-// (t, axis) at which the segment leaves the cube around it; where the other axes stand then follows from
-// their own crossings, counted in the reference's order (t, then the lower axis). An estimate from below that
-// is off by at most one voxel is put right by one such comparison.
+// sign, and so do heights when normals do, too. Every ray then walks upward. A step goes as far as the piece,
+// or the box around the voxel, reaches: to the crossing (t, axis) at which the segment leaves it. In which
+// finest cell the ray is then along the other axes follows from their own crossings, counted in the
+// reference's order (t, then the lower axis). An estimate from below that is off by at most one cell is put
+// right by one such comparison.
 //
 // No include guard in the usual sense: compiled once for each target.
 #if defined(NIF_SEGMENT_WALK_INL) == defined(HWY_TARGET_TOGGLE)
@@ -16,7 +22,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <type_traits>
 
 #include "kernels/cpu/lanes-inl.hpp"
 #include "kernels/packed/walk_grid.hpp"
@@ -26,80 +31,95 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// Groups of lanes that take turns: while one's voxels are fetched, another leaps.
+/// Groups of lanes of one sort that take turns: while one's voxels are fetched, another goes on.
 constexpr uint32_t kGroups = 2;
 constexpr uint32_t kSlots = kGroups * kLanes;
-/// Leaps between two looks for lanes that are done: more leave lanes idle, fewer cost more than they fill.
-constexpr uint32_t kLeapsPerRefill = 4;
+/// So many lanes of a group must have nothing to do before rays are moved: fewer cost more than they fill.
+constexpr uint32_t kIdleToLeap = kLanes * 3 / 8, kIdleToPass = kLanes / 4;
 
-/// Rays that are taken up at a time; few, so that they stay in the nearest cache.
-inline constexpr uint32_t kQueueRays = 128;
-/// Ends of runs that are logged before answers are collected. Where those of a few rays are more than there
-/// is room for, the reference answers them.
-inline constexpr uint32_t kMaxTurns = 8 * kBatchRays;
+/// Rays that wait for lanes of one sort, before the others get to work; few, so that they stay in the nearest
+/// cache.
+inline constexpr uint32_t kWaitingRays = 64;
+/// Parts between the planes of open cells that are logged before answers are collected. Where those of a few
+/// rays are more than there is room for, the reference answers them.
+inline constexpr uint32_t kMaxOpenParts = 6 * kBatchRays;
 /// Runs of one ray that the network's part has room for.
 inline constexpr uint32_t kMaxPendingRuns = 16;
 
-/// Stands for the origin along an axis that is not moved along: its planes are never reached.
-constexpr float kFlatOrigin = -3e38f;
+/// Of a ray of the batch.
+enum RayFlags : int32_t { kFlatAxis = 1, kEntersGrid = 8, kLeavesGrid = 16 };
 
-enum RayFlags : int32_t { kNegativeAxes = 7, kFlatAxis = 8, kEntersGrid = 64, kLeavesGrid = 128 };
-/// Marks a turn in a ray's first voxel.
-constexpr int32_t kFresh = 1 << 30;
-/// In place of what a ray has seen: its turns are not all in the log.
-constexpr int32_t kIncomplete = -1;
+/// What is known of a ray on its way, in one word.
+enum RayInfo : int32_t {
+  kOctant = 7,     ///< axes whose direction is negative
+  kSeenShift = 3,  ///< SeenBits
+  kSeenSides = kSeenBoth << kSeenShift,
+  kHasRun = 1 << 5,      ///< some piece was open
+  kIncomplete = 1 << 6,  ///< its open parts are not all in the log
+  kRayShift = 7          ///< its number in the batch
+};
 
 /// Whole vectors are read and written, also where the last entries are fewer.
 inline constexpr uint32_t kSlack = 16;
 
-/// Rays that meet the grid, ready to be walked, from `next` on.
-struct Queue {
-  static constexpr uint32_t kRoom = kQueueRays + kSlots + kSlack;
-  alignas(64) float origin[3][kRoom];
-  float direction[3][kRoom], inverse[3][kRoom], voxel[3][kRoom];
-  float enter[kRoom], leave[kRoom];
-  int32_t octant[kRoom];  ///< kNegativeAxes
-  int32_t ray[kRoom];
-  uint32_t next, count;
+/// A ray being walked, word by word; in mirrored finest cells.
+enum RayMember : uint32_t {
+  kOrigin = 0,
+  kDirection = 3,
+  kInverse = 6,
+  kCell = 9,  ///< in which it is
+  kNow = 12,  ///< the t at which it came there
+  kLeave,
+  kInfo,  ///< RayInfo
+  kWord,  ///< of its voxel
+  kRayMembers
+};
+template <uint32_t kRoom>
+struct Rays {
+  alignas(64) float members[kRayMembers][kRoom];
 };
 
-/// Rays being walked, one to a lane.
-struct Slots {
-  alignas(64) float origin[3][kSlots];
-  float direction[3][kSlots], inverse[3][kSlots], voxel[3][kSlots], stride[3][kSlots], base[kSlots];
-  float now[kSlots], leave[kSlots];
-  int32_t code[kSlots];   ///< of the current voxel
-  int32_t state[kSlots];  ///< VoxelClass of the one before
-  int32_t seen[kSlots];   ///< union of all so far
-  int32_t ray[kSlots];    ///< with kFresh in its first voxel
+/// Rays of one sort.
+struct Sort {
+  /// All that wait, what comes from the batch, and both groups of the other sort, none of whose rays goes on.
+  static constexpr uint32_t kRoom = kWaitingRays + (1 + kGroups) * kLanes + kSlack;
+  Rays<kSlots> slots;
+  Rays<kRoom> waiting;  ///< the last comes first
 };
 
-/// What happens on the way, in the order of the steps: written without a branch, and sorted by ray at the
-/// end.
+/// What happens on the way, in the order of the steps, and sorted by ray at the end.
 struct WalkLog {
-  alignas(64) int32_t turn_ray[kMaxTurns + kSlack];  ///< a run begins or ends: the ray, with kFresh
-  float turn_t[kMaxTurns + kSlack];                  ///< and the t at which the voxel was entered
-  int32_t end_ray[kBatchRays + kSlack],
-      end_seen[kBatchRays + kSlack];       ///< a ray is done: which, what it has seen,
-  float end_entered[kBatchRays + kSlack];  ///< and the t at which its last voxel was entered
-  float leave[kBatchRays + kSlack];        ///< [ray]
-  int32_t flags[kBatchRays + kSlack];      ///< [ray]
+  alignas(64) int32_t part_info[kMaxOpenParts + kSlack];  ///< a cell is open: for which ray,
+  float part_begin[kMaxOpenParts + kSlack];               ///< and from which t
+  float part_end[kMaxOpenParts + kSlack];                 ///< to which
+  int32_t end_info[kBatchRays + kSlack];                  ///< a ray is done: RayInfo
+  float enter[kBatchRays + kSlack];                       ///< [ray]
+  float leave[kBatchRays + kSlack];                       ///< [ray]
+  int32_t flags[kBatchRays + kSlack];                     ///< [ray] RayFlags
   int32_t rank[kBatchRays + kSlack];  ///< [ray] among those that the walk leaves open; -1 where it does not
+};
+
+/// Lanes of a group, as bits.
+struct Lanes {
+  uint32_t held = 0;   ///< with a ray
+  uint32_t ready = 0;  ///< whose ray goes on here
+  uint32_t done = 0;   ///< whose ray is done
 };
 
 /// How far a walk is. Kept by itself, so that no store through a pointer can seem to change it.
 struct Progress {
-  uint64_t active = 0;           ///< slots with a ray, as bits
-  uint32_t turns = 0, ends = 0;  ///< in the log
-  bool full = false;             ///< the log of turns
+  Lanes leaping[kGroups], passing[kGroups];
+  uint32_t to_leap = 0, to_pass = 0;  ///< rays that wait
+  uint32_t parts = 0, ends = 0;       ///< in the log
+  bool full = false;                  ///< the log of open parts
 };
 
 /// Rays that the walk leaves open: the first `count` ends of the log are theirs.
 struct OpenRays {
   uint32_t count;
-  alignas(64) int32_t turns[kBatchRays + kSlack];  ///< how often a run begins or ends, with kFresh as above
-  int32_t first[kBatchRays + kSlack];              ///< past the last of these in `t`
-  float t[kMaxTurns + kBatchRays + 2 * kMaxPendingRuns];
+  alignas(64) int32_t runs[kBatchRays + kSlack];   ///< how many
+  int32_t first[kBatchRays + kSlack];              ///< number of the first in `t`
+  float t[2 * (kMaxOpenParts + kMaxPendingRuns)];  ///< begin and end of each
 };
 
 /// Rays that are for the reference: not finite, far away, or with more runs than there is room for.
@@ -112,67 +132,88 @@ struct HardRays {
 class Walker {
  public:
   Walker(const SegmentField& field, const WalkGrid& grid, const SegmentBatch& batch, AnswerBatch& answers,
-         Queue& queue, Slots& slots, WalkLog& log, OpenRays& open, HardRays& hard)
+         Sort& leaping, Sort& passing, WalkLog& log, OpenRays& open, HardRays& hard)
       : field_(field),
-        grid_(grid),
+        voxels_(reinterpret_cast<const int32_t*>(grid.voxels.data())),
+        parts_(reinterpret_cast<const int32_t*>(grid.parts.data())),
         batch_(batch),
         answers_(answers),
-        queue_(queue),
-        slots_(slots),
+        leaping_(leaping),
+        passing_(passing),
         log_(log),
         open_(open),
         hard_(hard) {
+    const float stride[3] = {1, float(field.voxels[0]), float(field.voxels[0] * field.voxels[1])};
     for (uint32_t octant = 0; octant < 8; ++octant) {
-      strides_[3][octant] = (octant >> grid.axis) & 1 ? float(grid.second) : 0.0f;
+      base_[octant] = 0;
+      reach_[octant] = 0;
       for (uint32_t a = 0; a < 3; ++a) {
         const bool negative = (octant >> a) & 1;
-        strides_[a][octant] = negative ? -grid.stride[a] : grid.stride[a];
-        // Mirrored voxel v is voxel -v - 1, and its brick floor(v / 4) is brick -floor(v / 4) - 1.
-        if (negative) strides_[3][octant] -= grid.stride[a] * (1 + grid.beyond[a]);
+        strides_[a][octant] = negative ? -stride[a] : stride[a];
+        // Mirrored voxel v is voxel -v - 1.
+        if (negative) base_[octant] -= stride[a];
+        reach_[octant] |= (negative ? 0x0f : 0xf0) << (8 + 8 * a);
       }
     }
-    std::memset(slots_.voxel, 0, sizeof(slots_.voxel));
-    std::memset(slots_.code, 0, sizeof(slots_.code));
-    queue_.next = queue_.count = 0;
+    std::memset(&leaping_.slots, 0, sizeof(leaping_.slots));
+    std::memset(&passing_.slots, 0, sizeof(passing_.slots));
     hard_.count = 0;
   }
 
   /// Answers rays that the walk alone decides, and lists the others. False where there are no more.
   bool walk() {
+    if (taken_ >= batch_.count) return false;
     Progress now;
-    take_up(now);
-    for (uint32_t group = 0; group < kGroups; ++group) {
-      refill(group, now);
-      look(group, now);
-    }
-    if (now.active == 0) return false;
-    while (now.active != 0) {
-      take_up(now);
-      for (uint32_t k = 1; k < kLeapsPerRefill; ++k)
-        for (uint32_t group = 0; group < kGroups; ++group) {
-          leap(group, now);
-          look(group, now);
-        }
-      for (uint32_t group = 0; group < kGroups; ++group) {
-        leap(group, now);
-        refill(group, now);
-        look(group, now);
-      }
-    }
+    do {
+      leap_all(now);
+      pass_all(now);
+    } while (now.to_leap + now.to_pass > 0 || any_held(now) || may_take(now));
     collect(now);
     return true;
   }
 
  private:
+  static bool any_held(const Progress& p) {
+    uint32_t held = 0;
+    for (uint32_t group = 0; group < kGroups; ++group) held |= p.leaping[group].held | p.passing[group].held;
+    return held != 0;
+  }
+
+  bool may_take(const Progress& p) const { return taken_ < batch_.count && p.parts <= kMaxOpenParts / 2; }
+
+  static HWY_INLINE hn::Vec<Ints> ints(hn::Vec<Floats> v) { return hn::BitCast(Ints(), v); }
+  static HWY_INLINE hn::Vec<Floats> floats(hn::Vec<Ints> v) { return hn::BitCast(Floats(), v); }
+
+  /// The words of the voxels that hold some cells, of the given lanes.
+  HWY_INLINE hn::Vec<Ints> words_at(const hn::Vec<Floats> (&cell)[3], hn::Vec<Ints> info,
+                                    hn::Mask<Floats> lanes) const {
+    const Floats d;
+    const Ints di;
+    const auto octant = hn::And(info, hn::Set(di, kOctant));
+    auto place = look_up<8>(d, base_, octant);  // exact: integers below 2^24
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto voxel = hn::Floor(hn::Mul(cell[a], hn::Set(d, field_.voxels_per_cell)));
+      place = hn::MulAdd(voxel, look_up<8>(d, strides_[a], octant), place);
+    }
+    // Lanes that are done may have left the grid.
+    const auto number = hn::IfThenElseZero(hn::RebindMask(di, lanes), to_ints(place));
+    return hn::GatherIndex(di, voxels_, number);
+  }
+
+  static HWY_INLINE hn::Mask<Ints> is_kind(hn::Vec<Ints> word, WordKind kind) {
+    const Ints di;
+    return hn::Eq(hn::And(word, hn::Set(di, 15)), hn::Set(di, int32_t(kind)));
+  }
+
   /// To grid space, clipped; rays that miss the grid are answered here.
-  HWY_INLINE void enqueue(uint32_t i) {
+  HWY_INLINE void take(uint32_t i, Progress& p) {
     const Floats d;
     const Ints di;
     const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
     const auto tmin = hn::Load(d, batch_.tmin + i), tmax = hn::Load(d, batch_.tmax + i);
     const auto present = hn::FirstN(d, batch_.count - i);
-    const auto scale = hn::Set(d, field_.voxels_per_unit);
-    hn::Vec<Floats> origin[3], direction[3], inverse[3], voxel[3];
+    const auto scale = hn::Set(d, field_.cells_per_unit);
+    hn::Vec<Floats> origin[3], direction[3], inverse[3], cell[3];
 
     // Whatever is not finite or far away fails one of these.
     auto easy = hn::And(present, hn::Le(tmin, tmax));
@@ -187,19 +228,26 @@ class Walker {
     easy = hn::And(easy, hn::Ge(steepest, hn::Set(d, kMinDirection)));
 
     const auto flat_limit = hn::Mul(steepest, hn::Set(d, kFlatDirection));
-    auto meets = easy;
-    auto enter = tmin, leave = tmax;
-    auto flags = hn::Zero(di);
     hn::Mask<Floats> negative[3], flat[3];
     for (uint32_t a = 0; a < 3; ++a) {
-      const auto size = hn::Set(d, float(field_.voxels[a]));
       flat[a] = hn::Lt(hn::Abs(direction[a]), flat_limit);
+      // Crossings along an axis that is not moved along come out as infinite, but not where the origin lies
+      // on the grid's far face: no plane may be met there.
+      const auto size = hn::Set(d, float(field_.voxels[a] << field_.levels));
+      easy = hn::AndNot(hn::And(flat[a], hn::Eq(origin[a], size)), easy);
+    }
+    auto meets = easy;
+    auto enter = tmin, leave = tmax;
+    auto flags = hn::Zero(di), info = hn::Iota(di, int32_t(i));
+    info = hn::ShiftLeft<kRayShift>(info);
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto size = hn::Set(d, float(field_.voxels[a] << field_.levels));
       const auto beside = hn::And(flat[a], hn::Or(hn::Lt(origin[a], zero), hn::Gt(origin[a], size)));
       meets = hn::AndNot(beside, meets);
       negative[a] = hn::AndNot(flat[a], hn::Lt(direction[a], zero));
       origin[a] = hn::IfThenElse(negative[a], hn::Neg(origin[a]), origin[a]);
       direction[a] = hn::IfThenZeroElse(flat[a], hn::Abs(direction[a]));
-      inverse[a] = hn::IfThenElse(flat[a], one, hn::Div(one, direction[a]));
+      inverse[a] = hn::Div(one, direction[a]);
       const auto low = hn::IfThenElseZero(negative[a], hn::Neg(size));
       const auto high = hn::IfThenZeroElse(negative[a], size);
       const auto first = hn::Mul(hn::Sub(low, origin[a]), inverse[a]);
@@ -208,19 +256,22 @@ class Walker {
       const auto sooner = hn::AndNot(flat[a], hn::Lt(last, leave));
       enter = hn::IfThenElse(later, first, enter);
       leave = hn::IfThenElse(sooner, last, leave);
-      flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, negative[a]), hn::Set(di, 1 << a)));
+      info = hn::Or(info, hn::IfThenElseZero(hn::RebindMask(di, negative[a]), hn::Set(di, 1 << a)));
       flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, flat[a]), hn::Set(di, kFlatAxis << a)));
       flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, later), hn::Set(di, kEntersGrid)));
       flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, sooner), hn::Set(di, kLeavesGrid)));
     }
     meets = hn::And(meets, hn::Le(enter, leave));
+    const auto clipped = hn::TestBit(flags, hn::Set(di, kEntersGrid));
+    const auto clipped_too = hn::TestBit(flags, hn::Set(di, kLeavesGrid));
+    info = hn::Or(info, hn::IfThenElseZero(hn::Or(clipped, clipped_too),
+                                           hn::Set(di, int32_t(kSeenOutside) << kSeenShift)));
     for (uint32_t a = 0; a < 3; ++a) {
       auto at = hn::Add(origin[a], hn::Mul(enter, direction[a]));
       at = hn::IfThenElse(negative[a], hn::Neg(at), at);
-      const auto top = hn::Set(d, float(field_.voxels[a] - 1));
+      const auto top = hn::Set(d, float((field_.voxels[a] << field_.levels) - 1));
       const auto index = hn::Trunc(hn::Min(hn::Max(at, zero), top));
-      voxel[a] = hn::IfThenElse(negative[a], hn::Sub(hn::Set(d, -1.0f), index), index);
-      origin[a] = hn::IfThenElse(flat[a], hn::Set(d, kFlatOrigin), origin[a]);
+      cell[a] = hn::IfThenElse(negative[a], hn::Sub(hn::Set(d, -1.0f), index), index);
     }
 
     hn::StoreU(hn::Set(di, kCertainLogit), di, answers_.logit + i);
@@ -229,109 +280,219 @@ class Walker {
     hn::StoreU(gather_lanes(hard, hn::Iota(Words(), i)), Words(), hard_.ray + hard_.count);
     hard_.count += uint32_t(__builtin_popcount(hard));
 
+    hn::StoreU(enter, d, log_.enter + i);
     hn::StoreU(leave, d, log_.leave + i);
     hn::StoreU(flags, di, log_.flags + i);
     hn::StoreU(hn::Set(di, -1), di, log_.rank + i);
-    const uint32_t to = queue_.count, lanes = bits_of(meets);
-    for (uint32_t a = 0; a < 3; ++a) {
-      hn::StoreU(gather_lanes(lanes, origin[a]), d, queue_.origin[a] + to);
-      hn::StoreU(gather_lanes(lanes, direction[a]), d, queue_.direction[a] + to);
-      hn::StoreU(gather_lanes(lanes, inverse[a]), d, queue_.inverse[a] + to);
-      hn::StoreU(gather_lanes(lanes, voxel[a]), d, queue_.voxel[a] + to);
-    }
-    hn::StoreU(gather_lanes(lanes, enter), d, queue_.enter + to);
-    hn::StoreU(gather_lanes(lanes, leave), d, queue_.leave + to);
-    hn::StoreU(gather_lanes(lanes, hn::And(flags, hn::Set(di, kNegativeAxes))), di, queue_.octant + to);
-    hn::StoreU(gather_lanes(lanes, hn::Iota(di, int32_t(i))), di, queue_.ray + to);
-    queue_.count += uint32_t(__builtin_popcount(lanes));
-  }
 
-  /// Sees to it that the queue has enough for all lanes, as long as there are rays and the log has room.
-  HWY_INLINE void take_up(const Progress& p) {
-    while (queue_.count - queue_.next < kSlots && taken_ < batch_.count && p.turns <= kMaxTurns / 2) {
-      move_to_front();
-      const uint32_t end = std::min(taken_ + kQueueRays, batch_.count);
-      for (; taken_ < end; taken_ += kLanes) enqueue(taken_);
-    }
-  }
-
-  void move_to_front() {
-    const uint32_t next = queue_.next, left = queue_.count - next;
-    const auto move = [&](auto* entries) {
-      const hn::Rebind<std::remove_pointer_t<decltype(entries)>, Floats> d;
-      for (uint32_t i = 0; i < left; i += kLanes) hn::Store(hn::LoadU(d, entries + next + i), d, entries + i);
+    const auto word = words_at(cell, info, meets);
+    const auto empty = hn::RebindMask(d, is_kind(word, kEmptyVoxel));
+    const auto put = [&](Sort& sort, uint32_t& count, uint32_t lanes) {
+      if (lanes == 0) return;
+      const LanesTogether together(lanes);
+      const auto member = [&](uint32_t m, hn::Vec<Floats> v) {
+        hn::StoreU(together(v), d, sort.waiting.members[m] + count);
+      };
+      for (uint32_t a = 0; a < 3; ++a) {
+        member(kOrigin + a, origin[a]);
+        member(kDirection + a, direction[a]);
+        member(kInverse + a, inverse[a]);
+        member(kCell + a, cell[a]);
+      }
+      member(kNow, enter);
+      member(kLeave, leave);
+      member(kInfo, floats(info));
+      member(kWord, floats(word));
+      count += uint32_t(__builtin_popcount(lanes));
     };
-    for (uint32_t a = 0; a < 3; ++a) {
-      move(queue_.origin[a]);
-      move(queue_.direction[a]);
-      move(queue_.inverse[a]);
-      move(queue_.voxel[a]);
-    }
-    move(queue_.enter);
-    move(queue_.leave);
-    move(queue_.octant);
-    move(queue_.ray);
-    queue_.next = 0;
-    queue_.count = left;
+    put(leaping_, p.to_leap, bits_of(hn::And(meets, empty)));
+    put(passing_, p.to_pass, bits_of(hn::AndNot(empty, meets)));
   }
 
-  /// Puts the next rays into the slots of a group that stand still, as far as there are any.
-  HWY_INLINE void refill(uint32_t group, Progress& p) {
+  /// Moves chosen rays of a group to those that wait for lanes of the other sort.
+  static HWY_INLINE void move_out(const Sort& from, uint32_t at, uint32_t lanes, Sort& to, uint32_t& count) {
+    const Floats d;
+    const LanesTogether together(lanes);
+    for (uint32_t m = 0; m < kRayMembers; ++m)
+      hn::StoreU(together(hn::Load(d, from.slots.members[m] + at)), d, to.waiting.members[m] + count);
+    count += uint32_t(__builtin_popcount(lanes));
+  }
+
+  /// Puts waiting rays into the idle lanes of a group, as far as there are any. Returns the lanes filled.
+  static HWY_INLINE uint32_t move_in(Sort& sort, uint32_t& count, uint32_t at, uint32_t idle) {
+    const Floats d;
+    while (uint32_t(__builtin_popcount(idle)) > count) idle &= idle - 1;
+    count -= uint32_t(__builtin_popcount(idle));
+    const LanesApart apart(idle);
+    for (uint32_t m = 0; m < kRayMembers; ++m) {
+      float* const slots = sort.slots.members[m] + at;
+      hn::Store(apart(hn::Load(d, slots), sort.waiting.members[m] + count), d, slots);
+    }
+    return idle;
+  }
+
+  /// Logs that the chosen rays are done.
+  HWY_INLINE void log_ends(const Sort& sort, uint32_t at, uint32_t lanes, Progress& p) {
     const Floats d;
     const Ints di;
-    const uint32_t at = group * kLanes;
-    uint32_t idle = ~uint32_t(p.active >> at) & kAllLanes;
-    const uint32_t next = queue_.next;
-    while (uint32_t(__builtin_popcount(idle)) > queue_.count - next) idle &= idle - 1;
-    const auto put = [&](const float* from, float* to) {
-      hn::Store(scatter_lanes(idle, hn::Load(d, to + at), from + next), d, to + at);
-    };
-    for (uint32_t a = 0; a < 3; ++a) {
-      put(queue_.origin[a], slots_.origin[a]);
-      put(queue_.direction[a], slots_.direction[a]);
-      put(queue_.inverse[a], slots_.inverse[a]);
-      put(queue_.voxel[a], slots_.voxel[a]);
+    // A ray that ends once the log is full may lack parts.
+    auto info = ints(hn::Load(d, sort.slots.members[kInfo] + at));
+    if (HWY_UNLIKELY(p.full)) info = hn::Or(info, hn::Set(di, kIncomplete));
+    // What is visible without the network has been answered.
+    const auto sides = hn::Set(di, kSeenSides);
+    const auto blocked = hn::Eq(hn::And(info, sides), sides);
+    lanes &= bits_of(hn::Or(blocked, hn::TestBit(info, hn::Set(di, kHasRun))));
+    hn::StoreU(gather_lanes(lanes, info), di, log_.end_info + p.ends);
+    p.ends += uint32_t(__builtin_popcount(lanes));
+  }
+  HWY_INLINE void log_open(hn::Vec<Ints> info, hn::Vec<Floats> begin, hn::Vec<Floats> end, uint32_t lanes,
+                           Progress& p) {
+    const Floats d;
+    const Ints di;
+    hn::StoreU(gather_lanes(lanes, info), di, log_.part_info + p.parts);
+    hn::StoreU(gather_lanes(lanes, begin), d, log_.part_begin + p.parts);
+    hn::StoreU(gather_lanes(lanes, end), d, log_.part_end + p.parts);
+    p.parts += uint32_t(__builtin_popcount(lanes));
+    if (HWY_UNLIKELY(p.parts > kMaxOpenParts)) {
+      p.parts = kMaxOpenParts;
+      p.full = true;
     }
-    put(queue_.enter, slots_.now);
-    put(queue_.leave, slots_.leave);
-    const auto filled = mask_of(idle);
-    const auto filled_int = hn::RebindMask(di, filled);
-    const auto octants = scatter_lanes(idle, hn::Zero(di), queue_.octant + next);
-    const auto choose = [&](uint32_t which, float* to) {
-      const auto strides = look_up<8>(d, strides_[which], octants);
-      hn::Store(hn::IfThenElse(filled, strides, hn::Load(d, to + at)), d, to + at);
-    };
-    for (uint32_t a = 0; a < 3; ++a) choose(a, slots_.stride[a]);
-    choose(3, slots_.base);
-    const auto rays = scatter_lanes(idle, hn::Load(di, slots_.ray + at), queue_.ray + next);
-    hn::Store(hn::Or(rays, hn::IfThenElseZero(filled_int, hn::Set(di, kFresh))), di, slots_.ray + at);
-    hn::Store(hn::IfThenZeroElse(filled_int, hn::Load(di, slots_.state + at)), di, slots_.state + at);
-    hn::Store(hn::IfThenZeroElse(filled_int, hn::Load(di, slots_.seen + at)), di, slots_.seen + at);
-    queue_.next += uint32_t(__builtin_popcount(idle));
-    p.active |= uint64_t{idle} << at;
   }
 
-  /// Fetches the codes of a group's voxels. The leap that needs them comes after another group's.
-  HWY_INLINE void look(uint32_t group, Progress& p) {
+  /// Fills idle lanes with rays that leap, and takes more from the batch where there are few.
+  HWY_INLINE void exchange_leaping(uint32_t group, Progress& p) {
+    Lanes& lanes = p.leaping[group];
+    const uint32_t at = group * kLanes;
+    if (lanes.done != 0) log_ends(leaping_, at, lanes.done, p);
+    // The last few of a batch go on with those that pass cells.
+    if (p.to_leap == 0 && !may_take(p) && uint32_t(__builtin_popcount(lanes.ready)) <= kLanes / 2)
+      lanes.ready = 0;
+    const uint32_t leaving = lanes.held & ~(lanes.done | lanes.ready);
+    if (leaving != 0) move_out(leaping_, at, leaving, passing_, p.to_pass);
+    while (p.to_leap < kLanes && p.to_pass < kWaitingRays && may_take(p)) {
+      take(taken_, p);
+      taken_ += kLanes;
+    }
+    if (p.to_leap > 0) lanes.ready |= move_in(leaping_, p.to_leap, at, ~lanes.ready & kAllLanes);
+    lanes.held = lanes.ready;
+    lanes.done = 0;
+  }
+
+  /// The same with rays that pass cells. Those that are in empty voxels meanwhile leave, unless nobody is
+  /// there to take their lanes.
+  HWY_INLINE void exchange_passing(uint32_t group, Progress& p) {
+    Lanes& lanes = p.passing[group];
+    const uint32_t at = group * kLanes;
+    if (lanes.done != 0) log_ends(passing_, at, lanes.done, p);
+    const auto word = ints(hn::Load(Floats(), passing_.slots.members[kWord] + at));
+    uint32_t leaving = lanes.ready & bits_of(is_kind(word, kEmptyVoxel));
+    if (p.to_pass < kLanes && !may_take(p)) leaving = 0;
+    if (leaving != 0) {
+      move_out(passing_, at, leaving, leaping_, p.to_leap);
+      lanes.ready &= ~leaving;
+    }
+    while (p.to_pass < kLanes && p.to_leap < kWaitingRays && may_take(p)) {
+      take(taken_, p);
+      taken_ += kLanes;
+    }
+    if (p.to_pass > 0) lanes.ready |= move_in(passing_, p.to_pass, at, ~lanes.ready & kAllLanes);
+    lanes.held = lanes.ready;
+    lanes.done = 0;
+  }
+
+  /// Leaps until so many rays wait for cells that those come first, or none leaps any more.
+  HWY_INLINE void leap_all(Progress& p) {
+    for (bool any = true; any && p.to_pass < kWaitingRays;) {
+      any = false;
+      for (uint32_t group = 0; group < kGroups; ++group) {
+        Lanes& lanes = p.leaping[group];
+        if (uint32_t(__builtin_popcount(lanes.ready)) <= kLanes - kIdleToLeap) exchange_leaping(group, p);
+        if (lanes.ready == 0) continue;
+        any = true;
+        leap(group, p);
+        look(leaping_, group * kLanes, lanes);
+        lanes.ready &= bits_of(
+            is_kind(ints(hn::Load(Floats(), leaping_.slots.members[kWord] + group * kLanes)), kEmptyVoxel));
+      }
+    }
+  }
+
+  HWY_INLINE void pass_all(Progress& p) {
+    for (bool any = true; any && p.to_leap < kWaitingRays;) {
+      any = false;
+      for (uint32_t group = 0; group < kGroups; ++group) {
+        Lanes& lanes = p.passing[group];
+        if (uint32_t(__builtin_popcount(lanes.ready)) <= kLanes - kIdleToPass) exchange_passing(group, p);
+        if (lanes.ready == 0) continue;
+        any = true;
+        pass(group, p);
+        look(passing_, group * kLanes, lanes);
+      }
+    }
+  }
+
+  /// Fetches the words of a group's voxels. The step that needs them comes after another group's.
+  HWY_INLINE void look(Sort& sort, uint32_t at, const Lanes& lanes) const {
     const Floats d;
+    hn::Vec<Floats> cell[3];
+    for (uint32_t a = 0; a < 3; ++a) cell[a] = hn::Load(d, sort.slots.members[kCell + a] + at);
+    const auto info = ints(hn::Load(d, sort.slots.members[kInfo] + at));
+    const auto word = words_at(cell, info, mask_of(lanes.held & ~lanes.done));
+    hn::Store(floats(word), d, sort.slots.members[kWord] + at);
+  }
+
+  /// Rays of a group, as steps need them.
+  struct Group {
+    hn::Vec<Floats> origin[3], direction[3], inverse[3], cell[3], now;
+    hn::Vec<Ints> info, word;
+
+    HWY_INLINE Group(const Sort& sort, uint32_t at) {
+      const Floats d;
+      for (uint32_t a = 0; a < 3; ++a) {
+        origin[a] = hn::Load(d, sort.slots.members[kOrigin + a] + at);
+        direction[a] = hn::Load(d, sort.slots.members[kDirection + a] + at);
+        inverse[a] = hn::Load(d, sort.slots.members[kInverse + a] + at);
+        cell[a] = hn::Load(d, sort.slots.members[kCell + a] + at);
+      }
+      now = hn::Load(d, sort.slots.members[kNow] + at);
+      info = ints(hn::Load(d, sort.slots.members[kInfo] + at));
+      word = ints(hn::Load(d, sort.slots.members[kWord] + at));
+    }
+  };
+
+  /// How far boxes reach along the three axes, in the order of bytes 1 to 3 and in their place.
+  HWY_INLINE hn::Vec<Ints> reach_of(const Group& rays) const {
     const Ints di;
     const Words dw;
-    const uint32_t at = group * kLanes;
-    auto place = hn::Load(d, slots_.base + at);  // exact: integers below 2^24
+    const auto octant = hn::And(rays.info, hn::Set(di, kOctant));
+    const auto reach = hn::BitCast(dw, hn::And(rays.word, look_up<8>(di, reach_, octant)));
+    return hn::BitCast(di, hn::Or(reach, hn::ShiftRight<4>(reach)));
+  }
+  template <uint32_t kAxis>
+  HWY_INLINE hn::Vec<Floats> extended(hn::Vec<Ints> reach, hn::Vec<Floats> plane) const {
+    const Floats d;
+    const auto voxels = hn::And(reach, hn::Set(Ints(), 15 << (8 + 8 * kAxis)));
+    const float cells = static_cast<float>(1u << field_.levels) / static_cast<float>(1u << (8 + 8 * kAxis));
+    return hn::MulAdd(hn::ConvertTo(d, voxels), hn::Set(d, cells), plane);  // exact
+  }
+
+  /// Moves rays to the cell beyond the nearest of their exits; those for which `t` lies before anything stay.
+  static HWY_INLINE void move_on(Sort& sort, uint32_t at, const Group& rays, const hn::Vec<Floats> (&exit)[3],
+                                 hn::Vec<Floats> t) {
+    const Floats d;
+    const auto along_0 = hn::Eq(exit[0], t);
+    const auto below_2 = hn::Or(along_0, hn::Eq(exit[1], t));
     for (uint32_t a = 0; a < 3; ++a) {
-      const auto voxel = hn::Load(d, slots_.voxel[a] + at);
-      const auto brick = hn::Floor(hn::Mul(voxel, hn::Set(d, 0.25f)));
-      const auto number = hn::MulAdd(brick, hn::Set(d, grid_.beyond[a]), voxel);
-      place = hn::MulAdd(number, hn::Load(d, slots_.stride[a] + at), place);
+      const auto reached = hn::MulAdd(t, rays.direction[a], rays.origin[a]);
+      const auto estimate = hn::Floor(hn::Sub(reached, hn::Set(d, kEstimateSlack)));
+      const auto before = hn::Max(estimate, rays.cell[a]);
+      const auto plane = hn::Add(before, hn::Set(d, 1.0f));
+      const auto crossing = hn::Mul(hn::Sub(plane, rays.origin[a]), rays.inverse[a]);
+      // In the reference's order the crossing of a lower axis at the same t comes first.
+      auto crossed = hn::Le(crossing, t);
+      if (a > 0) crossed = hn::AndNot(hn::And(a == 1 ? along_0 : below_2, hn::Eq(crossing, t)), crossed);
+      hn::Store(hn::IfThenElse(crossed, plane, before), d, sort.slots.members[kCell + a] + at);
     }
-    // Lanes that stand still may have left the grid.
-    const auto active = mask_of(uint32_t((p.active >> at) & kAllLanes));
-    const auto number = hn::IfThenElseZero(hn::RebindMask(di, active), to_ints(place));
-    const auto word =
-        hn::GatherIndex(di, reinterpret_cast<const int32_t*>(grid_.codes.data()), hn::ShiftRight<3>(number));
-    const auto shift = hn::ShiftLeft<2>(hn::And(number, hn::Set(di, 7)));
-    const auto code = hn::And(hn::Shr(hn::BitCast(dw, word), hn::BitCast(dw, shift)), hn::Set(dw, 15));
-    hn::Store(hn::BitCast(di, code), di, slots_.code + at);
   }
 
   /// One leap of every lane of a group.
@@ -339,63 +500,172 @@ class Walker {
     const Floats d;
     const Ints di;
     const uint32_t at = group * kLanes;
-    hn::Vec<Floats> voxel[3], origin[3], inverse[3], exit[3];
-    for (uint32_t a = 0; a < 3; ++a) {
-      voxel[a] = hn::Load(d, slots_.voxel[a] + at);
-      origin[a] = hn::Load(d, slots_.origin[a] + at);
-      inverse[a] = hn::Load(d, slots_.inverse[a] + at);
-    }
-    const auto active = mask_of(uint32_t((p.active >> at) & kAllLanes));
-    const auto code = hn::Load(di, slots_.code + at);
-    const auto distance = look_up<16>(d, kCodeDistance, code);
-    const auto state = look_up<16>(di, kCodeClass, code);
-    const auto turns =
-        hn::TestBit(hn::Xor(state, hn::Load(di, slots_.state + at)), hn::Set(di, int32_t(kSurfaceBit)));
-    const auto seen = hn::Or(hn::Load(di, slots_.seen + at), state);
-    const auto both = hn::Set(di, int32_t(kOutsideBit) | int32_t(kInsideBit));
-    const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(seen, both), both));
+    Lanes& lanes = p.leaping[group];
+    const Group rays(leaping_, at);
+    const auto ready = mask_of(lanes.ready);
 
-    for (uint32_t a = 0; a < 3; ++a)
-      exit[a] = hn::Mul(hn::Sub(hn::Add(voxel[a], distance), origin[a]), inverse[a]);
-    const auto t = hn::Min(hn::Min(exit[0], exit[1]), exit[2]);
-    const auto goes_on = hn::AndNot(blocked, hn::Lt(t, hn::Load(d, slots_.leave + at)));
-    const auto along_0 = hn::Eq(exit[0], t);
-    const auto below_2 = hn::Or(along_0, hn::Eq(exit[1], t));
+    const auto reach = reach_of(rays);
+    const auto side = hn::Set(d, static_cast<float>(1u << field_.levels));
+    hn::Vec<Floats> exit[3];
     for (uint32_t a = 0; a < 3; ++a) {
-      const auto reached = hn::MulAdd(t, hn::Load(d, slots_.direction[a] + at), origin[a]);
-      const auto estimate = hn::Floor(hn::Sub(reached, hn::Set(d, kEstimateSlack)));
-      const auto before = hn::Max(estimate, voxel[a]);
-      const auto plane = hn::Add(before, hn::Set(d, 1.0f));
-      const auto crossing = hn::Mul(hn::Sub(plane, origin[a]), inverse[a]);
-      // In the reference's order the crossing of a lower axis at the same t comes first.
-      auto crossed = hn::Le(crossing, t);
-      if (a > 0) crossed = hn::AndNot(hn::And(a == 1 ? along_0 : below_2, hn::Eq(crossing, t)), crossed);
-      hn::Store(hn::IfThenElse(crossed, plane, before), d, slots_.voxel[a] + at);
+      const auto voxel = hn::Floor(hn::Mul(rays.cell[a], hn::Set(d, field_.voxels_per_cell)));
+      const auto next = hn::MulAdd(voxel, side, side);  // exact
+      const auto plane = a == 0   ? extended<0>(reach, next)
+                         : a == 1 ? extended<1>(reach, next)
+                                  : extended<2>(reach, next);
+      exit[a] = hn::Mul(hn::Sub(plane, rays.origin[a]), rays.inverse[a]);
     }
-    const auto now = hn::Load(d, slots_.now + at);
-    hn::Store(hn::Max(t, now), d, slots_.now + at);
-    hn::Store(state, di, slots_.state + at);
-    hn::Store(seen, di, slots_.seen + at);
-    const auto maybe_fresh = hn::Load(di, slots_.ray + at);
-    const auto ray = hn::AndNot(hn::Set(di, kFresh), maybe_fresh);
-    hn::Store(ray, di, slots_.ray + at);
+    const auto nearest = hn::Min(hn::Min(exit[0], exit[1]), exit[2]);
 
-    const uint32_t turning = bits_of(hn::And(hn::RebindMask(d, turns), active));
-    hn::StoreU(gather_lanes(turning, maybe_fresh), di, log_.turn_ray + p.turns);
-    hn::StoreU(gather_lanes(turning, now), d, log_.turn_t + p.turns);
-    p.turns += uint32_t(__builtin_popcount(turning));
-    if (HWY_UNLIKELY(p.turns > kMaxTurns)) {
-      p.turns = kMaxTurns;
-      p.full = true;
+    const auto sides = hn::Set(di, kSeenSides);
+    const auto seen = hn::And(hn::ShiftRight<4 - kSeenShift>(rays.word), sides);
+    const auto info = hn::Or(rays.info, hn::IfThenElseZero(hn::RebindMask(di, ready), seen));
+    const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(info, sides), sides));
+    const auto leave = hn::Load(d, leaping_.slots.members[kLeave] + at);
+    const uint32_t goes_on = bits_of(hn::AndNot(blocked, hn::Lt(nearest, leave))) & lanes.ready;
+
+    const auto t = hn::IfThenElse(ready, nearest, hn::Set(d, -kNever));
+    move_on(leaping_, at, rays, exit, t);
+    hn::Store(hn::Max(t, rays.now), d, leaping_.slots.members[kNow] + at);
+    hn::Store(floats(info), d, leaping_.slots.members[kInfo] + at);
+    lanes.done |= lanes.ready & ~goes_on;
+    lanes.ready = goes_on;
+  }
+
+  /// Goes from cells that are cut to the parts that hold the rays, down to one that is not.
+  HWY_INLINE void follow_links(Group& rays, hn::Mask<Floats> ready, hn::Vec<Floats>& size) const {
+    const Floats d;
+    const Ints di;
+    const Words dw;
+    auto link = hn::And(is_kind(rays.word, kLink), hn::RebindMask(di, ready));
+    if (hn::AllFalse(di, link)) return;
+    const auto one = hn::Set(di, 1);
+    hn::Vec<Ints> cell[3];
+    for (uint32_t a = 0; a < 3; ++a) cell[a] = to_ints(rays.cell[a]);
+    const auto octant = hn::And(rays.info, hn::Set(di, kOctant));
+    for (uint32_t level = field_.levels; level-- > 0;) {
+      // Mirrored cell c is cell -c - 1, whose bits are the other ones.
+      const auto half = hn::Set(di, 1 << level);
+      auto part = octant;
+      for (uint32_t a = 0; a < 3; ++a)
+        part = hn::Xor(part, hn::IfThenElseZero(hn::TestBit(cell[a], half), hn::Set(di, 1 << a)));
+      const auto mask = hn::ShiftRight<4>(rays.word);
+      const auto bit = hn::Shl(one, part);
+      const auto there = hn::And(hn::TestBit(mask, bit), link);
+      const auto before = hn::PopulationCount(hn::BitCast(dw, hn::And(mask, hn::Sub(bit, one))));
+      const auto first = hn::ShiftRight<12>(hn::BitCast(dw, rays.word));
+      const auto index = hn::IfThenElseZero(there, hn::BitCast(di, hn::Add(first, before)));
+      const auto word =
+          hn::IfThenElse(there, hn::GatherIndex(di, parts_, index), hn::Set(di, int32_t(kEmptyPart)));
+      rays.word = hn::IfThenElse(link, word, rays.word);
+      size = hn::IfThenElse(hn::RebindMask(d, link), hn::Set(d, static_cast<float>(1u << level)), size);
+      link = hn::And(is_kind(rays.word, kLink), link);
+      if (hn::AllFalse(di, link)) return;
     }
-    const uint32_t ending = bits_of(hn::AndNot(goes_on, active));
-    p.active &= ~(uint64_t{ending} << at);
-    // A ray that ends once the log is full may lack turns: no state is what it is known by.
-    const auto seen_or_none = p.full ? hn::Set(di, kIncomplete) : seen;
-    hn::StoreU(gather_lanes(ending, ray), di, log_.end_ray + p.ends);
-    hn::StoreU(gather_lanes(ending, seen_or_none), di, log_.end_seen + p.ends);
-    hn::StoreU(gather_lanes(ending, now), d, log_.end_entered + p.ends);
-    p.ends += uint32_t(__builtin_popcount(ending));
+  }
+
+  /// One piece of every lane of a group: cells, and empty voxels, too.
+  HWY_INLINE void pass(uint32_t group, Progress& p) {
+    const Floats d;
+    const Ints di;
+    const Words dw;
+    const uint32_t at = group * kLanes;
+    Lanes& lanes = p.passing[group];
+    Group rays(passing_, at);
+    const auto ready = mask_of(lanes.ready);
+    auto size = hn::Set(d, static_cast<float>(1u << field_.levels));
+    follow_links(rays, ready, size);
+    const auto empty = is_kind(rays.word, kEmptyVoxel);
+
+    // Exits; a part that is not there has no box beyond itself.
+    const auto reach = hn::IfThenElseZero(empty, reach_of(rays));
+    const auto inverse_size = floats(hn::Sub(hn::Set(di, 0x7f000000), ints(size)));
+    hn::Vec<Floats> low[3], exit[3];
+    for (uint32_t a = 0; a < 3; ++a) {
+      low[a] = hn::Mul(hn::Floor(hn::Mul(rays.cell[a], inverse_size)), size);
+      const auto high = hn::Add(low[a], size);
+      const auto plane = a == 0   ? extended<0>(reach, high)
+                         : a == 1 ? extended<1>(reach, high)
+                                  : extended<2>(reach, high);
+      exit[a] = hn::Mul(hn::Sub(plane, rays.origin[a]), rays.inverse[a]);
+    }
+    const auto nearest = hn::Min(hn::Min(exit[0], exit[1]), exit[2]);
+    const auto leave = hn::Load(d, passing_.slots.members[kLeave] + at);
+    const auto leaves_piece = hn::Lt(nearest, leave);
+    const auto left = hn::Max(hn::IfThenElse(leaves_piece, nearest, leave), rays.now);
+
+    // Heights, as pass_cell() has them, with mirrored normals.
+    const auto bits_6 = hn::Set(di, 63);
+    const auto half_sum = hn::Set(d, static_cast<float>(kNormalHalf));
+    const auto u = hn::Sub(hn::ConvertTo(d, hn::And(hn::ShiftRight<4>(rays.word), bits_6)), half_sum);
+    const auto v = hn::Sub(hn::ConvertTo(d, hn::And(hn::ShiftRight<10>(rays.word), bits_6)), half_sum);
+    const auto width = hn::Max(hn::Abs(u), hn::Abs(v));
+    const hn::Vec<Floats> upright[3] = {
+        hn::Add(u, v), hn::Sub(u, v),
+        hn::Sub(hn::Set(d, static_cast<float>(kNormalSum)), hn::Add(width, width))};
+    hn::Vec<Floats> enters[3], leaves[3];
+    const auto half_size = hn::Mul(size, hn::Set(d, 0.5f));
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto sign = hn::And(hn::ShiftLeftSame(rays.info, int(31 - a)), hn::Set(di, INT32_MIN));
+      const auto normal = floats(hn::Xor(ints(upright[a]), sign));
+      const auto from = hn::Sub(rays.origin[a], hn::Add(low[a], half_size));
+      enters[a] = hn::Mul(normal, hn::Add(from, hn::Mul(rays.now, rays.direction[a])));
+      leaves[a] = hn::Mul(normal, hn::Add(from, hn::Mul(left, rays.direction[a])));
+    }
+    const auto enter_height = hn::Add(hn::Add(enters[0], enters[1]), enters[2]);
+    const auto leave_height = hn::Add(hn::Add(leaves[0], leaves[1]), leaves[2]);
+    // All of this is exact, fused or not.
+    const auto word = hn::BitCast(dw, rays.word);
+    const auto half_span = hn::MulAdd(size, half_sum, hn::Set(d, 1.0f));
+    const auto step = hn::Mul(half_span, hn::Set(d, 1.0f / (kPlanePlaces / 2)));
+    const auto lower_place = hn::BitCast(di, hn::And(hn::ShiftRight<16>(word), hn::Set(dw, 255)));
+    const auto upper_place = hn::BitCast(di, hn::ShiftRight<24>(word));
+    const auto lower = hn::MulSub(hn::ConvertTo(d, lower_place), step, half_span);
+    const auto upper = hn::MulSub(hn::ConvertTo(d, upper_place), step, hn::Sub(half_span, step));
+
+    const auto enters_above = hn::Gt(enter_height, upper), enters_below = hn::Lt(enter_height, lower);
+    const auto leaves_above = hn::Gt(leave_height, upper), leaves_below = hn::Lt(leave_height, lower);
+    const auto misses = hn::Or(hn::And(enters_above, leaves_above), hn::And(enters_below, leaves_below));
+    const auto crosses = hn::Or(hn::And(enters_above, leaves_below), hn::And(enters_below, leaves_above));
+    const auto cells = hn::AndNot(hn::RebindMask(d, empty), ready);
+    const auto open = hn::AndNot(misses, cells);
+
+    // Kinds from kPlaneKinds on have no bits in these.
+    const auto kind = hn::And(word, hn::Set(dw, 15));
+    const auto twice = hn::Add(kind, kind);
+    const auto wall = hn::TestBit(hn::Shr(hn::Set(dw, kWallKinds), kind), hn::Set(dw, 1));
+    const auto above = hn::BitCast(di, hn::Shr(hn::Set(dw, kSidesAbove), twice));
+    const auto below = hn::BitCast(di, hn::Shr(hn::Set(dw, kSidesBelow), twice));
+    const auto is_above = hn::RebindMask(di, hn::Or(enters_above, leaves_above));
+    const auto is_below = hn::RebindMask(di, hn::Or(enters_below, leaves_below));
+    const auto beside = hn::Or(hn::IfThenElseZero(is_above, above), hn::IfThenElseZero(is_below, below));
+    const auto seen = hn::IfThenElse(empty, hn::ShiftRight<4>(rays.word), beside);
+    const auto sides = hn::Set(di, kSeenSides);
+    const auto through_wall = hn::And(hn::RebindMask(di, crosses), hn::RebindMask(di, wall));
+    const auto new_sides =
+        hn::Or(hn::And(hn::ShiftLeft<kSeenShift>(seen), sides), hn::IfThenElseZero(through_wall, sides));
+
+    if (const uint32_t open_lanes = bits_of(open); open_lanes != 0) {
+      const auto rate = hn::Div(hn::Sub(left, rays.now), hn::Sub(leave_height, enter_height));
+      const auto first = hn::Sub(hn::IfThenElse(enters_above, upper, lower), enter_height);
+      const auto last = hn::Sub(hn::IfThenElse(leaves_above, upper, lower), enter_height);
+      const auto from = hn::Min(hn::Max(hn::Add(rays.now, hn::Mul(first, rate)), rays.now), left);
+      const auto begin = hn::IfThenElse(hn::Or(enters_above, enters_below), from, rays.now);
+      const auto to = hn::Min(hn::Max(hn::Add(rays.now, hn::Mul(last, rate)), begin), left);
+      const auto end = hn::IfThenElse(hn::Or(leaves_above, leaves_below), to, left);
+      log_open(rays.info, begin, end, open_lanes, p);
+    }
+    const auto run_bit = hn::IfThenElseZero(hn::RebindMask(di, open), hn::Set(di, int32_t(kHasRun)));
+    const auto info = hn::Or(hn::Or(rays.info, new_sides), run_bit);
+    const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(info, sides), sides));
+    const uint32_t goes_on = bits_of(hn::AndNot(blocked, leaves_piece)) & lanes.ready;
+
+    move_on(passing_, at, rays, exit, hn::IfThenElse(ready, nearest, hn::Set(d, -kNever)));
+    hn::Store(hn::IfThenElse(ready, left, rays.now), d, passing_.slots.members[kNow] + at);
+    hn::Store(floats(hn::IfThenElse(hn::RebindMask(di, ready), info, rays.info)), d,
+              passing_.slots.members[kInfo] + at);
+    lanes.done |= lanes.ready & ~goes_on;
+    lanes.ready = goes_on;
   }
 
   /// Hands out the answers that there are, and sorts the log of the rays left open by ray.
@@ -403,65 +673,75 @@ class Walker {
     const Floats d;
     const Ints di;
     open_.count = 0;
-    const auto both = hn::Set(di, int32_t(kOutsideBit) | int32_t(kInsideBit));
+    const auto sides = hn::Set(di, kSeenSides);
     for (uint32_t i = 0; i < p.ends; i += kLanes) {
       const auto present = hn::RebindMask(di, hn::FirstN(d, p.ends - i));
-      const auto ray = hn::Load(di, log_.end_ray + i), seen = hn::Load(di, log_.end_seen + i);
-      const auto entered = hn::Load(d, log_.end_entered + i);
-      const auto incomplete = hn::And(present, hn::Lt(seen, hn::Zero(di)));
-      const auto blocked = hn::AndNot(incomplete, hn::And(present, hn::Eq(hn::And(seen, both), both)));
-      const auto surface = hn::And(present, hn::TestBit(seen, hn::Set(di, int32_t(kSurfaceBit))));
-      const uint32_t open = bits_of(hn::AndNot(hn::Or(incomplete, blocked), surface));
+      const auto info = hn::Load(di, log_.end_info + i);
+      const auto blocked = hn::And(present, hn::Eq(hn::And(info, sides), sides));
+      const auto incomplete =
+          hn::AndNot(blocked, hn::And(present, hn::TestBit(info, hn::Set(di, kIncomplete))));
+      const uint32_t open = bits_of(hn::AndNot(hn::Or(incomplete, blocked), present));
       alignas(64) int32_t rays[kLanes];
-      hn::Store(ray, di, rays);
+      hn::Store(hn::ShiftRight<kRayShift>(info), di, rays);
       for (uint32_t lanes = bits_of(blocked); lanes != 0; lanes &= lanes - 1)
         answers_.logit[rays[__builtin_ctz(lanes)]] = -kCertainLogit;
       for (uint32_t lanes = bits_of(incomplete); HWY_UNLIKELY(lanes != 0); lanes &= lanes - 1)
         hard_.ray[hard_.count++] = uint32_t(rays[__builtin_ctz(lanes)]);
       // No more than have been read.
-      hn::StoreU(gather_lanes(open, ray), di, log_.end_ray + open_.count);
-      hn::StoreU(gather_lanes(open, seen), di, log_.end_seen + open_.count);
-      hn::StoreU(gather_lanes(open, entered), d, log_.end_entered + open_.count);
+      hn::StoreU(gather_lanes(open, info), di, log_.end_info + open_.count);
       open_.count += uint32_t(__builtin_popcount(open));
     }
-    for (uint32_t k = 0; k < open_.count; ++k) log_.rank[log_.end_ray[k]] = int32_t(k);
+    for (uint32_t k = 0; k < open_.count; ++k) log_.rank[log_.end_info[k] >> kRayShift] = int32_t(k);
 
-    uint32_t turns = 0;
-    for (uint32_t i = 0; i < p.turns; i += kLanes) {
-      const auto ray = hn::Load(di, log_.turn_ray + i);
-      const auto present = hn::RebindMask(di, hn::FirstN(d, p.turns - i));
-      const auto fresh = hn::And(ray, hn::Set(di, kFresh));
-      const auto rank = hn::GatherIndex(di, log_.rank, hn::IfThenElseZero(present, hn::Xor(ray, fresh)));
+    uint32_t parts = 0;
+    for (uint32_t i = 0; i < p.parts; i += kLanes) {
+      const auto ray = hn::ShiftRight<kRayShift>(hn::Load(di, log_.part_info + i));
+      const auto present = hn::RebindMask(di, hn::FirstN(d, p.parts - i));
+      const auto rank = hn::GatherIndex(di, log_.rank, hn::IfThenElseZero(present, ray));
       const uint32_t open = bits_of(hn::And(present, hn::Gt(rank, hn::Set(di, -1))));
-      const auto t = hn::Load(d, log_.turn_t + i);
-      hn::StoreU(gather_lanes(open, hn::Or(rank, fresh)), di, log_.turn_ray + turns);
-      hn::StoreU(gather_lanes(open, t), d, log_.turn_t + turns);
-      turns += uint32_t(__builtin_popcount(open));
+      const auto begin = hn::Load(d, log_.part_begin + i), end = hn::Load(d, log_.part_end + i);
+      hn::StoreU(gather_lanes(open, rank), di, log_.part_info + parts);
+      hn::StoreU(gather_lanes(open, begin), d, log_.part_begin + parts);
+      hn::StoreU(gather_lanes(open, end), d, log_.part_end + parts);
+      parts += uint32_t(__builtin_popcount(open));
     }
-    std::memset(open_.turns, 0, open_.count * sizeof(open_.turns[0]));
-    for (uint32_t i = 0; i < turns; ++i) {
-      const int32_t rank = log_.turn_ray[i];
-      open_.turns[rank & ~kFresh] += (rank & kFresh) + 1;
-    }
+    // Room for all parts of each ray first; those that touch the one before then make the run longer.
+    std::memset(open_.runs, 0, open_.count * sizeof(open_.runs[0]));
+    for (uint32_t i = 0; i < parts; ++i) ++open_.runs[log_.part_info[i]];
     int32_t sum = 0;
     for (uint32_t k = 0; k < open_.count; ++k) {
       open_.first[k] = sum;
-      sum += open_.turns[k] & ~kFresh;
+      sum += open_.runs[k];
+      open_.runs[k] = 0;
     }
-    for (uint32_t i = 0; i < turns; ++i) open_.t[open_.first[log_.turn_ray[i] & ~kFresh]++] = log_.turn_t[i];
+    for (uint32_t i = 0; i < parts; ++i) {
+      const int32_t k = log_.part_info[i];
+      float* const next = open_.t + 2 * (open_.first[k] + open_.runs[k]);
+      if (open_.runs[k] > 0 && next[-1] == log_.part_begin[i]) {
+        next[-1] = log_.part_end[i];
+      } else {
+        next[0] = log_.part_begin[i];
+        next[1] = log_.part_end[i];
+        ++open_.runs[k];
+      }
+    }
   }
 
   const SegmentField& field_;
-  const WalkGrid& grid_;
+  const int32_t* voxels_;
+  const int32_t* parts_;
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
-  Queue& queue_;
-  Slots& slots_;
+  Sort& leaping_;
+  Sort& passing_;
   WalkLog& log_;
   OpenRays& open_;
   HardRays& hard_;
-  alignas(64) float strides_[4][kLanes > 8 ? kLanes : 8];  ///< along each axis, then the base; [octant]
-  uint32_t taken_ = 0;                                     ///< rays of the batch so far
+  // By octant: strides of voxels along each axis, the number of the voxel at 0, which extents of boxes count.
+  alignas(64) float strides_[3][kLanes > 8 ? kLanes : 8];
+  alignas(64) float base_[kLanes > 8 ? kLanes : 8];
+  alignas(64) int32_t reach_[kLanes > 8 ? kLanes : 8];
+  uint32_t taken_ = 0;  ///< rays of the batch so far
 };
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

@@ -3,27 +3,23 @@
 #pragma once
 
 #include "kernels/packed/corner_bricks.hpp"
-#include "kernels/packed/walk_codes.hpp"
+#include "kernels/packed/walk_words.hpp"
 #include "kernels/reference/segment/field.hpp"
 #include "kernels/reference/segment/samples.hpp"
 
 namespace nif::kernels::gpu {
 
-/// Where there are corner bricks, the asset's own arrays of corners and features are not on the device, and
-/// brick_states are not in any case. brick_table then is neither.
+/// What says where the surface is, and what is known there, is not on the device but in `walk`. Where there
+/// are corner bricks, the asset's own arrays of corners and features are not either, nor is brick_table.
 struct DeviceSegmentField : SegmentField {
-  WalkCodes walk;
+  WalkWords walk;
   CornerBricks corner_bricks;  ///< none unless there are two features a corner; without `pairs`
   const uint32_t* next_pairs =
       nullptr;  ///< [corner_bricks.pair_count]: each pair of features, and the next one
 };
 
-/// Words of its codes.
-inline size_t walk_words(const DeviceSegmentField& field) {
-  size_t words = field.walk.second ? 16 : 8;
-  for (const uint32_t voxels : field.voxels) words *= code_bricks(voxels);
-  return words;
-}
+/// Bricks of voxels along an axis, as CornerBricks::table numbers them.
+NIF_HOST_DEVICE constexpr uint32_t bricks_of(uint32_t voxels) { return (voxels + 3) / 4; }
 
 /// array[i] of device memory. Where a pointer to it was itself read from there, AMD's compiler does not know
 /// what it points to, and would load as if from any memory, which takes longer.
@@ -40,7 +36,7 @@ NIF_HOST_DEVICE inline T load_device(const T* array, uint32_t i) {
 /// Where the corners of a brick of voxels are, or of one without corners: in words of CornerBricks::bricks.
 NIF_HOST_DEVICE inline uint32_t corner_brick(const DeviceSegmentField& field, uint32_t x, uint32_t y,
                                              uint32_t z) {
-  const uint32_t number = x + code_bricks(field.voxels[0]) * (y + code_bricks(field.voxels[1]) * z);
+  const uint32_t number = x + bricks_of(field.voxels[0]) * (y + bricks_of(field.voxels[1]) * z);
   const uint32_t word = load_device(field.corner_bricks.table, number / 16), mark = 1u << number % 16;
   const uint32_t brick = word & mark ? 1 + (word >> 16) + count_bits(word & (mark - 1)) : 0;
   return uint32_t(sizeof(CornerBrick) / sizeof(uint32_t)) * brick;
@@ -52,7 +48,7 @@ NIF_HOST_DEVICE inline uint32_t find_pair(const DeviceSegmentField& field, const
   uint32_t first[3], last[3];  // bricks that the corner is of: up to two along each axis
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
-    const uint32_t bricks = code_bricks(field.voxels[a]);
+    const uint32_t bricks = bricks_of(field.voxels[a]);
     first[a] = corner[a] > 0 ? (corner[a] - 1) / 4 : 0;
     last[a] = corner[a] / 4 < bricks ? corner[a] / 4 : bricks - 1;
   }

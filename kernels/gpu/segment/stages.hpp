@@ -25,7 +25,7 @@ NIF_HOST_DEVICE NIF_INLINE bool walk_segment_item(const SceneObject& object, con
   }
   const bool hard = walk.run_count > kKeptRuns;
   const uint32_t flags = uint32_t(walk.saw_outside) | uint32_t(walk.saw_inside) << 1 |
-                         uint32_t(walk.starts_in_surface) << 2 | uint32_t(walk.ends_in_surface) << 3;
+                         uint32_t(walk.starts_open) << 2 | uint32_t(walk.ends_open) << 3;
   item.list = object.lists[hard];
   item.about = walk.run_count | flags << kItemFlags;
   item.words = hard ? 0 : 2 * walk.run_count;
@@ -44,15 +44,15 @@ NIF_HOST_DEVICE void gather_segment(const PipelineWork& work, const DeviceSegmen
   walk.run_count = about & ((1u << kItemFlags) - 1);
   walk.saw_outside = about >> kItemFlags & 1;
   walk.saw_inside = about >> (kItemFlags + 1) & 1;
-  walk.starts_in_surface = about >> (kItemFlags + 2) & 1;
-  walk.ends_in_surface = about >> (kItemFlags + 3) & 1;
+  walk.starts_open = about >> (kItemFlags + 2) & 1;
+  walk.ends_open = about >> (kItemFlags + 3) & 1;
   const auto run = [&](uint32_t i) {
     const uint32_t* const at = memory.words + size_t(2 * i) * memory.capacity + item;
     return Run{bits_as<float>(at[0]), bits_as<float>(at[memory.capacity])};
   };
   // In the walk's own order, so with its bits.
-  walk.surface_t = 0;
-  for (uint32_t i = 0; i < walk.run_count; ++i) walk.surface_t += run(i).end - run(i).begin;
+  walk.open_t = 0;
+  for (uint32_t i = 0; i < walk.run_count; ++i) walk.open_t += run(i).end - run(i).begin;
   SamplePlacer placer(field, walk);
   for (uint32_t i = 0; i < walk.run_count; ++i)
     placer.add(run(i), i + 1 == walk.run_count, [&](uint32_t number, const SamplePoint& point) {

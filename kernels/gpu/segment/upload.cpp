@@ -13,7 +13,7 @@ using cpu::WalkGrid;
 class SegmentUpload final : public FieldUpload {
  public:
   explicit SegmentUpload(const SegmentField& field)
-      : walk_(field, WalkGrid::most_tables(field), std::pmr::new_delete_resource()),
+      : walk_(field, std::pmr::new_delete_resource()),
         corners_(field, std::pmr::new_delete_resource()),
         next_pairs_(corners_.next_pairs()),
         field_{field, walk_.view(), corners_.complete ? corners_.view() : CornerBricks(),
@@ -37,12 +37,16 @@ class SegmentUpload final : public FieldUpload {
 
   const void* add_to(Arena& arena) const override {
     DeviceSegmentField field = field_;
-    arena.move(field.walk.words, walk_words(field));
-    field.brick_states = nullptr;  // the codes of the walk say it all
+    arena.move(field.walk.voxels, walk_.voxels.size());
+    arena.move(field.walk.parts, walk_.parts.size());
+    field.brick_states = nullptr;  // the words of the walk say it all
+    field.voxel_base = nullptr;
+    field.voxel_records = nullptr;
+    field.parts = nullptr;
     CornerBricks& corners = field.corner_bricks;
     if (corners.table) {
       size_t words = 1;
-      for (const uint32_t voxels : field.voxels) words *= code_bricks(voxels);
+      for (const uint32_t voxels : field.voxels) words *= bricks_of(voxels);
       arena.move(corners.table, (words + 15) / 16);
       arena.move(corners.bricks, corners.brick_count);
       arena.move(field.next_pairs, corners.pair_count);

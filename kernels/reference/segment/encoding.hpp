@@ -19,8 +19,8 @@ inline ObjectBox object_box(const SegmentField& field) {
   return box;
 }
 
-/// kCertainReach is in voxels.
-inline float reach_scale(const SegmentField& field) { return field.voxels_per_unit; }
+/// kCertainReach is in finest cells.
+inline float reach_scale(const SegmentField& field) { return field.cells_per_unit; }
 inline float logit_scale(const SegmentField& field) { return field.network.logit_scale; }
 
 }  // namespace nif::kernels

@@ -31,26 +31,50 @@ inline int32_t evaluate_network(const Network& network, const uint8_t* inputs) {
   }
 }
 
+// What query_as() does with runs: structures, because GPU compilers want to know of a lambda that a device
+// could call it.
+struct KeepRuns {
+  Run* kept;
+  uint32_t room;
+  NIF_HOST_DEVICE void operator()(uint32_t i, const Run& run) const {
+    if (i < room) kept[i] = run;
+  }
+};
+struct PlaceRuns {
+  SamplePlacer& placer;
+  Placement& placement;
+  uint32_t count;
+  NIF_HOST_DEVICE void operator()(uint32_t i, const Run& run) const {
+    placer.add(run, i + 1 == count, placement);
+  }
+};
+
+/// As query(), of a field in another form that has its own voxel_word() and interpolate_features().
 template <class Field>
-Answer answer_walk(const Field& field, const Walk& walk) {
+Answer query_as(const Field& field, const Segment& segment) {
+  // More runs are rare, and threads may have little stack.
+  constexpr uint32_t kKeptRuns = 64;
+  Run kept[kKeptRuns];
+  WalkResult walk;
+  follow_segment(field, segment, walk, KeepRuns{kept, kKeptRuns}, NoVisit());
   if (walk.verdict != Verdict::ambiguous) {
     const bool visible = walk.verdict == Verdict::visible;
     return {visible, walk.certain, visible ? kCertainLogit : -kCertainLogit};
   }
   Placement placement;
+  SamplePlacer placer(field, walk);
+  const PlaceRuns add{placer, placement, walk.run_count};
+  if (walk.run_count <= kKeptRuns) {
+    for (uint32_t i = 0; i < walk.run_count; ++i) add(i, kept[i]);
+  } else {
+    WalkResult again;
+    follow_segment(field, segment, again, add, NoVisit());
+  }
+  place_globals(field, walk, placement.globals);
   uint8_t inputs[kMaxInputs];
-  place_samples(field, walk, placement);
   gather_inputs(field, placement, inputs);
   const int32_t logit = evaluate_network(field.network, inputs);
   return {logit >= 0, false, logit};
-}
-
-/// As query(), of a field in another form that has its own voxel_state() and interpolate_features().
-template <class Field>
-Answer query_as(const Field& field, const Segment& segment) {
-  Walk walk;
-  walk_segment(field, segment, walk);
-  return answer_walk(field, walk);
 }
 inline Answer query(const SegmentField& field, const Segment& segment) { return query_as(field, segment); }
 

@@ -20,11 +20,11 @@ enum GlobalInput : uint32_t {
   kInputDirectionX,
   kInputDirectionY,
   kInputDirectionZ,
-  kInputLength,      ///< length inside surface voxels, times length_scale
+  kInputLength,      ///< length of the runs, times length_scale
   kInputSawOutside,  ///< 0 or 127, as the next three
   kInputSawInside,
-  kInputStarts,  ///< the segment starts inside a surface voxel
-  kInputEnds,    ///< it ends inside one
+  kInputStarts,  ///< the segment starts in a run
+  kInputEnds,    ///< it ends in one
 };
 static_assert(kInputEnds + 1 == kGlobalInputs);
 
@@ -48,7 +48,7 @@ class SamplePlacer {
       : field_(field),
         walk_(walk),
         reversed_(presented_reversed(walk)),
-        spacing_(walk.surface_t / static_cast<float>(field.samples)) {}
+        spacing_(walk.open_t / static_cast<float>(field.samples)) {}
 
   /// Calls put(number, t) for each of the points that lie in the run.
   template <class Put>
@@ -69,7 +69,7 @@ class SamplePlacer {
     SamplePoint point;
     NIF_UNROLL
     for (int a = 0; a < 3; ++a) {
-      const float at = walk_.origin[a] + t * walk_.direction[a];
+      const float at = (walk_.origin[a] + t * walk_.direction[a]) * field_.voxels_per_cell;
       const int32_t voxel = to_index(at, int32_t(field_.voxels[a]) - 1);
       point.voxel[a] = uint16_t(voxel);
       const float scaled = (at - static_cast<float>(voxel)) * static_cast<float>(kFractionOne) + 0.5f;
@@ -82,6 +82,11 @@ class SamplePlacer {
   template <class Put>
   NIF_HOST_DEVICE void add(const Run& run, bool last, const Put& put) {
     place(run, last, [&](uint32_t number, float t) { put(number, point_at(t)); });
+  }
+
+  /// The same, into a placement.
+  NIF_HOST_DEVICE void add(const Run& run, bool last, Placement& placement) {
+    add(run, last, [&](uint32_t number, const SamplePoint& point) { placement.points[number] = point; });
   }
 
  private:
@@ -103,20 +108,18 @@ NIF_HOST_DEVICE inline void place_globals(const SegmentField& field, const WalkR
     const float unit = d[a] / length;
     globals[a] = uint8_t(to_index(64.0f + 63.5f * (reversed ? -unit : unit), 127));
   }
-  globals[kInputLength] = uint8_t(to_index(walk.surface_t * length * field.length_scale + 0.5f, 127));
+  globals[kInputLength] = uint8_t(to_index(walk.open_t * length * field.length_scale + 0.5f, 127));
   globals[kInputSawOutside] = walk.saw_outside ? 127 : 0;
   globals[kInputSawInside] = walk.saw_inside ? 127 : 0;
-  const bool starts = reversed ? walk.ends_in_surface : walk.starts_in_surface;
-  const bool ends = reversed ? walk.starts_in_surface : walk.ends_in_surface;
+  const bool starts = reversed ? walk.ends_open : walk.starts_open;
+  const bool ends = reversed ? walk.starts_open : walk.ends_open;
   globals[kInputStarts] = starts ? 127 : 0;
   globals[kInputEnds] = ends ? 127 : 0;
 }
 
 NIF_HOST_DEVICE inline void place_samples(const SegmentField& field, const Walk& walk, Placement& placement) {
   SamplePlacer placer(field, walk);
-  for (uint32_t r = 0; r < walk.run_count; ++r)
-    placer.add(walk.runs[r], r + 1 == walk.run_count,
-               [&](uint32_t number, const SamplePoint& point) { placement.points[number] = point; });
+  for (uint32_t r = 0; r < walk.run_count; ++r) placer.add(walk.runs[r], r + 1 == walk.run_count, placement);
   place_globals(field, walk, placement.globals);
 }
 

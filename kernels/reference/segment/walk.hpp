@@ -1,4 +1,5 @@
-// The walk of a segment through the occupancy grid: exact answers first, and where the surface may be.
+// The walk of a segment through the occupancy grid and the cells in it: exact answers first, and where the
+// surface may be.
 //
 // This header defines the answer. All of it is IEEE single precision in the order written, without
 // contraction; other kernels may leap over voxels but must arrive at the same crossings
@@ -7,25 +8,25 @@
 
 #include "kernels/reference/arithmetic.hpp"
 #include "kernels/reference/ray.hpp"
-#include "kernels/reference/segment/field.hpp"
+#include "kernels/reference/segment/cells.hpp"
 
 namespace nif::kernels {
 
 enum class Verdict : uint8_t {
-  visible,    ///< no surface voxel on the way
-  occluded,   ///< both a proven outside and a proven inside voxel on the way
+  visible,    ///< nothing on the way is open
+  occluded,   ///< through a wall, or both in what is proven outside and in what is proven inside
   ambiguous,  ///< the network has to say
 };
 
 enum class VoxelState : uint8_t { outside, inside, unknown, surface };
 
-/// A maximal run of consecutive surface voxels, as the t of its ends.
+/// A maximal part of a segment that lies between the planes of open cells, as the t of its ends.
 struct Run {
   float begin, end;
 };
 
-/// Each run but the last is followed by a voxel that is none, and no axis is walked twice.
-inline constexpr uint32_t kMaxRuns = 3 * kMaxVoxels / 2 + 1;
+/// Each cell has one at most, and no axis is walked twice.
+inline constexpr uint32_t kMaxRuns = 3 * kMaxCells + 1;
 
 /// What a walk finds out, but for the runs themselves.
 struct WalkResult {
@@ -34,20 +35,17 @@ struct WalkResult {
 
   // The rest is set where the verdict is ambiguous.
   bool saw_outside = false, saw_inside = false;
-  bool starts_in_surface =
-      false;  ///< the segment's own start (not its entry into the grid) lies in a surface voxel
-  bool ends_in_surface = false;
-  float origin[3] = {}, direction[3] = {};  ///< in grid space: voxel (i,j,k) is [i,i+1] x [j,j+1] x [k,k+1]
-  float surface_t = 0;                      ///< sum of the runs' lengths, in t
+  bool starts_open =
+      false;  ///< the first run begins at the segment's own start, not at its entry into the grid
+  bool ends_open = false;                   ///< the last run ends at the segment's own end
+  float origin[3] = {}, direction[3] = {};  ///< in grid space, whose unit is a finest cell
+  float open_t = 0;                         ///< sum of the runs' lengths, in t
   uint32_t run_count = 0;
 };
 
 struct Walk : WalkResult {
   Run runs[kMaxRuns];
 };
-
-/// Padding of voxels when the baker marks them as surface, in voxels.
-inline constexpr double kSurfacePadding = 1.0 / 64;
 
 /// A component below this fraction of the largest moves less than the padding across the whole grid: taken as
 /// 0.
@@ -56,21 +54,76 @@ inline constexpr float kFlatDirection = 0x1p-40f;
 /// Later than any crossing.
 inline constexpr float kNever = 3.402823466e+38f;
 
-NIF_HOST_DEVICE inline VoxelState voxel_state(const SegmentField& field, const int32_t voxel[3]) {
+/// Where a voxel's bits are.
+struct BrickPlace {
+  uint32_t entry;  ///< of brick_table
+  uint32_t bit;
+};
+NIF_HOST_DEVICE inline BrickPlace brick_place(const SegmentField& field, const int32_t voxel[3]) {
   const uint32_t x = uint32_t(voxel[0]), y = uint32_t(voxel[1]), z = uint32_t(voxel[2]);
   const uint32_t brick = (x >> 2) + field.bricks[0] * ((y >> 2) + field.bricks[1] * (z >> 2));
-  const uint16_t entry = field.brick_table[brick];
-  if (entry < kFirstMixedBrick) return static_cast<VoxelState>(entry);
-  const BrickStates& states = field.brick_states[entry - kFirstMixedBrick];
-  const uint32_t bit = (x & 3) + 4 * (y & 3) + 16 * (z & 3);
+  return {field.brick_table[brick], (x & 3) + 4 * (y & 3) + 16 * (z & 3)};
+}
+NIF_HOST_DEVICE inline VoxelState state_in(const BrickStates& states, uint32_t bit) {
   const uint32_t surface = uint32_t(states.surface >> bit) & 1, aux = uint32_t(states.aux >> bit) & 1;
   if (surface) return aux ? VoxelState::unknown : VoxelState::surface;
   return aux ? VoxelState::inside : VoxelState::outside;
 }
+NIF_HOST_DEVICE inline VoxelState voxel_state(const SegmentField& field, const int32_t voxel[3]) {
+  const BrickPlace at = brick_place(field, voxel);
+  if (at.entry < kFirstMixedBrick) return static_cast<VoxelState>(at.entry);
+  return state_in(field.brick_states[at.entry - kFirstMixedBrick], at.bit);
+}
 
-/// Looks at no voxel.
+/// SeenBits of a voxel that is no surface.
+NIF_HOST_DEVICE constexpr uint32_t seen_in(VoxelState state) {
+  return state == VoxelState::outside  ? uint32_t(kSeenOutside)
+         : state == VoxelState::inside ? uint32_t(kSeenInside)
+                                       : 0u;
+}
+
+/// A voxel's record where it is surface; else make_empty().
+NIF_HOST_DEVICE inline uint32_t voxel_word(const SegmentField& field, const int32_t voxel[3]) {
+  const BrickPlace at = brick_place(field, voxel);
+  if (at.entry < kFirstMixedBrick) return make_empty(seen_in(static_cast<VoxelState>(at.entry)));
+  const BrickStates& states = field.brick_states[at.entry - kFirstMixedBrick];
+  const VoxelState state = state_in(states, at.bit);
+  if (state != VoxelState::surface) return make_empty(seen_in(state));
+  const uint64_t below = states.surface & ~states.aux & ((uint64_t{1} << at.bit) - 1);
+  return field.voxel_records[field.voxel_base[at.entry - kFirstMixedBrick] + count_bits(below)];
+}
+
+/// A cube of the grid in which a walk asks one question: a voxel that is no surface, a cell with planes, or a
+/// part that no triangle touches.
+struct Piece {
+  int32_t low[3];  ///< its first finest cell
+  int32_t size;    ///< in finest cells: a power of two
+  uint32_t word;   ///< planes, make_empty(), or kEmptyPart
+};
+inline constexpr uint32_t kEmptyPart = make_empty(0);
+
+/// The piece that holds a finest cell. Links are no deeper than field.levels.
+template <class Field>
+NIF_HOST_DEVICE Piece find_piece(const Field& field, const int32_t (&cell)[3]) {
+  Piece piece;
+  const int32_t voxel[3] = {cell[0] >> field.levels, cell[1] >> field.levels, cell[2] >> field.levels};
+  piece.word = voxel_word(field, voxel);
+  piece.size = 1 << field.levels;
+  while (word_kind(piece.word) == kLink) {
+    piece.size >>= 1;
+    uint32_t part = 0;
+    NIF_UNROLL
+    for (int a = 0; a < 3; ++a) part |= (cell[a] & piece.size) != 0 ? 1u << a : 0u;
+    piece.word = link_mask(piece.word) >> part & 1 ? field.parts[link_part(piece.word, part)] : kEmptyPart;
+  }
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) piece.low[a] = cell[a] & ~(piece.size - 1);
+  return piece;
+}
+
+/// Looks at no piece.
 struct NoVisit {
-  NIF_HOST_DEVICE void operator()(const int32_t (&)[3]) const {}
+  NIF_HOST_DEVICE void operator()(const Piece&) const {}
 };
 
 /// Takes a segment's origin and direction to grid space, where components of the direction that move nothing
@@ -84,8 +137,8 @@ NIF_HOST_DEVICE bool to_grid_space(const Field& field, const Segment& segment, W
   reach = 0;
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
-    walk.origin[a] = (segment.origin[a] - field.origin[a]) * field.voxels_per_unit;
-    walk.direction[a] = segment.direction[a] * field.voxels_per_unit;
+    walk.origin[a] = (segment.origin[a] - field.origin[a]) * field.cells_per_unit;
+    walk.direction[a] = segment.direction[a] * field.cells_per_unit;
     finite = finite && is_finite(walk.origin[a]) && is_finite(walk.direction[a]);
     reach = max_of(magnitude(walk.origin[a]), reach);
     steepest = max_of(magnitude(walk.direction[a]), steepest);
@@ -101,10 +154,11 @@ struct GridPassage {
   float inverse[3];  ///< of the direction; infinite along an axis that is not moved along
   float enter, leave;
   bool enters_grid, leaves_grid;  ///< the segment is clipped at that end
-  int32_t voxel[3];               ///< the first
+  int32_t cell[3];                ///< the first
+  uint32_t seen;                  ///< SeenBits: beyond the grid everything is outside
 };
 
-/// The start of any walk. False where it meets no voxel; `walk` then is what comes of it.
+/// The start of any walk. False where it meets no cell; `walk` then is what comes of it.
 template <class Field>
 NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, WalkResult& walk,
                                 GridPassage& passage) {
@@ -131,7 +185,7 @@ NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, Walk
   bool enters_grid = false, leaves_grid = false;
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
-    const float size = static_cast<float>(field.voxels[a]);
+    const float size = static_cast<float>(field.voxels[a] << field.levels);
     const float inverse = passage.inverse[a] = 1.0f / walk.direction[a];
     if (walk.direction[a] == 0) {
       if (!(walk.origin[a] >= 0 && walk.origin[a] <= size)) return false;
@@ -149,8 +203,9 @@ NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, Walk
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     const float at = walk.origin[a] + enter * walk.direction[a];
-    passage.voxel[a] = to_index(at, int32_t(field.voxels[a]) - 1);
+    passage.cell[a] = to_index(at, int32_t(field.voxels[a] << field.levels) - 1);
   }
+  passage.seen = enters_grid || leaves_grid ? uint32_t(kSeenOutside) : 0u;
   passage.enter = enter;
   passage.leave = leave;
   passage.enters_grid = enters_grid;
@@ -160,41 +215,50 @@ NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, Walk
 
 /// The run that a walk is in, and the length of those before.
 struct RunRecord {
-  float begin = 0, surface_t = 0;
+  float begin = 0, end = 0, open_t = 0, first = 0;
+  bool any = false;
 
-  NIF_HOST_DEVICE void start(float t) { begin = t + 0.0f; }  // a zero is positive, whichever crossing it is
+  /// The part of the next cell that is open: it goes on with the run where it begins at its end.
   template <class AddRun>
-  NIF_HOST_DEVICE void end(float t, WalkResult& walk, const AddRun& add_run) {
-    t += 0.0f;
-    add_run(walk.run_count++, Run{begin, t});
-    surface_t += t - begin;
+  NIF_HOST_DEVICE void add(float from, float to, WalkResult& walk, const AddRun& add_run) {
+    from += 0.0f;  // a zero is positive, whichever crossing it is
+    to += 0.0f;
+    if (!any || from != end) {
+      finish(walk, add_run);
+      if (!any) first = from;
+      any = true;
+      begin = from;
+    }
+    end = to;
+  }
+  /// After the last.
+  template <class AddRun>
+  NIF_HOST_DEVICE void finish(WalkResult& walk, const AddRun& add_run) {
+    if (!any) return;
+    add_run(walk.run_count++, Run{begin, end});
+    open_t += end - begin;
   }
 };
 
-/// What a walk has seen once it has come to the segment's end or the grid's.
-struct Seen {
-  bool outside, inside, first_surface, last_surface;
-};
-
-/// The end of any walk that is not blocked. `now` is where the last voxel was entered.
+/// The end of any walk that is not blocked: `seen` is what it has been in.
 template <class AddRun>
-NIF_HOST_DEVICE void end_walk(const GridPassage& passage, float now, const Seen& seen, RunRecord& run,
-                              WalkResult& walk, const AddRun& add_run) {
-  if (seen.last_surface) run.end(max_of(passage.leave, now), walk, add_run);
-  if (walk.run_count == 0) return;
+NIF_HOST_DEVICE void end_walk(const GridPassage& passage, uint32_t seen, RunRecord& run, WalkResult& walk,
+                              const AddRun& add_run) {
+  if (!run.any) return;
+  run.finish(walk, add_run);
   walk.verdict = Verdict::ambiguous;
   walk.certain = false;
-  walk.saw_outside = seen.outside;
-  walk.saw_inside = seen.inside;
-  walk.starts_in_surface = seen.first_surface && !passage.enters_grid;
-  walk.ends_in_surface = seen.last_surface && !passage.leaves_grid;
-  walk.surface_t = run.surface_t;
+  walk.saw_outside = (seen & kSeenOutside) != 0;
+  walk.saw_inside = (seen & kSeenInside) != 0;
+  walk.starts_open = run.first == passage.enter && !passage.enters_grid;
+  walk.ends_open = run.end == passage.leave && !passage.leaves_grid;
+  walk.open_t = run.open_t;
 }
 
 /// Walks one segment. `walk` is overwritten. `add_run` is called with each run and its number, in order, and
-/// `visit` with each voxel on the way: the baker counts work with it.
+/// `visit` with each piece on the way: the baker counts work with it.
 ///
-/// Here and below, Field is a SegmentField, or derives from one and says by a voxel_state() and an
+/// Here and below, Field is a SegmentField, or derives from one and says by a voxel_word() and an
 /// interpolate_features() of its own how it stores them.
 template <class Field, class AddRun, class Visit>
 NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, WalkResult& walk,
@@ -202,57 +266,66 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
   GridPassage passage;
   if (!enter_grid(field, segment, walk, passage)) return;
 
-  // The t at which each axis crosses its next plane.
-  int32_t(&voxel)[3] = passage.voxel;
+  // The t at which each axis crosses its next plane, of finest cells.
+  int32_t(&cell)[3] = passage.cell;
   int32_t step[3], plane[3];
   float next[3];
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     step[a] = walk.direction[a] == 0 ? 0 : walk.direction[a] > 0 ? 1 : -1;
-    plane[a] = voxel[a] + (step[a] > 0 ? 1 : 0);
+    plane[a] = cell[a] + (step[a] > 0 ? 1 : 0);
     next[a] = step[a] == 0 ? kNever : (static_cast<float>(plane[a]) - walk.origin[a]) * passage.inverse[a];
   }
 
   RunRecord run;
-  Seen seen{};
+  uint32_t seen = passage.seen;
   float now = passage.enter;
-  for (bool first = true;; first = false) {
-    visit(voxel);
-    const VoxelState state = voxel_state(field, voxel);
-    const bool surface = state == VoxelState::surface;
-    seen.outside |= state == VoxelState::outside;
-    seen.inside |= state == VoxelState::inside;
-    if (seen.outside && seen.inside) {
+  for (bool ends = false; !ends;) {
+    const Piece piece = find_piece(field, cell);
+    visit(piece);
+
+    // Cross the nearest plane, until one is the piece's own; the lowest axis where several are equally near.
+    const float entered = now;
+    for (bool within = true; within;) {
+      int nearest = next[1] < next[0] ? 1 : 0;
+      float crossing = next[1] < next[0] ? next[1] : next[0];
+      if (next[2] < crossing) nearest = 2, crossing = next[2];
+      if (!(crossing < passage.leave)) {
+        ends = true;
+        break;
+      }
+      now = max_of(crossing, now);
+      NIF_UNROLL
+      for (int a = 0; a < 3; ++a) {
+        if (a != nearest) continue;
+        cell[a] += step[a];
+        within = cell[a] >= piece.low[a] && cell[a] < piece.low[a] + piece.size;
+        plane[a] += step[a];
+        next[a] = (static_cast<float>(plane[a]) - walk.origin[a]) * passage.inverse[a];
+      }
+    }
+    const float left = ends ? max_of(passage.leave, now) : now;
+
+    bool blocked = false;
+    if (word_kind(piece.word) == kEmptyVoxel) {
+      seen |= empty_side(piece.word);
+    } else {
+      const float size = static_cast<float>(piece.size);
+      float middle[3];
+      NIF_UNROLL
+      for (int a = 0; a < 3; ++a) middle[a] = static_cast<float>(piece.low[a]) + 0.5f * size;
+      const CellPassage passed =
+          pass_cell(piece.word, middle, size, walk.origin, walk.direction, entered, left);
+      blocked = passed.blocked;
+      seen |= passed.seen;
+      if (passed.open) run.add(passed.begin, passed.end, walk, add_run);
+    }
+    if (blocked || seen == kSeenBoth) {
       walk.verdict = Verdict::occluded;
       return;
     }
-    if (first) seen.first_surface = surface;
-    if (surface && !seen.last_surface) run.start(now);
-    if (!surface && seen.last_surface) run.end(now, walk, add_run);
-    seen.last_surface = surface;
-
-    // Cross the nearest plane; the lowest axis where several are equally near.
-    int nearest = next[1] < next[0] ? 1 : 0;
-    float crossing = next[1] < next[0] ? next[1] : next[0];
-    if (next[2] < crossing) nearest = 2, crossing = next[2];
-    if (!(crossing < passage.leave)) break;
-    now = max_of(crossing, now);
-    bool left = false;
-    NIF_UNROLL
-    for (int a = 0; a < 3; ++a) {
-      if (a != nearest) continue;
-      voxel[a] += step[a];
-      left = voxel[a] < 0 || voxel[a] >= int32_t(field.voxels[a]);
-      plane[a] += step[a];
-      next[a] = (static_cast<float>(plane[a]) - walk.origin[a]) * passage.inverse[a];
-    }
-    if (left) {
-      passage.leave = now;
-      passage.leaves_grid = true;
-      break;
-    }
   }
-  end_walk(passage, now, seen, run, walk, add_run);
+  end_walk(passage, seen, run, walk, add_run);
 }
 
 /// The same with all runs kept; those beyond run_count are left as they are.

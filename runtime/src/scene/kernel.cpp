@@ -10,12 +10,6 @@
 namespace nif::runtime {
 namespace {
 
-#ifdef NIF_HAS_SIMD
-/// What an object may take in memory to be faster: a hundredth of Embree's compact BVH, some 38 bytes a
-/// triangle.
-size_t ample_bytes(const format::ObjectView& object) { return size_t{object.triangles} * 3 / 8; }
-#endif
-
 constexpr const char* kIsaNames[] = {"scalar", "sse4", "avx2", "avx512", "neon"};
 
 }  // namespace
@@ -42,8 +36,8 @@ KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::m
   const kernels::AnyField field = field_of(object);
 #ifdef NIF_HAS_SIMD
   if (isa != Isa::scalar)
-    if (KernelPointer kernel = kernels::cpu::make_kernel(
-            field, {kernels::cpu::Isa(int(isa) - 1), ample_bytes(object), memory, copies}))
+    if (KernelPointer kernel =
+            kernels::cpu::make_kernel(field, {kernels::cpu::Isa(int(isa) - 1), memory, copies}))
       return kernel;
 #else
   (void)isa;
