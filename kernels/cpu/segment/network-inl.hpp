@@ -361,7 +361,6 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
   const Ints di;
   const auto present = hn::FirstN(d, open.count - k);
   const auto present_int = hn::RebindMask(di, present);
-  const auto zero = hn::Zero(di);
   const auto if_present = [&](hn::Vec<Ints> v) { return hn::IfThenElseZero(present_int, v); };
   // Lanes beyond the last ray: a run of no length, anywhere in the grid.
   const auto info = if_present(hn::Load(di, log.end_info + k));
