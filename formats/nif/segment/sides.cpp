@@ -3,31 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <numeric>
 
+#include "formats/base/disjoint_sets.hpp"
 #include "kernels/reference/segment/walk.hpp"
 
 namespace nif::format {
 namespace {
 
 using kernels::SegmentField;
-
-/// Sets that are united, numbered by one of their members (Tarjan 1975), the lowest.
-class Sets {
- public:
-  explicit Sets(size_t count) : parents_(count) { std::iota(parents_.begin(), parents_.end(), 0u); }
-  uint32_t find(uint32_t i) {
-    while (parents_[i] != i) i = parents_[i] = parents_[parents_[i]];
-    return i;
-  }
-  void unite(uint32_t a, uint32_t b) {
-    a = find(a), b = find(b);
-    parents_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<uint32_t> parents_;
-};
 
 /// A voxel, a part of one, or what lies beyond the grid.
 struct Cell {
@@ -75,7 +58,7 @@ class Joiner {
   explicit Joiner(const SegmentField& field) : field_(field), nodes_(number(field)), sets_(nodes_.back()) {}
 
   uint32_t node(uint32_t record) const { return nodes_[record]; }
-  Sets& sets() { return sets_; }
+  DisjointSets& sets() { return sets_; }
 
   void join_all() {
     for (int32_t z = 0; z < int32_t(field_.voxels[2]); ++z)
@@ -237,7 +220,7 @@ class Joiner {
 
   const SegmentField& field_;
   const std::vector<uint32_t> nodes_;
-  Sets sets_;
+  DisjointSets sets_;
 };
 
 }  // namespace
@@ -245,7 +228,7 @@ class Joiner {
 SideRegions::SideRegions(const SegmentField& field) {
   Joiner joiner(field);
   joiner.join_all();
-  Sets& sets = joiner.sets();
+  DisjointSets& sets = joiner.sets();
   const uint32_t outside = sets.find(Joiner::kOutside), inside = sets.find(Joiner::kInside);
   contradictory_ = outside == inside;
   const auto side = [&](uint32_t node) -> uint32_t {
