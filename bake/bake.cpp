@@ -95,6 +95,7 @@ class Driver {
     result_.objects.resize(count);
     candidates_.resize(count);
     reserve_ = kMetadataBytes + kMetadataBytesPerObject * count + hierarchy_bytes(scene_, result_);
+    if (options_.lean) reserve_ += kMetadataBytesOfLean * count;
     for (size_t i = 0; i < count; ++i) add_forms(i);
   }
 

@@ -37,6 +37,8 @@ struct BakeOptions : EncodingOptions {
   Preset preset = Preset::balanced;  ///< without meaning for `bvh`, for which nothing is trained
   uint64_t seed = 1;
   bool strict = false;  ///< refuse what preparation would change
+  /// Everything in the file as it is used in memory, for files that are mapped; else coded, which is smaller.
+  bool uncoded = false;
   /// Of the whole file: the finest grids up to the preset's that fit, and BVHs where there is room for them.
   std::optional<uint64_t> max_bytes;
   std::optional<double> max_error;        ///< of every stated ray set

@@ -68,8 +68,11 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
                           std::span<const std::unique_ptr<Encoder>> encoders, const BakeResult& result) {
   nlohmann::ordered_json chosen{{"encoding", options.encoding}};
   for (const auto& encoder : encoders) encoder->add_options(chosen);
+  if (options.uncoded) chosen["uncoded"] = true;
   if (options.max_bytes) chosen["max_bytes"] = *options.max_bytes;
   if (options.max_error) chosen["max_error"] = *options.max_error;
+  if (options.lean)
+    chosen["lean"] = {{"against", name_of(options.lean->mistake)}, {"rate", options.lean->rate}};
   nlohmann::ordered_json json{{"tool", {{"name", "nifkit"}, {"version", NIF_VERSION_STRING}}},
                               {"seed", options.seed},
                               {"options", std::move(chosen)},

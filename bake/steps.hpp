@@ -7,10 +7,13 @@
 namespace nif::bake {
 
 /// Seeds apart from the one that `nif eval` uses by default, from training's streams and from each other's.
-inline constexpr uint64_t kMeasuringSeed = 0x6d65617375726564, kChoosingSeed = 0x63686f6f73696e67;
+inline constexpr uint64_t kMeasuringSeed = 0x6d65617375726564, kChoosingSeed = 0x63686f6f73696e67,
+                          kLeaningSeed = 0x6c65616e696e67;
 
 /// Reserve for what the metadata will say once accuracy has been measured.
 inline constexpr uint64_t kMetadataBytes = 1024, kMetadataBytesPerObject = 1792;
+/// And what it says of an object that leans.
+inline constexpr uint64_t kMetadataBytesOfLean = 768;
 
 /// Objects with at least so many triangles get the preset's resolution and rays.
 inline constexpr double kFullTriangles = 150'000;

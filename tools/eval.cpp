@@ -43,6 +43,7 @@ struct Result {
   EmbreeBytes embree;
   bake::SetAccuracies sets{};
   std::vector<std::pair<std::string, bake::SetAccuracies>> objects;
+  nlohmann::ordered_json metadata;  ///< what its baker wrote: shown, never trusted
 };
 
 Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets) {
@@ -51,6 +52,9 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
   const MeasuredAsset asset(arguments.asset, arguments.mesh, "isa=" + arguments.isa, progress);
   const size_t count = asset.objects().size();
   result.info = asset.info();
+  if (result.info.metadata)
+    result.metadata = nlohmann::ordered_json::parse(
+        std::string_view(result.info.metadata, result.info.metadata_bytes), nullptr, false);
   result.triangles = asset.triangles();
   result.isa = asset.device().isa;
   result.any_spherical = asset.any_spherical();
@@ -87,10 +91,21 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
   return result;
 }
 
+/// What the baker says of how an object's answers lean; null where it says nothing.
+const nlohmann::ordered_json* lean_of(const Result& result, size_t object) {
+  const nlohmann::ordered_json::json_pointer at(fmt::format("/objects/{}/lean", object));
+  if (!result.metadata.is_object() || !result.metadata.contains(at)) return nullptr;
+  const nlohmann::ordered_json& lean = result.metadata.at(at);
+  return lean.is_object() ? &lean : nullptr;
+}
+
 void print_json(const Arguments& arguments, const Result& result) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
-  for (const auto& [name, sets] : result.objects)
+  for (size_t i = 0; i < result.objects.size(); ++i) {
+    const auto& [name, sets] = result.objects[i];
     objects.push_back({{"name", name}, {"sets", bake::to_json(sets)}});
+    if (const nlohmann::ordered_json* lean = lean_of(result, i)) objects.back()["lean"] = *lean;
+  }
   nlohmann::ordered_json json{
       {"schema", kSchema},
       {"file", arguments.asset},
@@ -117,6 +132,15 @@ void print(const Arguments& arguments, const Result& result) {
                format_bytes(double(result.embree.compact)), double(result.embree.compact) / resident);
   }
   fmt::print("\n{}", accuracy_table(result.sets));
+  for (size_t i = 0; i < result.objects.size(); ++i) {
+    const nlohmann::ordered_json* lean = lean_of(result, i);
+    if (!lean) continue;
+    const auto against = lean->find("against"), rate = lean->find("rate");
+    if (against == lean->end() || !against->is_string() || rate == lean->end() || !rate->is_number())
+      continue;
+    fmt::print("\n'{}' was baked with --lean {}={}\n", result.objects[i].first, against->get<std::string>(),
+               rate->get<double>());
+  }
   if (result.any_spherical)
     fmt::print("\nSpherical objects ignore where a segment ends: they answer it as a ray.\n");
   if (arguments.reference)

@@ -12,15 +12,6 @@
 namespace nif::bake {
 namespace {
 
-/// What a ray takes. Nanoseconds by least squares over times of the AVX-512 kernels on the meshes of
-/// docs/results/encoding.md.
-struct BvhCounts {
-  uint64_t nodes = 0, leaves = 0;
-
-  BvhCounts operator+(const BvhCounts& other) const { return {nodes + other.nodes, leaves + other.leaves}; }
-  double nanoseconds() const { return 45 * double(nodes) + 35 * double(leaves); }
-};
-
 class BvhEncoder final : public Encoder {
  public:
   std::string_view name() const override { return format::EncodingOf<kernels::BvhField>::kName; }
@@ -56,8 +47,12 @@ class BvhEncoder final : public Encoder {
 
 std::unique_ptr<Encoder> BvhBaking::make(const BakeOptions&) { return std::make_unique<BvhEncoder>(); }
 
-double work_of(const kernels::BvhField& field, const RaySource& source, uint64_t seed) {
-  return mean_work<BvhCounts>(source, seed, [&](const Segment& segment, BvhCounts& counts) {
+// By least squares over times of the AVX-512 kernels on the meshes of docs/results/encoding.md;
+// docs/results/work.sh fits them anew.
+double BvhCounts::nanoseconds() const { return 45 * double(nodes) + 35 * double(leaves); }
+
+BvhCounts count_work(const kernels::BvhField& field, std::span<const Segment> rays) {
+  return count_all<BvhCounts>(rays, [&](const Segment& segment, BvhCounts& counts) {
     kernels::BvhRay ray;
     if (!kernels::prepare_ray(field, segment, ray)) return;
     kernels::BvhWork work;
@@ -65,6 +60,10 @@ double work_of(const kernels::BvhField& field, const RaySource& source, uint64_t
     counts.nodes += work.nodes;
     counts.leaves += work.leaves;
   });
+}
+
+double work_of(const kernels::BvhField& field, const RaySource& source, uint64_t seed) {
+  return mean_work(source, seed, [&](std::span<const Segment> rays) { return count_work(field, rays); });
 }
 
 void describe(const format::BvhView& view, nlohmann::ordered_json& json) {

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,14 @@ void describe(const format::BvhView& view, nlohmann::ordered_json& json);
 std::string summary(const format::BvhView& view);
 inline std::vector<std::string> details(const format::BvhView&) { return {}; }
 
+/// What rays take of the fast kernels, by which encodings are compared.
+struct BvhCounts {
+  uint64_t nodes = 0, leaves = 0;
+
+  BvhCounts operator+(const BvhCounts& other) const { return {nodes + other.nodes, leaves + other.leaves}; }
+  double nanoseconds() const;
+};
+BvhCounts count_work(const kernels::BvhField& field, std::span<const kernels::Segment> rays);
 /// Mean work of a ray, as mean_work().
 double work_of(const kernels::BvhField& field, const RaySource& source, uint64_t seed);
 

@@ -9,6 +9,12 @@
 
 namespace nif::bake {
 
+double rate_bound(uint64_t rays, uint64_t count) {
+  if (count == rays) return 1;
+  constexpr double kDoubt = 0.01;
+  return boost::math::binomial::find_upper_bound_on_p(double(rays), double(count), kDoubt);
+}
+
 Accuracy& Accuracy::operator+=(const Accuracy& other) {
   rays += other.rays;
   leak += other.leak;
@@ -23,10 +29,7 @@ Accuracy& Accuracy::operator+=(const Accuracy& other) {
 
 double Accuracy::error_bound() const {
   const uint64_t wrong = leak + spurious;
-  if (wrong == rays) return rays ? 1 : 0;
-  if (wrong == 0 && certain == rays) return 0;
-  constexpr double kDoubt = 0.01;
-  return boost::math::binomial::find_upper_bound_on_p(double(rays), double(wrong), kDoubt);
+  return wrong == 0 && certain == rays ? 0 : rate_bound(rays, wrong);
 }
 
 Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle& oracle) {
@@ -77,7 +80,7 @@ Answerer reference_answerer(const kernels::AnyField& field) {
             const kernels::Answer answer = kernels::query(own, segments[i]);
             answers.visible[i] = answer.visible;
             answers.certain[i] = answer.certain;
-            answers.probability[i] = kernels::visible_probability(answer.logit, kernels::logit_scale(own));
+            answers.probability[i] = kernels::visible_probability(answer.logit, kernels::calibration(own));
           }
         };
       },

@@ -9,6 +9,10 @@
 
 namespace nif::bake {
 
+/// With 99 % confidence, the share of all rays that could be drawn for which something holds that held for
+/// `count` of so many (Clopper and Pearson 1934): an upper bound, 0..1. There must be some rays.
+double rate_bound(uint64_t rays, uint64_t count);
+
 /// What is stated of a ray set (docs/ray-sets.md). Counts are of rays.
 struct Accuracy {
   uint64_t rays = 0;
@@ -23,8 +27,7 @@ struct Accuracy {
 
   double rate(uint64_t count) const { return rays ? double(count) / double(rays) : 0; }
   double error() const { return rate(leak + spurious); }
-  /// The error of all rays that could be drawn is below this with 99 % confidence (Clopper and Pearson 1934);
-  /// 0 where all answers are certain and right.
+  /// The rate_bound() of the error; 0 where all answers are certain and right.
   double error_bound() const;
   double brier() const { return rays ? squared_error / double(rays) : 0; }
   Accuracy& operator+=(const Accuracy& other);

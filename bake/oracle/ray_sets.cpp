@@ -207,7 +207,7 @@ void draw_length(const RaySource& source, Segment& ray, Random& random) {
   ray.tmax = static_cast<float>(fraction * source.box.diagonal());
 }
 
-LabelledRays make_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed) {
+LabelledRays draw_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed) {
   LabelledRays rays;
   if (set == RaySet::sun) {
     for (size_t sun = 0; sun < kSuns; ++sun) {
@@ -231,6 +231,11 @@ LabelledRays make_ray_set(const RaySource& source, RaySet set, size_t count, uin
     for (auto& chunk : drawn) rays.segments.insert(rays.segments.end(), chunk.begin(), chunk.end());
     rays.group_ends.push_back(rays.segments.size());
   }
+  return rays;
+}
+
+LabelledRays make_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed) {
+  LabelledRays rays = draw_ray_set(source, set, count, seed);
   rays.visible.resize(rays.segments.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, rays.segments.size(), 1024), [&](const auto& range) {
     for (size_t i = range.begin(); i != range.end(); ++i)

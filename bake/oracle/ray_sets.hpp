@@ -68,6 +68,9 @@ struct LabelledRays {
   std::vector<size_t> group_ends;
 };
 
+/// make_ray_set() without labels: `visible` stays empty.
+LabelledRays draw_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed);
+
 /// The first `count` rays of a set for a seed, in parallel and the same for any number of threads. Fewer,
 /// where the object has no such rays (a set of a flat sheet, say, can be empty).
 LabelledRays make_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed);

@@ -16,12 +16,14 @@ void add_report(const SegmentBaking::Report& report, nlohmann::ordered_json& jso
   json["parts"] = report.parts;
   json["planes"] = report.planes;
   json["walls"] = report.walls;
+  if (report.lean) json["lean"] = to_json(*report.lean);
 }
 
 void add_metadata(const SegmentBaking::Report& report, const ObjectReport& all, const format::Object&,
                   nlohmann::ordered_json& json) {
   json["voxels"] = report.voxels;
   json["training_rays"] = all.training_rays;
+  if (report.lean) json["lean"] = to_json(*report.lean);
 }
 
 void describe(const format::SegmentView& view, nlohmann::ordered_json& json) {
@@ -37,14 +39,21 @@ void describe(const format::SegmentView& view, nlohmann::ordered_json& json) {
   json["samples"] = field.samples;
   json["network"] = view.network;
   json["layers"] = widths;
+  json["threshold"] = field.network.calibration.threshold;
   json["bytes"] = {
-      {"occupancy", view.occupancy_bytes}, {"planes", view.cell_bytes}, {"features", view.feature_bytes}};
+      {"occupancy", view.occupancy.file}, {"planes", view.cells.file}, {"features", view.features.file}};
 }
 
 std::string summary(const format::SegmentView& view) {
   const kernels::SegmentField& field = view.field;
-  return fmt::format("{} x {} x {} voxels, {} of them surface in {} parts, {} corners", field.voxels[0],
-                     field.voxels[1], field.voxels[2], field.surface_voxels, field.part_count, field.corners);
+  const int32_t threshold = field.network.calibration.threshold;
+  const std::string leans =
+      threshold == 0
+          ? ""
+          : fmt::format(", leans to {} by {}", threshold > 0 ? "occluded" : "visible", std::abs(threshold));
+  return fmt::format("{} x {} x {} voxels, {} of them surface in {} parts, {} corners{}", field.voxels[0],
+                     field.voxels[1], field.voxels[2], field.surface_voxels, field.part_count, field.corners,
+                     leans);
 }
 
 }  // namespace nif::bake

@@ -31,9 +31,9 @@ struct SegmentShape {
 
 // What `balanced` comes to stands in docs/results/dragon.md.
 constexpr std::pair<Preset, SegmentShape> kSegmentShapes[] = {
-    {Preset::fast, {48, 2, 2.0, 200'000, 8, 2, 8.0f, {32, 2}, 400, 12'000'000}},
-    {Preset::balanced, {48, 2, 1.75, 230'000, 6, 2, 8.0f, {32, 2}, 2200, 110'000'000}},
-    {Preset::high, {64, 2, 1.0, 450'000, 12, 2, 8.0f, {48, 2}, 4000, 500'000'000}}};
+    {Preset::fast, {32, 3, 2.0, 110'000, 4, 2, 48.0f, {32, 2}, 1000, 12'000'000}},
+    {Preset::balanced, {48, 2, 1.5, 200'000, 4, 2, 32.0f, {32, 2}, 2200, 110'000'000}},
+    {Preset::high, {40, 3, 0.9, 450'000, 8, 2, 48.0f, {48, 2}, 10000, 500'000'000}}};
 
 // One part for each kind of query. Lines from within the volume are left out: they pass through surface
 // voxels as other lines do, and on the dragon nine in ten of them are certain, so finding the rest costs more
@@ -70,7 +70,7 @@ uint64_t budget_for(const SegmentShape& shape, uint64_t triangles) {
 /// A network of the right shape and size, all zeros, to measure what a file will take.
 format::Network blank_network(const SegmentShape& shape) {
   format::Network network;
-  uint32_t inputs = shape.samples * shape.features_per_corner + kernels::kGlobalInputs;
+  uint32_t inputs = kernels::input_count(shape.samples, shape.features_per_corner);
   for (uint32_t l = 0; l <= shape.network.hidden_layers; ++l) {
     const uint32_t outputs = l == shape.network.hidden_layers ? 1 : shape.network.width;
     network.layers.push_back(
@@ -80,33 +80,15 @@ format::Network blank_network(const SegmentShape& shape) {
   return network;
 }
 
-template <class T>
-uint64_t bytes_of(const std::vector<T>& values) {
-  return values.size() * sizeof(T);
+/// What of an object's sections holds it and its network: all but the records.
+uint64_t payload_bytes(const format::SectionBytes& sections) {
+  uint64_t sum = 0;
+  for (const auto& [type, bytes] : sections)
+    if (type == format::kOccupancy || type == format::kCells || type == format::kFeatures ||
+        type == format::kWeights)
+      sum += bytes;
+  return sum;
 }
-
-uint64_t bytes_of(const format::Network& network) {
-  uint64_t bytes = 0;
-  for (const format::Layer& layer : network.layers) bytes += bytes_of(layer.biases) + bytes_of(layer.weights);
-  return bytes;
-}
-
-uint64_t bytes_of(const format::SegmentData& data) {
-  return bytes_of(data.brick_table) + bytes_of(data.brick_states) + bytes_of(data.brick_corners) +
-         bytes_of(data.corner_base) + bytes_of(data.voxel_base) + bytes_of(data.voxel_records) +
-         bytes_of(data.parts) + bytes_of(data.features);
-}
-
-/// What a ray takes. Nanoseconds by least squares over times of the AVX-512 kernels on the meshes of
-/// docs/results/encoding.md, when voxels had no planes yet; not fitted anew since.
-struct SegmentCounts {
-  uint64_t pieces = 0, ambiguous = 0;  ///< in mixed bricks; rays that the network is asked
-
-  SegmentCounts operator+(const SegmentCounts& other) const {
-    return {pieces + other.pieces, ambiguous + other.ambiguous};
-  }
-  double nanoseconds() const { return 6.5 * double(pieces) + 55 * double(ambiguous); }
-};
 
 class SegmentEncoder final : public Encoder {
  public:
@@ -150,12 +132,18 @@ class SegmentEncoder final : public Encoder {
         },
         task.cancel);
     lesson.report.recoveries = trained.recoveries;
-    if (trained.failure.empty()) lesson.form.alone.networks = {std::move(trained.network)};
-    return trained.failure;
+    if (!trained.failure.empty()) return trained.failure;
+    if (options_.lean)
+      std::get<SegmentBaking::Report>(lesson.form.report).lean =
+          lean(lesson.source, data, *options_.lean, options_.seed, task.cancel, trained.network);
+    lesson.form.alone.networks = {std::move(trained.network)};
+    return {};
   }
 
   void add(Form&& form, format::Asset& asset) const override {
-    form.object().as<format::SegmentData>().network = uint32_t(asset.networks.size());
+    auto& data = form.object().as<format::SegmentData>();
+    data.network = uint32_t(asset.networks.size());
+    if (!options_.uncoded) data.coded = format::kCodedPayloads;
     asset.networks.push_back(std::move(form.alone.networks.front()));
     asset.objects.push_back(std::move(form.object()));
   }
@@ -189,15 +177,22 @@ class SegmentEncoder final : public Encoder {
     const CellCounts cells = fit_cells(grid, mesh, surface, thickness, form.object().name, data);
     form.scale = scale;
     form.alone.networks = {blank_network(shape_)};
-    form.cost.bytes = bytes_of(data) + bytes_of(form.alone.networks.front());
     form.report = SegmentBaking::Report{grid.voxels,
                                         occupancy.surface_voxels,
                                         occupancy.inside_voxels,
                                         occupancy.unknown_voxels,
                                         cells.parts,
                                         cells.planes,
-                                        cells.walls};
+                                        cells.walls,
+                                        std::nullopt};
+    // Features are not known before they are trained, so they count uncoded: a file takes no more than this.
+    // The size that grids are chosen by does not depend on how a file stores them.
+    data.coded = format::kCodedOccupancy | format::kCodedCells;
     form.object().content = std::move(data);
+    form.sections = format::section_bytes(form.alone);
+    form.cost.bytes = payload_bytes(form.sections);
+    if (!options_.uncoded) return;
+    form.object().as<format::SegmentData>().coded = 0;
     form.sections = format::section_bytes(form.alone);
   }
 
@@ -230,12 +225,17 @@ class SegmentEncoder final : public Encoder {
 }  // namespace
 
 std::unique_ptr<Encoder> SegmentBaking::make(const BakeOptions& options) {
+  if (options.lean && !(options.lean->rate >= 0 && options.lean->rate <= 1))
+    throw Error(Status::usage, "the rate of a lean is not in the range 0 to 1");
   return std::make_unique<SegmentEncoder>(options);
 }
 
-double work_of(const kernels::SegmentField& field, const RaySource& source, uint64_t seed) {
-  return mean_work<SegmentCounts>(source, seed, [&](const Segment& segment, SegmentCounts& counts) {
-    // Only what is in mixed bricks: a fast walk leaps over the others.
+// By least squares over times of the AVX-512 kernels on the meshes of docs/results/encoding.md, when voxels
+// had no planes yet. docs/results/work.sh fits them anew.
+double SegmentCounts::nanoseconds() const { return 6.5 * double(pieces) + 55 * double(ambiguous); }
+
+SegmentCounts count_work(const kernels::SegmentField& field, std::span<const Segment> rays) {
+  return count_all<SegmentCounts>(rays, [&](const Segment& segment, SegmentCounts& counts) {
     kernels::Walk walk;
     kernels::walk_segment(field, segment, walk, [&](const kernels::Piece& piece) {
       int32_t voxel[3];
@@ -244,6 +244,10 @@ double work_of(const kernels::SegmentField& field, const RaySource& source, uint
     });
     counts.ambiguous += walk.verdict == kernels::Verdict::ambiguous;
   });
+}
+
+double work_of(const kernels::SegmentField& field, const RaySource& source, uint64_t seed) {
+  return mean_work(source, seed, [&](std::span<const Segment> rays) { return count_work(field, rays); });
 }
 
 }  // namespace nif::bake

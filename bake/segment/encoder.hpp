@@ -5,9 +5,11 @@
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "bake/segment/lean.hpp"
 #include "formats/nif/asset.hpp"
 
 namespace nif::bake {
@@ -22,7 +24,8 @@ struct SegmentBaking {
   struct Options {
     double scale = 1;  ///< of the grids; other than 1: whatever that takes
     std::optional<uint32_t>
-        resolution;  ///< finest cells along the longest side, in place of what fits the budget
+        resolution;            ///< finest cells along the longest side, in place of what fits the budget
+    std::optional<Lean> lean;  ///< to which side answers lean; `bvh` objects need not, and others cannot
   };
   struct Report {
     std::array<uint32_t, 3> voxels{};  ///< of the grid
@@ -30,6 +33,7 @@ struct SegmentBaking {
     size_t parts = 0;   ///< of surface voxels that are cut
     size_t planes = 0;  ///< surface voxels and parts with planes
     size_t walls = 0;   ///< of those, with a wall
+    std::optional<LeanReport> lean;
   };
   static constexpr bool kAutomatic = true;
   static constexpr bool kTrained = true;
@@ -44,7 +48,19 @@ void describe(const format::SegmentView& view, nlohmann::ordered_json& json);
 std::string summary(const format::SegmentView& view);
 inline std::vector<std::string> details(const format::SegmentView&) { return {}; }
 
-/// Mean work of a ray, as mean_work(). Features and network do not matter to it.
+/// What rays take of the fast kernels, by which encodings are compared.
+struct SegmentCounts {
+  uint64_t pieces = 0;     ///< that the walk passes in mixed bricks: a fast one leaps over the others
+  uint64_t ambiguous = 0;  ///< rays that the network is asked
+
+  SegmentCounts operator+(const SegmentCounts& other) const {
+    return {pieces + other.pieces, ambiguous + other.ambiguous};
+  }
+  double nanoseconds() const;
+};
+/// Features and network do not matter to it.
+SegmentCounts count_work(const kernels::SegmentField& field, std::span<const kernels::Segment> rays);
+/// Mean work of a ray, as mean_work().
 double work_of(const kernels::SegmentField& field, const RaySource& source, uint64_t seed);
 
 }  // namespace nif::bake

@@ -17,7 +17,7 @@ struct OpenFilter::BlankNetwork {
 
 OpenFilter::OpenFilter(const kernels::SegmentField& field)
     : field_(field), network_(std::make_unique<BlankNetwork>()) {
-  const uint32_t inputs = field.samples * field.features_per_corner + kernels::kGlobalInputs;
+  const uint32_t inputs = kernels::input_count(field.samples, field.features_per_corner);
   network_->weights.resize(inputs);
   field_.network = {};
   field_.network.layer_count = 1;

@@ -76,7 +76,7 @@ class Trainer {
         field_(format::field_of(data, {})),
         cells_(field_),
         filter_(field_),
-        shape_(make_shape(data.samples * data.features_per_corner + kernels::kGlobalInputs, options.network)),
+        shape_(make_shape(kernels::input_count(data.samples, data.features_per_corner), options.network)),
         features_(data.features.size(), 1.0f, kFeatureQuantum),
         weights_(shape_.weights, 127 * kWeightQuantum, kWeightQuantum),
         biases_(shape_.biases, 64.0f, kBiasQuantum) {
@@ -212,7 +212,7 @@ class Trainer {
           GroupGradients gradients{group.features.data(), group.weights.data(), group.biases.data(), 0,
                                    group.wrong.data()};
           const TrainingSlice part{rays.cells.data() + first * rays.samples,
-                                   rays.fractions.data() + first * rays.samples, rays.globals.data() + first,
+                                   rays.points.data() + first * rays.samples, rays.globals.data() + first,
                                    rays.visible.data() + first};
           train_slice(model, part, uint32_t(slice), group.scratch.data(), gradients);
           group.loss = gradients.loss;

@@ -27,7 +27,7 @@ HWY_INLINE Vector round_activation(Wide d, Vector x) {
 }
 
 /// Interpolation weights of the eight corners, exact multiples of 2^-21.
-HWY_INLINE void corner_weights(const std::array<uint8_t, 3>& fraction, float weights[8]) {
+HWY_INLINE void corner_weights(const uint8_t (&fraction)[3], float weights[8]) {
   const float x1 = float(fraction[0]) * (1.0f / 128), y1 = float(fraction[1]) * (1.0f / 128),
               z1 = float(fraction[2]) * (1.0f / 128);
   const float x0 = 1 - x1, y0 = 1 - y1, z0 = 1 - z1;
@@ -36,7 +36,7 @@ HWY_INLINE void corner_weights(const std::array<uint8_t, 3>& fraction, float wei
   weights[4] = x0 * c, weights[5] = x1 * c, weights[6] = x0 * e, weights[7] = x1 * e;
 }
 
-/// x[input][ray]: features first, then the globals.
+/// x[input][ray]: features first, then the heights, then the globals.
 void gather(const TrainingModel& model, const TrainingSlice& slice, float* HWY_RESTRICT x) {
   const hn::CappedTag<float, 2> pair;
   const uint32_t step = uint32_t(hn::Lanes(pair));
@@ -46,7 +46,7 @@ void gather(const TrainingModel& model, const TrainingSlice& slice, float* HWY_R
       const size_t point = size_t(ray) * samples + j;
       const auto& corners = model.cell_corners[slice.cells[point]];
       float weights[8];
-      corner_weights(slice.fractions[point], weights);
+      corner_weights(slice.points[point].fraction, weights);
       for (uint32_t f = 0; f < width; f += step) {
         auto sum = hn::Zero(pair);
         for (int c = 0; c < 8; ++c) {
@@ -57,9 +57,11 @@ void gather(const TrainingModel& model, const TrainingSlice& slice, float* HWY_R
         hn::StoreU(sum, pair, values);
         for (uint32_t k = 0; k < step; ++k) x[size_t(j * width + f + k) * kTrainLanes + ray] = values[k];
       }
+      x[size_t(samples * width + j) * kTrainLanes + ray] =
+          float(slice.points[point].height) * (1.0f / kActivationTop);
     }
     for (uint32_t g = 0; g < kernels::kGlobalInputs; ++g) {
-      x[size_t(samples * width + g) * kTrainLanes + ray] =
+      x[size_t(samples * (width + 1) + g) * kTrainLanes + ray] =
           float(slice.globals[ray][g]) * (1.0f / kActivationTop);
     }
   }
@@ -81,7 +83,7 @@ void scatter(const TrainingModel& model, const TrainingSlice& slice, const float
       const size_t point = size_t(ray) * samples + j;
       const auto& corners = model.cell_corners[slice.cells[point]];
       float weights[8];
-      corner_weights(slice.fractions[point], weights);
+      corner_weights(slice.points[point].fraction, weights);
       for (uint32_t f = 0; f < width; f += step) {
         float values[2];
         for (uint32_t k = 0; k < step; ++k)
@@ -144,7 +146,7 @@ void TrainSlice(const TrainingModel& model, const TrainingSlice& slice, uint32_t
   const Vector zero = hn::Zero(d), one = hn::Set(d, 1.0f), leak = hn::Set(d, kLeak);
   for (uint32_t first = 0; first < count; first += kTrainLanes) {
     const TrainingSlice chunk{slice.cells + size_t(first) * model.samples,
-                              slice.fractions + size_t(first) * model.samples, slice.globals + first,
+                              slice.points + size_t(first) * model.samples, slice.globals + first,
                               slice.visible + first};
     gather(model, chunk, inputs[0]);
     for (uint32_t l = 0; l < shape.layer_count; ++l) {

@@ -40,10 +40,16 @@ struct TrainingModel {
   const std::array<uint32_t, 8>* cell_corners;
 };
 
+/// A point as in kernels::SamplePoint, without its voxel.
+struct TrainingPoint {
+  uint8_t fraction[3];
+  uint8_t height;
+};
+
 /// A run of training rays, as in TrainingRays.
 struct TrainingSlice {
   const uint32_t* cells;
-  const std::array<uint8_t, 3>* fractions;
+  const TrainingPoint* points;
   const std::array<uint8_t, kernels::kGlobalInputs>* globals;
   const uint8_t* visible;
 };

@@ -83,7 +83,7 @@ class ChunkDrawer {
       const uint32_t j = random_.below(i + 1);
       for (uint32_t k = 0; k < samples; ++k) {
         std::swap(rays_.cells[i * samples + k], rays_.cells[j * samples + k]);
-        std::swap(rays_.fractions[i * samples + k], rays_.fractions[j * samples + k]);
+        std::swap(rays_.points[i * samples + k], rays_.points[j * samples + k]);
       }
       std::swap(rays_.globals[i], rays_.globals[j]);
       std::swap(rays_.visible[i], rays_.visible[j]);
@@ -150,8 +150,8 @@ class ChunkDrawer {
     }
     for (uint32_t j = 0; j < field_.samples; ++j) {
       rays_.cells.push_back(numbers[j]);
-      const uint8_t* fraction = placement_.points[j].fraction;
-      rays_.fractions.push_back({fraction[0], fraction[1], fraction[2]});
+      const kernels::SamplePoint& point = placement_.points[j];
+      rays_.points.push_back({{point.fraction[0], point.fraction[1], point.fraction[2]}, point.height});
     }
     std::array<uint8_t, kernels::kGlobalInputs> globals;
     std::copy(std::begin(placement_.globals), std::end(placement_.globals), globals.begin());
@@ -188,7 +188,7 @@ void TrainingRays::append(TrainingRays&& more) {
     return;
   }
   append_to(cells, more.cells);
-  append_to(fractions, more.fractions);
+  append_to(points, more.points);
   append_to(globals, more.globals);
   append_to(visible, more.visible);
   append_to(set, more.set);

@@ -7,6 +7,7 @@
 
 #include "bake/mix.hpp"
 #include "bake/segment/open_filter.hpp"
+#include "bake/segment/trainer_kernels.hpp"
 #include "kernels/reference/segment/samples.hpp"
 
 namespace nif::bake {
@@ -31,11 +32,11 @@ class SurfaceCells {
   std::vector<uint32_t> first_;  // [mixed brick]: number of its first surface voxel
 };
 
-/// Training rays as arrays, `samples` points each.
+/// Training rays as arrays, `samples` points each, whose voxels are by number in `cells`.
 struct TrainingRays {
   uint32_t samples = 0;
-  std::vector<uint32_t> cells;                    ///< [ray][samples]
-  std::vector<std::array<uint8_t, 3>> fractions;  ///< [ray][samples], in 1/128 voxel
+  std::vector<uint32_t> cells;        ///< [ray][samples]
+  std::vector<TrainingPoint> points;  ///< [ray][samples]
   std::vector<std::array<uint8_t, kernels::kGlobalInputs>> globals;
   std::vector<uint8_t> visible;
   std::vector<uint8_t> set;  ///< RaySet that the ray was drawn from

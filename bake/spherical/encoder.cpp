@@ -326,6 +326,8 @@ class SphericalEncoder final : public Encoder {
 }  // namespace
 
 std::unique_ptr<Encoder> SphericalBaking::make(const BakeOptions& options) {
+  // Its networks, as published, have no bias that a threshold could be taken off.
+  if (options.lean) throw Error(Status::usage, "the answers of spherical objects cannot lean");
   return std::make_unique<SphericalEncoder>(options);
 }
 

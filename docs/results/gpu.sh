@@ -127,7 +127,7 @@ nvidia() {
   printf '1. The first table shows how many answers differ from the reference in any bit.\n'
   printf '2. The second table compares the walk by leaps, which the kernels use, with the walk voxel by voxel: steps of a ray; steps\n'
   printf '   of the longest ray in a wave of 32 or 64 rays, in their order; loads and bytes of a ray.\n'
-  printf '3. The third table shows how many rays are ambiguous (open), how many of those have more than eight runs\n'
+  printf '3. The third table shows how many rays are ambiguous (open), how many of those have more than five runs\n'
   printf '   (hard), and how many runs an ambiguous ray has.\n\n'
   sed 's/./    &/; s/ *$//' "$out/dragon.txt"
   floor

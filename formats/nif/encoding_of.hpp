@@ -25,10 +25,12 @@ namespace nif::format {
 template <class Field>
 struct EncodingOf;
 
-/// How many bytes of a file some part of it takes; names are those of the tools' JSON.
+/// How many bytes of a file some part of it takes, and of memory beside it where it is coded; names are those
+/// of the tools' JSON.
 struct PartBytes {
   const char* name;
   uint64_t bytes;
+  uint64_t decoded = 0;
 };
 
 }  // namespace nif::format

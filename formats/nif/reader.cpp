@@ -222,7 +222,7 @@ uint64_t bytes_of(const ObjectView& object) {
   return std::visit(
       [](const auto& view) {
         uint64_t sum = 0;
-        for (const PartBytes& part : view.parts()) sum += part.bytes;
+        for (const PartBytes& part : view.parts()) sum += part.bytes + part.decoded;
         return sum;
       },
       object.content);
@@ -242,10 +242,9 @@ typename Encoding::SharedView& part_of(AssetView& asset) {
 
 }  // namespace
 
-uint64_t AssetView::resident_bytes() const {
-  uint64_t total = bytes.size() + sections.capacity() * sizeof(SectionView) +
-                   objects.capacity() * sizeof(ObjectView) + instances.capacity() * sizeof(InstanceView) +
-                   primaries.capacity() * sizeof(PrimaryView);
+uint64_t AssetView::view_bytes() const {
+  uint64_t total = sections.capacity() * sizeof(SectionView) + objects.capacity() * sizeof(ObjectView) +
+                   instances.capacity() * sizeof(InstanceView) + primaries.capacity() * sizeof(PrimaryView);
   for_each_encoding([&]<class Encoding>(Encoding) { total += part_of<Encoding>(*this).view_bytes(); });
   return total;
 }
@@ -262,23 +261,30 @@ uint32_t AssetView::network_count() const {
   return count;
 }
 
-std::vector<PartBytes> bytes_by_part(const AssetView& asset) {
-  std::vector<PartBytes> parts;
+FileParts bytes_by_part(const AssetView& asset) {
+  FileParts parts{};
+  size_t first = 0;
   uint64_t networks = 0, primaries = 0;
   for_each_encoding([&]<class Encoding>(Encoding) {
     using View = typename Encoding::View;
-    const size_t first = parts.size();
-    for (const PartBytes& part : View().parts()) parts.push_back(part);
-    for (const ObjectView& object : asset.objects) {
-      if (!object.template is<View>()) continue;
+    const auto add = [&](const View& view) {
       size_t k = first;
-      for (const PartBytes& part : object.template as<View>().parts()) parts[k++].bytes += part.bytes;
-    }
+      for (const PartBytes& part : view.parts()) {
+        parts[k].name = part.name;
+        parts[k].bytes += part.bytes;
+        parts[k++].decoded += part.decoded;
+      }
+      return k;
+    };
+    const size_t end = add(View());
+    for (const ObjectView& object : asset.objects)
+      if (object.template is<View>()) add(object.template as<View>());
+    first = end;
     networks += part_of<Encoding>(asset).network_bytes();
   });
   for (const PrimaryView& primary : asset.primaries) primaries += primary.grid_bytes + primary.network_bytes;
-  parts.push_back({"network", networks});
-  parts.push_back({"primary", primaries});
+  parts[first] = {"network", networks};
+  parts[first + 1] = {"primary", primaries};
   return parts;
 }
 

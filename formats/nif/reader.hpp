@@ -12,6 +12,7 @@
 #include <memory_resource>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "formats/nif/container.hpp"
@@ -44,7 +45,7 @@ struct ObjectView {
 
 /// Ready to be queried.
 kernels::AnyField field_of(const ObjectView& object);
-/// What of the file the object takes, networks not counted.
+/// What the object takes of the file and of what is decoded, networks not counted.
 uint64_t bytes_of(const ObjectView& object);
 
 struct InstanceView {
@@ -66,8 +67,8 @@ struct AssetView : SharedView {
   std::pmr::vector<InstanceView> instances;
   std::pmr::vector<PrimaryView> primaries;  ///< in the order of their objects
 
-  /// Everything that this asset keeps in memory: the file's bytes and these views.
-  uint64_t resident_bytes() const;
+  /// What these views take themselves, without the file's bytes and what is decoded of them.
+  uint64_t view_bytes() const;
   /// Null where the object has none.
   const PrimaryView* primary_of(uint32_t object) const;
   /// Networks of all encodings: those that `segment` objects share, then those of the next encoding, and so
@@ -79,9 +80,15 @@ struct AssetView : SharedView {
   void drop_bytes();
 };
 
+template <class... Encoding>
+struct PartCountOf {
+  static constexpr size_t kCount =
+      (std::tuple_size_v<decltype(std::declval<typename Encoding::View>().parts())> + ... + 2);
+};
 /// The bytes of all objects together, part by part: those of every encoding, also where no object has it,
-/// then "network" and "primary".
-std::vector<PartBytes> bytes_by_part(const AssetView& asset);
+/// then "network" and "primary". Without records, names, metadata and padding.
+using FileParts = std::array<PartBytes, OfEncodings<PartCountOf>::kCount>;
+FileParts bytes_by_part(const AssetView& asset);
 
 /// Checks and reads a whole file. `file_name` is what error messages call it.
 AssetView read_asset(std::span<const std::byte> bytes, std::string_view file_name,

@@ -26,7 +26,8 @@ struct SceneObject {
   uint32_t kind;      ///< one bit: which kind of object it is (encodings.hpp)
   uint32_t widest;    ///< of the encoding: neurons of the widest layer that rows have room for
   uint32_t lists[2];  ///< of the pipeline: for items of the encoding's first sort, and of its second
-  float logit_scale, reach_scale;
+  Calibration calibration;
+  float reach_scale;
 };
 
 /// An item of the pipeline in the making: a ray that waits for a network. Its words are in the thread's
@@ -37,7 +38,7 @@ struct OpenItem {
   uint32_t about;  ///< as the encoding has it
   uint32_t words;  ///< that it has, up to kItemWords
 };
-inline constexpr uint32_t kItemWords = 16;
+inline constexpr uint32_t kItemWords = 15;
 
 /// A place in a list for each lane that wants one: the wave asks for all its lanes at once. What is returned
 /// to the others has no meaning. For all lanes of a wave.

@@ -73,7 +73,7 @@ NIF_HOST_DEVICE bool walk_on(const PipelineWork& work, uint32_t at, uint32_t* co
     if (!walk_instance<kKinds, kDetails>(scene, 0, ray, column, item, answer)) return false;
     store_answer<kDetails>(
         query, number,
-        only_answer(answer, scene.objects[scene.instances[0].object].logit_scale, with_probability));
+        only_answer(answer, scene.objects[scene.instances[0].object].calibration, with_probability));
     return true;
   }
   BoxRay prepared;
@@ -82,7 +82,7 @@ NIF_HOST_DEVICE bool walk_on(const PipelineWork& work, uint32_t at, uint32_t* co
     prepare_box_ray(ray, prepared);
     copy_way<kDetails>(work.before.way[at], way);
     const PlacedInstance& asked = scene.instances[work.before.instance[at]];
-    done = join_answer<kDetails>({work.before.logit[at], false}, scene.objects[asked.object].logit_scale,
+    done = join_answer<kDetails>({work.before.logit[at], false}, scene.objects[asked.object].calibration,
                                  with_probability, way, result);
   } else {
     done = !start_way(scene, ray, prepared, way, result);

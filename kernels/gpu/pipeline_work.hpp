@@ -125,7 +125,7 @@ NIF_HOST_DEVICE inline void deliver(const PipelineWork& work, uint32_t item, int
   }
   const SceneObject& object = work.scene.objects[work.scene.instances[0].object];
   store_answer<true>(work.query, work.items.ray[item],
-                     only_answer({logit, false}, object.logit_scale, work.query.probability));
+                     only_answer({logit, false}, object.calibration, work.query.probability));
 }
 
 NIF_HOST_DEVICE inline const PlacedInstance& instance_of(const PipelineWork& work, uint32_t item) {

@@ -54,7 +54,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneAnswer ask_scene(const Thread& thread, cons
   if (scene.instance_count == 1) {
     const PlacedInstance& instance = scene.instances[0];
     return only_answer(ask_instance<kKinds, kDetails>(thread, scene, instance, ray, row),
-                       scene.objects[instance.object].logit_scale, with_probability);
+                       scene.objects[instance.object].calibration, with_probability);
   }
   SceneAnswer result;
   BoxRay prepared;

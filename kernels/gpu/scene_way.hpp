@@ -23,13 +23,13 @@ struct SceneWay {
 
 /// Joins an instance's answer. True where the rest need not be asked: without details any "occluded" will do.
 template <bool kDetails>
-NIF_HOST_DEVICE bool join_answer(const ObjectAnswer& answer, float logit_scale, bool with_probability,
-                                 SceneWay& way, SceneAnswer& result) {
+NIF_HOST_DEVICE bool join_answer(const ObjectAnswer& answer, const Calibration& calibration,
+                                 bool with_probability, SceneWay& way, SceneAnswer& result) {
   if (!kDetails) {
     if (answer.logit < 0) result.logit = answer.logit;
     return answer.logit < 0;
   }
-  way.combined.add(answer.logit, answer.certain, logit_scale, with_probability);
+  way.combined.add(answer.logit, answer.certain, calibration, with_probability);
   return way.combined.blocked_for_certain();
 }
 
@@ -44,7 +44,7 @@ NIF_HOST_DEVICE bool follow_scene(const SceneArrays& scene, const Segment& ray, 
     if (number == kNoPlace) break;
     ObjectAnswer answer;
     if (!ask(number, answer)) return false;
-    if (join_answer<kDetails>(answer, scene.objects[scene.instances[number].object].logit_scale,
+    if (join_answer<kDetails>(answer, scene.objects[scene.instances[number].object].calibration,
                               with_probability, way, result))
       break;
   }
@@ -67,12 +67,12 @@ NIF_HOST_DEVICE inline bool start_way(const SceneArrays& scene, const Segment& r
 }
 
 /// The scene's answer where its only instance gives this one.
-NIF_HOST_DEVICE inline SceneAnswer only_answer(const ObjectAnswer& answer, float logit_scale,
+NIF_HOST_DEVICE inline SceneAnswer only_answer(const ObjectAnswer& answer, const Calibration& calibration,
                                                bool with_probability) {
   SceneAnswer result;
   result.logit = answer.logit;
   result.certain = answer.certain;
-  if (with_probability) result.probability = visible_probability<DeviceMaths>(answer.logit, logit_scale);
+  if (with_probability) result.probability = visible_probability<DeviceMaths>(answer.logit, calibration);
   return result;
 }
 

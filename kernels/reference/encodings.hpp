@@ -31,10 +31,9 @@ template <std::same_as<AnyField> Any>
 float reach_scale(const Any& field) {
   return std::visit([](const auto& own) { return reach_scale(own); }, field);
 }
-/// The probability of being visible is 1 / (1 + exp(-logit * logit_scale)).
 template <std::same_as<AnyField> Any>
-float logit_scale(const Any& field) {
-  return std::visit([](const auto& own) { return logit_scale(own); }, field);
+Calibration calibration(const Any& field) {
+  return std::visit([](const auto& own) { return calibration(own); }, field);
 }
 
 }  // namespace nif::kernels

@@ -19,7 +19,6 @@ class ReferenceKernel final : public ObjectKernel {
       answers.certain[i] = answer.certain;
     }
   }
-  size_t resident_bytes() const override { return 0; }
 
  private:
   Field field_;

@@ -31,14 +31,19 @@ struct AnswerBatch {
 /// Memory for a kernel to work in, one for each thread; 64-byte aligned, nothing is kept in it between calls.
 inline constexpr size_t kKernelScratchBytes = 256 * 1024;
 
+/// Memory that a kernel holds besides the field that it was made from.
+struct BuiltBytes {
+  size_t walk_words = 0;     ///< kernels/packed/walk_words.hpp
+  size_t corner_bricks = 0;  ///< kernels/packed/corner_bricks.hpp
+};
+
 class ObjectKernel {
  public:
   virtual ~ObjectKernel() = default;
   /// Answers batch.count segments, as kernels/reference says, to the bit. Thread-safe; allocates nothing;
   /// `scratch` is kKernelScratchBytes.
   virtual void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const = 0;
-  /// Memory that the kernel holds besides the field that it was made from.
-  virtual size_t resident_bytes() const = 0;
+  virtual BuiltBytes built_bytes() const { return {}; }
   /// Whether it reads the memory of that field, which then must stay.
   virtual bool reads_field() const { return true; }
 };

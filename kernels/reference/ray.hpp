@@ -16,11 +16,18 @@ struct Segment {
 struct Answer {
   bool visible;
   bool certain;
-  int32_t logit;  ///< the network's output where it was asked; else +-kCertainLogit
+  int32_t logit;  ///< the network's output, less its threshold, where it was asked; else +-kCertainLogit
 };
 
 /// The logit where no network was asked; farther from 0 than any network can get.
 inline constexpr int32_t kCertainLogit = 0x7fffffff;
+
+/// What a logit says of an object's probability: 1 / (1 + exp(-(logit + threshold) * scale)). The threshold
+/// is what a logit already lacks, so that answers lean to one side and probabilities do not (docs/model.md).
+struct Calibration {
+  float scale = 1;
+  int32_t threshold = 0;
+};
 
 /// Directions are accepted where their largest component, as the object sees it, lies in this range.
 inline constexpr float kMinDirection = 0x1p-60f, kMaxDirection = 0x1p+60f;

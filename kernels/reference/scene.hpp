@@ -16,12 +16,17 @@ struct HostMaths {
   static double log1p(double x) { return std::log1p(x); }
 };
 
+/// Where a network was asked: no sum overflows, see formats/nif/segment/read.cpp.
+NIF_HOST_DEVICE inline float log_odds(int32_t logit, const Calibration& calibration) {
+  return static_cast<float>(logit + calibration.threshold) * calibration.scale;
+}
+
 /// The odds of being visible as a probability: exactly 1 or 0 where no network was asked.
 template <class Maths = HostMaths>
-NIF_HOST_DEVICE inline float visible_probability(int32_t logit, float logit_scale) {
+NIF_HOST_DEVICE inline float visible_probability(int32_t logit, const Calibration& calibration) {
   if (logit == kCertainLogit) return 1;
   if (logit == -kCertainLogit) return 0;
-  return 1.0f / (1.0f + Maths::exp(-static_cast<float>(logit) * logit_scale));
+  return 1.0f / (1.0f + Maths::exp(-log_odds(logit, calibration)));
 }
 
 /// One ray's answers so far. Blocked for certain: the rest need not be asked. Probabilities are multiplied as
@@ -29,15 +34,16 @@ NIF_HOST_DEVICE inline float visible_probability(int32_t logit, float logit_scal
 template <class Maths>
 class CombinedAnswerBy {
  public:
-  NIF_HOST_DEVICE void add(int32_t logit, bool certain, float logit_scale, bool with_probability) {
+  NIF_HOST_DEVICE void add(int32_t logit, bool certain, const Calibration& calibration,
+                           bool with_probability) {
     if (logit < logit_) logit_ = logit;
     all_certain_ = all_certain_ && certain;
     blocked_for_certain_ = blocked_for_certain_ || (certain && logit < 0);
     if (!with_probability || logit == kCertainLogit || logit == -kCertainLogit) return;
-    const double odds = double(static_cast<float>(logit) * logit_scale);
+    const double odds = double(log_odds(logit, calibration));
     const double nats = odds < -kMostNats ? kMostNats : Maths::log1p(Maths::exp(-odds));
     sum_ += static_cast<int64_t>(nats * kFixedOne + 0.5);
-    single_ = visible_probability<Maths>(logit, logit_scale);
+    single_ = visible_probability<Maths>(logit, calibration);
     learned_ = learned_ == 0 ? 1 : 2;
   }
 

@@ -106,7 +106,7 @@ std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField*
   for (uint32_t i = 0; i < count; ++i) {
     std::unique_ptr<FieldUpload> upload = make_upload(fields[i]);
     CardObject card = upload->plan(device.settings.half != 0);
-    card.object.logit_scale = kernels::logit_scale(fields[i]);
+    card.object.calibration = kernels::calibration(fields[i]);
     card.object.reach_scale = kernels::reach_scale(fields[i]);
     objects.push_back({std::move(upload), card});
   }

@@ -104,12 +104,16 @@ TEST(Bake, LeavesOutInstancesThatNoRayCanBeTakenInto) {
   EXPECT_EQ(result.notes.size(), 1u);
 }
 
-TEST(Bake, StaysWithinTheBytesItIsGiven) {
+class BakeOfBytes : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Uncoded, BakeOfBytes, testing::Bool());
+
+TEST_P(BakeOfBytes, StaysWithinThem) {
   mesh::Scene scene;
   scene.meshes = {icosphere(6)};
   scene.instances = {{"ball", 0, mesh::kIdentity}};
   bake::BakeOptions options = quick();
   options.resolution = 64;
+  options.uncoded = GetParam();
   const size_t free = format::encode(bake_quietly(scene, options).asset).size();
   options.max_bytes = free * 2 / 3;
   const bake::BakeResult bounded = bake_quietly(scene, options);

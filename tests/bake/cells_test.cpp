@@ -79,7 +79,7 @@ TEST_P(FitCells, MakesWordsAsFilesHaveThem) {
   object.bias = o.prepared.bias;
   object.triangles = uint32_t(o.prepared.surface.triangles.size());
   object.content = o.data;
-  const uint32_t inputs = o.data.samples * o.data.features_per_corner + kernels::kGlobalInputs;
+  const uint32_t inputs = kernels::input_count(o.data.samples, o.data.features_per_corner);
   asset.networks = {{{{inputs, 1, 0, std::vector<int32_t>(1), std::vector<int8_t>(inputs)}}, 1}};
   EXPECT_NO_THROW(format::encode(asset));  // which reads what it wrote
 }

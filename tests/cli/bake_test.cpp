@@ -30,6 +30,22 @@ class Bake : public testing::Test {
   std::string ball_ = folder_.write("a ball \u00e9.obj", obj_text(icosphere(4))).string();
 };
 
+TEST_F(Bake, UncodedIsLargerAndTheSame) {
+  const Outcome one = bake(ball_, path("one.nif"), {"--json"}),
+                other = bake(ball_, path("other.nif"), {"--json", "--uncoded"});
+  ASSERT_EQ(one.code, 0) << one.err;
+  ASSERT_EQ(other.code, 0) << other.err;
+  const json a = json::parse(one.out), b = json::parse(other.out);
+  EXPECT_EQ(a["sets"], b["sets"]);
+  EXPECT_EQ(a["objects"], b["objects"]);
+  for (const char* part : {"occupancy", "planes", "features"})
+    EXPECT_LT(a["bytes"][part].get<uint64_t>(), b["bytes"][part].get<uint64_t>()) << part;
+  EXPECT_LT(a["bytes"]["file"].get<uint64_t>(), b["bytes"]["file"].get<uint64_t>());
+  const json info = json::parse(nif({"info", path("other.nif"), "--json"}).out);
+  EXPECT_EQ(info["metadata"]["options"]["uncoded"], true);
+  for (const json& report : {a, b, info}) expect_parts_add_up(report["bytes"]);
+}
+
 TEST_F(Bake, PrintsJsonToStandardOutputAndProgressToStandardError) {
   const auto start = std::chrono::steady_clock::now();
   const Outcome outcome = bake(ball_, path("ball.nif"), {"--json"});
@@ -46,6 +62,7 @@ TEST_F(Bake, PrintsJsonToStandardOutputAndProgressToStandardError) {
   EXPECT_EQ(result["bytes"]["file"], std::filesystem::file_size(path("ball.nif")));
   for (const char* part : {"resident", "occupancy", "features", "network"})
     EXPECT_GT(result["bytes"][part].get<uint64_t>(), 0u) << part;
+  expect_parts_add_up(result["bytes"]);
   for (const char* set : {"outer-lines", "inner-surface", "inner-volume", "segments", "sun"}) {
     SCOPED_TRACE(set);
     const json& accuracy = result["sets"][set];
@@ -97,6 +114,48 @@ TEST_F(Bake, TheSameBytesForAnyNumberOfThreadsAndByEitherName) {
   EXPECT_FALSE(one.empty());
   EXPECT_TRUE(one == read_bytes(path("two.nif"))) << "-j 1 and -j 2 differ";
   EXPECT_TRUE(one == read_bytes(path("alias.nif"))) << "nif bake and nif-bake differ";
+}
+
+TEST_F(Bake, LeansAndSaysSoEverywhere) {
+  const std::string ring = folder_.write("ring.obj", obj_text(torus(40, 20))).string();
+  const Outcome outcome = bake(ring, path("leak.nif"), {"--json", "--lean", "leak=0.1%"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json lean = json::parse(outcome.out)["objects"][0]["lean"];
+  EXPECT_EQ(lean["against"], "leak");
+  EXPECT_EQ(lean["rate"], 0.001);
+  EXPECT_EQ(lean["proven"], false);
+  EXPECT_GT(lean["threshold"].get<int>(), 0);
+  for (const char* set : {"outer-lines", "inner-surface", "inner-volume", "segments", "sun"}) {
+    EXPECT_GE(lean["sets"][set]["rays"].get<uint64_t>(), 200'000u) << set;
+    EXPECT_LE(lean["sets"][set]["leak"].get<double>(), lean["sets"][set]["bound"].get<double>()) << set;
+    EXPECT_LE(lean["sets"][set]["bound"].get<double>(), 0.001) << set;
+  }
+
+  const json info = json::parse(nif({"info", path("leak.nif"), "--json"}).out);
+  EXPECT_EQ(info["objects"][0]["threshold"], lean["threshold"]);
+  EXPECT_EQ(info["metadata"]["objects"][0]["lean"], lean);
+  EXPECT_NE(nif({"info", path("leak.nif")}).out.find("leans to occluded by"), std::string::npos);
+
+  std::vector<std::string> eval{"eval", path("leak.nif"), "--mesh", ring, "--rays", "100000"};
+  const Outcome table = nif(eval);
+  EXPECT_NE(table.out.find("--lean leak=0.001"), std::string::npos) << table.out;
+  eval.insert(eval.end(), {"--json", "--reference"});
+  const json measured = json::parse(nif(eval).out);
+  EXPECT_EQ(measured["objects"][0]["lean"], lean);
+  EXPECT_EQ(measured["reference"]["different"], 0);
+  for (const auto& [set, accuracy] : measured["sets"].items())
+    EXPECT_LE(accuracy["leak"].get<double>(), 0.001) << set;
+
+  // For people, and where the rate is too low to be counted.
+  const Outcome summary = bake(ring, path("none.nif"), {"--lean", "spurious=1e-9"});
+  ASSERT_EQ(summary.code, 0) << summary.err;
+  EXPECT_NE(summary.out.find("leans against spurious answers"), std::string::npos) << summary.out;
+  EXPECT_NE(summary.err.find("--lean spurious=1e-09"), std::string::npos) << summary.err;
+  EXPECT_NE(nif({"info", path("none.nif")}).out.find("leans to visible by"), std::string::npos);
+  // What does not lean does not speak of it.
+  const Outcome upright = bake(ring, path("upright.nif"), {"--json"});
+  EXPECT_EQ(upright.out.find("lean"), std::string::npos);
+  EXPECT_EQ(json::parse(nif({"info", path("upright.nif"), "--json"}).out)["objects"][0]["threshold"], 0);
 }
 
 TEST_F(Bake, AnotherSeedIsAnotherFile) {

@@ -207,6 +207,7 @@ TEST_F(Bench, StatesSpeedBesideError) {
   EXPECT_NE(result["isa"], "");
   EXPECT_EQ(result["triangles"], 2 * 48 * 24);
   EXPECT_EQ(result["bytes"]["file"], std::filesystem::file_size(asset_));
+  expect_parts_add_up(result["bytes"]);
   EXPECT_LT(result["bytes"]["embree"]["compact"], result["bytes"]["embree"]["default"]);
   EXPECT_EQ(result["sets"].size(), 3u);
   ASSERT_EQ(result["scaling"].size(), 2u);

@@ -48,8 +48,8 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
   for (const char* word : {"attach", "bake", "bench", "devices", "eval", "info", "mesh", "render"})
     EXPECT_NE(all.find(word), std::string::npos) << word;
   for (const char* word :
-       {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--mix", "--outer-resolution",
-        "--precision", "--shared-network", "--seed", "--json", "--quiet"})
+       {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--uncoded", "--lean", "--mix",
+        "--outer-resolution", "--precision", "--shared-network", "--seed", "--json", "--quiet"})
     EXPECT_NE(bake.find(word), std::string::npos) << word;
   for (const char* word :
        {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot", "--device"})

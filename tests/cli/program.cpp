@@ -1,6 +1,7 @@
 #include "tests/cli/program.hpp"
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <thread>
 
@@ -119,6 +121,16 @@ std::vector<std::string> listing(const std::filesystem::path& folder) {
     names.push_back(entry.path().filename().string());
   std::sort(names.begin(), names.end());
   return names;
+}
+
+void expect_parts_add_up(const nlohmann::json& bytes) {
+  uint64_t in_file = 0, resident = 0;
+  for (const nlohmann::json& part : bytes["parts"]) {
+    in_file += part["file"].get<uint64_t>();
+    resident += part["resident"].get<uint64_t>();
+  }
+  EXPECT_EQ(in_file, bytes["file"]);
+  EXPECT_EQ(resident, bytes["resident"]);
 }
 
 }  // namespace nif::test

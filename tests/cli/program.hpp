@@ -5,6 +5,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,9 @@ std::vector<std::string> lines_of(const std::string& text);
 /// The lines of standard error that do not report progress.
 std::vector<std::string> without_progress(const std::string& err);
 bool is_progress(const std::string& line);
+
+/// Of the "bytes" in a JSON report: its "parts" add up to "file" and "resident", exactly.
+void expect_parts_add_up(const nlohmann::json& bytes);
 
 /// Names of everything in a folder, sorted.
 std::vector<std::string> listing(const std::filesystem::path& folder);

@@ -6,6 +6,7 @@
 #include <ctime>
 
 #include "formats/nif/writer.hpp"
+#include "tests/support/meter.hpp"
 
 namespace nif {
 namespace {
@@ -17,25 +18,6 @@ double seconds() {
   return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-/// Knows the most that was held at a time.
-class Meter : public std::pmr::memory_resource {
- public:
-  size_t most() const { return most_; }
-
- private:
-  void* do_allocate(size_t bytes, size_t alignment) override {
-    most_ = std::max(most_, held_ += bytes);
-    return std::pmr::new_delete_resource()->allocate(bytes, alignment);
-  }
-  void do_deallocate(void* memory, size_t bytes, size_t alignment) override {
-    held_ -= bytes;
-    std::pmr::new_delete_resource()->deallocate(memory, bytes, alignment);
-  }
-  bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
-
-  size_t held_ = 0, most_ = 0;
-};
-
 struct Cost {
   double seconds;
   size_t bytes, file_bytes;
@@ -43,7 +25,7 @@ struct Cost {
 
 Cost cost_of_reading(uint32_t objects) {
   const auto file = format::encode(test::many_objects(objects));
-  Meter meter;
+  test::Meter meter;
   const double start = seconds();
   const format::AssetView view = format::read_asset(file, "file", &meter);
   EXPECT_EQ(view.objects.size(), objects);

@@ -219,6 +219,11 @@ TEST(Refusal, NetworkAndInstanceRecords) {
   EXPECT_TRUE(network([](auto& r) { r.layer_count = 0; }));
   EXPECT_TRUE(network([](auto& r) { r.layer_count = 5; }));
   EXPECT_TRUE(network([](auto& r) { r.logit_scale = 0; }));
+  EXPECT_FALSE(network([](auto& r) { r.threshold = 1 << 27; }));
+  EXPECT_FALSE(network([](auto& r) { r.threshold = -(1 << 27); }));
+  EXPECT_TRUE(network([](auto& r) { r.threshold = (1 << 27) + 1; }));
+  EXPECT_TRUE(network([](auto& r) { r.threshold = -(1 << 27) - 1; }));
+  EXPECT_TRUE(network([](auto& r) { r.threshold = std::numeric_limits<int32_t>::min(); }));
   EXPECT_TRUE(network([](auto& r) { r.layers[0].inputs += 4; }));
   EXPECT_TRUE(network([](auto& r) { r.layers[0].outputs += 1; }));
   EXPECT_TRUE(network([](auto& r) { r.layers[0].outputs = 0x40000000; }));

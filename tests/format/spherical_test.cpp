@@ -41,7 +41,8 @@ TEST(SphericalFile, KeepsEveryFieldAndAnswer) {
       EXPECT_EQ(network, i < 3 ? 0u : 1u);
       EXPECT_EQ(network, number);
       EXPECT_EQ(grid_bytes, grids.bytes());
-      EXPECT_EQ(kernels::logit_scale(format::field_of(seen)), kernels::kSphericalLogitScale);
+      EXPECT_EQ(kernels::calibration(format::field_of(seen)).scale, kernels::kSphericalLogitScale);
+      EXPECT_EQ(kernels::calibration(format::field_of(seen)).threshold, 0);
       EXPECT_EQ(spherical.distance.values.half, grids.half);
       const auto at = static_cast<const std::byte*>(spherical.outer_position.values.data) - bytes.data();
       EXPECT_EQ(uint64_t(at) % format::kAlignment, 0u);

@@ -178,9 +178,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   callbacks.deallocate = Budget::deallocate;
   NifDevice device = nullptr;
   must(nifNewDevice(nullptr, &callbacks, &device) == NIF_OK);
-  // What is built at load takes most where a brick that is all alike, two bytes of the file, is spelled out:
-  // a word for each of its 64 voxels, and as much again, and a little more, while boxes are looked for.
-  budget.limit = budget.held + 264 * size + (64 << 10);
+  // What is built at load takes most where a brick that is all alike is spelled out: a word for each of its
+  // 64 voxels, and as much again, and a little more, while boxes are looked for. Each brick has at least two
+  // bytes of the file, coded or not. Payloads that are coded decode to at most 16 times what they take of the
+  // file, and one line more for each of three.
+  constexpr uint64_t kBuilt = 264, kDecoded = nif::format::kMostExpansion + 2;
+  budget.limit = budget.held + (kBuilt + kDecoded) * size + (64 << 10);
   NifAsset asset = nullptr;
   if (nifLoadAssetMemory(device, data, size, NIF_MEMORY_COPY, &asset) == NIF_OK) {
     nif::test::Bytes bytes(size);

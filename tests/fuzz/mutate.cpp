@@ -266,13 +266,14 @@ void fit_features(format::SegmentData& data, Random& random) {
 }
 
 void mutate(format::SegmentData& data, format::Asset& asset, Random& random) {
+  if (random.below(4) == 0) data.coded = random.below(format::kCodedPayloads + 1);
   switch (random.below(6)) {
     case 0:  // as many inputs of the network, from other samples
       for (int tries = 0; tries < 8; ++tries) {
-        const uint32_t inputs = data.samples * data.features_per_corner,
+        const uint32_t inputs = data.samples * (data.features_per_corner + 1),
                        features = 1 + random.below(kernels::kMaxFeatures);
-        if (inputs % features != 0 || inputs / features > kernels::kMaxSamples) continue;
-        data.samples = inputs / features;
+        if (inputs % (4 * (features + 1)) != 0 || inputs / (features + 1) > kernels::kMaxSamples) continue;
+        data.samples = inputs / (features + 1);
         data.features_per_corner = features;
         break;
       }
@@ -355,6 +356,8 @@ void mutate_networks(format::Asset& asset, Random& random) {
     else
       std::fill(layer.weights.begin(), layer.weights.end(), int8_t(random.below(2) ? 127 : -127));
     layer.shift = random.below(kernels::kMaxShift + 1);
+    if (random.below(4) == 0)
+      network.threshold = random.below(2) ? kernels::kMaxThreshold : -kernels::kMaxThreshold;
     if (random.below(4) == 0) network.logit_scale = changed_float(network.logit_scale, random);
   } else if (!asset.spherical_networks.empty()) {
     format::SphericalNetworks& networks =

@@ -155,7 +155,7 @@ class GpuBarriersOfNetworks : public GpuModuleTest {
 TEST_F(GpuBarriersOfNetworks, OfSegmentObjectsAreAllNeeded) {
   const format::Asset asset = random_asset(21, {.objects = 25, .instances = 0, .features = 2});
   for (const uint32_t card : {0u, 2u})
-    expect_needed("nif_pipeline_segment_2", card, ",pipeline=on", asset, 12'000);
+    expect_needed("nif_pipeline_segment_2", card, ",pipeline=on", asset, 60'000);
 }
 
 TEST_F(GpuBarriersOfNetworks, OfSphericalObjectsAreAllNeeded) {

@@ -22,9 +22,10 @@ struct Found {
 
   auto collect() {
     return [this](uint32_t i, const Run& run) {
-      ASSERT_EQ(2 * i, runs.size());
+      ASSERT_EQ(3 * i, runs.size());
       runs.push_back(kernels::bits_as<uint32_t>(run.begin));
       runs.push_back(kernels::bits_as<uint32_t>(run.end));
+      runs.push_back(run.heights);
     };
   }
   std::vector<uint32_t> bits() const {

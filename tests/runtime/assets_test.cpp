@@ -98,14 +98,14 @@ TEST_F(Assets, AnswerAfterTheirBytesWereLetGo) {
       EXPECT_FLOAT_EQ(info.bounds_min[a], static_cast<float>(box.low[a]));
       EXPECT_FLOAT_EQ(info.bounds_max[a], static_cast<float>(box.high[a]));
     }
-    const auto rays = random_rays(random, field, 4000);
+    const auto rays = random_rays(random, field, 8000);
     const Answers answers = query_all(scene, rays);
     for (size_t i = 0; i < rays.size(); ++i) {
       const kernels::Answer expected = kernels::query(field, to_segment(rays[i]));
       ASSERT_EQ(answers.logit[i], expected.logit);
       ASSERT_EQ(answers.certain[i], expected.certain);
       ASSERT_EQ(answers.probability[i],
-                kernels::visible_probability(expected.logit, field.network.logit_scale));
+                kernels::visible_probability(expected.logit, field.network.calibration));
       unsure += answers.probability[i] > 0.001f && answers.probability[i] < 0.999f;
     }
   }
@@ -164,6 +164,73 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
   }
   auto object = nifkit::sized<NifObjectInfo>();
   EXPECT_EQ(nifGetObjectInfo(asset, info.object_count, &object), NIF_ERROR_INVALID_ARGUMENT);
+}
+
+/// Of an asset with everything in it: file and memory, part by part, without rest.
+TEST_P(AssetInformation, HasPartsThatAddUp) {
+  for (const uint32_t coded : {0u, uint32_t{format::kCodedPayloads}})
+    for (const char* isa : {"isa=auto", "isa=scalar"}) {
+      SCOPED_TRACE(std::string(isa) + (coded ? ", coded" : ""));
+      RandomAssetOptions options{.bvhs = 1, .sphericals = 1, .primaries = 1, .features = GetParam()};
+      options.coded = coded;
+      const format::AssetView& view = make(5, options);
+      const nifkit::Device device(isa);
+      const nifkit::Asset asset = nifkit::Asset::copy(device, file_);
+      const std::vector<NifPartInfo> parts = asset.parts();
+      const NifAssetInfo info = asset.info();
+      uint64_t in_file = 0, resident = 0;
+      std::map<std::string, NifPartInfo> by_name;
+      for (const NifPartInfo& part : parts) {
+        in_file += part.file_bytes;
+        resident += part.resident_bytes;
+        EXPECT_TRUE(by_name.emplace(part.name, part).second) << part.name;
+      }
+      EXPECT_EQ(in_file, file_.size());
+      EXPECT_EQ(in_file, info.file_bytes);
+      EXPECT_EQ(resident, info.resident_bytes);
+      for (const format::PartBytes& part : format::bytes_by_part(view)) {
+        EXPECT_EQ(by_name.at(part.name).file_bytes, part.bytes) << part.name;
+        EXPECT_GT(part.bytes, 0u) << part.name;
+        EXPECT_EQ(
+            part.decoded > part.bytes,
+            coded && std::string_view("occupancy planes features").find(part.name) != std::string_view::npos)
+            << part.name;
+        // Another encoding than `segment` reads the file, so all of it stays.
+        EXPECT_GE(by_name.at(part.name).resident_bytes, part.bytes + part.decoded) << part.name;
+      }
+      EXPECT_EQ(by_name.at("metadata").file_bytes, info.metadata_bytes);
+      EXPECT_EQ(by_name.at("walk_words").resident_bytes > 0, std::string_view(device.info().isa) != "scalar");
+      auto none = nifkit::sized<NifPartInfo>();
+      EXPECT_EQ(nifGetPartInfo(asset.get(), uint32_t(parts.size()), &none), NIF_ERROR_INVALID_ARGUMENT);
+    }
+}
+
+TEST_F(Assets, CodedAndUncodedAnswerAlike) {
+  RandomAssetOptions options;
+  options.coded = format::kCodedPayloads;
+  for (uint64_t seed = 1; seed < 5; ++seed) {
+    format::Asset source = random_asset(seed, options);
+    std::vector<Answers> answers;
+    uint64_t sizes[2] = {};
+    for (const uint32_t coded : {0u, uint32_t{format::kCodedPayloads}}) {
+      for (format::Object& object : source.objects) object.as<format::SegmentData>().coded = coded;
+      file_ = format::encode(source);
+      sizes[coded != 0] = file_.size();
+      const std::string path = write("asset.nif", text());
+      for (const NifLoadMode mode : {NIF_LOAD_READ, NIF_LOAD_MAP}) {
+        ASSERT_EQ(load_file(path, mode), NIF_OK);
+        const NifScene scene = new_scene();
+        ASSERT_EQ(nifAddAsset(scene, assets_.back(), nullptr, nullptr, nullptr), NIF_OK);
+        ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+        Random random(seed);
+        const kernels::SegmentField field =
+            format::field_of(source.objects[0].as<format::SegmentData>(), source.networks[0]);
+        answers.push_back(query_all(scene, random_rays(random, field, 500)));
+      }
+    }
+    EXPECT_LT(sizes[1], sizes[0]);
+    for (const Answers& one : answers) EXPECT_EQ(one, answers.front());
+  }
 }
 
 TEST_F(Assets, BadFilesEachHaveTheirCode) {

@@ -36,6 +36,8 @@ TEST_F(BadInput, Null) {
   EXPECT_TRUE(invalid(nifLoadAssetMemory(device_, "x", 1, NIF_MEMORY_COPY, nullptr)));
   EXPECT_TRUE(invalid(nifGetAssetInfo(nullptr, nullptr)));
   EXPECT_TRUE(invalid(nifGetAssetInfo(asset, nullptr)));
+  EXPECT_TRUE(invalid(nifGetPartInfo(nullptr, 0, nullptr)));
+  EXPECT_TRUE(invalid(nifGetPartInfo(asset, 0, nullptr)));
   EXPECT_TRUE(invalid(nifGetObjectInfo(nullptr, 0, nullptr)));
   EXPECT_TRUE(invalid(nifGetObjectInfo(asset, 0, nullptr)));
   EXPECT_TRUE(invalid(nifGetInstanceInfo(nullptr, 0, nullptr)));
@@ -103,6 +105,7 @@ TEST_F(BadInput, DestroyedObjects) {
   };
   auto about_device = nifkit::sized<NifDeviceInfo>();
   auto about_object = nifkit::sized<NifObjectInfo>();
+  auto about_part = nifkit::sized<NifPartInfo>();
   auto about_instance = nifkit::sized<NifInstanceInfo>();
   NifAsset other = nullptr;
   uint32_t done = 7;
@@ -112,6 +115,7 @@ TEST_F(BadInput, DestroyedObjects) {
   EXPECT_TRUE(gone(nifLoadAssetMemory(device, "x", 1, NIF_MEMORY_COPY, &other)));
   EXPECT_TRUE(gone(nifNewScene(device, &later)));
   EXPECT_TRUE(gone(nifGetAssetInfo(asset, &about_asset)));
+  EXPECT_TRUE(gone(nifGetPartInfo(asset, 0, &about_part)));
   EXPECT_TRUE(gone(nifGetObjectInfo(asset, 0, &about_object)));
   EXPECT_TRUE(gone(nifGetInstanceInfo(asset, 0, &about_instance)));
   EXPECT_TRUE(gone(nifAddInstance(scene, asset, 0, nullptr, nullptr)));

@@ -71,8 +71,9 @@ TEST_P(IsaTest, TwoFeatures) {
         }
         for (size_t i = 0; i < rays.size(); ++i) {
           if (answers.certain[i]) continue;
-          const double log_odds = double(answers.logit[i]) *
-                                  view.objects[object].as<format::SegmentView>().field.network.logit_scale;
+          const auto [scale, threshold] =
+              view.objects[object].as<format::SegmentView>().field.network.calibration;
+          const double log_odds = double(answers.logit[i] + threshold) * scale;
           ASSERT_NEAR(answers.probability[i], 1 / (1 + std::exp(-log_odds)), 1e-5) << "ray " << i;
         }
       }
@@ -141,7 +142,7 @@ TEST_P(IsaTest, ManyRuns) {
            INFINITY};
     if (!is_long) ray.tmax = float(random.below(20)) / field.voxels_per_unit;
     kernels::walk_segment(field, to_segment(ray), *walk);
-    if (walk->verdict == kernels::Verdict::ambiguous) ++(walk->run_count <= 16 ? few : many);
+    if (walk->verdict == kernels::Verdict::ambiguous) ++(walk->run_count <= 32 ? few : many);
     turns += 2 * walk->run_count;
   }
   EXPECT_GT(few, rays.size() / 4);

@@ -14,7 +14,7 @@ namespace {
 class Outputs : public RuntimeTest {};
 
 TEST_F(Outputs, EqualTheReference) {
-  uint64_t learned = 0, occluded = 0;
+  uint64_t learned = 0, occluded = 0, leaned = 0;
   for (uint64_t seed = 0; seed < 12; ++seed) {
     const format::AssetView& view = make(seed);
     const NifAsset asset = load();
@@ -32,9 +32,12 @@ TEST_F(Outputs, EqualTheReference) {
         if (expected.certain) {
           ASSERT_EQ(answers.probability[i], expected.visible ? 1.0f : 0.0f);
         } else if (std::abs(expected.logit) != kernels::kCertainLogit) {
-          const double p = 1 / (1 + std::exp(-double(expected.logit) * double(field.network.logit_scale)));
+          const auto [scale, threshold] = field.network.calibration;
+          const double p = 1 / (1 + std::exp(-double(expected.logit + threshold) * double(scale)));
           ASSERT_NEAR(answers.probability[i], p, 1e-5);
-          ASSERT_EQ(answers.probability[i] >= 0.5f, expected.visible);
+          ASSERT_EQ(expected.logit >= 0, expected.visible);
+          ASSERT_EQ(answers.probability[i] >= 0.5f, expected.logit + threshold >= 0);
+          leaned += (answers.probability[i] >= 0.5f) != expected.visible;
           ++learned;
         }
         occluded += !expected.visible;
@@ -43,6 +46,7 @@ TEST_F(Outputs, EqualTheReference) {
     }
   }
   EXPECT_GT(learned, 1000u);
+  EXPECT_GT(leaned, 50u);
   EXPECT_GT(occluded, 1000u);
 }
 

@@ -56,7 +56,7 @@ class PlainScene {
         answer.certain &&
         (identity || ray.tmin > ray.tmax ||
          (good && kernels::stays_certain(to_object, kernels::reach_scale(*placed.field), ray, local)));
-    combined.add(answer.logit, certain, placed.field->network.logit_scale, true);
+    combined.add(answer.logit, certain, placed.field->network.calibration, true);
   }
 
   std::vector<Placed> instances_;

@@ -115,6 +115,7 @@ TEST_P(ThreadResources, NothingIsAllocated) {
   auto asset_info = nifkit::sized<NifAssetInfo>();
   auto scene_info = nifkit::sized<NifSceneInfo>();
   auto object_info = nifkit::sized<NifObjectInfo>();
+  auto part_info = nifkit::sized<NifPartInfo>();
   uint32_t done = 0;
 
   const int64_t before = allocations;
@@ -127,6 +128,7 @@ TEST_P(ThreadResources, NothingIsAllocated) {
   check(nifGetDeviceInfo(device_, &device_info));
   check(nifGetAssetInfo(assets_[0], &asset_info));
   check(nifGetObjectInfo(assets_[0], 0, &object_info));
+  check(nifGetPartInfo(assets_[0], 1, &part_info));
   check(nifGetSceneInfo(scenes_[0], &scene_info));
   check(nifSetInstanceTransform(scenes_[2], 3, nullptr));
   nifGetErrorName(NIF_ERROR_CANCELLED);

@@ -11,7 +11,7 @@ inline format::Asset many_objects(uint32_t count) {
   Random random(1);
   format::Asset asset;
   asset.networks.resize(1);
-  const uint32_t inputs = 4 + kernels::kGlobalInputs;
+  const uint32_t inputs = kernels::input_count(4, 1);
   for (const auto& [in, out] : {std::pair{inputs, kernels::kMaxWidth},
                                 {kernels::kMaxWidth, kernels::kMaxWidth},
                                 {kernels::kMaxWidth, kernels::kMaxWidth},

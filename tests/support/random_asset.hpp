@@ -1,6 +1,6 @@
 // A small valid asset from a seed, made without the baker: random voxels, features and networks, several
-// objects and instances, some of them of triangles. For tests of the format, the runtime and the fuzzers'
-// seeds.
+// objects and instances, some of them of triangles, some with answers that lean. For tests of the format, the
+// runtime and the fuzzers' seeds.
 #pragma once
 
 #include <algorithm>
@@ -26,6 +26,9 @@ struct RandomAssetOptions {
       0;                   ///< objects of the `spherical` encoding, after those; the first two share networks
   uint32_t primaries = 0;  ///< objects with a field for primary rays, the first so many of all
   uint32_t features = 0;   ///< of each corner; 0: any number
+  /// PayloadForm: what a file has coded. Features and planes are less random then, else they would take no
+  /// less. Objects of an even number have all sides stated that are proven.
+  uint32_t coded = 0;
   bool odd_corners = false;  ///< as no baker would: some at the surface have no features, some beside it have
 };
 
@@ -117,18 +120,20 @@ inline void fill_occupancy(Random& random, const RandomAssetOptions& options, co
   }
 }
 
-/// Planes at random, close together as a rule.
-inline uint32_t random_planes(Random& random) {
+/// Planes at random, close together as a rule; `similar`: and in similar directions.
+inline uint32_t random_planes(Random& random, bool similar = false) {
   if (random.below(16) == 0) return kernels::kBareCell;
-  const int32_t middle = random.between(80, 176), half = random.between(1, random.below(4) ? 12 : 80);
-  return kernels::make_planes(0, random.below(kernels::kNormalSum + 1), random.below(kernels::kNormalSum + 1),
+  const int32_t middle = similar ? random.between(120, 136) : random.between(80, 176),
+                half = random.between(1, random.below(4) ? 12 : 80);
+  const uint32_t normals = similar ? 8 : kernels::kNormalSum + 1, first = similar ? 20 : 0;
+  return kernels::make_planes(0, first + random.below(normals), first + random.below(normals),
                               uint32_t(std::clamp(middle - half, 0, 255)),
                               uint32_t(std::clamp(middle + half, 1, 256)));
 }
 
 /// Records of surface voxels and their parts. Bare voxels, which join nothing, separate what is outside from
 /// what is inside.
-inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides,
+inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides, bool all_proven,
                        const format::Network& network, format::SegmentData& object) {
   using kernels::VoxelState;
   object.voxel_base.clear();
@@ -186,7 +191,7 @@ inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides
   size_t next = 0, level_end = object.voxel_records.size();
   for (uint32_t level = 0;; ++level, level_end = bare.size()) {
     for (; next < level_end; ++next) {
-      uint32_t word = bare[next] ? kernels::kBareCell : random_planes(random);
+      uint32_t word = bare[next] ? kernels::kBareCell : random_planes(random, object.coded != 0);
       if (level < object.levels && object.parts.size() + 8 <= kernels::kMaxParts &&
           random.below(bare[next] ? 16 : 3) == 0) {
         // A part that is not there joins what is around it.
@@ -206,8 +211,9 @@ inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides
   uint32_t record = 0;
   for (std::vector<uint32_t>* words : {&object.voxel_records, &object.parts})
     for (uint32_t& word : *words) {
-      const kernels::CellKind known = {random.below(8) ? regions.above(record) : 0,
-                                       random.below(8) ? regions.below(record) : 0, random.below(24) == 0};
+      const kernels::CellKind known = {random.below(8) || all_proven ? regions.above(record) : 0,
+                                       random.below(8) || all_proven ? regions.below(record) : 0,
+                                       random.below(24) == 0};
       ++record;
       if (kernels::word_kind(word) != kernels::kLink && word != kernels::kBareCell)
         word |= kernels::kind_of(known);
@@ -260,11 +266,14 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
                                                 : RandomSides::inside;
     fill_occupancy(random, options, ball, sides, segment);
     for (uint32_t f = 0; f < segment.corners * segment.features_per_corner; ++f)
-      segment.features.push_back(int8_t(random.between(-127, 127)));
+      segment.features.push_back(int8_t(random.between(-127, 127) / (options.coded ? 8 : 1)));
     segment.network = i;
     asset.networks.push_back(
-        random_network(random, segment.samples * segment.features_per_corner + kernels::kGlobalInputs));
-    fill_cells(random, ball, sides, asset.networks.back(), segment);
+        random_network(random, kernels::input_count(segment.samples, segment.features_per_corner)));
+    // Some answers lean to one side or the other, without taking random numbers of what follows.
+    if (i % 2) format::lean(asset.networks.back(), Random(seed + i).between(-4000, 4000));
+    segment.coded = options.coded;
+    fill_cells(random, ball, sides, options.coded && i % 2 == 0, asset.networks.back(), segment);
     object.content = std::move(segment);
     asset.objects.push_back(std::move(object));
   }

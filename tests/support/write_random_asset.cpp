@@ -1,6 +1,6 @@
 // write_random_asset SEED FILE [VOXELS]: a small asset for tests that need one as a file. With VOXELS, its
 // grids have at most so many along an axis, and an odd seed gives it a `bvh` object, every third one two
-// `spherical` ones, every fourth one fields for primary rays.
+// `spherical` ones, every fourth one fields for primary rays. Two of three have their payloads coded.
 #include <cstdio>
 #include <cstdlib>
 
@@ -23,6 +23,8 @@ int main(int argc, char** argv) {
     options.bvhs = uint32_t(seed % 2);
     options.sphericals = seed % 3 == 0 ? 2 : 0;
     options.primaries = seed % 4 == 0 ? 2 : 0;
+    options.coded = seed % 3 == 0 ? 0u : uint32_t{nif::format::kCodedPayloads};
+    options.odd_corners = seed % 5 == 0;
   }
   try {
     nif::write_output(argv[2], nif::format::encode(nif::test::random_asset(seed, options)));

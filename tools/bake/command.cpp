@@ -71,6 +71,12 @@ void print_json(const Arguments& arguments, const bake::BakeResult& result,
   write_json(json);
 }
 
+/// How its answers lean; null where they do not.
+const bake::LeanReport* lean_of(const bake::ObjectReport& object) {
+  const auto* field = std::get_if<bake::SegmentBaking::Report>(&object.own);
+  return field && field->lean ? &*field->lean : nullptr;
+}
+
 void print_summary(const Arguments& arguments, const bake::BakeResult& result,
                    const nlohmann::ordered_json& bytes, double seconds) {
   fmt::print("{}: {} in {}, {}; baked in {:.1f} s, peak memory {}\n", arguments.output,
@@ -85,6 +91,7 @@ void print_summary(const Arguments& arguments, const bake::BakeResult& result,
   for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
     const bake::ObjectReport& object = result.objects[i];
     fmt::print("'{}' is {}: {}\n", object.name, object.encoding, object.reason);
+    if (const bake::LeanReport* lean = lean_of(object)) fmt::print("  {}\n", describe(*lean));
   }
   if (result.objects.size() > kShown)
     fmt::print("and {} more; --json lists all\n", result.objects.size() - kShown);
@@ -100,6 +107,11 @@ std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeResu
       notes.push_back(fmt::format(
           "'{}': the loss became non-finite {} time(s); training went back and continued more carefully",
           object.name, object.recoveries));
+    const bake::LeanReport* lean = lean_of(object);
+    if (lean && lean->proven && lean->asked.rate > 0)
+      notes.push_back(fmt::format("'{}': --lean {}={} would take more rays to show than are drawn, so it {}",
+                                  object.name, name_of(lean->asked.mistake), lean->asked.rate,
+                                  describe(*lean)));
   }
   return notes;
 }
@@ -299,6 +311,7 @@ void add_bake(Command app) {
       "Examples:\n"
       "  nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n"
       "  nif bake crate.glb -o crate.nif --encoding bvh\n"
+      "  nif bake guard.glb -o guard.nif --lean spurious=0.05%\n"
       "  nif bake --manifest library.toml --keep-going --report library.html");
   command.callback([a, command] { run(*a, command); });
 }

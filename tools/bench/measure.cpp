@@ -262,6 +262,7 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   };
   BenchResult result;
   result.info = asset.info();
+  result.parts = asset.parts();
   if (against) result.against = against->info();
   result.isa = asset.device().isa;
   result.objects = asset.objects().size();

@@ -82,6 +82,7 @@ struct BenchResult {
   uint64_t triangles = 0;
   size_t objects = 0;
   NifAssetInfo info{}, against{};
+  std::vector<NifPartInfo> parts;  ///< of `info`
   std::string isa;
   std::array<uint64_t, kEmbreeBuilds.size()> embree_bytes{};
   std::vector<ThreadRun> runs;

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "formats/base/quantities.hpp"
+#include "tools/common/asset_bytes.hpp"
 
 namespace nif::tools {
 namespace {
@@ -200,6 +201,7 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
             {"bytes",
              {{"file", result.info.file_bytes},
               {"resident", result.info.resident_bytes},
+              {"parts", parts_json(result.parts)},
               {"embree", std::move(embree_bytes)}}}};
   if (!options.against.empty()) json["against"] = options.against;
   return json;

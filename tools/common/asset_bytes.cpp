@@ -8,9 +8,20 @@
 
 namespace nif::tools {
 
+nlohmann::ordered_json parts_json(std::span<const NifPartInfo> parts) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const NifPartInfo& part : parts)
+    json[part.name] = {{"file", part.file_bytes}, {"resident", part.resident_bytes}};
+  return json;
+}
+
 nlohmann::ordered_json bytes_json(const format::AssetView& view) {
-  nlohmann::ordered_json bytes{{"file", view.bytes.size()}, {"resident", resident_bytes(view.bytes)}};
+  const std::vector<NifPartInfo> parts = parts_of(view.bytes);
+  uint64_t resident = 0;
+  for (const NifPartInfo& part : parts) resident += part.resident_bytes;
+  nlohmann::ordered_json bytes{{"file", view.bytes.size()}, {"resident", resident}};
   for (const format::PartBytes& part : format::bytes_by_part(view)) bytes[part.name] = part.bytes;
+  bytes["parts"] = parts_json(parts);
   return bytes;
 }
 
@@ -18,11 +29,11 @@ std::string bytes_line(const nlohmann::ordered_json& bytes,
                        const std::function<std::string(uint64_t)>& text) {
   std::string parts;
   for (const auto& [name, count] : bytes.items()) {
-    if (name == "file" || name == "resident" || name == "primary") continue;
+    if (name == "file" || name == "resident" || name == "primary" || name == "parts") continue;
     parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", name, text(count.get<uint64_t>()));
   }
-  return fmt::format("{} as a file, {} resident ({})", text(bytes["file"].get<uint64_t>()),
-                     text(bytes["resident"].get<uint64_t>()), parts);
+  return fmt::format("{} as a file ({}), {} resident", text(bytes["file"].get<uint64_t>()), parts,
+                     text(bytes["resident"].get<uint64_t>()));
 }
 
 }  // namespace nif::tools

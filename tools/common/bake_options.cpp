@@ -35,6 +35,16 @@ bake::Mix parse_mix(const std::string& text) {
   return mix;
 }
 
+/// "leak=0.05%" or "spurious=0.0005".
+bake::Lean parse_lean(const std::string& text) {
+  const size_t equals = text.find('=');
+  const std::optional<bake::Mistake> mistake = bake::mistake_named(text.substr(0, equals));
+  if (!mistake || equals == std::string::npos)
+    throw Error(Status::usage,
+                fmt::format("--lean '{}' is not leak=RATE or spurious=RATE, e.g. leak=0.05%", text));
+  return {*mistake, parse_rate(text.substr(equals + 1), fmt::format("--lean {}", bake::name_of(*mistake)))};
+}
+
 }  // namespace
 
 bake::BakeOptions resolve_options(const BakeArguments& arguments) {
@@ -69,6 +79,11 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
     throw Error(Status::usage,
                 "--encoding spherical and --resolution cannot be used together: use --outer-resolution, "
                 "--inner-resolution and --distance-resolution");
+  if (spherical && !arguments.lean.empty())
+    throw Error(
+        Status::usage,
+        "--encoding spherical and --lean cannot be used together: these fields, as published, have no "
+        "threshold");
   if (arguments.spherical.view && !arguments.mix.empty())
     throw Error(Status::usage,
                 "--view and --mix cannot be used together: training rays come from one or the other");
@@ -82,6 +97,7 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
   options.preset = *known_preset;
   options.seed = arguments.seed;
   options.strict = arguments.strict;
+  options.uncoded = arguments.uncoded;
   options.evaluation_rays = arguments.rays;
   options.resolution = arguments.resolution;
   if (!arguments.max_bytes.empty()) {
@@ -98,6 +114,7 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
     }
     options.max_error = parse_rate(arguments.max_error, "--max-error");
   }
+  if (!arguments.lean.empty()) options.lean = parse_lean(arguments.lean);
   if (!arguments.mix.empty()) options.mix = parse_mix(arguments.mix);
   return options;
 }
@@ -122,6 +139,15 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       "Largest error on each ray set, e.g. 0.002 or 0.2%, with 99% confidence. Bakes fields up to "
       "six times, for the smallest that meets it. If none does, nothing is written; with auto, "
       "the object becomes a BVH");
+  command.add_option(
+      "--lean", arguments.lean,
+      "leak=RATE: at most that share of the rays of each set is blocked but answered visible; spurious=RATE: "
+      "visible but answered blocked; with 99% confidence, e.g. spurious=0.05%. The other kind of error "
+      "grows. 0: never, where the network is asked");
+  command.add_flag(
+      "--uncoded", arguments.uncoded,
+      "Store fields as they are used in memory: larger files, which load faster, and are used in "
+      "place when they are mapped. The answers are the same");
   command.add_option("--mix", arguments.mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");
   add_seed_option(command, arguments.seed);
   command

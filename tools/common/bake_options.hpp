@@ -15,10 +15,10 @@ struct BakeArguments {
   std::optional<std::string> preset;
   std::optional<std::string> encoding;
   std::optional<uint32_t> resolution;
-  std::string max_bytes, max_error, mix;
+  std::string max_bytes, max_error, lean, mix;
   uint64_t seed = 1;
   uint64_t rays = 1'000'000;
-  bool strict = false;
+  bool strict = false, uncoded = false;
   SphericalArguments spherical;
 };
 

@@ -22,6 +22,7 @@ class MeasuredAsset {
                 Progress& progress);
 
   const NifAssetInfo& info() const { return info_; }
+  std::vector<NifPartInfo> parts() const { return parts_of(asset_.handle); }
   const NifDeviceInfo& device() const { return device_info_; }
   /// What the asset takes of a GPU's memory; 0 until a scene of it was asked for.
   uint64_t gpu_bytes() const;

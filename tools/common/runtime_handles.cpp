@@ -14,15 +14,26 @@ void check(NifError error) {
               nifGetErrorMessage());
 }
 
+std::vector<NifPartInfo> parts_of(NifAsset asset) {
+  std::vector<NifPartInfo> parts;
+  NifPartInfo info{};
+  info.struct_size = sizeof(info);
+  while (nifGetPartInfo(asset, uint32_t(parts.size()), &info) == NIF_OK) parts.push_back(info);
+  return parts;
+}
+
 uint64_t resident_bytes(std::span<const std::byte> file) {
+  uint64_t sum = 0;
+  for (const NifPartInfo& part : parts_of(file)) sum += part.resident_bytes;
+  return sum;
+}
+
+std::vector<NifPartInfo> parts_of(std::span<const std::byte> file) {
   Device device;
   Asset asset;
   check(nifNewDevice(nullptr, nullptr, &device.handle));
   check(nifLoadAssetMemory(device.handle, file.data(), file.size(), NIF_MEMORY_COPY, &asset.handle));
-  NifAssetInfo info{};
-  info.struct_size = sizeof(info);
-  check(nifGetAssetInfo(asset.handle, &info));
-  return info.resident_bytes;
+  return parts_of(asset.handle);
 }
 
 }  // namespace nif::tools

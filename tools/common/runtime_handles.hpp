@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "nif/nif.h"
 
@@ -28,7 +29,12 @@ using Device = Released<NifDevice, nifReleaseDevice>;
 using Asset = Released<NifAsset, nifReleaseAsset>;
 using Scene = Released<NifScene, nifReleaseScene>;
 
+/// All parts of an asset. Their names stay valid, as long as the library does.
+std::vector<NifPartInfo> parts_of(NifAsset asset);
+
 /// What the runtime keeps in memory for an asset, with the best instruction set of this machine.
 uint64_t resident_bytes(std::span<const std::byte> file);
+/// The same, part by part.
+std::vector<NifPartInfo> parts_of(std::span<const std::byte> file);
 
 }  // namespace nif::tools

@@ -59,8 +59,13 @@ std::string text_at(const nlohmann::ordered_json& metadata, const std::string& p
 void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   fmt::print("{}: nif version {} (experimental), {}, {}\n", json["file"].get<std::string>(), format::kVersion,
              count_of(view.objects.size(), "object"), count_of(view.instances.size(), "instance"));
-  fmt::print("bytes     {}\n",
-             bytes_line(json["bytes"], [](uint64_t bytes) { return std::to_string(bytes); }));
+  fmt::print("bytes     {} as a file, {} resident\n", json["bytes"]["file"].get<uint64_t>(),
+             json["bytes"]["resident"].get<uint64_t>());
+  for (const auto& [name, part] : json["bytes"]["parts"].items()) {
+    const uint64_t file = part["file"].get<uint64_t>(), resident = part["resident"].get<uint64_t>();
+    if (file != 0 || resident != 0)
+      fmt::print("          {:<14} {:>10} in the file, {:>10} resident\n", name, file, resident);
+  }
   const auto& metadata = json["metadata"];
   // Where nothing was trained there is no preset.
   const std::string preset = text_at(metadata, "/options/preset");

@@ -3,7 +3,7 @@
 # reference's: by the one kernel, and by the pipeline with the matrix instructions of every target. Of `segment` objects two
 # more tables follow: of what the walk costs voxel by voxel and by leaps (steps of a ray; steps that a wave of 32 or 64 rays
 # waits for, in the order of the set; loads and bytes of a ray), and of what it leaves to the network (open rays; hard ones
-# of more than eight runs; runs of an open ray). Of `spherical` objects one follows for half precision: answers that differ
+# of more than five runs; runs of an open ray). Of `spherical` objects one follows for half precision: answers that differ
 # from the reference's in single precision, answers that are wrong in either, by how much probabilities (dp) and log-odds
 # (dz) move, and answers that are farther off than the arithmetic allows (beyond). Needs no GPU.
 #

@@ -20,10 +20,24 @@ struct Layer {
   std::vector<int8_t> weights;  ///< [outputs][inputs]
 };
 
+/// Logits are less by `threshold` than what was trained, because the last bias is: see lean().
 struct Network {
   std::vector<Layer> layers;
   float logit_scale = 1;
+  int32_t threshold = 0;
+
+  kernels::Calibration calibration() const { return {logit_scale, threshold}; }
 };
+
+/// The least and the largest output of a network, for any inputs. int64: a network need not be valid.
+struct OutputRange {
+  int64_t least, largest;
+};
+OutputRange output_range(const Network& network);
+
+/// Raises the threshold, and lowers every output, by `by`: answers lean to occluded where it is above 0.
+/// Probabilities stay.
+void lean(Network& network, int32_t by);
 
 /// What the `segment` objects of an asset share.
 struct SegmentShared {
@@ -49,10 +63,31 @@ struct SegmentData {
   uint32_t features_per_corner = 0;
   uint32_t samples = 0;
   float length_scale = 0;
+  uint32_t coded = 0;  ///< PayloadForm: payloads that a file is to have coded, where that makes them smaller
 };
 
 /// Bricks along one axis that hold voxels + 1 corners.
 constexpr uint32_t bricks_for(uint32_t voxels) { return voxels / kernels::kBrickSide + 1; }
+
+/// Bytes of the payloads of an object where none is coded.
+struct UncodedBytes {
+  uint64_t bricks, occupancy, cells, features;
+
+  /// Of a record, or of what else has such members.
+  template <class Record>
+  explicit UncodedBytes(const Record& r)
+      : bricks(uint64_t{bricks_for(r.voxels[0])} * bricks_for(r.voxels[1]) * bricks_for(r.voxels[2])),
+        occupancy(uint64_t{r.mixed_bricks} *
+                      (sizeof(kernels::BrickStates) + sizeof(uint64_t) + 2 * sizeof(uint32_t)) +
+                  bricks * sizeof(uint16_t)),
+        cells((uint64_t{r.surface_voxels} + r.part_count) * sizeof(uint32_t)),
+        features(uint64_t{r.corners} * r.features_per_corner) {}
+
+  /// Whether a file may have them coded, in so many bytes together.
+  bool may_take(uint64_t bytes) const {
+    return occupancy + cells + features <= kMostExpansion * bytes && kBytesPerBrick * bricks <= bytes;
+  }
+};
 
 /// Sets what belongs to a scale of a field: `length_scale` is in input units per voxel, as a file has it.
 inline void set_scales(float voxels_per_unit, float length_scale, uint32_t levels,
@@ -76,9 +111,15 @@ struct NetworkView {
   uint64_t bytes = 0;
 };
 
-/// As SegmentShared, in a file.
+/// As SegmentShared, in a file; and the memory of what is decoded when it is read.
 struct SegmentSharedView {
-  explicit SegmentSharedView(std::pmr::memory_resource* memory) : networks(memory) {}
+  struct alignas(kAlignment) Line {
+    std::byte bytes[kAlignment];
+  };
+
+  explicit SegmentSharedView(std::pmr::memory_resource* memory) : networks(memory), decoded(memory) {}
+  /// Not copied, because views of objects point to what is decoded.
+  SegmentSharedView(SegmentSharedView&&) = default;
 
   uint32_t network_count() const { return uint32_t(networks.size()); }
   uint64_t network_bytes() const {
@@ -86,22 +127,36 @@ struct SegmentSharedView {
     for (const NetworkView& network : networks) sum += network.bytes;
     return sum;
   }
-  uint64_t view_bytes() const { return networks.capacity() * sizeof(NetworkView); }
-  /// After this nothing points into the file.
+  /// Without what is decoded.
+  uint64_t view_bytes() const {
+    return networks.capacity() * sizeof(NetworkView) + decoded.capacity() * sizeof(decoded[0]);
+  }
+  /// After this nothing points into the file, and nothing decoded is kept.
   void drop_bytes() {
     for (NetworkView& network : networks) network = {};
+    decoded = std::pmr::vector<std::pmr::vector<Line>>(decoded.get_allocator());
   }
 
   std::pmr::vector<NetworkView> networks;
+  std::pmr::vector<std::pmr::vector<Line>> decoded;  ///< payloads that were coded
+};
+
+/// What a payload takes.
+struct PayloadBytes {
+  uint64_t file = 0;
+  uint64_t decoded = 0;  ///< in memory; 0 where it is used in place
 };
 
 struct SegmentView {
   uint32_t network = 0;         ///< index into SegmentSharedView::networks
   kernels::SegmentField field;  ///< ready to be queried
-  uint64_t occupancy_bytes = 0, cell_bytes = 0, feature_bytes = 0;
+  PayloadBytes occupancy, cells, features;
+  uint32_t coded = 0;  ///< as in SegmentData
 
   std::array<PartBytes, 3> parts() const {
-    return {{{"occupancy", occupancy_bytes}, {"planes", cell_bytes}, {"features", feature_bytes}}};
+    return {{{"occupancy", occupancy.file, occupancy.decoded},
+             {"planes", cells.file, cells.decoded},
+             {"features", features.file, features.decoded}}};
   }
   /// After this nothing points into the file, and the field cannot be queried; its numbers stay.
   void drop_bytes();
@@ -119,8 +174,15 @@ class SegmentReader {
   void finish() const;
 
  private:
-  void read_occupancy(const SegmentRecord& record, SegmentView& view, const Place& place);
-  void read_cells(const SegmentRecord& record, SegmentView& view, const Place& place);
+  /// What an object has of the file.
+  struct InFile;
+  InFile take(const SegmentRecord& record, const UncodedBytes& uncoded, const Place& place);
+  template <class Decode>
+  const std::byte* usable(Bytes payload, bool coded, uint64_t bytes, const char* name, const Place& place,
+                          PayloadBytes& taken, const Decode& decode);
+  void read_occupancy(const SegmentRecord& record, Bytes payload, SegmentView& view, const Place& place);
+  void read_cells(const SegmentRecord& record, Bytes payload, SegmentView& view, const Place& place);
+  void read_features(const SegmentRecord& record, Bytes payload, SegmentView& view, const Place& place);
 
   std::string_view file_;
   SegmentSharedView& shared_;

@@ -14,7 +14,24 @@ enum SegmentSection : uint32_t {
   kCells = fourcc("CELL"),      ///< each object's payload
 };
 
-struct SegmentRecord {  // 112 bytes: the members of kernels::SegmentField of the same names
+/// How the payloads of an object are stored, as bits. Those that are coded (docs/format.md) are decoded when
+/// a file is read, to what they would be uncoded.
+enum PayloadForm : uint32_t {
+  kCodedOccupancy = 1,
+  kCodedCells = 2,
+  kCodedFeatures = 4,
+  kCodedPayloads = 7,  ///< all of these
+  kStatedCorners = 8,  ///< with kCodedOccupancy: corners with features are not those around surface voxels
+  kStatedKinds = 16,   ///< with kCodedCells: kinds do not say all that is proven of sides
+  kPayloadForms = 31   ///< all bits
+};
+
+/// Where a payload of an object is coded, what all payloads of that object decode to is at most so many times
+/// what they take of the file, and that is at least kBytesPerBrick for each brick, as it is in an uncoded
+/// table. So the size of a file bounds the memory that it needs.
+inline constexpr uint64_t kMostExpansion = 16, kBytesPerBrick = 2;
+
+struct SegmentRecord {  // 120 bytes: the members of kernels::SegmentField of the same names
   uint32_t network;     ///< index into kNetworks; objects may share one
   float origin[3];
   float voxels_per_unit;
@@ -27,12 +44,14 @@ struct SegmentRecord {  // 112 bytes: the members of kernels::SegmentField of th
   uint32_t levels;
   uint32_t surface_voxels;
   uint32_t part_count;
+  uint32_t forms;     ///< PayloadForm
+  uint32_t reserved;  ///< 0
   Payload occupancy;  ///< brick_states, brick_corners, corner_base, voxel_base, brick_table, in that order,
                       ///< without gaps
   Payload features;   ///< [corners][features_per_corner] int8
   Payload cells;      ///< voxel_records, parts, in that order, without gaps
 };
-static_assert(sizeof(SegmentRecord) == 112);
+static_assert(sizeof(SegmentRecord) == 120);
 
 struct LayerRecord {  // 12 bytes
   uint32_t inputs, outputs, shift;
@@ -42,7 +61,8 @@ struct NetworkRecord {  // 80 bytes
   uint32_t layer_count;
   float logit_scale;
   LayerRecord layers[4];  ///< those beyond layer_count are 0
-  uint64_t reserved;      ///< 0
+  int32_t threshold;      ///< what the last layer's bias already lacks
+  uint32_t reserved;      ///< 0
   Payload weights;        ///< for each layer in turn, without gaps (inputs is a multiple of 4):
                           ///< int32 biases [outputs], int8 weights [outputs][inputs]
 };

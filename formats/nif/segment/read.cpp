@@ -1,13 +1,15 @@
 // Why no accepted network can overflow evaluate_network's 32-bit sums: a layer has at most
-// max(kMaxInputs, kMaxWidth) = 264 inputs, each product is at most 127 * 127 in size, |bias| <= 2^26, and the
-// rounding term is at most 2^23. 264 * 127 * 127 + 2^26 + 2^23 < 2^27. Features: the eight corner weights of
+// max(kMaxInputs, kMaxWidth) = 296 inputs, each product is at most 127 * 127 in size, |bias| <= 2^26, and the
+// rounding term is at most 2^23. 296 * 127 * 127 + 2^26 + 2^23 < 2^27. The last sum, the logit, plus the
+// threshold is within 2^27 + 2^27. Features: the eight corner weights of
 // a point sum to 2^21, so a sum is at most 127 * 2^21 < 2^28. Indices: there are at most 65533 * 64 corners,
 // so corner * features_per_corner < 2^25.
 #include <algorithm>
 #include <bit>
 
+#include "formats/nif/segment/check.hpp"
+#include "formats/nif/segment/decode.hpp"
 #include "formats/nif/segment/encoding.hpp"
-#include "formats/nif/segment/sides.hpp"
 #include "kernels/reference/segment/walk.hpp"
 
 namespace nif::format {
@@ -33,8 +35,10 @@ NetworkView read_network(const NetworkRecord& record, Payloads& payloads, const 
   place.within(record.layer_count, 1, kMaxLayers, "layer_count");
   place.require(std::isfinite(record.logit_scale) && record.logit_scale > 0,
                 "logit_scale is not a finite number above 0");
+  place.require(record.threshold >= -kernels::kMaxThreshold && record.threshold <= kernels::kMaxThreshold,
+                "threshold is out of range");
   network.layer_count = record.layer_count;
-  network.logit_scale = record.logit_scale;
+  network.calibration = {record.logit_scale, record.threshold};
   for (uint32_t l = 0; l < kMaxLayers; ++l) {
     const LayerRecord& layer = record.layers[l];
     if (l >= record.layer_count) {
@@ -72,86 +76,19 @@ NetworkView read_network(const NetworkRecord& record, Payloads& payloads, const 
   return view;
 }
 
-/// Bits of those voxels of a brick that lie within the grid along one axis: `brick` is the brick's place
-/// along it, `stride` how many bits on the next voxel is.
-uint64_t bits_within(uint32_t voxels, uint32_t brick, uint32_t stride) {
-  const uint64_t first = stride == 1 ? 0x1111111111111111u : stride == 4 ? 0x000f000f000f000fu : 0xffffu;
-  uint64_t bits = 0;
-  for (uint32_t v = 0; v < kernels::kBrickSide && brick * kernels::kBrickSide + v < voxels; ++v)
-    bits |= first << (v * stride);
-  return bits;
-}
-
-/// Kernels look up the corners around every surface voxel, and number bricks with surface voxels in 16
-/// bits. So each mixed brick stands in the table once, and has no voxel beyond the grid.
-void check_bricks(const kernels::SegmentField& field, const Place& place) {
-  uint32_t next = kernels::kFirstMixedBrick;
-  const uint16_t* entry = field.brick_table;
-  for (uint32_t z = 0; z < field.bricks[2]; ++z)
-    for (uint32_t y = 0; y < field.bricks[1]; ++y)
-      for (uint32_t x = 0; x < field.bricks[0]; ++x, ++entry) {
-        if (*entry < kernels::kFirstMixedBrick) continue;
-        place.require(*entry == next, "brick_table does not name each mixed brick once, in order");
-        place.require(next - kernels::kFirstMixedBrick < field.mixed_bricks,
-                      "brick_table names a brick that is not there");
-        const kernels::BrickStates& states = field.brick_states[next++ - kernels::kFirstMixedBrick];
-        const uint64_t beyond = ~(bits_within(field.voxels[0], x, 1) & bits_within(field.voxels[1], y, 4) &
-                                  bits_within(field.voxels[2], z, 16));
-        place.require(((states.surface | states.aux) & beyond) == 0,
-                      "brick_states has a voxel beyond the grid");
-      }
-  place.require(next - kernels::kFirstMixedBrick == field.mixed_bricks,
-                "brick_table leaves out a mixed brick");
-}
-
-/// Planes are such as the baker makes, and links lead from voxels to parts and on to parts of these: the
-/// links, voxels' first, name all parts in order, so that each part belongs to one, and no voxel is cut more
-/// often than `levels` says.
-void check_words(const kernels::SegmentField& field, const Place& place) {
-  uint32_t next = 0;
-  const auto check = [&](uint32_t word, bool may_link) {
-    if (kernels::word_kind(word) == kernels::kLink) {
-      place.require(may_link, "a voxel is cut more often than levels says");
-      place.require(kernels::link_mask(word) != 0, "a cell is cut in no parts");
-      place.require(kernels::link_first(word) == next, "links do not name all parts in order");
-      next += uint32_t(std::popcount(kernels::link_mask(word)));
-      return;
-    }
-    place.require(kernels::word_kind(word) < kernels::kPlaneKinds, "a cell is of an unknown kind");
-    place.require((word >> 4 & 63) <= uint32_t(kernels::kNormalSum) &&
-                      (word >> 10 & 63) <= uint32_t(kernels::kNormalSum),
-                  "a normal is out of range");
-    place.require(kernels::lower_place(word) < kernels::upper_place(word),
-                  "a cell's lower plane is not below its upper plane");
-  };
-  for (uint32_t i = 0; i < field.surface_voxels; ++i) check(field.voxel_records[i], field.levels > 0);
-  // Parts of voxels come first, then parts of those, and so on.
-  uint32_t level_end = next, level = 1;
-  for (uint32_t i = 0; i < field.part_count; ++i) {
-    if (i == level_end) level_end = next, ++level;
-    place.require(i < next, "a part belongs to no cell");
-    check(field.parts[i], level < field.levels);
+/// Gives decoded words the kinds that say all that is proven. Where a file states kinds, some must say less.
+void complete_kinds(const SideRegions& sides, bool stated, std::span<uint32_t> words, const Place& place) {
+  bool same = true;
+  for (uint32_t i = 0; i < words.size(); ++i) {
+    const uint32_t kind = kernels::word_kind(words[i]);
+    if (kind == kernels::kLink) continue;
+    const uint32_t proven = proven_kind(sides, i, separates(kind));
+    same = same && kind == proven;
+    if (stated) continue;
+    place.require(proven < kernels::kPlaneKinds, "a cell does not separate sides that are proven to differ");
+    words[i] = (words[i] & ~15u) | proven;
   }
-  place.require(next == field.part_count, "part_count is not the number of parts that links name");
-}
-
-/// Sides are what the planes and voxels around say, or nothing.
-void check_sides(const kernels::SegmentField& field, const Place& place) {
-  const SideRegions sides(field);
-  place.require(!sides.contradictory(), "planes join what is outside with what is inside");
-  uint32_t record = 0;
-  const auto check = [&](const uint32_t* words, uint32_t count) {
-    for (uint32_t i = 0; i < count; ++i, ++record) {
-      const uint32_t kind = kernels::word_kind(words[i]);
-      if (kind >= kernels::kPlaneKinds) continue;
-      const kernels::CellKind& known = kernels::kCellKinds[kind];
-      place.require((known.above == 0 || known.above == sides.above(record)) &&
-                        (known.below == 0 || known.below == sides.below(record)),
-                    "a cell has a side that its planes and its neighbours do not prove");
-    }
-  };
-  check(field.voxel_records, field.surface_voxels);
-  check(field.parts, field.part_count);
+  place.require(!stated || !same, "forms states kinds that follow from the planes");
 }
 
 }  // namespace
@@ -171,6 +108,10 @@ SegmentReader::SegmentReader(const SectionTable& sections, std::string_view file
   weights.finish("WGTS", file);
 }
 
+struct SegmentReader::InFile {
+  Bytes occupancy, cells, features;
+};
+
 SegmentView SegmentReader::read(uint32_t index, const Bounds&) {
   const SegmentRecord record = records_[index];
   const Place place{file_, "SEGM", index};
@@ -185,8 +126,7 @@ SegmentView SegmentReader::read(uint32_t index, const Bounds&) {
                 "length_scale is negative or not finite");
   place.within(record.features_per_corner, 1, kernels::kMaxFeatures, "features_per_corner");
   place.within(record.samples, 1, kernels::kMaxSamples, "samples");
-  place.require(record.features_per_corner * record.samples % 4 == 0,
-                "samples times features_per_corner is no multiple of 4");
+  place.require(record.samples % 4 == 0, "samples is no multiple of 4");
   std::copy_n(record.origin, 3, field.origin);
   place.within(record.levels, 0, kernels::kMaxLevels, "levels");
   set_scales(record.voxels_per_unit, record.length_scale, record.levels, field);
@@ -195,37 +135,80 @@ SegmentView SegmentReader::read(uint32_t index, const Bounds&) {
   field.samples = record.samples;
   field.network = shared_.networks[record.network].network;
   place.require(
-      field.network.layers[0].inputs == record.samples * record.features_per_corner + kernels::kGlobalInputs,
+      field.network.layers[0].inputs == kernels::input_count(record.samples, record.features_per_corner),
       "its network takes another number of inputs");
-  read_occupancy(record, view, place);
-  read_cells(record, view, place);
-
-  view.feature_bytes = uint64_t(record.corners) * record.features_per_corner;
-  field.features = reinterpret_cast<const int8_t*>(
-      features_.next(record.features, view.feature_bytes, "features", place).data());
-  place.require(symmetric(field.features, view.feature_bytes), "a feature is -128");
-  return view;
-}
-
-void SegmentReader::read_occupancy(const SegmentRecord& record, SegmentView& view, const Place& place) {
-  kernels::SegmentField& field = view.field;
-  uint64_t bricks = 1;
+  place.require((record.forms & ~uint32_t{kPayloadForms}) == 0 && record.reserved == 0,
+                "forms has unknown bits, or reserved bytes are not zero");
+  place.require((record.forms & kCodedOccupancy) != 0 || (record.forms & kStatedCorners) == 0,
+                "forms states corners of an occupancy that is not coded");
+  place.require((record.forms & kCodedCells) != 0 || (record.forms & kStatedKinds) == 0,
+                "forms states kinds of cells that are not coded");
+  view.coded = record.forms & kCodedPayloads;
   for (int a = 0; a < 3; ++a) {
     place.within(record.voxels[a], 1, std::min(kernels::kMaxVoxels, kernels::kMaxCells >> record.levels),
                  "voxels");
     field.voxels[a] = record.voxels[a];
     field.bricks[a] = bricks_for(record.voxels[a]);
-    bricks *= field.bricks[a];
   }
   // The table's entries have 16 bits, which limits the mixed bricks and with them the corners.
-  const uint64_t mixed = record.mixed_bricks;
-  place.within(mixed, 0, 0xffff - kernels::kFirstMixedBrick + 1, "mixed_bricks");
+  place.within(record.mixed_bricks, 0, 0xffff - kernels::kFirstMixedBrick + 1, "mixed_bricks");
+  place.within(record.part_count, 0, kernels::kMaxParts, "part_count");
   field.mixed_bricks = record.mixed_bricks;
+  field.surface_voxels = record.surface_voxels;
+  field.part_count = record.part_count;
   field.corners = record.corners;
-  view.occupancy_bytes = mixed * (sizeof(kernels::BrickStates) + sizeof(uint64_t) + 2 * sizeof(uint32_t)) +
-                         bricks * sizeof(uint16_t);
 
-  const std::byte* at = occupancy_.next(record.occupancy, view.occupancy_bytes, "occupancy", place).data();
+  const InFile in_file = take(record, UncodedBytes(record), place);
+  read_occupancy(record, in_file.occupancy, view, place);
+  read_cells(record, in_file.cells, view, place);
+  read_features(record, in_file.features, view, place);
+  return view;
+}
+
+/// All payloads, before there is memory for what they decode to.
+SegmentReader::InFile SegmentReader::take(const SegmentRecord& record, const UncodedBytes& uncoded,
+                                          const Place& place) {
+  const auto next = [&](Payloads& payloads, const Payload& payload, uint32_t form, uint64_t bytes,
+                        const char* name) {
+    const bool coded = (record.forms & form) != 0;
+    if (coded && payload.bytes >= bytes)
+      place.damaged(std::string(name) + " payload is coded, but no smaller for it");
+    return payloads.next(payload, coded ? payload.bytes : bytes, name, place);
+  };
+  InFile in_file;
+  in_file.occupancy = next(occupancy_, record.occupancy, kCodedOccupancy, uncoded.occupancy, "occupancy");
+  in_file.cells = next(cells_, record.cells, kCodedCells, uncoded.cells, "cells");
+  in_file.features = next(features_, record.features, kCodedFeatures, uncoded.features, "features");
+  const uint64_t bytes = in_file.occupancy.size() + in_file.cells.size() + in_file.features.size();
+  place.require((record.forms & kCodedPayloads) == 0 || uncoded.may_take(bytes),
+                "payloads decode to more than 16 times their bytes, or have more bricks than half as many");
+  return in_file;
+}
+
+/// Where the payload is as a field uses it: in the file, or in memory that decode(memory) has filled.
+/// `bytes` is how many it has there.
+template <class Decode>
+const std::byte* SegmentReader::usable(Bytes payload, bool coded, uint64_t bytes, const char* name,
+                                       const Place& place, PayloadBytes& taken, const Decode& decode) {
+  taken.file = payload.size();
+  if (!coded) return payload.data();
+  // One line more, because kernels load more than the last few bytes.
+  const uint64_t lines = aligned(bytes) / kAlignment + 1;
+  taken.decoded = lines * kAlignment;
+  std::byte* const to = shared_.decoded.emplace_back(lines).front().bytes;
+  if (!decode(to)) place.damaged(std::string(name) + " payload is not what an encoder makes");
+  return to;
+}
+
+void SegmentReader::read_occupancy(const SegmentRecord& record, Bytes payload, SegmentView& view,
+                                   const Place& place) {
+  kernels::SegmentField& field = view.field;
+  const std::byte* at = usable(payload, (record.forms & kCodedOccupancy) != 0, UncodedBytes(record).occupancy,
+                               "occupancy", place, view.occupancy, [&](std::byte* to) {
+                                 const bool stated = (record.forms & kStatedCorners) != 0;
+                                 return decode_occupancy(payload, stated, field, to);
+                               });
+  const size_t mixed = field.mixed_bricks;
   field.brick_states = reinterpret_cast<const kernels::BrickStates*>(at);
   at += mixed * sizeof(kernels::BrickStates);
   field.brick_corners = reinterpret_cast<const uint64_t*>(at);
@@ -235,32 +218,35 @@ void SegmentReader::read_occupancy(const SegmentRecord& record, SegmentView& vie
   field.voxel_base = reinterpret_cast<const uint32_t*>(at);
   at += mixed * sizeof(uint32_t);
   field.brick_table = reinterpret_cast<const uint16_t*>(at);
-
-  uint32_t corners = 0, surface_voxels = 0;
-  for (uint64_t i = 0; i < mixed; ++i) {
-    place.require(field.corner_base[i] == corners, "corner_base is not the number of corners before");
-    corners += uint32_t(std::popcount(field.brick_corners[i]));
-    place.require(field.voxel_base[i] == surface_voxels,
-                  "voxel_base is not the number of surface voxels before");
-    surface_voxels += uint32_t(std::popcount(field.brick_states[i].surface & ~field.brick_states[i].aux));
-  }
-  place.require(corners == record.corners, "corners is not the number of bits in brick_corners");
-  place.require(surface_voxels == record.surface_voxels,
-                "surface_voxels is not the number of surface voxels in brick_states");
-  field.surface_voxels = surface_voxels;
-  check_bricks(field, place);
+  if (const char* fault = fault_of_bricks(field)) place.damaged(fault);
 }
 
-void SegmentReader::read_cells(const SegmentRecord& record, SegmentView& view, const Place& place) {
+void SegmentReader::read_cells(const SegmentRecord& record, Bytes payload, SegmentView& view,
+                               const Place& place) {
   kernels::SegmentField& field = view.field;
-  place.within(record.part_count, 0, kernels::kMaxParts, "part_count");
-  field.part_count = record.part_count;
-  view.cell_bytes = (uint64_t{record.surface_voxels} + record.part_count) * sizeof(uint32_t);
-  const std::byte* at = cells_.next(record.cells, view.cell_bytes, "cells", place).data();
+  const bool coded = (record.forms & kCodedCells) != 0, stated = (record.forms & kStatedKinds) != 0;
+  uint32_t* words = nullptr;
+  const std::byte* at =
+      usable(payload, coded, UncodedBytes(record).cells, "cells", place, view.cells, [&](std::byte* to) {
+        words = reinterpret_cast<uint32_t*>(to);
+        return decode_cells(payload, stated, field, to);
+      });
   field.voxel_records = reinterpret_cast<const uint32_t*>(at);
   field.parts = field.voxel_records + field.surface_voxels;
-  check_words(field, place);
-  check_sides(field, place);
+  if (const char* fault = fault_of_words(field)) place.damaged(fault);
+  const SideRegions sides(field);
+  if (coded) complete_kinds(sides, stated, {words, size_t{field.surface_voxels} + field.part_count}, place);
+  if (const char* fault = fault_of_sides(field, sides)) place.damaged(fault);
+}
+
+void SegmentReader::read_features(const SegmentRecord& record, Bytes payload, SegmentView& view,
+                                  const Place& place) {
+  kernels::SegmentField& field = view.field;
+  const uint64_t bytes = UncodedBytes(record).features;
+  field.features = reinterpret_cast<const int8_t*>(
+      usable(payload, (record.forms & kCodedFeatures) != 0, bytes, "features", place, view.features,
+             [&](std::byte* to) { return decode_features(payload, field, to); }));
+  place.require(symmetric(field.features, bytes), "a feature is -128");
 }
 
 void SegmentReader::finish() const {
@@ -270,7 +256,7 @@ void SegmentReader::finish() const {
 }
 
 void SegmentView::drop_bytes() {
-  occupancy_bytes = cell_bytes = feature_bytes = 0;
+  occupancy = cells = features = {};
   field.brick_table = nullptr;
   field.brick_states = nullptr;
   field.brick_corners = nullptr;
@@ -279,9 +265,9 @@ void SegmentView::drop_bytes() {
   field.voxel_records = nullptr;
   field.parts = nullptr;
   field.features = nullptr;
-  const float logit_scale = field.network.logit_scale;
+  const kernels::Calibration calibration = field.network.calibration;
   field.network = {};
-  field.network.logit_scale = logit_scale;
+  field.network.calibration = calibration;
 }
 
 }  // namespace nif::format

@@ -3,6 +3,7 @@
 
 #include "formats/base/status.hpp"
 #include "formats/nif/segment/encoding.hpp"
+#include "formats/nif/segment/write_coded.hpp"
 #include "kernels/reference/segment/cells.hpp"
 
 namespace nif::format {
@@ -16,6 +17,20 @@ void leave_bare(SegmentData& data) {
   }
   data.voxel_records.assign(voxels, kernels::kBareCell);
   data.parts.clear();
+}
+
+OutputRange output_range(const Network& network) {
+  constexpr int64_t kMostActivation = 127;
+  const Layer& last = network.layers.back();
+  OutputRange range{last.biases.front(), last.biases.front()};
+  for (const int8_t weight : last.weights)
+    (weight < 0 ? range.least : range.largest) += weight * kMostActivation;
+  return range;
+}
+
+void lean(Network& network, int32_t by) {
+  network.threshold += by;
+  network.layers.back().biases.front() -= by;
 }
 
 kernels::SegmentField field_of(const SegmentData& data, const Network& network) {
@@ -41,7 +56,7 @@ kernels::SegmentField field_of(const SegmentData& data, const Network& network) 
   field.features_per_corner = data.features_per_corner;
   field.samples = data.samples;
   field.network.layer_count = uint32_t(std::min<size_t>(network.layers.size(), kernels::kMaxLayers));
-  field.network.logit_scale = network.logit_scale;
+  field.network.calibration = network.calibration();
   for (uint32_t l = 0; l < field.network.layer_count; ++l) {
     const Layer& layer = network.layers[l];
     field.network.layers[l] = {layer.inputs, layer.outputs, layer.shift, layer.weights.data(),
@@ -59,6 +74,7 @@ void add_network(const Network& network, Section& records, Section& weights) {
                 "an asset's network has " + std::to_string(network.layers.size()) + " layers");
   record.layer_count = uint32_t(network.layers.size());
   record.logit_scale = network.logit_scale;
+  record.threshold = network.threshold;
   record.weights = weights.begin_payload();
   for (size_t l = 0; l < network.layers.size(); ++l) {
     const Layer& layer = network.layers[l];
@@ -98,19 +114,32 @@ void SegmentWriter::add(const SegmentData& data) {
   record.surface_voxels = uint32_t(data.voxel_records.size());
   record.part_count = uint32_t(data.parts.size());
 
+  const CodedPayloads coded = encode_payloads(data);
+  record.forms = coded.forms;
   record.occupancy = occupancy_->begin_payload();
-  occupancy_->append(data.brick_states);
-  occupancy_->append(data.brick_corners);
-  occupancy_->append(data.corner_base);
-  occupancy_->append(data.voxel_base);
-  occupancy_->append(data.brick_table);
+  if (coded.forms & kCodedOccupancy) {
+    occupancy_->append(coded.occupancy);
+  } else {
+    occupancy_->append(data.brick_states);
+    occupancy_->append(data.brick_corners);
+    occupancy_->append(data.corner_base);
+    occupancy_->append(data.voxel_base);
+    occupancy_->append(data.brick_table);
+  }
   occupancy_->end_payload(record.occupancy);
   record.features = features_->begin_payload();
-  features_->append(data.features);
+  if (coded.forms & kCodedFeatures)
+    features_->append(coded.features);
+  else
+    features_->append(data.features);
   features_->end_payload(record.features);
   record.cells = cells_->begin_payload();
-  cells_->append(data.voxel_records);
-  cells_->append(data.parts);
+  if (coded.forms & kCodedCells) {
+    cells_->append(coded.cells);
+  } else {
+    cells_->append(data.voxel_records);
+    cells_->append(data.parts);
+  }
   cells_->end_payload(record.cells);
   records_->append(&record, 1);
 }
@@ -132,11 +161,12 @@ SegmentData EncodingOf<kernels::SegmentField>::to_data(const SegmentView& view) 
   data.voxel_base.assign(field.voxel_base, field.voxel_base + mixed);
   data.voxel_records.assign(field.voxel_records, field.voxel_records + field.surface_voxels);
   data.parts.assign(field.parts, field.parts + field.part_count);
-  data.features.assign(field.features, field.features + view.feature_bytes);
+  data.features.assign(field.features, field.features + size_t{field.corners} * field.features_per_corner);
   data.corners = field.corners;
   data.features_per_corner = field.features_per_corner;
   data.samples = field.samples;
   data.length_scale = field.length_scale / field.voxels_per_cell;
+  data.coded = view.coded;
   return data;
 }
 
@@ -144,7 +174,8 @@ SegmentShared EncodingOf<kernels::SegmentField>::to_shared(const SegmentSharedVi
   SegmentShared shared;
   for (const NetworkView& from : view.networks) {
     Network& network = shared.networks.emplace_back();
-    network.logit_scale = from.network.logit_scale;
+    network.logit_scale = from.network.calibration.scale;
+    network.threshold = from.network.calibration.threshold;
     for (uint32_t l = 0; l < from.network.layer_count; ++l) {
       const kernels::Network::Layer& layer = from.network.layers[l];
       network.layers.push_back({layer.inputs,

@@ -12,7 +12,6 @@ class SimdBvhKernel final : public ObjectKernel {
   SimdBvhKernel(const BvhField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
-  size_t resident_bytes() const override { return 0; }
 
  private:
   using Answer = void (*)(const BvhField&, const SegmentBatch&, AnswerBatch&);

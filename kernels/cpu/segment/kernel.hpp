@@ -12,7 +12,9 @@ class SimdSegmentKernel final : public ObjectKernel {
   SimdSegmentKernel(const SegmentField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
-  size_t resident_bytes() const override { return field_.resident_bytes(); }
+  BuiltBytes built_bytes() const override {
+    return {field_.walk.resident_bytes(), field_.corners_by_brick.resident_bytes()};
+  }
   bool reads_field() const override { return field_.reads_field; }
 
  private:

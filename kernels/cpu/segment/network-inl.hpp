@@ -20,6 +20,7 @@ struct Pending {
   alignas(64) float origin[3][kLanes];  ///< in grid space, as the reference has them
   float direction[3][kLanes];
   float begin[kMaxPendingRuns][kLanes], end[kMaxPendingRuns][kLanes];  ///< of runs
+  int32_t heights[kMaxPendingRuns][kLanes];
   float open_t[kLanes];
   int32_t run_count[kLanes];
   int32_t flags[kLanes];  ///< bytes: saw outside, saw inside, starts, ends; 0 or 127 each
@@ -95,7 +96,7 @@ HWY_INLINE hn::Vec<Ints> pair_dot(hn::Vec<Ints> x, hn::Vec<Ints> w) {
 #endif
 }
 
-/// K points for every lane, in the order of the network's inputs, and the inputs that are not features.
+/// K points for every lane, in the order of the network's inputs, and the inputs that are no features.
 HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, NetworkInputs& out) {
   const Floats d;
   const Ints di;
@@ -127,18 +128,34 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
     start = hn::Add(start, hn::Sub(hn::Load(d, rays.end[runs - 1]), hn::Load(d, rays.begin[runs - 1])));
     hn::Store(hn::IfThenElse(more, start, hn::Set(d, kNever)), d, run_start[runs]);
   }
-  const auto first_begin = hn::Load(d, rays.begin[0]), first_end = hn::Load(d, rays.end[0]);
+  const Words dw;
+  uint32_t(*const height_words)[kLanes] = out.inputs + count * field.features_per_corner / 4;
+  auto heights_of_four = hn::Zero(di);
   for (uint32_t j = 0; j < count; ++j) {
     // Points are counted from the end where the ray is reversed.
     const auto rank =
         hn::IfThenElse(reversed, hn::Set(d, float(count - 1 - j) + 0.5f), hn::Set(d, float(j) + 0.5f));
     const auto s = hn::Mul(rank, spacing);
-    auto t = hn::Min(hn::Add(first_begin, s), first_end);
+    auto begin = hn::Load(d, rays.begin[0]), end = hn::Load(d, rays.end[0]), run_from = zero;
+    auto heights = hn::Load(di, rays.heights[0]);
     for (uint32_t r = 1; r < runs; ++r) {
       const auto from = hn::Load(d, run_start[r]);
-      const auto in_run =
-          hn::Min(hn::Add(hn::Load(d, rays.begin[r]), hn::Sub(s, from)), hn::Load(d, rays.end[r]));
-      t = hn::IfThenElse(hn::Gt(s, from), in_run, t);
+      const auto later = hn::Gt(s, from);
+      run_from = hn::IfThenElse(later, from, run_from);
+      begin = hn::IfThenElse(later, hn::Load(d, rays.begin[r]), begin);
+      end = hn::IfThenElse(later, hn::Load(d, rays.end[r]), end);
+      heights = hn::IfThenElse(hn::RebindMask(di, later), hn::Load(di, rays.heights[r]), heights);
+    }
+    const auto t = hn::Min(hn::Add(begin, hn::Sub(s, run_from)), end);
+    const auto low = hn::ConvertTo(d, hn::And(heights, hn::Set(di, 255))),
+               high = hn::ConvertTo(d, hn::ShiftRight<8>(heights));
+    const auto share = hn::Div(hn::Sub(t, begin), hn::Sub(end, begin));
+    const auto height = hn::Add(hn::Add(low, hn::Mul(hn::Sub(high, low), share)), hn::Set(d, 0.5f));
+    heights_of_four = hn::Or(heights_of_four,
+                             hn::ShiftLeftSame(to_ints(clamp(height, float(kTopHeight))), int(8 * (j % 4))));
+    if (j % 4 == 3) {
+      hn::Store(hn::BitCast(dw, heights_of_four), dw, height_words[j / 4]);
+      heights_of_four = hn::Zero(di);
     }
     auto voxels = hn::Zero(di), fractions = hn::Zero(di);
     for (uint32_t a = 0; a < 3; ++a) {
@@ -173,8 +190,7 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
   const auto swapped = hn::Or(hn::And(flags, hn::Set(di, 0xffff)),
                               hn::Or(hn::And(hn::ShiftLeft<8>(flags), hn::Set(di, 0x7f000000)),
                                      hn::And(hn::ShiftRight<8>(flags), hn::Set(di, 0x00ff0000))));
-  const Words dw;
-  uint32_t(*const words)[kLanes] = out.inputs + count * field.features_per_corner / 4;
+  uint32_t(*const words)[kLanes] = height_words + count / 4;
   hn::Store(hn::BitCast(dw, globals), dw, words[0]);
   hn::Store(hn::BitCast(dw, hn::IfThenElse(reversed_int, swapped, flags)), dw, words[1]);
 }
@@ -385,11 +401,11 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
     const auto in_use = hn::RebindMask(d, in_use_int);
     if (r > 0 && hn::AllFalse(d, in_use)) break;
     const auto number = hn::IfThenElseZero(in_use_int, hn::Add(first, hn::Set(di, int32_t(r))));
-    const auto at = hn::Add(number, number);
-    const auto begin = hn::IfThenElseZero(in_use, hn::GatherIndex(d, open.t, at));
-    const auto end = hn::IfThenElseZero(in_use, hn::GatherIndex(d, open.t + 1, at));
+    const auto begin = hn::IfThenElseZero(in_use, hn::GatherIndex(d, open.begin, number));
+    const auto end = hn::IfThenElseZero(in_use, hn::GatherIndex(d, open.end, number));
     hn::Store(begin, d, rays.begin[r]);
     hn::Store(end, d, rays.end[r]);
+    hn::Store(hn::IfThenElseZero(in_use_int, hn::GatherIndex(di, open.heights, number)), di, rays.heights[r]);
     open_t = hn::Add(open_t, hn::Sub(end, begin));
     last_end = hn::IfThenElse(in_use, end, last_end);
   }

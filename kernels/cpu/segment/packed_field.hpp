@@ -21,9 +21,6 @@ struct PackedField : SegmentField {
   FeatureGrid corners_by_brick;
   WalkGrid walk;
   bool reads_field;  ///< where corners_by_brick is not complete
-
-  /// All but the copy of the network.
-  size_t resident_bytes() const { return walk.resident_bytes() + corners_by_brick.resident_bytes(); }
 };
 
 /// Both features of a corner; 0 where it has none.

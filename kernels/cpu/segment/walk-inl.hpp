@@ -40,11 +40,11 @@ constexpr uint32_t kIdleToLeap = kLanes * 3 / 8, kIdleToPass = kLanes / 4;
 /// Rays that wait for lanes of one sort, before the others get to work; few, so that they stay in the nearest
 /// cache.
 inline constexpr uint32_t kWaitingRays = 64;
-/// Parts between the planes of open cells that are logged before answers are collected. Where those of a few
+/// Runs that are logged before answers are collected. Where those of a few
 /// rays are more than there is room for, the reference answers them.
 inline constexpr uint32_t kMaxOpenParts = 6 * kBatchRays;
 /// Runs of one ray that the network's part has room for.
-inline constexpr uint32_t kMaxPendingRuns = 16;
+inline constexpr uint32_t kMaxPendingRuns = 32;
 
 /// Of a ray of the batch.
 enum RayFlags : int32_t { kFlatAxis = 1, kEntersGrid = 8, kLeavesGrid = 16 };
@@ -91,7 +91,8 @@ struct Sort {
 struct WalkLog {
   alignas(64) int32_t part_info[kMaxOpenParts + kSlack];  ///< a cell is open: for which ray,
   float part_begin[kMaxOpenParts + kSlack];               ///< and from which t
-  float part_end[kMaxOpenParts + kSlack];                 ///< to which
+  float part_end[kMaxOpenParts + kSlack];                 ///< to which,
+  int32_t part_heights[kMaxOpenParts + kSlack];           ///< and how high both are
   int32_t end_info[kBatchRays + kSlack];                  ///< a ray is done: RayInfo
   float enter[kBatchRays + kSlack];                       ///< [ray]
   float leave[kBatchRays + kSlack];                       ///< [ray]
@@ -117,9 +118,10 @@ struct Progress {
 /// Rays that the walk leaves open: the first `count` ends of the log are theirs.
 struct OpenRays {
   uint32_t count;
-  alignas(64) int32_t runs[kBatchRays + kSlack];   ///< how many
-  int32_t first[kBatchRays + kSlack];              ///< number of the first in `t`
-  float t[2 * (kMaxOpenParts + kMaxPendingRuns)];  ///< begin and end of each
+  alignas(64) int32_t runs[kBatchRays + kSlack];  ///< how many
+  int32_t first[kBatchRays + kSlack];             ///< number of the first in the arrays below
+  float begin[kMaxOpenParts], end[kMaxOpenParts];
+  int32_t heights[kMaxOpenParts];
 };
 
 /// Rays that are for the reference: not finite, far away, or with more runs than there is room for.
@@ -345,13 +347,14 @@ class Walker {
     hn::StoreU(gather_lanes(lanes, info), di, log_.end_info + p.ends);
     p.ends += uint32_t(__builtin_popcount(lanes));
   }
-  HWY_INLINE void log_open(hn::Vec<Ints> info, hn::Vec<Floats> begin, hn::Vec<Floats> end, uint32_t lanes,
-                           Progress& p) {
+  HWY_INLINE void log_open(hn::Vec<Ints> info, hn::Vec<Floats> begin, hn::Vec<Floats> end,
+                           hn::Vec<Ints> heights, uint32_t lanes, Progress& p) {
     const Floats d;
     const Ints di;
     hn::StoreU(gather_lanes(lanes, info), di, log_.part_info + p.parts);
     hn::StoreU(gather_lanes(lanes, begin), d, log_.part_begin + p.parts);
     hn::StoreU(gather_lanes(lanes, end), d, log_.part_end + p.parts);
+    hn::StoreU(gather_lanes(lanes, heights), di, log_.part_heights + p.parts);
     p.parts += uint32_t(__builtin_popcount(lanes));
     if (HWY_UNLIKELY(p.parts > kMaxOpenParts)) {
       p.parts = kMaxOpenParts;
@@ -653,7 +656,14 @@ class Walker {
       const auto begin = hn::IfThenElse(hn::Or(enters_above, enters_below), from, rays.now);
       const auto to = hn::Min(hn::Max(hn::Add(rays.now, hn::Mul(last, rate)), begin), left);
       const auto end = hn::IfThenElse(hn::Or(leaves_above, leaves_below), to, left);
-      log_open(rays.info, begin, end, open_lanes, p);
+      const auto top = hn::Set(d, static_cast<float>(kTopHeight));
+      const auto scale = hn::Div(top, hn::Sub(upper, lower));
+      const auto height = [&](hn::Vec<Floats> h) HWY_ATTR {
+        const auto scaled = hn::Add(hn::Mul(hn::Sub(h, lower), scale), hn::Set(d, 0.5f));
+        return to_ints(hn::Min(hn::Max(scaled, hn::Zero(d)), top));
+      };
+      const auto heights = hn::Or(height(enter_height), hn::ShiftLeft<8>(height(leave_height)));
+      log_open(rays.info, begin, end, heights, open_lanes, p);
     }
     const auto run_bit = hn::IfThenElseZero(hn::RebindMask(di, open), hn::Set(di, int32_t(kHasRun)));
     const auto info = hn::Or(hn::Or(rays.info, new_sides), run_bit);
@@ -700,12 +710,13 @@ class Walker {
       const auto rank = hn::GatherIndex(di, log_.rank, hn::IfThenElseZero(present, ray));
       const uint32_t open = bits_of(hn::And(present, hn::Gt(rank, hn::Set(di, -1))));
       const auto begin = hn::Load(d, log_.part_begin + i), end = hn::Load(d, log_.part_end + i);
+      const auto heights = hn::Load(di, log_.part_heights + i);
       hn::StoreU(gather_lanes(open, rank), di, log_.part_info + parts);
       hn::StoreU(gather_lanes(open, begin), d, log_.part_begin + parts);
       hn::StoreU(gather_lanes(open, end), d, log_.part_end + parts);
+      hn::StoreU(gather_lanes(open, heights), di, log_.part_heights + parts);
       parts += uint32_t(__builtin_popcount(open));
     }
-    // Room for all parts of each ray first; those that touch the one before then make the run longer.
     std::memset(open_.runs, 0, open_.count * sizeof(open_.runs[0]));
     for (uint32_t i = 0; i < parts; ++i) ++open_.runs[log_.part_info[i]];
     int32_t sum = 0;
@@ -716,14 +727,10 @@ class Walker {
     }
     for (uint32_t i = 0; i < parts; ++i) {
       const int32_t k = log_.part_info[i];
-      float* const next = open_.t + 2 * (open_.first[k] + open_.runs[k]);
-      if (open_.runs[k] > 0 && next[-1] == log_.part_begin[i]) {
-        next[-1] = log_.part_end[i];
-      } else {
-        next[0] = log_.part_begin[i];
-        next[1] = log_.part_end[i];
-        ++open_.runs[k];
-      }
+      const int32_t next = open_.first[k] + open_.runs[k]++;
+      open_.begin[next] = log_.part_begin[i];
+      open_.end[next] = log_.part_end[i];
+      open_.heights[next] = log_.part_heights[i];
     }
   }
 

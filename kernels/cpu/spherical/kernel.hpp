@@ -15,7 +15,6 @@ class SimdSphericalKernel final : public ObjectKernel {
   SimdSphericalKernel(const SphericalField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
-  size_t resident_bytes() const override { return 0; }
 
  private:
   using Answer = void (*)(const SphericalField&, const SegmentBatch&, AnswerBatch&, void*);

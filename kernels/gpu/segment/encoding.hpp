@@ -36,7 +36,8 @@ struct SegmentEncoding {
     using Layer = Network::Layer;
     hash.template structure<Layer>(
         {&Layer::inputs, &Layer::outputs, &Layer::shift, &Layer::weights, &Layer::biases});
-    hash.template structure<Network>({&Network::layer_count, &Network::layers, &Network::logit_scale});
+    hash.template structure<Calibration>({&Calibration::scale, &Calibration::threshold});
+    hash.template structure<Network>({&Network::layer_count, &Network::layers, &Network::calibration});
     hash.template structure<BrickStates>({&BrickStates::surface, &BrickStates::aux});
     hash.template structure<F>(
         {&F::origin,       &F::voxels_per_unit, &F::cells_per_unit, &F::voxels_per_cell,
@@ -52,10 +53,9 @@ struct SegmentEncoding {
   template <uint32_t kFeatures, class Thread>
   NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer ask_row(const Thread& thread, const SceneObject& object,
                                                          const Segment& ray, uint32_t* row) {
-    const KeptRuns<1> kept(reinterpret_cast<float*>(row));
+    const KeptRuns<1> kept(row);
     return answer_segment_ray<kFeatures>(thread, *static_cast<const Field*>(object.field), ray, kept,
-                                         object.widest,
-                                         reinterpret_cast<unsigned char*>(row + 2 * kKeptRuns));
+                                         object.widest, reinterpret_cast<unsigned char*>(row + kKeptWords));
   }
 };
 

@@ -13,9 +13,9 @@
 namespace nif::kernels::gpu {
 
 /// Runs of a walk that are kept, in shared memory and in items. Rays of more are walked again.
-inline constexpr uint32_t kKeptRuns = 8;
+inline constexpr uint32_t kKeptRuns = 5, kRunWords = 3, kKeptWords = kKeptRuns * kRunWords;
 /// Points of such a ray that are kept in their place.
-inline constexpr uint32_t kKeptPoints = 2 * kKeptRuns;
+inline constexpr uint32_t kPointWords = 2, kKeptPoints = kKeptWords / kPointWords;
 
 /// Hidden layers of wider networks are left to threads by themselves: outputs of one layer wait in registers
 /// until all its inputs are used up.
@@ -63,30 +63,43 @@ NIF_HOST_DEVICE inline ObjectAnswer answer_of(const WalkResult& walk) {
 template <uint32_t kStride>
 class KeptRuns {
  public:
-  NIF_HOST_DEVICE explicit KeptRuns(float* column) : column_(column) {}
+  NIF_HOST_DEVICE explicit KeptRuns(uint32_t* column) : column_(column) {}
   NIF_HOST_DEVICE void keep(uint32_t i, const Run& run) const {
     if (i >= kKeptRuns) return;
-    column_[2 * i * kStride] = run.begin;
-    column_[(2 * i + 1) * kStride] = run.end;
+    put(kRunWords * i, bits_as<uint32_t>(run.begin));
+    put(kRunWords * i + 1, bits_as<uint32_t>(run.end));
+    put(kRunWords * i + 2, run.heights);
   }
   NIF_HOST_DEVICE Run at(uint32_t i) const {
-    return {column_[2 * i * kStride], column_[(2 * i + 1) * kStride]};
+    return {get<float>(kRunWords * i), get<float>(kRunWords * i + 1), get<uint32_t>(kRunWords * i + 2)};
   }
-  // Or points, as their t.
-  NIF_HOST_DEVICE void keep_point(uint32_t i, float t) const {
-    if (i < kKeptPoints) column_[i * kStride] = t;
+  // Or points, as their t and height.
+  NIF_HOST_DEVICE void keep_point(uint32_t i, float t, uint8_t height) const {
+    if (i >= kKeptPoints) return;
+    put(kPointWords * i, bits_as<uint32_t>(t));
+    put(kPointWords * i + 1, height);
   }
-  NIF_HOST_DEVICE float point(uint32_t i) const { return column_[i * kStride]; }
+  NIF_HOST_DEVICE float point_t(uint32_t i) const { return get<float>(kPointWords * i); }
+  NIF_HOST_DEVICE uint8_t point_height(uint32_t i) const {
+    return uint8_t(get<uint32_t>(kPointWords * i + 1));
+  }
 
  private:
-  float* column_;
+  NIF_HOST_DEVICE void put(uint32_t word, uint32_t value) const { column_[word * kStride] = value; }
+  template <class T>
+  NIF_HOST_DEVICE T get(uint32_t word) const {
+    return bits_as<T>(column_[word * kStride]);
+  }
+
+  uint32_t* column_;
 };
 
 /// Writes a point's inputs to where they stand among those of the ray. kFeatures: of a corner, 2 by corner
 /// bricks; or 0 for any number, a feature at a time.
 template <uint32_t kFeatures>
-NIF_HOST_DEVICE void put_features(const DeviceSegmentField& field, uint32_t number, const SamplePoint& point,
-                                  unsigned char* inputs) {
+NIF_HOST_DEVICE void put_point(const DeviceSegmentField& field, uint32_t number, const SamplePoint& point,
+                               unsigned char* inputs) {
+  inputs[field.samples * field.features_per_corner + number] = point.height;
   if constexpr (kFeatures == 2) {
     int32_t first, second;
     sum_pairs(field, point, first, second);
@@ -108,7 +121,7 @@ NIF_HOST_DEVICE inline void put_globals(const SegmentField& field, const WalkRes
                                         unsigned char* inputs) {
   uint8_t globals[kGlobalInputs];
   place_globals(field, walk, globals);
-  unsigned char* to = inputs + field.samples * field.features_per_corner;
+  unsigned char* to = inputs + field.samples * (field.features_per_corner + 1);
   for (uint32_t i = 0; i < kGlobalInputs; i += 4)
     store_word(to + i, globals[i] | uint32_t(globals[i + 1]) << 8 | uint32_t(globals[i + 2]) << 16 |
                            uint32_t(globals[i + 3]) << 24);
@@ -165,7 +178,7 @@ NIF_HOST_DEVICE ObjectAnswer answer_segment_ray(const Thread& thread, const Devi
   if (walk.run_count <= kKeptRuns) {
     for (uint32_t i = 0; i < walk.run_count; ++i)
       placer.add(kept.at(i), i + 1 == walk.run_count, [&](uint32_t number, const SamplePoint& point) {
-        put_features<kFeatures>(field, number, point, row);
+        put_point<kFeatures>(field, number, point, row);
       });
   } else {
     // Only where points lie is kept on the way, for walking and gathering take many registers each.
@@ -173,11 +186,12 @@ NIF_HOST_DEVICE ObjectAnswer answer_segment_ray(const Thread& thread, const Devi
       SamplePlacer again(field, walk);
       WalkResult same;
       walk_object(field, segment, same, [&](uint32_t i, const Run& run) {
-        again.place(run, i + 1 == walk.run_count,
-                    [&](uint32_t number, float t) { kept.keep_point(number - first, t); });
+        again.place(run, i + 1 == walk.run_count, [&](uint32_t number, float t, uint8_t height) {
+          kept.keep_point(number - first, t, height);
+        });
       });
       for (uint32_t k = 0; k < kKeptPoints && first + k < field.samples; ++k)
-        put_features<kFeatures>(field, first + k, placer.point_at(kept.point(k)), row);
+        put_point<kFeatures>(field, first + k, placer.point_at(kept.point_t(k), kept.point_height(k)), row);
     }
   }
   put_globals(field, walk, row);

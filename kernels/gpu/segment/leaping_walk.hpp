@@ -56,7 +56,7 @@ NIF_HOST_DEVICE void leap_segment(const DeviceSegmentField& field, const Segment
     cell[a] = static_cast<float>(down ? -1 - passage.cell[a] : passage.cell[a]);
   }
 
-  RunRecord run;
+  RunRecord runs;
   uint32_t seen = passage.seen;
   float now = passage.enter;
   for (;;) {
@@ -99,7 +99,7 @@ NIF_HOST_DEVICE void leap_segment(const DeviceSegmentField& field, const Segment
       const CellPassage passed = pass_cell(word, middle, size, walk.origin, walk.direction, now, left);
       blocked = passed.blocked;
       seen |= passed.seen;
-      if (passed.open) run.add(passed.begin, passed.end, walk, add_run);
+      if (passed.open) runs.add(passed, passage, walk, add_run);
     }
     if (blocked | (seen == kSeenBoth)) {
       walk.verdict = Verdict::occluded;
@@ -129,7 +129,7 @@ NIF_HOST_DEVICE void leap_segment(const DeviceSegmentField& field, const Segment
       cell[a] = before;
     }
   }
-  end_walk(passage, seen, run, walk, add_run);
+  end_walk(runs, seen, walk);
 }
 
 /// The one way in which kernels walk.

@@ -6,7 +6,7 @@
 
 namespace nif::kernels::gpu {
 
-static_assert(2 * kKeptRuns <= kItemWords);
+static_assert(kKeptWords <= kItemWords);
 
 /// What an item is about: how many runs its walk has, and flags from this bit on.
 inline constexpr uint32_t kItemFlags = 8;
@@ -15,7 +15,7 @@ inline constexpr uint32_t kItemFlags = 8;
 /// more runs than items have room for.
 NIF_HOST_DEVICE NIF_INLINE bool walk_segment_item(const SceneObject& object, const Segment& ray,
                                                   uint32_t* column, OpenItem& item, ObjectAnswer& answer) {
-  const KeptRuns<kBlockThreads> kept(reinterpret_cast<float*>(column));
+  const KeptRuns<kBlockThreads> kept(column);
   WalkResult walk;
   walk_object(*static_cast<const DeviceSegmentField*>(object.field), ray, walk,
               [&](uint32_t i, const Run& run) { kept.keep(i, run); });
@@ -28,7 +28,7 @@ NIF_HOST_DEVICE NIF_INLINE bool walk_segment_item(const SceneObject& object, con
                          uint32_t(walk.starts_open) << 2 | uint32_t(walk.ends_open) << 3;
   item.list = object.lists[hard];
   item.about = walk.run_count | flags << kItemFlags;
-  item.words = hard ? 0 : 2 * walk.run_count;
+  item.words = hard ? 0 : kRunWords * walk.run_count;
   return false;
 }
 
@@ -47,8 +47,8 @@ NIF_HOST_DEVICE void gather_segment(const PipelineWork& work, const DeviceSegmen
   walk.starts_open = about >> (kItemFlags + 2) & 1;
   walk.ends_open = about >> (kItemFlags + 3) & 1;
   const auto run = [&](uint32_t i) {
-    const uint32_t* const at = memory.words + size_t(2 * i) * memory.capacity + item;
-    return Run{bits_as<float>(at[0]), bits_as<float>(at[memory.capacity])};
+    const uint32_t* const at = memory.words + size_t(kRunWords * i) * memory.capacity + item;
+    return Run{bits_as<float>(at[0]), bits_as<float>(at[memory.capacity]), at[2 * size_t{memory.capacity}]};
   };
   // In the walk's own order, so with its bits.
   walk.open_t = 0;
@@ -56,7 +56,7 @@ NIF_HOST_DEVICE void gather_segment(const PipelineWork& work, const DeviceSegmen
   SamplePlacer placer(field, walk);
   for (uint32_t i = 0; i < walk.run_count; ++i)
     placer.add(run(i), i + 1 == walk.run_count, [&](uint32_t number, const SamplePoint& point) {
-      put_features<kFeatures>(field, number, point, inputs);
+      put_point<kFeatures>(field, number, point, inputs);
     });
   put_globals(field, walk, inputs);
 }

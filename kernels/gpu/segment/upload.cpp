@@ -26,8 +26,8 @@ class SegmentUpload final : public FieldUpload {
     plan.object.kind = pairs ? kKindBit<SegmentEncoding, SegmentEncoding::kPairs>
                              : kKindBit<SegmentEncoding, SegmentEncoding::kOthers>;
     plan.object.widest = layout.widest;
-    plan.row_words = 2 * kKeptRuns + (field_.network.layers[0].inputs + 2 * layout.widest) / 4;
-    plan.walk_words = 2 * kKeptRuns;
+    plan.row_words = kKeptWords + (field_.network.layers[0].inputs + 2 * layout.widest) / 4;
+    plan.walk_words = kKeptWords;
     plan.stages[0] = !layout.tiled ? kAlone : pairs ? kPairNetworks : kAnyNetworks;
     plan.stages[1] = kAlone;
     plan.stage_bytes = layout.bytes;

@@ -28,6 +28,6 @@ inline ObjectBox object_box(const BvhField& field) {
 
 /// kCertainReach is in units of which kBvhUnits make the extent.
 inline float reach_scale(const BvhField& field) { return kBvhUnits / field.extent; }
-inline float logit_scale(const BvhField&) { return 1; }
+inline Calibration calibration(const BvhField&) { return {}; }
 
 }  // namespace nif::kernels

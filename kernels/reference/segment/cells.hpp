@@ -120,7 +120,16 @@ struct CellPassage {
   bool blocked;      ///< it meets one
   uint32_t seen;     ///< SeenBits of the sides in which it enters or leaves
   float begin, end;  ///< where it is open: the part between the planes, as t; near enough, but no bound
+  uint32_t heights;  ///< there, see make_heights()
 };
+
+/// How high two points are between the planes of a cell: 0 at the lower one, kTopHeight at the upper one.
+inline constexpr int32_t kTopHeight = 127;
+NIF_HOST_DEVICE constexpr uint32_t make_heights(int32_t begin, int32_t end) {
+  return uint32_t(begin) | uint32_t(end) << 8;
+}
+NIF_HOST_DEVICE constexpr int32_t begin_height(uint32_t heights) { return int32_t(heights & 255); }
+NIF_HOST_DEVICE constexpr int32_t end_height(uint32_t heights) { return int32_t(heights >> 8); }
 
 /// Of a segment in finest cells, from t = enter to t = leave, through a cell with planes. `middle` is the
 /// cell's, exactly.
@@ -159,6 +168,9 @@ NIF_HOST_DEVICE inline CellPassage pass_cell(uint32_t word, const float (&middle
   passage.begin = enters_above || enters_below ? min_of(max_of(enter + first * rate, enter), leave) : enter;
   passage.end =
       leaves_above || leaves_below ? min_of(max_of(enter + last * rate, passage.begin), leave) : leave;
+  const float scale = static_cast<float>(kTopHeight) / (upper - lower);
+  passage.heights = make_heights(to_index((enter_height - lower) * scale + 0.5f, kTopHeight),
+                                 to_index((leave_height - lower) * scale + 0.5f, kTopHeight));
   return passage;
 }
 

@@ -21,6 +21,6 @@ inline ObjectBox object_box(const SegmentField& field) {
 
 /// kCertainReach is in finest cells.
 inline float reach_scale(const SegmentField& field) { return field.cells_per_unit; }
-inline float logit_scale(const SegmentField& field) { return field.network.logit_scale; }
+inline Calibration calibration(const SegmentField& field) { return field.network.calibration; }
 
 }  // namespace nif::kernels

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "kernels/reference/ray.hpp"
+
 namespace nif::kernels {
 
 inline constexpr uint32_t kMaxVoxels = 256;     ///< along one axis of the occupancy grid
@@ -17,8 +19,13 @@ inline constexpr uint32_t kMaxSamples = 32;     ///< points placed along one seg
 inline constexpr uint32_t kMaxLayers = 4;       ///< hidden layers + the output layer
 inline constexpr uint32_t kMaxWidth = 128;      ///< neurons of a hidden layer
 inline constexpr uint32_t kGlobalInputs = 8;    ///< inputs that are not features: direction, lengths, flags
-inline constexpr uint32_t kMaxInputs = kMaxFeatures * kMaxSamples + kGlobalInputs;
+/// Features of each point, heights of the points, and the others.
+inline constexpr uint32_t kMaxInputs = (kMaxFeatures + 1) * kMaxSamples + kGlobalInputs;
+constexpr uint32_t input_count(uint32_t samples, uint32_t features_per_corner) {
+  return samples * (features_per_corner + 1) + kGlobalInputs;
+}
 inline constexpr int32_t kMaxBias = 1 << 26;  ///< |bias|; leaves room for 32-bit sums of the largest layer
+inline constexpr int32_t kMaxThreshold = 2 * kMaxBias;  ///< |threshold|: more than any output can need
 inline constexpr uint32_t kMaxShift = 24;
 
 /// A brick is a cube of 4 voxels along each axis; bit x + 4 y + 16 z of its masks is one voxel (or the corner
@@ -51,7 +58,7 @@ struct Network {
   };
   uint32_t layer_count = 0;
   Layer layers[kMaxLayers] = {};
-  float logit_scale = 1;  ///< probability of being visible = 1 / (1 + exp(-logit * logit_scale))
+  Calibration calibration;  ///< its threshold is taken off the last layer's bias already
 };
 
 /// One object in the `segment` encoding (docs/encodings/segment.md).
@@ -82,7 +89,7 @@ struct SegmentField {
   const int8_t* features = nullptr;  ///< [corners][features_per_corner], -127..127
   uint32_t corners = 0;
   uint32_t features_per_corner = 0;  ///< F
-  uint32_t samples = 0;              ///< K
+  uint32_t samples = 0;              ///< K, a multiple of 4
   float length_scale = 0;            ///< input units per finest cell of open length
 
   Network network;

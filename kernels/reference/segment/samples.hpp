@@ -10,12 +10,13 @@ namespace nif::kernels {
 struct SamplePoint {
   uint16_t voxel[3];
   uint8_t fraction[3];
+  uint8_t height;  ///< between the planes of its cell, 0..kTopHeight
 };
 
 inline constexpr int32_t kFractionOne = 128;
 
-/// The inputs besides the features, 0..127 each. A segment and its reverse are equally blocked, so both are
-/// presented alike: from the end that makes the direction point into the upper half space.
+/// The inputs that are not of a point, 0..127 each. A segment and its reverse are equally blocked, so both
+/// are presented alike: from the end that makes the direction point into the upper half space.
 enum GlobalInput : uint32_t {
   kInputDirectionX,
   kInputDirectionY,
@@ -39,8 +40,15 @@ NIF_HOST_DEVICE inline bool presented_reversed(const WalkResult& walk) {
   return d[2] < 0 || (d[2] == 0 && (d[1] < 0 || (d[1] == 0 && d[0] < 0)));
 }
 
-/// Spreads K points evenly by arc length over the union of an ambiguous walk's runs, which come one after the
-/// other.
+/// How high a point of a run is between the planes there. Of a run without length: 0.
+NIF_HOST_DEVICE inline uint8_t height_at(const Run& run, float t) {
+  const float from = static_cast<float>(begin_height(run.heights)),
+              to = static_cast<float>(end_height(run.heights));
+  const float share = (t - run.begin) / (run.end - run.begin);
+  return uint8_t(to_index(from + (to - from) * share + 0.5f, kTopHeight));
+}
+
+/// Spreads K points evenly by arc length over an ambiguous walk's runs, which come one after the other.
 class SamplePlacer {
  public:
   /// The walk must outlive this; its runs are not needed.
@@ -50,7 +58,7 @@ class SamplePlacer {
         reversed_(presented_reversed(walk)),
         spacing_(walk.open_t / static_cast<float>(field.samples)) {}
 
-  /// Calls put(number, t) for each of the points that lie in the run.
+  /// Calls put(number, t, height) for each of the points that lie in the run.
   template <class Put>
   NIF_HOST_DEVICE void place(const Run& run, bool last, const Put& put) {
     const uint32_t count = field_.samples;
@@ -61,12 +69,13 @@ class SamplePlacer {
         return;
       }
       const float t = min_of(run.begin + (s - run_start_), run.end);
-      put(reversed_ ? count - 1 - placed_ : placed_, t);
+      put(reversed_ ? count - 1 - placed_ : placed_, t, height_at(run, t));
     }
   }
 
-  NIF_HOST_DEVICE SamplePoint point_at(float t) const {
+  NIF_HOST_DEVICE SamplePoint point_at(float t, uint8_t height) const {
     SamplePoint point;
+    point.height = height;
     NIF_UNROLL
     for (int a = 0; a < 3; ++a) {
       const float at = (walk_.origin[a] + t * walk_.direction[a]) * field_.voxels_per_cell;
@@ -81,7 +90,7 @@ class SamplePlacer {
   /// Calls put(number, point) for each of the points that lie in the run.
   template <class Put>
   NIF_HOST_DEVICE void add(const Run& run, bool last, const Put& put) {
-    place(run, last, [&](uint32_t number, float t) { put(number, point_at(t)); });
+    place(run, last, [&](uint32_t number, float t, uint8_t height) { put(number, point_at(t, height)); });
   }
 
   /// The same, into a placement.
@@ -98,7 +107,7 @@ class SamplePlacer {
   uint32_t placed_ = 0;
 };
 
-/// The inputs [kGlobalInputs] of an ambiguous walk that are not features.
+/// The inputs [kGlobalInputs] of an ambiguous walk that are not of a point.
 NIF_HOST_DEVICE inline void place_globals(const SegmentField& field, const WalkResult& walk,
                                           uint8_t* globals) {
   const float* d = walk.direction;
@@ -173,13 +182,16 @@ NIF_HOST_DEVICE inline void interpolate_features(const SegmentField& field, cons
   for (uint32_t f = 0; f < features; ++f) inputs[f] = feature_input(sums[f]);
 }
 
-/// All inputs of the network: K points x F features, point by point, then the globals.
+/// All inputs of the network: K points x F features, point by point, then the K heights, then the globals.
 template <class Field>
 void gather_inputs(const Field& field, const Placement& placement, uint8_t* inputs) {
   const uint32_t features = field.features_per_corner;
-  for (uint32_t j = 0; j < field.samples; ++j)
+  uint8_t* const heights = inputs + field.samples * features;
+  for (uint32_t j = 0; j < field.samples; ++j) {
     interpolate_features(field, placement.points[j], inputs + j * features);
-  for (uint32_t g = 0; g < kGlobalInputs; ++g) inputs[field.samples * features + g] = placement.globals[g];
+    heights[j] = placement.points[j].height;
+  }
+  for (uint32_t g = 0; g < kGlobalInputs; ++g) heights[field.samples + g] = placement.globals[g];
 }
 
 }  // namespace nif::kernels

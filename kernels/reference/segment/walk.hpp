@@ -20,9 +20,10 @@ enum class Verdict : uint8_t {
 
 enum class VoxelState : uint8_t { outside, inside, unknown, surface };
 
-/// A maximal part of a segment that lies between the planes of open cells, as the t of its ends.
+/// The part of a segment that lies between the planes of an open cell.
 struct Run {
-  float begin, end;
+  float begin, end;  ///< as t
+  uint32_t heights;  ///< of both ends, see make_heights()
 };
 
 /// Each cell has one at most, and no axis is walked twice.
@@ -213,46 +214,34 @@ NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, Walk
   return true;
 }
 
-/// The run that a walk is in, and the length of those before.
+/// What is known of the runs of a walk on its way.
 struct RunRecord {
-  float begin = 0, end = 0, open_t = 0, first = 0;
-  bool any = false;
+  float open_t = 0;
+  bool starts_open = false, ends_open = false;
 
-  /// The part of the next cell that is open: it goes on with the run where it begins at its end.
+  /// The next cell that is open.
   template <class AddRun>
-  NIF_HOST_DEVICE void add(float from, float to, WalkResult& walk, const AddRun& add_run) {
-    from += 0.0f;  // a zero is positive, whichever crossing it is
-    to += 0.0f;
-    if (!any || from != end) {
-      finish(walk, add_run);
-      if (!any) first = from;
-      any = true;
-      begin = from;
-    }
-    end = to;
-  }
-  /// After the last.
-  template <class AddRun>
-  NIF_HOST_DEVICE void finish(WalkResult& walk, const AddRun& add_run) {
-    if (!any) return;
-    add_run(walk.run_count++, Run{begin, end});
-    open_t += end - begin;
+  NIF_HOST_DEVICE void add(const CellPassage& passed, const GridPassage& passage, WalkResult& walk,
+                           const AddRun& add_run) {
+    // A zero is positive, whichever crossing it is.
+    const Run run{passed.begin + 0.0f, passed.end + 0.0f, passed.heights};
+    if (walk.run_count == 0) starts_open = run.begin == passage.enter && !passage.enters_grid;
+    ends_open = run.end == passage.leave && !passage.leaves_grid;
+    open_t += run.end - run.begin;
+    add_run(walk.run_count++, run);
   }
 };
 
 /// The end of any walk that is not blocked: `seen` is what it has been in.
-template <class AddRun>
-NIF_HOST_DEVICE void end_walk(const GridPassage& passage, uint32_t seen, RunRecord& run, WalkResult& walk,
-                              const AddRun& add_run) {
-  if (!run.any) return;
-  run.finish(walk, add_run);
+NIF_HOST_DEVICE inline void end_walk(const RunRecord& runs, uint32_t seen, WalkResult& walk) {
+  if (walk.run_count == 0) return;
   walk.verdict = Verdict::ambiguous;
   walk.certain = false;
   walk.saw_outside = (seen & kSeenOutside) != 0;
   walk.saw_inside = (seen & kSeenInside) != 0;
-  walk.starts_open = run.first == passage.enter && !passage.enters_grid;
-  walk.ends_open = run.end == passage.leave && !passage.leaves_grid;
-  walk.open_t = run.open_t;
+  walk.starts_open = runs.starts_open;
+  walk.ends_open = runs.ends_open;
+  walk.open_t = runs.open_t;
 }
 
 /// Walks one segment. `walk` is overwritten. `add_run` is called with each run and its number, in order, and
@@ -277,7 +266,7 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
     next[a] = step[a] == 0 ? kNever : (static_cast<float>(plane[a]) - walk.origin[a]) * passage.inverse[a];
   }
 
-  RunRecord run;
+  RunRecord runs;
   uint32_t seen = passage.seen;
   float now = passage.enter;
   for (bool ends = false; !ends;) {
@@ -318,14 +307,14 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
           pass_cell(piece.word, middle, size, walk.origin, walk.direction, entered, left);
       blocked = passed.blocked;
       seen |= passed.seen;
-      if (passed.open) run.add(passed.begin, passed.end, walk, add_run);
+      if (passed.open) runs.add(passed, passage, walk, add_run);
     }
     if (blocked || seen == kSeenBoth) {
       walk.verdict = Verdict::occluded;
       return;
     }
   }
-  end_walk(passage, seen, run, walk, add_run);
+  end_walk(runs, seen, walk);
 }
 
 /// The same with all runs kept; those beyond run_count are left as they are.

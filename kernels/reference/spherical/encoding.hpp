@@ -21,6 +21,6 @@ inline ObjectBox object_box(const SphericalField& field) {
 
 /// kCertainReach is in units of which kSphericalUnits make the diagonal.
 inline float reach_scale(const SphericalField& field) { return field.reach_scale; }
-inline float logit_scale(const SphericalField&) { return kSphericalLogitScale; }
+inline Calibration calibration(const SphericalField&) { return {kSphericalLogitScale, 0}; }
 
 }  // namespace nif::kernels

@@ -193,7 +193,7 @@ NIF_API NifError nifGetCardInfo(uint32_t card, NifCardInfo* info);
 
 typedef enum NifLoadMode {
   NIF_LOAD_READ = 0, /* the file is read into memory and closed */
-  NIF_LOAD_MAP = 1,  /* the file is mapped; it must not change while the asset lives */
+  NIF_LOAD_MAP = 1,  /* the file is mapped; it must not change meanwhile. Coded payloads are decoded */
   NIF_LOAD_MODE_IS_32_BITS = 0x7fffffff
 } NifLoadMode;
 
@@ -225,8 +225,8 @@ typedef struct NifAssetInfo {
   uint32_t network_count;  /* objects may share networks */
   uint32_t format_version;
   uint64_t file_bytes;
-  /* All memory that the library keeps for this asset: tables built at load, and the file's bytes (borrowed
-   * and mapped bytes too), unless the tables replace them. */
+  /* All memory that the library keeps for this asset: what is decoded or built at load, and the file's bytes
+   * (borrowed and mapped bytes too), unless tables built at load replace them. */
   uint64_t resident_bytes;
   const char* metadata; /* JSON, UTF-8, [metadata_bytes], not 0-terminated; null if there is none */
   uint64_t metadata_bytes;
@@ -235,6 +235,18 @@ typedef struct NifAssetInfo {
 
 /* Allocates nothing. */
 NIF_API NifError nifGetAssetInfo(NifAsset asset, NifAssetInfo* info);
+
+typedef struct NifPartInfo {
+  uint64_t struct_size;
+  const char* name; /* e.g. "planes"; docs/runtime.md lists all */
+  uint64_t file_bytes;
+  uint64_t resident_bytes; /* may be more, if it is coded in the file, or built at load; or less, if tables
+                              built at load replace it */
+} NifPartInfo;
+
+/* Lists what an asset consists of: part = 0, 1, ... until NIF_ERROR_INVALID_ARGUMENT. The bytes of all parts
+ * add up to those of NifAssetInfo. Allocates nothing. */
+NIF_API NifError nifGetPartInfo(NifAsset asset, uint32_t part, NifPartInfo* info);
 
 /* How an object stores what blocks rays. The numbers are those of the file format. */
 typedef enum NifEncoding {
@@ -382,7 +394,8 @@ typedef struct NifQuery {
   uint8_t* certain;
   /* [count] The smallest network output of all instances: below 0 means occluded. NIF_LOGIT_CERTAIN if every
    * instance was decided without its network, -NIF_LOGIT_CERTAIN if one was decided to block. Networks of
-   * different objects may have different scales. */
+   * different objects may have different scales. An asset may be baked to lean to one side (nif bake --lean):
+   * then its outputs are less by a threshold, and its probabilities are not. */
   int32_t* logit;
 
   NifMemory memory; /* where all the arrays are */

@@ -21,6 +21,7 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace nifkit {
 
@@ -111,6 +112,15 @@ class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
     auto info = sized<NifAssetInfo>();
     check(nifGetAssetInfo(pointer_, &info));
     return info;
+  }
+  /// All parts, in order.
+  std::vector<NifPartInfo> parts() const {
+    std::vector<NifPartInfo> all;
+    for (auto info = sized<NifPartInfo>();; all.push_back(info)) {
+      const NifError error = nifGetPartInfo(pointer_, uint32_t(all.size()), &info);
+      if (error == NIF_ERROR_INVALID_ARGUMENT && !all.empty()) return all;
+      check(error);
+    }
   }
   NifObjectInfo object(uint32_t index) const {
     auto info = sized<NifObjectInfo>();

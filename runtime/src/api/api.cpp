@@ -154,6 +154,13 @@ NifError nifGetAssetInfo(NifAsset asset, NifAssetInfo* info) {
   });
 }
 
+NifError nifGetPartInfo(NifAsset asset, uint32_t part, NifPartInfo* info) {
+  return guarded([&] {
+    auto& the_asset = get(asset);
+    write_structure(info, describe_part(the_asset, part), "info");
+  });
+}
+
 NifError nifGetObjectInfo(NifAsset asset, uint32_t object, NifObjectInfo* info) {
   return guarded([&] {
     auto& the_asset = get(asset);

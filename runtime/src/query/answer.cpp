@@ -54,7 +54,7 @@ void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, Work
   }
   if (wanted.probability)
     for (uint32_t i = 0; i < count; ++i)
-      area.probability[i] = kernels::visible_probability(area.answers.logit[i], object.logit_scale);
+      area.probability[i] = kernels::visible_probability(area.answers.logit[i], object.calibration);
 }
 
 /// Sets out each ray at the root. Those that are none, or miss everything, are not active.
@@ -124,7 +124,7 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
       const bool certain = area.object_answers.certain[k] &&
                            stays_certain(scene.instances[pairs[k].instance], object.reach_scale,
                                          get(area.rays, i), get(area.object_rays, k));
-      area.combined[i].add(logit, certain, object.logit_scale, wanted.probability);
+      area.combined[i].add(logit, certain, object.calibration, wanted.probability);
       decided = area.combined[i].blocked_for_certain();
     } else if (decided) {
       area.answers.logit[i] = logit;

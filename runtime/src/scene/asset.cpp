@@ -1,6 +1,10 @@
 // Loading assets and telling what is in them.
 #include "scene/asset.hpp"
 
+#include <array>
+#include <span>
+#include <string_view>
+
 #include "api/error.hpp"
 
 void NifAssetObject::drop_bytes() {
@@ -61,6 +65,63 @@ const format::ObjectView& object_of(const NifAssetObject& asset, uint32_t object
   return asset.view.objects[object];
 }
 
+namespace {
+
+/// All that an asset takes, of a file and of memory. Nothing is left out, nothing is counted twice.
+class Parts {
+ public:
+  explicit Parts(const NifAssetObject& asset) {
+    const format::AssetView& view = asset.view;
+    const bool kept = !view.bytes.empty();
+    const format::FileParts now = format::bytes_by_part(view);
+    uint64_t rest = asset.file_bytes - view.metadata.size();
+    for (size_t i = 0; i < now.size(); ++i) {
+      const uint64_t file = asset.file_parts[i];
+      add(now[i].name, file, (kept ? file : 0) + now[i].decoded);
+      if (std::string_view(now[i].name) == "network")
+        parts_[count_ - 1].resident_bytes += asset.copies.resident_bytes();
+      rest -= file;
+    }
+    add("metadata", view.metadata.size(), view.metadata.size());
+    add("shell", rest, kept ? rest : asset.texts.capacity() - view.metadata.size());
+    kernels::BuiltBytes built;
+    uint64_t kernels = asset.kernels.capacity() * sizeof(KernelPointer);
+    for (const KernelPointer& kernel : asset.kernels) {
+      built.walk_words += kernel->built_bytes().walk_words;
+      built.corner_bricks += kernel->built_bytes().corner_bricks;
+      kernels += kernel.get_deleter().bytes;
+    }
+    add("walk_words", 0, built.walk_words);
+    add("corner_bricks", 0, built.corner_bricks);
+    add("views", 0, sizeof(NifAssetObject) + asset.name.capacity() + view.view_bytes() + kernels);
+  }
+
+  std::span<const NifPartInfo> all() const { return {parts_.data(), count_}; }
+  uint64_t resident_bytes() const {
+    uint64_t sum = 0;
+    for (const NifPartInfo& part : all()) sum += part.resident_bytes;
+    return sum;
+  }
+
+ private:
+  void add(const char* name, uint64_t file, uint64_t resident) {
+    parts_[count_++] = {0, name, file, resident};
+  }
+
+  std::array<NifPartInfo, std::tuple_size_v<format::FileParts> + 5> parts_;
+  size_t count_ = 0;
+};
+
+}  // namespace
+
+NifPartInfo describe_part(const NifAssetObject& asset, uint32_t part) {
+  const Parts parts(asset);
+  if (part >= parts.all().size())
+    refuse_argument(std::string(asset.name) + ": no part " + std::to_string(part) + "; there are only " +
+                    std::to_string(parts.all().size()));
+  return parts.all()[part];
+}
+
 NifAssetInfo describe(const NifAssetObject& asset) {
   const format::AssetView& view = asset.view;
   NifAssetInfo info{};
@@ -69,11 +130,7 @@ NifAssetInfo describe(const NifAssetObject& asset) {
   info.network_count = view.network_count();
   info.format_version = format::kVersion;
   info.file_bytes = asset.file_bytes;
-  info.resident_bytes = sizeof(NifAssetObject) + asset.name.capacity() + view.resident_bytes() +
-                        asset.texts.capacity() + asset.kernels.capacity() * sizeof(KernelPointer) +
-                        asset.copies.resident_bytes();
-  for (const KernelPointer& kernel : asset.kernels)
-    info.resident_bytes += kernel.get_deleter().bytes + kernel->resident_bytes();
+  info.resident_bytes = Parts(asset).resident_bytes();
   info.metadata = view.metadata.empty() ? nullptr : view.metadata.data();
   info.metadata_bytes = view.metadata.size();
   info.gpu_bytes = asset.gpu_bytes;
@@ -90,7 +147,8 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   std::copy(view.aabb_max.begin(), view.aabb_max.end(), info.bounds_max);
   info.bias = view.bias;
   info.triangles = view.triangles;
-  info.resident_bytes = bytes_of(view) + sizeof(format::ObjectView) + asset.kernels[object]->resident_bytes();
+  const kernels::BuiltBytes built = asset.kernels[object]->built_bytes();
+  info.resident_bytes = bytes_of(view) + sizeof(format::ObjectView) + built.walk_words + built.corner_bricks;
   return info;
 }
 

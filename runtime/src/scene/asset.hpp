@@ -2,6 +2,7 @@
 // the bytes any more, they are freed, and the views keep names, boxes and numbers.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <string>
 
@@ -20,6 +21,8 @@ struct NifAssetObject : nif::runtime::Object {
         copies(owner->memory()),
         kernels(owner->memory()),
         file_bytes(memory.bytes().size()) {
+    const nif::format::FileParts parts = nif::format::bytes_by_part(view);
+    for (size_t i = 0; i < parts.size(); ++i) file_parts[i] = parts[i].bytes;
     kernels.reserve(view.objects.size());
     for (const nif::format::ObjectView& object : view.objects)
       kernels.push_back(nif::runtime::make_kernel(object, owner->configuration.isa, owner->memory(), copies));
@@ -40,6 +43,8 @@ struct NifAssetObject : nif::runtime::Object {
   nif::runtime::SharedCopies copies;  ///< that kernels read
   std::pmr::vector<nif::runtime::KernelPointer> kernels;  ///< [object] answers it
   uint64_t file_bytes;
+  /// As bytes_by_part() of the file, whether that is let go or not.
+  std::array<uint64_t, std::tuple_size_v<nif::format::FileParts>> file_parts;
   nif::runtime::GpuAsset* on_gpu = nullptr;  ///< once a scene with it was committed
   std::atomic<uint64_t> gpu_bytes = 0;
 
@@ -56,6 +61,8 @@ void release(NifAssetObject* asset);
 /// Checked access; throws Failure where the asset has no such object.
 const format::ObjectView& object_of(const NifAssetObject& asset, uint32_t object);
 NifAssetInfo describe(const NifAssetObject& asset);
+/// Checked access; throws Failure where there is no such part.
+NifPartInfo describe_part(const NifAssetObject& asset, uint32_t part);
 NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object);
 NifInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t instance);
 

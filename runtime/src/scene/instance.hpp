@@ -16,7 +16,7 @@ inline constexpr Transform kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 struct PlacedObject {
   const format::ObjectView* view;
   const kernels::ObjectKernel* kernel;  ///< answers it
-  float logit_scale;
+  kernels::Calibration calibration;
   float reach_scale;  ///< kernels::reach_scale()
 };
 

@@ -52,7 +52,7 @@ uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
     const format::ObjectView& view = asset->view.objects[i];
     const kernels::AnyField field = field_of(view);
     scene.objects.push_back(
-        {&view, asset->kernels[i].get(), kernels::logit_scale(field), kernels::reach_scale(field)});
+        {&view, asset->kernels[i].get(), kernels::calibration(field), kernels::reach_scale(field)});
   }
   return uint32_t(first);
 }

@@ -1,0 +1,195 @@
+// Entropy coding of bits: an adaptive binary range coder (after Martin 1979, and Pavlov's LZMA). A bit that
+// its model expects takes little, and models learn as they go. All of it is in integers, so that the bytes
+// are the same everywhere.
+//
+// An encoder and a decoder have the same functions, so that what models a kind of data is written once, for
+// both: bit(model, value) returns `value` when it encodes, and the value that was encoded when it decodes.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace nif {
+
+/// How likely a bit is to be 1, from those that came before: the mean of two estimates. One soon forgets; the
+/// other weighs all bits alike until it has seen many.
+class BitModel {
+ public:
+  /// Of 2^16; never 0, and never 2^16.
+  uint32_t probability() const { return (uint32_t{quick_} + steady_) >> 1; }
+  void learn(bool bit) {
+    const uint32_t share = kShares[seen_];
+    seen_ = uint8_t(seen_ + (seen_ + 1u < kShares.size()));
+    if (bit) {
+      quick_ = uint16_t(quick_ + ((kOne - quick_) >> kQuick));
+      steady_ = uint16_t(steady_ + ((kOne - steady_) * share >> 16));
+    } else {
+      quick_ = uint16_t(quick_ - (quick_ >> kQuick));
+      steady_ = uint16_t(steady_ - (steady_ * share >> 16));
+    }
+  }
+
+ private:
+  static constexpr uint32_t kOne = 1 << 16, kQuick = 4;
+  /// How much of 2^16 the next bit counts, by how many there were: 1 / (bits + 1.5).
+  static constexpr std::array<uint16_t, 255> kShares = [] {
+    std::array<uint16_t, 255> shares{};
+    for (uint32_t bits = 0; bits < shares.size(); ++bits) shares[bits] = uint16_t(2 * kOne / (2 * bits + 3));
+    return shares;
+  }();
+
+  uint16_t quick_ = kOne / 2, steady_ = kOne / 2;
+  uint8_t seen_ = 0;
+};
+
+/// Appends to the bytes it is given. Not thread-safe, as all here.
+class RangeEncoder {
+ public:
+  bool bit(BitModel& model, bool value) {
+    const uint32_t bound = (range_ >> 16) * model.probability();
+    if (value) {
+      range_ = bound;
+    } else {
+      low_ += bound;
+      range_ -= bound;
+    }
+    model.learn(value);
+    while (range_ < kLeastRange) {
+      shift();
+      range_ <<= 8;
+    }
+    return value;
+  }
+  /// The bytes; nothing can be encoded after this.
+  std::vector<std::byte> finish() {
+    for (int i = 0; i < 5; ++i) shift();
+    bytes_.erase(bytes_.begin());  // a 0, which a carry never reaches
+    return std::move(bytes_);
+  }
+
+ private:
+  friend class RangeDecoder;
+  static constexpr uint32_t kLeastRange = 1 << 24;
+
+  /// Moves the highest byte of low_ out. Bytes of 255 wait, because a carry may still come.
+  void shift() {
+    if (low_ < 0xff000000u || low_ > 0xffffffffu) {
+      const auto carry = uint8_t(low_ >> 32);
+      bytes_.push_back(std::byte(uint8_t(held_ + carry)));
+      for (; waiting_ > 0; --waiting_) bytes_.push_back(std::byte(uint8_t(0xff + carry)));
+      held_ = uint8_t(low_ >> 24);
+    } else {
+      ++waiting_;
+    }
+    low_ = (low_ & 0x00ffffff) << 8;
+  }
+
+  std::vector<std::byte> bytes_;
+  uint64_t low_ = 0, waiting_ = 0;
+  uint32_t range_ = 0xffffffffu;
+  uint8_t held_ = 0;
+};
+
+/// Any bytes decode to something; complete() says whether an encoder made them. Never reads beyond them.
+class RangeDecoder {
+ public:
+  explicit RangeDecoder(std::span<const std::byte> bytes) : bytes_(bytes) {
+    for (int i = 0; i < 4; ++i) shift();
+    possible_ = code_ < range_;
+  }
+  bool bit(BitModel& model, bool = false) {
+    const uint32_t bound = (range_ >> 16) * model.probability();
+    const bool value = code_ < bound;
+    if (value) {
+      range_ = bound;
+    } else {
+      code_ -= bound;
+      range_ -= bound;
+    }
+    model.learn(value);
+    while (range_ < RangeEncoder::kLeastRange) {
+      shift();
+      range_ <<= 8;
+    }
+    return value;
+  }
+  /// After the last bit: these are the bytes that an encoder makes of the bits, and all of them. There is one
+  /// such string of bytes, because an encoder ends with the lowest number of its range.
+  bool complete() const { return possible_ && code_ == 0 && at_ == bytes_.size(); }
+
+ private:
+  /// Bytes beyond the end count as 0.
+  void shift() {
+    code_ = code_ << 8 | (at_ < bytes_.size() ? uint32_t(bytes_[at_]) : 0u);
+    ++at_;
+  }
+
+  std::span<const std::byte> bytes_;
+  size_t at_ = 0;
+  uint32_t code_ = 0, range_ = 0xffffffffu;
+  bool possible_ = false;
+};
+
+/// A number of so many bits, the highest first, each in the context of those before it.
+template <uint32_t kBits>
+class SymbolModel {
+ public:
+  template <class Coder>
+  uint32_t code(Coder& coder, uint32_t value) {
+    uint32_t node = 1;
+    for (uint32_t b = kBits; b-- > 0;) node = node << 1 | uint32_t(coder.bit(models_[node], value >> b & 1));
+    return node - (1u << kBits);
+  }
+
+ private:
+  std::array<BitModel, 1u << kBits> models_;
+};
+
+/// A number from 0 on, small as a rule: how many bits it takes, then these (exponential Golomb code). It is
+/// below 2^kMostBits - 1.
+template <uint32_t kMostBits>
+class NumberModel {
+ public:
+  template <class Coder>
+  uint32_t code(Coder& coder, uint32_t value) {
+    const uint32_t width = uint32_t(std::bit_width(value + 1)) - 1;  // without the leading 1
+    uint32_t bits = 0;
+    while (bits + 1 < kMostBits && coder.bit(widths_[bits], bits < width)) ++bits;
+    uint32_t node = 1;
+    for (uint32_t b = bits; b-- > 0;) {
+      // The highest two matter; those below are nearly random.
+      BitModel& model = bits - b <= 2 ? high_[bits][node & 3] : low_[b];
+      node = node << 1 | uint32_t(coder.bit(model, (value + 1) >> b & 1));
+    }
+    return node - 1;
+  }
+
+ private:
+  std::array<BitModel, kMostBits> widths_;
+  std::array<std::array<BitModel, 4>, kMostBits> high_;
+  std::array<BitModel, kMostBits> low_;
+};
+
+/// A difference, small as a rule: from -2^kMostBits + 1 to 2^kMostBits - 1.
+template <uint32_t kMostBits>
+class DifferenceModel {
+ public:
+  template <class Coder>
+  int32_t code(Coder& coder, int32_t value) {
+    if (!coder.bit(some_, value != 0)) return 0;
+    const bool negative = coder.bit(negative_, value < 0);
+    const int32_t size = int32_t(size_.code(coder, uint32_t(value < 0 ? -value : value) - 1)) + 1;
+    return negative ? -size : size;
+  }
+
+ private:
+  BitModel some_, negative_;
+  NumberModel<kMostBits> size_;
+};
+
+}  // namespace nif

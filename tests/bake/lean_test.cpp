@@ -1,0 +1,298 @@
+// Answers that lean: the threshold that is looked for, and what it makes of a field's answers.
+#include "bake/segment/lean.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "bake/oracle/evaluate.hpp"
+#include "bake/oracle/prepare.hpp"
+#include "bake/steps.hpp"
+#include "formats/nif/reader.hpp"
+#include "formats/nif/writer.hpp"
+#include "kernels/reference/scene.hpp"
+#include "tests/bake/quiet_bake.hpp"
+#include "tests/support/random_asset.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using bake::HeldOut;
+using bake::least_move;
+using bake::Mistake;
+using bake::RaySet;
+
+/// `count` values from 0 up, `step` apart, in an order of its own.
+std::vector<uint32_t> ladder(uint32_t count, uint32_t step) {
+  std::vector<uint32_t> values;
+  for (uint32_t i = 0; i < count; ++i) values.push_back((i * 7919 % count) * step);
+  return values;
+}
+
+TEST(LeastMove, IsTheSmallestThatShowsTheRate) {
+  for (const double rate : {0.0005, 0.001, 0.0099, 0.02}) {
+    SCOPED_TRACE(rate);
+    HeldOut set{100'000, ladder(1009, 3)};
+    const std::optional<uint32_t> move = least_move(std::span(&set, 1), rate);
+    ASSERT_TRUE(move);
+    const auto bound = [&](uint32_t moved) {
+      return bake::rate_bound(set.rays, uint64_t(std::ranges::count_if(
+                                            set.excess, [&](uint32_t excess) { return excess >= moved; })));
+    };
+    EXPECT_LE(bound(*move), rate);
+    if (*move > 0) {
+      EXPECT_GT(bound(*move - 1), rate);
+    }
+    EXPECT_EQ(*move == 0, rate > 0.01) << "1009 of 100,000 rays";
+  }
+}
+
+TEST(LeastMove, IsThatOfTheWorstSet) {
+  const auto move = [](std::vector<HeldOut> sets) { return least_move(sets, 0.001); };
+  const HeldOut good{1'000'000, ladder(500, 1)}, bad{1'000'000, ladder(5003, 2)}, none{};
+  EXPECT_EQ(move({good}), 0u);
+  const std::optional<uint32_t> worst = move({bad});
+  ASSERT_TRUE(worst);
+  EXPECT_GT(*worst, 0u);
+  EXPECT_EQ(move({good, bad}), worst);
+  EXPECT_EQ(move({bad, none, good}), worst);
+  EXPECT_EQ(move({none}), 0u);
+}
+
+TEST(LeastMove, MovesPastAllThatAreAlike) {
+  HeldOut set{100'000, std::vector<uint32_t>(1000, 77)};
+  EXPECT_EQ(least_move(std::span(&set, 1), 0.001), 78u);
+  EXPECT_EQ(least_move(std::span(&set, 1), 0.02), 0u);
+}
+
+TEST(LeastMove, NeedsEnoughRays) {
+  // Without any mistake among n rays the rate is below 1 - 0.01^(1/n).
+  HeldOut few{9208, {}}, enough{9209, {}};
+  EXPECT_EQ(least_move(std::span(&few, 1), 0.0005), std::nullopt);
+  EXPECT_EQ(least_move(std::span(&enough, 1), 0.0005), 0u);
+  enough.excess = {40, 10};
+  EXPECT_EQ(least_move(std::span(&enough, 1), 0.0005), 41u);
+  EXPECT_EQ(least_move(std::span(&enough, 1), 1), 0u);
+}
+
+TEST(Threshold, LowersOutputsAndLeavesProbabilities) {
+  Random random(5);
+  for (int i = 0; i < 20; ++i) {
+    const format::Network network = random_network(random, 24);
+    format::Network leaning = network;
+    const int32_t by = random.between(-50'000, 50'000);
+    format::lean(leaning, by);
+    const format::OutputRange range = format::output_range(network);
+    format::SegmentData data;
+    const kernels::SegmentField before = format::field_of(data, network),
+                                after = format::field_of(data, leaning);
+    for (int k = 0; k < 200; ++k) {
+      uint8_t inputs[24];
+      for (uint8_t& input : inputs) input = uint8_t(random.below(128));
+      const int32_t output = kernels::evaluate_network(before.network, inputs),
+                    leant = kernels::evaluate_network(after.network, inputs);
+      EXPECT_GE(output, range.least);
+      EXPECT_LE(output, range.largest);
+      EXPECT_EQ(leant, output - by);
+      EXPECT_EQ(kernels::visible_probability(output, kernels::calibration(before)),
+                kernels::visible_probability(leant, kernels::calibration(after)));
+    }
+  }
+}
+
+bake::BakeOptions quick() {
+  bake::BakeOptions options;
+  options.encoding = "segment";
+  options.preset = bake::Preset::fast;
+  options.resolution = 24;
+  options.effort = 0.02;
+  options.evaluation_rays = 20'000;
+  return options;
+}
+
+/// What a field answers to rays that no bake has drawn.
+struct FreshAnswers {
+  std::vector<uint8_t> truth, visible, certain;
+  std::vector<float> probability;
+
+  FreshAnswers(const bake::RaySource& source, RaySet set, const format::Asset& asset) {
+    const bake::LabelledRays rays = bake::make_ray_set(source, set, 200'000, 12345);
+    truth = rays.visible;
+    const size_t count = rays.segments.size();
+    visible.resize(count), certain.resize(count), probability.resize(count);
+    bake::reference_answerer(format::field_of(asset, asset.objects[0]))(
+        rays.segments, {visible.data(), certain.data(), probability.data()});
+  }
+  double rate(Mistake mistake) const {
+    size_t wrong = 0;
+    for (size_t i = 0; i < truth.size(); ++i)
+      wrong += truth[i] != visible[i] && (truth[i] != 0) == (mistake == Mistake::spurious);
+    return double(wrong) / double(truth.size());
+  }
+};
+
+class Leaning : public testing::TestWithParam<Mistake> {
+ protected:
+  const Mistake mistake_ = GetParam(), other_ = mistake_ == Mistake::leak ? Mistake::spurious : Mistake::leak;
+  const mesh::Scene scene_ = scene_of({torus(80, 40)});
+  const bake::Prepared prepared_ = bake::prepare(scene_.meshes[0]);
+  const bake::GroundTruth truth_{prepared_};
+};
+
+const bake::LeanReport& lean_of(const bake::BakeResult& result, size_t object = 0) {
+  return std::get<bake::SegmentBaking::Report>(result.objects[object].own).lean.value();
+}
+
+TEST_P(Leaning, KeepsTheRateOnFreshRaysAndTheProbabilities) {
+  constexpr double kRate = 0.002;
+  bake::BakeOptions options = quick();
+  const bake::BakeResult upright = bake_quietly(scene_, options);
+  EXPECT_FALSE(std::get<bake::SegmentBaking::Report>(upright.objects[0].own).lean);
+  EXPECT_EQ(upright.asset.networks[0].threshold, 0);
+  options.lean = {mistake_, kRate};
+  const bake::BakeResult leaning = bake_quietly(scene_, options);
+
+  // The same field, but for the threshold.
+  const int32_t threshold = leaning.asset.networks[0].threshold;
+  EXPECT_EQ(threshold > 0, mistake_ == Mistake::leak);
+  EXPECT_EQ(threshold < 0, mistake_ == Mistake::spurious);
+  format::Asset moved = upright.asset;
+  format::lean(moved.networks[0], threshold);
+  moved.metadata = leaning.asset.metadata;
+  EXPECT_TRUE(format::encode(moved) == format::encode(leaning.asset));
+
+  double before = 0, after = 0, price = 0;
+  for (const RaySet set : bake::kRaySets) {
+    SCOPED_TRACE(bake::name_of(set));
+    const FreshAnswers plain(truth_.source(), set, upright.asset), leant(truth_.source(), set, leaning.asset);
+    EXPECT_LE(leant.rate(mistake_), kRate);
+    EXPECT_GE(leant.rate(other_), plain.rate(other_));
+    price += leant.rate(other_) - plain.rate(other_);
+    EXPECT_EQ(plain.certain, leant.certain);
+    EXPECT_EQ(std::memcmp(plain.probability.data(), leant.probability.data(),
+                          plain.probability.size() * sizeof(float)),
+              0);
+    before = std::max(before, plain.rate(mistake_));
+    after = std::max(after, leant.rate(mistake_));
+  }
+  EXPECT_GT(price, 0);
+  EXPECT_GT(before, kRate) << "nothing had to lean";
+  EXPECT_GT(after, kRate / 2) << "leans farther than it has to";
+
+  // What the bake says of it.
+  const bake::LeanReport& report = lean_of(leaning);
+  EXPECT_EQ(report.threshold, threshold);
+  EXPECT_FALSE(report.proven);
+  for (const RaySet set : bake::kRaySets) {
+    const bake::LeanReport::Set& reached = report.sets[size_t(set)];
+    EXPECT_GE(reached.rays, 200'000u) << bake::name_of(set);
+    EXPECT_EQ(reached.bound, bake::rate_bound(reached.rays, reached.wrong));
+    EXPECT_LE(reached.bound, kRate);
+  }
+  EXPECT_GT(report.sets[size_t(report.worst())].bound, 0.9 * kRate);
+  const auto metadata = nlohmann::json::parse(leaning.asset.metadata);
+  EXPECT_EQ(metadata["options"]["lean"]["against"], bake::name_of(mistake_));
+  EXPECT_EQ(metadata["options"]["lean"]["rate"], kRate);
+  const auto& stated = metadata["objects"][0]["lean"];
+  EXPECT_EQ(stated["threshold"], threshold);
+  EXPECT_LE(stated["sets"]["segments"]["bound"].get<double>(), kRate);
+  EXPECT_LE(stated["sets"]["segments"][bake::name_of(mistake_)].get<double>(), kRate);
+  EXPECT_FALSE(nlohmann::json::parse(upright.asset.metadata)["options"].contains("lean"));
+  EXPECT_FALSE(nlohmann::json::parse(upright.asset.metadata)["objects"][0].contains("lean"));
+}
+
+TEST_P(Leaning, AtARateOfNoneCallsAllOpenRaysAlike) {
+  bake::BakeOptions options = quick();
+  // The second rate is too low for any number of rays that is drawn.
+  options.lean = {mistake_, 0};
+  const bake::BakeResult result = bake_quietly(scene_, options);
+  EXPECT_TRUE(lean_of(result).proven);
+  // A rate too low for any number of rays that would be drawn.
+  options.lean->rate = 1e-9;
+  const bake::BakeResult low = bake_quietly(scene_, options);
+  EXPECT_TRUE(lean_of(low).proven);
+  EXPECT_EQ(lean_of(low).threshold, lean_of(result).threshold);
+  uint64_t open = 0;
+  for (const RaySet set : bake::kRaySets) {
+    const FreshAnswers answers(truth_.source(), set, result.asset);
+    EXPECT_EQ(answers.rate(mistake_), 0) << bake::name_of(set);
+    for (size_t i = 0; i < answers.truth.size(); ++i) {
+      if (answers.certain[i]) continue;
+      ++open;
+      ASSERT_EQ(answers.visible[i] != 0, mistake_ == Mistake::spurious);
+    }
+  }
+  EXPECT_GT(open, 10'000u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, Leaning, testing::Values(Mistake::leak, Mistake::spurious),
+                         [](const auto& test) { return std::string(bake::name_of(test.param)); });
+
+TEST(Lean, IsOfEachObjectAndTheSameForAnyNumberOfThreads) {
+  const mesh::Scene scene = scene_of({torus(40, 20), icosphere(3)});
+  bake::BakeOptions options = quick();
+  options.lean = {Mistake::leak, 0.002};
+  const auto baked = [&](size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    return bake_quietly(scene, options);
+  };
+  const bake::BakeResult one = baked(1);
+  EXPECT_TRUE(format::encode(one.asset) == format::encode(baked(2).asset));
+  for (size_t i = 0; i < 2; ++i) EXPECT_EQ(one.asset.networks[i].threshold, lean_of(one, i).threshold);
+  EXPECT_NE(one.asset.networks[0].threshold, one.asset.networks[1].threshold);
+}
+
+TEST(Lean, IsMeasuredWhereAnErrorIsLimited) {
+  const mesh::Scene scene = scene_of({torus(80, 40)});
+  bake::BakeOptions options = quick();
+  const double upright = bake::error_bound(bake_quietly(scene, options).sets).bound;
+  options.lean = {Mistake::leak, 0.002};
+  options.max_error = 0.03;
+  const bake::BakeResult leaning = bake_quietly(scene, options);
+  // The first bake is the field that is baked without a limit, and is more often wrong because it leans.
+  ASSERT_GT(leaning.objects[0].bakes.size(), 1u);
+  EXPECT_GT(leaning.objects[0].bakes[0].second, 1.1 * upright);
+  EXPECT_LE(bake::error_bound(leaning.sets).bound, *options.max_error);
+  // What is reported is of the field that was kept.
+  const bake::LeanReport& report = lean_of(leaning);
+  EXPECT_EQ(report.threshold, leaning.asset.networks[0].threshold);
+  EXPECT_LE(report.sets[size_t(report.worst())].bound, 0.002);
+}
+
+TEST(Lean, IsKnownToTheChoiceOfAnEncoding) {
+  const mesh::Scene scene = scene_of({torus(150, 60)});
+  bake::BakeOptions options = quick();
+  options.resolution.reset();
+  options.encoding = bake::kAutomatic;
+  const bake::BakeResult upright = bake_quietly(scene, options);
+  ASSERT_EQ(upright.objects[0].encoding, "segment");
+  // All open answers alike are too many wrong ones for what the field saves; and a BVH need not lean.
+  options.lean = {Mistake::leak, 0};
+  const bake::BakeResult leaning = bake_quietly(scene, options);
+  EXPECT_GT(*leaning.objects[0].cost_of("segment")->error, *upright.objects[0].cost_of("segment")->error);
+  EXPECT_EQ(leaning.objects[0].encoding, "bvh") << leaning.objects[0].reason;
+  EXPECT_EQ(nlohmann::json::parse(leaning.asset.metadata)["options"]["lean"]["rate"], 0);
+  options.encoding = "bvh";
+  EXPECT_EQ(bake_quietly(scene, options).objects[0].encoding, "bvh");
+}
+
+TEST(Lean, IsRefusedWhereItMeansNothing) {
+  const mesh::Scene scene = scene_of({icosphere(1)});
+  bake::BakeOptions options = quick();
+  for (const double rate : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+    options.lean = {Mistake::leak, rate};
+    EXPECT_EQ(status_of(scene, options), Status::usage);
+  }
+  options = bake::BakeOptions();
+  options.encoding = "spherical";
+  options.preset = bake::Preset::paper;
+  options.lean = {Mistake::leak, 0.1};
+  EXPECT_EQ(status_of(scene, options), Status::usage);
+}
+
+}  // namespace
+}  // namespace nif::test

@@ -1,0 +1,64 @@
+// A study, not a test: what the rays of an object take of the fast kernels, as the baker counts it to compare
+// encodings (bake/work.hpp). docs/results/work.sh holds it against measured times.
+//
+//   ray_counts ASSET MESH RAYS
+//
+// ASSET has one object, `segment` or `bvh`, baked from MESH. Prints a line for each ray set that nif bench
+// has, tab-separated: the set, the first and the second count a ray (pieces and rays that ask the network, or
+// nodes and leaves), and the nanoseconds that the baker takes them for. The rays are those of nif bench.
+#include <fmt/format.h>
+
+#include <cstdlib>
+
+#include "bake/encodings.hpp"
+#include "bake/oracle/prepare.hpp"
+#include "formats/base/status.hpp"
+#include "formats/mesh/read.hpp"
+#include "formats/nif/file_memory.hpp"
+#include "formats/nif/reader.hpp"
+
+namespace {
+
+using namespace nif;
+
+void print(bake::RaySet set, size_t rays, uint64_t first, uint64_t second, double nanoseconds) {
+  const auto each = [&](double sum) { return sum / double(rays); };
+  fmt::print("{}\t{}\t{}\t{}\n", bake::name_of(set), each(double(first)), each(double(second)),
+             each(nanoseconds));
+}
+
+void run(const std::string& path, const std::string& mesh, uint64_t count) {
+  const format::FileMemory memory = format::FileMemory::load(path, format::FileMemory::Mode::read);
+  const format::AssetView view = format::read_asset(memory.bytes(), path);
+  const mesh::Scene scene = mesh::read(mesh);
+  const bake::PreparedScene prepared = bake::prepare(scene);
+  if (view.objects.size() != 1 || prepared.objects.size() != 1)
+    throw Error(Status::usage, path + ": there is not one object alone");
+  const bake::GroundTruth truth(prepared.objects.front());
+  for (const bake::RaySet set : bake::kRaySets) {
+    const auto rays = bake::draw_ray_set(truth.source(), set, count, 2).segments;
+    if (rays.empty()) continue;
+    if (const auto* field = std::get_if<format::SegmentView>(&view.objects.front().content)) {
+      const bake::SegmentCounts counts = bake::count_work(field->field, rays);
+      print(set, rays.size(), counts.pieces, counts.ambiguous, counts.nanoseconds());
+    } else {
+      const bake::BvhCounts counts = bake::count_work(view.objects.front().as<format::BvhView>().field, rays);
+      print(set, rays.size(), counts.nodes, counts.leaves, counts.nanoseconds());
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 4) {
+    fmt::print(stderr, "usage: ray_counts ASSET MESH RAYS\n");
+    return int(Status::usage);
+  }
+  try {
+    run(argv[1], argv[2], std::strtoull(argv[3], nullptr, 10));
+  } catch (const Error& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return int(error.status());
+  }
+}
