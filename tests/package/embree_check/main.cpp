@@ -146,7 +146,8 @@ struct Check {
   std::vector<std::unique_ptr<NifGeometry>> geometries;
   bool failed = false;
 
-  /// One line a call; `allowed` is the share of rays whose answers may differ.
+  /// One line a call; `allowed` is the share of rays whose answers may differ. Rays of no length, tmin ==
+  /// tmax, are left to Embree in streams: it may drop them before it asks about them.
   void compare(const char* what, RTCScene scene, const std::vector<Placement>& placements, double allowed) {
     nifkit::Scene nif(device);
     for (const Placement& placement : placements) nif.add(asset, placement.object, placement.transform);
@@ -164,23 +165,26 @@ struct Check {
         failed = true;
       }
     };
-    const auto see = [&](const char* call, const std::vector<uint8_t>& got, bool lanes_left_out) {
+    enum class Call { one, packet, stream };
+    const auto see = [&](const char* call, const std::vector<uint8_t>& got, Call kind) {
       size_t wrong = 0;
-      for (size_t i = 0; i < rays.size(); ++i)
-        wrong += lanes_left_out && i % 7 == 0 ? got[i] != kNotAsked : got[i] != expected[i];
+      for (size_t i = 0; i < rays.size(); ++i) {
+        if (kind == Call::stream && rays[i].tmin == rays[i].tmax) continue;
+        wrong += kind == Call::packet && i % 7 == 0 ? got[i] != kNotAsked : got[i] != expected[i];
+      }
       const bool fine = double(wrong) <= allowed * double(rays.size());
       std::printf("  %-22s %6zu differ%s\n", call, wrong, fine ? "" : "  FAILED");
       failed |= !fine;
     };
     draw(false);
-    see("rtcOccluded1", ask_singles(scene, rays), false);
-    see("rtcOccluded4", ask_packets<4, RTCRay4>(scene, rays, rtcOccluded4), true);
-    see("rtcOccluded8", ask_packets<8, RTCRay8>(scene, rays, rtcOccluded8), true);
-    see("rtcOccluded16", ask_packets<16, RTCRay16>(scene, rays, rtcOccluded16), true);
-    see("rtcOccluded1M", ask_stream(scene, rays, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT), false);
+    see("rtcOccluded1", ask_singles(scene, rays), Call::one);
+    see("rtcOccluded4", ask_packets<4, RTCRay4>(scene, rays, rtcOccluded4), Call::packet);
+    see("rtcOccluded8", ask_packets<8, RTCRay8>(scene, rays, rtcOccluded8), Call::packet);
+    see("rtcOccluded16", ask_packets<16, RTCRay16>(scene, rays, rtcOccluded16), Call::packet);
+    see("rtcOccluded1M", ask_stream(scene, rays, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT), Call::stream);
     // Embree 3.13 never returns from this call for rays that are not coherent, among instances of whatever.
     draw(true);
-    see("rtcOccluded1M coherent", ask_stream(scene, rays, RTC_INTERSECT_CONTEXT_FLAG_COHERENT), false);
+    see("rtcOccluded1M coherent", ask_stream(scene, rays, RTC_INTERSECT_CONTEXT_FLAG_COHERENT), Call::stream);
   }
 
   void flat() {
