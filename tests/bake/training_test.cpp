@@ -188,7 +188,8 @@ TEST(TrainingRays, AreFoundAsTheReferenceFindsThem) {
 }
 
 TEST(TrainingRays, AreAmbiguousAndLabelledByTheOracle) {
-  const OccupiedObject o(torus(60, 30), 24);
+  // So coarse that all rays that are wanted are found.
+  const OccupiedObject o(torus(60, 30), 12);
   const bake::SurfaceCells cells(o.field);
   EXPECT_EQ(cells.cells.size(), o.occupancy.surface_voxels);
   const bake::OpenFilter filter(o.field);
