@@ -22,7 +22,7 @@ HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
 struct Scratch {
-  Sort leaping, passing;
+  RayTable rays;
   WalkLog log;
   OpenRays open;
   HardRays hard;
@@ -47,7 +47,7 @@ void answer_with(const PackedField& field, const SegmentBatch& batch, AnswerBatc
     return;
   }
   Scratch& s = *static_cast<Scratch*>(memory);
-  Walker walker(field, field.walk, batch, answers, s.leaping, s.passing, s.log, s.open, s.hard);
+  Walker walker(field, field.walk, batch, answers, s.rays, s.log, s.open, s.hard);
   while (walker.walk())
     answer_open<kAvxVnni>(field, batch, s.log, s.open, s.pending, s.inputs, answers, s.hard);
   for (uint32_t k = 0; k < s.hard.count; ++k) answer_by_reference(field, batch, s.hard.ray[k], answers);

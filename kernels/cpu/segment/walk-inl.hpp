@@ -1,9 +1,10 @@
 // The walk in SIMD: a ray to a lane.
 //
-// Rays that leap over empty voxels and rays that pass cells have lanes of their own, because a cell takes
-// more than twice the work of a leap. A ray whose next piece is of the other sort waits for a few others, and
-// they move together. There are several groups of lanes of each sort, which take turns, so that one's loads
-// hide another's.
+// There are several groups of lanes. A step has phases: lanes whose ray is done take another, links are
+// followed down to the piece that holds the ray, the piece is passed, and the word of the next voxel is
+// fetched. All groups go through one phase before any goes through the next, so that one's loads hide behind
+// another's arithmetic. Leaps over empty voxels and cells are passed by the same instructions, and nothing
+// within a phase branches on what rays do: neither can be predicted.
 //
 // Each axis is mirrored where the direction is negative: (k - o) * inv keeps its bits when all three change
 // sign, and so do heights when normals do, too. Every ray then walks upward. A step goes as far as the piece,
@@ -31,18 +32,15 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// Groups of lanes of one sort that take turns: while one's voxels are fetched, another goes on.
+/// Groups of lanes that take turns.
 constexpr uint32_t kGroups = 2;
 constexpr uint32_t kSlots = kGroups * kLanes;
-/// So many lanes of a group must have nothing to do before rays are moved: fewer cost more than they fill.
-constexpr uint32_t kIdleToLeap = kLanes * 3 / 8, kIdleToPass = kLanes / 4;
+/// So many lanes of a group must have nothing to do before they take other rays.
+constexpr uint32_t kIdleToTake = kLanes > 8 ? kLanes / 8 : 1;
 
-/// Rays that wait for lanes of one sort, before the others get to work; few, so that they stay in the nearest
-/// cache.
-inline constexpr uint32_t kWaitingRays = 64;
-/// Runs that are logged before answers are collected. Where those of a few
-/// rays are more than there is room for, the reference answers them.
-inline constexpr uint32_t kMaxOpenParts = 6 * kBatchRays;
+/// Open parts that are logged before answers are collected. Where those of a few rays are more than there is
+/// room for, the reference answers them.
+inline constexpr uint32_t kMaxOpenParts = 3 * kBatchRays;
 /// Runs of one ray that the network's part has room for.
 inline constexpr uint32_t kMaxPendingRuns = 32;
 
@@ -79,40 +77,40 @@ struct Rays {
   alignas(64) float members[kRayMembers][kRoom];
 };
 
-/// Rays of one sort.
-struct Sort {
-  /// All that wait, what comes from the batch, and both groups of the other sort, none of whose rays goes on.
-  static constexpr uint32_t kRoom = kWaitingRays + (1 + kGroups) * kLanes + kSlack;
+/// Rays that are walked, one to a lane, and rays that wait for a lane. Those that have come from the batch
+/// and wait are few, so that they stay in the nearest cache.
+struct RayTable {
   Rays<kSlots> slots;
-  Rays<kRoom> waiting;  ///< the last comes first
+  Rays<2 * kLanes + kSlack> waiting;  ///< the last comes first
 };
 
 /// What happens on the way, in the order of the steps, and sorted by ray at the end.
 struct WalkLog {
-  alignas(64) int32_t part_info[kMaxOpenParts + kSlack];  ///< a cell is open: for which ray,
-  float part_begin[kMaxOpenParts + kSlack];               ///< and from which t
-  float part_end[kMaxOpenParts + kSlack];                 ///< to which,
-  int32_t part_heights[kMaxOpenParts + kSlack];           ///< and how high both are
-  int32_t end_info[kBatchRays + kSlack];                  ///< a ray is done: RayInfo
-  float enter[kBatchRays + kSlack];                       ///< [ray]
-  float leave[kBatchRays + kSlack];                       ///< [ray]
-  int32_t flags[kBatchRays + kSlack];                     ///< [ray] RayFlags
+  // A cell is open: for which ray, from where to where, in t and in heights, and between which planes.
+  alignas(64) int32_t part_info[kMaxOpenParts + kSlack];
+  float part_begin[kMaxOpenParts + kSlack], part_end[kMaxOpenParts + kSlack];
+  float enter_height[kMaxOpenParts + kSlack], leave_height[kMaxOpenParts + kSlack];
+  int32_t part_word[kMaxOpenParts + kSlack];
+  float part_size[kMaxOpenParts + kSlack];
+  int32_t end_info[kBatchRays + kSlack];  ///< a ray is done: RayInfo
+  float enter[kBatchRays + kSlack];       ///< [ray]
+  float leave[kBatchRays + kSlack];       ///< [ray]
+  int32_t flags[kBatchRays + kSlack];     ///< [ray] RayFlags
   int32_t rank[kBatchRays + kSlack];  ///< [ray] among those that the walk leaves open; -1 where it does not
 };
 
 /// Lanes of a group, as bits.
 struct Lanes {
-  uint32_t held = 0;   ///< with a ray
-  uint32_t ready = 0;  ///< whose ray goes on here
-  uint32_t done = 0;   ///< whose ray is done
+  uint32_t ready = 0;  ///< with a ray that goes on
+  uint32_t done = 0;   ///< with one that is done, and not yet in the log
 };
 
 /// How far a walk is. Kept by itself, so that no store through a pointer can seem to change it.
 struct Progress {
-  Lanes leaping[kGroups], passing[kGroups];
-  uint32_t to_leap = 0, to_pass = 0;  ///< rays that wait
-  uint32_t parts = 0, ends = 0;       ///< in the log
-  bool full = false;                  ///< the log of open parts
+  Lanes lanes[kGroups];
+  uint32_t waiting = 0;          ///< rays
+  uint32_t parts = 0, ends = 0;  ///< in the log
+  bool full = false;             ///< the log of open parts
 };
 
 /// Rays that the walk leaves open: the first `count` ends of the log are theirs.
@@ -134,14 +132,14 @@ struct HardRays {
 class Walker {
  public:
   Walker(const SegmentField& field, const WalkGrid& grid, const SegmentBatch& batch, AnswerBatch& answers,
-         Sort& leaping, Sort& passing, WalkLog& log, OpenRays& open, HardRays& hard)
+         RayTable& rays, WalkLog& log, OpenRays& open, HardRays& hard)
       : field_(field),
         voxels_(reinterpret_cast<const int32_t*>(grid.voxels.data())),
         parts_(reinterpret_cast<const int32_t*>(grid.parts.data())),
+        levels_(grid.parts.empty() ? 0 : field.levels),
         batch_(batch),
         answers_(answers),
-        leaping_(leaping),
-        passing_(passing),
+        rays_(rays),
         log_(log),
         open_(open),
         hard_(hard) {
@@ -157,8 +155,12 @@ class Walker {
         reach_[octant] |= (negative ? 0x0f : 0xf0) << (8 + 8 * a);
       }
     }
-    std::memset(&leaping_.slots, 0, sizeof(leaping_.slots));
-    std::memset(&passing_.slots, 0, sizeof(passing_.slots));
+    for (uint32_t kind = 0; kind < 16; ++kind)
+      facts_[kind] = kind < kPlaneKinds ? int32_t(kCellKinds[kind].above | kCellKinds[kind].below << 2 |
+                                                  (kCellKinds[kind].wall ? kSeenBoth << 4 : 0u))
+                                        : 0;
+    std::memset(&rays_.slots, 0, sizeof(rays_.slots));
+    std::fill_n(size_, kSlots, voxel_size());
     hard_.count = 0;
   }
 
@@ -166,25 +168,22 @@ class Walker {
   bool walk() {
     if (taken_ >= batch_.count) return false;
     Progress now;
-    do {
-      leap_all(now);
-      pass_all(now);
-    } while (now.to_leap + now.to_pass > 0 || any_held(now) || may_take(now));
+    while (step(now)) continue;
     collect(now);
     return true;
   }
 
  private:
-  static bool any_held(const Progress& p) {
-    uint32_t held = 0;
-    for (uint32_t group = 0; group < kGroups; ++group) held |= p.leaping[group].held | p.passing[group].held;
-    return held != 0;
-  }
-
   bool may_take(const Progress& p) const { return taken_ < batch_.count && p.parts <= kMaxOpenParts / 2; }
+
+  float voxel_size() const { return static_cast<float>(1u << field_.levels); }
 
   static HWY_INLINE hn::Vec<Ints> ints(hn::Vec<Floats> v) { return hn::BitCast(Ints(), v); }
   static HWY_INLINE hn::Vec<Floats> floats(hn::Vec<Ints> v) { return hn::BitCast(Floats(), v); }
+
+  static HWY_INLINE hn::Vec<Ints> bits_if(hn::Mask<Floats> lanes, hn::Vec<Ints> bits) {
+    return hn::IfThenElseZero(hn::RebindMask(Ints(), lanes), bits);
+  }
 
   /// The words of the voxels that hold some cells, of the given lanes.
   HWY_INLINE hn::Vec<Ints> words_at(const hn::Vec<Floats> (&cell)[3], hn::Vec<Ints> info,
@@ -288,57 +287,37 @@ class Walker {
     hn::StoreU(hn::Set(di, -1), di, log_.rank + i);
 
     const auto word = words_at(cell, info, meets);
-    const auto empty = hn::RebindMask(d, is_kind(word, kEmptyVoxel));
-    const auto put = [&](Sort& sort, uint32_t& count, uint32_t lanes) {
-      if (lanes == 0) return;
-      const LanesTogether together(lanes);
-      const auto member = [&](uint32_t m, hn::Vec<Floats> v) {
-        hn::StoreU(together(v), d, sort.waiting.members[m] + count);
-      };
-      for (uint32_t a = 0; a < 3; ++a) {
-        member(kOrigin + a, origin[a]);
-        member(kDirection + a, direction[a]);
-        member(kInverse + a, inverse[a]);
-        member(kCell + a, cell[a]);
-      }
-      member(kNow, enter);
-      member(kLeave, leave);
-      member(kInfo, floats(info));
-      member(kWord, floats(word));
-      count += uint32_t(__builtin_popcount(lanes));
-    };
-    put(leaping_, p.to_leap, bits_of(hn::And(meets, empty)));
-    put(passing_, p.to_pass, bits_of(hn::AndNot(empty, meets)));
-  }
-
-  /// Moves chosen rays of a group to those that wait for lanes of the other sort.
-  static HWY_INLINE void move_out(const Sort& from, uint32_t at, uint32_t lanes, Sort& to, uint32_t& count) {
-    const Floats d;
+    const uint32_t lanes = bits_of(meets);
     const LanesTogether together(lanes);
+    // In the order of RayMember.
+    const hn::Vec<Floats> members[kRayMembers] = {origin[0],    origin[1],    origin[2],    direction[0],
+                                                  direction[1], direction[2], inverse[0],   inverse[1],
+                                                  inverse[2],   cell[0],      cell[1],      cell[2],
+                                                  enter,        leave,        floats(info), floats(word)};
     for (uint32_t m = 0; m < kRayMembers; ++m)
-      hn::StoreU(together(hn::Load(d, from.slots.members[m] + at)), d, to.waiting.members[m] + count);
-    count += uint32_t(__builtin_popcount(lanes));
+      hn::StoreU(together(members[m]), d, rays_.waiting.members[m] + p.waiting);
+    p.waiting += uint32_t(__builtin_popcount(lanes));
   }
 
-  /// Puts waiting rays into the idle lanes of a group, as far as there are any. Returns the lanes filled.
-  static HWY_INLINE uint32_t move_in(Sort& sort, uint32_t& count, uint32_t at, uint32_t idle) {
+  /// Moves rays that wait to idle lanes of a group, as many as there are. Returns the lanes.
+  HWY_INLINE uint32_t move_in(uint32_t at, uint32_t idle, Progress& p) {
     const Floats d;
-    while (uint32_t(__builtin_popcount(idle)) > count) idle &= idle - 1;
-    count -= uint32_t(__builtin_popcount(idle));
+    while (uint32_t(__builtin_popcount(idle)) > p.waiting) idle &= idle - 1;
+    p.waiting -= uint32_t(__builtin_popcount(idle));
     const LanesApart apart(idle);
     for (uint32_t m = 0; m < kRayMembers; ++m) {
-      float* const slots = sort.slots.members[m] + at;
-      hn::Store(apart(hn::Load(d, slots), sort.waiting.members[m] + count), d, slots);
+      float* const slots = rays_.slots.members[m] + at;
+      hn::Store(apart(hn::Load(d, slots), rays_.waiting.members[m] + p.waiting), d, slots);
     }
     return idle;
   }
 
   /// Logs that the chosen rays are done.
-  HWY_INLINE void log_ends(const Sort& sort, uint32_t at, uint32_t lanes, Progress& p) {
+  HWY_INLINE void log_ends(uint32_t at, uint32_t lanes, Progress& p) {
     const Floats d;
     const Ints di;
     // A ray that ends once the log is full may lack parts.
-    auto info = ints(hn::Load(d, sort.slots.members[kInfo] + at));
+    auto info = ints(hn::Load(d, rays_.slots.members[kInfo] + at));
     if (HWY_UNLIKELY(p.full)) info = hn::Or(info, hn::Set(di, kIncomplete));
     // What is visible without the network has been answered.
     const auto sides = hn::Set(di, kSeenSides);
@@ -347,101 +326,33 @@ class Walker {
     hn::StoreU(gather_lanes(lanes, info), di, log_.end_info + p.ends);
     p.ends += uint32_t(__builtin_popcount(lanes));
   }
-  HWY_INLINE void log_open(hn::Vec<Ints> info, hn::Vec<Floats> begin, hn::Vec<Floats> end,
-                           hn::Vec<Ints> heights, uint32_t lanes, Progress& p) {
-    const Floats d;
-    const Ints di;
-    hn::StoreU(gather_lanes(lanes, info), di, log_.part_info + p.parts);
-    hn::StoreU(gather_lanes(lanes, begin), d, log_.part_begin + p.parts);
-    hn::StoreU(gather_lanes(lanes, end), d, log_.part_end + p.parts);
-    hn::StoreU(gather_lanes(lanes, heights), di, log_.part_heights + p.parts);
-    p.parts += uint32_t(__builtin_popcount(lanes));
-    if (HWY_UNLIKELY(p.parts > kMaxOpenParts)) {
-      p.parts = kMaxOpenParts;
-      p.full = true;
-    }
-  }
 
-  /// Fills idle lanes with rays that leap, and takes more from the batch where there are few.
-  HWY_INLINE void exchange_leaping(uint32_t group, Progress& p) {
-    Lanes& lanes = p.leaping[group];
+  /// Gives other rays to the lanes of a group that have nothing to do.
+  HWY_INLINE void exchange(uint32_t group, Progress& p) {
+    Lanes& lanes = p.lanes[group];
+    if (uint32_t(__builtin_popcount(lanes.ready)) > kLanes - kIdleToTake) return;
     const uint32_t at = group * kLanes;
-    if (lanes.done != 0) log_ends(leaping_, at, lanes.done, p);
-    // The last few of a batch go on with those that pass cells.
-    if (p.to_leap == 0 && !may_take(p) && uint32_t(__builtin_popcount(lanes.ready)) <= kLanes / 2)
-      lanes.ready = 0;
-    const uint32_t leaving = lanes.held & ~(lanes.done | lanes.ready);
-    if (leaving != 0) move_out(leaping_, at, leaving, passing_, p.to_pass);
-    while (p.to_leap < kLanes && p.to_pass < kWaitingRays && may_take(p)) {
+    log_ends(at, lanes.done, p);
+    lanes.done = 0;
+    while (p.waiting < kLanes && may_take(p)) {
       take(taken_, p);
       taken_ += kLanes;
     }
-    if (p.to_leap > 0) lanes.ready |= move_in(leaping_, p.to_leap, at, ~lanes.ready & kAllLanes);
-    lanes.held = lanes.ready;
-    lanes.done = 0;
+    lanes.ready |= move_in(at, ~lanes.ready & kAllLanes, p);
   }
 
-  /// The same with rays that pass cells. Those that are in empty voxels meanwhile leave, unless nobody is
-  /// there to take their lanes.
-  HWY_INLINE void exchange_passing(uint32_t group, Progress& p) {
-    Lanes& lanes = p.passing[group];
-    const uint32_t at = group * kLanes;
-    if (lanes.done != 0) log_ends(passing_, at, lanes.done, p);
-    const auto word = ints(hn::Load(Floats(), passing_.slots.members[kWord] + at));
-    uint32_t leaving = lanes.ready & bits_of(is_kind(word, kEmptyVoxel));
-    if (p.to_pass < kLanes && !may_take(p)) leaving = 0;
-    if (leaving != 0) {
-      move_out(passing_, at, leaving, leaping_, p.to_leap);
-      lanes.ready &= ~leaving;
+  /// A step of every group. False where no ray goes on.
+  HWY_INLINE bool step(Progress& p) {
+    for (uint32_t group = 0; group < kGroups; ++group) exchange(group, p);
+    for (uint32_t level = levels_; level-- > 0;)
+      for (uint32_t group = 0; group < kGroups; ++group) follow_links(group, level, p);
+    uint32_t any = 0;
+    for (uint32_t group = 0; group < kGroups; ++group) {
+      any |= p.lanes[group].ready;
+      pass(group, p);
     }
-    while (p.to_pass < kLanes && p.to_leap < kWaitingRays && may_take(p)) {
-      take(taken_, p);
-      taken_ += kLanes;
-    }
-    if (p.to_pass > 0) lanes.ready |= move_in(passing_, p.to_pass, at, ~lanes.ready & kAllLanes);
-    lanes.held = lanes.ready;
-    lanes.done = 0;
-  }
-
-  /// Leaps until so many rays wait for cells that those come first, or none leaps any more.
-  HWY_INLINE void leap_all(Progress& p) {
-    for (bool any = true; any && p.to_pass < kWaitingRays;) {
-      any = false;
-      for (uint32_t group = 0; group < kGroups; ++group) {
-        Lanes& lanes = p.leaping[group];
-        if (uint32_t(__builtin_popcount(lanes.ready)) <= kLanes - kIdleToLeap) exchange_leaping(group, p);
-        if (lanes.ready == 0) continue;
-        any = true;
-        leap(group, p);
-        look(leaping_, group * kLanes, lanes);
-        lanes.ready &= bits_of(
-            is_kind(ints(hn::Load(Floats(), leaping_.slots.members[kWord] + group * kLanes)), kEmptyVoxel));
-      }
-    }
-  }
-
-  HWY_INLINE void pass_all(Progress& p) {
-    for (bool any = true; any && p.to_leap < kWaitingRays;) {
-      any = false;
-      for (uint32_t group = 0; group < kGroups; ++group) {
-        Lanes& lanes = p.passing[group];
-        if (uint32_t(__builtin_popcount(lanes.ready)) <= kLanes - kIdleToPass) exchange_passing(group, p);
-        if (lanes.ready == 0) continue;
-        any = true;
-        pass(group, p);
-        look(passing_, group * kLanes, lanes);
-      }
-    }
-  }
-
-  /// Fetches the words of a group's voxels. The step that needs them comes after another group's.
-  HWY_INLINE void look(Sort& sort, uint32_t at, const Lanes& lanes) const {
-    const Floats d;
-    hn::Vec<Floats> cell[3];
-    for (uint32_t a = 0; a < 3; ++a) cell[a] = hn::Load(d, sort.slots.members[kCell + a] + at);
-    const auto info = ints(hn::Load(d, sort.slots.members[kInfo] + at));
-    const auto word = words_at(cell, info, mask_of(lanes.held & ~lanes.done));
-    hn::Store(floats(word), d, sort.slots.members[kWord] + at);
+    for (uint32_t group = 0; group < kGroups; ++group) move_on(group, p);
+    return any != 0;
   }
 
   /// Rays of a group, as steps need them.
@@ -449,17 +360,17 @@ class Walker {
     hn::Vec<Floats> origin[3], direction[3], inverse[3], cell[3], now;
     hn::Vec<Ints> info, word;
 
-    HWY_INLINE Group(const Sort& sort, uint32_t at) {
+    HWY_INLINE Group(const RayTable& rays, uint32_t at) {
       const Floats d;
       for (uint32_t a = 0; a < 3; ++a) {
-        origin[a] = hn::Load(d, sort.slots.members[kOrigin + a] + at);
-        direction[a] = hn::Load(d, sort.slots.members[kDirection + a] + at);
-        inverse[a] = hn::Load(d, sort.slots.members[kInverse + a] + at);
-        cell[a] = hn::Load(d, sort.slots.members[kCell + a] + at);
+        origin[a] = hn::Load(d, rays.slots.members[kOrigin + a] + at);
+        direction[a] = hn::Load(d, rays.slots.members[kDirection + a] + at);
+        inverse[a] = hn::Load(d, rays.slots.members[kInverse + a] + at);
+        cell[a] = hn::Load(d, rays.slots.members[kCell + a] + at);
       }
-      now = hn::Load(d, sort.slots.members[kNow] + at);
-      info = ints(hn::Load(d, sort.slots.members[kInfo] + at));
-      word = ints(hn::Load(d, sort.slots.members[kWord] + at));
+      now = hn::Load(d, rays.slots.members[kNow] + at);
+      info = ints(hn::Load(d, rays.slots.members[kInfo] + at));
+      word = ints(hn::Load(d, rays.slots.members[kWord] + at));
     }
   };
 
@@ -479,105 +390,93 @@ class Walker {
     return hn::MulAdd(hn::ConvertTo(d, voxels), hn::Set(d, cells), plane);  // exact
   }
 
-  /// Moves rays to the cell beyond the nearest of their exits; those for which `t` lies before anything stay.
-  static HWY_INLINE void move_on(Sort& sort, uint32_t at, const Group& rays, const hn::Vec<Floats> (&exit)[3],
-                                 hn::Vec<Floats> t) {
+  /// Takes a group's rays to the cells beyond the nearest of their exits, and fetches the words of the voxels
+  /// there.
+  HWY_INLINE void move_on(uint32_t group, const Progress& p) {
     const Floats d;
-    const auto along_0 = hn::Eq(exit[0], t);
-    const auto below_2 = hn::Or(along_0, hn::Eq(exit[1], t));
+    const uint32_t at = group * kLanes;
+    const auto member = [&](uint32_t m) HWY_ATTR { return hn::Load(d, rays_.slots.members[m] + at); };
+    const auto t = hn::Load(d, reached_ + at);
+    const auto along_0 = hn::Eq(hn::Load(d, exit_[0] + at), t);
+    const auto below_2 = hn::Or(along_0, hn::Eq(hn::Load(d, exit_[1] + at), t));
+    hn::Vec<Floats> cell[3];
     for (uint32_t a = 0; a < 3; ++a) {
-      const auto reached = hn::MulAdd(t, rays.direction[a], rays.origin[a]);
+      const auto origin = member(kOrigin + a);
+      const auto reached = hn::MulAdd(t, member(kDirection + a), origin);
       const auto estimate = hn::Floor(hn::Sub(reached, hn::Set(d, kEstimateSlack)));
-      const auto before = hn::Max(estimate, rays.cell[a]);
+      const auto before = hn::Max(estimate, member(kCell + a));
       const auto plane = hn::Add(before, hn::Set(d, 1.0f));
-      const auto crossing = hn::Mul(hn::Sub(plane, rays.origin[a]), rays.inverse[a]);
+      const auto crossing = hn::Mul(hn::Sub(plane, origin), member(kInverse + a));
       // In the reference's order the crossing of a lower axis at the same t comes first.
       auto crossed = hn::Le(crossing, t);
       if (a > 0) crossed = hn::AndNot(hn::And(a == 1 ? along_0 : below_2, hn::Eq(crossing, t)), crossed);
-      hn::Store(hn::IfThenElse(crossed, plane, before), d, sort.slots.members[kCell + a] + at);
+      cell[a] = hn::IfThenElse(crossed, plane, before);
+      hn::Store(cell[a], d, rays_.slots.members[kCell + a] + at);
     }
+    const auto word = words_at(cell, ints(member(kInfo)), mask_of(p.lanes[group].ready));
+    hn::Store(floats(word), d, rays_.slots.members[kWord] + at);
   }
 
-  /// One leap of every lane of a group.
-  HWY_INLINE void leap(uint32_t group, Progress& p) {
-    const Floats d;
-    const Ints di;
-    const uint32_t at = group * kLanes;
-    Lanes& lanes = p.leaping[group];
-    const Group rays(leaping_, at);
-    const auto ready = mask_of(lanes.ready);
-
-    const auto reach = reach_of(rays);
-    const auto side = hn::Set(d, static_cast<float>(1u << field_.levels));
-    hn::Vec<Floats> exit[3];
-    for (uint32_t a = 0; a < 3; ++a) {
-      const auto voxel = hn::Floor(hn::Mul(rays.cell[a], hn::Set(d, field_.voxels_per_cell)));
-      const auto next = hn::MulAdd(voxel, side, side);  // exact
-      const auto plane = a == 0   ? extended<0>(reach, next)
-                         : a == 1 ? extended<1>(reach, next)
-                                  : extended<2>(reach, next);
-      exit[a] = hn::Mul(hn::Sub(plane, rays.origin[a]), rays.inverse[a]);
-    }
-    const auto nearest = hn::Min(hn::Min(exit[0], exit[1]), exit[2]);
-
-    const auto sides = hn::Set(di, kSeenSides);
-    const auto seen = hn::And(hn::ShiftRight<4 - kSeenShift>(rays.word), sides);
-    const auto info = hn::Or(rays.info, hn::IfThenElseZero(hn::RebindMask(di, ready), seen));
-    const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(info, sides), sides));
-    const auto leave = hn::Load(d, leaping_.slots.members[kLeave] + at);
-    const uint32_t goes_on = bits_of(hn::AndNot(blocked, hn::Lt(nearest, leave))) & lanes.ready;
-
-    const auto t = hn::IfThenElse(ready, nearest, hn::Set(d, -kNever));
-    move_on(leaping_, at, rays, exit, t);
-    hn::Store(hn::Max(t, rays.now), d, leaping_.slots.members[kNow] + at);
-    hn::Store(floats(info), d, leaping_.slots.members[kInfo] + at);
-    lanes.done |= lanes.ready & ~goes_on;
-    lanes.ready = goes_on;
-  }
-
-  /// Goes from cells that are cut to the parts that hold the rays, down to one that is not.
-  HWY_INLINE void follow_links(Group& rays, hn::Mask<Floats> ready, hn::Vec<Floats>& size) const {
+  /// Goes from a group's cells that are cut in parts of 2^level finest cells to the part that holds the ray.
+  HWY_INLINE void follow_links(uint32_t group, uint32_t level, const Progress& p) {
     const Floats d;
     const Ints di;
     const Words dw;
-    auto link = hn::And(is_kind(rays.word, kLink), hn::RebindMask(di, ready));
-    if (hn::AllFalse(di, link)) return;
+    const uint32_t at = group * kLanes;
+    const auto from = ints(hn::Load(d, rays_.slots.members[kWord] + at));
+    const auto octant = hn::And(ints(hn::Load(d, rays_.slots.members[kInfo] + at)), hn::Set(di, kOctant));
+    const auto link = hn::And(is_kind(from, kLink), hn::RebindMask(di, mask_of(p.lanes[group].ready)));
     const auto one = hn::Set(di, 1);
-    hn::Vec<Ints> cell[3];
-    for (uint32_t a = 0; a < 3; ++a) cell[a] = to_ints(rays.cell[a]);
-    const auto octant = hn::And(rays.info, hn::Set(di, kOctant));
-    for (uint32_t level = field_.levels; level-- > 0;) {
-      // Mirrored cell c is cell -c - 1, whose bits are the other ones.
-      const auto half = hn::Set(di, 1 << level);
-      auto part = octant;
-      for (uint32_t a = 0; a < 3; ++a)
-        part = hn::Xor(part, hn::IfThenElseZero(hn::TestBit(cell[a], half), hn::Set(di, 1 << a)));
-      const auto mask = hn::ShiftRight<4>(rays.word);
-      const auto bit = hn::Shl(one, part);
-      const auto there = hn::And(hn::TestBit(mask, bit), link);
-      const auto before = hn::PopulationCount(hn::BitCast(dw, hn::And(mask, hn::Sub(bit, one))));
-      const auto first = hn::ShiftRight<12>(hn::BitCast(dw, rays.word));
-      const auto index = hn::IfThenElseZero(there, hn::BitCast(di, hn::Add(first, before)));
-      const auto word =
-          hn::IfThenElse(there, hn::GatherIndex(di, parts_, index), hn::Set(di, int32_t(kEmptyPart)));
-      rays.word = hn::IfThenElse(link, word, rays.word);
-      size = hn::IfThenElse(hn::RebindMask(d, link), hn::Set(d, static_cast<float>(1u << level)), size);
-      link = hn::And(is_kind(rays.word, kLink), link);
-      if (hn::AllFalse(di, link)) return;
+    // Mirrored cell c is cell -c - 1, whose bits are the other ones.
+    const auto half = hn::Set(di, 1 << level);
+    auto part = octant;
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto cell = to_ints(hn::Load(d, rays_.slots.members[kCell + a] + at));
+      part = hn::Xor(part, hn::IfThenElseZero(hn::TestBit(cell, half), hn::Set(di, 1 << a)));
     }
+    const auto mask = hn::ShiftRight<4>(from);
+    const auto bit = hn::Shl(one, part);
+    const auto there = hn::And(hn::TestBit(mask, bit), link);
+    const auto before = hn::PopulationCount(hn::BitCast(dw, hn::And(mask, hn::Sub(bit, one))));
+    const auto first = hn::ShiftRight<12>(hn::BitCast(dw, from));
+    const auto index = hn::IfThenElseZero(there, hn::BitCast(di, hn::Add(first, before)));
+    const auto word =
+        hn::IfThenElse(there, hn::GatherIndex(di, parts_, index), hn::Set(di, int32_t(kEmptyPart)));
+    hn::Store(floats(hn::IfThenElse(link, word, from)), d, rays_.slots.members[kWord] + at);
+    hn::Store(hn::IfThenElse(hn::RebindMask(d, link), hn::Set(d, static_cast<float>(1u << level)),
+                             hn::Load(d, size_ + at)),
+              d, size_ + at);
   }
 
-  /// One piece of every lane of a group: cells, and empty voxels, too.
+  /// Heights of the planes that words stand for. Exact, fused or not.
+  struct Planes {
+    hn::Vec<Floats> lower, upper;
+
+    HWY_INLINE Planes(hn::Vec<Ints> from, hn::Vec<Floats> size) {
+      const Floats d;
+      const Ints di;
+      const Words dw;
+      const auto word = hn::BitCast(dw, from);
+      const auto half_span = hn::MulAdd(size, hn::Set(d, static_cast<float>(kNormalHalf)), hn::Set(d, 1.0f));
+      const auto step = hn::Mul(half_span, hn::Set(d, 1.0f / (kPlanePlaces / 2)));
+      const auto lower_place = hn::BitCast(di, hn::And(hn::ShiftRight<16>(word), hn::Set(dw, 255)));
+      const auto upper_place = hn::BitCast(di, hn::ShiftRight<24>(word));
+      lower = hn::MulSub(hn::ConvertTo(d, lower_place), step, half_span);
+      upper = hn::MulSub(hn::ConvertTo(d, upper_place), step, hn::Sub(half_span, step));
+    }
+  };
+
+  /// One piece of every ray of a group: a cell, or a leap over empty voxels. Then fetches the words of the
+  /// voxels that come next.
   HWY_INLINE void pass(uint32_t group, Progress& p) {
     const Floats d;
     const Ints di;
-    const Words dw;
     const uint32_t at = group * kLanes;
-    Lanes& lanes = p.passing[group];
-    Group rays(passing_, at);
+    Lanes& lanes = p.lanes[group];
+    const Group rays(rays_, at);
     const auto ready = mask_of(lanes.ready);
-    auto size = hn::Set(d, static_cast<float>(1u << field_.levels));
-    follow_links(rays, ready, size);
+    const auto size = hn::Load(d, size_ + at);
+    hn::Store(hn::Set(d, voxel_size()), d, size_ + at);
     const auto empty = is_kind(rays.word, kEmptyVoxel);
 
     // Exits; a part that is not there has no box beyond itself.
@@ -593,10 +492,9 @@ class Walker {
       exit[a] = hn::Mul(hn::Sub(plane, rays.origin[a]), rays.inverse[a]);
     }
     const auto nearest = hn::Min(hn::Min(exit[0], exit[1]), exit[2]);
-    const auto leave = hn::Load(d, passing_.slots.members[kLeave] + at);
+    const auto leave = hn::Load(d, rays_.slots.members[kLeave] + at);
     const auto leaves_piece = hn::Lt(nearest, leave);
     const auto left = hn::Max(hn::IfThenElse(leaves_piece, nearest, leave), rays.now);
-
     // Heights, as pass_cell() has them, with mirrored normals.
     const auto bits_6 = hn::Set(di, 63);
     const auto half_sum = hn::Set(d, static_cast<float>(kNormalHalf));
@@ -617,66 +515,88 @@ class Walker {
     }
     const auto enter_height = hn::Add(hn::Add(enters[0], enters[1]), enters[2]);
     const auto leave_height = hn::Add(hn::Add(leaves[0], leaves[1]), leaves[2]);
-    // All of this is exact, fused or not.
-    const auto word = hn::BitCast(dw, rays.word);
-    const auto half_span = hn::MulAdd(size, half_sum, hn::Set(d, 1.0f));
-    const auto step = hn::Mul(half_span, hn::Set(d, 1.0f / (kPlanePlaces / 2)));
-    const auto lower_place = hn::BitCast(di, hn::And(hn::ShiftRight<16>(word), hn::Set(dw, 255)));
-    const auto upper_place = hn::BitCast(di, hn::ShiftRight<24>(word));
-    const auto lower = hn::MulSub(hn::ConvertTo(d, lower_place), step, half_span);
-    const auto upper = hn::MulSub(hn::ConvertTo(d, upper_place), step, hn::Sub(half_span, step));
-
-    const auto enters_above = hn::Gt(enter_height, upper), enters_below = hn::Lt(enter_height, lower);
-    const auto leaves_above = hn::Gt(leave_height, upper), leaves_below = hn::Lt(leave_height, lower);
+    const Planes planes(rays.word, size);
+    const auto enters_above = hn::Gt(enter_height, planes.upper),
+               enters_below = hn::Lt(enter_height, planes.lower),
+               leaves_above = hn::Gt(leave_height, planes.upper),
+               leaves_below = hn::Lt(leave_height, planes.lower);
     const auto misses = hn::Or(hn::And(enters_above, leaves_above), hn::And(enters_below, leaves_below));
     const auto crosses = hn::Or(hn::And(enters_above, leaves_below), hn::And(enters_below, leaves_above));
     const auto cells = hn::AndNot(hn::RebindMask(d, empty), ready);
     const auto open = hn::AndNot(misses, cells);
+    log_open(rays, left, enter_height, leave_height, size, bits_of(open), p);
 
-    // Kinds from kPlaneKinds on have no bits in these.
-    const auto kind = hn::And(word, hn::Set(dw, 15));
-    const auto twice = hn::Add(kind, kind);
-    const auto wall = hn::TestBit(hn::Shr(hn::Set(dw, kWallKinds), kind), hn::Set(dw, 1));
-    const auto above = hn::BitCast(di, hn::Shr(hn::Set(dw, kSidesAbove), twice));
-    const auto below = hn::BitCast(di, hn::Shr(hn::Set(dw, kSidesBelow), twice));
-    const auto is_above = hn::RebindMask(di, hn::Or(enters_above, leaves_above));
-    const auto is_below = hn::RebindMask(di, hn::Or(enters_below, leaves_below));
-    const auto beside = hn::Or(hn::IfThenElseZero(is_above, above), hn::IfThenElseZero(is_below, below));
-    const auto seen = hn::IfThenElse(empty, hn::ShiftRight<4>(rays.word), beside);
+    const auto facts = look_up<16>(di, facts_, hn::And(rays.word, hn::Set(di, 15)));
     const auto sides = hn::Set(di, kSeenSides);
-    const auto through_wall = hn::And(hn::RebindMask(di, crosses), hn::RebindMask(di, wall));
-    const auto new_sides =
-        hn::Or(hn::And(hn::ShiftLeft<kSeenShift>(seen), sides), hn::IfThenElseZero(through_wall, sides));
+    const auto beside = hn::Or(hn::Or(bits_if(hn::Or(enters_above, leaves_above), facts),
+                                      bits_if(hn::Or(enters_below, leaves_below), hn::ShiftRight<2>(facts))),
+                               bits_if(crosses, hn::ShiftRight<4>(facts)));
+    const auto seen = hn::IfThenElse(empty, hn::ShiftRight<4>(rays.word), beside);
+    const auto info = hn::Or(hn::Or(rays.info, hn::And(hn::ShiftLeft<kSeenShift>(seen), sides)),
+                             bits_if(open, hn::Set(di, int32_t(kHasRun))));
+    const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(info, sides), sides));
+    const uint32_t goes_on = bits_of(hn::AndNot(blocked, leaves_piece)) & lanes.ready;
 
-    if (const uint32_t open_lanes = bits_of(open); open_lanes != 0) {
-      const auto rate = hn::Div(hn::Sub(left, rays.now), hn::Sub(leave_height, enter_height));
+    for (uint32_t a = 0; a < 3; ++a) hn::Store(exit[a], d, exit_[a] + at);
+    hn::Store(hn::IfThenElse(ready, nearest, hn::Set(d, -kNever)), d, reached_ + at);
+    hn::Store(hn::IfThenElse(ready, left, rays.now), d, rays_.slots.members[kNow] + at);
+    hn::Store(floats(hn::IfThenElse(hn::RebindMask(di, ready), info, rays.info)), d,
+              rays_.slots.members[kInfo] + at);
+    lanes.done |= lanes.ready & ~goes_on;
+    lanes.ready = goes_on;
+  }
+
+  /// Logs that chosen rays pass open cells. What part of them lies between the planes is worked out only for
+  /// rays that the walk leaves open.
+  HWY_INLINE void log_open(const Group& rays, hn::Vec<Floats> left, hn::Vec<Floats> enter_height,
+                           hn::Vec<Floats> leave_height, hn::Vec<Floats> size, uint32_t lanes, Progress& p) {
+    const Floats d;
+    const Ints di;
+    const LanesTogether together(lanes);
+    hn::StoreU(together(rays.info), di, log_.part_info + p.parts);
+    hn::StoreU(together(rays.now), d, log_.part_begin + p.parts);
+    hn::StoreU(together(left), d, log_.part_end + p.parts);
+    hn::StoreU(together(enter_height), d, log_.enter_height + p.parts);
+    hn::StoreU(together(leave_height), d, log_.leave_height + p.parts);
+    hn::StoreU(together(rays.word), di, log_.part_word + p.parts);
+    hn::StoreU(together(size), d, log_.part_size + p.parts);
+    p.parts += uint32_t(__builtin_popcount(lanes));
+    if (HWY_UNLIKELY(p.parts > kMaxOpenParts)) {
+      p.parts = kMaxOpenParts;
+      p.full = true;
+    }
+  }
+
+  /// The run in a part of the log, as pass_cell() has it.
+  struct RunLanes {
+    hn::Vec<Floats> begin, end;
+    hn::Vec<Ints> heights;
+
+    HWY_INLINE RunLanes(const WalkLog& log, uint32_t i) {
+      const Floats d;
+      const auto now = hn::Load(d, log.part_begin + i), left = hn::Load(d, log.part_end + i),
+                 enter_height = hn::Load(d, log.enter_height + i),
+                 leave_height = hn::Load(d, log.leave_height + i);
+      const Planes planes(hn::Load(Ints(), log.part_word + i), hn::Load(d, log.part_size + i));
+      const auto &lower = planes.lower, &upper = planes.upper;
+      const auto enters_above = hn::Gt(enter_height, upper), enters_below = hn::Lt(enter_height, lower);
+      const auto leaves_above = hn::Gt(leave_height, upper), leaves_below = hn::Lt(leave_height, lower);
+      const auto rate = hn::Div(hn::Sub(left, now), hn::Sub(leave_height, enter_height));
       const auto first = hn::Sub(hn::IfThenElse(enters_above, upper, lower), enter_height);
       const auto last = hn::Sub(hn::IfThenElse(leaves_above, upper, lower), enter_height);
-      const auto from = hn::Min(hn::Max(hn::Add(rays.now, hn::Mul(first, rate)), rays.now), left);
-      const auto begin = hn::IfThenElse(hn::Or(enters_above, enters_below), from, rays.now);
-      const auto to = hn::Min(hn::Max(hn::Add(rays.now, hn::Mul(last, rate)), begin), left);
-      const auto end = hn::IfThenElse(hn::Or(leaves_above, leaves_below), to, left);
+      const auto from = hn::Min(hn::Max(hn::Add(now, hn::Mul(first, rate)), now), left);
+      begin = hn::IfThenElse(hn::Or(enters_above, enters_below), from, now);
+      const auto to = hn::Min(hn::Max(hn::Add(now, hn::Mul(last, rate)), begin), left);
+      end = hn::IfThenElse(hn::Or(leaves_above, leaves_below), to, left);
       const auto top = hn::Set(d, static_cast<float>(kTopHeight));
       const auto scale = hn::Div(top, hn::Sub(upper, lower));
       const auto height = [&](hn::Vec<Floats> h) HWY_ATTR {
         const auto scaled = hn::Add(hn::Mul(hn::Sub(h, lower), scale), hn::Set(d, 0.5f));
         return to_ints(hn::Min(hn::Max(scaled, hn::Zero(d)), top));
       };
-      const auto heights = hn::Or(height(enter_height), hn::ShiftLeft<8>(height(leave_height)));
-      log_open(rays.info, begin, end, heights, open_lanes, p);
+      heights = hn::Or(height(enter_height), hn::ShiftLeft<8>(height(leave_height)));
     }
-    const auto run_bit = hn::IfThenElseZero(hn::RebindMask(di, open), hn::Set(di, int32_t(kHasRun)));
-    const auto info = hn::Or(hn::Or(rays.info, new_sides), run_bit);
-    const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(info, sides), sides));
-    const uint32_t goes_on = bits_of(hn::AndNot(blocked, leaves_piece)) & lanes.ready;
-
-    move_on(passing_, at, rays, exit, hn::IfThenElse(ready, nearest, hn::Set(d, -kNever)));
-    hn::Store(hn::IfThenElse(ready, left, rays.now), d, passing_.slots.members[kNow] + at);
-    hn::Store(floats(hn::IfThenElse(hn::RebindMask(di, ready), info, rays.info)), d,
-              passing_.slots.members[kInfo] + at);
-    lanes.done |= lanes.ready & ~goes_on;
-    lanes.ready = goes_on;
-  }
+  };
 
   /// Hands out the answers that there are, and sorts the log of the rays left open by ray.
   HWY_INLINE void collect(const Progress& p) {
@@ -709,12 +629,13 @@ class Walker {
       const auto present = hn::RebindMask(di, hn::FirstN(d, p.parts - i));
       const auto rank = hn::GatherIndex(di, log_.rank, hn::IfThenElseZero(present, ray));
       const uint32_t open = bits_of(hn::And(present, hn::Gt(rank, hn::Set(di, -1))));
-      const auto begin = hn::Load(d, log_.part_begin + i), end = hn::Load(d, log_.part_end + i);
-      const auto heights = hn::Load(di, log_.part_heights + i);
+      if (open == 0) continue;
+      const RunLanes run(log_, i);
+      // No more than has been read.
       hn::StoreU(gather_lanes(open, rank), di, log_.part_info + parts);
-      hn::StoreU(gather_lanes(open, begin), d, log_.part_begin + parts);
-      hn::StoreU(gather_lanes(open, end), d, log_.part_end + parts);
-      hn::StoreU(gather_lanes(open, heights), di, log_.part_heights + parts);
+      hn::StoreU(gather_lanes(open, run.begin), d, log_.part_begin + parts);
+      hn::StoreU(gather_lanes(open, run.end), d, log_.part_end + parts);
+      hn::StoreU(gather_lanes(open, run.heights), di, log_.part_word + parts);
       parts += uint32_t(__builtin_popcount(open));
     }
     std::memset(open_.runs, 0, open_.count * sizeof(open_.runs[0]));
@@ -730,17 +651,17 @@ class Walker {
       const int32_t next = open_.first[k] + open_.runs[k]++;
       open_.begin[next] = log_.part_begin[i];
       open_.end[next] = log_.part_end[i];
-      open_.heights[next] = log_.part_heights[i];
+      open_.heights[next] = log_.part_word[i];
     }
   }
 
   const SegmentField& field_;
   const int32_t* voxels_;
   const int32_t* parts_;
+  uint32_t levels_;  ///< of links
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
-  Sort& leaping_;
-  Sort& passing_;
+  RayTable& rays_;
   WalkLog& log_;
   OpenRays& open_;
   HardRays& hard_;
@@ -748,7 +669,11 @@ class Walker {
   alignas(64) float strides_[3][kLanes > 8 ? kLanes : 8];
   alignas(64) float base_[kLanes > 8 ? kLanes : 8];
   alignas(64) int32_t reach_[kLanes > 8 ? kLanes : 8];
-  uint32_t taken_ = 0;  ///< rays of the batch so far
+  alignas(64) int32_t facts_[16];      ///< by kind: SeenBits above, then below, then both where it is a wall
+  alignas(64) float exit_[3][kSlots];  ///< t at which the ray leaves its piece along each axis
+  alignas(64) float reached_[kSlots];  ///< the least of those
+  alignas(64) float size_[kSlots];     ///< of the piece that holds the ray, in finest cells
+  uint32_t taken_ = 0;                 ///< rays of the batch so far
 };
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
