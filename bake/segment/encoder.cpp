@@ -33,7 +33,7 @@ struct SegmentShape {
 constexpr std::pair<Preset, SegmentShape> kSegmentShapes[] = {
     {Preset::fast, {32, 3, 2.0, 110'000, 4, 2, 48.0f, {32, 2}, 1000, 12'000'000}},
     {Preset::balanced, {48, 2, 1.5, 200'000, 4, 2, 32.0f, {32, 2}, 2200, 110'000'000}},
-    {Preset::high, {40, 3, 0.9, 450'000, 8, 2, 48.0f, {48, 2}, 10000, 500'000'000}}};
+    {Preset::high, {64, 3, 0.5, 450'000, 8, 2, 48.0f, {48, 2}, 10000, 500'000'000}}};
 
 // One part for each kind of query. Lines from within the volume are left out: they pass through surface
 // voxels as other lines do, and on the dragon nine in ten of them are certain, so finding the rest costs more

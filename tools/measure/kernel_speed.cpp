@@ -1,0 +1,101 @@
+// A study, not a test: how long the CPU's kernels take for a ray, alone, on batches that lie in memory.
+// docs/results/cpu-kernels.md has what it printed.
+//
+//   kernel_speed ASSET MESH [RAYS [ROUNDS]]
+//
+// ASSET has one object, `segment`, baked from MESH. Prints a line for each instruction set of this machine
+// and each of three ray sets, tab-separated: both names, and the least and the median of the nanoseconds a
+// ray of so many rounds (20), on one thread. The rays, 200000 of each set, are those of nif bench.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+
+#include "bake/oracle/prepare.hpp"
+#include "bake/oracle/ray_sets.hpp"
+#include "formats/base/status.hpp"
+#include "formats/mesh/read.hpp"
+#include "formats/nif/file_memory.hpp"
+#include "formats/nif/reader.hpp"
+#include "kernels/cpu/segment/kernel.hpp"
+
+namespace {
+
+using namespace nif;
+using kernels::cpu::Isa;
+
+std::vector<kernels::SegmentBatch> to_batches(std::span<const kernels::Segment> rays) {
+  std::vector<kernels::SegmentBatch> batches((rays.size() + kernels::kBatchRays - 1) / kernels::kBatchRays);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    kernels::SegmentBatch& batch = batches[i / kernels::kBatchRays];
+    const uint32_t k = batch.count++;
+    for (int a = 0; a < 3; ++a) {
+      batch.origin[a][k] = rays[i].origin[a];
+      batch.direction[a][k] = rays[i].direction[a];
+    }
+    batch.tmin[k] = rays[i].tmin;
+    batch.tmax[k] = rays[i].tmax;
+  }
+  return batches;
+}
+
+/// Nanoseconds a ray of each round, sorted.
+std::vector<double> time_rounds(const kernels::ObjectKernel& kernel,
+                                const std::vector<kernels::SegmentBatch>& batches, size_t rays, int rounds) {
+  struct Work {
+    kernels::AnswerBatch answers;
+    alignas(64) std::byte scratch[kernels::kKernelScratchBytes];
+  };
+  const auto work = std::make_unique<Work>();
+  std::vector<double> times;
+  for (int round = 0; round <= rounds; ++round) {
+    const auto start = std::chrono::steady_clock::now();
+    for (const kernels::SegmentBatch& batch : batches) kernel.answer(batch, work->answers, work->scratch);
+    const std::chrono::duration<double, std::nano> time = std::chrono::steady_clock::now() - start;
+    if (round > 0) times.push_back(time.count() / double(rays));  // the first one fills the caches
+  }
+  std::sort(times.begin(), times.end());
+  return times;
+}
+
+void run(const std::string& path, const std::string& mesh, uint64_t count, int rounds) {
+  const format::FileMemory memory = format::FileMemory::load(path, format::FileMemory::Mode::read);
+  const format::AssetView view = format::read_asset(memory.bytes(), path);
+  const bake::PreparedScene prepared = bake::prepare(mesh::read(mesh));
+  if (view.objects.size() != 1 || prepared.objects.size() != 1)
+    throw Error(Status::usage, path + ": there is not one object alone");
+  const kernels::SegmentField& field = view.objects.front().as<format::SegmentView>().field;
+  const bake::GroundTruth truth(prepared.objects.front());
+  kernels::cpu::SharedCopies copies;
+  for (const bake::RaySet set : {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun}) {
+    const auto rays = bake::draw_ray_set(truth.source(), set, count, 2).segments;
+    if (rays.empty()) continue;
+    const std::vector<kernels::SegmentBatch> batches = to_batches(rays);
+    for (const auto& [isa, name] : {std::pair{Isa::avx512, "avx512"}, std::pair{Isa::avx2, "avx2"},
+                                    std::pair{Isa::sse4, "sse4"}, std::pair{Isa::neon, "neon"}}) {
+      if (!kernels::cpu::available(isa)) continue;
+      const auto kernel = kernels::cpu::make_kernel(field, {isa, std::pmr::new_delete_resource(), copies});
+      const std::vector<double> times = time_rounds(*kernel, batches, rays.size(), rounds);
+      fmt::print("{}\t{}\t{:.1f}\t{:.1f}\n", name, bake::name_of(set), times.front(),
+                 times[times.size() / 2]);
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const uint64_t rays = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 200'000;
+  const int rounds = argc > 4 ? std::atoi(argv[4]) : 20;
+  if (argc < 3 || argc > 5 || rays == 0 || rounds < 1) {
+    fmt::print(stderr, "usage: kernel_speed ASSET MESH [RAYS [ROUNDS]]\n");
+    return int(Status::usage);
+  }
+  try {
+    run(argv[1], argv[2], rays, rounds);
+  } catch (const Error& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return int(error.status());
+  }
+}
