@@ -72,8 +72,8 @@ class ChunkDrawer {
 
  private:
   static constexpr size_t kCandidates = 1024;  ///< drawn at a time
-  static constexpr size_t kMostCandidates =
-      32;  ///< for each ray: where fewer are open, there are fewer rays
+  /// For each ray that is wanted: where fewer are open, there are fewer rays.
+  static constexpr size_t kMostCandidates = 32;
   static constexpr uint32_t kRaysFromStart = 32;  ///< in random directions
 
   /// So that every part of the chunk has rays of all sets.
