@@ -29,8 +29,8 @@ WorstError worst_error(const Answerer& answer, const RaySource& source, uint64_t
 double gain_of(const EncodingCost& learned, const EncodingCost& exact);
 
 /// Each percent of wrong answers must be paid for with so much gain. On the meshes of
-/// docs/results/encoding.md BVHs then give way to fields near 100,000 triangles, where Fujieda et al. see the
-/// change: earlier on smooth ones, later where fields are often wrong.
+/// docs/results/encoding.md BVHs then give way to fields near 10,000 triangles: later where fields are often
+/// wrong.
 inline constexpr double kGainPerPercent = 100;
 /// With less gain than this no field is trained: it would pay for 0.2 % of wrong answers, and objects with
 /// little gain are small ones, whose fields have more.
