@@ -177,7 +177,7 @@ class SphericalEncoder final : public Encoder {
     if (options_.given)
       json["rays_from"] = options_.given->name;
     else
-      json["mix"] = to_json(mix_);
+      json["mix"] = bake::to_json(mix_);
     json["spherical"] = to_json(options_);
     if (effort_) json["effort"] = *effort_;
   }
