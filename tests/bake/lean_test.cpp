@@ -104,7 +104,7 @@ TEST(Threshold, LowersOutputsAndLeavesProbabilities) {
   }
 }
 
-bake::BakeOptions small_fields() {
+bake::BakeOptions briefly_trained() {
   bake::BakeOptions options;
   options.encoding = "segment";
   options.preset = bake::Preset::fast;
@@ -149,7 +149,7 @@ const bake::LeanReport& lean_of(const bake::BakeResult& result, size_t object = 
 
 TEST_P(Leaning, KeepsTheRateOnFreshRaysAndTheProbabilities) {
   constexpr double kRate = 0.002;
-  bake::BakeOptions options = small_fields();
+  bake::BakeOptions options = briefly_trained();
   const bake::BakeResult upright = bake_quietly(scene_, options);
   EXPECT_FALSE(std::get<bake::SegmentBaking::Report>(upright.objects[0].own).lean);
   EXPECT_EQ(upright.asset.networks[0].threshold, 0);
@@ -206,7 +206,7 @@ TEST_P(Leaning, KeepsTheRateOnFreshRaysAndTheProbabilities) {
 }
 
 TEST_P(Leaning, AtARateOfNoneCallsAllOpenRaysAlike) {
-  bake::BakeOptions options = small_fields();
+  bake::BakeOptions options = briefly_trained();
   // The second rate is too low for any number of rays that is drawn.
   options.lean = {mistake_, 0};
   const bake::BakeResult result = bake_quietly(scene_, options);
@@ -234,7 +234,7 @@ INSTANTIATE_TEST_SUITE_P(Both, Leaning, testing::Values(Mistake::leak, Mistake::
 
 TEST(Lean, IsOfEachObjectAndTheSameForAnyNumberOfThreads) {
   const mesh::Scene scene = scene_of({torus(40, 20), icosphere(3)});
-  bake::BakeOptions options = small_fields();
+  bake::BakeOptions options = briefly_trained();
   options.lean = {Mistake::leak, 0.002};
   const auto baked = [&](size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -248,7 +248,7 @@ TEST(Lean, IsOfEachObjectAndTheSameForAnyNumberOfThreads) {
 
 TEST(Lean, IsMeasuredWhereAnErrorIsLimited) {
   const mesh::Scene scene = scene_of({torus(80, 40)});
-  bake::BakeOptions options = small_fields();
+  bake::BakeOptions options = briefly_trained();
   const double upright = bake::error_bound(bake_quietly(scene, options).sets).bound;
   options.lean = {Mistake::leak, 0.002};
   options.max_error = 0.03;
@@ -265,7 +265,7 @@ TEST(Lean, IsMeasuredWhereAnErrorIsLimited) {
 
 TEST(Lean, IsKnownToTheChoiceOfAnEncoding) {
   const mesh::Scene scene = scene_of({torus(150, 60)});
-  bake::BakeOptions options = small_fields();
+  bake::BakeOptions options = briefly_trained();
   options.resolution.reset();
   options.encoding = bake::kAutomatic;
   const bake::BakeResult upright = bake_quietly(scene, options);
@@ -282,7 +282,7 @@ TEST(Lean, IsKnownToTheChoiceOfAnEncoding) {
 
 TEST(Lean, IsRefusedWhereItMeansNothing) {
   const mesh::Scene scene = scene_of({icosphere(1)});
-  bake::BakeOptions options = small_fields();
+  bake::BakeOptions options = briefly_trained();
   for (const double rate : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
     options.lean = {Mistake::leak, rate};
     EXPECT_EQ(status_of(scene, options), Status::usage);
