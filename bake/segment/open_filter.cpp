@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "kernels/cpu/segment/kernel.hpp"
+#include "kernels/reference/batch.hpp"
 #include "kernels/reference/segment/walk.hpp"
 
 namespace nif::bake {
@@ -51,14 +52,7 @@ void OpenFilter::select(std::span<const Segment> segments, std::vector<uint32_t>
     const std::span<const Segment> part =
         segments.subspan(first, std::min<size_t>(kernels::kBatchRays, segments.size() - first));
     work->batch.count = uint32_t(part.size());
-    for (size_t i = 0; i < part.size(); ++i) {
-      for (size_t a = 0; a < 3; ++a) {
-        work->batch.origin[a][i] = part[i].origin[a];
-        work->batch.direction[a][i] = part[i].direction[a];
-      }
-      work->batch.tmin[i] = part[i].tmin;
-      work->batch.tmax[i] = part[i].tmax;
-    }
+    for (uint32_t i = 0; i < part.size(); ++i) kernels::set_segment(work->batch, i, part[i]);
     kernel_->answer(work->batch, work->answers, work->scratch);
     for (uint32_t i = 0; i < part.size(); ++i) {
       const int32_t logit = work->answers.logit[i];

@@ -1,4 +1,4 @@
-// One segment of a batch, as the scalar code takes it.
+// One segment of a batch, as the scalar code has it.
 #pragma once
 
 #include "kernels/reference/object_kernel.hpp"
@@ -16,6 +16,16 @@ inline Segment segment_of(const SegmentBatch& batch, uint32_t i) {
   segment.tmin = batch.tmin[i];
   segment.tmax = batch.tmax[i];
   return segment;
+}
+
+/// i < kBatchRays. `count` stays as it is.
+inline void set_segment(SegmentBatch& batch, uint32_t i, const Segment& segment) {
+  for (int a = 0; a < 3; ++a) {
+    batch.origin[a][i] = segment.origin[a];
+    batch.direction[a][i] = segment.direction[a];
+  }
+  batch.tmin[i] = segment.tmin;
+  batch.tmax[i] = segment.tmax;
 }
 
 }  // namespace nif::kernels

@@ -22,15 +22,7 @@ namespace {
 
 using bake::RaySet;
 
-bake::BakeOptions quick() {
-  bake::BakeOptions options;
-  options.encoding = "segment";
-  options.preset = bake::Preset::fast;
-  options.resolution = 24;
-  options.effort = 0.1;
-  options.evaluation_rays = 20'000;
-  return options;
-}
+bake::BakeOptions quick() { return small_field(0.1); }
 
 mesh::Scene two_kinds_thrice() {
   mesh::Scene scene;

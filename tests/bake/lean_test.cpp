@@ -104,15 +104,7 @@ TEST(Threshold, LowersOutputsAndLeavesProbabilities) {
   }
 }
 
-bake::BakeOptions briefly_trained() {
-  bake::BakeOptions options;
-  options.encoding = "segment";
-  options.preset = bake::Preset::fast;
-  options.resolution = 24;
-  options.effort = 0.02;
-  options.evaluation_rays = 20'000;
-  return options;
-}
+bake::BakeOptions briefly_trained() { return small_field(0.02); }
 
 /// What a field answers to rays that no bake has drawn.
 struct FreshAnswers {

@@ -19,6 +19,17 @@ inline mesh::Scene scene_of(const std::vector<mesh::Mesh>& meshes) {
   return scene;
 }
 
+/// A field that is baked in a moment.
+inline bake::BakeOptions small_field(double effort) {
+  bake::BakeOptions options;
+  options.encoding = "segment";
+  options.preset = bake::Preset::fast;
+  options.resolution = 24;
+  options.effort = effort;
+  options.evaluation_rays = 20'000;
+  return options;
+}
+
 inline bake::BakeResult bake_quietly(const mesh::Scene& scene, const bake::BakeOptions& options) {
   const std::atomic<bool> cancel{false};
   return bake::bake(scene, options, {}, cancel);

@@ -7,6 +7,7 @@
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
 #include "kernels/cpu/spherical/single_weights.hpp"
+#include "kernels/reference/batch.hpp"
 
 namespace nif::tools {
 namespace {
@@ -16,14 +17,7 @@ using kernels::cpu::StageSeconds;
 kernels::SegmentBatch to_batch(std::span<const kernels::Segment> segments) {
   kernels::SegmentBatch batch;
   batch.count = uint32_t(segments.size());
-  for (size_t i = 0; i < segments.size(); ++i) {
-    for (size_t a = 0; a < 3; ++a) {
-      batch.origin[a][i] = segments[i].origin[a];
-      batch.direction[a][i] = segments[i].direction[a];
-    }
-    batch.tmin[i] = segments[i].tmin;
-    batch.tmax[i] = segments[i].tmax;
-  }
+  for (uint32_t i = 0; i < segments.size(); ++i) kernels::set_segment(batch, i, segments[i]);
   return batch;
 }
 

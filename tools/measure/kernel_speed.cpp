@@ -19,6 +19,7 @@
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
 #include "kernels/cpu/segment/kernel.hpp"
+#include "kernels/reference/batch.hpp"
 
 namespace {
 
@@ -29,13 +30,7 @@ std::vector<kernels::SegmentBatch> to_batches(std::span<const kernels::Segment> 
   std::vector<kernels::SegmentBatch> batches((rays.size() + kernels::kBatchRays - 1) / kernels::kBatchRays);
   for (size_t i = 0; i < rays.size(); ++i) {
     kernels::SegmentBatch& batch = batches[i / kernels::kBatchRays];
-    const uint32_t k = batch.count++;
-    for (int a = 0; a < 3; ++a) {
-      batch.origin[a][k] = rays[i].origin[a];
-      batch.direction[a][k] = rays[i].direction[a];
-    }
-    batch.tmin[k] = rays[i].tmin;
-    batch.tmax[k] = rays[i].tmax;
+    kernels::set_segment(batch, batch.count++, rays[i]);
   }
   return batches;
 }

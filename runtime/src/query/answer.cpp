@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "kernels/reference/batch.hpp"
 #include "query/float_environment.hpp"
 #include "scene/traversal.hpp"
 
@@ -12,30 +13,16 @@ namespace nif::runtime {
 namespace {
 
 using kernels::Segment;
+using kernels::segment_of;
 using kernels::SegmentBatch;
-
-Segment get(const SegmentBatch& rays, uint32_t i) {
-  return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
-          {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
-          rays.tmin[i],
-          rays.tmax[i]};
-}
-
-void put(SegmentBatch& rays, uint32_t i, const Segment& ray) {
-  for (int a = 0; a < 3; ++a) {
-    rays.origin[a][i] = ray.origin[a];
-    rays.direction[a][i] = ray.direction[a];
-  }
-  rays.tmin[i] = ray.tmin;
-  rays.tmax[i] = ray.tmax;
-}
+using kernels::set_segment;
 
 /// The whole batch in one instance's space.
 void transform_batch(const Instance& instance, const SegmentBatch& __restrict from,
                      SegmentBatch& __restrict to) {
   const kernels::WorldToObject transform = instance.to_object;
   const uint32_t count = to.count = from.count;
-  for (uint32_t i = 0; i < count; ++i) put(to, i, to_object(transform, get(from, i)));
+  for (uint32_t i = 0; i < count; ++i) set_segment(to, i, to_object(transform, segment_of(from, i)));
 }
 
 void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
@@ -49,8 +36,8 @@ void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, Work
     object.kernel->answer(area.object_rays, area.answers, area.kernel_scratch);
     if (wanted.details)
       for (uint32_t i = 0; i < count; ++i)
-        area.answers.certain[i] &=
-            uint8_t(stays_certain(instance, object.reach_scale, get(area.rays, i), get(area.object_rays, i)));
+        area.answers.certain[i] &= uint8_t(stays_certain(
+            instance, object.reach_scale, segment_of(area.rays, i), segment_of(area.object_rays, i)));
   }
   if (wanted.probability)
     for (uint32_t i = 0; i < count; ++i)
@@ -62,7 +49,7 @@ uint32_t start_rays(const NifSceneObject& scene, const Wanted& wanted, WorkArea&
   const std::span<const Node> nodes = scene.hierarchy.nodes();
   uint32_t active = 0;
   for (uint32_t i = 0; i < area.rays.count; ++i) {
-    const Segment ray = get(area.rays, i);
+    const Segment ray = segment_of(area.rays, i);
     kernels::BoxRay prepared;
     const bool askable = kernels::prepare_box_ray(ray, prepared);
     area.answers.logit[i] = kernels::kCertainLogit;
@@ -112,8 +99,8 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
   area.object_rays.count = count;
   for (uint32_t k = 0; k < count; ++k) {
     const Instance& instance = scene.instances[pairs[k].instance];
-    const Segment ray = get(area.rays, pairs[k].ray);
-    put(area.object_rays, k, instance.identity ? ray : to_object(instance.to_object, ray));
+    const Segment ray = segment_of(area.rays, pairs[k].ray);
+    set_segment(area.object_rays, k, instance.identity ? ray : to_object(instance.to_object, ray));
   }
   object.kernel->answer(area.object_rays, area.object_answers, area.kernel_scratch);
   for (uint32_t k = 0; k < count; ++k) {
@@ -123,7 +110,7 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
     if (wanted.details) {
       const bool certain = area.object_answers.certain[k] &&
                            stays_certain(scene.instances[pairs[k].instance], object.reach_scale,
-                                         get(area.rays, i), get(area.object_rays, k));
+                                         segment_of(area.rays, i), segment_of(area.object_rays, k));
       area.combined[i].add(logit, certain, object.calibration, wanted.probability);
       decided = area.combined[i].blocked_for_certain();
     } else if (decided) {
