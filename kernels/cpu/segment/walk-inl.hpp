@@ -38,6 +38,10 @@ constexpr uint32_t kSlots = kGroups * kLanes;
 /// So many lanes of a group must have nothing to do before they take other rays.
 constexpr uint32_t kIdleToTake = kLanes > 8 ? kLanes / 8 : 1;
 
+/// Leaps over empty voxels when rays are taken, as long as so many lanes leap.
+constexpr uint32_t kFirstLeaps = 2;
+constexpr uint32_t kLanesToLeap = kLanes / 2;
+
 /// Open parts that are logged before answers are collected. Where those of a few rays are more than there is
 /// room for, the reference answers them.
 inline constexpr uint32_t kMaxOpenParts = 3 * kBatchRays;
@@ -206,6 +210,109 @@ class Walker {
     return hn::Eq(hn::And(word, hn::Set(di, 15)), hn::Set(di, int32_t(kind)));
   }
 
+  /// Rays of a group, as steps need them.
+  struct Group {
+    hn::Vec<Floats> origin[3], direction[3], inverse[3], cell[3], now;
+    hn::Vec<Ints> info, word;
+
+    Group() = default;
+    HWY_INLINE Group(const RayTable& rays, uint32_t at) {
+      const Floats d;
+      for (uint32_t a = 0; a < 3; ++a) {
+        origin[a] = hn::Load(d, rays.slots.members[kOrigin + a] + at);
+        direction[a] = hn::Load(d, rays.slots.members[kDirection + a] + at);
+        inverse[a] = hn::Load(d, rays.slots.members[kInverse + a] + at);
+        cell[a] = hn::Load(d, rays.slots.members[kCell + a] + at);
+      }
+      now = hn::Load(d, rays.slots.members[kNow] + at);
+      info = ints(hn::Load(d, rays.slots.members[kInfo] + at));
+      word = ints(hn::Load(d, rays.slots.members[kWord] + at));
+    }
+  };
+
+  /// How far boxes reach along the three axes, in the order of bytes 1 to 3 and in their place.
+  HWY_INLINE hn::Vec<Ints> reach_of(const Group& rays) const {
+    const Ints di;
+    const Words dw;
+    const auto octant = hn::And(rays.info, hn::Set(di, kOctant));
+    const auto reach = hn::BitCast(dw, hn::And(rays.word, look_up<8>(di, reach_, octant)));
+    return hn::BitCast(di, hn::Or(reach, hn::ShiftRight<4>(reach)));
+  }
+  template <uint32_t kAxis>
+  HWY_INLINE hn::Vec<Floats> extended(hn::Vec<Ints> reach, hn::Vec<Floats> plane) const {
+    const Floats d;
+    const auto voxels = hn::And(reach, hn::Set(Ints(), 15 << (8 + 8 * kAxis)));
+    const float cells = static_cast<float>(1u << field_.levels) / static_cast<float>(1u << (8 + 8 * kAxis));
+    return hn::MulAdd(hn::ConvertTo(d, voxels), hn::Set(d, cells), plane);  // exact
+  }
+
+  /// The pieces that rays are in, and where they leave them: along each axis, and the nearest of these.
+  struct Exits {
+    hn::Vec<Floats> low[3], t[3], nearest;
+  };
+  /// Of pieces of some size; boxes reach beyond voxels.
+  HWY_INLINE Exits exits_of(const Group& rays, hn::Vec<Floats> size, hn::Vec<Floats> inverse_size,
+                            hn::Vec<Ints> reach) const {
+    Exits exits;
+    for (uint32_t a = 0; a < 3; ++a) {
+      exits.low[a] = hn::Mul(hn::Floor(hn::Mul(rays.cell[a], inverse_size)), size);
+      const auto high = hn::Add(exits.low[a], size);
+      const auto plane = a == 0   ? extended<0>(reach, high)
+                         : a == 1 ? extended<1>(reach, high)
+                                  : extended<2>(reach, high);
+      exits.t[a] = hn::Mul(hn::Sub(plane, rays.origin[a]), rays.inverse[a]);
+    }
+    exits.nearest = hn::Min(hn::Min(exits.t[0], exits.t[1]), exits.t[2]);
+    return exits;
+  }
+
+  /// The cell along one axis of a ray that has crossed all planes up to `t`, its crossing of another axis
+  /// or, where `later`, of a lower one.
+  static HWY_INLINE hn::Vec<Floats> cell_at(hn::Vec<Floats> t, hn::Mask<Floats> later, hn::Vec<Floats> origin,
+                                            hn::Vec<Floats> direction, hn::Vec<Floats> inverse,
+                                            hn::Vec<Floats> cell) {
+    const Floats d;
+    const auto reached = hn::MulAdd(t, direction, origin);
+    const auto estimate = hn::Floor(hn::Sub(reached, hn::Set(d, kEstimateSlack)));
+    const auto before = hn::Max(estimate, cell);
+    const auto plane = hn::Add(before, hn::Set(d, 1.0f));
+    const auto crossing = hn::Mul(hn::Sub(plane, origin), inverse);
+    // In the reference's order the crossing of a lower axis at the same t comes first.
+    const auto crossed = hn::AndNot(hn::And(later, hn::Eq(crossing, t)), hn::Le(crossing, t));
+    return hn::IfThenElse(crossed, plane, before);
+  }
+
+  /// Takes rays from where they enter the grid over empty voxels, while that is what most of them pass.
+  /// Returns the lanes of those that go on.
+  HWY_INLINE uint32_t leap(Group& rays, hn::Vec<Floats> leave, hn::Mask<Floats> lanes) const {
+    const Floats d;
+    const Ints di;
+    const auto size = hn::Set(d, voxel_size()), inverse_size = hn::Set(d, field_.voxels_per_cell);
+    const auto sides = hn::Set(di, kSeenSides);
+    for (uint32_t i = 0; i < kFirstLeaps; ++i) {
+      const auto leaps = hn::And(lanes, hn::RebindMask(d, is_kind(rays.word, kEmptyVoxel)));
+      if (uint32_t(__builtin_popcount(bits_of(leaps))) < kLanesToLeap) break;
+      const Exits exits = exits_of(rays, size, inverse_size, reach_of(rays));
+      const auto seen = hn::And(hn::ShiftRight<4 - kSeenShift>(rays.word), sides);
+      rays.info = hn::Or(rays.info, bits_if(leaps, seen));
+      const auto leaves_piece = hn::Lt(exits.nearest, leave);
+      // One that has been in both goes on, and ends where it is.
+      const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(rays.info, sides), sides));
+      lanes = hn::AndNot(hn::AndNot(hn::Or(leaves_piece, blocked), leaps), lanes);
+      const auto moves = hn::AndNot(blocked, hn::And(leaves_piece, leaps));
+      auto later = hn::FirstN(d, 0);
+      for (uint32_t a = 0; a < 3; ++a) {
+        const auto cell =
+            cell_at(exits.nearest, later, rays.origin[a], rays.direction[a], rays.inverse[a], rays.cell[a]);
+        rays.cell[a] = hn::IfThenElse(moves, cell, rays.cell[a]);
+        later = hn::Or(later, hn::Eq(exits.t[a], exits.nearest));
+      }
+      rays.now = hn::IfThenElse(moves, hn::Max(exits.nearest, rays.now), rays.now);
+      rays.word = hn::IfThenElse(hn::RebindMask(di, moves), words_at(rays.cell, rays.info, lanes), rays.word);
+    }
+    return bits_of(lanes);
+  }
+
   /// To grid space, clipped; rays that miss the grid are answered here.
   HWY_INLINE void take(uint32_t i, Progress& p) {
     const Floats d;
@@ -214,7 +321,8 @@ class Walker {
     const auto tmin = hn::Load(d, batch_.tmin + i), tmax = hn::Load(d, batch_.tmax + i);
     const auto present = hn::FirstN(d, batch_.count - i);
     const auto scale = hn::Set(d, field_.cells_per_unit);
-    hn::Vec<Floats> origin[3], direction[3], inverse[3], cell[3];
+    Group rays;
+    auto &origin = rays.origin, &direction = rays.direction, &inverse = rays.inverse, &cell = rays.cell;
 
     // Whatever is not finite or far away fails one of these.
     auto easy = hn::And(present, hn::Le(tmin, tmax));
@@ -286,14 +394,16 @@ class Walker {
     hn::StoreU(flags, di, log_.flags + i);
     hn::StoreU(hn::Set(di, -1), di, log_.rank + i);
 
-    const auto word = words_at(cell, info, meets);
-    const uint32_t lanes = bits_of(meets);
+    rays.now = enter;
+    rays.info = info;
+    rays.word = words_at(cell, info, meets);
+    const uint32_t lanes = leap(rays, leave, meets);
     const LanesTogether together(lanes);
     // In the order of RayMember.
-    const hn::Vec<Floats> members[kRayMembers] = {origin[0],    origin[1],    origin[2],    direction[0],
-                                                  direction[1], direction[2], inverse[0],   inverse[1],
-                                                  inverse[2],   cell[0],      cell[1],      cell[2],
-                                                  enter,        leave,        floats(info), floats(word)};
+    const hn::Vec<Floats> members[kRayMembers] = {
+        origin[0],  origin[1],  origin[2],         direction[0],     direction[1], direction[2],
+        inverse[0], inverse[1], inverse[2],        cell[0],          cell[1],      cell[2],
+        rays.now,   leave,      floats(rays.info), floats(rays.word)};
     for (uint32_t m = 0; m < kRayMembers; ++m)
       hn::StoreU(together(members[m]), d, rays_.waiting.members[m] + p.waiting);
     p.waiting += uint32_t(__builtin_popcount(lanes));
@@ -355,41 +465,6 @@ class Walker {
     return any != 0;
   }
 
-  /// Rays of a group, as steps need them.
-  struct Group {
-    hn::Vec<Floats> origin[3], direction[3], inverse[3], cell[3], now;
-    hn::Vec<Ints> info, word;
-
-    HWY_INLINE Group(const RayTable& rays, uint32_t at) {
-      const Floats d;
-      for (uint32_t a = 0; a < 3; ++a) {
-        origin[a] = hn::Load(d, rays.slots.members[kOrigin + a] + at);
-        direction[a] = hn::Load(d, rays.slots.members[kDirection + a] + at);
-        inverse[a] = hn::Load(d, rays.slots.members[kInverse + a] + at);
-        cell[a] = hn::Load(d, rays.slots.members[kCell + a] + at);
-      }
-      now = hn::Load(d, rays.slots.members[kNow] + at);
-      info = ints(hn::Load(d, rays.slots.members[kInfo] + at));
-      word = ints(hn::Load(d, rays.slots.members[kWord] + at));
-    }
-  };
-
-  /// How far boxes reach along the three axes, in the order of bytes 1 to 3 and in their place.
-  HWY_INLINE hn::Vec<Ints> reach_of(const Group& rays) const {
-    const Ints di;
-    const Words dw;
-    const auto octant = hn::And(rays.info, hn::Set(di, kOctant));
-    const auto reach = hn::BitCast(dw, hn::And(rays.word, look_up<8>(di, reach_, octant)));
-    return hn::BitCast(di, hn::Or(reach, hn::ShiftRight<4>(reach)));
-  }
-  template <uint32_t kAxis>
-  HWY_INLINE hn::Vec<Floats> extended(hn::Vec<Ints> reach, hn::Vec<Floats> plane) const {
-    const Floats d;
-    const auto voxels = hn::And(reach, hn::Set(Ints(), 15 << (8 + 8 * kAxis)));
-    const float cells = static_cast<float>(1u << field_.levels) / static_cast<float>(1u << (8 + 8 * kAxis));
-    return hn::MulAdd(hn::ConvertTo(d, voxels), hn::Set(d, cells), plane);  // exact
-  }
-
   /// Takes a group's rays to the cells beyond the nearest of their exits, and fetches the words of the voxels
   /// there.
   HWY_INLINE void move_on(uint32_t group, const Progress& p) {
@@ -397,21 +472,13 @@ class Walker {
     const uint32_t at = group * kLanes;
     const auto member = [&](uint32_t m) HWY_ATTR { return hn::Load(d, rays_.slots.members[m] + at); };
     const auto t = hn::Load(d, reached_ + at);
-    const auto along_0 = hn::Eq(hn::Load(d, exit_[0] + at), t);
-    const auto below_2 = hn::Or(along_0, hn::Eq(hn::Load(d, exit_[1] + at), t));
     hn::Vec<Floats> cell[3];
+    auto later = hn::FirstN(d, 0);
     for (uint32_t a = 0; a < 3; ++a) {
-      const auto origin = member(kOrigin + a);
-      const auto reached = hn::MulAdd(t, member(kDirection + a), origin);
-      const auto estimate = hn::Floor(hn::Sub(reached, hn::Set(d, kEstimateSlack)));
-      const auto before = hn::Max(estimate, member(kCell + a));
-      const auto plane = hn::Add(before, hn::Set(d, 1.0f));
-      const auto crossing = hn::Mul(hn::Sub(plane, origin), member(kInverse + a));
-      // In the reference's order the crossing of a lower axis at the same t comes first.
-      auto crossed = hn::Le(crossing, t);
-      if (a > 0) crossed = hn::AndNot(hn::And(a == 1 ? along_0 : below_2, hn::Eq(crossing, t)), crossed);
-      cell[a] = hn::IfThenElse(crossed, plane, before);
+      cell[a] = cell_at(t, later, member(kOrigin + a), member(kDirection + a), member(kInverse + a),
+                        member(kCell + a));
       hn::Store(cell[a], d, rays_.slots.members[kCell + a] + at);
+      if (a < 2) later = hn::Or(later, hn::Eq(hn::Load(d, exit_[a] + at), t));
     }
     const auto word = words_at(cell, ints(member(kInfo)), mask_of(p.lanes[group].ready));
     hn::Store(floats(word), d, rays_.slots.members[kWord] + at);
@@ -482,19 +549,10 @@ class Walker {
     // Exits; a part that is not there has no box beyond itself.
     const auto reach = hn::IfThenElseZero(empty, reach_of(rays));
     const auto inverse_size = floats(hn::Sub(hn::Set(di, 0x7f000000), ints(size)));
-    hn::Vec<Floats> low[3], exit[3];
-    for (uint32_t a = 0; a < 3; ++a) {
-      low[a] = hn::Mul(hn::Floor(hn::Mul(rays.cell[a], inverse_size)), size);
-      const auto high = hn::Add(low[a], size);
-      const auto plane = a == 0   ? extended<0>(reach, high)
-                         : a == 1 ? extended<1>(reach, high)
-                                  : extended<2>(reach, high);
-      exit[a] = hn::Mul(hn::Sub(plane, rays.origin[a]), rays.inverse[a]);
-    }
-    const auto nearest = hn::Min(hn::Min(exit[0], exit[1]), exit[2]);
+    const Exits exits = exits_of(rays, size, inverse_size, reach);
     const auto leave = hn::Load(d, rays_.slots.members[kLeave] + at);
-    const auto leaves_piece = hn::Lt(nearest, leave);
-    const auto left = hn::Max(hn::IfThenElse(leaves_piece, nearest, leave), rays.now);
+    const auto leaves_piece = hn::Lt(exits.nearest, leave);
+    const auto left = hn::Max(hn::IfThenElse(leaves_piece, exits.nearest, leave), rays.now);
     // Heights, as pass_cell() has them, with mirrored normals.
     const auto bits_6 = hn::Set(di, 63);
     const auto half_sum = hn::Set(d, static_cast<float>(kNormalHalf));
@@ -509,7 +567,7 @@ class Walker {
     for (uint32_t a = 0; a < 3; ++a) {
       const auto sign = hn::And(hn::ShiftLeftSame(rays.info, int(31 - a)), hn::Set(di, INT32_MIN));
       const auto normal = floats(hn::Xor(ints(upright[a]), sign));
-      const auto from = hn::Sub(rays.origin[a], hn::Add(low[a], half_size));
+      const auto from = hn::Sub(rays.origin[a], hn::Add(exits.low[a], half_size));
       enters[a] = hn::Mul(normal, hn::Add(from, hn::Mul(rays.now, rays.direction[a])));
       leaves[a] = hn::Mul(normal, hn::Add(from, hn::Mul(left, rays.direction[a])));
     }
@@ -537,8 +595,8 @@ class Walker {
     const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(info, sides), sides));
     const uint32_t goes_on = bits_of(hn::AndNot(blocked, leaves_piece)) & lanes.ready;
 
-    for (uint32_t a = 0; a < 3; ++a) hn::Store(exit[a], d, exit_[a] + at);
-    hn::Store(hn::IfThenElse(ready, nearest, hn::Set(d, -kNever)), d, reached_ + at);
+    for (uint32_t a = 0; a < 3; ++a) hn::Store(exits.t[a], d, exit_[a] + at);
+    hn::Store(hn::IfThenElse(ready, exits.nearest, hn::Set(d, -kNever)), d, reached_ + at);
     hn::Store(hn::IfThenElse(ready, left, rays.now), d, rays_.slots.members[kNow] + at);
     hn::Store(floats(hn::IfThenElse(hn::RebindMask(di, ready), info, rays.info)), d,
               rays_.slots.members[kInfo] + at);
