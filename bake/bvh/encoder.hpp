@@ -35,9 +35,9 @@ inline std::vector<std::string> details(const format::BvhView&) { return {}; }
 
 /// What rays take of the fast kernels, by which encodings are compared.
 struct BvhCounts {
-  uint64_t nodes = 0, leaves = 0;
+  uint64_t nodes = 0;  ///< of leaves there are the more the more nodes there are
 
-  BvhCounts operator+(const BvhCounts& other) const { return {nodes + other.nodes, leaves + other.leaves}; }
+  BvhCounts operator+(const BvhCounts& other) const { return {nodes + other.nodes}; }
   double nanoseconds() const;
 };
 BvhCounts count_work(const kernels::BvhField& field, std::span<const kernels::Segment> rays);

@@ -58,6 +58,11 @@ SegmentShape shape_for(const BakeOptions& options) {
   return shape;
 }
 
+/// How much finer the grid of a large object is than the preset says, as far as its budget allows.
+double growth_for(const SegmentShape& shape, uint64_t triangles) {
+  return shape.budget == ~uint64_t{0} ? 1.0 : std::max(1.0, std::pow(double(triangles) / 1e6, 0.4));
+}
+
 /// What a field of an object may take: half of what a BVH would, but for very small ones, and no more than
 /// the preset says, or so many times as much as the object has the root of millions of triangles.
 uint64_t budget_for(const SegmentShape& shape, uint64_t triangles) {
@@ -106,9 +111,11 @@ class SegmentEncoder final : public Encoder {
   void lay_out(const Prepared& prepared, double scale, bool bounded, bool, Form& form) const override {
     scale *= options_.scale;
     bounded = bounded && options_.scale == 1;
-    const double budget = double(budget_for(shape_, prepared.surface.triangles.size()));
+    const uint64_t triangles = prepared.surface.triangles.size();
+    const double budget = double(budget_for(shape_, triangles)), growth = growth_for(shape_, triangles);
     for (;;) {
-      lay_out(prepared, scale, form);
+      lay_out(prepared, scale * growth, form);
+      form.scale = scale;
       // Bytes fall with the square of the scale, or a little faster.
       const double next = scale * std::clamp(std::pow(budget / double(form.cost.bytes), 1 / 2.5), 0.3, 0.85);
       if (!bounded || double(form.cost.bytes) <= budget || !has_scale(next)) return;
@@ -165,7 +172,8 @@ class SegmentEncoder final : public Encoder {
     constexpr double kVoxelsToCut = 4;
     uint32_t levels = shape_.levels;
     while (levels > 0 && !options_.resolution && wanted < kVoxelsToCut * (1u << levels)) --levels;
-    const uint32_t voxels = std::clamp(uint32_t(std::lround(wanted)), 2u, kernels::kMaxVoxels);
+    const uint32_t voxels = std::clamp(uint32_t(std::lround(wanted)), 2u,
+                                       std::min(kernels::kMaxVoxels, kernels::kMaxCells >> levels));
     const Grid grid = make_grid(prepared.box, voxels, levels);
     SurfaceVoxels surface = voxelize(grid, mesh);
     const Occupancy occupancy = classify(grid, mesh, std::move(surface.marks), prepared.closed);
@@ -175,7 +183,6 @@ class SegmentEncoder final : public Encoder {
     store_occupancy(occupancy, shape_.features_per_corner, form.object().name, data);
     const double thickness = shape_.thickness / scale * prepared.bias * grid.voxels_per_unit * grid.cells();
     const CellCounts cells = fit_cells(grid, mesh, surface, thickness, form.object().name, data);
-    form.scale = scale;
     form.alone.networks = {blank_network(shape_)};
     form.report = SegmentBaking::Report{grid.voxels,
                                         occupancy.surface_voxels,
@@ -230,12 +237,14 @@ std::unique_ptr<Encoder> SegmentBaking::make(const BakeOptions& options) {
   return std::make_unique<SegmentEncoder>(options);
 }
 
-// By least squares over times of the AVX-512 kernels on the meshes of docs/results/encoding.md, when voxels
-// had no planes yet. docs/results/work.sh fits them anew.
-double SegmentCounts::nanoseconds() const { return 6.5 * double(pieces) + 55 * double(ambiguous); }
+// docs/results/work.md has how they were fitted.
+double SegmentCounts::nanoseconds() const {
+  return 20 * double(rays) + 3.3 * double(pieces) + 125 * double(ambiguous);
+}
 
 SegmentCounts count_work(const kernels::SegmentField& field, std::span<const Segment> rays) {
   return count_all<SegmentCounts>(rays, [&](const Segment& segment, SegmentCounts& counts) {
+    ++counts.rays;
     kernels::Walk walk;
     kernels::walk_segment(field, segment, walk, [&](const kernels::Piece& piece) {
       int32_t voxel[3];

@@ -50,11 +50,12 @@ inline std::vector<std::string> details(const format::SegmentView&) { return {};
 
 /// What rays take of the fast kernels, by which encodings are compared.
 struct SegmentCounts {
+  uint64_t rays = 0;
   uint64_t pieces = 0;     ///< that the walk passes in mixed bricks: a fast one leaps over the others
   uint64_t ambiguous = 0;  ///< rays that the network is asked
 
   SegmentCounts operator+(const SegmentCounts& other) const {
-    return {pieces + other.pieces, ambiguous + other.ambiguous};
+    return {rays + other.rays, pieces + other.pieces, ambiguous + other.ambiguous};
   }
   double nanoseconds() const;
 };

@@ -77,7 +77,7 @@ rows() {
       print "`nif bench FIELD --against BVH --mesh MESH --threads 1 --set outer-lines --set inner-surface --rays 200000`. All"
       print "figures are ratios of speeds that were measured in the same rounds. \"Embree\" is the best of its calls and builds.\n"
       print "*Counted* is the prediction of the baker of field / BVH for both sets together. It counts voxels, rays left to the network,"
-      print "nodes and leaves (`bake/work.hpp`). The column before it is the measured ratio. The count ignores caches. So BVHs that"
+      print "and nodes (`bake/work.hpp`). The column before it is the measured ratio. The count ignores caches. So BVHs that"
       print "do not fit into a cache are slower than predicted, and auto chooses exact answers a little too often.\n"
       print "| mesh | outer-lines: field / Embree | BVH / Embree | field / BVH | inner-surface: field / Embree | BVH / Embree | field / BVH | both: measured | counted |"
       print "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Fits the weights of counted work, by which `nif bake --encoding auto` compares fields and BVHs, and writes a page
-# about them beside this script. Takes about two hours on two cores, most of it bakes; those that are in build/work are not done again.
+# about them beside this script. Takes some ten minutes on two cores, most of it bakes; those that are in build/work are not done again.
 # Let nothing else run meanwhile.
 #
 #   NIF_TEST_MESHES=FOLDER docs/results/work.sh
@@ -43,21 +43,38 @@ rows() {
   done
 }
 
-# fit ENCODING: weights of both counts, by which the sum of the squares of (weighed / measured - 1) is least.
+# fit ENCODING: the nanoseconds of a ray, of one of its first and one of its second counts, by which the sum of the squares
+# of (weighed / measured - 1) is least. For BVHs of a node alone: the other weights stay 0.
 fit() {
-  awk -v encoding="$1" '$1 == encoding { x = $4 / $7; y = $5 / $7; xx += x * x; xy += x * y; yy += y * y; sx += x; sy += y }
-    END { d = xx * yy - xy * xy; printf "%.1f %.1f\n", (sx * yy - sy * xy) / d, (sy * xx - sx * xy) / d }'
+  awk -v encoding="$1" '
+    $1 == encoding && encoding == "bvh" { x = $4 / $7; xx += x * x; sx += x }
+    $1 == encoding {
+      v[1] = 1 / $7; v[2] = $4 / $7; v[3] = $5 / $7
+      for (i = 1; i <= 3; i++) { b[i] += v[i]; for (j = 1; j <= 3; j++) m[i, j] += v[i] * v[j] }
+    }
+    function det(c, i, j, n) {  # with the right-hand side in column c, or in none
+      for (i = 1; i <= 3; i++) for (j = 1; j <= 3; j++) n[i, j] = j == c ? b[i] : m[i, j]
+      return n[1, 1] * (n[2, 2] * n[3, 3] - n[2, 3] * n[3, 2]) - n[1, 2] * (n[2, 1] * n[3, 3] - n[2, 3] * n[3, 1]) \
+        + n[1, 3] * (n[2, 1] * n[3, 2] - n[2, 2] * n[3, 1])
+    }
+    END {
+      if (encoding == "bvh") printf "0 %.1f 0\n", sx / xx
+      else printf "%.1f %.1f %.1f\n", det(1) / det(0), det(2) / det(0), det(3) / det(0)
+    }' "$out/rows"
 }
 
 # table ENCODING FIRST SECOND: measured times beside those of the weights that were fitted and those of the baker.
 table() {
-  local a b
-  read -r a b <<<"$(fit "$1" <"$out/rows")"
-  printf '\nOne of %s: **%s ns**. One of %s: **%s ns**.\n\n' "$2" "$a" "$3" "$b"
-  printf '| mesh | ray set | %s a ray | %s a ray | measured, ns | by this fit | by the baker |\n' "$2" "$3"
-  printf '| --- | --- | ---: | ---: | ---: | ---: | ---: |\n'
-  awk -v encoding="$1" -v a="$a" -v b="$b" '$1 == encoding {
-    printf "| %s | %s | %.2f | %.3f | %.0f | %.0f | %.0f |\n", $2, $3, $4, $5, $7, a * $4 + b * $5, $6 }' "$out/rows"
+  local ray first second
+  read -r ray first second <<<"$(fit "$1")"
+  printf '\nOne of %s: **%s ns**.' "$2" "$first"
+  [[ $1 == bvh ]] || printf ' One of %s: **%s ns**. A ray by itself: **%s ns**.' "$3" "$second" "$ray"
+  printf '\n\n| mesh | ray set | %s a ray | %smeasured, ns | by this fit | by the baker |\n' "$2" "${3:+$3 a ray | }"
+  printf '| --- | --- | ---: |%s ---: | ---: | ---: |\n' "${3:+ ---: |}"
+  awk -v encoding="$1" -v ray="$ray" -v first="$first" -v second="$second" '$1 == encoding {
+    printf "| %s | %s | %.2f |", $2, $3, $4
+    if (encoding != "bvh") printf " %.3f |", $5
+    printf " %.0f | %.0f | %.0f |\n", $7, ray + first * $4 + second * $5, $6 }' "$out/rows"
 }
 
 rows >"$out/rows"
@@ -67,10 +84,11 @@ rows >"$out/rows"
   printf 'The choice of an [encoding](../model.md#how-auto-chooses) counts what rays take and does not time it. These are the\n'
   printf 'weights of the counts, in nanoseconds, by least squares of relative errors over the times of the AVX-512 kernels:\n'
   printf 'medians of 15 rounds of `nif bench FIELD --against BVH --threads 1 --rays %s`, preset `balanced`.\n' "$rays"
+  printf 'Counts of leaves are not used: they grow with those of nodes, and the fit gave them a negative weight.\n'
   printf '"By the baker" are the weights that the baker had during this run (`nanoseconds()` in `bake/*/encoder.cpp`).\n'
   printf '\n## Fields\n'
   table segment pieces 'rays that ask the network'
   printf '\n## BVHs\n'
-  table bvh nodes leaves
+  table bvh nodes ''
 } >docs/results/work.md.new
 mv docs/results/work.md.new docs/results/work.md

@@ -5,7 +5,7 @@
 //
 // ASSET has one object, `segment` or `bvh`, baked from MESH. Prints a line for each ray set that nif bench
 // has, tab-separated: the set, the first and the second count a ray (pieces and rays that ask the network, or
-// nodes and leaves), and the nanoseconds that the baker takes them for. The rays are those of nif bench.
+// nodes and 0), and the nanoseconds that the baker takes them for. The rays are those of nif bench.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -43,7 +43,7 @@ void run(const std::string& path, const std::string& mesh, uint64_t count) {
       print(set, rays.size(), counts.pieces, counts.ambiguous, counts.nanoseconds());
     } else {
       const bake::BvhCounts counts = bake::count_work(view.objects.front().as<format::BvhView>().field, rays);
-      print(set, rays.size(), counts.nodes, counts.leaves, counts.nanoseconds());
+      print(set, rays.size(), counts.nodes, 0, counts.nanoseconds());
     }
   }
 }

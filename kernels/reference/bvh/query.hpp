@@ -141,24 +141,19 @@ NIF_HOST_DEVICE bool meets_leaf(const BvhField& field, const BvhRayOf<Real>& ray
   return false;
 }
 
-/// What a traversal cost; for the baker's choice between encodings.
-struct BvhWork {
-  uint64_t nodes = 0, leaves = 0;
-};
-
-inline bool meets_bvh(const BvhField& field, const BvhRay& ray, BvhWork* work = nullptr) {
+/// Adds the nodes that it looks at to `nodes`, where the baker wants to know.
+inline bool meets_bvh(const BvhField& field, const BvhRay& ray, uint64_t* nodes = nullptr) {
   uint32_t stack[kBvhStack], size = 0;
   stack[size++] = 0;
   while (size > 0) {
     const BvhNode& node = field.nodes[stack[--size]];
-    if (work) ++work->nodes;
+    if (nodes) ++*nodes;
     for (uint32_t s = 0; s < kBvhWidth && node.slots[s] != 0; ++s) {
       if (!meets_box(ray, node, s)) continue;
       if (slot_kind(node.slots[s]) == kInnerSlot) {
         stack[size++] = node.first_node + slot_rank(node.slots[s]);
         continue;
       }
-      if (work) ++work->leaves;
       if (meets_leaf(field, ray, node, node.slots[s])) return true;
     }
   }
