@@ -58,9 +58,14 @@ SegmentShape shape_for(const BakeOptions& options) {
   return shape;
 }
 
+/// Voxels along an axis that may be cut `levels` times.
+uint32_t most_voxels(uint32_t levels) { return std::min(kernels::kMaxVoxels, kernels::kMaxCells >> levels); }
+
 /// How much finer the grid of a large object is than the preset says, as far as its budget allows.
 double growth_for(const SegmentShape& shape, uint64_t triangles) {
-  return shape.budget == ~uint64_t{0} ? 1.0 : std::max(1.0, std::pow(double(triangles) / 1e6, 0.4));
+  if (shape.budget == ~uint64_t{0}) return 1.0;
+  return std::clamp(std::pow(double(triangles) / 1e6, 0.4), 1.0,
+                    double(most_voxels(shape.levels)) / shape.voxels);
 }
 
 /// What a field of an object may take: half of what a BVH would, but for very small ones, and no more than
@@ -104,8 +109,7 @@ class SegmentEncoder final : public Encoder {
   std::string_view smallest() const override { return "the coarsest grids"; }
   bool has_scale(double scale) const override {
     constexpr double kFewest = 4;
-    return shape_.voxels * scale >= kFewest && shape_.voxels * scale <= kernels::kMaxVoxels &&
-           shape_.voxels * scale * (1u << shape_.levels) <= kernels::kMaxCells;
+    return shape_.voxels * scale >= kFewest && shape_.voxels * scale <= most_voxels(shape_.levels);
   }
 
   void lay_out(const Prepared& prepared, double scale, bool bounded, bool, Form& form) const override {
@@ -172,8 +176,7 @@ class SegmentEncoder final : public Encoder {
     constexpr double kVoxelsToCut = 4;
     uint32_t levels = shape_.levels;
     while (levels > 0 && !options_.resolution && wanted < kVoxelsToCut * (1u << levels)) --levels;
-    const uint32_t voxels = std::clamp(uint32_t(std::lround(wanted)), 2u,
-                                       std::min(kernels::kMaxVoxels, kernels::kMaxCells >> levels));
+    const uint32_t voxels = std::clamp(uint32_t(std::lround(wanted)), 2u, most_voxels(levels));
     const Grid grid = make_grid(prepared.box, voxels, levels);
     SurfaceVoxels surface = voxelize(grid, mesh);
     const Occupancy occupancy = classify(grid, mesh, std::move(surface.marks), prepared.closed);
