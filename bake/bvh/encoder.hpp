@@ -35,7 +35,7 @@ inline std::vector<std::string> details(const format::BvhView&) { return {}; }
 
 /// What rays take of the fast kernels, by which encodings are compared.
 struct BvhCounts {
-  uint64_t nodes = 0;  ///< of leaves there are the more the more nodes there are
+  uint64_t nodes = 0;  ///< leaves grow with them, and would say no more
 
   BvhCounts operator+(const BvhCounts& other) const { return {nodes + other.nodes}; }
   double nanoseconds() const;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Bakes meshes of 1,000 to a million triangles as fields and as BVHs, compares their speed, and writes
-# docs/results/encoding.md: what each costs, and which of them `nif bake --encoding auto` takes. Takes about an hour on two
-# cores. Assets that already exist in build/encoding are not baked again.
+# docs/results/encoding.md: what each costs, and which of them `nif bake --encoding auto` takes. Takes some ten minutes on
+# two cores. Assets that already exist in build/encoding are not baked again.
 #
 #   NIF_TEST_MESHES=FOLDER docs/results/encoding.sh
 set -euo pipefail

@@ -4,7 +4,8 @@
 // followed down to the piece that holds the ray, the piece is passed, and the word of the next voxel is
 // fetched. All groups go through one phase before any goes through the next, so that one's loads hide behind
 // another's arithmetic. Leaps over empty voxels and cells are passed by the same instructions, and nothing
-// within a phase branches on what rays do: neither can be predicted.
+// within a phase branches on what rays do: neither can be predicted. Only the first leaps are made before
+// rays have a lane, because lines from outside begin with them.
 //
 // Each axis is mirrored where the direction is negative: (k - o) * inv keeps its bits when all three change
 // sign, and so do heights when normals do, too. Every ray then walks upward. A step goes as far as the piece,
