@@ -20,6 +20,7 @@
 #include <variant>
 
 #include "bake/bvh/encoder.hpp"
+#include "bake/exact/encoder.hpp"
 #include "bake/segment/encoder.hpp"
 #include "bake/spherical/encoder.hpp"
 
@@ -27,7 +28,7 @@ namespace nif::bake {
 
 /// T<...> of all encodings, in the order in which they are named to people.
 template <template <class...> class T>
-using OfEncoders = T<SegmentBaking, BvhBaking, SphericalBaking>;
+using OfEncoders = T<SegmentBaking, ExactBaking, BvhBaking, SphericalBaking>;
 
 template <class... Baking>
 struct OptionsOf : Baking::Options... {};

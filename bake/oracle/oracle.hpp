@@ -12,7 +12,7 @@
 #include "bake/oracle/embree_scene.hpp"
 #include "formats/base/vector.hpp"
 #include "formats/mesh/scene.hpp"
-#include "kernels/reference/segment/walk.hpp"
+#include "kernels/reference/proof/walk.hpp"
 
 namespace nif::bake {
 

@@ -9,13 +9,7 @@
 namespace nif::bake {
 
 void add_report(const SegmentBaking::Report& report, nlohmann::ordered_json& json) {
-  json["voxels"] = report.voxels;
-  json["surface_voxels"] = report.surface_voxels;
-  json["inside_voxels"] = report.inside_voxels;
-  json["unknown_voxels"] = report.unknown_voxels;
-  json["parts"] = report.parts;
-  json["planes"] = report.planes;
-  json["walls"] = report.walls;
+  add_grid(report, json);
   if (report.lean) json["lean"] = to_json(*report.lean);
 }
 

@@ -6,8 +6,7 @@
 
 #include "bake/encoder.hpp"
 #include "bake/report.hpp"
-#include "bake/segment/cells.hpp"
-#include "bake/segment/occupancy.hpp"
+#include "bake/segment/corners.hpp"
 #include "bake/segment/trainer.hpp"
 #include "bake/steps.hpp"
 #include "bake/work.hpp"
@@ -17,11 +16,7 @@ namespace nif::bake {
 namespace {
 
 /// What a preset comes to.
-struct SegmentShape {
-  uint32_t voxels;   ///< along the longest side
-  uint32_t levels;   ///< how often a voxel is cut in two along each axis, at most
-  double thickness;  ///< times the bias: how far apart planes are where a cell is cut
-  uint64_t budget;   ///< bytes of an object, see budget_for()
+struct SegmentShape : GridShape {
   uint32_t samples, features_per_corner;
   float length_scale;
   NetworkOptions network;
@@ -31,17 +26,15 @@ struct SegmentShape {
 
 // What `balanced` comes to stands in docs/results/dragon.md.
 constexpr std::pair<Preset, SegmentShape> kSegmentShapes[] = {
-    {Preset::fast, {32, 3, 2.0, 110'000, 4, 2, 48.0f, {32, 2}, 1000, 12'000'000}},
-    {Preset::balanced, {48, 2, 1.5, 200'000, 4, 2, 32.0f, {32, 2}, 2200, 110'000'000}},
-    {Preset::high, {64, 3, 0.5, 450'000, 8, 2, 48.0f, {48, 2}, 10000, 500'000'000}}};
+    {Preset::fast, {{32, 3, 2.0, 110'000}, 4, 2, 48.0f, {32, 2}, 1000, 12'000'000}},
+    {Preset::balanced, {{48, 2, 1.5, 200'000}, 4, 2, 32.0f, {32, 2}, 2200, 110'000'000}},
+    {Preset::high, {{64, 3, 0.5, 450'000}, 8, 2, 48.0f, {48, 2}, 10000, 500'000'000}}};
 
 // One part for each kind of query. Lines from within the volume are left out: they pass through surface
 // voxels as other lines do, and on the dragon nine in ten of them are certain, so finding the rest costs more
 // than it teaches.
 constexpr Mix kSegmentMix{0.30, 0.35, 0.0, 0.35, 0.0};
 
-/// With --resolution voxels are cut as often as leaves so many of them, because features are theirs.
-constexpr uint32_t kLeastVoxels = 12;
 constexpr uint64_t kLeastSegmentRays = 2'000'000;
 constexpr uint64_t kSegmentRaysPerRound = 3'000'000;
 
@@ -49,32 +42,8 @@ SegmentShape shape_for(const BakeOptions& options) {
   SegmentShape shape = kSegmentShapes[1].second;
   for (const auto& [preset, known] : kSegmentShapes)
     if (preset == options.preset) shape = known;
-  if (options.resolution) {
-    while (shape.levels > 0 && *options.resolution >> shape.levels < kLeastVoxels) --shape.levels;
-    while (*options.resolution >> shape.levels > kernels::kMaxVoxels) ++shape.levels;
-    shape.voxels = (*options.resolution + (1u << shape.levels) - 1) >> shape.levels;
-    shape.budget = ~uint64_t{0};
-  }
+  if (options.resolution) set_resolution(*options.resolution, shape);
   return shape;
-}
-
-/// Voxels along an axis that may be cut `levels` times.
-uint32_t most_voxels(uint32_t levels) { return std::min(kernels::kMaxVoxels, kernels::kMaxCells >> levels); }
-
-/// How much finer the grid of a large object is than the preset says, as far as its budget allows.
-double growth_for(const SegmentShape& shape, uint64_t triangles) {
-  if (shape.budget == ~uint64_t{0}) return 1.0;
-  return std::clamp(std::pow(double(triangles) / 1e6, 0.4), 1.0,
-                    double(most_voxels(shape.levels)) / shape.voxels);
-}
-
-/// What a field of an object may take: half of what a BVH would, but for very small ones, and no more than
-/// the preset says, or so many times as much as the object has the root of millions of triangles.
-uint64_t budget_for(const SegmentShape& shape, uint64_t triangles) {
-  constexpr uint64_t kBytesPerTriangle = 10, kLeastBudget = 24'000;
-  if (shape.budget == ~uint64_t{0}) return shape.budget;
-  const double most = double(shape.budget) * std::max(1.0, std::sqrt(double(triangles) / 1e6));
-  return std::min(uint64_t(most), std::max(kBytesPerTriangle * triangles, kLeastBudget));
 }
 
 /// A network of the right shape and size, all zeros, to measure what a file will take.
@@ -107,24 +76,14 @@ class SegmentEncoder final : public Encoder {
   std::string_view name() const override { return format::EncodingOf<kernels::SegmentField>::kName; }
   std::string_view noun() const override { return "a field"; }
   std::string_view smallest() const override { return "the coarsest grids"; }
-  bool has_scale(double scale) const override {
-    constexpr double kFewest = 4;
-    return shape_.voxels * scale >= kFewest && shape_.voxels * scale <= most_voxels(shape_.levels);
-  }
+  bool has_scale(double scale) const override { return bake::has_scale(shape_, scale); }
 
   void lay_out(const Prepared& prepared, double scale, bool bounded, bool, Form& form) const override {
-    scale *= options_.scale;
-    bounded = bounded && options_.scale == 1;
-    const uint64_t triangles = prepared.surface.triangles.size();
-    const double budget = double(budget_for(shape_, triangles)), growth = growth_for(shape_, triangles);
-    for (;;) {
-      lay_out(prepared, scale * growth, form);
-      form.scale = scale;
-      // Bytes fall with the square of the scale, or a little faster.
-      const double next = scale * std::clamp(std::pow(budget / double(form.cost.bytes), 1 / 2.5), 0.3, 0.85);
-      if (!bounded || double(form.cost.bytes) <= budget || !has_scale(next)) return;
-      scale = next;
-    }
+    form.scale = fit_budget(shape_, scale * options_.scale, bounded && options_.scale == 1,
+                            prepared.surface.triangles.size(), [&](double grid_scale) {
+                              lay_out(prepared, grid_scale, form);
+                              return form.cost.bytes;
+                            });
   }
 
   double work(const Form& form, const RaySource& source, uint64_t seed) const override {
@@ -169,32 +128,13 @@ class SegmentEncoder final : public Encoder {
  private:
   /// Its occupancy and planes, and zero features.
   void lay_out(const Prepared& prepared, double scale, Form& form) const {
-    const mesh::CleanMesh& mesh = prepared.surface;
-    const double wanted = double(shape_.voxels) * scale;
-    // The coarsest grids are for the fewest bytes: features of so few voxels are not worth cells of their
-    // own.
-    constexpr double kVoxelsToCut = 4;
-    uint32_t levels = shape_.levels;
-    while (levels > 0 && !options_.resolution && wanted < kVoxelsToCut * (1u << levels)) --levels;
-    const uint32_t voxels = std::clamp(uint32_t(std::lround(wanted)), 2u, most_voxels(levels));
-    const Grid grid = make_grid(prepared.box, voxels, levels);
-    SurfaceVoxels surface = voxelize(grid, mesh);
-    const Occupancy occupancy = classify(grid, mesh, std::move(surface.marks), prepared.closed);
+    const LaidOut grid = lay_out_grid(prepared, shape_, scale, options_.resolution.has_value());
     format::SegmentData data;
     data.samples = shape_.samples;
     data.length_scale = shape_.length_scale;
-    store_occupancy(occupancy, shape_.features_per_corner, form.object().name, data);
-    const double thickness = shape_.thickness / scale * prepared.bias * grid.voxels_per_unit * grid.cells();
-    const CellCounts cells = fit_cells(grid, mesh, surface, thickness, form.object().name, data);
+    store_occupancy(grid.occupancy, shape_.features_per_corner, form.object().name, data);
+    form.report = SegmentBaking::Report{fit_planes(prepared, grid, form.object().name, data), std::nullopt};
     form.alone.networks = {blank_network(shape_)};
-    form.report = SegmentBaking::Report{grid.voxels,
-                                        occupancy.surface_voxels,
-                                        occupancy.inside_voxels,
-                                        occupancy.unknown_voxels,
-                                        cells.parts,
-                                        cells.planes,
-                                        cells.walls,
-                                        std::nullopt};
     // Features are not known before they are trained, so they count uncoded: a file takes no more than this.
     // The size that grids are chosen by does not depend on how a file stores them.
     data.coded = format::kCodedOccupancy | format::kCodedCells;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/proof/shape.hpp"
 #include "bake/segment/lean.hpp"
 #include "formats/nif/asset.hpp"
 
@@ -27,12 +28,7 @@ struct SegmentBaking {
         resolution;            ///< finest cells along the longest side, in place of what fits the budget
     std::optional<Lean> lean;  ///< to which side answers lean; `bvh` objects need not, and others cannot
   };
-  struct Report {
-    std::array<uint32_t, 3> voxels{};  ///< of the grid
-    size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
-    size_t parts = 0;   ///< of surface voxels that are cut
-    size_t planes = 0;  ///< surface voxels and parts with planes
-    size_t walls = 0;   ///< of those, with a wall
+  struct Report : GridReport {
     std::optional<LeanReport> lean;
   };
   static constexpr bool kAutomatic = true;

@@ -4,7 +4,7 @@
 
 #include "kernels/cpu/segment/kernel.hpp"
 #include "kernels/reference/batch.hpp"
-#include "kernels/reference/segment/walk.hpp"
+#include "kernels/reference/proof/walk.hpp"
 
 namespace nif::bake {
 

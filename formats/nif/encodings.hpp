@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "formats/nif/bvh/encoding.hpp"
+#include "formats/nif/exact/encoding.hpp"
 #include "formats/nif/segment/encoding.hpp"
 #include "formats/nif/spherical/encoding.hpp"
 #include "kernels/reference/encodings.hpp"

@@ -4,6 +4,7 @@
 #include <concepts>
 
 #include "kernels/cpu/bvh/kernel.hpp"
+#include "kernels/cpu/exact/kernel.hpp"
 #include "kernels/cpu/segment/kernel.hpp"
 #include "kernels/cpu/spherical/kernel.hpp"
 #include "kernels/reference/encodings.hpp"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "kernels/reference/segment/walk.hpp"
+#include "kernels/reference/proof/walk.hpp"
 
 namespace nif::kernels::cpu {
 namespace {
@@ -79,7 +79,7 @@ struct Box {
 
 }  // namespace
 
-WalkGrid::WalkGrid(const SegmentField& field, std::pmr::memory_resource* memory)
+WalkGrid::WalkGrid(const ProofField& field, std::pmr::memory_resource* memory)
     : voxels(memory), parts(field.parts, field.parts + field.part_count, memory) {
   const uint32_t(&size)[3] = field.voxels;
   voxels.reserve(size_t(size[0]) * size[1] * size[2]);

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "kernels/packed/walk_words.hpp"
-#include "kernels/reference/segment/field.hpp"
+#include "kernels/reference/proof/field.hpp"
 
 namespace nif::kernels::cpu {
 
 struct WalkGrid {
-  WalkGrid(const SegmentField& field, std::pmr::memory_resource* memory);
+  WalkGrid(const ProofField& field, std::pmr::memory_resource* memory);
 
   std::pmr::vector<uint32_t> voxels;  ///< [z][y][x]: at most 2^24, so that floats number them exactly
   std::pmr::vector<uint32_t> parts;

@@ -1,5 +1,5 @@
 // What the kernels that leap over voxels read: a word for each voxel. In a surface voxel it is the record of
-// the field (kernels/reference/segment/cells.hpp). In any other it says what the voxel is, and a box around
+// the field (kernels/reference/proof/cells.hpp). In any other it says what the voxel is, and a box around
 // it in which all voxels are alike: a leap ends where the segment leaves that box. So nothing is missed, and
 // the crossing at which the leap ends is one that the reference comes to as well. kernels/packed/walk_grid
 // makes them; the CPU's kernels and the GPU's read them.
@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-#include "kernels/reference/segment/cells.hpp"
+#include "kernels/reference/proof/cells.hpp"
 
 namespace nif::kernels {
 
@@ -33,7 +33,7 @@ inline constexpr float kEstimateSlack = 1.0f / 32;
 /// A field's words.
 struct WalkWords {
   const uint32_t* voxels = nullptr;  ///< [voxels z][y][x]
-  const uint32_t* parts = nullptr;   ///< as SegmentField::parts
+  const uint32_t* parts = nullptr;   ///< as ProofField::parts
 };
 
 }  // namespace nif::kernels

@@ -1,15 +1,15 @@
 // Planes hold what is in their cells, walls are found where surfaces are whole, and words are as files have
 // them.
-#include "bake/segment/cells.hpp"
+#include "bake/proof/cells.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "bake/segment/thinnest.hpp"
+#include "bake/proof/thinnest.hpp"
 #include "formats/base/random.hpp"
 #include "formats/base/status.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/segment/walk.hpp"
+#include "kernels/reference/proof/walk.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"
 

@@ -10,7 +10,7 @@
 #include "bake/bake.hpp"
 #include "bake/bvh/builder.hpp"
 #include "bake/oracle/prepare.hpp"
-#include "bake/segment/occupancy.hpp"
+#include "bake/segment/corners.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"

@@ -1,6 +1,6 @@
 #include "tests/bake/hard_shapes.hpp"
 
-#include "bake/segment/voxelize.hpp"
+#include "bake/proof/voxelize.hpp"
 #include "formats/base/vector.hpp"
 #include "tests/support/shapes.hpp"
 

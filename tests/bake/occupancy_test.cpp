@@ -1,5 +1,5 @@
 // Voxels are marked wherever a triangle is, and called inside or outside only where that is so.
-#include "bake/segment/occupancy.hpp"
+#include "bake/proof/occupancy.hpp"
 
 #include <gtest/gtest.h>
 

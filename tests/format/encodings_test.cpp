@@ -15,8 +15,8 @@ using test::Bytes, test::Outcome, test::outcome_of, test::Part;
 
 /// Two objects of each encoding.
 const Bytes& mixed() {
-  static const Bytes file = format::encode(
-      test::random_asset(31, {.objects = 2, .max_voxels = 9, .bvhs = 2, .sphericals = 2, .primaries = 1}));
+  static const Bytes file = format::encode(test::random_asset(
+      31, {.objects = 2, .max_voxels = 9, .bvhs = 2, .sphericals = 2, .exacts = 2, .primaries = 1}));
   return file;
 }
 
@@ -92,7 +92,7 @@ TEST(Encodings, SectionsAreThereForObjects) {
 
 TEST(Encodings, SectionsAreNotThereForNoObject) {
   for_each_pair([&](auto encoding, uint32_t) {
-    test::RandomAssetOptions others{.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1};
+    test::RandomAssetOptions others{.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1};
     (encoding.kNumber == 1 ? others.objects : encoding.kNumber == 2 ? others.sphericals : others.bvhs) = 0;
     const Bytes file = format::encode(test::random_asset(1, others));
     ASSERT_EQ(outcome_of(file).sentence, "");

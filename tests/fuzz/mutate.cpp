@@ -182,13 +182,15 @@ uint64_t random_bits(Random& random) {
 }
 
 /// Other bricks, in a grid of another size at times; the tables that follow from them are right.
-void mutate_grid(format::SegmentData& data, Random& random) {
+template <class Data>
+void mutate_grid(Data& data, Random& random) {
+  constexpr bool kCorners = std::is_same_v<Data, format::SegmentData>;
   std::vector<Brick> bricks;
   for (const uint16_t entry : data.brick_table) {
     Brick brick{std::min<uint16_t>(entry, kernels::kFirstMixedBrick), {}, 0};
     if (entry >= kernels::kFirstMixedBrick) {
       brick.states = data.brick_states[entry - kernels::kFirstMixedBrick];
-      brick.corners = data.brick_corners[entry - kernels::kFirstMixedBrick];
+      if constexpr (kCorners) brick.corners = data.brick_corners[entry - kernels::kFirstMixedBrick];
     }
     bricks.push_back(brick);
   }
@@ -211,9 +213,11 @@ void mutate_grid(format::SegmentData& data, Random& random) {
                  layers = format::bricks_for(data.voxels[2]);
   data.brick_table.clear();
   data.brick_states.clear();
-  data.brick_corners.clear();
-  data.corner_base.clear();
-  data.corners = 0;
+  if constexpr (kCorners) {
+    data.brick_corners.clear();
+    data.corner_base.clear();
+    data.corners = 0;
+  }
   for (uint32_t b = 0; b < across * down * layers; ++b) {
     const Brick& brick = bricks[b % bricks.size()];
     data.brick_table.push_back(brick.entry);
@@ -230,14 +234,18 @@ void mutate_grid(format::SegmentData& data, Random& random) {
           low[2] + bit / 16 < data.voxels[2])
         within |= uint64_t{1} << bit;
     data.brick_states.push_back({brick.states.surface & within, brick.states.aux & within});
-    data.brick_corners.push_back(brick.corners);
-    data.corner_base.push_back(data.corners);
-    data.corners += uint32_t(std::popcount(brick.corners));
+    if constexpr (!kCorners)
+      continue;
+    else {
+      data.brick_corners.push_back(brick.corners);
+      data.corner_base.push_back(data.corners);
+      data.corners += uint32_t(std::popcount(brick.corners));
+    }
   }
 }
 
 /// Changes the cells, often to what a reader refuses: the words, and what the tables say of them.
-void mutate_cells(format::SegmentData& data, Random& random) {
+void mutate_cells(format::ProofData& data, Random& random) {
   if (random.below(4) == 0) data.levels = random.below(kernels::kMaxLevels + 1);
   for (uint32_t changes = 1 + random.below(4); changes > 0; --changes) {
     std::vector<uint32_t>& words = random.below(2) ? data.voxel_records : data.parts;
@@ -309,6 +317,27 @@ void mutate(format::Bvh& data, format::Asset&, Random& random) {
     to[axis] = from[axis];
   else
     to[axis] = changed_float(to[axis], random);
+}
+
+void mutate(format::ExactData& data, format::Asset& asset, Random& random) {
+  format::ProofData& grid = data.proof;
+  if (random.below(4) == 0) grid.coded = random.below(format::kCodedPayloads + 1);
+  switch (random.below(4)) {
+    case 0:
+      mutate(data.bvh, asset, random);
+      break;
+    case 1:
+      mutate_cells(grid, random);
+      break;
+    case 2:
+      (random.below(2) ? grid.voxels_per_unit : grid.origin[random.below(3)]) *= random.between(0.5f, 2.0f);
+      break;
+    default:
+      mutate_grid(grid, random);
+      format::leave_bare(grid);
+      if (random.below(2))
+        for (uint32_t& word : grid.voxel_records) word = test::random_planes(random);
+  }
 }
 
 std::vector<float>& grid_of(format::SphericalGrids& grids, Random& random) {

@@ -4,7 +4,8 @@
 #include <cstring>
 #include <memory_resource>
 
-#include "kernels/gpu/segment/leaping_walk.hpp"
+#include "kernels/gpu/proof/leaping_walk.hpp"
+#include "kernels/gpu/segment/device_field.hpp"
 #include "kernels/packed/walk_grid.hpp"
 #include "tests/gpu/loaded.hpp"
 
@@ -71,10 +72,11 @@ void compare(const Leaping& leaping, const std::vector<Segment>& segments, Count
       ++counts.pieces;
       counts.cells += kernels::word_kind(piece.word) != kernels::kEmptyVoxel;
     });
-    kernels::gpu::leap_segment(leaping.field, s, found.walk, found.collect(), [&](uint32_t loads) {
-      ++counts.steps;
-      counts.loads += loads;
-    });
+    kernels::gpu::leap_segment(leaping.field, leaping.field.walk, s, found.walk, found.collect(),
+                               [&](uint32_t loads) {
+                                 ++counts.steps;
+                                 counts.loads += loads;
+                               });
     ASSERT_EQ(found.bits(), expected.bits())
         << s.origin[0] << ' ' << s.origin[1] << ' ' << s.origin[2] << " + t " << s.direction[0] << ' '
         << s.direction[1] << ' ' << s.direction[2] << ", " << s.tmin << " to " << s.tmax;

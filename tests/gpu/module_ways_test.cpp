@@ -18,7 +18,8 @@ class GpuWays : public GpuModuleTest {
   /// A scene of several instances with networks to ask.
   static void fill(TwinScenes& twins, uint32_t instances = 5) {
     Random random(1);
-    const uint32_t asset = twins.load(random_asset(1, {.objects = 2, .bvhs = 1, .sphericals = 1}));
+    const uint32_t asset =
+        twins.load(random_asset(1, {.objects = 2, .bvhs = 1, .sphericals = 1, .exacts = 1}));
     for (uint32_t i = 0; i < instances; ++i) twins.add(asset, i % 4, random_transform(random, 4));
     twins.commit();
   }
@@ -251,7 +252,8 @@ TEST_F(GpuWays, PartsOfHostQueries) {
 /// Half precision concerns `spherical` objects alone, moves what they say by what the arithmetic allows, and
 /// is the same each time, whichever way is the faster.
 TEST_F(GpuWays, HalfPrecision) {
-  const format::Asset asset = random_asset(3, {.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1});
+  const format::Asset asset =
+      random_asset(3, {.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1});
   const auto file = format::encode(asset);
   const format::AssetView view = format::read_asset(file, "test");
   Random random(6);

@@ -7,7 +7,7 @@
 
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/segment/walk.hpp"
+#include "kernels/reference/proof/walk.hpp"
 #include "tests/support/random_asset.hpp"
 
 namespace nif::test {

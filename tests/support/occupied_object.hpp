@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "bake/oracle/prepare.hpp"
-#include "bake/segment/cells.hpp"
-#include "bake/segment/occupancy.hpp"
+#include "bake/proof/cells.hpp"
+#include "bake/segment/corners.hpp"
 
 namespace nif::test {
 

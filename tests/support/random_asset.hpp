@@ -10,9 +10,10 @@
 #include <string>
 
 #include "formats/nif/asset.hpp"
-#include "formats/nif/segment/sides.hpp"
+#include "formats/nif/proof/sides.hpp"
 #include "kernels/reference/segment/query.hpp"
 #include "tests/support/random_bvh.hpp"
+#include "tests/support/random_exact.hpp"
 #include "tests/support/random_spherical.hpp"
 
 namespace nif::test {
@@ -24,6 +25,7 @@ struct RandomAssetOptions {
   uint32_t bvhs = 0;         ///< objects of the `bvh` encoding, after the others
   uint32_t sphericals =
       0;                   ///< objects of the `spherical` encoding, after those; the first two share networks
+  uint32_t exacts = 0;     ///< objects of the `exact` encoding, after those
   uint32_t primaries = 0;  ///< objects with a field for primary rays, the first so many of all
   uint32_t features = 0;   ///< of each corner; 0: any number
   /// PayloadForm: what a file has coded. Features and planes are less random then, else they would take no
@@ -220,11 +222,10 @@ inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides
     }
 }
 
-inline format::Object random_bvh_object(Random& random, const std::string& name) {
+/// All of an object but its content.
+inline format::Object object_of(const format::Bvh& bvh, const std::string& name) {
   format::Object object;
   object.name = name;
-  format::Bvh bvh =
-      random_bvh(random, 1 + random.below(60), random.between(-2.0f, 2.0f), random.between(0.5f, 3.0f));
   object.aabb_min = object.aabb_max = bvh.vertices[0];
   for (const auto& p : bvh.vertices)
     for (size_t a = 0; a < 3; ++a) {
@@ -233,7 +234,23 @@ inline format::Object random_bvh_object(Random& random, const std::string& name)
     }
   object.bias = 1e-3f * (object.aabb_max[0] - object.aabb_min[0]);
   object.triangles = uint32_t(bvh.triangles.size());
+  return object;
+}
+
+inline format::Object random_bvh_object(Random& random, const std::string& name) {
+  format::Bvh bvh =
+      random_bvh(random, 1 + random.below(60), random.between(-2.0f, 2.0f), random.between(0.5f, 3.0f));
+  format::Object object = object_of(bvh, name);
   object.content = std::move(bvh);
+  return object;
+}
+
+inline format::Object random_exact_object(Random& random, const RandomAssetOptions& options,
+                                          const std::string& name) {
+  format::ExactData exact = random_exact(random, options.max_voxels);
+  exact.proof.coded = options.coded;
+  format::Object object = object_of(exact.bvh, name);
+  object.content = std::move(exact);
   return object;
 }
 
@@ -292,10 +309,12 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
     network = uint32_t(asset.spherical_networks.size() - 1);
     asset.objects.push_back(std::move(object));
   }
+  for (uint32_t i = 0; i < options.exacts; ++i)
+    asset.objects.push_back(random_exact_object(random, options, "exact " + std::to_string(i)));
   for (uint32_t i = 0; i < options.instances; ++i) {
     format::Instance instance;
     instance.name = "instance " + std::to_string(i);
-    instance.object = random.below(options.objects + options.bvhs + options.sphericals);
+    instance.object = random.below(options.objects + options.bvhs + options.sphericals + options.exacts);
     for (size_t k = 0; k < 12; ++k)
       instance.transform[k] = random.between(-0.4f, 0.4f) + (k % 5 == 0 ? 1.0f : 0.0f);
     asset.instances.push_back(std::move(instance));
@@ -309,7 +328,7 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
 
 /// A segment near the object's grid, most of them through it: lines, short pieces, along axes, on voxel
 /// faces.
-inline kernels::Segment random_segment(Random& random, const kernels::SegmentField& field) {
+inline kernels::Segment random_segment(Random& random, const kernels::ProofField& field) {
   kernels::Segment segment;
   const bool on_lattice = random.below(4) == 0, along_axis = random.below(8) == 0,
              line = random.below(3) == 0, aimed = random.below(4) != 0, starts_inside = random.below(2) == 0;
@@ -330,6 +349,10 @@ inline kernels::Segment random_segment(Random& random, const kernels::SegmentFie
                      ? std::numeric_limits<float>::infinity()
                      : random.unit() * static_cast<float>(field.voxels[0]) / field.voxels_per_unit;
   return segment;
+}
+
+inline kernels::Segment random_segment(Random& random, const kernels::ExactField& field) {
+  return random.below(4) ? random_segment(random, field.proof) : random_segment(random, field.bvh);
 }
 
 }  // namespace nif::test

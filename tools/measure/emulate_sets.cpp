@@ -109,7 +109,7 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
           runs += walk.run_count;
         }
         steps = 0;
-        kernels::gpu::leap_segment(on_card, segment, walk, no_run, [&](uint32_t words) {
+        kernels::gpu::leap_segment(on_card, on_card.walk, segment, walk, no_run, [&](uint32_t words) {
           ++steps;
           leaps.loads += words;
           leaps.bytes += words * sizeof(uint32_t);

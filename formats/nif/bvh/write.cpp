@@ -1,4 +1,4 @@
-#include "formats/nif/bvh/encoding.hpp"
+#include "formats/nif/bvh/write.hpp"
 
 namespace nif::format {
 
@@ -19,19 +19,13 @@ BvhWriter::BvhWriter(Sections& sections, const BvhShared&)
 
 void BvhWriter::add(const Bvh& bvh) {
   BvhRecord record{};
-  record.nodes = uint32_t(bvh.nodes.size());
-  record.vertices = uint32_t(bvh.vertices.size());
-  record.triangles = uint32_t(bvh.triangles.size());
-  record.tree = trees_->begin_payload();
-  trees_->append(bvh.nodes);
-  trees_->append(bvh.vertices);
-  trees_->append(bvh.triangles);
-  trees_->end_payload(record.tree);
+  add_bvh(bvh, *trees_, record);
   records_->append(&record, 1);
 }
 
-Bvh EncodingOf<kernels::BvhField>::to_data(const BvhView& view) {
-  const kernels::BvhField& field = view.field;
+Bvh EncodingOf<kernels::BvhField>::to_data(const BvhView& view) { return bvh_data(view.field); }
+
+Bvh bvh_data(const kernels::BvhField& field) {
   Bvh bvh;
   bvh.nodes.assign(field.nodes, field.nodes + field.node_count);
   for (uint32_t v = 0; v < field.vertex_count; ++v) bvh.vertices.push_back(std::to_array(field.vertices[v]));

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/nif/encoding_of.hpp"
+#include "formats/nif/proof/data.hpp"
 #include "formats/nif/records.hpp"
 #include "formats/nif/sections.hpp"
 #include "formats/nif/segment/layout.hpp"
@@ -45,63 +46,33 @@ struct SegmentShared {
 };
 
 /// One object; members as in kernels::SegmentField.
-struct SegmentData {
+struct SegmentData : ProofData {
   uint32_t network = 0;  ///< index into SegmentShared::networks
-  std::array<float, 3> origin{};
-  float voxels_per_unit = 0;
-  uint32_t levels = 0;
-  std::array<uint32_t, 3> voxels{};
-  std::vector<uint16_t> brick_table;
-  std::vector<kernels::BrickStates> brick_states;
   std::vector<uint64_t> brick_corners;
   std::vector<uint32_t> corner_base;
-  std::vector<uint32_t> voxel_base;
-  std::vector<uint32_t> voxel_records;
-  std::vector<uint32_t> parts;
   std::vector<int8_t> features;
   uint32_t corners = 0;
   uint32_t features_per_corner = 0;
   uint32_t samples = 0;
   float length_scale = 0;
-  uint32_t coded = 0;  ///< PayloadForm: payloads that a file is to have coded, where that makes them smaller
 };
 
-/// Bricks along one axis that hold voxels + 1 corners.
-constexpr uint32_t bricks_for(uint32_t voxels) { return voxels / kernels::kBrickSide + 1; }
-
 /// Bytes of the payloads of an object where none is coded.
-struct UncodedBytes {
-  uint64_t bricks, occupancy, cells, features;
+struct UncodedBytes : UncodedGrid {
+  uint64_t features;
 
-  /// Of a record, or of what else has such members.
+  /// As UncodedGrid.
   template <class Record>
   explicit UncodedBytes(const Record& r)
-      : bricks(uint64_t{bricks_for(r.voxels[0])} * bricks_for(r.voxels[1]) * bricks_for(r.voxels[2])),
-        occupancy(uint64_t{r.mixed_bricks} *
-                      (sizeof(kernels::BrickStates) + sizeof(uint64_t) + 2 * sizeof(uint32_t)) +
-                  bricks * sizeof(uint16_t)),
-        cells((uint64_t{r.surface_voxels} + r.part_count) * sizeof(uint32_t)),
-        features(uint64_t{r.corners} * r.features_per_corner) {}
+      : UncodedGrid(r), features(uint64_t{r.corners} * r.features_per_corner) {
+    occupancy += uint64_t{r.mixed_bricks} * (sizeof(uint64_t) + sizeof(uint32_t));
+  }
 
   /// Whether a file may have them coded, in so many bytes together.
   bool may_take(uint64_t bytes) const {
     return occupancy + cells + features <= kMostExpansion * bytes && kBytesPerBrick * bricks <= bytes;
   }
 };
-
-/// Sets what belongs to a scale of a field: `length_scale` is in input units per voxel, as a file has it.
-inline void set_scales(float voxels_per_unit, float length_scale, uint32_t levels,
-                       kernels::SegmentField& field) {
-  const float cells = static_cast<float>(1u << levels);
-  field.levels = levels;
-  field.voxels_per_unit = voxels_per_unit;
-  field.cells_per_unit = voxels_per_unit * cells;
-  field.voxels_per_cell = 1 / cells;
-  field.length_scale = length_scale * field.voxels_per_cell;
-}
-
-/// Puts planes that prove nothing into every surface voxel: voxel_base and voxel_records by brick_states.
-void leave_bare(SegmentData& data);
 
 /// The kernels' view of an object; valid while both live and are not changed.
 kernels::SegmentField field_of(const SegmentData& data, const Network& network);
@@ -113,13 +84,7 @@ struct NetworkView {
 
 /// As SegmentShared, in a file; and the memory of what is decoded when it is read.
 struct SegmentSharedView {
-  struct alignas(kAlignment) Line {
-    std::byte bytes[kAlignment];
-  };
-
   explicit SegmentSharedView(std::pmr::memory_resource* memory) : networks(memory), decoded(memory) {}
-  /// Not copied, because views of objects point to what is decoded.
-  SegmentSharedView(SegmentSharedView&&) = default;
 
   uint32_t network_count() const { return uint32_t(networks.size()); }
   uint64_t network_bytes() const {
@@ -128,23 +93,15 @@ struct SegmentSharedView {
     return sum;
   }
   /// Without what is decoded.
-  uint64_t view_bytes() const {
-    return networks.capacity() * sizeof(NetworkView) + decoded.capacity() * sizeof(decoded[0]);
-  }
+  uint64_t view_bytes() const { return networks.capacity() * sizeof(NetworkView) + decoded.view_bytes(); }
   /// After this nothing points into the file, and nothing decoded is kept.
   void drop_bytes() {
     for (NetworkView& network : networks) network = {};
-    decoded = std::pmr::vector<std::pmr::vector<Line>>(decoded.get_allocator());
+    decoded.drop();
   }
 
   std::pmr::vector<NetworkView> networks;
-  std::pmr::vector<std::pmr::vector<Line>> decoded;  ///< payloads that were coded
-};
-
-/// What a payload takes.
-struct PayloadBytes {
-  uint64_t file = 0;
-  uint64_t decoded = 0;  ///< in memory; 0 where it is used in place
+  DecodedPayloads decoded;
 };
 
 struct SegmentView {
@@ -174,16 +131,6 @@ class SegmentReader {
   void finish() const;
 
  private:
-  /// What an object has of the file.
-  struct InFile;
-  InFile take(const SegmentRecord& record, const UncodedBytes& uncoded, const Place& place);
-  template <class Decode>
-  const std::byte* usable(Bytes payload, bool coded, uint64_t bytes, const char* name, const Place& place,
-                          PayloadBytes& taken, const Decode& decode);
-  void read_occupancy(const SegmentRecord& record, Bytes payload, SegmentView& view, const Place& place);
-  void read_cells(const SegmentRecord& record, Bytes payload, SegmentView& view, const Place& place);
-  void read_features(const SegmentRecord& record, Bytes payload, SegmentView& view, const Place& place);
-
   std::string_view file_;
   SegmentSharedView& shared_;
   Records<SegmentRecord> records_;

@@ -14,23 +14,6 @@ enum SegmentSection : uint32_t {
   kCells = fourcc("CELL"),      ///< each object's payload
 };
 
-/// How the payloads of an object are stored, as bits. Those that are coded (docs/format.md) are decoded when
-/// a file is read, to what they would be uncoded.
-enum PayloadForm : uint32_t {
-  kCodedOccupancy = 1,
-  kCodedCells = 2,
-  kCodedFeatures = 4,
-  kCodedPayloads = 7,  ///< all of these
-  kStatedCorners = 8,  ///< with kCodedOccupancy: corners with features are not those around surface voxels
-  kStatedKinds = 16,   ///< with kCodedCells: kinds do not say all that is proven of sides
-  kPayloadForms = 31   ///< all bits
-};
-
-/// Where a payload of an object is coded, what all payloads of that object decode to is at most so many times
-/// what they take of the file, and that is at least kBytesPerBrick for each brick, as it is in an uncoded
-/// table. So the size of a file bounds the memory that it needs.
-inline constexpr uint64_t kMostExpansion = 16, kBytesPerBrick = 2;
-
 struct SegmentRecord {  // 120 bytes: the members of kernels::SegmentField of the same names
   uint32_t network;     ///< index into kNetworks; objects may share one
   float origin[3];

@@ -7,10 +7,9 @@
 #include <algorithm>
 #include <bit>
 
-#include "formats/nif/segment/check.hpp"
-#include "formats/nif/segment/decode.hpp"
+#include "formats/nif/proof/read.hpp"
+#include "formats/nif/segment/coded_features.hpp"
 #include "formats/nif/segment/encoding.hpp"
-#include "kernels/reference/segment/walk.hpp"
 
 namespace nif::format {
 namespace {
@@ -76,19 +75,23 @@ NetworkView read_network(const NetworkRecord& record, Payloads& payloads, const 
   return view;
 }
 
-/// Gives decoded words the kinds that say all that is proven. Where a file states kinds, some must say less.
-void complete_kinds(const SideRegions& sides, bool stated, std::span<uint32_t> words, const Place& place) {
-  bool same = true;
-  for (uint32_t i = 0; i < words.size(); ++i) {
-    const uint32_t kind = kernels::word_kind(words[i]);
-    if (kind == kernels::kLink) continue;
-    const uint32_t proven = proven_kind(sides, i, separates(kind));
-    same = same && kind == proven;
-    if (stated) continue;
-    place.require(proven < kernels::kPlaneKinds, "a cell does not separate sides that are proven to differ");
-    words[i] = (words[i] & ~15u) | proven;
+/// Of the field, corners and features_per_corner are asked.
+bool decode_features(Bytes coded, const kernels::SegmentField& field, std::byte* to) {
+  RangeDecoder decoder(coded);
+  auto* const features = reinterpret_cast<int8_t*>(to);
+  code_features(decoder, uint64_t{field.corners} * field.features_per_corner, field.features_per_corner,
+                features, features);
+  return decoder.complete();
+}
+
+/// Checks the corners of `field`, whose occupancy is checked.
+const char* fault_of_corners(const kernels::SegmentField& field) {
+  uint32_t corners = 0;
+  for (uint32_t i = 0; i < field.mixed_bricks; ++i) {
+    if (field.corner_base[i] != corners) return "corner_base is not the number of corners before";
+    corners += uint32_t(std::popcount(field.brick_corners[i]));
   }
-  place.require(!stated || !same, "forms states kinds that follow from the planes");
+  return corners == field.corners ? nullptr : "corners is not the number of bits in brick_corners";
 }
 
 }  // namespace
@@ -108,10 +111,6 @@ SegmentReader::SegmentReader(const SectionTable& sections, std::string_view file
   weights.finish("WGTS", file);
 }
 
-struct SegmentReader::InFile {
-  Bytes occupancy, cells, features;
-};
-
 SegmentView SegmentReader::read(uint32_t index, const Bounds&) {
   const SegmentRecord record = records_[index];
   const Place place{file_, "SEGM", index};
@@ -119,18 +118,11 @@ SegmentView SegmentReader::read(uint32_t index, const Bounds&) {
   place.require(record.network < shared_.networks.size(), "network is out of range");
   view.network = record.network;
   kernels::SegmentField& field = view.field;
-  place.require(all_finite(record.origin), "origin is not finite");
-  place.require(std::isfinite(record.voxels_per_unit) && record.voxels_per_unit > 0,
-                "voxels_per_unit is not a finite number above 0");
   place.require(std::isfinite(record.length_scale) && record.length_scale >= 0,
                 "length_scale is negative or not finite");
   place.within(record.features_per_corner, 1, kernels::kMaxFeatures, "features_per_corner");
   place.within(record.samples, 1, kernels::kMaxSamples, "samples");
   place.require(record.samples % 4 == 0, "samples is no multiple of 4");
-  std::copy_n(record.origin, 3, field.origin);
-  place.within(record.levels, 0, kernels::kMaxLevels, "levels");
-  set_scales(record.voxels_per_unit, record.length_scale, record.levels, field);
-  place.require(std::isfinite(field.cells_per_unit), "voxels_per_unit is too large");
   field.features_per_corner = record.features_per_corner;
   field.samples = record.samples;
   field.network = shared_.networks[record.network].network;
@@ -144,109 +136,35 @@ SegmentView SegmentReader::read(uint32_t index, const Bounds&) {
   place.require((record.forms & kCodedCells) != 0 || (record.forms & kStatedKinds) == 0,
                 "forms states kinds of cells that are not coded");
   view.coded = record.forms & kCodedPayloads;
-  for (int a = 0; a < 3; ++a) {
-    place.within(record.voxels[a], 1, std::min(kernels::kMaxVoxels, kernels::kMaxCells >> record.levels),
-                 "voxels");
-    field.voxels[a] = record.voxels[a];
-    field.bricks[a] = bricks_for(record.voxels[a]);
-  }
-  // The table's entries have 16 bits, which limits the mixed bricks and with them the corners.
-  place.within(record.mixed_bricks, 0, 0xffff - kernels::kFirstMixedBrick + 1, "mixed_bricks");
-  place.within(record.part_count, 0, kernels::kMaxParts, "part_count");
-  field.mixed_bricks = record.mixed_bricks;
-  field.surface_voxels = record.surface_voxels;
-  field.part_count = record.part_count;
+  read_grid_numbers(record, place, field);
   field.corners = record.corners;
+  field.length_scale = record.length_scale * field.voxels_per_cell;
 
-  const InFile in_file = take(record, UncodedBytes(record), place);
-  read_occupancy(record, in_file.occupancy, view, place);
-  read_cells(record, in_file.cells, view, place);
-  read_features(record, in_file.features, view, place);
-  return view;
-}
-
-/// All payloads, before there is memory for what they decode to.
-SegmentReader::InFile SegmentReader::take(const SegmentRecord& record, const UncodedBytes& uncoded,
-                                          const Place& place) {
-  const auto next = [&](Payloads& payloads, const Payload& payload, uint32_t form, uint64_t bytes,
+  // All payloads, before there is memory for what they decode to.
+  const UncodedBytes uncoded(record);
+  const auto next = [&](Payloads& payloads, const Payload& payload, PayloadForm form, uint64_t bytes,
                         const char* name) {
-    const bool coded = (record.forms & form) != 0;
-    if (coded && payload.bytes >= bytes)
-      place.damaged(std::string(name) + " payload is coded, but no smaller for it");
-    return payloads.next(payload, coded ? payload.bytes : bytes, name, place);
+    return take_payload(payloads, payload, record.forms, form, bytes, name, place);
   };
-  InFile in_file;
-  in_file.occupancy = next(occupancy_, record.occupancy, kCodedOccupancy, uncoded.occupancy, "occupancy");
-  in_file.cells = next(cells_, record.cells, kCodedCells, uncoded.cells, "cells");
-  in_file.features = next(features_, record.features, kCodedFeatures, uncoded.features, "features");
-  const uint64_t bytes = in_file.occupancy.size() + in_file.cells.size() + in_file.features.size();
-  place.require((record.forms & kCodedPayloads) == 0 || uncoded.may_take(bytes),
+  const Bytes occupancy = next(occupancy_, record.occupancy, kCodedOccupancy, uncoded.occupancy, "occupancy");
+  const Bytes cells = next(cells_, record.cells, kCodedCells, uncoded.cells, "cells");
+  const Bytes features = next(features_, record.features, kCodedFeatures, uncoded.features, "features");
+  place.require((record.forms & kCodedPayloads) == 0 ||
+                    uncoded.may_take(occupancy.size() + cells.size() + features.size()),
                 "payloads decode to more than 16 times their bytes, or have more bricks than half as many");
-  return in_file;
-}
 
-/// Where the payload is as a field uses it: in the file, or in memory that decode(memory) has filled.
-/// `bytes` is how many it has there.
-template <class Decode>
-const std::byte* SegmentReader::usable(Bytes payload, bool coded, uint64_t bytes, const char* name,
-                                       const Place& place, PayloadBytes& taken, const Decode& decode) {
-  taken.file = payload.size();
-  if (!coded) return payload.data();
-  // One line more, because kernels load more than the last few bytes.
-  const uint64_t lines = aligned(bytes) / kAlignment + 1;
-  taken.decoded = lines * kAlignment;
-  std::byte* const to = shared_.decoded.emplace_back(lines).front().bytes;
-  if (!decode(to)) place.damaged(std::string(name) + " payload is not what an encoder makes");
-  return to;
-}
-
-void SegmentReader::read_occupancy(const SegmentRecord& record, Bytes payload, SegmentView& view,
-                                   const Place& place) {
-  kernels::SegmentField& field = view.field;
-  const std::byte* at = usable(payload, (record.forms & kCodedOccupancy) != 0, UncodedBytes(record).occupancy,
-                               "occupancy", place, view.occupancy, [&](std::byte* to) {
-                                 const bool stated = (record.forms & kStatedCorners) != 0;
-                                 return decode_occupancy(payload, stated, field, to);
-                               });
-  const size_t mixed = field.mixed_bricks;
-  field.brick_states = reinterpret_cast<const kernels::BrickStates*>(at);
-  at += mixed * sizeof(kernels::BrickStates);
-  field.brick_corners = reinterpret_cast<const uint64_t*>(at);
-  at += mixed * sizeof(uint64_t);
-  field.corner_base = reinterpret_cast<const uint32_t*>(at);
-  at += mixed * sizeof(uint32_t);
-  field.voxel_base = reinterpret_cast<const uint32_t*>(at);
-  at += mixed * sizeof(uint32_t);
-  field.brick_table = reinterpret_cast<const uint16_t*>(at);
-  if (const char* fault = fault_of_bricks(field)) place.damaged(fault);
-}
-
-void SegmentReader::read_cells(const SegmentRecord& record, Bytes payload, SegmentView& view,
-                               const Place& place) {
-  kernels::SegmentField& field = view.field;
-  const bool coded = (record.forms & kCodedCells) != 0, stated = (record.forms & kStatedKinds) != 0;
-  uint32_t* words = nullptr;
-  const std::byte* at =
-      usable(payload, coded, UncodedBytes(record).cells, "cells", place, view.cells, [&](std::byte* to) {
-        words = reinterpret_cast<uint32_t*>(to);
-        return decode_cells(payload, stated, field, to);
-      });
-  field.voxel_records = reinterpret_cast<const uint32_t*>(at);
-  field.parts = field.voxel_records + field.surface_voxels;
-  if (const char* fault = fault_of_words(field)) place.damaged(fault);
-  const SideRegions sides(field);
-  if (coded) complete_kinds(sides, stated, {words, size_t{field.surface_voxels} + field.part_count}, place);
-  if (const char* fault = fault_of_sides(field, sides)) place.damaged(fault);
-}
-
-void SegmentReader::read_features(const SegmentRecord& record, Bytes payload, SegmentView& view,
-                                  const Place& place) {
-  kernels::SegmentField& field = view.field;
-  const uint64_t bytes = UncodedBytes(record).features;
+  const PayloadPlace at{record.forms, place, shared_.decoded};
+  const Corners corners = (record.forms & kStatedCorners) != 0 ? Corners::stated : Corners::around;
+  const auto arrays = read_occupancy(occupancy, corners, uncoded.occupancy, at, view.occupancy, field);
+  field.brick_corners = arrays.brick_corners;
+  field.corner_base = arrays.corner_base;
+  if (const char* fault = fault_of_corners(field)) place.damaged(fault);
+  read_cells(cells, at, view.cells, field);
   field.features = reinterpret_cast<const int8_t*>(
-      usable(payload, (record.forms & kCodedFeatures) != 0, bytes, "features", place, view.features,
-             [&](std::byte* to) { return decode_features(payload, field, to); }));
-  place.require(symmetric(field.features, bytes), "a feature is -128");
+      at.usable(features, kCodedFeatures, uncoded.features, "features", view.features,
+                [&](std::byte* to) { return decode_features(features, field, to); }));
+  place.require(symmetric(field.features, uncoded.features), "a feature is -128");
+  return view;
 }
 
 void SegmentReader::finish() const {

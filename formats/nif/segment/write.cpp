@@ -1,23 +1,10 @@
 #include <algorithm>
-#include <bit>
 
 #include "formats/base/status.hpp"
 #include "formats/nif/segment/encoding.hpp"
 #include "formats/nif/segment/write_coded.hpp"
-#include "kernels/reference/segment/cells.hpp"
 
 namespace nif::format {
-
-void leave_bare(SegmentData& data) {
-  data.voxel_base.clear();
-  uint32_t voxels = 0;
-  for (const kernels::BrickStates& states : data.brick_states) {
-    data.voxel_base.push_back(voxels);
-    voxels += uint32_t(std::popcount(states.surface & ~states.aux));
-  }
-  data.voxel_records.assign(voxels, kernels::kBareCell);
-  data.parts.clear();
-}
 
 OutputRange output_range(const Network& network) {
   constexpr int64_t kMostActivation = 127;
@@ -35,26 +22,14 @@ void lean(Network& network, int32_t by) {
 
 kernels::SegmentField field_of(const SegmentData& data, const Network& network) {
   kernels::SegmentField field;
-  for (size_t a = 0; a < 3; ++a) {
-    field.origin[a] = data.origin[a];
-    field.voxels[a] = data.voxels[a];
-    field.bricks[a] = bricks_for(data.voxels[a]);
-  }
-  set_scales(data.voxels_per_unit, data.length_scale, data.levels, field);
-  field.brick_table = data.brick_table.data();
-  field.brick_states = data.brick_states.data();
+  static_cast<kernels::ProofField&>(field) = proof_of(data);
   field.brick_corners = data.brick_corners.data();
   field.corner_base = data.corner_base.data();
-  field.voxel_base = data.voxel_base.data();
-  field.voxel_records = data.voxel_records.data();
-  field.parts = data.parts.data();
-  field.surface_voxels = uint32_t(data.voxel_records.size());
-  field.part_count = uint32_t(data.parts.size());
-  field.mixed_bricks = uint32_t(data.brick_states.size());
   field.features = data.features.data();
   field.corners = data.corners;
   field.features_per_corner = data.features_per_corner;
   field.samples = data.samples;
+  field.length_scale = data.length_scale * field.voxels_per_cell;
   field.network.layer_count = uint32_t(std::min<size_t>(network.layers.size(), kernels::kMaxLayers));
   field.network.calibration = network.calibration();
   for (uint32_t l = 0; l < field.network.layer_count; ++l) {
@@ -147,20 +122,10 @@ void SegmentWriter::add(const SegmentData& data) {
 SegmentData EncodingOf<kernels::SegmentField>::to_data(const SegmentView& view) {
   const kernels::SegmentField& field = view.field;
   SegmentData data;
+  static_cast<ProofData&>(data) = proof_data(field);
   data.network = view.network;
-  std::copy_n(field.origin, 3, data.origin.begin());
-  data.voxels_per_unit = field.voxels_per_unit;
-  data.levels = field.levels;
-  std::copy_n(field.voxels, 3, data.voxels.begin());
-  const size_t mixed = field.mixed_bricks;
-  const size_t bricks = size_t(field.bricks[0]) * field.bricks[1] * field.bricks[2];
-  data.brick_table.assign(field.brick_table, field.brick_table + bricks);
-  data.brick_states.assign(field.brick_states, field.brick_states + mixed);
-  data.brick_corners.assign(field.brick_corners, field.brick_corners + mixed);
-  data.corner_base.assign(field.corner_base, field.corner_base + mixed);
-  data.voxel_base.assign(field.voxel_base, field.voxel_base + mixed);
-  data.voxel_records.assign(field.voxel_records, field.voxel_records + field.surface_voxels);
-  data.parts.assign(field.parts, field.parts + field.part_count);
+  data.brick_corners.assign(field.brick_corners, field.brick_corners + field.mixed_bricks);
+  data.corner_base.assign(field.corner_base, field.corner_base + field.mixed_bricks);
   data.features.assign(field.features, field.features + size_t{field.corners} * field.features_per_corner);
   data.corners = field.corners;
   data.features_per_corner = field.features_per_corner;

@@ -15,8 +15,8 @@
 
 // One lane is what the reference is for.
 #if HWY_TARGET != HWY_SCALAR
+#include "kernels/cpu/proof/walk-inl.hpp"
 #include "kernels/cpu/segment/network-inl.hpp"
-#include "kernels/cpu/segment/walk-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {

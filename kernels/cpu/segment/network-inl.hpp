@@ -8,8 +8,8 @@
 #define NIF_SEGMENT_NETWORK_INL
 #endif
 
+#include "kernels/cpu/proof/walk-inl.hpp"
 #include "kernels/cpu/segment/packed_field.hpp"
-#include "kernels/cpu/segment/walk-inl.hpp"
 #include "kernels/reference/segment/samples.hpp"
 
 HWY_BEFORE_NAMESPACE();

@@ -1,25 +1,9 @@
 // `bvh` objects on their way to a GPU.
+#include "kernels/gpu/bvh/upload.hpp"
 #include "kernels/gpu/upload.hpp"
 
 namespace nif::kernels::gpu {
 namespace {
-
-/// Levels of a tree, the root's among them.
-uint32_t bvh_levels(const BvhField& field) {
-  // Nodes on the way down, and those beside them that are still to be seen; each with its level.
-  std::vector<std::pair<uint32_t, uint32_t>> pending{{0, 1}};
-  uint32_t deepest = 1;
-  while (!pending.empty()) {
-    const auto [number, level] = pending.back();
-    pending.pop_back();
-    if (level > deepest) deepest = level;
-    const BvhNode& node = field.nodes[number];
-    for (const uint8_t slot : node.slots)
-      if (slot != 0 && slot_kind(slot) == kInnerSlot)
-        pending.emplace_back(node.first_node + slot_rank(slot), level + 1);
-  }
-  return deepest;
-}
 
 class BvhUpload final : public FieldUpload {
  public:
@@ -34,9 +18,7 @@ class BvhUpload final : public FieldUpload {
 
   const void* add_to(Arena& arena) const override {
     BvhField field = field_;
-    arena.move(field.nodes, field.node_count);
-    arena.move(field.vertices, field.vertex_count);
-    arena.move(field.triangles, field.triangle_count);
+    move_bvh(field, arena);
     return arena.add_structure(field);
   }
 

@@ -2,6 +2,7 @@
 // in place of the asset's own arrays.
 #pragma once
 
+#include "kernels/gpu/device_memory.hpp"
 #include "kernels/packed/corner_bricks.hpp"
 #include "kernels/packed/walk_words.hpp"
 #include "kernels/reference/segment/field.hpp"
@@ -20,18 +21,6 @@ struct DeviceSegmentField : SegmentField {
 
 /// Bricks of voxels along an axis, as CornerBricks::table numbers them.
 NIF_HOST_DEVICE constexpr uint32_t bricks_of(uint32_t voxels) { return (voxels + 3) / 4; }
-
-/// array[i] of device memory. Where a pointer to it was itself read from there, AMD's compiler does not know
-/// what it points to, and would load as if from any memory, which takes longer.
-template <class T>
-NIF_HOST_DEVICE inline T load_device(const T* array, uint32_t i) {
-#if defined(__HIP__) && defined(NIF_ON_DEVICE)
-  using Known = __attribute__((address_space(1))) const T;
-  return ((Known*)array)[i];
-#else
-  return array[i];
-#endif
-}
 
 /// Where the corners of a brick of voxels are, or of one without corners: in words of CornerBricks::bricks.
 NIF_HOST_DEVICE inline uint32_t corner_brick(const DeviceSegmentField& field, uint32_t x, uint32_t y,

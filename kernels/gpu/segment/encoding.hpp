@@ -1,6 +1,7 @@
 // The `segment` encoding as the list of encodings has it (kernels/gpu/encoding_list.hpp).
 #pragma once
 
+#include "kernels/gpu/proof/device_field.hpp"
 #include "kernels/gpu/segment/stages.hpp"
 
 namespace nif::kernels::gpu {
@@ -38,14 +39,10 @@ struct SegmentEncoding {
         {&Layer::inputs, &Layer::outputs, &Layer::shift, &Layer::weights, &Layer::biases});
     hash.template structure<Calibration>({&Calibration::scale, &Calibration::threshold});
     hash.template structure<Network>({&Network::layer_count, &Network::layers, &Network::calibration});
-    hash.template structure<BrickStates>({&BrickStates::surface, &BrickStates::aux});
-    hash.template structure<F>(
-        {&F::origin,       &F::voxels_per_unit, &F::cells_per_unit, &F::voxels_per_cell,
-         &F::levels,       &F::voxels,          &F::bricks,         &F::brick_table,
-         &F::brick_states, &F::brick_corners,   &F::corner_base,    &F::voxel_base,
-         &F::mixed_bricks, &F::voxel_records,   &F::parts,          &F::surface_voxels,
-         &F::part_count,   &F::features,        &F::corners,        &F::features_per_corner,
-         &F::samples,      &F::length_scale,    &F::network});
+    describe_proof(hash);
+    hash.template structure<F>({Hash::template part<ProofField>(), &F::brick_corners, &F::corner_base,
+                                &F::features, &F::corners, &F::features_per_corner, &F::samples,
+                                &F::length_scale, &F::network});
   }
   static FieldUpload* upload(const SegmentField& field);
 

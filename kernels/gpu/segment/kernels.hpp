@@ -6,7 +6,8 @@
 #pragma once
 
 #include "kernels/gpu/object.hpp"
-#include "kernels/gpu/segment/leaping_walk.hpp"
+#include "kernels/gpu/proof/leaping_walk.hpp"
+#include "kernels/gpu/segment/device_field.hpp"
 #include "kernels/gpu/segment/matrices.hpp"
 #include "kernels/reference/segment/query.hpp"
 
@@ -172,7 +173,7 @@ NIF_HOST_DEVICE ObjectAnswer answer_segment_ray(const Thread& thread, const Devi
                                                 const Segment& segment, const Kept& kept, uint32_t widest,
                                                 unsigned char* row) {
   WalkResult walk;
-  walk_object(field, segment, walk, [&](uint32_t i, const Run& run) { kept.keep(i, run); });
+  walk_object(field, field.walk, segment, walk, [&](uint32_t i, const Run& run) { kept.keep(i, run); });
   if (walk.verdict != Verdict::ambiguous) return answer_of(walk);
   SamplePlacer placer(field, walk);
   if (walk.run_count <= kKeptRuns) {
@@ -185,7 +186,7 @@ NIF_HOST_DEVICE ObjectAnswer answer_segment_ray(const Thread& thread, const Devi
     for (uint32_t first = 0; first < field.samples; first += kKeptPoints) {
       SamplePlacer again(field, walk);
       WalkResult same;
-      walk_object(field, segment, same, [&](uint32_t i, const Run& run) {
+      walk_object(field, field.walk, segment, same, [&](uint32_t i, const Run& run) {
         again.place(run, i + 1 == walk.run_count, [&](uint32_t number, float t, uint8_t height) {
           kept.keep_point(number - first, t, height);
         });

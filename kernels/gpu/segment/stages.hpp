@@ -17,8 +17,8 @@ NIF_HOST_DEVICE NIF_INLINE bool walk_segment_item(const SceneObject& object, con
                                                   uint32_t* column, OpenItem& item, ObjectAnswer& answer) {
   const KeptRuns<kBlockThreads> kept(column);
   WalkResult walk;
-  walk_object(*static_cast<const DeviceSegmentField*>(object.field), ray, walk,
-              [&](uint32_t i, const Run& run) { kept.keep(i, run); });
+  const auto& field = *static_cast<const DeviceSegmentField*>(object.field);
+  walk_object(field, field.walk, ray, walk, [&](uint32_t i, const Run& run) { kept.keep(i, run); });
   if (walk.verdict != Verdict::ambiguous) {
     answer = answer_of(walk);
     return true;

@@ -1,7 +1,8 @@
 // From a walked segment to the integers that the network reads: sample points, interpolation weights, inputs.
 #pragma once
 
-#include "kernels/reference/segment/walk.hpp"
+#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/segment/field.hpp"
 
 namespace nif::kernels {
 

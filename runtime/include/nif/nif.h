@@ -253,6 +253,7 @@ typedef enum NifEncoding {
   NIF_ENCODING_SEGMENT = 1,   /* voxels, and a small network where they do not decide; compact, may err */
   NIF_ENCODING_SPHERICAL = 2, /* the published Neural Intersection Function, for comparison; may err */
   NIF_ENCODING_BVH = 3,       /* the triangles in a compressed hierarchy; exact */
+  NIF_ENCODING_EXACT = 4,     /* planes that prove most answers, and the triangles for the others; exact */
   NIF_ENCODING_IS_32_BITS = 0x7fffffff
 } NifEncoding;
 

@@ -1,0 +1,112 @@
+#include "bake/exact/encoder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bake/bvh/builder.hpp"
+#include "bake/encoder.hpp"
+
+namespace nif::bake {
+namespace {
+
+// docs/results/exact.md has what they come to.
+constexpr std::pair<Preset, GridShape> kExactShapes[] = {{Preset::fast, {32, 3, 2.0, 110'000}},
+                                                         {Preset::balanced, {48, 2, 1.5, 200'000}},
+                                                         {Preset::high, {64, 3, 0.5, 450'000}}};
+
+GridShape shape_for(const BakeOptions& options) {
+  GridShape shape = kExactShapes[1].second;
+  for (const auto& [preset, known] : kExactShapes)
+    if (preset == options.preset) shape = known;
+  if (options.resolution) set_resolution(*options.resolution, shape);
+  return shape;
+}
+
+class ExactEncoder final : public Encoder {
+ public:
+  explicit ExactEncoder(const BakeOptions& options) : options_(options), shape_(shape_for(options)) {}
+
+  std::string_view name() const override { return format::EncodingOf<kernels::ExactField>::kName; }
+  std::string_view noun() const override { return "an exact object"; }
+  std::string_view smallest() const override { return "the coarsest grids in front of BVHs"; }
+  bool exact() const override { return true; }
+  bool has_scale(double scale) const override { return bake::has_scale(shape_, scale); }
+
+  std::string obstacle(std::span<const mesh::Float3> positions) const override {
+    for (const mesh::Float3& p : positions)
+      for (const float x : p)
+        if (!(std::abs(x) <= kernels::kMaxExactCoordinate))
+          return fmt::format("coordinates beyond {:.1e} are too large for planes to compute with",
+                             kernels::kMaxExactCoordinate);
+    return {};
+  }
+
+  void lay_out(const Prepared& prepared, double scale, bool bounded, bool, Form& form) const override {
+    format::ExactData exact;
+    exact.bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles);
+    const uint64_t tree_bytes = exact.bvh.bytes();
+    form.object().content = std::move(exact);
+    form.cost.error = 0;
+    form.scale =
+        fit_budget(shape_, scale, bounded, prepared.surface.triangles.size(), [&](double grid_scale) {
+          const LaidOut grid = lay_out_grid(prepared, shape_, grid_scale, options_.resolution.has_value());
+          auto& proof = form.object().as<format::ExactData>().proof;
+          store_occupancy(grid.occupancy, form.object().name, proof);
+          form.report = ExactBaking::Report{fit_planes(prepared, grid, form.object().name, proof)};
+          proof.coded = options_.uncoded ? 0u : format::kCodedOccupancy | format::kCodedCells;
+          form.sections = format::section_bytes(form.alone);
+          form.cost.bytes = 0;
+          for (const auto& [type, bytes] : form.sections)
+            if (type == format::kExactOccupancy || type == format::kExactCells) form.cost.bytes += bytes;
+          return form.cost.bytes;
+        });
+    form.cost.bytes += tree_bytes;
+  }
+
+  void add(Form&& form, format::Asset& asset) const override {
+    asset.objects.push_back(std::move(form.object()));
+  }
+
+  void add_options(nlohmann::ordered_json& json) const override {
+    json["preset"] = name_of(options_.preset);
+    if (options_.resolution) json["resolution"] = *options_.resolution;
+  }
+
+ private:
+  const BakeOptions& options_;
+  const GridShape shape_;
+};
+
+}  // namespace
+
+std::unique_ptr<Encoder> ExactBaking::make(const BakeOptions& options) {
+  return std::make_unique<ExactEncoder>(options);
+}
+
+void add_metadata(const ExactBaking::Report& report, const ObjectReport&, const format::Object&,
+                  nlohmann::ordered_json& json) {
+  json["voxels"] = report.voxels;
+}
+
+void describe(const format::ExactView& view, nlohmann::ordered_json& json) {
+  const kernels::ProofField& grid = view.field.proof;
+  json["voxels"] = grid.voxels;
+  json["levels"] = grid.levels;
+  json["surface_voxels"] = grid.surface_voxels;
+  json["parts"] = grid.part_count;
+  json["nodes"] = view.field.bvh.node_count;
+  json["vertices"] = view.field.bvh.vertex_count;
+  json["bytes"] = {{"occupancy", view.occupancy.file}, {"planes", view.cells.file}, {"bvh", view.tree_bytes}};
+}
+
+std::string summary(const format::ExactView& view) {
+  const kernels::ProofField& grid = view.field.proof;
+  return fmt::format("{} x {} x {} voxels, {} of them surface in {} parts, {} nodes", grid.voxels[0],
+                     grid.voxels[1], grid.voxels[2], grid.surface_voxels, grid.part_count,
+                     view.field.bvh.node_count);
+}
+
+}  // namespace nif::bake

@@ -1,0 +1,72 @@
+#include "formats/nif/bvh/read.hpp"
+#include "formats/nif/exact/encoding.hpp"
+#include "formats/nif/proof/read.hpp"
+
+namespace nif::format {
+namespace {
+
+/// Is the BVH within the grid, and both where the walk and the BVH take the same rays?
+const char* fault_of(const kernels::ExactField& field) {
+  const kernels::ProofField& grid = field.proof;
+  const kernels::BvhNode& root = field.bvh.nodes[0];
+  if (!(field.bvh.extent <= 2 * kernels::kMaxExactCoordinate)) return "the bvh reaches too far";
+  const float cell = 1 / grid.cells_per_unit;
+  for (int a = 0; a < 3; ++a) {
+    const float side = static_cast<float>(grid.voxels[a]) / grid.voxels_per_unit;
+    const float low = grid.origin[a], high = low + side;
+    if (!(low >= -2 * kernels::kMaxExactCoordinate && high <= 2 * kernels::kMaxExactCoordinate))
+      return "the grid reaches too far";
+    for (uint32_t s = 0; s < kernels::kBvhWidth && root.slots[s] != 0; ++s)
+      if (!(kernels::frame_plane(root.frame[a], root.low[a][s]) >= low - side - cell) ||
+          !(kernels::frame_plane(root.frame[a], root.high[a][s]) <= high + side + cell))
+        return "the bvh is not where the grid is";
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+ExactReader::ExactReader(const SectionTable& sections, std::string_view file, ExactSharedView& shared)
+    : file_(file),
+      shared_(shared),
+      records_(sections[kExactRecords], "EXCT", file),
+      occupancy_(sections[kExactOccupancy]),
+      cells_(sections[kExactCells]),
+      trees_(sections[kExactTrees]) {}
+
+ExactView ExactReader::read(uint32_t index, const Bounds&) {
+  const ExactRecord record = records_[index];
+  const Place place{file_, "EXCT", index};
+  ExactView view;
+  kernels::ProofField& grid = view.field.proof;
+  place.require((record.forms & ~kProofForms) == 0 && record.reserved == 0,
+                "forms has unknown bits, or reserved bytes are not zero");
+  place.require((record.forms & kCodedCells) != 0 || (record.forms & kStatedKinds) == 0,
+                "forms states kinds of cells that are not coded");
+  view.coded = record.forms & kCodedPayloads;
+  read_grid_numbers(record, place, grid);
+
+  // All payloads, before there is memory for what they decode to.
+  const UncodedGrid uncoded(record);
+  const Bytes occupancy = take_payload(occupancy_, record.occupancy, record.forms, kCodedOccupancy,
+                                       uncoded.occupancy, "occupancy", place);
+  const Bytes cells =
+      take_payload(cells_, record.cells, record.forms, kCodedCells, uncoded.cells, "cells", place);
+  place.require(view.coded == 0 || uncoded.may_take(occupancy.size() + cells.size()),
+                "payloads decode to more than 16 times their bytes, or have more bricks than half as many");
+  view.field.bvh = take_bvh(record, trees_, place, view.tree_bytes);
+
+  const PayloadPlace at{record.forms, place, shared_.decoded_grids};
+  read_occupancy(occupancy, Corners::none, uncoded.occupancy, at, view.occupancy, grid);
+  read_cells(cells, at, view.cells, grid);
+  if (const char* fault = fault_of(view.field)) place.damaged(fault);
+  return view;
+}
+
+void ExactReader::finish() const {
+  occupancy_.finish("EOCC", file_);
+  cells_.finish("ECEL", file_);
+  trees_.finish("EBVH", file_);
+}
+
+}  // namespace nif::format

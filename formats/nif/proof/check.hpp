@@ -1,0 +1,32 @@
+// Whether the tables of a field fit together, and whether its sides are proven. The reader refuses a file
+// where they do not; the writer codes nothing then.
+#pragma once
+
+#include <cstdint>
+
+#include "formats/nif/proof/sides.hpp"
+#include "kernels/reference/proof/cells.hpp"
+
+namespace nif::format {
+
+// Each returns what is wrong, as a clause without an end, or null where nothing is.
+
+/// Of the bricks. Their numbers must be in range, and the arrays as long as these say.
+const char* fault_of_bricks(const kernels::ProofField& field);
+/// Of the words of cells, where nothing is wrong with the bricks.
+const char* fault_of_words(const kernels::ProofField& field);
+/// Of the sides of cells, where nothing is wrong with the words.
+const char* fault_of_sides(const kernels::ProofField& field, const SideRegions& sides);
+
+/// No path leads through a cell of this kind from above its planes to below: it is a wall, or the sides are
+/// not the same.
+constexpr bool separates(uint32_t kind) {
+  const kernels::CellKind& known = kernels::kCellKinds[kind];
+  return known.wall || (known.above | known.below) == kernels::kSeenBoth;
+}
+
+/// The kind that says all that is proven of a cell with planes, by its record's number and whether it
+/// separates; kPlaneKinds where that contradicts what is proven. Files need not store more than that.
+uint32_t proven_kind(const SideRegions& sides, uint32_t record, bool separating);
+
+}  // namespace nif::format

@@ -1,0 +1,30 @@
+// The `exact` encoding in SIMD: many rays at a time through the grid, and those that it leaves open through
+// the BVH.
+#pragma once
+
+#include "kernels/cpu/kernel_options.hpp"
+#include "kernels/packed/walk_grid.hpp"
+#include "kernels/reference/exact/field.hpp"
+
+namespace nif::kernels::cpu {
+
+class SimdExactKernel final : public ObjectKernel {
+ public:
+  /// The field's memory must outlive the kernel.
+  SimdExactKernel(const ExactField& field, const KernelOptions& options);
+
+  void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
+  BuiltBytes built_bytes() const override { return {walk_.resident_bytes(), 0}; }
+
+ private:
+  using Answer = void (*)(const ExactField&, const WalkGrid&, const SegmentBatch&, AnswerBatch&, void*);
+  ExactField field_;
+  WalkGrid walk_;
+  Answer answer_;
+};
+
+inline KernelPointer make_kernel(const ExactField& field, const KernelOptions& options) {
+  return hold_kernel<SimdExactKernel>(options.memory, field, options);
+}
+
+}  // namespace nif::kernels::cpu

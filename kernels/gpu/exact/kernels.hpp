@@ -1,0 +1,34 @@
+// The `exact` objects on GPUs: the walk of kernels/gpu/proof, and the traversal of kernels/gpu/bvh.
+#pragma once
+
+#include "kernels/gpu/bvh/kernels.hpp"
+#include "kernels/gpu/proof/leaping_walk.hpp"
+#include "kernels/reference/exact/query.hpp"
+
+namespace nif::kernels::gpu {
+
+/// In device memory. The grid's own arrays are not there: `walk` says what they do.
+struct DeviceExactField : ExactField {
+  WalkWords walk;
+};
+
+/// `stack` as for meets_nodes().
+template <uint32_t kStride>
+NIF_HOST_DEVICE ObjectAnswer answer_exact_ray(const DeviceExactField& field, const Segment& segment,
+                                              uint32_t* stack) {
+  WalkResult walk;
+  OpenInterval open;
+  walk_object(field.proof, field.walk, segment, walk,
+              [&](uint32_t number, const Run& run) { open(number, run); });
+  BvhRay ray;
+  if (!prepare_ray(field.bvh, segment, ray)) {
+    const Answer none = answer_no_ray(segment);
+    return {none.logit, none.certain};
+  }
+  if (walk.certain) return {walk.verdict == Verdict::visible ? kCertainLogit : -kCertainLogit, true};
+  if (walk.verdict == Verdict::ambiguous) narrow(field.proof, segment, open, ray);
+  return {meets_nodes<kStride>(field.bvh, ray, stack) ? -kCertainLogit : kCertainLogit,
+          certain_bvh(field.bvh, segment)};
+}
+
+}  // namespace nif::kernels::gpu

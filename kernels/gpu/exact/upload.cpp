@@ -1,0 +1,42 @@
+// `exact` objects on their way to a GPU: what a walk leaps by takes the place of the grid's own arrays.
+#include "kernels/gpu/bvh/upload.hpp"
+#include "kernels/packed/walk_grid.hpp"
+
+namespace nif::kernels::gpu {
+namespace {
+
+class ExactUpload final : public FieldUpload {
+ public:
+  explicit ExactUpload(const ExactField& field)
+      : walk_(field.proof, std::pmr::new_delete_resource()), field_{field, walk_.view()} {}
+
+  ObjectPlan plan(bool) const override {
+    ObjectPlan plan;
+    plan.object.kind = kKindBit<ExactEncoding, ExactEncoding::kProvenFirst>;
+    plan.row_words = plan.walk_words = bvh_stack_words(bvh_levels(field_.bvh));
+    return plan;
+  }
+
+  const void* add_to(Arena& arena) const override {
+    DeviceExactField field = field_;
+    arena.move(field.walk.voxels, walk_.voxels.size());
+    arena.move(field.walk.parts, walk_.parts.size());
+    field.proof.brick_table = nullptr;
+    field.proof.brick_states = nullptr;
+    field.proof.voxel_base = nullptr;
+    field.proof.voxel_records = nullptr;
+    field.proof.parts = nullptr;
+    move_bvh(field.bvh, arena);
+    return arena.add_structure(field);
+  }
+
+ private:
+  cpu::WalkGrid walk_;
+  DeviceExactField field_;
+};
+
+}  // namespace
+
+FieldUpload* ExactEncoding::upload(const ExactField& field) { return new ExactUpload(field); }
+
+}  // namespace nif::kernels::gpu

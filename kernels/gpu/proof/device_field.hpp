@@ -1,0 +1,20 @@
+// A grid with planes in device memory.
+#pragma once
+
+#include "kernels/packed/walk_words.hpp"
+#include "kernels/reference/proof/field.hpp"
+
+namespace nif::kernels::gpu {
+
+/// What of a ProofField crosses from the runtime to the GPU module.
+template <class Hash>
+constexpr void describe_proof(Hash& hash) {
+  using F = ProofField;
+  hash.template structure<BrickStates>({&BrickStates::surface, &BrickStates::aux});
+  hash.template structure<F>({&F::origin, &F::voxels_per_unit, &F::cells_per_unit, &F::voxels_per_cell,
+                              &F::levels, &F::voxels, &F::bricks, &F::mixed_bricks, &F::brick_table,
+                              &F::brick_states, &F::voxel_base, &F::voxel_records, &F::parts,
+                              &F::surface_voxels, &F::part_count});
+}
+
+}  // namespace nif::kernels::gpu

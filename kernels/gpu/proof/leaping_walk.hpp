@@ -1,0 +1,144 @@
+// The walk as a thread of a GPU does it: by leaps over voxels that are alike, and from cell to cell, to the
+// bits of kernels/reference/proof/walk.hpp.
+//
+// A leap ends at the crossing at which the segment leaves the box that the voxel's word vouches for; a cell
+// is left at the nearest of its own planes. Where the other axes stand then follows from their own crossings,
+// counted in the reference's order (t, then the lower axis): an estimate from below that is off by at most
+// one finest cell is put right by one such comparison. Along an axis that goes down cells and planes are
+// counted by their negatives, so that every ray walks upward.
+//
+// Places are whole numbers in floats: conversions are slow on GPUs, and few registers are to hold a ray.
+#pragma once
+
+#include "kernels/gpu/device_memory.hpp"
+#include "kernels/packed/walk_words.hpp"
+#include "kernels/reference/proof/walk.hpp"
+
+namespace nif::kernels::gpu {
+
+/// a b + c in one instruction, where it does not matter whether the product is rounded by itself: because it
+/// is exact, or the sum an estimate.
+NIF_HOST_DEVICE inline float multiply_add(float a, float b, float c) {
+#if defined(NIF_ON_DEVICE)
+  return __builtin_fmaf(a, b, c);
+#else
+  return a * b + c;
+#endif
+}
+
+// In one instruction: the other number where one is NaN, and of two zeros either.
+NIF_HOST_DEVICE inline float smaller(float a, float b) { return __builtin_fminf(a, b); }
+NIF_HOST_DEVICE inline float larger(float a, float b) { return __builtin_fmaxf(a, b); }
+
+/// n + 2^23 as a float, n below 2^23: the lowest bits are those of n.
+NIF_HOST_DEVICE inline float on_integers(uint32_t n) { return bits_as<float>(0x4b000000u | n); }
+
+/// Walks one segment by the words of its field, of whose arrays none is read: what follow_segment() finds
+/// out, with the same runs in the same order. `look` is called for each leap and each cell, with the number
+/// of words that were read for it.
+template <class AddRun, class Look>
+NIF_HOST_DEVICE void leap_segment(const ProofField& field, const WalkWords& words, const Segment& segment,
+                                  WalkResult& walk, const AddRun& add_run, const Look& look) {
+  GridPassage passage;
+  if (!enter_grid(field, segment, walk, passage)) return;
+
+  // From too far away for estimates that are off by one cell at most: every plane on the way is looked at.
+  const bool near = walk.certain;
+  const float slack = near ? kEstimateSlack : bits_as<float>(0x7f800000u);
+  // Compilers are to know that these are so small that products of them are simple.
+  constexpr uint32_t kFewVoxels = 2 * kMaxVoxels - 1;
+  const uint32_t row = field.voxels[0] & kFewVoxels, layer = row * (field.voxels[1] & kFewVoxels);
+  const uint32_t levels = field.levels;
+  // Found anew each time: that takes fewer registers.
+  const auto sign = [&](uint32_t a) { return __builtin_copysignf(1.0f, walk.direction[a]); };
+  float cell[3];
+  NIF_UNROLL
+  for (uint32_t a = 0; a < 3; ++a) {
+    const bool down = sign(a) < 0;
+    cell[a] = static_cast<float>(down ? -1 - passage.cell[a] : passage.cell[a]);
+  }
+
+  RunRecord runs;
+  uint32_t seen = passage.seen;
+  float now = passage.enter;
+  for (;;) {
+    uint32_t at[3];
+    NIF_UNROLL
+    for (uint32_t a = 0; a < 3; ++a)
+      at[a] = bits_as<uint32_t>(multiply_add(sign(a), cell[a] + 0.5f, 0x1p23f - 0.5f)) & (kMaxCells - 1);
+    uint32_t word =
+        load_device(words.voxels, (at[0] >> levels) + row * (at[1] >> levels) + layer * (at[2] >> levels));
+    uint32_t level = levels, loads = 1;
+    while (word_kind(word) == kLink) {
+      --level;
+      const uint32_t part = (at[0] >> level & 1) | (at[1] >> level & 1) << 1 | (at[2] >> level & 1) << 2;
+      const bool there = link_mask(word) >> part & 1;
+      word = there ? load_device(words.parts, link_part(word, part)) : kEmptyPart;
+      loads += there;
+    }
+    look(loads);
+
+    // Where the segment leaves the box or the cell.
+    const bool empty = word_kind(word) == kEmptyVoxel;
+    const float size = bits_as<float>((127 + level) << 23);
+    const uint32_t box = (empty & near) ? word : 0;
+    float middle[3], exit[3];
+    NIF_UNROLL
+    for (uint32_t a = 0; a < 3; ++a) {
+      middle[a] = on_integers(at[a] >> level << level) - (0x1p23f - 0.5f * size);
+      const float extent = on_integers(extent_of(box, a, sign(a) > 0)) - (0x1p23f - 0.5f);
+      // Infinite along an axis that is not moved along, or NaN where the segment lies on the grid's far side.
+      exit[a] = (multiply_add(sign(a), extent * size, middle[a]) - walk.origin[a]) * passage.inverse[a];
+    }
+    const float t = smaller(smaller(exit[0], exit[1]), exit[2]);
+    const bool ends = !(t < passage.leave);
+    const float left = max_of(ends ? passage.leave : t, now);
+
+    bool blocked = false;
+    if (empty) {
+      seen |= empty_side(word);
+    } else {
+      const CellPassage passed = pass_cell(word, middle, size, walk.origin, walk.direction, now, left);
+      blocked = passed.blocked;
+      seen |= passed.seen;
+      if (passed.open) runs.add(passed, passage, walk, add_run);
+    }
+    if (blocked | (seen == kSeenBoth)) {
+      walk.verdict = Verdict::occluded;
+      return;
+    }
+    now = left;
+    if (ends) break;
+
+    // In the reference's order the crossing of a lower axis at the same t comes first.
+    const bool by_0 = exit[0] == t, by_1 = exit[1] == t;
+    NIF_UNROLL
+    for (uint32_t a = 0; a < 3; ++a) {
+      const float reached = multiply_add(walk.direction[a], t, walk.origin[a]);
+      const float estimate = round_down(multiply_add(sign(a), reached, -slack));
+      const bool later = (a > 0 && by_0) | (a > 1 && by_1);
+      float before = larger(estimate, cell[a]);
+      for (;;) {
+        const float plane = before + 1;
+        const float crossed_at = multiply_add(sign(a), plane, -walk.origin[a]) * passage.inverse[a];
+        const bool crossed = (crossed_at < t) | ((crossed_at == t) & !later);
+        before = crossed ? plane : before;
+        // From far away several planes may be crossed at the same t; the last one is that of the cell.
+        if (near | !crossed) break;
+        const float share = before * bits_as<float>((127 - level) << 23);
+        if (round_down(share) == share) break;
+      }
+      cell[a] = before;
+    }
+  }
+  end_walk(runs, seen, walk);
+}
+
+/// The one way in which kernels walk.
+template <class AddRun>
+NIF_HOST_DEVICE void walk_object(const ProofField& field, const WalkWords& words, const Segment& segment,
+                                 WalkResult& walk, const AddRun& add_run) {
+  leap_segment(field, words, segment, walk, add_run, [](uint32_t) {});
+}
+
+}  // namespace nif::kernels::gpu

@@ -1,0 +1,128 @@
+// An `exact` object answers as a BVH of the same triangles: each bit of each ray, by every kernel.
+#include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
+
+#include <atomic>
+
+#include "bake/bvh/builder.hpp"
+#include "formats/mesh/read.hpp"
+#include "formats/nif/exact/encoding.hpp"
+#include "kernels/cpu/exact/kernel.hpp"
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/exact/query.hpp"
+#include "tests/bake/adversary.hpp"
+#include "tests/support/real_meshes.hpp"
+
+namespace nif::test {
+namespace {
+
+using kernels::cpu::Isa;
+
+/// Object and BVH of a mesh, with planes as an OccupiedObject has them.
+struct ExactObject {
+  OccupiedObject occupied;
+  format::ExactData data;
+  kernels::ExactField field;
+
+  ExactObject(mesh::Mesh source, uint32_t resolution, const CellOptions& options)
+      : occupied(std::move(source), resolution, options) {
+    data.proof = occupied.data;
+    data.bvh = bake::build_bvh(occupied.prepared.surface.positions, occupied.prepared.surface.triangles);
+    field = format::field_of(data);
+  }
+};
+
+struct Tally {
+  std::atomic<uint64_t> rays{0}, proven{0}, differ{0};
+};
+
+/// Asks adversarial segments of the reference, and of the kernel of each instruction set that there is.
+void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& tally) {
+  const Adversary adversary(o.occupied);
+  std::pmr::memory_resource* const memory = std::pmr::get_default_resource();
+  kernels::cpu::SharedCopies copies(memory);
+  std::vector<kernels::KernelPointer> fast;
+  for (const Isa isa : {Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon})
+    if (kernels::cpu::available(isa))
+      fast.push_back(kernels::cpu::make_kernel(o.field, {isa, memory, copies}));
+  tbb::parallel_for(uint64_t{0}, segments / kernels::kBatchRays, [&](uint64_t b) {
+    struct Work {
+      kernels::SegmentBatch batch;
+      kernels::AnswerBatch answers;
+      alignas(64) std::byte scratch[kernels::kKernelScratchBytes];
+    };
+    const auto work = std::make_unique<Work>();
+    nif::Random random(23, 5, b);
+    std::vector<kernels::Answer> expected;
+    uint64_t proven = 0, differ = 0;
+    work->batch.count = kernels::kBatchRays;
+    for (uint32_t i = 0; i < kernels::kBatchRays; ++i) {
+      Segment s = adversary.draw(random);
+      if (random.below(16) == 0)  // beyond what planes prove anything of
+        for (float& x : s.origin) x *= static_cast<float>(random_size(random, 10.0, 1e6));
+      kernels::set_segment(work->batch, i, s);
+      expected.push_back(kernels::query(o.field.bvh, s));
+      kernels::Walk walk;
+      kernels::walk_segment(o.field.proof, s, walk);
+      proven += walk.certain;
+      if (!by_reference) continue;
+      const kernels::Answer found = kernels::query(o.field, s);
+      differ += found.visible != expected.back().visible || found.certain != expected.back().certain ||
+                found.logit != expected.back().logit;
+    }
+    for (const kernels::KernelPointer& kernel : fast) {
+      kernel->answer(work->batch, work->answers, work->scratch);
+      for (uint32_t i = 0; i < kernels::kBatchRays; ++i)
+        differ += work->answers.logit[i] != expected[i].logit ||
+                  (work->answers.certain[i] != 0) != expected[i].certain;
+    }
+    tally.rays += kernels::kBatchRays;
+    tally.proven += proven;
+    tally.differ += differ;
+  });
+}
+
+class ExactOnShapes : public testing::TestWithParam<std::tuple<int, uint32_t>> {};
+
+TEST_P(ExactOnShapes, AnswersAsItsBvh) {
+  const auto [number, levels] = GetParam();
+  const auto shape = Shape(number);
+  const ExactObject o(make_shape(shape, levels), resolution_of(shape, levels), {.levels = levels});
+  Tally tally;
+  compare(o, 100'000, true, tally);
+  EXPECT_EQ(tally.differ, 0u);
+  EXPECT_GT(tally.proven, tally.rays / 20);
+  EXPECT_LT(tally.proven, tally.rays);
+}
+
+INSTANTIATE_TEST_SUITE_P(Generated, ExactOnShapes,
+                         testing::Combine(testing::Range(0, int(kShapes)), testing::Values(0u, 2u, 4u)));
+
+/// The segments are hard enough for wrong planes to be noticed.
+TEST(ExactOnFlaws, AreNoticed) {
+  CellOptions options{.levels = 2};
+  options.flaws.narrow_planes = true;
+  const ExactObject o(make_shape(kBowl, 2), resolution_of(kBowl, 2), options);
+  Tally tally;
+  compare(o, 100'000, true, tally);
+  EXPECT_GT(tally.differ, 0u);
+}
+
+TEST(ExactOnRealMeshes, AnswersAsItsBvhOnAMillionSegmentsEach) {
+  if (!real_mesh_folder()) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
+  for (const std::filesystem::path& file : real_meshes()) {
+    SCOPED_TRACE(file.filename().string());
+    mesh::Scene scene = mesh::read(file);
+    // The largest object of a file stands for the others.
+    const auto largest = std::max_element(
+        scene.meshes.begin(), scene.meshes.end(),
+        [](const auto& a, const auto& b) { return a.triangles.size() < b.triangles.size(); });
+    const ExactObject o(std::move(*largest), 48, {.levels = 2});
+    Tally tally;
+    compare(o, 1'000'000, false, tally);
+    EXPECT_EQ(tally.differ, 0u);
+  }
+}
+
+}  // namespace
+}  // namespace nif::test
