@@ -262,29 +262,21 @@ uint32_t AssetView::network_count() const {
 }
 
 FileParts bytes_by_part(const AssetView& asset) {
-  FileParts parts{};
-  size_t first = 0;
+  FileParts parts;
   uint64_t networks = 0, primaries = 0;
   for_each_encoding([&]<class Encoding>(Encoding) {
     using View = typename Encoding::View;
     const auto add = [&](const View& view) {
-      size_t k = first;
-      for (const PartBytes& part : view.parts()) {
-        parts[k].name = part.name;
-        parts[k].bytes += part.bytes;
-        parts[k++].decoded += part.decoded;
-      }
-      return k;
+      for (const PartBytes& part : view.parts()) parts.add(part);
     };
-    const size_t end = add(View());
+    add(View());
     for (const ObjectView& object : asset.objects)
       if (object.template is<View>()) add(object.template as<View>());
-    first = end;
     networks += part_of<Encoding>(asset).network_bytes();
   });
   for (const PrimaryView& primary : asset.primaries) primaries += primary.grid_bytes + primary.network_bytes;
-  parts[first] = {"network", networks};
-  parts[first + 1] = {"primary", primaries};
+  parts.add({"network", networks});
+  parts.add({"primary", primaries});
   return parts;
 }
 

@@ -86,8 +86,28 @@ struct PartCountOf {
       (std::tuple_size_v<decltype(std::declval<typename Encoding::View>().parts())> + ... + 2);
 };
 /// The bytes of all objects together, part by part: those of every encoding, also where no object has it,
-/// then "network" and "primary". Without records, names, metadata and padding.
-using FileParts = std::array<PartBytes, OfEncodings<PartCountOf>::kCount>;
+/// then "network" and "primary". What several encodings have is one part. Without records, names, metadata
+/// and padding.
+class FileParts {
+ public:
+  static constexpr size_t kMost = OfEncodings<PartCountOf>::kCount;
+
+  void add(const PartBytes& part) {
+    size_t k = 0;
+    while (k < count_ && std::string_view(parts_[k].name) != part.name) ++k;
+    if (k == count_) parts_[count_++].name = part.name;
+    parts_[k].bytes += part.bytes;
+    parts_[k].decoded += part.decoded;
+  }
+  size_t size() const { return count_; }
+  const PartBytes& operator[](size_t k) const { return parts_[k]; }
+  const PartBytes* begin() const { return parts_.data(); }
+  const PartBytes* end() const { return parts_.data() + count_; }
+
+ private:
+  std::array<PartBytes, kMost> parts_{};
+  size_t count_ = 0;
+};
 FileParts bytes_by_part(const AssetView& asset);
 
 /// Checks and reads a whole file. `file_name` is what error messages call it.

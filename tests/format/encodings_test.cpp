@@ -93,7 +93,9 @@ TEST(Encodings, SectionsAreThereForObjects) {
 TEST(Encodings, SectionsAreNotThereForNoObject) {
   for_each_pair([&](auto encoding, uint32_t) {
     test::RandomAssetOptions others{.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1};
-    (encoding.kNumber == 1 ? others.objects : encoding.kNumber == 2 ? others.sphericals : others.bvhs) = 0;
+    for (const auto& [number, count] : {std::pair(1u, &others.objects), std::pair(2u, &others.sphericals),
+                                        std::pair(3u, &others.bvhs), std::pair(4u, &others.exacts)})
+      if (number == encoding.kNumber) *count = 0;
     const Bytes file = format::encode(test::random_asset(1, others));
     ASSERT_EQ(outcome_of(file).sentence, "");
     for (const uint32_t type : encoding.kSections)
@@ -136,11 +138,11 @@ TEST(Encodings, AreThoseThatAreKnown) {
     return outcome_of(
         test::with_record<ObjectRecord>(mixed(), format::kObjects, 1, [&](auto& r) { r.encoding = number; }));
   };
-  for (const uint32_t number : {0u, 4u, 256u, 0xffffffffu}) {
+  for (const uint32_t number : {0u, 5u, 256u, 0xffffffffu}) {
     const Outcome outcome = with_encoding(number);
     EXPECT_EQ(outcome.status, Status::unsupported_nif);
     EXPECT_EQ(outcome.sentence, "x.nif: section OBJS, record 1: encoding " + std::to_string(number) +
-                                    "; this build reads 1 (segment), 2 (spherical) and 3 (bvh)");
+                                    "; this build reads 1 (segment), 2 (spherical), 3 (bvh) and 4 (exact)");
   }
   // A file in nothing but an encoding of a later version is not damaged.
   std::vector<Part> parts = test::parts_of(with_objects({0}));

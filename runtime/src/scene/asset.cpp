@@ -108,7 +108,7 @@ class Parts {
     parts_[count_++] = {0, name, file, resident};
   }
 
-  std::array<NifPartInfo, std::tuple_size_v<format::FileParts> + 5> parts_;
+  std::array<NifPartInfo, format::FileParts::kMost + 5> parts_;
   size_t count_ = 0;
 };
 

@@ -44,7 +44,7 @@ struct NifAssetObject : nif::runtime::Object {
   std::pmr::vector<nif::runtime::KernelPointer> kernels;  ///< [object] answers it
   uint64_t file_bytes;
   /// As bytes_by_part() of the file, whether that is let go or not.
-  std::array<uint64_t, std::tuple_size_v<nif::format::FileParts>> file_parts;
+  std::array<uint64_t, nif::format::FileParts::kMost> file_parts;
   nif::runtime::GpuAsset* on_gpu = nullptr;  ///< once a scene with it was committed
   std::atomic<uint64_t> gpu_bytes = 0;
 
