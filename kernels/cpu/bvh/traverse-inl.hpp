@@ -1,0 +1,230 @@
+// The traversal of a `bvh` object: several rays in flight, a node of each in turn.
+//
+// What one ray does next waits for the node that it is at: for the cache, and for a long chain of arithmetic.
+// Rays that take turns fill that time with each other's work. How many leaves they meet, and when they are
+// done, cannot be predicted: a branch on it must not come before it is known, or the work begun behind it is
+// lost. So there are three groups of rays, and each goes through three phases: each ray tests the boxes of
+// its node and goes on to the next; the leaves that they met are tested; those that are done make room for
+// others. Between two phases of a group come those of others. Within a phase little branches.
+//
+// After Ylitie, Karras and Laine (HPG 2017) an entry of a stack is all of a node's inner slots that are still
+// to be visited.
+//
+// Compiled once for each target.
+#if defined(NIF_BVH_TRAVERSE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_BVH_TRAVERSE_INL
+#undef NIF_BVH_TRAVERSE_INL
+#else
+#define NIF_BVH_TRAVERSE_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include "kernels/cpu/bvh/boxes-inl.hpp"
+#include "kernels/cpu/bvh/triangles-inl.hpp"
+#include "kernels/reference/batch.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+
+/// Rays of a group.
+#ifndef NIF_FLIGHTS
+#define NIF_FLIGHTS 8
+#endif
+constexpr uint32_t kFlights = NIF_FLIGHTS;
+constexpr uint32_t kGroups = 3;
+
+/// Nodes still to be visited, inner slots of one node: from bit 0 on its first_node, from bit 32 on the inner
+/// slots, from bit 40 on those that are to be visited.
+using NodeGroup = uint64_t;
+constexpr uint32_t kInnerShift = 32, kVisitShift = 40;
+
+/// A ray on its way.
+struct alignas(64) Flight {
+  ReadyRay ray;
+  NodeGroup group;                    ///< what comes after the next node
+  uint32_t next;                      ///< node
+  uint32_t size;                      ///< of the stack
+  uint32_t number;                    ///< in the batch
+  NodeGroup stack[kMaxBvhDepth + 2];  ///< the first is empty
+};
+
+/// Leaf slots of a node that a ray may meet something in: from bit 0 on the node, from bit 32 on the ray's
+/// place among those in flight, from bit 56 on the slots.
+using MetLeaves = uint64_t;
+constexpr uint32_t kFlightShift = 32, kSlotShift = 56;
+
+/// Rays that go through the phases together.
+struct FlightGroup {
+  Flight flights[kFlights];
+  OpenLeaf open[kFlights * kBvhWidth + 1];
+  MetLeaves leaves[kFlights + 1];
+  uint32_t in_flight, done;  ///< bits by flight
+  uint32_t leaf_count, open_count;
+};
+
+/// What traverse() works in.
+struct BvhScratch {
+  ReadyRays ready;
+  FlightGroup groups[kGroups];
+};
+
+class Traversal {
+ public:
+  HWY_INLINE Traversal(const BvhTree& tree, const SegmentBatch& batch, const float* enter, const float* leave,
+                       AnswerBatch& answers, ReadyRays& ready)
+      : tree_(tree),
+        field_(tree.field),
+        batch_(batch),
+        enter_(enter),
+        leave_(leave),
+        answers_(answers),
+        ready_(ready) {
+    ready_.traversed = 0;
+  }
+
+  /// Every ray tests the boxes of its node and goes on to the next.
+  HWY_INLINE void test_nodes(FlightGroup& group) const {
+    group.done = group.leaf_count = 0;
+    uint32_t done = 0, count = 0;
+    for (uint32_t bits = group.in_flight; bits != 0; bits &= bits - 1) {
+      const uint32_t at = hwy::Num0BitsBelowLS1Bit_Nonzero32(bits);
+      done |= uint32_t(!step(group.flights[at], at, group.leaves, count)) << at;
+    }
+    group.done = done;
+    group.leaf_count = count;
+  }
+
+  /// Tests the leaves that rays have met.
+  HWY_INLINE void test_leaves(FlightGroup& group) const {
+    const uint32_t count = group.leaf_count;
+    MetLeaves met = group.leaves[0];
+    OpenLeaf* open = group.open;
+    for (uint32_t i = 0; i < count;) {
+      const uint32_t at = uint32_t(met >> kFlightShift) & 255;
+      const BvhNode& node = field_.nodes[uint32_t(met)];
+      const uint8_t slot = node.slots[hwy::Num0BitsBelowLS1Bit_Nonzero32(uint32_t(met >> kSlotShift))];
+      const MetLeaves rest = met & (met - (MetLeaves(1) << kSlotShift)), none = rest >> kSlotShift == 0;
+      i += uint32_t(none);
+      met = none ? group.leaves[i] : rest;
+      test_leaf(field_, group.flights[at].ray, node, slot, *open);
+      open->flight = at;
+      open += open->open != 0;
+    }
+    group.open_count = uint32_t(open - group.open);
+  }
+
+  /// Answers rays that are blocked, and gives the places of those that are done to others.
+  HWY_INLINE void exchange(FlightGroup& group) {
+    uint32_t blocked = 0;
+    for (uint32_t i = 0; i < group.open_count; ++i) {
+      const OpenLeaf& leaf = group.open[i];
+      const Flight& flight = group.flights[leaf.flight];
+      if (!meets_open(field_, batch_, flight.number, flight.ray, leaf)) continue;
+      answers_.logit[flight.number] = -kCertainLogit;
+      blocked |= 1u << leaf.flight;
+    }
+    group.in_flight &= ~(group.done | blocked);
+    for (uint32_t free = ~group.in_flight & ((1u << kFlights) - 1); free != 0; free &= free - 1) {
+      if (ready_.traversed == 0 && !make_some_ready()) return;
+      const uint32_t at = hwy::Num0BitsBelowLS1Bit_Nonzero32(free);
+      start(group.flights[at]);
+      group.in_flight |= 1u << at;
+    }
+  }
+
+ private:
+  /// False where no ray is left.
+  HWY_INLINE bool make_some_ready() {
+    for (; ready_.traversed == 0; taken_ += kLanes) {
+      if (taken_ >= batch_.count) return false;
+      make_ready(tree_, batch_, enter_, leave_, taken_, answers_, ready_);
+    }
+    return true;
+  }
+
+  /// Sets the next ray out at the root.
+  HWY_INLINE void start(Flight& flight) {
+    const uint32_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(ready_.traversed);
+    ready_.traversed &= ready_.traversed - 1;
+    ready_.take(lane, flight.ray);
+    flight.stack[0] = 0;
+    flight.size = 1;
+    // Most often the root has no leaves, and is passed.
+    const auto met = uint32_t(ready_.met[lane]);
+    if (HWY_LIKELY((met & tree_.leaves) == 0)) {
+      go_on(flight, group_of(field_.nodes[0], tree_.inner, met));
+    } else {
+      flight.group = 0;
+      flight.next = 0;
+    }
+    flight.number = taken_ - kLanes + lane;
+  }
+
+  static HWY_INLINE NodeGroup group_of(const BvhNode& node, uint32_t inner, uint32_t to_visit) {
+    return node.first_node | NodeGroup(inner) << kInnerShift | NodeGroup(to_visit) << kVisitShift;
+  }
+
+  /// Chooses the next node out of a group. False where there is none.
+  HWY_INLINE bool go_on(Flight& flight, NodeGroup group) const {
+    const auto to_visit = uint32_t(group >> kVisitShift), up_to_next = to_visit ^ (to_visit - 1);
+    const auto inner = uint32_t(group >> kInnerShift) & 255;
+    flight.next = uint32_t(group) + uint32_t(__builtin_popcount(up_to_next & inner)) - 1;
+    flight.group = group & (group - (NodeGroup(1) << kVisitShift));
+    const char* const next = reinterpret_cast<const char*>(field_.nodes + flight.next);
+    __builtin_prefetch(next);
+    __builtin_prefetch(next + sizeof(BvhNode) - 1);
+    return to_visit != 0;
+  }
+
+  /// Tests the boxes of a ray's node and chooses its next one. False where there is none.
+  HWY_INLINE bool step(Flight& flight, uint32_t at, MetLeaves* met_leaves, uint32_t& count) const {
+    const BvhNode& node = field_.nodes[flight.next];
+    const SlotSets sets = slot_sets(node);
+    const uint32_t met = meets_boxes(node, flight.ray);
+    const uint32_t leaves = met & sets.leaves, inner = met & sets.inner;
+    met_leaves[count] = flight.next | MetLeaves(at) << kFlightShift | MetLeaves(leaves) << kSlotShift;
+    count += leaves != 0;
+
+    uint32_t size = flight.size;
+    flight.stack[size] = flight.group;
+    size += flight.group >> kVisitShift != 0;
+    const NodeGroup group = inner == 0 ? flight.stack[size - 1] : group_of(node, sets.inner, inner);
+    flight.size = size - (inner == 0);
+    return go_on(flight, group);
+  }
+
+  const BvhTree& tree_;
+  const BvhField& field_;
+  const SegmentBatch& batch_;
+  const float *enter_, *leave_;
+  AnswerBatch& answers_;
+  ReadyRays& ready_;
+  uint32_t taken_ = 0;  ///< rays of the batch that have been made ready
+};
+
+/// Answers the rays of a batch. Boxes count only from `enter[i]` to `leave[i]`, so what a ray meets elsewhere
+/// may be missed; triangles from the ray's own tmin to its tmax. Both arrays have kBatchRays entries.
+HWY_INLINE void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+                         const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
+  Traversal traversal(tree, batch, enter, leave, answers, scratch.ready);
+  for (FlightGroup& group : scratch.groups) {
+    group.in_flight = group.done = group.leaf_count = group.open_count = 0;
+    traversal.exchange(group);
+  }
+  FlightGroup *a = scratch.groups, *b = a + 1, *c = a + 2;
+  while ((a->in_flight | b->in_flight | c->in_flight) != 0) {
+    traversal.test_nodes(*a);
+    traversal.test_leaves(*b);
+    traversal.exchange(*c);
+    FlightGroup* const last = c;
+    c = b;
+    b = a;
+    a = last;
+  }
+}
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
