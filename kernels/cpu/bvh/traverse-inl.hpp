@@ -34,10 +34,18 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 constexpr uint32_t kFlights = NIF_FLIGHTS;
 constexpr uint32_t kGroups = 3;
 
+/// Cache lines of a node's vertices that are fetched before its leaves are tested.
+constexpr uint32_t kVertexLines = 4;
+
 /// Nodes still to be visited, inner slots of one node: from bit 0 on its first_node, from bit 32 on the inner
 /// slots, from bit 40 on those that are to be visited.
 using NodeGroup = uint64_t;
 constexpr uint32_t kInnerShift = 32, kVisitShift = 40;
+
+/// first ? a : b, where compilers would branch.
+HWY_INLINE uint64_t choose(bool first, uint64_t a, uint64_t b) {
+  return b ^ ((a ^ b) & (0 - uint64_t(first)));
+}
 
 /// A ray on its way.
 struct alignas(64) Flight {
@@ -49,18 +57,13 @@ struct alignas(64) Flight {
   NodeGroup stack[kMaxBvhDepth + 2];  ///< the first is empty
 };
 
-/// Leaf slots of a node that a ray may meet something in: from bit 0 on the node, from bit 32 on the ray's
-/// place among those in flight, from bit 56 on the slots.
-using MetLeaves = uint64_t;
-constexpr uint32_t kFlightShift = 32, kSlotShift = 56;
-
 /// Rays that go through the phases together.
 struct FlightGroup {
   Flight flights[kFlights];
-  OpenLeaf open[kFlights * kBvhWidth + 1];
-  MetLeaves leaves[kFlights + 1];
+  OpenTriangles open[kFlights * kBvhWidth + 1];
+  MetTriangles met[kFlights + 1];  ///< of leaf slots, until leaves are tested: not of triangles
   uint32_t in_flight, done;  ///< bits by flight
-  uint32_t leaf_count, open_count;
+  uint32_t met_count, open_count;
 };
 
 /// What traverse() works in.
@@ -85,44 +88,43 @@ class Traversal {
 
   /// Every ray tests the boxes of its node and goes on to the next.
   HWY_INLINE void test_nodes(FlightGroup& group) const {
-    group.done = group.leaf_count = 0;
+    group.done = group.met_count = 0;
     uint32_t done = 0, count = 0;
     for (uint32_t bits = group.in_flight; bits != 0; bits &= bits - 1) {
       const uint32_t at = hwy::Num0BitsBelowLS1Bit_Nonzero32(bits);
-      done |= uint32_t(!step(group.flights[at], at, group.leaves, count)) << at;
+      done |= uint32_t(!step(group.flights[at], at, group.met, count)) << at;
     }
     group.done = done;
-    group.leaf_count = count;
+    group.met_count = count;
   }
 
   /// Tests the leaves that rays have met.
   HWY_INLINE void test_leaves(FlightGroup& group) const {
-    const uint32_t count = group.leaf_count;
-    MetLeaves met = group.leaves[0];
-    OpenLeaf* open = group.open;
+    const uint32_t count = group.met_count;
+    for (uint32_t i = 0; i < count; ++i)
+      group.met[i].ranks = ranks_in(field_.nodes[group.met[i].node], group.met[i].ranks);
+    uint32_t open = 0;
+    uint32_t ranks = group.met[0].ranks;
     for (uint32_t i = 0; i < count;) {
-      const uint32_t at = uint32_t(met >> kFlightShift) & 255;
-      const BvhNode& node = field_.nodes[uint32_t(met)];
-      const uint8_t slot = node.slots[hwy::Num0BitsBelowLS1Bit_Nonzero32(uint32_t(met >> kSlotShift))];
-      const MetLeaves rest = met & (met - (MetLeaves(1) << kSlotShift)), none = rest >> kSlotShift == 0;
-      i += uint32_t(none);
-      met = none ? group.leaves[i] : rest;
-      test_leaf(field_, group.flights[at].ray, node, slot, *open);
-      open->flight = at;
-      open += open->open != 0;
+      const MetTriangles met{group.met[i].node, ranks, group.met[i].flight};
+      OpenTriangles& found = group.open[open];
+      const uint32_t rest = test_four(field_, group.flights[met.flight].ray, met, found);
+      open += uint32_t(found.open != 0);
+      i += rest == 0;
+      ranks = uint32_t(choose(rest == 0, group.met[i].ranks, rest));
     }
-    group.open_count = uint32_t(open - group.open);
+    group.open_count = open;
   }
 
   /// Answers rays that are blocked, and gives the places of those that are done to others.
   HWY_INLINE void exchange(FlightGroup& group) {
     uint32_t blocked = 0;
     for (uint32_t i = 0; i < group.open_count; ++i) {
-      const OpenLeaf& leaf = group.open[i];
-      const Flight& flight = group.flights[leaf.flight];
-      if (!meets_open(field_, batch_, flight.number, flight.ray, leaf)) continue;
+      const OpenTriangles& found = group.open[i];
+      const Flight& flight = group.flights[found.met.flight];
+      if (!meets_open(field_, batch_, flight.number, flight.ray, found)) continue;
       answers_.logit[flight.number] = -kCertainLogit;
-      blocked |= 1u << leaf.flight;
+      blocked |= 1u << found.met.flight;
     }
     group.in_flight &= ~(group.done | blocked);
     for (uint32_t free = ~group.in_flight & ((1u << kFlights) - 1); free != 0; free &= free - 1) {
@@ -178,18 +180,23 @@ class Traversal {
   }
 
   /// Tests the boxes of a ray's node and chooses its next one. False where there is none.
-  HWY_INLINE bool step(Flight& flight, uint32_t at, MetLeaves* met_leaves, uint32_t& count) const {
+  HWY_INLINE bool step(Flight& flight, uint32_t at, MetTriangles* met_triangles, uint32_t& count) const {
     const BvhNode& node = field_.nodes[flight.next];
     const SlotSets sets = slot_sets(node);
     const uint32_t met = meets_boxes(node, flight.ray);
     const uint32_t leaves = met & sets.leaves, inner = met & sets.inner;
-    met_leaves[count] = flight.next | MetLeaves(at) << kFlightShift | MetLeaves(leaves) << kSlotShift;
+    met_triangles[count] = {flight.next, leaves, at};
     count += leaves != 0;
+    // Also where no leaf is met: a branch costs more.
+    __builtin_prefetch(field_.triangles[node.first_triangle]);
+    for (uint32_t line = 0; line < kVertexLines; ++line)
+      __builtin_prefetch(reinterpret_cast<const char*>(field_.vertices[node.first_vertex]) + 64 * line);
 
     uint32_t size = flight.size;
     flight.stack[size] = flight.group;
     size += flight.group >> kVisitShift != 0;
-    const NodeGroup group = inner == 0 ? flight.stack[size - 1] : group_of(node, sets.inner, inner);
+    const NodeGroup group =
+        choose(inner == 0, flight.stack[size - 1], group_of(node, sets.inner, inner));
     flight.size = size - (inner == 0);
     return go_on(flight, group);
   }
@@ -209,7 +216,7 @@ HWY_INLINE void traverse(const BvhTree& tree, const SegmentBatch& batch, const f
                          const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
   Traversal traversal(tree, batch, enter, leave, answers, scratch.ready);
   for (FlightGroup& group : scratch.groups) {
-    group.in_flight = group.done = group.leaf_count = group.open_count = 0;
+    group.in_flight = group.done = group.met_count = group.open_count = 0;
     traversal.exchange(group);
   }
   FlightGroup *a = scratch.groups, *b = a + 1, *c = a + 2;

@@ -23,9 +23,9 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 /// A triangle of a leaf to a lane.
 using Four = hn::FixedTag<float, 4>;
 
-/// One corner of each triangle, sheared: seen along the ray, which is the origin.
+/// One corner of each triangle, sheared: seen along the ray, which is the origin. With the sum of magnitudes.
 struct Corner {
-  hn::Vec<Four> x, y;
+  hn::Vec<Four> x, y, size;
 };
 
 /// For each longest axis: where a loaded vertex has its coordinates in the order of ReadyRay::origin.
@@ -57,7 +57,8 @@ class LeafRay {
     const __m512 seen = _mm512_sub_ps(_mm512_permutexvar_ps(order_, all), origin_);
     const __m256 depth = _mm512_castps512_ps256(_mm512_shuffle_f32x4(seen, seen, 0xaa));
     const __m256 xy = _mm256_fnmadd_ps(depth, shear_, _mm512_castps512_ps256(seen));
-    return {hn::Vec<Four>{_mm256_castps256_ps128(xy)}, hn::Vec<Four>{_mm256_extractf128_ps(xy, 1)}};
+    const hn::Vec<Four> x{_mm256_castps256_ps128(xy)}, y{_mm256_extractf128_ps(xy, 1)};
+    return {x, y, hn::Add(hn::Abs(x), hn::Abs(y))};
   }
 
  private:
@@ -87,7 +88,8 @@ class LeafRay {
     const auto depth = hn::Sub(hn::ConcatLowerLower(d, z_rs, z_pq), origin_[2]);
     const auto x = hn::Sub(hn::ConcatLowerLower(d, xy_rs, xy_pq), origin_[0]);
     const auto y = hn::Sub(hn::ConcatUpperUpper(d, xy_rs, xy_pq), origin_[1]);
-    return {hn::NegMulAdd(depth, shear_[0], x), hn::NegMulAdd(depth, shear_[1], y)};
+    const auto sheared_x = hn::NegMulAdd(depth, shear_[0], x), sheared_y = hn::NegMulAdd(depth, shear_[1], y);
+    return {sheared_x, sheared_y, hn::Add(hn::Abs(sheared_x), hn::Abs(sheared_y))};
   }
 
  private:
@@ -127,8 +129,7 @@ HWY_INLINE LeafSides sides_of(const ReadyRay& ray, const float* const vertices[3
   const auto u = hn::NegMulAdd(c.y, b.x, hn::Mul(c.x, b.y));
   const auto v = hn::NegMulAdd(a.y, c.x, hn::Mul(a.x, c.y));
   const auto w = hn::NegMulAdd(b.y, a.x, hn::Mul(b.x, a.y));
-  const auto size_a = hn::Add(hn::Abs(a.x), hn::Abs(a.y)), size_b = hn::Add(hn::Abs(b.x), hn::Abs(b.y));
-  const auto size = hn::Add(hn::Add(size_a, size_b), hn::Add(hn::Abs(c.x), hn::Abs(c.y)));
+  const auto size = hn::Add(hn::Add(a.size, b.size), c.size);
   const auto error = hn::MulAdd(size, hn::Set(d, ray.shear[2]), hn::Set(d, ray.shear[3]));
   const auto least = hn::Min(hn::Min(u, v), w), most = hn::Max(hn::Max(u, v), w);
   const auto other = hn::Neg(error);
@@ -137,25 +138,26 @@ HWY_INLINE LeafSides sides_of(const ReadyRay& ray, const float* const vertices[3
   return {bits_of_four(missed) ^ 15, bits_of_four(inside), {u, v, w}, error};
 }
 
-/// By number of triangles: where the indices of each are, counted from the first's. Where there are fewer
-/// than four, the last comes again.
-constexpr uint8_t kTriangleSteps[kBvhLeafTriangles + 1][4] = {
-    {0, 0, 0, 0}, {0, 0, 0, 0}, {0, 3, 3, 3}, {0, 3, 6, 6}, {0, 3, 6, 9}};
+/// Triangles of a node's leaves that a ray is to be tested against.
+struct MetTriangles {
+  uint32_t node;
+  uint32_t ranks;   ///< among the node's triangles, as bits
+  uint32_t flight;  ///< the ray
+};
 
-/// Triangles of a leaf that the line may pass through.
-struct OpenLeaf {
+/// The first four of them, where the line may pass through some.
+struct OpenTriangles {
   alignas(64) float side[3][4];  ///< as LeafSides
   float error[4];
   uint32_t open, inside;
-  uint32_t first_triangle, first_vertex;
-  uint32_t flight;  ///< the ray
+  MetTriangles met;
 };
 
 enum class Meets { no, yes, perhaps };
 
 /// Where does the line pass through a triangle that it surely does pass through? Which is at a mean of the
 /// depths of the corners, whose weights are the sides.
-HWY_INLINE Meets meets_within(const ReadyRay& ray, const float* const corners[3], const OpenLeaf& leaf,
+HWY_INLINE Meets meets_within(const ReadyRay& ray, const float* const corners[3], const OpenTriangles& found,
                               uint32_t i) {
   const uint32_t axis = ray.exit[3];
   const float begin = ray.limits[2], end = ray.limits[3], padding = ray.origin[3];
@@ -163,11 +165,11 @@ HWY_INLINE Meets meets_within(const ReadyRay& ray, const float* const corners[3]
                       corners[2][axis] - ray.origin[2]};
   const float least = min_of(min_of(z[0], z[1]), z[2]), most = max_of(max_of(z[0], z[1]), z[2]);
   if (begin <= least && most <= end) return Meets::yes;
-  const float u = leaf.side[0][i], v = leaf.side[1][i], w = leaf.side[2][i];
+  const float u = found.side[0][i], v = found.side[1][i], w = found.side[2][i];
   const float sum = (u + v) + w;
-  if (!(magnitude(sum) > 16 * leaf.error[i])) return Meets::perhaps;
+  if (!(magnitude(sum) > 16 * found.error[i])) return Meets::perhaps;
   const float inverse = 1 / sum, z_mean = ((u * z[0] + v * z[1]) + w * z[2]) * inverse;
-  const float error = 8 * leaf.error[i] * (most - least) * magnitude(inverse) + padding;
+  const float error = 8 * found.error[i] * (most - least) * magnitude(inverse) + padding;
   if (z_mean + error < begin - 2 * padding || end + 2 * padding < z_mean - error) return Meets::no;
   if (begin <= z_mean - error && z_mean + error <= end) return Meets::yes;
   return Meets::perhaps;
@@ -175,14 +177,17 @@ HWY_INLINE Meets meets_within(const ReadyRay& ray, const float* const corners[3]
 
 /// Does the ray meet one of these triangles? `number`: which of the batch it is.
 HWY_INLINE bool meets_open(const BvhField& field, const SegmentBatch& batch, uint32_t number,
-                           const ReadyRay& ray, const OpenLeaf& leaf) {
-  for (uint32_t open = leaf.open; open != 0; open &= open - 1) {
-    const uint32_t i = hwy::Num0BitsBelowLS1Bit_Nonzero32(open);
+                           const ReadyRay& ray, const OpenTriangles& found) {
+  const BvhNode& node = field.nodes[found.met.node];
+  uint32_t ranks = found.met.ranks, open = found.open;
+  for (uint32_t i = 0; open != 0; ++i, open >>= 1, ranks &= ranks - 1) {
+    if ((open & 1) == 0) continue;
+    const uint32_t triangle = node.first_triangle + hwy::Num0BitsBelowLS1Bit_Nonzero32(ranks);
     const float* corners[3];
     for (uint32_t k = 0; k < 3; ++k)
-      corners[k] = field.vertices[size_t(leaf.first_vertex) + field.triangles[leaf.first_triangle + i][k]];
+      corners[k] = field.vertices[size_t(node.first_vertex) + field.triangles[triangle][k]];
     Meets meets = Meets::perhaps;
-    if (leaf.inside >> i & 1) meets = meets_within(ray, corners, leaf, i);
+    if (found.inside >> i & 1) meets = meets_within(ray, corners, found, i);
     if (HWY_UNLIKELY(meets == Meets::perhaps)) {
       BvhRay exact;
       if (prepare_ray(field, segment_of(batch, number), exact) && meets_triangle(exact, corners)) return true;
@@ -192,24 +197,47 @@ HWY_INLINE bool meets_open(const BvhField& field, const SegmentBatch& batch, uin
   return false;
 }
 
-/// Tests the triangles of a leaf slot, and tells which of them the ray may meet; of the flight nothing.
-HWY_INLINE void test_leaf(const BvhField& field, const ReadyRay& ray, const BvhNode& node, uint8_t slot,
-                          OpenLeaf& leaf) {
-  const uint32_t first = node.first_triangle + slot_rank(slot), count = slot_kind(slot);
-  const uint8_t* const indices = field.triangles[first];
-  const float* const before = field.vertices[node.first_vertex] - 1;
+/// Which of a node's triangles lie in the given leaf slots, as bits.
+HWY_INLINE uint32_t ranks_in(const BvhNode& node, uint32_t leaves) {
+  const hn::CappedTag<uint32_t, kBvhWidth> d;
+  const hn::Rebind<uint8_t, decltype(d)> bytes;
+  uint32_t ranks = 0;
+  for (uint32_t first = 0; first < kBvhWidth; first += uint32_t(hn::Lanes(d))) {
+    const auto slots = hn::PromoteTo(d, hn::LoadU(bytes, node.slots + first));
+    const auto one = hn::Set(d, 1u);
+    const auto each = hn::Sub(hn::Shl(one, hn::ShiftRight<5>(slots)), one);
+    const auto place = hn::Shl(each, hn::And(slots, hn::Set(d, 31u)));
+    const auto bit = hn::Shl(one, hn::Iota(d, first));
+    const auto chosen = hn::TestBit(hn::Set(d, leaves), bit);
+    ranks |= hn::GetLane(hn::SumOfLanes(d, hn::IfThenElseZero(chosen, place)));
+  }
+  return ranks;
+}
+
+/// Tests the first four triangles, or as many as there are. Returns the others.
+HWY_INLINE uint32_t test_four(const BvhField& field, const ReadyRay& ray, const MetTriangles& met,
+                              OpenTriangles& found) {
+  const BvhNode& node = field.nodes[met.node];
+  const uint8_t* const indices = field.triangles[node.first_triangle];
+  const float* before = field.vertices[node.first_vertex] - 1;
+  // Or compilers add the node's part of the address again for each vertex.
+  asm("" : "+r"(before));
   const float* vertices[3][4];
-  for (uint32_t i = 0; i < 4; ++i) {
-    const uint8_t* const triangle = indices + size_t(kTriangleSteps[count][i]);
+  // Where there are fewer than four, the last comes again.
+  const uint32_t last = 1u << (31 - hwy::Num0BitsAboveMS1Bit_Nonzero32(met.ranks));
+  uint32_t ranks = met.ranks;
+  for (uint32_t i = 0; i < 4; ++i, ranks &= ranks - 1) {
+    const uint8_t* const triangle = indices + 3 * size_t(hwy::Num0BitsBelowLS1Bit_Nonzero32(ranks | last));
     for (uint32_t k = 0; k < 3; ++k) vertices[k][i] = before + 3 * size_t(triangle[k]);
   }
   const LeafSides sides = sides_of(ray, vertices);
-  leaf.open = sides.open & ((1u << count) - 1);
-  leaf.inside = sides.inside;
-  leaf.first_triangle = first;
-  leaf.first_vertex = node.first_vertex;
-  for (uint32_t k = 0; k < 3; ++k) hn::Store(sides.side[k], Four(), leaf.side[k]);
-  hn::Store(sides.error, Four(), leaf.error);
+  const uint64_t once = (uint64_t{1} << __builtin_popcount(met.ranks)) - 1;
+  found.open = sides.open & uint32_t(once);
+  found.inside = sides.inside;
+  found.met = met;
+  for (uint32_t k = 0; k < 3; ++k) hn::Store(sides.side[k], Four(), found.side[k]);
+  hn::Store(sides.error, Four(), found.error);
+  return ranks;
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
