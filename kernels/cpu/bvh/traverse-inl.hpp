@@ -62,7 +62,7 @@ struct FlightGroup {
   Flight flights[kFlights];
   OpenTriangles open[kFlights * kBvhWidth + 1];
   MetTriangles met[kFlights + 1];  ///< of leaf slots, until leaves are tested: not of triangles
-  uint32_t in_flight, done;  ///< bits by flight
+  uint32_t in_flight, done;        ///< bits by flight
   uint32_t met_count, open_count;
 };
 
@@ -89,10 +89,11 @@ class Traversal {
   /// Every ray tests the boxes of its node and goes on to the next.
   HWY_INLINE void test_nodes(FlightGroup& group) const {
     group.done = group.met_count = 0;
+    const BvhField field = field_;  // of its own: no store can change it
     uint32_t done = 0, count = 0;
     for (uint32_t bits = group.in_flight; bits != 0; bits &= bits - 1) {
       const uint32_t at = hwy::Num0BitsBelowLS1Bit_Nonzero32(bits);
-      done |= uint32_t(!step(group.flights[at], at, group.met, count)) << at;
+      done |= uint32_t(!step(field, group.flights[at], at, group.met, count)) << at;
     }
     group.done = done;
     group.met_count = count;
@@ -100,18 +101,20 @@ class Traversal {
 
   /// Tests the leaves that rays have met.
   HWY_INLINE void test_leaves(FlightGroup& group) const {
+    const BvhField field = field_;  // of its own: no store can change it
     const uint32_t count = group.met_count;
-    for (uint32_t i = 0; i < count; ++i)
-      group.met[i].ranks = ranks_in(field_.nodes[group.met[i].node], group.met[i].ranks);
-    uint32_t open = 0;
-    uint32_t ranks = group.met[0].ranks;
+    for (uint32_t i = 0; i < count; ++i) {
+      MetTriangles& met = group.met[i];
+      met.ranks = ranks_in(field.nodes[met.visit.node()], met.ranks);
+      met.last = 1u << (31 - hwy::Num0BitsAboveMS1Bit_Nonzero32(met.ranks));
+    }
+    uint32_t open = 0, ranks = group.met[0].ranks;
     for (uint32_t i = 0; i < count;) {
-      const MetTriangles met{group.met[i].node, ranks, group.met[i].flight};
-      OpenTriangles& found = group.open[open];
-      const uint32_t rest = test_four(field_, group.flights[met.flight].ray, met, found);
-      open += uint32_t(found.open != 0);
-      i += rest == 0;
-      ranks = uint32_t(choose(rest == 0, group.met[i].ranks, rest));
+      const MetTriangles& met = group.met[i];
+      open += uint32_t(
+          test_four(field, group.flights[met.visit.flight()].ray, met, ranks, group.open[open]) != 0);
+      i += ranks == 0;
+      ranks = uint32_t(choose(ranks == 0, group.met[i].ranks, ranks));
     }
     group.open_count = open;
   }
@@ -121,10 +124,10 @@ class Traversal {
     uint32_t blocked = 0;
     for (uint32_t i = 0; i < group.open_count; ++i) {
       const OpenTriangles& found = group.open[i];
-      const Flight& flight = group.flights[found.met.flight];
+      const Flight& flight = group.flights[found.visit.flight()];
       if (!meets_open(field_, batch_, flight.number, flight.ray, found)) continue;
       answers_.logit[flight.number] = -kCertainLogit;
-      blocked |= 1u << found.met.flight;
+      blocked |= 1u << found.visit.flight();
     }
     group.in_flight &= ~(group.done | blocked);
     for (uint32_t free = ~group.in_flight & ((1u << kFlights) - 1); free != 0; free &= free - 1) {
@@ -155,7 +158,7 @@ class Traversal {
     // Most often the root has no leaves, and is passed.
     const auto met = uint32_t(ready_.met[lane]);
     if (HWY_LIKELY((met & tree_.leaves) == 0)) {
-      go_on(flight, group_of(field_.nodes[0], tree_.inner, met));
+      go_on(field_, flight, group_of(field_.nodes[0], tree_.inner, met));
     } else {
       flight.group = 0;
       flight.next = 0;
@@ -168,37 +171,37 @@ class Traversal {
   }
 
   /// Chooses the next node out of a group. False where there is none.
-  HWY_INLINE bool go_on(Flight& flight, NodeGroup group) const {
+  static HWY_INLINE bool go_on(const BvhField& field, Flight& flight, NodeGroup group) {
     const auto to_visit = uint32_t(group >> kVisitShift), up_to_next = to_visit ^ (to_visit - 1);
     const auto inner = uint32_t(group >> kInnerShift) & 255;
     flight.next = uint32_t(group) + uint32_t(__builtin_popcount(up_to_next & inner)) - 1;
     flight.group = group & (group - (NodeGroup(1) << kVisitShift));
-    const char* const next = reinterpret_cast<const char*>(field_.nodes + flight.next);
+    const char* const next = reinterpret_cast<const char*>(field.nodes + flight.next);
     __builtin_prefetch(next);
     __builtin_prefetch(next + sizeof(BvhNode) - 1);
     return to_visit != 0;
   }
 
   /// Tests the boxes of a ray's node and chooses its next one. False where there is none.
-  HWY_INLINE bool step(Flight& flight, uint32_t at, MetTriangles* met_triangles, uint32_t& count) const {
-    const BvhNode& node = field_.nodes[flight.next];
+  static HWY_INLINE bool step(const BvhField& field, Flight& flight, uint32_t at, MetTriangles* met_triangles,
+                              uint32_t& count) {
+    const BvhNode& node = field.nodes[flight.next];
     const SlotSets sets = slot_sets(node);
     const uint32_t met = meets_boxes(node, flight.ray);
     const uint32_t leaves = met & sets.leaves, inner = met & sets.inner;
-    met_triangles[count] = {flight.next, leaves, at};
+    met_triangles[count] = {{flight.next | uint64_t(at) << 32}, leaves, 0};
     count += leaves != 0;
     // Also where no leaf is met: a branch costs more.
-    __builtin_prefetch(field_.triangles[node.first_triangle]);
+    __builtin_prefetch(field.triangles[node.first_triangle]);
     for (uint32_t line = 0; line < kVertexLines; ++line)
-      __builtin_prefetch(reinterpret_cast<const char*>(field_.vertices[node.first_vertex]) + 64 * line);
+      __builtin_prefetch(reinterpret_cast<const char*>(field.vertices[node.first_vertex]) + 64 * line);
 
     uint32_t size = flight.size;
     flight.stack[size] = flight.group;
     size += flight.group >> kVisitShift != 0;
-    const NodeGroup group =
-        choose(inner == 0, flight.stack[size - 1], group_of(node, sets.inner, inner));
+    const NodeGroup group = choose(inner == 0, flight.stack[size - 1], group_of(node, sets.inner, inner));
     flight.size = size - (inner == 0);
-    return go_on(flight, group);
+    return go_on(field, flight, group);
   }
 
   const BvhTree& tree_;

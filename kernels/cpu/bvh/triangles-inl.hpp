@@ -23,9 +23,17 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 /// A triangle of a leaf to a lane.
 using Four = hn::FixedTag<float, 4>;
 
-/// One corner of each triangle, sheared: seen along the ray, which is the origin. With the sum of magnitudes.
+/// Magnitudes of two coordinates, added or not.
+#if HWY_TARGET == HWY_AVX3
+using Sizes = hn::Vec<hn::FixedTag<float, 8>>;
+#else
+using Sizes = hn::Vec<Four>;
+#endif
+
+/// One corner of each triangle, sheared: seen along the ray, which is the origin.
 struct Corner {
-  hn::Vec<Four> x, y, size;
+  hn::Vec<Four> x, y;
+  Sizes size;
 };
 
 /// For each longest axis: where a loaded vertex has its coordinates in the order of ReadyRay::origin.
@@ -57,8 +65,15 @@ class LeafRay {
     const __m512 seen = _mm512_sub_ps(_mm512_permutexvar_ps(order_, all), origin_);
     const __m256 depth = _mm512_castps512_ps256(_mm512_shuffle_f32x4(seen, seen, 0xaa));
     const __m256 xy = _mm256_fnmadd_ps(depth, shear_, _mm512_castps512_ps256(seen));
-    const hn::Vec<Four> x{_mm256_castps256_ps128(xy)}, y{_mm256_extractf128_ps(xy, 1)};
-    return {x, y, hn::Add(hn::Abs(x), hn::Abs(y))};
+    const __m256 size = _mm256_and_ps(xy, _mm256_castsi256_ps(_mm256_set1_epi32(0x7fffffff)));
+    return {hn::Vec<Four>{_mm256_castps256_ps128(xy)}, hn::Vec<Four>{_mm256_extractf128_ps(xy, 1)},
+            Sizes{size}};
+  }
+
+  /// The sum of all magnitudes.
+  static HWY_INLINE hn::Vec<Four> sum(Sizes a, Sizes b, Sizes c) {
+    const __m256 xy = _mm256_add_ps(_mm256_add_ps(a.raw, b.raw), c.raw);
+    return hn::Vec<Four>{_mm_add_ps(_mm256_castps256_ps128(xy), _mm256_extractf128_ps(xy, 1))};
   }
 
  private:
@@ -91,6 +106,9 @@ class LeafRay {
     const auto sheared_x = hn::NegMulAdd(depth, shear_[0], x), sheared_y = hn::NegMulAdd(depth, shear_[1], y);
     return {sheared_x, sheared_y, hn::Add(hn::Abs(sheared_x), hn::Abs(sheared_y))};
   }
+
+  /// The sum of all magnitudes.
+  static HWY_INLINE hn::Vec<Four> sum(Sizes a, Sizes b, Sizes c) { return hn::Add(hn::Add(a, b), c); }
 
  private:
   HWY_INLINE hn::Vec<Four> row(const float* from) const {
@@ -129,7 +147,7 @@ HWY_INLINE LeafSides sides_of(const ReadyRay& ray, const float* const vertices[3
   const auto u = hn::NegMulAdd(c.y, b.x, hn::Mul(c.x, b.y));
   const auto v = hn::NegMulAdd(a.y, c.x, hn::Mul(a.x, c.y));
   const auto w = hn::NegMulAdd(b.y, a.x, hn::Mul(b.x, a.y));
-  const auto size = hn::Add(hn::Add(a.size, b.size), c.size);
+  const auto size = LeafRay::sum(a.size, b.size, c.size);
   const auto error = hn::MulAdd(size, hn::Set(d, ray.shear[2]), hn::Set(d, ray.shear[3]));
   const auto least = hn::Min(hn::Min(u, v), w), most = hn::Max(hn::Max(u, v), w);
   const auto other = hn::Neg(error);
@@ -138,19 +156,28 @@ HWY_INLINE LeafSides sides_of(const ReadyRay& ray, const float* const vertices[3
   return {bits_of_four(missed) ^ 15, bits_of_four(inside), {u, v, w}, error};
 }
 
-/// Triangles of a node's leaves that a ray is to be tested against.
-struct MetTriangles {
-  uint32_t node;
-  uint32_t ranks;   ///< among the node's triangles, as bits
-  uint32_t flight;  ///< the ray
+/// A ray at a node.
+struct Visit {
+  uint64_t bits;  ///< the node, and from bit 32 on the ray's place among those in flight
+
+  uint32_t node() const { return uint32_t(bits); }
+  uint32_t flight() const { return uint32_t(bits >> 32); }
 };
 
-/// The first four of them, where the line may pass through some.
+/// Triangles of the node's leaves that the ray is to be tested against.
+struct MetTriangles {
+  Visit visit;
+  uint32_t ranks;  ///< among the node's triangles, as bits
+  uint32_t last;   ///< of these bits
+};
+
+/// Four of them, where the line may pass through some.
 struct OpenTriangles {
   alignas(64) float side[3][4];  ///< as LeafSides
   float error[4];
-  uint32_t open, inside;
-  MetTriangles met;
+  Visit visit;
+  uint32_t ranks;        ///< of the four, and of others after them
+  uint8_t open, inside;  ///< as LeafSides
 };
 
 enum class Meets { no, yes, perhaps };
@@ -178,8 +205,8 @@ HWY_INLINE Meets meets_within(const ReadyRay& ray, const float* const corners[3]
 /// Does the ray meet one of these triangles? `number`: which of the batch it is.
 HWY_INLINE bool meets_open(const BvhField& field, const SegmentBatch& batch, uint32_t number,
                            const ReadyRay& ray, const OpenTriangles& found) {
-  const BvhNode& node = field.nodes[found.met.node];
-  uint32_t ranks = found.met.ranks, open = found.open;
+  const BvhNode& node = field.nodes[found.visit.node()];
+  uint32_t ranks = found.ranks, open = found.open;
   for (uint32_t i = 0; open != 0; ++i, open >>= 1, ranks &= ranks - 1) {
     if ((open & 1) == 0) continue;
     const uint32_t triangle = node.first_triangle + hwy::Num0BitsBelowLS1Bit_Nonzero32(ranks);
@@ -214,30 +241,32 @@ HWY_INLINE uint32_t ranks_in(const BvhNode& node, uint32_t leaves) {
   return ranks;
 }
 
-/// Tests the first four triangles, or as many as there are. Returns the others.
+/// Tests the first four triangles of `ranks`, or as many as there are. Returns those that the line may pass
+/// through, as bits, and takes the four out of `ranks`.
 HWY_INLINE uint32_t test_four(const BvhField& field, const ReadyRay& ray, const MetTriangles& met,
-                              OpenTriangles& found) {
-  const BvhNode& node = field.nodes[met.node];
+                              uint32_t& ranks, OpenTriangles& found) {
+  const BvhNode& node = field.nodes[met.visit.node()];
   const uint8_t* const indices = field.triangles[node.first_triangle];
   const float* before = field.vertices[node.first_vertex] - 1;
   // Or compilers add the node's part of the address again for each vertex.
   asm("" : "+r"(before));
+  const uint64_t once = (uint64_t{1} << __builtin_popcount(ranks)) - 1;
+  found.ranks = ranks;
+  found.visit = met.visit;
   const float* vertices[3][4];
-  // Where there are fewer than four, the last comes again.
-  const uint32_t last = 1u << (31 - hwy::Num0BitsAboveMS1Bit_Nonzero32(met.ranks));
-  uint32_t ranks = met.ranks;
   for (uint32_t i = 0; i < 4; ++i, ranks &= ranks - 1) {
-    const uint8_t* const triangle = indices + 3 * size_t(hwy::Num0BitsBelowLS1Bit_Nonzero32(ranks | last));
+    // Where there are fewer than four, the last comes again.
+    const uint32_t rank = hwy::Num0BitsBelowLS1Bit_Nonzero32(ranks | met.last);
+    const uint8_t* const triangle = indices + 3 * size_t(rank);
     for (uint32_t k = 0; k < 3; ++k) vertices[k][i] = before + 3 * size_t(triangle[k]);
   }
   const LeafSides sides = sides_of(ray, vertices);
-  const uint64_t once = (uint64_t{1} << __builtin_popcount(met.ranks)) - 1;
-  found.open = sides.open & uint32_t(once);
-  found.inside = sides.inside;
-  found.met = met;
   for (uint32_t k = 0; k < 3; ++k) hn::Store(sides.side[k], Four(), found.side[k]);
   hn::Store(sides.error, Four(), found.error);
-  return ranks;
+  const uint32_t open = sides.open & uint32_t(once);
+  found.open = uint8_t(open);
+  found.inside = uint8_t(sides.inside);
+  return open;
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
