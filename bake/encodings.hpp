@@ -6,7 +6,8 @@
 // - Options: the members that BakeOptions has for it alone;
 // - Report: what ObjectReport says of its objects alone;
 // - kAutomatic: whether "auto" may choose it;
-// - kTrained: whether it is trained, so that presets and mixes of rays mean something to it;
+// - kGrids: whether it has grids, so that presets mean something to it;
+// - kTrained: whether it is trained, so that mixes of rays do;
 // - kHelp: what it is, for `nif bake --help`;
 // - make(const BakeOptions&): its Encoder (bake/encoder.hpp);
 // and overloads of these functions, by its report and by the format's views:

@@ -10,12 +10,13 @@ constexpr std::pair<Preset, std::string_view> kPresets[] = {
 
 struct EncodingChoice {
   std::string_view name, help;
-  bool automatic, trained;
+  bool automatic, grids, trained;
 };
 template <class... Baking>
 struct ChoicesOf {
   static constexpr EncodingChoice kAll[] = {{format::EncodingOfContent<typename Baking::Data>::kName,
-                                             Baking::kHelp, Baking::kAutomatic, Baking::kTrained}...};
+                                             Baking::kHelp, Baking::kAutomatic, Baking::kGrids,
+                                             Baking::kTrained}...};
 };
 constexpr auto& kEncodings = OfEncoders<ChoicesOf>::kAll;
 
@@ -46,6 +47,12 @@ std::string encoding_help() {
   const std::string text =
       chosen + "auto: the best of these for each object, by bytes, work and measured error. " + named;
   return text.substr(0, text.size() - 2);
+}
+
+bool has_grids(std::string_view encoding) {
+  for (const EncodingChoice& known : kEncodings)
+    if (known.name == encoding) return known.grids;
+  return true;
 }
 
 bool is_trained(std::string_view encoding) {

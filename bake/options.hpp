@@ -28,13 +28,15 @@ inline constexpr std::string_view kAutomatic = "auto";
 std::vector<std::string_view> encoding_choices();
 /// One sentence for each of them.
 std::string encoding_help();
+/// False for an encoding without grids, to which presets mean nothing.
+bool has_grids(std::string_view encoding);
 /// False for an encoding that nothing is trained for.
 bool is_trained(std::string_view encoding);
 
 /// With what each encoding has for itself, see its encoder.hpp.
 struct BakeOptions : EncodingOptions {
   std::string encoding{kAutomatic};
-  Preset preset = Preset::balanced;  ///< without meaning for `bvh`, for which nothing is trained
+  Preset preset = Preset::balanced;  ///< without meaning for `bvh`, which has no grid
   uint64_t seed = 1;
   bool strict = false;  ///< refuse what preparation would change
   /// Everything in the file as it is used in memory, for files that are mapped; else coded, which is smaller.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "bake/bvh/order.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/box.hpp"
 #include "formats/nif/bvh/pack.hpp"
@@ -93,6 +94,7 @@ bool fits_bvh(std::span<const mesh::Float3> positions) {
 
 format::Bvh build_bvh(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles) {
   Topology topology(positions, triangles);
+  order_children(topology.root(), positions, triangles);
   return format::pack_bvh(topology.root(), positions, triangles);
 }
 

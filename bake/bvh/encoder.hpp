@@ -21,6 +21,7 @@ struct BvhBaking {
   struct Options {};
   struct Report {};
   static constexpr bool kAutomatic = true;
+  static constexpr bool kGrids = false;
   static constexpr bool kTrained = false;
   static constexpr const char* kHelp = "exact, about 16 bytes per triangle, no training";
   static std::unique_ptr<Encoder> make(const BakeOptions& options);

@@ -20,6 +20,7 @@ struct ExactBaking {
   struct Options {};
   struct Report : GridReport {};
   static constexpr bool kAutomatic = false;
+  static constexpr bool kGrids = true;
   static constexpr bool kTrained = false;
   static constexpr const char* kHelp = "exact and fast: planes first, triangles for the rest, no training";
   static std::unique_ptr<Encoder> make(const BakeOptions& options);

@@ -32,6 +32,7 @@ struct SegmentBaking {
     std::optional<LeanReport> lean;
   };
   static constexpr bool kAutomatic = true;
+  static constexpr bool kGrids = true;
   static constexpr bool kTrained = true;
   static constexpr const char* kHelp = "small fields, some answers are wrong";
   static std::unique_ptr<Encoder> make(const BakeOptions& options);

@@ -25,6 +25,7 @@ struct SphericalBaking {
     uint64_t primary_rays = 0;  ///< that a field for primary rays learned from
   };
   static constexpr bool kAutomatic = false;
+  static constexpr bool kGrids = true;
   static constexpr bool kTrained = true;
   static constexpr const char* kHelp = "the published Neural Intersection Function, for comparison";
   /// Throws InvalidOption.

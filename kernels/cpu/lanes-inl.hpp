@@ -25,6 +25,10 @@ using Words = hn::RebindToUnsigned<Floats>;
 constexpr uint32_t kLanes = uint32_t(hn::MaxLanes(Floats()));
 constexpr uint32_t kAllLanes = (1u << kLanes) - 1;
 
+/// The same bits.
+HWY_INLINE hn::Vec<Ints> ints(hn::Vec<Floats> v) { return hn::BitCast(Ints(), v); }
+HWY_INLINE hn::Vec<Floats> floats(hn::Vec<Ints> v) { return hn::BitCast(Floats(), v); }
+
 /// Of whole numbers that fit. Highway's conversion spends as much again on those that do not.
 HWY_INLINE hn::Vec<Ints> to_ints(hn::Vec<Floats> v) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL

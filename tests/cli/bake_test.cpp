@@ -253,14 +253,21 @@ TEST_F(Bake, MaxBytesIsOfTheWholeFile) {
   EXPECT_LE(std::filesystem::file_size(path("ball.nif")), 9000u);
 }
 
-TEST_F(Bake, ExactlyWhereAsked) {
+class ExactBake : public Bake, public testing::WithParamInterface<const char*> {};
+
+INSTANTIATE_TEST_SUITE_P(Each, ExactBake, testing::Values("bvh", "exact"),
+                         [](const auto& p) { return p.param; });
+
+TEST_P(ExactBake, AnswersExactly) {
+  const std::string encoding = GetParam();
   const Outcome outcome =
-      nif({"bake", ball_, "-o", path("ball.nif"), "--encoding", "bvh", "--rays", "20000", "--json"});
+      nif({"bake", ball_, "-o", path("ball.nif"), "--encoding", encoding, "--rays", "20000", "--json"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json result = json::parse(outcome.out);
   EXPECT_EQ(result["bytes"]["features"], 0);
   EXPECT_GT(result["bytes"]["bvh"], 10 * 5120);
-  EXPECT_EQ(result["objects"][0]["encoding"], "bvh");
+  EXPECT_EQ(result["objects"][0]["encoding"], encoding);
+  EXPECT_EQ(result["bytes"]["planes"] > 0, encoding == "exact");
   EXPECT_EQ(result["objects"][0]["reason"], "as requested");
   EXPECT_EQ(result["objects"][0]["training_rays"], 0);
   for (const auto& [name, accuracy] : result["sets"].items()) {
@@ -279,12 +286,12 @@ TEST_F(Bake, ExactlyWhereAsked) {
   const Outcome info = nif({"info", path("ball.nif"), "--json"}), text = nif({"info", path("ball.nif")});
   ASSERT_EQ(info.code, 0) << info.err;
   const json described = json::parse(info.out);
-  EXPECT_EQ(described["objects"][0]["encoding"], "bvh");
+  EXPECT_EQ(described["objects"][0]["encoding"], encoding);
   EXPECT_GT(described["objects"][0]["nodes"], 100);
   EXPECT_EQ(described["objects"][0]["bytes"]["bvh"], result["bytes"]["bvh"]);
   EXPECT_EQ(described["bytes"]["bvh"], result["bytes"]["bvh"]);
-  EXPECT_NE(text.out.find("bvh, "), std::string::npos) << text.out;
-  EXPECT_NE(text.out.find("encoding bvh, seed 1"), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find(encoding + ", "), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("encoding " + encoding + ", "), std::string::npos) << text.out;
 }
 
 TEST_F(Bake, ThePapersFields) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes what depends on the format of `segment` objects anew, after that has changed: the golden files in tests/golden that
-# have such objects, and the bakes in tests/corpus/asset with which the fuzzer starts.
+# Makes what depends on the format of planes anew, after that has changed: the golden files in tests/golden that have some,
+# and the bakes in tests/corpus/asset with which the fuzzer starts.
 #
 #   tests/corpus/make.sh [BUILD]    BUILD: a folder with bin/nif and bin/make_golden (build/release)
 #
@@ -12,6 +12,7 @@ golden=tests/golden corpus=tests/corpus/asset
 
 # The last number says which payloads are coded. Two files stay uncoded.
 "$bin/make_golden" 4 $golden/v2-bvh 2
+"$bin/make_golden" 3 $golden/v2-exact 0 0 7 3
 "$bin/make_golden" 20 $golden/v2-leaning
 "$bin/make_golden" 4 $golden/v2-objects 0 0 7
 "$bin/make_golden" 44 $golden/v2-shapes 0 0 7
@@ -27,6 +28,9 @@ bake() {
   "$bin/nif" bake "$mesh" -o "$corpus/$name.nif" --preset fast --quiet "${@:3}"
 }
 bake auto-torus torus --encoding auto --max-bytes 8kB
+bake exact-statue statue --encoding exact --resolution 24
+bake exact-tori tori --encoding exact --resolution 24 --uncoded
+bake exact-tree tree --encoding exact --resolution 10
 # Whole voxels, and voxels that are cut.
 bake segment-chain-mail chain-mail --encoding segment --resolution 10
 bake segment-statue statue --encoding segment --resolution 11

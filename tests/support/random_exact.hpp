@@ -1,18 +1,21 @@
 // An `exact` object without the baker: triangles in a slab, and a grid whose planes are those of the slab.
 #pragma once
 
+#include <bit>
+#include <cmath>
+
 #include "formats/nif/exact/encoding.hpp"
-#include "kernels/reference/proof/cells.hpp"
+#include "kernels/reference/proof/walk.hpp"
 #include "tests/support/random_bvh.hpp"
 
 namespace nif::test {
 
-/// A grid of cubes of unit size around z = 0, whose surface voxels are a layer at most two thick. `wall`: a
-/// sheet across all of the grid makes every cell of the layer a wall.
+/// A grid of cubes of unit size around z = 0, whose surface voxels are one layer. A sheet across the
+/// layer, if there is one, makes all but its outermost cells walls.
 inline format::ExactData random_exact(Random& random, uint32_t max_voxels) {
   format::ExactData exact;
   format::ProofData& grid = exact.proof;
-  const uint32_t across = 2 + random.below(max_voxels), high = 3 + random.below(max_voxels);
+  const uint32_t across = 3 + random.below(max_voxels), high = 3 + random.below(max_voxels);
   grid.voxels = {across, across, high};
   grid.voxels_per_unit = 1;
   const uint32_t layer = random.below(high);
@@ -23,11 +26,11 @@ inline format::ExactData random_exact(Random& random, uint32_t max_voxels) {
   // Triangles from z = -1/8 to 1/8.
   const bool wall = random.below(2) == 0;
   Soup soup = random_soup(random, 1 + random.below(60));
-  for (std::array<float, 3>& p : soup.positions) p = {p[0] * half, p[1] * half, p[2] / 8};
+  for (std::array<float, 3>& p : soup.positions) p = {p[0] * (half - 0.25f), p[1] * (half - 0.25f), p[2] / 8};
   if (wall) {
     const auto first = uint32_t(soup.positions.size());
-    for (const float y : {-half - 2, half + 2})
-      for (const float x : {-half - 2, half + 2})
+    for (const float y : {-half + 0.5f, half - 0.5f})
+      for (const float x : {-half + 0.5f, half - 0.5f})
         soup.positions.push_back({x, y, random.between(-0.1f, 0.1f)});
     soup.triangles.push_back({first, first + 1, first + 3});
     soup.triangles.push_back({first, first + 3, first + 2});
@@ -51,16 +54,21 @@ inline format::ExactData random_exact(Random& random, uint32_t max_voxels) {
   }
   format::leave_bare(grid);
   // The normal along z, with room for the margin of heights.
-  const float step = kernels::plane_step(1);
-  const auto reach = uint32_t(std::ceil((0.125f * kernels::kNormalSum + 1) / step));
-  for (uint32_t& word : grid.voxel_records) {
-    if (random.below(8) == 0) continue;
-    const bool sides = random.below(8) != 0;
-    word = kernels::make_planes(kernels::kind_of({sides ? uint32_t{kernels::kSeenOutside} : 0u,
-                                                  sides ? uint32_t{kernels::kSeenOutside} : 0u, wall}),
-                                kernels::kNormalHalf, kernels::kNormalHalf, kernels::kPlanePlaces / 2 - reach,
-                                kernels::kPlanePlaces / 2 + reach);
-  }
+  const auto reach = uint32_t(std::ceil((0.125f * kernels::kNormalSum + 1) / kernels::plane_step(1)));
+  const kernels::ProofField field = format::proof_of(grid);
+  for (int32_t y = 0; y < int32_t(across); ++y)
+    for (int32_t x = 0; x < int32_t(across); ++x) {
+      if (random.below(8) == 0) continue;  // bare
+      const uint32_t side = random.below(8) ? uint32_t{kernels::kSeenOutside} : 0u;
+      const bool walled = wall && x > 0 && y > 0 && x + 1 < int32_t(across) && y + 1 < int32_t(across);
+      const int32_t voxel[3] = {x, y, int32_t(layer)};
+      const kernels::BrickPlace at = kernels::brick_place(field, voxel);
+      const uint32_t brick = at.entry - kernels::kFirstMixedBrick;
+      const uint64_t before = grid.brick_states[brick].surface & ((uint64_t{1} << at.bit) - 1);
+      grid.voxel_records[grid.voxel_base[brick] + uint32_t(std::popcount(before))] = kernels::make_planes(
+          kernels::kind_of({side, side, walled}), kernels::kNormalHalf, kernels::kNormalHalf,
+          kernels::kPlanePlaces / 2 - reach, kernels::kPlanePlaces / 2 + reach);
+    }
   return exact;
 }
 

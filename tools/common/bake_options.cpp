@@ -60,16 +60,13 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
   if (std::ranges::find(known, encoding_name) == known.end())
     throw Error(Status::usage,
                 fmt::format("--encoding '{}' is not one of {}", encoding_name, fmt::join(known, ", ")));
-  if (!bake::is_trained(encoding_name)) {
-    const char* idle = arguments.preset         ? "--preset"
-                       : arguments.resolution   ? "--resolution"
-                       : !arguments.mix.empty() ? "--mix"
-                                                : nullptr;
-    if (idle)
-      throw Error(Status::usage,
-                  fmt::format("--encoding {0} and {1} cannot be used together: a {0} is not trained",
-                              encoding_name, idle));
-  }
+  if (!bake::has_grids(encoding_name) && (arguments.preset || arguments.resolution))
+    throw Error(Status::usage, fmt::format("--encoding {} and {} cannot be used together: it has no grid",
+                                           encoding_name, arguments.preset ? "--preset" : "--resolution"));
+  if (!bake::is_trained(encoding_name) && !arguments.mix.empty())
+    throw Error(
+        Status::usage,
+        fmt::format("--encoding {} and --mix cannot be used together: nothing is trained", encoding_name));
   const bool spherical = encoding_name == "spherical";
   if (spherical != (preset == "paper"))
     throw Error(Status::usage, fmt::format("--encoding {} and --preset {} cannot be used together: paper is "

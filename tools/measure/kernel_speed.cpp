@@ -3,9 +3,10 @@
 //
 //   kernel_speed ASSET MESH [RAYS [ROUNDS]]
 //
-// ASSET has one object, `segment`, baked from MESH. Prints a line for each instruction set of this machine
-// and each of three ray sets, tab-separated: both names, and the least and the median of the nanoseconds a
-// ray of so many rounds (20), on one thread. The rays, 200000 of each set, are those of nif bench.
+// ASSET has one object, of any encoding, baked from MESH. Prints a line for each instruction set of this
+// machine and each of three ray sets, tab-separated: both names, and the least and the median of the
+// nanoseconds a ray of so many rounds (20), on one thread. The rays, 200000 of each set, are those of nif
+// bench.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +19,7 @@
 #include "formats/mesh/read.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
-#include "kernels/cpu/segment/kernel.hpp"
+#include "kernels/cpu/encodings.hpp"
 #include "kernels/reference/batch.hpp"
 
 namespace {
@@ -60,7 +61,7 @@ void run(const std::string& path, const std::string& mesh, uint64_t count, int r
   const bake::PreparedScene prepared = bake::prepare(mesh::read(mesh));
   if (view.objects.size() != 1 || prepared.objects.size() != 1)
     throw Error(Status::usage, path + ": there is not one object alone");
-  const kernels::SegmentField& field = view.objects.front().as<format::SegmentView>().field;
+  const kernels::AnyField field = format::field_of(view.objects.front());
   const bake::GroundTruth truth(prepared.objects.front());
   kernels::cpu::SharedCopies copies;
   for (const bake::RaySet set : {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun}) {

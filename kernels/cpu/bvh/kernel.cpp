@@ -1,8 +1,4 @@
-// The traversal, compiled once for each instruction set.
 #include "kernels/cpu/bvh/kernel.hpp"
-
-#include "kernels/reference/batch.hpp"
-#include "kernels/reference/bvh/query.hpp"
 
 #include "kernels/cpu/targets.hpp"
 
@@ -19,20 +15,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-void answer_bvh(const BvhField& field, const SegmentBatch& batch, AnswerBatch& answers) {
-  for (uint32_t i = 0; i < batch.count; ++i) {
-    const Segment segment = segment_of(batch, i);
-    BvhRay ray;
-    Answer answer;
-    if (prepare_ray(field, segment, ray)) {
-      const bool visible = !traverse(field, ray);
-      answer = {visible, certain_bvh(field, segment), visible ? kCertainLogit : -kCertainLogit};
-    } else {
-      answer = answer_no_ray(segment);
-    }
-    answers.logit[i] = answer.logit;
-    answers.certain[i] = answer.certain;
-  }
+static_assert(sizeof(BvhScratch) <= kKernelScratchBytes);
+
+void answer_bvh(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
+  traverse(tree, batch, batch.tmin, batch.tmax, answers, *static_cast<BvhScratch*>(memory));
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
@@ -45,10 +31,10 @@ HWY_AFTER_NAMESPACE();
 namespace nif::kernels::cpu {
 
 SimdBvhKernel::SimdBvhKernel(const BvhField& field, const KernelOptions& options)
-    : field_(field), answer_(NIF_KERNEL_FOR(Answer, answer_bvh, options.isa)) {}
+    : tree_(tree_of(field)), answer_(NIF_KERNEL_FOR(Answer, answer_bvh, options.isa)) {}
 
-void SimdBvhKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void*) const {
-  answer_(field_, batch, answers);
+void SimdBvhKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
+  answer_(tree_, batch, answers, scratch);
 }
 
 }  // namespace nif::kernels::cpu

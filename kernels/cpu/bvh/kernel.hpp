@@ -1,8 +1,8 @@
-// `bvh` objects in SIMD: one ray at a time against the eight boxes of a node at once.
+// `bvh` objects in SIMD: the eight boxes of a node, and the triangles of a leaf, at once.
 #pragma once
 
+#include "kernels/cpu/bvh/tree.hpp"
 #include "kernels/cpu/kernel_options.hpp"
-#include "kernels/reference/bvh/field.hpp"
 
 namespace nif::kernels::cpu {
 
@@ -14,8 +14,8 @@ class SimdBvhKernel final : public ObjectKernel {
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
 
  private:
-  using Answer = void (*)(const BvhField&, const SegmentBatch&, AnswerBatch&);
-  BvhField field_;
+  using Answer = void (*)(const BvhTree&, const SegmentBatch&, AnswerBatch&, void*);
+  BvhTree tree_;
   Answer answer_;
 };
 

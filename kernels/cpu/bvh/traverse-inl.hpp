@@ -1,7 +1,16 @@
-// The traversal of a BVH in SIMD. Boxes as kernels/reference/bvh/query.hpp tests them, eight at a time;
-// triangles by its very functions.
+// The traversal of a `bvh` object: several rays in flight, a node of each in turn.
 //
-// No include guard in the usual sense: compiled once for each target.
+// What one ray does next waits for the node that it is at: for the cache, and for a long chain of arithmetic.
+// Rays that take turns fill that time with each other's work. How many leaves they meet, and when they are
+// done, cannot be predicted: a branch on it must not come before it is known, or the work begun behind it is
+// lost. So there are three groups of rays, and each goes through three phases: each ray tests the boxes of
+// its node and goes on to the next; the leaves that they met are tested; those that are done make room for
+// others. Between two phases of a group come those of others. Within a phase little branches.
+//
+// After Ylitie, Karras and Laine (HPG 2017) an entry of a stack is all of a node's inner slots that are still
+// to be visited.
+//
+// Compiled once for each target.
 #if defined(NIF_BVH_TRAVERSE_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef NIF_BVH_TRAVERSE_INL
 #undef NIF_BVH_TRAVERSE_INL
@@ -9,82 +18,219 @@
 #define NIF_BVH_TRAVERSE_INL
 #endif
 
-#include <cstddef>
-
 #include <hwy/highway.h>
 
-#include "kernels/reference/bvh/query.hpp"
+#include "kernels/cpu/bvh/boxes-inl.hpp"
+#include "kernels/cpu/bvh/triangles-inl.hpp"
+#include "kernels/reference/batch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-using BoxFloats = hn::CappedTag<float, kBvhWidth>;
-using BoxVector = hn::Vec<BoxFloats>;
+/// Rays of a group.
+#ifndef NIF_FLIGHTS
+#define NIF_FLIGHTS 8
+#endif
+constexpr uint32_t kFlights = NIF_FLIGHTS;
+constexpr uint32_t kGroups = 3;
 
-/// Planes of some slots, seen from `origin`, in units of t.
-HWY_INLINE BoxVector planes(BoxFloats d, const uint8_t* steps, hn::Vec<hn::Rebind<int32_t, BoxFloats>> frame,
-                            float origin, float inverse) {
-  const hn::Rebind<int32_t, BoxFloats> ints;
-  const hn::Rebind<uint8_t, BoxFloats> bytes;
-  const auto counted = hn::Add(hn::PromoteTo(ints, hn::LoadU(bytes, steps)), hn::ShiftRight<8>(frame));
-  const BoxVector scale = hn::BitCast(d, hn::ShiftLeft<23>(hn::And(frame, hn::Set(ints, 255))));
-  const BoxVector plane = hn::Mul(hn::ConvertTo(d, counted), scale);
-  return hn::Mul(hn::Sub(plane, hn::Set(d, origin)), hn::Set(d, inverse));
+/// Cache lines of a node's vertices that are fetched before its leaves are tested.
+constexpr uint32_t kVertexLines = 4;
+
+/// Nodes still to be visited, inner slots of one node: from bit 0 on its first_node, from bit 32 on the inner
+/// slots, from bit 40 on those that are to be visited.
+using NodeGroup = uint64_t;
+constexpr uint32_t kInnerShift = 32, kVisitShift = 40;
+
+/// first ? a : b, where compilers would branch.
+HWY_INLINE uint64_t choose(bool first, uint64_t a, uint64_t b) {
+  return b ^ ((a ^ b) & (0 - uint64_t(first)));
 }
 
-/// The lower or upper planes along an axis, by arithmetic in place of a branch.
-HWY_INLINE const uint8_t* planes_of(const BvhNode& node, int axis, bool upper) {
-  static_assert(offsetof(BvhNode, high) == offsetof(BvhNode, low) + sizeof(node.low));
-  return &node.low[0][0] + size_t(axis) * kBvhWidth + size_t(upper) * sizeof(node.low);
-}
+/// A ray on its way.
+struct alignas(64) Flight {
+  ReadyRay ray;
+  NodeGroup group;                    ///< what comes after the next node
+  uint32_t next;                      ///< node
+  uint32_t size;                      ///< of the stack
+  uint32_t number;                    ///< in the batch
+  NodeGroup stack[kMaxBvhDepth + 2];  ///< the first is empty
+};
 
-/// Tests all eight boxes of a node. Returns, bit by slot, the leaf slots that the ray may meet something in,
-/// and puts the nodes of inner ones at `next`, where there is room for eight; `count` of them count. All
-/// without a branch, because which boxes are met cannot be foreseen.
-HWY_INLINE uint32_t meets_boxes(const BvhRay& ray, const BvhNode& node, uint32_t* next, uint32_t& count) {
-  const BoxFloats d;
-  const hn::Rebind<uint32_t, BoxFloats> words;
-  const hn::Rebind<uint8_t, BoxFloats> bytes;
-  uint32_t leaves = 0;
-  count = 0;
-  for (uint32_t first = 0; first < kBvhWidth; first += uint32_t(hn::Lanes(d))) {
-    BoxVector enter = hn::Set(d, ray.enter), leave = hn::Set(d, ray.leave);
-    for (int a = 0; a < 3; ++a) {
-      const auto frame = hn::Set(hn::Rebind<int32_t, BoxFloats>(), int32_t(node.frame[a]));
-      // No number here is NaN, so the order of operands of minimum and maximum does not matter.
-      const uint8_t* entry = planes_of(node, a, ray.negative[a]) + first;
-      const uint8_t* exit = planes_of(node, a, !ray.negative[a]) + first;
-      enter = hn::Max(planes(d, entry, frame, ray.near[a], ray.inverse[a]), enter);
-      leave = hn::Min(planes(d, exit, frame, ray.far[a], ray.inverse[a]), leave);
-    }
-    const auto slots = hn::PromoteTo(words, hn::LoadU(bytes, node.slots + first));
-    const auto kinds = hn::ShiftRight<5>(slots), ranks = hn::And(slots, hn::Set(words, 31u));
-    const auto met = hn::RebindMask(words, hn::Le(enter, leave));
-    const auto inner = hn::Eq(kinds, hn::Set(words, kInnerSlot));
-    const auto nodes = hn::Add(ranks, hn::Set(words, node.first_node));
-    const auto met_inner = hn::And(met, inner);
-    // Not CompressStore, which takes a hundred cycles on Zen 4.
-    hn::StoreU(hn::Compress(nodes, met_inner), words, next + count);
-    count += uint32_t(hn::CountTrue(words, met_inner));
-    const auto leaf = hn::AndNot(inner, hn::Ne(kinds, hn::Zero(words)));
-    uint8_t bits[8] = {};
-    hn::StoreMaskBits(words, hn::And(met, leaf), bits);
-    leaves |= uint32_t(bits[0]) << first;
+/// Rays that go through the phases together.
+struct FlightGroup {
+  Flight flights[kFlights];
+  OpenTriangles open[kFlights * kBvhWidth + 1];
+  MetTriangles met[kFlights + 1];  ///< of leaf slots, until leaves are tested: not of triangles
+  uint32_t in_flight, done;        ///< bits by flight
+  uint32_t met_count, open_count;
+};
+
+/// What traverse() works in.
+struct BvhScratch {
+  ReadyRays ready;
+  FlightGroup groups[kGroups];
+};
+
+class Traversal {
+ public:
+  HWY_INLINE Traversal(const BvhTree& tree, const SegmentBatch& batch, const float* enter, const float* leave,
+                       AnswerBatch& answers, ReadyRays& ready)
+      : tree_(tree),
+        field_(tree.field),
+        batch_(batch),
+        enter_(enter),
+        leave_(leave),
+        answers_(answers),
+        ready_(ready) {
+    ready_.traversed = 0;
   }
-  return leaves;
-}
 
-HWY_INLINE bool traverse(const BvhField& field, const BvhRay& ray) {
-  uint32_t stack[kBvhStack + kBvhWidth];
-  uint32_t* top = stack;  // past the last entry
-  for (uint32_t index = 0;; index = *--top) {
-    const BvhNode& node = field.nodes[index];
-    uint32_t count;
-    for (uint32_t leaves = meets_boxes(ray, node, top, count); leaves != 0; leaves &= leaves - 1)
-      if (meets_leaf(field, ray, node, node.slots[hwy::Num0BitsBelowLS1Bit_Nonzero32(leaves)])) return true;
-    top += count;
-    if (top == stack) return false;
+  /// Every ray tests the boxes of its node and goes on to the next.
+  HWY_INLINE void test_nodes(FlightGroup& group) const {
+    group.done = group.met_count = 0;
+    const BvhField field = field_;  // of its own: no store can change it
+    uint32_t done = 0, count = 0;
+    for (uint32_t bits = group.in_flight; bits != 0; bits &= bits - 1) {
+      const uint32_t at = hwy::Num0BitsBelowLS1Bit_Nonzero32(bits);
+      done |= uint32_t(!step(field, group.flights[at], at, group.met, count)) << at;
+    }
+    group.done = done;
+    group.met_count = count;
+  }
+
+  /// Tests the leaves that rays have met.
+  HWY_INLINE void test_leaves(FlightGroup& group) const {
+    const BvhField field = field_;  // of its own: no store can change it
+    const uint32_t count = group.met_count;
+    for (uint32_t i = 0; i < count; ++i) {
+      MetTriangles& met = group.met[i];
+      met.ranks = ranks_in(field.nodes[met.visit.node()], met.ranks);
+      met.last = 1u << (31 - hwy::Num0BitsAboveMS1Bit_Nonzero32(met.ranks));
+    }
+    uint32_t open = 0, ranks = group.met[0].ranks;
+    for (uint32_t i = 0; i < count;) {
+      const MetTriangles& met = group.met[i];
+      open += uint32_t(
+          test_four(field, group.flights[met.visit.flight()].ray, met, ranks, group.open[open]) != 0);
+      i += ranks == 0;
+      ranks = uint32_t(choose(ranks == 0, group.met[i].ranks, ranks));
+    }
+    group.open_count = open;
+  }
+
+  /// Answers rays that are blocked, and gives the places of those that are done to others.
+  HWY_INLINE void exchange(FlightGroup& group) {
+    uint32_t blocked = 0;
+    for (uint32_t i = 0; i < group.open_count; ++i) {
+      const OpenTriangles& found = group.open[i];
+      const Flight& flight = group.flights[found.visit.flight()];
+      if (!meets_open(field_, batch_, flight.number, flight.ray, found)) continue;
+      answers_.logit[flight.number] = -kCertainLogit;
+      blocked |= 1u << found.visit.flight();
+    }
+    group.in_flight &= ~(group.done | blocked);
+    for (uint32_t free = ~group.in_flight & ((1u << kFlights) - 1); free != 0; free &= free - 1) {
+      if (ready_.traversed == 0 && !make_some_ready()) return;
+      const uint32_t at = hwy::Num0BitsBelowLS1Bit_Nonzero32(free);
+      start(group.flights[at]);
+      group.in_flight |= 1u << at;
+    }
+  }
+
+ private:
+  /// False where no ray is left.
+  HWY_INLINE bool make_some_ready() {
+    for (; ready_.traversed == 0; taken_ += kLanes) {
+      if (taken_ >= batch_.count) return false;
+      make_ready(tree_, batch_, enter_, leave_, taken_, answers_, ready_);
+    }
+    return true;
+  }
+
+  /// Sets the next ray out at the root.
+  HWY_INLINE void start(Flight& flight) {
+    const uint32_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(ready_.traversed);
+    ready_.traversed &= ready_.traversed - 1;
+    ready_.take(lane, flight.ray);
+    flight.stack[0] = 0;
+    flight.size = 1;
+    // Most often the root has no leaves, and is passed.
+    const auto met = uint32_t(ready_.met[lane]);
+    if (HWY_LIKELY((met & tree_.leaves) == 0)) {
+      go_on(field_, flight, group_of(field_.nodes[0], tree_.inner, met));
+    } else {
+      flight.group = 0;
+      flight.next = 0;
+    }
+    flight.number = taken_ - kLanes + lane;
+  }
+
+  static HWY_INLINE NodeGroup group_of(const BvhNode& node, uint32_t inner, uint32_t to_visit) {
+    return node.first_node | NodeGroup(inner) << kInnerShift | NodeGroup(to_visit) << kVisitShift;
+  }
+
+  /// Chooses the next node out of a group. False where there is none.
+  static HWY_INLINE bool go_on(const BvhField& field, Flight& flight, NodeGroup group) {
+    const auto to_visit = uint32_t(group >> kVisitShift), up_to_next = to_visit ^ (to_visit - 1);
+    const auto inner = uint32_t(group >> kInnerShift) & 255;
+    flight.next = uint32_t(group) + uint32_t(__builtin_popcount(up_to_next & inner)) - 1;
+    flight.group = group & (group - (NodeGroup(1) << kVisitShift));
+    const char* const next = reinterpret_cast<const char*>(field.nodes + flight.next);
+    __builtin_prefetch(next);
+    __builtin_prefetch(next + sizeof(BvhNode) - 1);
+    return to_visit != 0;
+  }
+
+  /// Tests the boxes of a ray's node and chooses its next one. False where there is none.
+  static HWY_INLINE bool step(const BvhField& field, Flight& flight, uint32_t at, MetTriangles* met_triangles,
+                              uint32_t& count) {
+    const BvhNode& node = field.nodes[flight.next];
+    const SlotSets sets = slot_sets(node);
+    const uint32_t met = meets_boxes(node, flight.ray);
+    const uint32_t leaves = met & sets.leaves, inner = met & sets.inner;
+    met_triangles[count] = {{flight.next | uint64_t(at) << 32}, leaves, 0};
+    count += leaves != 0;
+    // Also where no leaf is met: a branch costs more.
+    __builtin_prefetch(field.triangles[node.first_triangle]);
+    for (uint32_t line = 0; line < kVertexLines; ++line)
+      __builtin_prefetch(reinterpret_cast<const char*>(field.vertices[node.first_vertex]) + 64 * line);
+
+    uint32_t size = flight.size;
+    flight.stack[size] = flight.group;
+    size += flight.group >> kVisitShift != 0;
+    const NodeGroup group = choose(inner == 0, flight.stack[size - 1], group_of(node, sets.inner, inner));
+    flight.size = size - (inner == 0);
+    return go_on(field, flight, group);
+  }
+
+  const BvhTree& tree_;
+  const BvhField& field_;
+  const SegmentBatch& batch_;
+  const float *enter_, *leave_;
+  AnswerBatch& answers_;
+  ReadyRays& ready_;
+  uint32_t taken_ = 0;  ///< rays of the batch that have been made ready
+};
+
+/// Answers the rays of a batch. Boxes count only from `enter[i]` to `leave[i]`, so what a ray meets elsewhere
+/// may be missed; triangles from the ray's own tmin to its tmax. Both arrays have kBatchRays entries.
+HWY_INLINE void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+                         const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
+  Traversal traversal(tree, batch, enter, leave, answers, scratch.ready);
+  for (FlightGroup& group : scratch.groups) {
+    group.in_flight = group.done = group.met_count = group.open_count = 0;
+    traversal.exchange(group);
+  }
+  FlightGroup *a = scratch.groups, *b = a + 1, *c = a + 2;
+  while ((a->in_flight | b->in_flight | c->in_flight) != 0) {
+    traversal.test_nodes(*a);
+    traversal.test_leaves(*b);
+    traversal.exchange(*c);
+    FlightGroup* const last = c;
+    c = b;
+    b = a;
+    a = last;
   }
 }
 

@@ -24,8 +24,33 @@ struct ExactScratch {
   WalkLog log;
   OpenRays open;
   HardRays hard;
+  // Rays that are left to the triangles, and where boxes count for them.
+  SegmentBatch left;
+  float enter[kBatchRays], leave[kBatchRays];
+  AnswerBatch answers;
+  BvhScratch bvh;
 };
 static_assert(sizeof(ExactScratch) <= kKernelScratchBytes);
+
+/// Answers the rays that a walk has left open.
+HWY_INLINE void answer_left(const PackedExactField& packed, const SegmentBatch& batch, ExactScratch& s,
+                            AnswerBatch& answers) {
+  s.left.count = s.open.count;
+  for (uint32_t k = 0; k < s.open.count; ++k) {
+    const Segment segment = segment_of(batch, uint32_t(s.log.end_info[k] >> kRayShift));
+    set_segment(s.left, k, segment);
+    const int32_t first = s.open.first[k], last = first + s.open.runs[k] - 1;
+    const bool culled = is_culled(packed.field.proof, segment);
+    s.enter[k] = culled ? s.open.begin[first] : segment.tmin;
+    s.leave[k] = culled ? s.open.end[last] : segment.tmax;
+  }
+  traverse(packed.tree, s.left, s.enter, s.leave, s.answers, s.bvh);
+  for (uint32_t k = 0; k < s.open.count; ++k) {
+    const auto i = uint32_t(s.log.end_info[k] >> kRayShift);
+    answers.logit[i] = s.answers.logit[k];
+    answers.certain[i] = s.answers.certain[k];
+  }
+}
 
 HWY_NOINLINE void answer_exact_by_reference(const ExactField& field, const SegmentBatch& batch, uint32_t ray,
                                             AnswerBatch& answers) {
@@ -34,29 +59,19 @@ HWY_NOINLINE void answer_exact_by_reference(const ExactField& field, const Segme
   answers.certain[ray] = answer.certain;
 }
 
-void answer_exact(const ExactField& field, const WalkGrid& grid, const SegmentBatch& batch,
-                  AnswerBatch& answers, void* memory) {
+void answer_exact(const PackedExactField& packed, const SegmentBatch& batch, AnswerBatch& answers,
+                  void* memory) {
   // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
   constexpr uint32_t kFewRays = 2;
   if (batch.count <= kFewRays) {
-    for (uint32_t i = 0; i < batch.count; ++i) answer_exact_by_reference(field, batch, i, answers);
+    for (uint32_t i = 0; i < batch.count; ++i) answer_exact_by_reference(packed.field, batch, i, answers);
     return;
   }
   auto& s = *static_cast<ExactScratch*>(memory);
-  Walker walker(field.proof, grid, batch, answers, s.rays, s.log, s.open, s.hard);
-  while (walker.walk()) {
-    for (uint32_t k = 0; k < s.open.count; ++k) {
-      const auto i = uint32_t(s.log.end_info[k] >> kRayShift);
-      const int32_t first = s.open.first[k], last = first + s.open.runs[k] - 1;
-      const Segment segment = segment_of(batch, i);
-      BvhRay ray;
-      prepare_ray(field.bvh, segment, ray);  // the walk takes no ray that the BVH does not
-      narrow(field.proof, segment, {s.open.begin[first], s.open.end[last]}, ray);
-      answers.logit[i] = traverse(field.bvh, ray) ? -kCertainLogit : kCertainLogit;
-      answers.certain[i] = certain_bvh(field.bvh, segment);
-    }
-  }
-  for (uint32_t k = 0; k < s.hard.count; ++k) answer_exact_by_reference(field, batch, s.hard.ray[k], answers);
+  Walker walker(packed.field.proof, packed.walk, batch, answers, s.rays, s.log, s.open, s.hard);
+  while (walker.walk()) answer_left(packed, batch, s, answers);
+  for (uint32_t k = 0; k < s.hard.count; ++k)
+    answer_exact_by_reference(packed.field, batch, s.hard.ray[k], answers);
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
@@ -69,12 +84,11 @@ HWY_AFTER_NAMESPACE();
 namespace nif::kernels::cpu {
 
 SimdExactKernel::SimdExactKernel(const ExactField& field, const KernelOptions& options)
-    : field_(field),
-      walk_(field.proof, options.memory),
+    : packed_{field, WalkGrid(field.proof, options.memory), tree_of(field.bvh)},
       answer_(NIF_KERNEL_FOR(Answer, answer_exact, options.isa)) {}
 
 void SimdExactKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
-  answer_(field_, walk_, batch, answers, scratch);
+  answer_(packed_, batch, answers, scratch);
 }
 
 }  // namespace nif::kernels::cpu

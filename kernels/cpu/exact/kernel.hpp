@@ -2,11 +2,19 @@
 // the BVH.
 #pragma once
 
+#include "kernels/cpu/bvh/tree.hpp"
 #include "kernels/cpu/kernel_options.hpp"
 #include "kernels/packed/walk_grid.hpp"
 #include "kernels/reference/exact/field.hpp"
 
 namespace nif::kernels::cpu {
+
+/// A field in the form that the SIMD kernels read.
+struct PackedExactField {
+  ExactField field;
+  WalkGrid walk;
+  BvhTree tree;
+};
 
 class SimdExactKernel final : public ObjectKernel {
  public:
@@ -14,12 +22,11 @@ class SimdExactKernel final : public ObjectKernel {
   SimdExactKernel(const ExactField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
-  BuiltBytes built_bytes() const override { return {walk_.resident_bytes(), 0}; }
+  BuiltBytes built_bytes() const override { return {packed_.walk.resident_bytes(), 0}; }
 
  private:
-  using Answer = void (*)(const ExactField&, const WalkGrid&, const SegmentBatch&, AnswerBatch&, void*);
-  ExactField field_;
-  WalkGrid walk_;
+  using Answer = void (*)(const PackedExactField&, const SegmentBatch&, AnswerBatch&, void*);
+  PackedExactField packed_;
   Answer answer_;
 };
 

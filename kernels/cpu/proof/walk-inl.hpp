@@ -32,8 +32,8 @@ HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
 /// Groups of lanes that take turns.
-constexpr uint32_t kGroups = 2;
-constexpr uint32_t kSlots = kGroups * kLanes;
+constexpr uint32_t kWalkGroups = 2;
+constexpr uint32_t kSlots = kWalkGroups * kLanes;
 /// So many lanes of a group must have nothing to do before they take other rays.
 constexpr uint32_t kIdleToTake = kLanes > 8 ? kLanes / 8 : 1;
 
@@ -73,7 +73,7 @@ struct Lanes {
 
 /// How far a walk is. Kept by itself, so that no store through a pointer can seem to change it.
 struct Progress {
-  Lanes lanes[kGroups];
+  Lanes lanes[kWalkGroups];
   uint32_t waiting = 0;          ///< rays
   uint32_t parts = 0, ends = 0;  ///< in the log
   bool full = false;             ///< the log of open parts
@@ -401,15 +401,15 @@ class Walker {
 
   /// A step of every group. False where no ray goes on.
   HWY_INLINE bool step(Progress& p) {
-    for (uint32_t group = 0; group < kGroups; ++group) exchange(group, p);
+    for (uint32_t group = 0; group < kWalkGroups; ++group) exchange(group, p);
     for (uint32_t level = levels_; level-- > 0;)
-      for (uint32_t group = 0; group < kGroups; ++group) follow_links(group, level, p);
+      for (uint32_t group = 0; group < kWalkGroups; ++group) follow_links(group, level, p);
     uint32_t any = 0;
-    for (uint32_t group = 0; group < kGroups; ++group) {
+    for (uint32_t group = 0; group < kWalkGroups; ++group) {
       any |= p.lanes[group].ready;
       pass(group, p);
     }
-    for (uint32_t group = 0; group < kGroups; ++group) move_on(group, p);
+    for (uint32_t group = 0; group < kWalkGroups; ++group) move_on(group, p);
     return any != 0;
   }
 

@@ -70,9 +70,6 @@ struct HardRays {
   uint32_t ray[kBatchRays + kSlack];
 };
 
-HWY_INLINE hn::Vec<Ints> ints(hn::Vec<Floats> v) { return hn::BitCast(Ints(), v); }
-HWY_INLINE hn::Vec<Floats> floats(hn::Vec<Ints> v) { return hn::BitCast(Floats(), v); }
-
 /// Heights of the planes that words stand for. Exact, fused or not.
 struct Planes {
   hn::Vec<Floats> lower, upper;

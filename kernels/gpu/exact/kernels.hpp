@@ -26,7 +26,7 @@ NIF_HOST_DEVICE ObjectAnswer answer_exact_ray(const DeviceExactField& field, con
     return {none.logit, none.certain};
   }
   if (walk.certain) return {walk.verdict == Verdict::visible ? kCertainLogit : -kCertainLogit, true};
-  if (walk.verdict == Verdict::ambiguous) narrow(field.proof, segment, open, ray);
+  if (walk.verdict == Verdict::ambiguous) cull(field.proof, segment, open, ray);
   return {meets_nodes<kStride>(field.bvh, ray, stack) ? -kCertainLogit : kCertainLogit,
           certain_bvh(field.bvh, segment)};
 }

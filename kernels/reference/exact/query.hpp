@@ -24,17 +24,21 @@ struct OpenInterval {
 
 /// From this far away, in finest cells, the ends of runs are so near to where they should be that no triangle
 /// lies beyond them. Rays from farther away are looked at as a whole.
-inline constexpr float kNarrowingReach = kCertainReach / 4;
+inline constexpr float kCullingReach = kCertainReach / 4;
 
-/// Culls boxes by what a walk leaves open. The triangles that a ray meets are the same.
-template <class Real>
-NIF_HOST_DEVICE void narrow(const ProofField& field, const Segment& segment, const OpenInterval& open,
-                            BvhRayOf<Real>& ray) {
+NIF_HOST_DEVICE inline bool is_culled(const ProofField& field, const Segment& segment) {
   bool near = true;
   NIF_UNROLL
   for (int a = 0; a < 3; ++a)
-    near = near && magnitude(segment.origin[a] - field.origin[a]) * field.cells_per_unit <= kNarrowingReach;
-  if (!near) return;
+    near = near && magnitude(segment.origin[a] - field.origin[a]) * field.cells_per_unit <= kCullingReach;
+  return near;
+}
+
+/// Culls boxes by what a walk leaves open. The triangles that a ray meets are the same.
+template <class Real>
+NIF_HOST_DEVICE void cull(const ProofField& field, const Segment& segment, const OpenInterval& open,
+                          BvhRayOf<Real>& ray) {
+  if (!is_culled(field, segment)) return;
   ray.enter = max_of(open.begin, ray.enter);
   ray.leave = min_of(open.end, ray.leave);
 }
@@ -50,7 +54,7 @@ inline Answer query(const ExactField& field, const Segment& segment) {
     const bool visible = walk.verdict == Verdict::visible;
     return {visible, true, visible ? kCertainLogit : -kCertainLogit};
   }
-  if (walk.verdict == Verdict::ambiguous) narrow(field.proof, segment, open, ray);
+  if (walk.verdict == Verdict::ambiguous) cull(field.proof, segment, open, ray);
   const bool visible = !meets_bvh(field.bvh, ray);
   return {visible, certain_bvh(field.bvh, segment), visible ? kCertainLogit : -kCertainLogit};
 }
