@@ -70,7 +70,6 @@ struct HardRays {
   uint32_t ray[kBatchRays + kSlack];
 };
 
-
 /// Heights of the planes that words stand for. Exact, fused or not.
 struct Planes {
   hn::Vec<Floats> lower, upper;
