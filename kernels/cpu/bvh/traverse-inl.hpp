@@ -27,12 +27,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// Rays of a group.
-#ifndef NIF_FLIGHTS
-#define NIF_FLIGHTS 8
-#endif
-constexpr uint32_t kFlights = NIF_FLIGHTS;
-constexpr uint32_t kGroups = 3;
+/// Groups of rays, one for each phase, and rays of a group. With 10 and more rays, small meshes get slower by
+/// a tenth and large ones gain nothing (docs/results/cpu-kernels.md).
+constexpr uint32_t kFlightGroups = 3;
+constexpr uint32_t kFlights = 8;
 
 /// Cache lines of a node's vertices that are fetched before its leaves are tested.
 constexpr uint32_t kVertexLines = 4;
@@ -69,7 +67,7 @@ struct FlightGroup {
 /// What traverse() works in.
 struct BvhScratch {
   ReadyRays ready;
-  FlightGroup groups[kGroups];
+  FlightGroup groups[kFlightGroups];
 };
 
 class Traversal {
@@ -92,7 +90,7 @@ class Traversal {
     const BvhField field = field_;  // of its own: no store can change it
     uint32_t done = 0, count = 0;
     for (uint32_t bits = group.in_flight; bits != 0; bits &= bits - 1) {
-      const uint32_t at = hwy::Num0BitsBelowLS1Bit_Nonzero32(bits);
+      const uint32_t at = lowest_bit(bits);
       done |= uint32_t(!step(field, group.flights[at], at, group.met, count)) << at;
     }
     group.done = done;
@@ -106,7 +104,7 @@ class Traversal {
     for (uint32_t i = 0; i < count; ++i) {
       MetTriangles& met = group.met[i];
       met.ranks = ranks_in(field.nodes[met.visit.node()], met.ranks);
-      met.last = 1u << (31 - hwy::Num0BitsAboveMS1Bit_Nonzero32(met.ranks));
+      met.last = 0x80000000u >> hwy::Num0BitsAboveMS1Bit_Nonzero32(met.ranks);
     }
     uint32_t open = 0, ranks = group.met[0].ranks;
     for (uint32_t i = 0; i < count;) {
@@ -132,7 +130,7 @@ class Traversal {
     group.in_flight &= ~(group.done | blocked);
     for (uint32_t free = ~group.in_flight & ((1u << kFlights) - 1); free != 0; free &= free - 1) {
       if (ready_.traversed == 0 && !make_some_ready()) return;
-      const uint32_t at = hwy::Num0BitsBelowLS1Bit_Nonzero32(free);
+      const uint32_t at = lowest_bit(free);
       start(group.flights[at]);
       group.in_flight |= 1u << at;
     }
@@ -150,7 +148,7 @@ class Traversal {
 
   /// Sets the next ray out at the root.
   HWY_INLINE void start(Flight& flight) {
-    const uint32_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(ready_.traversed);
+    const uint32_t lane = lowest_bit(ready_.traversed);
     ready_.traversed &= ready_.traversed - 1;
     ready_.take(lane, flight.ray);
     flight.stack[0] = 0;

@@ -1,4 +1,5 @@
-// The triangles of one leaf, all at once in single precision, where that surely gives the reference's answer.
+// The triangles of a node's leaves, four at once in single precision, where that surely gives the reference's
+// answer.
 //
 // The sides of a triangle that a ray passes on, in single precision, are off by at most a bound
 // (docs/encodings/bvh.md, "Triangles in single precision"). What is nearer to an edge, or to an end of the
@@ -209,7 +210,7 @@ HWY_INLINE bool meets_open(const BvhField& field, const SegmentBatch& batch, uin
   uint32_t ranks = found.ranks, open = found.open;
   for (uint32_t i = 0; open != 0; ++i, open >>= 1, ranks &= ranks - 1) {
     if ((open & 1) == 0) continue;
-    const uint32_t triangle = node.first_triangle + hwy::Num0BitsBelowLS1Bit_Nonzero32(ranks);
+    const uint32_t triangle = node.first_triangle + lowest_bit(ranks);
     const float* corners[3];
     for (uint32_t k = 0; k < 3; ++k)
       corners[k] = field.vertices[size_t(node.first_vertex) + field.triangles[triangle][k]];
@@ -256,7 +257,7 @@ HWY_INLINE uint32_t test_four(const BvhField& field, const ReadyRay& ray, const 
   const float* vertices[3][4];
   for (uint32_t i = 0; i < 4; ++i, ranks &= ranks - 1) {
     // Where there are fewer than four, the last comes again.
-    const uint32_t rank = hwy::Num0BitsBelowLS1Bit_Nonzero32(ranks | met.last);
+    const uint32_t rank = lowest_bit(ranks | met.last);
     const uint8_t* const triangle = indices + 3 * size_t(rank);
     for (uint32_t k = 0; k < 3; ++k) vertices[k][i] = before + 3 * size_t(triangle[k]);
   }

@@ -148,8 +148,9 @@ inline bool meets_bvh(const BvhField& field, const BvhRay& ray, uint64_t* nodes 
   while (size > 0) {
     const BvhNode& node = field.nodes[stack[--size]];
     if (nodes) ++*nodes;
-    for (uint32_t s = 0; s < kBvhWidth && node.slots[s] != 0; ++s) {
-      if (!meets_box(ray, node, s)) continue;
+    // From the last slot on, so that the first is visited next: bakers put first what is likely to block.
+    for (uint32_t s = kBvhWidth; s-- > 0;) {
+      if (node.slots[s] == 0 || !meets_box(ray, node, s)) continue;
       if (slot_kind(node.slots[s]) == kInnerSlot) {
         stack[size++] = node.first_node + slot_rank(node.slots[s]);
         continue;
