@@ -48,7 +48,7 @@ class BvhEncoder final : public Encoder {
 std::unique_ptr<Encoder> BvhBaking::make(const BakeOptions&) { return std::make_unique<BvhEncoder>(); }
 
 // docs/results/work.md has how it was fitted.
-double BvhCounts::nanoseconds() const { return 56 * double(nodes); }
+double BvhCounts::nanoseconds() const { return 19 * double(nodes); }
 
 BvhCounts count_work(const kernels::BvhField& field, std::span<const Segment> rays) {
   return count_all<BvhCounts>(rays, [&](const Segment& segment, BvhCounts& counts) {

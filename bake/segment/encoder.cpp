@@ -182,7 +182,7 @@ std::unique_ptr<Encoder> SegmentBaking::make(const BakeOptions& options) {
 
 // docs/results/work.md has how they were fitted.
 double SegmentCounts::nanoseconds() const {
-  return 20 * double(rays) + 3.3 * double(pieces) + 125 * double(ambiguous);
+  return 20 * double(rays) + 3.4 * double(pieces) + 77 * double(ambiguous);
 }
 
 SegmentCounts count_work(const kernels::SegmentField& field, std::span<const Segment> rays) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Bakes meshes as exact objects and as BVHs, compares their speed with Embree's, and writes a page beside this script. Takes
-# some twenty minutes on two cores. Run it on an idle machine. Assets that are in build/exact are not baked again.
+# some ten minutes on two cores. Run it on an idle machine. What is in build/exact is not done again.
 #
 #   NIF_TEST_MESHES=FOLDER docs/results/exact.sh
 set -euo pipefail
@@ -30,15 +30,18 @@ for path in "${paths[@]}"; do
     [[ -f $out/$name.$encoding.nif ]] \
       || "$nif" bake "$path" -o "$out/$name.$encoding.nif" --encoding "$encoding" --rays 0 --quiet 2>/dev/null
   done
+  if [[ -f $out/$name.json ]]; then continue; fi
   "$nif" bench "$out/$name.exact.nif" --against "$out/$name.bvh.nif" --mesh "$path" --threads 1 --set outer-lines \
-    --set inner-surface --set sun --rays 200000 --quiet --json >"$out/$name.json"
+    --set inner-surface --set sun --rays 200000 --quiet --json >"$out/$name.json.new"
+  mv "$out/$name.json.new" "$out/$name.json"
 done
 
 # A line for each mesh: its name, triangles, bytes, wrong answers, and for each set the ratios.
 rows() {
   for path in "${paths[@]}"; do
     name=$(basename "$path")
-    jq -r --arg mesh "${name%%.*}" --argjson triangles "$("$nif" info "$out/$name.bvh.nif" --json | jq '[.objects[].triangles] | add')" '
+    triangles=$("$nif" info "$out/$name.bvh.nif" --json | jq '[.objects[].triangles] | add')
+    jq -r --arg mesh "$name" --argjson triangles "$triangles" '
       def compact($set): [$set.variants[] | select(.build == "compact" and .rounds > 0) | .mrays_per_s] | max;
       .sets["outer-lines"] as $o | .sets["inner-surface"] as $i | .sets.sun as $s
       | [$mesh, $triangles, $o.nif.bytes, $o.against.bytes,
@@ -72,7 +75,7 @@ rows() {
       for (i = 1; i <= NR; ++i) {
         split(line[i], f, "\t")
         printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", f[1], ratio(f[8]), ratio(f[9]), ratio(f[10]), ratio(f[11]),
-               ratio(f[12]), ratio(f[13]), f[14] > 0 ? ratio(f[15] / f[14]) : "-", f[16] > 0 ? ratio(f[17] / f[16]) : "-"
+               ratio(f[12]), ratio(f[13]), (f[14] > 0 ? ratio(f[15] / f[14]) : "-"), (f[16] > 0 ? ratio(f[17] / f[16]) : "-")
         logs += log(f[8]) + log(f[9]); alone += log(f[11]) + log(f[12]); below += (f[8] < 1) + (f[9] < 1)
       }
       printf "\nGeometric mean over meshes and both incoherent sets: %.2f (exact), %.2f (BVH alone). Exact below 1.0: %d of %d.\n", \

@@ -6,7 +6,8 @@
 
 #include "bake/bvh/builder.hpp"
 #include "formats/mesh/read.hpp"
-#include "formats/nif/exact/encoding.hpp"
+#include "formats/nif/reader.hpp"
+#include "formats/nif/writer.hpp"
 #include "kernels/cpu/exact/kernel.hpp"
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/exact/query.hpp"
@@ -21,14 +22,21 @@ using kernels::cpu::Isa;
 /// Object and BVH of a mesh, with planes as an OccupiedObject has them.
 struct ExactObject {
   OccupiedObject occupied;
-  format::ExactData data;
+  std::vector<std::byte> file;  ///< kernels read what lies as in a file
   kernels::ExactField field;
 
   ExactObject(mesh::Mesh source, uint32_t resolution, const CellOptions& options)
       : occupied(std::move(source), resolution, options) {
-    data.proof = occupied.data;
+    format::ExactData data;
+    bake::store_occupancy(occupied.occupancy, occupied.mesh.name, data.proof);
+    format::leave_bare(data.proof);  // numbers the voxels of bricks, of which there are fewer without corners
+    data.proof.voxel_records = occupied.data.voxel_records;
+    data.proof.parts = occupied.data.parts;
     data.bvh = bake::build_bvh(occupied.prepared.surface.positions, occupied.prepared.surface.triangles);
-    field = format::field_of(data);
+    format::Asset asset;
+    asset.objects.emplace_back().content = std::move(data);
+    file = format::encode(asset);
+    field = format::read_asset(file, occupied.mesh.name).objects[0].as<format::ExactView>().field;
   }
 };
 
