@@ -23,7 +23,8 @@ template <class Baking>
 void add_encoder(const BakeOptions& options, Encoders& encoders) {
   const bool wanted = options.encoding == kAutomatic
                           ? Baking::kAutomatic
-                          : options.encoding == format::EncodingOfContent<typename Baking::Data>::kName;
+                          : options.encoding == format::EncodingOfContent<typename Baking::Data>::kName ||
+                                options.encoding == Baking::kStandsInFor;
   if (wanted) encoders.push_back(Baking::make(options));
 }
 template <class... Baking>
@@ -35,7 +36,8 @@ struct EncodersOf {
   }
 };
 
-/// Those that an object may take: one that is named, or all of which the better one is chosen.
+/// Those that an object may take: one that is named, with what stands in for it, or all of which the better
+/// one is chosen.
 Encoders encoders_for(const BakeOptions& options) {
   Encoders encoders = OfEncoders<EncodersOf>::make(options);
   if (encoders.empty())
@@ -116,7 +118,8 @@ class Driver {
     while (candidate.taken < candidate.forms.size() && !candidate.forms[candidate.taken]) ++candidate.taken;
     if (candidate.taken == candidate.forms.size())
       throw Error(Status::too_large, fmt::format("'{}': {}", object.name, obstacle));
-    result_.objects[index].reason = options_.encoding == kAutomatic ? obstacle : "as requested";
+    result_.objects[index].reason =
+        obstacle.empty() && options_.encoding != kAutomatic ? "as requested" : obstacle;
   }
 
   void lay_out(size_t encoder, double scale) {
@@ -138,6 +141,7 @@ class Driver {
       Candidate& candidate = candidates_[i];
       if (!candidate.has_choice()) continue;
       const size_t exact = exact_form(candidate), learned = learned_form(candidate);
+      if (learned == candidate.forms.size()) continue;
       const uint64_t bytes = candidate.forms[exact]->cost.bytes,
                      others = candidate.forms[learned]->cost.bytes;
       take(candidate, bytes <= others ? exact : learned);
@@ -196,14 +200,18 @@ class Driver {
   /// Objects first .. first + count - 1: several only where they are trained together.
   void bake_objects(size_t first, size_t count) {
     stop_if(cancel_);
-    const bool trains = !encoders_[candidates_[first].taken]->exact();
-    if (trains || options_.evaluation_rays > 0) {
+    const bool trains = !encoders_[candidates_[first].taken]->exact(),
+               compares = !trains && count == 1 && candidates_[first].has_choice() &&
+                          learned_form(candidates_[first]) == encoders_.size();
+    if (trains || compares || options_.evaluation_rays > 0) {
       std::deque<GroundTruth> truths;
       for (size_t i = first; i < first + count; ++i) truths.emplace_back(prepared_.objects[i]);
       if (trains && count == 1 && candidates_[first].has_choice())
         choose(first, truths.front().source());
       else if (trains)
         train_or_throw(first, truths);
+      else if (compares)
+        choose_exact(first, truths.front().source());
       for (size_t i = first; i < first + count; ++i)
         result_.objects[i].sets = measured(i, truths[i - first].source());
       if (trains && options_.max_error && count == 1) search(first, truths.front().source());
@@ -240,6 +248,25 @@ class Driver {
     if (own.reason.empty())
       own.reason = fmt::format("{} as {} of {}, for {}", describe_gain(learned.cost, exact.cost),
                                encoders_[exact_index]->noun(), format_bytes(double(exact.cost.bytes)), cost);
+  }
+
+  /// Of several exact forms the one of the least counted work.
+  void choose_exact(size_t index, const RaySource& source) {
+    Candidate& candidate = candidates_[index];
+    report(BakeProgress::Stage::choosing, index, 0.5);
+    size_t least = candidate.taken;
+    for (size_t e = 0; e < candidate.forms.size(); ++e) {
+      if (!candidate.forms[e]) continue;
+      EncodingCost& cost = candidate.forms[e]->cost;
+      cost.work = encoders_[e]->work(*candidate.forms[e], source, options_.seed + kChoosingSeed);
+      if (cost.work < candidate.forms[least]->cost.work) least = e;
+    }
+    if (least == candidate.taken) return;
+    const double wanted = candidate.form().cost.work, chosen = candidate.forms[least]->cost.work;
+    result_.objects[index].reason =
+        fmt::format("{} takes less work than {}: {:.0f} and {:.0f} ns a ray, counted",
+                    encoders_[least]->noun(), encoders_[candidate.taken]->noun(), chosen, wanted);
+    take(candidate, least);
   }
 
   /// Takes the object's exact form where the limit of bytes leaves room for it; false where it does not.

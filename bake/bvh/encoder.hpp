@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/nif/asset.hpp"
@@ -21,6 +22,7 @@ struct BvhBaking {
   struct Options {};
   struct Report {};
   static constexpr bool kAutomatic = true;
+  static constexpr std::string_view kStandsInFor = "exact";
   static constexpr bool kGrids = false;
   static constexpr bool kTrained = false;
   static constexpr const char* kHelp = "exact, about 16 bytes per triangle, no training";

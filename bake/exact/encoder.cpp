@@ -8,6 +8,8 @@
 
 #include "bake/bvh/builder.hpp"
 #include "bake/encoder.hpp"
+#include "bake/work.hpp"
+#include "kernels/reference/exact/query.hpp"
 
 namespace nif::bake {
 namespace {
@@ -30,7 +32,7 @@ class ExactEncoder final : public Encoder {
   explicit ExactEncoder(const BakeOptions& options) : options_(options), shape_(shape_for(options)) {}
 
   std::string_view name() const override { return format::EncodingOf<kernels::ExactField>::kName; }
-  std::string_view noun() const override { return "an exact object"; }
+  std::string_view noun() const override { return "planes in front of a BVH"; }
   std::string_view smallest() const override { return "the coarsest grids in front of BVHs"; }
   bool exact() const override { return true; }
   bool has_scale(double scale) const override { return bake::has_scale(shape_, scale); }
@@ -66,6 +68,10 @@ class ExactEncoder final : public Encoder {
     form.cost.bytes += tree_bytes;
   }
 
+  double work(const Form& form, const RaySource& source, uint64_t seed) const override {
+    return work_of(std::get<kernels::ExactField>(form.field()), source, seed);
+  }
+
   void add(Form&& form, format::Asset& asset) const override {
     asset.objects.push_back(std::move(form.object()));
   }
@@ -84,6 +90,27 @@ class ExactEncoder final : public Encoder {
 
 std::unique_ptr<Encoder> ExactBaking::make(const BakeOptions& options) {
   return std::make_unique<ExactEncoder>(options);
+}
+
+double ExactCounts::nanoseconds() const { return walk.nanoseconds() + triangles.nanoseconds(); }
+
+ExactCounts count_work(const kernels::ExactField& field, std::span<const kernels::Segment> rays) {
+  return count_all<ExactCounts>(rays, [&](const kernels::Segment& segment, ExactCounts& counts) {
+    kernels::WalkResult walk;
+    kernels::OpenInterval open;
+    ++counts.walk.rays;
+    kernels::follow_segment(field.proof, segment, walk, kernels::KeepOpen{open},
+                            CountPieces{field.proof, counts.walk.pieces});
+    kernels::BvhRay ray;
+    if (walk.certain || !kernels::prepare_ray(field.bvh, segment, ray)) return;
+    if (walk.verdict == kernels::Verdict::ambiguous) kernels::cull(field.proof, segment, open, ray);
+    kernels::meets_bvh(field.bvh, ray, &counts.triangles.nodes);
+  });
+}
+
+double work_of(const kernels::ExactField& field, const RaySource& source, uint64_t seed) {
+  return mean_work(source, seed,
+                   [&](std::span<const kernels::Segment> rays) { return count_work(field, rays); });
 }
 
 void add_metadata(const ExactBaking::Report& report, const ObjectReport&, const format::Object&,

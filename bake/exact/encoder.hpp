@@ -3,10 +3,14 @@
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "bake/bvh/encoder.hpp"
 #include "bake/proof/shape.hpp"
+#include "bake/segment/encoder.hpp"
 #include "formats/nif/asset.hpp"
 
 namespace nif::bake {
@@ -14,12 +18,14 @@ namespace nif::bake {
 class Encoder;
 struct BakeOptions;
 struct ObjectReport;
+struct RaySource;
 
 struct ExactBaking {
   using Data = format::ExactData;
   struct Options {};
   struct Report : GridReport {};
   static constexpr bool kAutomatic = false;
+  static constexpr std::string_view kStandsInFor = "";
   static constexpr bool kGrids = true;
   static constexpr bool kTrained = false;
   static constexpr const char* kHelp = "exact and fast: planes first, triangles for the rest, no training";
@@ -34,5 +40,19 @@ void add_metadata(const ExactBaking::Report& report, const ObjectReport& all, co
 void describe(const format::ExactView& view, nlohmann::ordered_json& json);
 std::string summary(const format::ExactView& view);
 inline std::vector<std::string> details(const format::ExactView&) { return {}; }
+
+/// What rays take of the fast kernels, by which encodings are compared.
+struct ExactCounts {
+  SegmentCounts walk;   ///< no network is asked
+  BvhCounts triangles;  ///< of rays that are left open, with boxes culled
+
+  ExactCounts operator+(const ExactCounts& other) const {
+    return {walk + other.walk, triangles + other.triangles};
+  }
+  double nanoseconds() const;
+};
+ExactCounts count_work(const kernels::ExactField& field, std::span<const kernels::Segment> rays);
+/// Mean work of a ray, as mean_work().
+double work_of(const kernels::ExactField& field, const RaySource& source, uint64_t seed);
 
 }  // namespace nif::bake

@@ -189,11 +189,7 @@ SegmentCounts count_work(const kernels::SegmentField& field, std::span<const Seg
   return count_all<SegmentCounts>(rays, [&](const Segment& segment, SegmentCounts& counts) {
     ++counts.rays;
     kernels::Walk walk;
-    kernels::walk_segment(field, segment, walk, [&](const kernels::Piece& piece) {
-      int32_t voxel[3];
-      for (int a = 0; a < 3; ++a) voxel[a] = piece.low[a] >> field.levels;
-      counts.pieces += kernels::brick_place(field, voxel).entry >= kernels::kFirstMixedBrick;
-    });
+    kernels::walk_segment(field, segment, walk, CountPieces{field, counts.pieces});
     counts.ambiguous += walk.verdict == kernels::Verdict::ambiguous;
   });
 }

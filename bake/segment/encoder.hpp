@@ -7,11 +7,13 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bake/proof/shape.hpp"
 #include "bake/segment/lean.hpp"
 #include "formats/nif/asset.hpp"
+#include "kernels/reference/proof/walk.hpp"
 
 namespace nif::bake {
 
@@ -32,6 +34,7 @@ struct SegmentBaking {
     std::optional<LeanReport> lean;
   };
   static constexpr bool kAutomatic = true;
+  static constexpr std::string_view kStandsInFor = "";
   static constexpr bool kGrids = true;
   static constexpr bool kTrained = true;
   static constexpr const char* kHelp = "small fields, some answers are wrong";
@@ -55,6 +58,17 @@ struct SegmentCounts {
     return {rays + other.rays, pieces + other.pieces, ambiguous + other.ambiguous};
   }
   double nanoseconds() const;
+};
+/// Is shown the pieces of a walk, and counts those in mixed bricks.
+struct CountPieces {
+  const kernels::ProofField& field;
+  uint64_t& pieces;
+
+  void operator()(const kernels::Piece& piece) const {
+    int32_t voxel[3];
+    for (int a = 0; a < 3; ++a) voxel[a] = piece.low[a] >> field.levels;
+    pieces += kernels::brick_place(field, voxel).entry >= kernels::kFirstMixedBrick;
+  }
 };
 /// Features and network do not matter to it.
 SegmentCounts count_work(const kernels::SegmentField& field, std::span<const kernels::Segment> rays);

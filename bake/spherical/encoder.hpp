@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bake/spherical/options.hpp"
@@ -25,6 +26,7 @@ struct SphericalBaking {
     uint64_t primary_rays = 0;  ///< that a field for primary rays learned from
   };
   static constexpr bool kAutomatic = false;
+  static constexpr std::string_view kStandsInFor = "";
   static constexpr bool kGrids = true;
   static constexpr bool kTrained = true;
   static constexpr const char* kHelp = "the published Neural Intersection Function, for comparison";

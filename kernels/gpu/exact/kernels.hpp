@@ -18,8 +18,7 @@ NIF_HOST_DEVICE ObjectAnswer answer_exact_ray(const DeviceExactField& field, con
                                               uint32_t* stack) {
   WalkResult walk;
   OpenInterval open;
-  walk_object(field.proof, field.walk, segment, walk,
-              [&](uint32_t number, const Run& run) { open(number, run); });
+  walk_object(field.proof, field.walk, segment, walk, KeepOpen{open});
   BvhRay ray;
   if (!prepare_ray(field.bvh, segment, ray)) {
     const Answer none = answer_no_ray(segment);

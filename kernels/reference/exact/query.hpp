@@ -14,11 +14,14 @@ namespace nif::kernels {
 /// Where a walk leaves a segment open: from its first run to its last, as t.
 struct OpenInterval {
   float begin = 0, end = 0;
-
-  /// To be called with each run in turn.
-  NIF_HOST_DEVICE void operator()(uint32_t number, const Run& run) {
-    if (number == 0) begin = run.begin;
-    end = run.end;
+};
+/// Is called with each run in turn. A structure, because GPU compilers want to know of a lambda that a device
+/// could call it.
+struct KeepOpen {
+  OpenInterval& open;
+  NIF_HOST_DEVICE void operator()(uint32_t number, const Run& run) const {
+    if (number == 0) open.begin = run.begin;
+    open.end = run.end;
   }
 };
 
@@ -48,8 +51,7 @@ inline Answer query(const ExactField& field, const Segment& segment) {
   if (!prepare_ray(field.bvh, segment, ray)) return answer_no_ray(segment);
   WalkResult walk;
   OpenInterval open;
-  follow_segment(
-      field.proof, segment, walk, [&](uint32_t number, const Run& run) { open(number, run); }, NoVisit());
+  follow_segment(field.proof, segment, walk, KeepOpen{open}, NoVisit());
   if (walk.certain) {
     const bool visible = walk.verdict == Verdict::visible;
     return {visible, true, visible ? kCertainLogit : -kCertainLogit};
