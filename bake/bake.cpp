@@ -24,7 +24,7 @@ void add_encoder(const BakeOptions& options, Encoders& encoders) {
   const bool wanted = options.encoding == kAutomatic
                           ? Baking::kAutomatic
                           : options.encoding == format::EncodingOfContent<typename Baking::Data>::kName ||
-                                options.encoding == Baking::kStandsInFor;
+                                (options.encoding == Baking::kStandsInFor && !options.resolution);
   if (wanted) encoders.push_back(Baking::make(options));
 }
 template <class... Baking>

@@ -6,7 +6,8 @@
 // - Options: the members that BakeOptions has for it alone;
 // - Report: what ObjectReport says of its objects alone;
 // - kAutomatic: whether "auto" may choose it;
-// - kStandsInFor: the encoding in whose place an object gets this one where it counts less work; or none;
+// - kStandsInFor: the encoding in whose place an object gets this one where it counts less work, unless a
+//   resolution is asked for; or none;
 // - kGrids: whether it has grids, so that presets mean something to it;
 // - kTrained: whether it is trained, so that mixes of rays do;
 // - kHelp: what it is, for `nif bake --help`;

@@ -294,6 +294,26 @@ TEST_P(ExactBake, AnswersExactly) {
   EXPECT_NE(text.out.find("encoding " + encoding + ", "), std::string::npos) << text.out;
 }
 
+/// Leaves are smaller than voxels.
+TEST_F(Bake, ExactWithoutPlanesThatSaveNothing) {
+  const std::string tree = path("tree.ply");
+  ASSERT_EQ(nif({"mesh", "generate", "tree", "-o", tree, "--triangles", "3000", "--quiet"}).code, 0);
+  std::vector<std::string> arguments{"bake",  tree,     "-o", path("tree.nif"), "--encoding",
+                                     "exact", "--rays", "0",  "--json"};
+  const Outcome alone = nif(arguments);
+  ASSERT_EQ(alone.code, 0) << alone.err;
+  const json object = json::parse(alone.out)["objects"][0];
+  EXPECT_EQ(object["encoding"], "bvh");
+  EXPECT_NE(object["reason"].get<std::string>().find("less work than planes"), std::string::npos) << object;
+  EXPECT_LT(object["compared"]["bvh"]["work"], object["compared"]["exact"]["work"]);
+
+  arguments.insert(arguments.end(), {"--resolution", "48"});
+  const Outcome asked = nif(arguments);
+  ASSERT_EQ(asked.code, 0) << asked.err;
+  EXPECT_EQ(json::parse(asked.out)["objects"][0]["encoding"], "exact");
+  EXPECT_EQ(json::parse(asked.out)["objects"][0]["reason"], "as requested");
+}
+
 TEST_F(Bake, ThePapersFields) {
   const std::vector<std::string> arguments{"bake",
                                            ball_,
