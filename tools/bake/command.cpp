@@ -180,7 +180,7 @@ render::SceneDescription read_view(const SphericalArguments& arguments) {
 /// What can be done about a limit that a bake cannot meet.
 std::string hint_for(bake::TargetNotMet::Limit limit, const std::string& encoding) {
   constexpr auto kBytes = bake::TargetNotMet::Limit::bytes;
-  if (encoding == "bvh" && limit == kBytes) return "; try --encoding segment";
+  if ((encoding == "bvh" || encoding == "exact") && limit == kBytes) return "; try --encoding segment";
   if (encoding == "spherical")
     return limit == kBytes ? "; try a smaller --outer-resolution and --inner-resolution, or --precision half"
                            : "; try --encoding segment or bvh";
@@ -310,7 +310,7 @@ void add_bake(Command app) {
   command.footer(
       "Examples:\n"
       "  nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n"
-      "  nif bake crate.glb -o crate.nif --encoding bvh\n"
+      "  nif bake crate.glb -o crate.nif --encoding exact\n"
       "  nif bake guard.glb -o guard.nif --lean spurious=0.05%\n"
       "  nif bake --manifest library.toml --keep-going --report library.html");
   command.callback([a, command] { run(*a, command); });

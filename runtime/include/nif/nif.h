@@ -261,7 +261,7 @@ typedef struct NifObjectInfo {
   uint64_t struct_size;
   const char* name; /* UTF-8, 0-terminated, may be "" */
   NifEncoding encoding;
-  uint32_t network;    /* 0 .. network_count - 1; ignore it for NIF_ENCODING_BVH, which has no network */
+  uint32_t network;    /* 0 .. network_count - 1; ignore it for encodings without networks: BVH, EXACT */
   float bounds_min[3]; /* of the source mesh, in object space */
   float bounds_max[3];
   float bias;              /* start shadow rays this far from the surface, in object units */
