@@ -28,7 +28,8 @@ struct ExactBaking {
   static constexpr std::string_view kStandsInFor = "";
   static constexpr bool kGrids = true;
   static constexpr bool kTrained = false;
-  static constexpr const char* kHelp = "planes first, triangles for the rest; no answer is wrong, no training";
+  static constexpr const char* kHelp =
+      "planes first, triangles for the rest; no answer is wrong, no training";
   static std::unique_ptr<Encoder> make(const BakeOptions& options);
 };
 
