@@ -248,7 +248,7 @@ HWY_INLINE uint32_t test_four(const BvhField& field, const ReadyRay& ray, const 
                               uint32_t& ranks, OpenTriangles& found) {
   const BvhNode& node = field.nodes[met.visit.node()];
   const uint8_t* const indices = field.triangles[node.first_triangle];
-  const float* before = field.vertices[node.first_vertex] - 1;
+  const float* before = reinterpret_cast<const float*>(field.vertices + node.first_vertex) - 1;
   // Or compilers add the node's part of the address again for each vertex.
   asm("" : "+r"(before));
   const uint64_t once = (uint64_t{1} << __builtin_popcount(ranks)) - 1;
