@@ -19,7 +19,7 @@ constexpr std::pair<Preset, GridShape> kExactShapes[] = {{Preset::fast, {32, 3, 
                                                          {Preset::balanced, {48, 2, 1.5, 200'000}},
                                                          {Preset::high, {64, 3, 0.5, 450'000}}};
 
-GridShape shape_for(const BakeOptions& options) {
+GridShape exact_shape_for(const BakeOptions& options) {
   GridShape shape = kExactShapes[1].second;
   for (const auto& [preset, known] : kExactShapes)
     if (preset == options.preset) shape = known;
@@ -29,7 +29,7 @@ GridShape shape_for(const BakeOptions& options) {
 
 class ExactEncoder final : public Encoder {
  public:
-  explicit ExactEncoder(const BakeOptions& options) : options_(options), shape_(shape_for(options)) {}
+  explicit ExactEncoder(const BakeOptions& options) : options_(options), shape_(exact_shape_for(options)) {}
 
   std::string_view name() const override { return format::EncodingOf<kernels::ExactField>::kName; }
   std::string_view noun() const override { return "planes in front of a BVH"; }
