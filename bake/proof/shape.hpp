@@ -35,14 +35,11 @@ bool has_scale(const GridShape& shape, double scale);
 /// millions of triangles.
 uint64_t budget_for(const GridShape& shape, uint64_t triangles);
 
-/// Makes grids until one takes no more than the budget, where that counts: make(scale) makes one, and
-/// returns its bytes. Returns the scale, without the growth of large objects.
-template <class Make>
-double fit_budget(const GridShape& shape, double scale, bool bounded, uint64_t triangles, const Make& make);
-
 /// How much finer the grid of a large object is than the preset says, as far as its budget allows.
 double growth_for(const GridShape& shape, uint64_t triangles);
 
+/// Makes grids until one takes no more than the budget, where `bounded` says that it counts: make(scale)
+/// makes one, and returns its bytes. Returns the scale, without the growth of large objects.
 template <class Make>
 double fit_budget(const GridShape& shape, double scale, bool bounded, uint64_t triangles, const Make& make) {
   const auto budget = double(budget_for(shape, triangles)), growth = growth_for(shape, triangles);

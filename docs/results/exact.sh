@@ -59,8 +59,8 @@ rows() {
     "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)"
   printf 'Bakes are `nif bake MESH --encoding exact` ([exact.md](../encodings/exact.md)) and `--encoding bvh`; speeds are from\n'
   printf '`nif bench EXACT --against BVH --mesh MESH --threads 1 --set outer-lines --set inner-surface --set sun --rays 200000`. All\n'
-  printf 'figures of one mesh were measured in the same rounds; other programs may have run at the same time. "Embree" is the best of its builds and calls; "compact" is the best\n'
-  printf 'call of its compact build. The tree and the terrain are `nif mesh generate` with 500,000 and 1,000,000 triangles.\n'
+  printf 'figures of one mesh were measured in the same rounds; other programs may have run at the same time. "Embree" is the best of\n'
+  printf 'its builds and calls; "compact" is the best call of its compact build. The tree and the terrain are `nif mesh generate` with 500,000 and 1,000,000 triangles.\n'
   rows | LC_ALL=C awk -F '\t' '
     function grouped(n,    text, out) {
       text = sprintf("%d", n)

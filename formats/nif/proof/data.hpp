@@ -96,7 +96,8 @@ class DecodedPayloads {
   /// Not copied, because fields point to what is decoded.
   DecodedPayloads(DecodedPayloads&&) = default;
 
-  /// Zeros, a line more than `bytes`, because kernels load more than the last few. Adds to `taken`.
+  /// Zeros, a line more than `bytes`, because kernels load more than the last few. They stay where
+  /// they are; `taken` is told how many there are.
   std::byte* add(uint64_t bytes, PayloadBytes& taken) {
     const uint64_t lines = aligned(bytes) / kAlignment + 1;
     taken.decoded = lines * kAlignment;

@@ -9,7 +9,7 @@
 
 namespace nif::kernels::cpu {
 
-/// A field in the form that the SIMD kernels read.
+/// A field in the form that the SIMD kernels read: what they make of it, and the asset's own arrays.
 struct PackedExactField {
   ExactField field;
   WalkGrid walk;
