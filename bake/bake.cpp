@@ -22,7 +22,7 @@ using Encoders = std::vector<std::unique_ptr<Encoder>>;
 template <class Baking>
 void add_encoder(const BakeOptions& options, Encoders& encoders) {
   const bool wanted = options.encoding == kAutomatic
-                          ? Baking::kAutomatic
+                          ? Baking::kAutomatic && !(options.max_error == 0.0 && Baking::kTrained)
                           : options.encoding == format::EncodingOfContent<typename Baking::Data>::kName ||
                                 (options.encoding == Baking::kStandsInFor && !options.resolution);
   if (wanted) encoders.push_back(Baking::make(options));
@@ -36,8 +36,8 @@ struct EncodersOf {
   }
 };
 
-/// Those that an object may take: one that is named, with what stands in for it, or all of which the better
-/// one is chosen.
+/// Those that an object may take: one that is named, with what stands in for it, or all that "auto" may
+/// choose.
 Encoders encoders_for(const BakeOptions& options) {
   Encoders encoders = OfEncoders<EncodersOf>::make(options);
   if (encoders.empty())
@@ -47,13 +47,11 @@ Encoders encoders_for(const BakeOptions& options) {
 
 /// An object on its way.
 struct Candidate {
-  std::vector<std::optional<Form>> forms;  ///< [encoder]; none where it cannot have the encoding
+  std::vector<bool> possible;              ///< [encoder]: whether the object can have the encoding
+  std::vector<std::optional<Form>> forms;  ///< [encoder]: those that are laid out
   size_t taken = 0;                        ///< index of its form, as far as it is known
 
   Form& form() { return *forms[taken]; }
-  bool has_choice() const {
-    return std::count_if(forms.begin(), forms.end(), [](const auto& form) { return form.has_value(); }) > 1;
-  }
 };
 
 class Driver {
@@ -68,8 +66,10 @@ class Driver {
 
   BakeResult run() {
     prepare_objects();
-    for (size_t e = 0; e < encoders_.size(); ++e) lay_out(e, 1);
-    choose_by_bytes();
+    if (options_.encoding == kAutomatic)
+      choose();
+    else
+      lay_out_named();
     if (options_.max_bytes) shrink_to(*options_.max_bytes);
     const size_t together = encoders_.front()->trains_together() ? candidates_.size() : 1;
     for (size_t i = 0; i < candidates_.size(); i += together) bake_objects(i, together);
@@ -77,7 +77,7 @@ class Driver {
       result_.triangles += report.triangles;
       for (RaySet set : kRaySets) result_.sets[size_t(set)] += report.sets[size_t(set)];
     }
-    check_error(options_, result_.sets);
+    check_error(options_, learned_sets());
     for (Candidate& candidate : candidates_)
       encoders_[candidate.taken]->add(std::move(candidate.form()), result_.asset);
     result_.asset.metadata = make_metadata(scene_, options_, encoders_, result_);
@@ -98,80 +98,163 @@ class Driver {
     candidates_.resize(count);
     reserve_ = kMetadataBytes + kMetadataBytesPerObject * count + hierarchy_bytes(scene_, result_);
     if (options_.lean) reserve_ += kMetadataBytesOfLean * count;
-    for (size_t i = 0; i < count; ++i) add_forms(i);
+    for (size_t i = 0; i < count; ++i) add_candidate(i);
   }
 
-  /// A form for each encoding that the object can have.
-  void add_forms(size_t index) {
+  /// Which encodings the object can have.
+  void add_candidate(size_t index) {
     const Prepared& prepared = prepared_.objects[index];
-    const format::Object object = describe(prepared, result_.objects[index]);
+    describe(prepared, result_.objects[index]);
+    Candidate& candidate = candidates_[index];
+    candidate.forms.resize(encoders_.size());
     std::string obstacle;
     for (const auto& encoder : encoders_) {
-      std::optional<Form>& form = candidates_[index].forms.emplace_back();
       const std::string why = encoder->obstacle(prepared.surface.positions);
-      if (why.empty())
-        form.emplace().alone.objects = {object};
-      else
-        obstacle = why;
+      candidate.possible.push_back(why.empty());
+      if (!why.empty()) obstacle = why;
     }
-    Candidate& candidate = candidates_[index];
-    while (candidate.taken < candidate.forms.size() && !candidate.forms[candidate.taken]) ++candidate.taken;
-    if (candidate.taken == candidate.forms.size())
-      throw Error(Status::too_large, fmt::format("'{}': {}", object.name, obstacle));
+    const auto first = std::find(candidate.possible.begin(), candidate.possible.end(), true);
+    if (first == candidate.possible.end())
+      throw Error(Status::too_large, fmt::format("'{}': {}", result_.objects[index].name, obstacle));
+    candidate.taken = size_t(first - candidate.possible.begin());
     result_.objects[index].reason =
         obstacle.empty() && options_.encoding != kAutomatic ? "as requested" : obstacle;
   }
 
-  void lay_out(size_t encoder, double scale) {
-    for (size_t i = 0; i < candidates_.size(); ++i) {
-      stop_if(cancel_);
-      std::optional<Form>& form = candidates_[i].forms[encoder];
-      if (!form) continue;
-      const bool counted = candidates_[i].taken == encoder;
-      if (counted) size_.remove(form->sections);
-      encoders_[encoder]->lay_out(prepared_.objects[i], scale, true, i == 0, *form);
-      if (counted) size_.add(form->sections);
-    }
+  void lay_out(size_t index, size_t encoder, double scale, bool bounded = true) {
+    stop_if(cancel_);
+    Candidate& candidate = candidates_[index];
+    std::optional<Form>& form = candidate.forms[encoder];
+    const bool counted = candidate.taken == encoder;
+    if (counted && form) size_.remove(form->sections);
+    form.emplace().alone.objects = {describe(prepared_.objects[index], result_.objects[index])};
+    encoders_[encoder]->lay_out(prepared_.objects[index], scale, bounded, index == 0, *form);
+    if (counted) size_.add(form->sections);
   }
 
-  /// The form of the fewest bytes; an exact one that takes no more than any other needs no further
-  /// comparison.
-  void choose_by_bytes() {
+  void lay_out_named() {
+    for (size_t e = 0; e < encoders_.size(); ++e)
+      for (size_t i = 0; i < candidates_.size(); ++i)
+        if (candidates_[i].possible[e]) lay_out(i, e, 1);
+  }
+
+  /// "auto": exact or not, by what was wished for (docs/model.md). Nothing is trained or timed for it.
+  void choose() {
+    for (size_t i = 0; i < candidates_.size(); ++i) {
+      if (options_.max_bytes) {
+        lay_out_exact(i, kNoBudget);
+        result_.objects[i].reason = "exact: the size limit leaves room for it";
+      } else if (options_.max_error == 0.0) {
+        lay_out_exact(i, kNoBudget);
+        result_.objects[i].reason = "exact: no answer may be wrong";
+      } else {
+        choose_unbidden(i);
+      }
+      if (!has_exact(i)) lay_out_learned(i);
+    }
+    if (options_.max_bytes) make_room(*options_.max_bytes);
+  }
+
+  /// Where no wish decides: exact if there are few triangles, and if that takes no more memory than users of
+  /// Embree have to give.
+  void choose_unbidden(size_t index) {
+    ObjectReport& own = result_.objects[index];
+    if (own.triangles >= kMostExactTriangles) {
+      own.reason = fmt::format("learned: it has {} triangles or more", kMostExactTriangles);
+      return;
+    }
+    const uint64_t embree = kEmbreeBytesPerTriangle * own.triangles;
+    lay_out_exact(index, embree);
+    if (has_exact(index))
+      own.reason = fmt::format(
+          "exact: it has fewer than {} triangles, and takes no more memory than a compact BVH of Embree, {}",
+          kMostExactTriangles, format_bytes(double(embree)));
+    else if (own.reason.empty())
+      own.reason = fmt::format("learned: exact, it would take more memory than a compact BVH of Embree, {}",
+                               format_bytes(double(embree)));
+  }
+
+  /// In all exact forms that take no more memory than `most`, coarser than their preset where needed, and
+  /// takes the smallest.
+  void lay_out_exact(size_t index, uint64_t most) {
+    constexpr double kStep = 0.9;
+    Candidate& candidate = candidates_[index];
+    for (size_t e = 0; e < encoders_.size(); ++e) {
+      if (!candidate.possible[e] || !encoders_[e]->exact()) continue;
+      lay_out(index, e, 1);
+      std::optional<Form>& form = candidate.forms[e];
+      while (form->cost.resident > most && encoders_[e]->has_scale(form->scale * kStep))
+        lay_out(index, e, form->scale * kStep, false);
+      if (form->cost.resident <= most) continue;
+      if (candidate.taken == e) size_.remove(form->sections);
+      form.reset();
+    }
+    if (has_exact(index)) take(candidate, smallest_exact(candidate));
+  }
+
+  void lay_out_learned(size_t index) {
+    Candidate& candidate = candidates_[index];
+    const size_t learned = learned_encoder();
+    take(candidate, learned);
+    lay_out(index, learned, 1);
+  }
+
+  /// Fields for those objects that save most by it, until all of them take no more than this, or none is
+  /// left.
+  void make_room(uint64_t most) {
+    const size_t learned = learned_encoder();
+    if (learned == encoders_.size() || estimated_bytes() <= most) return;
+    std::vector<std::pair<int64_t, size_t>> savings;
     for (size_t i = 0; i < candidates_.size(); ++i) {
       Candidate& candidate = candidates_[i];
-      if (!candidate.has_choice()) continue;
-      const size_t exact = exact_form(candidate), learned = learned_form(candidate);
-      if (learned == candidate.forms.size()) continue;
-      const uint64_t bytes = candidate.forms[exact]->cost.bytes,
-                     others = candidate.forms[learned]->cost.bytes;
-      take(candidate, bytes <= others ? exact : learned);
+      if (candidate.taken == learned || !candidate.possible[learned]) continue;
+      lay_out(i, learned, 1);
+      const int64_t saved =
+          int64_t(candidate.form().cost.bytes) - int64_t(candidate.forms[learned]->cost.bytes);
+      if (saved > 0) savings.emplace_back(-saved, i);
+    }
+    std::sort(savings.begin(), savings.end());
+    for (const auto& [saved, i] : savings) {
+      if (estimated_bytes() <= most) return;
       result_.objects[i].reason =
-          bytes <= others
-              ? fmt::format("exact, and with {} no larger than {} with {}", format_bytes(double(bytes)),
-                            encoders_[learned]->noun(), format_bytes(double(others)))
-              : "";
+          "learned: the size limit leaves no room for " + noun_and_bytes(candidates_[i]);
+      take(candidates_[i], learned);
     }
   }
 
-  size_t exact_form(const Candidate& candidate) const { return smallest_form(candidate, true); }
-  size_t learned_form(const Candidate& candidate) const { return smallest_form(candidate, false); }
+  /// "a BVH of 1.2 MB"
+  std::string noun_and_bytes(Candidate& candidate) const {
+    return fmt::format("{} of {}", encoders_[candidate.taken]->noun(),
+                       format_bytes(double(candidate.form().cost.bytes)));
+  }
 
-  /// Of the exact forms or of the others; forms.size() where there is none.
-  size_t smallest_form(const Candidate& candidate, bool exact) const {
-    size_t smallest = candidate.forms.size();
-    for (size_t e = 0; e < candidate.forms.size(); ++e) {
-      if (!candidate.forms[e] || encoders_[e]->exact() != exact) continue;
-      if (smallest == candidate.forms.size() ||
-          candidate.forms[e]->cost.bytes < candidate.forms[smallest]->cost.bytes)
+  bool is_learned(size_t index) const { return !encoders_[candidates_[index].taken]->exact(); }
+
+  /// The one that is not exact, of those that "auto" may choose; encoders_.size() where there is none.
+  size_t learned_encoder() const {
+    return size_t(
+        std::find_if(encoders_.begin(), encoders_.end(), [](const auto& e) { return !e->exact(); }) -
+        encoders_.begin());
+  }
+
+  bool has_exact(size_t index) const { return smallest_exact(candidates_[index]) < encoders_.size(); }
+
+  /// Of the exact forms that are laid out; encoders_.size() where none is.
+  size_t smallest_exact(const Candidate& candidate) const {
+    size_t smallest = encoders_.size();
+    for (size_t e = 0; e < encoders_.size(); ++e)
+      if (candidate.forms[e] && encoders_[e]->exact() &&
+          (smallest == encoders_.size() ||
+           candidate.forms[e]->cost.bytes < candidate.forms[smallest]->cost.bytes))
         smallest = e;
-    }
     return smallest;
   }
 
+  /// Its form may be laid out later.
   void take(Candidate& candidate, size_t form) {
-    size_.remove(candidate.form().sections);
+    if (candidate.forms[candidate.taken]) size_.remove(candidate.form().sections);
     candidate.taken = form;
-    size_.add(candidate.form().sections);
+    if (candidate.forms[form]) size_.add(candidate.form().sections);
   }
 
   /// What the file will take at most.
@@ -184,33 +267,35 @@ class Driver {
     };
     for (double scale = step(); estimated_bytes() > most; scale *= step()) {
       bool smaller = false;
-      for (size_t e = 0; e < encoders_.size(); ++e) {
-        if (!encoders_[e]->has_scale(scale)) continue;
-        lay_out(e, scale);
+      for (size_t i = 0; i < candidates_.size(); ++i) {
+        const size_t taken = candidates_[i].taken;
+        if (!encoders_[taken]->has_scale(scale)) continue;
+        lay_out(i, taken, scale);
         smaller = true;
       }
-      if (!smaller)
-        throw TargetNotMet(TargetNotMet::Limit::bytes,
-                           fmt::format("with {} the asset takes {} bytes, more than the limit of {}",
-                                       encoders_.front()->smallest(), estimated_bytes(), most));
-      choose_by_bytes();
+      if (!smaller) break;
     }
+    for (Candidate& candidate : candidates_) {
+      const size_t smallest = smallest_exact(candidate);
+      if (estimated_bytes() > most && encoders_[candidate.taken]->exact()) take(candidate, smallest);
+    }
+    if (estimated_bytes() > most)
+      throw TargetNotMet(
+          TargetNotMet::Limit::bytes,
+          fmt::format("with {} the asset takes {} bytes, more than the limit of {}",
+                      encoders_[candidates_.front().taken]->smallest(), estimated_bytes(), most));
   }
 
   /// Objects first .. first + count - 1: several only where they are trained together.
   void bake_objects(size_t first, size_t count) {
     stop_if(cancel_);
-    const bool trains = !encoders_[candidates_[first].taken]->exact(),
-               compares = !trains && count == 1 && candidates_[first].has_choice() &&
-                          learned_form(candidates_[first]) == encoders_.size();
+    const bool trains = is_learned(first), compares = !trains && exact_forms(first) > 1;
     if (trains || compares || options_.evaluation_rays > 0) {
       std::deque<GroundTruth> truths;
       for (size_t i = first; i < first + count; ++i) truths.emplace_back(prepared_.objects[i]);
-      if (trains && count == 1 && candidates_[first].has_choice())
-        choose(first, truths.front().source());
-      else if (trains)
-        train_or_throw(first, truths);
-      else if (compares)
+      if (trains)
+        train_objects(first, truths);
+      else
         choose_exact(first, truths.front().source());
       for (size_t i = first; i < first + count; ++i)
         result_.objects[i].sets = measured(i, truths[i - first].source());
@@ -219,76 +304,68 @@ class Driver {
     for (size_t i = first; i < first + count; ++i) finish(i);
   }
 
-  /// The object in a learned form where that is worth its errors, else in an exact one.
-  void choose(size_t index, const RaySource& source) {
-    ObjectReport& own = result_.objects[index];
-    Candidate& candidate = candidates_[index];
-    const size_t exact_index = exact_form(candidate);
-    Form &learned = candidate.form(), &exact = *candidate.forms[exact_index];
-    report(BakeProgress::Stage::choosing, index, 0.01);
-    const uint64_t seed = options_.seed + kChoosingSeed;
-    learned.cost.work = encoders_[candidate.taken]->work(learned, source, seed);
-    exact.cost.work = encoders_[exact_index]->work(exact, source, seed);
-    const double gain = gain_of(learned.cost, exact.cost);
-    const std::string would_be = fmt::format("{} would be {}", encoders_[candidate.taken]->noun(),
-                                             describe_gain(learned.cost, exact.cost));
-    if (gain < kLeastGain && take_exact(index, would_be + ", too little to be wrong for")) return;
-
-    if (const std::string failure = train(index, {{index, source, learned, own}}); !failure.empty()) {
-      if (take_exact(index, failure)) return;
-      throw Error(Status::training_failed, failure);
-    }
-    report(BakeProgress::Stage::choosing, index, 0.90);
-    const WorstError worst = worst_error(reference_answerer(learned.field()), source, seed);
-    learned.cost.error = worst.error;
-    const std::string cost = fmt::format("{:.2f} % of {} wrong", 100 * worst.error, name_of(worst.set));
-    // Who states a largest error has said what errors are worth.
-    const bool worth = options_.max_error || gain >= 100 * worst.error * kGainPerPercent;
-    if (!worth && take_exact(index, fmt::format("{}, too little for {}", would_be, cost))) return;
-    if (own.reason.empty())
-      own.reason = fmt::format("{} as {} of {}, for {}", describe_gain(learned.cost, exact.cost),
-                               encoders_[exact_index]->noun(), format_bytes(double(exact.cost.bytes)), cost);
+  ptrdiff_t exact_forms(size_t index) const {
+    const auto& forms = candidates_[index].forms;
+    return std::count_if(forms.begin(), forms.end(), [&](const std::optional<Form>& form) {
+      return form && encoders_[size_t(&form - forms.data())]->exact();
+    });
   }
 
-  /// Of several exact forms the one of the least counted work.
+  /// Of several exact forms that there is room for, the one of the least counted work.
   void choose_exact(size_t index, const RaySource& source) {
+    if (exact_forms(index) < 2) return;
     Candidate& candidate = candidates_[index];
     report(BakeProgress::Stage::choosing, index, 0.5);
-    size_t least = candidate.taken;
+    std::vector<std::pair<double, size_t>> works;
     for (size_t e = 0; e < candidate.forms.size(); ++e) {
-      if (!candidate.forms[e]) continue;
+      if (!candidate.forms[e] || !encoders_[e]->exact()) continue;
       EncodingCost& cost = candidate.forms[e]->cost;
       cost.work = encoders_[e]->work(*candidate.forms[e], source, options_.seed + kChoosingSeed);
-      if (cost.work < candidate.forms[least]->cost.work) least = e;
+      works.emplace_back(cost.work, e);
     }
-    if (least == candidate.taken) return;
-    const double wanted = candidate.form().cost.work, chosen = candidate.forms[least]->cost.work;
-    result_.objects[index].reason =
-        fmt::format("{} takes less work than {}: {:.0f} and {:.0f} ns a ray, counted",
-                    encoders_[least]->noun(), encoders_[candidate.taken]->noun(), chosen, wanted);
-    take(candidate, least);
+    std::sort(works.begin(), works.end());
+    const size_t before = candidate.taken;
+    for (const auto& [work, e] : works) {
+      take(candidate, e);
+      if (e == before || fits()) break;
+    }
+    const auto& [least, best] = works[0];
+    const auto& [more, other] = works[1];
+    if (candidate.taken != best) return;
+    const bool automatic = options_.encoding == kAutomatic;
+    if (!automatic && best == before) return;
+    const std::string why = fmt::format("less work as {} than as {}: {:.0f} and {:.0f} ns a ray, counted",
+                                        encoders_[best]->noun(), encoders_[other]->noun(), least, more);
+    std::string& reason = result_.objects[index].reason;
+    reason = automatic ? reason + "; " + why : why;
   }
 
-  /// Takes the object's exact form where the limit of bytes leaves room for it; false where it does not.
-  bool take_exact(size_t index, const std::string& reason) {
+  bool fits() const { return !options_.max_bytes || estimated_bytes() <= *options_.max_bytes; }
+
+  /// An exact form in place of a learned one, where the object can have one and there is room; false where
+  /// not.
+  bool take_exact(size_t index, const RaySource& source, const std::string& why) {
     Candidate& candidate = candidates_[index];
-    const size_t learned = candidate.taken, exact = exact_form(candidate);
-    take(candidate, exact);
-    const bool fits = !options_.max_bytes || estimated_bytes() <= *options_.max_bytes;
-    if (!fits) take(candidate, learned);
-    result_.objects[index].reason =
-        fits ? "exact; " + reason
-             : fmt::format("the size limit leaves no room for {} of {}", encoders_[exact]->noun(),
-                           format_bytes(double(candidate.forms[exact]->cost.bytes)));
-    return fits;
+    const size_t learned = candidate.taken;
+    if (!has_exact(index)) lay_out_exact(index, kNoBudget);
+    if (!has_exact(index)) return false;
+    take(candidate, smallest_exact(candidate));
+    if (!fits()) {
+      take(candidate, learned);
+      return false;
+    }
+    result_.objects[index].reason = "exact: " + why;
+    choose_exact(index, source);
+    return true;
   }
 
-  void train_or_throw(size_t first, const std::deque<GroundTruth>& truths) {
+  void train_objects(size_t first, const std::deque<GroundTruth>& truths) {
     std::vector<Lesson> lessons;
     for (size_t i = 0; i < truths.size(); ++i)
       lessons.push_back(
           {first + i, truths[i].source(), candidates_[first + i].form(), result_.objects[first + i]});
-    if (const std::string failure = train(first, lessons); !failure.empty())
+    const std::string failure = train(first, lessons);
+    if (!failure.empty() && (truths.size() > 1 || !take_exact(first, truths.front().source(), failure)))
       throw Error(Status::training_failed, failure);
   }
 
@@ -302,8 +379,6 @@ class Driver {
                                                        },
                                                        cancel_});
   }
-
-  bool is_learned(size_t index) const { return !encoders_[candidates_[index].taken]->exact(); }
 
   /// Looks for the smallest form of a trained object whose error stays within options.max_error: trains and
   /// measures it at other scales, kMostBakes in all. Without any, takes an exact form where there is one.
@@ -350,9 +425,9 @@ class Driver {
       return;
     }
     const ErrorBound worst = error_bound(own.sets);
-    if (candidate.has_choice() &&
-        take_exact(index, fmt::format("{} would answer {:.2f} % of {} wrongly, more than is allowed",
-                                      encoder.noun(), 100 * worst.error, name_of(worst.set))))
+    if (take_exact(index, source,
+                   fmt::format("{} would answer {:.2f} % of {} wrongly, more than is allowed", encoder.noun(),
+                               100 * worst.error, name_of(worst.set))))
       own.sets = measured(index, source);
   }
 
@@ -360,6 +435,15 @@ class Driver {
     size_.remove(candidate.form().sections);
     candidate.form() = std::move(form);
     size_.add(candidate.form().sections);
+  }
+
+  /// What is measured of the objects that can be wrong, together.
+  SetAccuracies learned_sets() const {
+    SetAccuracies sets{};
+    for (size_t i = 0; i < candidates_.size(); ++i)
+      for (const RaySet set : kRaySets)
+        if (is_learned(i)) sets[size_t(set)] += result_.objects[i].sets[size_t(set)];
+    return sets;
   }
 
   SetAccuracies measured(size_t index, const RaySource& source) {
@@ -376,8 +460,9 @@ class Driver {
     ObjectReport& own = result_.objects[index];
     own.encoding = encoders_[candidate.taken]->name();
     own.own = candidate.form().report;
-    for (size_t e = 0; e < encoders_.size() && candidate.has_choice(); ++e)
+    for (size_t e = 0; e < encoders_.size(); ++e)
       if (candidate.forms[e]) own.compared.emplace_back(encoders_[e]->name(), candidate.forms[e]->cost);
+    if (own.compared.size() == 1) own.compared.clear();
     for (size_t e = 0; e < encoders_.size(); ++e)
       if (e != candidate.taken) candidate.forms[e].reset();
   }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "bake/choice.hpp"
+
 namespace nif::bake {
 namespace {
 
@@ -45,7 +47,12 @@ std::string encoding_help() {
   for (const EncodingChoice& encoding : kEncodings)
     (encoding.automatic ? chosen : named) += fmt::format("{}: {}. ", encoding.name, encoding.help);
   const std::string text =
-      chosen + "auto: the best of these for each object, by bytes, work and measured error. " + named;
+      chosen +
+      fmt::format(
+          "auto: exact below {} triangles if that takes no more memory than Embree, else learned, unless "
+          "--max-bytes or --max-error wish otherwise. ",
+          kMostExactTriangles) +
+      named;
   return text.substr(0, text.size() - 2);
 }
 

@@ -22,7 +22,7 @@ enum class Preset {
 std::string_view name_of(Preset preset);
 std::optional<Preset> preset_named(std::string_view name);
 
-/// In place of an encoding's name: whichever is better for each object, see bake/choice.hpp.
+/// In place of an encoding's name: whichever suits each object, see bake/choice.hpp.
 inline constexpr std::string_view kAutomatic = "auto";
 /// What BakeOptions::encoding may be: kAutomatic, and the name of each encoding.
 std::vector<std::string_view> encoding_choices();
@@ -41,9 +41,9 @@ struct BakeOptions : EncodingOptions {
   bool strict = false;  ///< refuse what preparation would change
   /// Everything in the file as it is used in memory, for files that are mapped; else coded, which is smaller.
   bool uncoded = false;
-  /// Of the whole file: the finest grids up to the preset's that fit, and BVHs where there is room for them.
+  /// Of the whole file: the finest grids up to the preset's that fit, and exact objects where there is room.
   std::optional<uint64_t> max_bytes;
-  std::optional<double> max_error;        ///< of every stated ray set
+  std::optional<double> max_error;        ///< of every stated ray set; 0: exact objects alone
   std::optional<Mix> mix;                 ///< in place of the encoding's
   std::optional<double> effort;           ///< factor on the training rays, > 0
   uint64_t evaluation_rays = 1'000'000;   ///< of each set, spread over the objects

@@ -112,8 +112,8 @@ nlohmann::ordered_json to_json(const ObjectReport& object) {
   for (const auto& [encoding, cost] : object.compared) {
     nlohmann::ordered_json& compared = json["compared"][encoding];
     compared["bytes"] = cost.bytes;
+    if (cost.resident > 0) compared["resident"] = cost.resident;
     if (cost.work > 0) compared["work"] = cost.work;
-    if (cost.error) compared["error"] = *cost.error;
   }
   for (const auto& [bytes, bound] : object.bakes)
     json["bakes"].push_back({{"bytes", bytes}, {"error_bound", bound}});

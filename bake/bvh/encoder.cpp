@@ -27,8 +27,7 @@ class BvhEncoder final : public Encoder {
 
   void lay_out(const Prepared& prepared, double, bool, bool, Form& form) const override {
     format::Bvh bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles);
-    form.cost.bytes = bvh.bytes();
-    form.cost.error = 0;
+    form.cost.bytes = form.cost.resident = bvh.bytes();
     form.report = BvhBaking::Report();
     form.object().content = std::move(bvh);
     form.sections = format::section_bytes(form.alone);

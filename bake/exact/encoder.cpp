@@ -51,7 +51,6 @@ class ExactEncoder final : public Encoder {
     exact.bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles);
     const uint64_t tree_bytes = exact.bvh.bytes();
     form.object().content = std::move(exact);
-    form.cost.error = 0;
     form.scale =
         fit_budget(shape_, scale, bounded, prepared.surface.triangles.size(), [&](double grid_scale) {
           const LaidOut grid = lay_out_grid(prepared, shape_, grid_scale, options_.resolution.has_value());
@@ -66,6 +65,7 @@ class ExactEncoder final : public Encoder {
           return form.cost.bytes;
         });
     form.cost.bytes += tree_bytes;
+    form.cost.resident = uncoded_bytes(form.object().as<format::ExactData>().proof) + tree_bytes;
   }
 
   double work(const Form& form, const RaySource& source, uint64_t seed) const override {

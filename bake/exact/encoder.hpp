@@ -24,7 +24,7 @@ struct ExactBaking {
   using Data = format::ExactData;
   struct Options {};
   struct Report : GridReport {};
-  static constexpr bool kAutomatic = false;
+  static constexpr bool kAutomatic = true;
   static constexpr std::string_view kStandsInFor = "";
   static constexpr bool kGrids = true;
   static constexpr bool kTrained = false;

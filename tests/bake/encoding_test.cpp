@@ -1,4 +1,4 @@
-// What each object becomes, field or BVH, and why; that BVHs answer as Embree; and that nothing of it depends
+// What each object becomes, and why; that BVHs answer as Embree; and that nothing of it depends
 // on threads.
 
 #include <gtest/gtest.h>
@@ -9,6 +9,7 @@
 
 #include "bake/bake.hpp"
 #include "bake/bvh/builder.hpp"
+#include "bake/choice.hpp"
 #include "bake/oracle/prepare.hpp"
 #include "bake/segment/corners.hpp"
 #include "formats/nif/reader.hpp"
@@ -57,9 +58,9 @@ mesh::Mesh soup(uint32_t triangles) {
   return mesh;
 }
 
-/// Smooth and of many triangles: what fields are for.
+/// Smooth, and of so many triangles that "auto" takes a field.
 mesh::Mesh many() {
-  mesh::Mesh mesh = torus(600, 250);
+  mesh::Mesh mesh = torus(800, 130);
   mesh.name = "many";
   return mesh;
 }
@@ -107,29 +108,29 @@ TEST(Encoding, OfABvhCanBeWrittenWithoutMeasuring) {
 
 TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
   bake::BakeOptions options = quick(bake::kAutomatic);
-  const bake::BakeResult result = bake_quietly(scene_of({cube(), many(), soup(30'000)}), options);
+  const bake::BakeResult result = bake_quietly(scene_of({cube(), many(), icosphere(6)}), options);
   ASSERT_EQ(result.objects.size(), 3u);
-  const bake::ObjectReport &simple = result.objects[0], &smooth = result.objects[1],
-                           &wild = result.objects[2];
+  const bake::ObjectReport &simple = result.objects[0], &large = result.objects[1],
+                           &smooth = result.objects[2];
+  const auto says = [](const bake::ObjectReport& object, std::string_view words) {
+    EXPECT_NE(object.reason.find(words), std::string::npos) << object.reason;
+  };
 
   EXPECT_EQ(simple.encoding, "bvh");
-  EXPECT_NE(simple.reason.find("no larger than a field"), std::string::npos) << simple.reason;
-  EXPECT_LE(simple.cost_of("bvh")->bytes, simple.cost_of("segment")->bytes);
-  EXPECT_EQ(simple.training_rays, 0u);
+  says(simple, "exact: it has fewer than 200000 triangles");
+  EXPECT_TRUE(simple.compared.empty()) << "planes would take more memory than allowed";
 
-  EXPECT_EQ(smooth.encoding, "segment");
-  EXPECT_NE(smooth.reason.find("times as fast as a BVH"), std::string::npos) << smooth.reason;
-  ASSERT_EQ(smooth.compared.size(), 2u);
-  const bake::EncodingCost &field = *smooth.cost_of("segment"), &exact = *smooth.cost_of("bvh");
-  EXPECT_GT(exact.bytes, 10 * field.bytes);
-  EXPECT_GT(field.work, 0);
-  EXPECT_GT(exact.work, field.work);
-  EXPECT_GT(smooth.training_rays, 0u);
-  ASSERT_TRUE(field.error);
-  EXPECT_LE(100 * *field.error * bake::kGainPerPercent, bake::gain_of(field, exact));
+  EXPECT_EQ(large.encoding, "segment");
+  says(large, "learned: it has 200000 triangles or more");
+  EXPECT_TRUE(large.compared.empty()) << "what is not taken is not laid out";
+  EXPECT_GT(large.training_rays, 0u);
 
-  EXPECT_EQ(wild.encoding, "bvh");
-  EXPECT_NE(wild.reason.find("too little"), std::string::npos) << wild.reason;
+  EXPECT_EQ(smooth.encoding, "exact");
+  says(smooth, "no more memory than a compact BVH of Embree");
+  says(smooth, "less work as planes in front of a BVH");
+  EXPECT_LE(smooth.cost_of("exact")->resident, bake::kEmbreeBytesPerTriangle * smooth.triangles);
+  EXPECT_LT(smooth.cost_of("exact")->work, smooth.cost_of("bvh")->work);
+  EXPECT_EQ(smooth.training_rays, 0u);
 
   // Networks are numbered as if the others were not there.
   ASSERT_EQ(result.asset.networks.size(), 1u);
@@ -139,6 +140,17 @@ TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
     EXPECT_EQ(metadata["objects"][i]["encoding"], result.objects[i].encoding);
     EXPECT_EQ(metadata["objects"][i]["reason"], result.objects[i].reason);
   }
+}
+
+TEST(Encoding, IsExactWhereNoAnswerMayBeWrong) {
+  bake::BakeOptions options = quick(bake::kAutomatic);
+  options.max_error = 0;
+  const bake::BakeResult result = bake_quietly(scene_of({cube(), many()}), options);
+  EXPECT_EQ(result.objects[0].encoding, "bvh");
+  EXPECT_EQ(result.objects[1].encoding, "exact");
+  for (const bake::ObjectReport& object : result.objects)
+    EXPECT_NE(object.reason.find("exact: no answer may be wrong"), std::string::npos) << object.reason;
+  EXPECT_TRUE(result.asset.networks.empty());
 }
 
 TEST(Encoding, IsTheSameForAnyNumberOfThreadsAndWhateverIsMeasured) {
@@ -160,15 +172,26 @@ TEST(Encoding, IsTheSameForAnyNumberOfThreadsAndWhateverIsMeasured) {
 TEST(Encoding, KeepsToTheBytesGiven) {
   const mesh::Scene scene = scene_of({icosphere(6), soup(2000)});
   bake::BakeOptions options = quick(bake::kAutomatic);
-  const size_t free = format::encode(bake_quietly(scene, options).asset).size();
-  options.max_bytes = free / 2;
-  EXPECT_LE(format::encode(bake_quietly(scene, options).asset).size(), *options.max_bytes);
-  // Here neither object has room for its BVH.
-  options.max_bytes = 12'000;
-  const bake::BakeResult result = bake_quietly(scene, options);
-  EXPECT_LE(format::encode(result.asset).size(), *options.max_bytes);
-  EXPECT_EQ(result.objects[1].encoding, "segment");
-  EXPECT_NE(result.objects[1].reason.find("leaves no room"), std::string::npos) << result.objects[1].reason;
+  const auto baked = [&](uint64_t most) {
+    options.max_bytes = most;
+    bake::BakeResult result = bake_quietly(scene, options);
+    EXPECT_LE(format::encode(result.asset).size(), most);
+    return result;
+  };
+  const auto is = [](const bake::ObjectReport& object, std::string_view encoding, std::string_view why) {
+    EXPECT_EQ(object.encoding, encoding) << object.reason;
+    EXPECT_NE(object.reason.find(why), std::string::npos) << object.reason;
+  };
+  const bake::BakeResult roomy = baked(10'000'000);
+  is(roomy.objects[0], "exact", "exact: the size limit leaves room");
+  is(roomy.objects[1], "bvh", "exact: the size limit leaves room");
+  // The object that saves most gives way first.
+  const bake::BakeResult less = baked(200'000);
+  is(less.objects[0], "segment", "learned: the size limit leaves no room for a BVH of");
+  is(less.objects[1], "bvh", "exact: the size limit leaves room");
+  const bake::BakeResult tight = baked(12'000);
+  is(tight.objects[0], "segment", "learned: the size limit leaves no room for a BVH of");
+  is(tight.objects[1], "segment", "learned: the size limit leaves no room for a BVH of");
 }
 
 TEST(Encoding, OfABvhDoesNotShrink) {
@@ -183,8 +206,8 @@ TEST(Encoding, OfABvhDoesNotShrink) {
 TEST(Encoding, IsExactWhereFieldsMissTheErrorAllowed) {
   bake::BakeOptions options = quick(bake::kAutomatic);
   options.max_error = 1e-5;
-  const bake::BakeResult result = bake_quietly(scene_of({icosphere(6)}), options);
-  EXPECT_EQ(result.objects[0].encoding, "bvh");
+  const bake::BakeResult result = bake_quietly(scene_of({many()}), options);
+  EXPECT_EQ(result.objects[0].encoding, "exact");
   EXPECT_NE(result.objects[0].reason.find("more than is allowed"), std::string::npos)
       << result.objects[0].reason;
   options.encoding = "segment";
@@ -194,7 +217,7 @@ TEST(Encoding, IsExactWhereFieldsMissTheErrorAllowed) {
 TEST(Encoding, IsExactWhereTrainingFails) {
   // A flat sheet: no ray starts in the volume of its box.
   mesh::Mesh sheet{"sheet", {}, {}};
-  constexpr uint32_t kSide = 200;
+  constexpr uint32_t kSide = 320;
   for (uint32_t y = 0; y <= kSide; ++y)
     for (uint32_t x = 0; x <= kSide; ++x)
       sheet.positions.push_back({static_cast<float>(x), static_cast<float>(y), 0});
@@ -208,7 +231,7 @@ TEST(Encoding, IsExactWhereTrainingFails) {
   options.mix = bake::Mix{};
   (*options.mix)[size_t(RaySet::inner_volume)] = 1;
   const bake::BakeResult result = bake_quietly(scene_of({sheet}), options);
-  EXPECT_EQ(result.objects[0].encoding, "bvh");
+  EXPECT_EQ(result.objects[0].encoding, "exact");
   EXPECT_NE(result.objects[0].reason.find("training of 'sheet' failed"), std::string::npos)
       << result.objects[0].reason;
   options.encoding = "segment";

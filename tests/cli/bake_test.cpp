@@ -230,7 +230,7 @@ TEST_F(Bake, KeepsNamesAndBakesEqualMeshesOnce) {
 
 TEST_F(Bake, TargetsThatCannotBeReachedLeaveNoFile) {
   for (const std::vector<std::string>& target : std::vector<std::vector<std::string>>{
-           {"--max-bytes", "1kB"}, {"--max-error", "0", "--rays", "50000"}}) {
+           {"--max-bytes", "1kB"}, {"--max-error", "0.0001%", "--rays", "50000"}}) {
     SCOPED_TRACE(testing::PrintToString(target));
     std::vector<std::string> arguments{"bake",     ball_,  "-o",         path("ball.nif"),
                                        "--preset", "fast", "--encoding", "segment"};
@@ -304,7 +304,8 @@ TEST_F(Bake, ExactWithoutPlanesThatSaveNothing) {
   ASSERT_EQ(alone.code, 0) << alone.err;
   const json object = json::parse(alone.out)["objects"][0];
   EXPECT_EQ(object["encoding"], "bvh");
-  EXPECT_NE(object["reason"].get<std::string>().find("less work than planes"), std::string::npos) << object;
+  EXPECT_NE(object["reason"].get<std::string>().find("less work as a BVH than as planes"), std::string::npos)
+      << object;
   EXPECT_LT(object["compared"]["bvh"]["work"], object["compared"]["exact"]["work"]);
 
   arguments.insert(arguments.end(), {"--resolution", "48"});
@@ -376,17 +377,18 @@ TEST_F(Bake, ChoosesTheEncodingAndSaysWhy) {
   const Outcome outcome = nif(with_json);
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json object = json::parse(outcome.out)["objects"][0];
-  EXPECT_EQ(object["encoding"], "bvh");
-  EXPECT_NE(object["reason"].get<std::string>().find("too little to be wrong for"), std::string::npos)
+  EXPECT_EQ(object["encoding"], "exact");
+  EXPECT_NE(object["reason"].get<std::string>().find("exact: it has fewer than 200000 triangles"),
+            std::string::npos)
       << object["reason"];
-  EXPECT_GT(object["compared"]["bvh"]["bytes"], object["compared"]["segment"]["bytes"]);
+  EXPECT_LT(object["compared"]["exact"]["work"], object["compared"]["bvh"]["work"]);
   const std::string as_json = read_bytes(path("ring.nif"));
 
   std::vector<std::string> one = arguments;
   one.insert(one.end(), {"-j", "1"});
   const Outcome summary = nif(one);
   ASSERT_EQ(summary.code, 0) << summary.err;
-  EXPECT_NE(summary.out.find("is bvh: " + object["reason"].get<std::string>()), std::string::npos)
+  EXPECT_NE(summary.out.find("is exact: " + object["reason"].get<std::string>()), std::string::npos)
       << summary.out;
   EXPECT_TRUE(read_bytes(path("ring.nif")) == as_json) << "-j 1 and all threads differ";
 }

@@ -110,6 +110,12 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
                   "--max-error and --rays 0 cannot be used together: the error would not be measured");
     }
     options.max_error = parse_rate(arguments.max_error, "--max-error");
+    if (options.max_error == 0.0 && bake::is_trained(encoding_name) && encoding_name != bake::kAutomatic)
+      throw Error(
+          Status::usage,
+          fmt::format("--max-error 0 and --encoding {} contradict each other: what is learned is wrong "
+                      "for some rays; use --encoding exact, or auto",
+                      encoding_name));
   }
   if (!arguments.lean.empty()) options.lean = parse_lean(arguments.lean);
   if (!arguments.mix.empty()) options.mix = parse_mix(arguments.mix);
@@ -128,14 +134,16 @@ void add_bake_options(Command command, BakeArguments& arguments) {
                   "preset has bytes "
                   "for")
       .range(2u, kernels::kMaxCells);
-  command.add_option("--max-bytes", arguments.max_bytes,
-                     "Largest size of the file, e.g. 200kB. Uses the finest grids up to the preset's that "
-                     "fit, and BVHs if there is room");
+  command.add_option(
+      "--max-bytes", arguments.max_bytes,
+      "Largest size of the file, e.g. 200kB. With auto, objects are exact as far as there is room. "
+      "Grids are the finest up to the preset's that fit");
   command.add_option(
       "--max-error", arguments.max_error,
-      "Largest error on each ray set, e.g. 0.002 or 0.2%, with 99% confidence. Bakes fields up to "
-      "six times, for the smallest that meets it. If none does, nothing is written; with auto, "
-      "the object becomes a BVH");
+      "Largest error on each ray set, e.g. 0.002 or 0.2%, with 99% confidence; 0: all objects are exact. "
+      "Bakes "
+      "fields up to six times, for the smallest that meets it. If none does, nothing is written; with auto, "
+      "the object becomes exact");
   command.add_option(
       "--lean", arguments.lean,
       "leak=RATE: at most that share of the rays of each set is blocked but answered visible; spurious=RATE: "

@@ -67,6 +67,13 @@ struct UncodedGrid {
   }
 };
 
+/// Bytes of its payloads where none is coded.
+inline uint64_t uncoded_bytes(const ProofData& data) {
+  return data.brick_table.size() * sizeof(uint16_t) +
+         data.brick_states.size() * sizeof(kernels::BrickStates) +
+         (data.voxel_base.size() + data.voxel_records.size() + data.parts.size()) * sizeof(uint32_t);
+}
+
 inline void set_scales(float voxels_per_unit, uint32_t levels, kernels::ProofField& field) {
   const float cells = static_cast<float>(1u << levels);
   field.levels = levels;
