@@ -19,10 +19,22 @@ namespace {
 
 using Encoders = std::vector<std::unique_ptr<Encoder>>;
 
+bool may_choose(AnswerKind kind, const BakeOptions& options) {
+  switch (kind) {
+    case AnswerKind::exact:
+      break;
+    case AnswerKind::learned:
+      return !options.open_rays && options.max_error != 0.0;
+    case AnswerKind::open:
+      return options.open_rays;
+  }
+  return true;
+}
+
 template <class Baking>
 void add_encoder(const BakeOptions& options, Encoders& encoders) {
   const bool wanted = options.encoding == kAutomatic
-                          ? Baking::kAutomatic && !(options.max_error == 0.0 && Baking::kTrained)
+                          ? Baking::kAutomatic && may_choose(Baking::kKind, options)
                           : options.encoding == format::EncodingOfContent<typename Baking::Data>::kName ||
                                 (options.encoding == Baking::kStandsInFor && !options.resolution);
   if (wanted) encoders.push_back(Baking::make(options));
@@ -150,7 +162,7 @@ class Driver {
       } else {
         choose_unbidden(i);
       }
-      if (!has_exact(i)) lay_out_learned(i);
+      if (!has_exact(i)) lay_out_other(i);
     }
     if (options_.max_bytes) make_room(*options_.max_bytes);
   }
@@ -160,7 +172,7 @@ class Driver {
   void choose_unbidden(size_t index) {
     ObjectReport& own = result_.objects[index];
     if (own.triangles >= kMostExactTriangles) {
-      own.reason = fmt::format("learned: it has {} triangles or more", kMostExactTriangles);
+      own.reason = fmt::format("{}: it has {} triangles or more", other_word(), kMostExactTriangles);
       return;
     }
     const uint64_t embree = kEmbreeBytesPerTriangle * own.triangles;
@@ -170,8 +182,8 @@ class Driver {
           "exact: it has fewer than {} triangles, and takes no more memory than a compact BVH of Embree, {}",
           kMostExactTriangles, format_bytes(double(embree)));
     else if (own.reason.empty())
-      own.reason = fmt::format("learned: exact, it would take more memory than a compact BVH of Embree, {}",
-                               format_bytes(double(embree)));
+      own.reason = fmt::format("{}: exact, it would take more memory than a compact BVH of Embree, {}",
+                               other_word(), format_bytes(double(embree)));
   }
 
   /// In all exact forms that take no more memory than `most`, coarser than their preset where needed, and
@@ -180,7 +192,7 @@ class Driver {
     constexpr double kStep = 0.9;
     Candidate& candidate = candidates_[index];
     for (size_t e = 0; e < encoders_.size(); ++e) {
-      if (!candidate.possible[e] || !encoders_[e]->exact()) continue;
+      if (!candidate.possible[e] || encoders_[e]->kind() != AnswerKind::exact) continue;
       lay_out(index, e, 1);
       std::optional<Form>& form = candidate.forms[e];
       while (form->cost.resident > most && encoders_[e]->has_scale(form->scale * kStep))
@@ -192,33 +204,31 @@ class Driver {
     if (has_exact(index)) take(candidate, smallest_exact(candidate));
   }
 
-  void lay_out_learned(size_t index) {
-    Candidate& candidate = candidates_[index];
-    const size_t learned = learned_encoder();
-    take(candidate, learned);
-    lay_out(index, learned, 1);
+  void lay_out_other(size_t index) {
+    take(candidates_[index], other_encoder());
+    lay_out(index, other_encoder(), 1);
   }
 
-  /// Fields for those objects that save most by it, until all of them take no more than this, or none is
-  /// left.
+  /// What is not exact in place of those objects that save most by it, until all of them take no more than
+  /// this, or none is left.
   void make_room(uint64_t most) {
-    const size_t learned = learned_encoder();
-    if (learned == encoders_.size() || estimated_bytes() <= most) return;
+    const size_t other = other_encoder();
+    if (other == encoders_.size() || estimated_bytes() <= most) return;
     std::vector<std::pair<int64_t, size_t>> savings;
     for (size_t i = 0; i < candidates_.size(); ++i) {
       Candidate& candidate = candidates_[i];
-      if (candidate.taken == learned || !candidate.possible[learned]) continue;
-      lay_out(i, learned, 1);
+      if (candidate.taken == other || !candidate.possible[other]) continue;
+      lay_out(i, other, 1);
       const int64_t saved =
-          int64_t(candidate.form().cost.bytes) - int64_t(candidate.forms[learned]->cost.bytes);
+          int64_t(candidate.form().cost.bytes) - int64_t(candidate.forms[other]->cost.bytes);
       if (saved > 0) savings.emplace_back(-saved, i);
     }
     std::sort(savings.begin(), savings.end());
     for (const auto& [saved, i] : savings) {
       if (estimated_bytes() <= most) return;
-      result_.objects[i].reason =
-          "learned: the size limit leaves no room for " + noun_and_bytes(candidates_[i]);
-      take(candidates_[i], learned);
+      result_.objects[i].reason = fmt::format("{}: the size limit leaves no room for {}", other_word(),
+                                              noun_and_bytes(candidates_[i]));
+      take(candidates_[i], other);
     }
   }
 
@@ -228,13 +238,17 @@ class Driver {
                        format_bytes(double(candidate.form().cost.bytes)));
   }
 
-  bool is_learned(size_t index) const { return !encoders_[candidates_[index].taken]->exact(); }
+  AnswerKind kind_of(size_t index) const { return encoders_[candidates_[index].taken]->kind(); }
+  bool is_learned(size_t index) const { return kind_of(index) == AnswerKind::learned; }
+  bool is_exact(size_t index) const { return kind_of(index) == AnswerKind::exact; }
+
+  std::string_view other_word() const { return options_.open_rays ? "proof" : "learned"; }
 
   /// The one that is not exact, of those that "auto" may choose; encoders_.size() where there is none.
-  size_t learned_encoder() const {
-    return size_t(
-        std::find_if(encoders_.begin(), encoders_.end(), [](const auto& e) { return !e->exact(); }) -
-        encoders_.begin());
+  size_t other_encoder() const {
+    return size_t(std::find_if(encoders_.begin(), encoders_.end(),
+                               [](const auto& e) { return e->kind() != AnswerKind::exact; }) -
+                  encoders_.begin());
   }
 
   bool has_exact(size_t index) const { return smallest_exact(candidates_[index]) < encoders_.size(); }
@@ -243,7 +257,7 @@ class Driver {
   size_t smallest_exact(const Candidate& candidate) const {
     size_t smallest = encoders_.size();
     for (size_t e = 0; e < encoders_.size(); ++e)
-      if (candidate.forms[e] && encoders_[e]->exact() &&
+      if (candidate.forms[e] && encoders_[e]->kind() == AnswerKind::exact &&
           (smallest == encoders_.size() ||
            candidate.forms[e]->cost.bytes < candidate.forms[smallest]->cost.bytes))
         smallest = e;
@@ -277,7 +291,8 @@ class Driver {
     }
     for (Candidate& candidate : candidates_) {
       const size_t smallest = smallest_exact(candidate);
-      if (estimated_bytes() > most && encoders_[candidate.taken]->exact()) take(candidate, smallest);
+      if (estimated_bytes() > most && encoders_[candidate.taken]->kind() == AnswerKind::exact)
+        take(candidate, smallest);
     }
     if (estimated_bytes() > most)
       throw TargetNotMet(
@@ -289,13 +304,13 @@ class Driver {
   /// Objects first .. first + count - 1: several only where they are trained together.
   void bake_objects(size_t first, size_t count) {
     stop_if(cancel_);
-    const bool trains = is_learned(first), compares = !trains && exact_forms(first) > 1;
+    const bool trains = is_learned(first), compares = is_exact(first) && exact_forms(first) > 1;
     if (trains || compares || options_.evaluation_rays > 0) {
       std::deque<GroundTruth> truths;
       for (size_t i = first; i < first + count; ++i) truths.emplace_back(prepared_.objects[i]);
       if (trains)
         train_objects(first, truths);
-      else
+      else if (compares)
         choose_exact(first, truths.front().source());
       for (size_t i = first; i < first + count; ++i)
         result_.objects[i].sets = measured(i, truths[i - first].source());
@@ -307,18 +322,17 @@ class Driver {
   ptrdiff_t exact_forms(size_t index) const {
     const auto& forms = candidates_[index].forms;
     return std::count_if(forms.begin(), forms.end(), [&](const std::optional<Form>& form) {
-      return form && encoders_[size_t(&form - forms.data())]->exact();
+      return form && encoders_[size_t(&form - forms.data())]->kind() == AnswerKind::exact;
     });
   }
 
   /// Of several exact forms that there is room for, the one of the least counted work.
   void choose_exact(size_t index, const RaySource& source) {
-    if (exact_forms(index) < 2) return;
     Candidate& candidate = candidates_[index];
     report(BakeProgress::Stage::choosing, index, 0.5);
     std::vector<std::pair<double, size_t>> works;
     for (size_t e = 0; e < candidate.forms.size(); ++e) {
-      if (!candidate.forms[e] || !encoders_[e]->exact()) continue;
+      if (!candidate.forms[e] || encoders_[e]->kind() != AnswerKind::exact) continue;
       EncodingCost& cost = candidate.forms[e]->cost;
       cost.work = encoders_[e]->work(*candidate.forms[e], source, options_.seed + kChoosingSeed);
       works.emplace_back(cost.work, e);
@@ -355,7 +369,7 @@ class Driver {
       return false;
     }
     result_.objects[index].reason = "exact: " + why;
-    choose_exact(index, source);
+    if (exact_forms(index) > 1) choose_exact(index, source);
     return true;
   }
 

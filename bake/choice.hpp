@@ -8,6 +8,13 @@
 
 namespace nif::bake {
 
+/// What the answers of an encoding are.
+enum class AnswerKind {
+  exact,    ///< never wrong
+  learned,  ///< after training; wrong for some rays
+  open      ///< never wrong, but for some rays there is none
+};
+
 /// What an encoding costs an object.
 struct EncodingCost {
   uint64_t bytes = 0;     ///< in a file

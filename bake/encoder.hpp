@@ -55,8 +55,7 @@ class Encoder {
   virtual std::string_view noun() const = 0;
   /// What it does at its smallest, for the sentence "with ... the asset takes too many bytes".
   virtual std::string_view smallest() const = 0;
-  /// True where no answer is wrong, so that nothing is trained.
-  virtual bool exact() const { return false; }
+  virtual AnswerKind kind() const { return AnswerKind::learned; }
   /// True where all objects are trained at once, because they share a network.
   virtual bool trains_together() const { return false; }
 

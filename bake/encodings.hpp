@@ -9,7 +9,7 @@
 // - kStandsInFor: the encoding in whose place an object gets this one where it counts less work, unless a
 //   resolution is asked for; or none;
 // - kGrids: whether it has grids, so that presets mean something to it;
-// - kTrained: whether it is trained, so that mixes of rays do;
+// - kKind: what its answers are (bake/choice.hpp);
 // - kHelp: what it is, for `nif bake --help`;
 // - make(const BakeOptions&): its Encoder (bake/encoder.hpp);
 // and overloads of these functions, by its report and by the format's views:
@@ -24,6 +24,7 @@
 
 #include "bake/bvh/encoder.hpp"
 #include "bake/exact/encoder.hpp"
+#include "bake/proof/encoder.hpp"
 #include "bake/segment/encoder.hpp"
 #include "bake/spherical/encoder.hpp"
 
@@ -31,7 +32,7 @@ namespace nif::bake {
 
 /// T<...> of all encodings, in the order in which they are named to people.
 template <template <class...> class T>
-using OfEncoders = T<SegmentBaking, ExactBaking, BvhBaking, SphericalBaking>;
+using OfEncoders = T<SegmentBaking, ExactBaking, BvhBaking, ProofBaking, SphericalBaking>;
 
 template <class... Baking>
 struct OptionsOf : Baking::Options... {};

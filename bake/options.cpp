@@ -12,13 +12,14 @@ constexpr std::pair<Preset, std::string_view> kPresets[] = {
 
 struct EncodingChoice {
   std::string_view name, help;
-  bool automatic, grids, trained;
+  bool automatic, grids;
+  AnswerKind kind;
 };
 template <class... Baking>
 struct ChoicesOf {
   static constexpr EncodingChoice kAll[] = {{format::EncodingOfContent<typename Baking::Data>::kName,
                                              Baking::kHelp, Baking::kAutomatic, Baking::kGrids,
-                                             Baking::kTrained}...};
+                                             Baking::kKind}...};
 };
 constexpr auto& kEncodings = OfEncoders<ChoicesOf>::kAll;
 
@@ -62,10 +63,10 @@ bool has_grids(std::string_view encoding) {
   return true;
 }
 
-bool is_trained(std::string_view encoding) {
+std::optional<AnswerKind> kind_of(std::string_view encoding) {
   for (const EncodingChoice& known : kEncodings)
-    if (known.name == encoding) return known.trained;
-  return true;
+    if (known.name == encoding) return known.kind;
+  return std::nullopt;
 }
 
 }  // namespace nif::bake

@@ -30,8 +30,8 @@ std::vector<std::string_view> encoding_choices();
 std::string encoding_help();
 /// False for an encoding without grids, to which presets mean nothing.
 bool has_grids(std::string_view encoding);
-/// False for an encoding that nothing is trained for.
-bool is_trained(std::string_view encoding);
+/// None of kAutomatic.
+std::optional<AnswerKind> kind_of(std::string_view encoding);
 
 /// With what each encoding has for itself, see its encoder.hpp.
 struct BakeOptions : EncodingOptions {
@@ -43,8 +43,9 @@ struct BakeOptions : EncodingOptions {
   bool uncoded = false;
   /// Of the whole file: the finest grids up to the preset's that fit, and exact objects where there is room.
   std::optional<uint64_t> max_bytes;
-  std::optional<double> max_error;        ///< of every stated ray set; 0: exact objects alone
-  std::optional<Mix> mix;                 ///< in place of the encoding's
+  std::optional<double> max_error;  ///< of every stated ray set; 0: exact objects alone
+  bool open_rays = false;  ///< who asks has a BVH for what is left open: "auto" proves in place of learning
+  std::optional<Mix> mix;  ///< in place of the encoding's
   std::optional<double> effort;           ///< factor on the training rays, > 0
   uint64_t evaluation_rays = 1'000'000;   ///< of each set, spread over the objects
   uint64_t spoil_at_step = ~uint64_t{0};  ///< for tests, see TrainingOptions

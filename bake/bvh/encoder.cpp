@@ -17,7 +17,7 @@ class BvhEncoder final : public Encoder {
   std::string_view name() const override { return format::EncodingOf<kernels::BvhField>::kName; }
   std::string_view noun() const override { return "a BVH"; }
   std::string_view smallest() const override { return "BVHs"; }
-  bool exact() const override { return true; }
+  AnswerKind kind() const override { return AnswerKind::exact; }
 
   std::string obstacle(std::span<const mesh::Float3> positions) const override {
     if (fits_bvh(positions)) return {};

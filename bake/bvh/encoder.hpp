@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bake/choice.hpp"
 #include "formats/nif/asset.hpp"
 
 namespace nif::bake {
@@ -24,8 +25,8 @@ struct BvhBaking {
   static constexpr bool kAutomatic = true;
   static constexpr std::string_view kStandsInFor = "exact";
   static constexpr bool kGrids = false;
-  static constexpr bool kTrained = false;
-  static constexpr const char* kHelp = "exact, about 16 bytes per triangle, no training";
+  static constexpr AnswerKind kKind = AnswerKind::exact;
+  static constexpr const char* kHelp = "exact, about 18 bytes per triangle, no training";
   static std::unique_ptr<Encoder> make(const BakeOptions& options);
 };
 

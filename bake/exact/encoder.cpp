@@ -14,27 +14,14 @@
 namespace nif::bake {
 namespace {
 
-// docs/results/exact.md has what they come to.
-constexpr std::pair<Preset, GridShape> kExactShapes[] = {{Preset::fast, {32, 3, 2.0, 110'000}},
-                                                         {Preset::balanced, {48, 2, 1.5, 200'000}},
-                                                         {Preset::high, {64, 3, 0.5, 450'000}}};
-
-GridShape exact_shape_for(const BakeOptions& options) {
-  GridShape shape = kExactShapes[1].second;
-  for (const auto& [preset, known] : kExactShapes)
-    if (preset == options.preset) shape = known;
-  if (options.resolution) set_resolution(*options.resolution, shape);
-  return shape;
-}
-
 class ExactEncoder final : public Encoder {
  public:
-  explicit ExactEncoder(const BakeOptions& options) : options_(options), shape_(exact_shape_for(options)) {}
+  explicit ExactEncoder(const BakeOptions& options) : options_(options), shape_(proof_shape_for(options)) {}
 
   std::string_view name() const override { return format::EncodingOf<kernels::ExactField>::kName; }
   std::string_view noun() const override { return "planes in front of a BVH"; }
   std::string_view smallest() const override { return "the coarsest grids in front of BVHs"; }
-  bool exact() const override { return true; }
+  AnswerKind kind() const override { return AnswerKind::exact; }
   bool has_scale(double scale) const override { return bake::has_scale(shape_, scale); }
 
   std::string obstacle(std::span<const mesh::Float3> positions) const override {
@@ -51,21 +38,19 @@ class ExactEncoder final : public Encoder {
     exact.bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles);
     const uint64_t tree_bytes = exact.bvh.bytes();
     form.object().content = std::move(exact);
+    auto& proof = form.object().as<format::ExactData>().proof;
+    ExactBaking::Report report;
     form.scale =
-        fit_budget(shape_, scale, bounded, prepared.surface.triangles.size(), [&](double grid_scale) {
-          const LaidOut grid = lay_out_grid(prepared, shape_, grid_scale, options_.resolution.has_value());
-          auto& proof = form.object().as<format::ExactData>().proof;
-          store_occupancy(grid.occupancy, form.object().name, proof);
-          form.report = ExactBaking::Report{fit_planes(prepared, grid, form.object().name, proof)};
-          proof.coded = options_.uncoded ? 0u : format::kCodedOccupancy | format::kCodedCells;
+        fit_proof(prepared, shape_, scale, bounded, options_, form.object().name, proof, report, [&] {
           form.sections = format::section_bytes(form.alone);
           form.cost.bytes = 0;
           for (const auto& [type, bytes] : form.sections)
             if (type == format::kExactOccupancy || type == format::kExactCells) form.cost.bytes += bytes;
           return form.cost.bytes;
         });
+    form.report = report;
     form.cost.bytes += tree_bytes;
-    form.cost.resident = uncoded_bytes(form.object().as<format::ExactData>().proof) + tree_bytes;
+    form.cost.resident = uncoded_bytes(proof) + tree_bytes;
   }
 
   double work(const Form& form, const RaySource& source, uint64_t seed) const override {
@@ -76,10 +61,7 @@ class ExactEncoder final : public Encoder {
     asset.objects.push_back(std::move(form.object()));
   }
 
-  void add_options(nlohmann::ordered_json& json) const override {
-    json["preset"] = name_of(options_.preset);
-    if (options_.resolution) json["resolution"] = *options_.resolution;
-  }
+  void add_options(nlohmann::ordered_json& json) const override { add_shape_options(options_, json); }
 
  private:
   const BakeOptions& options_;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bake/bvh/encoder.hpp"
+#include "bake/choice.hpp"
 #include "bake/proof/shape.hpp"
 #include "bake/segment/encoder.hpp"
 #include "formats/nif/asset.hpp"
@@ -27,7 +28,7 @@ struct ExactBaking {
   static constexpr bool kAutomatic = true;
   static constexpr std::string_view kStandsInFor = "";
   static constexpr bool kGrids = true;
-  static constexpr bool kTrained = false;
+  static constexpr AnswerKind kKind = AnswerKind::exact;
   static constexpr const char* kHelp =
       "planes first, triangles for the rest; no answer is wrong, no training";
   static std::unique_ptr<Encoder> make(const BakeOptions& options);

@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "bake/options.hpp"
+
 namespace nif::bake {
 namespace {
 
@@ -12,7 +14,25 @@ constexpr uint32_t kLeastVoxels = 12;
 /// Voxels along an axis that may be cut `levels` times.
 uint32_t most_voxels(uint32_t levels) { return std::min(kernels::kMaxVoxels, kernels::kMaxCells >> levels); }
 
+// docs/results/exact.md has what they come to.
+constexpr std::pair<Preset, GridShape> kProofShapes[] = {{Preset::fast, {32, 3, 2.0, 110'000}},
+                                                         {Preset::balanced, {48, 2, 1.5, 200'000}},
+                                                         {Preset::high, {64, 3, 0.5, 450'000}}};
+
 }  // namespace
+
+GridShape proof_shape_for(const BakeOptions& options) {
+  GridShape shape = kProofShapes[1].second;
+  for (const auto& [preset, known] : kProofShapes)
+    if (preset == options.preset) shape = known;
+  if (options.resolution) set_resolution(*options.resolution, shape);
+  return shape;
+}
+
+void add_shape_options(const BakeOptions& options, nlohmann::ordered_json& json) {
+  json["preset"] = name_of(options.preset);
+  if (options.resolution) json["resolution"] = *options.resolution;
+}
 
 void set_resolution(uint32_t resolution, GridShape& shape) {
   while (shape.levels > 0 && resolution >> shape.levels < kLeastVoxels) --shape.levels;
@@ -77,6 +97,18 @@ GridReport fit_planes(const Prepared& prepared, const LaidOut& grid, std::string
           cells.parts,
           cells.planes,
           cells.walls};
+}
+
+double fit_proof(const Prepared& prepared, const GridShape& shape, double scale, bool bounded,
+                 const BakeOptions& options, std::string_view name, format::ProofData& data,
+                 GridReport& report, const std::function<uint64_t()>& count) {
+  data.coded = options.uncoded ? 0u : format::kCodedOccupancy | format::kCodedCells;
+  return fit_budget(shape, scale, bounded, prepared.surface.triangles.size(), [&](double grid_scale) {
+    const LaidOut grid = lay_out_grid(prepared, shape, grid_scale, options.resolution.has_value());
+    store_occupancy(grid.occupancy, name, data);
+    report = fit_planes(prepared, grid, name, data);
+    return count();
+  });
 }
 
 }  // namespace nif::bake

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string_view>
 
@@ -12,6 +13,8 @@
 #include "bake/proof/occupancy.hpp"
 
 namespace nif::bake {
+
+struct BakeOptions;
 
 /// Of which a preset has one.
 struct GridShape {
@@ -73,8 +76,19 @@ struct LaidOut {
 /// `cut`: voxels are cut however few there are.
 LaidOut lay_out_grid(const Prepared& prepared, const GridShape& shape, double scale, bool cut);
 
+/// Of an object without features.
+GridShape proof_shape_for(const BakeOptions& options);
+/// What of the options it depends on.
+void add_shape_options(const BakeOptions& options, nlohmann::ordered_json& json);
+
 /// fit_cells() of what store_occupancy() has stored, and the report.
 GridReport fit_planes(const Prepared& prepared, const LaidOut& grid, std::string_view name,
                       format::ProofData& data);
+
+/// A grid without features within its budget, as fit_budget(): `count` says what it takes of a file. Returns
+/// its scale.
+double fit_proof(const Prepared& prepared, const GridShape& shape, double scale, bool bounded,
+                 const BakeOptions& options, std::string_view name, format::ProofData& data,
+                 GridReport& report, const std::function<uint64_t()>& count);
 
 }  // namespace nif::bake

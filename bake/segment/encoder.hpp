@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bake/choice.hpp"
 #include "bake/proof/shape.hpp"
 #include "bake/segment/lean.hpp"
 #include "formats/nif/asset.hpp"
@@ -36,7 +37,7 @@ struct SegmentBaking {
   static constexpr bool kAutomatic = true;
   static constexpr std::string_view kStandsInFor = "";
   static constexpr bool kGrids = true;
-  static constexpr bool kTrained = true;
+  static constexpr AnswerKind kKind = AnswerKind::learned;
   static constexpr const char* kHelp = "small fields, some answers are wrong";
   static std::unique_ptr<Encoder> make(const BakeOptions& options);
 };

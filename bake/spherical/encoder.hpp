@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bake/choice.hpp"
 #include "bake/spherical/options.hpp"
 #include "formats/nif/asset.hpp"
 
@@ -28,7 +29,7 @@ struct SphericalBaking {
   static constexpr bool kAutomatic = false;
   static constexpr std::string_view kStandsInFor = "";
   static constexpr bool kGrids = true;
-  static constexpr bool kTrained = true;
+  static constexpr AnswerKind kKind = AnswerKind::learned;
   static constexpr const char* kHelp = "the published Neural Intersection Function, for comparison";
   /// Throws InvalidOption.
   static std::unique_ptr<Encoder> make(const BakeOptions& options);

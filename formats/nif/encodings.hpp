@@ -10,6 +10,7 @@
 
 #include "formats/nif/bvh/encoding.hpp"
 #include "formats/nif/exact/encoding.hpp"
+#include "formats/nif/proof/encoding.hpp"
 #include "formats/nif/segment/encoding.hpp"
 #include "formats/nif/spherical/encoding.hpp"
 #include "kernels/reference/encodings.hpp"

@@ -5,6 +5,7 @@
 
 #include "kernels/cpu/bvh/kernel.hpp"
 #include "kernels/cpu/exact/kernel.hpp"
+#include "kernels/cpu/proof/kernel.hpp"
 #include "kernels/cpu/segment/kernel.hpp"
 #include "kernels/cpu/spherical/kernel.hpp"
 #include "kernels/reference/encodings.hpp"

@@ -6,12 +6,13 @@
 #include "kernels/gpu/bvh/encoding.hpp"
 #include "kernels/gpu/encoding_list.hpp"
 #include "kernels/gpu/exact/encoding.hpp"
+#include "kernels/gpu/proof/encoding.hpp"
 #include "kernels/gpu/segment/encoding.hpp"
 #include "kernels/gpu/spherical/encoding.hpp"
 
 namespace nif::kernels::gpu {
 
-using Encodings = EncodingList<SegmentEncoding, SphericalEncoding, BvhEncoding, ExactEncoding>;
+using Encodings = EncodingList<SegmentEncoding, SphericalEncoding, BvhEncoding, ExactEncoding, ProofEncoding>;
 
 /// Kernels of the pipeline that answer items, of those encodings that have some (kernel_list.hpp says what
 /// the arguments are).

@@ -8,13 +8,14 @@
 
 #include "kernels/reference/bvh/encoding.hpp"
 #include "kernels/reference/exact/encoding.hpp"
+#include "kernels/reference/proof/encoding.hpp"
 #include "kernels/reference/segment/encoding.hpp"
 #include "kernels/reference/spherical/encoding.hpp"
 
 namespace nif::kernels {
 
 /// One object, ready to be queried. Owns nothing; fields are plain pointers into a loaded asset.
-using AnyField = std::variant<SegmentField, SphericalField, BvhField, ExactField>;
+using AnyField = std::variant<SegmentField, SphericalField, BvhField, ExactField, ProofField>;
 
 // These are templates so that nothing converts to an AnyField: an encoding that lacks one of its own
 // functions would call them in its place, without end.

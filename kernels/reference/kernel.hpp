@@ -1,8 +1,11 @@
 // The reference as an ObjectKernel: what `isa=scalar` runs, for any encoding.
 #pragma once
 
+#include <concepts>
+
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/object_kernel.hpp"
+#include "kernels/reference/proof/prove_one.hpp"
 
 namespace nif::kernels {
 
@@ -17,6 +20,13 @@ class ReferenceKernel final : public ObjectKernel {
       const Answer answer = query(field_, segment_of(batch, i));
       answers.logit[i] = answer.logit;
       answers.certain[i] = answer.certain;
+    }
+  }
+  void prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open, void* scratch) const override {
+    if constexpr (std::derived_from<Field, ProofField>) {
+      for (uint32_t i = 0; i < batch.count; ++i) prove_one(field_, batch, i, answers, open);
+    } else {
+      ObjectKernel::prove(batch, answers, open, scratch);
     }
   }
 

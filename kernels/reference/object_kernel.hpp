@@ -2,6 +2,7 @@
 // at a time, in object space.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -28,6 +29,12 @@ struct AnswerBatch {
   uint8_t certain[kBatchRays];  ///< 0 or 1
 };
 
+/// Where segments are left open, as t; entry i has a meaning where answer i is not certain.
+struct OpenBatch {
+  alignas(64) float begin[kBatchRays];
+  float end[kBatchRays];
+};
+
 /// Memory for a kernel to work in, one for each thread; 64-byte aligned, nothing is kept in it between calls.
 inline constexpr size_t kKernelScratchBytes = 256 * 1024;
 
@@ -43,6 +50,13 @@ class ObjectKernel {
   /// Answers batch.count segments, as kernels/reference says, to the bit. Thread-safe; allocates nothing;
   /// `scratch` is kKernelScratchBytes.
   virtual void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const = 0;
+  /// The same by proofs alone, where the encoding has some: `open` gets the part of each segment that has to
+  /// be looked at where the answer is not certain. By default, all of it.
+  virtual void prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open, void* scratch) const {
+    answer(batch, answers, scratch);
+    std::copy_n(batch.tmin, batch.count, open.begin);
+    std::copy_n(batch.tmax, batch.count, open.end);
+  }
   virtual BuiltBytes built_bytes() const { return {}; }
   /// Whether it reads the memory of that field, which then must stay.
   virtual bool reads_field() const { return true; }

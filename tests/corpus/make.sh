@@ -15,6 +15,7 @@ golden=tests/golden corpus=tests/corpus/asset
 "$bin/make_golden" 3 $golden/v2-exact 0 0 7 3
 "$bin/make_golden" 20 $golden/v2-leaning
 "$bin/make_golden" 4 $golden/v2-objects 0 0 7
+"$bin/make_golden" 5 $golden/v2-proof 0 0 7 0 3
 "$bin/make_golden" 44 $golden/v2-shapes 0 0 7
 "$bin/make_golden" 3 $golden/v2-single
 "$bin/make_golden" 106 $golden/v2-spherical 0 2 3
@@ -31,6 +32,8 @@ bake auto-torus torus --encoding auto --max-bytes 8kB
 bake exact-statue statue --encoding exact --resolution 24
 bake exact-tori tori --encoding exact --resolution 24 --uncoded
 bake exact-tree tree --encoding exact --resolution 10
+bake proof-statue statue --encoding proof --resolution 24
+bake proof-tree tree --encoding proof --resolution 10 --uncoded
 # Whole voxels, and voxels that are cut.
 bake segment-chain-mail chain-mail --encoding segment --resolution 10
 bake segment-statue statue --encoding segment --resolution 11

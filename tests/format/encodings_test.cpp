@@ -16,7 +16,8 @@ using test::Bytes, test::Outcome, test::outcome_of, test::Part;
 /// Two objects of each encoding.
 const Bytes& mixed() {
   static const Bytes file = format::encode(test::random_asset(
-      31, {.objects = 2, .max_voxels = 9, .bvhs = 2, .sphericals = 2, .exacts = 2, .primaries = 1}));
+      31,
+      {.objects = 2, .max_voxels = 9, .bvhs = 2, .sphericals = 2, .exacts = 2, .proofs = 2, .primaries = 1}));
   return file;
 }
 
@@ -92,9 +93,11 @@ TEST(Encodings, SectionsAreThereForObjects) {
 
 TEST(Encodings, SectionsAreNotThereForNoObject) {
   for_each_pair([&](auto encoding, uint32_t) {
-    test::RandomAssetOptions others{.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1};
-    for (const auto& [number, count] : {std::pair(1u, &others.objects), std::pair(2u, &others.sphericals),
-                                        std::pair(3u, &others.bvhs), std::pair(4u, &others.exacts)})
+    test::RandomAssetOptions others{
+        .objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1};
+    for (const auto& [number, count] :
+         {std::pair(1u, &others.objects), std::pair(2u, &others.sphericals), std::pair(3u, &others.bvhs),
+          std::pair(4u, &others.exacts), std::pair(5u, &others.proofs)})
       if (number == encoding.kNumber) *count = 0;
     const Bytes file = format::encode(test::random_asset(1, others));
     ASSERT_EQ(outcome_of(file).sentence, "");
@@ -138,11 +141,12 @@ TEST(Encodings, AreThoseThatAreKnown) {
     return outcome_of(
         test::with_record<ObjectRecord>(mixed(), format::kObjects, 1, [&](auto& r) { r.encoding = number; }));
   };
-  for (const uint32_t number : {0u, 5u, 256u, 0xffffffffu}) {
+  for (const uint32_t number : {0u, 6u, 256u, 0xffffffffu}) {
     const Outcome outcome = with_encoding(number);
     EXPECT_EQ(outcome.status, Status::unsupported_nif);
-    EXPECT_EQ(outcome.sentence, "x.nif: section OBJS, record 1: encoding " + std::to_string(number) +
-                                    "; this build reads 1 (segment), 2 (spherical), 3 (bvh) and 4 (exact)");
+    EXPECT_EQ(outcome.sentence,
+              "x.nif: section OBJS, record 1: encoding " + std::to_string(number) +
+                  "; this build reads 1 (segment), 2 (spherical), 3 (bvh), 4 (exact) and 5 (proof)");
   }
   // A file in nothing but an encoding of a later version is not damaged.
   std::vector<Part> parts = test::parts_of(with_objects({0}));

@@ -164,12 +164,13 @@ TEST(Refusal, ObjectRecords) {
   EXPECT_TRUE(object([&](auto& r) { r.bias = inf; }));
   for (size_t i = 0; i < std::size(Record{}.reserved); ++i)
     EXPECT_TRUE(object([&](auto& r) { r.reserved[i] = 1; })) << i;
-  for (const uint32_t encoding : {0u, 5u, 77u}) {
+  for (const uint32_t encoding : {0u, 6u, 77u}) {
     const Outcome outcome =
         outcome_of(with_record<Record>(good(), format::kObjects, 0, [&](auto& r) { r.encoding = encoding; }));
     EXPECT_EQ(outcome.status, Status::unsupported_nif);
-    EXPECT_NE(outcome.sentence.find("section OBJS, record 0: encoding " + std::to_string(encoding) +
-                                    "; this build reads 1 (segment), 2 (spherical), 3 (bvh) and 4 (exact)"),
+    EXPECT_NE(outcome.sentence.find(
+                  "section OBJS, record 0: encoding " + std::to_string(encoding) +
+                  "; this build reads 1 (segment), 2 (spherical), 3 (bvh), 4 (exact) and 5 (proof)"),
               std::string::npos)
         << outcome.sentence;
   }

@@ -44,6 +44,7 @@ TEST(RoundTrip, SameBytes) {
     options.bvhs = uint32_t(seed % 3);
     options.sphericals = uint32_t(seed % 4);
     options.exacts = uint32_t(seed / 2 % 3);
+    options.proofs = uint32_t(seed / 3 % 2);
     options.primaries = uint32_t(seed / 4 % 4);
     if (seed % 6 == 5) options.objects = 0;
     format::Asset asset = test::random_asset(seed, options);

@@ -319,25 +319,28 @@ void mutate(format::Bvh& data, format::Asset&, Random& random) {
     to[axis] = changed_float(to[axis], random);
 }
 
-void mutate(format::ExactData& data, format::Asset& asset, Random& random) {
-  format::ProofData& grid = data.proof;
-  if (random.below(4) == 0) grid.coded = random.below(format::kCodedPayloads + 1);
-  switch (random.below(4)) {
+void mutate(format::ProofData& data, format::Asset&, Random& random) {
+  if (random.below(4) == 0) data.coded = random.below(format::kCodedPayloads + 1);
+  switch (random.below(3)) {
     case 0:
-      mutate(data.bvh, asset, random);
+      mutate_cells(data, random);
       break;
     case 1:
-      mutate_cells(grid, random);
-      break;
-    case 2:
-      (random.below(2) ? grid.voxels_per_unit : grid.origin[random.below(3)]) *= random.between(0.5f, 2.0f);
+      (random.below(2) ? data.voxels_per_unit : data.origin[random.below(3)]) *= random.between(0.5f, 2.0f);
       break;
     default:
-      mutate_grid(grid, random);
-      format::leave_bare(grid);
+      mutate_grid(data, random);
+      format::leave_bare(data);
       if (random.below(2))
-        for (uint32_t& word : grid.voxel_records) word = test::random_planes(random);
+        for (uint32_t& word : data.voxel_records) word = test::random_planes(random);
   }
+}
+
+void mutate(format::ExactData& data, format::Asset& asset, Random& random) {
+  if (random.below(4) == 0)
+    mutate(data.bvh, asset, random);
+  else
+    mutate(data.proof, asset, random);
 }
 
 std::vector<float>& grid_of(format::SphericalGrids& grids, Random& random) {

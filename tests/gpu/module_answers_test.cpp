@@ -61,8 +61,12 @@ TEST_P(GpuAnswers, ScenesOfAllEncodings) {
   for (uint64_t seed = 0; seed < 6; ++seed) {
     machine().order = seed;
     TwinScenes twins(config());
-    const uint32_t mixed = twins.load(random_asset(
-        seed, {.objects = 2, .bvhs = 2, .sphericals = 2, .exacts = 2, .features = seed % 2 ? 2u : 0u}));
+    const uint32_t mixed = twins.load(random_asset(seed, {.objects = 2,
+                                                          .bvhs = 2,
+                                                          .sphericals = 2,
+                                                          .exacts = 2,
+                                                          .proofs = 2,
+                                                          .features = seed % 2 ? 2u : 0u}));
     const uint32_t other = twins.load(random_asset(seed + 100, {.objects = 1, .max_voxels = 30}));
     for (uint32_t i = 0; i < 12 + seed * 5; ++i) {
       const bool from_other = random.below(4) == 0;
@@ -90,7 +94,8 @@ TEST_P(GpuAnswers, ScenesOfOneEncoding) {
 /// A scene of one instance asks it of every ray; one without a transform takes rays as they are.
 TEST_P(GpuAnswers, ScenesOfOneInstance) {
   Random random(3);
-  const format::Asset asset = random_asset(3, {.objects = 1, .bvhs = 1, .sphericals = 1, .exacts = 1});
+  const format::Asset asset =
+      random_asset(3, {.objects = 1, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1});
   for (uint32_t object = 0; object < 3; ++object)
     for (const bool identity : {true, false}) {
       TwinScenes twins(config());

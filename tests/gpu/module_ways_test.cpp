@@ -19,7 +19,7 @@ class GpuWays : public GpuModuleTest {
   static void fill(TwinScenes& twins, uint32_t instances = 5) {
     Random random(1);
     const uint32_t asset =
-        twins.load(random_asset(1, {.objects = 2, .bvhs = 1, .sphericals = 1, .exacts = 1}));
+        twins.load(random_asset(1, {.objects = 2, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1}));
     for (uint32_t i = 0; i < instances; ++i) twins.add(asset, i % 4, random_transform(random, 4));
     twins.commit();
   }
@@ -253,7 +253,7 @@ TEST_F(GpuWays, PartsOfHostQueries) {
 /// is the same each time, whichever way is the faster.
 TEST_F(GpuWays, HalfPrecision) {
   const format::Asset asset =
-      random_asset(3, {.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1});
+      random_asset(3, {.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1});
   const auto file = format::encode(asset);
   const format::AssetView view = format::read_asset(file, "test");
   Random random(6);

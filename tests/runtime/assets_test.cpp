@@ -172,7 +172,7 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
     for (const char* isa : {"isa=auto", "isa=scalar"}) {
       SCOPED_TRACE(std::string(isa) + (coded ? ", coded" : ""));
       RandomAssetOptions options{
-          .bvhs = 1, .sphericals = 1, .exacts = 1, .primaries = 1, .features = GetParam()};
+          .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1, .primaries = 1, .features = GetParam()};
       options.coded = coded;
       const format::AssetView& view = make(5, options);
       const nifkit::Device device(isa);

@@ -26,6 +26,7 @@ struct RandomAssetOptions {
   uint32_t sphericals =
       0;                   ///< objects of the `spherical` encoding, after those; the first two share networks
   uint32_t exacts = 0;     ///< objects of the `exact` encoding, after those
+  uint32_t proofs = 0;     ///< objects of the `proof` encoding, after those
   uint32_t primaries = 0;  ///< objects with a field for primary rays, the first so many of all
   uint32_t features = 0;   ///< of each corner; 0: any number
   /// PayloadForm: what a file has coded. Features and planes are less random then, else they would take no
@@ -254,6 +255,14 @@ inline format::Object random_exact_object(Random& random, const RandomAssetOptio
   return object;
 }
 
+inline format::Object random_proof_object(Random& random, const RandomAssetOptions& options,
+                                          const std::string& name) {
+  format::Object object = random_exact_object(random, options, name);
+  format::ProofData grid = std::move(object.as<format::ExactData>().proof);
+  object.content = std::move(grid);
+  return object;
+}
+
 inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& options = {}) {
   Random random(seed);
   format::Asset asset;
@@ -311,10 +320,12 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
   }
   for (uint32_t i = 0; i < options.exacts; ++i)
     asset.objects.push_back(random_exact_object(random, options, "exact " + std::to_string(i)));
+  for (uint32_t i = 0; i < options.proofs; ++i)
+    asset.objects.push_back(random_proof_object(random, options, "proof " + std::to_string(i)));
   for (uint32_t i = 0; i < options.instances; ++i) {
     format::Instance instance;
     instance.name = "instance " + std::to_string(i);
-    instance.object = random.below(options.objects + options.bvhs + options.sphericals + options.exacts);
+    instance.object = random.below(uint32_t(asset.objects.size()));
     for (size_t k = 0; k < 12; ++k)
       instance.transform[k] = random.between(-0.4f, 0.4f) + (k % 5 == 0 ? 1.0f : 0.0f);
     asset.instances.push_back(std::move(instance));

@@ -63,7 +63,9 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
   if (!bake::has_grids(encoding_name) && (arguments.preset || arguments.resolution))
     throw Error(Status::usage, fmt::format("--encoding {} and {} cannot be used together: it has no grid",
                                            encoding_name, arguments.preset ? "--preset" : "--resolution"));
-  if (!bake::is_trained(encoding_name) && !arguments.mix.empty())
+  const std::optional<bake::AnswerKind> kind = bake::kind_of(encoding_name);
+  const bool learned = kind == bake::AnswerKind::learned;
+  if (kind && !learned && !arguments.mix.empty())
     throw Error(
         Status::usage,
         fmt::format("--encoding {} and --mix cannot be used together: nothing is trained", encoding_name));
@@ -90,6 +92,10 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
     throw Error(Status::usage,
                 fmt::format("{} needs --encoding spherical, but the encoding is {}", idle, encoding_name));
   }
+  if (arguments.open_rays && kind)
+    throw Error(Status::usage,
+                fmt::format("--open-rays needs --encoding auto, but the encoding is {}", encoding_name));
+  options.open_rays = arguments.open_rays;
   options.encoding = encoding_name;
   options.preset = *known_preset;
   options.seed = arguments.seed;
@@ -110,7 +116,13 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
                   "--max-error and --rays 0 cannot be used together: the error would not be measured");
     }
     options.max_error = parse_rate(arguments.max_error, "--max-error");
-    if (options.max_error == 0.0 && bake::is_trained(encoding_name) && encoding_name != bake::kAutomatic)
+    if (kind == bake::AnswerKind::open)
+      throw Error(
+          Status::usage,
+          fmt::format("--encoding {} and --max-error cannot be used together: no answer is wrong, and rays "
+                      "that stay open have none",
+                      encoding_name));
+    if (options.max_error == 0.0 && learned)
       throw Error(
           Status::usage,
           fmt::format("--max-error 0 and --encoding {} contradict each other: what is learned is wrong "
@@ -144,6 +156,10 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       "Bakes "
       "fields up to six times, for the smallest that meets it. If none does, nothing is written; with auto, "
       "the object becomes exact");
+  command.add_flag(
+      "--open-rays", arguments.open_rays,
+      "Who asks has a BVH for rays that stay open (nifQueryOpen): auto then takes proof where it would "
+      "take segment");
   command.add_option(
       "--lean", arguments.lean,
       "leak=RATE: at most that share of the rays of each set is blocked but answered visible; spurious=RATE: "

@@ -18,7 +18,7 @@ struct BakeArguments {
   std::string max_bytes, max_error, lean, mix;
   uint64_t seed = 1;
   uint64_t rays = 1'000'000;
-  bool strict = false, uncoded = false;
+  bool strict = false, uncoded = false, open_rays = false;
   SphericalArguments spherical;
 };
 

@@ -38,27 +38,11 @@ ExactView ExactReader::read(uint32_t index, const Bounds&) {
   const ExactRecord record = records_[index];
   const Place place{file_, "EXCT", index};
   ExactView view;
-  kernels::ProofField& grid = view.field.proof;
-  place.require((record.forms & ~kProofForms) == 0 && record.reserved == 0,
-                "forms has unknown bits, or reserved bytes are not zero");
-  place.require((record.forms & kCodedCells) != 0 || (record.forms & kStatedKinds) == 0,
-                "forms states kinds of cells that are not coded");
-  view.coded = record.forms & kCodedPayloads;
-  read_grid_numbers(record, place, grid);
-
-  // All payloads, before there is memory for what they decode to.
-  const UncodedGrid uncoded(record);
-  const Bytes occupancy = take_payload(occupancy_, record.occupancy, record.forms, kCodedOccupancy,
-                                       uncoded.occupancy, "occupancy", place);
-  const Bytes cells =
-      take_payload(cells_, record.cells, record.forms, kCodedCells, uncoded.cells, "cells", place);
-  place.require(view.coded == 0 || uncoded.may_take(occupancy.size() + cells.size()),
-                "payloads decode to more than 16 times their bytes, or have more bricks than half as many");
+  place.require(record.reserved == 0, "reserved bytes are not zero");
+  const GridReading grid(record, occupancy_, cells_, place, view.field.proof);
+  view.coded = grid.coded();
   view.field.bvh = take_bvh(record, trees_, place, view.tree_bytes);
-
-  const PayloadPlace at{record.forms, place, shared_.decoded_grids};
-  read_occupancy(occupancy, Corners::none, uncoded.occupancy, at, view.occupancy, grid);
-  read_cells(cells, at, view.cells, grid);
+  grid.read(shared_.decoded_grids, view.occupancy, view.cells);
   if (const char* fault = fault_of(view.field)) place.damaged(fault);
   return view;
 }

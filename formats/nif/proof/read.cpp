@@ -2,6 +2,7 @@
 
 #include "formats/nif/proof/check.hpp"
 #include "formats/nif/proof/coded_cells.hpp"
+#include "formats/nif/proof/encoding.hpp"
 
 namespace nif::format {
 namespace {
@@ -74,6 +75,28 @@ void read_cells(Bytes payload, const PayloadPlace& at, PayloadBytes& taken, kern
   if (coded)
     complete_kinds(sides, stated, {words, size_t{field.surface_voxels} + field.part_count}, at.place);
   if (const char* fault = fault_of_sides(field, sides)) at.place.damaged(fault);
+}
+
+ProofReader::ProofReader(const SectionTable& sections, std::string_view file, ProofSharedView& shared)
+    : file_(file),
+      shared_(shared),
+      records_(sections[kProofRecords], "PROF", file),
+      occupancy_(sections[kProofOccupancy]),
+      cells_(sections[kProofCells]) {}
+
+ProofView ProofReader::read(uint32_t index, const Bounds&) {
+  const ProofRecord record = records_[index];
+  const Place place{file_, "PROF", index};
+  ProofView view;
+  const GridReading grid(record, occupancy_, cells_, place, view.field);
+  view.coded = grid.coded();
+  grid.read(shared_.decoded_proofs, view.occupancy, view.cells);
+  return view;
+}
+
+void ProofReader::finish() const {
+  occupancy_.finish("POCC", file_);
+  cells_.finish("PCEL", file_);
 }
 
 }  // namespace nif::format

@@ -62,4 +62,40 @@ OccupancyArrays<const std::byte> read_occupancy(Bytes payload, Corners corners, 
 /// Sets the words of `field`; its occupancy is set and checked.
 void read_cells(Bytes payload, const PayloadPlace& at, PayloadBytes& taken, kernels::ProofField& field);
 
+/// A grid without features on its way from a file: its payloads are taken before there is memory for what
+/// they decode to.
+class GridReading {
+ public:
+  /// Checks the numbers of a grid, and sets those of `field`.
+  template <class Record>
+  GridReading(const Record& record, Payloads& occupancy, Payloads& cells, const Place& place,
+              kernels::ProofField& field)
+      : forms_(record.forms), uncoded_(record), place_(place), field_(field) {
+    place.require((forms_ & ~kProofForms) == 0, "forms has unknown bits");
+    place.require((forms_ & kCodedCells) != 0 || (forms_ & kStatedKinds) == 0,
+                  "forms states kinds of cells that are not coded");
+    read_grid_numbers(record, place, field);
+    occupancy_ = take_payload(occupancy, record.occupancy, forms_, kCodedOccupancy, uncoded_.occupancy,
+                              "occupancy", place);
+    cells_ = take_payload(cells, record.cells, forms_, kCodedCells, uncoded_.cells, "cells", place);
+    place.require(coded() == 0 || uncoded_.may_take(occupancy_.size() + cells_.size()),
+                  "payloads decode to more than 16 times their bytes, or have more bricks than half as many");
+  }
+
+  uint32_t coded() const { return forms_ & kCodedPayloads; }
+  /// Sets the arrays of the field.
+  void read(DecodedPayloads& decoded, PayloadBytes& occupancy, PayloadBytes& cells) const {
+    const PayloadPlace at{forms_, place_, decoded};
+    read_occupancy(occupancy_, Corners::none, uncoded_.occupancy, at, occupancy, field_);
+    read_cells(cells_, at, cells, field_);
+  }
+
+ private:
+  uint32_t forms_;
+  UncodedGrid uncoded_;
+  const Place& place_;
+  kernels::ProofField& field_;
+  Bytes occupancy_, cells_;
+};
+
 }  // namespace nif::format

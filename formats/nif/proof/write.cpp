@@ -5,6 +5,7 @@
 
 #include "formats/nif/proof/check.hpp"
 #include "formats/nif/proof/coded_cells.hpp"
+#include "formats/nif/proof/encoding.hpp"
 
 namespace nif::format {
 namespace {
@@ -110,6 +111,23 @@ Coded encode_cells(const kernels::ProofField& field, uint32_t& forms) {
   Coded coded = if_smaller(encoder.finish(), words.size() * sizeof(uint32_t));
   if (!coded.empty()) forms = kCodedCells | (stated ? uint32_t{kStatedKinds} : 0u);
   return coded;
+}
+
+ProofWriter::ProofWriter(Sections& sections, const ProofShared&)
+    : records_(&sections.add(kProofRecords)),
+      occupancy_(&sections.add(kProofOccupancy)),
+      cells_(&sections.add(kProofCells)) {}
+
+void ProofWriter::add(const ProofData& data) {
+  ProofRecord record{};
+  add_grid(data, *occupancy_, *cells_, record);
+  records_->append(&record, 1);
+}
+
+ProofData EncodingOf<kernels::ProofField>::to_data(const ProofView& view) {
+  ProofData data = proof_data(view.field);
+  data.coded = view.coded;
+  return data;
 }
 
 }  // namespace nif::format

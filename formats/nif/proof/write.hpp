@@ -1,6 +1,7 @@
 // Writes grids with planes: of any encoding that has one.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <utility>
@@ -8,6 +9,7 @@
 
 #include "formats/nif/proof/coded_occupancy.hpp"
 #include "formats/nif/proof/data.hpp"
+#include "formats/nif/sections.hpp"
 
 namespace nif::format {
 
@@ -52,6 +54,38 @@ struct CodedGrid {
 
   explicit CodedGrid(const ProofData& data);
 };
+
+/// Writes the payloads of a grid without features, and says in its record what they are.
+template <class Record>
+void add_grid(const ProofData& grid, Section& occupancy, Section& cells, Record& record) {
+  std::copy(grid.origin.begin(), grid.origin.end(), record.origin);
+  record.voxels_per_unit = grid.voxels_per_unit;
+  std::copy(grid.voxels.begin(), grid.voxels.end(), record.voxels);
+  record.levels = grid.levels;
+  record.mixed_bricks = uint32_t(grid.brick_states.size());
+  record.surface_voxels = uint32_t(grid.voxel_records.size());
+  record.part_count = uint32_t(grid.parts.size());
+
+  const CodedGrid coded(grid);
+  record.forms = coded.forms;
+  record.occupancy = occupancy.begin_payload();
+  if (coded.forms & kCodedOccupancy) {
+    occupancy.append(coded.occupancy);
+  } else {
+    occupancy.append(grid.brick_states);
+    occupancy.append(grid.voxel_base);
+    occupancy.append(grid.brick_table);
+  }
+  occupancy.end_payload(record.occupancy);
+  record.cells = cells.begin_payload();
+  if (coded.forms & kCodedCells) {
+    cells.append(coded.cells);
+  } else {
+    cells.append(grid.voxel_records);
+    cells.append(grid.parts);
+  }
+  cells.end_payload(record.cells);
+}
 
 /// Of a grid that is in order; nothing where its words are not. `forms` is what a file says of them then.
 Coded encode_cells(const kernels::ProofField& field, uint32_t& forms);

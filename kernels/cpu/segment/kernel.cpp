@@ -15,7 +15,7 @@
 
 // One lane is what the reference is for.
 #if HWY_TARGET != HWY_SCALAR
-#include "kernels/cpu/proof/walk-inl.hpp"
+#include "kernels/cpu/proof/prove-inl.hpp"
 #include "kernels/cpu/segment/network-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -57,6 +57,10 @@ void answer_segments(const PackedField& field, const SegmentBatch& batch, Answer
                      void* memory) {
   answer_with<false>(field, batch, answers, memory);
 }
+void prove_segments(const PackedField& field, const SegmentBatch& batch, AnswerBatch& answers,
+                    OpenBatch& open, void* memory) {
+  prove_rays(field, field.walk, batch, answers, open, memory);
+}
 #if HWY_TARGET == HWY_AVX2
 void answer_segments_vnni(const PackedField& field, const SegmentBatch& batch, AnswerBatch& answers,
                           void* memory) {
@@ -90,10 +94,17 @@ AnswerSegments kernel_for(Isa isa) {
 }  // namespace
 
 SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, const KernelOptions& options)
-    : field_(field, options.memory, options.copies), answer_(kernel_for(options.isa)) {}
+    : field_(field, options.memory, options.copies),
+      answer_(kernel_for(options.isa)),
+      prove_(NIF_KERNEL_FOR(Prove, prove_segments, options.isa)) {}
 
 void SimdSegmentKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(field_, batch, answers, scratch);
+}
+
+void SimdSegmentKernel::prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open,
+                              void* scratch) const {
+  prove_(field_, batch, answers, open, scratch);
 }
 
 }  // namespace nif::kernels::cpu

@@ -12,6 +12,7 @@ class SimdSegmentKernel final : public ObjectKernel {
   SimdSegmentKernel(const SegmentField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
+  void prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open, void* scratch) const override;
   BuiltBytes built_bytes() const override {
     return {field_.walk.resident_bytes(), field_.corners_by_brick.resident_bytes()};
   }
@@ -19,8 +20,10 @@ class SimdSegmentKernel final : public ObjectKernel {
 
  private:
   using Answer = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, void*);
+  using Prove = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, OpenBatch&, void*);
   PackedField field_;
   Answer answer_;
+  Prove prove_;
 };
 
 inline KernelPointer make_kernel(const SegmentField& field, const KernelOptions& options) {

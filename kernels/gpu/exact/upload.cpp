@@ -21,11 +21,7 @@ class ExactUpload final : public FieldUpload {
     DeviceExactField field = field_;
     arena.move(field.walk.voxels, walk_.voxels.size());
     arena.move(field.walk.parts, walk_.parts.size());
-    field.proof.brick_table = nullptr;
-    field.proof.brick_states = nullptr;
-    field.proof.voxel_base = nullptr;
-    field.proof.voxel_records = nullptr;
-    field.proof.parts = nullptr;
+    leave_arrays(field.proof);
     move_bvh(field.bvh, arena);
     return arena.add_structure(field);
   }

@@ -17,4 +17,13 @@ constexpr void describe_proof(Hash& hash) {
                               &F::surface_voxels, &F::part_count});
 }
 
+/// The grid's own arrays stay on the host: WalkWords say what they do.
+inline void leave_arrays(ProofField& field) {
+  field.brick_table = nullptr;
+  field.brick_states = nullptr;
+  field.voxel_base = nullptr;
+  field.voxel_records = nullptr;
+  field.parts = nullptr;
+}
+
 }  // namespace nif::kernels::gpu

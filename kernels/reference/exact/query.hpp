@@ -7,35 +7,9 @@
 
 #include "kernels/reference/bvh/query.hpp"
 #include "kernels/reference/exact/field.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/proof/open.hpp"
 
 namespace nif::kernels {
-
-/// Where a walk leaves a segment open: from its first run to its last, as t.
-struct OpenInterval {
-  float begin = 0, end = 0;
-};
-/// Is called with each run in turn. A structure, because GPU compilers want to know of a lambda that a device
-/// could call it.
-struct KeepOpen {
-  OpenInterval& open;
-  NIF_HOST_DEVICE void operator()(uint32_t number, const Run& run) const {
-    if (number == 0) open.begin = run.begin;
-    open.end = run.end;
-  }
-};
-
-/// From this far away, in finest cells, the ends of runs are so near to where they should be that no triangle
-/// lies beyond them. Rays from farther away are looked at as a whole.
-inline constexpr float kCullingReach = kCertainReach / 4;
-
-NIF_HOST_DEVICE inline bool is_culled(const ProofField& field, const Segment& segment) {
-  bool near = true;
-  NIF_UNROLL
-  for (int a = 0; a < 3; ++a)
-    near = near && magnitude(segment.origin[a] - field.origin[a]) * field.cells_per_unit <= kCullingReach;
-  return near;
-}
 
 /// Culls boxes by what a walk leaves open. The triangles that a ray meets are the same.
 template <class Real>

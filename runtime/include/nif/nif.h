@@ -254,6 +254,7 @@ typedef enum NifEncoding {
   NIF_ENCODING_SPHERICAL = 2, /* the published Neural Intersection Function, for comparison; may err */
   NIF_ENCODING_BVH = 3,       /* the triangles in a compressed hierarchy; exact */
   NIF_ENCODING_EXACT = 4,     /* planes that prove most answers, and the triangles for the others; exact */
+  NIF_ENCODING_PROOF = 5,     /* the planes alone: what they do not prove stays open, for a BVH of yours */
   NIF_ENCODING_IS_32_BITS = 0x7fffffff
 } NifEncoding;
 
@@ -261,7 +262,7 @@ typedef struct NifObjectInfo {
   uint64_t struct_size;
   const char* name; /* UTF-8, 0-terminated, may be "" */
   NifEncoding encoding;
-  uint32_t network;    /* 0 .. network_count - 1; ignore it for encodings without networks: BVH, EXACT */
+  uint32_t network;    /* 0 .. network_count - 1; ignore it for encodings without networks */
   float bounds_min[3]; /* of the source mesh, in object space */
   float bounds_max[3];
   float bias;              /* start shadow rays this far from the surface, in object units */
@@ -466,6 +467,31 @@ typedef void (*NifFallback)(void* user, uint64_t count, const uint64_t* rays, ui
  * stream gives NIF_ERROR_NOT_AVAILABLE. */
 NIF_API NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confidence,
                                       NifFallback fallback, void* user);
+
+/* ---- Rays that proofs leave open ---------------------------------------------------------------------- */
+
+/* Lists of the rays that a query leaves open, for a BVH of the caller's: entry k is about ray number rays[k]
+ * of the query. What blocks that ray, if anything does, meets its part from tmin[k] to tmax[k], which lies
+ * within the query's own tmin .. tmax and is not NaN. */
+typedef struct NifOpenRays {
+  uint64_t struct_size;
+  uint64_t capacity; /* entries that each list has room for; may be 0 */
+  uint32_t* rays;    /* [capacity] */
+  float* tmin;       /* [capacity], in the query's t, or null */
+  float* tmax;       /* [capacity], likewise */
+  uint32_t* count;   /* receives how many rays are open, which may be more than capacity; aligned to 4 */
+} NifOpenRays;
+
+/* Answers what is proven, asks no network of `segment` objects, and lists the other rays. For objects of
+ * the encoding `proof` this is the query that they are made for; of any others the lists have the rays that
+ * nifQuery would not call certain. Of a listed ray the outputs say: visible 0, certain 0, probability 0.5,
+ * logit -1. Rays that are invalid are answered as by nifQuery, and not listed.
+ *
+ * Which rays are listed, and with which tmin and tmax, depends on neither threads nor instruction set; their
+ * order does. If the lists are too small, they are filled, and the rest is only counted. Outputs of the query
+ * may all be null. At most 2^32 - 1 rays. Otherwise like nifQuery. Allocates nothing. The CPU answers it;
+ * device memory or a stream gives NIF_ERROR_NOT_AVAILABLE. */
+NIF_API NifError nifQueryOpen(NifScene scene, const NifQuery* query, const NifOpenRays* open);
 
 /* ---- Asynchronous queries ---------------------------------------------------------------------------- */
 

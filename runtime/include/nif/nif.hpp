@@ -11,6 +11,7 @@
 
 #include <nif/nif.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -228,6 +229,20 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     };
     check(nifQueryWithFallback(pointer_, &query.get(), confidence, call,
                                const_cast<void*>(static_cast<const void*>(std::addressof(fallback)))));
+  }
+  /// Lists what stays open in `rays`, `tmin` and `tmax` (each may be shorter than the query) and returns how
+  /// many rays that are, which may be more than there is room for.
+  uint32_t query_open(const Query& query, std::span<uint32_t> rays, std::span<float> tmin,
+                      std::span<float> tmax) const {
+    uint32_t count = 0;
+    auto open = sized<NifOpenRays>();
+    open.capacity = std::min({rays.size(), tmin.size(), tmax.size()});
+    open.rays = rays.data();
+    open.tmin = tmin.data();
+    open.tmax = tmax.data();
+    open.count = &count;
+    check(nifQueryOpen(pointer_, &query.get(), &open));
+    return count;
   }
   bool visible(const NifRay& ray) const {
     uint8_t visible = 0;

@@ -292,6 +292,19 @@ NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confi
   });
 }
 
+NifError nifQueryOpen(NifScene scene, const NifQuery* query, const NifOpenRays* open) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    Request request;
+    request.query = read_structure(query, "query");
+    request.open = read_structure(open, "open");
+    check_open_query(the_scene, request.query, *request.open);
+    check_scratch(request.query);
+    *request.open->count = 0;
+    answer(the_scene, request);
+  });
+}
+
 NifError nifMeasureQuery(NifScene scene, const NifQuery* query, NifMeasure measure, uint32_t rounds,
                          double* seconds) {
   return guarded([&] {

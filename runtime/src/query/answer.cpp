@@ -4,6 +4,7 @@
 #include "query/answer.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "kernels/reference/batch.hpp"
 #include "query/float_environment.hpp"
@@ -25,19 +26,37 @@ void transform_batch(const Instance& instance, const SegmentBatch& __restrict fr
   for (uint32_t i = 0; i < count; ++i) set_segment(to, i, to_object(transform, segment_of(from, i)));
 }
 
+/// Asks an object's kernel about `rays`, with or without its network.
+void ask_kernel(const PlacedObject& object, const Wanted& wanted, const SegmentBatch& rays,
+                kernels::AnswerBatch& answers, kernels::OpenBatch& open, WorkArea& area) {
+  if (wanted.open)
+    object.kernel->prove(rays, answers, open, area.kernel_scratch);
+  else
+    object.kernel->answer(rays, answers, area.kernel_scratch);
+}
+
+/// Takes back what an instance's transform leaves no proof of: then all of the ray is open.
+void keep_certain(const Instance& instance, const PlacedObject& object, const Segment& world,
+                  const Segment& local, uint32_t i, kernels::AnswerBatch& answers, kernels::OpenBatch& open) {
+  if (stays_certain(instance, object.reach_scale, world, local)) return;
+  answers.certain[i] = 0;
+  open.begin[i] = world.tmin;
+  open.end[i] = world.tmax;
+}
+
 void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
   const Instance& instance = scene.instances[0];
   const PlacedObject& object = scene.objects[instance.object];
   const uint32_t count = area.rays.count;
   if (instance.identity) {
-    object.kernel->answer(area.rays, area.answers, area.kernel_scratch);
+    ask_kernel(object, wanted, area.rays, area.answers, area.open, area);
   } else {
     transform_batch(instance, area.rays, area.object_rays);
-    object.kernel->answer(area.object_rays, area.answers, area.kernel_scratch);
+    ask_kernel(object, wanted, area.object_rays, area.answers, area.open, area);
     if (wanted.details)
       for (uint32_t i = 0; i < count; ++i)
-        area.answers.certain[i] &= uint8_t(stays_certain(
-            instance, object.reach_scale, segment_of(area.rays, i), segment_of(area.object_rays, i)));
+        keep_certain(instance, object, segment_of(area.rays, i), segment_of(area.object_rays, i), i,
+                     area.answers, area.open);
   }
   if (wanted.probability)
     for (uint32_t i = 0; i < count; ++i)
@@ -55,6 +74,10 @@ uint32_t start_rays(const NifSceneObject& scene, const Wanted& wanted, WorkArea&
     area.answers.logit[i] = kernels::kCertainLogit;
     area.answers.certain[i] = askable || ray.tmin > ray.tmax;
     if (wanted.details) area.combined[i] = {};
+    if (wanted.open) {
+      area.open.begin[i] = std::numeric_limits<float>::infinity();
+      area.open.end[i] = -std::numeric_limits<float>::infinity();
+    }
     if (!askable || nodes.empty()) continue;
     for (int a = 0; a < 3; ++a) area.inverse[a][i] = prepared.inverse[a];
     area.cursors[i] = start(nodes.data(), TraversalRay(area, i));
@@ -102,16 +125,20 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
     const Segment ray = segment_of(area.rays, pairs[k].ray);
     set_segment(area.object_rays, k, instance.identity ? ray : to_object(instance.to_object, ray));
   }
-  object.kernel->answer(area.object_rays, area.object_answers, area.kernel_scratch);
+  ask_kernel(object, wanted, area.object_rays, area.object_answers, area.object_open, area);
   for (uint32_t k = 0; k < count; ++k) {
     const uint32_t i = pairs[k].ray;
     const int32_t logit = area.object_answers.logit[k];
     bool decided = logit < 0;
     if (wanted.details) {
-      const bool certain = area.object_answers.certain[k] &&
-                           stays_certain(scene.instances[pairs[k].instance], object.reach_scale,
-                                         segment_of(area.rays, i), segment_of(area.object_rays, k));
+      keep_certain(scene.instances[pairs[k].instance], object, segment_of(area.rays, i),
+                   segment_of(area.object_rays, k), k, area.object_answers, area.object_open);
+      const bool certain = area.object_answers.certain[k] != 0;
       area.combined[i].add(logit, certain, object.calibration, wanted.probability);
+      if (wanted.open && !certain) {
+        area.open.begin[i] = std::min(area.open.begin[i], area.object_open.begin[k]);
+        area.open.end[i] = std::max(area.open.end[i], area.object_open.end[k]);
+      }
       decided = area.combined[i].blocked_for_certain();
     } else if (decided) {
       area.answers.logit[i] = logit;

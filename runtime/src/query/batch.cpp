@@ -3,9 +3,13 @@
 #include "query/batch.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <limits>
 
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/instance.hpp"
+#include "kernels/reference/proof/open.hpp"
 #include "query/float4.hpp"
 #include "query/float_environment.hpp"
 #include "query/nif_rays.hpp"
@@ -99,6 +103,28 @@ void read_rays(const NifQuery& query, uint64_t first, uint32_t count, kernels::S
     read_column(query.tmax, query.tmax_stride, first, count, rays.tmax);
   else
     std::fill_n(rays.tmax, count, std::numeric_limits<float>::infinity());
+}
+
+void list_open_rays(const NifOpenRays& lists, uint64_t first, WorkArea& area) {
+  uint32_t numbers[kBatchRays];
+  uint32_t open = 0;
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    if (area.answers.certain[i]) continue;
+    kernels::BoxRay prepared;
+    if (!kernels::prepare_box_ray(kernels::segment_of(area.rays, i), prepared)) continue;
+    area.answers.logit[i] = kernels::kOpenLogit;
+    area.probability[i] = 0.5f;
+    area.open.begin[open] = area.open.begin[i];
+    area.open.end[open] = area.open.end[i];
+    numbers[open++] = uint32_t(first) + i;
+  }
+  if (open == 0) return;
+  const uint64_t at = std::atomic_ref<uint32_t>(*lists.count).fetch_add(open);
+  if (at >= lists.capacity) return;
+  const auto room = uint32_t(std::min<uint64_t>(open, lists.capacity - at));
+  copy_out(lists.rays, at, numbers, room);
+  copy_out(lists.tmin, at, area.open.begin, room);
+  copy_out(lists.tmax, at, area.open.end, room);
 }
 
 void write_answers(const NifQuery& query, uint64_t first, uint32_t count, WorkArea& area) {

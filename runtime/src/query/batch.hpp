@@ -13,9 +13,16 @@ struct Wanted {
         details(query.probability || query.certain || query.logit) {}
 
   static Wanted everything() { return Wanted(); }
+  /// Proofs alone, and what they leave open.
+  static Wanted proofs() {
+    Wanted wanted;
+    wanted.open = true;
+    return wanted;
+  }
 
   bool probability = true;
   bool details = true;  ///< more than the visible bit: then a learned "occluded" does not end the search
+  bool open = false;    ///< no network is asked; area.open has the parts of rays that are not certain
 
  private:
   Wanted() = default;
@@ -23,6 +30,10 @@ struct Wanted {
 
 /// Reads rays first .. first + count - 1 of the query; count <= kBatchRays.
 void read_rays(const NifQuery& query, uint64_t first, uint32_t count, kernels::SegmentBatch& rays);
+
+/// Adds the rays of the batch that are not certain to the caller's lists, and lets their answers say that
+/// they are open. `first`: the batch's first ray in the query. Threads may do so at the same time.
+void list_open_rays(const NifOpenRays& lists, uint64_t first, WorkArea& area);
 
 /// Writes the area's answers to each output that the query asks for. first is a multiple of 8.
 void write_answers(const NifQuery& query, uint64_t first, uint32_t count, WorkArea& area);

@@ -1,6 +1,8 @@
 // Checks what a query asks for, before any ray is read.
 #include "query/query.hpp"
 
+#include <limits>
+
 #include "api/error.hpp"
 #include "query/outputs.hpp"
 #include "query/work_area.hpp"
@@ -14,7 +16,10 @@ bool answered_by_gpu(const NifSceneObject& scene, const NifQuery& query) {
   return gpu && (query.memory == NIF_DEVICE || (scene.ready_on_gpu && !gpu->lost()));
 }
 
-void check_query(const NifSceneObject& scene, const NifQuery& query) {
+namespace {
+
+/// All but the outputs.
+void check_inputs(const NifSceneObject& scene, const NifQuery& query) {
   if (!scene.committed)
     throw Failure(NIF_ERROR_INVALID_OPERATION,
                   "the scene has changed since it was committed, or was never committed");
@@ -32,9 +37,29 @@ void check_query(const NifSceneObject& scene, const NifQuery& query) {
     require_argument(query.origin[a], "query: origin");
     require_argument(query.direction[a], "query: direction");
   }
+}
+
+}  // namespace
+
+void check_query(const NifSceneObject& scene, const NifQuery& query) {
+  check_inputs(scene, query);
+  if (query.count == 0) return;
   bool any = false;
   visit_outputs([&](const OutputArray&, const auto* array) { any = any || array; }, query);
   if (!any) refuse_argument("query: all outputs are null");
+}
+
+void check_open_query(const NifSceneObject& scene, const NifQuery& query, const NifOpenRays& open) {
+  check_inputs(scene, query);
+  if (query.memory == NIF_DEVICE || query.stream)
+    throw Failure(NIF_ERROR_NOT_AVAILABLE,
+                  "query: open rays are listed by the CPU, which needs host memory and no stream");
+  if (query.count > std::numeric_limits<uint32_t>::max())
+    refuse_argument("query: count is more than the 2^32 - 1 rays whose numbers fit into the lists");
+  require_argument(open.count, "open: count");
+  if (reinterpret_cast<uintptr_t>(open.count) % alignof(uint32_t) != 0)
+    refuse_argument("open: count is not aligned to 4 bytes");
+  if (open.capacity > 0) require_argument(open.rays, "open: rays");
 }
 
 void check_scratch(const NifQuery& query) {

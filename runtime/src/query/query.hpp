@@ -13,6 +13,8 @@ bool answered_by_gpu(const NifSceneObject& scene, const NifQuery& query);
 
 /// Throws Failure where the description is wrong, or the scene not ready.
 void check_query(const NifSceneObject& scene, const NifQuery& query);
+/// The same of a query that lists what stays open.
+void check_open_query(const NifSceneObject& scene, const NifQuery& query, const NifOpenRays& open);
 /// The same of the scratch, which the CPU works in.
 void check_scratch(const NifQuery& query);
 

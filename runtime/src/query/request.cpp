@@ -37,8 +37,13 @@ void answer_batch_of(const NifSceneObject& scene, const Request& request, uint64
   const uint64_t first = batch * request.batch_rays;
   const auto count = uint32_t(std::min<uint64_t>(request.batch_rays, query.count - first));
   read_rays(query, first, count, area.rays);
-  answer_batch(scene, request.fallback ? Wanted::everything() : Wanted(query), area);
+  answer_batch(scene,
+               request.open       ? Wanted::proofs()
+               : request.fallback ? Wanted::everything()
+                                  : Wanted(query),
+               area);
   if (request.fallback) ask_fallback(request, first, area);
+  if (request.open) list_open_rays(*request.open, first, area);
   write_answers(query, first, count, area);
 }
 

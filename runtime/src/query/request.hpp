@@ -1,6 +1,8 @@
 // A query, cut into batches, with or without a fallback for its uncertain rays.
 #pragma once
 
+#include <optional>
+
 #include "api/object.hpp"
 #include "query/batch.hpp"
 
@@ -11,6 +13,7 @@ struct Request {
   NifFallback fallback = nullptr;
   void* fallback_user = nullptr;
   float confidence = 0;
+  std::optional<NifOpenRays> open;   ///< where rays go that proofs leave open
   uint32_t batch_rays = kBatchRays;  ///< a multiple of 8
 
   uint64_t batches() const { return query.count / batch_rays + (query.count % batch_rays != 0); }

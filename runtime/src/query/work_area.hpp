@@ -37,6 +37,9 @@ struct alignas(64) WorkArea {
   kernels::SegmentBatch object_rays;
   kernels::AnswerBatch object_answers;
 
+  // For rays that stay open: the part of each that has to be looked at, and what one object says of that.
+  kernels::OpenBatch open, object_open;
+
   alignas(64) std::byte kernel_scratch[kernels::kKernelScratchBytes];
 };
 

@@ -261,7 +261,7 @@ int run(const Options& options) {
   }
   if (options.files.empty()) {
     const RandomAssetOptions kinds{
-        .objects = 2, .max_voxels = 80, .bvhs = 1, .sphericals = 1, .exacts = 1, .features = 2};
+        .objects = 2, .max_voxels = 80, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1, .features = 2};
     proof.add_asset("random", format::encode(random_asset(1, kinds)));
   }
   if (!proof.stages().empty())

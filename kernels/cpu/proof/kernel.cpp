@@ -1,0 +1,51 @@
+#include "kernels/cpu/proof/kernel.hpp"
+
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/proof/encoding.hpp"
+
+#include "kernels/cpu/targets.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/cpu/proof/kernel.cpp"
+#include <hwy/foreach_target.h>  // must come before highway.h
+
+#include <hwy/highway.h>
+
+// One lane is what the reference is for.
+#if HWY_TARGET != HWY_SCALAR
+#include "kernels/cpu/proof/prove-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+
+void prove_proof(const PackedProofField& packed, const SegmentBatch& batch, AnswerBatch& answers,
+                 OpenBatch& open, void* memory) {
+  prove_rays(packed.field, packed.walk, batch, answers, open, memory);
+}
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif  // HWY_TARGET
+
+#if HWY_ONCE
+#include "kernels/cpu/dispatch-inl.hpp"
+
+namespace nif::kernels::cpu {
+
+SimdProofKernel::SimdProofKernel(const ProofField& field, const KernelOptions& options)
+    : packed_{field, WalkGrid(field, options.memory)},
+      prove_(NIF_KERNEL_FOR(Prove, prove_proof, options.isa)) {}
+
+void SimdProofKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
+  // What stays open is not asked for; threads may have little stack, so it goes behind what prove_ uses.
+  std::byte* const end = static_cast<std::byte*>(scratch) + kKernelScratchBytes;
+  prove_(packed_, batch, answers, *reinterpret_cast<OpenBatch*>(end - sizeof(OpenBatch)), scratch);
+}
+
+void SimdProofKernel::prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open,
+                            void* scratch) const {
+  prove_(packed_, batch, answers, open, scratch);
+}
+
+}  // namespace nif::kernels::cpu
+#endif

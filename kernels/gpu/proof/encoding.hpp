@@ -1,0 +1,51 @@
+// The `proof` objects as the list of encodings has them (kernels/gpu/encoding_list.hpp).
+#pragma once
+
+#include "kernels/gpu/object.hpp"
+#include "kernels/gpu/proof/device_field.hpp"
+#include "kernels/gpu/proof/leaping_walk.hpp"
+#include "kernels/reference/proof/open.hpp"
+
+namespace nif::kernels::gpu {
+
+class FieldUpload;
+
+/// In device memory. The grid's own arrays are not there: `walk` says what they do.
+struct DeviceProofField : ProofField {
+  WalkWords walk;
+};
+
+NIF_HOST_DEVICE inline ObjectAnswer answer_proof_ray(const DeviceProofField& field, const Segment& segment) {
+  WalkResult walk;
+  OpenInterval open;
+  walk_object(field, field.walk, segment, walk, KeepOpen{open});
+  const Answer answer = answer_of(field, segment, walk, open);
+  return {answer.logit, answer.certain};
+}
+
+struct ProofEncoding {
+  using HostField = ProofField;
+  using Field = DeviceProofField;
+  enum Kind : uint32_t { kProven = 1 };
+  static constexpr uint32_t kKinds = 1;
+  static constexpr bool kHasItems = false;
+
+  template <uint32_t kSet, class Thread>
+  NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer ask(const Thread&, const SceneObject& object, uint32_t,
+                                                     const Segment& ray, uint32_t*) {
+    return answer_proof_ray(*static_cast<const Field*>(object.field), ray);
+  }
+  NIF_HOST_DEVICE NIF_INLINE static bool walk(const SceneObject& object, const Segment& ray, uint32_t*,
+                                              OpenItem&, ObjectAnswer& answer) {
+    answer = answer_proof_ray(*static_cast<const Field*>(object.field), ray);
+    return true;
+  }
+
+  template <class Hash>
+  static constexpr void describe(Hash& hash) {
+    describe_proof(hash);
+  }
+  static FieldUpload* upload(const ProofField& field);
+};
+
+}  // namespace nif::kernels::gpu
