@@ -19,4 +19,7 @@ struct Box {
 /// Box of all positions that a triangle uses.
 Box bounds(std::span<const Float3> positions, std::span<const Triangle> triangles);
 
+/// Box of all instances of a scene, to the float.
+Box bounds(const Scene& scene);
+
 }  // namespace nif::mesh

@@ -57,7 +57,7 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
   for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--json"})
     EXPECT_NE(eval.find(word), std::string::npos) << word;
   for (const char* word : {"--output", "--triangles", "--seed", "--json", "--quiet", "statue", "tori",
-                           "torus", "tree", "terrain", "chain-mail"})
+                           "torus", "tree", "terrain", "chain-mail", "city", "--instances"})
     EXPECT_NE(generate.find(word), std::string::npos) << word;
 }
 
