@@ -21,13 +21,6 @@ using mesh::Transform;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-void include(mesh::Box& box, const mesh::Float3& p) {
-  for (size_t a = 0; a < 3; ++a) {
-    box.min[a] = std::min(box.min[a], p[a]);
-    box.max[a] = std::max(box.max[a], p[a]);
-  }
-}
-
 RTCRay to_ray(const Segment& segment) {
   RTCRay ray;
   ray.org_x = segment.origin[0], ray.org_y = segment.origin[1], ray.org_z = segment.origin[2];
@@ -108,11 +101,7 @@ void World::add_mesh(const mesh::Mesh& mesh, std::span<const Transform> places,
   const mesh::Box own = mesh::bounds(mesh.positions, mesh.triangles);
   const Answered answered{object.nif.has_value(), object.primary};
   for (const Transform& place : places) {
-    for (uint32_t corner = 0; corner < 8; ++corner) {
-      mesh::Float3 p;
-      for (size_t a = 0; a < 3; ++a) p[a] = (corner >> a & 1 ? own.max : own.min)[a];
-      include(box_, mesh::transformed(place, p));
-    }
+    box_.add(mesh::bounds(own, place));
     const double size = std::cbrt(std::abs(mesh::determinant(place)));
     parts_.push_back({{object.albedo, double(bake::kBiasFraction) * own.longest_side() * size,
                        own.diagonal() * size, object.primary},
