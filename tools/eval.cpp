@@ -27,6 +27,7 @@ namespace {
 constexpr const char* kSchema = "nifkit.eval/1";
 
 struct Arguments : MeasureArguments, RunArguments {
+  std::string asset, mesh;
   bool bvh = false, reference = false;
 };
 
@@ -169,6 +170,8 @@ void add_eval(Command app) {
   const Command command =
       app.add_subcommand("eval", "Compare an asset's answers with Embree's on its source mesh");
   auto a = std::make_shared<Arguments>();
+  command.add_option("ASSET", a->asset, "The .nif file to measure").required();
+  command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
   add_measure_options(command, *a, "all");
   command.add_flag("--bvh", a->bvh, "Also build Embree's default and compact BVH, and print their size");
   command.add_flag("--reference", a->reference,

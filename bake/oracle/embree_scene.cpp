@@ -20,9 +20,8 @@ std::string embree_version() {
 void EmbreeScene::Release::operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
 void EmbreeScene::Release::operator()(RTCSceneTy* scene) const { rtcReleaseScene(scene); }
 
-EmbreeScene::EmbreeScene(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
-                         EmbreeBuild build)
-    : device_(rtcNewDevice(nullptr)) {
+void EmbreeScene::make_device() {
+  device_.reset(rtcNewDevice(nullptr));
   RTCDevice device = device_.get();
   if (!device) throw Error(Status::internal, "Embree cannot create a device on this machine");
   rtcSetDeviceErrorFunction(
@@ -35,44 +34,87 @@ EmbreeScene::EmbreeScene(std::span<const mesh::Float3> positions, std::span<cons
         return true;
       },
       this);
-  scene_.reset(rtcNewScene(device));
-  RTCScene scene = scene_.get();
+}
+
+EmbreeScene::ScenePointer EmbreeScene::make_scene(EmbreeBuild build) {
+  ScenePointer scene(rtcNewScene(device_.get()));
   switch (build) {
     case EmbreeBuild::robust:
-      rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+      rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
       break;
     case EmbreeBuild::compact:
-      rtcSetSceneFlags(scene, RTC_SCENE_FLAG_COMPACT);
+      rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_COMPACT);
       break;
     case EmbreeBuild::high:
-      rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+      rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
       break;
     case EmbreeBuild::standard:
       break;
   }
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertices = static_cast<float*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, positions.size()));
-  auto* indices = static_cast<uint32_t*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, triangles.size()));
+  return scene;
+}
+
+void EmbreeScene::add_triangles(RTCScene scene, const EmbreeObject& object) {
+  const int64_t before = bytes_;
+  RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, object.positions.size()));
+  auto* indices = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, object.triangles.size()));
   if (!vertices || !indices) {
     rtcReleaseGeometry(geometry);
     throw Error(Status::out_of_memory,
-                "Embree cannot hold " + std::to_string(triangles.size()) + " triangles: " + error_);
+                "Embree cannot hold " + std::to_string(object.triangles.size()) + " triangles: " + error_);
   }
-  std::memcpy(vertices, positions.data(), positions.size() * 12);
-  std::memcpy(indices, triangles.data(), triangles.size() * 12);
-  buffers_ = bytes_;
+  std::memcpy(vertices, object.positions.data(), object.positions.size() * 12);
+  std::memcpy(indices, object.triangles.data(), object.triangles.size() * 12);
+  buffers_ += bytes_ - before;
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
+  commit_alone(scene, std::to_string(object.triangles.size()) + " triangles");
+}
+
+void EmbreeScene::commit_alone(RTCScene scene, const std::string& what) {
   // On one thread: with more, the order of triangles within a leaf may vary, and with it which of two
   // triangles is reported for a hit on their common edge. A bake must not depend on that.
   tbb::task_arena(1).execute([&] { rtcCommitScene(scene); });
-  if (!error_.empty() || rtcGetDeviceError(device) != RTC_ERROR_NONE) {
-    throw Error(Status::out_of_memory, "Embree cannot build a BVH over " + std::to_string(triangles.size()) +
-                                           " triangles: " + error_);
-  }
+  if (!error_.empty() || rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE)
+    throw Error(Status::out_of_memory, "Embree cannot build a BVH over " + what + ": " + error_);
 }
+
+EmbreeScene::EmbreeScene(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
+                         EmbreeBuild build) {
+  make_device();
+  scene_ = make_scene(build);
+  add_triangles(scene_.get(), {positions, triangles});
+}
+
+EmbreeScene::EmbreeScene(std::span<const EmbreeObject> objects, std::span<const Placed> instances,
+                         EmbreeBuild build) {
+  make_device();
+  for (const EmbreeObject& object : objects) {
+    objects_.push_back(make_scene(build));
+    add_triangles(objects_.back().get(), object);
+  }
+  scene_ = make_scene(build);
+  for (const Placed& placed : instances) {
+    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, objects_.at(placed.object).get());
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, placed.transform.data());
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene_.get(), geometry);
+    rtcReleaseGeometry(geometry);
+  }
+  commit_alone(scene_.get(), std::to_string(instances.size()) + " instances");
+}
+
+void EmbreeScene::move(uint32_t instance, const mesh::Transform& transform) {
+  RTCGeometry geometry = rtcGetGeometry(scene_.get(), instance);
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, transform.data());
+  rtcCommitGeometry(geometry);
+}
+
+void EmbreeScene::commit() { rtcCommitScene(scene_.get()); }
 
 }  // namespace nif::bake

@@ -1,4 +1,5 @@
-// A triangle mesh in an Embree scene of its own: what the ray oracle and the baseline to beat share.
+// A triangle mesh, or instances of several, in an Embree scene: what the ray oracle and the baseline to beat
+// share.
 #pragma once
 
 #include <atomic>
@@ -6,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "formats/mesh/scene.hpp"
 
@@ -21,16 +23,36 @@ enum class EmbreeBuild { robust, standard, compact, high };
 /// Of the library that is loaded, "3.13.5".
 std::string embree_version();
 
-/// Immutable once made; any number of threads may ask it.
+/// An object in its place.
+struct Placed {
+  uint32_t object;
+  mesh::Transform transform;
+};
+
+/// A mesh that scenes of instances place. Not owned.
+struct EmbreeObject {
+  std::span<const mesh::Float3> positions;
+  std::span<const mesh::Triangle> triangles;
+};
+
+/// Any number of threads may ask it, while none changes it.
 class EmbreeScene {
  public:
   /// Copies what it needs. Throws Error(out_of_memory) or Error(internal) with Embree's own message.
   EmbreeScene(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
               EmbreeBuild build);
+  /// Instances: each object gets a scene, and all instances together one above them. `build` counts for all
+  /// of these scenes.
+  EmbreeScene(std::span<const EmbreeObject> objects, std::span<const Placed> instances, EmbreeBuild build);
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
 
   RTCSceneTy* handle() const { return scene_.get(); }
+
+  /// Gives an instance another transform, which counts after commit().
+  void move(uint32_t instance, const mesh::Transform& transform);
+  /// Builds the hierarchy over the instances anew, on the threads of the calling task arena.
+  void commit();
 
   /// Bytes that Embree holds for the scene, by its own memory monitor: BVH and copied vertices and indices
   /// apart.
@@ -45,12 +67,21 @@ class EmbreeScene {
     void operator()(RTCDeviceTy* device) const;
     void operator()(RTCSceneTy* scene) const;
   };
+  using ScenePointer = std::unique_ptr<RTCSceneTy, Release>;
+
+  void make_device();
+  ScenePointer make_scene(EmbreeBuild build);
+  /// Adds a mesh to a scene and commits that.
+  void add_triangles(RTCSceneTy* scene, const EmbreeObject& object);
+  void commit_alone(RTCSceneTy* scene, const std::string& what);
+
   std::atomic<int64_t> bytes_{0};
   int64_t buffers_ = 0;
   std::string error_;
   // Last, so that they go first: on its way out Embree still reports what it frees.
   std::unique_ptr<RTCDeviceTy, Release> device_;
-  std::unique_ptr<RTCSceneTy, Release> scene_;
+  std::vector<ScenePointer> objects_;  ///< that instances place
+  ScenePointer scene_;
 };
 
 }  // namespace nif::bake

@@ -5,6 +5,8 @@
 #include <numbers>
 
 #include "formats/base/vector.hpp"
+#include "formats/mesh/box.hpp"
+#include "formats/mesh/transform.hpp"
 
 namespace nif::bake {
 namespace {
@@ -20,6 +22,26 @@ RTCRay to_ray(const Segment& segment) {
 }
 
 }  // namespace
+
+Oracle::Oracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles)
+    : scene_(positions, triangles, EmbreeBuild::robust) {
+  for (const mesh::Triangle& triangle : triangles)
+    for (const uint32_t corner : triangle)
+      for (const float x : positions[corner]) reach_ = std::max(reach_, std::abs(double(x)));
+}
+
+Oracle::Oracle(std::span<const EmbreeObject> objects, std::span<const Placed> instances)
+    : scene_(objects, instances, EmbreeBuild::robust) {
+  std::vector<mesh::Box> boxes;
+  for (const EmbreeObject& object : objects)
+    boxes.push_back(mesh::bounds(object.positions, object.triangles));
+  for (const Placed& placed : instances) {
+    normals_.push_back(mesh::cofactors(placed.transform));
+    const mesh::Box box = mesh::bounds(boxes[placed.object], placed.transform);
+    for (size_t a = 0; a < 3; ++a)
+      reach_ = std::max({reach_, std::abs(double(box.min[a])), std::abs(double(box.max[a]))});
+  }
+}
 
 bool Oracle::occluded(const Segment& segment) const {
   RTCIntersectContext context;
@@ -66,10 +88,14 @@ std::optional<Oracle::Hit> Oracle::first_hit(const Segment& segment) const {
   rtcInitIntersectContext(&context);
   RTCRayHit query{};
   query.ray = to_ray(segment);
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene_.handle(), &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  return Hit{query.ray.tfar, query.hit.primID, {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}};
+  const Double3 normal{query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z};
+  if (normals_.empty()) return Hit{query.ray.tfar, query.hit.primID, normal};
+  const uint32_t instance = query.hit.instID[0];
+  return Hit{query.ray.tfar, query.hit.primID, mesh::product(mesh::rows_of(normals_[instance]), normal),
+             instance};
 }
 
 InsideTest::InsideTest(const mesh::CleanMesh& surface, const ClosedComponents& closed) {
@@ -77,6 +103,21 @@ InsideTest::InsideTest(const mesh::CleanMesh& surface, const ClosedComponents& c
   std::vector<mesh::Triangle> triangles(closed.members.size());
   for (size_t t = 0; t < triangles.size(); ++t) triangles[t] = closed.triangle(surface, t);
   oracle_ = std::make_unique<Oracle>(surface.positions, triangles);
+}
+
+InsideTest::InsideTest(std::span<const EmbreeObject> objects, std::span<const Placed> instances) {
+  // Embree has no scenes without triangles.
+  std::vector<EmbreeObject> kept;
+  std::vector<uint32_t> number(objects.size());
+  for (size_t i = 0; i < objects.size(); ++i) {
+    number[i] = uint32_t(kept.size());
+    if (!objects[i].triangles.empty()) kept.push_back(objects[i]);
+  }
+  std::vector<Placed> placed;
+  for (const Placed& instance : instances)
+    if (!objects[instance.object].triangles.empty())
+      placed.push_back({number[instance.object], instance.transform});
+  if (!placed.empty()) oracle_ = std::make_unique<Oracle>(kept, placed);
 }
 
 bool InsideTest::inside(const std::array<float, 3>& point) const {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "bake/oracle/closure.hpp"
 #include "bake/oracle/embree_scene.hpp"
@@ -21,13 +22,9 @@ using kernels::Segment;
 /// Answers by Embree's robust traversal, one ray at a time. Any number of threads may ask it.
 class Oracle {
  public:
-  /// As the constructor of EmbreeScene.
-  Oracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles)
-      : scene_(positions, triangles, EmbreeBuild::robust) {
-    for (const mesh::Triangle& triangle : triangles)
-      for (const uint32_t corner : triangle)
-        for (const float x : positions[corner]) reach_ = std::max(reach_, std::abs(double(x)));
-  }
+  /// As the constructors of EmbreeScene.
+  Oracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles);
+  Oracle(std::span<const EmbreeObject> objects, std::span<const Placed> instances);
 
   /// True where a triangle is met at tmin <= t <= tmax.
   bool occluded(const Segment& segment) const;
@@ -39,19 +36,23 @@ class Oracle {
   struct Hit {
     float t;
     uint32_t triangle;
-    Double3 normal;  ///< geometric, by the triangle's winding; not normalised
+    Double3 normal;         ///< geometric, by the triangle's winding; not normalised
+    uint32_t instance = 0;  ///< of a scene of instances
   };
   std::optional<Hit> first_hit(const Segment& segment) const;
 
  private:
   EmbreeScene scene_;
-  double reach_ = 0;  ///< largest coordinate
+  std::vector<mesh::Transform> normals_;  ///< [instance] takes normals to the world; empty: one mesh
+  double reach_ = 0;                      ///< largest coordinate
 };
 
 /// Tells points inside closed components from all others, by counting signed crossings along a ray.
 class InsideTest {
  public:
   InsideTest(const mesh::CleanMesh& surface, const ClosedComponents& closed);
+  /// Of a scene of instances. `objects` consist of their closed components alone and may be empty.
+  InsideTest(std::span<const EmbreeObject> objects, std::span<const Placed> instances);
   /// True where some winding number along a fixed direction is not zero. A ray that grazes an edge may err,
   /// which shifts a sampling density by less than one can measure; nothing is proven by this.
   bool inside(const std::array<float, 3>& point) const;

@@ -56,7 +56,8 @@ std::optional<SurfacePoint> shading_point(const RaySource& source, const Segment
   Double3 normal = hit->normal * (1 / size);
   if (dot(normal, direction) > 0) normal = normal * -1;
   const Double3 origin{view.origin[0], view.origin[1], view.origin[2]};
-  return SurfacePoint{origin + direction * hit->t + normal * source.bias, normal};
+  const float bias = source.biases.empty() ? source.bias : source.biases[hit->instance];
+  return SurfacePoint{origin + direction * hit->t + normal * bias, normal};
 }
 
 std::optional<Segment> draw_from_surface(const RaySource& source, Random& random) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -26,13 +27,15 @@ inline constexpr float kBiasFraction = 1e-3f;
 /// Lengths of `segments` run from this fraction of the AABB's diagonal to all of it.
 inline constexpr double kShortestSegment = 0.01;
 
-/// Everything that drawing a ray needs to know of an object. Immutable while in use; not owned.
+/// Everything that drawing a ray needs to know of an object, or of a scene of instances. Immutable while in
+/// use; not owned.
 struct RaySource {
   const Oracle& oracle;
   const InsideTest& inside;
   mesh::Box box;
   float bias;
-  bool has_volume;  ///< some of the box lies outside of every solid, see has_free_volume()
+  bool has_volume;                     ///< some of the box lies outside of every solid, see has_free_volume()
+  std::span<const float> biases = {};  ///< of each instance; empty: `bias` everywhere
 };
 
 /// False where the box is flatter than the bias along an axis, or where 4,096 random points of it all lie

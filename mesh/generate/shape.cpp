@@ -6,6 +6,7 @@
 #include <string>
 
 #include "formats/base/status.hpp"
+#include "mesh/generate/city.hpp"
 #include "mesh/generate/shapes.hpp"
 
 namespace nif::generate {
@@ -25,12 +26,8 @@ const Shape& shape_named(std::string_view name) {
                                   [&](const Shape& shape) { return shape.name == name; });
   if (found != std::end(kShapes)) return *found;
   std::string names;
-  for (const Shape& shape : kShapes)
-    names += fmt::format("{}{}",
-                         names.empty()                     ? ""
-                         : &shape + 1 == std::end(kShapes) ? " and "
-                                                           : ", ",
-                         shape.name);
+  for (const Shape& shape : kShapes) names += fmt::format("{}, ", shape.name);
+  names.replace(names.size() - 2, 2, fmt::format(" and {}", kCity));
   throw Error(Status::usage, fmt::format("unknown shape '{}'; the shapes are {}", name, names));
 }
 

@@ -10,6 +10,7 @@
 #include "mesh/generate/noise.hpp"
 #include "mesh/generate/shapes.hpp"
 #include "mesh/generate/tree_limbs.hpp"
+#include "mesh/generate/tube.hpp"
 #include "mesh/generate/turn.hpp"
 
 namespace nif::generate {
@@ -18,27 +19,7 @@ namespace {
 constexpr uint64_t kLeafStream = 0x6c656166;  // "leaf"
 constexpr double kLongestLeaf = 0.6;
 
-/// How finely a limb is divided: rings of vertices, and one more vertex at each end.
-struct Tube {
-  uint64_t sides, rings;
-
-  uint64_t vertex_count() const { return sides * rings + 2; }
-  uint64_t triangle_count() const { return 2 * sides * rings; }
-  /// `base` is the number of the first vertex.
-  mesh::Triangle triangle(uint64_t index, uint64_t base) const {
-    const auto ring = [&](uint64_t i, uint64_t j) { return uint32_t(base + 1 + i * sides + j % sides); };
-    if (index < sides) return {ring(0, index + 1), ring(0, index), uint32_t(base)};
-    index -= sides;
-    const uint64_t quad = index / 2, i = quad / sides, j = quad % sides;
-    if (i + 1 == rings) {
-      const uint64_t last = index - 2 * sides * (rings - 1);
-      return {ring(i, last), ring(i, last + 1), uint32_t(base + vertex_count() - 1)};
-    }
-    if (index % 2 == 0) return {ring(i, j), ring(i, j + 1), ring(i + 1, j + 1)};
-    return {ring(i, j), ring(i + 1, j + 1), ring(i + 1, j)};
-  }
-};
-
+/// How finely a limb of a level is divided.
 Tube tube_of(size_t level, double fineness) {
   constexpr std::array<Tube, kLimbLevels> kTubes{{{24, 32}, {8, 8}, {6, 5}, {4, 4}, {3, 3}, {3, 2}}};
   return {std::max<uint64_t>(3, uint64_t(double(kTubes[level].sides) * fineness + 0.5)),

@@ -51,13 +51,13 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
        {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--uncoded", "--lean", "--mix",
         "--outer-resolution", "--precision", "--shared-network", "--seed", "--json", "--quiet"})
     EXPECT_NE(bake.find(word), std::string::npos) << word;
-  for (const char* word :
-       {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot", "--device"})
+  for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot",
+                           "--device", "--asset", "--moved"})
     EXPECT_NE(bench.find(word), std::string::npos) << word;
   for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--json"})
     EXPECT_NE(eval.find(word), std::string::npos) << word;
   for (const char* word : {"--output", "--triangles", "--seed", "--json", "--quiet", "statue", "tori",
-                           "torus", "tree", "terrain", "chain-mail"})
+                           "torus", "tree", "terrain", "chain-mail", "city", "--instances"})
     EXPECT_NE(generate.find(word), std::string::npos) << word;
 }
 

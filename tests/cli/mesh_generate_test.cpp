@@ -83,7 +83,7 @@ TEST_F(MeshGenerate, RefusesByName) {
   for (const Refusal& refusal : {
            Refusal{{"teapot", "-o", file},
                    Status::usage,
-                   {"teapot", "statue", "tori", "torus", "tree", "terrain", "chain-mail"}},
+                   {"teapot", "statue", "tori", "torus", "tree", "terrain", "chain-mail", "city"}},
            Refusal{{"-o", file}, Status::usage, {"SHAPE"}},
            Refusal{{"statue"}, Status::usage, {"--output"}},
            Refusal{{"statue", "-o", file, "--triangles", "99"}, Status::usage, {"--triangles", "100"}},
@@ -91,6 +91,14 @@ TEST_F(MeshGenerate, RefusesByName) {
                {"statue", "-o", file, "--triangles", "50000001"}, Status::usage, {"--triangles", "50000000"}},
            Refusal{{"statue", "-o", file, "--triangles", "many"}, Status::usage, {"--triangles"}},
            Refusal{{"chain-mail", "-o", file, "--triangles", "100"}, Status::usage, {"chain-mail", "144"}},
+           Refusal{{"city", "-o", file}, Status::usage, {file, ".glb"}},
+           Refusal{{"city", "-o", path("a.glb"), "--triangles", "5000"},
+                   Status::usage,
+                   {"--triangles", "city", "--instances"}},
+           Refusal{
+               {"city", "-o", path("a.glb"), "--instances", "2999"}, Status::usage, {"--instances", "3000"}},
+           Refusal{{"tree", "-o", file, "--instances", "3000"}, Status::usage, {"--instances", "city"}},
+           Refusal{{"city", "-o", path("no/a.glb")}, Status::output_folder_missing, {path("no")}},
            Refusal{{"statue", "-o", path("no/a.ply")}, Status::output_folder_missing, {path("no")}},
            Refusal{{"statue", "-o", folder_.path().string()},
                    Status::output_not_writable,
@@ -105,6 +113,31 @@ TEST_F(MeshGenerate, RefusesByName) {
       EXPECT_NE(outcome.err.find(word), std::string::npos) << "'" << word << "' in: " << outcome.err;
     EXPECT_EQ(listing(folder_.path()), std::vector<std::string>());
   }
+}
+
+TEST_F(MeshGenerate, WritesACityAsAScene) {
+  const std::string file = path("city.glb"), again = path("again.glb");
+  const Outcome outcome = generate({"city", "-o", file, "--instances", "3000", "--seed", "7", "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  const auto result = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(result["schema"], "nifkit.mesh-generate/1");
+  EXPECT_EQ(result["shape"], "city");
+  EXPECT_EQ(result["seed"], 7);
+  EXPECT_EQ(result["meshes"], 200);
+  EXPECT_EQ(result["instances"], 3000);
+  EXPECT_EQ(result["bytes"], fs::file_size(file));
+  EXPECT_LT(result["bounds"][0][0], -100);
+  EXPECT_GT(result["bounds"][1][0], 100);
+  const mesh::Scene scene = mesh::read(file);
+  EXPECT_EQ(scene.instances.size(), 3000u);
+  uint64_t triangles = 0;
+  for (const mesh::Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
+  EXPECT_EQ(result["triangles"], triangles);
+
+  const Outcome text = generate({"city", "-o", again, "--instances", "3000", "--seed", "7", "-j", "3"});
+  EXPECT_NE(text.out.find("200 meshes in 3000 instances"), std::string::npos) << text.out;
+  EXPECT_TRUE(read_bytes(file) == read_bytes(again));
 }
 
 TEST_F(MeshGenerate, InterruptLeavesNothing) {

@@ -14,6 +14,7 @@
 #include "mesh/generate/shape.hpp"
 #include "mesh/generate/turn.hpp"
 #include "tests/support/shapes.hpp"
+#include "tests/support/surfaces.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace nif::generate {
@@ -34,42 +35,6 @@ mesh::Mesh whole(const mesh::MeshSource& source) {
   return mesh;
 }
 
-/// Each edge once in each direction, which open_edges() alone would not see of an edge of four triangles.
-void expect_closed(const mesh::Mesh& mesh) {
-  std::vector<std::pair<uint32_t, uint32_t>> edges;
-  for (const mesh::Triangle& t : mesh.triangles)
-    for (size_t i = 0; i < 3; ++i) edges.emplace_back(t[i], t[(i + 1) % 3]);
-  std::sort(edges.begin(), edges.end());
-  EXPECT_EQ(std::adjacent_find(edges.begin(), edges.end()), edges.end()) << "an edge runs twice the same way";
-  size_t open = 0;
-  for (const auto& [a, b] : edges) open += !std::binary_search(edges.begin(), edges.end(), std::pair(b, a));
-  EXPECT_EQ(open, 0u);
-}
-
-/// The surfaces that a mesh consists of, as triangles each.
-std::vector<mesh::Mesh> surfaces(const mesh::Mesh& mesh) {
-  std::vector<uint32_t> parent(mesh.positions.size());
-  for (uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
-  const auto root = [&](uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (const mesh::Triangle& t : mesh.triangles) {
-    parent[root(t[1])] = root(t[0]);
-    parent[root(t[2])] = root(t[0]);
-  }
-  std::map<uint32_t, mesh::Mesh> parts;
-  for (const mesh::Triangle& t : mesh.triangles) {
-    mesh::Mesh& part = parts[root(t[0])];
-    const auto base = uint32_t(part.positions.size());
-    for (const uint32_t vertex : t) part.positions.push_back(mesh.positions[vertex]);
-    part.triangles.push_back({base, base + 1, base + 2});
-  }
-  std::vector<mesh::Mesh> out;
-  for (auto& [first, part] : parts) out.push_back(std::move(part));
-  return out;
-}
-
 class Generated : public testing::TestWithParam<std::string> {
  protected:
   static mesh::Mesh make(uint64_t triangles, uint64_t seed = 1) {
@@ -86,9 +51,9 @@ TEST_P(Generated, IsClosedAndFacesOutwards) {
     for (const mesh::Triangle& t : mesh.triangles) used.insert(t.begin(), t.end());
     ASSERT_EQ(used.size(), mesh.positions.size());
     ASSERT_EQ(*used.rbegin(), mesh.positions.size() - 1);
-    expect_closed(mesh);
+    test::expect_closed(mesh);
     size_t inside_out = 0;
-    for (const mesh::Mesh& surface : surfaces(mesh)) inside_out += test::signed_volume(surface) <= 0;
+    for (const mesh::Mesh& surface : test::surfaces(mesh)) inside_out += test::signed_volume(surface) <= 0;
     EXPECT_EQ(inside_out, 0u);
     const mesh::CleanReport report = mesh::clean(mesh).report;
     EXPECT_EQ(report.degenerate, 0u);
@@ -187,20 +152,20 @@ TEST(GeneratedShapes, AreWhatTheyAreNamedAfter) {
   const mesh::Mesh torus = whole(*make_shape("torus", {200'000, 3}));
   constexpr double kPi = 3.141592653589793;
   EXPECT_NEAR(test::signed_volume(torus), 2 * kPi * kPi * 0.35 * 0.35, 0.002);
-  EXPECT_EQ(surfaces(whole(*make_shape("tori", {5'000, 3}))).size(), 2u);
-  EXPECT_EQ(surfaces(whole(*make_shape("statue", {5'000, 3}))).size(), 1u);
-  EXPECT_EQ(surfaces(whole(*make_shape("terrain", {5'000, 3}))).size(), 1u);
-  EXPECT_GT(surfaces(whole(*make_shape("chain-mail", {50'000, 3}))).size(), 100u);
+  EXPECT_EQ(test::surfaces(whole(*make_shape("tori", {5'000, 3}))).size(), 2u);
+  EXPECT_EQ(test::surfaces(whole(*make_shape("statue", {5'000, 3}))).size(), 1u);
+  EXPECT_EQ(test::surfaces(whole(*make_shape("terrain", {5'000, 3}))).size(), 1u);
+  EXPECT_GT(test::surfaces(whole(*make_shape("chain-mail", {50'000, 3}))).size(), 100u);
   // Leaves are surfaces of four triangles.
   size_t of_leaves = 0;
-  for (const mesh::Mesh& surface : surfaces(whole(*make_shape("tree", {50'000, 3}))))
+  for (const mesh::Mesh& surface : test::surfaces(whole(*make_shape("tree", {50'000, 3}))))
     if (surface.triangles.size() == 4) of_leaves += 4;
   EXPECT_GT(of_leaves, 50'000u * 3 / 4);
 }
 
 /// Wires of the shape's rings are apart by this part of their radius, or more.
 void expect_apart(const std::string& name, uint64_t triangles, float least) {
-  const std::vector<mesh::Mesh> rings = surfaces(whole(*make_shape(name, {triangles, 5})));
+  const std::vector<mesh::Mesh> rings = test::surfaces(whole(*make_shape(name, {triangles, 5})));
   for (size_t i = 0; i < rings.size(); ++i)
     for (size_t k = i + 1; k < rings.size(); ++k) {
       float nearest = 1e9f;

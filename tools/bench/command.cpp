@@ -1,5 +1,5 @@
-// `nif bench`: compares an asset's speed with Embree's on the same rays, and always states the asset's error
-// on them.
+// `nif bench`: compares the speed of an asset, or of a scene of instances, with Embree's on the same rays,
+// and always states the error on them.
 #include <fmt/format.h>
 #include <tbb/info.h>
 #include <nlohmann/json.hpp>
@@ -9,27 +9,30 @@
 #include <limits>
 #include <memory>
 
+#include "formats/base/file_name.hpp"
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "tools/bench/gpu.hpp"
 #include "tools/bench/plot.hpp"
 #include "tools/bench/report.hpp"
+#include "tools/bench/scene_report.hpp"
 #include "tools/common/json_output.hpp"
 #include "tools/common/measure_options.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/common/ray_set_option.hpp"
 #include "tools/common/shared_options.hpp"
+#include "tools/render/scene_file.hpp"
 #include "tools/subcommands.hpp"
 
 namespace nif::tools {
 namespace {
 
 struct Arguments : MeasureArguments {
-  std::string against, plot, device = "cpu", precision = "single";
+  std::string file, mesh, asset, against, plot, device = "cpu", precision = "single";
   std::vector<uint32_t> threads;
-  uint32_t rounds = 7;
+  uint32_t rounds = 7, moved = 1000;
   std::string embree = "fastest";
   bool stages = false, batches = false, json = false, quiet = false;
 };
@@ -45,7 +48,7 @@ void drop_repeats(std::vector<T>& list) {
 
 BenchOptions resolve(const Arguments& arguments) {
   BenchOptions options{
-      arguments.asset,   arguments.mesh,   arguments.isa,  arguments.against, parse_sets(arguments.sets),
+      arguments.file,    arguments.mesh,   arguments.isa,  arguments.against, parse_sets(arguments.sets),
       arguments.threads, arguments.stages, arguments.rays, arguments.seed,    {}};
   if (options.sets.empty())
     options.sets = {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun};
@@ -66,7 +69,7 @@ void check_plot(const Arguments& arguments) {
                 "--plot -: the results go to standard output, so give a file name for the plot");
   }
   std::error_code ignored;
-  for (const std::string& input : {arguments.asset, arguments.mesh, arguments.against}) {
+  for (const std::string& input : {arguments.file, arguments.mesh, arguments.against}) {
     if (std::filesystem::equivalent(arguments.plot, input, ignored))
       throw Error(Status::usage, fmt::format("--plot {}: the plot would overwrite an input", input));
   }
@@ -74,8 +77,8 @@ void check_plot(const Arguments& arguments) {
 }
 
 /// Speeds of a busy machine are of little worth, and nothing else would tell.
-void print_notes(const BenchResult& result) {
-  for (const ThreadRun& run : result.runs) {
+void print_notes(const std::vector<ThreadRun>& runs) {
+  for (const ThreadRun& run : runs) {
     for (const SetSpeeds& speeds : run.sets) {
       if (speeds.cores > 0.85 * run.threads) continue;
       fmt::print(stderr,
@@ -109,7 +112,36 @@ void run_gpu(const Arguments& arguments, const Command& command) {
     fmt::print("{}", gpu_bench_table(options, result));
 }
 
+bool is_scene(const std::string& file) { return render::is_gltf(file) || ending_of(file) == ".toml"; }
+
+void run_scene(const Arguments& arguments, const Command& command) {
+  for (const char* option :
+       {"--mesh", "--against", "--stages", "--plot", "--device", "--batches", "--precision"})
+    if (command.given(option))
+      throw Error(Status::usage,
+                  fmt::format("{}: {} is only for an ASSET, not for a scene", arguments.file, option));
+  const BenchOptions resolved = resolve(arguments);
+  const SceneBenchOptions options{arguments.file, arguments.asset,  resolved.isa,
+                                  resolved.sets,  resolved.threads, resolved.rays,
+                                  resolved.seed,  arguments.moved,  resolved.schedule};
+  Progress progress(arguments.quiet);
+  const SceneBenchResult result = measure_scene(options, progress);
+  progress.finish();
+  if (!arguments.quiet) print_notes(result.still.runs);
+  if (arguments.json)
+    write_json(to_json(options, result));
+  else
+    fmt::print("{}", scene_bench_tables(options, result));
+}
+
 void run(const Arguments& arguments, const Command& command) {
+  if (is_scene(arguments.file)) return run_scene(arguments, command);
+  for (const char* option : {"--asset", "--moved"})
+    if (command.given(option))
+      throw Error(Status::usage,
+                  fmt::format("{}: {} is only for a scene (.toml, .gltf or .glb)", arguments.file, option));
+  if (arguments.mesh.empty())
+    throw Error(Status::usage, arguments.file + ": --mesh is required: the mesh that it was baked from");
   if (arguments.device != "cpu") return run_gpu(arguments, command);
   if (arguments.batches) throw Error(Status::usage, "--batches is only for a GPU: add --device gpu");
   if (arguments.precision != "single")
@@ -119,7 +151,7 @@ void run(const Arguments& arguments, const Command& command) {
   Progress progress(arguments.quiet);
   const BenchResult result = measure(options, progress);
   progress.finish();
-  if (!arguments.quiet) print_notes(result);
+  if (!arguments.quiet) print_notes(result.runs);
   if (arguments.json) {
     write_json(to_json(options, result));
   } else {
@@ -134,9 +166,18 @@ void run(const Arguments& arguments, const Command& command) {
 }  // namespace
 
 void add_bench(Command app) {
-  const Command command = app.add_subcommand("bench", "Compare an asset's speed with Embree's fastest");
+  const Command command =
+      app.add_subcommand("bench", "Compare the speed of an asset or a scene with Embree's fastest");
   auto a = std::make_shared<Arguments>();
+  command
+      .add_option("ASSET|SCENE", a->file,
+                  "The .nif file to measure, or a scene as nif render takes it (.toml, .gltf, .glb)")
+      .required();
+  command.add_option("--mesh", a->mesh, "Of an ASSET: the mesh that it was baked from");
+  command.add_option("--asset", a->asset,
+                     "Of a SCENE in glTF: the .nif file that was baked from it. A .toml names its assets");
   add_measure_options(command, *a, "outer-lines, inner-surface and sun");
+  command.add_option("--moved", a->moved, "Of a SCENE: instances to move; 0 for none").capture_default_str();
   command
       .add_option("-j,--threads", a->threads,
                   "Query threads (0 = all cores); may be repeated (default: 1, then all cores)")
@@ -165,16 +206,23 @@ void add_bench(Command app) {
       .one_of({"single", "half"})
       .capture_default_str();
   command.add_flag("--batches", a->batches, "On a GPU: also time smaller batches of rays");
-  add_json_option(command, a->json, fmt::format("{}; on a GPU {}", kBenchSchema, kGpuBenchSchema));
+  add_json_option(
+      command, a->json,
+      fmt::format("{}; of a scene {}; on a GPU {}", kBenchSchema, kSceneBenchSchema, kGpuBenchSchema));
   command.add_option("--plot", a->plot, "Also plot the results as an SVG to this file");
   add_quiet_option(command, a->quiet);
   command.footer(
       "If a file has several objects, each answers its own rays in its own space, on both sides. Times, "
       "bytes and\n"
       "errors are added up. Rates are in millions of rays per second, medians over the rounds.\n"
+      "A scene is asked as a whole, with instances on both sides. Then some instances are moved, which is "
+      "timed, too,\n"
+      "and the scene is asked again. Each object of a .toml needs an asset (nif = \"...\").\n"
       "Examples:\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg\n"
-      "  nif bench dragon.nif --mesh dragon.ply.gz --device gpu --stages --batches");
+      "  nif bench dragon.nif --mesh dragon.ply.gz --device gpu --stages --batches\n"
+      "  nif bench city.glb --asset city.nif\n"
+      "  nif bench scene.toml --set sun --moved 100");
   command.callback([a, command] { run(*a, command); });
 }
 

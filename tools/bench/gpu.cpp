@@ -184,11 +184,6 @@ nlohmann::ordered_json stages_json(const GpuSetSpeeds& speeds) {
   return json;
 }
 
-std::string with_spread(const Spread& spread) {
-  return fmt::format("{} ({}-{})", format_rate(spread.median), format_rate(spread.lowest),
-                     format_rate(spread.highest));
-}
-
 }  // namespace
 
 GpuSide GpuSetSpeeds::way() const {

@@ -49,42 +49,6 @@ Json stages_json(const StageTimes& times) {
   return json;
 }
 
-Json sets_json(const ThreadRun& run, const BenchResult& result) {
-  Json sets = Json::object();
-  for (const SetSpeeds& speeds : run.sets) {
-    const bake::Accuracy& accuracy = speeds.accuracy;
-    const Spread ratio = speeds.ratio_to_best();
-    Json variants = Json::array();
-    for (const EmbreeVariant& variant : speeds.embree)
-      variants.push_back(variant_json(variant, accuracy.rays, result));
-    sets[std::string(bake::name_of(speeds.set))] = {
-        {"rays", accuracy.rays},
-        {"error", accuracy.error()},
-        {"leak", accuracy.rate(accuracy.leak)},
-        {"spurious", accuracy.rate(accuracy.spurious)},
-        {"certain", accuracy.rate(accuracy.certain)},
-        {"certain_wrong", accuracy.certain_wrong},
-        {"embree", variant_json(speeds.best(), accuracy.rays, result)},
-        {"nif", rate_json(speeds.rate(), result.info.resident_bytes)},
-        {"ratio", ratio.median},
-        {"ratio_lowest", ratio.lowest},
-        {"ratio_highest", ratio.highest},
-        {"cores", speeds.cores},
-        {"variants", std::move(variants)}};
-    if (speeds.stages) sets[std::string(bake::name_of(speeds.set))]["stages"] = stages_json(*speeds.stages);
-    if (!speeds.against) continue;
-    const Spread to_other = speeds.ratio_to_other();
-    Json against = rate_json(speeds.against->rate(), result.against.resident_bytes);
-    against.update({{"error", speeds.against->accuracy.error()},
-                    {"ratio", to_other.median},
-                    {"ratio_lowest", to_other.lowest},
-                    {"ratio_highest", to_other.highest}});
-    if (speeds.against->stages) against["stages"] = stages_json(*speeds.against->stages);
-    sets[std::string(bake::name_of(speeds.set))]["against"] = std::move(against);
-  }
-  return sets;
-}
-
 /// Of one of the assets; empty where there are none.
 std::string stage_table(const ThreadRun& run, const std::string& asset,
                         const std::function<const std::optional<StageTimes>*(const SetSpeeds&)>& stages_of) {
@@ -104,11 +68,6 @@ std::string stage_table(const ThreadRun& run, const std::string& asset,
   std::string head = fmt::format("\nStages of {}, 1 thread, nanoseconds per ray\n{:<14}", asset, "ray set");
   for (const StageName& name : kStageNames) head += fmt::format("{:>15}", name.text);
   return head + fmt::format("{:>8}\n", "all") + rows;
-}
-
-std::string with_spread(const Spread& spread) {
-  return fmt::format("{} ({}-{})", format_rate(spread.median), format_rate(spread.lowest),
-                     format_rate(spread.highest));
 }
 
 std::string speed_table(const ThreadRun& run) {
@@ -163,7 +122,49 @@ std::string build_table(const ThreadRun& run, const BenchResult& result) {
   return trimmed;
 }
 
-/// What more threads bring both sides, set by set.
+}  // namespace
+
+Json sets_json(const ThreadRun& run, const BenchResult& result) {
+  Json sets = Json::object();
+  for (const SetSpeeds& speeds : run.sets) {
+    const bake::Accuracy& accuracy = speeds.accuracy;
+    const Spread ratio = speeds.ratio_to_best();
+    Json variants = Json::array();
+    for (const EmbreeVariant& variant : speeds.embree)
+      variants.push_back(variant_json(variant, accuracy.rays, result));
+    sets[std::string(bake::name_of(speeds.set))] = {
+        {"rays", accuracy.rays},
+        {"error", accuracy.error()},
+        {"leak", accuracy.rate(accuracy.leak)},
+        {"spurious", accuracy.rate(accuracy.spurious)},
+        {"certain", accuracy.rate(accuracy.certain)},
+        {"certain_wrong", accuracy.certain_wrong},
+        {"embree", variant_json(speeds.best(), accuracy.rays, result)},
+        {"nif", rate_json(speeds.rate(), result.info.resident_bytes)},
+        {"ratio", ratio.median},
+        {"ratio_lowest", ratio.lowest},
+        {"ratio_highest", ratio.highest},
+        {"cores", speeds.cores},
+        {"variants", std::move(variants)}};
+    if (speeds.stages) sets[std::string(bake::name_of(speeds.set))]["stages"] = stages_json(*speeds.stages);
+    if (!speeds.against) continue;
+    const Spread to_other = speeds.ratio_to_other();
+    Json against = rate_json(speeds.against->rate(), result.against.resident_bytes);
+    against.update({{"error", speeds.against->accuracy.error()},
+                    {"ratio", to_other.median},
+                    {"ratio_lowest", to_other.lowest},
+                    {"ratio_highest", to_other.highest}});
+    if (speeds.against->stages) against["stages"] = stages_json(*speeds.against->stages);
+    sets[std::string(bake::name_of(speeds.set))]["against"] = std::move(against);
+  }
+  return sets;
+}
+
+std::string with_spread(const Spread& spread) {
+  return fmt::format("{} ({}-{})", format_rate(spread.median), format_rate(spread.lowest),
+                     format_rate(spread.highest));
+}
+
 std::string gain_line(const ThreadRun& first, const ThreadRun& more) {
   std::string nif, embree;
   for (size_t s = 0; s < more.sets.size(); ++s) {
@@ -177,15 +178,26 @@ std::string gain_line(const ThreadRun& first, const ThreadRun& more) {
                      count_of(first.threads, "thread"), nif, embree);
 }
 
-}  // namespace
+std::string run_tables(const ThreadRun& run, const BenchResult& result) {
+  return speed_table(run) + "\n" + build_table(run, result);
+}
+
+nlohmann::ordered_json embree_bytes_json(const BenchResult& result) {
+  Json json = Json::object();
+  for (size_t b = 0; b < kEmbreeBuilds.size(); ++b)
+    json[std::string(name_of(kEmbreeBuilds[b]))] = result.embree_bytes[b];
+  return json;
+}
+
+std::string on_processor() {
+  const std::string name = processor_name();
+  return name.empty() ? "" : " on " + name;
+}
 
 nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& result) {
   Json scaling = Json::array();
   for (const ThreadRun& run : result.runs)
     scaling.push_back({{"threads", run.threads}, {"sets", sets_json(run, result)}});
-  Json embree_bytes = Json::object();
-  for (size_t b = 0; b < kEmbreeBuilds.size(); ++b)
-    embree_bytes[std::string(name_of(kEmbreeBuilds[b]))] = result.embree_bytes[b];
   Json json{{"schema", kBenchSchema},
             {"file", options.asset},
             {"threads", result.runs.front().threads},
@@ -202,22 +214,21 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
              {{"file", result.info.file_bytes},
               {"resident", result.info.resident_bytes},
               {"parts", parts_json(result.parts)},
-              {"embree", std::move(embree_bytes)}}}};
+              {"embree", embree_bytes_json(result)}}}};
   if (!options.against.empty()) json["against"] = options.against;
   return json;
 }
 
 std::string bench_tables(const BenchOptions& options, const BenchResult& result) {
-  const std::string processor = processor_name();
   std::string text = fmt::format(
-      "{}: {}, isa {}, against Embree {}{}{}\n"
+      "{}: {}, isa {}, against Embree {}{}\n"
       "Millions of rays per second: the median of {} (lowest-highest). *: Embree is told that the rays are "
       "coherent.\n",
       options.asset, count_of(result.triangles, "triangle"), result.isa, bake::embree_version(),
-      processor.empty() ? "" : " on ", processor, count_of(options.schedule.rounds, "round"));
+      on_processor(), count_of(options.schedule.rounds, "round"));
   for (const ThreadRun& run : result.runs) {
-    text += fmt::format("\n{}\n\n{}\n{}{}", count_of(run.threads, "thread"), speed_table(run),
-                        build_table(run, result), other_table(run, options, result));
+    text += fmt::format("\n{}\n\n{}{}", count_of(run.threads, "thread"), run_tables(run, result),
+                        other_table(run, options, result));
     if (&run != &result.runs.front()) text += gain_line(result.runs.front(), run);
   }
   const ThreadRun& first = result.runs.front();

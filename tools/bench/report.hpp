@@ -14,6 +14,22 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
 
 std::string bench_tables(const BenchOptions& options, const BenchResult& result);
 
+/// What both reports, of an asset and of a scene, have of a run: by ray set, as docs/benchmark.md explains;
+/// and as tables, with bytes of `result`.
+nlohmann::ordered_json sets_json(const ThreadRun& run, const BenchResult& result);
+std::string run_tables(const ThreadRun& run, const BenchResult& result);
+/// By build.
+nlohmann::ordered_json embree_bytes_json(const BenchResult& result);
+
+/// What more threads bring both sides, set by set.
+std::string gain_line(const ThreadRun& first, const ThreadRun& more);
+
+/// A median with the lowest and the highest in parentheses.
+std::string with_spread(const Spread& spread);
+
+/// " on NAME" with the processor's name; empty where the system gives none.
+std::string on_processor();
+
 /// Three digits, for people: "0.87", "13.2", "104".
 std::string format_rate(double rate);
 

@@ -6,8 +6,6 @@
 namespace nif::tools {
 
 void add_measure_options(Command command, MeasureArguments& arguments, const std::string& sets) {
-  command.add_option("ASSET", arguments.asset, "The .nif file to measure").required();
-  command.add_option("--mesh", arguments.mesh, "The mesh that it was baked from").required();
   add_set_option(command, arguments.sets, sets);
   command.add_option("--rays", arguments.rays, "Rays per ray set, divided among the objects")
       .positive()

@@ -1,4 +1,4 @@
-// What `nif eval` and `nif bench` both are told: which asset to measure, with which rays.
+// What `nif eval` and `nif bench` both are told: with which rays to measure.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,12 @@
 namespace nif::tools {
 
 struct MeasureArguments {
-  std::string asset, mesh, isa = "auto";
+  std::string isa = "auto";
   std::vector<std::string> sets;  ///< for parse_sets()
   uint64_t rays = 1'000'000, seed = 2;
 };
 
-/// ASSET, --mesh, --set, --rays, --seed and --isa. `sets` says which ray sets are the default.
+/// --set, --rays, --seed and --isa. `sets` says which ray sets are the default.
 void add_measure_options(Command command, MeasureArguments& arguments, const std::string& sets);
 
 }  // namespace nif::tools

@@ -61,6 +61,15 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   }
 }
 
+std::vector<bake::Placed> MeasuredAsset::instances() const {
+  std::vector<bake::Placed> placed;
+  for (const uint32_t i : prepared_.instances) {
+    const mesh::Instance& instance = scene_.instances[i];
+    placed.push_back({prepared_.object_of[instance.mesh], instance.transform});
+  }
+  return placed;
+}
+
 uint64_t MeasuredAsset::gpu_bytes() const {
   NifAssetInfo info{};
   info.struct_size = sizeof(info);

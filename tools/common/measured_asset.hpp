@@ -27,6 +27,9 @@ class MeasuredAsset {
   /// What the asset takes of a GPU's memory; 0 until a scene of it was asked for.
   uint64_t gpu_bytes() const;
   const std::vector<bake::Prepared>& objects() const { return prepared_.objects; }
+  /// Where the mesh file places the objects.
+  std::vector<bake::Placed> instances() const;
+  const std::string& path() const { return path_; }
   const std::string& name(size_t object) const { return names_[object]; }
   uint64_t triangles() const;
   /// Some objects are `spherical`, which cannot tell where a segment ends.

@@ -10,6 +10,7 @@
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
+#include "formats/mesh/transform.hpp"
 #include "formats/mesh/write.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/json_output.hpp"
@@ -24,7 +25,6 @@
 #include "tools/mesh/verbs.hpp"
 #include "tools/mesh/write_options.hpp"
 #include "tools/render/scene_file.hpp"
-#include "tools/render/transform.hpp"
 
 namespace nif::tools {
 namespace {
@@ -44,7 +44,7 @@ void append(mesh::Scene& to, const mesh::Scene& file, const mesh::Transform& pla
   if (first_mesh == to.meshes.size())
     to.meshes.insert(to.meshes.end(), file.meshes.begin(), file.meshes.end());
   const auto placed = [&](auto thing) {
-    thing.transform = render::compose(place, thing.transform);
+    thing.transform = mesh::compose(place, thing.transform);
     return thing;
   };
   for (const mesh::Instance& instance : file.instances) {

@@ -6,9 +6,16 @@
 #include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <tuple>
 
 #include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
+#include "formats/mesh/box.hpp"
 #include "formats/mesh/ply_writer.hpp"
+#include "formats/mesh/write.hpp"
+#include "mesh/generate/city.hpp"
 #include "mesh/generate/shape.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/json_output.hpp"
@@ -26,6 +33,16 @@ constexpr const char* kSchema = "nifkit.mesh-generate/1";
 struct Arguments : RunArguments {
   std::string shape, output;
   generate::Request request;
+  std::optional<uint64_t> triangles;
+  std::optional<uint32_t> instances;
+};
+
+/// What a file holds, for the results.
+struct Made {
+  uint64_t triangles, vertices, bytes;
+  mesh::Float3 low, high;
+  nlohmann::ordered_json more = nlohmann::ordered_json::object();  ///< that only some shapes have
+  std::string text = {};                                           ///< the same for people
 };
 
 /// Does the mesh go where the results would go?
@@ -35,43 +52,85 @@ bool is_standard_output(const std::string& path) {
          file.st_ino == out.st_ino && !S_ISCHR(file.st_mode);
 }
 
-void print(std::FILE* out, const Arguments& arguments, const mesh::MeshSource& source,
-           const mesh::PlyFile& file, double seconds) {
+void print(std::FILE* out, const Arguments& arguments, const Made& made, double seconds) {
   if (arguments.json) {
-    const nlohmann::ordered_json json{{"schema", kSchema},
-                                      {"file", arguments.output},
-                                      {"shape", arguments.shape},
-                                      {"seed", arguments.request.seed},
-                                      {"triangles", source.triangle_count()},
-                                      {"vertices", source.vertex_count()},
-                                      {"bytes", file.bytes},
-                                      {"bounds", {file.low, file.high}},
-                                      {"seconds", seconds}};
+    nlohmann::ordered_json json{{"schema", kSchema},           {"file", arguments.output},
+                                {"shape", arguments.shape},    {"seed", arguments.request.seed},
+                                {"triangles", made.triangles}, {"vertices", made.vertices},
+                                {"bytes", made.bytes},         {"bounds", {made.low, made.high}},
+                                {"seconds", seconds}};
+    json.update(made.more);
     write_json(json, out);
   } else if (!arguments.quiet) {
+    const auto& [low, high] = std::tie(made.low, made.high);
     fmt::print(out,
-               "{}: {}, {} triangles, {} vertices, {} bytes, from ({:.3g}, {:.3g}, {:.3g}) to "
+               "{}: {}, {}{} triangles, {} vertices, {} bytes, from ({:.3g}, {:.3g}, {:.3g}) to "
                "({:.3g}, {:.3g}, {:.3g}), in {:.1f} s\n",
-               arguments.output, arguments.shape, source.triangle_count(), source.vertex_count(), file.bytes,
-               file.low[0], file.low[1], file.low[2], file.high[0], file.high[1], file.high[2], seconds);
+               arguments.output, arguments.shape, made.text, made.triangles, made.vertices, made.bytes,
+               low[0], low[1], low[2], high[0], high[1], high[2], seconds);
   }
 }
 
-void run(const Arguments& arguments) {
-  const auto start = std::chrono::steady_clock::now();
+/// A shape, which is written while it is computed.
+Made write_shape(const Arguments& arguments, Progress& progress) {
   const std::unique_ptr<mesh::MeshSource> source = generate::make_shape(arguments.shape, arguments.request);
-  // Results that would end up within the mesh go beside the progress.
-  std::FILE* results = is_standard_output(arguments.output) ? stderr : stdout;
   check_output(arguments.output);
-  limit_threads(arguments.threads);
-  Progress progress(arguments.quiet);
   const mesh::PlyFile file = mesh::write_ply(
       arguments.output, *source,
       fmt::format("nif mesh generate {} --triangles {} --seed {}", arguments.shape,
                   arguments.request.triangles, arguments.request.seed),
       [&](double fraction) { progress.update(fraction, "writing " + arguments.output); }, interruption());
+  return {source->triangle_count(), source->vertex_count(), file.bytes, file.low, file.high};
+}
+
+Made write_city(const Arguments& arguments, Progress& progress) {
+  if (mesh::file_kind(arguments.output) != mesh::FileKind::glb)
+    throw Error(Status::usage, arguments.output + ": a city has instances, so its file must end in .glb");
+  check_output(arguments.output);
+  generate::CityRequest request;
+  request.seed = arguments.request.seed;
+  request.instances = arguments.instances.value_or(request.instances);
+  mesh::Scene scene;
+  {
+    const EndAtOnce nothing_is_written;
+    progress.update(0, "generating " + arguments.shape);
+    scene = generate::make_city(request);
+  }
+  progress.update(0.5, "writing " + arguments.output);
+  const mesh::Written file = mesh::write(
+      arguments.output, scene, {}, [](double) {}, interruption());
+  Made made{0, 0, file.bytes, {}, {}};
+  for (const mesh::Mesh& mesh : scene.meshes) {
+    made.triangles += mesh.triangles.size();
+    made.vertices += mesh.positions.size();
+  }
+  const mesh::Box box = mesh::bounds(scene);
+  made.low = box.min, made.high = box.max;
+  made.more = {{"meshes", scene.meshes.size()}, {"instances", scene.instances.size()}};
+  made.text =
+      fmt::format("{} meshes in {}, ", scene.meshes.size(), count_of(scene.instances.size(), "instance"));
+  return made;
+}
+
+void run(Arguments arguments) {
+  const auto start = std::chrono::steady_clock::now();
+  const bool city = arguments.shape == generate::kCity;
+  if (city && arguments.triangles)
+    throw Error(Status::usage,
+                fmt::format("--triangles is not for {}: its {} objects have {} to {} triangles each; "
+                            "--instances says how large it is",
+                            arguments.shape, generate::kCityObjects, generate::kCityFewestTriangles,
+                            generate::kCityMostTriangles));
+  if (!city && arguments.instances)
+    throw Error(Status::usage, fmt::format("--instances is only for {}", generate::kCity));
+  arguments.request.triangles = arguments.triangles.value_or(arguments.request.triangles);
+  // Results that would end up within the mesh go beside the progress.
+  std::FILE* results = is_standard_output(arguments.output) ? stderr : stdout;
+  limit_threads(arguments.threads);
+  Progress progress(arguments.quiet);
+  const Made made = city ? write_city(arguments, progress) : write_shape(arguments, progress);
   progress.finish();
-  print(results, arguments, *source, file,
+  print(results, arguments, made,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
@@ -79,25 +138,31 @@ std::string footer() {
   std::string text = "Shapes (all closed, facing outwards, y up):\n";
   for (const generate::Shape& shape : generate::shapes())
     text += fmt::format("  {:<12}{}\n", shape.name, shape.description);
-  return text +
+  return text + fmt::format("  {:<12}{}\n", generate::kCity, generate::kCityDescription) +
          "\nExamples:\n"
          "  nif mesh generate statue -o statue.ply --triangles 1000000\n"
-         "  nif mesh generate tree -o /dev/stdout | zstd > tree.ply.zst";
+         "  nif mesh generate tree -o /dev/stdout | zstd > tree.ply.zst\n"
+         "  nif mesh generate city -o city.glb --instances 20000";
 }
 
 }  // namespace
 
 void add_mesh_generate(Command mesh) {
-  const Command command = mesh.add_subcommand("generate", "Generate a test mesh as a binary PLY");
+  const Command command =
+      mesh.add_subcommand("generate", "Generate a test mesh as a binary PLY, or a city as a GLB");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command.add_option("SHAPE", a.shape, "One of the shapes listed below").required();
-  command.add_option("-o,--output", a.output, "The .ply file to write").required();
+  command.add_option("-o,--output", a.output, "The .ply file to write; of a city the .glb").required();
   command
-      .add_option("--triangles", a.request.triangles,
-                  "Largest number of triangles; the mesh gets as close to it as the shape allows")
-      .capture_default_str()
+      .add_option(
+          "--triangles", a.triangles,
+          "Largest number of triangles; the mesh gets as close to it as the shape allows. Not for a city")
+      .default_str(std::to_string(a.request.triangles))
       .range(generate::kFewestTriangles, generate::kMostTriangles);
+  command.add_option("--instances", a.instances, "Instances of a city")
+      .default_str(std::to_string(generate::CityRequest{}.instances))
+      .range(generate::kCityFewestInstances, generate::kCityMostInstances);
   add_seed_option(command, a.request.seed);
   add_run_options(command, a, kSchema);
   command.footer(footer());

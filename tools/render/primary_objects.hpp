@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
+#include "formats/mesh/transform.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
 #include "tools/render/scene.hpp"
 #include "tools/render/surface_point.hpp"
-#include "tools/render/transform.hpp"
 
 namespace nif::render {
 
@@ -36,7 +36,7 @@ class PrimaryObjects {
   };
   struct Instance {
     const kernels::PrimaryField* field;
-    ToObject to_object;
+    mesh::ToObject to_object;
     std::array<Double3, 3> normals;  ///< rows: object to world, for normals, which keep their side
     SurfaceKind kind;
   };

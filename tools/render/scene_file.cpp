@@ -105,12 +105,6 @@ CameraDescription read_camera(Reader& reader, size_t number) {
   return camera;
 }
 
-/// By its name, without .gz or .zst.
-bool is_gltf(const fs::path& file) {
-  const std::string ending = ending_of(unpacked_name(file));
-  return ending == ".gltf" || ending == ".glb";
-}
-
 SceneDescription scene_of_mesh(const fs::path& file) {
   SceneDescription scene;
   scene.file = file.string();
@@ -120,6 +114,11 @@ SceneDescription scene_of_mesh(const fs::path& file) {
 }
 
 }  // namespace
+
+bool is_gltf(const fs::path& file) {
+  const std::string ending = ending_of(unpacked_name(file));
+  return ending == ".gltf" || ending == ".glb";
+}
 
 SceneDescription read_scene(const fs::path& file) {
   if (is_gltf(file)) return scene_of_mesh(file);

@@ -40,10 +40,11 @@ ViewRays::ViewRays(const SceneDescription& scene, const World& world, const Ligh
     std::error_code none;
     if (!std::filesystem::equivalent(object.mesh, mesh, none)) continue;
     for (const mesh::Instance& instance : meshes.instances) {
-      const mesh::Transform place = compose(object.transform, instance.transform);
-      if (determinant(place) == 0) continue;
+      const mesh::Transform place = mesh::compose(object.transform, instance.transform);
+      if (mesh::determinant(place) == 0) continue;
       const mesh::Mesh& own = meshes.meshes[instance.mesh];
-      placements_.push_back({instance.mesh, ToObject(place), mesh::bounds(own.positions, own.triangles)});
+      placements_.push_back(
+          {instance.mesh, mesh::ToObject(place), mesh::bounds(own.positions, own.triangles)});
     }
   }
   if (placements_.empty())

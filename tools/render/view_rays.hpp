@@ -3,8 +3,8 @@
 #pragma once
 
 #include "bake/bake.hpp"
+#include "formats/mesh/transform.hpp"
 #include "tools/render/lighting.hpp"
-#include "tools/render/transform.hpp"
 #include "tools/render/world.hpp"
 
 namespace nif::render {
@@ -27,7 +27,7 @@ class ViewRays {
  private:
   struct Placement {
     uint32_t mesh;
-    ToObject to_object;
+    mesh::ToObject to_object;
     mesh::Box box;  ///< object space
   };
   /// `ask` is called for each pixel with (paths, numbers, x, y, keep), and keep(Double3 origin, Double3

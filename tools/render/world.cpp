@@ -21,13 +21,6 @@ using mesh::Transform;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-void include(mesh::Box& box, const mesh::Float3& p) {
-  for (size_t a = 0; a < 3; ++a) {
-    box.min[a] = std::min(box.min[a], p[a]);
-    box.max[a] = std::max(box.max[a], p[a]);
-  }
-}
-
 RTCRay to_ray(const Segment& segment) {
   RTCRay ray;
   ray.org_x = segment.origin[0], ray.org_y = segment.origin[1], ray.org_z = segment.origin[2];
@@ -84,8 +77,8 @@ World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const st
     const mesh::Scene& meshes = *owned;
     std::vector<std::vector<Transform>> places(meshes.meshes.size());
     for (const mesh::Instance& instance : meshes.instances) {
-      const Transform place = compose(object.transform, instance.transform);
-      if (determinant(place) != 0) places[instance.mesh].push_back(place);
+      const Transform place = mesh::compose(object.transform, instance.transform);
+      if (mesh::determinant(place) != 0) places[instance.mesh].push_back(place);
     }
     for (size_t m = 0; m < meshes.meshes.size(); ++m) add_mesh(meshes.meshes[m], places[m], object);
     if (object.nif) add_asset(object, meshes);
@@ -108,23 +101,19 @@ void World::add_mesh(const mesh::Mesh& mesh, std::span<const Transform> places,
   const mesh::Box own = mesh::bounds(mesh.positions, mesh.triangles);
   const Answered answered{object.nif.has_value(), object.primary};
   for (const Transform& place : places) {
-    for (uint32_t corner = 0; corner < 8; ++corner) {
-      mesh::Float3 p;
-      for (size_t a = 0; a < 3; ++a) p[a] = (corner >> a & 1 ? own.max : own.min)[a];
-      include(box_, transformed(place, p));
-    }
-    const double size = std::cbrt(std::abs(determinant(place)));
+    box_.add(mesh::bounds(own, place));
+    const double size = std::cbrt(std::abs(mesh::determinant(place)));
     parts_.push_back({{object.albedo, double(bake::kBiasFraction) * own.longest_side() * size,
                        own.diagonal() * size, object.primary},
-                      cofactors(place)});
+                      mesh::cofactors(place)});
   }
   if (object.nif)
-    for (const Transform& place : places) asset_boxes_.push_back({own, ToObject(place)});
+    for (const Transform& place : places) asset_boxes_.push_back({own, mesh::ToObject(place)});
   triangles_ += mesh.triangles.size() * places.size();
   if (places.size() == 1) {
     std::vector<mesh::Float3> positions(mesh.positions.size());
     std::transform(mesh.positions.begin(), mesh.positions.end(), positions.begin(),
-                   [&](const mesh::Float3& p) { return transformed(places[0], p); });
+                   [&](const mesh::Float3& p) { return mesh::transformed(places[0], p); });
     add_triangles(positions, mesh.triangles, answered);
     return;
   }
@@ -241,7 +230,7 @@ std::optional<SurfacePoint> World::trace(RTCSceneTy* scene, const Double3& origi
   const bool placed = hit.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
   const Part& part = parts_[placed ? hit.hit.instID[0] : hit.hit.geomID];
   Double3 normal{hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z};
-  if (placed) normal = product(rows_of(part.normals), normal);
+  if (placed) normal = mesh::product(mesh::rows_of(part.normals), normal);
   const double size = length(normal);
   if (!(size > 0)) return std::nullopt;
   normal = normal * ((dot(normal, direction) > 0 ? -1 : 1) / size);

@@ -9,13 +9,13 @@
 
 #include "bake/oracle/oracle.hpp"
 #include "formats/mesh/box.hpp"
+#include "formats/mesh/transform.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/common/runtime_handles.hpp"
 #include "tools/render/primary_objects.hpp"
 #include "tools/render/scene.hpp"
 #include "tools/render/scene_meshes.hpp"
 #include "tools/render/surface_point.hpp"
-#include "tools/render/transform.hpp"
 
 struct RTCDeviceTy;
 struct RTCGeometryTy;
@@ -77,7 +77,7 @@ class World {
   /// The AABB of an asset's instance.
   struct AssetBox {
     mesh::Box box;  ///< object space
-    ToObject to_object;
+    mesh::ToObject to_object;
   };
   using EmbreePointer = std::unique_ptr<RTCSceneTy, Release>;
   struct Part {  // by Embree's geometry in everything_

@@ -6,12 +6,10 @@
 #include "formats/base/vector.hpp"
 #include "formats/mesh/scene.hpp"
 
-namespace nif::render {
+namespace nif::mesh {
 
-using mesh::Transform;
-
-inline mesh::Float3 transformed(const Transform& t, const mesh::Float3& p) {
-  mesh::Float3 out;
+inline Float3 transformed(const Transform& t, const Float3& p) {
+  Float3 out;
   for (size_t row = 0; row < 3; ++row)
     out[row] = t[4 * row] * p[0] + t[4 * row + 1] * p[1] + t[4 * row + 2] * p[2] + t[4 * row + 3];
   return out;
@@ -76,4 +74,4 @@ class ToObject {
   Double3 origin_;
 };
 
-}  // namespace nif::render
+}  // namespace nif::mesh
