@@ -73,6 +73,8 @@ class Builder {
       widest->end = middle;
     }
 
+    put_largest_first(parts, count);
+
     box = empty_box();
     uint32_t children[kWidth] = {};
     WorldBox inner[kWidth] = {empty_box(), empty_box(), empty_box(), empty_box()};
@@ -98,6 +100,18 @@ class Builder {
         node.max[a][lane] = inner[lane].max[a];
       }
     }
+  }
+
+  /// A ray asks children in their order, and one that it is blocked by ends it: large ones block the most.
+  void put_largest_first(Range (&parts)[kWidth], uint32_t count) const {
+    std::pair<double, Range> sized[kWidth];
+    for (uint32_t lane = 0; lane < count; ++lane) {
+      WorldBox around = empty_box();
+      for (uint32_t i = parts[lane].begin; i < parts[lane].end; ++i) grow(around, boxes_[order_[i]]);
+      sized[lane] = {area(around), parts[lane]};
+    }
+    std::stable_sort(sized, sized + count, [](const auto& a, const auto& b) { return a.first > b.first; });
+    for (uint32_t lane = 0; lane < count; ++lane) parts[lane] = sized[lane].second;
   }
 
   /// Moves the `left` instances with the lowest centres to the front. Ties go by number, so that which ones
