@@ -5,6 +5,7 @@
 #include <atomic>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "bake/report.hpp"
 #include "formats/base/quantities.hpp"
@@ -16,6 +17,7 @@
 #include "tools/common/measured_asset.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/common/proofs_first.hpp"
 #include "tools/common/ray_set_option.hpp"
 #include "tools/common/shared_options.hpp"
 #include "tools/common/threads.hpp"
@@ -64,7 +66,11 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
   for (size_t i = 0; i < count; ++i) {
     const bake::Prepared& prepared = asset.objects()[i];
     const Scene alone = asset.alone(i), reference = asset.alone_by_reference(i);
-    const bake::Answerer answer = arguments.reference
+    std::optional<bake::EmbreeScene> behind;
+    if (!arguments.fallback.empty())
+      behind.emplace(prepared.surface.positions, prepared.surface.triangles, bake::EmbreeBuild::standard);
+    const bake::Answerer answer = behind ? proofs_first_answerer(alone.handle, *behind)
+                                  : arguments.reference
                                       ? comparing_answerer(alone.handle, reference.handle, different)
                                       : runtime_answerer(alone.handle);
     const bake::GroundTruth truth(prepared);
@@ -152,6 +158,8 @@ void print(const Arguments& arguments, const Result& result) {
 void run(const Arguments& arguments) {
   std::vector<bake::RaySet> sets = parse_sets(arguments.sets);
   if (sets.empty()) sets.assign(bake::kRaySets.begin(), bake::kRaySets.end());
+  if (arguments.reference && !arguments.fallback.empty())
+    throw Error(Status::usage, "--reference and --fallback cannot be used together: Embree has no reference");
   limit_threads(arguments.threads);
   const Result result = measure(arguments, sets);
   if (arguments.json) {
@@ -180,7 +188,8 @@ void add_eval(Command app) {
   command.footer(
       "Examples:\n"
       "  nif eval dragon.nif --mesh dragon.ply.gz --set outer-lines --set segments\n"
-      "  nif eval dragon.nif --mesh dragon.ply.gz --bvh");
+      "  nif eval dragon.nif --mesh dragon.ply.gz --bvh\n"
+      "  nif eval dragon_planes.nif --mesh dragon.ply.gz --fallback embree");
   command.callback([a] { run(*a); });
 }
 

@@ -1,6 +1,7 @@
 #include "bake/oracle/embree_baseline.hpp"
 
 #include <embree3/rtcore.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -168,6 +169,26 @@ size_t EmbreeRays::wrong(std::span<const uint8_t> visible) const {
     wrong += (tfar == -kInfinity) == (visible[i] != 0);
   }
   return wrong;
+}
+
+void ask_parts(const EmbreeScene& scene, std::span<const Segment> segments, std::span<const uint32_t> rays,
+               const float* tmin, const float* tmax, uint8_t* visible) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, rays.size(), kRayChunk), [&](const auto& range) {
+    const FlushDenormals mode;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    for (size_t k = range.begin(); k < range.end(); ++k) {
+      const Segment& segment = segments[rays[k]];
+      RTCRay ray{};
+      ray.org_x = segment.origin[0], ray.org_y = segment.origin[1], ray.org_z = segment.origin[2];
+      ray.dir_x = segment.direction[0], ray.dir_y = segment.direction[1], ray.dir_z = segment.direction[2];
+      ray.tnear = tmin[k];
+      ray.tfar = tmax[k];
+      ray.mask = 0xffffffffu;
+      rtcOccluded1(scene.handle(), &context, &ray);
+      visible[rays[k]] = ray.tfar != -kInfinity;
+    }
+  });
 }
 
 }  // namespace nif::bake

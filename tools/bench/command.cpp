@@ -47,9 +47,17 @@ void drop_repeats(std::vector<T>& list) {
 }
 
 BenchOptions resolve(const Arguments& arguments) {
-  BenchOptions options{
-      arguments.file,    arguments.mesh,   arguments.isa,  arguments.against, parse_sets(arguments.sets),
-      arguments.threads, arguments.stages, arguments.rays, arguments.seed,    {}};
+  BenchOptions options{arguments.file,
+                       arguments.mesh,
+                       arguments.isa,
+                       arguments.against,
+                       parse_sets(arguments.sets),
+                       arguments.threads,
+                       !arguments.fallback.empty(),
+                       arguments.stages,
+                       arguments.rays,
+                       arguments.seed,
+                       {}};
   if (options.sets.empty())
     options.sets = {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun};
   const auto all = uint32_t(tbb::info::default_concurrency());
@@ -97,6 +105,7 @@ void run_gpu(const Arguments& arguments, const Command& command) {
   if (!arguments.threads.empty()) refuse("--threads");
   if (command.given("--isa")) refuse("--isa");
   if (arguments.embree != "fastest") refuse("--embree");
+  if (!arguments.fallback.empty()) refuse("--fallback");
   if (!arguments.plot.empty()) refuse("--plot");
   const BenchOptions resolved = resolve(arguments);
   const GpuBenchOptions options{
@@ -116,7 +125,7 @@ bool is_scene(const std::string& file) { return render::is_gltf(file) || ending_
 
 void run_scene(const Arguments& arguments, const Command& command) {
   for (const char* option :
-       {"--mesh", "--against", "--stages", "--plot", "--device", "--batches", "--precision"})
+       {"--mesh", "--fallback", "--against", "--stages", "--plot", "--device", "--batches", "--precision"})
     if (command.given(option))
       throw Error(Status::usage,
                   fmt::format("{}: {} is only for an ASSET, not for a scene", arguments.file, option));

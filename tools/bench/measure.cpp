@@ -8,6 +8,7 @@
 #include "tools/bench/race.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/measured_asset.hpp"
+#include "tools/common/proofs_first.hpp"
 
 namespace nif::tools {
 namespace {
@@ -83,6 +84,7 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   result.triangles = asset.triangles();
 
   std::vector<Subject> subjects(result.objects);
+  for (Subject& subject : subjects) subject.fallback = options.fallback;
   for (uint32_t threads : options.threads) {
     std::vector<Scene> scenes = asset.each_alone(threads);
     for (size_t i = 0; i < subjects.size(); ++i) subjects[i].scenes.push_back(std::move(scenes[i]));
@@ -94,13 +96,17 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
     const bake::Prepared& prepared = asset.objects()[i];
     {
       const bake::GroundTruth truth(prepared);
+      std::optional<bake::EmbreeScene> behind;
+      if (options.fallback)
+        behind.emplace(prepared.surface.positions, prepared.surface.triangles, bake::EmbreeBuild::standard);
       const uint64_t rays = std::max<uint64_t>(1, options.rays / subjects.size());
       for (bake::RaySet set : options.sets) {
         go_on(0, fmt::format("drawing {} of {}", bake::name_of(set), asset.name(i)));
         subjects[i].sets.push_back(bake::make_ray_set(truth.source(), set, rays, options.seed));
-        subjects[i].accuracies.push_back(bake::evaluate(subjects[i].sets.back(),
-                                                        runtime_answerer(subjects[i].scenes.front().handle),
-                                                        truth.source().oracle));
+        const NifScene scene = subjects[i].scenes.front().handle;
+        subjects[i].accuracies.push_back(bake::evaluate(
+            subjects[i].sets.back(), behind ? proofs_first_answerer(scene, *behind) : runtime_answerer(scene),
+            truth.source().oracle));
         if (against)
           subjects[i].against_accuracies.push_back(
               bake::evaluate(subjects[i].sets.back(), runtime_answerer(subjects[i].against.front().handle),

@@ -48,6 +48,7 @@ struct SetSpeeds {
   bake::RaySet set;
   bake::Accuracy accuracy;            ///< of the asset, on the very rays of the race
   std::vector<double> rates;          ///< of the asset, by round
+  std::optional<size_t> behind;       ///< of kEmbreeBuilds: the one that proofs are in front of
   std::optional<StageTimes> stages;   ///< where they were asked for and it has `spherical` objects
   std::optional<AssetSpeed> against;  ///< of the other asset, where there is one
   double cores = 0;  ///< that the threads got while a clock ran, by the system's account of processor time
@@ -73,7 +74,8 @@ struct BenchOptions {
   std::string against;  ///< another asset of the same mesh, to race beside it; may be empty
   std::vector<bake::RaySet> sets;
   std::vector<uint32_t> threads;
-  bool stages;  ///< on one thread, kept with the first of `threads`
+  bool fallback;  ///< the asset's proofs in front of Embree's BVHs, instead of the asset alone
+  bool stages;    ///< on one thread, kept with the first of `threads`
   uint64_t rays, seed;
   Schedule schedule;
 };

@@ -25,6 +25,7 @@ struct Subject {
   /// Embree's scenes have instances. Then no call is told that rays are coherent: Embree 3.13.5 may not
   /// return from rtcOccluded16 with that hint.
   bool instances = false;
+  bool fallback = false;  ///< proofs alone are asked of `scenes`, and Embree about the rest
 };
 
 /// Times work by the clock, and adds up how much of the processor it got.

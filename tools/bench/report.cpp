@@ -146,6 +146,8 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
         {"ratio_highest", ratio.highest},
         {"cores", speeds.cores},
         {"variants", std::move(variants)}};
+    if (speeds.behind)
+      sets[std::string(bake::name_of(speeds.set))]["behind"] = name_of(kEmbreeBuilds[*speeds.behind]);
     if (speeds.stages) sets[std::string(bake::name_of(speeds.set))]["stages"] = stages_json(*speeds.stages);
     if (!speeds.against) continue;
     const Spread to_other = speeds.ratio_to_other();
@@ -216,6 +218,7 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
               {"parts", parts_json(result.parts)},
               {"embree", embree_bytes_json(result)}}}};
   if (!options.against.empty()) json["against"] = options.against;
+  if (options.fallback) json["fallback"] = "embree";
   return json;
 }
 
@@ -226,6 +229,11 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
       "coherent.\n",
       options.asset, count_of(result.triangles, "triangle"), result.isa, bake::embree_version(),
       on_processor(), count_of(options.schedule.rounds, "round"));
+  if (options.fallback)
+    text +=
+        "nif: proofs first, and for rays that they leave open rtcOccluded1 of the build that is fastest so. "
+        "certain: "
+        "proven.\n";
   for (const ThreadRun& run : result.runs) {
     text += fmt::format("\n{}\n\n{}{}", count_of(run.threads, "thread"), run_tables(run, result),
                         other_table(run, options, result));

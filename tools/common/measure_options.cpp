@@ -12,6 +12,11 @@ void add_measure_options(Command command, MeasureArguments& arguments, const std
       .capture_default_str();
   add_seed_option(command, arguments.seed);
   add_isa_option(command, arguments.isa);
+  command
+      .add_option(
+          "--fallback", arguments.fallback,
+          "embree: proofs answer first, and a BVH of Embree the rays that they leave open (nifQueryOpen)")
+      .one_of({"embree"});
 }
 
 }  // namespace nif::tools

@@ -13,9 +13,10 @@ struct MeasureArguments {
   std::string isa = "auto";
   std::vector<std::string> sets;  ///< for parse_sets()
   uint64_t rays = 1'000'000, seed = 2;
+  std::string fallback;  ///< "embree", or none
 };
 
-/// --set, --rays, --seed and --isa. `sets` says which ray sets are the default.
+/// --set, --rays, --seed, --isa and --fallback. `sets` says which ray sets are the default.
 void add_measure_options(Command command, MeasureArguments& arguments, const std::string& sets);
 
 }  // namespace nif::tools

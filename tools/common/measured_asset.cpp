@@ -5,6 +5,7 @@
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "tools/common/naming.hpp"
+#include "tools/common/segment_query.hpp"
 
 namespace nif::tools {
 namespace {
@@ -91,23 +92,6 @@ Scene scene_of(const Device& device, const Asset& asset, size_t object) {
   check(nifAddInstance(scene.handle, asset.handle, uint32_t(object), nullptr, nullptr));
   check(nifCommitScene(scene.handle));
   return scene;
-}
-
-/// A query of these segments, without outputs.
-NifQuery query_of(std::span<const kernels::Segment> segments) {
-  const kernels::Segment& first = segments.front();
-  NifQuery query{};
-  query.struct_size = sizeof(query);
-  query.count = segments.size();
-  for (int a = 0; a < 3; ++a) {
-    query.origin[a] = &first.origin[a];
-    query.direction[a] = &first.direction[a];
-  }
-  query.tmin = &first.tmin;
-  query.tmax = &first.tmax;
-  query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride =
-      sizeof(kernels::Segment);
-  return query;
 }
 
 /// The outputs that are promised to be the same bits everywhere.

@@ -132,6 +132,7 @@ void run(const Arguments& arguments) {
                            {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun},
                            {1},
                            false,
+                           false,
                            std::max<uint64_t>(arguments.rays, 20'000),
                            arguments.seed + 1,
                            {}};

@@ -1,0 +1,30 @@
+// Queries that are answered by proofs first, and by a BVH of Embree's where those leave them open.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "bake/oracle/embree_baseline.hpp"
+#include "bake/oracle/evaluate.hpp"
+#include "nif/nif.h"
+
+namespace nif::tools {
+
+/// Memory for such queries of as many rays as the first had; not for several threads at once.
+class ProofsFirst {
+ public:
+  /// Answers a query of these rays; `query` has them and all outputs but `visible`. Returns how many Embree
+  /// was asked about.
+  size_t ask(NifScene scene, NifQuery query, std::span<const kernels::Segment> segments,
+             const bake::EmbreeScene& embree, uint8_t* visible);
+
+ private:
+  std::vector<uint32_t> rays_;
+  std::vector<float> tmin_, tmax_;
+};
+
+/// Answers so; certain are the rays that are proven. Both scenes must outlive the answerer.
+bake::Answerer proofs_first_answerer(NifScene scene, const bake::EmbreeScene& embree);
+
+}  // namespace nif::tools
