@@ -4,15 +4,10 @@
 #include <limits>
 
 #include "formats/base/status.hpp"
+#include "formats/mesh/transform.hpp"
 
 namespace nif::mesh {
 namespace {
-
-double determinant(const Transform& t) {
-  return double(t[0]) * (double(t[5]) * t[10] - double(t[6]) * t[9]) -
-         double(t[1]) * (double(t[4]) * t[10] - double(t[6]) * t[8]) +
-         double(t[2]) * (double(t[4]) * t[9] - double(t[5]) * t[8]);
-}
 
 Float3 placed(const Transform& t, const Float3& p) {
   Float3 out;
