@@ -1,7 +1,6 @@
 #include "bake/oracle/embree_baseline.hpp"
 
 #include <embree3/rtcore.h>
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -54,6 +53,23 @@ class FlushDenormals {
   unsigned before_ = _mm_getcsr();
 #endif
 };
+
+/// Fills up the last packets: it has no points, which costs nothing.
+constexpr Segment kNone{{0, 0, 0}, {1, 0, 0}, 0, -1};
+
+/// A ray among `width` whose components lie side by side.
+void put(float* first, size_t width, const Segment& segment, float tmin, float tmax) {
+  const auto component = [&](size_t c) -> float& { return first[c * width]; };
+  for (size_t a = 0; a < 3; ++a) {
+    component(a) = segment.origin[a];
+    component(4 + a) = segment.direction[a];
+  }
+  component(3) = tmin;
+  component(7) = 0;
+  component(8) = tmax;
+  const uint32_t integers[3] = {0xffffffffu, 0, 0};
+  for (size_t k = 0; k < 3; ++k) std::memcpy(&component(9 + k), &integers[k], 4);
+}
 
 void ask_chunk(RTCScene scene, RTCIntersectContext& context, EmbreeCall call, float* chunk, size_t rays) {
   alignas(64) int valid[16];
@@ -131,20 +147,9 @@ void EmbreeRays::lay_out(std::span<const Segment> segments, EmbreeCall call) {
   const size_t width = width_of(call), chunks = (count_ + kRayChunk - 1) / kRayChunk;
   tbb::parallel_for(size_t{0}, chunks, [&](size_t b) {
     for (size_t i = b * kRayChunk; i < (b + 1) * kRayChunk; ++i) {
-      // The last packets are filled up with rays that have no points, which cost nothing.
-      static constexpr Segment kNone{{0, 0, 0}, {1, 0, 0}, 0, -1};
       const Segment& segment = i < count_ ? segments[i] : kNone;
-      float* first = memory_.get() + (i / width * width * kComponents) + i % width;
-      const auto component = [&](size_t c) -> float& { return first[c * width]; };
-      for (size_t a = 0; a < 3; ++a) {
-        component(a) = segment.origin[a];
-        component(4 + a) = segment.direction[a];
-      }
-      component(3) = segment.tmin;
-      component(7) = 0;
-      component(8) = segment.tmax;
-      const uint32_t integers[3] = {0xffffffffu, 0, 0};
-      for (size_t k = 0; k < 3; ++k) std::memcpy(&component(9 + k), &integers[k], 4);
+      put(memory_.get() + (i / width * width * kComponents) + i % width, width, segment, segment.tmin,
+          segment.tmax);
     }
   });
 }
@@ -171,23 +176,25 @@ size_t EmbreeRays::wrong(std::span<const uint8_t> visible) const {
   return wrong;
 }
 
-void ask_parts(const EmbreeScene& scene, std::span<const Segment> segments, std::span<const uint32_t> rays,
-               const float* tmin, const float* tmax, uint8_t* visible) {
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, rays.size(), kRayChunk), [&](const auto& range) {
+void ask_parts(const EmbreeScene& scene, EmbreeCall call, std::span<const Segment> segments,
+               std::span<const uint32_t> rays, const float* tmin, const float* tmax, uint8_t* visible) {
+  tbb::parallel_for(size_t{0}, (rays.size() + kRayChunk - 1) / kRayChunk, [&](size_t b) {
     const FlushDenormals mode;
+    alignas(64) static thread_local float chunk[kRayChunk * kComponents];
+    const size_t first = b * kRayChunk, count = std::min(kRayChunk, rays.size() - first),
+                 width = width_of(call), filled = (count + width - 1) / width * width;
+    const auto place = [&](size_t i) { return chunk + (i / width * width * kComponents) + i % width; };
+    for (size_t i = 0; i < filled; ++i) {
+      const size_t k = first + i;
+      if (i < count)
+        put(place(i), width, segments[rays[k]], tmin[k], tmax[k]);
+      else
+        put(place(i), width, kNone, kNone.tmin, kNone.tmax);
+    }
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    for (size_t k = range.begin(); k < range.end(); ++k) {
-      const Segment& segment = segments[rays[k]];
-      RTCRay ray{};
-      ray.org_x = segment.origin[0], ray.org_y = segment.origin[1], ray.org_z = segment.origin[2];
-      ray.dir_x = segment.direction[0], ray.dir_y = segment.direction[1], ray.dir_z = segment.direction[2];
-      ray.tnear = tmin[k];
-      ray.tfar = tmax[k];
-      ray.mask = 0xffffffffu;
-      rtcOccluded1(scene.handle(), &context, &ray);
-      visible[rays[k]] = ray.tfar != -kInfinity;
-    }
+    ask_chunk(scene.handle(), context, call, chunk, count);
+    for (size_t i = 0; i < count; ++i) visible[rays[first + i]] = place(i)[8 * width] != -kInfinity;
   });
 }
 

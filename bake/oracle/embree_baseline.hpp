@@ -54,9 +54,9 @@ class EmbreeRays {
   EmbreeCall call_ = EmbreeCall::occluded1;
 };
 
-/// Asks about parts of some rays, one by one, on the threads of the calling task arena: segment rays[k] from
-/// tmin[k] to tmax[k]. visible[rays[k]] becomes 1 or 0.
-void ask_parts(const EmbreeScene& scene, std::span<const Segment> segments, std::span<const uint32_t> rays,
-               const float* tmin, const float* tmax, uint8_t* visible);
+/// Asks about parts of some rays, on the threads of the calling task arena: segment rays[k] from tmin[k] to
+/// tmax[k]. visible[rays[k]] becomes 1 or 0.
+void ask_parts(const EmbreeScene& scene, EmbreeCall call, std::span<const Segment> segments,
+               std::span<const uint32_t> rays, const float* tmin, const float* tmax, uint8_t* visible);
 
 }  // namespace nif::bake

@@ -86,29 +86,56 @@ Shading shade(const World& world, uint32_t width, uint32_t height, float soft) {
   return result;
 }
 
+namespace {
+
+void put(RTCRay16& packet, size_t k, const NifRay& ray, float tmin, float tmax) {
+  packet.org_x[k] = ray.origin[0], packet.org_y[k] = ray.origin[1], packet.org_z[k] = ray.origin[2];
+  packet.dir_x[k] = ray.direction[0], packet.dir_y[k] = ray.direction[1], packet.dir_z[k] = ray.direction[2];
+  packet.tnear[k] = tmin, packet.tfar[k] = tmax;
+  packet.mask[k] = ~0u;
+}
+
+/// The packet's first `count` rays.
+void trace(RTCScene scene, RTCIntersectContext& context, RTCRay16& packet, size_t count) {
+  alignas(64) int valid[16];
+  for (size_t k = 0; k < 16; ++k) valid[k] = k < count ? -1 : 0;
+  rtcOccluded16(valid, scene, &context, &packet);
+}
+
+}  // namespace
+
 Asked ask_embree(RTCScene scene, const std::vector<NifRay>& rays) {
   std::vector<RTCRay16> packets((rays.size() + 15) / 16);
-  for (size_t i = 0; i < rays.size(); ++i) {
-    RTCRay16& packet = packets[i / 16];
-    const size_t k = i % 16;
-    const NifRay& ray = rays[i];
-    packet.org_x[k] = ray.origin[0], packet.org_y[k] = ray.origin[1], packet.org_z[k] = ray.origin[2];
-    packet.dir_x[k] = ray.direction[0], packet.dir_y[k] = ray.direction[1],
-    packet.dir_z[k] = ray.direction[2];
-    packet.tnear[k] = ray.tmin, packet.tfar[k] = ray.tmax;
-    packet.mask[k] = ~0u;
-  }
+  for (size_t i = 0; i < rays.size(); ++i) put(packets[i / 16], i % 16, rays[i], rays[i].tmin, rays[i].tmax);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   Asked result{Answers(rays.size()), 0};
   result.seconds = seconds_of([&] {
-    for (size_t p = 0; p < packets.size(); ++p) {
-      alignas(64) int valid[16];
-      for (size_t k = 0; k < 16; ++k) valid[k] = 16 * p + k < rays.size() ? -1 : 0;
-      rtcOccluded16(valid, scene, &context, &packets[p]);
-    }
+    for (size_t p = 0; p < packets.size(); ++p)
+      trace(scene, context, packets[p], std::min<size_t>(16, rays.size() - 16 * p));
   });
   for (size_t i = 0; i < rays.size(); ++i) result.visible[i] = packets[i / 16].tfar[i % 16] != -kInfinity;
+  return result;
+}
+
+Asked ask_proofs_first(const nifkit::Scene& proofs, RTCScene triangles, const std::vector<NifRay>& rays,
+                       size_t& open) {
+  std::vector<uint32_t> numbers(rays.size());
+  std::vector<float> tmin(rays.size()), tmax(rays.size());
+  Asked result{Answers(rays.size()), 0};
+  result.seconds = seconds_of([&] {
+    open = proofs.query_open(nifkit::rays(rays).visible(result.visible), numbers, tmin, tmax);
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    for (size_t first = 0; first < open; first += 16) {
+      const size_t count = std::min<size_t>(16, open - first);
+      RTCRay16 packet;
+      for (size_t k = 0; k < count; ++k)
+        put(packet, k, rays[numbers[first + k]], tmin[first + k], tmax[first + k]);
+      trace(triangles, context, packet, count);
+      for (size_t k = 0; k < count; ++k) result.visible[numbers[first + k]] = packet.tfar[k] != -kInfinity;
+    }
+  });
   return result;
 }
 

@@ -19,13 +19,17 @@ Shading shade(const World& world, uint32_t width, uint32_t height, float soft);
 /// Each 1 visible, 0 in shadow.
 using Answers = std::vector<uint8_t>;
 
-/// Both in packets of 16.
+/// Embree in packets of 16.
 struct Asked {
   Answers visible;
   double seconds;
 };
 Asked ask_embree(RTCScene scene, const std::vector<NifRay>& rays);
 Asked ask_directly(const nifkit::Scene& scene, const std::vector<NifRay>& rays);
+/// What `proofs` proves is final, and `triangles` are asked about the `open` rest, with the part of each ray
+/// that matters. Here no ray meets what `triangles` has and `proofs` has not, the floor: rays go up from it.
+Asked ask_proofs_first(const nifkit::Scene& proofs, RTCScene triangles, const std::vector<NifRay>& rays,
+                       size_t& open);
 
 /// Fills the picture's columns from `left` on.
 void draw(const Shading& shading, const Answers& visible, Picture& picture, uint32_t left);

@@ -153,6 +153,24 @@ TEST(Encoding, IsExactWhereNoAnswerMayBeWrong) {
   EXPECT_TRUE(result.asset.networks.empty());
 }
 
+TEST(Encoding, IsProofWhereRaysMayStayOpen) {
+  bake::BakeOptions options = quick(bake::kAutomatic);
+  options.open_rays = true;
+  const bake::BakeResult result = bake_quietly(scene_of({cube(), many()}), options);
+  EXPECT_EQ(result.objects[0].encoding, "bvh");
+  EXPECT_EQ(result.objects[1].encoding, "proof");
+  EXPECT_EQ(result.objects[1].reason, "proof: it has 200000 triangles or more");
+  EXPECT_EQ(result.objects[1].training_rays, 0u);
+  EXPECT_TRUE(result.asset.networks.empty());
+  for (const RaySet set : bake::kRaySets) {
+    EXPECT_EQ(result.sets[size_t(set)].leak, 0u);
+    EXPECT_EQ(result.sets[size_t(set)].certain_wrong, 0u);
+  }
+  // Where nothing fits but planes.
+  options.max_bytes = 200'000;
+  EXPECT_EQ(bake_quietly(scene_of({many()}), options).objects[0].encoding, "proof");
+}
+
 TEST(Encoding, IsTheSameForAnyNumberOfThreadsAndWhateverIsMeasured) {
   const mesh::Scene scene = scene_of({cube(), many()});
   bake::BakeOptions options = quick(bake::kAutomatic);

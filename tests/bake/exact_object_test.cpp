@@ -1,4 +1,6 @@
-// An `exact` object answers as a BVH of the same triangles: each bit of each ray, by every kernel.
+// An `exact` object answers as a BVH of the same triangles: each bit of each ray, by every kernel. And so do
+// its planes by themselves, as a `proof` object, with the BVH asked about the parts of rays that they leave
+// open.
 #include <gtest/gtest.h>
 #include <tbb/parallel_for.h>
 
@@ -9,8 +11,10 @@
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "kernels/cpu/exact/kernel.hpp"
+#include "kernels/cpu/proof/kernel.hpp"
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/exact/query.hpp"
+#include "kernels/reference/proof/open.hpp"
 #include "tests/bake/adversary.hpp"
 #include "tests/support/real_meshes.hpp"
 
@@ -44,24 +48,34 @@ struct Tally {
   std::atomic<uint64_t> rays{0}, proven{0}, differ{0};
 };
 
+bool visible_in(const kernels::BvhField& field, Segment segment, const kernels::OpenInterval& part) {
+  segment.tmin = part.begin;
+  segment.tmax = part.end;
+  return kernels::query(field, segment).visible;
+}
+
 /// Asks adversarial segments of the reference, and of the kernel of each instruction set that there is.
 void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& tally) {
   const Adversary adversary(o.occupied);
   std::pmr::memory_resource* const memory = std::pmr::get_default_resource();
   kernels::cpu::SharedCopies copies(memory);
-  std::vector<kernels::KernelPointer> fast;
-  for (const Isa isa : {Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon})
-    if (kernels::cpu::available(isa))
-      fast.push_back(kernels::cpu::make_kernel(o.field, {isa, memory, copies}));
+  std::vector<kernels::KernelPointer> fast, proofs;
+  for (const Isa isa : {Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
+    if (!kernels::cpu::available(isa)) continue;
+    fast.push_back(kernels::cpu::make_kernel(o.field, {isa, memory, copies}));
+    proofs.push_back(kernels::cpu::make_kernel(o.field.proof, {isa, memory, copies}));
+  }
   tbb::parallel_for(uint64_t{0}, segments / kernels::kBatchRays, [&](uint64_t b) {
     struct Work {
       kernels::SegmentBatch batch;
       kernels::AnswerBatch answers;
+      kernels::OpenBatch open;
       alignas(64) std::byte scratch[kernels::kKernelScratchBytes];
     };
     const auto work = std::make_unique<Work>();
     nif::Random random(23, 5, b);
-    std::vector<kernels::Answer> expected;
+    std::vector<kernels::Answer> expected, provable;
+    std::vector<kernels::OpenInterval> parts;
     uint64_t proven = 0, differ = 0;
     work->batch.count = kernels::kBatchRays;
     for (uint32_t i = 0; i < kernels::kBatchRays; ++i) {
@@ -73,6 +87,9 @@ void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& 
       kernels::Walk walk;
       kernels::walk_segment(o.field.proof, s, walk);
       proven += walk.certain;
+      provable.push_back(kernels::prove(o.field.proof, s, parts.emplace_back()));
+      differ += provable.back().certain ? provable.back().visible != expected.back().visible
+                                        : visible_in(o.field.bvh, s, parts.back()) != expected.back().visible;
       if (!by_reference) continue;
       const kernels::Answer found = kernels::query(o.field, s);
       differ += found.visible != expected.back().visible || found.certain != expected.back().certain ||
@@ -83,6 +100,14 @@ void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& 
       for (uint32_t i = 0; i < kernels::kBatchRays; ++i)
         differ += work->answers.logit[i] != expected[i].logit ||
                   (work->answers.certain[i] != 0) != expected[i].certain;
+    }
+    for (const kernels::KernelPointer& kernel : proofs) {
+      kernel->prove(work->batch, work->answers, work->open, work->scratch);
+      for (uint32_t i = 0; i < kernels::kBatchRays; ++i)
+        differ += work->answers.logit[i] != provable[i].logit ||
+                  (work->answers.certain[i] != 0) != provable[i].certain ||
+                  (!provable[i].certain &&
+                   (work->open.begin[i] != parts[i].begin || work->open.end[i] != parts[i].end));
     }
     tally.rays += kernels::kBatchRays;
     tally.proven += proven;

@@ -291,6 +291,26 @@ TEST_F(Bench, RacesAnotherAssetOfTheSameMesh) {
   for (const std::string& file : {exact, mesh, other}) std::filesystem::remove(file);
 }
 
+TEST_F(Bench, PutsProofsInFrontOfEmbree) {
+  const std::string planes = path("planes.nif");
+  ASSERT_EQ(nif({"bake", mesh_, "-o", planes, "--encoding", "proof", "--rays", "0", "--quiet"}).code, 0);
+  std::vector<std::string> arguments{"bench", planes, "--mesh", mesh_,     "--rays",     "5000",  "--rounds",
+                                     "2",     "-j",   "1",      "--quiet", "--fallback", "embree"};
+  const Outcome table = nif(arguments);
+  ASSERT_EQ(table.code, 0) << table.err;
+  EXPECT_NE(table.out.find("proofs first"), std::string::npos) << table.out;
+  arguments.push_back("--json");
+  const Outcome outcome = nif(arguments);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["fallback"], "embree");
+  for (const auto& [name, set] : result["sets"].items()) {
+    EXPECT_NE(set["behind"].get<std::string>().find(" rtcOccluded"), std::string::npos) << name;
+    EXPECT_GT(set["nif"]["mrays_per_s"].get<double>(), 0) << name;
+    EXPECT_LE(set["error"].get<double>(), 1e-3) << name;
+  }
+}
+
 TEST_F(Bench, PrintsATableAndDrawsAPicture) {
   const Outcome outcome = nif(bench({"--plot", path("speed.svg")}));
   ASSERT_EQ(outcome.code, 0) << outcome.err;

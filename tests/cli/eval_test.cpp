@@ -13,6 +13,37 @@ namespace {
 
 using nlohmann::json;
 
+TEST(Eval, OfProofsInFrontOfEmbree) {
+  TempDir folder;
+  const std::string mesh = folder.write("ring.obj", obj_text(torus(96, 48))).string();
+  const std::string asset = (folder.path() / "ring.nif").string();
+  const Outcome bake = nif({"bake", mesh, "-o", asset, "--encoding", "proof", "--rays", "20000", "--json"});
+  ASSERT_EQ(bake.code, 0) << bake.err;
+  const json object = json::parse(bake.out)["objects"][0];
+  EXPECT_EQ(object["encoding"], "proof");
+  EXPECT_EQ(object["training_rays"], 0);
+  const auto sets = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"eval", asset, "--mesh", mesh, "--rays", "50000", "--json"});
+    const Outcome outcome = nif(more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return json::parse(outcome.out)["sets"];
+  };
+  const json alone = sets({"--reference"}), both = sets({"--fallback", "embree"});
+  for (const auto& [name, accuracy] : both.items()) {
+    SCOPED_TRACE(name);
+    EXPECT_EQ(accuracy["certain"], alone[name]["certain"]);
+    EXPECT_GT(accuracy["certain"].get<double>(), 0.8);
+    EXPECT_LT(accuracy["certain"].get<double>(), 1);
+    EXPECT_EQ(accuracy["certain_wrong"], 0);
+    // Embree's default build decides a ray on an edge otherwise than its robust one, now and then.
+    EXPECT_LE(accuracy["error"].get<double>(), 1e-4);
+    EXPECT_EQ(alone[name]["leak"], 0) << "open rays count as occluded";
+    EXPECT_GT(alone[name]["spurious"].get<double>(), 0);
+  }
+  const Outcome info = nif({"info", asset});
+  EXPECT_NE(info.out.find("proof, "), std::string::npos) << info.out;
+}
+
 TEST(Eval, OfAFreshBake) {
   TempDir folder;
   const std::string mesh = folder.write("ring.obj", obj_text(torus(96, 48))).string();

@@ -45,6 +45,10 @@ std::string name_of(const EmbreeVariant& variant) {
                      variant.coherent ? " coherent" : "");
 }
 
+std::string name_of(const Behind& behind) {
+  return fmt::format("{} {}", name_of(kEmbreeBuilds[behind.build]), bake::name_of(behind.call));
+}
+
 const EmbreeVariant& SetSpeeds::best(size_t build) const {
   return *std::find_if(embree.begin(), embree.end(),
                        [&](const EmbreeVariant& v) { return v.build == build; });

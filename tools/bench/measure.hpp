@@ -35,6 +35,13 @@ struct EmbreeVariant {
 /// "default rtcOccluded16", "robust rtcOccluded1M coherent".
 std::string name_of(const EmbreeVariant& variant);
 
+/// The way to ask Embree about what proofs leave open.
+struct Behind {
+  size_t build;  ///< in kEmbreeBuilds
+  bake::EmbreeCall call;
+};
+std::string name_of(const Behind& behind);
+
 /// An asset's part in a race.
 struct AssetSpeed {
   bake::Accuracy accuracy;           ///< on the very rays of the race
@@ -48,7 +55,7 @@ struct SetSpeeds {
   bake::RaySet set;
   bake::Accuracy accuracy;            ///< of the asset, on the very rays of the race
   std::vector<double> rates;          ///< of the asset, by round
-  std::optional<size_t> behind;       ///< of kEmbreeBuilds: the one that proofs are in front of
+  std::optional<Behind> behind;       ///< where proofs are in front of Embree
   std::optional<StageTimes> stages;   ///< where they were asked for and it has `spherical` objects
   std::optional<AssetSpeed> against;  ///< of the other asset, where there is one
   double cores = 0;  ///< that the threads got while a clock ran, by the system's account of processor time

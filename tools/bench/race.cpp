@@ -38,8 +38,8 @@ class Asked {
     check(nifQuery(scene, &query));
   }
   /// Proofs first.
-  void ask(NifScene scene, const bake::EmbreeScene& embree) {
-    proofs_first_.ask(scene, nifQueryRays(rays_.data(), rays_.size()), source_.segments, embree,
+  void ask(NifScene scene, const bake::EmbreeScene& embree, bake::EmbreeCall call) {
+    proofs_first_.ask(scene, nifQueryRays(rays_.data(), rays_.size()), source_.segments, embree, call,
                       visible_.data());
   }
 
@@ -67,6 +67,16 @@ std::vector<EmbreeVariant> variants_for(bake::RaySet set, bool instances) {
     }
   }
   return variants;
+}
+
+/// Those calls that are worth a trial with few rays and with many.
+std::vector<Behind> all_behind() {
+  std::vector<Behind> ways;
+  for (size_t build = 0; build < kEmbreeBuilds.size(); ++build)
+    for (const auto call :
+         {bake::EmbreeCall::occluded1, bake::EmbreeCall::occluded16, bake::EmbreeCall::occluded1M})
+      ways.push_back({build, call});
+  return ways;
 }
 
 std::vector<double> rates_of(uint64_t rays, const std::vector<double>& seconds) {
@@ -110,13 +120,14 @@ std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t ind
     return seconds;
   };
   // Not compared to what was stated: other builds answer a few rays on edges otherwise.
-  const auto ask_proofs_first = [&](Stopwatch& stopwatch, tbb::task_arena& arena, size_t t, size_t build) {
+  const auto ask_proofs_first = [&](Stopwatch& stopwatch, tbb::task_arena& arena, size_t t,
+                                    const Behind& behind) {
     for (Asked& a : asked) a.lay_out();
     return stopwatch.time([&] {
       arena.execute([&] {
         for (size_t i = 0; i < subjects.size(); ++i)
           if (!subjects[i].sets[index].segments.empty())
-            asked[i].ask(subjects[i].scenes[t].handle, *subjects[i].embree[build]);
+            asked[i].ask(subjects[i].scenes[t].handle, *subjects[i].embree[behind.build], behind.call);
       });
     });
   };
@@ -139,8 +150,8 @@ std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t ind
   std::vector<Stopwatch> stopwatches(threads.size());
   std::deque<tbb::task_arena> arenas;
   std::vector<Contender> contenders;
-  const bool fallback = subjects.front().fallback;
-  const size_t groups = kEmbreeBuilds.size() + 2, ways = fallback ? kEmbreeBuilds.size() : 1;
+  const std::vector<Behind> behind = subjects.front().fallback ? all_behind() : std::vector<Behind>();
+  const size_t groups = kEmbreeBuilds.size() + 2, ways = std::max<size_t>(1, behind.size());
   for (size_t t = 0; t < threads.size(); ++t) {
     const std::string with = count_of(threads[t], "thread") + ": ";
     const size_t first = t * groups;
@@ -148,8 +159,9 @@ std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t ind
     Stopwatch& stopwatch = stopwatches[t];
     for (size_t way = 0; way < ways; ++way)
       contenders.push_back({with + "nif", first + kEmbreeBuilds.size(), [&, t, way] {
-                              return fallback ? ask_proofs_first(stopwatch, arena, t, way)
-                                              : ask_all(stopwatch, &Subject::scenes, t, start.accuracy);
+                              return !behind.empty()
+                                         ? ask_proofs_first(stopwatch, arena, t, behind[way])
+                                         : ask_all(stopwatch, &Subject::scenes, t, start.accuracy);
                             }});
     if (start.against)
       contenders.push_back({with + "the other asset", first + kEmbreeBuilds.size() + 1, [&, t] {
@@ -172,7 +184,7 @@ std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t ind
           (!result.rates.empty() && spread_of(rates).median <= spread_of(result.rates).median))
         continue;
       result.rates = rates;
-      if (fallback) result.behind = way;
+      if (!behind.empty()) result.behind = behind[way];
     }
     if (result.against) result.against->rates = rates_of(rays, timing++->rounds);
     for (EmbreeVariant& variant : result.embree) {

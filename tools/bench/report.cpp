@@ -146,8 +146,7 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
         {"ratio_highest", ratio.highest},
         {"cores", speeds.cores},
         {"variants", std::move(variants)}};
-    if (speeds.behind)
-      sets[std::string(bake::name_of(speeds.set))]["behind"] = name_of(kEmbreeBuilds[*speeds.behind]);
+    if (speeds.behind) sets[std::string(bake::name_of(speeds.set))]["behind"] = name_of(*speeds.behind);
     if (speeds.stages) sets[std::string(bake::name_of(speeds.set))]["stages"] = stages_json(*speeds.stages);
     if (!speeds.against) continue;
     const Spread to_other = speeds.ratio_to_other();

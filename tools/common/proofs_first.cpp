@@ -6,7 +6,7 @@
 namespace nif::tools {
 
 size_t ProofsFirst::ask(NifScene scene, NifQuery query, std::span<const kernels::Segment> segments,
-                        const bake::EmbreeScene& embree, uint8_t* visible) {
+                        const bake::EmbreeScene& embree, bake::EmbreeCall call, uint8_t* visible) {
   rays_.resize(query.count);
   tmin_.resize(query.count);
   tmax_.resize(query.count);
@@ -20,7 +20,7 @@ size_t ProofsFirst::ask(NifScene scene, NifQuery query, std::span<const kernels:
   open.count = &count;
   query.visible = visible;
   check(nifQueryOpen(scene, &query, &open));
-  bake::ask_parts(embree, segments, std::span(rays_).first(count), tmin_.data(), tmax_.data(), visible);
+  bake::ask_parts(embree, call, segments, std::span(rays_).first(count), tmin_.data(), tmax_.data(), visible);
   return count;
 }
 
@@ -28,7 +28,7 @@ bake::Answerer proofs_first_answerer(NifScene scene, const bake::EmbreeScene& em
   return [scene, &embree](std::span<const kernels::Segment> segments, const bake::Answers& answers) {
     NifQuery query = query_of(segments);
     query.certain = answers.certain;
-    ProofsFirst().ask(scene, query, segments, embree, answers.visible);
+    ProofsFirst().ask(scene, query, segments, embree, bake::EmbreeCall::occluded1, answers.visible);
     for (size_t i = 0; i < segments.size(); ++i) answers.probability[i] = answers.visible[i];
   };
 }

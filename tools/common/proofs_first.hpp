@@ -17,7 +17,7 @@ class ProofsFirst {
   /// Answers a query of these rays; `query` has them and all outputs but `visible`. Returns how many Embree
   /// was asked about.
   size_t ask(NifScene scene, NifQuery query, std::span<const kernels::Segment> segments,
-             const bake::EmbreeScene& embree, uint8_t* visible);
+             const bake::EmbreeScene& embree, bake::EmbreeCall call, uint8_t* visible);
 
  private:
   std::vector<uint32_t> rays_;
