@@ -3,10 +3,13 @@
 #include "bake/bake.hpp"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <mutex>
+#include <thread>
 
 #include "bake/encoder.hpp"
 #include "bake/oracle/prepare.hpp"
@@ -103,7 +106,7 @@ class Driver {
     result_.notes = std::move(prepared_.notes);
     result_.asset.instances = instances_of(scene_, prepared_);
     result_.placed = prepared_.instances;
-    size_.add(format::section_bytes(result_.asset));
+    count_in(format::section_bytes(result_.asset));
     const size_t count = prepared_.objects.size();
     clock_.emplace(prepared_.objects, callback_);
     result_.objects.resize(count);
@@ -138,21 +141,46 @@ class Driver {
     Candidate& candidate = candidates_[index];
     std::optional<Form>& form = candidate.forms[encoder];
     const bool counted = candidate.taken == encoder;
-    if (counted && form) size_.remove(form->sections);
+    if (counted && form) count_out(form->sections);
     form.emplace().alone.objects = {describe(prepared_.objects[index], result_.objects[index])};
     encoders_[encoder]->lay_out(prepared_.objects[index], scale, bounded, index == 0, *form);
-    if (counted) size_.add(form->sections);
+    if (counted) count_in(form->sections);
+  }
+
+  // Objects are laid out at the same time.
+  void count_in(const format::SectionBytes& sections) {
+    const std::lock_guard lock(counting_);
+    size_.add(sections);
+  }
+  void count_out(const format::SectionBytes& sections) {
+    const std::lock_guard lock(counting_);
+    size_.remove(sections);
+  }
+
+  /// lay_out(index) of each object, and progress, which is told by the calling thread alone.
+  template <class LayOut>
+  void lay_out_each(const LayOut& lay_out) {
+    const std::thread::id caller = std::this_thread::get_id();
+    std::atomic<size_t> done = 0;
+    tbb::parallel_for(size_t{0}, candidates_.size(), [&](size_t i) {
+      if (callback_ && std::this_thread::get_id() == caller)
+        callback_(
+            {BakeProgress::Stage::preparing, result_.objects[i].name, done, candidates_.size(), 0, 0, 0});
+      lay_out(i);
+      ++done;
+    });
   }
 
   void lay_out_named() {
-    for (size_t e = 0; e < encoders_.size(); ++e)
-      for (size_t i = 0; i < candidates_.size(); ++i)
+    lay_out_each([&](size_t i) {
+      for (size_t e = 0; e < encoders_.size(); ++e)
         if (candidates_[i].possible[e]) lay_out(i, e, 1);
+    });
   }
 
   /// "auto": exact or not, by what was wished for (docs/model.md). Nothing is trained or timed for it.
   void choose() {
-    for (size_t i = 0; i < candidates_.size(); ++i) {
+    lay_out_each([&](size_t i) {
       if (options_.max_bytes) {
         lay_out_exact(i, kNoBudget);
         result_.objects[i].reason = "exact: the size limit leaves room for it";
@@ -163,7 +191,7 @@ class Driver {
         choose_unbidden(i);
       }
       if (!has_exact(i)) lay_out_other(i);
-    }
+    });
     if (options_.max_bytes) make_room(*options_.max_bytes);
   }
 
@@ -187,18 +215,25 @@ class Driver {
   }
 
   /// In all exact forms that take no more memory than `most`, coarser than their preset where needed, and
-  /// takes the smallest.
+  /// takes the smallest. Planes are for objects that are large enough for them.
   void lay_out_exact(size_t index, uint64_t most) {
-    constexpr double kStep = 0.9;
     Candidate& candidate = candidates_[index];
+    const bool is_small = result_.objects[index].triangles < kLeastForPlanes;
     for (size_t e = 0; e < encoders_.size(); ++e) {
-      if (!candidate.possible[e] || encoders_[e]->kind() != AnswerKind::exact) continue;
+      const Encoder& encoder = *encoders_[e];
+      const bool has_planes = encoder.has_scale(1);
+      if (!candidate.possible[e] || encoder.kind() != AnswerKind::exact || (has_planes && is_small)) continue;
       lay_out(index, e, 1);
       std::optional<Form>& form = candidate.forms[e];
-      while (form->cost.resident > most && encoders_[e]->has_scale(form->scale * kStep))
-        lay_out(index, e, form->scale * kStep, false);
+      for (;;) {
+        // Memory falls with the square of the scale, or a little faster.
+        const double step = std::pow(double(most) / double(form->cost.resident), 1 / 2.0);
+        const double next = form->scale * std::clamp(step, 0.5, 0.9);
+        if (form->cost.resident <= most || !encoder.has_scale(next)) break;
+        lay_out(index, e, next, false);
+      }
       if (form->cost.resident <= most) continue;
-      if (candidate.taken == e) size_.remove(form->sections);
+      if (candidate.taken == e) count_out(form->sections);
       form.reset();
     }
     if (has_exact(index)) take(candidate, smallest_exact(candidate));
@@ -266,9 +301,9 @@ class Driver {
 
   /// Its form may be laid out later.
   void take(Candidate& candidate, size_t form) {
-    if (candidate.forms[candidate.taken]) size_.remove(candidate.form().sections);
+    if (candidate.forms[candidate.taken]) count_out(candidate.form().sections);
     candidate.taken = form;
-    if (candidate.forms[form]) size_.add(candidate.form().sections);
+    if (candidate.forms[form]) count_in(candidate.form().sections);
   }
 
   /// What the file will take at most.
@@ -304,14 +339,17 @@ class Driver {
   /// Objects first .. first + count - 1: several only where they are trained together.
   void bake_objects(size_t first, size_t count) {
     stop_if(cancel_);
-    const bool trains = is_learned(first), compares = is_exact(first) && exact_forms(first) > 1;
-    if (trains || compares || options_.evaluation_rays > 0) {
+    const bool trains = is_learned(first), proves = kind_of(first) == AnswerKind::open,
+               compares = is_exact(first) && exact_forms(first) > 1;
+    if (trains || proves || compares || options_.evaluation_rays > 0) {
       std::deque<GroundTruth> truths;
       for (size_t i = first; i < first + count; ++i) truths.emplace_back(prepared_.objects[i]);
       if (trains)
         train_objects(first, truths);
       else if (compares)
         choose_exact(first, truths.front().source());
+      else if (proves)
+        leave_out(first, truths.front().source());
       for (size_t i = first; i < first + count; ++i)
         result_.objects[i].sets = measured(i, truths[i - first].source());
       if (trains && options_.max_error && count == 1) search(first, truths.front().source());
@@ -352,6 +390,16 @@ class Driver {
                                         encoders_[best]->noun(), encoders_[other]->noun(), least, more);
     std::string& reason = result_.objects[index].reason;
     reason = automatic ? reason + "; " + why : why;
+  }
+
+  void leave_out(size_t index, const RaySource& source) {
+    Candidate& candidate = candidates_[index];
+    report(BakeProgress::Stage::choosing, index, 0.5);
+    count_out(candidate.form().sections);
+    const std::string why = encoders_[candidate.taken]->leave_out(
+        prepared_.objects[index], source, options_.seed + kChoosingSeed, candidate.form());
+    count_in(candidate.form().sections);
+    if (!why.empty()) result_.objects[index].reason += "; " + why;
   }
 
   bool fits() const { return !options_.max_bytes || estimated_bytes() <= *options_.max_bytes; }
@@ -446,9 +494,9 @@ class Driver {
   }
 
   void replace(Candidate& candidate, Form form) {
-    size_.remove(candidate.form().sections);
+    count_out(candidate.form().sections);
     candidate.form() = std::move(form);
-    size_.add(candidate.form().sections);
+    count_in(candidate.form().sections);
   }
 
   /// What is measured of the objects that can be wrong, together.
@@ -493,6 +541,7 @@ class Driver {
   const std::atomic<bool>& cancel_;
   PreparedScene prepared_;
   std::vector<Candidate> candidates_;
+  std::mutex counting_;
   format::FileSize size_;
   uint64_t reserve_ = 0;  ///< for the metadata
   std::optional<BakeClock> clock_;

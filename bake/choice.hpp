@@ -25,6 +25,10 @@ struct EncodingCost {
 /// With so many triangles objects are learned.
 inline constexpr uint64_t kMostExactTriangles = 200'000;
 
+/// With fewer triangles "auto" takes a BVH without planes: it lies in a processor's cache, there are often
+/// very many such objects, and few rays at a time are for each.
+inline constexpr uint64_t kLeastForPlanes = 10'000;
+
 /// The least that a compact BVH of Embree takes on the meshes of docs/results/exact.md, without the vertices
 /// and indices that it needs besides. Embree's own count depends on the machine and on threads, and so would
 /// the choice.

@@ -71,6 +71,9 @@ class Encoder {
                        Form& form) const = 0;
   /// Counted work of a ray. Only asked where the encoding may be chosen automatically.
   virtual double work(const Form&, const RaySource&, uint64_t) const { return 0; }
+  /// Takes out of a form what saves no work, and says so; empty where all of it does. Only asked of forms
+  /// that leave rays open.
+  virtual std::string leave_out(const Prepared&, const RaySource&, uint64_t, Form&) const { return {}; }
   /// Trains the forms of the lessons together. Returns why that failed, as a sentence that names the object;
   /// empty where it did not. Throws Error(interrupted) once `cancel` is set.
   virtual std::string train(const TrainingTask&) { return {}; }

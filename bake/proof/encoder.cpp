@@ -5,7 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bake/bvh/builder.hpp"
 #include "bake/encoder.hpp"
+#include "bake/exact/encoder.hpp"
 
 namespace nif::bake {
 namespace {
@@ -23,15 +25,35 @@ class ProofEncoder final : public Encoder {
   void lay_out(const Prepared& prepared, double scale, bool bounded, bool, Form& form) const override {
     auto& proof = form.object().content.emplace<format::ProofData>();
     ProofBaking::Report report;
-    form.scale =
-        fit_proof(prepared, shape_, scale, bounded, options_, form.object().name, proof, report, [&] {
-          form.sections = format::section_bytes(form.alone);
-          form.cost.bytes = 0;
-          for (const auto& [type, bytes] : form.sections)
-            if (type == format::kProofOccupancy || type == format::kProofCells) form.cost.bytes += bytes;
-          return form.cost.bytes;
-        });
+    form.scale = fit_proof(prepared, shape_, scale, bounded, options_, form.object().name, proof, report,
+                           [&] { return count(form); });
     form.report = report;
+  }
+
+  /// Where a BVH alone takes less work than behind planes, they are left out: a grid remains that only knows
+  /// what misses it.
+  std::string leave_out(const Prepared& prepared, const RaySource& source, uint64_t seed,
+                        Form& form) const override {
+    if (options_.resolution) return {};
+    auto& proof = form.object().as<format::ProofData>();
+    const format::Bvh bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles);
+    const double alone = work_of(format::field_of(bvh), source, seed),
+                 behind = work_of(kernels::ExactField{proof_of(proof), format::field_of(bvh)}, source, seed);
+    if (behind < alone) return {};
+    constexpr GridShape kCoarsest{2, 0, 1, kNoBudget};
+    const LaidOut grid = lay_out_grid(prepared, kCoarsest, 1, false);
+    store_occupancy(grid.occupancy, form.object().name, proof);
+    proof.levels = 0;
+    leave_bare(proof);
+    ProofBaking::Report report;
+    report.voxels = grid.grid.voxels;
+    report.surface_voxels = grid.occupancy.surface_voxels;
+    form.report = report;
+    count(form);
+    return fmt::format(
+        "planes are left out, because they would save no work: {:.0f} ns a ray with them and a BVH "
+        "behind, {:.0f} ns by the BVH alone, counted",
+        behind, alone);
   }
 
   void add(Form&& form, format::Asset& asset) const override {
@@ -41,6 +63,14 @@ class ProofEncoder final : public Encoder {
   void add_options(nlohmann::ordered_json& json) const override { add_shape_options(options_, json); }
 
  private:
+  static uint64_t count(Form& form) {
+    form.sections = format::section_bytes(form.alone);
+    form.cost.bytes = 0;
+    for (const auto& [type, bytes] : form.sections)
+      if (type == format::kProofOccupancy || type == format::kProofCells) form.cost.bytes += bytes;
+    return form.cost.bytes;
+  }
+
   const BakeOptions& options_;
   const GridShape shape_;
 };

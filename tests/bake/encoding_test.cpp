@@ -166,6 +166,14 @@ TEST(Encoding, IsProofWhereRaysMayStayOpen) {
     EXPECT_EQ(result.sets[size_t(set)].leak, 0u);
     EXPECT_EQ(result.sets[size_t(set)].certain_wrong, 0u);
   }
+  // Where planes save no work, they are left out.
+  options.encoding = "proof";
+  const bake::BakeResult wild = bake_quietly(scene_of({soup(3000)}), options);
+  EXPECT_EQ(wild.objects[0].encoding, "proof");
+  EXPECT_NE(wild.objects[0].reason.find("planes are left out"), std::string::npos) << wild.objects[0].reason;
+  EXPECT_FALSE(kernels::has_planes(format::proof_of(wild.asset.objects[0].as<format::ProofData>())));
+  EXPECT_TRUE(kernels::has_planes(format::proof_of(result.asset.objects[1].as<format::ProofData>())));
+  options.encoding = bake::kAutomatic;
   // Where nothing fits but planes.
   options.max_bytes = 200'000;
   EXPECT_EQ(bake_quietly(scene_of({many()}), options).objects[0].encoding, "proof");

@@ -369,7 +369,7 @@ TEST_F(Bake, ThePapersFields) {
 }
 
 TEST_F(Bake, ChoosesTheEncodingAndSaysWhy) {
-  const std::string ring = folder_.write("ring.obj", obj_text(torus(60, 30))).string();
+  const std::string ring = folder_.write("ring.obj", obj_text(torus(120, 60))).string();
   const std::vector<std::string> arguments{"bake",     ring,   "-o",     path("ring.nif"),
                                            "--preset", "fast", "--rays", "20000"};
   std::vector<std::string> with_json = arguments;

@@ -5,7 +5,9 @@
 
 #include "formats/nif/exact/encoding.hpp"
 #include "kernels/reference/exact/query.hpp"
+#include "kernels/reference/instance.hpp"
 #include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/query_object.hpp"
 #include "tests/support/random_exact.hpp"
 
 namespace nif::test {

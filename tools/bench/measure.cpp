@@ -88,7 +88,10 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   result.triangles = asset.triangles();
 
   std::vector<Subject> subjects(result.objects);
-  for (Subject& subject : subjects) subject.fallback = options.fallback;
+  for (size_t i = 0; i < subjects.size(); ++i) {
+    subjects[i].fallback = options.fallback;
+    subjects[i].proves = asset.proves(i);
+  }
   for (uint32_t threads : options.threads) {
     std::vector<Scene> scenes = asset.each_alone(threads);
     for (size_t i = 0; i < subjects.size(); ++i) subjects[i].scenes.push_back(std::move(scenes[i]));

@@ -122,12 +122,21 @@ std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t ind
   // Not compared to what was stated: other builds answer a few rays on edges otherwise.
   const auto ask_proofs_first = [&](Stopwatch& stopwatch, tbb::task_arena& arena, size_t t,
                                     const Behind& behind) {
-    for (Asked& a : asked) a.lay_out();
+    for (size_t i = 0; i < subjects.size(); ++i) {
+      if (subjects[i].proves)
+        asked[i].lay_out();
+      else
+        laid_out[i].lay_out(subjects[i].sets[index].segments, behind.call);
+    }
     return stopwatch.time([&] {
       arena.execute([&] {
-        for (size_t i = 0; i < subjects.size(); ++i)
-          if (!subjects[i].sets[index].segments.empty())
-            asked[i].ask(subjects[i].scenes[t].handle, *subjects[i].embree[behind.build], behind.call);
+        for (size_t i = 0; i < subjects.size(); ++i) {
+          const bake::EmbreeScene& embree = *subjects[i].embree[behind.build];
+          if (!subjects[i].proves)
+            laid_out[i].ask(embree, false);
+          else if (!subjects[i].sets[index].segments.empty())
+            asked[i].ask(subjects[i].scenes[t].handle, embree, behind.call);
+        }
       });
     });
   };

@@ -26,6 +26,7 @@ struct Subject {
   /// return from rtcOccluded16 with that hint.
   bool instances = false;
   bool fallback = false;  ///< proofs alone are asked of `scenes`, and Embree about the rest
+  bool proves = true;     ///< false: there are none, so that a program would ask Embree alone
 };
 
 /// Times work by the clock, and adds up how much of the processor it got.

@@ -58,6 +58,7 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
                               prepared.surface.triangles.size()));
     }
     names_.emplace_back(object.name);
+    proves_.push_back(object.proves != 0);
     any_spherical_ = any_spherical_ || object.encoding == NIF_ENCODING_SPHERICAL;
   }
 }

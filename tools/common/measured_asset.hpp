@@ -32,6 +32,8 @@ class MeasuredAsset {
   const std::string& path() const { return path_; }
   const std::string& name(size_t object) const { return names_[object]; }
   uint64_t triangles() const;
+  /// NifObjectInfo::proves
+  bool proves(size_t object) const { return proves_[object]; }
   /// Some objects are `spherical`, which cannot tell where a segment ends.
   bool any_spherical() const { return any_spherical_; }
   /// One object, where it lies in its own space.
@@ -50,6 +52,7 @@ class MeasuredAsset {
   mesh::Scene scene_;
   bake::PreparedScene prepared_;
   std::vector<std::string> names_;
+  std::vector<bool> proves_;
   bool any_spherical_ = false;
 };
 

@@ -61,13 +61,13 @@ HWY_NOINLINE void answer_exact_by_reference(const ExactField& field, const Segme
 
 void answer_exact(const PackedExactField& packed, const SegmentBatch& batch, AnswerBatch& answers,
                   void* memory) {
-  // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
-  constexpr uint32_t kFewRays = 2;
+  auto& s = *static_cast<ExactScratch*>(memory);
+  // Too few rays for a walk to be worth setting up: the triangles give the same answers.
+  constexpr uint32_t kFewRays = 16;
   if (batch.count <= kFewRays) {
-    for (uint32_t i = 0; i < batch.count; ++i) answer_exact_by_reference(packed.field, batch, i, answers);
+    traverse(packed.tree, batch, batch.tmin, batch.tmax, answers, s.bvh);
     return;
   }
-  auto& s = *static_cast<ExactScratch*>(memory);
   Walker walker(packed.field.proof, packed.walk, batch, answers, s.rays, s.log, s.open, s.hard);
   while (walker.walk()) answer_left(packed, batch, s, answers);
   for (uint32_t k = 0; k < s.hard.count; ++k)

@@ -174,4 +174,11 @@ NIF_HOST_DEVICE inline CellPassage pass_cell(uint32_t word, const float (&middle
   return passage;
 }
 
+/// Whether more is known of some surface voxel than that it is one.
+inline bool has_planes(const ProofField& field) {
+  for (uint32_t i = 0; i < field.surface_voxels; ++i)
+    if (field.voxel_records[i] != kBareCell) return true;
+  return false;
+}
+
 }  // namespace nif::kernels

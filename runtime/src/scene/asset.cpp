@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "api/error.hpp"
+#include "kernels/reference/proof/cells.hpp"
 
 void NifAssetObject::drop_bytes() {
   size_t size = view.metadata.size();
@@ -149,6 +150,8 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   info.triangles = view.triangles;
   const kernels::BuiltBytes built = asset.kernels[object]->built_bytes();
   info.resident_bytes = bytes_of(view) + sizeof(format::ObjectView) + built.walk_words + built.corner_bricks;
+  const auto* proof = std::get_if<nif::format::ProofView>(&view.content);
+  info.proves = !proof || kernels::has_planes(proof->field);
   return info;
 }
 
