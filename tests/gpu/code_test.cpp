@@ -124,7 +124,8 @@ struct Bounds {
 /// nif_pipeline_alone 4 of 20 on NVIDIA. That runs end at planes, and not where cells do, costs up to 6
 /// registers more: one of 4 waves in the pipeline's walk on gfx90a, and 2 of 21 warps in nif_scene_segment on
 /// NVIDIA. Where there may be an `exact` object, a ray waits in the space of its BVH while it is walked: 2
-/// registers in nif_pipeline_walk_any on gfx90a, and no wave.
+/// registers in nif_pipeline_walk_any on gfx90a, and no wave. `proof` objects, with a walk of their own, cost
+/// 2 in the one with details on CDNA: 186, of which there is room for 2 waves, as of 184.
 ///
 /// The stack is for what functions that are not inlined hand each other, and on gfx1030 for copies of
 /// arguments that nothing reads.
@@ -139,7 +140,7 @@ const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
                                             {"nif_pipeline_segment_2", {120, 80, 26, 0}},
                                             {"nif_pipeline_segment_any", {128, 112, 24, 0}},
                                             {"nif_pipeline_walk_any", {168, 112, 96, 168}},
-                                            {"nif_pipeline_walk_any_details", {184, 128, 152, 168}},
+                                            {"nif_pipeline_walk_any_details", {192, 128, 152, 168}},
                                             {"nif_pipeline_walk_segment", {136, 80, 88, 16}},
                                             {"nif_pipeline_walk_segment_details", {160, 96, 152, 16}},
                                             {"nif_scene_any", {184, 128, 80, 144}},

@@ -15,12 +15,18 @@ struct DeviceProofField : ProofField {
   WalkWords walk;
 };
 
+/// Keeps nothing of what is left open. A structure, as KeepOpen is.
+struct DropRuns {
+  NIF_HOST_DEVICE void operator()(uint32_t, const Run&) const {}
+};
+
 NIF_HOST_DEVICE inline ObjectAnswer answer_proof_ray(const DeviceProofField& field, const Segment& segment) {
   WalkResult walk;
-  OpenInterval open;
-  walk_object(field, field.walk, segment, walk, KeepOpen{open});
-  const Answer answer = answer_of(field, segment, walk, open);
-  return {answer.logit, answer.certain};
+  walk_object(field, field.walk, segment, walk, DropRuns());
+  return {walk.verdict == Verdict::visible    ? kCertainLogit
+          : walk.verdict == Verdict::occluded ? -kCertainLogit
+                                              : kOpenLogit,
+          walk.certain};
 }
 
 struct ProofEncoding {
