@@ -5,24 +5,13 @@
 #   NIF_TEST_MESHES=FOLDER docs/results/exact.sh
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
-: "${NIF_TEST_MESHES:?names the folder that holds the meshes}"
-
-meshes=(openscad_nonmanifold_1k.obj CesiumMan_skinned_4.7k.glb self_intersect_17k.obj
-  cycloidal_43k_nonmanifold_100comp.ply bunny_zipper_69k_open.ply skull_100k.obj openfoam_DTC_hull_116k.stl.gz
-  kicad_acepack_195k.ply openfoam_motorBike_332k_nasty.obj.gz stanford_dragon_871k.ply.gz kicad_board_1.0m.ply.zst
-  kicad_board_6.94m.ply.zst)
-generated=(tree:500000 terrain:1000000)
 nif=build/release/bin/nif out=build/exact
 cmake --build build/release --target nif >&2
 mkdir -p "$out"
 
-paths=()
-for mesh in "${meshes[@]}"; do paths+=("$NIF_TEST_MESHES/$mesh"); done
-for shape in "${generated[@]}"; do
-  path=$out/generated_${shape%:*}.ply
-  [[ -f $path ]] || "$nif" mesh generate "${shape%:*}" -o "$path" --triangles "${shape#*:}" --quiet
-  paths+=("$path")
-done
+# shellcheck source=docs/results/meshes.sh
+source docs/results/meshes.sh
+find_meshes "$nif"
 
 for path in "${paths[@]}"; do
   name=$(basename "$path")

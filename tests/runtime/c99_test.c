@@ -29,6 +29,8 @@ int main(int argc, char** argv) {
   NifSceneInfo info = {.struct_size = sizeof(info)};
   NifRay rays[kRays];
   NifQuery query;
+  NifOpenRays open;
+  uint32_t open_count = 0;
   uint8_t visible[kRays], bits[(kRays + 7) / 8], later[kRays], one;
   uint32_t done = 0;
   uint64_t bytes = 0, asked = 0;
@@ -81,6 +83,10 @@ int main(int argc, char** argv) {
   nifReleaseJob(job);
   CHECK(nifQueryWithFallback(scene, &query, 2.0f, occlude, &asked) == NIF_OK);
   for (i = 0; i < kRays; ++i) CHECK(later[i] <= visible[i]);
+  memset(&open, 0, sizeof(open));
+  open.struct_size = sizeof(open);
+  open.count = &open_count;
+  CHECK(nifQueryOpen(scene, &query, &open) == NIF_OK && open_count <= kRays);
   nifReleaseScene(scene);
   return 0;
 }

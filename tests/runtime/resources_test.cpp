@@ -84,6 +84,13 @@ class ThreadResources : public RuntimeTest, public testing::WithParamInterface<c
       query.scratch_bytes = scratch_bytes;
       check(nifQuery(scene, &query));
       check(nifQueryWithFallback(scene, &query, 0.9f, occlude, nullptr));
+      uint32_t open_ray = 0, open_count = 0;
+      NifOpenRays open{};
+      open.struct_size = sizeof(open);
+      open.capacity = 1;
+      open.rays = &open_ray;
+      open.count = &open_count;
+      check(nifQueryOpen(scene, &query, &open));
       query = nifQueryRays(test.rays_.data(), 100);
       query.visible = answers.visible.data();
       check(nifQuery(scene, &query));

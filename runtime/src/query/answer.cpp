@@ -36,8 +36,10 @@ void ask_kernel(const PlacedObject& object, const Wanted& wanted, const SegmentB
 }
 
 /// Takes back what an instance's transform leaves no proof of: then all of the ray is open.
-void keep_certain(const Instance& instance, const PlacedObject& object, const Segment& world,
-                  const Segment& local, uint32_t i, kernels::AnswerBatch& answers, kernels::OpenBatch& open) {
+void keep_certain(const Instance& instance, const PlacedObject& object, const Wanted& wanted,
+                  const Segment& world, const Segment& local, uint32_t i, kernels::AnswerBatch& answers,
+                  kernels::OpenBatch& open) {
+  if (!answers.certain[i] && !wanted.open) return;
   if (stays_certain(instance, object.reach_scale, world, local)) return;
   answers.certain[i] = 0;
   open.begin[i] = world.tmin;
@@ -55,7 +57,7 @@ void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, Work
     ask_kernel(object, wanted, area.object_rays, area.answers, area.open, area);
     if (wanted.details)
       for (uint32_t i = 0; i < count; ++i)
-        keep_certain(instance, object, segment_of(area.rays, i), segment_of(area.object_rays, i), i,
+        keep_certain(instance, object, wanted, segment_of(area.rays, i), segment_of(area.object_rays, i), i,
                      area.answers, area.open);
   }
   if (wanted.probability)
@@ -131,7 +133,7 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
     const int32_t logit = area.object_answers.logit[k];
     bool decided = logit < 0;
     if (wanted.details) {
-      keep_certain(scene.instances[pairs[k].instance], object, segment_of(area.rays, i),
+      keep_certain(scene.instances[pairs[k].instance], object, wanted, segment_of(area.rays, i),
                    segment_of(area.object_rays, k), k, area.object_answers, area.object_open);
       const bool certain = area.object_answers.certain[k] != 0;
       area.combined[i].add(logit, certain, object.calibration, wanted.probability);

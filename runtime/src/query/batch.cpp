@@ -106,7 +106,6 @@ void read_rays(const NifQuery& query, uint64_t first, uint32_t count, kernels::S
 }
 
 void list_open_rays(const NifOpenRays& lists, uint64_t first, WorkArea& area) {
-  uint32_t numbers[kBatchRays];
   uint32_t open = 0;
   for (uint32_t i = 0; i < area.rays.count; ++i) {
     if (area.answers.certain[i]) continue;
@@ -116,13 +115,13 @@ void list_open_rays(const NifOpenRays& lists, uint64_t first, WorkArea& area) {
     area.probability[i] = 0.5f;
     area.open.begin[open] = area.open.begin[i];
     area.open.end[open] = area.open.end[i];
-    numbers[open++] = uint32_t(first) + i;
+    area.open_rays[open++] = uint32_t(first) + i;
   }
   if (open == 0) return;
   const uint64_t at = std::atomic_ref<uint32_t>(*lists.count).fetch_add(open);
   if (at >= lists.capacity) return;
   const auto room = uint32_t(std::min<uint64_t>(open, lists.capacity - at));
-  copy_out(lists.rays, at, numbers, room);
+  copy_out(lists.rays, at, area.open_rays, room);
   copy_out(lists.tmin, at, area.open.begin, room);
   copy_out(lists.tmax, at, area.open.end, room);
 }

@@ -39,6 +39,7 @@ struct alignas(64) WorkArea {
 
   // For rays that stay open: the part of each that has to be looked at, and what one object says of that.
   kernels::OpenBatch open, object_open;
+  uint32_t open_rays[kBatchRays];  ///< numbers within the query
 
   alignas(64) std::byte kernel_scratch[kernels::kKernelScratchBytes];
 };
