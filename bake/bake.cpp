@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -166,7 +167,8 @@ class Driver {
       if (callback_ && std::this_thread::get_id() == caller)
         callback_(
             {BakeProgress::Stage::preparing, result_.objects[i].name, done, candidates_.size(), 0, 0, 0});
-      lay_out(i);
+      // What it does in parallel itself waits for that alone, not for another object.
+      tbb::this_task_arena::isolate([&] { lay_out(i); });
       ++done;
     });
   }
@@ -181,12 +183,11 @@ class Driver {
   /// "auto": exact or not, by what was wished for (docs/model.md). Nothing is trained or timed for it.
   void choose() {
     lay_out_each([&](size_t i) {
-      if (options_.max_bytes) {
+      if (options_.max_bytes || options_.max_error == 0.0) {
         lay_out_exact(i, kNoBudget);
-        result_.objects[i].reason = "exact: the size limit leaves room for it";
-      } else if (options_.max_error == 0.0) {
-        lay_out_exact(i, kNoBudget);
-        result_.objects[i].reason = "exact: no answer may be wrong";
+        if (has_exact(i))
+          result_.objects[i].reason = options_.max_bytes ? "exact: the size limit leaves room for it"
+                                                         : "exact: no answer may be wrong";
       } else {
         choose_unbidden(i);
       }
