@@ -51,7 +51,7 @@ std::string encoding_help() {
       chosen +
       fmt::format(
           "auto: exact below {} triangles if that takes no more memory than Embree, else learned, unless "
-          "--max-bytes or --max-error wish otherwise. ",
+          "--max-bytes, --max-error or --open-rays wish otherwise. ",
           kMostExactTriangles) +
       named;
   return text.substr(0, text.size() - 2);
