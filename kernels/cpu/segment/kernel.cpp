@@ -91,12 +91,21 @@ AnswerSegments kernel_for(Isa isa) {
   return NIF_KERNEL_FOR(AnswerSegments, answer_segments, isa);
 }
 
+using ProveSegments = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, OpenBatch&, void*);
+
+ProveSegments prover_for(Isa isa) {
+#if HWY_TARGETS & HWY_AVX3_DL
+  if (isa == Isa::avx512 && has_avx3_dl()) return N_AVX3_DL::prove_segments;
+#endif
+  return NIF_KERNEL_FOR(ProveSegments, prove_segments, isa);
+}
+
 }  // namespace
 
 SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, const KernelOptions& options)
     : field_(field, options.memory, options.copies),
       answer_(kernel_for(options.isa)),
-      prove_(NIF_KERNEL_FOR(Prove, prove_segments, options.isa)) {}
+      prove_(prover_for(options.isa)) {}
 
 void SimdSegmentKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(field_, batch, answers, scratch);
