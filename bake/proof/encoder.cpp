@@ -39,7 +39,9 @@ class ProofEncoder final : public Encoder {
     const format::Bvh bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles);
     const double alone = work_of(format::field_of(bvh), source, seed),
                  behind = work_of(kernels::ExactField{proof_of(proof), format::field_of(bvh)}, source, seed);
-    if (behind < alone) return {};
+    // The lists of open rays take time, too, which is not counted (docs/results/proof.md).
+    constexpr double kLargestShare = 0.75;
+    if (behind < kLargestShare * alone) return {};
     constexpr GridShape kCoarsest{2, 0, 1, kNoBudget};
     const LaidOut grid = lay_out_grid(prepared, kCoarsest, 1, false);
     store_occupancy(grid.occupancy, form.object().name, proof);
@@ -51,7 +53,8 @@ class ProofEncoder final : public Encoder {
     form.report = report;
     count(form);
     return fmt::format(
-        "planes are left out, because they would save no work: {:.0f} ns a ray with them and a BVH "
+        "planes are left out, because they would not save a quarter of the work: {:.0f} ns a ray with them "
+        "and a BVH "
         "behind, {:.0f} ns by the BVH alone, counted",
         behind, alone);
   }
