@@ -13,6 +13,9 @@
 //                                    what the pipeline's walk does: true where there is an answer, false
 //                                    where a network has to be asked; then all of `item` is set but its
 //                                    instance
+//   kProves                          whether its proofs can be asked alone: then there is
+//   prove(object, ray, open)         what they say, and the part of a ray that they leave open
+//                                    (kernels/reference/proof/open.hpp)
 //   describe(hash)                   what of HostField crosses from the runtime to the GPU module
 //   upload(field)                    on the host: how a field gets to device memory (upload.hpp)
 #pragma once

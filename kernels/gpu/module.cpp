@@ -1,6 +1,7 @@
 // The kernels' entry points: what clang makes a code object of for each AMD target, and nvcc for each NVIDIA
 // one. Each takes one structure.
 #include "kernels/gpu/kernel_list.hpp"
+#include "kernels/gpu/open_kernels.hpp"
 #include "kernels/gpu/pipeline_kernels.hpp"
 
 using namespace nif::kernels;
@@ -25,6 +26,7 @@ NIF_WALK_KERNELS(NIF_WALK)
 NIF_PIPELINE_STAGES(NIF_STAGE)
 NIF_ENTRY(kSceneThreads, 1, nif_scene_bvh_single, SceneWork,
           scene_answer<kSingleBvh, false>)  // to measure it
+NIF_ENTRY(kSceneThreads, 1, nif_scene_open, OpenWork, scene_open)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_offsets, PipelineWork, pipeline_offsets)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_order, PipelineWork, pipeline_order)
 NIF_ENTRY(kBlockThreads, 1, nif_pack_bits, PackWork, pack_bits)

@@ -46,6 +46,7 @@ GpuDevice::GpuDevice(std::unique_ptr<gpu::Context> opened, const GpuSettings& wa
   NIF_SCENE_KERNELS(NIF_SCENE)
 #undef NIF_SCENE
   single_bvh = context->find_kernel("nif_scene_bvh_single");
+  open = context->find_kernel("nif_scene_open");
   uploads = context->make_stream();
 }
 

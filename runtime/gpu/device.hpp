@@ -7,6 +7,7 @@
 
 #include "driver.hpp"
 #include "gpu/module.hpp"
+#include "kernels/gpu/open_kernels.hpp"
 #include "kernels/gpu/upload.hpp"
 #include "pipeline.hpp"
 
@@ -52,6 +53,7 @@ struct GpuDevice {
   GpuSettings settings;
   std::vector<gpu::KindKernels> kernels;  ///< the one kernel, for scenes of some kinds of objects
   gpu::Kernel single_bvh;                 ///< for measurements
+  gpu::Kernel open;                       ///< what proofs leave open
   gpu::PipelineKernels pipeline;
   gpu::Stream uploads = nullptr;
   std::atomic<bool> lost = false;  ///< nothing on the card works any more
@@ -104,11 +106,16 @@ void wait_for_queries(GpuDevice& device, GpuScene& scene);
 /// Puts the launches that answer a query of memory of the card into the stream.
 void put_query(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
                Stream stream, runtime::GpuMeasure how = runtime::GpuMeasure::query);
+/// The same of what proofs alone say, with the other rays in lists.
+void put_open_query(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
+                    const kernels::gpu::OpenLists& lists, Stream stream);
 /// Answers it by the pipeline, and tells how long its stages took: seconds[kMeasuredStages]. A scene without
 /// networks, and what does not go through the pipeline, counts as the last one.
 void time_stages(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
                  Stream stream, double* seconds);
 void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query);
+/// Of memory of the card.
+void list_open_rays(GpuDevice& device, GpuScene& scene, const NifQuery& query, const NifOpenRays& open);
 /// Of host memory: on the card alone, once and then `rounds` times; then the answers are copied. seconds:
 /// [rounds], or, of the pipeline's stages, [rounds][kMeasuredStages].
 void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, runtime::GpuMeasure measure,

@@ -99,6 +99,14 @@ class Launcher {
     });
   }
 
+  void open(const SceneQuery& query, const kernels::gpu::OpenLists& lists, uint32_t first) {
+    const kernels::gpu::SceneLayout& layout = scene_.arrays.layout;
+    kernels::gpu::OpenWork work{scene_.arrays, query, lists, first};
+    put(device_.open, work,
+        {std::min(blocks_for(query.count, layout.rays), kMostBlocks), kernels::gpu::kSceneThreads,
+         layout.bytes});
+  }
+
   /// As many rays as the arrays have room for.
   void pipeline(SceneQuery query, PipelineArrays& arrays) {
     Context& context = *device_.context;
@@ -280,6 +288,17 @@ void put_query(GpuDevice& device, GpuScene& scene, const SceneQuery& query, uint
   if (!trial.timer) return;
   trial.timer.stop(stream);
   scene.choice.add(std::move(trial));
+}
+
+void put_open_query(GpuDevice& device, GpuScene& scene, const SceneQuery& query, uint64_t count,
+                    const kernels::gpu::OpenLists& lists, Stream stream) {
+  device.context->clear(lists.count, sizeof(*lists.count), stream);
+  Launcher launcher(device, scene, stream);
+  uint32_t first = 0;
+  for_each_part(query, count, device.context->most_rays(), [&](const SceneQuery& part) {
+    launcher.open(part, lists, first);
+    first += part.count;
+  });
 }
 
 void time_stages(GpuDevice& device, GpuScene& scene, const SceneQuery& query, uint64_t count, Stream stream,

@@ -136,6 +136,11 @@ NifError query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMes
   return on_card(device, message, [&] { answer_query(*device, *scene, *query); });
 }
 
+NifError query_open(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifOpenRays* open,
+                    GpuMessage* message) {
+  return on_card(device, message, [&] { list_open_rays(*device, *scene, *query, *open); });
+}
+
 NifError measure_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMeasure measure,
                        uint32_t rounds, double* seconds, GpuMessage* message) {
   return on_card(device, message, [&] { time_query(*device, *scene, *query, measure, rounds, seconds); });
@@ -178,10 +183,22 @@ void free_job(GpuDevice* device, GpuJob* job) {
 
 extern "C" NIF_API const nif::runtime::GpuModule* nif_hip_module(void) {
   using namespace nif;
-  static const runtime::GpuModule module{
-      runtime::kGpuModuleVersion, runtime::kGpuLayout, gpu::count_cards,  gpu::describe_card,
-      gpu::open_device,           gpu::close_device,   gpu::upload_asset, gpu::free_asset,
-      gpu::upload_scene,          gpu::free_scene,     gpu::query,        gpu::measure_query,
-      gpu::start_query,           gpu::wait_job,       gpu::is_job_done,  gpu::free_job};
+  static const runtime::GpuModule module{runtime::kGpuModuleVersion,
+                                         runtime::kGpuLayout,
+                                         gpu::count_cards,
+                                         gpu::describe_card,
+                                         gpu::open_device,
+                                         gpu::close_device,
+                                         gpu::upload_asset,
+                                         gpu::free_asset,
+                                         gpu::upload_scene,
+                                         gpu::free_scene,
+                                         gpu::query,
+                                         gpu::query_open,
+                                         gpu::measure_query,
+                                         gpu::start_query,
+                                         gpu::wait_job,
+                                         gpu::is_job_done,
+                                         gpu::free_job};
   return &module;
 }

@@ -18,18 +18,21 @@ using runtime::kMeasuredStages;
 using runtime::OutputArray;
 using runtime::visit_outputs;
 
+/// `name` as messages call the array, which may be null.
+void check_array(Context& context, NifMemory promised, const void* array, const std::string& name) {
+  if (!array) return;
+  const PointerKind kind = context.kind_of(array);
+  const auto refuse = [&](const char* why) { throw GpuError(NIF_ERROR_WRONG_POINTER, name + why); };
+  if (promised == NIF_DEVICE && kind == PointerKind::host)
+    refuse(" is memory of the host, and NIF_DEVICE was promised");
+  if (promised == NIF_DEVICE && kind == PointerKind::other_device) refuse(" is memory of another card");
+  if (promised == NIF_HOST && (kind == PointerKind::device || kind == PointerKind::other_device))
+    refuse(" is memory of a card, and NIF_HOST was promised");
+}
+
 void check_memory(Context& context, const NifQuery& query) {
   const auto check = [&](const void* array, const char* name) {
-    if (!array) return;
-    const PointerKind kind = context.kind_of(array);
-    const auto refuse = [&](const char* why) {
-      throw GpuError(NIF_ERROR_WRONG_POINTER, std::string("query: ") + name + why);
-    };
-    if (query.memory == NIF_DEVICE && kind == PointerKind::host)
-      refuse(" is memory of the host, and NIF_DEVICE was promised");
-    if (query.memory == NIF_DEVICE && kind == PointerKind::other_device) refuse(" is memory of another card");
-    if (query.memory == NIF_HOST && (kind == PointerKind::device || kind == PointerKind::other_device))
-      refuse(" is memory of a card, and NIF_HOST was promised");
+    check_array(context, query.memory, array, std::string("query: ") + name);
   };
   for (const float* array : query.origin) check(array, "origin");
   for (const float* array : query.direction) check(array, "direction");
@@ -311,6 +314,26 @@ void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query) {
   check_memory(*device.context, query);
   if (query.memory == NIF_HOST) return HostQuery(device, scene, query).answer();
   put_query(device, scene, scene_query(query), query.count, query.stream);
+  record_use(device, scene, query.stream);
+}
+
+void list_open_rays(GpuDevice& device, GpuScene& scene, const NifQuery& query, const NifOpenRays& open) {
+  if (!scene.ready) refuse_scene();
+  Context& context = *device.context;
+  check_memory(context, query);
+  const auto check = [&](const void* array, const char* name) {
+    check_array(context, query.memory, array, std::string("open: ") + name);
+  };
+  check(open.count, "count");
+  if (open.capacity > 0) {  // else they are not looked at
+    check(open.rays, "rays");
+    check(open.tmin, "tmin");
+    check(open.tmax, "tmax");
+  }
+  constexpr uint64_t kMostRays = std::numeric_limits<uint32_t>::max();
+  const kernels::gpu::OpenLists lists{bytes_of(open.rays), bytes_of(open.tmin), bytes_of(open.tmax),
+                                      open.count, uint32_t(std::min(open.capacity, kMostRays))};
+  put_open_query(device, scene, scene_query(query), query.count, lists, query.stream);
   record_use(device, scene, query.stream);
 }
 

@@ -1,10 +1,10 @@
 // A million rays of every named set through a scene of all encodings, whose instances are mirrored, stretched
 // and lie in each other: answered by the GPU module with an emulated card as by the reference, both by the
-// pipeline and by the one kernel.
+// pipeline and by the one kernel. And what proofs leave open of as many.
 #include <tbb/parallel_for.h>
 
 #include "tests/gpu/baked.hpp"
-#include "tests/gpu/module_fixture.hpp"
+#include "tests/gpu/card_open_query.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {
@@ -27,6 +27,22 @@ void expect_part(const TwinScenes& twins, std::span<const kernels::Segment> segm
   EXPECT_EQ(got, expected);
 }
 
+/// Calls part(segments, number of the part) for a million rays of every set that are drawn around a mesh.
+template <class Part>
+void for_each_part(const mesh::Mesh& mesh, const Part& part) {
+  const bake::Prepared prepared = bake::prepare(mesh);
+  const bake::GroundTruth truth(prepared);
+  for (const bake::RaySet set : bake::kRaySets) {
+    const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, kRays, 7);
+    ASSERT_EQ(labelled.segments.size(), kRays) << bake::name_of(set);
+    const std::span<const kernels::Segment> segments(labelled.segments);
+    tbb::parallel_for(size_t{0}, kRays / kPart + 1, [&](size_t number) {
+      const size_t first = number * kPart;
+      part(segments.subspan(first, std::min(kPart, kRays - first)), number);
+    });
+  }
+}
+
 TEST_P(GpuSceneSets, AnswerAsTheReference) {
   const Baked field(torus(60, 30), "segment");
   const Baked exact(torus(60, 30), "bvh");
@@ -42,16 +58,38 @@ TEST_P(GpuSceneSets, AnswerAsTheReference) {
   twins.add(spherical, 0, {0.1f, 0, 0, 0.7f, 0, 0.1f, 0, -0.4f, 0, 0, 0.1f, 0.1f});
   twins.commit();
 
-  const bake::Prepared prepared = bake::prepare(field.scene.meshes[0]);
-  const bake::GroundTruth truth(prepared);
-  for (const bake::RaySet set : bake::kRaySets) {
-    const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, kRays, 7);
-    ASSERT_EQ(labelled.segments.size(), kRays) << bake::name_of(set);
-    const std::span<const kernels::Segment> segments(labelled.segments);
-    tbb::parallel_for(size_t{0}, kRays / kPart + 1, [&](size_t part) {
-      const size_t first = part * kPart;
-      expect_part(twins, segments.subspan(first, std::min(kPart, kRays - first)), part % 2 == 0);
+  for_each_part(field.scene.meshes[0], [&](std::span<const kernels::Segment> segments, size_t number) {
+    expect_part(twins, segments, number % 2 == 0);
+  });
+}
+
+/// What proofs leave open, of objects with proofs of their own and without: the same rays with the same bits.
+TEST_F(GpuModuleTest, ListTheOpenRaysOfEverySetAsTheReference) {
+  const Baked proof(torus(60, 30), "proof");
+  const Baked exact(torus(60, 30), "exact");
+  const Baked field(torus(60, 30), "segment");
+  TwinScenes alone(config()), several(config());
+  alone.add(alone.load(proof.file), 0, kIdentity);
+  const uint32_t proves = several.load(proof.file), whole = several.load(exact.file),
+                 learned = several.load(field.file);
+  several.add(proves, 0, kIdentity);
+  several.add(proves, 0, {-0.9f, 0, 0, 0.4f, 0, 0.8f, 0, 0.1f, 0, 0, 1.1f, 0.2f});
+  several.add(whole, 0, {1.2f, 0.3f, 0, -0.5f, -0.3f, 0.4f, 0, 0.3f, 0, 0, 2.0f, -0.1f});
+  several.add(learned, 0, {0.2f, 0, 0.2f, 0, 0, -0.3f, 0, 0, -0.2f, 0, 0.2f, 0.5f});
+  alone.commit();
+  several.commit();
+  for (const TwinScenes* twins : {&alone, &several}) {
+    std::atomic<uint64_t> open = 0;
+    for_each_part(proof.scene.meshes[0], [&](std::span<const kernels::Segment> segments, size_t) {
+      std::vector<NifRay> rays;
+      for (const kernels::Segment& segment : segments) rays.push_back(to_ray(segment));
+      const OpenAnswers expected = query_open(twins->cpu(), rays, rays.size()),
+                        got = query_open_on_card(machine(), 0, twins->gpu(), rays, rays.size());
+      expect_same(got, expected);
+      EXPECT_TRUE(got.open == expected.open);
+      open += expected.open.size();
     });
+    EXPECT_GT(open, 50'000u);
   }
 }
 

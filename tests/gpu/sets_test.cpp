@@ -1,6 +1,7 @@
 // A million rays of every named set, answered by the kernels in the emulator as by the reference: for a baked
-// field by the pipeline, with the matrix instructions of each target in turn, and for a baked BVH; fewer for
-// a field by the one kernel, and for a field of the paper's kind, in both precisions.
+// field by the pipeline, with the matrix instructions of each target in turn, and for a baked BVH, an `exact`
+// object and a `proof` object; fewer for a field by the one kernel, and for a field of the paper's kind, in
+// both precisions.
 // tools/measure/emulate_sets.sh asks every variant, on any asset.
 #include <gtest/gtest.h>
 
@@ -41,6 +42,14 @@ TEST(GpuSets, FieldsAnswerAsTheReference) {
 
 TEST(GpuSets, BvhsAnswerAsTheReference) {
   expect_equal(Baked(torus(200, 100), "bvh"), kRays, {{MatrixKind::dot32}, {MatrixKind::dot64}});
+}
+
+TEST(GpuSets, ExactObjectsAnswerAsTheReference) {
+  expect_equal(Baked(torus(200, 100), "exact"), kRays, {{MatrixKind::dot32}, {MatrixKind::dot64}});
+}
+
+TEST(GpuSets, ProofsAnswerAsTheReference) {
+  expect_equal(Baked(torus(200, 100), "proof"), kRays, {{MatrixKind::dot32}, {MatrixKind::dot64}});
 }
 
 /// In single precision to the bit; in half precision within the bound that follows from the arithmetic, with

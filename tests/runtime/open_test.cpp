@@ -6,59 +6,12 @@
 #include "formats/nif/exact/encoding.hpp"
 #include "kernels/reference/exact/query.hpp"
 #include "kernels/reference/instance.hpp"
-#include "tests/runtime/runtime_fixture.hpp"
+#include "tests/runtime/open_answers.hpp"
 #include "tests/support/query_object.hpp"
 #include "tests/support/random_exact.hpp"
 
 namespace nif::test {
 namespace {
-
-struct OpenRay {
-  uint32_t ray;
-  float tmin, tmax;
-  auto operator<=>(const OpenRay&) const = default;
-};
-
-struct OpenAnswers : Answers {
-  using Answers::Answers;
-  uint32_t count = 0xcccccccc;
-  std::vector<OpenRay> open;  ///< by ray
-};
-
-OpenAnswers query_open(NifScene scene, const std::vector<NifRay>& rays, size_t capacity) {
-  OpenAnswers answers(rays.size());
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
-  answers.ask(query);
-  std::vector<uint32_t> numbers(capacity);
-  std::vector<float> tmin(capacity), tmax(capacity);
-  NifOpenRays open{};
-  open.struct_size = sizeof(open);
-  open.capacity = capacity;
-  open.rays = numbers.data();
-  open.tmin = tmin.data();
-  open.tmax = tmax.data();
-  open.count = &answers.count;
-  EXPECT_EQ(nifQueryOpen(scene, &query, &open), NIF_OK) << nifGetErrorMessage();
-  for (size_t k = 0; k < std::min<size_t>(capacity, answers.count); ++k)
-    answers.open.push_back({numbers[k], tmin[k], tmax[k]});
-  std::sort(answers.open.begin(), answers.open.end());
-  return answers;
-}
-
-/// Rays near the objects of an asset, and some that are none.
-std::vector<NifRay> rays_near(const format::AssetView& view, uint64_t seed, size_t count) {
-  Random random(seed);
-  std::vector<NifRay> rays;
-  while (rays.size() < count) {
-    const auto object = random.below(uint32_t(view.objects.size()));
-    rays.push_back(to_ray(random_segment(random, view.objects[object])));
-    if (random.below(50) == 0) rays.back().direction[random.below(3)] = std::nanf("");
-    if (random.below(50) == 0) rays.back().tmax = -1;
-    if (random.below(50) == 0) rays.back().tmax = std::nanf("");
-    if (random.below(50) == 0) rays.back().origin[random.below(3)] *= 1e6f;
-  }
-  return rays;
-}
 
 bool is_ray(const NifRay& ray) {
   const kernels::Segment segment = to_segment(ray);

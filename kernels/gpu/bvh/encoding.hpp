@@ -15,7 +15,7 @@ struct BvhEncoding {
     kSingle = 2  ///< no object's: a kernel that tests triangles in single precision, for measurements
   };
   static constexpr uint32_t kKinds = 2;
-  static constexpr bool kHasItems = false;
+  static constexpr bool kHasItems = false, kProves = false;
 
   template <uint32_t kSet, class Thread>
   NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer ask(const Thread&, const SceneObject& object, uint32_t,

@@ -14,7 +14,7 @@ struct ExactEncoding {
   using Field = DeviceExactField;
   enum Kind : uint32_t { kProvenFirst = 1 };
   static constexpr uint32_t kKinds = 1;
-  static constexpr bool kHasItems = false;
+  static constexpr bool kHasItems = false, kProves = false;
 
   template <uint32_t kSet, class Thread>
   NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer ask(const Thread&, const SceneObject& object, uint32_t,

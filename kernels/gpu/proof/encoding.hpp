@@ -3,8 +3,7 @@
 
 #include "kernels/gpu/object.hpp"
 #include "kernels/gpu/proof/device_field.hpp"
-#include "kernels/gpu/proof/leaping_walk.hpp"
-#include "kernels/reference/proof/open.hpp"
+#include "kernels/gpu/proof/prove.hpp"
 
 namespace nif::kernels::gpu {
 
@@ -15,18 +14,9 @@ struct DeviceProofField : ProofField {
   WalkWords walk;
 };
 
-/// Keeps nothing of what is left open. A structure, as KeepOpen is.
-struct DropRuns {
-  NIF_HOST_DEVICE void operator()(uint32_t, const Run&) const {}
-};
-
 NIF_HOST_DEVICE inline ObjectAnswer answer_proof_ray(const DeviceProofField& field, const Segment& segment) {
-  WalkResult walk;
-  walk_object(field, field.walk, segment, walk, DropRuns());
-  return {walk.verdict == Verdict::visible    ? kCertainLogit
-          : walk.verdict == Verdict::occluded ? -kCertainLogit
-                                              : kOpenLogit,
-          walk.certain};
+  OpenInterval open;
+  return prove_ray(field, field.walk, segment, open);
 }
 
 struct ProofEncoding {
@@ -34,7 +24,7 @@ struct ProofEncoding {
   using Field = DeviceProofField;
   enum Kind : uint32_t { kProven = 1 };
   static constexpr uint32_t kKinds = 1;
-  static constexpr bool kHasItems = false;
+  static constexpr bool kHasItems = false, kProves = true;
 
   template <uint32_t kSet, class Thread>
   NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer ask(const Thread&, const SceneObject& object, uint32_t,
@@ -45,6 +35,12 @@ struct ProofEncoding {
                                               OpenItem&, ObjectAnswer& answer) {
     answer = answer_proof_ray(*static_cast<const Field*>(object.field), ray);
     return true;
+  }
+
+  NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer prove(const SceneObject& object, const Segment& ray,
+                                                       OpenInterval& open) {
+    const auto& field = *static_cast<const Field*>(object.field);
+    return prove_ray(field, field.walk, ray, open);
   }
 
   template <class Hash>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/gpu/proof/device_field.hpp"
+#include "kernels/gpu/proof/prove.hpp"
 #include "kernels/gpu/segment/stages.hpp"
 
 namespace nif::kernels::gpu {
@@ -16,7 +17,7 @@ struct SegmentEncoding {
     kOthers = 2
   };
   static constexpr uint32_t kKinds = 2;
-  static constexpr bool kHasItems = true;
+  static constexpr bool kHasItems = true, kProves = true;
 
   template <uint32_t kSet, class Thread>
   NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer ask(const Thread& thread, const SceneObject& object,
@@ -29,6 +30,12 @@ struct SegmentEncoding {
   NIF_HOST_DEVICE NIF_INLINE static bool walk(const SceneObject& object, const Segment& ray, uint32_t* column,
                                               OpenItem& item, ObjectAnswer& answer) {
     return walk_segment_item(object, ray, column, item, answer);
+  }
+
+  NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer prove(const SceneObject& object, const Segment& ray,
+                                                       OpenInterval& open) {
+    const auto& field = *static_cast<const Field*>(object.field);
+    return prove_ray(field, field.walk, ray, open);
   }
 
   template <class Hash>

@@ -12,7 +12,7 @@ struct SphericalEncoding {
   using HostField = SphericalField;
   using Field = SphericalField;
   static constexpr uint32_t kKinds = 1;
-  static constexpr bool kHasItems = true;
+  static constexpr bool kHasItems = true, kProves = false;
 
   template <uint32_t kSet, class Thread>
   NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer ask(const Thread&, const SceneObject& object, uint32_t,

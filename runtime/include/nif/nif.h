@@ -493,8 +493,12 @@ typedef struct NifOpenRays {
  *
  * Which rays are listed, and with which tmin and tmax, depends on neither threads nor instruction set; their
  * order does. If the lists are too small, they are filled, and the rest is only counted. Outputs of the query
- * may all be null. At most 2^32 - 1 rays. Otherwise like nifQuery. Allocates nothing. The CPU answers it;
- * device memory or a stream gives NIF_ERROR_NOT_AVAILABLE. */
+ * may all be null. At most 2^32 - 1 rays. Otherwise like nifQuery. Allocates nothing.
+ *
+ * The CPU answers queries of host memory, also on a GPU device; with a stream they give
+ * NIF_ERROR_NOT_AVAILABLE. Of device memory, all arrays of `open` are device memory, too, and the call
+ * returns at once: the stream sets the count to 0, then lists the rays, ready for what is put into it next.
+ */
 NIF_API NifError nifQueryOpen(NifScene scene, const NifQuery* query, const NifOpenRays* open);
 
 /* ---- Asynchronous queries ---------------------------------------------------------------------------- */

@@ -244,6 +244,10 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     check(nifQueryOpen(pointer_, &query.get(), &open));
     return count;
   }
+  /// The same of device memory, where the count lies, too.
+  void query_open(const Query& query, const NifOpenRays& open) const {
+    check(nifQueryOpen(pointer_, &query.get(), &open));
+  }
   bool visible(const NifRay& ray) const {
     uint8_t visible = 0;
     check(nifQueryRay(pointer_, &ray, &visible));

@@ -299,6 +299,8 @@ NifError nifQueryOpen(NifScene scene, const NifQuery* query, const NifOpenRays* 
     request.query = read_structure(query, "query");
     request.open = read_structure(open, "open");
     check_open_query(the_scene, request.query, *request.open);
+    if (request.query.memory == NIF_DEVICE)
+      return the_scene.device->gpu->query_open(the_scene, request.query, *request.open);
     check_scratch(request.query);
     *request.open->count = 0;
     answer(the_scene, request);

@@ -45,6 +45,9 @@ constexpr uint64_t gpu_layout() {
                             &NifQuery::memory,        &NifQuery::reserved,    &NifQuery::scratch,
                             &NifQuery::scratch_bytes, &NifQuery::stream});
 
+  hash.structure<NifOpenRays>({&NifOpenRays::struct_size, &NifOpenRays::capacity, &NifOpenRays::rays,
+                               &NifOpenRays::tmin, &NifOpenRays::tmax, &NifOpenRays::count});
+
   hash.number(sizeof(kernels::AnyField));
   hash.number(alignof(kernels::AnyField));
   describe_fields(hash, std::type_identity<kernels::AnyField>());

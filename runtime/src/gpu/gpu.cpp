@@ -61,6 +61,11 @@ void Gpu::query(NifSceneObject& scene, const NifQuery& query) {
   check(module_.query(device_, scene.on_gpu, &query, &message), message);
 }
 
+void Gpu::query_open(NifSceneObject& scene, const NifQuery& query, const NifOpenRays& open) {
+  GpuMessage message;
+  check(module_.query_open(device_, scene.on_gpu, &query, &open, &message), message);
+}
+
 static_assert(uint32_t(GpuMeasure::single_bvh) == NIF_MEASURE_SINGLE_BVH &&
               kMeasuredStages == NIF_MEASURED_STAGES);
 

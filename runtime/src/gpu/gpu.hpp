@@ -36,6 +36,7 @@ class Gpu {
   void free(NifAssetObject& asset) noexcept;
   void free(NifSceneObject& scene) noexcept;
   void query(NifSceneObject& scene, const NifQuery& query);
+  void query_open(NifSceneObject& scene, const NifQuery& query, const NifOpenRays& open);
   void measure(NifSceneObject& scene, const NifQuery& query, GpuMeasure measure, uint32_t rounds,
                double* seconds);
 

@@ -16,7 +16,7 @@
 namespace nif::runtime {
 
 /// Changes with anything in this file.
-inline constexpr uint32_t kGpuModuleVersion = 3;
+inline constexpr uint32_t kGpuModuleVersion = 4;
 /// The module's only symbol: const GpuModule* nif_hip_module(void).
 inline constexpr const char* kGpuModuleSymbol = "nif_hip_module";
 
@@ -100,6 +100,9 @@ struct GpuModule {
 
   /// Answers a query as nifQuery does; it has been checked but for what only the driver can tell.
   NifError (*query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMessage* message);
+  /// Answers a query of device memory as nifQueryOpen does, likewise.
+  NifError (*query_open)(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifOpenRays* open,
+                         GpuMessage* message);
   /// Answers a query of host memory from memory of the device, once and then `rounds` times, and tells how
   /// long each of those took there: seconds[rounds], or [rounds][kMeasuredStages] of stages.
   NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMeasure measure,

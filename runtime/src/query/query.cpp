@@ -51,9 +51,9 @@ void check_query(const NifSceneObject& scene, const NifQuery& query) {
 
 void check_open_query(const NifSceneObject& scene, const NifQuery& query, const NifOpenRays& open) {
   check_inputs(scene, query);
-  if (query.memory == NIF_DEVICE || query.stream)
+  if (query.memory == NIF_HOST && query.stream)
     throw Failure(NIF_ERROR_NOT_AVAILABLE,
-                  "query: open rays are listed by the CPU, which needs host memory and no stream");
+                  "query: the CPU lists the open rays of host memory, and has no streams");
   if (query.count > std::numeric_limits<uint32_t>::max())
     refuse_argument("query: count is more than the 2^32 - 1 rays whose numbers fit into the lists");
   require_argument(open.count, "open: count");

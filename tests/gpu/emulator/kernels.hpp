@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "kernels/gpu/kernel_list.hpp"
+#include "kernels/gpu/open_kernels.hpp"
 #include "kernels/gpu/pipeline_kernels.hpp"
 #include "tests/gpu/emulator/emulator.hpp"
 #include "tests/gpu/emulator/machine.hpp"

@@ -1,0 +1,139 @@
+// Rays that proofs leave open (nifQueryOpen): a thread takes its ray through the top level, asks each object
+// for what it can prove, and the lanes of a wave get their places in the caller's lists together. Which rays
+// are listed, and with which tmin and tmax, is as runtime/src/query has it on the CPU, to the bit.
+#pragma once
+
+#include "kernels/gpu/scene_kernels.hpp"
+#include "kernels/reference/proof/open.hpp"
+
+namespace nif::kernels::gpu {
+
+/// The lists of NifOpenRays (runtime/include/nif/nif.h): device memory of any alignment but for the count.
+struct OpenLists {
+  unsigned char *rays, *tmin, *tmax;  ///< tmin and tmax may be null, and all of them where capacity is 0
+  uint32_t* count;
+  uint32_t capacity;
+};
+
+/// What the kernel is given.
+struct OpenWork {
+  SceneArrays scene;
+  SceneQuery query;
+  OpenLists lists;
+  uint32_t first;  ///< number of the query's first ray, as the lists have it
+};
+
+/// What one object proves of a ray in its space. Those without proofs of their own answer, and leave all of
+/// a ray open where they are not certain.
+template <class Thread, class Encoding, class... Others>
+NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_by_one_of(EncodingList<Encoding, Others...>,
+                                                        const Thread& thread, const SceneObject& object,
+                                                        const Segment& ray, uint32_t* row,
+                                                        OpenInterval& open) {
+  if ((object.kind & kKindsOf<Encoding>) != 0) {
+    if constexpr (Encoding::kProves) {
+      return Encoding::prove(object, ray, open);
+    } else {
+      open = all_of(ray);
+      return Encoding::template ask<(1u << Encoding::kKinds) - 1>(
+          thread, object, object.kind >> kFirstKindBit<Encoding>, ray, row);
+    }
+  }
+  if constexpr (sizeof...(Others) != 0)
+    return prove_by_one_of(EncodingList<Others...>(), thread, object, ray, row, open);
+  return {};
+}
+
+/// What one instance proves of a ray in world space.
+template <class Thread>
+NIF_HOST_DEVICE ObjectAnswer prove_instance(const Thread& thread, const SceneArrays& scene,
+                                            const PlacedInstance& instance, const Segment& ray, uint32_t* row,
+                                            OpenInterval& open) {
+  const SceneObject& object = scene.objects[instance.object];
+  const Segment local = instance.identity ? ray : to_object(instance.to_object, ray);
+  ObjectAnswer answer = prove_by_one_of(Encodings(), thread, object, local, row, open);
+  // Where its transform leaves no proof, no bound of the open part is one either.
+  if (!stays_certain(instance, object.reach_scale, ray, local)) {
+    answer.certain = false;
+    open = all_of(ray);
+  }
+  return answer;
+}
+
+/// What all instances prove of a ray: the outputs of the query, and in `open` the part that is left open,
+/// where is_open says that one is.
+struct ProvenRay {
+  SceneAnswer answer;
+  OpenInterval open;
+  bool is_open;
+};
+template <class Thread>
+NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, const SceneArrays& scene,
+                                                      const Segment& ray, bool with_probability,
+                                                      uint32_t* row) {
+  ProvenRay proven;
+  BoxRay prepared;
+  SceneWay way;
+  const bool has_way = start_way(scene, ray, prepared, way, proven.answer);
+  if (scene.instance_count == 1) {
+    const PlacedInstance& instance = scene.instances[0];
+    proven.answer = only_answer(prove_instance(thread, scene, instance, ray, row, proven.open),
+                                scene.objects[instance.object].calibration, with_probability);
+  } else if (has_way) {
+    const float infinity = bits_as<float>(0x7f800000u);
+    proven.open = {infinity, -infinity};
+    const auto ask = [&](uint32_t number, ObjectAnswer& answer) {
+      OpenInterval open;
+      answer = prove_instance(thread, scene, scene.instances[number], ray, row, open);
+      if (!answer.certain) {
+        proven.open.begin = min_of(open.begin, proven.open.begin);
+        proven.open.end = max_of(open.end, proven.open.end);
+      }
+      return true;
+    };
+    follow_scene<true>(scene, ray, prepared, with_probability, way, ask, proven.answer);
+  }
+  proven.is_open = has_way && !proven.answer.certain;
+  if (proven.is_open) {
+    proven.answer.logit = kOpenLogit;
+    proven.answer.probability = 0.5f;
+  }
+  return proven;
+}
+
+/// Blocks of kSceneThreads, any number of them; scene.layout.bytes. *lists.count has been set.
+template <class Thread>
+NIF_HOST_DEVICE NIF_LONG_INLINE void scene_open(const Thread& thread, const OpenWork& work) {
+  const SceneArrays& scene = work.scene;
+  const SceneQuery& query = work.query;
+  const OpenLists& lists = work.lists;
+  uint32_t* const row = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index() * scene.layout.row;
+  const uint32_t rays = scene.layout.rays, step = thread.blocks() * rays;
+  // All threads go round together, because the lanes of a wave vote for bits and places.
+  for (uint32_t first = thread.block() * rays; first < query.count;) {
+    const uint32_t i = first + thread.index();
+    const bool present = thread.index() < rays && thread.index() < query.count - first;
+    ProvenRay proven;
+    proven.is_open = false;
+    if (present) {
+      proven = prove_scene(thread, scene, load_ray(query, i), query.probability != nullptr, row);
+      store_answer<true>(query, i, proven.answer);
+    }
+    if (query.visible_bits) {
+      const uint64_t bits = thread.ballot(present && proven.answer.logit >= 0);
+      if (present && i % 8 == 0)
+        query.visible_bits[i / 8] = static_cast<unsigned char>(bits >> thread.lane());
+    }
+    const uint32_t place = append(thread, proven.is_open, lists.count);
+    if (proven.is_open && place < lists.capacity) {
+      const uint64_t at = uint64_t(place) * 4;
+      store_unaligned(lists.rays + at, work.first + i);
+      if (lists.tmin) store_unaligned(lists.tmin + at, bits_as<uint32_t>(proven.open.begin));
+      if (lists.tmax) store_unaligned(lists.tmax + at, bits_as<uint32_t>(proven.open.end));
+    }
+    if (query.count - first <= step) return;  // first + step may be more than 32 bits
+    first += step;
+  }
+}
+
+}  // namespace nif::kernels::gpu

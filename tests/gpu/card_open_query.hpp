@@ -1,0 +1,69 @@
+// nifQueryOpen about memory of an emulated card.
+#pragma once
+
+#include "tests/gpu/module_fixture.hpp"
+#include "tests/runtime/open_answers.hpp"
+
+namespace nif::test {
+
+/// Lists and outputs at odd addresses, but for the count.
+class CardOpenQuery {
+ public:
+  CardOpenQuery(EmulatedMachine& machine, uint32_t card, const std::vector<NifRay>& rays, size_t capacity)
+      : capacity_(capacity),
+        rays_(machine, card, rays.data(), rays.size() * sizeof(NifRay)),
+        answers_(machine, card, rays.size()),
+        numbers_(machine, card, nullptr, 4 * capacity),
+        tmin_(machine, card, nullptr, 4 * capacity),
+        tmax_(machine, card, nullptr, 4 * capacity),
+        count_(machine, card, nullptr, 4),
+        query(nifQueryRays(rays_.as<NifRay>(), rays.size())),
+        open(nifkit::sized<NifOpenRays>()) {
+    query.memory = NIF_DEVICE;
+    answers_.ask(query);
+    open.capacity = capacity;
+    open.rays = reinterpret_cast<uint32_t*>(numbers_.as<char>() + 1);
+    open.tmin = reinterpret_cast<float*>(tmin_.as<char>() + 1);
+    open.tmax = reinterpret_cast<float*>(tmax_.as<char>() + 1);
+    open.count = count_.as<uint32_t>();
+  }
+
+  /// After the stream has passed it.
+  OpenAnswers get() const {
+    OpenAnswers answers(query.count);
+    static_cast<Answers&>(answers) = answers_.get();
+    answers.count = *open.count;
+    for (size_t k = 0; k < std::min<size_t>(capacity_, answers.count); ++k) {
+      OpenRay ray;
+      std::memcpy(&ray.ray, open.rays + k, 4);
+      std::memcpy(&ray.tmin, open.tmin + k, 4);
+      std::memcpy(&ray.tmax, open.tmax + k, 4);
+      answers.open.push_back(ray);
+    }
+    std::sort(answers.open.begin(), answers.open.end());
+    return answers;
+  }
+
+ private:
+  size_t capacity_;
+  CardArray rays_;
+  CardAnswers answers_;
+  CardArray numbers_, tmin_, tmax_, count_;
+
+ public:
+  NifQuery query;
+  NifOpenRays open;
+};
+
+inline OpenAnswers query_open_on_card(EmulatedMachine& machine, uint32_t card, NifScene scene,
+                                      const std::vector<NifRay>& rays, size_t capacity) {
+  CardOpenQuery on_card(machine, card, rays, capacity);
+  void* stream = on_card.query.stream = machine.make_stream(card);
+  EXPECT_EQ(nifQueryOpen(scene, &on_card.query, &on_card.open), NIF_OK) << nifGetErrorMessage();
+  EXPECT_EQ(*on_card.open.count, 0xa5a5a5a5) << "nothing is done before the stream is waited for";
+  machine.wait_stream(stream);
+  machine.free_stream(stream);
+  return on_card.get();
+}
+
+}  // namespace nif::test

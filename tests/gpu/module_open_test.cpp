@@ -1,0 +1,167 @@
+// nifQueryOpen about memory of a card: the same answers as on the CPU, and the same rays in the lists, with
+// the same bits of tmin and tmax, in whatever order.
+#include "formats/nif/reader.hpp"
+#include "tests/gpu/card_open_query.hpp"
+
+namespace nif::test {
+namespace {
+
+constexpr RandomAssetOptions kAllEncodings{
+    .objects = 2, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 2};
+constexpr uint32_t kObjects = 7;
+
+class GpuOpenRays : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {
+ protected:
+  uint32_t card() const { return GetParam(); }
+
+  /// Returns how many rays were listed.
+  size_t expect_twins(const TwinScenes& twins, const std::vector<NifRay>& rays) {
+    const OpenAnswers expected = query_open(twins.cpu(), rays, rays.size());
+    const OpenAnswers got = query_open_on_card(machine(), card(), twins.gpu(), rays, rays.size());
+    expect_same(got, expected);
+    EXPECT_EQ(got.count, expected.count);
+    EXPECT_TRUE(got.open == expected.open);
+    return got.open.size();
+  }
+};
+// Waves of 32 lanes and of 64.
+INSTANTIATE_TEST_SUITE_P(Each, GpuOpenRays, testing::Values(0u, 2u),
+                         [](const auto& p) { return std::string(name_of(kMatrixKinds[p.param])); });
+
+TEST_P(GpuOpenRays, AreThoseOfTheCpu) {
+  for (uint64_t seed = 0; seed < 3; ++seed) {
+    const std::vector<std::byte> file = format::encode(random_asset(seed, kAllEncodings));
+    const format::AssetView view = format::read_asset(file, "test");
+    const std::vector<NifRay> rays = rays_near(view, seed, 3001);
+    size_t listed = 0;
+    for (uint32_t object = 0; object < kObjects; ++object)
+      for (const bool moved : {false, true}) {
+        TwinScenes twins(config(card()));
+        Matrix transform = kIdentity;
+        if (moved) transform = {0.9f, 0.1f, 0, 0.1f, 0, -1.1f, 0.2f, 0, 0.1f, 0, 1, -0.1f};
+        twins.add(twins.load(file), object, transform);
+        twins.commit();
+        listed += expect_twins(twins, rays);
+      }
+    machine().order = seed;
+    TwinScenes twins(config(card()));
+    const uint32_t asset = twins.load(file);
+    Random random(seed);
+    for (int i = 0; i < 7; ++i) {
+      Matrix transform = kIdentity;
+      for (float& m : transform) m += random.between(-0.3f, 0.3f);
+      twins.add(asset, random.below(kObjects), transform);
+    }
+    twins.commit();
+    EXPECT_GT(expect_twins(twins, rays), 100u);
+    EXPECT_GT(listed, 1000u);
+  }
+}
+
+/// Cuts into launches do not show, and numbers go on from one to the next.
+TEST_P(GpuOpenRays, GoOnFromLaunchToLaunch) {
+  machine().most_rays = 1000;
+  TwinScenes twins(config(card()));
+  const std::vector<std::byte> file = format::encode(random_asset(5, kAllEncodings));
+  const uint32_t asset = twins.load(file);
+  for (uint32_t object = 0; object < kObjects; ++object) twins.add(asset, object, kIdentity);
+  twins.commit();
+  const uint32_t launches = machine().launches;
+  EXPECT_GT(expect_twins(twins, rays_near(format::read_asset(file, "test"), 5, 4321)), 100u);
+  EXPECT_EQ(machine().launches - launches, 5u);
+}
+
+TEST_P(GpuOpenRays, AreCountedWhereThereIsNoRoom) {
+  const std::vector<std::byte> file =
+      format::encode(random_asset(3, {.objects = 0, .instances = 0, .proofs = 1}));
+  TwinScenes twins(config(card()));
+  twins.add(twins.load(file), 0, kIdentity);
+  twins.commit();
+  const std::vector<NifRay> rays = rays_near(format::read_asset(file, "test"), 3, 3000);
+  const OpenAnswers all = query_open(twins.cpu(), rays, rays.size());
+  ASSERT_GT(all.count, 100u);
+  for (const size_t capacity : {size_t{0}, size_t{1}, size_t{100}, size_t{all.count}}) {
+    const OpenAnswers some = query_open_on_card(machine(), card(), twins.gpu(), rays, capacity);
+    EXPECT_EQ(some.count, all.count);
+    EXPECT_EQ(some.open.size(), capacity);
+    for (const OpenRay& ray : some.open)
+      EXPECT_TRUE(std::binary_search(all.open.begin(), all.open.end(), ray)) << ray.ray;
+    expect_same(some, all);
+  }
+}
+
+TEST_P(GpuOpenRays, OfAnEmptySceneAreNone) {
+  TwinScenes twins(config(card()));
+  twins.commit();
+  Random random(1);
+  EXPECT_EQ(expect_twins(twins, rays_in_cube(random, 5, 300)), 0u);
+}
+
+TEST_F(GpuModuleTest, OpenRaysOfHostMemoryAreListedByTheCpu) {
+  const std::vector<std::byte> file = format::encode(random_asset(3, kAllEncodings));
+  TwinScenes twins(config());
+  twins.add(twins.load(file), 0, kIdentity);
+  twins.commit();
+  const std::vector<NifRay> rays = rays_near(format::read_asset(file, "test"), 3, 3000);
+  const uint32_t launches = machine().launches;
+  const OpenAnswers got = query_open(twins.gpu(), rays, rays.size()),
+                    expected = query_open(twins.cpu(), rays, rays.size());
+  EXPECT_EQ(static_cast<const Answers&>(got), static_cast<const Answers&>(expected));
+  EXPECT_TRUE(got.open == expected.open);
+  EXPECT_EQ(machine().launches, launches);
+}
+
+TEST_F(GpuModuleTest, OpenQueriesOfWrongArgumentsAreRefused) {
+  TwinScenes twins(config());
+  const std::vector<std::byte> file = format::encode(random_asset(3, kAllEncodings));
+  twins.add(twins.load(file), 0, kIdentity);
+  twins.commit();
+  const std::vector<NifRay> rays = rays_near(format::read_asset(file, "test"), 3, 100);
+  const CardOpenQuery good(machine(), 0, rays, rays.size());
+  const auto refused = [&](NifError error, const NifQuery& query, const NifOpenRays& open) {
+    EXPECT_EQ(nifQueryOpen(twins.gpu(), &query, &open), error) << nifGetErrorMessage();
+  };
+  const uint32_t launches = machine().launches;
+
+  uint32_t here[100];
+  NifOpenRays open = good.open;
+  open.count = here;
+  refused(NIF_ERROR_WRONG_POINTER, good.query, open);
+  EXPECT_NE(std::string(nifGetErrorMessage()).find("open: count"), std::string::npos);
+  open = good.open;
+  open.rays = here;
+  refused(NIF_ERROR_WRONG_POINTER, good.query, open);
+  EXPECT_NE(std::string(nifGetErrorMessage()).find("open: rays"), std::string::npos);
+  const CardArray elsewhere(machine(), 1, nullptr, 400);
+  open = good.open;
+  open.tmax = elsewhere.as<float>();
+  refused(NIF_ERROR_WRONG_POINTER, good.query, open);
+  EXPECT_NE(std::string(nifGetErrorMessage()).find("open: tmax"), std::string::npos);
+  open = good.open;
+  open.count = reinterpret_cast<uint32_t*>(reinterpret_cast<char*>(open.count) + 1);
+  refused(NIF_ERROR_INVALID_ARGUMENT, good.query, open);
+
+  NifQuery query = good.query;
+  uint8_t visible[100];
+  query.visible = visible;
+  refused(NIF_ERROR_WRONG_POINTER, query, good.open);
+  query = nifQueryRays(rays.data(), rays.size());
+  query.stream = machine().make_stream(0);
+  open.rays = here;
+  open.tmin = open.tmax = nullptr;
+  open.count = here;
+  refused(NIF_ERROR_NOT_AVAILABLE, query, open);
+  machine().free_stream(query.stream);
+  EXPECT_EQ(machine().launches, launches);
+
+  query = good.query;
+  query.stream = machine().make_stream(0);
+  machine().fail_launch = 1;
+  refused(NIF_ERROR_DEVICE_LOST, query, good.open);
+  refused(NIF_ERROR_DEVICE_LOST, query, good.open);
+  machine().free_stream(query.stream);
+  machine().lost = false;
+}
+
+}  // namespace
+}  // namespace nif::test
