@@ -50,7 +50,7 @@ class ExactEncoder final : public Encoder {
         });
     form.report = report;
     form.cost.bytes += tree_bytes;
-    form.cost.resident = uncoded_bytes(proof) + tree_bytes;
+    form.cost.resident = form.cost.bytes + walk_bytes(proof);
   }
 
   double work(const Form& form, const RaySource& source, uint64_t seed) const override {

@@ -14,10 +14,18 @@ constexpr uint32_t kLeastVoxels = 12;
 /// Voxels along an axis that may be cut `levels` times.
 uint32_t most_voxels(uint32_t levels) { return std::min(kernels::kMaxVoxels, kernels::kMaxCells >> levels); }
 
-// docs/results/exact.md has what they come to.
-constexpr std::pair<Preset, GridShape> kProofShapes[] = {{Preset::fast, {32, 3, 2.0, 110'000}},
-                                                         {Preset::balanced, {48, 2, 1.5, 200'000}},
-                                                         {Preset::high, {64, 3, 0.5, 450'000}}};
+// docs/results/exact.md has what they come to. Without features there is no reason for few voxels, and a walk
+// that follows fewer links is faster (docs/results/cpu-kernels.md, "Planes without a network").
+constexpr std::pair<Preset, GridShape> kProofShapes[] = {{Preset::fast, {48, 1, 1.5, 110'000}},
+                                                         {Preset::balanced, {80, 1, 1.5, 200'000}},
+                                                         {Preset::high, {128, 1, 1.0, 450'000}}};
+
+/// Bytes of memory that a grid without features may take: about as much as the BVH of the object, which it is
+/// to stand in front of, but for very small ones.
+double most_resident(uint64_t triangles) {
+  constexpr double kResidentPerTriangle = 20, kLeast = 300'000;
+  return std::max(kResidentPerTriangle * double(triangles), kLeast);
+}
 
 }  // namespace
 
@@ -103,11 +111,14 @@ double fit_proof(const Prepared& prepared, const GridShape& shape, double scale,
                  const BakeOptions& options, std::string_view name, format::ProofData& data,
                  GridReport& report, const std::function<uint64_t()>& count) {
   data.coded = options.uncoded ? 0u : format::kCodedOccupancy | format::kCodedCells;
-  return fit_budget(shape, scale, bounded, prepared.surface.triangles.size(), [&](double grid_scale) {
+  const uint64_t triangles = prepared.surface.triangles.size(), budget = budget_for(shape, triangles);
+  return fit_budget(shape, scale, bounded, triangles, [&](double grid_scale) {
     const LaidOut grid = lay_out_grid(prepared, shape, grid_scale, options.resolution.has_value());
     store_occupancy(grid.occupancy, name, data);
     report = fit_planes(prepared, grid, name, data);
-    return count();
+    const double of_file = double(count()) / double(budget);
+    if (budget == kNoBudget) return of_file;
+    return std::max(of_file, double(walk_bytes(data)) / most_resident(triangles));
   });
 }
 

@@ -41,16 +41,17 @@ uint64_t budget_for(const GridShape& shape, uint64_t triangles);
 /// How much finer the grid of a large object is than the preset says, as far as its budget allows.
 double growth_for(const GridShape& shape, uint64_t triangles);
 
-/// Makes grids until one takes no more than the budget, where `bounded` says that it counts: make(scale)
-/// makes one, and returns its bytes. Returns the scale, without the growth of large objects.
+/// Makes grids until one takes no more than its budgets, where `bounded` says that they count: make(scale)
+/// makes one, and returns how many times a budget it takes. Returns the scale, without the growth of large
+/// objects.
 template <class Make>
 double fit_budget(const GridShape& shape, double scale, bool bounded, uint64_t triangles, const Make& make) {
-  const auto budget = double(budget_for(shape, triangles)), growth = growth_for(shape, triangles);
+  const double growth = growth_for(shape, triangles);
   for (;;) {
-    const auto bytes = double(make(scale * growth));
+    const double times = make(scale * growth);
     // Bytes fall with the square of the scale, or a little faster.
-    const double next = scale * std::clamp(std::pow(budget / bytes, 1 / 2.5), 0.3, 0.85);
-    if (!bounded || bytes <= budget || !has_scale(shape, next)) return scale;
+    const double next = scale * std::clamp(std::pow(times, -1 / 2.5), 0.3, 0.85);
+    if (!bounded || times <= 1 || !has_scale(shape, next)) return scale;
     scale = next;
   }
 }
@@ -85,8 +86,8 @@ void add_shape_options(const BakeOptions& options, nlohmann::ordered_json& json)
 GridReport fit_planes(const Prepared& prepared, const LaidOut& grid, std::string_view name,
                       format::ProofData& data);
 
-/// A grid without features within its budget, as fit_budget(): `count` says what it takes of a file. Returns
-/// its scale.
+/// A grid without features within its budgets, as fit_budget(), of a file and of memory: `count` says what it
+/// takes of a file. Returns its scale.
 double fit_proof(const Prepared& prepared, const GridShape& shape, double scale, bool bounded,
                  const BakeOptions& options, std::string_view name, format::ProofData& data,
                  GridReport& report, const std::function<uint64_t()>& count);

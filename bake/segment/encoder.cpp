@@ -79,10 +79,11 @@ class SegmentEncoder final : public Encoder {
   bool has_scale(double scale) const override { return bake::has_scale(shape_, scale); }
 
   void lay_out(const Prepared& prepared, double scale, bool bounded, bool, Form& form) const override {
-    form.scale = fit_budget(shape_, scale * options_.scale, bounded && options_.scale == 1,
-                            prepared.surface.triangles.size(), [&](double grid_scale) {
+    const uint64_t triangles = prepared.surface.triangles.size(), budget = budget_for(shape_, triangles);
+    form.scale = fit_budget(shape_, scale * options_.scale, bounded && options_.scale == 1, triangles,
+                            [&](double grid_scale) {
                               lay_out(prepared, grid_scale, form);
-                              return form.cost.bytes;
+                              return double(form.cost.bytes) / double(budget);
                             });
   }
 

@@ -67,11 +67,9 @@ struct UncodedGrid {
   }
 };
 
-/// Bytes of its payloads where none is coded.
-inline uint64_t uncoded_bytes(const ProofData& data) {
-  return data.brick_table.size() * sizeof(uint16_t) +
-         data.brick_states.size() * sizeof(kernels::BrickStates) +
-         (data.voxel_base.size() + data.voxel_records.size() + data.parts.size()) * sizeof(uint32_t);
+/// Bytes of the words that kernels walk by, which they make of it (kernels/packed/walk_words.hpp).
+inline uint64_t walk_bytes(const ProofData& data) {
+  return (uint64_t{data.voxels[0]} * data.voxels[1] * data.voxels[2] + data.parts.size()) * sizeof(uint32_t);
 }
 
 inline void set_scales(float voxels_per_unit, uint32_t levels, kernels::ProofField& field) {
