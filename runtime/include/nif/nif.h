@@ -491,8 +491,8 @@ typedef struct NifOpenRays {
  * nifQuery would not call certain. Of a listed ray the outputs say: visible 0, certain 0, probability 0.5,
  * logit -1. Rays that are invalid are answered as by nifQuery, and not listed.
  *
- * Which rays are listed, and with which tmin and tmax, depends on neither threads nor instruction set; their
- * order does. If the lists are too small, they are filled, and the rest is only counted. Outputs of the query
+ * Which rays are listed, and with which tmin and tmax, depends on neither threads nor instruction set, nor on
+ * whether a GPU lists them; their order does. If the lists are too small, they are filled, and the rest is only counted. Outputs of the query
  * may all be null. At most 2^32 - 1 rays. Otherwise like nifQuery. Allocates nothing.
  *
  * The CPU answers queries of host memory, also on a GPU device; with a stream they give
