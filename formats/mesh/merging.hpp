@@ -18,8 +18,8 @@ struct MergeOptions {
   /// Names of nodes, or patterns with *, ? and [...]. They count for all that is below a node, too.
   std::vector<std::string> nodes;   ///< only these merge; empty: all
   std::vector<std::string> except;  ///< these stay apart
-  /// The most that merging may add: a mesh placed k times has k copies then, in place of one. None: as many
-  /// as the meshes of the scene have, so that an asset gets about twice as large, but at least some number.
+  /// The most that merging may add: a mesh placed k times has k copies then, in place of one. None: some
+  /// number if that is enough for all that could merge, else 0 (mesh::kAddedTriangles).
   std::optional<uint64_t> added_triangles;
   uint64_t part_triangles = 0;    ///< meshes with so many or more stay
   uint64_t object_triangles = 0;  ///< the most of one merged mesh

@@ -58,12 +58,6 @@ uint64_t weight_of(const Mesh& mesh) {
   return std::max<uint64_t>(mesh.triangles.size(), (mesh.positions.size() + 2) / 3);
 }
 
-uint64_t triangles_of(const Scene& scene) {
-  uint64_t triangles = 0;
-  for (const Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
-  return triangles;
-}
-
 /// What is far from the origin for its size would be deformed by rounding: this keeps corners within 1/4096
 /// of the size. Also what no mesh of a bake may be, by bake::prepare().
 bool is_too_far(const Box& box) {
@@ -79,12 +73,8 @@ bool is_too_far(const Box& box) {
 
 class Merger {
  public:
-  Merger(Scene scene, const MergeOptions& options)
-      : scene_(std::move(scene)),
-        options_(options),
-        budget_(options.added_triangles.value_or(std::max(triangles_of(scene_), kLeastAddedTriangles))) {
+  Merger(Scene scene, const MergeOptions& options) : scene_(std::move(scene)), options_(options) {
     merging_.options = options;
-    merging_.options.added_triangles = budget_;
     merging_.instances = scene_.instances.size();
     std::vector<Box> boxes;
     for (const Mesh& mesh : scene_.meshes) {
@@ -141,13 +131,20 @@ class Merger {
     for (uint32_t m = 0; m < scene_.meshes.size(); ++m)
       if (merging[m] > 0) meshes.push_back(m);
     std::ranges::stable_sort(meshes, {}, [&](uint32_t m) { return weights_[m]; });
+    // The mesh itself goes if all of its instances merge.
+    const auto added = [&](uint32_t m) {
+      return weights_[m] * (merging[m] - (merging[m] == placed[m] ? 1 : 0));
+    };
+    uint64_t wanted = 0;
+    for (const uint32_t m : meshes) wanted += added(m);
+    const uint64_t budget =
+        options_.added_triangles.value_or(wanted <= kAddedTriangles ? kAddedTriangles : 0);
+    merging_.options.added_triangles = budget;
     std::vector<bool> fits(scene_.meshes.size());
     for (const uint32_t m : meshes) {
-      // The mesh itself goes if all of its instances merge.
-      const uint64_t added = weights_[m] * (merging[m] - (merging[m] == placed[m] ? 1 : 0));
-      fits[m] = added <= budget_ - merging_.added_triangles;
+      fits[m] = added(m) <= budget - merging_.added_triangles;
       if (fits[m])
-        merging_.added_triangles += added;
+        merging_.added_triangles += added(m);
       else
         keep(Stays::over_budget, merging[m]);
     }
@@ -280,7 +277,6 @@ class Merger {
   Scene scene_;
   const MergeOptions& options_;
   Merging merging_;
-  uint64_t budget_;                // triangles that may be added
   std::vector<uint64_t> weights_;  // [mesh]
   std::vector<Box> places_;        // [instance], around it in world space
 };

@@ -11,8 +11,9 @@ namespace nif::mesh {
 inline constexpr uint64_t kPartTriangles = 500;
 /// The most of a merged mesh. With fewer there are more objects; with more, speeds are the same.
 inline constexpr uint64_t kObjectTriangles = 50'000;
-/// Where nobody says what merging may add, it is so much at least.
-inline constexpr uint64_t kLeastAddedTriangles = 1'000'000;
+/// What merging may add where nobody says: so much if that is enough for all that could merge, else nothing.
+/// Some of many copies are in the way of those that stay, and all of them are too much for caches.
+inline constexpr uint64_t kAddedTriangles = 1'000'000;
 
 /// The scene with fewer instances and the same triangles at the same places. Positions are rounded once, to
 /// single precision (FlatScene); mirrored instances have their triangles turned. Instances that stay keep

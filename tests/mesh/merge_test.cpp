@@ -215,18 +215,25 @@ TEST(Merge, AMeshThatStaysElsewhereIsCopiedForEachThatMerges) {
   EXPECT_EQ(stay(after, Stays::moves), 1u);
 }
 
-TEST(Merge, TheDefaultBudgetIsThatOfTheMeshesOrAMillion) {
+TEST(Merge, ByDefaultAllCopiesOrNone) {
   MergeOptions options = objects_of(50'000);
   options.added_triangles = {};
-  EXPECT_EQ(mesh::merge(square_of_cubes(2), options).merging->options.added_triangles,
-            mesh::kLeastAddedTriangles);
-  Scene large = square_of_cubes(2);
-  large.meshes.push_back(cube());
-  large.meshes[1].triangles.resize(1'500'000, {0, 1, 2});
-  large.instances.push_back(instance("large", 1, mesh::kIdentity));
-  const Scene after = mesh::merge(large, options);
-  EXPECT_EQ(after.merging->options.added_triangles, 1'500'012u);
-  EXPECT_EQ(stay(after, Stays::too_large), 1u);
+  Scene scene = square_of_cubes(20);
+  scene.meshes.push_back(icosphere(5));  // 20,480 triangles
+  for (int i = 0; i < 49; ++i) scene.instances.push_back(instance("ball", 1, at(0, 0, 3 * float(i))));
+  const Scene all = mesh::merge(scene, options);
+  EXPECT_EQ(all.merging->options.added_triangles, mesh::kAddedTriangles);
+  EXPECT_EQ(all.merging->added_triangles, 399u * 12 + 48 * 20'480);
+  scene.instances.push_back(instance("one too many", 1, at(0, 3, 0)));
+  scene.meshes.push_back(icosphere(0));
+  scene.meshes.push_back(icosphere(1));
+  scene.instances.push_back(instance("only", 2, at(0, 6, 0)));
+  scene.instances.push_back(instance("only", 3, at(0, 9, 0)));
+  const Scene none = mesh::merge(scene, options);
+  EXPECT_EQ(none.merging->options.added_triangles, 0u);
+  EXPECT_EQ(stay(none, Stays::over_budget), 450u);
+  ASSERT_EQ(none.merging->merged.size(), 1u);
+  EXPECT_EQ(none.merging->merged[0].parts.size(), 2u) << "what is placed once adds nothing";
 }
 
 TEST(Merge, WhatCannotBeMergedWellStays) {

@@ -223,7 +223,7 @@ void add_bake_options(Command command, BakeArguments& arguments) {
           "--merge-triangles", arguments.merge_triangles,
           "With --merge: most triangles that it may add, e.g. 500k, since each copy of a mesh takes memory "
           "again. 0: only meshes that are placed once")
-      .default_str("those of all meshes, or 1M");
+      .default_str("1M if that is enough for all, else 0");
   command.add_option("--mix", arguments.mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");
   add_seed_option(command, arguments.seed);
   command
