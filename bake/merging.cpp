@@ -49,6 +49,8 @@ std::vector<std::string> words_of(const json& merge, const char* name) {
   const json* words = member_of(merge, name);
   if (!words) return {};
   if (!words->is_array()) refuse(fmt::format("'{}' is no array", name));
+  if (words->size() > kMostMergeNames)
+    refuse(fmt::format("'{}' has more than {} entries", name, kMostMergeNames));
   std::vector<std::string> texts;
   for (const json& word : *words) {
     if (!word.is_string()) refuse(fmt::format("'{}' has an entry that is no text", name));
@@ -78,6 +80,9 @@ std::string reason_of(mesh::Stays why, uint64_t count, const mesh::MergeOptions&
     case mesh::Stays::too_large:
       return fmt::format("{} {} triangles or more", one ? "has" : "have", options.part_triangles);
     case mesh::Stays::over_budget:
+      if (options.added_triangles == 0)
+        return one ? "shares its mesh, and --merge-triangles allows no copies"
+                   : "share their meshes, and --merge-triangles allows no copies";
       return fmt::format("would exceed --merge-triangles {}", options.added_triangles.value_or(0));
     case mesh::Stays::alone:
       return one ? "has no neighbour to merge with" : "have no neighbour to merge with";

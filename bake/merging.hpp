@@ -11,6 +11,9 @@
 
 namespace nif::bake {
 
+/// Of MergeOptions::nodes and ::except each: every name is compared with every node.
+inline constexpr size_t kMostMergeNames = 10'000;
+
 /// "merge" of the metadata: the settings, and for each merged instance of the asset the names and nodes of
 /// its parts. `placed` has, of each instance of the asset, that of the scene. Null where nothing was merged.
 nlohmann::ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> placed);

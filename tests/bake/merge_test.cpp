@@ -150,9 +150,12 @@ TEST(MergedBake, MetadataThatMakesNoSenseIsRefused) {
   EXPECT_FALSE(bake::merge_options_of("{}"));
   const std::string counts = R"("added_triangles": 1, "part_triangles": 2, "object_triangles": 3)";
   EXPECT_EQ(bake::merge_options_of("{\"merge\": {" + counts + "}}")->object_triangles, 3u);
+  std::string names = "\"x\"";
+  for (size_t i = 0; i < bake::kMostMergeNames; ++i) names += ", \"x\"";
   for (const std::string& merge :
        {std::string("null"), std::string("[]"), std::string("{}"), "{" + counts + ", \"nodes\": {}}",
-        "{" + counts + ", \"nodes\": [1]}", "{" + counts + ", \"except\": \"x\"}",
+        "{" + counts + ", \"except\": [" + names + "]}", "{" + counts + ", \"nodes\": [1]}",
+        "{" + counts + ", \"except\": \"x\"}",
         std::string(R"({"added_triangles": -1, "part_triangles": 2, "object_triangles": 3})"),
         std::string(R"({"added_triangles": 1, "part_triangles": 1e99, "object_triangles": 3})"),
         std::string(R"({"added_triangles": 1, "part_triangles": 2, "object_triangles": "3"})")}) {

@@ -122,6 +122,17 @@ TEST_F(MergedAsset, JsonCountsWhatStays) {
   EXPECT_EQ(read_bytes(path("some.nif")), read_bytes(path("plain.nif"))) << "a scene as it is";
 }
 
+TEST_F(MergedAsset, WithoutCopiesOnlyWhatIsPlacedOnceMerges) {
+  const Outcome outcome = bake(path("none.nif"), {"--merge", "--merge-triangles", "0"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(
+      outcome.err.find("nothing was merged; 101 stay: 1 has 500 triangles or more, 100 share their meshes, "
+                       "and --merge-triangles allows no copies"),
+      std::string::npos)
+      << outcome.err;
+  std::filesystem::remove(path("none.nif"));
+}
+
 TEST_F(MergedAsset, TheSameBytesForAnyNumberOfThreads) {
   ASSERT_EQ(bake(path("one.nif"), {"--merge", "-j", "1"}).code, 0);
   EXPECT_EQ(read_bytes(path("one.nif")), read_bytes(asset_));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "bake/merging.hpp"
 #include "formats/base/status.hpp"
 #include "mesh/merge/merge.hpp"
 #include "tools/common/amounts.hpp"
@@ -66,6 +67,11 @@ std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments
   mesh::MergeOptions options;
   options.nodes = arguments.merge_nodes;
   options.except = arguments.merge_except;
+  for (const auto& [names, name] :
+       {std::pair{&options.nodes, "--merge-nodes"}, {&options.except, "--merge-except"}})
+    if (names->size() > bake::kMostMergeNames)
+      throw Error(Status::usage, fmt::format("{} can be given {} times at most; use a pattern", name,
+                                             bake::kMostMergeNames));
   options.part_triangles = arguments.merge_below.empty()
                                ? mesh::kPartTriangles
                                : parse_count(arguments.merge_below, "--merge-below");
