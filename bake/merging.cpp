@@ -11,7 +11,7 @@
 namespace nif::bake {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 using nlohmann::ordered_json;
 
 ordered_json settings(const mesh::MergeOptions& options) {
@@ -40,27 +40,27 @@ ordered_json parts_of(const mesh::Scene& scene, const mesh::MergedInstance& merg
   throw Error(Status::mesh_mismatch, fmt::format("its metadata does not say how it was merged: {}", what));
 }
 
-const json* member_of(const json& object, const char* name) {
+const Json* member_of(const Json& object, const char* name) {
   const auto found = object.is_object() ? object.find(name) : object.end();
   return found == object.end() ? nullptr : &*found;
 }
 
-std::vector<std::string> words_of(const json& merge, const char* name) {
-  const json* words = member_of(merge, name);
+std::vector<std::string> words_of(const Json& merge, const char* name) {
+  const Json* words = member_of(merge, name);
   if (!words) return {};
   if (!words->is_array()) refuse(fmt::format("'{}' is no array", name));
   if (words->size() > kMostMergeNames)
     refuse(fmt::format("'{}' has more than {} entries", name, kMostMergeNames));
   std::vector<std::string> texts;
-  for (const json& word : *words) {
+  for (const Json& word : *words) {
     if (!word.is_string()) refuse(fmt::format("'{}' has an entry that is no text", name));
     texts.push_back(word.get<std::string>());
   }
   return texts;
 }
 
-uint64_t count_in(const json& merge, const char* name) {
-  const json* count = member_of(merge, name);
+uint64_t count_in(const Json& merge, const char* name) {
+  const Json* count = member_of(merge, name);
   if (!count || !count->is_number_unsigned()) refuse(fmt::format("'{}' is no count", name));
   return count->get<uint64_t>();
 }
@@ -118,8 +118,8 @@ ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> 
 }
 
 std::optional<mesh::MergeOptions> merge_options_of(std::string_view metadata) {
-  const json root = json::parse(metadata, nullptr, false);
-  const json* merge = member_of(root, "merge");
+  const Json root = Json::parse(metadata, nullptr, false);
+  const Json* merge = member_of(root, "merge");
   if (!merge) return std::nullopt;
   if (!merge->is_object()) refuse("'merge' is no object");
   mesh::MergeOptions options;
