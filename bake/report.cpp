@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/encoder.hpp"
+#include "bake/merging.hpp"
 
 namespace nif::bake {
 
@@ -52,6 +53,13 @@ nlohmann::ordered_json hierarchy(const mesh::Scene& scene, const BakeResult& res
   return {{"nodes", std::move(nodes)}, {"instances", std::move(instances)}};
 }
 
+/// What the scene is known for, but for its meshes.
+void add_scene(const mesh::Scene& scene, const BakeResult& result, nlohmann::ordered_json& json) {
+  if (!scene.nodes.empty()) json["hierarchy"] = hierarchy(scene, result);
+  nlohmann::ordered_json merge = merge_metadata(scene, result.placed);
+  if (!merge.is_null()) json["merge"] = std::move(merge);
+}
+
 std::string dump(const nlohmann::ordered_json& json) {
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -60,8 +68,10 @@ std::string dump(const nlohmann::ordered_json& json) {
 
 std::string source_hash_text(uint64_t hash) { return fmt::format("xxh3-64:{:016x}", hash); }
 
-uint64_t hierarchy_bytes(const mesh::Scene& scene, const BakeResult& result) {
-  return scene.nodes.empty() ? 0 : dump({{"hierarchy", hierarchy(scene, result)}}).size();
+uint64_t scene_bytes(const mesh::Scene& scene, const BakeResult& result) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  add_scene(scene, result, json);
+  return dump(json).size();
 }
 
 std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
@@ -95,7 +105,7 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
     described["accuracy"] = to_json(report.sets);
   }
   json["objects"] = std::move(objects);
-  if (!scene.nodes.empty()) json["hierarchy"] = hierarchy(scene, result);
+  add_scene(scene, result, json);
   return dump(json);
 }
 

@@ -22,15 +22,15 @@ nlohmann::ordered_json to_json(const Mix& mix);
 nlohmann::ordered_json to_json(const ObjectReport& object);
 
 /// The asset's metadata: tool version, seed, resolved options, source hash, for each object what was
-/// measured, and of a glTF the nodes that its instances stand for. No path, thread count or time, so that it
-/// depends on nothing but the input and the options.
+/// measured, of a glTF the nodes that its instances stand for, and what was merged. No path, thread count or
+/// time, so that it depends on nothing but the input and the options.
 std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
                           std::span<const std::unique_ptr<Encoder>> encoders, const BakeResult& result);
 
 /// How the metadata states mesh::Scene::source_hash.
 std::string source_hash_text(uint64_t hash);
 
-/// What these nodes take of it; 0 where there are none. Of the result only what is placed is asked.
-uint64_t hierarchy_bytes(const mesh::Scene& scene, const BakeResult& result);
+/// What nodes and merged instances take of it. Of the result only what is placed is asked.
+uint64_t scene_bytes(const mesh::Scene& scene, const BakeResult& result);
 
 }  // namespace nif::bake

@@ -55,9 +55,7 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
   const MeasuredAsset asset(arguments.asset, arguments.mesh, "isa=" + arguments.isa, progress);
   const size_t count = asset.objects().size();
   result.info = asset.info();
-  if (result.info.metadata)
-    result.metadata = nlohmann::ordered_json::parse(
-        std::string_view(result.info.metadata, result.info.metadata_bytes), nullptr, false);
+  result.metadata = nlohmann::ordered_json::parse(metadata_of(result.info), nullptr, false);
   result.triangles = asset.triangles();
   result.isa = asset.device().isa;
   result.any_spherical = asset.any_spherical();

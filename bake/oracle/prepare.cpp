@@ -3,11 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 
 #include "formats/base/status.hpp"
+#include "formats/mesh/alike.hpp"
+#include "formats/mesh/transform.hpp"
 
 namespace nif::bake {
+
+float bias_of(const mesh::Mesh& mesh, const mesh::Box& box) {
+  return kBiasFraction * (mesh.part_side > 0 ? mesh.part_side : box.longest_side());
+}
 
 Prepared prepare(const mesh::Mesh& mesh) {
   Prepared prepared{&mesh, mesh::clean(mesh), {}, {}, 0};
@@ -19,23 +24,11 @@ Prepared prepare(const mesh::Mesh& mesh) {
         Status::too_large,
         fmt::format("mesh '{}' is {} units long; sizes from 1e-15 to 1e15 can be baked", mesh.name, longest));
   }
-  prepared.bias = kBiasFraction * longest;
+  prepared.bias = bias_of(mesh, prepared.box);
   return prepared;
 }
 
 namespace {
-
-/// True where the transform has no inverse in single precision: the runtime would refuse to place it.
-bool flattens(const mesh::Transform& t) {
-  const Double3 rows[3] = {{t[0], t[1], t[2]}, {t[4], t[5], t[6]}, {t[8], t[9], t[10]}};
-  const double determinant = dot(rows[0], cross(rows[1], rows[2]));
-  for (int a = 0; a < 3; ++a) {
-    for (double cofactor : cross(rows[(a + 1) % 3], rows[(a + 2) % 3])) {
-      if (!std::isfinite(static_cast<float>(cofactor / determinant))) return true;
-    }
-  }
-  return false;
-}
 
 /// What was changed in a mesh, after its name; empty where nothing was. Positions that were welded are where
 /// they were, so that is no change.
@@ -56,19 +49,13 @@ std::string changes_of(const Prepared& prepared) {
 
 PreparedScene prepare(const mesh::Scene& scene, bool strict) {
   PreparedScene prepared;
-  std::map<std::pair<size_t, size_t>, std::vector<uint32_t>> meshes_by_size;  // one of each content
+  const std::vector<uint32_t> firsts = mesh::first_alike(scene.meshes);
   for (uint32_t m = 0; m < scene.meshes.size(); ++m) {
     const mesh::Mesh& mesh = scene.meshes[m];
-    auto& candidates = meshes_by_size[{mesh.positions.size(), mesh.triangles.size()}];
-    const auto found = std::find_if(candidates.begin(), candidates.end(), [&](uint32_t other) {
-      return mesh.positions == scene.meshes[other].positions &&
-             mesh.triangles == scene.meshes[other].triangles;
-    });
-    if (found != candidates.end()) {
-      prepared.object_of.push_back(prepared.object_of[*found]);
+    if (firsts[m] != m) {
+      prepared.object_of.push_back(prepared.object_of[firsts[m]]);
       continue;
     }
-    candidates.push_back(m);
     try {
       prepared.objects.push_back(prepare(mesh));
       prepared.object_of.push_back(uint32_t(prepared.objects.size() - 1));
@@ -86,7 +73,7 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict) {
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
     const mesh::Instance& instance = scene.instances[i];
     if (prepared.object_of[instance.mesh] == PreparedScene::kNone) continue;
-    if (flattens(instance.transform)) {
+    if (mesh::flattens(instance.transform)) {
       prepared.notes.push_back(
           fmt::format("left out: the transform of instance '{}' flattens it", instance.name));
     } else {

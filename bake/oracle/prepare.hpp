@@ -16,8 +16,11 @@ struct Prepared {
   mesh::CleanMesh surface;
   ClosedComponents closed;
   mesh::Box box;
-  float bias;  ///< kBiasFraction of the longest side
+  float bias;  ///< bias_of() it
 };
+
+/// kBiasFraction of the longest side of a mesh with these bounds; of its middle part if it was merged.
+float bias_of(const mesh::Mesh& mesh, const mesh::Box& box);
 
 /// Throws Error(all_degenerate) from clean(), Error(too_large) where the size cannot be computed with.
 Prepared prepare(const mesh::Mesh& mesh);

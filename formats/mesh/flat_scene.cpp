@@ -31,9 +31,10 @@ void cut(const std::vector<uint64_t>& firsts, uint64_t first, uint64_t count, Fi
 
 }  // namespace
 
-FlatScene::FlatScene(const Scene& scene) : scene_(scene), first_vertex_{0}, first_triangle_{0} {
-  for (const Instance& instance : scene.instances) {
-    const Mesh& mesh = scene.meshes[instance.mesh];
+FlatScene::FlatScene(std::span<const Mesh> meshes, std::span<const Instance> instances)
+    : meshes_(meshes), instances_(instances), first_vertex_{0}, first_triangle_{0} {
+  for (const Instance& instance : instances) {
+    const Mesh& mesh = meshes[instance.mesh];
     first_vertex_.push_back(first_vertex_.back() + mesh.positions.size());
     first_triangle_.push_back(first_triangle_.back() + mesh.triangles.size());
     mirrored_.push_back(determinant(instance.transform) < 0);
@@ -46,8 +47,8 @@ FlatScene::FlatScene(const Scene& scene) : scene_(scene), first_vertex_{0}, firs
 void FlatScene::vertices(uint64_t first, std::span<Float3> out) const {
   cut(first_vertex_, first, out.size(),
       [&, at = out.begin()](size_t i, uint64_t from, uint64_t count) mutable {
-        const Instance& instance = scene_.instances[i];
-        const auto begin = scene_.meshes[instance.mesh].positions.begin() + std::ptrdiff_t(from),
+        const Instance& instance = instances_[i];
+        const auto begin = meshes_[instance.mesh].positions.begin() + std::ptrdiff_t(from),
                    end = begin + std::ptrdiff_t(count);
         at = instance.transform == kIdentity ? std::copy(begin, end, at)
                                              : std::transform(begin, end, at, [&](const Float3& p) {
@@ -59,7 +60,7 @@ void FlatScene::vertices(uint64_t first, std::span<Float3> out) const {
 void FlatScene::triangles(uint64_t first, std::span<Triangle> out) const {
   cut(first_triangle_, first, out.size(),
       [&, at = out.begin()](size_t i, uint64_t from, uint64_t count) mutable {
-        const auto begin = scene_.meshes[scene_.instances[i].mesh].triangles.begin() + std::ptrdiff_t(from);
+        const auto begin = meshes_[instances_[i].mesh].triangles.begin() + std::ptrdiff_t(from);
         at = std::transform(begin, begin + std::ptrdiff_t(count), at, [&](Triangle t) {
           for (uint32_t& v : t) v += uint32_t(first_vertex_[i]);
           if (mirrored_[i]) std::swap(t[1], t[2]);
@@ -68,8 +69,7 @@ void FlatScene::triangles(uint64_t first, std::span<Triangle> out) const {
       });
 }
 
-Mesh flatten(const Scene& scene, const std::string& name) {
-  const FlatScene flat(scene);
+Mesh flatten(const FlatScene& flat, const std::string& name) {
   Mesh mesh{name, std::vector<Float3>(flat.vertex_count()), std::vector<Triangle>(flat.triangle_count())};
   flat.vertices(0, mesh.positions);
   flat.triangles(0, mesh.triangles);

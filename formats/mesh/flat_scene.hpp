@@ -1,6 +1,8 @@
 // Merges a scene into one mesh: the triangles of each instance at their places, one instance after the other.
 #pragma once
 
+#include <span>
+#include <string>
 #include <vector>
 
 #include "formats/mesh/mesh_source.hpp"
@@ -11,8 +13,9 @@ namespace nif::mesh {
 /// Mirrored instances have their triangles turned, so that they face as before.
 class FlatScene : public MeshSource {
  public:
-  /// Refers to the scene, which must outlive it. Throws Error(too_large) where 32-bit indices do not reach.
-  explicit FlatScene(const Scene& scene);
+  /// Refers to the arrays, which must outlive it. Throws Error(too_large) where 32-bit indices do not reach.
+  FlatScene(std::span<const Mesh> meshes, std::span<const Instance> instances);
+  explicit FlatScene(const Scene& scene) : FlatScene(scene.meshes, scene.instances) {}
 
   uint64_t vertex_count() const override { return first_vertex_.back(); }
   uint64_t triangle_count() const override { return first_triangle_.back(); }
@@ -25,12 +28,14 @@ class FlatScene : public MeshSource {
   uint64_t first_triangle(size_t instance) const { return first_triangle_[instance]; }
 
  private:
-  const Scene& scene_;
+  std::span<const Mesh> meshes_;
+  std::span<const Instance> instances_;
   std::vector<uint64_t> first_vertex_, first_triangle_;
   std::vector<bool> mirrored_;
 };
 
 /// The whole of it in memory, under a name.
-Mesh flatten(const Scene& scene, const std::string& name);
+Mesh flatten(const FlatScene& flat, const std::string& name);
+inline Mesh flatten(const Scene& scene, const std::string& name) { return flatten(FlatScene(scene), name); }
 
 }  // namespace nif::mesh

@@ -4,8 +4,11 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "formats/mesh/merging.hpp"
 
 namespace nif::mesh {
 
@@ -21,9 +24,8 @@ struct Mesh {
   std::string name;  ///< UTF-8, from the file; the file's stem where it has none
   std::vector<Float3> positions;
   std::vector<Triangle> triangles;
+  float part_side = 0;  ///< of a merged mesh: the longest side of its middle part, by size; else 0
 };
-
-inline constexpr uint32_t kNoNode = 0xffffffffu;
 
 /// One placement of a mesh. Transforms may scale non-uniformly and mirror.
 struct Instance {
@@ -31,6 +33,7 @@ struct Instance {
   uint32_t mesh = 0;  ///< index into Scene::meshes
   Transform transform = kIdentity;
   uint32_t node = kNoNode;  ///< that it stands for: index into Scene::nodes, or kNoNode
+  bool moves = false;       ///< with its node (see there), or by the joints of a skin
 };
 
 /// A node of a glTF. Its transform is in those of the instances.
@@ -38,6 +41,7 @@ struct Node {
   uint32_t number = 0;        ///< index into the nodes of the file
   std::string name;           ///< may be empty
   uint32_t parent = kNoNode;  ///< index into Scene::nodes, below its own; kNoNode: a root
+  bool moves = false;         ///< an animation of the file has it, or a node above it, as a target
 };
 
 /// A perspective camera. It stands at its transform's origin and looks along -z, with +y up.
@@ -75,6 +79,7 @@ struct Scene {
   uint64_t source_hash = 0;
   std::vector<std::string> files;     ///< that it was read from: the file, and those of its buffers
   std::vector<std::string> warnings;  ///< one sentence each: what was skipped and why
+  std::optional<Merging> merging;     ///< where instances of the file have been merged
 };
 
 }  // namespace nif::mesh

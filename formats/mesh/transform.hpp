@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "formats/base/vector.hpp"
 #include "formats/mesh/scene.hpp"
@@ -37,6 +38,15 @@ inline Double3 product(const std::array<Double3, 3>& rows, const Double3& v) {
 inline double determinant(const Transform& t) {
   const auto rows = rows_of(t);
   return dot(rows[0], cross(rows[1], rows[2]));
+}
+/// Whether it has no inverse in single precision: the runtime would refuse to place anything so.
+inline bool flattens(const Transform& t) {
+  const auto rows = rows_of(t);
+  const double whole = determinant(t);
+  for (size_t a = 0; a < 3; ++a)
+    for (const double cofactor : cross(rows[(a + 1) % 3], rows[(a + 2) % 3]))
+      if (!std::isfinite(float(cofactor / whole))) return true;
+  return false;
 }
 /// The inverse transposed, times the determinant: takes normals along.
 inline Transform cofactors(const Transform& t) {

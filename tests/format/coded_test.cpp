@@ -100,7 +100,7 @@ TEST(Coded, HasOneFormOfGivenContents) {
         changed[section.offset + at] ^= std::byte(1u << random.below(8));
         test::fix_checksums(changed);
         const test::ExactBuffer exact(changed);
-        const test::Outcome outcome = test::outcome_of(exact.bytes());
+        const test::ReadOutcome outcome = test::outcome_of(exact.bytes());
         ++(outcome.status == Status::ok ? accepted : refused);
         if (outcome.status == Status::ok)
           EXPECT_EQ(format::encode(format::to_asset(format::read_asset(exact.bytes(), "changed"))), changed)
@@ -172,7 +172,7 @@ class CodedFile : public testing::Test {
   }
   static void expect_refused(const Bytes& file, const std::string& why) {
     const test::ExactBuffer exact(file);
-    const test::Outcome outcome = test::outcome_of(exact.bytes());
+    const test::ReadOutcome outcome = test::outcome_of(exact.bytes());
     EXPECT_EQ(outcome.status, Status::damaged_nif);
     EXPECT_NE(outcome.sentence.find("x.nif: section SEGM, record 0: "), std::string::npos)
         << outcome.sentence;

@@ -20,12 +20,12 @@ namespace nif::test {
 using Bytes = std::vector<std::byte>;
 
 /// What came of reading an asset's bytes as "x.nif".
-struct Outcome {
+struct ReadOutcome {
   Status status = Status::ok;
   std::string sentence;
 };
 
-inline Outcome outcome_of(std::span<const std::byte> bytes) {
+inline ReadOutcome outcome_of(std::span<const std::byte> bytes) {
   try {
     format::read_asset(bytes, "x.nif");
     return {};

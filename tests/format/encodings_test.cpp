@@ -11,7 +11,7 @@ namespace nif {
 namespace {
 
 using format::ObjectRecord;
-using test::Bytes, test::Outcome, test::outcome_of, test::Part;
+using test::Bytes, test::ReadOutcome, test::outcome_of, test::Part;
 
 /// Two objects of each encoding.
 const Bytes& mixed() {
@@ -39,7 +39,7 @@ Bytes with_objects(const std::vector<uint32_t>& numbers) {
 }
 
 void expect_damaged(const Bytes& file, const std::string& words) {
-  const Outcome outcome = outcome_of(file);
+  const ReadOutcome outcome = outcome_of(file);
   EXPECT_EQ(outcome.status, Status::damaged_nif);
   EXPECT_NE(outcome.sentence.find(words), std::string::npos) << outcome.sentence << " and not " << words;
 }
@@ -142,7 +142,7 @@ TEST(Encodings, AreThoseThatAreKnown) {
         test::with_record<ObjectRecord>(mixed(), format::kObjects, 1, [&](auto& r) { r.encoding = number; }));
   };
   for (const uint32_t number : {0u, 6u, 256u, 0xffffffffu}) {
-    const Outcome outcome = with_encoding(number);
+    const ReadOutcome outcome = with_encoding(number);
     EXPECT_EQ(outcome.status, Status::unsupported_nif);
     EXPECT_EQ(outcome.sentence,
               "x.nif: section OBJS, record 1: encoding " + std::to_string(number) +

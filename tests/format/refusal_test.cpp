@@ -11,7 +11,7 @@
 namespace nif {
 namespace {
 
-using test::Bytes, test::Outcome, test::outcome_of, test::with_record;
+using test::Bytes, test::ReadOutcome, test::outcome_of, test::with_record;
 
 Bytes bytes_of(std::string_view text) {
   const auto bytes = std::as_bytes(std::span(text));
@@ -41,7 +41,7 @@ TEST(Refusal, NotOurs) {
             Status::file_truncated);
   for (const char* text :
        {"NetImmerse File Format, Version 4.0.0.2\n", "Gamebryo File Format, Version 20.2.0.7\n"}) {
-    const Outcome outcome = outcome_of(bytes_of(text));
+    const ReadOutcome outcome = outcome_of(bytes_of(text));
     EXPECT_EQ(outcome.status, Status::foreign_nif);
     EXPECT_NE(outcome.sentence.find("NetImmerse/Gamebryo"), std::string::npos);
   }
@@ -82,14 +82,14 @@ TEST(Refusal, UnknownSections) {
     const Bytes optional = with_section(good(), type, 0, first);
     EXPECT_EQ(outcome_of(optional).sentence, "");
     EXPECT_EQ(format::encode(format::to_asset(format::read_asset(optional, "file"))), good());
-    const Outcome required = outcome_of(with_section(good(), type, format::kRequired, first));
+    const ReadOutcome required = outcome_of(with_section(good(), type, format::kRequired, first));
     EXPECT_EQ(required.status, Status::unsupported_nif);
     EXPECT_NE(required.sentence.find("XTRA"), std::string::npos);
   }
 }
 
 TEST(Refusal, SectionTable) {
-  const Outcome twice = outcome_of(with_section(good(), format::kMetadata, 0, true));
+  const ReadOutcome twice = outcome_of(with_section(good(), format::kMetadata, 0, true));
   EXPECT_EQ(twice.status, Status::damaged_nif);
   EXPECT_NE(twice.sentence.find("twice"), std::string::npos);
 
@@ -107,7 +107,7 @@ TEST(Refusal, SectionTable) {
     entry.type = format::fourcc("GONE");
     test::store_entry(file, index, entry);
     test::fix_checksums(file);
-    const Outcome missing = outcome_of(file);
+    const ReadOutcome missing = outcome_of(file);
     EXPECT_EQ(missing.status, Status::damaged_nif);
     EXPECT_NE(missing.sentence.find("missing"), std::string::npos);
   }
@@ -136,7 +136,7 @@ TEST(Refusal, SectionTable) {
 /// Is the file that this change of a record makes refused, with a sentence that names the record?
 template <class Record>
 bool refused(uint32_t section, uint32_t index, const std::function<void(Record&)>& change) {
-  const Outcome outcome = outcome_of(with_record<Record>(good(), section, index, change));
+  const ReadOutcome outcome = outcome_of(with_record<Record>(good(), section, index, change));
   if (outcome.status != Status::damaged_nif) return false;
   const std::string place =
       "section " + format::section_name(section) + ", record " + std::to_string(index) + ": ";
@@ -165,7 +165,7 @@ TEST(Refusal, ObjectRecords) {
   for (size_t i = 0; i < std::size(Record{}.reserved); ++i)
     EXPECT_TRUE(object([&](auto& r) { r.reserved[i] = 1; })) << i;
   for (const uint32_t encoding : {0u, 6u, 77u}) {
-    const Outcome outcome =
+    const ReadOutcome outcome =
         outcome_of(with_record<Record>(good(), format::kObjects, 0, [&](auto& r) { r.encoding = encoding; }));
     EXPECT_EQ(outcome.status, Status::unsupported_nif);
     EXPECT_NE(outcome.sentence.find(

@@ -22,6 +22,17 @@ json member(const json& value, const char* name) {
   return found == value.end() ? json() : *found;
 }
 
+/// NIF_visibility knows no instance that stands for several nodes, and no asset that has more than its nodes
+/// say.
+void refuse_merged(const json& metadata, const std::string& asset) {
+  if (!member(metadata, "merge").is_null())
+    throw Error(
+        Status::usage,
+        fmt::format("{}: was baked with --merge, so it has instances that stand for several nodes each, and "
+                    "a glTF can name an instance at one node only; bake it without --merge to attach it",
+                    asset));
+}
+
 void note_unmatched(size_t nodes, NodeMatch& match) {
   if (nodes == 0) return;
   match.notes.push_back(fmt::format("{} with a mesh {} no instance in the asset and {} left as {}",
@@ -34,6 +45,7 @@ void note_unmatched(size_t nodes, NodeMatch& match) {
 NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, const std::string& asset,
                       const std::string& gltf) {
   const json metadata = json::parse(view.metadata, nullptr, false);
+  refuse_merged(metadata, asset);
   const json source = member(member(metadata, "source"), "hash"),
              numbers = member(member(metadata, "hierarchy"), "instances");
   const std::string wanted = bake::source_hash_text(scene.source_hash);
@@ -64,6 +76,7 @@ NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, c
 
 NodeMatch match_names(const format::AssetView& view, const mesh::Scene& scene, const std::string& asset,
                       const std::string& gltf) {
+  refuse_merged(json::parse(view.metadata, nullptr, false), asset);
   std::map<std::string_view, std::deque<uint32_t>> nodes;  // in the order of the hierarchy
   size_t unmatched_nodes = 0;
   for (const mesh::Instance& instance : scene.instances) {

@@ -16,6 +16,8 @@ struct NodeMatch {
   std::vector<std::string> notes;         ///< one sentence for what has no counterpart
 };
 
+// Both throw Error(usage) where the asset was merged: its instances stand for several nodes each.
+
 /// For an asset that was baked from this very scene, as its metadata says. Throws Error(mesh_mismatch) where
 /// it was not, or does not say which nodes its instances are. `asset` and `gltf` are what messages call them.
 NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, const std::string& asset,

@@ -10,12 +10,14 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "bake/merging.hpp"
 #include "bake/report.hpp"
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/writer.hpp"
+#include "mesh/merge/merge.hpp"
 #include "tools/batch/command.hpp"
 #include "tools/batch/report.hpp"
 #include "tools/common/accuracy_table.hpp"
@@ -52,22 +54,23 @@ uint64_t peak_memory() {
   return uint64_t(usage.ru_maxrss) * 1024;
 }
 
-void print_json(const Arguments& arguments, const bake::BakeResult& result,
+void print_json(const Arguments& arguments, const mesh::Scene& scene, const bake::BakeResult& result,
                 const nlohmann::ordered_json& bytes, double seconds, const std::vector<std::string>& sources,
                 const std::vector<std::string>& notes) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (const bake::ObjectReport& object : result.objects) objects.push_back(bake::to_json(object));
-  const nlohmann::ordered_json json{{"schema", kSchema},
-                                    {"file", arguments.output},
-                                    {"triangles", result.triangles},
-                                    {"instances", result.asset.instances.size()},
-                                    {"seconds", seconds},
-                                    {"peak_memory", peak_memory()},
-                                    {"bytes", bytes},
-                                    {"sets", bake::to_json(result.sets)},
-                                    {"sources", sources},
-                                    {"notes", notes},
-                                    {"objects", std::move(objects)}};
+  nlohmann::ordered_json json{{"schema", kSchema},
+                              {"file", arguments.output},
+                              {"triangles", result.triangles},
+                              {"instances", result.asset.instances.size()},
+                              {"seconds", seconds},
+                              {"peak_memory", peak_memory()},
+                              {"bytes", bytes},
+                              {"sets", bake::to_json(result.sets)},
+                              {"sources", sources},
+                              {"notes", notes},
+                              {"objects", std::move(objects)}};
+  if (scene.merging) json["merge"] = bake::to_json(*scene.merging);
   write_json(json);
 }
 
@@ -77,12 +80,13 @@ const bake::LeanReport* lean_of(const bake::ObjectReport& object) {
   return field && field->lean ? &*field->lean : nullptr;
 }
 
-void print_summary(const Arguments& arguments, const bake::BakeResult& result,
+void print_summary(const Arguments& arguments, const mesh::Scene& scene, const bake::BakeResult& result,
                    const nlohmann::ordered_json& bytes, double seconds) {
   fmt::print("{}: {} in {}, {}; baked in {:.1f} s, peak memory {}\n", arguments.output,
              count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
              count_of(result.asset.instances.size(), "instance"), seconds,
              format_bytes(double(peak_memory())));
+  if (scene.merging && !scene.merging->merged.empty()) fmt::print("{}\n", bake::summary(*scene.merging));
   const auto shown = [](uint64_t count) { return format_bytes(double(count)); };
   fmt::print("{}\n", bytes_line(bytes, shown));
   if (const uint64_t primary = bytes["primary"].get<uint64_t>())
@@ -101,6 +105,8 @@ void print_summary(const Arguments& arguments, const bake::BakeResult& result,
 /// What preparation changed or could not do, a sentence each.
 std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeResult& result) {
   std::vector<std::string> notes = scene.warnings;
+  if (scene.merging && scene.merging->merged.empty())
+    notes.push_back("--merge: " + bake::summary(*scene.merging));
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   for (const bake::ObjectReport& object : result.objects) {
     if (object.recoveries)
@@ -207,6 +213,17 @@ bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& ba
   }
 }
 
+mesh::Scene read_merged(const std::string& file, const std::optional<mesh::MergeOptions>& options) {
+  mesh::Scene scene = mesh::read(file);
+  if (!options) return scene;
+  scene = naming(file, [&] { return mesh::merge(std::move(scene), *options); });
+  if (const std::vector<std::string>& names = scene.merging->unmatched; !names.empty())
+    throw Error(Status::usage, fmt::format("{}: no node has a name that matches '{}', which --merge-nodes or "
+                                           "--merge-except asks for",
+                                           file, names.front()));
+  return scene;
+}
+
 /// With --manifest, which says all that the options of an asset else say.
 void run_manifest(const Arguments& arguments, const Command& command) {
   BatchArguments batch = arguments.batch;
@@ -241,7 +258,7 @@ void run(const Arguments& arguments, const Command& command) {
 
   Progress progress(arguments.quiet);
   progress.update(0, "reading " + arguments.mesh);
-  const mesh::Scene scene = mesh::read(arguments.mesh);
+  const mesh::Scene scene = read_merged(arguments.mesh, resolve_merging(arguments.bake));
   const std::atomic<bool>& cancel = interruption();
   std::unique_ptr<View> view;
   if (arguments.bake.spherical.view) {
@@ -288,9 +305,9 @@ void run(const Arguments& arguments, const Command& command) {
   const std::vector<std::string> notes = notes_of(scene, result);
   print_notes(notes, arguments.quiet);
   if (arguments.json) {
-    print_json(arguments, result, bytes, seconds, sources, notes);
+    print_json(arguments, scene, result, bytes, seconds, sources, notes);
   } else if (!arguments.quiet) {
-    print_summary(arguments, result, bytes, seconds);
+    print_summary(arguments, scene, result, bytes, seconds);
   }
 }
 
@@ -312,6 +329,7 @@ void add_bake(Command app) {
       "  nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n"
       "  nif bake crate.glb -o crate.nif --encoding exact\n"
       "  nif bake guard.glb -o guard.nif --lean spurious=0.05%\n"
+      "  nif bake city.glb -o city.nif --merge --merge-except 'door*'\n"
       "  nif bake --manifest library.toml --keep-going --report library.html");
   command.callback([a, command] { run(*a, command); });
 }

@@ -20,8 +20,11 @@ namespace fs = std::filesystem;
 
 constexpr const char* kOutput = "{folder}/{stem}.nif";
 
-/// Name of an option and what it is set to, as in the manifest.
-using Options = std::map<std::string, std::string>;
+/// Name of an option and what it is set to, as in the manifest; several words for one that may be repeated.
+using Words = std::vector<std::string>;
+using Options = std::map<std::string, Words>;
+/// Name of a placeholder and what stands for it.
+using Values = std::map<std::string, std::string>;
 
 /// The options of `nif bake` that a manifest may set: those that decide an asset's bytes.
 class BakeCommand {
@@ -29,15 +32,18 @@ class BakeCommand {
   BakeCommand() { add_bake_options(command_, arguments_); }
 
   std::vector<std::string> names() { return command_.names(); }
+  bool is_repeatable(const std::string& name) const { return command_.is_repeatable("--" + name); }
 
   /// As arguments. Throws where nothing can be made of them.
   std::vector<std::string> checked(const Options& options) {
     std::vector<std::string> words;
-    for (const auto& [name, value] : options) {
+    for (const auto& [name, values] : options) {
       const bool flag = command_.is_flag("--" + name);
-      if (flag && value != "true" && value != "false")
+      if (flag && values != Words{"true"} && values != Words{"false"})
         throw Error(Status::usage, fmt::format("--{} must be true or false", name));
-      if (!flag || value == "true") words.push_back(flag ? "--" + name : fmt::format("--{}={}", name, value));
+      for (const std::string& value : values)
+        if (!flag || value == "true")
+          words.push_back(flag ? "--" + name : fmt::format("--{}={}", name, value));
     }
     arguments_ = {};
     command_.parse(words);
@@ -54,7 +60,7 @@ class BakeCommand {
 std::string stem_of(const fs::path& file) { return unpacked_name(file).stem().string(); }
 
 /// The pattern with {name} replaced by its value; nothing where there is no such value.
-std::optional<std::string> filled_in(std::string_view pattern, const Options& values) {
+std::optional<std::string> filled_in(std::string_view pattern, const Values& values) {
   std::string text;
   while (!pattern.empty()) {
     const size_t open = pattern.find_first_of("{}");
@@ -105,15 +111,15 @@ class ManifestReader {
     Options options;
     for (const std::string& name : option_names_) {
       if (!table.has(name)) continue;
-      options[name] = table.word(name);
-      if (name == "view") options[name] = (folder_ / options[name]).string();
+      options[name] = command_.is_repeatable(name) ? table.words(name) : Words{table.word(name)};
+      if (name == "view") options[name] = {(folder_ / table.word(name)).string()};
     }
     return options;
   }
 
   void add(TomlTable& table) {
     Options options = defaults_;
-    for (const auto& [name, value] : options_of(table)) options[name] = value;
+    for (const auto& [name, values] : options_of(table)) options[name] = values;
     const std::string pattern = table.text("output", output_);
     const std::vector<std::string> meshes = table.texts("mesh"), exceptions = table.texts("exclude");
     table.finish();
@@ -143,9 +149,9 @@ class ManifestReader {
            const std::vector<std::string>& words) {
     const fs::path below = mesh.lexically_relative(folder_.empty() ? fs::path() : folder_);
     const fs::path relative = below.empty() ? mesh : below;
-    const Options values{{"folder", relative.has_parent_path() ? relative.parent_path().string() : "."},
-                         {"stem", stem_of(mesh)},
-                         {"name", mesh.filename().string()}};
+    const Values values{{"folder", relative.has_parent_path() ? relative.parent_path().string() : "."},
+                        {"stem", stem_of(mesh)},
+                        {"name", mesh.filename().string()}};
     const std::optional<std::string> text = filled_in(pattern, values);
     if (!text)
       table.fail(

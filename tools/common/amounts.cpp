@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -39,17 +40,34 @@ double parse_rate(const std::string& text, const std::string& option) {
   return value;
 }
 
-uint64_t parse_bytes(const std::string& text, const std::string& option) {
-  static const std::pair<std::string_view, double> kUnits[] = {
-      {"", 1},     {"B", 1},       {"k", 1e3},        {"kB", 1e3}, {"M", 1e6},
-      {"MB", 1e6}, {"KiB", 1024.}, {"MiB", 1048576.}, {"GB", 1e9}, {"GiB", 1073741824.}};
+namespace {
+
+using Units = std::span<const std::pair<std::string_view, double>>;
+
+/// `what` and `examples` are for the message.
+uint64_t parse_whole(const std::string& text, const std::string& option, Units units, const char* what,
+                     const char* examples) {
   std::string rest;
   const double value = leading_number(text, rest, option);
-  for (const auto& [unit, factor] : kUnits) {
+  for (const auto& [unit, factor] : units) {
     if (rest == unit && value * factor < 1e18) return uint64_t(value * factor);
   }
-  throw Error(Status::usage,
-              fmt::format("{} '{}' is not a size: write 200000, 200kB or 256KiB", option, text));
+  throw Error(Status::usage, fmt::format("{} '{}' is not a {}: write {}", option, text, what, examples));
+}
+
+}  // namespace
+
+uint64_t parse_bytes(const std::string& text, const std::string& option) {
+  static constexpr std::pair<std::string_view, double> kUnits[] = {
+      {"", 1},     {"B", 1},       {"k", 1e3},        {"kB", 1e3}, {"M", 1e6},
+      {"MB", 1e6}, {"KiB", 1024.}, {"MiB", 1048576.}, {"GB", 1e9}, {"GiB", 1073741824.}};
+  return parse_whole(text, option, kUnits, "size", "200000, 200kB or 256KiB");
+}
+
+uint64_t parse_count(const std::string& text, const std::string& option) {
+  static constexpr std::pair<std::string_view, double> kUnits[] = {
+      {"", 1}, {"k", 1e3}, {"M", 1e6}, {"G", 1e9}};
+  return parse_whole(text, option, kUnits, "count", "500000, 500k or 2M");
 }
 
 }  // namespace nif::tools

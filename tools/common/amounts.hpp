@@ -1,4 +1,4 @@
-// Rates and sizes as words of the command line.
+// Rates, sizes and counts as words of the command line.
 #pragma once
 
 #include <cstdint>
@@ -12,5 +12,8 @@ double parse_rate(const std::string& text, const std::string& option);
 /// A count of bytes: "200000", "200k" (1000), "1M", "256KiB", "1MiB". Throws nif::Error(usage) naming
 /// `option`.
 uint64_t parse_bytes(const std::string& text, const std::string& option);
+
+/// "500000", "500k" or "2M". Throws nif::Error(usage) naming `option`.
+uint64_t parse_count(const std::string& text, const std::string& option);
 
 }  // namespace nif::tools

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <sstream>
 
+#include "bake/merging.hpp"
 #include "formats/base/status.hpp"
+#include "mesh/merge/merge.hpp"
 #include "tools/common/amounts.hpp"
 #include "tools/common/shared_options.hpp"
 
@@ -47,7 +49,42 @@ bake::Lean parse_lean(const std::string& text) {
 
 }  // namespace
 
+std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments) {
+  if (!arguments.merge) {
+    const char* idle = !arguments.merge_nodes.empty()       ? "--merge-nodes"
+                       : !arguments.merge_except.empty()    ? "--merge-except"
+                       : !arguments.merge_below.empty()     ? "--merge-below"
+                       : !arguments.merge_triangles.empty() ? "--merge-triangles"
+                                                            : nullptr;
+    if (idle) throw Error(Status::usage, fmt::format("{} needs --merge", idle));
+    return std::nullopt;
+  }
+  if (arguments.spherical.view)
+    throw Error(
+        Status::usage,
+        "--merge and --view cannot be used together: the rays of a view are for the meshes of the scene "
+        "as they are");
+  mesh::MergeOptions options;
+  options.nodes = arguments.merge_nodes;
+  options.except = arguments.merge_except;
+  for (const auto& [names, name] :
+       {std::pair{&options.nodes, "--merge-nodes"}, {&options.except, "--merge-except"}})
+    if (names->size() > bake::kMostMergeNames)
+      throw Error(Status::usage, fmt::format("{} can be given {} times at most; use a pattern", name,
+                                             bake::kMostMergeNames));
+  options.part_triangles = arguments.merge_below.empty()
+                               ? mesh::kPartTriangles
+                               : parse_count(arguments.merge_below, "--merge-below");
+  options.object_triangles = std::max(mesh::kObjectTriangles, options.part_triangles);
+  if (options.part_triangles == 0)
+    throw Error(Status::usage, "--merge-below 0 and --merge contradict each other: nothing could be merged");
+  if (!arguments.merge_triangles.empty())
+    options.added_triangles = parse_count(arguments.merge_triangles, "--merge-triangles");
+  return options;
+}
+
 bake::BakeOptions resolve_options(const BakeArguments& arguments) {
+  resolve_merging(arguments);
   bake::BakeOptions options;
   const bool paper = arguments.preset == "paper";
   const std::string encoding_name = arguments.encoding.value_or(paper ? "spherical" : "auto");
@@ -169,6 +206,30 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       "--uncoded", arguments.uncoded,
       "Store fields as they are used in memory: larger files, which load faster, and are used in "
       "place when they are mapped. The answers are the same");
+  command.add_flag(
+      "--merge", arguments.merge,
+      "Merge small meshes that do not move and lie near each other into few objects: thousands become "
+      "tens, which answer faster. Their names stay in the metadata");
+  command
+      .add_option(
+          "--merge-nodes", arguments.merge_nodes,
+          "With --merge: only nodes of this name, and what is below them. May contain *, ? and [...], and "
+          "may be repeated")
+      .one_word_each();
+  command
+      .add_option("--merge-except", arguments.merge_except,
+                  "With --merge: nodes of this name, and what is below them, stay apart. As --merge-nodes")
+      .one_word_each();
+  command
+      .add_option("--merge-below", arguments.merge_below,
+                  "With --merge: only meshes with fewer triangles than this; larger ones gain nothing")
+      .default_str(fmt::format("{}", mesh::kPartTriangles));
+  command
+      .add_option(
+          "--merge-triangles", arguments.merge_triangles,
+          "With --merge: most triangles that it may add, e.g. 500k, since each copy of a mesh takes memory "
+          "again. 0: only meshes that are placed once")
+      .default_str("1M if that is enough for all, else 0");
   command.add_option("--mix", arguments.mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");
   add_seed_option(command, arguments.seed);
   command

@@ -3,8 +3,10 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bake/bake.hpp"
+#include "formats/mesh/merging.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/spherical_options.hpp"
 
@@ -18,7 +20,9 @@ struct BakeArguments {
   std::string max_bytes, max_error, lean, mix;
   uint64_t seed = 1;
   uint64_t rays = 1'000'000;
-  bool strict = false, uncoded = false, open_rays = false;
+  bool strict = false, uncoded = false, open_rays = false, merge = false;
+  std::vector<std::string> merge_nodes, merge_except;
+  std::string merge_below, merge_triangles;
   SphericalArguments spherical;
 };
 
@@ -28,5 +32,9 @@ void add_bake_options(Command command, BakeArguments& arguments);
 /// Throws Error(usage) naming the option whose value nothing can be made of, or the two that contradict each
 /// other.
 bake::BakeOptions resolve_options(const BakeArguments& arguments);
+
+/// How the scene is to be merged before the bake; none where it is not. Throws likewise, as does
+/// resolve_options().
+std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments);
 
 }  // namespace nif::tools

@@ -4,6 +4,7 @@
 
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
+#include "tools/common/baked_scene.hpp"
 #include "tools/common/naming.hpp"
 #include "tools/common/segment_query.hpp"
 
@@ -38,6 +39,7 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
 
   progress.update(0, "reading " + mesh);
   scene_ = mesh::read(mesh);
+  if (auto merged = merged_as_baked(scene_, metadata_of(info_), asset, mesh)) scene_ = *std::move(merged);
   prepared_ = naming(mesh, [&] { return bake::prepare(scene_); });
   const size_t count = prepared_.objects.size();
   if (info_.object_count != count) {

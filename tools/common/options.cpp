@@ -99,6 +99,10 @@ bool Command::is_flag(const std::string& option) const {
   return app_->get_option(option)->get_expected_max() == 0;
 }
 
+bool Command::is_repeatable(const std::string& option) const {
+  return app_->get_option(option)->get_expected_max() > 1;
+}
+
 OwnCommand::OwnCommand() : Command(nullptr), own_(std::make_shared<CLI::App>()) { app_ = own_.get(); }
 
 void OwnCommand::parse(const std::vector<std::string>& words) const {

@@ -70,6 +70,7 @@ class Command {
   /// Names of all options without their dashes, the longer ones where they have two, but for --help.
   std::vector<std::string> names() const;
   bool is_flag(const std::string& option) const;
+  bool is_repeatable(const std::string& option) const;
 
  protected:
   CLI::App* app_;

@@ -14,6 +14,10 @@ void check(NifError error) {
               nifGetErrorMessage());
 }
 
+std::string_view metadata_of(const NifAssetInfo& info) {
+  return info.metadata ? std::string_view(info.metadata, info.metadata_bytes) : std::string_view();
+}
+
 std::vector<NifPartInfo> parts_of(NifAsset asset) {
   std::vector<NifPartInfo> parts;
   NifPartInfo info{};

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,6 +29,9 @@ struct Released {
 using Device = Released<NifDevice, nifReleaseDevice>;
 using Asset = Released<NifAsset, nifReleaseAsset>;
 using Scene = Released<NifScene, nifReleaseScene>;
+
+/// Empty where there is none. Lives as long as the asset.
+std::string_view metadata_of(const NifAssetInfo& info);
 
 /// All parts of an asset. Their names stay valid, as long as the library does.
 std::vector<NifPartInfo> parts_of(NifAsset asset);

@@ -122,8 +122,15 @@ Double3 TomlTable::colour(const std::string& key, double high) {
   return c;
 }
 
-std::string TomlTable::word(const std::string& key) {
-  const toml::node& node = need(key);
+std::vector<std::string> TomlTable::words(const std::string& key) {
+  const toml::array* array = need(key).as_array();
+  if (array == nullptr) return {word(key)};
+  std::vector<std::string> words;
+  for (const toml::node& node : *array) words.push_back(word(key, node));
+  return words;
+}
+
+std::string TomlTable::word(const std::string& key, const toml::node& node) const {
   if (const auto text = node.value_exact<std::string>()) return *text;
   if (const auto whole = node.value_exact<int64_t>()) return fmt::format("{}", *whole);
   if (const auto number = node.value_exact<double>()) return fmt::format("{}", *number);

@@ -66,7 +66,9 @@ class TomlTable {
   }
 
   /// What stands there, as an option of the command line would say it: text, a number, "true" or "false".
-  std::string word(const std::string& key);
+  std::string word(const std::string& key) { return word(key, need(key)); }
+  /// The same, or an array of them.
+  std::vector<std::string> words(const std::string& key);
 
   /// Each table of an array of tables ([[key]]); none where there is no such key.
   template <class Use>
@@ -100,6 +102,7 @@ class TomlTable {
     inner.finish();
   }
   const toml::node& need(const std::string& key);
+  std::string word(const std::string& key, const toml::node& node) const;
   double in_range(const std::string& key, double value, double low, double high) const;
   double element(const std::string& key, const toml::array& array, size_t index, double low,
                  double high) const;

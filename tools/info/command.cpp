@@ -94,6 +94,7 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   for (const std::string& line : bake::details(view)) fmt::print("{}\n", line);
   if (view.objects.size() > kShown)
     fmt::print("          and {} more; --json lists all\n", view.objects.size() - kShown);
+  print_merged(view, metadata);
   print_hierarchy(view, metadata);
 }
 

@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "formats/base/quantities.hpp"
 
 namespace nif::tools {
 namespace {
@@ -33,6 +37,19 @@ std::string path_of(uint64_t number, const std::map<uint64_t, const Json*>& node
   return ".../" + path;
 }
 
+/// "lamp, bench, tree, ...": the first that differ.
+std::string first_of(const Json& names) {
+  constexpr size_t kShown = 4;
+  std::vector<std::string> shown;
+  for (const Json& name : names) {
+    const std::string text = name.is_string() ? name.get<std::string>() : name.dump();
+    if (std::ranges::find(shown, text) != shown.end()) continue;
+    if (shown.size() == kShown) return fmt::format("{}, ...", fmt::join(shown, ", "));
+    shown.push_back(text);
+  }
+  return fmt::format("{}", fmt::join(shown, ", "));
+}
+
 }  // namespace
 
 void print_hierarchy(const format::AssetView& view, const Json& metadata) {
@@ -57,6 +74,23 @@ void print_hierarchy(const format::AssetView& view, const Json& metadata) {
   }
   if (view.instances.size() > kShown)
     fmt::print("          and {} more; --json lists all\n", view.instances.size() - kShown);
+}
+
+void print_merged(const format::AssetView& view, const Json& metadata) {
+  const Json* merge = member(metadata, "merge");
+  const Json* objects = merge ? member(*merge, "objects") : nullptr;
+  if (!objects || !objects->is_array()) return;
+  constexpr size_t kShown = 20;
+  for (size_t i = 0; i < std::min(kShown, objects->size()); ++i) {
+    const Json *instance = member((*objects)[i], "instance"), *names = member((*objects)[i], "names");
+    if (!instance || !instance->is_number_unsigned() || !names || !names->is_array()) continue;
+    const uint64_t index = instance->get<uint64_t>();
+    if (index < view.instances.size())
+      fmt::print("merged    '{}': {} ({})\n", view.instances[index].name, count_of(names->size(), "instance"),
+                 first_of(*names));
+  }
+  if (objects->size() > kShown)
+    fmt::print("          and {} more; --json lists all\n", objects->size() - kShown);
 }
 
 }  // namespace nif::tools

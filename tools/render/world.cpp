@@ -9,8 +9,10 @@
 #include <cstring>
 #include <limits>
 
+#include "bake/oracle/prepare.hpp"
 #include "bake/oracle/ray_sets.hpp"
 #include "formats/base/status.hpp"
+#include "tools/common/baked_scene.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/common/runtime_handles.hpp"
 
@@ -73,7 +75,8 @@ World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const st
   for (size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectDescription& object = scene.objects[i];
     progress.update(double(i) / double(scene.objects.size()), "building a BVH over " + object.mesh);
-    const std::shared_ptr<const mesh::Scene> owned = std::move(object_meshes.at(i));
+    std::shared_ptr<const mesh::Scene> owned = std::move(object_meshes.at(i));
+    if (object.nif) owned = add_asset(object, std::move(owned));
     const mesh::Scene& meshes = *owned;
     std::vector<std::vector<Transform>> places(meshes.meshes.size());
     for (const mesh::Instance& instance : meshes.instances) {
@@ -81,7 +84,6 @@ World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const st
       if (mesh::determinant(place) != 0) places[instance.mesh].push_back(place);
     }
     for (size_t m = 0; m < meshes.meshes.size(); ++m) add_mesh(meshes.meshes[m], places[m], object);
-    if (object.nif) add_asset(object, meshes);
     if (object.primary) primaries_.add(object, fmt::format("{}: object {}", scene.file, i + 1));
   }
   if (scene.ground) add_ground(scene);
@@ -103,9 +105,9 @@ void World::add_mesh(const mesh::Mesh& mesh, std::span<const Transform> places,
   for (const Transform& place : places) {
     box_.add(mesh::bounds(own, place));
     const double size = std::cbrt(std::abs(mesh::determinant(place)));
-    parts_.push_back({{object.albedo, double(bake::kBiasFraction) * own.longest_side() * size,
-                       own.diagonal() * size, object.primary},
-                      mesh::cofactors(place)});
+    parts_.push_back(
+        {{object.albedo, double(bake::bias_of(mesh, own)) * size, own.diagonal() * size, object.primary},
+         mesh::cofactors(place)});
   }
   if (object.nif)
     for (const Transform& place : places) asset_boxes_.push_back({own, mesh::ToObject(place)});
@@ -180,17 +182,20 @@ void World::add_ground(const SceneDescription& scene) {
   add_triangles(corners, triangles, {});
 }
 
-void World::add_asset(const ObjectDescription& object, const mesh::Scene& meshes) {
+std::shared_ptr<const mesh::Scene> World::add_asset(const ObjectDescription& object,
+                                                    std::shared_ptr<const mesh::Scene> meshes) {
   tools::Asset asset;
   tools::check(nifLoadAssetFile(runtime_.handle, object.nif->c_str(), NIF_LOAD_READ, &asset.handle));
   NifAssetInfo info{};
   info.struct_size = sizeof(info);
   tools::check(nifGetAssetInfo(asset.handle, &info));
+  if (auto merged = tools::merged_as_baked(*meshes, tools::metadata_of(info), *object.nif, object.mesh))
+    meshes = std::make_shared<const mesh::Scene>(*std::move(merged));
   for (uint32_t i = 0; i < info.object_count; ++i) {
     NifObjectInfo about{};
     about.struct_size = sizeof(about);
     tools::check(nifGetObjectInfo(asset.handle, i, &about));
-    const bool known = std::any_of(meshes.meshes.begin(), meshes.meshes.end(), [&](const mesh::Mesh& mesh) {
+    const bool known = std::any_of(meshes->meshes.begin(), meshes->meshes.end(), [&](const mesh::Mesh& mesh) {
       const mesh::Box box = mesh::bounds(mesh.positions, mesh.triangles);
       return std::equal(box.min.begin(), box.min.end(), about.bounds_min) &&
              std::equal(box.max.begin(), box.max.end(), about.bounds_max);
@@ -205,6 +210,7 @@ void World::add_asset(const ObjectDescription& object, const mesh::Scene& meshes
   resident_bytes_ += info.resident_bytes;
   has_assets_ = true;
   assets_.push_back(std::move(asset));
+  return meshes;
 }
 
 std::optional<SurfacePoint> World::trace(const Double3& origin, const Double3& direction) const {

@@ -100,7 +100,9 @@ class World {
   void attach(RTCGeometryTy* geometry, Answered answered);
   std::optional<SurfacePoint> trace(RTCSceneTy* scene, const Double3& origin, const Double3& direction) const;
   void add_ground(const SceneDescription& scene);
-  void add_asset(const ObjectDescription& object, const mesh::Scene& meshes);
+  /// Loads an asset, and returns the scene of its mesh file, as it was baked from it.
+  std::shared_ptr<const mesh::Scene> add_asset(const ObjectDescription& object,
+                                               std::shared_ptr<const mesh::Scene> meshes);
 
   std::string error_;
   std::unique_ptr<RTCDeviceTy, Release> device_;

@@ -271,6 +271,7 @@ GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external) {
   }
   source.fixtures = read_fixtures(root);
   source.skins = read_skins(root);
+  source.animated = read_animated_nodes(root);
   source.json = reduced(root).dump(-1, ' ', false, json::error_handler_t::replace);
   return source;
 }

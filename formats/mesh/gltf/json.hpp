@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +33,10 @@ struct GltfSkin {
 /// Of all skins of a document. Throws nothing but bad_alloc, whatever the document holds.
 std::vector<GltfSkin> read_skins(const nlohmann::json& root);
 
+/// The nodes that animations of a document have as targets, also by KHR_animation_pointer. Throws nothing but
+/// bad_alloc, whatever the document holds.
+std::set<size_t> read_animated_nodes(const nlohmann::json& root);
+
 /// Null where `object` is not an object, or has no such member.
 const nlohmann::json* member(const nlohmann::json& object, const char* name);
 
@@ -45,6 +50,7 @@ struct GltfSource {
   std::deque<std::string> owned;      ///< what the views point into, where it is not the file itself
   std::vector<GltfFixture> fixtures;  ///< cameras and lights, by node
   std::vector<GltfSkin> skins;
+  std::set<size_t> animated;  ///< nodes
   std::vector<std::string> warnings;
 };
 

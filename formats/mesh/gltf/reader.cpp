@@ -7,6 +7,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "formats/mesh/gltf/accessor.hpp"
 #include "formats/mesh/gltf/hierarchy.hpp"
@@ -283,8 +284,9 @@ void place_skins(const Input& input, const GltfData& data, const std::vector<Glt
 /// Collects nodes with all that is above them, parents first and each once.
 class NodeCollector {
  public:
-  NodeCollector(const tinygltf::Model& model, const GltfHierarchy& hierarchy)
-      : model_(model), hierarchy_(hierarchy), index_(model.nodes.size(), kNoNode) {}
+  NodeCollector(const tinygltf::Model& model, const GltfHierarchy& hierarchy,
+                const std::set<size_t>& animated)
+      : model_(model), hierarchy_(hierarchy), animated_(animated), index_(model.nodes.size(), kNoNode) {}
 
   /// The node's index in `nodes`; kNoNode for GltfHierarchy::kNone.
   uint32_t add(size_t node, std::vector<Node>& nodes) {
@@ -293,7 +295,8 @@ class NodeCollector {
       missing.push_back(node);
     uint32_t last = node == GltfHierarchy::kNone ? kNoNode : index_[node];
     for (auto next = missing.rbegin(); next != missing.rend(); ++next) {
-      nodes.push_back({static_cast<uint32_t>(*next), model_.nodes[*next].name, last});
+      const bool moves = animated_.contains(*next) || (last != kNoNode && nodes[last].moves);
+      nodes.push_back({static_cast<uint32_t>(*next), model_.nodes[*next].name, last, moves});
       last = index_[*next] = static_cast<uint32_t>(nodes.size() - 1);
     }
     return last;
@@ -302,6 +305,7 @@ class NodeCollector {
  private:
   const tinygltf::Model& model_;
   const GltfHierarchy& hierarchy_;
+  const std::set<size_t>& animated_;
   std::vector<uint32_t> index_;  // [node of the file]
 };
 
@@ -353,15 +357,16 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
       scene.meshes.push_back(std::move(mesh));
     }
   }
-  NodeCollector nodes(model, hierarchy);
+  NodeCollector nodes(model, hierarchy, source.animated);
   for (size_t i = 0; i < placements.size(); ++i) {
     const GltfPlacement& placement = placements[i];
     const uint32_t mesh = mesh_of[variant_of[i]];
     if (mesh == kAbsent) continue;
     const uint32_t node = nodes.add(placement.node, scene.nodes);
     const bool named = node != kNoNode && !scene.nodes[node].name.empty();
+    const bool moves = placement.skin >= 0 || (node != kNoNode && scene.nodes[node].moves);
     scene.instances.push_back(
-        {named ? scene.nodes[node].name : scene.meshes[mesh].name, mesh, placement.transform, node});
+        {named ? scene.nodes[node].name : scene.meshes[mesh].name, mesh, placement.transform, node, moves});
   }
   return scene;
 }

@@ -1,0 +1,288 @@
+#include "mesh/merge/merge.hpp"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <tuple>
+
+#include "formats/base/memory.hpp"
+#include "formats/base/vector.hpp"
+#include "formats/mesh/alike.hpp"
+#include "formats/mesh/box.hpp"
+#include "formats/mesh/flat_scene.hpp"
+#include "formats/mesh/transform.hpp"
+
+namespace nif::mesh {
+namespace {
+
+/// Knows which nodes have names of a list, by themselves or above them.
+class NamedNodes {
+ public:
+  NamedNodes(const std::vector<std::string>& names, std::span<const Node> nodes)
+      : names_(names), used_(names.size()) {
+    for (const Node& node : nodes)  // those above stand before it
+      named_.push_back(has(node.name) || (node.parent != kNoNode && named_[node.parent]));
+  }
+
+  /// The name of an instance is that of its mesh where its node has none.
+  bool has(const Instance& instance) {
+    const bool by_node = instance.node != kNoNode && named_[instance.node];
+    return has(instance.name) || by_node;
+  }
+
+  void list_unused(std::vector<std::string>& unused) const {
+    for (size_t i = 0; i < names_.size(); ++i)
+      if (!used_[i]) unused.push_back(names_[i]);
+  }
+
+ private:
+  bool has(const std::string& name) {
+    bool any = false;
+    for (size_t i = 0; i < names_.size(); ++i) {
+      if (names_[i] != name && fnmatch(names_[i].c_str(), name.c_str(), 0) != 0) continue;
+      used_[i] = any = true;  // all that fit are used
+    }
+    return any;
+  }
+
+  const std::vector<std::string>& names_;
+  std::vector<bool> used_, named_;
+};
+
+/// Triangles, as what they cost: a mesh may have more vertices than its triangles use.
+uint64_t weight_of(const Mesh& mesh) {
+  return std::max<uint64_t>(mesh.triangles.size(), (mesh.positions.size() + 2) / 3);
+}
+
+/// What is far from the origin for its size would be deformed by rounding: this keeps corners within 1/4096
+/// of the size. Also what no mesh of a bake may be, by bake::prepare().
+bool is_too_far(const Box& box) {
+  constexpr float kLargest = 1e14f, kSmallest = 1e-12f, kParts = 4096;
+  const float side = box.longest_side();
+  float reach = 0;
+  for (size_t a = 0; a < 3; ++a) {
+    if (!std::isfinite(box.min[a]) || !std::isfinite(box.max[a])) return true;
+    reach = std::max({reach, std::abs(box.min[a]), std::abs(box.max[a])});
+  }
+  return !(reach <= kLargest && side >= kSmallest && side >= reach / kParts);
+}
+
+class Merger {
+ public:
+  Merger(Scene scene, const MergeOptions& options) : scene_(std::move(scene)), options_(options) {
+    merging_.options = options;
+    merging_.instances = scene_.instances.size();
+    std::vector<Box> boxes;
+    for (const Mesh& mesh : scene_.meshes) {
+      boxes.push_back(bounds(mesh.positions, mesh.triangles));
+      weights_.push_back(weight_of(mesh));
+    }
+    for (const Instance& instance : scene_.instances)
+      places_.push_back(bounds(boxes[instance.mesh], instance.transform));
+  }
+
+  Scene run() {
+    std::vector<uint32_t> chosen = within_budget(suited());
+    const std::vector<std::vector<uint32_t>> groups = by_space(std::move(chosen));
+    require_room(groups);
+    build(groups);
+    return std::move(scene_);
+  }
+
+ private:
+  void keep(Stays why, uint64_t count = 1) { merging_.stay[size_t(why)] += count; }
+
+  /// The instances that may merge, in order.
+  std::vector<uint32_t> suited() {
+    NamedNodes named(options_.nodes, scene_.nodes), excepted(options_.except, scene_.nodes);
+    std::vector<uint32_t> suited;
+    for (uint32_t i = 0; i < scene_.instances.size(); ++i) {
+      const Instance& instance = scene_.instances[i];
+      const bool in = named.has(instance), out = excepted.has(instance);
+      if (out || (!in && !options_.nodes.empty()))
+        keep(Stays::not_named);
+      else if (instance.moves)
+        keep(Stays::moves);
+      else if (flattens(instance.transform))
+        keep(Stays::flattened);
+      else if (is_too_far(places_[i]))
+        keep(Stays::too_far);
+      else if (weights_[instance.mesh] >= std::min(options_.part_triangles, options_.object_triangles))
+        keep(Stays::too_large);
+      else
+        suited.push_back(i);
+    }
+    named.list_unused(merging_.unmatched);
+    excepted.list_unused(merging_.unmatched);
+    return suited;
+  }
+
+  /// Those whose meshes' copies fit, in order.
+  std::vector<uint32_t> within_budget(const std::vector<uint32_t>& suited) {
+    const std::vector<uint32_t> firsts = first_alike(scene_.meshes);
+    std::vector<uint64_t> placed(scene_.meshes.size()), merging(scene_.meshes.size());
+    for (const Instance& instance : scene_.instances) ++placed[firsts[instance.mesh]];
+    for (const uint32_t i : suited) ++merging[firsts[scene_.instances[i].mesh]];
+    std::vector<uint32_t> meshes;
+    for (uint32_t m = 0; m < scene_.meshes.size(); ++m)
+      if (merging[m] > 0) meshes.push_back(m);
+    std::ranges::stable_sort(meshes, {}, [&](uint32_t m) { return weights_[m]; });
+    // The mesh itself goes if all of its instances merge.
+    const auto added = [&](uint32_t m) {
+      return weights_[m] * (merging[m] - (merging[m] == placed[m] ? 1 : 0));
+    };
+    uint64_t wanted = 0;
+    for (const uint32_t m : meshes) wanted += added(m);
+    const uint64_t budget =
+        options_.added_triangles.value_or(wanted <= kAddedTriangles ? kAddedTriangles : 0);
+    merging_.options.added_triangles = budget;
+    std::vector<bool> fits(scene_.meshes.size());
+    for (const uint32_t m : meshes) {
+      fits[m] = added(m) <= budget - merging_.added_triangles;
+      if (fits[m])
+        merging_.added_triangles += added(m);
+      else
+        keep(Stays::over_budget, merging[m]);
+    }
+    std::vector<uint32_t> chosen;
+    for (const uint32_t i : suited)
+      if (fits[firsts[scene_.instances[i].mesh]]) chosen.push_back(i);
+    return chosen;
+  }
+
+  double centre(uint32_t instance, size_t axis) const {
+    return double(places_[instance].min[axis]) + double(places_[instance].max[axis]);
+  }
+  uint64_t weight(uint32_t instance) const { return weights_[scene_.instances[instance].mesh]; }
+
+  size_t longest_axis(std::span<const uint32_t> part) const {
+    Double3 sides;
+    for (size_t a = 0; a < 3; ++a) {
+      const auto [low, high] = std::ranges::minmax(part, {}, [&](uint32_t i) { return centre(i, a); });
+      sides[a] = centre(high, a) - centre(low, a);
+    }
+    return size_t(std::ranges::max_element(sides) - sides.begin());
+  }
+
+  /// Sorts a part along its longest axis and says where it is to be cut: where both sides are short for their
+  /// triangles, so that gaps divide groups, but near the middle, so that few cuts are enough. No side is
+  /// empty.
+  size_t cut(std::span<uint32_t> part, uint64_t total) const {
+    const size_t axis = longest_axis(part), last = part.size() - 1;
+    std::ranges::sort(part, {}, [&](uint32_t i) { return std::pair(centre(i, axis), i); });
+    const auto distance = [&](size_t from, size_t to) {
+      return centre(part[to], axis) - centre(part[from], axis);
+    };
+    std::tuple best(true, 0.0, total, size_t{0});  // off the middle, cost, imbalance, place
+    uint64_t left = 0;
+    for (size_t at = 1; at <= last; ++at) {
+      left += weight(part[at - 1]);
+      const uint64_t right = total - left;
+      const bool off = std::min(left, right) < total / 4;
+      const double cost = double(left) * distance(0, at - 1) + double(right) * distance(at, last);
+      const std::tuple here(off, off ? 0.0 : cost, std::max(left, right) - std::min(left, right), at);
+      if (at == 1 || here < best) best = here;
+    }
+    return std::get<3>(best);
+  }
+
+  /// Groups of at least two, each in the order of the scene.
+  std::vector<std::vector<uint32_t>> by_space(std::vector<uint32_t> instances) {
+    std::vector<std::vector<uint32_t>> groups;
+    std::vector<std::span<uint32_t>> open;
+    if (!instances.empty()) open.emplace_back(instances);
+    while (!open.empty()) {
+      const std::span<uint32_t> part = open.back();
+      open.pop_back();
+      uint64_t total = 0;
+      for (const uint32_t i : part) total += weight(i);
+      if (part.size() == 1) {
+        keep(Stays::alone);
+      } else if (total <= options_.object_triangles) {
+        std::ranges::sort(part);
+        groups.emplace_back(part.begin(), part.end());
+      } else {
+        const size_t middle = cut(part, total);
+        open.push_back(part.subspan(middle));
+        open.push_back(part.first(middle));
+      }
+    }
+    return groups;
+  }
+
+  /// Before anything is copied: a budget may be any number.
+  void require_room(const std::vector<std::vector<uint32_t>>& groups) const {
+    uint64_t bytes = 0;
+    for (const std::vector<uint32_t>& group : groups)
+      for (const uint32_t i : group) {
+        const Mesh& mesh = scene_.meshes[scene_.instances[i].mesh];
+        bytes += mesh.positions.size() * sizeof(Float3) + mesh.triangles.size() * sizeof(Triangle);
+      }
+    require_memory(bytes, "merging");
+  }
+
+  float middle_side(const std::vector<uint32_t>& group) const {
+    std::vector<float> sides;
+    for (const uint32_t i : group) sides.push_back(places_[i].longest_side());
+    const auto middle = sides.begin() + std::ptrdiff_t(sides.size() / 2);
+    std::nth_element(sides.begin(), middle, sides.end());
+    return *middle;
+  }
+
+  void build(const std::vector<std::vector<uint32_t>>& groups) {
+    std::vector<Mesh> merged;
+    std::vector<bool> gone(scene_.instances.size());
+    for (const std::vector<uint32_t>& group : groups) {
+      std::vector<Instance> parts;
+      MergedInstance& record = merging_.merged.emplace_back();
+      for (const uint32_t i : group) {
+        gone[i] = true;
+        Instance& part = parts.emplace_back(std::move(scene_.instances[i]));
+        record.parts.push_back({i, part.name, part.node});
+      }
+      merged.push_back(flatten(FlatScene(scene_.meshes, parts), fmt::format("merged {}", merged.size() + 1)));
+      merged.back().part_side = middle_side(group);
+    }
+    drop(gone);
+    for (size_t k = 0; k < merged.size(); ++k) {
+      merging_.merged[k].instance = uint32_t(scene_.instances.size());
+      scene_.instances.push_back({merged[k].name, uint32_t(scene_.meshes.size()), kIdentity});
+      scene_.meshes.push_back(std::move(merged[k]));
+    }
+    scene_.merging = std::move(merging_);
+  }
+
+  /// Instances, and the meshes that no other places.
+  void drop(const std::vector<bool>& gone) {
+    std::vector<Instance> instances;
+    for (size_t i = 0; i < gone.size(); ++i)
+      if (!gone[i]) instances.push_back(std::move(scene_.instances[i]));
+    std::vector<bool> placed(scene_.meshes.size());
+    for (const Instance& instance : instances) placed[instance.mesh] = true;
+    std::vector<uint32_t> moved_to(placed.size());
+    std::vector<Mesh> meshes;
+    for (size_t m = 0; m < placed.size(); ++m) {
+      moved_to[m] = uint32_t(meshes.size());
+      if (placed[m]) meshes.push_back(std::move(scene_.meshes[m]));
+    }
+    for (Instance& instance : instances) instance.mesh = moved_to[instance.mesh];
+    scene_.instances = std::move(instances);
+    scene_.meshes = std::move(meshes);
+  }
+
+  Scene scene_;
+  const MergeOptions& options_;
+  Merging merging_;
+  std::vector<uint64_t> weights_;  // [mesh]
+  std::vector<Box> places_;        // [instance], around it in world space
+};
+
+}  // namespace
+
+Scene merge(Scene scene, const MergeOptions& options) { return Merger(std::move(scene), options).run(); }
+
+}  // namespace nif::mesh

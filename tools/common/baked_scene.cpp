@@ -1,0 +1,17 @@
+#include "tools/common/baked_scene.hpp"
+
+#include "bake/merging.hpp"
+#include "mesh/merge/merge.hpp"
+#include "tools/common/naming.hpp"
+
+namespace nif::tools {
+
+std::optional<mesh::Scene> merged_as_baked(const mesh::Scene& scene, std::string_view metadata,
+                                           const std::string& asset, const std::string& mesh) {
+  const std::optional<mesh::MergeOptions> options =
+      naming(asset, [&] { return bake::merge_options_of(metadata); });
+  if (!options) return std::nullopt;
+  return naming(mesh, [&] { return mesh::merge(scene, *options); });
+}
+
+}  // namespace nif::tools
