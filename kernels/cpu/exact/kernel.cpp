@@ -21,8 +21,7 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 
 struct ExactScratch {
   RayTable rays;
-  WalkLog log;
-  OpenRays open;
+  HullLog log;
   HardRays hard;
   // Rays that are left to the triangles, and where boxes count for them.
   SegmentBatch left;
@@ -35,18 +34,17 @@ static_assert(sizeof(ExactScratch) <= kKernelScratchBytes);
 /// Answers the rays that a walk has left open.
 HWY_INLINE void answer_left(const PackedExactField& packed, const SegmentBatch& batch, ExactScratch& s,
                             AnswerBatch& answers) {
-  s.left.count = s.open.count;
-  for (uint32_t k = 0; k < s.open.count; ++k) {
-    const Segment segment = segment_of(batch, uint32_t(s.log.end_info[k] >> kRayShift));
+  s.left.count = s.log.count;
+  for (uint32_t k = 0; k < s.log.count; ++k) {
+    const Segment segment = segment_of(batch, s.log.ray(k));
     set_segment(s.left, k, segment);
-    const int32_t first = s.open.first[k], last = first + s.open.runs[k] - 1;
     const bool culled = is_culled(packed.field.proof, segment);
-    s.enter[k] = culled ? s.open.begin[first] : segment.tmin;
-    s.leave[k] = culled ? s.open.end[last] : segment.tmax;
+    s.enter[k] = culled ? s.log.begin[k] : segment.tmin;
+    s.leave[k] = culled ? s.log.end[k] : segment.tmax;
   }
   traverse(packed.tree, s.left, s.enter, s.leave, s.answers, s.bvh);
-  for (uint32_t k = 0; k < s.open.count; ++k) {
-    const auto i = uint32_t(s.log.end_info[k] >> kRayShift);
+  for (uint32_t k = 0; k < s.log.count; ++k) {
+    const uint32_t i = s.log.ray(k);
     answers.logit[i] = s.answers.logit[k];
     answers.certain[i] = s.answers.certain[k];
   }
@@ -68,7 +66,7 @@ void answer_exact(const PackedExactField& packed, const SegmentBatch& batch, Ans
     traverse(packed.tree, batch, batch.tmin, batch.tmax, answers, s.bvh);
     return;
   }
-  Walker walker(packed.field.proof, packed.walk, batch, answers, s.rays, s.log, s.open, s.hard);
+  Walker walker(packed.field.proof, packed.walk, batch, answers, s.rays, s.log, s.hard);
   while (walker.walk()) answer_left(packed, batch, s, answers);
   for (uint32_t k = 0; k < s.hard.count; ++k)
     answer_exact_by_reference(packed.field, batch, s.hard.ray[k], answers);

@@ -16,8 +16,7 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 
 struct ProofScratch {
   RayTable rays;
-  WalkLog log;
-  OpenRays open;
+  HullLog log;
   HardRays hard;
 };
 static_assert(sizeof(ProofScratch) + sizeof(OpenBatch) <= kKernelScratchBytes);
@@ -39,16 +38,15 @@ void prove_rays(const Field& field, const WalkGrid& grid, const SegmentBatch& ba
     return;
   }
   auto& s = *static_cast<ProofScratch*>(memory);
-  Walker walker(field, grid, batch, answers, s.rays, s.log, s.open, s.hard);
+  Walker walker(field, grid, batch, answers, s.rays, s.log, s.hard);
   while (walker.walk())
-    for (uint32_t k = 0; k < s.open.count; ++k) {
-      const auto i = uint32_t(s.log.end_info[k] >> kRayShift);
-      const int32_t first = s.open.first[k], last = first + s.open.runs[k] - 1;
+    for (uint32_t k = 0; k < s.log.count; ++k) {
+      const uint32_t i = s.log.ray(k);
       const Segment segment = segment_of(batch, i);
       WalkResult walk;
       float reach;
       to_grid_space(field, segment, walk, reach);
-      const OpenInterval part = widen(field, segment, walk, {s.open.begin[first], s.open.end[last]});
+      const OpenInterval part = widen(field, segment, walk, {s.log.begin[k] + 0.0f, s.log.end[k] + 0.0f});
       open.begin[i] = part.begin;
       open.end[i] = part.end;
       answers.logit[i] = kOpenLogit;

@@ -63,6 +63,8 @@ struct Rays {
 struct RayTable {
   Rays<kSlots> slots;
   Rays<2 * kLanes + kSlack> waiting;  ///< the last comes first
+  /// By slot: where the first open cell is entered, and the last one left. Only with a HullLog.
+  alignas(64) float open_begin[kSlots], open_end[kSlots];
 };
 
 /// Lanes of a group, as bits.
@@ -79,11 +81,12 @@ struct Progress {
   bool full = false;             ///< the log of open parts
 };
 
-/// Walks one batch, as far as the log has room at a time.
+/// Walks one batch, as far as the log has room at a time: a WalkLog or a HullLog.
+template <class Log>
 class Walker {
  public:
   Walker(const ProofField& field, const WalkGrid& grid, const SegmentBatch& batch, AnswerBatch& answers,
-         RayTable& rays, WalkLog& log, OpenRays& open, HardRays& hard)
+         RayTable& rays, Log& log, HardRays& hard)
       : field_(field),
         voxels_(reinterpret_cast<const int32_t*>(grid.voxels.data())),
         parts_(reinterpret_cast<const int32_t*>(grid.parts.data())),
@@ -92,7 +95,6 @@ class Walker {
         answers_(answers),
         rays_(rays),
         log_(log),
-        open_(open),
         hard_(hard) {
     const float stride[3] = {1, float(field.voxels[0]), float(field.voxels[0] * field.voxels[1])};
     for (uint32_t octant = 0; octant < 8; ++octant) {
@@ -120,7 +122,7 @@ class Walker {
     if (taken_ >= batch_.count) return false;
     Progress now;
     while (step(now)) continue;
-    collect_answers(log_, now.ends, now.parts, answers_, open_, hard_);
+    collect_answers(log_, now.ends, now.parts, answers_, hard_);
     return true;
   }
 
@@ -337,10 +339,12 @@ class Walker {
     hn::StoreU(gather_lanes(hard, hn::Iota(Words(), i)), Words(), hard_.ray + hard_.count);
     hard_.count += uint32_t(__builtin_popcount(hard));
 
-    hn::StoreU(enter, d, log_.enter + i);
-    hn::StoreU(leave, d, log_.leave + i);
-    hn::StoreU(flags, di, log_.flags + i);
-    hn::StoreU(hn::Set(di, -1), di, log_.rank + i);
+    if constexpr (Log::kHasRuns) {
+      hn::StoreU(enter, d, log_.enter + i);
+      hn::StoreU(leave, d, log_.leave + i);
+      hn::StoreU(flags, di, log_.flags + i);
+      hn::StoreU(hn::Set(di, -1), di, log_.rank + i);
+    }
 
     rays.now = enter;
     rays.info = info;
@@ -374,14 +378,19 @@ class Walker {
   HWY_INLINE void log_ends(uint32_t at, uint32_t lanes, Progress& p) {
     const Floats d;
     const Ints di;
-    // A ray that ends once the log is full may lack parts.
     auto info = ints(hn::Load(d, rays_.slots.members[kInfo] + at));
+    // A ray that ends once the log is full may lack parts.
     if (HWY_UNLIKELY(p.full)) info = hn::Or(info, hn::Set(di, kIncomplete));
     // What is visible without the network has been answered.
     const auto sides = hn::Set(di, kSeenSides);
     const auto blocked = hn::Eq(hn::And(info, sides), sides);
     lanes &= bits_of(hn::Or(blocked, hn::TestBit(info, hn::Set(di, kHasRun))));
-    hn::StoreU(gather_lanes(lanes, info), di, log_.end_info + p.ends);
+    const LanesTogether together(lanes);
+    hn::StoreU(together(info), di, log_.end_info + p.ends);
+    if constexpr (!Log::kHasRuns) {
+      hn::StoreU(together(hn::Load(d, rays_.open_begin + at)), d, log_.begin + p.ends);
+      hn::StoreU(together(hn::Load(d, rays_.open_end + at)), d, log_.end + p.ends);
+    }
     p.ends += uint32_t(__builtin_popcount(lanes));
   }
 
@@ -512,7 +521,10 @@ class Walker {
     const auto crosses = hn::Or(hn::And(enters_above, leaves_below), hn::And(enters_below, leaves_above));
     const auto cells = hn::AndNot(hn::RebindMask(d, empty), ready);
     const auto open = hn::AndNot(misses, cells);
-    log_open(rays, left, enter_height, leave_height, size, bits_of(open), p);
+    if constexpr (Log::kHasRuns)
+      log_open(rays, left, enter_height, leave_height, size, bits_of(open), p);
+    else
+      keep_open(rays, left, open, at);
 
     const auto facts = look_up<16>(di, facts_, hn::And(rays.word, hn::Set(di, 15)));
     const auto sides = hn::Set(di, kSeenSides);
@@ -532,6 +544,17 @@ class Walker {
               rays_.slots.members[kInfo] + at);
     lanes.done |= lanes.ready & ~goes_on;
     lanes.ready = goes_on;
+  }
+
+  /// Keeps where the open cells of chosen rays begin and end.
+  HWY_INLINE void keep_open(const Group& rays, hn::Vec<Floats> left, hn::Mask<Floats> lanes, uint32_t at) {
+    const Floats d;
+    const Ints di;
+    const auto not_first = hn::RebindMask(d, hn::TestBit(rays.info, hn::Set(di, kHasRun)));
+    const auto first = hn::AndNot(not_first, lanes);
+    const auto begin = hn::Load(d, rays_.open_begin + at), end = hn::Load(d, rays_.open_end + at);
+    hn::Store(hn::IfThenElse(first, rays.now, begin), d, rays_.open_begin + at);
+    hn::Store(hn::IfThenElse(lanes, left, end), d, rays_.open_end + at);
   }
 
   /// Logs that chosen rays pass open cells. What part of them lies between the planes is worked out only for
@@ -562,8 +585,7 @@ class Walker {
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
   RayTable& rays_;
-  WalkLog& log_;
-  OpenRays& open_;
+  Log& log_;
   HardRays& hard_;
   // By octant: strides of voxels along each axis, the number of the voxel at 0, which extents of boxes count.
   alignas(64) float strides_[3][kLanes > 8 ? kLanes : 8];

@@ -40,8 +40,19 @@ enum RayInfo : int32_t {
 /// Whole vectors are read and written, also where the last entries are fewer.
 inline constexpr uint32_t kSlack = 16;
 
+/// Rays that a walk leaves open: the first `count` ends of its log are theirs.
+struct OpenRays {
+  uint32_t count;
+  alignas(64) int32_t runs[kBatchRays + kSlack];  ///< how many
+  int32_t first[kBatchRays + kSlack];             ///< number of the first in the arrays below
+  float begin[kMaxOpenParts], end[kMaxOpenParts];
+  int32_t heights[kMaxOpenParts];
+};
+
 /// What happens on the way, in the order of the steps, and sorted by ray at the end.
 struct WalkLog {
+  static constexpr bool kHasRuns = true;
+
   // A cell is open: for which ray, from where to where, in t and in heights, and between which planes.
   alignas(64) int32_t part_info[kMaxOpenParts + kSlack];
   float part_begin[kMaxOpenParts + kSlack], part_end[kMaxOpenParts + kSlack];
@@ -53,15 +64,19 @@ struct WalkLog {
   float leave[kBatchRays + kSlack];       ///< [ray]
   int32_t flags[kBatchRays + kSlack];     ///< [ray] RayFlags
   int32_t rank[kBatchRays + kSlack];  ///< [ray] among those that the walk leaves open; -1 where it does not
+  OpenRays open;                      ///< at the end
 };
 
-/// Rays that the walk leaves open: the first `count` ends of the log are theirs.
-struct OpenRays {
-  uint32_t count;
-  alignas(64) int32_t runs[kBatchRays + kSlack];  ///< how many
-  int32_t first[kBatchRays + kSlack];             ///< number of the first in the arrays below
-  float begin[kMaxOpenParts], end[kMaxOpenParts];
-  int32_t heights[kMaxOpenParts];
+/// In place of a WalkLog, where only the part of each ray counts that the walk leaves open: as OpenInterval.
+/// Rays that are done, and at the end those that are left open.
+struct HullLog {
+  static constexpr bool kHasRuns = false;
+
+  uint32_t count;                                     ///< at the end
+  alignas(64) int32_t end_info[kBatchRays + kSlack];  ///< RayInfo
+  float begin[kBatchRays + kSlack], end[kBatchRays + kSlack];
+
+  uint32_t ray(uint32_t k) const { return uint32_t(end_info[k] >> kRayShift); }
 };
 
 /// Rays that are for the reference: not finite, far away, or with more runs than there is room for.
@@ -121,9 +136,10 @@ struct RunLanes {
 
 /// Hands out the answers that there are, and sorts the log of the rays left open by ray.
 HWY_INLINE void collect_answers(WalkLog& log, uint32_t ends, uint32_t parts, AnswerBatch& answers,
-                                OpenRays& open_rays, HardRays& hard) {
+                                HardRays& hard) {
   const Floats d;
   const Ints di;
+  OpenRays& open_rays = log.open;
   open_rays.count = 0;
   const auto sides = hn::Set(di, kSeenSides);
   for (uint32_t i = 0; i < ends; i += kLanes) {
@@ -175,6 +191,32 @@ HWY_INLINE void collect_answers(WalkLog& log, uint32_t ends, uint32_t parts, Ans
     open_rays.end[next] = log.part_end[i];
     open_rays.heights[next] = log.part_word[i];
   }
+}
+
+/// Hands out the answers that there are, and keeps the rays that are left open.
+HWY_INLINE void collect_answers(HullLog& log, uint32_t ends, uint32_t, AnswerBatch& answers, HardRays&) {
+  const Floats d;
+  const Ints di;
+  const auto sides = hn::Set(di, kSeenSides);
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < ends; i += kLanes) {
+    const auto present = hn::RebindMask(di, hn::FirstN(d, ends - i));
+    const auto info = hn::Load(di, log.end_info + i);
+    const auto begin = hn::Load(d, log.begin + i), end = hn::Load(d, log.end + i);
+    const auto blocked = hn::And(present, hn::Eq(hn::And(info, sides), sides));
+    alignas(64) int32_t rays[kLanes];
+    hn::Store(hn::ShiftRight<kRayShift>(info), di, rays);
+    for (uint32_t lanes = bits_of(blocked); lanes != 0; lanes &= lanes - 1)
+      answers.logit[rays[__builtin_ctz(lanes)]] = -kCertainLogit;
+    const uint32_t open = bits_of(hn::AndNot(blocked, present));
+    const LanesTogether together(open);
+    // No more than have been read.
+    hn::StoreU(together(info), di, log.end_info + count);
+    hn::StoreU(together(begin), d, log.begin + count);
+    hn::StoreU(together(end), d, log.end + count);
+    count += uint32_t(__builtin_popcount(open));
+  }
+  log.count = count;
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

@@ -24,7 +24,6 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 struct Scratch {
   RayTable rays;
   WalkLog log;
-  OpenRays open;
   HardRays hard;
   Pending pending;
   NetworkInputs inputs;
@@ -47,9 +46,9 @@ void answer_with(const PackedField& field, const SegmentBatch& batch, AnswerBatc
     return;
   }
   Scratch& s = *static_cast<Scratch*>(memory);
-  Walker walker(field, field.walk, batch, answers, s.rays, s.log, s.open, s.hard);
+  Walker walker(field, field.walk, batch, answers, s.rays, s.log, s.hard);
   while (walker.walk())
-    answer_open<kAvxVnni>(field, batch, s.log, s.open, s.pending, s.inputs, answers, s.hard);
+    answer_open<kAvxVnni>(field, batch, s.log, s.log.open, s.pending, s.inputs, answers, s.hard);
   for (uint32_t k = 0; k < s.hard.count; ++k) answer_by_reference(field, batch, s.hard.ray[k], answers);
 }
 

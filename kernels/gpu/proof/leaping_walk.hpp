@@ -101,7 +101,7 @@ NIF_HOST_DEVICE void leap_segment(const ProofField& field, const WalkWords& word
       const CellPassage passed = pass_cell(word, middle, size, walk.origin, walk.direction, now, left);
       blocked = passed.blocked;
       seen |= passed.seen;
-      if (passed.open) runs.add(passed, passage, walk, add_run);
+      if (passed.open) runs.add(passed, now, left, passage, walk, add_run);
     }
     if (blocked | (seen == kSeenBoth)) {
       walk.verdict = Verdict::occluded;

@@ -5,22 +5,22 @@
 
 namespace nif::kernels {
 
-/// From the first run of a walk to its last, as t.
+/// From where a walk enters its first open cell to where it leaves the last, as t.
 struct OpenInterval {
   float begin = 0, end = 0;
 };
-/// Is called with each run in turn. A structure, because GPU compilers want to know of a lambda that a device
-/// could call it.
+/// Is called with each open cell in turn. A structure, because GPU compilers want to know of a lambda that a
+/// device could call it.
 struct KeepOpen {
   OpenInterval& open;
-  NIF_HOST_DEVICE void operator()(uint32_t number, const Run& run) const {
-    if (number == 0) open.begin = run.begin;
-    open.end = run.end;
+  NIF_HOST_DEVICE void operator()(uint32_t number, const OpenCell& cell) const {
+    if (number == 0) open.begin = cell.enter;
+    open.end = cell.leave;
   }
 };
 
-/// From this far away, in finest cells, the ends of runs are so near to where they should be that no triangle
-/// lies beyond them. Rays from farther away are looked at as a whole.
+/// From this far away, in finest cells, the ends are so near to where they should be that no triangle lies
+/// beyond them. Rays from farther away are looked at as a whole.
 inline constexpr float kCullingReach = kCertainReach / 4;
 
 NIF_HOST_DEVICE inline bool is_culled(const ProofField& field, const Segment& segment) {

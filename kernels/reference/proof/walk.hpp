@@ -214,17 +214,22 @@ NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, Walk
   return true;
 }
 
+/// A run, and the cell that it is in.
+struct OpenCell : Run {
+  float enter, leave;  ///< where the segment passes the cell, as t
+};
+
 /// What is known of the runs of a walk on its way.
 struct RunRecord {
   float open_t = 0;
   bool starts_open = false, ends_open = false;
 
-  /// The next cell that is open.
+  /// The next cell that is open, passed from `enter` to `leave`.
   template <class AddRun>
-  NIF_HOST_DEVICE void add(const CellPassage& passed, const GridPassage& passage, WalkResult& walk,
-                           const AddRun& add_run) {
+  NIF_HOST_DEVICE void add(const CellPassage& passed, float enter, float leave, const GridPassage& passage,
+                           WalkResult& walk, const AddRun& add_run) {
     // A zero is positive, whichever crossing it is.
-    const Run run{passed.begin + 0.0f, passed.end + 0.0f, passed.heights};
+    const OpenCell run{{passed.begin + 0.0f, passed.end + 0.0f, passed.heights}, enter + 0.0f, leave + 0.0f};
     if (walk.run_count == 0) starts_open = run.begin == passage.enter && !passage.enters_grid;
     ends_open = run.end == passage.leave && !passage.leaves_grid;
     open_t += run.end - run.begin;
@@ -244,8 +249,8 @@ NIF_HOST_DEVICE inline void end_walk(const RunRecord& runs, uint32_t seen, WalkR
   walk.open_t = runs.open_t;
 }
 
-/// Walks one segment. `walk` is overwritten. `add_run` is called with each run and its number, in order, and
-/// `visit` with each piece on the way: the baker counts work with it.
+/// Walks one segment. `walk` is overwritten. `add_run` is called with each run (an OpenCell) and its number,
+/// in order, and `visit` with each piece on the way: the baker counts work with it.
 ///
 /// Here and below, Field is a ProofField, or derives from one and says by a voxel_word() and an
 /// interpolate_features() of its own how it stores them.
@@ -307,7 +312,7 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
           pass_cell(piece.word, middle, size, walk.origin, walk.direction, entered, left);
       blocked = passed.blocked;
       seen |= passed.seen;
-      if (passed.open) runs.add(passed, passage, walk, add_run);
+      if (passed.open) runs.add(passed, entered, left, passage, walk, add_run);
     }
     if (blocked || seen == kSeenBoth) {
       walk.verdict = Verdict::occluded;
