@@ -89,7 +89,7 @@ TEST_F(GpuModuleTest, ListTheOpenRaysOfEverySetAsTheReference) {
       EXPECT_TRUE(got.open == expected.open);
       open += expected.open.size();
     });
-    EXPECT_GT(open, 50'000u);
+    EXPECT_GT(open, 10'000u) << "too few to compare";
   }
 }
 
