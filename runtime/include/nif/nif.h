@@ -492,8 +492,9 @@ typedef struct NifOpenRays {
  * logit -1. Rays that are invalid are answered as by nifQuery, and not listed.
  *
  * Which rays are listed, and with which tmin and tmax, depends on neither threads nor instruction set, nor on
- * whether a GPU lists them; their order does. If the lists are too small, they are filled, and the rest is only counted. Outputs of the query
- * may all be null. At most 2^32 - 1 rays. Otherwise like nifQuery. Allocates nothing.
+ * whether a GPU lists them; their order does. If the lists are too small, they are filled, and the rest is
+ * only counted. Outputs of the query may all be null. At most 2^32 - 1 rays. Otherwise like nifQuery.
+ * Allocates nothing.
  *
  * The CPU answers queries of host memory, also on a GPU device; with a stream they give
  * NIF_ERROR_NOT_AVAILABLE. Of device memory, all arrays of `open` are device memory, too, and the call
