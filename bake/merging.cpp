@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 
 namespace nif::bake {
@@ -13,16 +12,6 @@ namespace {
 
 using Json = nlohmann::json;
 using nlohmann::ordered_json;
-
-ordered_json settings(const mesh::MergeOptions& options) {
-  ordered_json described = ordered_json::object();
-  if (!options.nodes.empty()) described["nodes"] = options.nodes;
-  if (!options.except.empty()) described["except"] = options.except;
-  described["added_triangles"] = options.added_triangles.value_or(0);
-  described["part_triangles"] = options.part_triangles;
-  described["object_triangles"] = options.object_triangles;
-  return described;
-}
 
 ordered_json parts_of(const mesh::Scene& scene, const mesh::MergedInstance& merged) {
   ordered_json names = ordered_json::array(), nodes = names;
@@ -65,45 +54,21 @@ uint64_t count_in(const Json& merge, const char* name) {
   return count->get<uint64_t>();
 }
 
-/// How a reason stands after a count.
-std::string reason_of(mesh::Stays why, uint64_t count, const mesh::MergeOptions& options) {
-  const bool one = count == 1;
-  switch (why) {
-    case mesh::Stays::not_named:
-      return one ? "is not named" : "are not named";
-    case mesh::Stays::moves:
-      return one ? "moves" : "move";
-    case mesh::Stays::flattened:
-      return one ? "is flattened by its transform" : "are flattened by their transforms";
-    case mesh::Stays::too_far:
-      return one ? "is too far from the origin for its size" : "are too far from the origin for their size";
-    case mesh::Stays::too_large:
-      return fmt::format("{} {} triangles or more", one ? "has" : "have", options.part_triangles);
-    case mesh::Stays::over_budget:
-      if (options.added_triangles == 0)
-        return one ? "shares its mesh, and --merge-triangles allows no copies"
-                   : "share their meshes, and --merge-triangles allows no copies";
-      return fmt::format("would exceed --merge-triangles {}", options.added_triangles.value_or(0));
-    case mesh::Stays::alone:
-      return one ? "has no neighbour to merge with" : "have no neighbour to merge with";
-  }
-  return "";
-}
-
-constexpr std::array<const char*, mesh::kStays> kStayNames{"not_named", "moves",       "flattened", "too_far",
-                                                           "too_large", "over_budget", "alone"};
-
-uint64_t merged_parts(const mesh::Merging& merging) {
-  uint64_t parts = 0;
-  for (const mesh::MergedInstance& merged : merging.merged) parts += merged.parts.size();
-  return parts;
-}
-
 }  // namespace
+
+ordered_json to_json(const mesh::MergeOptions& options) {
+  ordered_json described = ordered_json::object();
+  if (!options.nodes.empty()) described["nodes"] = options.nodes;
+  if (!options.except.empty()) described["except"] = options.except;
+  described["added_triangles"] = options.added_triangles.value_or(0);
+  described["part_triangles"] = options.part_triangles;
+  described["object_triangles"] = options.object_triangles;
+  return described;
+}
 
 ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> placed) {
   if (!scene.merging || scene.merging->merged.empty()) return nullptr;
-  ordered_json described = settings(scene.merging->options), objects = ordered_json::array();
+  ordered_json described = to_json(scene.merging->options), objects = ordered_json::array();
   // Merged instances come last in the scene, and what is placed keeps its order.
   auto merged = scene.merging->merged.begin();
   for (size_t i = 0; i < placed.size(); ++i) {
@@ -129,30 +94,6 @@ std::optional<mesh::MergeOptions> merge_options_of(std::string_view metadata) {
   options.part_triangles = count_in(*merge, "part_triangles");
   options.object_triangles = count_in(*merge, "object_triangles");
   return options;
-}
-
-ordered_json to_json(const mesh::Merging& merging) {
-  ordered_json described{{"instances", merging.instances},
-                         {"merged", merged_parts(merging)},
-                         {"objects", merging.merged.size()},
-                         {"added_triangles", merging.added_triangles}};
-  described["settings"] = settings(merging.options);
-  for (size_t why = 0; why < mesh::kStays; ++why) described["stay"][kStayNames[why]] = merging.stay[why];
-  return described;
-}
-
-std::string summary(const mesh::Merging& merging) {
-  const uint64_t parts = merged_parts(merging), stay = merging.instances - parts;
-  std::string text =
-      parts == 0 ? "nothing was merged"
-                 : fmt::format("merged {} of {} into {}", parts, count_of(merging.instances, "instance"),
-                               count_of(merging.merged.size(), "object"));
-  if (stay == 0) return text;
-  std::vector<std::string> reasons;
-  for (size_t why = 0; why < mesh::kStays; ++why)
-    if (const uint64_t count = merging.stay[why])
-      reasons.push_back(fmt::format("{} {}", count, reason_of(mesh::Stays(why), count, merging.options)));
-  return fmt::format("{}; {} {}: {}", text, stay, stay == 1 ? "stays" : "stay", fmt::join(reasons, ", "));
 }
 
 }  // namespace nif::bake

@@ -99,6 +99,7 @@ class Launcher {
     });
   }
 
+  /// By the kernel that lists what proofs leave open. `first`: the number of the query's first ray.
   void open(const SceneQuery& query, const kernels::gpu::OpenLists& lists, uint32_t first) {
     const kernels::gpu::SceneLayout& layout = scene_.arrays.layout;
     kernels::gpu::OpenWork work{scene_.arrays, query, lists, first};

@@ -8,9 +8,10 @@
 #include "formats/mesh/flat_scene.hpp"
 #include "formats/nif/writer.hpp"
 #include "mesh/merge/merge.hpp"
-#include "nif/nif.h"
+#include "nif/nif.hpp"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/support/shapes.hpp"
+#include "tools/common/segment_query.hpp"
 
 namespace nif::test {
 namespace {
@@ -51,32 +52,14 @@ bake::BakeOptions exact() {
 
 /// The answers of all of an asset's instances.
 std::vector<uint8_t> answers_of(const bake::BakeResult& result, std::span<const kernels::Segment> rays) {
-  const std::vector<std::byte> file = format::encode(result.asset);
-  NifDevice device = nullptr;
-  NifAsset asset = nullptr;
-  NifScene scene = nullptr;
-  EXPECT_EQ(nifNewDevice("threads=1", nullptr, &device), NIF_OK);
-  EXPECT_EQ(nifLoadAssetMemory(device, file.data(), file.size(), NIF_MEMORY_COPY, &asset), NIF_OK);
-  EXPECT_EQ(nifNewScene(device, &scene), NIF_OK);
-  EXPECT_EQ(nifAddAsset(scene, asset, nullptr, nullptr, nullptr), NIF_OK);
-  EXPECT_EQ(nifCommitScene(scene), NIF_OK);
+  const nifkit::Device device("threads=1");
+  nifkit::Scene scene(device);
+  scene.add(nifkit::Asset::copy(device, format::encode(result.asset)));
+  scene.commit();
   std::vector<uint8_t> visible(rays.size());
-  NifQuery query{};
-  query.struct_size = sizeof(query);
-  query.count = rays.size();
-  for (size_t a = 0; a < 3; ++a) {
-    query.origin[a] = &rays[0].origin[a];
-    query.direction[a] = &rays[0].direction[a];
-  }
-  query.tmin = &rays[0].tmin;
-  query.tmax = &rays[0].tmax;
-  query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride =
-      sizeof(kernels::Segment);
+  NifQuery query = tools::query_of(rays);
   query.visible = visible.data();
-  EXPECT_EQ(nifQuery(scene, &query), NIF_OK);
-  nifReleaseScene(scene);
-  nifReleaseAsset(asset);
-  nifReleaseDevice(device);
+  nifkit::check(nifQuery(scene.get(), &query));
   return visible;
 }
 

@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "bake/merging.hpp"
 #include "bake/report.hpp"
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
@@ -18,6 +17,7 @@
 #include "formats/mesh/read.hpp"
 #include "formats/nif/writer.hpp"
 #include "mesh/merge/merge.hpp"
+#include "tools/bake/merging.hpp"
 #include "tools/batch/command.hpp"
 #include "tools/batch/report.hpp"
 #include "tools/common/accuracy_table.hpp"
@@ -70,7 +70,7 @@ void print_json(const Arguments& arguments, const mesh::Scene& scene, const bake
                               {"sources", sources},
                               {"notes", notes},
                               {"objects", std::move(objects)}};
-  if (scene.merging) json["merge"] = bake::to_json(*scene.merging);
+  if (scene.merging) json["merge"] = to_json(*scene.merging);
   write_json(json);
 }
 
@@ -86,7 +86,7 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
              count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
              count_of(result.asset.instances.size(), "instance"), seconds,
              format_bytes(double(peak_memory())));
-  if (scene.merging && !scene.merging->merged.empty()) fmt::print("{}\n", bake::summary(*scene.merging));
+  if (scene.merging && !scene.merging->merged.empty()) fmt::print("{}\n", summary(*scene.merging));
   const auto shown = [](uint64_t count) { return format_bytes(double(count)); };
   fmt::print("{}\n", bytes_line(bytes, shown));
   if (const uint64_t primary = bytes["primary"].get<uint64_t>())
@@ -105,8 +105,7 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
 /// What preparation changed or could not do, a sentence each.
 std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeResult& result) {
   std::vector<std::string> notes = scene.warnings;
-  if (scene.merging && scene.merging->merged.empty())
-    notes.push_back("--merge: " + bake::summary(*scene.merging));
+  if (scene.merging && scene.merging->merged.empty()) notes.push_back("--merge: " + summary(*scene.merging));
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   for (const bake::ObjectReport& object : result.objects) {
     if (object.recoveries)

@@ -209,7 +209,7 @@ void add_bake_options(Command command, BakeArguments& arguments) {
   command.add_flag(
       "--merge", arguments.merge,
       "Merge small meshes that do not move and lie near each other into few objects: thousands become "
-      "tens, which answer faster. Their names stay in the metadata");
+      "tens, which mostly answer faster. Their names stay in the metadata");
   command
       .add_option(
           "--merge-nodes", arguments.merge_nodes,

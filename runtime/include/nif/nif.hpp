@@ -244,7 +244,8 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     check(nifQueryOpen(pointer_, &query.get(), &open));
     return count;
   }
-  /// The same of device memory, where the count lies, too.
+  /// Of device memory: puts the query into its stream, and returns at once. All arrays of `open`, and its
+  /// count, are device memory, too.
   void query_open(const Query& query, const NifOpenRays& open) const {
     check(nifQueryOpen(pointer_, &query.get(), &open));
   }
