@@ -14,8 +14,8 @@ constexpr uint32_t kLeastVoxels = 12;
 /// Voxels along an axis that may be cut `levels` times.
 uint32_t most_voxels(uint32_t levels) { return std::min(kernels::kMaxVoxels, kernels::kMaxCells >> levels); }
 
-// docs/results/exact.md has what `balanced` comes to. Without features there is no reason for few voxels, and a walk
-// that follows fewer links is faster (docs/results/cpu-kernels.md, "Planes without a network").
+// docs/results/exact.md has what `balanced` comes to. Without features there is no reason for few voxels, and
+// a walk that follows fewer links is faster (docs/results/cpu-kernels.md, "Planes without a network").
 constexpr std::pair<Preset, GridShape> kProofShapes[] = {{Preset::fast, {48, 1, 1.5, 110'000}},
                                                          {Preset::balanced, {80, 1, 1.5, 200'000}},
                                                          {Preset::high, {128, 1, 1.0, 450'000}}};

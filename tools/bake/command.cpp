@@ -328,7 +328,7 @@ void add_bake(Command app) {
       "  nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n"
       "  nif bake crate.glb -o crate.nif --encoding exact\n"
       "  nif bake guard.glb -o guard.nif --lean spurious=0.05%\n"
-      "  nif bake city.glb -o city.nif --merge --merge-except 'door*'\n"
+      "  nif bake scene.glb -o scene.nif --merge --merge-except 'door*'\n"
       "  nif bake --manifest library.toml --keep-going --report library.html");
   command.callback([a, command] { run(*a, command); });
 }

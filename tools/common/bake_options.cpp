@@ -222,7 +222,7 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       .one_word_each();
   command
       .add_option("--merge-below", arguments.merge_below,
-                  "With --merge: only meshes with fewer triangles than this; larger ones gain nothing")
+                  "With --merge: only meshes with fewer triangles than this; larger ones gain little")
       .default_str(fmt::format("{}", mesh::kPartTriangles));
   command
       .add_option(
