@@ -142,7 +142,7 @@ TEST(ExactOnFlaws, AreNoticed) {
   EXPECT_GT(tally.differ, 0u);
 }
 
-/// Of each mesh; NIF_TEST_SEGMENTS=6000000 makes it more than 10^8 in all, in a quarter of an hour.
+/// Of each mesh; NIF_TEST_SEGMENTS=6000000 makes it 10^8 in all, in some five minutes.
 TEST(ExactOnRealMeshes, AnswersAsItsBvhOnAMillionSegmentsEach) {
   if (!real_mesh_folder()) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
   const char* const wanted = std::getenv("NIF_TEST_SEGMENTS");
