@@ -30,7 +30,7 @@ mesh::MergeOptions small_objects() {
 mesh::Scene crowd() {
   mesh::Scene scene;
   scene.meshes = {icosphere(1), torus(12, 8), icosphere(3)};
-  Random random(7, 0, 0);
+  nif::Random random(7, 0, 0);
   for (uint32_t i = 0; i < 150; ++i) {
     mesh::Instance& instance = scene.instances.emplace_back();
     instance.name = "thing " + std::to_string(i);
