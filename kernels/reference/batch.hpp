@@ -1,6 +1,7 @@
-// One segment of a batch, as the scalar code has it.
+// One segment or one hit of a batch, as the scalar code has it.
 #pragma once
 
+#include "kernels/reference/hit.hpp"
 #include "kernels/reference/object_kernel.hpp"
 #include "kernels/reference/ray.hpp"
 
@@ -26,6 +27,33 @@ inline void set_segment(SegmentBatch& batch, uint32_t i, const Segment& segment)
   }
   batch.tmin[i] = segment.tmin;
   batch.tmax[i] = segment.tmax;
+}
+
+inline Hit hit_of(const HitBatch& hits, uint32_t i) {
+  return {.t = hits.t[i],
+          .low = hits.low[i],
+          .high = hits.high[i],
+          .normal = {hits.normal[0][i], hits.normal[1][i], hits.normal[2][i]},
+          .triangle = hits.triangle[i],
+          .u = hits.u[i],
+          .v = hits.v[i]};
+}
+
+inline void set_hit(HitBatch& hits, uint32_t i, const Hit& hit) {
+  hits.t[i] = hit.t;
+  hits.low[i] = hit.low;
+  hits.high[i] = hit.high;
+  for (int a = 0; a < 3; ++a) hits.normal[a][i] = hit.normal[a];
+  hits.triangle[i] = hit.triangle;
+  hits.u[i] = hit.u;
+  hits.v[i] = hit.v;
+}
+
+/// `intersect_one(segment, limit)` finds each.
+template <class IntersectOne>
+void intersect_each(const SegmentBatch& batch, const float* limit, HitBatch& hits,
+                    const IntersectOne& intersect_one) {
+  for (uint32_t i = 0; i < batch.count; ++i) set_hit(hits, i, intersect_one(segment_of(batch, i), limit[i]));
 }
 
 }  // namespace nif::kernels

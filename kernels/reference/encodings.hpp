@@ -24,6 +24,11 @@ template <std::same_as<AnyField> Any>
 Answer query(const Any& field, const Segment& segment) {
   return std::visit([&](const auto& own) { return query(own, segment); }, field);
 }
+/// `limit`: see Hit.
+template <std::same_as<AnyField> Any>
+Hit intersect(const Any& field, const Segment& segment, float limit = kNoHit) {
+  return std::visit([&](const auto& own) { return intersect(own, segment, limit); }, field);
+}
 template <std::same_as<AnyField> Any>
 ObjectBox object_box(const Any& field) {
   return std::visit([](const auto& own) { return object_box(own); }, field);

@@ -140,8 +140,13 @@ NIF_HOST_DEVICE inline bool prepare_box_ray(const Segment& ray, BoxRay& prepared
   return finite && steepest >= kMinDirection && steepest <= kMaxDirection && ray.tmin <= ray.tmax;
 }
 
+/// Where a ray may be in a box, as t, within its own tmin and tmax; nowhere if enter > leave.
+struct BoxPassage {
+  float enter, leave;
+};
+
 /// Each operation is monotone in the box's planes: where a ray passes a box it passes each box around it.
-NIF_HOST_DEVICE inline bool may_meet(const WorldBox& box, const Segment& ray, const BoxRay& prepared) {
+NIF_HOST_DEVICE inline BoxPassage pass_box(const WorldBox& box, const Segment& ray, const BoxRay& prepared) {
   float near[3], far[3];
   for (int a = 0; a < 3; ++a) {
     const float low = (box.min[a] - ray.origin[a]) * prepared.inverse[a];
@@ -151,8 +156,13 @@ NIF_HOST_DEVICE inline bool may_meet(const WorldBox& box, const Segment& ray, co
   }
   const float enter = max_of(max_of(near[0], near[1]), near[2]);
   const float leave = min_of(min_of(far[0], far[1]), far[2]);
-  return max_of(min_of(enter * (1 - kBoxSlack), enter * (1 + kBoxSlack)), ray.tmin) <=
-         min_of(max_of(leave * (1 - kBoxSlack), leave * (1 + kBoxSlack)), ray.tmax);
+  return {max_of(min_of(enter * (1 - kBoxSlack), enter * (1 + kBoxSlack)), ray.tmin),
+          min_of(max_of(leave * (1 - kBoxSlack), leave * (1 + kBoxSlack)), ray.tmax)};
+}
+
+NIF_HOST_DEVICE inline bool may_meet(const WorldBox& box, const Segment& ray, const BoxRay& prepared) {
+  const BoxPassage passage = pass_box(box, ray, prepared);
+  return passage.enter <= passage.leave;
 }
 
 }  // namespace nif::kernels

@@ -29,6 +29,11 @@ class ReferenceKernel final : public ObjectKernel {
       ObjectKernel::prove(batch, answers, open, scratch);
     }
   }
+  void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void*) const override {
+    intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
+      return kernels::intersect(field_, segment, nearest);
+    });
+  }
 
  private:
   Field field_;

@@ -35,6 +35,15 @@ struct OpenBatch {
   float end[kBatchRays];
 };
 
+/// Entry i is the first hit of segment i: members as in kernels::Hit.
+struct HitBatch {
+  alignas(64) float t[kBatchRays];
+  float low[kBatchRays], high[kBatchRays];
+  float normal[3][kBatchRays];
+  uint32_t triangle[kBatchRays];
+  float u[kBatchRays], v[kBatchRays];
+};
+
 /// Memory for a kernel to work in, one for each thread; 64-byte aligned, nothing is kept in it between calls.
 inline constexpr size_t kKernelScratchBytes = 256 * 1024;
 
@@ -57,6 +66,10 @@ class ObjectKernel {
     std::copy_n(batch.tmin, batch.count, open.begin);
     std::copy_n(batch.tmax, batch.count, open.end);
   }
+  /// Finds the first hit of batch.count segments, as kernels/reference says, to the bit. `limit`:
+  /// [batch.count], as intersect() has it.
+  virtual void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
+                         void* scratch) const = 0;
   virtual BuiltBytes built_bytes() const { return {}; }
   /// Whether it reads the memory of that field, which then must stay.
   virtual bool reads_field() const { return true; }

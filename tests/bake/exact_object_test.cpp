@@ -14,8 +14,8 @@
 #include "kernels/cpu/exact/kernel.hpp"
 #include "kernels/cpu/proof/kernel.hpp"
 #include "kernels/reference/batch.hpp"
-#include "kernels/reference/exact/query.hpp"
-#include "kernels/reference/proof/open.hpp"
+#include "kernels/reference/exact/hit.hpp"
+#include "kernels/reference/proof/hit.hpp"
 #include "tests/bake/adversary.hpp"
 #include "tests/support/real_meshes.hpp"
 
@@ -53,6 +53,17 @@ bool visible_in(const kernels::BvhField& field, Segment segment, const kernels::
   segment.tmin = part.begin;
   segment.tmax = part.end;
   return kernels::query(field, segment).visible;
+}
+
+/// The object's first hit is its BVH's, and lies where planes prove it to be.
+bool finds_the_same_hit(const kernels::ExactField& field, const Segment& segment) {
+  const kernels::Hit expected = kernels::intersect(field.bvh, segment),
+                     found = kernels::intersect(field, segment),
+                     bounds = kernels::intersect(field.proof, segment);
+  const bool same = found.t == expected.t && found.low == expected.low && found.high == expected.high &&
+                    found.triangle == expected.triangle && found.u == expected.u && found.v == expected.v &&
+                    std::equal(found.normal, found.normal + 3, expected.normal);
+  return same && bounds.low <= expected.t && (bounds.high == kernels::kNoHit || expected.t <= bounds.high);
 }
 
 /// Asks adversarial segments of the reference, and of the kernel of each instruction set that there is.
@@ -96,6 +107,8 @@ void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& 
       differ += found.visible != expected.back().visible || found.certain != expected.back().certain ||
                 found.logit != expected.back().logit;
     }
+    for (uint32_t i = 0; i < kernels::kBatchRays; i += by_reference ? 1 : 4)
+      differ += !finds_the_same_hit(o.field, kernels::segment_of(work->batch, i));
     for (const kernels::KernelPointer& kernel : fast) {
       kernel->answer(work->batch, work->answers, work->scratch);
       for (uint32_t i = 0; i < kernels::kBatchRays; ++i)

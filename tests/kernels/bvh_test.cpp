@@ -1,9 +1,10 @@
 // Every way to traverse a `bvh` object gives the answer of a loop over its triangles.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
-#include "kernels/reference/bvh/query.hpp"
+#include "kernels/reference/bvh/hit.hpp"
 #include "kernels/reference/kernel.hpp"
 #include "tests/support/random_bvh.hpp"
 
@@ -44,6 +45,78 @@ TEST(Bvh, IsALoopOverItsTriangles) {
   }
   EXPECT_GT(occluded, rays / 4);
   EXPECT_LT(occluded, rays - rays / 20);
+}
+
+/// The nearest triangle, by a loop over all of them.
+kernels::NearestTriangle nearest_of_all(const kernels::BvhField& field, const kernels::BvhRay& ray) {
+  kernels::NearestTriangle nearest;
+  for (uint32_t n = 0; n < field.node_count; ++n)
+    for (const uint8_t slot : field.nodes[n].slots)
+      if (slot != 0 && kernels::slot_kind(slot) != kernels::kInnerSlot)
+        kernels::look_at_leaf(field, ray, field.nodes[n], slot, nearest);
+  return nearest;
+}
+
+TEST(BvhHits, AreTheNearestOfAllTriangles) {
+  uint64_t met = 0, rays = 0, beyond = 0;
+  test::Random random(6);
+  for (const format::Bvh& bvh : Trees().bvhs) {
+    const kernels::BvhField field = format::field_of(bvh);
+    for (int i = 0; i < (bvh.triangles.size() > 1000 ? 1000 : 5000); ++i) {
+      const Segment segment = test::random_segment(random, field);
+      const kernels::Hit hit = kernels::intersect(field, segment);
+      ASSERT_EQ(hit.t < kInfinity, !kernels::query(field, segment).visible);
+      ASSERT_EQ(hit.certain(), kernels::query(field, segment).certain);
+      kernels::BvhRay ray;
+      if (!kernels::prepare_ray(field, segment, ray)) continue;
+      const kernels::NearestTriangle nearest = nearest_of_all(field, ray);
+      ++rays;
+      ASSERT_EQ(hit.triangle, nearest.triangle);
+      if (nearest.triangle == kernels::kNoTriangle) continue;
+      ++met;
+      ASSERT_EQ(hit.t, static_cast<float>(nearest.crossing.t));
+      ASSERT_TRUE(segment.tmin <= hit.t && hit.t <= segment.tmax);
+      ASSERT_TRUE(0 <= hit.u && 0 <= hit.v && hit.u + hit.v < 1.000001f) << hit.u << ' ' << hit.v;
+      // Up to a limit that is not nearer it is the same.
+      const float limit = random.below(2) ? hit.t : hit.t + random.unit() * std::abs(hit.t);
+      const kernels::Hit limited = kernels::intersect(field, segment, limit);
+      ASSERT_EQ(limited.t, hit.t);
+      ASSERT_EQ(limited.triangle, hit.triangle);
+      const float nearer = hit.t - random.unit() * (std::abs(hit.t) + field.extent);
+      const float found = kernels::intersect(field, segment, nearer).t;
+      ASSERT_TRUE(found > nearer || nearer == hit.t);
+      beyond += found == kInfinity;
+    }
+  }
+  EXPECT_GT(met, rays / 4);
+  EXPECT_GT(beyond, 0u);
+}
+
+TEST(BvhHits, ThePointIsMadeOfTheTrianglesVertices) {
+  test::Soup one;
+  one.positions = {{-1, -1, 2}, {3, -1, 2}, {0, 1, 2}};
+  one.triangles = {{0, 1, 2}};
+  test::Random random(7);
+  const format::Bvh bvh = test::RandomTree(one).pack(random);
+  const kernels::BvhField field = format::field_of(bvh);
+  const kernels::Hit hit = kernels::intersect(field, {{0.5f, -0.25f, 0}, {0, 0, 4}, 0, kInfinity});
+  EXPECT_EQ(hit.t, 0.5f);
+  EXPECT_EQ(hit.low, 0.5f);
+  EXPECT_EQ(hit.high, 0.5f);
+  EXPECT_EQ(hit.triangle, 0u);
+  const float share[3] = {1 - hit.u - hit.v, hit.u, hit.v};
+  float point[3] = {};
+  for (size_t k = 0; k < 3; ++k)
+    for (size_t a = 0; a < 3; ++a)
+      point[a] += share[k] * field.vertices[field.nodes[0].first_vertex + field.triangles[0][k]][a];
+  EXPECT_NEAR(point[0], 0.5f, 1e-6f);
+  EXPECT_NEAR(point[1], -0.25f, 1e-6f);
+  EXPECT_EQ(hit.normal[0], 0);
+  EXPECT_EQ(hit.normal[1], 0);
+  EXPECT_EQ(std::abs(hit.normal[2]), 1);
+  // Ends of the segment belong to it.
+  EXPECT_EQ(kernels::intersect(field, {{0, 0, 0}, {0, 0, 1}, 2, 2}).t, 2);
+  EXPECT_EQ(kernels::intersect(field, {{0, 0, 0}, {0, 0, 1}, 2.0000002f, kInfinity}).t, kInfinity);
 }
 
 TEST(Bvh, RaysThatAreNone) {

@@ -1,5 +1,8 @@
 #include "kernels/cpu/bvh/kernel.hpp"
 
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/bvh/hit.hpp"
+
 #include "kernels/cpu/targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -35,6 +38,12 @@ SimdBvhKernel::SimdBvhKernel(const BvhField& field, const KernelOptions& options
 
 void SimdBvhKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(tree_, batch, answers, scratch);
+}
+
+void SimdBvhKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void*) const {
+  intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
+    return kernels::intersect(tree_.field, segment, nearest);
+  });
 }
 
 }  // namespace nif::kernels::cpu

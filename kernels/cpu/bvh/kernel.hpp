@@ -12,6 +12,7 @@ class SimdBvhKernel final : public ObjectKernel {
   SimdBvhKernel(const BvhField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
+  void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void* scratch) const override;
 
  private:
   using Answer = void (*)(const BvhTree&, const SegmentBatch&, AnswerBatch&, void*);

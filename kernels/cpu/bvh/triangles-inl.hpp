@@ -218,7 +218,9 @@ HWY_INLINE bool meets_open(const BvhField& field, const SegmentBatch& batch, uin
     if (found.inside >> i & 1) meets = meets_within(ray, corners, found, i);
     if (HWY_UNLIKELY(meets == Meets::perhaps)) {
       BvhRay exact;
-      if (prepare_ray(field, segment_of(batch, number), exact) && meets_triangle(exact, corners)) return true;
+      TriangleCrossing<double> crossing;
+      if (prepare_ray(field, segment_of(batch, number), exact) && meets_triangle(exact, corners, crossing))
+        return true;
     }
     if (meets == Meets::yes) return true;
   }

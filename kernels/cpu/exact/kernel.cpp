@@ -1,6 +1,7 @@
 #include "kernels/cpu/exact/kernel.hpp"
 
 #include "kernels/reference/batch.hpp"
+#include "kernels/reference/exact/hit.hpp"
 #include "kernels/reference/exact/query.hpp"
 
 #include "kernels/cpu/targets.hpp"
@@ -87,6 +88,12 @@ SimdExactKernel::SimdExactKernel(const ExactField& field, const KernelOptions& o
 
 void SimdExactKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(packed_, batch, answers, scratch);
+}
+
+void SimdExactKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void*) const {
+  intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
+    return kernels::intersect(packed_.field, segment, nearest);
+  });
 }
 
 }  // namespace nif::kernels::cpu

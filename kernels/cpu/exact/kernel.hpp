@@ -22,6 +22,7 @@ class SimdExactKernel final : public ObjectKernel {
   SimdExactKernel(const ExactField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
+  void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void* scratch) const override;
   BuiltBytes built_bytes() const override { return {packed_.walk.resident_bytes(), 0}; }
 
  private:

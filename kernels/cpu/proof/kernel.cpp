@@ -2,6 +2,7 @@
 
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/proof/encoding.hpp"
+#include "kernels/reference/proof/hit.hpp"
 
 #include "kernels/cpu/targets.hpp"
 
@@ -45,6 +46,12 @@ void SimdProofKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, vo
 void SimdProofKernel::prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open,
                             void* scratch) const {
   prove_(packed_, batch, answers, open, scratch);
+}
+
+void SimdProofKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void*) const {
+  intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
+    return kernels::intersect(packed_.field, segment, nearest);
+  });
 }
 
 }  // namespace nif::kernels::cpu

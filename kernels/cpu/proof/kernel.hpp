@@ -20,6 +20,7 @@ class SimdProofKernel final : public ObjectKernel {
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
   void prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open, void* scratch) const override;
+  void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void* scratch) const override;
   BuiltBytes built_bytes() const override { return {packed_.walk.resident_bytes(), 0}; }
 
  private:

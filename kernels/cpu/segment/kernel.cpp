@@ -1,6 +1,7 @@
 #include "kernels/cpu/segment/kernel.hpp"
 
 #include "kernels/reference/batch.hpp"
+#include "kernels/reference/segment/hit.hpp"
 #include "kernels/reference/segment/query.hpp"
 
 // AVX3_DL is AVX-512 with VNNI; plain AVX3 is for the machines before it.
@@ -113,6 +114,13 @@ void SimdSegmentKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, 
 void SimdSegmentKernel::prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open,
                               void* scratch) const {
   prove_(field_, batch, answers, open, scratch);
+}
+
+void SimdSegmentKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
+                                  void*) const {
+  intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
+    return intersect_as(field_, segment, nearest);
+  });
 }
 
 }  // namespace nif::kernels::cpu

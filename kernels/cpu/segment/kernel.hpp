@@ -13,6 +13,7 @@ class SimdSegmentKernel final : public ObjectKernel {
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
   void prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open, void* scratch) const override;
+  void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void* scratch) const override;
   BuiltBytes built_bytes() const override {
     return {field_.walk.resident_bytes(), field_.corners_by_brick.resident_bytes()};
   }

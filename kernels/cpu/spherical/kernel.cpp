@@ -1,6 +1,8 @@
 #include "kernels/cpu/spherical/kernel.hpp"
 
 #include "kernels/cpu/spherical/single_weights.hpp"
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/spherical/hit.hpp"
 #include "kernels/reference/spherical/query.hpp"
 
 #include "kernels/cpu/targets.hpp"
@@ -53,6 +55,13 @@ SimdSphericalKernel::SimdSphericalKernel(const SphericalField& field, const Kern
 
 void SimdSphericalKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(field_, batch, answers, scratch);
+}
+
+void SimdSphericalKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
+                                    void*) const {
+  intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
+    return kernels::intersect(field_, segment, nearest);
+  });
 }
 
 }  // namespace nif::kernels::cpu

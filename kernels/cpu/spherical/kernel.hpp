@@ -15,6 +15,7 @@ class SimdSphericalKernel final : public ObjectKernel {
   SimdSphericalKernel(const SphericalField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
+  void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void* scratch) const override;
 
  private:
   using Answer = void (*)(const SphericalField&, const SegmentBatch&, AnswerBatch&, void*);

@@ -101,10 +101,12 @@ NIF_HOST_DEVICE void leap_segment(const ProofField& field, const WalkWords& word
       const CellPassage passed = pass_cell(word, middle, size, walk.origin, walk.direction, now, left);
       blocked = passed.blocked;
       seen |= passed.seen;
-      if (passed.open) runs.add(passed, now, left, passage, walk, add_run);
+      if (passed.open) runs.add(passed, word, now, left, passage, walk, add_run);
     }
     if (blocked | (seen == kSeenBoth)) {
       walk.verdict = Verdict::occluded;
+      walk.last_enter = now + 0.0f;
+      walk.last_leave = left + 0.0f;
       return;
     }
     now = left;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/reference/bvh/field.hpp"
+#include "kernels/reference/bvh/hit.hpp"
 #include "kernels/reference/bvh/query.hpp"
 #include "kernels/reference/ray.hpp"
 

@@ -106,12 +106,20 @@ NIF_HOST_DEVICE inline bool meets_box(const BvhRay& ray, const BvhNode& node, ui
   return meets_planes(ray, node.frame, low, high);
 }
 
+/// Where a ray meets the plane of a triangle, and of which vertices that point is made: weights, times their
+/// sum.
+template <class Real>
+struct TriangleCrossing {
+  Real t, weight[3], sum;
+};
+
 /// Does the ray meet the triangle? After Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT
 /// 2013): vertices are sheared so that the ray runs along one axis, and the signs of three edge functions
 /// decide. Both triangles at an edge compute it from the same numbers, with opposite sign, and points on it
 /// belong to both, so nothing leaks between them. A triangle seen exactly edge-on is not met.
 template <class Real>
-NIF_HOST_DEVICE bool meets_triangle(const BvhRayOf<Real>& ray, const float* const vertices[3]) {
+NIF_HOST_DEVICE bool meets_triangle(const BvhRayOf<Real>& ray, const float* const vertices[3],
+                                    TriangleCrossing<Real>& crossing) {
   Real x[3], y[3], z[3];
   NIF_UNROLL
   for (int i = 0; i < 3; ++i) {
@@ -123,8 +131,8 @@ NIF_HOST_DEVICE bool meets_triangle(const BvhRayOf<Real>& ray, const float* cons
   if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
   const Real sum = (u + v) + w;
   if (sum == 0) return false;
-  const Real t = ((u * z[0] + v * z[1]) + w * z[2]) / sum / ray.length;
-  return ray.tmin <= t && t <= ray.tmax;
+  crossing = {((u * z[0] + v * z[1]) + w * z[2]) / sum / ray.length, {u, v, w}, sum};
+  return ray.tmin <= crossing.t && crossing.t <= ray.tmax;
 }
 
 /// Does the ray meet one of the triangles of a leaf slot?
@@ -132,11 +140,12 @@ template <class Real>
 NIF_HOST_DEVICE bool meets_leaf(const BvhField& field, const BvhRayOf<Real>& ray, const BvhNode& node,
                                 uint8_t slot) {
   const uint32_t first = node.first_triangle + slot_rank(slot), count = slot_kind(slot);
+  TriangleCrossing<Real> crossing;
   for (uint32_t i = first; i < first + count; ++i) {
     const float* vertices[3];
     NIF_UNROLL
     for (int k = 0; k < 3; ++k) vertices[k] = field.vertices[node.first_vertex + field.triangles[i][k]];
-    if (meets_triangle(ray, vertices)) return true;
+    if (meets_triangle(ray, vertices, crossing)) return true;
   }
   return false;
 }

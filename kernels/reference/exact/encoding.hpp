@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/reference/bvh/encoding.hpp"
+#include "kernels/reference/exact/hit.hpp"
 #include "kernels/reference/exact/query.hpp"
 
 namespace nif::kernels {

@@ -2,6 +2,7 @@
 // proven is answered; the rest is left open, for a BVH of the caller's (docs/encodings/proof.md).
 #pragma once
 
+#include "kernels/reference/proof/hit.hpp"
 #include "kernels/reference/proof/open.hpp"
 #include "kernels/reference/ray.hpp"
 

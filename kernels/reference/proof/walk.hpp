@@ -34,6 +34,9 @@ struct WalkResult {
   Verdict verdict = Verdict::visible;
   bool certain = true;  ///< false where ambiguous, or where rounding may exceed what the voxels are padded by
 
+  // Where the verdict is occluded: where the piece is entered and left in which that was known, as t.
+  float last_enter = 0, last_leave = 0;
+
   // The rest is set where the verdict is ambiguous.
   bool saw_outside = false, saw_inside = false;
   bool starts_open =
@@ -217,6 +220,7 @@ NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, Walk
 /// A run, and the cell that it is in.
 struct OpenCell : Run {
   float enter, leave;  ///< where the segment passes the cell, as t
+  uint32_t word;       ///< its planes
 };
 
 /// What is known of the runs of a walk on its way.
@@ -226,10 +230,11 @@ struct RunRecord {
 
   /// The next cell that is open, passed from `enter` to `leave`.
   template <class AddRun>
-  NIF_HOST_DEVICE void add(const CellPassage& passed, float enter, float leave, const GridPassage& passage,
-                           WalkResult& walk, const AddRun& add_run) {
+  NIF_HOST_DEVICE void add(const CellPassage& passed, uint32_t word, float enter, float leave,
+                           const GridPassage& passage, WalkResult& walk, const AddRun& add_run) {
     // A zero is positive, whichever crossing it is.
-    const OpenCell run{{passed.begin + 0.0f, passed.end + 0.0f, passed.heights}, enter + 0.0f, leave + 0.0f};
+    const OpenCell run{
+        {passed.begin + 0.0f, passed.end + 0.0f, passed.heights}, enter + 0.0f, leave + 0.0f, word};
     if (walk.run_count == 0) starts_open = run.begin == passage.enter && !passage.enters_grid;
     ends_open = run.end == passage.leave && !passage.leaves_grid;
     open_t += run.end - run.begin;
@@ -252,9 +257,12 @@ NIF_HOST_DEVICE inline void end_walk(const RunRecord& runs, uint32_t seen, WalkR
 /// Walks one segment. `walk` is overwritten. `add_run` is called with each run (an OpenCell) and its number,
 /// in order, and `visit` with each piece on the way: the baker counts work with it.
 ///
+/// A walk that is blocked ends as soon as that is known: of a segment that leaves the grid, whose end is
+/// outside, maybe before what blocks it. `kInOrder`: it ends no sooner than something is met.
+///
 /// Here and below, Field is a ProofField, or derives from one and says by a voxel_word() and an
 /// interpolate_features() of its own how it stores them.
-template <class Field, class AddRun, class Visit>
+template <bool kInOrder = false, class Field, class AddRun, class Visit>
 NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, WalkResult& walk,
                                     const AddRun& add_run, const Visit& visit) {
   GridPassage passage;
@@ -272,7 +280,7 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
   }
 
   RunRecord runs;
-  uint32_t seen = passage.seen;
+  uint32_t seen = !kInOrder ? passage.seen : passage.enters_grid ? uint32_t(kSeenOutside) : 0u;
   float now = passage.enter;
   for (bool ends = false; !ends;) {
     const Piece piece = find_piece(field, cell);
@@ -312,10 +320,13 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
           pass_cell(piece.word, middle, size, walk.origin, walk.direction, entered, left);
       blocked = passed.blocked;
       seen |= passed.seen;
-      if (passed.open) runs.add(passed, entered, left, passage, walk, add_run);
+      if (passed.open) runs.add(passed, piece.word, entered, left, passage, walk, add_run);
     }
+    if (kInOrder && ends && passage.leaves_grid) seen |= kSeenOutside;
     if (blocked || seen == kSeenBoth) {
       walk.verdict = Verdict::occluded;
+      walk.last_enter = entered + 0.0f;
+      walk.last_leave = left + 0.0f;
       return;
     }
   }

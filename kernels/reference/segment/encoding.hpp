@@ -5,6 +5,7 @@
 #include "kernels/reference/proof/encoding.hpp"
 #include "kernels/reference/ray.hpp"
 #include "kernels/reference/segment/field.hpp"
+#include "kernels/reference/segment/hit.hpp"
 #include "kernels/reference/segment/query.hpp"
 
 namespace nif::kernels {

@@ -4,6 +4,7 @@
 
 #include "kernels/reference/ray.hpp"
 #include "kernels/reference/spherical/field.hpp"
+#include "kernels/reference/spherical/hit.hpp"
 #include "kernels/reference/spherical/query.hpp"
 
 namespace nif::kernels {

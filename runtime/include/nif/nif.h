@@ -502,6 +502,51 @@ typedef struct NifOpenRays {
  */
 NIF_API NifError nifQueryOpen(NifScene scene, const NifQuery* query, const NifOpenRays* open);
 
+/* ---- First hits --------------------------------------------------------------------------------------- */
+
+/* Where rays first meet the scene: dense arrays, as the outputs of NifQuery. Set at least one; leave the
+ * others null.
+ *
+ * A ray meets something exactly where nifQuery says occluded. Objects with triangles (`bvh`, `exact`) give
+ * the exact first hit. `segment` and `proof` objects give the middle between two planes around the surface,
+ * some hundredths to tenths of a voxel off. A `spherical` object only knows that it is met: t is where the
+ * ray enters its box. */
+typedef struct NifHits {
+  uint64_t struct_size;
+  uint8_t* hit; /* [count] 1: the ray meets something; 0: it does not, or is invalid */
+  /* [count] Where, in units of the ray's direction. Finite, and from tmin to tmax (of a triangle: computed in
+   * double precision and rounded once). INFINITY if hit is 0. */
+  float* t;
+  /* [count][3] The geometric normal there, in world space: of unit length, on the side that the ray comes
+   * from. Where an object knows none, against the ray. 0 if hit is 0. */
+  float* normal;
+  /* [count] The scene's number of the instance that is met; of several at the same t the lowest. NIF_NONE if
+   * hit is 0. */
+  uint32_t* instance;
+  uint32_t* object; /* [count] that instance's object, as numbered in its asset; NIF_NONE if hit is 0 */
+  /* [count] The triangle, as the object stores them; of several at the same t the lowest. NIF_NONE if hit is
+   * 0, and of objects without triangles. */
+  uint32_t* triangle;
+  /* [count] The hit is 1 - u - v of the triangle's first vertex, u of its second, v of its third. 0 if there
+   * is no triangle. */
+  float* u;
+  float* v;
+  /* [count] 1: it is proven that something is met, or that nothing is. As NifQuery.certain. */
+  uint8_t* certain;
+  /* [count] What is proven: nothing is met before t_low, and something at t_high or before. If nothing is
+   * met, for certain, both are INFINITY. Where nothing is proven they are -INFINITY and INFINITY. Both are t
+   * where triangles are met. */
+  float* t_low;
+  float* t_high;
+} NifHits;
+
+#define NIF_NONE 0xffffffffu
+
+/* Finds the first hit of each ray of `query`, whose own outputs must all be null. The answers depend on
+ * neither threads nor instruction set. Otherwise like nifQuery; scratch as nifGetQueryScratchBytes says. The
+ * CPU answers it, also on a GPU device: device memory or a stream gives NIF_ERROR_NOT_AVAILABLE. */
+NIF_API NifError nifIntersect(NifScene scene, const NifQuery* query, const NifHits* hits);
+
 /* ---- Asynchronous queries ---------------------------------------------------------------------------- */
 
 /* A query that runs in the background. Reference-counted like all handles. */
@@ -515,6 +560,9 @@ typedef struct NifJobHandle* NifJob;
  * (threads - 1 of them); with threads=1 the calling thread, before this returns. On a GPU, a query of device
  * memory runs in its stream, and one of host memory is answered before this returns. */
 NIF_API NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job);
+
+/* The same for first hits: nifIntersect in the background. The structures are copied. */
+NIF_API NifError nifIntersectAsync(NifScene scene, const NifQuery* query, const NifHits* hits, NifJob* job);
 
 /* Waits until the job is done and returns the query's code. The calling thread first helps with the rays that
  * nobody has started on, so this returns even if a task runner never runs its tasks. Thread-safe; allocates

@@ -249,6 +249,16 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
   void query_open(const Query& query, const NifOpenRays& open) const {
     check(nifQueryOpen(pointer_, &query.get(), &open));
   }
+  /// First hits. The query has no outputs of its own; the arrays of `hits` belong to the caller, and have an
+  /// entry for each ray.
+  void intersect(const Query& query, const NifHits& hits) const {
+    check(nifIntersect(pointer_, &query.get(), &hits));
+  }
+  [[nodiscard]] Job intersect_async(const Query& query, const NifHits& hits) const {
+    NifJob job = nullptr;
+    check(nifIntersectAsync(pointer_, &query.get(), &hits, &job));
+    return Job(job);
+  }
   bool visible(const NifRay& ray) const {
     uint8_t visible = 0;
     check(nifQueryRay(pointer_, &ray, &visible));

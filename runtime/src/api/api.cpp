@@ -78,6 +78,16 @@ void release_one(Handle handle) {
     give_back(static_cast<typename About::Type&>(*object));
 }
 
+/// Checked: a query whose first hits are asked for.
+Request read_hit_request(const NifSceneObject& scene, const NifQuery* query, const NifHits* hits) {
+  Request request;
+  request.query = read_structure(query, "query");
+  request.hits = read_structure(hits, "hits");
+  check_hit_query(scene, request.query, *request.hits);
+  check_scratch(request.query);
+  return request;
+}
+
 }  // namespace
 
 extern "C" {
@@ -307,6 +317,13 @@ NifError nifQueryOpen(NifScene scene, const NifQuery* query, const NifOpenRays* 
   });
 }
 
+NifError nifIntersect(NifScene scene, const NifQuery* query, const NifHits* hits) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    answer(the_scene, read_hit_request(the_scene, query, hits));
+  });
+}
+
 NifError nifMeasureQuery(NifScene scene, const NifQuery* query, NifMeasure measure, uint32_t rounds,
                          double* seconds) {
   return guarded([&] {
@@ -337,6 +354,14 @@ NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job) {
     check_query(the_scene, request.query);
     if (!answered_by_gpu(the_scene, request.query)) check_scratch(request.query);
     *job = reinterpret_cast<NifJob>(start_job(the_scene, request));
+  });
+}
+
+NifError nifIntersectAsync(NifScene scene, const NifQuery* query, const NifHits* hits, NifJob* job) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    require_argument(job, "job");
+    *job = reinterpret_cast<NifJob>(start_job(the_scene, read_hit_request(the_scene, query, hits)));
   });
 }
 

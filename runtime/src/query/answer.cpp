@@ -1,6 +1,5 @@
-// A scene of one instance hands the batch to its kernel. Otherwise the batch is answered in rounds: each ray
-// that is not yet decided goes on to the next instance whose box it may meet, the rays are sorted by object,
-// and each object's kernel is asked once. A ray that is occluded drops out.
+// A scene of one instance hands the batch to its kernel. Otherwise the batch is answered in rounds; a ray
+// that is occluded drops out.
 #include "query/answer.hpp"
 
 #include <algorithm>
@@ -8,7 +7,7 @@
 
 #include "kernels/reference/batch.hpp"
 #include "query/float_environment.hpp"
-#include "scene/traversal.hpp"
+#include "query/rounds.hpp"
 
 namespace nif::runtime {
 namespace {
@@ -16,15 +15,6 @@ namespace {
 using kernels::Segment;
 using kernels::segment_of;
 using kernels::SegmentBatch;
-using kernels::set_segment;
-
-/// The whole batch in one instance's space.
-void transform_batch(const Instance& instance, const SegmentBatch& __restrict from,
-                     SegmentBatch& __restrict to) {
-  const kernels::WorldToObject transform = instance.to_object;
-  const uint32_t count = to.count = from.count;
-  for (uint32_t i = 0; i < count; ++i) set_segment(to, i, to_object(transform, segment_of(from, i)));
-}
 
 /// Asks an object's kernel about `rays`, with or without its network.
 void ask_kernel(const PlacedObject& object, const Wanted& wanted, const SegmentBatch& rays,
@@ -65,68 +55,11 @@ void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, Work
       area.probability[i] = kernels::visible_probability(area.answers.logit[i], object.calibration);
 }
 
-/// Sets out each ray at the root. Those that are none, or miss everything, are not active.
-uint32_t start_rays(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
-  const std::span<const Node> nodes = scene.hierarchy.nodes();
-  uint32_t active = 0;
-  for (uint32_t i = 0; i < area.rays.count; ++i) {
-    const Segment ray = segment_of(area.rays, i);
-    kernels::BoxRay prepared;
-    const bool askable = kernels::prepare_box_ray(ray, prepared);
-    area.answers.logit[i] = kernels::kCertainLogit;
-    area.answers.certain[i] = askable || ray.tmin > ray.tmax;
-    if (wanted.details) area.combined[i] = {};
-    if (wanted.open) {
-      area.open.begin[i] = std::numeric_limits<float>::infinity();
-      area.open.end[i] = -std::numeric_limits<float>::infinity();
-    }
-    if (!askable || nodes.empty()) continue;
-    for (int a = 0; a < 3; ++a) area.inverse[a][i] = prepared.inverse[a];
-    area.cursors[i] = start(nodes.data(), TraversalRay(area, i));
-    if (area.cursors[i].trail != 0) area.active[active++] = uint16_t(i);
-  }
-  return active;
-}
-
-/// Takes each active ray to its next instance; rays that have no other are no longer active. Returns how many
-/// are.
-uint32_t advance(const NifSceneObject& scene, WorkArea& area, uint32_t active) {
-  const Node* nodes = scene.hierarchy.nodes().data();
-  uint32_t pairs = 0;
-  for (uint32_t k = 0; k < active; ++k) {
-    const uint32_t i = area.active[k];
-    const uint32_t instance = next_instance(nodes, TraversalRay(area, i), area.cursors[i]);
-    if (instance == kNoPlace) continue;
-    area.active[pairs] = uint16_t(i);
-    area.pairs[0][pairs++] = {scene.instances[instance].object, instance, i};
-  }
-  return pairs;
-}
-
-/// Sorts pairs by object, as many bytes of its index as the scene needs, and returns them.
-const Pair* sort_by_object(const NifSceneObject& scene, WorkArea& area, uint32_t count) {
-  uint32_t now = 0;
-  for (uint32_t shift = 0; shift < 32 && (scene.objects.size() - 1) >> shift != 0; shift += 8, now ^= 1) {
-    uint32_t begins[257] = {};
-    const Pair* from = area.pairs[now];
-    for (uint32_t k = 0; k < count; ++k) ++begins[(from[k].object >> shift & 255) + 1];
-    for (uint32_t b = 1; b < 257; ++b) begins[b] += begins[b - 1];
-    Pair* to = area.pairs[now ^ 1];
-    for (uint32_t k = 0; k < count; ++k) to[begins[from[k].object >> shift & 255]++] = from[k];
-  }
-  return area.pairs[now];
-}
-
 /// Asks one object about some rays and adds its answers to theirs.
 void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* pairs, uint32_t count,
                 WorkArea& area) {
   const PlacedObject& object = scene.objects[pairs[0].object];
-  area.object_rays.count = count;
-  for (uint32_t k = 0; k < count; ++k) {
-    const Instance& instance = scene.instances[pairs[k].instance];
-    const Segment ray = segment_of(area.rays, pairs[k].ray);
-    set_segment(area.object_rays, k, instance.identity ? ray : to_object(instance.to_object, ray));
-  }
+  bring_to_object(scene, pairs, count, area);
   ask_kernel(object, wanted, area.object_rays, area.object_answers, area.object_open, area);
   for (uint32_t k = 0; k < count; ++k) {
     const uint32_t i = pairs[k].ray;
@@ -159,14 +92,18 @@ void finish_details(const Wanted& wanted, WorkArea& area) {
 }
 
 void answer_in_rounds(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
-  uint32_t active = start_rays(scene, wanted, area);
-  while ((active = advance(scene, area, active)) != 0) {
-    const Pair* pairs = sort_by_object(scene, area, active);
-    for (uint32_t begin = 0, end; begin < active; begin = end) {
-      for (end = begin + 1; end < active && pairs[end].object == pairs[begin].object; ++end) continue;
-      ask_object(scene, wanted, pairs + begin, end - begin, area);
+  const uint32_t active = start_rays(scene, area, [&](uint32_t i, bool certain) {
+    area.answers.logit[i] = kernels::kCertainLogit;
+    area.answers.certain[i] = certain;
+    if (wanted.details) area.combined[i] = {};
+    if (wanted.open) {
+      area.open.begin[i] = std::numeric_limits<float>::infinity();
+      area.open.end[i] = -std::numeric_limits<float>::infinity();
     }
-  }
+  });
+  go_in_rounds(
+      scene, area, active, [&](uint32_t i) { return TraversalRay(area, i); },
+      [&](const Pair* pairs, uint32_t count) { ask_object(scene, wanted, pairs, count, area); });
   if (wanted.details) finish_details(wanted, area);
 }
 

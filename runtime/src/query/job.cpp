@@ -100,7 +100,7 @@ void answer(NifSceneObject& scene, Request request) {
 
 uintptr_t start_job(NifSceneObject& scene, Request request) {
   NifDeviceObject& device = *scene.device.get();
-  const bool on_gpu = answered_by_gpu(scene, request.query);
+  const bool on_gpu = !request.hits && answered_by_gpu(scene, request.query);
   if (on_gpu && request.query.memory == NIF_HOST) {
     device.gpu->query(scene, request.query);
     request.query.count = 0;  // there is nothing left to do

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "api/error.hpp"
+#include "query/hits.hpp"
 #include "query/outputs.hpp"
 #include "query/work_area.hpp"
 
@@ -60,6 +61,23 @@ void check_open_query(const NifSceneObject& scene, const NifQuery& query, const 
   if (reinterpret_cast<uintptr_t>(open.count) % alignof(uint32_t) != 0)
     refuse_argument("open: count is not aligned to 4 bytes");
   if (open.capacity > 0) require_argument(open.rays, "open: rays");
+}
+
+void check_hit_query(const NifSceneObject& scene, const NifQuery& query, const NifHits& hits) {
+  check_inputs(scene, query);
+  if (query.memory == NIF_DEVICE || query.stream)
+    throw Failure(NIF_ERROR_NOT_AVAILABLE,
+                  "query: the CPU finds first hits, so it needs host memory and no stream");
+  visit_outputs(
+      [&](const OutputArray& about, const auto* array) {
+        if (array)
+          refuse_argument(std::string("query: ") + about.name + " is set, but first hits go to `hits` alone");
+      },
+      query);
+  if (query.count == 0) return;
+  bool any = false;
+  visit_hit_outputs(hits, [&](const auto* array) { any = any || array; });
+  if (!any) refuse_argument("hits: all outputs are null");
 }
 
 void check_scratch(const NifQuery& query) {

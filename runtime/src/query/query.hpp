@@ -15,6 +15,8 @@ bool answered_by_gpu(const NifSceneObject& scene, const NifQuery& query);
 void check_query(const NifSceneObject& scene, const NifQuery& query);
 /// The same of a query that lists what stays open.
 void check_open_query(const NifSceneObject& scene, const NifQuery& query, const NifOpenRays& open);
+/// The same of a query for first hits.
+void check_hit_query(const NifSceneObject& scene, const NifQuery& query, const NifHits& hits);
 /// The same of the scratch, which the CPU works in.
 void check_scratch(const NifQuery& query);
 

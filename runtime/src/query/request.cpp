@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "query/answer.hpp"
+#include "query/hits.hpp"
 
 namespace nif::runtime {
 namespace {
@@ -37,6 +38,11 @@ void answer_batch_of(const NifSceneObject& scene, const Request& request, uint64
   const uint64_t first = batch * request.batch_rays;
   const auto count = uint32_t(std::min<uint64_t>(request.batch_rays, query.count - first));
   read_rays(query, first, count, area.rays);
+  if (request.hits) {
+    intersect_batch(scene, area);
+    write_hits(scene, *request.hits, first, area);
+    return;
+  }
   answer_batch(scene,
                request.open       ? Wanted::proofs()
                : request.fallback ? Wanted::everything()

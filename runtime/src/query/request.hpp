@@ -14,6 +14,7 @@ struct Request {
   void* fallback_user = nullptr;
   float confidence = 0;
   std::optional<NifOpenRays> open;   ///< where rays go that proofs leave open
+  std::optional<NifHits> hits;       ///< what is asked for in place of the query's own outputs
   uint32_t batch_rays = kBatchRays;  ///< a multiple of 8
 
   uint64_t batches() const { return query.count / batch_rays + (query.count % batch_rays != 0); }

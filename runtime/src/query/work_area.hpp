@@ -4,6 +4,7 @@
 
 #include "kernels/reference/object_kernel.hpp"
 #include "kernels/reference/scene.hpp"
+#include "kernels/reference/scene_hit.hpp"
 #include "kernels/reference/top_level.hpp"
 
 namespace nif::runtime {
@@ -40,6 +41,11 @@ struct alignas(64) WorkArea {
   // For rays that stay open: the part of each that has to be looked at, and what one object says of that.
   kernels::OpenBatch open, object_open;
   uint32_t open_rays[kBatchRays];  ///< numbers within the query
+
+  // For first hits: of the batch, and of one object.
+  kernels::HitBatch hits, object_hits;
+  uint32_t hit_instance[kBatchRays];  ///< kernels::kNoInstance: none
+  float hit_limit[kBatchRays];        ///< [as object_hits]
 
   alignas(64) std::byte kernel_scratch[kernels::kKernelScratchBytes];
 };

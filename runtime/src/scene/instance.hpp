@@ -18,6 +18,7 @@ struct PlacedObject {
   const kernels::ObjectKernel* kernel;  ///< answers it
   kernels::Calibration calibration;
   float reach_scale;  ///< kernels::reach_scale()
+  uint32_t number;    ///< in its asset
 };
 
 using Instance = kernels::PlacedInstance;

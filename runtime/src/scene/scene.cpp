@@ -51,8 +51,8 @@ uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   for (size_t i = 0; i < asset->view.objects.size(); ++i) {
     const format::ObjectView& view = asset->view.objects[i];
     const kernels::AnyField field = field_of(view);
-    scene.objects.push_back(
-        {&view, asset->kernels[i].get(), kernels::calibration(field), kernels::reach_scale(field)});
+    scene.objects.push_back({&view, asset->kernels[i].get(), kernels::calibration(field),
+                             kernels::reach_scale(field), uint32_t(i)});
   }
   return uint32_t(first);
 }

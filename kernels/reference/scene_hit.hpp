@@ -1,0 +1,68 @@
+// How the first hits of several instances become one, whatever the order in which they come, and the normal
+// there in world space.
+#pragma once
+
+#include <cmath>
+
+#include "kernels/reference/hit.hpp"
+#include "kernels/reference/instance.hpp"
+
+namespace nif::kernels {
+
+inline constexpr uint32_t kNoInstance = 0xffffffff;
+
+/// One ray's hits so far.
+struct SceneHit : Hit {
+  uint32_t instance = kNoInstance;
+
+  /// Nothing is met so far, for certain.
+  NIF_HOST_DEVICE SceneHit() { low = kNoHit; }
+
+  /// The hit with the least t, and of several the one in the first instance.
+  NIF_HOST_DEVICE void add(const Hit& hit, uint32_t in) {
+    const float least = min_of(hit.low, low), most = min_of(hit.high, high);
+    if (hit.t < t || (hit.t == t && in < instance && hit.t < kNoHit)) {
+      static_cast<Hit&>(*this) = hit;
+      instance = in;
+    }
+    low = least;
+    high = most;
+  }
+};
+
+/// Takes back what an instance's transform leaves no proof of.
+NIF_HOST_DEVICE inline void forget_proof(Hit& hit) { hit.low = -kNoHit, hit.high = kNoHit; }
+
+/// Nothing of an instance is met before its box, which a ray enters at `enter`. So an instance whose box
+/// begins beyond a proven hit changes nothing, and need not be asked.
+NIF_HOST_DEVICE inline void begin_in_box(Hit& hit, float enter) {
+  hit.low = max_of(hit.low, enter);
+  if (hit.t < kNoHit) hit.t = max_of(hit.t, enter);
+}
+
+/// Of unit length, on the side that the ray comes from, from a hit's normal in object space; where that is 0,
+/// the way that the ray comes from. `transform`: null for the identity.
+inline void world_normal(const WorldToObject* transform, const float (&normal)[3],
+                         const float (&direction)[3], float (&result)[3]) {
+  double n[3], square = 0, along = 0;
+  for (int a = 0; a < 3; ++a) {
+    // Normals go the other way: by the transpose of the inverse.
+    n[a] = !transform ? double(normal[a])
+                      : (double(transform->inverse[a]) * double(normal[0]) +
+                         double(transform->inverse[3 + a]) * double(normal[1])) +
+                            double(transform->inverse[6 + a]) * double(normal[2]);
+    square += n[a] * n[a];
+  }
+  if (!(square > 0)) {
+    square = 0;
+    for (int a = 0; a < 3; ++a) {
+      n[a] = -double(direction[a]);
+      square += n[a] * n[a];
+    }
+  }
+  const double length = std::sqrt(square);
+  for (int a = 0; a < 3; ++a) along += n[a] * double(direction[a]);
+  for (int a = 0; a < 3; ++a) result[a] = static_cast<float>((along > 0 ? -n[a] : n[a]) / length);
+}
+
+}  // namespace nif::kernels

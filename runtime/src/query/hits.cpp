@@ -1,0 +1,131 @@
+#include "query/hits.hpp"
+
+#include "query/float_environment.hpp"
+#include "query/rounds.hpp"
+
+namespace nif::runtime {
+namespace {
+
+using kernels::Hit;
+using kernels::kNoHit;
+using kernels::kNoInstance;
+using kernels::SceneHit;
+using kernels::Segment;
+using kernels::segment_of;
+
+SceneHit scene_hit(const WorkArea& area, uint32_t i) {
+  SceneHit hit;
+  static_cast<Hit&>(hit) = kernels::hit_of(area.hits, i);
+  hit.instance = area.hit_instance[i];
+  return hit;
+}
+
+void set_scene_hit(WorkArea& area, uint32_t i, const SceneHit& hit) {
+  kernels::set_hit(area.hits, i, hit);
+  area.hit_instance[i] = hit.instance;
+}
+
+/// Asks one object about some rays and adds its hits to theirs.
+void intersect_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area) {
+  const PlacedObject& object = scene.objects[pairs[0].object];
+  bring_to_object(scene, pairs, count, area);
+  for (uint32_t k = 0; k < count; ++k) area.hit_limit[k] = area.hits.high[pairs[k].ray];
+  object.kernel->intersect(area.object_rays, area.hit_limit, area.object_hits, area.kernel_scratch);
+  for (uint32_t k = 0; k < count; ++k) {
+    const uint32_t i = pairs[k].ray;
+    Hit hit = kernels::hit_of(area.object_hits, k);
+    if (!stays_certain(scene.instances[pairs[k].instance], object.reach_scale, segment_of(area.rays, i),
+                       segment_of(area.object_rays, k)))
+      kernels::forget_proof(hit);
+    if (scene.instances.size() > 1) {
+      const kernels::BoxRay prepared{{area.inverse[0][i], area.inverse[1][i], area.inverse[2][i]}};
+      const kernels::WorldBox box = scene.hierarchy.box(scene.instances[pairs[k].instance].place);
+      kernels::begin_in_box(hit, kernels::pass_box(box, segment_of(area.rays, i), prepared).enter);
+    }
+    SceneHit nearest = scene_hit(area, i);
+    nearest.add(hit, pairs[k].instance);
+    set_scene_hit(area, i, nearest);
+  }
+}
+
+/// The ray as boxes see it: what begins beyond a proven hit cannot be the first.
+TraversalRay shortened_ray(const WorkArea& area, uint32_t i) {
+  TraversalRay ray(area, i);
+  ray.tmax = all_of(kernels::min_of(area.hits.high[i], area.rays.tmax[i]));
+  return ray;
+}
+
+void intersect_one_instance(const NifSceneObject& scene, WorkArea& area) {
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    set_scene_hit(area, i, SceneHit());
+    area.pairs[0][i] = {scene.instances[0].object, 0, i};
+  }
+  if (area.rays.count != 0) intersect_object(scene, area.pairs[0], area.rays.count, area);
+}
+
+void intersect_in_rounds(const NifSceneObject& scene, WorkArea& area) {
+  const uint32_t active = start_rays(scene, area, [&](uint32_t i, bool certain) {
+    SceneHit hit;
+    if (!certain) kernels::forget_proof(hit);
+    set_scene_hit(area, i, hit);
+  });
+  go_in_rounds(
+      scene, area, active, [&](uint32_t i) { return shortened_ray(area, i); },
+      [&](const Pair* pairs, uint32_t count) { intersect_object(scene, pairs, count, area); });
+}
+
+void turn_normals(const NifSceneObject& scene, WorkArea& area) {
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    if (area.hit_instance[i] == kNoInstance) continue;
+    const Instance& instance = scene.instances[area.hit_instance[i]];
+    const Hit hit = kernels::hit_of(area.hits, i);
+    const Segment ray = segment_of(area.rays, i);
+    float normal[3];
+    kernels::world_normal(instance.identity ? nullptr : &instance.to_object, hit.normal, ray.direction,
+                          normal);
+    for (int a = 0; a < 3; ++a) area.hits.normal[a][i] = normal[a];
+  }
+}
+
+template <class To, class Value>
+void write(To* array, uint64_t first, uint32_t count, const Value& value) {
+  if (!array) return;
+  char* to = reinterpret_cast<char*>(array) + first * sizeof(To);
+  for (uint32_t i = 0; i < count; ++i, to += sizeof(To)) {
+    const To one = value(i);
+    std::memcpy(to, &one, sizeof(To));
+  }
+}
+
+}  // namespace
+
+NIF_COMPUTES void intersect_batch(const NifSceneObject& scene, WorkArea& area) {
+  if (scene.instances.size() == 1)
+    intersect_one_instance(scene, area);
+  else
+    intersect_in_rounds(scene, area);
+  turn_normals(scene, area);
+}
+
+NIF_COMPUTES void write_hits(const NifSceneObject& scene, const NifHits& hits, uint64_t first,
+                             WorkArea& area) {
+  const uint32_t count = area.rays.count;
+  const kernels::HitBatch& found = area.hits;
+  const auto in_column = [&](const auto* column) { return [column](uint32_t i) { return column[i]; }; };
+  write(hits.hit, first, count, [&](uint32_t i) { return uint8_t(found.t[i] < kNoHit); });
+  write(hits.certain, first, count, [&](uint32_t i) { return uint8_t(kernels::hit_of(found, i).certain()); });
+  write(hits.t, first, count, in_column(found.t));
+  write(hits.t_low, first, count, in_column(found.low));
+  write(hits.t_high, first, count, in_column(found.high));
+  write(hits.u, first, count, in_column(found.u));
+  write(hits.v, first, count, in_column(found.v));
+  write(hits.triangle, first, count, in_column(found.triangle));
+  write(hits.instance, first, count, in_column(area.hit_instance));
+  write(hits.object, first, count, [&](uint32_t i) {
+    const uint32_t instance = area.hit_instance[i];
+    return instance == kNoInstance ? kNoInstance : scene.objects[scene.instances[instance].object].number;
+  });
+  write(hits.normal, 3 * first, 3 * count, [&](uint32_t k) { return found.normal[k % 3][k / 3]; });
+}
+
+}  // namespace nif::runtime

@@ -1,0 +1,71 @@
+// A batch of rays through a scene, in rounds: each ray that is not yet decided goes on to the next instance
+// whose box it may meet, the rays are sorted by object, and each object's kernel is asked once.
+#pragma once
+
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/instance.hpp"
+#include "scene/scene.hpp"
+#include "scene/traversal.hpp"
+
+namespace nif::runtime {
+
+/// The whole batch in one instance's space.
+void transform_batch(const Instance& instance, const kernels::SegmentBatch& __restrict from,
+                     kernels::SegmentBatch& __restrict to);
+
+/// The rays of some pairs, of one object, in its space: area.object_rays.
+void bring_to_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area);
+
+/// Sorts pairs by object, as many bytes of its index as the scene needs, and returns them.
+const Pair* sort_by_object(const NifSceneObject& scene, WorkArea& area, uint32_t count);
+
+/// Sets out each ray at the root, and returns how many may meet something: area.active. `begin(ray, certain)`
+/// is called for every ray; certain: it meets nothing, if no instance is asked.
+template <class Begin>
+uint32_t start_rays(const NifSceneObject& scene, WorkArea& area, const Begin& begin) {
+  const std::span<const Node> nodes = scene.hierarchy.nodes();
+  uint32_t active = 0;
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    const kernels::Segment ray = kernels::segment_of(area.rays, i);
+    kernels::BoxRay prepared;
+    const bool askable = kernels::prepare_box_ray(ray, prepared);
+    begin(i, askable || ray.tmin > ray.tmax);
+    if (!askable || nodes.empty()) continue;
+    for (int a = 0; a < 3; ++a) area.inverse[a][i] = prepared.inverse[a];
+    area.cursors[i] = start(nodes.data(), TraversalRay(area, i));
+    if (area.cursors[i].trail != 0) area.active[active++] = uint16_t(i);
+  }
+  return active;
+}
+
+/// Takes each active ray to its next instance; rays that have no other are no longer active. Returns how many
+/// are.
+template <class RayOf>
+uint32_t advance(const NifSceneObject& scene, WorkArea& area, uint32_t active, const RayOf& ray_of) {
+  const Node* nodes = scene.hierarchy.nodes().data();
+  uint32_t pairs = 0;
+  for (uint32_t k = 0; k < active; ++k) {
+    const uint32_t i = area.active[k];
+    const uint32_t instance = next_instance(nodes, ray_of(i), area.cursors[i]);
+    if (instance == kernels::kNoPlace) continue;
+    area.active[pairs] = uint16_t(i);
+    area.pairs[0][pairs++] = {scene.instances[instance].object, instance, i};
+  }
+  return pairs;
+}
+
+/// All rounds. `ray_of(ray)` is the ray as boxes see it; `ask(pairs, count)` asks one object. A ray is left
+/// out once its cursor has no trail.
+template <class RayOf, class Ask>
+void go_in_rounds(const NifSceneObject& scene, WorkArea& area, uint32_t active, const RayOf& ray_of,
+                  const Ask& ask) {
+  while ((active = advance(scene, area, active, ray_of)) != 0) {
+    const Pair* pairs = sort_by_object(scene, area, active);
+    for (uint32_t begin = 0, end; begin < active; begin = end) {
+      for (end = begin + 1; end < active && pairs[end].object == pairs[begin].object; ++end) continue;
+      ask(pairs + begin, end - begin);
+    }
+  }
+}
+
+}  // namespace nif::runtime
