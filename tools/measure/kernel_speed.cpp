@@ -1,8 +1,9 @@
 // A study, not a test: how long the CPU's kernels take for a ray, alone, on batches that lie in memory.
 // docs/results/cpu-kernels.md has what it printed.
 //
-//   kernel_speed ASSET MESH [RAYS [ROUNDS]]
+//   kernel_speed [--hits] ASSET MESH [RAYS [ROUNDS]]
 //
+// --hits: of first hits in place of whether there is one.
 // ASSET has one object, of any encoding, baked from MESH. Prints a line for each instruction set of this
 // machine and each of three ray sets, tab-separated: both names, and the least and the median of the
 // nanoseconds a ray of so many rounds (20), on one thread. The rays, 200000 of each set, are those of nif
@@ -38,16 +39,25 @@ std::vector<kernels::SegmentBatch> to_batches(std::span<const kernels::Segment> 
 
 /// Nanoseconds a ray of each round, sorted.
 std::vector<double> time_rounds(const kernels::ObjectKernel& kernel,
-                                const std::vector<kernels::SegmentBatch>& batches, size_t rays, int rounds) {
+                                const std::vector<kernels::SegmentBatch>& batches, size_t rays, int rounds,
+                                bool hits) {
   struct Work {
     kernels::AnswerBatch answers;
+    kernels::HitBatch hits;
+    float limit[kernels::kBatchRays];
     alignas(64) std::byte scratch[kernels::kKernelScratchBytes];
   };
   const auto work = std::make_unique<Work>();
+  std::fill_n(work->limit, kernels::kBatchRays, kernels::kNoHit);
   std::vector<double> times;
   for (int round = 0; round <= rounds; ++round) {
     const auto start = std::chrono::steady_clock::now();
-    for (const kernels::SegmentBatch& batch : batches) kernel.answer(batch, work->answers, work->scratch);
+    for (const kernels::SegmentBatch& batch : batches) {
+      if (hits)
+        kernel.intersect(batch, work->limit, work->hits, work->scratch);
+      else
+        kernel.answer(batch, work->answers, work->scratch);
+    }
     const std::chrono::duration<double, std::nano> time = std::chrono::steady_clock::now() - start;
     if (round > 0) times.push_back(time.count() / double(rays));  // the first one fills the caches
   }
@@ -55,7 +65,7 @@ std::vector<double> time_rounds(const kernels::ObjectKernel& kernel,
   return times;
 }
 
-void run(const std::string& path, const std::string& mesh, uint64_t count, int rounds) {
+void run(const std::string& path, const std::string& mesh, uint64_t count, int rounds, bool hits) {
   const format::FileMemory memory = format::FileMemory::load(path, format::FileMemory::Mode::read);
   const format::AssetView view = format::read_asset(memory.bytes(), path);
   const bake::PreparedScene prepared = bake::prepare(mesh::read(mesh));
@@ -72,7 +82,7 @@ void run(const std::string& path, const std::string& mesh, uint64_t count, int r
                                     std::pair{Isa::sse4, "sse4"}, std::pair{Isa::neon, "neon"}}) {
       if (!kernels::cpu::available(isa)) continue;
       const auto kernel = kernels::cpu::make_kernel(field, {isa, std::pmr::new_delete_resource(), copies});
-      const std::vector<double> times = time_rounds(*kernel, batches, rays.size(), rounds);
+      const std::vector<double> times = time_rounds(*kernel, batches, rays.size(), rounds, hits);
       fmt::print("{}\t{}\t{:.1f}\t{:.1f}\n", name, bake::name_of(set), times.front(),
                  times[times.size() / 2]);
     }
@@ -82,14 +92,16 @@ void run(const std::string& path, const std::string& mesh, uint64_t count, int r
 }  // namespace
 
 int main(int argc, char** argv) {
+  const bool hits = argc > 1 && std::string_view(argv[1]) == "--hits";
+  if (hits) --argc, ++argv;
   const uint64_t rays = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 200'000;
   const int rounds = argc > 4 ? std::atoi(argv[4]) : 20;
   if (argc < 3 || argc > 5 || rays == 0 || rounds < 1) {
-    fmt::print(stderr, "usage: kernel_speed ASSET MESH [RAYS [ROUNDS]]\n");
+    fmt::print(stderr, "usage: kernel_speed [--hits] ASSET MESH [RAYS [ROUNDS]]\n");
     return int(Status::usage);
   }
   try {
-    run(argv[1], argv[2], rays, rounds);
+    run(argv[1], argv[2], rays, rounds, hits);
   } catch (const Error& error) {
     fmt::print(stderr, "{}\n", error.what());
     return int(error.status());

@@ -16,8 +16,10 @@ class SimdBvhKernel final : public ObjectKernel {
 
  private:
   using Answer = void (*)(const BvhTree&, const SegmentBatch&, AnswerBatch&, void*);
+  using Intersect = void (*)(const BvhTree&, const SegmentBatch&, const float*, HitBatch&, void*);
   BvhTree tree_;
   Answer answer_;
+  Intersect intersect_;
 };
 
 inline KernelPointer make_kernel(const BvhField& field, const KernelOptions& options) {

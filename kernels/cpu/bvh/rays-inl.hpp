@@ -20,7 +20,7 @@
 
 #include "kernels/cpu/bvh/tree.hpp"
 #include "kernels/cpu/lanes-inl.hpp"
-#include "kernels/reference/bvh/query.hpp"
+#include "kernels/reference/bvh/hit.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {

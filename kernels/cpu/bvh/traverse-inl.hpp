@@ -45,7 +45,8 @@ HWY_INLINE uint64_t choose(bool first, uint64_t a, uint64_t b) {
   return b ^ ((a ^ b) & (0 - uint64_t(first)));
 }
 
-/// A ray on its way.
+/// A ray on its way. Goal: what it is on its way for; keeps a state with each ray.
+template <class Goal>
 struct alignas(64) Flight {
   ReadyRay ray;
   NodeGroup group;                    ///< what comes after the next node
@@ -53,11 +54,13 @@ struct alignas(64) Flight {
   uint32_t size;                      ///< of the stack
   uint32_t number;                    ///< in the batch
   NodeGroup stack[kMaxBvhDepth + 2];  ///< the first is empty
+  [[no_unique_address]] typename Goal::State state;
 };
 
 /// Rays that go through the phases together.
+template <class Goal>
 struct FlightGroup {
-  Flight flights[kFlights];
+  Flight<Goal> flights[kFlights];
   OpenTriangles open[kFlights * kBvhWidth + 1];
   MetTriangles met[kFlights + 1];  ///< of leaf slots, until leaves are tested: not of triangles
   uint32_t in_flight, done;        ///< bits by flight
@@ -65,21 +68,98 @@ struct FlightGroup {
 };
 
 /// What traverse() works in.
-struct BvhScratch {
+template <class Goal>
+struct TraversalScratch {
   ReadyRays ready;
-  FlightGroup groups[kFlightGroups];
+  FlightGroup<Goal> groups[kFlightGroups];
 };
 
+/// Does a ray meet any triangle?
+class AnyTriangle {
+ public:
+  struct State {};
+
+  AnyTriangle(const SegmentBatch& batch, AnswerBatch& answers) : batch_(batch), answers_(answers) {}
+
+  AnswerBatch& answers() const { return answers_; }
+  HWY_INLINE void begin(Flight<AnyTriangle>&) const {}
+  /// True where the ray need go no farther.
+  HWY_INLINE bool look_at(const BvhField& field, Flight<AnyTriangle>& flight,
+                          const OpenTriangles& found) const {
+    if (!meets_open(field, batch_, flight.number, flight.ray, found)) return false;
+    answers_.logit[flight.number] = -kCertainLogit;
+    return true;
+  }
+  HWY_INLINE void end(const BvhField&, const Flight<AnyTriangle>&) const {}
+
+ private:
+  const SegmentBatch& batch_;
+  AnswerBatch& answers_;
+};
+
+/// Which of the triangles that a ray meets is the nearest?
+class FirstTriangle {
+ public:
+  struct State {
+    NearestTriangle nearest;
+    BvhRay exact;
+    bool prepared;
+  };
+
+  /// `answers` gets which rays are certain; `hits` only those that there are.
+  FirstTriangle(const SegmentBatch& batch, AnswerBatch& answers, HitBatch& hits)
+      : batch_(batch), answers_(answers), hits_(hits) {}
+
+  AnswerBatch& answers() const { return answers_; }
+  HWY_INLINE void begin(Flight<FirstTriangle>& flight) const {
+    flight.state.nearest.triangle = kNoTriangle;
+    flight.state.prepared = false;
+  }
+  HWY_INLINE bool look_at(const BvhField& field, Flight<FirstTriangle>& flight,
+                          const OpenTriangles& found) const {
+    State& state = flight.state;
+    if (!state.prepared) state.prepared = prepare_ray(field, segment_of(batch_, flight.number), state.exact);
+    const BvhNode& node = field.nodes[found.visit.node()];
+    uint32_t ranks = found.ranks, open = found.open;
+    for (; open != 0; open >>= 1, ranks &= ranks - 1) {
+      if ((open & 1) == 0) continue;
+      const uint32_t triangle = node.first_triangle + lowest_bit(ranks);
+      if (!look_at_triangle(field, state.exact, node.first_vertex, triangle, state.nearest)) continue;
+      // Boxes have t times the power of two in the direction's longest component.
+      float power = 0;
+      for (uint32_t a = 0; a < 3; ++a) power = max_of(magnitude(batch_.direction[a][flight.number]), power);
+      power = bits_as<float>(bits_as<uint32_t>(power) & 0x7f800000);
+      const float reached = next_above(static_cast<float>(state.nearest.crossing.t));
+      flight.ray.limits[1] = min_of(reached * power, flight.ray.limits[1]);
+    }
+    return false;
+  }
+  HWY_INLINE void end(const BvhField& field, const Flight<FirstTriangle>& flight) const {
+    const uint32_t i = flight.number;
+    if (flight.state.nearest.triangle != kNoTriangle)
+      set_hit(hits_, i, hit_of(field, flight.state.nearest, answers_.certain[i] != 0));
+  }
+
+ private:
+  const SegmentBatch& batch_;
+  AnswerBatch& answers_;
+  HitBatch& hits_;
+};
+
+template <class Goal>
 class Traversal {
  public:
+  using Flight = cpu::HWY_NAMESPACE::Flight<Goal>;
+  using FlightGroup = cpu::HWY_NAMESPACE::FlightGroup<Goal>;
+
   HWY_INLINE Traversal(const BvhTree& tree, const SegmentBatch& batch, const float* enter, const float* leave,
-                       AnswerBatch& answers, ReadyRays& ready)
+                       const Goal& goal, ReadyRays& ready)
       : tree_(tree),
         field_(tree.field),
         batch_(batch),
         enter_(enter),
         leave_(leave),
-        answers_(answers),
+        goal_(goal),
         ready_(ready) {
     ready_.traversed = 0;
   }
@@ -117,17 +197,17 @@ class Traversal {
     group.open_count = open;
   }
 
-  /// Answers rays that are blocked, and gives the places of those that are done to others.
+  /// Looks at the triangles that rays have met, and gives the places of those that are done to others.
   HWY_INLINE void exchange(FlightGroup& group) {
-    uint32_t blocked = 0;
+    uint32_t done = group.done;
     for (uint32_t i = 0; i < group.open_count; ++i) {
       const OpenTriangles& found = group.open[i];
-      const Flight& flight = group.flights[found.visit.flight()];
-      if (!meets_open(field_, batch_, flight.number, flight.ray, found)) continue;
-      answers_.logit[flight.number] = -kCertainLogit;
-      blocked |= 1u << found.visit.flight();
+      const uint32_t at = found.visit.flight();
+      done |= uint32_t(goal_.look_at(field_, group.flights[at], found)) << at;
     }
-    group.in_flight &= ~(group.done | blocked);
+    for (uint32_t ended = group.in_flight & done; ended != 0; ended &= ended - 1)
+      goal_.end(field_, group.flights[lowest_bit(ended)]);
+    group.in_flight &= ~done;
     for (uint32_t free = ~group.in_flight & ((1u << kFlights) - 1); free != 0; free &= free - 1) {
       if (ready_.traversed == 0 && !make_some_ready()) return;
       const uint32_t at = lowest_bit(free);
@@ -141,7 +221,7 @@ class Traversal {
   HWY_INLINE bool make_some_ready() {
     for (; ready_.traversed == 0; taken_ += kLanes) {
       if (taken_ >= batch_.count) return false;
-      make_ready(tree_, batch_, enter_, leave_, taken_, answers_, ready_);
+      make_ready(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_);
     }
     return true;
   }
@@ -162,6 +242,7 @@ class Traversal {
       flight.next = 0;
     }
     flight.number = taken_ - kLanes + lane;
+    goal_.begin(flight);
   }
 
   static HWY_INLINE NodeGroup group_of(const BvhNode& node, uint32_t inner, uint32_t to_visit) {
@@ -206,30 +287,51 @@ class Traversal {
   const BvhField& field_;
   const SegmentBatch& batch_;
   const float *enter_, *leave_;
-  AnswerBatch& answers_;
+  const Goal goal_;
   ReadyRays& ready_;
   uint32_t taken_ = 0;  ///< rays of the batch that have been made ready
 };
 
-/// Answers the rays of a batch. Boxes count only from `enter[i]` to `leave[i]`, so what a ray meets elsewhere
-/// may be missed; triangles from the ray's own tmin to its tmax. Both arrays have kBatchRays entries.
-HWY_INLINE void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
-                         const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
-  Traversal traversal(tree, batch, enter, leave, answers, scratch.ready);
-  for (FlightGroup& group : scratch.groups) {
+/// Every ray of a batch. Boxes count only from `enter[i]` to `leave[i]`, so what a ray meets elsewhere may be
+/// missed; triangles from the ray's own tmin to its tmax. Both arrays have kBatchRays entries.
+template <class Goal>
+HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const SegmentBatch& batch,
+                             const float* enter, const float* leave, TraversalScratch<Goal>& scratch) {
+  Traversal<Goal> traversal(tree, batch, enter, leave, goal, scratch.ready);
+  for (FlightGroup<Goal>& group : scratch.groups) {
     group.in_flight = group.done = group.met_count = group.open_count = 0;
     traversal.exchange(group);
   }
-  FlightGroup *a = scratch.groups, *b = a + 1, *c = a + 2;
+  FlightGroup<Goal>*a = scratch.groups, *b = a + 1, *c = a + 2;
   while ((a->in_flight | b->in_flight | c->in_flight) != 0) {
     traversal.test_nodes(*a);
     traversal.test_leaves(*b);
     traversal.exchange(*c);
-    FlightGroup* const last = c;
+    FlightGroup<Goal>* const last = c;
     c = b;
     b = a;
     a = last;
   }
+}
+
+/// Answers the rays of a batch.
+using BvhScratch = TraversalScratch<AnyTriangle>;
+HWY_INLINE void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+                         const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
+  traverse_for(AnyTriangle(batch, answers), tree, batch, enter, leave, scratch);
+}
+
+/// Finds their first hits.
+struct BvhHitScratch {
+  AnswerBatch answers;
+  TraversalScratch<FirstTriangle> traversal;
+};
+HWY_INLINE void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+                                 const float* leave, HitBatch& hits, BvhHitScratch& scratch) {
+  for (uint32_t i = 0; i < batch.count; ++i) set_hit(hits, i, Hit());
+  traverse_for(FirstTriangle(batch, scratch.answers, hits), tree, batch, enter, leave, scratch.traversal);
+  for (uint32_t i = 0; i < batch.count; ++i)
+    if (!(hits.t[i] < kNoHit) && scratch.answers.certain[i] != 0) hits.low[i] = kNoHit;
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

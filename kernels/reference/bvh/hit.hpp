@@ -27,18 +27,25 @@ struct NearestTriangle {
   }
 };
 
+/// Looks at one triangle. True where it is the nearest so far.
+NIF_HOST_DEVICE inline bool look_at_triangle(const BvhField& field, const BvhRay& ray, uint32_t first_vertex,
+                                             uint32_t triangle, NearestTriangle& nearest) {
+  const float* vertices[3];
+  NIF_UNROLL
+  for (int k = 0; k < 3; ++k)
+    vertices[k] = field.vertices[size_t(first_vertex) + field.triangles[triangle][k]];
+  TriangleCrossing<double> crossing;
+  if (!meets_triangle(ray, vertices, crossing) || !nearest.is_beaten_by(crossing.t, triangle)) return false;
+  nearest = {crossing, triangle, first_vertex};
+  return true;
+}
+
 /// Looks at the triangles of a leaf slot.
 NIF_HOST_DEVICE inline void look_at_leaf(const BvhField& field, const BvhRay& ray, const BvhNode& node,
                                          uint8_t slot, NearestTriangle& nearest) {
   const uint32_t first = node.first_triangle + slot_rank(slot), count = slot_kind(slot);
-  TriangleCrossing<double> crossing;
-  for (uint32_t i = first; i < first + count; ++i) {
-    const float* vertices[3];
-    NIF_UNROLL
-    for (int k = 0; k < 3; ++k) vertices[k] = field.vertices[node.first_vertex + field.triangles[i][k]];
-    if (meets_triangle(ray, vertices, crossing) && nearest.is_beaten_by(crossing.t, i))
-      nearest = {crossing, i, node.first_vertex};
-  }
+  for (uint32_t i = first; i < first + count; ++i)
+    look_at_triangle(field, ray, node.first_vertex, i, nearest);
 }
 
 /// Boxes beyond `ray.leave` are not looked at; it is moved to the nearest triangle.
