@@ -51,6 +51,45 @@ HWY_INLINE void answer_left(const PackedExactField& packed, const SegmentBatch& 
   }
 }
 
+struct ExactHitScratch {
+  RayTable rays;
+  FirstLog log;
+  HardRays hard;
+  // Rays that do not surely miss, and where boxes count for them.
+  SegmentBatch left;
+  float enter[kBatchRays], leave[kBatchRays];
+  HitBatch hits;
+  BvhHitScratch bvh;
+};
+static_assert(sizeof(ExactHitScratch) <= kKernelScratchBytes);
+
+HWY_NOINLINE void intersect_exact_by_reference(const ExactField& field, const SegmentBatch& batch,
+                                               uint32_t ray, float limit, HitBatch& hits) {
+  set_hit(hits, ray, intersect(field, segment_of(batch, ray), limit));
+}
+
+void intersect_exact(const PackedExactField& packed, const SegmentBatch& batch, const float* limit,
+                     HitBatch& hits, void* memory) {
+  auto& s = *static_cast<ExactHitScratch*>(memory);
+  for (uint32_t i = 0; i < batch.count; ++i) set_hit(hits, i, no_hit(true));
+  Walker walker(packed.field.proof, packed.walk, batch, s.bvh.answers, s.rays, s.log, s.hard);
+  while (walker.walk()) {
+    s.left.count = s.log.count;
+    for (uint32_t k = 0; k < s.log.count; ++k) {
+      const uint32_t i = s.log.ray(k);
+      const Segment segment = segment_of(batch, i);
+      set_segment(s.left, k, segment);
+      const bool culled = is_culled(packed.field.proof, segment);
+      s.enter[k] = culled ? s.log.begin[k] : segment.tmin;
+      s.leave[k] = min_of(next_above(limit[i]), culled ? s.log.end[k] : segment.tmax);
+    }
+    traverse_to_hits(packed.tree, s.left, s.enter, s.leave, s.hits, s.bvh);
+    for (uint32_t k = 0; k < s.log.count; ++k) set_hit(hits, s.log.ray(k), hit_of(s.hits, k));
+  }
+  for (uint32_t k = 0; k < s.hard.count; ++k)
+    intersect_exact_by_reference(packed.field, batch, s.hard.ray[k], limit[s.hard.ray[k]], hits);
+}
+
 HWY_NOINLINE void answer_exact_by_reference(const ExactField& field, const SegmentBatch& batch, uint32_t ray,
                                             AnswerBatch& answers) {
   const Answer answer = query(field, segment_of(batch, ray));
@@ -84,16 +123,16 @@ namespace nif::kernels::cpu {
 
 SimdExactKernel::SimdExactKernel(const ExactField& field, const KernelOptions& options)
     : packed_{field, WalkGrid(field.proof, options.memory), tree_of(field.bvh)},
-      answer_(NIF_KERNEL_FOR(Answer, answer_exact, options.isa)) {}
+      answer_(NIF_KERNEL_FOR(Answer, answer_exact, options.isa)),
+      intersect_(NIF_KERNEL_FOR(Intersect, intersect_exact, options.isa)) {}
 
 void SimdExactKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(packed_, batch, answers, scratch);
 }
 
-void SimdExactKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void*) const {
-  intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
-    return kernels::intersect(packed_.field, segment, nearest);
-  });
+void SimdExactKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
+                                void* scratch) const {
+  intersect_(packed_, batch, limit, hits, scratch);
 }
 
 }  // namespace nif::kernels::cpu

@@ -27,8 +27,10 @@ class SimdExactKernel final : public ObjectKernel {
 
  private:
   using Answer = void (*)(const PackedExactField&, const SegmentBatch&, AnswerBatch&, void*);
+  using Intersect = void (*)(const PackedExactField&, const SegmentBatch&, const float*, HitBatch&, void*);
   PackedExactField packed_;
   Answer answer_;
+  Intersect intersect_;
 };
 
 inline KernelPointer make_kernel(const ExactField& field, const KernelOptions& options) {

@@ -228,6 +228,15 @@ class Walker {
     return hn::IfThenElse(crossed, plane, before);
   }
 
+  /// With what is known of the end of rays that come there: those that do not leave their piece.
+  static HWY_INLINE hn::Vec<Ints> with_end(hn::Vec<Ints> info, hn::Mask<Floats> leaves_piece) {
+    if constexpr (!Log::kInOrder) return info;
+    const Ints di;
+    const auto outside = hn::IfThenElseZero(hn::TestBit(info, hn::Set(di, kEndsOutside)),
+                                            hn::Set(di, int32_t(kSeenOutside) << kSeenShift));
+    return hn::Or(info, hn::IfThenZeroElse(hn::RebindMask(di, leaves_piece), outside));
+  }
+
   /// Takes rays from where they enter the grid over empty voxels, while that is what most of them pass.
   /// Returns the lanes of those that go on.
   HWY_INLINE uint32_t leap(Group& rays, hn::Vec<Floats> leave, hn::Mask<Floats> lanes) const {
@@ -243,7 +252,8 @@ class Walker {
       rays.info = hn::Or(rays.info, bits_if(leaps, seen));
       const auto leaves_piece = hn::Lt(exits.nearest, leave);
       // One that has been in both goes on, and ends where it is.
-      const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(rays.info, sides), sides));
+      const auto blocked =
+          hn::RebindMask(d, hn::Eq(hn::And(with_end(rays.info, leaves_piece), sides), sides));
       lanes = hn::AndNot(hn::AndNot(hn::Or(leaves_piece, blocked), leaps), lanes);
       const auto moves = hn::AndNot(blocked, hn::And(leaves_piece, leaps));
       auto later = hn::FirstN(d, 0);
@@ -323,8 +333,11 @@ class Walker {
     meets = hn::And(meets, hn::Le(enter, leave));
     const auto clipped = hn::TestBit(flags, hn::Set(di, kEntersGrid));
     const auto clipped_too = hn::TestBit(flags, hn::Set(di, kLeavesGrid));
-    info = hn::Or(info, hn::IfThenElseZero(hn::Or(clipped, clipped_too),
-                                           hn::Set(di, int32_t(kSeenOutside) << kSeenShift)));
+    // In order, the end counts where a ray comes there.
+    const auto outside = Log::kInOrder ? clipped : hn::Or(clipped, clipped_too);
+    info = hn::Or(info, hn::IfThenElseZero(outside, hn::Set(di, int32_t(kSeenOutside) << kSeenShift)));
+    if constexpr (Log::kInOrder)
+      info = hn::Or(info, hn::IfThenElseZero(clipped_too, hn::Set(di, kEndsOutside)));
     for (uint32_t a = 0; a < 3; ++a) {
       auto at = hn::Add(origin[a], hn::Mul(enter, direction[a]));
       at = hn::IfThenElse(negative[a], hn::Neg(at), at);
@@ -380,7 +393,7 @@ class Walker {
     const Ints di;
     auto info = ints(hn::Load(d, rays_.slots.members[kInfo] + at));
     // A ray that ends once the log is full may lack parts.
-    if (HWY_UNLIKELY(p.full)) info = hn::Or(info, hn::Set(di, kIncomplete));
+    if (Log::kHasRuns && HWY_UNLIKELY(p.full)) info = hn::Or(info, hn::Set(di, kIncomplete));
     // What is visible without the network has been answered.
     const auto sides = hn::Set(di, kSeenSides);
     const auto blocked = hn::Eq(hn::And(info, sides), sides);
@@ -523,7 +536,7 @@ class Walker {
     const auto open = hn::AndNot(misses, cells);
     if constexpr (Log::kHasRuns)
       log_open(rays, left, enter_height, leave_height, size, bits_of(open), p);
-    else
+    else if constexpr (!Log::kInOrder)
       keep_open(rays, left, open, at);
 
     const auto facts = look_up<16>(di, facts_, hn::And(rays.word, hn::Set(di, 15)));
@@ -532,9 +545,12 @@ class Walker {
                                       bits_if(hn::Or(enters_below, leaves_below), hn::ShiftRight<2>(facts))),
                                bits_if(crosses, hn::ShiftRight<4>(facts)));
     const auto seen = hn::IfThenElse(empty, hn::ShiftRight<4>(rays.word), beside);
-    const auto info = hn::Or(hn::Or(rays.info, hn::And(hn::ShiftLeft<kSeenShift>(seen), sides)),
-                             bits_if(open, hn::Set(di, int32_t(kHasRun))));
+    const auto info = with_end(hn::Or(hn::Or(rays.info, hn::And(hn::ShiftLeft<kSeenShift>(seen), sides)),
+                                      bits_if(open, hn::Set(di, int32_t(kHasRun)))),
+                               leaves_piece);
     const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(info, sides), sides));
+    // The piece in which a ray is blocked counts, open or not.
+    if constexpr (Log::kInOrder) keep_open(rays, left, hn::Or(open, hn::And(blocked, ready)), at);
     const uint32_t goes_on = bits_of(hn::AndNot(blocked, leaves_piece)) & lanes.ready;
 
     for (uint32_t a = 0; a < 3; ++a) hn::Store(exits.t[a], d, exit_[a] + at);

@@ -32,9 +32,10 @@ enum RayInfo : int32_t {
   kOctant = 7,     ///< axes whose direction is negative
   kSeenShift = 3,  ///< SeenBits
   kSeenSides = kSeenBoth << kSeenShift,
-  kHasRun = 1 << 5,      ///< some piece was open
-  kIncomplete = 1 << 6,  ///< its open parts are not all in the log
-  kRayShift = 7          ///< its number in the batch
+  kHasRun = 1 << 5,       ///< some piece was open
+  kIncomplete = 1 << 6,   ///< its open parts are not all in the log
+  kEndsOutside = 1 << 6,  ///< with a FirstLog: it leaves the grid
+  kRayShift = 7           ///< its number in the batch
 };
 
 /// Whole vectors are read and written, also where the last entries are fewer.
@@ -51,7 +52,7 @@ struct OpenRays {
 
 /// What happens on the way, in the order of the steps, and sorted by ray at the end.
 struct WalkLog {
-  static constexpr bool kHasRuns = true;
+  static constexpr bool kHasRuns = true, kInOrder = false;
 
   // A cell is open: for which ray, from where to where, in t and in heights, and between which planes.
   alignas(64) int32_t part_info[kMaxOpenParts + kSlack];
@@ -70,13 +71,21 @@ struct WalkLog {
 /// In place of a WalkLog, where only the part of each ray counts that the walk leaves open: as OpenInterval.
 /// Rays that are done, and at the end those that are left open.
 struct HullLog {
-  static constexpr bool kHasRuns = false;
+  static constexpr bool kHasRuns = false, kInOrder = false;
 
   uint32_t count;                                     ///< at the end
   alignas(64) int32_t end_info[kBatchRays + kSlack];  ///< RayInfo
   float begin[kBatchRays + kSlack], end[kBatchRays + kSlack];
 
   uint32_t ray(uint32_t k) const { return uint32_t(end_info[k] >> kRayShift); }
+};
+
+/// In place of a HullLog, where the part of each ray counts in which its first hit is: of rays that are
+/// blocked, too. Walks go in order, as follow_segment<true>().
+struct FirstLog : HullLog {
+  static constexpr bool kInOrder = true;
+
+  bool blocked(uint32_t k) const { return (uint32_t(end_info[k]) & kSeenSides) == uint32_t(kSeenSides); }
 };
 
 /// Rays that are for the reference: not finite, far away, or with more runs than there is room for.
@@ -191,6 +200,11 @@ HWY_INLINE void collect_answers(WalkLog& log, uint32_t ends, uint32_t parts, Ans
     open_rays.end[next] = log.part_end[i];
     open_rays.heights[next] = log.part_word[i];
   }
+}
+
+/// Keeps all rays.
+HWY_INLINE void collect_answers(FirstLog& log, uint32_t ends, uint32_t, AnswerBatch&, HardRays&) {
+  log.count = ends;
 }
 
 /// Hands out the answers that there are, and keeps the rays that are left open.
