@@ -45,7 +45,7 @@ struct HitBatch {
 };
 
 /// Memory for a kernel to work in, one for each thread; 64-byte aligned, nothing is kept in it between calls.
-inline constexpr size_t kKernelScratchBytes = 256 * 1024;
+inline constexpr size_t kKernelScratchBytes = 512 * 1024;
 
 /// Memory that a kernel holds besides the field that it was made from.
 struct BuiltBytes {

@@ -14,6 +14,7 @@
 
 // One lane is what the reference is for.
 #if HWY_TARGET != HWY_SCALAR
+#include "kernels/cpu/proof/hits-inl.hpp"
 #include "kernels/cpu/proof/prove-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -22,6 +23,15 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 void prove_proof(const PackedProofField& packed, const SegmentBatch& batch, AnswerBatch& answers,
                  OpenBatch& open, void* memory) {
   prove_rays(packed.field, packed.walk, batch, answers, open, memory);
+}
+
+static_assert(sizeof(HitScratch) <= kKernelScratchBytes);
+
+void intersect_proof(const PackedProofField& packed, const SegmentBatch& batch, const float* limit,
+                     HitBatch& hits, void* memory) {
+  hits_by_planes(packed.field, packed.walk, batch, limit, hits, *static_cast<HitScratch*>(memory),
+                 NoNetwork(),
+                 [&](uint32_t i) { return intersect(packed.field, segment_of(batch, i), limit[i]); });
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
@@ -35,7 +45,8 @@ namespace nif::kernels::cpu {
 
 SimdProofKernel::SimdProofKernel(const ProofField& field, const KernelOptions& options)
     : packed_{field, WalkGrid(field, options.memory)},
-      prove_(NIF_KERNEL_FOR(Prove, prove_proof, options.isa)) {}
+      prove_(NIF_KERNEL_FOR(Prove, prove_proof, options.isa)),
+      intersect_(NIF_KERNEL_FOR(Intersect, intersect_proof, options.isa)) {}
 
 void SimdProofKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   // What stays open is not asked for; threads may have little stack, so it goes behind what prove_ uses.
@@ -48,10 +59,9 @@ void SimdProofKernel::prove(const SegmentBatch& batch, AnswerBatch& answers, Ope
   prove_(packed_, batch, answers, open, scratch);
 }
 
-void SimdProofKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void*) const {
-  intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
-    return kernels::intersect(packed_.field, segment, nearest);
-  });
+void SimdProofKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
+                                void* scratch) const {
+  intersect_(packed_, batch, limit, hits, scratch);
 }
 
 }  // namespace nif::kernels::cpu

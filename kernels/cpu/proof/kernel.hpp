@@ -25,8 +25,10 @@ class SimdProofKernel final : public ObjectKernel {
 
  private:
   using Prove = void (*)(const PackedProofField&, const SegmentBatch&, AnswerBatch&, OpenBatch&, void*);
+  using Intersect = void (*)(const PackedProofField&, const SegmentBatch&, const float*, HitBatch&, void*);
   PackedProofField packed_;
   Prove prove_;
+  Intersect intersect_;
 };
 
 inline KernelPointer make_kernel(const ProofField& field, const KernelOptions& options) {

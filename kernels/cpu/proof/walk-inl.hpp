@@ -63,7 +63,8 @@ struct Rays {
 struct RayTable {
   Rays<kSlots> slots;
   Rays<2 * kLanes + kSlack> waiting;  ///< the last comes first
-  /// By slot: where the first open cell is entered, and the last one left. Only with a HullLog.
+  /// By slot: where the first open cell is entered, and the last one left; with a HitLog where the ray's
+  /// piece is. Not with a WalkLog.
   alignas(64) float open_begin[kSlots], open_end[kSlots];
 };
 
@@ -400,7 +401,7 @@ class Walker {
     lanes &= bits_of(hn::Or(blocked, hn::TestBit(info, hn::Set(di, kHasRun))));
     const LanesTogether together(lanes);
     hn::StoreU(together(info), di, log_.end_info + p.ends);
-    if constexpr (!Log::kHasRuns) {
+    if constexpr (!Log::kHasRuns || Log::kInOrder) {
       hn::StoreU(together(hn::Load(d, rays_.open_begin + at)), d, log_.begin + p.ends);
       hn::StoreU(together(hn::Load(d, rays_.open_end + at)), d, log_.end + p.ends);
     }
@@ -532,12 +533,13 @@ class Walker {
                leaves_below = hn::Lt(leave_height, planes.lower);
     const auto misses = hn::Or(hn::And(enters_above, leaves_above), hn::And(enters_below, leaves_below));
     const auto crosses = hn::Or(hn::And(enters_above, leaves_below), hn::And(enters_below, leaves_above));
-    const auto cells = hn::AndNot(hn::RebindMask(d, empty), ready);
+    const auto empty_lanes = hn::RebindMask(d, empty);
+    const auto cells = hn::AndNot(empty_lanes, ready);
     const auto open = hn::AndNot(misses, cells);
     if constexpr (Log::kHasRuns)
       log_open(rays, left, enter_height, leave_height, size, bits_of(open), p);
     else if constexpr (!Log::kInOrder)
-      keep_open(rays, left, open, at);
+      keep(rays.now, left, hn::And(open, without_run(rays.info)), open, at);
 
     const auto facts = look_up<16>(di, facts_, hn::And(rays.word, hn::Set(di, 15)));
     const auto sides = hn::Set(di, kSeenSides);
@@ -545,12 +547,22 @@ class Walker {
                                       bits_if(hn::Or(enters_below, leaves_below), hn::ShiftRight<2>(facts))),
                                bits_if(crosses, hn::ShiftRight<4>(facts)));
     const auto seen = hn::IfThenElse(empty, hn::ShiftRight<4>(rays.word), beside);
-    const auto info = with_end(hn::Or(hn::Or(rays.info, hn::And(hn::ShiftLeft<kSeenShift>(seen), sides)),
-                                      bits_if(open, hn::Set(di, int32_t(kHasRun)))),
-                               leaves_piece);
+    const auto before_end = hn::Or(hn::Or(rays.info, hn::And(hn::ShiftLeft<kSeenShift>(seen), sides)),
+                                   bits_if(open, hn::Set(di, int32_t(kHasRun))));
+    const auto info = with_end(before_end, leaves_piece);
     const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(info, sides), sides));
-    // The piece in which a ray is blocked counts, open or not.
-    if constexpr (Log::kInOrder) keep_open(rays, left, hn::Or(open, hn::And(blocked, ready)), at);
+    if constexpr (Log::kInOrder) {
+      // As WalkResult::last_enter and last_leave.
+      const auto within = hn::RebindMask(d, hn::Eq(hn::And(before_end, sides), sides));
+      const auto last_enter = hn::IfThenElse(within, rays.now, left);
+      const auto last_leave = hn::IfThenElse(hn::And(within, empty_lanes), rays.now, left);
+      const auto counts = hn::Or(open, hn::And(blocked, ready));
+      if constexpr (Log::kHasRuns)
+        keep(last_enter, last_leave, ready, ready, at);
+      else
+        keep(hn::IfThenElse(open, rays.now, last_enter), hn::IfThenElse(open, left, last_leave),
+             hn::And(counts, without_run(rays.info)), counts, at);
+    }
     const uint32_t goes_on = bits_of(hn::AndNot(blocked, leaves_piece)) & lanes.ready;
 
     for (uint32_t a = 0; a < 3; ++a) hn::Store(exits.t[a], d, exit_[a] + at);
@@ -562,15 +574,19 @@ class Walker {
     lanes.ready = goes_on;
   }
 
-  /// Keeps where the open cells of chosen rays begin and end.
-  HWY_INLINE void keep_open(const Group& rays, hn::Vec<Floats> left, hn::Mask<Floats> lanes, uint32_t at) {
-    const Floats d;
+  /// Rays none of whose pieces was open so far.
+  static HWY_INLINE hn::Mask<Floats> without_run(hn::Vec<Ints> info) {
     const Ints di;
-    const auto not_first = hn::RebindMask(d, hn::TestBit(rays.info, hn::Set(di, kHasRun)));
-    const auto first = hn::AndNot(not_first, lanes);
-    const auto begin = hn::Load(d, rays_.open_begin + at), end = hn::Load(d, rays_.open_end + at);
-    hn::Store(hn::IfThenElse(first, rays.now, begin), d, rays_.open_begin + at);
-    hn::Store(hn::IfThenElse(lanes, left, end), d, rays_.open_end + at);
+    return hn::RebindMask(Floats(), hn::Eq(hn::And(info, hn::Set(di, int32_t(kHasRun))), hn::Zero(di)));
+  }
+
+  /// Keeps where the part of a ray that counts begins and ends, each of chosen rays.
+  HWY_INLINE void keep(hn::Vec<Floats> begin, hn::Vec<Floats> end, hn::Mask<Floats> begins,
+                       hn::Mask<Floats> ends, uint32_t at) {
+    const Floats d;
+    float *const open_begin = rays_.open_begin + at, *const open_end = rays_.open_end + at;
+    hn::Store(hn::IfThenElse(begins, begin, hn::Load(d, open_begin)), d, open_begin);
+    hn::Store(hn::IfThenElse(ends, end, hn::Load(d, open_end)), d, open_end);
   }
 
   /// Logs that chosen rays pass open cells. What part of them lies between the planes is worked out only for

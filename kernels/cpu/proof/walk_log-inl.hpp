@@ -34,8 +34,8 @@ enum RayInfo : int32_t {
   kSeenSides = kSeenBoth << kSeenShift,
   kHasRun = 1 << 5,       ///< some piece was open
   kIncomplete = 1 << 6,   ///< its open parts are not all in the log
-  kEndsOutside = 1 << 6,  ///< with a FirstLog: it leaves the grid
-  kRayShift = 7           ///< its number in the batch
+  kEndsOutside = 1 << 7,  ///< of a walk in order: it leaves the grid
+  kRayShift = 8           ///< its number in the batch
 };
 
 /// Whole vectors are read and written, also where the last entries are fewer.
@@ -84,7 +84,17 @@ struct HullLog {
 /// blocked, too. Walks go in order, as follow_segment<true>().
 struct FirstLog : HullLog {
   static constexpr bool kInOrder = true;
+};
 
+/// In place of a WalkLog, where the open cells of each ray count in which its first hit may be: of rays that
+/// are blocked, too. Of `open`, `heights` are the numbers of parts, by ray and in order, and there are no t.
+/// Walks go in order, as follow_segment<true>().
+struct HitLog : WalkLog {
+  static constexpr bool kInOrder = true;
+
+  float begin[kBatchRays + kSlack], end[kBatchRays + kSlack];  ///< by end: of the piece that blocks
+
+  uint32_t ray(uint32_t k) const { return uint32_t(end_info[k] >> kRayShift); }
   bool blocked(uint32_t k) const { return (uint32_t(end_info[k]) & kSeenSides) == uint32_t(kSeenSides); }
 };
 
@@ -199,6 +209,40 @@ HWY_INLINE void collect_answers(WalkLog& log, uint32_t ends, uint32_t parts, Ans
     open_rays.begin[next] = log.part_begin[i];
     open_rays.end[next] = log.part_end[i];
     open_rays.heights[next] = log.part_word[i];
+  }
+}
+
+/// Keeps all rays whose parts are complete, and sorts the parts by ray.
+HWY_INLINE void collect_answers(HitLog& log, uint32_t ends, uint32_t parts, AnswerBatch&, HardRays& hard) {
+  OpenRays& open = log.open;
+  open.count = 0;
+  for (uint32_t i = 0; i < ends; ++i) {
+    const int32_t info = log.end_info[i];
+    const int32_t ray = info >> kRayShift;
+    if (info & kIncomplete) {
+      hard.ray[hard.count++] = uint32_t(ray);
+      continue;
+    }
+    const uint32_t k = open.count++;
+    log.end_info[k] = info;
+    log.begin[k] = log.begin[i];
+    log.end[k] = log.end[i];
+    log.rank[ray] = int32_t(k);
+    open.runs[k] = 0;
+  }
+  for (uint32_t i = 0; i < parts; ++i) {
+    const int32_t k = log.rank[log.part_info[i] >> kRayShift];
+    if (k >= 0) ++open.runs[k];
+  }
+  int32_t sum = 0;
+  for (uint32_t k = 0; k < open.count; ++k) {
+    open.first[k] = sum;
+    sum += open.runs[k];
+    open.runs[k] = 0;
+  }
+  for (uint32_t i = 0; i < parts; ++i) {
+    const int32_t k = log.rank[log.part_info[i] >> kRayShift];
+    if (k >= 0) open.heights[open.first[k] + open.runs[k]++] = int32_t(i);
   }
 }
 

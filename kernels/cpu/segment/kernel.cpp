@@ -16,6 +16,7 @@
 
 // One lane is what the reference is for.
 #if HWY_TARGET != HWY_SCALAR
+#include "kernels/cpu/proof/hits-inl.hpp"
 #include "kernels/cpu/proof/prove-inl.hpp"
 #include "kernels/cpu/segment/network-inl.hpp"
 
@@ -61,6 +62,23 @@ void prove_segments(const PackedField& field, const SegmentBatch& batch, AnswerB
                     OpenBatch& open, void* memory) {
   prove_rays(field, field.walk, batch, answers, open, memory);
 }
+struct SegmentHitScratch {
+  HitScratch hits;
+  Scratch answers;
+};
+static_assert(sizeof(SegmentHitScratch) <= kKernelScratchBytes);
+
+/// `answer`: what answers its questions.
+void intersect_segments(const PackedField& field, AnswerSegments answer, const SegmentBatch& batch,
+                        const float* limit, HitBatch& hits, void* memory) {
+  auto& s = *static_cast<SegmentHitScratch*>(memory);
+  hits_by_planes(
+      field, field.walk, batch, limit, hits, s.hits,
+      [&](const SegmentBatch& questions, AnswerBatch& answers) {
+        answer(field, questions, answers, &s.answers);
+      },
+      [&](uint32_t i) { return intersect_as(field, segment_of(batch, i), limit[i]); });
+}
 #if HWY_TARGET == HWY_AVX2
 void answer_segments_vnni(const PackedField& field, const SegmentBatch& batch, AnswerBatch& answers,
                           void* memory) {
@@ -78,8 +96,6 @@ HWY_AFTER_NAMESPACE();
 namespace nif::kernels::cpu {
 namespace {
 
-using AnswerSegments = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, void*);
-
 /// For instruction sets that are available().
 AnswerSegments kernel_for(Isa isa) {
 #if HWY_TARGETS & HWY_AVX2
@@ -89,6 +105,16 @@ AnswerSegments kernel_for(Isa isa) {
   if (isa == Isa::avx512 && has_avx3_dl()) return N_AVX3_DL::answer_segments;
 #endif
   return NIF_KERNEL_FOR(AnswerSegments, answer_segments, isa);
+}
+
+using IntersectSegments = void (*)(const PackedField&, AnswerSegments, const SegmentBatch&, const float*,
+                                   HitBatch&, void*);
+
+IntersectSegments intersector_for(Isa isa) {
+#if HWY_TARGETS & HWY_AVX3_DL
+  if (isa == Isa::avx512 && has_avx3_dl()) return N_AVX3_DL::intersect_segments;
+#endif
+  return NIF_KERNEL_FOR(IntersectSegments, intersect_segments, isa);
 }
 
 using ProveSegments = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, OpenBatch&, void*);
@@ -105,7 +131,8 @@ ProveSegments prover_for(Isa isa) {
 SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, const KernelOptions& options)
     : field_(field, options.memory, options.copies),
       answer_(kernel_for(options.isa)),
-      prove_(prover_for(options.isa)) {}
+      prove_(prover_for(options.isa)),
+      intersect_(intersector_for(options.isa)) {}
 
 void SimdSegmentKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
   answer_(field_, batch, answers, scratch);
@@ -117,10 +144,8 @@ void SimdSegmentKernel::prove(const SegmentBatch& batch, AnswerBatch& answers, O
 }
 
 void SimdSegmentKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
-                                  void*) const {
-  intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
-    return intersect_as(field_, segment, nearest);
-  });
+                                  void* scratch) const {
+  intersect_(field_, answer_, batch, limit, hits, scratch);
 }
 
 }  // namespace nif::kernels::cpu

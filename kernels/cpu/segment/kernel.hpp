@@ -6,6 +6,8 @@
 
 namespace nif::kernels::cpu {
 
+using AnswerSegments = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, void*);
+
 class SimdSegmentKernel final : public ObjectKernel {
  public:
   /// As PackedField.
@@ -20,11 +22,13 @@ class SimdSegmentKernel final : public ObjectKernel {
   bool reads_field() const override { return field_.reads_field; }
 
  private:
-  using Answer = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, void*);
   using Prove = void (*)(const PackedField&, const SegmentBatch&, AnswerBatch&, OpenBatch&, void*);
+  using Intersect = void (*)(const PackedField&, AnswerSegments, const SegmentBatch&, const float*, HitBatch&,
+                             void*);
   PackedField field_;
-  Answer answer_;
+  AnswerSegments answer_;
   Prove prove_;
+  Intersect intersect_;
 };
 
 inline KernelPointer make_kernel(const SegmentField& field, const KernelOptions& options) {

@@ -105,8 +105,6 @@ NIF_HOST_DEVICE void leap_segment(const ProofField& field, const WalkWords& word
     }
     if (blocked | (seen == kSeenBoth)) {
       walk.verdict = Verdict::occluded;
-      walk.last_enter = now + 0.0f;
-      walk.last_leave = left + 0.0f;
       return;
     }
     now = left;

@@ -131,6 +131,25 @@ NIF_HOST_DEVICE constexpr uint32_t make_heights(int32_t begin, int32_t end) {
 NIF_HOST_DEVICE constexpr int32_t begin_height(uint32_t heights) { return int32_t(heights & 255); }
 NIF_HOST_DEVICE constexpr int32_t end_height(uint32_t heights) { return int32_t(heights >> 8); }
 
+/// The part of a cell's passage that lies between its planes, as t.
+struct PartBetween {
+  float begin, end;
+};
+/// Of a cell that is open: passed from t = enter to t = leave, at these heights.
+NIF_HOST_DEVICE inline PartBetween part_between(float enter, float leave, float enter_height,
+                                                float leave_height, float lower, float upper) {
+  const bool enters_above = enter_height > upper, enters_below = enter_height < lower;
+  const bool leaves_above = leave_height > upper, leaves_below = leave_height < lower;
+  // Open with an end beyond a plane, the heights differ.
+  const float rate = (leave - enter) / (leave_height - enter_height);
+  const float first = (enters_above ? upper : lower) - enter_height,
+              last = (leaves_above ? upper : lower) - enter_height;
+  PartBetween part;
+  part.begin = enters_above || enters_below ? min_of(max_of(enter + first * rate, enter), leave) : enter;
+  part.end = leaves_above || leaves_below ? min_of(max_of(enter + last * rate, part.begin), leave) : leave;
+  return part;
+}
+
 /// Of a segment in finest cells, from t = enter to t = leave, through a cell with planes. `middle` is the
 /// cell's, exactly.
 NIF_HOST_DEVICE inline CellPassage pass_cell(uint32_t word, const float (&middle)[3], float size,
@@ -161,13 +180,9 @@ NIF_HOST_DEVICE inline CellPassage pass_cell(uint32_t word, const float (&middle
       (kWallKinds >> kind & 1) != 0 && ((enters_above && leaves_below) || (enters_below && leaves_above));
   passage.seen = (enters_above || leaves_above ? kSidesAbove >> 2 * kind & 3 : 0u) |
                  (enters_below || leaves_below ? kSidesBelow >> 2 * kind & 3 : 0u);
-  // Open with an end beyond a plane, the heights differ.
-  const float rate = (leave - enter) / (leave_height - enter_height);
-  const float first = (enters_above ? upper : lower) - enter_height,
-              last = (leaves_above ? upper : lower) - enter_height;
-  passage.begin = enters_above || enters_below ? min_of(max_of(enter + first * rate, enter), leave) : enter;
-  passage.end =
-      leaves_above || leaves_below ? min_of(max_of(enter + last * rate, passage.begin), leave) : leave;
+  const PartBetween part = part_between(enter, leave, enter_height, leave_height, lower, upper);
+  passage.begin = part.begin;
+  passage.end = part.end;
   const float scale = static_cast<float>(kTopHeight) / (upper - lower);
   passage.heights = make_heights(to_index((enter_height - lower) * scale + 0.5f, kTopHeight),
                                  to_index((leave_height - lower) * scale + 0.5f, kTopHeight));

@@ -5,6 +5,8 @@
 // Which of the cells it is, a network may say: of the segment up to the end of each.
 #pragma once
 
+#include <type_traits>
+
 #include "kernels/reference/hit.hpp"
 #include "kernels/reference/proof/open.hpp"
 
@@ -26,17 +28,19 @@ NIF_HOST_DEVICE inline uint32_t kept_cells(const WalkResult& walk) {
   return walk.run_count < OpenCells::kRoom ? walk.run_count : OpenCells::kRoom;
 }
 
-/// What a walk proves of the first hit, as t: everything but its place.
-NIF_HOST_DEVICE inline Hit bounds_of(const ProofField& field, const Segment& segment, const WalkResult& walk,
-                                     const OpenCells& open) {
-  if (walk.verdict == Verdict::visible) return no_hit(walk.certain);
+/// What a walk proves of the first hit, as t: everything but its place. `certain`: as of the walk, where it
+/// is not ambiguous; `first`: where the first open cell is entered, or where there is none the last piece;
+/// `last`: where that is left.
+NIF_HOST_DEVICE inline Hit bounds_of(const ProofField& field, const Segment& segment, Verdict verdict,
+                                     bool certain, float first, float last) {
+  if (verdict == Verdict::visible) return no_hit(certain);
   Hit hit;
-  const bool blocked = walk.verdict == Verdict::occluded;
-  const float first = walk.run_count != 0 ? open.cells[0].enter : walk.last_enter;
   // From farther away the rounding of `first` may be more than what cells are padded by.
-  if (blocked ? walk.certain : is_culled(field, segment))
-    hit.low = is_culled(field, segment) ? first : segment.tmin;
-  if (blocked && walk.certain) hit.high = walk.last_leave;
+  if (is_culled(field, segment))
+    hit.low = first;
+  else if (verdict == Verdict::occluded && certain)
+    hit.low = segment.tmin;
+  if (verdict == Verdict::occluded && certain) hit.high = last;
   return hit;
 }
 
@@ -51,48 +55,57 @@ NIF_HOST_DEVICE inline void place_hit(const OpenCell& cell, Hit& hit) {
   hit.normal[2] = static_cast<float>(normal.z);
 }
 
+/// Says nothing of what is left open: that counts as occluded, and as met in the last open cell.
+struct NoNetwork {};
+
 /// The first of the open cells up to whose end the segment is occluded, by halves; the last one where no
-/// other is. `occluded(segment)` asks the network.
-template <class Occluded>
+/// other is.
+template <class Network>
 NIF_HOST_DEVICE uint32_t first_cell(const Segment& segment, const OpenCells& open, uint32_t count,
-                                    const Occluded& occluded) {
+                                    const Network& network) {
   uint32_t first = 0, last = count - 1;
-  while (first < last) {
-    const uint32_t middle = (first + last) / 2;
-    Segment part = segment;
-    part.tmax = open.cells[middle].leave;
-    if (occluded(part))
-      last = middle;
-    else
-      first = middle + 1;
+  if constexpr (std::is_same_v<Network, NoNetwork>) {
+    first = last;
+  } else {
+    while (first < last) {
+      const uint32_t middle = (first + last) / 2;
+      Segment part = segment;
+      part.tmax = open.cells[middle].leave;
+      if (network(part))
+        last = middle;
+      else
+        first = middle + 1;
+    }
   }
   return first;
 }
 
-/// Field: as follow_segment() has it. `occluded(segment)` is asked about segments that are left open; the
-/// whole one, and parts from its begin on.
-template <class Field, class Occluded>
-Hit hit_by_planes(const Field& field, const Segment& segment, float limit, const Occluded& occluded) {
+/// Field: as follow_segment() has it. `network(segment)`: is a segment that is left open occluded? It is
+/// asked about the whole one, and about parts from its begin on.
+template <class Field, class Network>
+NIF_HOST_DEVICE Hit hit_by_planes(const Field& field, const Segment& segment, float limit,
+                                  const Network& network) {
   WalkResult walk;
   OpenCells open;
   follow_segment<true>(field, segment, walk, KeepCells{open}, NoVisit());
-  Hit hit = bounds_of(field, segment, walk, open);
+  Hit hit = bounds_of(field, segment, walk.verdict, walk.certain,
+                      walk.run_count != 0 ? open.cells[0].enter : walk.last_enter, walk.last_leave);
   if (walk.verdict == Verdict::visible) return hit;
   if (hit.low > limit) {
     hit.t = hit.low;
     return hit;
   }
-  if (walk.verdict == Verdict::ambiguous && !occluded(segment)) return hit;
+  if constexpr (!std::is_same_v<Network, NoNetwork>)
+    if (walk.verdict == Verdict::ambiguous && !network(segment)) return hit;
   if (walk.run_count == 0)  // from one side to the other, between two pieces
     hit.t = walk.last_enter;
   else
-    place_hit(open.cells[first_cell(segment, open, kept_cells(walk), occluded)], hit);
+    place_hit(open.cells[first_cell(segment, open, kept_cells(walk), network)], hit);
   return hit;
 }
 
-/// Without a network: what is left open counts as occluded, and the last open cell as the one that is met.
 inline Hit intersect(const ProofField& field, const Segment& segment, float limit = kNoHit) {
-  return hit_by_planes(field, segment, limit, [&](const Segment& part) { return part.tmax == segment.tmax; });
+  return hit_by_planes(field, segment, limit, NoNetwork());
 }
 
 }  // namespace nif::kernels

@@ -34,7 +34,9 @@ struct WalkResult {
   Verdict verdict = Verdict::visible;
   bool certain = true;  ///< false where ambiguous, or where rounding may exceed what the voxels are padded by
 
-  // Where the verdict is occluded: where the piece is entered and left in which that was known, as t.
+  // Of a walk in order whose verdict is occluded: between which t that was known. Of a cell, where it is
+  // entered and left. A voxel that is no surface is what it is from its entry on; and the end of the segment
+  // is a place.
   float last_enter = 0, last_leave = 0;
 
   // The rest is set where the verdict is ambiguous.
@@ -309,7 +311,8 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
     const float left = ends ? max_of(passage.leave, now) : now;
 
     bool blocked = false;
-    if (word_kind(piece.word) == kEmptyVoxel) {
+    const bool empty = word_kind(piece.word) == kEmptyVoxel;
+    if (empty) {
       seen |= empty_side(piece.word);
     } else {
       const float size = static_cast<float>(piece.size);
@@ -322,11 +325,12 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
       seen |= passed.seen;
       if (passed.open) runs.add(passed, piece.word, entered, left, passage, walk, add_run);
     }
+    const bool within = blocked || seen == kSeenBoth;
     if (kInOrder && ends && passage.leaves_grid) seen |= kSeenOutside;
-    if (blocked || seen == kSeenBoth) {
+    if (within || seen == kSeenBoth) {
       walk.verdict = Verdict::occluded;
-      walk.last_enter = entered + 0.0f;
-      walk.last_leave = left + 0.0f;
+      walk.last_enter = (within ? entered : left) + 0.0f;
+      walk.last_leave = (within && empty ? entered : left) + 0.0f;
       return;
     }
   }
