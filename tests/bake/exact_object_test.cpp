@@ -55,15 +55,37 @@ bool visible_in(const kernels::BvhField& field, Segment segment, const kernels::
   return kernels::query(field, segment).visible;
 }
 
-/// The object's first hit is its BVH's, and lies where planes prove it to be.
-bool finds_the_same_hit(const kernels::ExactField& field, const Segment& segment) {
-  const kernels::Hit expected = kernels::intersect(field.bvh, segment),
-                     found = kernels::intersect(field, segment),
-                     bounds = kernels::intersect(field.proof, segment);
-  const bool same = found.t == expected.t && found.low == expected.low && found.high == expected.high &&
-                    found.triangle == expected.triangle && found.u == expected.u && found.v == expected.v &&
-                    std::equal(found.normal, found.normal + 3, expected.normal);
-  return same && bounds.low <= expected.t && (bounds.high == kernels::kNoHit || expected.t <= bounds.high);
+bool same(const kernels::Hit& a, const kernels::Hit& b) {
+  return a.t == b.t && a.low == b.low && a.high == b.high && a.triangle == b.triangle && a.u == b.u &&
+         a.v == b.v && std::equal(a.normal, a.normal + 3, b.normal);
+}
+
+/// First hits of a batch: how many differ from the BVH's, of the reference and of each kernel, or do not lie
+/// where planes prove them to be.
+uint64_t wrong_hits(const kernels::ExactField& field, const kernels::SegmentBatch& batch,
+                    const std::vector<kernels::KernelPointer>& exact,
+                    const std::vector<kernels::KernelPointer>& proofs, std::byte* scratch) {
+  uint64_t wrong = 0;
+  std::vector<kernels::Hit> expected, planes;
+  for (uint32_t i = 0; i < batch.count; ++i) {
+    const Segment segment = kernels::segment_of(batch, i);
+    const kernels::Hit& hit = expected.emplace_back(kernels::intersect(field.bvh, segment));
+    const kernels::Hit& bounds = planes.emplace_back(kernels::intersect(field.proof, segment));
+    wrong += !same(kernels::intersect(field, segment), hit);
+    wrong += !(bounds.low <= hit.t && (bounds.high == kernels::kNoHit || hit.t <= bounds.high));
+  }
+  const auto hits = std::make_unique<kernels::HitBatch>();
+  const std::vector<float> limit(batch.count, kernels::kNoHit);
+  const auto ask = [&](const std::vector<kernels::KernelPointer>& some,
+                       const std::vector<kernels::Hit>& right) {
+    for (const kernels::KernelPointer& kernel : some) {
+      kernel->intersect(batch, limit.data(), *hits, scratch);
+      for (uint32_t i = 0; i < batch.count; ++i) wrong += !same(kernels::hit_of(*hits, i), right[i]);
+    }
+  };
+  ask(exact, expected);
+  ask(proofs, planes);
+  return wrong;
 }
 
 /// Asks adversarial segments of the reference, and of the kernel of each instruction set that there is.
@@ -107,8 +129,7 @@ void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& 
       differ += found.visible != expected.back().visible || found.certain != expected.back().certain ||
                 found.logit != expected.back().logit;
     }
-    for (uint32_t i = 0; i < kernels::kBatchRays; i += by_reference ? 1 : 4)
-      differ += !finds_the_same_hit(o.field, kernels::segment_of(work->batch, i));
+    if (by_reference || b % 4 == 0) differ += wrong_hits(o.field, work->batch, fast, proofs, work->scratch);
     for (const kernels::KernelPointer& kernel : fast) {
       kernel->answer(work->batch, work->answers, work->scratch);
       for (uint32_t i = 0; i < kernels::kBatchRays; ++i)
