@@ -11,6 +11,24 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr unsigned kBatch = 64;
 constexpr nifkit::Transform kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
+/// Hands over the valid rays of a packet, with their lanes, some at a time.
+template <class Ask>
+void in_batches(RTCRayN* rays, unsigned n, const int* valid, const Ask& ask) {
+  NifRay batch[kBatch];
+  unsigned lane[kBatch];
+  unsigned count = 0;
+  for (unsigned i = 0; i < n; ++i) {
+    if (!valid[i]) continue;
+    batch[count] = {{RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i), RTCRayN_org_z(rays, n, i)},
+                    RTCRayN_tnear(rays, n, i),
+                    {RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i), RTCRayN_dir_z(rays, n, i)},
+                    RTCRayN_tfar(rays, n, i)};
+    lane[count] = i;
+    if (++count == kBatch) ask(batch, lane, count), count = 0;
+  }
+  if (count > 0) ask(batch, lane, count);
+}
+
 }  // namespace
 
 NifGeometry::NifGeometry(RTCDevice embree, const nifkit::Device& device, const nifkit::Asset& asset,
@@ -44,37 +62,51 @@ void NifGeometry::bounds(const RTCBoundsFunctionArguments* args) {
   box.upper_x = high[0] + hair, box.upper_y = high[1] + hair, box.upper_z = high[2] + hair;
 }
 
-void NifGeometry::intersect(const RTCIntersectFunctionNArguments*) {}
+void NifGeometry::intersect(const RTCIntersectFunctionNArguments* args) {
+  auto& self = *static_cast<NifGeometry*>(args->geometryUserPtr);
+  const unsigned n = args->N;
+  RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, n);
+  RTCHitN* found = RTCRayHitN_HitN(args->rayhit, n);
+  uint8_t hit[kBatch];
+  float t[kBatch], normal[kBatch][3], u[kBatch], v[kBatch];
+  uint32_t triangle[kBatch];
+  auto hits = nifkit::sized<NifHits>();
+  hits.hit = hit, hits.t = t, hits.normal = normal[0], hits.triangle = triangle, hits.u = u, hits.v = v;
+  in_batches(rays, n, args->valid, [&](const NifRay* batch, const unsigned* lane, unsigned count) {
+    const NifQuery query = nifQueryRays(batch, count);
+    if (const NifError error = nifIntersect(self.scene_.get(), &query, &hits); error != NIF_OK) {
+      self.failure_ = error;
+      return;
+    }
+    for (unsigned k = 0; k < count; ++k) {
+      if (!hit[k]) continue;
+      const unsigned i = lane[k];
+      RTCRayN_tfar(rays, n, i) = t[k];
+      RTCHitN_Ng_x(found, n, i) = normal[k][0];
+      RTCHitN_Ng_y(found, n, i) = normal[k][1];
+      RTCHitN_Ng_z(found, n, i) = normal[k][2];
+      RTCHitN_u(found, n, i) = u[k];
+      RTCHitN_v(found, n, i) = v[k];
+      RTCHitN_primID(found, n, i) = triangle[k];
+      RTCHitN_geomID(found, n, i) = args->geomID;
+      for (unsigned level = 0; level < RTC_MAX_INSTANCE_LEVEL_COUNT; ++level)
+        RTCHitN_instID(found, n, i, level) = args->context->instID[level];
+    }
+  });
+}
 
 void NifGeometry::occluded(const RTCOccludedFunctionNArguments* args) {
   auto& self = *static_cast<NifGeometry*>(args->geometryUserPtr);
-  RTCRayN* rays = args->ray;
   const unsigned n = args->N;
-  NifRay batch[kBatch];
-  unsigned lane[kBatch];
   uint8_t visible[kBatch];
-  unsigned count = 0;
-
-  const auto ask = [&] {
+  in_batches(args->ray, n, args->valid, [&](const NifRay* batch, const unsigned* lane, unsigned count) {
     NifQuery query = nifQueryRays(batch, count);
     query.visible = visible;
     if (const NifError error = nifQuery(self.scene_.get(), &query); error != NIF_OK) {
       self.failure_ = error;
-    } else {
-      for (unsigned k = 0; k < count; ++k) {
-        if (!visible[k]) RTCRayN_tfar(rays, n, lane[k]) = -kInfinity;
-      }
+      return;
     }
-    count = 0;
-  };
-  for (unsigned i = 0; i < n; ++i) {
-    if (!args->valid[i]) continue;
-    batch[count] = {{RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i), RTCRayN_org_z(rays, n, i)},
-                    RTCRayN_tnear(rays, n, i),
-                    {RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i), RTCRayN_dir_z(rays, n, i)},
-                    RTCRayN_tfar(rays, n, i)};
-    lane[count] = i;
-    if (++count == kBatch) ask();
-  }
-  if (count > 0) ask();
+    for (unsigned k = 0; k < count; ++k)
+      if (!visible[k]) RTCRayN_tfar(args->ray, n, lane[k]) = -kInfinity;
+  });
 }

@@ -4,8 +4,10 @@
 //   rtcAttachGeometry(shadow_scene, dragon.handle());   // or into a scene that is instanced
 //   rtcOccluded1(shadow_scene, &context, &ray);         // ... 4, 8, 16, 1M: all of them
 //
-// An asset knows whether a ray is blocked, but not where. So rays of rtcIntersect pass through it. Trace
-// primary rays against the renderer's own geometry.
+//   rtcIntersect1(shadow_scene, &context, &ray_hit);     // first hits, too
+//
+// Hits of objects without triangles are off by a part of a voxel, and their primID is
+// RTC_INVALID_GEOMETRY_ID. Ng faces the ray and has length 1, in object space as Embree has it.
 #pragma once
 
 #include <embree3/rtcore.h>

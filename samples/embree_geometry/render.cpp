@@ -118,6 +118,36 @@ Asked ask_embree(RTCScene scene, const std::vector<NifRay>& rays) {
   return result;
 }
 
+FirstHits find_hits(RTCScene scene, const std::vector<NifRay>& rays) {
+  std::vector<RTCRayHit16> packets((rays.size() + 15) / 16);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    RTCRayHit16& packet = packets[i / 16];
+    const NifRay& ray = rays[i];
+    const size_t k = i % 16;
+    packet.ray.org_x[k] = ray.origin[0], packet.ray.org_y[k] = ray.origin[1],
+    packet.ray.org_z[k] = ray.origin[2];
+    packet.ray.dir_x[k] = ray.direction[0], packet.ray.dir_y[k] = ray.direction[1],
+    packet.ray.dir_z[k] = ray.direction[2];
+    packet.ray.tnear[k] = ray.tmin, packet.ray.tfar[k] = ray.tmax;
+    packet.ray.mask[k] = ~0u;
+    packet.hit.geomID[k] = packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+  }
+  FirstHits result{std::vector<float>(rays.size(), kInfinity), 0};
+  result.seconds = seconds_of([&] {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    for (size_t p = 0; p < packets.size(); ++p) {
+      alignas(64) int valid[16];
+      for (size_t k = 0; k < 16; ++k) valid[k] = 16 * p + k < rays.size() ? -1 : 0;
+      rtcIntersect16(valid, scene, &context, &packets[p]);
+    }
+  });
+  for (size_t i = 0; i < rays.size(); ++i)
+    if (packets[i / 16].hit.geomID[i % 16] != RTC_INVALID_GEOMETRY_ID)
+      result.t[i] = packets[i / 16].ray.tfar[i % 16];
+  return result;
+}
+
 Asked ask_proofs_first(const nifkit::Scene& proofs, RTCScene triangles, const std::vector<NifRay>& rays,
                        size_t& open) {
   std::vector<uint32_t> numbers(rays.size());

@@ -31,5 +31,12 @@ Asked ask_directly(const nifkit::Scene& scene, const std::vector<NifRay>& rays);
 Asked ask_proofs_first(const nifkit::Scene& proofs, RTCScene triangles, const std::vector<NifRay>& rays,
                        size_t& open);
 
+/// First hits, by rtcIntersect in packets of 16.
+struct FirstHits {
+  std::vector<float> t;  ///< infinite: none
+  double seconds;
+};
+FirstHits find_hits(RTCScene scene, const std::vector<NifRay>& rays);
+
 /// Fills the picture's columns from `left` on.
 void draw(const Shading& shading, const Answers& visible, Picture& picture, uint32_t left);

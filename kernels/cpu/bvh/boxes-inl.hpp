@@ -14,6 +14,8 @@
 
 #include <hwy/highway.h>
 
+#include <limits>
+
 #include "kernels/cpu/bvh/rays-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -22,6 +24,7 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 /// Of a node's slots.
 using Slots = hn::CappedTag<float, kBvhWidth>;
 using SlotInts = hn::RebindToSigned<Slots>;
+constexpr uint32_t kFewestSlots = 4;  ///< that a vector holds
 
 HWY_INLINE uint32_t bits_of_slots(hn::Mask<Slots> mask) {
 #if HWY_TARGET == HWY_AVX3
@@ -74,8 +77,9 @@ HWY_INLINE SlotSets slot_sets(const BvhNode& node) {
 #endif
 }
 
-/// The slots whose boxes the ray may meet something in, as bits; of empty ones they mean nothing.
-HWY_INLINE uint32_t meets_boxes(const BvhNode& node, const ReadyRay& ray) {
+/// The slots whose boxes the ray may meet something in, as bits; of empty ones they mean nothing. `entries`:
+/// null, or gets where each box is entered.
+HWY_INLINE uint32_t meets_boxes(const BvhNode& node, const ReadyRay& ray, float* entries = nullptr) {
   const Slots d;
   const SlotInts di;
   const hn::Rebind<uint8_t, Slots> bytes;
@@ -102,9 +106,32 @@ HWY_INLINE uint32_t meets_boxes(const BvhNode& node, const ReadyRay& ray) {
       enter = hn::Max(hn::MulAdd(from, steps[a], nears[a]), enter);
       leave = hn::Min(hn::MulAdd(to, steps[a], fars[a]), leave);
     }
+    if (entries) hn::Store(enter, d, entries + first);
     met |= bits_of_slots(hn::Le(enter, leave)) << first;
   }
   return met;
+}
+
+/// Of some slots, at least one, the one whose box is entered first, as a bit; of several, any.
+HWY_INLINE uint32_t nearest_slot(const float* entries, uint32_t slots) {
+  const Slots d;
+  alignas(32) static constexpr uint32_t kBits[kBvhWidth] = {1, 2, 4, 8, 16, 32, 64, 128};
+  const hn::RebindToUnsigned<Slots> dw;
+  const auto chosen = hn::Set(dw, slots);
+  const auto farthest = hn::Set(d, std::numeric_limits<float>::infinity());
+  auto nearest = farthest;
+  hn::Vec<Slots> entry[kBvhWidth / kFewestSlots];
+  for (uint32_t first = 0, i = 0; first < kBvhWidth; first += uint32_t(hn::Lanes(d)), ++i) {
+    const auto some = hn::RebindMask(d, hn::TestBit(chosen, hn::Load(dw, kBits + first)));
+    entry[i] = hn::IfThenElse(some, hn::Load(d, entries + first), farthest);
+    nearest = hn::Min(nearest, entry[i]);
+  }
+  nearest = hn::MinOfLanes(d, nearest);
+  uint32_t equal = 0;
+  for (uint32_t first = 0, i = 0; first < kBvhWidth; first += uint32_t(hn::Lanes(d)), ++i)
+    equal |= bits_of_slots(hn::Eq(entry[i], nearest)) << first;
+  equal &= slots;
+  return equal & (0 - equal);
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

@@ -77,6 +77,7 @@ struct TraversalScratch {
 /// Does a ray meet any triangle?
 class AnyTriangle {
  public:
+  static constexpr bool kNearestFirst = false;  ///< bakers put first what is likely to block
   struct State {};
 
   AnyTriangle(const SegmentBatch& batch, AnswerBatch& answers) : batch_(batch), answers_(answers) {}
@@ -100,6 +101,7 @@ class AnyTriangle {
 /// Which of the triangles that a ray meets is the nearest?
 class FirstTriangle {
  public:
+  static constexpr bool kNearestFirst = true;
   struct State {
     NearestTriangle nearest;
     BvhRay exact;
@@ -251,14 +253,23 @@ class Traversal {
 
   /// Chooses the next node out of a group. False where there is none.
   static HWY_INLINE bool go_on(const BvhField& field, Flight& flight, NodeGroup group) {
-    const auto to_visit = uint32_t(group >> kVisitShift), up_to_next = to_visit ^ (to_visit - 1);
-    const auto inner = uint32_t(group >> kInnerShift) & 255;
-    flight.next = uint32_t(group) + uint32_t(__builtin_popcount(up_to_next & inner)) - 1;
+    const auto to_visit = uint32_t(group >> kVisitShift);
+    set_next(field, flight, group, to_visit ^ (to_visit - 1));
     flight.group = group & (group - (NodeGroup(1) << kVisitShift));
+    return to_visit != 0;
+  }
+  /// That of one of the group's slots, a bit.
+  static HWY_INLINE void go_to(const BvhField& field, Flight& flight, NodeGroup group, uint32_t slot) {
+    set_next(field, flight, group, slot ^ (slot - 1));
+    flight.group = group & ~(NodeGroup(slot) << kVisitShift);
+  }
+  /// The next node is the last of the inner slots up to some slot.
+  static HWY_INLINE void set_next(const BvhField& field, Flight& flight, NodeGroup group, uint32_t up_to) {
+    const auto inner = uint32_t(group >> kInnerShift) & 255;
+    flight.next = uint32_t(group) + uint32_t(__builtin_popcount(up_to & inner)) - 1;
     const char* const next = reinterpret_cast<const char*>(field.nodes + flight.next);
     __builtin_prefetch(next);
     __builtin_prefetch(next + sizeof(BvhNode) - 1);
-    return to_visit != 0;
   }
 
   /// Tests the boxes of a ray's node and chooses its next one. False where there is none.
@@ -266,7 +277,8 @@ class Traversal {
                               uint32_t& count) {
     const BvhNode& node = field.nodes[flight.next];
     const SlotSets sets = slot_sets(node);
-    const uint32_t met = meets_boxes(node, flight.ray);
+    alignas(32) float entries[kBvhWidth];
+    const uint32_t met = meets_boxes(node, flight.ray, Goal::kNearestFirst ? entries : nullptr);
     const uint32_t leaves = met & sets.leaves, inner = met & sets.inner;
     met_triangles[count] = {{flight.next | uint64_t(at) << 32}, leaves, 0};
     count += leaves != 0;
@@ -280,6 +292,12 @@ class Traversal {
     size += flight.group >> kVisitShift != 0;
     const NodeGroup group = choose(inner == 0, flight.stack[size - 1], group_of(node, sets.inner, inner));
     flight.size = size - (inner == 0);
+    if constexpr (Goal::kNearestFirst) {
+      if (inner != 0) {
+        go_to(field, flight, group, nearest_slot(entries, inner));
+        return true;
+      }
+    }
     return go_on(field, flight, group);
   }
 
