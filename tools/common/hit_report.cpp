@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace nif::tools {
@@ -49,10 +50,10 @@ std::string hit_tables(const SetHits& sets) {
                          hits.rays, percent(hits.missed), percent(hits.invented), percent(hits.certain),
                          hits.bounds_wrong, hits.triangles ? fmt::format("{}", hits.displaced) : "-");
   }
-  table += fmt::format(
-      "bounds wrong: rays whose true hit is outside of what was proven\n"
-      "displaced: hits on triangles that are more than {} diagonals from the true one\n",
-      kDisplaced);
+  table += "bounds wrong: rays whose true hit is outside of what was proven\n";
+  if (std::any_of(sets.begin(), sets.end(), [](const HitAccuracy& hits) { return hits.triangles > 0; }))
+    table += fmt::format("displaced: hits on triangles that are more than {} diagonals from the true one\n",
+                         kDisplaced);
   table += percentile_table(sets, "Distance from the true hit, in percent of the object's diagonal",
                             &HitAccuracy::place, 100);
   table += percentile_table(sets, "Distance from the true hit, in voxels", &HitAccuracy::voxels, 1);
