@@ -127,8 +127,8 @@ const nlohmann::ordered_json* lean_of(const Result& result, size_t object) {
 }
 
 /// Each set's accuracy, with that of first hits.
-nlohmann::ordered_json sets_json(const Arguments& arguments, const bake::SetAccuracies& sets,
-                                 const SetHits& hits) {
+nlohmann::ordered_json sets_with_hits(const Arguments& arguments, const bake::SetAccuracies& sets,
+                                      const SetHits& hits) {
   nlohmann::ordered_json json = bake::to_json(sets);
   if (!arguments.hits) return json;
   for (auto& [name, set] : json.items()) set["hits"] = to_json(hits[size_t(*bake::ray_set_named(name))]);
@@ -139,7 +139,7 @@ void print_json(const Arguments& arguments, const Result& result) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (size_t i = 0; i < result.objects.size(); ++i) {
     const ObjectResult& object = result.objects[i];
-    objects.push_back({{"name", object.name}, {"sets", sets_json(arguments, object.sets, object.hits)}});
+    objects.push_back({{"name", object.name}, {"sets", sets_with_hits(arguments, object.sets, object.hits)}});
     if (const nlohmann::ordered_json* lean = lean_of(result, i)) objects.back()["lean"] = *lean;
   }
   nlohmann::ordered_json json{
@@ -147,7 +147,7 @@ void print_json(const Arguments& arguments, const Result& result) {
       {"file", arguments.asset},
       {"triangles", result.triangles},
       {"bytes", {{"file", result.info.file_bytes}, {"resident", result.info.resident_bytes}}},
-      {"sets", sets_json(arguments, result.sets, result.hits)},
+      {"sets", sets_with_hits(arguments, result.sets, result.hits)},
       {"objects", std::move(objects)}};
   if (arguments.bvh) {
     json["bvh"] = {{"embree_default", {{"bytes", result.embree.standard}}},

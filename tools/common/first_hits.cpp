@@ -74,9 +74,9 @@ double degrees_between(const Double3& normal, const Double3& triangle, const Dou
 }
 
 /// Compares one ray after the other and adds up what is found.
-class Comparison {
+class HitComparison {
  public:
-  Comparison(const FirstHits& ours, const Oracle& oracle, const ObjectScale& scale)
+  HitComparison(const FirstHits& ours, const Oracle& oracle, const ObjectScale& scale)
       : ours_(ours), oracle_(oracle), scale_(scale) {}
 
   void add(const Segment& segment, size_t i) {
@@ -163,7 +163,7 @@ HitAccuracy evaluate_hits(std::span<const Segment> segments, NifScene scene, con
   HitAccuracy all;
   for (const HitAccuracy& part : by_chunk<HitAccuracy>(segments, [&](std::span<const Segment> chunk) {
          const FirstHits ours(scene, chunk);
-         Comparison comparison(ours, oracle, scale);
+         HitComparison comparison(ours, oracle, scale);
          for (size_t i = 0; i < chunk.size(); ++i) comparison.add(chunk[i], i);
          return std::move(comparison.sums());
        }))

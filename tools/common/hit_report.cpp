@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array<const char*, kPercentiles.size()> kPercentileKeys{"median", "p90", "p95", "p99"};
 
-double share(uint64_t count, uint64_t rays) { return rays ? double(count) / double(rays) : 0; }
+double share_of(uint64_t count, uint64_t rays) { return rays ? double(count) / double(rays) : 0; }
 
 /// One quantity, a row for each set that has some.
 std::string percentile_table(const SetHits& sets, const std::string& title,
@@ -45,7 +45,7 @@ std::string hit_tables(const SetHits& sets) {
   for (const bake::RaySet set : bake::kRaySets) {
     const HitAccuracy& hits = sets[size_t(set)];
     if (hits.rays == 0) continue;
-    const auto percent = [&](uint64_t count) { return 100 * share(count, hits.rays); };
+    const auto percent = [&](uint64_t count) { return 100 * share_of(count, hits.rays); };
     table += fmt::format("{:<14}{:>10}{:>8.3f}%{:>8.3f}%{:>9.1f}%{:>14}{:>14}\n", bake::name_of(set),
                          hits.rays, percent(hits.missed), percent(hits.invented), percent(hits.certain),
                          hits.bounds_wrong, hits.triangles ? fmt::format("{}", hits.displaced) : "-");
@@ -63,9 +63,9 @@ std::string hit_tables(const SetHits& sets) {
 }
 
 nlohmann::ordered_json to_json(const HitAccuracy& hits) {
-  nlohmann::ordered_json json{{"missed", share(hits.missed, hits.rays)},
-                              {"invented", share(hits.invented, hits.rays)},
-                              {"certain", share(hits.certain, hits.rays)},
+  nlohmann::ordered_json json{{"missed", share_of(hits.missed, hits.rays)},
+                              {"invented", share_of(hits.invented, hits.rays)},
+                              {"certain", share_of(hits.certain, hits.rays)},
                               {"bounds_wrong", hits.bounds_wrong},
                               {"compared", hits.place.size()}};
   if (hits.triangles > 0) json["triangles"] = {{"compared", hits.triangles}, {"displaced", hits.displaced}};
