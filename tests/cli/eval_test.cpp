@@ -75,7 +75,7 @@ TEST(Eval, OfFirstHits) {
       SCOPED_TRACE(encoding + " " + name);
       const json& hits = set["hits"];
       EXPECT_EQ(hits["missed"], set["leak"]);
-      EXPECT_EQ(hits["invented"], set["spurious"]);
+      EXPECT_EQ(hits["false_hits"], set["spurious"]);
       EXPECT_LT(set["error"].get<double>(), 1e-3) << "only where a ray passes an edge";
       EXPECT_EQ(hits["certain"], 1);
       EXPECT_EQ(hits["bounds_wrong"], 0);
@@ -94,7 +94,7 @@ TEST(Eval, OfFirstHits) {
     SCOPED_TRACE(name);
     const json& hits = set["hits"];
     EXPECT_EQ(hits["missed"], set["leak"]);
-    EXPECT_EQ(hits["invented"], set["spurious"]);
+    EXPECT_EQ(hits["false_hits"], set["spurious"]);
     EXPECT_EQ(hits["certain"], set["certain"]);
     EXPECT_EQ(hits["bounds_wrong"], 0);
     EXPECT_FALSE(hits.contains("triangles"));

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "formats/base/vector.hpp"
 #include "tools/common/runtime_handles.hpp"
@@ -84,7 +85,7 @@ class HitComparison {
     const bool hit = ours_.hit[i] != 0;
     ++sums_.rays;
     sums_.missed += truth && !hit;
-    sums_.invented += !truth && hit;
+    sums_.false_hits += !truth && hit;
     sums_.certain += ours_.certain[i] != 0;
     const Double3 direction = to_double(std::to_array(segment.direction));
     sums_.bounds_wrong +=
@@ -147,7 +148,7 @@ std::vector<Result> by_chunk(std::span<const Segment> segments, const Work& work
 HitAccuracy& HitAccuracy::operator+=(const HitAccuracy& other) {
   rays += other.rays;
   missed += other.missed;
-  invented += other.invented;
+  false_hits += other.false_hits;
   certain += other.certain;
   bounds_wrong += other.bounds_wrong;
   triangles += other.triangles;

@@ -15,7 +15,7 @@ namespace nif::tools {
 struct HitAccuracy {
   uint64_t rays = 0;
   uint64_t missed = 0;        ///< meet a triangle, and no hit was found
-  uint64_t invented = 0;      ///< meet no triangle, and a hit was found
+  uint64_t false_hits = 0;    ///< meet no triangle, and a hit was found
   uint64_t certain = 0;       ///< NifHits::certain
   uint64_t bounds_wrong = 0;  ///< the true hit lies outside of t_low..t_high, without a doubt: must be 0
   uint64_t triangles = 0;     ///< of the rays that both sides call hits, those for which a triangle was named

@@ -41,13 +41,13 @@ nlohmann::ordered_json percentiles_json(const std::vector<float>& values) {
 
 std::string hit_tables(const SetHits& sets) {
   std::string table = fmt::format("{:<14}{:>10}{:>9}{:>9}{:>10}{:>14}{:>14}\n", "first hits", "rays",
-                                  "missed", "invented", "certain", "bounds wrong", "displaced");
+                                  "missed", "false", "certain", "bounds wrong", "displaced");
   for (const bake::RaySet set : bake::kRaySets) {
     const HitAccuracy& hits = sets[size_t(set)];
     if (hits.rays == 0) continue;
     const auto percent = [&](uint64_t count) { return 100 * share_of(count, hits.rays); };
     table += fmt::format("{:<14}{:>10}{:>8.3f}%{:>8.3f}%{:>9.1f}%{:>14}{:>14}\n", bake::name_of(set),
-                         hits.rays, percent(hits.missed), percent(hits.invented), percent(hits.certain),
+                         hits.rays, percent(hits.missed), percent(hits.false_hits), percent(hits.certain),
                          hits.bounds_wrong, hits.triangles ? fmt::format("{}", hits.displaced) : "-");
   }
   table += "bounds wrong: rays whose true hit is outside of what was proven\n";
@@ -64,7 +64,7 @@ std::string hit_tables(const SetHits& sets) {
 
 nlohmann::ordered_json to_json(const HitAccuracy& hits) {
   nlohmann::ordered_json json{{"missed", share_of(hits.missed, hits.rays)},
-                              {"invented", share_of(hits.invented, hits.rays)},
+                              {"false_hits", share_of(hits.false_hits, hits.rays)},
                               {"certain", share_of(hits.certain, hits.rays)},
                               {"bounds_wrong", hits.bounds_wrong},
                               {"compared", hits.place.size()}};
