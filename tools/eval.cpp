@@ -1,4 +1,5 @@
-// `nif eval`: asks an asset the named ray sets through the runtime, and compares every answer with Embree's.
+// `nif eval`: asks an asset the named ray sets through the runtime, and compares every answer with Embree's;
+// with --hits every first hit, too.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +12,8 @@
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "tools/common/accuracy_table.hpp"
+#include "tools/common/first_hits.hpp"
+#include "tools/common/hit_report.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/json_output.hpp"
 #include "tools/common/measure_options.hpp"
@@ -21,6 +24,7 @@
 #include "tools/common/ray_set_option.hpp"
 #include "tools/common/shared_options.hpp"
 #include "tools/common/threads.hpp"
+#include "tools/common/voxel_size.hpp"
 #include "tools/subcommands.hpp"
 
 namespace nif::tools {
@@ -30,11 +34,17 @@ constexpr const char* kSchema = "nifkit.eval/1";
 
 struct Arguments : MeasureArguments, RunArguments {
   std::string asset, mesh;
-  bool bvh = false, reference = false;
+  bool bvh = false, reference = false, hits = false;
 };
 
 struct EmbreeBytes {
   uint64_t standard = 0, compact = 0;
+};
+
+struct ObjectResult {
+  std::string name;
+  bake::SetAccuracies sets{};
+  SetHits hits;  ///< with --hits
 };
 
 struct Result {
@@ -42,10 +52,12 @@ struct Result {
   std::string isa;
   bool any_spherical = false;
   uint64_t compared = 0, different = 0;  ///< rays also answered by the reference
+  uint64_t different_hits = 0;           ///< of those
   NifAssetInfo info{};
   EmbreeBytes embree;
   bake::SetAccuracies sets{};
-  std::vector<std::pair<std::string, bake::SetAccuracies>> objects;
+  SetHits hits;
+  std::vector<ObjectResult> objects;
   nlohmann::ordered_json metadata;  ///< what its baker wrote: shown, never trusted
 };
 
@@ -54,6 +66,8 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
   Progress progress(arguments.quiet);
   const MeasuredAsset asset(arguments.asset, arguments.mesh, "isa=" + arguments.isa, progress);
   const size_t count = asset.objects().size();
+  const std::vector<double> voxels =
+      arguments.hits ? voxels_per_unit(arguments.asset) : std::vector<double>();
   result.info = asset.info();
   result.metadata = nlohmann::ordered_json::parse(metadata_of(result.info), nullptr, false);
   result.triangles = asset.triangles();
@@ -72,16 +86,24 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
                                       ? comparing_answerer(alone.handle, reference.handle, different)
                                       : runtime_answerer(alone.handle);
     const bake::GroundTruth truth(prepared);
-    auto& [name, accuracies] = result.objects.emplace_back(asset.name(i), bake::SetAccuracies{});
+    ObjectResult& object = result.objects.emplace_back();
+    object.name = asset.name(i);
     const uint64_t rays = std::max<uint64_t>(1, arguments.rays / count);
     for (size_t s = 0; s < sets.size(); ++s) {
       if (cancel) throw Error(Status::interrupted, "the evaluation was cancelled");
       progress.update((double(i) + double(s) / double(sets.size())) / double(count),
-                      fmt::format("measuring {} on {}", name, bake::name_of(sets[s])));
+                      fmt::format("measuring {} on {}", object.name, bake::name_of(sets[s])));
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), sets[s], rays, arguments.seed);
-      accuracies[size_t(sets[s])] = bake::evaluate(labelled, answer, truth.source().oracle);
+      const auto set = size_t(sets[s]);
+      object.sets[set] = bake::evaluate(labelled, answer, truth.source().oracle);
+      result.sets[set] += object.sets[set];
       if (arguments.reference) result.compared += labelled.segments.size();
-      result.sets[size_t(sets[s])] += accuracies[size_t(sets[s])];
+      if (!arguments.hits) continue;
+      object.hits[set] = evaluate_hits(labelled.segments, alone.handle, truth.source().oracle,
+                                       {prepared.box.diagonal(), asset.proves(i) ? voxels[i] : 0});
+      result.hits[set] += object.hits[set];
+      if (arguments.reference)
+        result.different_hits += different_hits(labelled.segments, alone.handle, reference.handle);
     }
     if (arguments.bvh) {
       progress.update(double(i + 1) / double(count), "building Embree's BVHs");
@@ -104,11 +126,20 @@ const nlohmann::ordered_json* lean_of(const Result& result, size_t object) {
   return lean.is_object() ? &lean : nullptr;
 }
 
+/// Each set's accuracy, with that of first hits.
+nlohmann::ordered_json sets_with_hits(const Arguments& arguments, const bake::SetAccuracies& sets,
+                                      const SetHits& hits) {
+  nlohmann::ordered_json json = bake::to_json(sets);
+  if (!arguments.hits) return json;
+  for (auto& [name, set] : json.items()) set["hits"] = to_json(hits[size_t(*bake::ray_set_named(name))]);
+  return json;
+}
+
 void print_json(const Arguments& arguments, const Result& result) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (size_t i = 0; i < result.objects.size(); ++i) {
-    const auto& [name, sets] = result.objects[i];
-    objects.push_back({{"name", name}, {"sets", bake::to_json(sets)}});
+    const ObjectResult& object = result.objects[i];
+    objects.push_back({{"name", object.name}, {"sets", sets_with_hits(arguments, object.sets, object.hits)}});
     if (const nlohmann::ordered_json* lean = lean_of(result, i)) objects.back()["lean"] = *lean;
   }
   nlohmann::ordered_json json{
@@ -116,7 +147,7 @@ void print_json(const Arguments& arguments, const Result& result) {
       {"file", arguments.asset},
       {"triangles", result.triangles},
       {"bytes", {{"file", result.info.file_bytes}, {"resident", result.info.resident_bytes}}},
-      {"sets", bake::to_json(result.sets)},
+      {"sets", sets_with_hits(arguments, result.sets, result.hits)},
       {"objects", std::move(objects)}};
   if (arguments.bvh) {
     json["bvh"] = {{"embree_default", {{"bytes", result.embree.standard}}},
@@ -124,6 +155,7 @@ void print_json(const Arguments& arguments, const Result& result) {
   }
   if (arguments.reference)
     json["reference"] = {{"isa", result.isa}, {"rays", result.compared}, {"different", result.different}};
+  if (arguments.reference && arguments.hits) json["reference"]["different_hits"] = result.different_hits;
   write_json(json);
 }
 
@@ -137,13 +169,14 @@ void print(const Arguments& arguments, const Result& result) {
                format_bytes(double(result.embree.compact)), double(result.embree.compact) / resident);
   }
   fmt::print("\n{}", accuracy_table(result.sets));
+  if (arguments.hits) fmt::print("\n{}", hit_tables(result.hits));
   for (size_t i = 0; i < result.objects.size(); ++i) {
     const nlohmann::ordered_json* lean = lean_of(result, i);
     if (!lean) continue;
     const auto against = lean->find("against"), rate = lean->find("rate");
     if (against == lean->end() || !against->is_string() || rate == lean->end() || !rate->is_number())
       continue;
-    fmt::print("\n'{}' was baked with --lean {}={}\n", result.objects[i].first, against->get<std::string>(),
+    fmt::print("\n'{}' was baked with --lean {}={}\n", result.objects[i].name, against->get<std::string>(),
                rate->get<double>());
   }
   if (result.any_spherical)
@@ -151,6 +184,8 @@ void print(const Arguments& arguments, const Result& result) {
   if (arguments.reference)
     fmt::print("\n{} of {} rays answered differently by {} and the scalar reference\n", result.different,
                result.compared, result.isa);
+  if (arguments.reference && arguments.hits)
+    fmt::print("{} of them with a first hit that differs\n", result.different_hits);
 }
 
 void run(const Arguments& arguments) {
@@ -158,6 +193,10 @@ void run(const Arguments& arguments) {
   if (sets.empty()) sets.assign(bake::kRaySets.begin(), bake::kRaySets.end());
   if (arguments.reference && !arguments.fallback.empty())
     throw Error(Status::usage, "--reference and --fallback cannot be used together: Embree has no reference");
+  if (arguments.hits && !arguments.fallback.empty())
+    throw Error(
+        Status::usage,
+        "--hits and --fallback cannot be used together: proofs with Embree behind them find no first hits");
   limit_threads(arguments.threads);
   const Result result = measure(arguments, sets);
   if (arguments.json) {
@@ -165,7 +204,7 @@ void run(const Arguments& arguments) {
   } else {
     print(arguments, result);
   }
-  if (result.different != 0)
+  if (result.different != 0 || result.different_hits != 0)
     throw Error(Status::internal,
                 fmt::format("{}: {} and the scalar reference disagree", arguments.asset, result.isa));
 }
@@ -180,6 +219,10 @@ void add_eval(Command app) {
   command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
   add_measure_options(command, *a, "all");
   command.add_flag("--bvh", a->bvh, "Also build Embree's default and compact BVH, and print their size");
+  command.add_flag(
+      "--hits", a->hits,
+      "Also compare first hits (nifIntersect): rays that hit or miss wrongly, places, normals, and "
+      "proven bounds");
   command.add_flag("--reference", a->reference,
                    "Also ask the scalar reference, and fail if any bit of an answer differs");
   add_run_options(command, *a, kSchema);
@@ -187,6 +230,7 @@ void add_eval(Command app) {
       "Examples:\n"
       "  nif eval dragon.nif --mesh dragon.ply.gz --set outer-lines --set segments\n"
       "  nif eval dragon.nif --mesh dragon.ply.gz --bvh\n"
+      "  nif eval dragon.nif --mesh dragon.ply.gz --hits\n"
       "  nif eval dragon_planes.nif --mesh dragon.ply.gz --fallback embree");
   command.callback([a] { run(*a); });
 }

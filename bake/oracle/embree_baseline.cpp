@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <new>
@@ -18,20 +19,30 @@
 namespace nif::bake {
 namespace {
 
-constexpr size_t kComponents = sizeof(RTCRay) / sizeof(float);
+constexpr size_t kRayComponents = sizeof(RTCRay) / sizeof(float),
+                 kRayHitComponents = sizeof(RTCRayHit) / sizeof(float);
+static_assert(sizeof(RTCRayHit16) == 16 * sizeof(RTCRayHit), "packets have no gaps");
+
+/// What a ray takes, with room for its hit where the call finds one.
+size_t components_of(EmbreeCall call) { return finds_first_hits(call) ? kRayHitComponents : kRayComponents; }
 
 /// Rays whose components lie side by side: a packet's width, or a whole chunk.
 size_t width_of(EmbreeCall call) {
   switch (call) {
     case EmbreeCall::occluded1:
     case EmbreeCall::occluded1M:
+    case EmbreeCall::intersect1:
+    case EmbreeCall::intersect1M:
       return 1;
     case EmbreeCall::occluded4:
+    case EmbreeCall::intersect4:
       return 4;
     case EmbreeCall::occluded8:
+    case EmbreeCall::intersect8:
       return 8;
     case EmbreeCall::occluded16:
     case EmbreeCall::occludedNM:
+    case EmbreeCall::intersect16:
       return 16;
     case EmbreeCall::occludedNp:
       return kRayChunk;
@@ -71,11 +82,23 @@ void put(float* first, size_t width, const Segment& segment, float tmin, float t
   for (size_t k = 0; k < 3; ++k) std::memcpy(&component(9 + k), &integers[k], 4);
 }
 
+// Where a hit's numbers are among the components.
+constexpr size_t kPrimitive = offsetof(RTCRayHit, hit.primID) / sizeof(float),
+                 kGeometry = offsetof(RTCRayHit, hit.geomID) / sizeof(float);
+
+/// All of it is written, so that Embree finds it in the caches as it finds the ray.
+void put_no_hit(float* first, size_t width) {
+  for (size_t c = kRayComponents; c < kRayHitComponents; ++c) {
+    const uint32_t value = c >= kPrimitive ? RTC_INVALID_GEOMETRY_ID : 0;
+    std::memcpy(&first[c * width], &value, 4);
+  }
+}
+
 void ask_chunk(RTCScene scene, RTCIntersectContext& context, EmbreeCall call, float* chunk, size_t rays) {
   alignas(64) int valid[16];
   std::fill(std::begin(valid), std::end(valid), -1);
   const size_t width = width_of(call), packets = (rays + width - 1) / width;
-  const auto packet = [&](size_t i) { return chunk + i * width * kComponents; };
+  const auto packet = [&](size_t i) { return chunk + i * width * components_of(call); };
   const auto array = [&](size_t component) { return chunk + component * kRayChunk; };
   switch (call) {
     case EmbreeCall::occluded1:
@@ -108,6 +131,25 @@ void ask_chunk(RTCScene scene, RTCIntersectContext& context, EmbreeCall call, fl
       rtcOccludedNp(scene, &context, &arrays, unsigned(rays));
       break;
     }
+    case EmbreeCall::intersect1:
+      for (size_t i = 0; i < packets; ++i)
+        rtcIntersect1(scene, &context, reinterpret_cast<RTCRayHit*>(packet(i)));
+      break;
+    case EmbreeCall::intersect4:
+      for (size_t i = 0; i < packets; ++i)
+        rtcIntersect4(valid, scene, &context, reinterpret_cast<RTCRayHit4*>(packet(i)));
+      break;
+    case EmbreeCall::intersect8:
+      for (size_t i = 0; i < packets; ++i)
+        rtcIntersect8(valid, scene, &context, reinterpret_cast<RTCRayHit8*>(packet(i)));
+      break;
+    case EmbreeCall::intersect16:
+      for (size_t i = 0; i < packets; ++i)
+        rtcIntersect16(valid, scene, &context, reinterpret_cast<RTCRayHit16*>(packet(i)));
+      break;
+    case EmbreeCall::intersect1M:
+      rtcIntersect1M(scene, &context, reinterpret_cast<RTCRayHit*>(chunk), unsigned(rays), sizeof(RTCRayHit));
+      break;
   }
 }
 
@@ -129,6 +171,16 @@ std::string_view name_of(EmbreeCall call) {
       return "rtcOccludedNM";
     case EmbreeCall::occludedNp:
       return "rtcOccludedNp";
+    case EmbreeCall::intersect1:
+      return "rtcIntersect1";
+    case EmbreeCall::intersect4:
+      return "rtcIntersect4";
+    case EmbreeCall::intersect8:
+      return "rtcIntersect8";
+    case EmbreeCall::intersect16:
+      return "rtcIntersect16";
+    case EmbreeCall::intersect1M:
+      return "rtcIntersect1M";
   }
   return "";
 }
@@ -136,9 +188,14 @@ std::string_view name_of(EmbreeCall call) {
 void EmbreeRays::Free::operator()(float* memory) const { std::free(memory); }
 
 EmbreeRays::EmbreeRays(size_t count) : capacity_((count + kRayChunk - 1) / kRayChunk) {
-  memory_.reset(static_cast<float*>(
-      std::aligned_alloc(64, std::max<size_t>(1, capacity_) * kRayChunk * kComponents * sizeof(float))));
+  memory_.reset(static_cast<float*>(std::aligned_alloc(
+      64, std::max<size_t>(1, capacity_) * kRayChunk * kRayHitComponents * sizeof(float))));
   if (!memory_) throw std::bad_alloc();
+}
+
+float* EmbreeRays::place(size_t ray) const {
+  const size_t width = width_of(call_);
+  return memory_.get() + ray / width * width * components_of(call_) + ray % width;
 }
 
 void EmbreeRays::lay_out(std::span<const Segment> segments, EmbreeCall call) {
@@ -148,8 +205,8 @@ void EmbreeRays::lay_out(std::span<const Segment> segments, EmbreeCall call) {
   tbb::parallel_for(size_t{0}, chunks, [&](size_t b) {
     for (size_t i = b * kRayChunk; i < (b + 1) * kRayChunk; ++i) {
       const Segment& segment = i < count_ ? segments[i] : kNone;
-      put(memory_.get() + (i / width * width * kComponents) + i % width, width, segment, segment.tmin,
-          segment.tmax);
+      put(place(i), width, segment, segment.tmin, segment.tmax);
+      if (finds_first_hits(call)) put_no_hit(place(i), width);
     }
   });
 }
@@ -161,17 +218,21 @@ void EmbreeRays::ask(const EmbreeScene& scene, bool coherent) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    ask_chunk(scene.handle(), context, call_, memory_.get() + b * kRayChunk * kComponents,
+    ask_chunk(scene.handle(), context, call_, memory_.get() + b * kRayChunk * components_of(call_),
               std::min(kRayChunk, count_ - b * kRayChunk));
   });
 }
 
 size_t EmbreeRays::wrong(std::span<const uint8_t> visible) const {
   const size_t width = width_of(call_);
+  const bool hits = finds_first_hits(call_);
   size_t wrong = 0;
   for (size_t i = 0; i < count_; ++i) {
-    const float tfar = memory_[i / width * width * kComponents + i % width + 8 * width];
-    wrong += (tfar == -kInfinity) == (visible[i] != 0);
+    const float* ray = place(i);
+    uint32_t geometry = 0;
+    if (hits) std::memcpy(&geometry, &ray[kGeometry * width], 4);
+    const bool blocked = hits ? geometry != RTC_INVALID_GEOMETRY_ID : ray[8 * width] == -kInfinity;
+    wrong += blocked == (visible[i] != 0);
   }
   return wrong;
 }
@@ -180,10 +241,10 @@ void ask_parts(const EmbreeScene& scene, EmbreeCall call, std::span<const Segmen
                std::span<const uint32_t> rays, const float* tmin, const float* tmax, uint8_t* visible) {
   tbb::parallel_for(size_t{0}, (rays.size() + kRayChunk - 1) / kRayChunk, [&](size_t b) {
     const FlushDenormals mode;
-    alignas(64) static thread_local float chunk[kRayChunk * kComponents];
+    alignas(64) static thread_local float chunk[kRayChunk * kRayComponents];
     const size_t first = b * kRayChunk, count = std::min(kRayChunk, rays.size() - first),
                  width = width_of(call), filled = (count + width - 1) / width * width;
-    const auto place = [&](size_t i) { return chunk + (i / width * width * kComponents) + i % width; };
+    const auto place = [&](size_t i) { return chunk + (i / width * width * kRayComponents) + i % width; };
     for (size_t i = 0; i < filled; ++i) {
       const size_t k = first + i;
       if (i < count)

@@ -1,5 +1,5 @@
-// The baseline to beat: every call that Embree offers for occlusion, on rays laid out as that call wants
-// them.
+// The baseline to beat: the calls that Embree offers for occlusion and for first hits, on rays laid out as
+// each call wants them.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 namespace nif::bake {
 
 /// rtcOccluded1 in a loop; packets of 4, 8 and 16; streams of single rays (1M), of packets of 16 (NM), of
-/// arrays by component (Np).
+/// arrays by component (Np). Likewise rtcIntersect.
 enum class EmbreeCall : uint32_t {
   occluded1,
   occluded4,
@@ -20,11 +20,24 @@ enum class EmbreeCall : uint32_t {
   occluded16,
   occluded1M,
   occludedNM,
-  occludedNp
+  occludedNp,
+  intersect1,
+  intersect4,
+  intersect8,
+  intersect16,
+  intersect1M
 };
 inline constexpr std::array kEmbreeCalls{
-    EmbreeCall::occluded1,  EmbreeCall::occluded4,  EmbreeCall::occluded8, EmbreeCall::occluded16,
-    EmbreeCall::occluded1M, EmbreeCall::occludedNM, EmbreeCall::occludedNp};
+    EmbreeCall::occluded1,  EmbreeCall::occluded4,  EmbreeCall::occluded8,   EmbreeCall::occluded16,
+    EmbreeCall::occluded1M, EmbreeCall::occludedNM, EmbreeCall::occludedNp,  EmbreeCall::intersect1,
+    EmbreeCall::intersect4, EmbreeCall::intersect8, EmbreeCall::intersect16, EmbreeCall::intersect1M};
+
+/// False: it only says whether there is a hit.
+constexpr bool finds_first_hits(EmbreeCall call) { return call >= EmbreeCall::intersect1; }
+/// Rays are asked one by one, so that it is nothing to it whether they are coherent.
+constexpr bool takes_single_rays(EmbreeCall call) {
+  return call == EmbreeCall::occluded1 || call == EmbreeCall::intersect1;
+}
 
 /// As in Embree's header: "rtcOccluded16".
 std::string_view name_of(EmbreeCall call);
@@ -42,10 +55,13 @@ class EmbreeRays {
   void lay_out(std::span<const Segment> segments, EmbreeCall call);
   /// Asks all of them, on the threads of the calling task arena. `coherent`: the hint of that name.
   void ask(const EmbreeScene& scene, bool coherent);
-  /// How many answers differ from the labels, after ask().
+  /// How many rays are blocked, or hit something, where the labels say otherwise, after ask().
   size_t wrong(std::span<const uint8_t> visible) const;
 
  private:
+  /// The first component of a ray; the others follow at the distance of the call's width.
+  float* place(size_t ray) const;
+
   struct Free {
     void operator()(float* memory) const;
   };
@@ -54,8 +70,8 @@ class EmbreeRays {
   EmbreeCall call_ = EmbreeCall::occluded1;
 };
 
-/// Asks about parts of some rays, on the threads of the calling task arena: segment rays[k] from tmin[k] to
-/// tmax[k]. visible[rays[k]] becomes 1 or 0.
+/// Asks by a call for occlusion about parts of some rays, on the threads of the calling task arena: segment
+/// rays[k] from tmin[k] to tmax[k]. visible[rays[k]] becomes 1 or 0.
 void ask_parts(const EmbreeScene& scene, EmbreeCall call, std::span<const Segment> segments,
                std::span<const uint32_t> rays, const float* tmin, const float* tmax, uint8_t* visible);
 

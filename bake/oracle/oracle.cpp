@@ -51,7 +51,7 @@ bool Oracle::occluded(const Segment& segment) const {
   return ray.tfar == -kInfinity;
 }
 
-bool Oracle::in_doubt(const Segment& segment) const {
+std::array<Segment, 10> Oracle::beside(const Segment& segment) const {
   const Double3 origin = to_double(std::to_array(segment.origin)),
                 direction = to_double(std::to_array(segment.direction));
   double reach = reach_;
@@ -67,20 +67,27 @@ bool Oracle::in_doubt(const Segment& segment) const {
   across = across * (aside / length(across));
   const Double3 other = cross(direction, across) * (1 / length(direction));
 
-  const bool answer = occluded(segment);
-  for (int turn = 0; turn < 8; ++turn) {
-    const double angle = turn * std::numbers::pi / 4;
+  std::array<Segment, 10> all;
+  all.fill(segment);
+  for (size_t turn = 0; turn < 8; ++turn) {
+    const double angle = double(turn) * std::numbers::pi / 4;
     const Double3 moved = origin + across * std::cos(angle) + other * std::sin(angle);
-    Segment beside = segment;
-    for (size_t a = 0; a < 3; ++a) beside.origin[a] = static_cast<float>(moved[a]);
-    if (occluded(beside) != answer) return true;
+    for (size_t a = 0; a < 3; ++a) all[turn].origin[a] = static_cast<float>(moved[a]);
   }
   // Embree takes no negative t, so the longer one starts from farther back.
-  Segment shorter = segment, longer = segment;
+  Segment &shorter = all[8], &longer = all[9];
   for (size_t a = 0; a < 3; ++a) longer.origin[a] = static_cast<float>(origin[a] - along * direction[a]);
   longer.tmax += static_cast<float>(2 * along);
   shorter.tmin += static_cast<float>(along), shorter.tmax -= static_cast<float>(along);
-  return shorter.tmin > shorter.tmax || occluded(longer) != answer || occluded(shorter) != answer;
+  return all;
+}
+
+bool Oracle::in_doubt(const Segment& segment) const {
+  const bool answer = occluded(segment);
+  const std::array<Segment, 10> others = beside(segment);
+  return std::any_of(others.begin(), others.end(), [&](const Segment& other) {
+    return other.tmin > other.tmax || occluded(other) != answer;
+  });
 }
 
 std::optional<Oracle::Hit> Oracle::first_hit(const Segment& segment) const {

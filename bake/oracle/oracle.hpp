@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -32,6 +33,10 @@ class Oracle {
   /// True where the answer is another one for a segment that is a millionth of the coordinates' size away: it
   /// passes so close by an edge, or ends so close to a triangle, that rounding decides.
   bool in_doubt(const Segment& segment) const;
+
+  /// The segments that in_doubt() asks: to each of eight sides, then one that is shorter at both ends, which
+  /// may have no points, and one that is longer.
+  std::array<Segment, 10> beside(const Segment& segment) const;
 
   struct Hit {
     float t;

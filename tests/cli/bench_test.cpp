@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
@@ -164,7 +165,7 @@ void check_rate(const json& rate) {
 }
 
 /// One set's results, when `finalists` calls of each build have run two rounds.
-void check_set(const std::string& name, const json& set, size_t finalists) {
+void check_set(const std::string& name, const json& set, size_t finalists, size_t calls = 7) {
   SCOPED_TRACE(name);
   EXPECT_EQ(set["rays"], 5000);
   EXPECT_DOUBLE_EQ(set["error"].get<double>(), set["leak"].get<double>() + set["spurious"].get<double>());
@@ -176,7 +177,7 @@ void check_set(const std::string& name, const json& set, size_t finalists) {
                    set["nif"]["mrays_per_s"].get<double>() / set["embree"]["mrays_per_s"].get<double>());
   EXPECT_LE(set["ratio_lowest"], set["ratio_highest"]);
 
-  EXPECT_EQ(set["variants"].size(), 4u * (name == "sun" ? 13 : 7));
+  EXPECT_EQ(set["variants"].size(), 4u * (name == "sun" ? 2 * calls - 1 : calls));
   EXPECT_EQ(set["variants"][0], set["embree"]);
   size_t raced = 0;
   for (const json& variant : set["variants"]) {
@@ -289,6 +290,33 @@ TEST_F(Bench, RacesAnotherAssetOfTheSameMesh) {
   ASSERT_EQ(nif({"bake", mesh, "-o", other, "--encoding", "bvh", "--rays", "0", "--quiet"}).code, 0);
   EXPECT_EQ(nif(bench({"--against", other})).code, int(Status::mesh_mismatch));
   for (const std::string& file : {exact, mesh, other}) std::filesystem::remove(file);
+}
+
+TEST_F(Bench, RacesFirstHits) {
+  const std::string exact = path("exact.nif");
+  ASSERT_EQ(nif({"bake", mesh_, "-o", exact, "--encoding", "exact", "--rays", "0", "--quiet"}).code, 0);
+  const Outcome outcome = nif(bench({"--json", "-j", "1", "-j", "2", "--set", "inner-surface", "--set", "sun",
+                                     "--hits", "--embree", "all", "--against", exact}));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["hits"], true);
+  EXPECT_EQ(result["against"], exact);
+  for (const json& run : result["scaling"]) {
+    for (const auto& [name, set] : run["sets"].items()) {
+      check_set(name, set, 100, 5);
+      check_rate(set["against"]);
+      EXPECT_LT(set["against"]["error"], 1e-3);
+      std::set<std::string> calls;
+      for (const json& variant : set["variants"]) calls.insert(variant["call"]);
+      EXPECT_EQ(calls, (std::set<std::string>{"rtcIntersect1", "rtcIntersect4", "rtcIntersect8",
+                                              "rtcIntersect16", "rtcIntersect1M"}));
+    }
+  }
+  const Outcome text =
+      nif(bench({"-j", "1", "--set", "inner-surface", "--hits", "--plot", path("hits.svg")}));
+  EXPECT_NE(text.out.find("First hits: nifIntersect"), std::string::npos) << text.out;
+  EXPECT_NE(read_bytes(path("hits.svg")).find("first hits"), std::string::npos);
+  for (const char* file : {"exact.nif", "hits.svg"}) std::filesystem::remove(path(file));
 }
 
 TEST_F(Bench, PutsProofsInFrontOfEmbree) {

@@ -44,6 +44,71 @@ TEST(Eval, OfProofsInFrontOfEmbree) {
   EXPECT_NE(info.out.find("proof, "), std::string::npos) << info.out;
 }
 
+TEST(Eval, OfFirstHits) {
+  TempDir folder;
+  const std::string mesh = folder.write("ring.obj", obj_text(torus(48, 24))).string();
+  const std::string asset = (folder.path() / "ring.nif").string();
+  const auto bake = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"bake", mesh, "-o", asset, "--rays", "0", "--quiet", "--encoding"});
+    ASSERT_EQ(nif(more).code, 0);
+  };
+  const auto eval = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"eval", asset, "--mesh", mesh, "--rays", "20000", "--hits", "--quiet"});
+    const Outcome outcome = nif(more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.out;
+  };
+  const auto expect_rising = [](const json& percentiles, double limit) {
+    ASSERT_EQ(percentiles.size(), 4u);
+    EXPECT_LE(percentiles["median"], percentiles["p90"]);
+    EXPECT_LE(percentiles["p90"], percentiles["p95"]);
+    EXPECT_LE(percentiles["p95"], percentiles["p99"]);
+    EXPECT_LT(percentiles["p99"].get<double>(), limit);
+  };
+  for (const std::string encoding : {"exact", "bvh"}) {
+    bake({encoding});
+    const json result = json::parse(eval({"--json", "--reference"}));
+    EXPECT_EQ(result["reference"]["different_hits"], 0);
+    EXPECT_EQ(result["sets"].size(), 5u);
+    EXPECT_EQ(result["objects"][0]["sets"], result["sets"]);
+    for (const auto& [name, set] : result["sets"].items()) {
+      SCOPED_TRACE(encoding + " " + name);
+      const json& hits = set["hits"];
+      EXPECT_EQ(hits["missed"], set["leak"]);
+      EXPECT_EQ(hits["false_hits"], set["spurious"]);
+      EXPECT_LT(set["error"].get<double>(), 1e-3) << "only where a ray passes an edge";
+      EXPECT_EQ(hits["certain"], 1);
+      EXPECT_EQ(hits["bounds_wrong"], 0);
+      EXPECT_GT(hits["compared"], 100);
+      EXPECT_EQ(hits["triangles"]["compared"], hits["compared"]);
+      EXPECT_LT(hits["triangles"]["displaced"], hits["compared"].get<double>() / 100);
+      expect_rising(hits["diagonals"], 1e-6);
+      expect_rising(hits["degrees"], 0.1);
+      EXPECT_EQ(hits.contains("voxels"), encoding == "exact");
+    }
+  }
+  bake({"segment", "--preset", "fast"});
+  const std::string text = eval({"--json", "-j", "1"});
+  EXPECT_EQ(text, eval({"--json", "-j", "2"}));
+  for (const auto& [name, set] : json::parse(text)["sets"].items()) {
+    SCOPED_TRACE(name);
+    const json& hits = set["hits"];
+    EXPECT_EQ(hits["missed"], set["leak"]);
+    EXPECT_EQ(hits["false_hits"], set["spurious"]);
+    EXPECT_EQ(hits["certain"], set["certain"]);
+    EXPECT_EQ(hits["bounds_wrong"], 0);
+    EXPECT_FALSE(hits.contains("triangles"));
+    expect_rising(hits["diagonals"], 0.5);
+    expect_rising(hits["degrees"], 180);
+    expect_rising(hits["voxels"], 200);
+    EXPECT_LT(hits["voxels"]["median"].get<double>(), 0.5);
+  }
+  const std::string table = eval({"--set", "sun"});
+  for (const char* words :
+       {"first hits", "bounds wrong", "percent of the object's diagonal", "in voxels", "in degrees"})
+    EXPECT_NE(table.find(words), std::string::npos) << words << " in:\n" << table;
+}
+
 TEST(Eval, OfAFreshBake) {
   TempDir folder;
   const std::string mesh = folder.write("ring.obj", obj_text(torus(96, 48))).string();

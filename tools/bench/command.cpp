@@ -34,7 +34,7 @@ struct Arguments : MeasureArguments {
   std::vector<uint32_t> threads;
   uint32_t rounds = 7, moved = 1000;
   std::string embree = "fastest";
-  bool stages = false, batches = false, json = false, quiet = false;
+  bool hits = false, stages = false, batches = false, json = false, quiet = false;
 };
 
 /// Each once, where it was first named.
@@ -54,6 +54,7 @@ BenchOptions resolve(const Arguments& arguments) {
                        parse_sets(arguments.sets),
                        arguments.threads,
                        !arguments.fallback.empty(),
+                       arguments.hits,
                        arguments.stages,
                        arguments.rays,
                        arguments.seed,
@@ -84,6 +85,17 @@ void check_plot(const Arguments& arguments) {
   check_output(arguments.plot);
 }
 
+void check_hits(const Arguments& arguments) {
+  if (!arguments.hits) return;
+  if (!arguments.fallback.empty())
+    throw Error(
+        Status::usage,
+        "--hits and --fallback cannot be used together: proofs with Embree behind them find no first hits");
+  if (arguments.stages)
+    throw Error(Status::usage,
+                "--hits and --stages cannot be used together: the stages are those of occlusion");
+}
+
 /// Speeds of a busy machine are of little worth, and nothing else would tell.
 void print_notes(const std::vector<ThreadRun>& runs) {
   for (const ThreadRun& run : runs) {
@@ -106,6 +118,7 @@ void run_gpu(const Arguments& arguments, const Command& command) {
   if (command.given("--isa")) refuse("--isa");
   if (arguments.embree != "fastest") refuse("--embree");
   if (!arguments.fallback.empty()) refuse("--fallback");
+  if (arguments.hits) refuse("--hits");
   if (!arguments.plot.empty()) refuse("--plot");
   const BenchOptions resolved = resolve(arguments);
   const GpuBenchOptions options{
@@ -124,8 +137,8 @@ void run_gpu(const Arguments& arguments, const Command& command) {
 bool is_scene(const std::string& file) { return render::is_gltf(file) || ending_of(file) == ".toml"; }
 
 void run_scene(const Arguments& arguments, const Command& command) {
-  for (const char* option :
-       {"--mesh", "--fallback", "--against", "--stages", "--plot", "--device", "--batches", "--precision"})
+  for (const char* option : {"--mesh", "--fallback", "--hits", "--against", "--stages", "--plot", "--device",
+                             "--batches", "--precision"})
     if (command.given(option))
       throw Error(Status::usage,
                   fmt::format("{}: {} is only for an ASSET, not for a scene", arguments.file, option));
@@ -155,6 +168,7 @@ void run(const Arguments& arguments, const Command& command) {
   if (arguments.batches) throw Error(Status::usage, "--batches is only for a GPU: add --device gpu");
   if (arguments.precision != "single")
     throw Error(Status::usage, "--precision is only for a GPU: add --device gpu");
+  check_hits(arguments);
   const BenchOptions options = resolve(arguments);
   check_plot(arguments);
   Progress progress(arguments.quiet);
@@ -203,6 +217,7 @@ void add_bench(Command app) {
   command.add_option(
       "--against", a->against,
       "Another .nif file of the same mesh to time in the same rounds, e.g. with another encoding");
+  command.add_flag("--hits", a->hits, "Race first hits (nifIntersect and rtcIntersect) instead of occlusion");
   command.add_flag("--stages", a->stages,
                    "Also time the stages: of spherical objects on one thread, or of the pipeline on a GPU");
   command
@@ -229,6 +244,7 @@ void add_bench(Command app) {
       "and the scene is asked again. Each object of a .toml needs an asset (nif = \"...\").\n"
       "Examples:\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg\n"
+      "  nif bench dragon.nif --mesh dragon.ply.gz --hits\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --device gpu --stages --batches\n"
       "  nif bench city.glb --asset city.nif\n"
       "  nif bench scene.toml --set sun --moved 100");

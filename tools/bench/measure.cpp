@@ -90,6 +90,7 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
   std::vector<Subject> subjects(result.objects);
   for (size_t i = 0; i < subjects.size(); ++i) {
     subjects[i].fallback = options.fallback;
+    subjects[i].hits = options.hits;
     subjects[i].proves = asset.proves(i);
   }
   for (uint32_t threads : options.threads) {

@@ -82,6 +82,7 @@ struct BenchOptions {
   std::vector<bake::RaySet> sets;
   std::vector<uint32_t> threads;
   bool fallback;  ///< the asset's proofs in front of Embree's BVHs, instead of the asset alone
+  bool hits;      ///< first hits are raced, not occlusion
   bool stages;    ///< on one thread, kept with the first of `threads`
   uint64_t rays, seed;
   Schedule schedule;

@@ -117,8 +117,9 @@ void draw_run(Svg& svg, const ThreadRun& run, const BenchResult& result, double 
 
 std::string bench_plot(const BenchOptions& options, const BenchResult& result) {
   Svg svg;
-  const std::string title = fmt::format(
-      "{} and Embree {}", std::filesystem::path(options.asset).filename().string(), bake::embree_version());
+  const std::string title =
+      fmt::format("{} and Embree {}{}", std::filesystem::path(options.asset).filename().string(),
+                  bake::embree_version(), options.hits ? ": first hits" : "");
   double y = kMargin;
   svg.text(kMargin, y + 14, "title", title);
   svg.text(kMargin, y + 36, "note",

@@ -23,46 +23,70 @@ NifRay to_ray(const kernels::Segment& s) {
 /// A set of rays as the runtime's public interface takes them.
 class Asked {
  public:
-  explicit Asked(const bake::LabelledRays& rays)
-      : source_(rays), rays_(rays.segments.size()), visible_(rays.segments.size()) {}
+  Asked(const bake::LabelledRays& rays, bool first_hits)
+      : source_(rays), first_hits_(first_hits), rays_(rays.segments.size()), answers_(rays.segments.size()) {
+    if (!first_hits) return;
+    t_.resize(rays_.size());
+    normal_.resize(rays_.size());
+    triangle_.resize(rays_.size());
+  }
 
   void lay_out() {
     std::transform(source_.segments.begin(), source_.segments.end(), rays_.begin(), to_ray);
-    std::fill(visible_.begin(), visible_.end(), uint8_t{0xff});
+    std::fill(answers_.begin(), answers_.end(), uint8_t{0xff});
+    std::fill(t_.begin(), t_.end(), 0.f);
+    std::fill(normal_.begin(), normal_.end(), std::array<float, 3>{});
+    std::fill(triangle_.begin(), triangle_.end(), 0u);
   }
 
   /// One call for all rays, whatever the threads: they are the device's.
   void ask(NifScene scene) {
     NifQuery query = nifQueryRays(rays_.data(), rays_.size());
-    query.visible = visible_.data();
-    check(nifQuery(scene, &query));
+    if (!first_hits_) {
+      query.visible = answers_.data();
+      return check(nifQuery(scene, &query));
+    }
+    NifHits hits{};
+    hits.struct_size = sizeof(hits);
+    hits.hit = answers_.data();
+    hits.t = t_.data();
+    hits.normal = normal_.front().data();
+    hits.triangle = triangle_.data();
+    check(nifIntersect(scene, &query, &hits));
   }
   /// Proofs first.
   void ask(NifScene scene, const bake::EmbreeScene& embree, bake::EmbreeCall call) {
     proofs_first_.ask(scene, nifQueryRays(rays_.data(), rays_.size()), source_.segments, embree, call,
-                      visible_.data());
+                      answers_.data());
   }
 
+  /// Of first hits, those that hit or miss wrongly.
   size_t wrong() const {
     size_t wrong = 0;
-    for (size_t i = 0; i < visible_.size(); ++i) wrong += visible_[i] != source_.visible[i];
+    for (size_t i = 0; i < answers_.size(); ++i)
+      wrong += answers_[i] != (first_hits_ ? !source_.visible[i] : source_.visible[i]);
     return wrong;
   }
 
  private:
   const bake::LabelledRays& source_;
+  bool first_hits_;
   std::vector<NifRay> rays_;
-  std::vector<uint8_t> visible_;
+  std::vector<uint8_t> answers_;  ///< NifQuery::visible, or NifHits::hit
+  std::vector<float> t_;
+  std::vector<std::array<float, 3>> normal_;
+  std::vector<uint32_t> triangle_;
   ProofsFirst proofs_first_;
 };
 
-std::vector<EmbreeVariant> variants_for(bake::RaySet set, bool instances) {
+std::vector<EmbreeVariant> variants_for(bake::RaySet set, bool instances, bool hits) {
   std::vector<EmbreeVariant> variants;
   for (size_t build = 0; build < kEmbreeBuilds.size(); ++build) {
     for (bake::EmbreeCall call : bake::kEmbreeCalls) {
+      if (bake::finds_first_hits(call) != hits) continue;
       variants.push_back({.build = build, .call = call, .coherent = false});
       // Where rays are not coherent, the hint that they are halves the speed; single rays have no use for it.
-      if (set == bake::RaySet::sun && call != bake::EmbreeCall::occluded1 && !instances)
+      if (set == bake::RaySet::sun && !bake::takes_single_rays(call) && !instances)
         variants.push_back({.build = build, .call = call, .coherent = true});
     }
   }
@@ -91,12 +115,12 @@ std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t ind
                                 const std::function<void(double, const std::string&)>& progress) {
   SetSpeeds start;
   start.set = set;
-  start.embree = variants_for(set, subjects.front().instances);
+  start.embree = variants_for(set, subjects.front().instances, subjects.front().hits);
   std::vector<Asked> asked;
   std::vector<bake::EmbreeRays> laid_out;
   for (const Subject& subject : subjects) {
     start.accuracy += subject.accuracies[index];
-    asked.emplace_back(subject.sets[index]);
+    asked.emplace_back(subject.sets[index], subject.hits);
     laid_out.emplace_back(subject.sets[index].segments.size());
     if (subject.against.empty()) continue;
     if (!start.against) start.against.emplace();

@@ -26,6 +26,7 @@ struct Subject {
   /// return from rtcOccluded16 with that hint.
   bool instances = false;
   bool fallback = false;  ///< proofs alone are asked of `scenes`, and Embree about the rest
+  bool hits = false;      ///< all sides are asked for first hits
   bool proves = true;     ///< false: there are none, so that a program would ask Embree alone
 };
 

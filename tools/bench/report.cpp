@@ -101,17 +101,17 @@ std::string other_table(const ThreadRun& run, const BenchOptions& options, const
 std::string build_table(const ThreadRun& run, const BenchResult& result) {
   const auto resident = double(result.info.resident_bytes);
   std::string table = fmt::format("{:<16}{:>9}{:>7}", "", "memory", "");
-  for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>9}{:<14}", "", bake::name_of(speeds.set));
+  for (const SetSpeeds& speeds : run.sets) table += fmt::format("{:>9}{:<15}", "", bake::name_of(speeds.set));
   table += fmt::format("\n{:<16}{:>9}{:>7}", "nif", format_bytes(resident), "1 x");
   for (const SetSpeeds& speeds : run.sets)
-    table += fmt::format("{:>8}{:15}", format_rate(speeds.rate().median), "");
+    table += fmt::format("{:>8}{:16}", format_rate(speeds.rate().median), "");
   for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {
     const auto bytes = double(result.embree_bytes[b]);
     table += fmt::format("\nEmbree {:<9}{:>9}{:>5.0f} x", name_of(kEmbreeBuilds[b]), format_bytes(bytes),
                          bytes / resident);
     for (const SetSpeeds& speeds : run.sets) {
       const EmbreeVariant& best = speeds.best(b);
-      table += fmt::format("{:>8} {:<14}", format_rate(best.rate().median),
+      table += fmt::format("{:>8} {:<15}", format_rate(best.rate().median),
                            fmt::format("{}{}", bake::name_of(best.call), best.coherent ? "*" : ""));
     }
   }
@@ -218,6 +218,7 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
               {"embree", embree_bytes_json(result)}}}};
   if (!options.against.empty()) json["against"] = options.against;
   if (options.fallback) json["fallback"] = "embree";
+  if (options.hits) json["hits"] = true;
   return json;
 }
 
@@ -233,6 +234,9 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
         "nif: proofs first, and for rays that they leave open rtcOccluded1 of the build that is fastest so. "
         "certain: "
         "proven.\n";
+  if (options.hits)
+    text +=
+        "First hits: nifIntersect (hit, t, normal, triangle) and rtcIntersect. Errors are of hit or miss.\n";
   for (const ThreadRun& run : result.runs) {
     text += fmt::format("\n{}\n\n{}{}", count_of(run.threads, "thread"), run_tables(run, result),
                         other_table(run, options, result));

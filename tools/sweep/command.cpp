@@ -133,6 +133,7 @@ void run(const Arguments& arguments) {
                            {1},
                            false,
                            false,
+                           false,
                            std::max<uint64_t>(arguments.rays, 20'000),
                            arguments.seed + 1,
                            {}};
