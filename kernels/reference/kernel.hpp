@@ -9,6 +9,12 @@
 
 namespace nif::kernels {
 
+/// intersect(), of whatever field is known where this is used: within a kernel that name is the kernel's own.
+template <class Field>
+Hit first_hit(const Field& field, const Segment& segment, float limit) {
+  return intersect(field, segment, limit);
+}
+
 template <class Field>
 class ReferenceKernel final : public ObjectKernel {
  public:
@@ -31,7 +37,7 @@ class ReferenceKernel final : public ObjectKernel {
   }
   void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void*) const override {
     intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
-      return kernels::intersect(field_, segment, nearest);
+      return first_hit(field_, segment, nearest);
     });
   }
 
