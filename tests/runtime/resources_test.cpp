@@ -91,6 +91,12 @@ class ThreadResources : public RuntimeTest, public testing::WithParamInterface<c
       open.rays = &open_ray;
       open.count = &open_count;
       check(nifQueryOpen(scene, &query, &open));
+      query = nifQueryRays(test.rays_.data(), test.rays_.size());
+      NifHits hits{};
+      hits.struct_size = sizeof(hits);
+      hits.t = answers.probability.data();
+      hits.hit = answers.visible.data();
+      check(nifIntersect(scene, &query, &hits));
       query = nifQueryRays(test.rays_.data(), 100);
       query.visible = answers.visible.data();
       check(nifQuery(scene, &query));
