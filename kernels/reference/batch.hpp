@@ -1,6 +1,8 @@
 // One segment or one hit of a batch, as the scalar code has it.
 #pragma once
 
+#include <algorithm>
+
 #include "kernels/reference/hit.hpp"
 #include "kernels/reference/object_kernel.hpp"
 #include "kernels/reference/ray.hpp"
@@ -47,6 +49,17 @@ inline void set_hit(HitBatch& hits, uint32_t i, const Hit& hit) {
   hits.triangle[i] = hit.triangle;
   hits.u[i] = hit.u;
   hits.v[i] = hit.v;
+}
+
+/// The same hit for the first `count` segments, column by column.
+inline void fill_hits(HitBatch& hits, uint32_t count, const Hit& hit) {
+  std::fill_n(hits.t, count, hit.t);
+  std::fill_n(hits.low, count, hit.low);
+  std::fill_n(hits.high, count, hit.high);
+  for (int a = 0; a < 3; ++a) std::fill_n(hits.normal[a], count, hit.normal[a]);
+  std::fill_n(hits.triangle, count, hit.triangle);
+  std::fill_n(hits.u, count, hit.u);
+  std::fill_n(hits.v, count, hit.v);
 }
 
 /// `intersect_one(segment, limit)` finds each.

@@ -346,7 +346,7 @@ struct BvhHitScratch {
 };
 HWY_INLINE void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
                                  const float* leave, HitBatch& hits, BvhHitScratch& scratch) {
-  for (uint32_t i = 0; i < batch.count; ++i) set_hit(hits, i, Hit());
+  fill_hits(hits, batch.count, Hit());
   traverse_for(FirstTriangle(batch, scratch.answers, hits), tree, batch, enter, leave, scratch.traversal);
   for (uint32_t i = 0; i < batch.count; ++i)
     if (!(hits.t[i] < kNoHit) && scratch.answers.certain[i] != 0) hits.low[i] = kNoHit;

@@ -71,7 +71,7 @@ HWY_NOINLINE void intersect_exact_by_reference(const ExactField& field, const Se
 void intersect_exact(const PackedExactField& packed, const SegmentBatch& batch, const float* limit,
                      HitBatch& hits, void* memory) {
   auto& s = *static_cast<ExactHitScratch*>(memory);
-  for (uint32_t i = 0; i < batch.count; ++i) set_hit(hits, i, no_hit(true));
+  fill_hits(hits, batch.count, no_hit(true));
   Walker walker(packed.field.proof, packed.walk, batch, s.bvh.answers, s.rays, s.log, s.hard);
   while (walker.walk()) {
     s.left.count = s.log.count;

@@ -157,7 +157,7 @@ class HitPlacer {
 template <class Field, class Network, class ByReference>
 void hits_by_planes(const Field& field, const WalkGrid& grid, const SegmentBatch& batch, const float* limit,
                     HitBatch& hits, HitScratch& s, const Network& network, const ByReference& by_reference) {
-  for (uint32_t i = 0; i < batch.count; ++i) set_hit(hits, i, no_hit(true));
+  fill_hits(hits, batch.count, no_hit(true));
   Walker walker(field, grid, batch, s.answers, s.rays, s.log, s.hard);
   const HitPlacer<Network> placer(field, batch, limit, network, s, hits);
   while (walker.walk()) placer.place();

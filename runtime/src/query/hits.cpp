@@ -1,5 +1,8 @@
 #include "query/hits.hpp"
 
+#include <algorithm>
+#include <cstring>
+
 #include "query/float_environment.hpp"
 #include "query/rounds.hpp"
 
@@ -37,11 +40,9 @@ void intersect_object(const NifSceneObject& scene, const Pair* pairs, uint32_t c
     if (!stays_certain(scene.instances[pairs[k].instance], object.reach_scale, segment_of(area.rays, i),
                        segment_of(area.object_rays, k)))
       kernels::forget_proof(hit);
-    if (scene.instances.size() > 1) {
-      const kernels::BoxRay prepared{{area.inverse[0][i], area.inverse[1][i], area.inverse[2][i]}};
-      const kernels::WorldBox box = scene.hierarchy.box(scene.instances[pairs[k].instance].place);
-      kernels::begin_in_box(hit, kernels::pass_box(box, segment_of(area.rays, i), prepared).enter);
-    }
+    const kernels::BoxRay prepared{{area.inverse[0][i], area.inverse[1][i], area.inverse[2][i]}};
+    const kernels::WorldBox box = scene.hierarchy.box(scene.instances[pairs[k].instance].place);
+    kernels::begin_in_box(hit, kernels::pass_box(box, segment_of(area.rays, i), prepared).enter);
     SceneHit nearest = scene_hit(area, i);
     nearest.add(hit, pairs[k].instance);
     set_scene_hit(area, i, nearest);
@@ -56,11 +57,24 @@ TraversalRay shortened_ray(const WorkArea& area, uint32_t i) {
 }
 
 void intersect_one_instance(const NifSceneObject& scene, WorkArea& area) {
-  for (uint32_t i = 0; i < area.rays.count; ++i) {
-    set_scene_hit(area, i, SceneHit());
-    area.pairs[0][i] = {scene.instances[0].object, 0, i};
+  const Instance& instance = scene.instances[0];
+  const PlacedObject& object = scene.objects[instance.object];
+  const uint32_t count = area.rays.count;
+  std::fill_n(area.hit_limit, count, kNoHit);
+  if (instance.identity) {
+    object.kernel->intersect(area.rays, area.hit_limit, area.hits, area.kernel_scratch);
+  } else {
+    transform_batch(instance, area.rays, area.object_rays);
+    object.kernel->intersect(area.object_rays, area.hit_limit, area.hits, area.kernel_scratch);
+    for (uint32_t i = 0; i < count; ++i) {
+      if (stays_certain(instance, object.reach_scale, segment_of(area.rays, i),
+                        segment_of(area.object_rays, i)))
+        continue;
+      area.hits.low[i] = -kNoHit;
+      area.hits.high[i] = kNoHit;
+    }
   }
-  if (area.rays.count != 0) intersect_object(scene, area.pairs[0], area.rays.count, area);
+  for (uint32_t i = 0; i < count; ++i) area.hit_instance[i] = area.hits.t[i] < kNoHit ? 0 : kNoInstance;
 }
 
 void intersect_in_rounds(const NifSceneObject& scene, WorkArea& area) {
@@ -78,54 +92,62 @@ void turn_normals(const NifSceneObject& scene, WorkArea& area) {
   for (uint32_t i = 0; i < area.rays.count; ++i) {
     if (area.hit_instance[i] == kNoInstance) continue;
     const Instance& instance = scene.instances[area.hit_instance[i]];
-    const Hit hit = kernels::hit_of(area.hits, i);
-    const Segment ray = segment_of(area.rays, i);
-    float normal[3];
-    kernels::world_normal(instance.identity ? nullptr : &instance.to_object, hit.normal, ray.direction,
-                          normal);
-    for (int a = 0; a < 3; ++a) area.hits.normal[a][i] = normal[a];
+    const float normal[3] = {area.hits.normal[0][i], area.hits.normal[1][i], area.hits.normal[2][i]};
+    const float direction[3] = {area.rays.direction[0][i], area.rays.direction[1][i],
+                                area.rays.direction[2][i]};
+    float turned[3];
+    kernels::world_normal(instance.identity ? nullptr : &instance.to_object, normal, direction, turned);
+    for (int a = 0; a < 3; ++a) area.hits.normal[a][i] = turned[a];
   }
 }
 
-template <class To, class Value>
-void write(To* array, uint64_t first, uint32_t count, const Value& value) {
+/// A column of the batch, as it is.
+template <class T>
+void write(T* array, uint64_t first, uint32_t count, const T* column) {
+  if (array) std::memcpy(reinterpret_cast<char*>(array) + first * sizeof(T), column, count * sizeof(T));
+}
+/// value(0), value(1), ...
+template <class T, class Value>
+void write_each(T* array, uint64_t first, uint32_t count, const Value& value) {
   if (!array) return;
-  char* to = reinterpret_cast<char*>(array) + first * sizeof(To);
-  for (uint32_t i = 0; i < count; ++i, to += sizeof(To)) {
-    const To one = value(i);
-    std::memcpy(to, &one, sizeof(To));
+  char* to = reinterpret_cast<char*>(array) + first * sizeof(T);
+  for (uint32_t i = 0; i < count; ++i, to += sizeof(T)) {
+    const T one = value(i);
+    std::memcpy(to, &one, sizeof(T));
   }
 }
 
 }  // namespace
 
-NIF_COMPUTES void intersect_batch(const NifSceneObject& scene, WorkArea& area) {
+NIF_COMPUTES void intersect_batch(const NifSceneObject& scene, bool normals, WorkArea& area) {
   if (scene.instances.size() == 1)
     intersect_one_instance(scene, area);
   else
     intersect_in_rounds(scene, area);
-  turn_normals(scene, area);
+  if (normals) turn_normals(scene, area);
 }
 
-NIF_COMPUTES void write_hits(const NifSceneObject& scene, const NifHits& hits, uint64_t first,
-                             WorkArea& area) {
+void write_hits(const NifSceneObject& scene, const NifHits& hits, uint64_t first, WorkArea& area) {
   const uint32_t count = area.rays.count;
   const kernels::HitBatch& found = area.hits;
-  const auto in_column = [&](const auto* column) { return [column](uint32_t i) { return column[i]; }; };
-  write(hits.hit, first, count, [&](uint32_t i) { return uint8_t(found.t[i] < kNoHit); });
-  write(hits.certain, first, count, [&](uint32_t i) { return uint8_t(kernels::hit_of(found, i).certain()); });
-  write(hits.t, first, count, in_column(found.t));
-  write(hits.t_low, first, count, in_column(found.low));
-  write(hits.t_high, first, count, in_column(found.high));
-  write(hits.u, first, count, in_column(found.u));
-  write(hits.v, first, count, in_column(found.v));
-  write(hits.triangle, first, count, in_column(found.triangle));
-  write(hits.instance, first, count, in_column(area.hit_instance));
-  write(hits.object, first, count, [&](uint32_t i) {
+  write(hits.t, first, count, found.t);
+  write(hits.t_low, first, count, found.low);
+  write(hits.t_high, first, count, found.high);
+  write(hits.u, first, count, found.u);
+  write(hits.v, first, count, found.v);
+  write(hits.triangle, first, count, found.triangle);
+  write(hits.instance, first, count, area.hit_instance);
+  write_each(hits.hit, first, count, [&](uint32_t i) { return uint8_t(found.t[i] < kNoHit); });
+  write_each(hits.certain, first, count,
+             [&](uint32_t i) { return uint8_t(found.high[i] < kNoHit || found.low[i] == kNoHit); });
+  write_each(hits.object, first, count, [&](uint32_t i) {
     const uint32_t instance = area.hit_instance[i];
     return instance == kNoInstance ? kNoInstance : scene.objects[scene.instances[instance].object].number;
   });
-  write(hits.normal, 3 * first, 3 * count, [&](uint32_t k) { return found.normal[k % 3][k / 3]; });
+  for (uint32_t i = 0; hits.normal && i < count; ++i) {
+    const float normal[3] = {found.normal[0][i], found.normal[1][i], found.normal[2][i]};
+    std::memcpy(reinterpret_cast<char*>(hits.normal) + (first + i) * sizeof(normal), normal, sizeof(normal));
+  }
 }
 
 }  // namespace nif::runtime

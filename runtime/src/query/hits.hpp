@@ -15,8 +15,9 @@ void visit_hit_outputs(const NifHits& hits, const Visit& visit) {
   visit(hits.instance), visit(hits.object), visit(hits.triangle);
 }
 
-/// Finds the first hits of area.rays: area.hits, with normals in world space.
-void intersect_batch(const NifSceneObject& scene, WorkArea& area);
+/// Finds the first hits of area.rays: area.hits. Where there is one, its normal is in world space if
+/// `normals`, and else means nothing.
+void intersect_batch(const NifSceneObject& scene, bool normals, WorkArea& area);
 
 /// Writes those of rays first, first + 1, ... to the outputs that are asked for.
 void write_hits(const NifSceneObject& scene, const NifHits& hits, uint64_t first, WorkArea& area);

@@ -39,7 +39,7 @@ void answer_batch_of(const NifSceneObject& scene, const Request& request, uint64
   const auto count = uint32_t(std::min<uint64_t>(request.batch_rays, query.count - first));
   read_rays(query, first, count, area.rays);
   if (request.hits) {
-    intersect_batch(scene, area);
+    intersect_batch(scene, request.hits->normal != nullptr, area);
     write_hits(scene, *request.hits, first, area);
     return;
   }
