@@ -129,7 +129,7 @@ void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& 
       differ += found.visible != expected.back().visible || found.certain != expected.back().certain ||
                 found.logit != expected.back().logit;
     }
-    if (by_reference || b % 4 == 0) differ += wrong_hits(o.field, work->batch, fast, proofs, work->scratch);
+    if (by_reference || b % 8 == 0) differ += wrong_hits(o.field, work->batch, fast, proofs, work->scratch);
     for (const kernels::KernelPointer& kernel : fast) {
       kernel->answer(work->batch, work->answers, work->scratch);
       for (uint32_t i = 0; i < kernels::kBatchRays; ++i)

@@ -63,6 +63,9 @@ struct ExactHitScratch {
 };
 static_assert(sizeof(ExactHitScratch) <= kKernelScratchBytes);
 
+/// So few rays are not worth a walk: their triangles give the same answers.
+constexpr uint32_t kFewRays = 16;
+
 HWY_NOINLINE void intersect_exact_by_reference(const ExactField& field, const SegmentBatch& batch,
                                                uint32_t ray, float limit, HitBatch& hits) {
   set_hit(hits, ray, intersect(field, segment_of(batch, ray), limit));
@@ -71,6 +74,11 @@ HWY_NOINLINE void intersect_exact_by_reference(const ExactField& field, const Se
 void intersect_exact(const PackedExactField& packed, const SegmentBatch& batch, const float* limit,
                      HitBatch& hits, void* memory) {
   auto& s = *static_cast<ExactHitScratch*>(memory);
+  if (batch.count <= kFewRays) {
+    for (uint32_t i = 0; i < batch.count; ++i) s.leave[i] = min_of(next_above(limit[i]), batch.tmax[i]);
+    traverse_to_hits(packed.tree, batch, batch.tmin, s.leave, hits, s.bvh);
+    return;
+  }
   fill_hits(hits, batch.count, no_hit(true));
   Walker walker(packed.field.proof, packed.walk, batch, s.bvh.answers, s.rays, s.log, s.hard);
   while (walker.walk()) {
@@ -100,8 +108,6 @@ HWY_NOINLINE void answer_exact_by_reference(const ExactField& field, const Segme
 void answer_exact(const PackedExactField& packed, const SegmentBatch& batch, AnswerBatch& answers,
                   void* memory) {
   auto& s = *static_cast<ExactScratch*>(memory);
-  // Too few rays for a walk to be worth setting up: the triangles give the same answers.
-  constexpr uint32_t kFewRays = 16;
   if (batch.count <= kFewRays) {
     traverse(packed.tree, batch, batch.tmin, batch.tmax, answers, s.bvh);
     return;

@@ -157,6 +157,12 @@ class HitPlacer {
 template <class Field, class Network, class ByReference>
 void hits_by_planes(const Field& field, const WalkGrid& grid, const SegmentBatch& batch, const float* limit,
                     HitBatch& hits, HitScratch& s, const Network& network, const ByReference& by_reference) {
+  // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
+  constexpr uint32_t kFewRays = 2;
+  if (batch.count <= kFewRays) {
+    for (uint32_t i = 0; i < batch.count; ++i) set_hit(hits, i, by_reference(i));
+    return;
+  }
   fill_hits(hits, batch.count, no_hit(true));
   Walker walker(field, grid, batch, s.answers, s.rays, s.log, s.hard);
   const HitPlacer<Network> placer(field, batch, limit, network, s, hits);
