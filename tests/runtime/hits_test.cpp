@@ -12,7 +12,7 @@ namespace nif::test {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr RandomAssetOptions kAllEncodings{
+constexpr RandomAssetOptions kHitEncodings{
     .objects = 2, .instances = 0, .bvhs = 2, .sphericals = 1, .exacts = 2, .proofs = 1};
 
 /// All outputs of one call, in arrays of their exact lengths.
@@ -99,7 +99,7 @@ kernels::SceneHit plain_hit(const format::AssetView& view, const std::vector<Pla
 TEST_F(RuntimeTest, FirstHitsAreTheNearestOfAllInstances) {
   uint64_t met = 0, several = 0;
   for (uint64_t seed = 0; seed < 6; ++seed) {
-    const format::AssetView& view = make(seed, kAllEncodings);
+    const format::AssetView& view = make(seed, kHitEncodings);
     const NifAsset asset = load();
     Random random(seed);
     std::vector<std::vector<Placed>> scenes;
@@ -159,7 +159,7 @@ TEST_F(RuntimeTest, FirstHitsAreTheNearestOfAllInstances) {
 }
 
 TEST_F(RuntimeTest, FirstHitsDoNotDependOnThreadsOrInstructions) {
-  const format::AssetView& view = make(9, kAllEncodings);
+  const format::AssetView& view = make(9, kHitEncodings);
   const auto rays = rays_near(view, 9, 10'000);
   std::optional<FirstHits> first;
   for (const char* config : {"threads=1,isa=scalar", "threads=3", "threads=1,isa=sse4", "threads=1,isa=avx2",
@@ -192,7 +192,7 @@ TEST_F(RuntimeTest, FirstHitsDoNotDependOnThreadsOrInstructions) {
 }
 
 TEST_F(RuntimeTest, FirstHitsOneOutputAtATime) {
-  const format::AssetView& view = make(4, kAllEncodings);
+  const format::AssetView& view = make(4, kHitEncodings);
   const auto rays = rays_near(view, 4, 3000);
   const NifScene scene = new_scene();
   ASSERT_EQ(nifAddAsset(scene, load(), nullptr, nullptr, nullptr), NIF_OK);
@@ -233,7 +233,7 @@ TEST_F(RuntimeTest, FirstHitsOfAnEmptySceneAndOfNoRays) {
 }
 
 TEST_F(RuntimeTest, FirstHitsRefuseWhatIsWrong) {
-  make(1, kAllEncodings);
+  make(1, kHitEncodings);
   const NifScene scene = scene_of(load(), 0);
   const std::vector<NifRay> rays(5, NifRay{{0, 0, 0}, 0, {1, 0, 0}, 1});
   FirstHits arrays(rays.size());
