@@ -22,8 +22,8 @@ struct Hit {
   float low = -kNoHit, high = kNoHit;
   float normal[3] = {};  ///< of the surface there, in object space, of either side and any length; may be 0
   uint32_t triangle = kNoTriangle;
-  float u = 0,
-        v = 0;  ///< the point is (1 - u - v) of the triangle's first vertex, u of its second, v of its third
+  /// The point is 1 - u - v of the triangle's first vertex, u of its second, v of its third.
+  float u = 0, v = 0;
 
   NIF_HOST_DEVICE bool certain() const { return high < kNoHit || low == kNoHit; }
 };
