@@ -28,6 +28,7 @@ struct SceneObject {
   uint32_t lists[2];  ///< of the pipeline: for items of the encoding's first sort, and of its second
   Calibration calibration;
   float reach_scale;
+  uint32_t number;  ///< in its asset
 };
 
 /// An item of the pipeline in the making: a ray that waits for a network. Its words are in the thread's
