@@ -78,6 +78,7 @@ void lay_out(Arena& arena, const GpuSceneView& view, GpuScene& scene) {
     const CardObject& object = view.objects[i].asset->objects[view.objects[i].object];
     objects.push_back(&object);
     placed.push_back(object.object);
+    placed.back().number = view.objects[i].object;
     words = std::max(words, object.row_words);
     scene.kinds |= object.object.kind;
   }

@@ -48,6 +48,10 @@ constexpr uint64_t gpu_layout() {
   hash.structure<NifOpenRays>({&NifOpenRays::struct_size, &NifOpenRays::capacity, &NifOpenRays::rays,
                                &NifOpenRays::tmin, &NifOpenRays::tmax, &NifOpenRays::count});
 
+  hash.structure<NifHits>({&NifHits::struct_size, &NifHits::hit, &NifHits::t, &NifHits::normal,
+                           &NifHits::instance, &NifHits::object, &NifHits::triangle, &NifHits::u, &NifHits::v,
+                           &NifHits::certain, &NifHits::t_low, &NifHits::t_high});
+
   hash.number(sizeof(kernels::AnyField));
   hash.number(alignof(kernels::AnyField));
   describe_fields(hash, std::type_identity<kernels::AnyField>());

@@ -66,6 +66,11 @@ void Gpu::query_open(NifSceneObject& scene, const NifQuery& query, const NifOpen
   check(module_.query_open(device_, scene.on_gpu, &query, &open, &message), message);
 }
 
+void Gpu::intersect(NifSceneObject& scene, const NifQuery& query, const NifHits& hits) {
+  GpuMessage message;
+  check(module_.intersect(device_, scene.on_gpu, &query, &hits, &message), message);
+}
+
 static_assert(uint32_t(GpuMeasure::single_bvh) == NIF_MEASURE_SINGLE_BVH &&
               kMeasuredStages == NIF_MEASURED_STAGES);
 
@@ -75,9 +80,9 @@ void Gpu::measure(NifSceneObject& scene, const NifQuery& query, GpuMeasure measu
   check(module_.measure_query(device_, scene.on_gpu, &query, measure, rounds, seconds, &message), message);
 }
 
-void Gpu::start(NifSceneObject& scene, const NifQuery& query, NifJobObject& job) {
+void Gpu::start(NifSceneObject& scene, const NifQuery& query, const NifHits* hits, NifJobObject& job) {
   GpuMessage message;
-  check(module_.start_query(device_, scene.on_gpu, &query, &job.on_gpu, &message), message);
+  check(module_.start_query(device_, scene.on_gpu, &query, hits, &job.on_gpu, &message), message);
 }
 
 void Gpu::wait(NifJobObject& job) {

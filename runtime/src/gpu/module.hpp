@@ -16,7 +16,7 @@
 namespace nif::runtime {
 
 /// Changes with anything in this file.
-inline constexpr uint32_t kGpuModuleVersion = 4;
+inline constexpr uint32_t kGpuModuleVersion = 5;
 /// The module's only symbol: const GpuModule* nif_hip_module(void).
 inline constexpr const char* kGpuModuleSymbol = "nif_hip_module";
 
@@ -103,13 +103,17 @@ struct GpuModule {
   /// Answers a query of device memory as nifQueryOpen does, likewise.
   NifError (*query_open)(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifOpenRays* open,
                          GpuMessage* message);
+  /// Finds the first hits of a query of device memory as nifIntersect does, likewise.
+  NifError (*intersect)(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifHits* hits,
+                        GpuMessage* message);
   /// Answers a query of host memory from memory of the device, once and then `rounds` times, and tells how
   /// long each of those took there: seconds[rounds], or [rounds][kMeasuredStages] of stages.
   NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMeasure measure,
                             uint32_t rounds, double* seconds, GpuMessage* message);
-  /// Answers a query of device memory, and *job is done when that is.
-  NifError (*start_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuJob** job,
-                          GpuMessage* message);
+  /// Answers a query of device memory, or finds its first hits where `hits` is not null; *job is done when
+  /// that is.
+  NifError (*start_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifHits* hits,
+                          GpuJob** job, GpuMessage* message);
   NifError (*wait_job)(GpuDevice* device, GpuJob* job, GpuMessage* message);
   NifError (*is_job_done)(GpuDevice* device, GpuJob* job, uint32_t* done, GpuMessage* message);
   /// Neither waits for it nor ends it.
