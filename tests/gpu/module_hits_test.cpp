@@ -127,6 +127,25 @@ TEST_P(GpuFirstHits, GoOnFromLaunchToLaunch) {
   EXPECT_EQ(machine().launches - launches, 5u);
 }
 
+/// 2^32 + 1 rays: as many launches as that takes are put into the stream. They are not run here.
+TEST_P(GpuFirstHits, OfMoreRaysThan32BitsCount) {
+  TwinScenes twins(config(card()));
+  twins.add(twins.load(random_asset(9, {.objects = 1})), 0, kIdentity);
+  twins.commit();
+  machine().most_rays = 1u << 30;
+  CardHitQuery asked(machine(), card(), std::vector<NifRay>(1));
+  asked.query.count = (uint64_t{1} << 32) + 1;
+  asked.query.origin_stride = asked.query.direction_stride = 0;
+  asked.query.tmin_stride = asked.query.tmax_stride = 0;
+  const uint32_t launches = machine().launches;
+  const uint64_t rays = machine().rays_launched;
+  machine().discard = true;
+  EXPECT_EQ(nifIntersect(twins.gpu(), &asked.query, &asked.hits), NIF_OK) << nifGetErrorMessage();
+  EXPECT_EQ(machine().launches - launches, 5u);
+  EXPECT_EQ(machine().rays_launched - rays, asked.query.count);
+  machine().discard = false;
+}
+
 /// Any layout of the rays, and any outputs: those that are not asked for are not written, and the others are
 /// what they always are.
 TEST_P(GpuFirstHits, LayoutsAndOutputs) {
