@@ -104,7 +104,7 @@ class FirstTriangle {
   static constexpr bool kNearestFirst = true;
   struct State {
     NearestTriangle nearest;
-    BvhRay exact;
+    TriangleRay exact;
     bool prepared;
   };
 
@@ -120,7 +120,8 @@ class FirstTriangle {
   HWY_INLINE bool look_at(const BvhField& field, Flight<FirstTriangle>& flight,
                           const OpenTriangles& found) const {
     State& state = flight.state;
-    if (!state.prepared) state.prepared = prepare_ray(field, segment_of(batch_, flight.number), state.exact);
+    if (!state.prepared) prepare_for_triangles(segment_of(batch_, flight.number), state.exact);
+    state.prepared = true;
     const BvhNode& node = field.nodes[found.visit.node()];
     uint32_t ranks = found.ranks, open = found.open;
     for (; open != 0; open >>= 1, ranks &= ranks - 1) {
