@@ -32,8 +32,8 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 constexpr uint32_t kFlightGroups = 3;
 constexpr uint32_t kFlights = 8;
 
-/// Cache lines of a node's vertices that are fetched before its leaves are tested.
-constexpr uint32_t kVertexLines = 4;
+/// Cache lines of a node's triangles and of their vertices that are fetched before its leaves are tested.
+constexpr uint32_t kTriangleLines = 2, kVertexLines = 6;
 
 /// Nodes still to be visited, inner slots of one node: from bit 0 on its first_node, from bit 32 on the inner
 /// slots, from bit 40 on those that are to be visited.
@@ -284,7 +284,8 @@ class Traversal {
     met_triangles[count] = {{flight.next | uint64_t(at) << 32}, leaves, 0};
     count += leaves != 0;
     // Also where no leaf is met: a branch costs more.
-    __builtin_prefetch(field.triangles[node.first_triangle]);
+    for (uint32_t line = 0; line < kTriangleLines; ++line)
+      __builtin_prefetch(field.triangles[node.first_triangle] + 64 * line);
     for (uint32_t line = 0; line < kVertexLines; ++line)
       __builtin_prefetch(reinterpret_cast<const char*>(field.vertices[node.first_vertex]) + 64 * line);
 
