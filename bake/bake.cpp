@@ -112,7 +112,7 @@ class Driver {
     clock_.emplace(prepared_.objects, callback_);
     result_.objects.resize(count);
     candidates_.resize(count);
-    reserve_ = kMetadataBytes + kMetadataBytesPerObject * count + scene_bytes(scene_, result_);
+    reserve_ = kMetadataBytes + kMetadataBytesPerObject * count + scene_bytes(scene_, options_, result_);
     if (options_.lean) reserve_ += kMetadataBytesOfLean * count;
     for (size_t i = 0; i < count; ++i) add_candidate(i);
   }

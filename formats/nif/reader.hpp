@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/nif/bvh/source_triangles.hpp"
 #include "formats/nif/container.hpp"
 #include "formats/nif/encodings.hpp"
 #include "formats/nif/spherical/primary.hpp"
@@ -58,19 +59,26 @@ struct InstanceView {
 /// With what its objects share: `networks`, `spherical_networks`.
 struct AssetView : SharedView {
   explicit AssetView(std::pmr::memory_resource* memory)
-      : SharedView(memory), sections(memory), objects(memory), instances(memory), primaries(memory) {}
+      : SharedView(memory),
+        sections(memory),
+        objects(memory),
+        instances(memory),
+        primaries(memory),
+        source_triangles(memory) {}
 
   std::span<const std::byte> bytes;
   std::string_view metadata;  ///< JSON, not parsed; empty where the file has none
   std::pmr::vector<SectionView> sections;
   std::pmr::vector<ObjectView> objects;
   std::pmr::vector<InstanceView> instances;
-  std::pmr::vector<PrimaryView> primaries;  ///< in the order of their objects
+  std::pmr::vector<PrimaryView> primaries;                 ///< in the order of their objects
+  std::pmr::vector<SourceTrianglesView> source_triangles;  ///< likewise
 
   /// What these views take themselves, without the file's bytes and what is decoded of them.
   uint64_t view_bytes() const;
   /// Null where the object has none.
   const PrimaryView* primary_of(uint32_t object) const;
+  const SourceTrianglesView* source_triangles_of(uint32_t object) const;
   /// Networks of all encodings: those that `segment` objects share, then those of the next encoding, and so
   /// on.
   uint32_t network_count() const;
@@ -83,11 +91,11 @@ struct AssetView : SharedView {
 template <class... Encoding>
 struct PartCountOf {
   static constexpr size_t kCount =
-      (std::tuple_size_v<decltype(std::declval<typename Encoding::View>().parts())> + ... + 2);
+      (std::tuple_size_v<decltype(std::declval<typename Encoding::View>().parts())> + ... + 3);
 };
 /// The bytes of all objects together, part by part: those of every encoding, also where no object has it,
-/// then "network" and "primary". What several encodings have is one part. Without records, names, metadata
-/// and padding.
+/// then "network", "primary" and "source_triangles". What several encodings have is one part. Without
+/// records, names, metadata and padding.
 class FileParts {
  public:
   static constexpr size_t kMost = OfEncodings<PartCountOf>::kCount;

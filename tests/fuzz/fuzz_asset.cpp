@@ -63,6 +63,12 @@ void query(NifScene scene, const nif::kernels::AnyField* field) {
   description.probability = probability;
   description.logit = logit;
   must(nifQuery(scene, &description) == NIF_OK);
+  uint32_t triangle[kRays];
+  NifQuery plain = nifQueryRays(rays, kRays);
+  NifHits hits{};
+  hits.struct_size = sizeof(hits);
+  hits.triangle = triangle;
+  must(nifIntersect(scene, &plain, &hits) == NIF_OK);
   for (int i = 0; i < kRays; ++i) {
     must(visible[i] <= 1 && probability[i] >= 0 && probability[i] <= 1);
     if (field == nullptr) continue;

@@ -30,6 +30,8 @@ size_t record_bytes(uint32_t type) {
       return sizeof(kernels::BvhNode);
     case format::kPrimaries:
       return sizeof(format::PrimaryRecord);
+    case format::kSourceRecords:
+      return sizeof(format::SourceRecord);
     default:
       return 1;
   }
@@ -405,6 +407,14 @@ void mutate_networks(format::Asset& asset, Random& random) {
   }
 }
 
+/// Another count of triangles in the source mesh, or another number.
+void mutate_source(format::SourceTriangles& source, Random& random) {
+  if (random.below(8) == 0) source.triangles = changed_word(source.triangles, random);
+  if (source.numbers.empty()) return;
+  uint32_t& number = source.numbers[random.below(uint32_t(source.numbers.size()))];
+  number = source.triangles ? changed_word(number, random) % source.triangles : 0;
+}
+
 Bytes mutate_asset(const Bytes& file, Random& random) {
   format::Asset asset = format::to_asset(format::read_asset(file, "before"));
   format::Object& object = asset.objects[random.below(uint32_t(asset.objects.size()))];
@@ -438,6 +448,12 @@ Bytes mutate_asset(const Bytes& file, Random& random) {
     case 4:
       mutate_networks(asset, random);
       break;
+    case 5:
+      if (object.source_triangles) {
+        mutate_source(*object.source_triangles, random);
+        break;
+      }
+      [[fallthrough]];
     default:
       std::visit([&](auto& data) { mutate(data, asset, random); }, object.content);
   }

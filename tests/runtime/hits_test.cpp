@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr RandomAssetOptions kHitEncodings{
-    .objects = 2, .instances = 0, .bvhs = 2, .sphericals = 1, .exacts = 2, .proofs = 1};
+    .objects = 2, .instances = 0, .bvhs = 2, .sphericals = 1, .exacts = 2, .proofs = 1, .sources = 3};
 
 /// All outputs of one call, in arrays of their exact lengths.
 struct FirstHits {
@@ -93,6 +93,9 @@ kernels::SceneHit plain_hit(const format::AssetView& view, const std::vector<Pla
     if (instances.size() > 1) kernels::begin_in_box(hit, kernels::pass_box(box, ray, box_ray).enter);
     nearest.add(hit, i);
   }
+  if (nearest.triangle == kernels::kNoTriangle) return nearest;
+  const auto* source = view.source_triangles_of(instances[nearest.instance].object);
+  if (source) nearest.triangle = kernels::source_triangle(source->field, nearest.triangle);
   return nearest;
 }
 

@@ -91,6 +91,8 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
   fmt::print("{}\n", bytes_line(bytes, shown));
   if (const uint64_t primary = bytes["primary"].get<uint64_t>())
     fmt::print("including {} for primary rays\n", shown(primary));
+  if (const uint64_t source = bytes["source_triangles"].get<uint64_t>())
+    fmt::print("including {} for the numbers of source triangles\n", shown(source));
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
     const bake::ObjectReport& object = result.objects[i];
@@ -103,10 +105,15 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
 }
 
 /// What preparation changed or could not do, a sentence each.
-std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeResult& result) {
+std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeOptions& options,
+                                  const bake::BakeResult& result) {
   std::vector<std::string> notes = scene.warnings;
   if (scene.merging && scene.merging->merged.empty()) notes.push_back("--merge: " + summary(*scene.merging));
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
+  if (options.source_triangles &&
+      std::ranges::none_of(result.asset.objects,
+                           [](const format::Object& object) { return object.source_triangles.has_value(); }))
+    notes.push_back("--source-triangles: no object became exact, so none stores triangles");
   for (const bake::ObjectReport& object : result.objects) {
     if (object.recoveries)
       notes.push_back(fmt::format(
@@ -301,7 +308,7 @@ void run(const Arguments& arguments, const Command& command) {
   progress.finish();
 
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const std::vector<std::string> notes = notes_of(scene, result);
+  const std::vector<std::string> notes = notes_of(scene, options, result);
   print_notes(notes, arguments.quiet);
   if (arguments.json) {
     print_json(arguments, scene, result, bytes, seconds, sources, notes);

@@ -135,11 +135,17 @@ void write_hits(const NifSceneObject& scene, const NifHits& hits, uint64_t first
   write(hits.t_high, first, count, found.high);
   write(hits.u, first, count, found.u);
   write(hits.v, first, count, found.v);
-  write(hits.triangle, first, count, found.triangle);
   write(hits.instance, first, count, area.hit_instance);
   write_each(hits.hit, first, count, [&](uint32_t i) { return uint8_t(found.t[i] < kNoHit); });
   write_each(hits.certain, first, count,
              [&](uint32_t i) { return uint8_t(found.high[i] < kNoHit || found.low[i] == kNoHit); });
+  write_each(hits.triangle, first, count, [&](uint32_t i) {
+    const uint32_t instance = area.hit_instance[i];
+    return instance == kNoInstance
+               ? kernels::kNoTriangle
+               : source_triangle(scene.objects[scene.instances[instance].object].source_triangles,
+                                 found.triangle[i]);
+  });
   write_each(hits.object, first, count, [&](uint32_t i) {
     const uint32_t instance = area.hit_instance[i];
     return instance == kNoInstance ? kNoInstance : scene.objects[scene.instances[instance].object].number;
