@@ -43,6 +43,8 @@ struct BakeOptions : EncodingOptions {
   bool uncoded = false;
   /// Objects with triangles keep which ones of the source mesh they are.
   bool source_triangles = false;
+  /// Objects with a grid keep the colours of their surface. Of a scene without any it means nothing.
+  bool colors = false;
   /// Of the whole file: the finest grids up to the preset's that fit, and exact objects where there is room.
   std::optional<uint64_t> max_bytes;
   std::optional<double> max_error;  ///< of every stated ray set; 0: exact objects alone

@@ -50,6 +50,7 @@ class Reader {
     read_objects();
     read_primaries();
     read_source_triangles();
+    read_colors();
     read_instances();
     if (names_end_ != names_.size())
       refuse(Status::damaged_nif, file_, "section NAME", "bytes that belong to no name");
@@ -73,7 +74,8 @@ class Reader {
       const auto* everywhere = std::find(std::begin(kEverywhere), std::end(kEverywhere), section.type);
       const bool primary = section.type == kPrimaries || section.type == kPrimaryValues,
                  source = section.type == kSourceRecords || section.type == kSourceNumbers,
-                 optional = primary || source;
+                 color = section.type == kColorRecords || section.type == kColorValues,
+                 optional = primary || source || color;
       if (everywhere == std::end(kEverywhere) && !optional && !of_an_encoding(section.type)) {
         if (required) refuse(Status::unsupported_nif, file_, place(), "required, and newer than this build");
         continue;  // an optional section of a later version: skipped, as promised
@@ -84,6 +86,7 @@ class Reader {
       if (everywhere != std::end(kEverywhere)) found[everywhere - kEverywhere] = true;
       has_primaries_ = has_primaries_ || primary;
       has_sources_ = has_sources_ || source;
+      has_colors_ = has_colors_ || color;
     }
     for (size_t i = 0; i < std::size(found); ++i)
       if (!found[i])
@@ -192,6 +195,16 @@ class Reader {
     format::read_source_triangles(table(), has_sources_, file_, counts, asset_.source_triangles);
   }
 
+  void read_colors() {
+    std::pmr::vector<std::optional<uint32_t>> counts(asset_.objects.get_allocator());
+    if (has_colors_)
+      for (const ObjectView& object : asset_.objects) {
+        const kernels::ProofField* grid = grid_of(object);
+        counts.push_back(grid ? std::optional(grid->surface_voxels) : std::nullopt);
+      }
+    format::read_colors(table(), has_colors_, file_, counts, asset_.colors);
+  }
+
   static std::optional<uint32_t> stored_triangles(const ObjectView& object) {
     if (object.is<BvhView>()) return object.as<BvhView>().field.triangle_count;
     if (object.is<ExactView>()) return object.as<ExactView>().field.bvh.triangle_count;
@@ -219,7 +232,7 @@ class Reader {
   AssetView asset_;
   Bytes names_;
   uint64_t names_end_ = 0;
-  bool has_primaries_ = false, has_sources_ = false;
+  bool has_primaries_ = false, has_sources_ = false, has_colors_ = false;
 };
 
 }  // namespace
@@ -234,6 +247,13 @@ AssetView read_asset(std::span<const std::byte> bytes, std::string_view file_nam
 
 kernels::AnyField field_of(const ObjectView& object) {
   return std::visit([](const auto& view) -> kernels::AnyField { return view.field; }, object.content);
+}
+
+const kernels::ProofField* grid_of(const ObjectView& object) {
+  if (object.is<SegmentView>()) return &object.as<SegmentView>().field;
+  if (object.is<ExactView>()) return &object.as<ExactView>().field.proof;
+  if (object.is<ProofView>()) return &object.as<ProofView>().field;
+  return nullptr;
 }
 
 uint64_t bytes_of(const ObjectView& object) {
@@ -263,7 +283,8 @@ typename Encoding::SharedView& part_of(AssetView& asset) {
 uint64_t AssetView::view_bytes() const {
   uint64_t total = sections.capacity() * sizeof(SectionView) + objects.capacity() * sizeof(ObjectView) +
                    instances.capacity() * sizeof(InstanceView) + primaries.capacity() * sizeof(PrimaryView) +
-                   source_triangles.capacity() * sizeof(SourceTrianglesView);
+                   source_triangles.capacity() * sizeof(SourceTrianglesView) +
+                   colors.capacity() * sizeof(ColorsView);
   for_each_encoding([&]<class Encoding>(Encoding) { total += part_of<Encoding>(*this).view_bytes(); });
   return total;
 }
@@ -282,6 +303,8 @@ const View* view_of(const std::pmr::vector<View>& views, uint32_t object) {
 
 const PrimaryView* AssetView::primary_of(uint32_t object) const { return view_of(primaries, object); }
 
+const ColorsView* AssetView::colors_of(uint32_t object) const { return view_of(colors, object); }
+
 const SourceTrianglesView* AssetView::source_triangles_of(uint32_t object) const {
   return view_of(source_triangles, object);
 }
@@ -294,7 +317,7 @@ uint32_t AssetView::network_count() const {
 
 FileParts bytes_by_part(const AssetView& asset) {
   FileParts parts;
-  uint64_t networks = 0, primaries = 0, sources = 0;
+  uint64_t networks = 0, primaries = 0, sources = 0, colors = 0;
   for_each_encoding([&]<class Encoding>(Encoding) {
     using View = typename Encoding::View;
     const auto add = [&](const View& view) {
@@ -310,6 +333,8 @@ FileParts bytes_by_part(const AssetView& asset) {
   parts.add({"primary", primaries});
   for (const SourceTrianglesView& source : asset.source_triangles) sources += source.bytes;
   parts.add({"source_triangles", sources});
+  for (const ColorsView& one : asset.colors) colors += one.bytes();
+  parts.add({"colors", colors});
   return parts;
 }
 
@@ -329,6 +354,7 @@ void AssetView::drop_bytes() {
   for_each_encoding([&]<class Encoding>(Encoding) { part_of<Encoding>(*this).drop_bytes(); });
   sections = std::pmr::vector<SectionView>(sections.get_allocator());
   source_triangles.clear();
+  colors.clear();
   bytes = {};
 }
 

@@ -18,6 +18,7 @@
 #include "formats/nif/bvh/source_triangles.hpp"
 #include "formats/nif/container.hpp"
 #include "formats/nif/encodings.hpp"
+#include "formats/nif/proof/colors.hpp"
 #include "formats/nif/spherical/primary.hpp"
 
 namespace nif::format {
@@ -46,6 +47,8 @@ struct ObjectView {
 
 /// Ready to be queried.
 kernels::AnyField field_of(const ObjectView& object);
+/// Its grid, in the view; null where its encoding has none.
+const kernels::ProofField* grid_of(const ObjectView& object);
 /// What the object takes of the file and of what is decoded, networks not counted.
 uint64_t bytes_of(const ObjectView& object);
 
@@ -64,7 +67,8 @@ struct AssetView : SharedView {
         objects(memory),
         instances(memory),
         primaries(memory),
-        source_triangles(memory) {}
+        source_triangles(memory),
+        colors(memory) {}
 
   std::span<const std::byte> bytes;
   std::string_view metadata;  ///< JSON, not parsed; empty where the file has none
@@ -73,12 +77,14 @@ struct AssetView : SharedView {
   std::pmr::vector<InstanceView> instances;
   std::pmr::vector<PrimaryView> primaries;                 ///< in the order of their objects
   std::pmr::vector<SourceTrianglesView> source_triangles;  ///< likewise
+  std::pmr::vector<ColorsView> colors;                     ///< likewise
 
   /// What these views take themselves, without the file's bytes and what is decoded of them.
   uint64_t view_bytes() const;
   /// Null where the object has none.
   const PrimaryView* primary_of(uint32_t object) const;
   const SourceTrianglesView* source_triangles_of(uint32_t object) const;
+  const ColorsView* colors_of(uint32_t object) const;
   /// Networks of all encodings: those that `segment` objects share, then those of the next encoding, and so
   /// on.
   uint32_t network_count() const;
@@ -91,11 +97,11 @@ struct AssetView : SharedView {
 template <class... Encoding>
 struct PartCountOf {
   static constexpr size_t kCount =
-      (std::tuple_size_v<decltype(std::declval<typename Encoding::View>().parts())> + ... + 3);
+      (std::tuple_size_v<decltype(std::declval<typename Encoding::View>().parts())> + ... + 4);
 };
 /// The bytes of all objects together, part by part: those of every encoding, also where no object has it,
-/// then "network", "primary" and "source_triangles". What several encodings have is one part. Without
-/// records, names, metadata and padding.
+/// then "network", "primary", "source_triangles" and "colors". What several encodings have is one part.
+/// Without records, names, metadata and padding.
 class FileParts {
  public:
   static constexpr size_t kMost = OfEncodings<PartCountOf>::kCount;

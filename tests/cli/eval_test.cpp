@@ -159,6 +159,48 @@ TEST(Eval, OfSourceTriangles) {
   EXPECT_NE(none.err.find("--source-triangles: no object became exact"), std::string::npos) << none.err;
 }
 
+/// Two balls that differ in colour alone, so that they are two objects.
+TEST(Eval, OfColors) {
+  TempDir folder;
+  const mesh::Mesh ball = icosphere(3);
+  std::string text;
+  size_t base = 0;
+  for (const char* color : {" 1 0 0\n", " 0 0 1\n"}) {
+    std::string part = obj_object(ball, color, base);
+    for (size_t at = 0; (at = part.find("v ", at)) != part.npos;) {
+      at = part.find('\n', at);
+      part.replace(at, 1, color);
+    }
+    text += part;
+  }
+  const std::string mesh = folder.write("two.obj", text).string(),
+                    asset = (folder.path() / "two.nif").string();
+  const auto bake = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"bake", mesh, "-o", asset, "--rays", "0", "--json"});
+    const Outcome outcome = nif(more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome;
+  };
+  EXPECT_EQ(json::parse(bake({}).out)["objects"].size(), 1u);
+  const json report = json::parse(bake({"--colors"}).out);
+  ASSERT_EQ(report["objects"].size(), 2u);
+  EXPECT_EQ(report["objects"][0]["encoding"], "exact");
+  EXPECT_GT(report["bytes"]["colors"], 0);
+  expect_parts_add_up(report["bytes"]);
+  const json info = json::parse(nif({"info", asset, "--json"}).out);
+  EXPECT_EQ(info["objects"][1]["colors"], true);
+  EXPECT_EQ(info["metadata"]["options"]["colors"], true);
+  const Outcome outcome =
+      nif({"eval", asset, "--mesh", mesh, "--rays", "5000", "--hits", "--reference", "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["reference"]["different_hits"], 0);
+  // None to be had.
+  folder.write("two.obj", obj_text(ball));
+  const Outcome none = bake({"--colors"});
+  EXPECT_EQ(json::parse(none.out)["bytes"]["colors"], 0);
+  EXPECT_NE(none.err.find("--colors: the mesh says nothing of colours"), std::string::npos) << none.err;
+}
+
 TEST(Eval, OfAFreshBake) {
   TempDir folder;
   const std::string mesh = folder.write("ring.obj", obj_text(torus(96, 48))).string();

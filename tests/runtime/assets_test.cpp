@@ -177,6 +177,7 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
                                  .proofs = 1,
                                  .primaries = 1,
                                  .features = GetParam(),
+                                 .colors = 1,
                                  .sources = 1};
       options.coded = coded;
       const format::AssetView& view = make(5, options);

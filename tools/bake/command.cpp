@@ -1,5 +1,6 @@
 // `nif bake`: a mesh file in, a .nif asset out.
 #include "bake/bake.hpp"
+#include "bake/colors.hpp"
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -93,6 +94,8 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
     fmt::print("including {} for primary rays\n", shown(primary));
   if (const uint64_t source = bytes["source_triangles"].get<uint64_t>())
     fmt::print("including {} for the numbers of source triangles\n", shown(source));
+  if (const uint64_t colors = bytes["colors"].get<uint64_t>())
+    fmt::print("including {} for colours\n", shown(colors));
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
     const bake::ObjectReport& object = result.objects[i];
@@ -114,6 +117,8 @@ std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeOpti
       std::ranges::none_of(result.asset.objects,
                            [](const format::Object& object) { return object.source_triangles.has_value(); }))
     notes.push_back("--source-triangles: no object became exact, so none stores triangles");
+  if (options.colors && !bake::has_colors(scene))
+    notes.push_back("--colors: the mesh says nothing of colours that could be read, so none are stored");
   for (const bake::ObjectReport& object : result.objects) {
     if (object.recoveries)
       notes.push_back(fmt::format(
@@ -219,8 +224,11 @@ bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& ba
   }
 }
 
-mesh::Scene read_merged(const std::string& file, const std::optional<mesh::MergeOptions>& options) {
-  mesh::Scene scene = mesh::read(file);
+mesh::Scene read_merged(const std::string& file, bool colors,
+                        const std::optional<mesh::MergeOptions>& options) {
+  mesh::ReadLimits limits;
+  limits.colors = colors;
+  mesh::Scene scene = mesh::read(file, limits);
   if (!options) return scene;
   scene = naming(file, [&] { return mesh::merge(std::move(scene), *options); });
   if (const std::vector<std::string>& names = scene.merging->unmatched; !names.empty())
@@ -264,7 +272,7 @@ void run(const Arguments& arguments, const Command& command) {
 
   Progress progress(arguments.quiet);
   progress.update(0, "reading " + arguments.mesh);
-  const mesh::Scene scene = read_merged(arguments.mesh, resolve_merging(arguments.bake));
+  const mesh::Scene scene = read_merged(arguments.mesh, options.colors, resolve_merging(arguments.bake));
   const std::atomic<bool>& cancel = interruption();
   std::unique_ptr<View> view;
   if (arguments.bake.spherical.view) {

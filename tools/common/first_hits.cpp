@@ -26,7 +26,7 @@ constexpr size_t kHitChunk = 4096;
 struct FirstHits {
   std::vector<uint8_t> hit, certain;
   std::vector<float> t, u, v, low, high;
-  std::vector<std::array<float, 3>> normal;
+  std::vector<std::array<float, 3>> normal, color;
   std::vector<uint32_t> instance, object, triangle;
 
   FirstHits(NifScene scene, std::span<const Segment> segments)
@@ -38,6 +38,7 @@ struct FirstHits {
         low(segments.size()),
         high(segments.size()),
         normal(segments.size()),
+        color(segments.size()),
         instance(segments.size()),
         object(segments.size()),
         triangle(segments.size()) {
@@ -54,6 +55,7 @@ struct FirstHits {
     hits.certain = certain.data();
     hits.t_low = low.data();
     hits.t_high = high.data();
+    hits.color = color.front().data();
     const NifQuery query = query_of(segments);
     check(nifIntersect(scene, &query, &hits));
   }
@@ -63,8 +65,8 @@ struct FirstHits {
     const auto equal = [&](const auto& a, const auto& b) { return !std::memcmp(&a[i], &b[i], sizeof(a[i])); };
     return equal(hit, other.hit) && equal(certain, other.certain) && equal(t, other.t) && equal(u, other.u) &&
            equal(v, other.v) && equal(low, other.low) && equal(high, other.high) &&
-           equal(normal, other.normal) && equal(instance, other.instance) && equal(object, other.object) &&
-           equal(triangle, other.triangle);
+           equal(normal, other.normal) && equal(color, other.color) && equal(instance, other.instance) &&
+           equal(object, other.object) && equal(triangle, other.triangle);
   }
 };
 

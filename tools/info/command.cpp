@@ -31,6 +31,7 @@ nlohmann::ordered_json describe_object(const format::AssetView& view, uint32_t i
   if (const format::PrimaryView* primary = view.primary_of(index)) json["primary"] = bake::to_json(*primary);
   if (const format::SourceTrianglesView* source = view.source_triangles_of(index))
     json["source_triangles"] = source->triangles;
+  if (view.colors_of(index)) json["colors"] = true;
   return json;
 }
 
@@ -93,7 +94,7 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
     const format::SourceTrianglesView* source = view.source_triangles_of(uint32_t(i));
     fmt::print("object    '{}': {} triangles{}, {}\n", object.name, object.triangles,
                source ? fmt::format(" with their numbers among {}", source->triangles) : "",
-               bake::summary(object));
+               bake::summary(object) + (view.colors_of(uint32_t(i)) ? ", with colours" : ""));
   }
   if (!view.primaries.empty()) fmt::print("primary   {}\n", bake::summary(view.primaries.front()));
   for (const std::string& line : bake::details(view)) fmt::print("{}\n", line);

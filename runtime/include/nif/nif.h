@@ -275,6 +275,8 @@ typedef struct NifObjectInfo {
    * Else (nif bake --source-triangles) the number of triangles of the source mesh, and NifHits.triangle is
    * one of them, from 0 on. */
   uint32_t source_triangles;
+  uint32_t colors; /* 1: hits have the colours of its surface (nif bake --colors); 0: it has none */
+  uint32_t reserved;
 } NifObjectInfo;
 
 /* Describes one object: object = 0 .. object_count - 1. Allocates nothing. */
@@ -544,6 +546,10 @@ typedef struct NifHits {
    * where triangles are met. */
   float* t_low;
   float* t_high;
+  /* [count][3] The base colour of the surface there, linear red, green and blue from 0 to 1: the mean over
+   * the voxel that the hit is in. If the object has no colours (NifObjectInfo.colors), 0.5 0.5 0.5. 0 if hit
+   * is 0. */
+  float* color;
 } NifHits;
 
 #define NIF_NONE 0xffffffffu

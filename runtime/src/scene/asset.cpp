@@ -154,6 +154,10 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
     info.resident_bytes += source->bytes;
     info.source_triangles = source->triangles;
   }
+  if (const auto* colors = asset.view.colors_of(object)) {
+    info.resident_bytes += colors->bytes();
+    info.colors = 1;
+  }
   const auto* proof = std::get_if<nif::format::ProofView>(&view.content);
   info.proves = !proof || kernels::has_planes(proof->field);
   return info;

@@ -6,6 +6,7 @@
 #include "formats/nif/reader.hpp"
 #include "kernels/reference/bvh/source_triangles.hpp"
 #include "kernels/reference/object_kernel.hpp"
+#include "kernels/reference/proof/colors.hpp"
 #include "kernels/reference/scene_field.hpp"
 
 namespace nif::runtime {
@@ -21,6 +22,7 @@ struct PlacedObject {
   float reach_scale;  ///< kernels::reach_scale()
   uint32_t number;    ///< in its asset
   kernels::SourceTriangles source_triangles;
+  kernels::VoxelColors colors;
 };
 
 using Instance = kernels::PlacedInstance;
