@@ -7,8 +7,14 @@ namespace nif::test {
 namespace {
 
 /// With two features a corner and with another number, with one part of the ray and with many.
-constexpr RandomAssetOptions kAllEncodings{
-    .objects = 2, .instances = 0, .bvhs = 2, .sphericals = 2, .exacts = 2, .proofs = 2};
+constexpr RandomAssetOptions kAllEncodings{.objects = 2,
+                                           .instances = 0,
+                                           .bvhs = 2,
+                                           .sphericals = 2,
+                                           .exacts = 2,
+                                           .proofs = 2,
+                                           .colors = 5,
+                                           .sources = 3};
 constexpr RandomAssetOptions kPairs{.objects = 2, .instances = 0, .features = 2};
 
 class GpuFirstHits : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {
