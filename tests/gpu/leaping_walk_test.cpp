@@ -69,7 +69,7 @@ struct Counts {
   uint64_t later = 0, between = 0;  ///< blocked in order: later than else known; where no cell is open
 };
 
-/// The same in order, as first hits are looked for.
+/// The same in order, as first hits are looked for, of every fourth segment.
 void compare_in_order(const Leaping& leaping, const Segment& s, const WalkResult& any_order, Counts& counts) {
   Found expected, found;
   kernels::follow_segment<true>(leaping.field, s, expected.walk, expected.collect(), kernels::NoVisit());
@@ -96,7 +96,7 @@ void compare(const Leaping& leaping, const std::vector<Segment>& segments, Count
     ASSERT_EQ(found.bits(false), expected.bits(false))
         << s.origin[0] << ' ' << s.origin[1] << ' ' << s.origin[2] << " + t " << s.direction[0] << ' '
         << s.direction[1] << ' ' << s.direction[2] << ", " << s.tmin << " to " << s.tmax;
-    compare_in_order(leaping, s, expected.walk, counts);
+    if (counts.rays % 4 == 0) compare_in_order(leaping, s, expected.walk, counts);
     if (testing::Test::HasFatalFailure()) return;
     ++counts.rays;
     counts.runs += expected.walk.run_count;

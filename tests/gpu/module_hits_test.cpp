@@ -2,6 +2,7 @@
 #include "formats/nif/reader.hpp"
 #include "tests/gpu/card_hit_query.hpp"
 #include "tests/runtime/open_answers.hpp"
+#include "tests/runtime/row_of_voxels.hpp"
 
 namespace nif::test {
 namespace {
@@ -52,6 +53,37 @@ TEST_P(GpuFirstHits, OfOneInstanceAreThoseOfTheCpu) {
         }
       EXPECT_GT(met, 100 * view.objects.size());
     }
+}
+
+/// Rays of more open cells than the reference keeps: then the last one takes the place of some.
+TEST_P(GpuFirstHits, OfManyOpenCells) {
+  size_t first = 0, between = 0, last = 0;
+  for (uint64_t seed = 0; seed < 12; ++seed) {
+    const std::vector<std::byte> file = format::encode(asset_of_a_row(seed));
+    const format::AssetView view = format::read_asset(file, "test");
+    const kernels::SegmentField& field = view.objects[0].as<format::SegmentView>().field;
+    Random random(seed);
+    const std::vector<NifRay> rays = rays_in_a_row(random, field, 500);
+    TwinScenes twins(config(card()));
+    twins.add(twins.load(file), 0, kIdentity);
+    twins.commit();
+    expect_twins(twins, rays);
+
+    const FirstHits hits = intersect_all(twins.cpu(), rays);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      kernels::WalkResult walk;
+      kernels::OpenCells open;
+      kernels::follow_segment<true>(field, to_segment(rays[i]), walk, kernels::KeepCells{open},
+                                    kernels::NoVisit());
+      if (walk.run_count <= kernels::OpenCells::kRoom || !hits.hit[i]) continue;
+      const bool in_first =
+          hits.t[i]<open.cells[1].enter, in_last = hits.t[i]> open.cells[kernels::OpenCells::kRoom - 2].leave;
+      ++(in_first ? first : in_last ? last : between);
+    }
+  }
+  EXPECT_GT(first, 100u);
+  EXPECT_GT(between, 50u);
+  EXPECT_GT(last, 100u);
 }
 
 /// Anything: mirrored, stretched, skewed, in each other, two in one place.
