@@ -44,7 +44,7 @@ struct EmbreeBytes {
 struct ObjectResult {
   std::string name;
   bake::SetAccuracies sets{};
-  SetHits hits;  ///< with --hits
+  bake::SetHits hits;  ///< with --hits
 };
 
 struct Result {
@@ -56,7 +56,7 @@ struct Result {
   NifAssetInfo info{};
   EmbreeBytes embree;
   bake::SetAccuracies sets{};
-  SetHits hits;
+  bake::SetHits hits;
   std::vector<ObjectResult> objects;
   nlohmann::ordered_json metadata;  ///< what its baker wrote: shown, never trusted
 };
@@ -99,8 +99,9 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
       result.sets[set] += object.sets[set];
       if (arguments.reference) result.compared += labelled.segments.size();
       if (!arguments.hits) continue;
-      object.hits[set] = evaluate_hits(labelled.segments, alone.handle, truth.source().oracle,
-                                       {prepared.box.diagonal(), asset.proves(i) ? voxels[i] : 0});
+      object.hits[set] =
+          bake::evaluate_hits(labelled.segments, runtime_finder(alone.handle), truth.source().oracle,
+                              {prepared.box.diagonal(), asset.proves(i) ? voxels[i] : 0});
       result.hits[set] += object.hits[set];
       if (arguments.reference)
         result.different_hits += different_hits(labelled.segments, alone.handle, reference.handle);
@@ -128,10 +129,9 @@ const nlohmann::ordered_json* lean_of(const Result& result, size_t object) {
 
 /// Each set's accuracy, with that of first hits.
 nlohmann::ordered_json sets_with_hits(const Arguments& arguments, const bake::SetAccuracies& sets,
-                                      const SetHits& hits) {
+                                      const bake::SetHits& hits) {
   nlohmann::ordered_json json = bake::to_json(sets);
-  if (!arguments.hits) return json;
-  for (auto& [name, set] : json.items()) set["hits"] = to_json(hits[size_t(*bake::ray_set_named(name))]);
+  if (arguments.hits) bake::add_hits(bake::figures_of(hits), json);
   return json;
 }
 
@@ -169,7 +169,7 @@ void print(const Arguments& arguments, const Result& result) {
                format_bytes(double(result.embree.compact)), double(result.embree.compact) / resident);
   }
   fmt::print("\n{}", accuracy_table(result.sets));
-  if (arguments.hits) fmt::print("\n{}", hit_tables(result.hits));
+  if (arguments.hits) fmt::print("\n{}", hit_tables(bake::figures_of(result.hits)));
   for (size_t i = 0; i < result.objects.size(); ++i) {
     const nlohmann::ordered_json* lean = lean_of(result, i);
     if (!lean) continue;
