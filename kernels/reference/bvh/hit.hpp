@@ -28,8 +28,9 @@ struct NearestTriangle {
 };
 
 /// Looks at one triangle. True where it is the nearest so far.
-NIF_HOST_DEVICE inline bool look_at_triangle(const BvhField& field, const BvhRay& ray, uint32_t first_vertex,
-                                             uint32_t triangle, NearestTriangle& nearest) {
+NIF_HOST_DEVICE inline bool look_at_triangle(const BvhField& field, const TriangleRay& ray,
+                                             uint32_t first_vertex, uint32_t triangle,
+                                             NearestTriangle& nearest) {
   const float* vertices[3];
   NIF_UNROLL
   for (int k = 0; k < 3; ++k)
