@@ -11,7 +11,7 @@ namespace nif::bake {
 
 nlohmann::ordered_json to_json(const SetAccuracies& sets) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for (RaySet set : kRaySets) {
+  for (RaySet set : kAllRaySets) {
     const Accuracy& accuracy = sets[size_t(set)];
     if (accuracy.rays == 0) continue;
     json[std::string(name_of(set))] = {{"rays", accuracy.rays},

@@ -217,7 +217,7 @@ void add_eval(Command app) {
   auto a = std::make_shared<Arguments>();
   command.add_option("ASSET", a->asset, "The .nif file to measure").required();
   command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
-  add_measure_options(command, *a, "all");
+  add_measure_options(command, *a, "all but camera");
   command.add_flag("--bvh", a->bvh, "Also build Embree's default and compact BVH, and print their size");
   command.add_flag(
       "--hits", a->hits,

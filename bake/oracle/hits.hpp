@@ -47,8 +47,8 @@ struct HitAccuracy : HitCounts {
   HitFigures figures() const;
 };
 
-using SetHits = std::array<HitAccuracy, kRaySets.size()>;       ///< by RaySet
-using SetHitFigures = std::array<HitFigures, kRaySets.size()>;  ///< by RaySet
+using SetHits = std::array<HitAccuracy, kAllRaySets.size()>;       ///< by RaySet
+using SetHitFigures = std::array<HitFigures, kAllRaySets.size()>;  ///< by RaySet
 SetHitFigures figures_of(const SetHits& sets);
 
 /// Distances in diagonals: what counts as another place on a triangle, and by how much the bounds are widened

@@ -15,7 +15,7 @@ using bake::Percentiles;
 std::string percentile_table(const bake::SetHitFigures& sets, const std::string& title,
                              std::optional<Percentiles> HitFigures::*values, double unit) {
   std::string rows;
-  for (const bake::RaySet set : bake::kRaySets) {
+  for (const bake::RaySet set : bake::kAllRaySets) {
     const HitFigures& hits = sets[size_t(set)];
     const std::optional<Percentiles>& percentiles = hits.*values;
     if (!percentiles) continue;
@@ -35,7 +35,7 @@ std::string percentile_table(const bake::SetHitFigures& sets, const std::string&
 std::string hit_tables(const bake::SetHitFigures& sets) {
   std::string table = fmt::format("{:<14}{:>10}{:>9}{:>9}{:>10}{:>14}{:>14}\n", "first hits", "rays",
                                   "missed", "false", "certain", "bounds wrong", "displaced");
-  for (const bake::RaySet set : bake::kRaySets) {
+  for (const bake::RaySet set : bake::kAllRaySets) {
     const HitFigures& hits = sets[size_t(set)];
     if (hits.rays == 0) continue;
     const auto percent = [&](uint64_t count) { return 100 * hits.rate(count); };
@@ -57,7 +57,7 @@ std::string hit_tables(const bake::SetHitFigures& sets) {
 
 std::string hit_lines(const bake::SetHitFigures& sets) {
   std::string lines;
-  for (const bake::RaySet set : bake::kRaySets) {
+  for (const bake::RaySet set : bake::kAllRaySets) {
     const HitFigures& hits = sets[size_t(set)];
     if (hits.rays == 0) continue;
     // Where they are measured in voxels these say more.
