@@ -96,6 +96,7 @@ class Driver {
       result_.triangles += report.triangles;
       for (RaySet set : kRaySets) result_.sets[size_t(set)] += report.sets[size_t(set)];
     }
+    result_.hits = figures_of(hits_);
     check_error(options_, learned_sets());
     for (size_t i = 0; i < candidates_.size(); ++i) {
       Candidate& candidate = candidates_[i];
@@ -363,6 +364,7 @@ class Driver {
       for (size_t i = first; i < first + count; ++i)
         result_.objects[i].sets = measured(i, truths[i - first].source());
       if (trains && options_.max_error && count == 1) search(first, truths.front().source());
+      for (size_t i = first; i < first + count; ++i) find_hits(i, truths[i - first].source());
     }
     for (size_t i = first; i < first + count; ++i) finish(i);
   }
@@ -528,6 +530,18 @@ class Driver {
                         });
   }
 
+  /// Of the form that was taken.
+  void find_hits(size_t index, const RaySource& source) {
+    const SetHits hits =
+        measure_hits(source, candidates_[index].form().field(), prepared_.objects[index].box.diagonal(),
+                     options_, candidates_.size(), [&](RaySet) {
+                       stop_if(cancel_);
+                       report(BakeProgress::Stage::measuring, index, 0.99);
+                     });
+    result_.objects[index].hits = figures_of(hits);
+    for (const RaySet set : kHitSets) hits_[size_t(set)] += hits[size_t(set)];
+  }
+
   /// What has been found goes to the report, and forms that are not taken go.
   void finish(size_t index) {
     Candidate& candidate = candidates_[index];
@@ -557,6 +571,7 @@ class Driver {
   format::FileSize size_;
   uint64_t reserve_ = 0;  ///< for the metadata
   std::optional<BakeClock> clock_;
+  SetHits hits_;  ///< of all objects so far
   BakeResult result_;
 };
 

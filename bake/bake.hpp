@@ -1,6 +1,7 @@
 // The whole way from a scene of meshes to an asset: prepare, lay out, train, measure.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <functional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "bake/encodings.hpp"
 #include "bake/options.hpp"
 #include "bake/oracle/evaluate.hpp"
+#include "bake/oracle/hits.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/clean.hpp"
 #include "formats/nif/asset.hpp"
@@ -28,6 +30,9 @@ struct BakeProgress {
 };
 using BakeCallback = std::function<void(const BakeProgress&)>;
 
+/// The ray sets whose first hits a bake measures: those of cameras, and of bounces.
+inline constexpr std::array kHitSets{RaySet::outer_lines, RaySet::inner_surface};
+
 struct ObjectReport {
   std::string name;
   uint64_t triangles = 0;  ///< after cleaning
@@ -42,6 +47,7 @@ struct ObjectReport {
   uint64_t training_rays = 0;  ///< of a field
   uint32_t recoveries = 0;     ///< of all training
   SetAccuracies sets{};
+  SetHitFigures hits{};  ///< of kHitSets
   /// Where a largest error was asked for: the bytes of each form that was tried, and its error_bound().
   std::vector<std::pair<uint64_t, double>> bakes;
 
@@ -54,6 +60,7 @@ struct BakeResult {
   std::vector<ObjectReport> objects;  ///< one for each of the asset's
   std::vector<uint32_t> placed;       ///< of each of the asset's instances, that of the scene
   SetAccuracies sets{};               ///< of all objects together
+  SetHitFigures hits{};               ///< the same of kHitSets
   uint64_t triangles = 0;             ///< of all objects, each once
   std::vector<std::string> notes;     ///< what preparation changed or left out, a sentence each
 };

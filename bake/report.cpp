@@ -11,7 +11,7 @@ namespace nif::bake {
 
 nlohmann::ordered_json to_json(const SetAccuracies& sets) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for (RaySet set : kRaySets) {
+  for (RaySet set : kAllRaySets) {
     const Accuracy& accuracy = sets[size_t(set)];
     if (accuracy.rays == 0) continue;
     json[std::string(name_of(set))] = {{"rays", accuracy.rays},
@@ -26,6 +26,47 @@ nlohmann::ordered_json to_json(const SetAccuracies& sets) {
                                                   {"certain", accuracy.least_certain}};
   }
   return json;
+}
+
+namespace {
+
+constexpr std::array<const char*, kPercentiles.size()> kPercentileKeys{"median", "p90", "p95", "p99"};
+
+nlohmann::ordered_json to_json(const HitFigures& hits) {
+  nlohmann::ordered_json json{{"rays", hits.rays},
+                              {"missed", hits.rate(hits.missed)},
+                              {"false_hits", hits.rate(hits.false_hits)},
+                              {"certain", hits.rate(hits.certain)},
+                              {"bounds_wrong", hits.bounds_wrong},
+                              {"compared", hits.compared}};
+  if (hits.triangles > 0) json["triangles"] = {{"compared", hits.triangles}, {"displaced", hits.displaced}};
+  if (hits.named > 0)
+    json["source_triangles"] = {
+        {"compared", hits.named}, {"other", hits.otherwise}, {"wrong", hits.misnamed}};
+  const auto add = [&](const char* name, const std::optional<Percentiles>& percentiles) {
+    for (size_t p = 0; percentiles && p < percentiles->size(); ++p)
+      json[name][kPercentileKeys[p]] = (*percentiles)[p];
+  };
+  add("diagonals", hits.place);
+  add("voxels", hits.voxels);
+  add("degrees", hits.angle);
+  return json;
+}
+
+/// As short as it can be said with four digits.
+void shorten(nlohmann::ordered_json& json) {
+  if (json.is_number_float()) json = std::stod(fmt::format("{:.4g}", json.get<double>()));
+  if (json.is_object())
+    for (auto& [name, value] : json.items()) shorten(value);
+}
+
+}  // namespace
+
+void add_hits(const SetHitFigures& hits, nlohmann::ordered_json& sets) {
+  for (auto& [name, set] : sets.items()) {
+    const HitFigures& own = hits[size_t(*ray_set_named(name))];
+    if (own.rays > 0) set["hits"] = to_json(own);
+  }
 }
 
 nlohmann::ordered_json to_json(const Mix& mix) {
@@ -106,6 +147,9 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
                                                     {"open_components", report.open_components}});
     std::visit([&](const auto& own) { add_metadata(own, report, object, described); }, report.own);
     described["accuracy"] = to_json(report.sets);
+    add_hits(report.hits, described["accuracy"]);
+    for (auto& [set, accuracy] : described["accuracy"].items())
+      if (accuracy.contains("hits")) shorten(accuracy["hits"]);
   }
   json["objects"] = std::move(objects);
   add_scene(scene, options, result, json);
@@ -134,6 +178,7 @@ nlohmann::ordered_json to_json(const ObjectReport& object) {
   json["training_rays"] = object.training_rays;
   json["recoveries"] = object.recoveries;
   json["sets"] = to_json(object.sets);
+  add_hits(object.hits, json["sets"]);
   return json;
 }
 

@@ -15,6 +15,10 @@ class Encoder;
 /// are fractions of the set's rays, certain_wrong is a count. Sets without rays are left out.
 nlohmann::ordered_json to_json(const SetAccuracies& sets);
 
+/// Adds "hits" to each of such sets whose first hits were measured (docs/ray-sets.md): rates are fractions of
+/// the rays that were asked, percentiles have names.
+void add_hits(const SetHitFigures& hits, nlohmann::ordered_json& sets);
+
 /// {"outer-lines": 0.3, ...}: the sets that have a weight.
 nlohmann::ordered_json to_json(const Mix& mix);
 

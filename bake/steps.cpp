@@ -49,6 +49,23 @@ SetAccuracies measure_sets(const RaySource& source, const Answerer& answer, cons
   return sets;
 }
 
+SetHits measure_hits(const RaySource& source, const kernels::AnyField& field, double diagonal,
+                     const BakeOptions& options, size_t objects, const std::function<void(RaySet)>& begin) {
+  SetHits sets;
+  if (options.evaluation_rays == 0) return sets;
+  constexpr uint64_t kLeast = 1000;  // of an object of many
+  const uint64_t all = std::max<uint64_t>(1, options.evaluation_rays / 10);
+  const size_t count = size_t(std::min(std::max(kLeast, all / objects), all));
+  const auto* proof = std::get_if<kernels::ProofField>(&field);
+  const ObjectScale scale{diagonal, proof && !kernels::has_planes(*proof) ? 0 : voxels_per_unit(field)};
+  for (const RaySet set : kHitSets) {
+    begin(set);
+    const LabelledRays rays = make_ray_set(source, set, count, options.seed + kMeasuringSeed);
+    sets[size_t(set)] = evaluate_hits(rays.segments, reference_finder(field), source.oracle, scale);
+  }
+  return sets;
+}
+
 ErrorBound error_bound(const SetAccuracies& sets) {
   ErrorBound worst;
   for (RaySet set : kRaySets) {

@@ -44,7 +44,7 @@ struct EmbreeBytes {
 struct ObjectResult {
   std::string name;
   bake::SetAccuracies sets{};
-  SetHits hits;  ///< with --hits
+  bake::SetHits hits;  ///< with --hits
 };
 
 struct Result {
@@ -56,7 +56,7 @@ struct Result {
   NifAssetInfo info{};
   EmbreeBytes embree;
   bake::SetAccuracies sets{};
-  SetHits hits;
+  bake::SetHits hits;
   std::vector<ObjectResult> objects;
   nlohmann::ordered_json metadata;  ///< what its baker wrote: shown, never trusted
 };
@@ -88,7 +88,7 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
     const bake::GroundTruth truth(prepared);
     ObjectResult& object = result.objects.emplace_back();
     object.name = asset.name(i);
-    std::optional<SourceMesh> source;
+    std::optional<bake::SourceMesh> source;
     if (arguments.hits && asset.has_source_triangles(i))
       source.emplace(*prepared.source, mesh::source_triangles(prepared.surface));
     const uint64_t rays = std::max<uint64_t>(1, arguments.rays / count);
@@ -102,9 +102,9 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
       result.sets[set] += object.sets[set];
       if (arguments.reference) result.compared += labelled.segments.size();
       if (!arguments.hits) continue;
-      object.hits[set] = evaluate_hits(labelled.segments, alone.handle, truth.source().oracle,
-                                       {prepared.box.diagonal(), asset.proves(i) ? voxels[i] : 0},
-                                       source ? &*source : nullptr);
+      object.hits[set] = bake::evaluate_hits(
+          labelled.segments, runtime_finder(alone.handle), truth.source().oracle,
+          {prepared.box.diagonal(), asset.proves(i) ? voxels[i] : 0}, source ? &*source : nullptr);
       result.hits[set] += object.hits[set];
       if (arguments.reference)
         result.different_hits += different_hits(labelled.segments, alone.handle, reference.handle);
@@ -133,10 +133,9 @@ const nlohmann::ordered_json* lean_of(const Result& result, size_t object) {
 
 /// Each set's accuracy, with that of first hits.
 nlohmann::ordered_json sets_with_hits(const Arguments& arguments, const bake::SetAccuracies& sets,
-                                      const SetHits& hits) {
+                                      const bake::SetHits& hits) {
   nlohmann::ordered_json json = bake::to_json(sets);
-  if (!arguments.hits) return json;
-  for (auto& [name, set] : json.items()) set["hits"] = to_json(hits[size_t(*bake::ray_set_named(name))]);
+  if (arguments.hits) bake::add_hits(bake::figures_of(hits), json);
   return json;
 }
 
@@ -174,7 +173,7 @@ void print(const Arguments& arguments, const Result& result) {
                format_bytes(double(result.embree.compact)), double(result.embree.compact) / resident);
   }
   fmt::print("\n{}", accuracy_table(result.sets));
-  if (arguments.hits) fmt::print("\n{}", hit_tables(result.hits));
+  if (arguments.hits) fmt::print("\n{}", hit_tables(bake::figures_of(result.hits)));
   for (size_t i = 0; i < result.objects.size(); ++i) {
     const nlohmann::ordered_json* lean = lean_of(result, i);
     if (!lean) continue;
@@ -222,7 +221,7 @@ void add_eval(Command app) {
   auto a = std::make_shared<Arguments>();
   command.add_option("ASSET", a->asset, "The .nif file to measure").required();
   command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
-  add_measure_options(command, *a, "all");
+  add_measure_options(command, *a, "all but camera");
   command.add_flag("--bvh", a->bvh, "Also build Embree's default and compact BVH, and print their size");
   command.add_flag(
       "--hits", a->hits,

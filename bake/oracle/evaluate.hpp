@@ -21,8 +21,8 @@ struct Accuracy {
   uint64_t certain = 0;        ///< answered exactly, by the walk alone
   uint64_t certain_wrong = 0;  ///< of those, wrong where the label is not in doubt: must be 0
   double squared_error = 0;    ///< sum over rays of (probability of being visible - truth)^2
-  // Of the groups of rays that are looked at by themselves, the suns: the largest error, and the smallest
-  // share of certain answers.
+  // Of the groups of rays that are looked at by themselves, the suns or cameras: the largest error, and the
+  // smallest share of certain answers.
   double worst_error = 0, least_certain = 1;
 
   double rate(uint64_t count) const { return rays ? double(count) / double(rays) : 0; }
@@ -33,7 +33,7 @@ struct Accuracy {
   Accuracy& operator+=(const Accuracy& other);
 };
 
-using SetAccuracies = std::array<Accuracy, kRaySets.size()>;  ///< by RaySet
+using SetAccuracies = std::array<Accuracy, kAllRaySets.size()>;  ///< by RaySet
 
 /// Answers to a run of segments; each array has one entry a segment.
 struct Answers {

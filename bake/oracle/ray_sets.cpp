@@ -135,8 +135,39 @@ std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t se
   return segments;
 }
 
-constexpr std::array<std::string_view, kRaySets.size()> kNames{"outer-lines", "inner-surface", "inner-volume",
-                                                               "segments", "sun"};
+/// What a pinhole camera sees in scan order, through the middles of pixels that are as high as wide. It looks
+/// at the middle of the box, and its picture is just large enough for the box.
+std::vector<Segment> make_camera(const RaySource& source, size_t count, uint64_t seed, size_t number) {
+  Random random(seed, uint64_t(RaySet::camera), number);
+  const Double3 view = random.direction(),
+                position = centre(source.box) - view * (1.25 * source.box.diagonal());
+  Double3 u, v;
+  frame(view, u, v);
+  double low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
+  for (uint32_t c = 0; c < 8; ++c) {
+    Double3 corner;
+    for (int a = 0; a < 3; ++a) corner[a] = (c >> a) & 1 ? source.box.max[a] : source.box.min[a];
+    const Double3 to = corner - position;
+    const double depth = dot(to, view), at[2] = {dot(to, u) / depth, dot(to, v) / depth};
+    for (int i = 0; i < 2; ++i) low[i] = std::min(low[i], at[i]), high[i] = std::max(high[i], at[i]);
+  }
+  const double width = high[0] - low[0], height = high[1] - low[1];
+  if (count == 0 || !(width > 0 && height > 0)) return {};
+  const auto columns =
+      size_t(std::clamp(std::round(std::sqrt(double(count) * width / height)), 1.0, double(count)));
+  const double pitch = width / double(columns);
+  std::vector<Segment> segments(count);
+  tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+    const double x = low[0] + (double(i % columns) + 0.5) * pitch,
+                 y = low[1] + (double(i / columns) + 0.5) * pitch;
+    const Double3 along = view + u * x + v * y;
+    segments[i] = make_segment(position, along * (1 / length(along)), kInfinity);
+  });
+  return segments;
+}
+
+constexpr std::array<std::string_view, kAllRaySets.size()> kNames{
+    "outer-lines", "inner-surface", "inner-volume", "segments", "sun", "camera"};
 
 }  // namespace
 
@@ -152,7 +183,7 @@ Segment make_segment(const Double3& origin, const Double3& direction, float tmax
 std::string_view name_of(RaySet set) { return kNames[size_t(set)]; }
 
 std::optional<RaySet> ray_set_named(std::string_view name) {
-  for (RaySet set : kRaySets) {
+  for (RaySet set : kAllRaySets) {
     if (name_of(set) == name) return set;
   }
   return std::nullopt;
@@ -184,6 +215,7 @@ std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& ran
       }
       return cut(source, draw_from_surface(source, random), random);
     case RaySet::sun:
+    case RaySet::camera:
       break;
   }
   return std::nullopt;
@@ -210,12 +242,15 @@ void draw_length(const RaySource& source, Segment& ray, Random& random) {
 
 LabelledRays draw_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed) {
   LabelledRays rays;
-  if (set == RaySet::sun) {
-    for (size_t sun = 0; sun < kSuns; ++sun) {
-      const std::vector<Segment> lit =
-          make_sun(source, count * (sun + 1) / kSuns - count * sun / kSuns, seed, sun);
-      rays.segments.insert(rays.segments.end(), lit.begin(), lit.end());
-      if (!lit.empty()) rays.group_ends.push_back(rays.segments.size());
+  if (is_coherent(set)) {
+    const bool of_sun = set == RaySet::sun;
+    const size_t pictures = of_sun ? kSuns : kCameras;
+    for (size_t p = 0; p < pictures; ++p) {
+      const size_t share = count * (p + 1) / pictures - count * p / pictures;
+      const std::vector<Segment> part =
+          of_sun ? make_sun(source, share, seed, p) : make_camera(source, share, seed, p);
+      rays.segments.insert(rays.segments.end(), part.begin(), part.end());
+      if (!part.empty()) rays.group_ends.push_back(rays.segments.size());
     }
   } else {
     const size_t chunks = (count + kChunk - 1) / kChunk;

@@ -14,9 +14,16 @@
 namespace nif::bake {
 
 /// docs/ray-sets.md defines each.
-enum class RaySet : uint32_t { outer_lines, inner_surface, inner_volume, segments, sun };
+enum class RaySet : uint32_t { outer_lines, inner_surface, inner_volume, segments, sun, camera };
+/// Those on which accuracy is always stated.
 inline constexpr std::array kRaySets{RaySet::outer_lines, RaySet::inner_surface, RaySet::inner_volume,
                                      RaySet::segments, RaySet::sun};
+/// And those that one may ask for besides.
+inline constexpr std::array kAllRaySets{RaySet::outer_lines, RaySet::inner_surface, RaySet::inner_volume,
+                                        RaySet::segments,    RaySet::sun,           RaySet::camera};
+
+/// True where a set is pictures in scan order, so that one ray is much like the one before.
+constexpr bool is_coherent(RaySet set) { return set == RaySet::sun || set == RaySet::camera; }
 
 std::string_view name_of(RaySet set);
 std::optional<RaySet> ray_set_named(std::string_view name);
@@ -45,8 +52,8 @@ bool has_free_volume(const InsideTest& inside, const mesh::Box& box, float bias)
 /// A segment from single-precision copies of its origin and direction, with tmin = 0.
 Segment make_segment(const Double3& origin, const Double3& direction, float tmax);
 
-/// One random ray of a set (all but `sun`, which is a picture and not a distribution). Directions have unit
-/// length. nullopt where the object does not let itself be hit (or left free) within many tries.
+/// One random ray of a set (not of coherent ones, which are pictures and not distributions). Directions have
+/// unit length. nullopt where the object does not let itself be hit (or left free) within many tries.
 std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& random);
 
 /// Where shadow rays start: off the surface by the bias, on the viewer's side.
@@ -63,11 +70,13 @@ void draw_length(const RaySource& source, Segment& ray, Random& random);
 
 /// Directions of the sun in its set, each with a picture of its own.
 inline constexpr size_t kSuns = 32;
+/// Cameras in their set, each with a picture of its own.
+inline constexpr size_t kCameras = 4;
 
 struct LabelledRays {
   std::vector<Segment> segments;
   std::vector<uint8_t> visible;  ///< by the oracle
-  /// Where the rays of each sun end, of `sun`; of other sets the end of all, as one group.
+  /// Where the rays of each sun or camera end; of sets that are not coherent the end of all, as one group.
   std::vector<size_t> group_ends;
 };
 

@@ -83,7 +83,10 @@ TEST(Bake, MeasuresNothingWhereNoRaysAreAskedFor) {
   bake::BakeOptions options = quick();
   options.evaluation_rays = 0;
   const bake::BakeResult result = bake_quietly(two_kinds_thrice(), options);
-  for (RaySet set : bake::kRaySets) EXPECT_EQ(result.sets[size_t(set)].rays, 0u);
+  for (RaySet set : bake::kRaySets) {
+    EXPECT_EQ(result.sets[size_t(set)].rays, 0u);
+    EXPECT_EQ(result.hits[size_t(set)].rays, 0u);
+  }
   EXPECT_TRUE(nlohmann::json::parse(result.asset.metadata)["accuracy"].empty());
 }
 

@@ -46,7 +46,7 @@ TEST_F(RaySets, DoNotDependOnTheNumberOfThreads) {
 }
 
 TEST_F(RaySets, NamesAreFoundAgain) {
-  for (RaySet set : bake::kRaySets) EXPECT_EQ(bake::ray_set_named(bake::name_of(set)), set);
+  for (RaySet set : bake::kAllRaySets) EXPECT_EQ(bake::ray_set_named(bake::name_of(set)), set);
   EXPECT_FALSE(bake::ray_set_named("outer lines"));
 }
 
@@ -126,6 +126,47 @@ TEST_F(RaySets, EachSunHasOneDirectionAndLightsWhatFacesIt) {
     }
   }
   EXPECT_EQ(directions.size(), bake::kSuns);
+}
+
+/// Pictures just large enough for the box, in scan order, from one point each.
+TEST_F(RaySets, EachCameraSeesTheWholeBoxInScanOrder) {
+  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::camera, 20'001, 1);
+  ASSERT_EQ(rays.segments.size(), 20'001u);
+  ASSERT_EQ(rays.group_ends.size(), bake::kCameras);
+  const Double3 middle = (to_double(source.box.min) + to_double(source.box.max)) * 0.5;
+  size_t first = 0;
+  std::set<Double3> positions;
+  for (const size_t end : rays.group_ends) {
+    const Double3 position = origin_of(rays.segments[first]);
+    positions.insert(position);
+    EXPECT_NEAR(length(position - middle), 1.25 * source.box.diagonal(), 1e-5);
+    size_t near = 0, hits = 0;
+    const size_t begin = first;
+    for (; first < end; ++first) {
+      const Double3 direction = direction_of(rays.segments[first]);
+      ASSERT_EQ(origin_of(rays.segments[first]), position);
+      ASSERT_NEAR(length(direction), 1, 1e-6);
+      ASSERT_EQ(rays.segments[first].tmax, kInfinity);
+      hits += !rays.visible[first];
+      if (first > begin) near += dot(direction, direction_of(rays.segments[first - 1])) > std::cos(0.03);
+    }
+    EXPECT_NEAR(double(end - begin), 20'001.0 / bake::kCameras, 1);
+    EXPECT_GT(hits, (end - begin) / 10);
+    EXPECT_GT(double(near), 0.97 * double(end - begin));  // all but where a row ends
+    // The box's corners are within the picture: each is near some ray, as far as pixels are apart.
+    for (uint32_t c = 0; c < 8; ++c) {
+      Double3 corner;
+      for (int a = 0; a < 3; ++a) corner[a] = (c >> a) & 1 ? source.box.max[a] : source.box.min[a];
+      const Double3 to = corner - position;
+      double best = -1;
+      for (size_t i = begin; i < end; ++i)
+        best = std::max(best, dot(direction_of(rays.segments[i]), to) / length(to));
+      EXPECT_GT(best, std::cos(0.03)) << c;
+    }
+  }
+  EXPECT_EQ(positions.size(), bake::kCameras);
+  const bake::LabelledRays other = bake::make_ray_set(source, RaySet::camera, 20'001, 2);
+  EXPECT_NE(origin_of(other.segments[0]), origin_of(rays.segments[0]));
 }
 
 TEST(RaySetsOfOddObjects, AFlatSheetHasAllButAVolume) {

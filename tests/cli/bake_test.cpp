@@ -68,6 +68,17 @@ TEST_F(Bake, PrintsJsonToStandardOutputAndProgressToStandardError) {
     const json& accuracy = result["sets"][set];
     EXPECT_EQ(accuracy["rays"], 20000);
     EXPECT_EQ(accuracy["certain_wrong"], 0);
+    const bool with_hits = std::string(set) == "outer-lines" || std::string(set) == "inner-surface";
+    EXPECT_EQ(accuracy.contains("hits"), with_hits);
+    EXPECT_EQ(result["objects"][0]["sets"][set].contains("hits"), with_hits);
+    if (with_hits) {
+      EXPECT_EQ(accuracy["hits"]["rays"], 2000);
+      EXPECT_LT(accuracy["hits"]["missed"].get<double>(), 0.05);
+      EXPECT_EQ(accuracy["hits"]["bounds_wrong"], 0);
+      EXPECT_LT(accuracy["hits"]["voxels"]["median"].get<double>(), 0.2);
+      EXPECT_LE(accuracy["hits"]["degrees"]["median"], accuracy["hits"]["degrees"]["p90"]);
+      EXPECT_GT(accuracy["hits"]["diagonals"]["p99"], 0);
+    }
     const double leak = accuracy["leak"], spurious = accuracy["spurious"], error = accuracy["error"];
     EXPECT_NEAR(error, leak + spurious, 1e-12);
     // Rates, not percents; and a ball is easy.

@@ -125,6 +125,29 @@ TEST_F(BenchScene, AsksTheWholeSceneBeforeAndAfterAMove) {
   EXPECT_EQ(listing(folder_->path()), files);
 }
 
+TEST_F(BenchScene, RacesFirstHits) {
+  const Outcome outcome = bench(
+      glb_, {"--asset", glb_ + ".nif", "--moved", "3", "-j", "1", "--hits", "--embree", "all", "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["hits"], true);
+  for (const json& sets : {result["sets"], result["moved"]["scaling"][0]["sets"]}) {
+    ASSERT_EQ(sets.size(), 4u);
+    for (const auto& [name, set] : sets.items()) {
+      EXPECT_LT(set["error"].get<double>(), 2e-3) << name;
+      EXPECT_EQ(set["variants"].size(), 4u * 5) << name;
+      for (const json& variant : set["variants"]) {
+        EXPECT_TRUE(variant["call"].get<std::string>().starts_with("rtcIntersect")) << variant["call"];
+        EXPECT_LT(variant["error"].get<double>(), 2e-3) << variant["variant"];
+      }
+    }
+  }
+  const Outcome text =
+      bench(glb_, {"--asset", glb_ + ".nif", "--moved", "0", "-j", "1", "--hits", "--set", "camera"});
+  EXPECT_EQ(text.code, 0) << text.err;
+  EXPECT_NE(text.out.find("First hits: nifIntersect"), std::string::npos) << text.out;
+}
+
 TEST_F(BenchScene, TakesSceneFilesThatNameTheirAssets) {
   // One file twice, another beside it, and a ground and a light that nobody asks.
   const std::string scene = toml(R"([ground]

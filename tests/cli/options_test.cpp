@@ -155,8 +155,6 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{"HitsBehindProofs", bench({"--hits", "--fallback", "embree"}), {"--hits", "--fallback"}},
         WrongOptions{"StagesOfHits", bench({"--hits", "--stages"}), {"--hits", "--stages"}},
         WrongOptions{"HitsOfAGpu", bench({"--hits", "--device", "gpu"}), {"--device gpu", "--hits"}},
-        WrongOptions{
-            "HitsOfAScene", {"bench", "none.glb", "--asset", "none.nif", "--hits"}, {"--hits", "ASSET"}},
         WrongOptions{"LeanOfAnUnknownKind", bake({"--lean", "drip=0.1%"}), {"--lean", "drip", "spurious"}},
         WrongOptions{"LeanWithoutARate", bake({"--lean", "leak"}), {"--lean", "leak=RATE"}},
         WrongOptions{"LeanOfNoRate", bake({"--lean", "leak=much"}), {"--lean leak", "much"}},

@@ -233,6 +233,85 @@ TEST_F(Render, CamerasRaysByAField) {
   refused({"render", scene, "-o", out_}, Status::malformed_scene, "'primary' is true, but");
 }
 
+/// All rays by assets, with a mirror and a bounce.
+TEST_F(Render, PicturesByAssetsAlone) {
+  bake("bvh");
+  const std::string object = "mesh = 'ring.obj'\nnif = 'bvh.nif'\n";
+  const std::string scene =
+      folder_
+          .write("scene.toml", scene_text(object + "mirror = true\n[[object]]\n" + object +
+                                          "translate = [0.5, 1, 2]\nrotate = [0, 30, 40]\n"))
+          .string();
+  const std::string sheet = (folder_.path() / "sheet.png").string();
+  const Outcome outcome = nif({"render", scene, "-o", out_, "--primary", "asset", "--bounces", "1", "--json",
+                               "--exr", "--quiet", "-j", "1", "--sheet", sheet});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["primary"], "asset");
+  EXPECT_EQ(result["bounces"], 1);
+  EXPECT_GT(result["bytes"]["embree"], 2 * 2 * 64 * 32 * 30);
+  ASSERT_EQ(result["cameras"].size(), 2u);
+  for (const auto& [name, camera] : result["cameras"].items()) {
+    ASSERT_EQ(camera["pictures"].size(), 1u) << name;
+    const json& errors = camera["pictures"]["asset"];
+    EXPECT_TRUE(errors["psnr"].is_null() || errors["psnr"].get<double>() > 45) << name << errors;
+    EXPECT_GT(errors["ssim"], 0.999) << name;
+    EXPECT_LT(errors["flip"], 0.002) << name;
+    EXPECT_EQ(camera["asset"]["rays"], 64 * 48 * 4) << name;
+    EXPECT_GT(camera["asset"]["hits"], 0.05) << name;
+    EXPECT_LT(camera["asset"]["differ"], 1e-3) << name;
+    EXPECT_LT(camera["asset"]["depth_error"], 1e-6) << name;
+    EXPECT_FALSE(camera.contains("primary")) << name;
+    EXPECT_FALSE(camera.contains("error")) << name;
+  }
+  std::vector<std::string> files;
+  for (const char* camera : {"front", "side"})
+    for (const char* file : {"asset.exr", "asset.png", "compare.png", "error.png", "normals.png",
+                             "reference.exr", "reference.png"})
+      files.push_back(std::string(camera) + "-" + file);
+  EXPECT_EQ(listing(out_), files);
+  EXPECT_TRUE(fs::exists(sheet));
+
+  const std::string two = (folder_.path() / "two").string();
+  const Outcome printed =
+      nif({"render", scene, "-o", two, "--primary", "asset", "--bounces", "1", "--exr", "-j", "2"});
+  ASSERT_EQ(printed.code, 0) << printed.err;
+  EXPECT_NE(printed.out.find("in memory; Embree "), std::string::npos) << printed.out;
+  EXPECT_NE(printed.out.find("camera           asset "), std::string::npos) << printed.out;
+  for (const std::string& file : files)
+    EXPECT_EQ(read_bytes(fs::path(out_) / file), read_bytes(fs::path(two) / file)) << file;
+  // The reference is that of any other run.
+  ASSERT_EQ(nif({"render", scene, "-o", two, "--bounces", "1", "--quiet"}).code, 0);
+  for (const char* file : {"front-reference.png", "side-reference.png"})
+    EXPECT_EQ(read_bytes(fs::path(out_) / file), read_bytes(fs::path(two) / file)) << file;
+}
+
+TEST_F(Render, WhatAssetsAloneCannotRender) {
+  bake("bvh");
+  bake("proof");
+  const auto with = [&](const std::string& object, std::vector<std::string> more = {}) {
+    const std::string scene =
+        folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\n" + object)).string();
+    more.insert(more.begin(), {"render", scene, "-o", out_, "--primary", "asset"});
+    return more;
+  };
+  const std::string good = "nif = 'bvh.nif'\n";
+  refused(with(good + "[[object]]\nmesh = 'ring.obj'\n"), Status::usage, "object 2 of ");
+  refused(with(""), Status::usage, "ring.obj, has no asset; name one with 'nif'");
+  refused(with(good + "primary = true\n"), Status::usage, "'primary' of object 1 of ");
+  refused(with("nif = 'proof.nif'\n"), Status::usage, "proof.nif has an encoding that does not say where");
+  refused(with(good, {"--exact", "inside"}), Status::usage, "--primary asset and --exact");
+  refused(with(good, {"--confidence", "0.8"}), Status::usage, "--primary asset and --confidence");
+  refused(with("nif = 'none.nif'\n"), Status::file_not_found, "none.nif");
+  std::vector<std::string> nonsense = with(good);
+  nonsense.back() = "mesh";
+  refused(nonsense, Status::usage, "--primary");
+  fs::remove(folder_.path() / "ring.obj");
+  refused(with(good), Status::file_not_found, "ring.obj");
+  folder_.write("ring.obj", obj_text(cube()));
+  refused(with(good), Status::mesh_mismatch, "was not baked from");
+}
+
 TEST_F(Render, WithoutAssetsThereIsTheReference) {
   folder_.write("ring.obj", obj_text(torus(32, 16)));
   const std::string scene = folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\n")).string();

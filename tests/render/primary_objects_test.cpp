@@ -89,6 +89,8 @@ TEST_F(PrimaryScenes, FieldsStandWhereTheirMeshesStand) {
     scene.objects[0].primary = true;
     const auto world = make_world(scene);
     ASSERT_TRUE(world->has_primaries());
+    ASSERT_TRUE(world->assets().no_first_hits());  // a field for primary rays is another thing
+    EXPECT_NE(world->assets().no_first_hits()->find("ball.nif"), std::string::npos);
 
     scene.picture.samples = 4;
     scene.picture.seed = 2;

@@ -52,6 +52,7 @@ TEST_F(SceneFile, DefaultsFillWhatIsLeftOut) {
   EXPECT_TRUE(scene.objects[0].lights);
   EXPECT_TRUE(scene.objects[0].cameras);
   EXPECT_FALSE(scene.objects[0].primary);
+  EXPECT_FALSE(scene.objects[0].mirror);
   ASSERT_EQ(scene.cameras.size(), 1u);
   EXPECT_EQ(scene.cameras[0].name, "front");
   EXPECT_TRUE(std::holds_alternative<Orbit>(scene.cameras[0].where));
@@ -78,6 +79,7 @@ mesh = "/m.obj"
 nif = "m.nif"
 albedo = [0.1, 0.2, 0.3]
 primary = true
+mirror = true
 lights = false
 cameras = false
 scale = 2
@@ -133,6 +135,7 @@ fill = 0.6
   EXPECT_NEAR(t[4] + t[7], 4, 1e-6);
   EXPECT_NEAR(t[8] + t[11], 3, 1e-6);
   EXPECT_TRUE(object.primary);
+  EXPECT_TRUE(object.mirror);
   EXPECT_FALSE(object.lights);
   EXPECT_FALSE(object.cameras);
   ASSERT_EQ(scene.lights.size(), 5u);

@@ -24,6 +24,7 @@
 #include "tools/common/accuracy_table.hpp"
 #include "tools/common/asset_bytes.hpp"
 #include "tools/common/bake_options.hpp"
+#include "tools/common/hit_report.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/json_output.hpp"
 #include "tools/common/naming.hpp"
@@ -60,6 +61,8 @@ void print_json(const Arguments& arguments, const mesh::Scene& scene, const bake
                 const std::vector<std::string>& notes) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (const bake::ObjectReport& object : result.objects) objects.push_back(bake::to_json(object));
+  nlohmann::ordered_json sets = bake::to_json(result.sets);
+  bake::add_hits(result.hits, sets);
   nlohmann::ordered_json json{{"schema", kSchema},
                               {"file", arguments.output},
                               {"triangles", result.triangles},
@@ -67,7 +70,7 @@ void print_json(const Arguments& arguments, const mesh::Scene& scene, const bake
                               {"seconds", seconds},
                               {"peak_memory", peak_memory()},
                               {"bytes", bytes},
-                              {"sets", bake::to_json(result.sets)},
+                              {"sets", std::move(sets)},
                               {"sources", sources},
                               {"notes", notes},
                               {"objects", std::move(objects)}};
@@ -104,7 +107,7 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
   }
   if (result.objects.size() > kShown)
     fmt::print("and {} more; --json lists all\n", result.objects.size() - kShown);
-  if (arguments.bake.rays > 0) fmt::print("\n{}", accuracy_table(result.sets));
+  if (arguments.bake.rays > 0) fmt::print("\n{}\n{}", accuracy_table(result.sets), hit_lines(result.hits));
 }
 
 /// What preparation changed or could not do, a sentence each.

@@ -59,8 +59,10 @@ BenchOptions resolve(const Arguments& arguments) {
                        arguments.rays,
                        arguments.seed,
                        {}};
-  if (options.sets.empty())
+  if (options.sets.empty()) {
     options.sets = {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun};
+    if (options.hits) options.sets.push_back(bake::RaySet::camera);
+  }
   const auto all = uint32_t(tbb::info::default_concurrency());
   if (options.threads.empty()) options.threads = {1, 0};
   std::replace(options.threads.begin(), options.threads.end(), 0u, all);
@@ -137,15 +139,15 @@ void run_gpu(const Arguments& arguments, const Command& command) {
 bool is_scene(const std::string& file) { return render::is_gltf(file) || ending_of(file) == ".toml"; }
 
 void run_scene(const Arguments& arguments, const Command& command) {
-  for (const char* option : {"--mesh", "--fallback", "--hits", "--against", "--stages", "--plot", "--device",
-                             "--batches", "--precision"})
+  for (const char* option :
+       {"--mesh", "--fallback", "--against", "--stages", "--plot", "--device", "--batches", "--precision"})
     if (command.given(option))
       throw Error(Status::usage,
                   fmt::format("{}: {} is only for an ASSET, not for a scene", arguments.file, option));
   const BenchOptions resolved = resolve(arguments);
-  const SceneBenchOptions options{arguments.file, arguments.asset,  resolved.isa,
-                                  resolved.sets,  resolved.threads, resolved.rays,
-                                  resolved.seed,  arguments.moved,  resolved.schedule};
+  const SceneBenchOptions options{arguments.file,   arguments.asset,  resolved.isa,  resolved.sets,
+                                  resolved.threads, resolved.rays,    resolved.seed, arguments.moved,
+                                  resolved.hits,    resolved.schedule};
   Progress progress(arguments.quiet);
   const SceneBenchResult result = measure_scene(options, progress);
   progress.finish();
@@ -199,7 +201,7 @@ void add_bench(Command app) {
   command.add_option("--mesh", a->mesh, "Of an ASSET: the mesh that it was baked from");
   command.add_option("--asset", a->asset,
                      "Of a SCENE in glTF: the .nif file that was baked from it. A .toml names its assets");
-  add_measure_options(command, *a, "outer-lines, inner-surface and sun");
+  add_measure_options(command, *a, "outer-lines, inner-surface and sun; with --hits also camera");
   command.add_option("--moved", a->moved, "Of a SCENE: instances to move; 0 for none").capture_default_str();
   command
       .add_option("-j,--threads", a->threads,

@@ -86,7 +86,7 @@ std::vector<EmbreeVariant> variants_for(bake::RaySet set, bool instances, bool h
       if (bake::finds_first_hits(call) != hits) continue;
       variants.push_back({.build = build, .call = call, .coherent = false});
       // Where rays are not coherent, the hint that they are halves the speed; single rays have no use for it.
-      if (set == bake::RaySet::sun && !bake::takes_single_rays(call) && !instances)
+      if (bake::is_coherent(set) && !bake::takes_single_rays(call) && !instances)
         variants.push_back({.build = build, .call = call, .coherent = true});
     }
   }

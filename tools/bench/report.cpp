@@ -234,9 +234,7 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
         "nif: proofs first, and for rays that they leave open rtcOccluded1 of the build that is fastest so. "
         "certain: "
         "proven.\n";
-  if (options.hits)
-    text +=
-        "First hits: nifIntersect (hit, t, normal, triangle) and rtcIntersect. Errors are of hit or miss.\n";
+  if (options.hits) text += kFirstHitsLine;
   for (const ThreadRun& run : result.runs) {
     text += fmt::format("\n{}\n\n{}{}", count_of(run.threads, "thread"), run_tables(run, result),
                         other_table(run, options, result));

@@ -9,6 +9,10 @@ namespace nif::tools {
 
 inline constexpr const char* kBenchSchema = "nifkit.bench/1";
 
+/// What both reports say of a race of first hits.
+inline constexpr const char* kFirstHitsLine =
+    "First hits: nifIntersect (hit, t, normal, triangle) and rtcIntersect. Errors are of hit or miss.\n";
+
 /// docs/benchmark.md explains the fields of the schema.
 nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& result);
 

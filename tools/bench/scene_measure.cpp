@@ -195,6 +195,7 @@ SceneBenchResult measure_scene(const SceneBenchOptions& options, Progress& progr
   std::vector<Subject> subjects(1);
   Subject& subject = subjects.front();
   subject.instances = true;
+  subject.hits = options.hits;
   go_on(0, "building the runtime's scene");
   for (const uint32_t threads : options.threads) subject.scenes.push_back(scene.scene(threads));
   draw_sets(options, scene.instances(), scene, subject, go_on);

@@ -13,6 +13,7 @@ struct SceneBenchOptions {
   std::vector<uint32_t> threads;
   uint64_t rays, seed;
   uint32_t moved;  ///< instances that move; 0: none, and nothing is measured of it
+  bool hits;       ///< first hits are raced, not occlusion
   Schedule schedule;
 };
 

@@ -62,6 +62,7 @@ nlohmann::ordered_json to_json(const SceneBenchOptions& options, const SceneBenc
                {"isa", still.isa},
                {"sets", sets_json(still.runs.front(), still)},
                {"scaling", std::move(scaling)}});
+  if (options.hits) json["hits"] = true;
   if (!result.moved.empty()) {
     SceneJson runs = SceneJson::array();
     for (const MovedRun& moved : result.moved) runs.push_back(moved_json(moved, still));
@@ -92,6 +93,7 @@ std::string scene_bench_tables(const SceneBenchOptions& options, const SceneBenc
       options.scene, count_of(result.instances, "instance"), count_of(still.objects, "object"),
       count_of(still.triangles, "triangle"), result.placed_triangles, still.isa, bake::embree_version(),
       on_processor(), count_of(options.schedule.rounds, "round"));
+  if (options.hits) text += kFirstHitsLine;
   for (const ThreadRun& run : still.runs) {
     text += fmt::format("\n{}\n\n{}", count_of(run.threads, "thread"), run_tables(run, still));
     if (&run != &still.runs.front()) text += gain_line(still.runs.front(), run);

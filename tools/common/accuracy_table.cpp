@@ -7,7 +7,7 @@ namespace nif::tools {
 std::string accuracy_table(const bake::SetAccuracies& sets) {
   std::string table = fmt::format("{:<14}{:>10}{:>9}{:>9}{:>10}{:>10}{:>15}{:>9}\n", "ray set", "rays",
                                   "error", "leak", "spurious", "certain", "certain wrong", "Brier");
-  for (bake::RaySet set : bake::kRaySets) {
+  for (bake::RaySet set : bake::kAllRaySets) {
     const bake::Accuracy& a = sets[size_t(set)];
     if (a.rays == 0) continue;
     table += fmt::format("{:<14}{:>10}{:>8.3f}%{:>8.3f}%{:>9.3f}%{:>9.1f}%{:>15}{:>9.5f}\n",

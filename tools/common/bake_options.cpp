@@ -22,7 +22,7 @@ bake::Mix parse_mix(const std::string& text) {
     const size_t equals = part.find('=');
     const std::string name = part.substr(0, equals);
     const std::optional<bake::RaySet> set = bake::ray_set_named(name);
-    if (!set || *set == bake::RaySet::sun) {
+    if (!set || bake::is_coherent(*set)) {
       throw Error(
           Status::usage,
           fmt::format("--mix: unknown ray set '{}'; use outer-lines, inner-surface, inner-volume or segments",

@@ -1,16 +1,16 @@
-// The accuracy of first hits by ray set, as `nif eval --hits` prints it.
+// The accuracy of first hits by ray set, for people.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "tools/common/first_hits.hpp"
+#include "bake/oracle/hits.hpp"
 
 namespace nif::tools {
 
-std::string hit_tables(const SetHits& sets);
+/// All of it, as `nif eval --hits` prints it.
+std::string hit_tables(const bake::SetHitFigures& sets);
 
-/// "hits" of a set: rates are fractions of its rays, percentiles by name.
-nlohmann::ordered_json to_json(const HitAccuracy& hits);
+/// A few figures in a line for each set that was measured, as `nif bake` prints them.
+std::string hit_lines(const bake::SetHitFigures& sets);
 
 }  // namespace nif::tools

@@ -21,8 +21,9 @@ std::vector<bake::RaySet> parse_sets(const std::vector<std::string>& names) {
     if (!set) {
       throw Error(
           Status::usage,
-          fmt::format("--set '{}' is not one of outer-lines, inner-surface, inner-volume, segments, sun",
-                      name));
+          fmt::format(
+              "--set '{}' is not one of outer-lines, inner-surface, inner-volume, segments, sun, camera",
+              name));
     }
     sets.push_back(*set);
   }

@@ -166,7 +166,7 @@ void add_mesh_compare(Command mesh) {
       .positive()
       .capture_default_str();
   command.add_option("--rays", a.rays, "Rays per ray set (0 = none)").non_negative().capture_default_str();
-  add_set_option(command, a.sets, "all");
+  add_set_option(command, a.sets, "all but camera");
   add_seed_option(command, a.seed);
   add_run_options(command, a, kSchema);
   command.footer(

@@ -1,5 +1,5 @@
-// `nif render`: pictures of a scene with shadow rays answered by Embree and by assets, to compare, and with
-// camera rays answered by fields.
+// `nif render`: pictures of a scene with shadow rays answered by Embree and by assets, to compare, with
+// camera rays answered by fields for primary rays, or with all rays answered by assets.
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
@@ -19,6 +19,7 @@
 #include "tools/common/shared_options.hpp"
 #include "tools/common/threads.hpp"
 #include "tools/render/compare.hpp"
+#include "tools/render/flip.hpp"
 #include "tools/render/renderer.hpp"
 #include "tools/render/scene_file.hpp"
 #include "tools/render/scene_meshes.hpp"
@@ -39,18 +40,22 @@ struct Arguments : RunArguments {
   std::vector<std::string> cameras;
   std::optional<uint32_t> samples, width, height, bounces;
   std::optional<uint64_t> seed;
+  std::string primary = "embree";
   double confidence = 0.9;
   std::string exact = "none";
   std::string isa = "auto";
   std::optional<std::string> sheet;
   uint32_t thumbnail = 240;
   bool exr = false;
+
+  /// Whether assets answer all rays of one more picture.
+  bool by_assets() const { return primary == "asset"; }
 };
 
 /// What stands in a picture of other answers, beside the reference's.
 struct PictureError {
   Mode mode;
-  double psnr, ssim;
+  double psnr, ssim, flip;
 };
 
 struct CameraResult {
@@ -124,8 +129,9 @@ CameraResult write_pictures(const Arguments& arguments, const std::string& camer
     if (!last) continue;
     if (arguments.exr) render::write_exr(path(fmt::format("{}.exr", name_of(mode))), linear);
     if (mode != Mode::reference)
-      result.errors.push_back(
-          {mode, render::psnr(reference, shown[size_t(mode)]), render::ssim(reference, shown[size_t(mode)])});
+      result.errors.push_back({mode, render::psnr(reference, shown[size_t(mode)]),
+                               render::ssim(reference, shown[size_t(mode)]),
+                               render::flip(reference, shown[size_t(mode)])});
   }
   if (last && !rendering.normals[0].values.empty())
     render::write_png(path("normals.png"),
@@ -134,7 +140,7 @@ CameraResult write_pictures(const Arguments& arguments, const std::string& camer
     const auto beside = [&](const Image& learned, const Image& error) {
       return render::side_by_side({&reference, &learned, &error});
     };
-    const Image& learned = shown[size_t(Mode::probability)];
+    const Image& learned = shown[size_t(arguments.by_assets() ? Mode::asset : Mode::probability)];
     const Image error = render::difference(reference, learned, 3);
     render::write_png(path("error.png"), error);
     Image together = beside(learned, error);
@@ -159,25 +165,29 @@ double mrays_per_s(uint64_t rays, double seconds) { return seconds > 0 ? double(
 
 double mean(double sum, uint64_t count) { return count ? sum / double(count) : 0; }
 
-void print_camera_rays(const std::vector<CameraResult>& results) {
-  fmt::print("\n{:16} {:<17} {:>11} {:>12} {:>8} {:>9} {:>8}\n", "camera", name_of(Mode::primary),
-             "camera rays", "on objects", "differ", "depth", "normal");
+/// PSNR, SSIM and FLIP stand under the name of the picture that they are of.
+void print_camera_rays(const std::vector<CameraResult>& results, Mode mode) {
+  fmt::print("{:16} {:<24} {:>11} {:>12} {:>8} {:>9} {:>8}\n", "camera", name_of(mode), "camera rays",
+             "on objects", "differ", "depth", "normal");
   for (const CameraResult& result : results) {
     const render::CameraRays& rays = result.camera_rays;
     const PictureError& error = result.errors.back();
-    fmt::print("{:16} {:5.2f} dB {:<8.5f} {:>11} {:>11.1f}% {:>7.3f}% {:>8.4f}% {:>7.2f}°\n", result.name,
-               error.psnr, error.ssim, rays.rays, 100 * mean(double(rays.hits), rays.rays),
-               100 * mean(double(rays.differ), rays.rays), 100 * mean(rays.depth_error, rays.both),
-               mean(rays.normal_error, rays.both));
+    fmt::print("{:16} {:5.2f} dB {:<7.5f} {:<7.5f} {:>11} {:>11.1f}% {:>7.3f}% {:>8.4f}% {:>7.2f}°\n",
+               result.name, error.psnr, error.ssim, error.flip, rays.rays,
+               100 * mean(double(rays.hits), rays.rays), 100 * mean(double(rays.differ), rays.rays),
+               100 * mean(rays.depth_error, rays.both), mean(rays.normal_error, rays.both));
   }
 }
 
-void print_table(const std::vector<CameraResult>& results, const render::World& world, double exposure) {
+void print_table(const std::vector<CameraResult>& results, const render::World& world, double exposure,
+                 bool by_assets) {
   fmt::print("{} triangles", world.triangles());
   if (world.has_assets())
-    fmt::print("; assets {}, {} in memory", format_bytes(double(world.asset_bytes())),
-               format_bytes(double(world.resident_bytes())));
-  fmt::print("; exposure {:.4g}\n\n", exposure);
+    fmt::print("; assets {}, {} in memory", format_bytes(double(world.assets().asset_bytes())),
+               format_bytes(double(world.assets().resident_bytes())));
+  fmt::print("; Embree {} in memory; exposure {:.4g}\n\n", format_bytes(double(world.embree_bytes())),
+             exposure);
+  if (by_assets) return print_camera_rays(results, Mode::asset);
   if (!world.has_assets()) {
     fmt::print("{:16} {:>12} {:>10} {:>9}\n", "camera", "shadow rays", "Mrays/s", "seconds");
     for (const CameraResult& result : results)
@@ -185,10 +195,8 @@ void print_table(const std::vector<CameraResult>& results, const render::World& 
                  mrays_per_s(result.shadow_rays.rays, result.shadow_rays.embree_seconds), result.seconds);
     return;
   }
-  // PSNR and SSIM stand under the name of the picture that they are of.
   fmt::print("{:16}", "camera");
-  for (const Mode mode : render::kModes)
-    if (mode != Mode::reference && mode != Mode::primary) fmt::print(" {:<17}", name_of(mode));
+  for (const Mode mode : {Mode::bits, Mode::probability, Mode::hybrid}) fmt::print(" {:<17}", name_of(mode));
   fmt::print(" {:>11} {:>7} {:>8} {:>7} {:>8}\n", "shadow rays", "wrong", "certain", "exact", "seconds");
   for (const CameraResult& result : results) {
     const render::ShadowRays& rays = result.shadow_rays;
@@ -200,7 +208,17 @@ void print_table(const std::vector<CameraResult>& results, const render::World& 
                percent * double(rays.leak + rays.spurious), percent * double(rays.certain),
                percent * double(rays.exact), result.seconds);
   }
-  if (world.has_primaries()) print_camera_rays(results);
+  if (!world.has_primaries()) return;
+  fmt::print("\n");
+  print_camera_rays(results, Mode::primary);
+}
+
+Json to_json(const render::CameraRays& seen) {
+  return {{"rays", seen.rays},
+          {"hits", mean(double(seen.hits), seen.rays)},
+          {"differ", mean(double(seen.differ), seen.rays)},
+          {"depth_error", mean(seen.depth_error, seen.both)},
+          {"normal_error", mean(seen.normal_error, seen.both)}};
 }
 
 Json to_json(const std::vector<CameraResult>& results, const Arguments& arguments, const render::World& world,
@@ -208,10 +226,15 @@ Json to_json(const std::vector<CameraResult>& results, const Arguments& argument
   Json json{{"schema", kSchema},
             {"file", arguments.scene},
             {"triangles", world.triangles()},
-            {"bytes", {{"file", world.asset_bytes()}, {"resident", world.resident_bytes()}}},
+            {"bytes",
+             {{"file", world.assets().asset_bytes()},
+              {"resident", world.assets().resident_bytes()},
+              {"embree", world.embree_bytes()}}},
             {"width", picture.width},
             {"height", picture.height},
             {"samples", picture.samples},
+            {"bounces", picture.bounces},
+            {"primary", arguments.primary},
             {"exact", arguments.exact},
             {"exposure", exposure},
             {"cameras", Json::object()}};
@@ -221,28 +244,42 @@ Json to_json(const std::vector<CameraResult>& results, const Arguments& argument
     Json camera{{"shadow_rays", rays.rays},
                 {"seconds", result.seconds},
                 {"embree_mrays_per_s", mrays_per_s(rays.rays, rays.embree_seconds)}};
-    if (!result.errors.empty()) {
+    if (!result.errors.empty() && !arguments.by_assets()) {
       camera["nif_mrays_per_s"] = mrays_per_s(rays.rays, rays.asset_seconds + rays.beside_seconds);
       camera["error"] = double(rays.leak + rays.spurious) * each;
       camera["leak"] = double(rays.leak) * each;
       camera["spurious"] = double(rays.spurious) * each;
       camera["certain"] = double(rays.certain) * each;
       camera["exact"] = double(rays.exact) * each;
-      for (const PictureError& error : result.errors)  // equal pictures: JSON has no infinity
-        camera["pictures"][name_of(error.mode)] = {
-            {"psnr", std::isfinite(error.psnr) ? Json(error.psnr) : Json(nullptr)}, {"ssim", error.ssim}};
     }
-    if (world.has_primaries()) {
-      const render::CameraRays& seen = result.camera_rays;
-      camera["primary"] = {{"rays", seen.rays},
-                           {"hits", mean(double(seen.hits), seen.rays)},
-                           {"differ", mean(double(seen.differ), seen.rays)},
-                           {"depth_error", mean(seen.depth_error, seen.both)},
-                           {"normal_error", mean(seen.normal_error, seen.both)}};
-    }
+    for (const PictureError& error : result.errors)  // equal pictures: JSON has no infinity
+      camera["pictures"][name_of(error.mode)] = {
+          {"psnr", std::isfinite(error.psnr) ? Json(error.psnr) : Json(nullptr)},
+          {"ssim", error.ssim},
+          {"flip", error.flip}};
+    if (arguments.by_assets())
+      camera[name_of(Mode::asset)] = to_json(result.camera_rays);
+    else if (world.has_primaries())
+      camera[name_of(Mode::primary)] = to_json(result.camera_rays);
     json["cameras"][result.name] = std::move(camera);
   }
   return json;
+}
+
+/// Before any mesh is read: can assets answer all rays of this scene?
+void check_by_assets(const render::SceneDescription& scene) {
+  for (size_t i = 0; i < scene.objects.size(); ++i) {
+    const render::ObjectDescription& object = scene.objects[i];
+    if (!object.nif)
+      throw Error(Status::usage,
+                  fmt::format("--primary asset: object {} of {}, {}, has no asset; name one with 'nif'",
+                              i + 1, scene.file, object.mesh));
+    if (object.primary)
+      throw Error(Status::usage,
+                  fmt::format("--primary asset: 'primary' of object {} of {} cannot be used with it: its "
+                              "fields for primary rays make a picture of their own",
+                              i + 1, scene.file));
+  }
 }
 
 void run(const Arguments& arguments) {
@@ -250,6 +287,7 @@ void run(const Arguments& arguments) {
   limit_threads(arguments.threads);
   render::SceneDescription scene = render::read_scene(arguments.scene);
   override_picture(arguments, scene.picture);
+  if (arguments.by_assets()) check_by_assets(scene);
   check_folder(arguments.folder);
   if (arguments.sheet) check_output(*arguments.sheet);
   Progress progress(arguments.quiet);
@@ -262,6 +300,8 @@ void run(const Arguments& arguments) {
   const render::Lighting lighting(scene);
   const render::World world(scene, std::move(meshes),
                             fmt::format("isa={},queries={}", arguments.isa, threads), progress);
+  if (arguments.by_assets() && world.assets().no_first_hits())
+    throw Error(Status::usage, "--primary asset: " + *world.assets().no_first_hits());
   const double exposure = render::find_exposure(scene, world, lighting);
 
   make_folder(arguments.folder);
@@ -283,9 +323,10 @@ void run(const Arguments& arguments) {
         written = Clock::now();
       }
     };
-    const render::Rendering rendering =
-        render::render(world, lighting, camera,
-                       {picture, exposure, exact_named(arguments.exact), arguments.confidence}, show, cancel);
+    const render::Rendering rendering = render::render(
+        world, lighting, camera,
+        {picture, exposure, exact_named(arguments.exact), arguments.confidence, arguments.by_assets()}, show,
+        cancel);
     CameraResult result = write_pictures(arguments, about.name, rendering, true);
     result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     results.push_back(std::move(result));
@@ -299,7 +340,7 @@ void run(const Arguments& arguments) {
   if (arguments.json)
     write_json(to_json(results, arguments, world, scene.picture, exposure));
   else if (!arguments.quiet)
-    print_table(results, world, exposure);
+    print_table(results, world, exposure, arguments.by_assets());
 }
 
 }  // namespace
@@ -325,6 +366,13 @@ void add_render(Command app) {
       .range(0u, render::kMaxBounces);
   command.add_option("--seed", a.seed, "Seed of all random numbers, instead of the scene's");
   command
+      .add_option(
+          "--primary", a.primary,
+          "Who finds what the camera sees: embree; or asset, which makes one picture with Embree and one "
+          "with all rays answered by assets, those of the camera, of shadows, mirrors and bounces")
+      .capture_default_str()
+      .one_of({"embree", "asset"});
+  command
       .add_option("--confidence", a.confidence,
                   "For hybrid pictures: Embree answers where an asset is less sure than this")
       .capture_default_str()
@@ -337,9 +385,11 @@ void add_render(Command app) {
       .one_of({"none", "inside", "outside"});
   add_isa_option(command, a.isa);
   command.add_flag("--exr", a.exr, "Also write linear pictures as OpenEXR");
-  command.add_option("--sheet", a.sheet,
-                     "Also write a PNG with small pictures of all cameras: reference, assets (probability) "
-                     "and error x 3; or reference, primary and error x 3 if fields answer camera rays");
+  command.add_option(
+      "--sheet", a.sheet,
+      "Also write a PNG with small pictures of all cameras: reference, assets (probability) "
+      "and error x 3; with primary or asset in the middle if fields for primary rays or assets "
+      "answer the camera's rays");
   command.add_option("--thumbnail", a.thumbnail, "Width of each picture in --sheet, in pixels")
       .capture_default_str()
       .range(16u, 4096u);
@@ -347,8 +397,18 @@ void add_render(Command app) {
   command.footer(
       "Examples:\n"
       "  nif render scene.toml -o pictures --samples 64\n"
+      "  nif render scene.toml -o pictures --primary asset\n"
       "  nif render model.glb -o pictures");
-  command.callback([arguments] { run(*arguments); });
+  command.callback([arguments, command] {
+    for (const char* other : {"--confidence", "--exact"})
+      if (arguments->by_assets() && command.given(other))
+        throw Error(
+            Status::usage,
+            fmt::format("--primary asset and {0} cannot be used together: {0} is about pictures whose "
+                        "camera rays Embree answers",
+                        other));
+    run(*arguments);
+  });
 }
 
 }  // namespace nif::tools

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "bake/oracle/ray_sets.hpp"
 #include "tools/render/camera.hpp"
@@ -23,6 +24,17 @@ struct CameraRay {
   Double3 origin, direction;
 };
 
+/// The ray that a path takes next, with the share of what comes along it that reaches the pixel.
+struct PathRay {
+  Double3 origin, direction;
+  Colour carried{1, 1, 1};
+  uint32_t bounces = 0, reflections = 0;  ///< so far
+  bool mirrored = true;                   ///< comes from the camera or a mirror, not from a diffuse surface
+};
+
+/// Reflections of one path; more of them send no light.
+inline constexpr uint32_t kMaxReflections = 8;
+
 /// Follows paths; what it refers to must outlive it. Any number of threads may use one.
 class Paths {
  public:
@@ -40,8 +52,8 @@ class Paths {
             camera_.direction((x + jitter[0]) / picture_.width, (y + jitter[1]) / picture_.height)};
   }
 
-  /// One sample of pixel (x, y). Calls `shadow(ShadowRay)` for each light at each point of the path that it
-  /// may reach, and `miss(direction)` where the camera sees nothing.
+  /// One sample of pixel (x, y), by Embree. Calls `shadow(ShadowRay)` for each light at each point of the
+  /// path that it may reach, and `miss(direction, carried)` where the background is seen.
   template <class Shadow, class Miss>
   void follow(const PixelSamples& numbers, uint32_t sample, uint32_t x, uint32_t y, const Shadow& shadow,
               const Miss& miss) const {
@@ -53,28 +65,52 @@ class Paths {
   template <class Shadow, class Miss>
   void follow(const PixelSamples& numbers, uint32_t sample, const CameraRay& ray,
               std::optional<SurfacePoint> hit, const Shadow& shadow, const Miss& miss) const {
-    if (!hit) return miss(ray.direction);
-    Colour carried{1, 1, 1};
-    const auto lights = uint32_t(lighting_.count());
-    for (uint32_t bounce = 0; hit; ++bounce) {
-      for (size_t c = 0; c < 3; ++c) carried[c] *= hit->kind.albedo[c];
-      const Double3 start = hit->position + hit->normal * hit->kind.bias;
-      const uint32_t dimension = 1 + bounce * (lights + 1);
-      for (uint32_t light = 0; light < lights; ++light) {
-        const LightSample drawn =
-            lighting_.draw(light, start, hit->normal, numbers.pair(dimension + light, sample));
-        const double cosine = dot(drawn.direction, hit->normal);
-        Colour radiance{};
-        for (size_t c = 0; c < 3; ++c)
-          radiance[c] = carried[c] * drawn.irradiance[c] * cosine / std::numbers::pi;
-        // Lights are no part of the scene that is asked, so the ray may go all the way.
-        if (cosine > 0 && radiance[0] + radiance[1] + radiance[2] > 0)
-          shadow(ShadowRay{bake::make_segment(start, drawn.direction, float(drawn.distance)), radiance});
-      }
-      if (bounce == picture_.bounces) return;
-      // Where it then meets nothing, the sky has been drawn as a light already.
-      hit = world_.trace(start, cosine_direction(hit->normal, numbers.pair(dimension + lights, sample)));
+    std::optional<PathRay> next = step(numbers, sample, {ray.origin, ray.direction}, hit, shadow, miss);
+    while (next) {
+      hit = world_.trace(next->origin, next->direction);
+      next = step(numbers, sample, *next, hit, shadow, miss);
     }
+  }
+
+  /// One point of a path: where `ray` comes to `hit`. Returns the next ray, if there is one.
+  template <class Shadow, class Miss>
+  std::optional<PathRay> step(const PixelSamples& numbers, uint32_t sample, const PathRay& ray,
+                              const std::optional<SurfacePoint>& hit, const Shadow& shadow,
+                              const Miss& miss) const {
+    if (!hit) {
+      // Where a diffuse bounce meets nothing, the sky has been drawn as a light already. What is behind the
+      // scene where there is no sky is a colour to be seen, and no light.
+      if (ray.mirrored && (ray.bounces == 0 || lighting_.has_sky())) miss(ray.direction, ray.carried);
+      return std::nullopt;
+    }
+    PathRay next = ray;
+    for (size_t c = 0; c < 3; ++c) next.carried[c] *= hit->kind.albedo[c];
+    next.origin = hit->position + hit->normal * hit->kind.bias;
+    if (hit->kind.mirror) {
+      if (++next.reflections > kMaxReflections) return std::nullopt;
+      next.direction = ray.direction - hit->normal * (2 * dot(ray.direction, hit->normal));
+      next.direction = next.direction * (1 / length(next.direction));
+      next.mirrored = true;
+      return next;
+    }
+    const auto lights = uint32_t(lighting_.count());
+    const uint32_t dimension = 1 + ray.bounces * (lights + 1);
+    for (uint32_t light = 0; light < lights; ++light) {
+      const LightSample drawn =
+          lighting_.draw(light, next.origin, hit->normal, numbers.pair(dimension + light, sample));
+      const double cosine = dot(drawn.direction, hit->normal);
+      Colour radiance{};
+      for (size_t c = 0; c < 3; ++c)
+        radiance[c] = next.carried[c] * drawn.irradiance[c] * cosine / std::numbers::pi;
+      // Lights are no part of the scene that is asked, so the ray may go all the way.
+      if (cosine > 0 && radiance[0] + radiance[1] + radiance[2] > 0)
+        shadow(ShadowRay{bake::make_segment(next.origin, drawn.direction, float(drawn.distance)), radiance});
+    }
+    if (ray.bounces == picture_.bounces) return std::nullopt;
+    next.direction = cosine_direction(hit->normal, numbers.pair(dimension + lights, sample));
+    ++next.bounces;
+    next.mirrored = false;
+    return next;
   }
 
  private:

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "formats/base/status.hpp"
+#include "tools/render/asset_paths.hpp"
 #include "tools/render/paths.hpp"
 
 namespace nif::render {
@@ -34,14 +35,25 @@ void add(Sums& sums, size_t pixel, const Colour& colour, double factor) {
 /// Sums of radiance of each mode; what no shadow ray decides is in all of them. And of normals as colours.
 struct Film {
   std::array<Sums, kModes.size()> sums;
-  std::array<Sums, 2> normals;  // by Embree and by fields
+  std::array<Sums, 2> normals;  // as Rendering has them
 
-  Film(size_t pixels, bool assets, bool primaries) {
+  Film(size_t pixels, const World& world, bool by_assets) {
     for (const Mode mode : kModes)
-      if (mode == Mode::primary ? primaries : assets || mode == Mode::reference)
-        sums[size_t(mode)].assign(3 * pixels, 0.0);
-    if (primaries)
+      if (is_made(mode, world, by_assets)) sums[size_t(mode)].assign(3 * pixels, 0.0);
+    if (has(Mode::primary) || has(Mode::asset))
       for (Sums& of : normals) of.assign(3 * pixels, 0.0);
+  }
+  static bool is_made(Mode mode, const World& world, bool by_assets) {
+    switch (mode) {
+      case Mode::reference:
+        return true;
+      case Mode::primary:
+        return world.has_primaries() && !by_assets;
+      case Mode::asset:
+        return by_assets;
+      default:
+        return world.has_assets() && !by_assets;
+    }
   }
   bool has(Mode mode) const { return !sums[size_t(mode)].empty(); }
   void add(Mode mode, size_t pixel, const Colour& colour, double factor) {
@@ -63,6 +75,7 @@ class TileRenderer {
       : world_(world),
         lighting_(lighting),
         paths_(world, lighting, camera, options.picture),
+        asset_paths_(world, paths_),
         options_(options),
         film_(film) {}
 
@@ -79,16 +92,19 @@ class TileRenderer {
           const std::optional<SurfacePoint> hit = world_.trace(ray.origin, ray.direction);
           paths_.follow(
               numbers, s, ray, hit, [&](const ShadowRay& shadow) { asked_.add(pixel, shadow); },
-              [&](const Double3& direction) {
-                const Colour colour = background(direction);
+              [&](const Double3& direction, const Colour& carried) {
+                const Colour colour = carried_background(direction, carried);
                 for (const Mode mode : kModes)
-                  if (mode != Mode::primary && film_.has(mode)) film_.add(mode, pixel, colour, 1);
+                  if (mode != Mode::primary && mode != Mode::asset && film_.has(mode))
+                    film_.add(mode, pixel, colour, 1);
               });
-          if (world_.has_primaries()) follow_by_fields(numbers, s, ray, hit, pixel);
+          if (film_.has(Mode::primary)) follow_by_fields(numbers, s, ray, hit, pixel);
+          if (film_.has(Mode::asset)) asset_paths_.add(pixel, numbers, s, ray, hit);
           if (asked_.segments.size() >= kRaysAtOnce) answer();
         }
       }
     answer();
+    if (film_.has(Mode::asset)) follow_by_assets();
     return counts_;
   }
 
@@ -117,23 +133,42 @@ class TileRenderer {
                                : options_.picture.background * (1 / options_.exposure);
   }
 
+  Colour carried_background(const Double3& direction, const Colour& carried) const {
+    Colour colour = background(direction);
+    for (size_t c = 0; c < 3; ++c) colour[c] *= carried[c];
+    return colour;
+  }
+
   /// The path that starts where fields say that the camera's ray comes to, which by Embree is `hit`.
   void follow_by_fields(const PixelSamples& numbers, uint32_t sample, const CameraRay& ray,
                         const std::optional<SurfacePoint>& hit, size_t pixel) {
     const std::optional<SurfacePoint> learned = world_.trace_by_fields(ray.origin, ray.direction);
-    compare(hit, learned);
+    compare(pixel, hit, learned, &SurfaceKind::primary);
     paths_.follow(
         numbers, sample, ray, learned, [&](const ShadowRay& shadow) { asked_by_fields_.add(pixel, shadow); },
-        [&](const Double3& direction) { film_.add(Mode::primary, pixel, background(direction), 1); });
-    const std::optional<SurfacePoint>* seen[] = {&hit, &learned};
+        [&](const Double3& direction, const Colour& carried) {
+          film_.add(Mode::primary, pixel, carried_background(direction, carried), 1);
+        });
+  }
+
+  void follow_by_assets() {
+    asset_paths_.run(
+        [&](size_t pixel, const std::optional<SurfacePoint>& exact, const std::optional<SurfacePoint>& said) {
+          compare(pixel, exact, said, &SurfaceKind::asset);
+        },
+        [&](size_t pixel, const Colour& colour) { film_.add(Mode::asset, pixel, colour, 1); },
+        [&](const Double3& direction) { return background(direction); });
+  }
+
+  /// `answered` tells the objects whose camera rays are answered in another way.
+  void compare(size_t pixel, const std::optional<SurfacePoint>& exact,
+               const std::optional<SurfacePoint>& learned, bool SurfaceKind::*answered) {
+    const std::optional<SurfacePoint>* seen[] = {&exact, &learned};
     for (size_t i = 0; i < 2; ++i)
       if (const std::optional<SurfacePoint>& point = *seen[i])
         add(film_.normals[i], pixel, (point->normal + Double3{1, 1, 1}) * 0.5, 1);
-  }
-
-  void compare(const std::optional<SurfacePoint>& exact, const std::optional<SurfacePoint>& learned) {
     CameraRays& counts = counts_.camera;
-    const bool hit = exact && exact->kind.primary, said = learned && learned->kind.primary;
+    const bool hit = exact && exact->kind.*answered, said = learned && learned->kind.*answered;
     ++counts.rays;
     counts.hits += hit;
     counts.differ += hit != said;
@@ -147,7 +182,7 @@ class TileRenderer {
   void answer() {
     counts_.shadow.rays += asked_.segments.size();
     counts_.shadow.embree_seconds += answer_by_embree(Mode::reference, asked_);
-    if (world_.has_assets()) answer_by_assets();
+    if (film_.has(Mode::bits)) answer_by_assets();
     asked_.clear();
     if (film_.has(Mode::primary)) answer_by_embree(Mode::primary, asked_by_fields_);
     asked_by_fields_.clear();
@@ -172,7 +207,7 @@ class TileRenderer {
     certain_.resize(count);
     probability_.resize(count);
     auto start = Clock::now();
-    world_.ask_assets(asked_.segments, {visible_.data(), probability_.data(), certain_.data()});
+    world_.assets().ask(asked_.segments, {visible_.data(), probability_.data(), certain_.data()});
     counts_.shadow.asset_seconds += seconds_since(start);
     if (options_.exact != Exact::none)
       for (size_t i = 0; i < count; ++i) {
@@ -203,6 +238,7 @@ class TileRenderer {
   const World& world_;
   const Lighting& lighting_;
   const Paths paths_;
+  AssetPaths asset_paths_;
   const RenderOptions& options_;
   Film& film_;
   RayCounts counts_;
@@ -233,7 +269,7 @@ Rendering develop(const Film& film, const RenderOptions& options, uint32_t sampl
 }  // namespace
 
 const char* name_of(Mode mode) {
-  constexpr const char* kNames[] = {"reference", "bits", "probability", "hybrid", "primary"};
+  constexpr const char* kNames[] = {"reference", "bits", "probability", "hybrid", "primary", "asset"};
   return kNames[size_t(mode)];
 }
 
@@ -287,7 +323,7 @@ Rendering render(const World& world, const Lighting& lighting, const Camera& cam
                  const std::atomic<bool>& cancel) {
   const PictureDescription& picture = options.picture;
   const uint32_t across = (picture.width + kTile - 1) / kTile, down = (picture.height + kTile - 1) / kTile;
-  Film film(size_t{picture.width} * picture.height, world.has_assets(), world.has_primaries());
+  Film film(size_t{picture.width} * picture.height, world, options.by_assets);
   RayCounts counts;
   for (uint32_t done = 0; done < picture.samples;) {
     const uint32_t samples = std::min(kSamplesPerPass, picture.samples - done);

@@ -1,5 +1,5 @@
-// Renders one camera's picture with direct light (and diffuse bounces), with several answers to the same
-// shadow rays, and with fields' answers to the camera's rays.
+// Renders one camera's picture with direct light, reflections and diffuse bounces: with several answers to
+// the same shadow rays, with the answers of fields for primary rays to the camera's rays, or by assets alone.
 #pragma once
 
 #include <array>
@@ -13,16 +13,17 @@
 
 namespace nif::render {
 
-/// Who answers the shadow rays, and in the last the camera's.
+/// Who answers the shadow rays. Embree answers all others but for the last two.
 enum class Mode {
   reference,    ///< Embree
   bits,         ///< assets, visible or occluded
   probability,  ///< assets, a light's share by the probability that it is visible
   hybrid,       ///< assets where they are sure, else Embree
-  primary,      ///< Embree; the camera's rays fields, where World::has_primaries()
+  primary,      ///< Embree; the camera's rays `spherical` fields for primary rays (World::has_primaries())
+  asset,        ///< assets, and so all other rays, where RenderOptions::by_assets
 };
-inline constexpr std::array kModes{Mode::reference, Mode::bits, Mode::probability, Mode::hybrid,
-                                   Mode::primary};
+inline constexpr std::array kModes{Mode::reference, Mode::bits,    Mode::probability,
+                                   Mode::hybrid,    Mode::primary, Mode::asset};
 const char* name_of(Mode mode);
 
 /// What the shadow rays of a picture came to. Seconds are summed over threads.
@@ -36,11 +37,12 @@ struct ShadowRays {
   ShadowRays& operator+=(const ShadowRays& other);
 };
 
-/// How the fields that answer camera rays differ from Embree. An object is one that they answer for.
+/// How those that answer camera rays (fields for primary rays, or all assets) differ from Embree. An object
+/// is one that they answer for.
 struct CameraRays {
   uint64_t rays = 0;        ///< all of them
   uint64_t hits = 0;        ///< those that come to an object first
-  uint64_t differ = 0;      ///< those that do so by Embree and not by the fields, or the other way round
+  uint64_t differ = 0;      ///< those that do so by Embree and not by them, or the other way round
   uint64_t both = 0;        ///< those that do so by both; summed over these:
   double depth_error = 0;   ///< difference of the distances, over the diagonal of the object's AABB
   double normal_error = 0;  ///< angle between the normals, degrees
@@ -50,8 +52,8 @@ struct CameraRays {
 struct Rendering {
   /// By Mode, linear, exposed; empty where there is nobody to answer so.
   std::array<Image, kModes.size()> images;
-  /// By Embree and by fields, as colours from 0 to 1, black where there is no surface; empty as
-  /// Mode::primary.
+  /// By Embree and by those that answer camera rays, as colours from 0 to 1, black where there is no surface;
+  /// empty where nobody does.
   std::array<Image, 2> normals;
   ShadowRays shadow_rays;
   CameraRays camera_rays;
@@ -69,6 +71,9 @@ struct RenderOptions {
   double exposure = 1;
   Exact exact = Exact::none;
   double confidence = 0.9;  ///< hybrid trusts an answer with max(p, 1 - p) of at least this
+  /// Makes the pictures of Mode::reference and Mode::asset, and no others. World::assets() must know first
+  /// hits.
+  bool by_assets = false;
 };
 
 /// Called now and then, from the calling thread; `fraction` of the work is done. Where all pixels have

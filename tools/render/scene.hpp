@@ -21,8 +21,10 @@ struct ObjectDescription {
   std::optional<std::string> nif;  ///< path of the asset baked from it; none: always answered exactly
   mesh::Transform transform = mesh::kIdentity;
   Colour albedo{0.6, 0.6, 0.6};
+  bool mirror = false;  ///< reflects as a mirror, times its albedo, instead of scattering light
   bool lights = true, cameras = true;  ///< whether those that the mesh file brings are taken along
-  /// Whether its camera rays are answered by the asset's fields for primary rays in one more picture.
+  /// Whether its camera rays are answered by the asset's fields for primary rays, each made for one view, in
+  /// one more picture.
   bool primary = false;
 };
 

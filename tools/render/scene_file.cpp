@@ -151,6 +151,7 @@ SceneDescription read_scene(const fs::path& file) {
       r.fail("primary", "needs 'nif', an asset with fields for primary rays");
     object.transform = read_transform(r);
     object.albedo = r.colour("albedo", 1, object.albedo);
+    object.mirror = r.flag("mirror", object.mirror);
     object.lights = r.flag("lights", object.lights);
     object.cameras = r.flag("cameras", object.cameras);
     scene.objects.push_back(std::move(object));

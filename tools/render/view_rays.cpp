@@ -93,7 +93,7 @@ bake::MeshRays ViewRays::draw(uint64_t round) const {
               keep(Double3{s.origin[0], s.origin[1], s.origin[2]},
                    Double3{s.direction[0], s.direction[1], s.direction[2]}, s.tmax);
             },
-            [](const Double3&) {});
+            [](const Double3&, const Colour&) {});
       });
 }
 

@@ -14,7 +14,6 @@
 #include "formats/base/status.hpp"
 #include "tools/common/baked_scene.hpp"
 #include "tools/common/progress.hpp"
-#include "tools/common/runtime_handles.hpp"
 
 namespace nif::render {
 namespace {
@@ -52,10 +51,17 @@ void World::Release::operator()(RTCSceneTy* scene) const { rtcReleaseScene(scene
 
 World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const std::string& configuration,
              tools::Progress& progress)
-    : device_(rtcNewDevice(nullptr)) {
+    : device_(rtcNewDevice(nullptr)), assets_(configuration) {
   if (!device_) throw Error(Status::internal, "Embree cannot create a device on this machine");
   rtcSetDeviceErrorFunction(
       device_.get(), [](void* user, RTCError, const char* text) { static_cast<World*>(user)->error_ = text; },
+      this);
+  rtcSetDeviceMemoryMonitorFunction(
+      device_.get(),
+      [](void* user, ssize_t bytes, bool) {
+        static_cast<World*>(user)->embree_bytes_ += bytes;
+        return true;
+      },
       this);
   std::vector<EmbreePointer*> tops{&everything_, &beside_assets_};
   if (std::any_of(scene.objects.begin(), scene.objects.end(), [](const auto& o) { return o.primary; }))
@@ -64,11 +70,6 @@ World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const st
     top->reset(rtcNewScene(device_.get()));
     rtcSetSceneFlags(top->get(), RTC_SCENE_FLAG_ROBUST);
   }
-  const NifError error = nifNewDevice(configuration.c_str(), nullptr, &runtime_.handle);
-  if (error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_NOT_AVAILABLE)
-    throw Error(Status::usage, nifGetErrorMessage());
-  tools::check(error);
-  tools::check(nifNewScene(runtime_.handle, &neural_.handle));
   box_.min.fill(kInfinity);
   box_.max.fill(-kInfinity);
 
@@ -92,7 +93,7 @@ World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const st
     for (EmbreePointer* top : tops) rtcCommitScene(top->get());
   });
   if (!error_.empty()) throw Error(Status::out_of_memory, "Embree cannot build the scene's BVH: " + error_);
-  tools::check(nifCommitScene(neural_.handle));
+  assets_.commit();
 }
 
 World::~World() = default;
@@ -105,9 +106,9 @@ void World::add_mesh(const mesh::Mesh& mesh, std::span<const Transform> places,
   for (const Transform& place : places) {
     box_.add(mesh::bounds(own, place));
     const double size = std::cbrt(std::abs(mesh::determinant(place)));
-    parts_.push_back(
-        {{object.albedo, double(bake::bias_of(mesh, own)) * size, own.diagonal() * size, object.primary},
-         mesh::cofactors(place)});
+    parts_.push_back({{object.albedo, double(bake::bias_of(mesh, own)) * size, own.diagonal() * size,
+                       object.primary, object.mirror, object.nif.has_value()},
+                      mesh::cofactors(place)});
   }
   if (object.nif)
     for (const Transform& place : places) asset_boxes_.push_back({own, mesh::ToObject(place)});
@@ -160,7 +161,7 @@ void World::add_triangles(std::span<const mesh::Float3> positions, std::span<con
 void World::attach(RTCGeometryTy* geometry, Answered answered) {
   rtcCommitGeometry(geometry);
   const unsigned number = rtcAttachGeometry(everything_.get(), geometry);
-  if (!answered.by_asset) rtcAttachGeometry(beside_assets_.get(), geometry);
+  if (!answered.by_asset) rtcAttachGeometryByID(beside_assets_.get(), geometry, number);
   if (beside_primaries_ && !answered.by_primary)
     rtcAttachGeometryByID(beside_primaries_.get(), geometry, number);
   rtcReleaseGeometry(geometry);
@@ -184,17 +185,10 @@ void World::add_ground(const SceneDescription& scene) {
 
 std::shared_ptr<const mesh::Scene> World::add_asset(const ObjectDescription& object,
                                                     std::shared_ptr<const mesh::Scene> meshes) {
-  tools::Asset asset;
-  tools::check(nifLoadAssetFile(runtime_.handle, object.nif->c_str(), NIF_LOAD_READ, &asset.handle));
-  NifAssetInfo info{};
-  info.struct_size = sizeof(info);
-  tools::check(nifGetAssetInfo(asset.handle, &info));
-  if (auto merged = tools::merged_as_baked(*meshes, tools::metadata_of(info), *object.nif, object.mesh))
+  const AssetScene::Added added = assets_.add(object);
+  if (auto merged = tools::merged_as_baked(*meshes, added.metadata, *object.nif, object.mesh))
     meshes = std::make_shared<const mesh::Scene>(*std::move(merged));
-  for (uint32_t i = 0; i < info.object_count; ++i) {
-    NifObjectInfo about{};
-    about.struct_size = sizeof(about);
-    tools::check(nifGetObjectInfo(asset.handle, i, &about));
+  for (const NifObjectInfo& about : added.objects) {
     const bool known = std::any_of(meshes->meshes.begin(), meshes->meshes.end(), [&](const mesh::Mesh& mesh) {
       const mesh::Box box = mesh::bounds(mesh.positions, mesh.triangles);
       return std::equal(box.min.begin(), box.min.end(), about.bounds_min) &&
@@ -205,11 +199,6 @@ std::shared_ptr<const mesh::Scene> World::add_asset(const ObjectDescription& obj
                   fmt::format("{} was not baked from {}: no mesh has the bounds of object '{}'", *object.nif,
                               object.mesh, about.name));
   }
-  tools::check(nifAddAsset(neural_.handle, asset.handle, object.transform.data(), nullptr, nullptr));
-  asset_bytes_ += info.file_bytes;
-  resident_bytes_ += info.resident_bytes;
-  has_assets_ = true;
-  assets_.push_back(std::move(asset));
   return meshes;
 }
 
@@ -244,6 +233,17 @@ std::optional<SurfacePoint> World::trace(RTCSceneTy* scene, const Double3& origi
   return SurfacePoint{origin + direction * t, normal, t, part.kind};
 }
 
+void World::trace_by_assets(std::span<const Segment> rays,
+                            std::span<std::optional<SurfacePoint>> hits) const {
+  assets_.intersect(rays, hits);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const std::optional<SurfacePoint> beside =
+        trace(beside_assets_.get(), to_double(std::to_array(rays[i].origin)),
+              to_double(std::to_array(rays[i].direction)));
+    if (beside && !(hits[i] && hits[i]->distance <= beside->distance)) hits[i] = beside;
+  }
+}
+
 bool World::starts_in_asset(const Segment& ray) const {
   const Double3 start = to_double({ray.origin[0], ray.origin[1], ray.origin[2]});
   return std::any_of(asset_boxes_.begin(), asset_boxes_.end(), [&](const AssetBox& asset) {
@@ -261,24 +261,6 @@ void World::ask_embree(std::span<const Segment> rays, uint8_t* visible) const {
 
 void World::ask_embree_beside_assets(std::span<const Segment> rays, uint8_t* visible) const {
   ask(beside_assets_.get(), rays, visible);
-}
-
-void World::ask_assets(std::span<const Segment> rays, const Answers& answers) const {
-  NifQuery query{};
-  query.struct_size = sizeof(query);
-  query.count = rays.size();
-  if (rays.empty()) return;
-  for (size_t a = 0; a < 3; ++a) {
-    query.origin[a] = &rays[0].origin[a];
-    query.direction[a] = &rays[0].direction[a];
-  }
-  query.tmin = &rays[0].tmin;
-  query.tmax = &rays[0].tmax;
-  query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = sizeof(Segment);
-  query.visible = answers.visible;
-  query.probability = answers.probability;
-  query.certain = answers.certain;
-  tools::check(nifQuery(neural_.handle, &query));
 }
 
 }  // namespace nif::render

@@ -1,6 +1,7 @@
 // A scene ready for rays: Embree with its meshes, and the runtime with its assets.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,7 +12,7 @@
 #include "formats/mesh/box.hpp"
 #include "formats/mesh/transform.hpp"
 #include "tools/common/progress.hpp"
-#include "tools/common/runtime_handles.hpp"
+#include "tools/render/asset_scene.hpp"
 #include "tools/render/primary_objects.hpp"
 #include "tools/render/scene.hpp"
 #include "tools/render/scene_meshes.hpp"
@@ -22,8 +23,6 @@ struct RTCGeometryTy;
 struct RTCSceneTy;
 
 namespace nif::render {
-
-using kernels::Segment;
 
 /// Immutable once made; any number of threads may ask it. Answers do not depend on the number of threads.
 class World {
@@ -40,9 +39,8 @@ class World {
   /// Of the objects, without the ground.
   const mesh::Box& box() const { return box_; }
   uint64_t triangles() const { return triangles_; }
-  /// Of all assets, each once; 0 where there is none.
-  uint64_t asset_bytes() const { return asset_bytes_; }
-  uint64_t resident_bytes() const { return resident_bytes_; }
+  /// What Embree holds for everything: its BVHs, and the vertices and indices that they point to.
+  uint64_t embree_bytes() const { return uint64_t(embree_bytes_); }
 
   /// The first hit by Embree over everything, along a direction of unit length.
   std::optional<SurfacePoint> trace(const Double3& origin, const Double3& direction) const;
@@ -57,15 +55,12 @@ class World {
   /// The same over what no asset answers for.
   void ask_embree_beside_assets(std::span<const Segment> rays, uint8_t* visible) const;
 
-  /// What the assets say of each ray; the arrays are as those of NifQuery. Without assets all is visible, for
-  /// certain.
-  struct Answers {
-    uint8_t* visible;
-    float* probability;
-    uint8_t* certain;
-  };
-  void ask_assets(std::span<const Segment> rays, const Answers& answers) const;
-  bool has_assets() const { return has_assets_; }
+  /// By assets alone, and by Embree over what has none: the first hit of each ray, whose directions have unit
+  /// length. `hits` is as long as `rays`.
+  void trace_by_assets(std::span<const Segment> rays, std::span<std::optional<SurfacePoint>> hits) const;
+
+  const AssetScene& assets() const { return assets_; }
+  bool has_assets() const { return !assets_.empty(); }
   /// Whether the ray starts within the AABB of a mesh that an asset answers for.
   bool starts_in_asset(const Segment& ray) const;
 
@@ -100,10 +95,11 @@ class World {
   void attach(RTCGeometryTy* geometry, Answered answered);
   std::optional<SurfacePoint> trace(RTCSceneTy* scene, const Double3& origin, const Double3& direction) const;
   void add_ground(const SceneDescription& scene);
-  /// Loads an asset, and returns the scene of its mesh file, as it was baked from it.
+  /// Adds an object's asset, and returns the scene of its mesh file, as it was baked from it.
   std::shared_ptr<const mesh::Scene> add_asset(const ObjectDescription& object,
                                                std::shared_ptr<const mesh::Scene> meshes);
 
+  std::atomic<int64_t> embree_bytes_{0};  // before device_, which says what it frees
   std::string error_;
   std::unique_ptr<RTCDeviceTy, Release> device_;
   std::vector<EmbreePointer> children_;  // scenes that instances place
@@ -113,11 +109,8 @@ class World {
   std::vector<AssetBox> asset_boxes_;
   PrimaryObjects primaries_;
   mesh::Box box_;
-  uint64_t triangles_ = 0, asset_bytes_ = 0, resident_bytes_ = 0;
-  tools::Device runtime_;
-  std::vector<tools::Asset> assets_;
-  tools::Scene neural_;
-  bool has_assets_ = false;
+  uint64_t triangles_ = 0;
+  AssetScene assets_;
 };
 
 }  // namespace nif::render

@@ -1,0 +1,107 @@
+// Accuracy of an asset's first hits, compared with Embree's on the source mesh.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "bake/oracle/ray_sets.hpp"
+#include "formats/mesh/scene.hpp"
+#include "kernels/reference/encodings.hpp"
+
+namespace nif::bake {
+
+inline constexpr std::array kPercentiles{0.50, 0.90, 0.95, 0.99};
+using Percentiles = std::array<double, kPercentiles.size()>;
+/// For each share the smallest value that this share of them does not exceed. There must be some values.
+Percentiles percentiles_of(std::vector<float> values);
+
+/// What is stated of the first hits of a ray set (docs/ray-sets.md). Counts are of rays.
+struct HitCounts {
+  uint64_t rays = 0;
+  uint64_t missed = 0;        ///< meet a triangle, and no hit was found
+  uint64_t false_hits = 0;    ///< meet no triangle, and a hit was found
+  uint64_t certain = 0;       ///< it is proven that something is met, or that nothing is
+  uint64_t bounds_wrong = 0;  ///< the true hit lies outside of low..high, without a doubt: must be 0
+  uint64_t triangles = 0;     ///< of the rays that both sides call hits, those for which a triangle was named
+  uint64_t displaced = 0;     ///< of those, more than kDisplaced from Embree's hit
+  uint64_t named = 0;         ///< of the same, those whose triangle is one of the source mesh
+  uint64_t otherwise = 0;     ///< of those, where Embree names another triangle
+  /// And where u and v on that triangle are more than kDisplaced from the hit: must be 0.
+  uint64_t misnamed = 0;
+
+  double rate(uint64_t count) const { return rays ? double(count) / double(rays) : 0; }
+};
+
+/// And of the rays that both sides call hits; none where there are none.
+struct HitFigures : HitCounts {
+  uint64_t compared = 0;
+  std::optional<Percentiles> place;   ///< distance from the true hit, in diagonals of the object's bounds
+  std::optional<Percentiles> voxels;  ///< the same in voxels, of objects that have some
+  std::optional<Percentiles> angle;   ///< between the normal and the true one, in degrees
+};
+
+/// The same while it is measured, with every single value.
+struct HitAccuracy : HitCounts {
+  std::vector<float> place, voxels, angle;
+
+  HitAccuracy& operator+=(const HitAccuracy& other);
+  HitFigures figures() const;
+};
+
+using SetHits = std::array<HitAccuracy, kAllRaySets.size()>;       ///< by RaySet
+using SetHitFigures = std::array<HitFigures, kAllRaySets.size()>;  ///< by RaySet
+SetHitFigures figures_of(const SetHits& sets);
+
+/// Distances in diagonals: what counts as another place on a triangle, and by how much the bounds are widened
+/// before the true hit must lie within them, since Embree rounds, too.
+inline constexpr double kDisplaced = 1e-6, kBoundsTolerance = 1e-5;
+
+/// What the distances of an object are measured in.
+struct ObjectScale {
+  double diagonal;         ///< of its bounds
+  double voxels_per_unit;  ///< 0: it has no grid
+};
+
+/// The mesh that an object was baked from, where its hits name the triangles of that.
+struct SourceMesh {
+  const mesh::Mesh& mesh;
+  std::vector<uint32_t> numbers;  ///< of each of the oracle's triangles
+};
+
+/// What a grid's fineness is for ObjectScale; 0 where the encoding has none.
+double voxels_per_unit(const kernels::AnyField& field);
+
+/// The first hits of a run of segments; each array has one entry a segment. As NifHits has them.
+struct FirstHits {
+  std::vector<uint8_t> hit, certain;
+  std::vector<float> t, u, v, low, high;
+  std::vector<std::array<float, 3>> normal;
+  std::vector<uint32_t> triangle;
+
+  explicit FirstHits(size_t count)
+      : hit(count),
+        certain(count),
+        t(count),
+        u(count),
+        v(count),
+        low(count),
+        high(count),
+        normal(count),
+        triangle(count) {}
+};
+/// Finds those of a run of segments, of which there are some; called from several threads at once.
+using HitFinder = std::function<FirstHits(std::span<const Segment>)>;
+
+/// Compares what is found with the oracle's hits, in parallel. Figures do not depend on the number of
+/// threads. `source` may be null.
+HitAccuracy evaluate_hits(std::span<const Segment> segments, const HitFinder& find, const Oracle& oracle,
+                          const ObjectScale& scale, const SourceMesh* source = nullptr);
+
+/// Finds them by the reference kernels. What the field points into must outlive the finder.
+HitFinder reference_finder(const kernels::AnyField& field);
+
+}  // namespace nif::bake
