@@ -19,6 +19,11 @@ namespace {
 constexpr uint32_t kTrainGroups = 8;
 constexpr uint64_t kStepsBetweenSnapshots = 256;
 constexpr uint32_t kMaxRecoveries = 6;
+/// A network has collapsed if it gave the same answer to all rays of so many runs of kStepsBetweenSnapshots,
+/// in turn, though at least this share of them is otherwise, and if its loss is no better than this factor
+/// times that of a network that knows nothing but the share of visible rays.
+constexpr uint32_t kCollapsedRuns = 2;
+constexpr double kCollapsedShare = 0.01, kCollapsedLoss = 0.98;
 /// Weights are k / 2^kWeightShift with |k| <= 127, as in the asset.
 constexpr uint32_t kWeightShift = 6;
 constexpr float kWeightQuantum = 1.0f / (1 << kWeightShift);
@@ -107,8 +112,11 @@ class Trainer {
                      until = std::min(steps, step_ + std::max<uint64_t>(1, in_round));
       for (uint32_t pass = 0; step_ < until; ++pass)
         if (!train_pass(rays, pass, until, steps, progress, cancel))
-          return failed("the loss stayed non-finite after " + std::to_string(kMaxRecoveries) + " recoveries");
+          return failed(std::string(collapsed_ >= kCollapsedRuns ? "the network gave all rays the same answer"
+                                                                 : "the loss stayed non-finite") +
+                        " after " + std::to_string(kMaxRecoveries) + " recoveries");
     }
+    if (collapsed_ != 0) return failed("the network gives all rays the same answer");
     return finish();
   }
 
@@ -121,6 +129,20 @@ class Trainer {
   struct Snapshot {
     Parameters features, weights, biases;
     uint64_t adam_step;
+  };
+  /// Rays since the last multiple of kStepsBetweenSnapshots.
+  struct Run {
+    uint64_t rays = 0, visible = 0, called_visible = 0;
+    double loss = 0;  ///< sum over batches of the mean
+    uint64_t batches = 0;
+
+    bool collapsed() const {
+      if (called_visible != 0 && called_visible != rays) return false;
+      const double share = double(visible) / double(rays);
+      if (std::min(share, 1 - share) < kCollapsedShare) return false;
+      const double entropy = -share * std::log(share) - (1 - share) * std::log(1 - share);
+      return loss / double(batches) >= kCollapsedLoss * entropy;
+    }
   };
 
   void initialise() {
@@ -149,6 +171,7 @@ class Trainer {
 
   TrainingResult failed(const std::string& why) const {
     TrainingResult result;
+    result.recoveries = recoveries_;
     result.failure = "training of '" + name_ + "' failed: " + why;
     return result;
   }
@@ -190,10 +213,13 @@ class Trainer {
   /// False as recover().
   bool train_batch(const TrainingRays& rays, const std::array<size_t, kTrainGroups>& firsts, size_t slice,
                    uint64_t steps) {
-    if (step_ % kStepsBetweenSnapshots == 0) {
-      snapshot_ = std::make_unique<Snapshot>(Snapshot{features_, weights_, biases_, adam_step_});
-    }
+    if (step_ % kStepsBetweenSnapshots == 0 && !end_run()) return recover();
     if (step_ == options_.spoil_at_step) weights_.quantised[0] = std::nanf("");
+    if (step_ == options_.collapse_at_step) {
+      // Neurons far below their range have the same output for all rays, for thousands of steps.
+      std::fill(biases_.master.begin(), biases_.master.end(), -biases_.limit);
+      biases_.quantise();
+    }
 
     const TrainingModel model{shape_,
                               data_.samples,
@@ -225,6 +251,20 @@ class Trainer {
     if (!std::isfinite(loss) || !update(steps)) return recover();
     watch(rays, firsts, slice, loss);
     ++step_;
+    return true;
+  }
+
+  /// Looks at the run that has ended, and takes a snapshot for the next. False where the network has
+  /// collapsed.
+  bool end_run() {
+    if (run_.batches != 0) collapsed_ = run_.collapsed() ? collapsed_ + 1 : 0;
+    run_ = {};
+    if (collapsed_ >= kCollapsedRuns) return false;
+    if (collapsed_ != 0) return true;
+    // Whether a network lives is known only at the end of the run that began with it.
+    trusted_ = std::move(snapshot_);
+    snapshot_ = std::make_unique<Snapshot>(Snapshot{features_, weights_, biases_, adam_step_});
+    if (!trusted_) trusted_ = std::make_unique<Snapshot>(*snapshot_);
     return true;
   }
 
@@ -279,14 +319,17 @@ class Trainer {
     return finite && weights_finite && biases_finite;
   }
 
-  /// Back to the last snapshot, with half the learning rate. False where that has not helped.
+  /// Back to a snapshot, with half the learning rate. False where that has not helped.
   bool recover() {
     if (++recoveries_ > kMaxRecoveries) return false;
+    if (collapsed_ != 0) snapshot_ = std::make_unique<Snapshot>(*trusted_);
     features_ = snapshot_->features;
     weights_ = snapshot_->weights;
     biases_ = snapshot_->biases;
     adam_step_ = snapshot_->adam_step;
     caution_ *= 0.5;
+    collapsed_ = 0;
+    run_ = {};
     for (Group& group : groups_) {
       std::fill(group.features.begin(), group.features.end(), 0.f);
       std::fill(group.weights.begin(), group.weights.end(), 0.f);
@@ -302,6 +345,9 @@ class Trainer {
              double loss) {
     constexpr double kMemory = 0.98;
     size_t wrong = 0;
+    run_.rays += kTrainGroups * slice;
+    run_.loss += loss;
+    ++run_.batches;
     for (double& count : set_rays_) count *= kMemory;
     for (double& count : set_wrong_) count *= kMemory;
     for (uint32_t g = 0; g < kTrainGroups; ++g) {
@@ -310,6 +356,9 @@ class Trainer {
         set_rays_[set] += 1;
         set_wrong_[set] += groups_[g].wrong[i];
         wrong += groups_[g].wrong[i];
+        const bool visible = rays.visible[firsts[g] + i] != 0;
+        run_.visible += visible;
+        run_.called_visible += visible != (groups_[g].wrong[i] != 0);
       }
     }
     const double error = double(wrong) / options_.batch;
@@ -351,10 +400,13 @@ class Trainer {
   NetworkShape shape_;
   Parameters features_, weights_, biases_;
   std::array<Group, kTrainGroups> groups_;
-  std::unique_ptr<Snapshot> snapshot_;
+  std::unique_ptr<Snapshot> snapshot_;  ///< the last
+  std::unique_ptr<Snapshot> trusted_;   ///< the last whose network has not collapsed in the run after it
   uint64_t step_ = 0, adam_step_ = 0;
   uint32_t recoveries_ = 0;
   double caution_ = 1;  // factor on the learning rate, halved at each recovery
+  Run run_;
+  uint32_t collapsed_ = 0;  ///< runs, the last ones in turn
   uint64_t watched_ = 0;
   double loss_ = 0, error_ = 0;
   std::array<double, kRaySets.size()> set_rays_{}, set_wrong_{};

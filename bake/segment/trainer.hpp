@@ -30,6 +30,8 @@ struct TrainingOptions {
   uint64_t seed = 0;
   /// Tests set this to spoil the parameters once at the given step, and so to see the recovery at work.
   uint64_t spoil_at_step = ~uint64_t{0};
+  /// The same, so that all answers are alike from then on.
+  uint64_t collapse_at_step = ~uint64_t{0};
 };
 
 struct TrainingProgress {
@@ -40,17 +42,18 @@ struct TrainingProgress {
 
 struct TrainingResult {
   format::Network network;
-  std::string failure;      ///< why training failed, as a sentence that names the object; empty: it did not
-  uint32_t recoveries = 0;  ///< times that a non-finite loss was met and training went back
+  std::string failure;  ///< why training failed, as a sentence that names the object; empty: it did not
+  /// Times that training went back, since its loss was not finite or all answers were alike.
+  uint32_t recoveries = 0;
   std::array<double, kRaySets.size()>
       error{};  ///< share of wrong answers among the last ambiguous rays of each set
 };
 
 /// Trains `data` (with store_occupancy() done, and samples, length_scale set) and leaves its features in it;
 /// `name` is what messages call the object. `progress` is called from the calling thread, several times a
-/// second. Training fails where the loss stays non-finite after several recoveries, or where there are too
-/// few rays to learn from. Throws Error(interrupted) once `cancel` is set. The result does not depend on the
-/// number of threads.
+/// second. Training fails where the loss stays non-finite, or all answers alike, after several recoveries,
+/// and where there are too few rays to learn from. Throws Error(interrupted) once `cancel` is set. The result
+/// does not depend on the number of threads.
 TrainingResult train(const RaySource& source, std::string_view name, format::SegmentData& data,
                      const TrainingOptions& options,
                      const std::function<void(const TrainingProgress&)>& progress,

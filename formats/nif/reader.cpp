@@ -307,6 +307,15 @@ const SourceTrianglesView* AssetView::source_triangles_of(uint32_t object) const
   return view_of(source_triangles, object);
 }
 
+kernels::HitDetails hit_details(const AssetView& asset, uint32_t object) {
+  kernels::HitDetails details;
+  if (const SourceTrianglesView* source = asset.source_triangles_of(object))
+    details.source_triangles = source->field;
+  if (const ColorsView* colors = asset.colors_of(object))
+    details.colors = {grid_of(asset.objects[object]), colors->values};
+  return details;
+}
+
 uint32_t AssetView::network_count() const {
   uint32_t count = 0;
   for_each_encoding([&]<class Encoding>(Encoding) { count += part_of<Encoding>(*this).network_count(); });

@@ -20,6 +20,7 @@
 #include "formats/nif/encodings.hpp"
 #include "formats/nif/proof/colors.hpp"
 #include "formats/nif/spherical/primary.hpp"
+#include "kernels/reference/hit_details.hpp"
 
 namespace nif::format {
 
@@ -93,6 +94,9 @@ struct AssetView : SharedView {
   /// After this nothing but names and metadata points into the file.
   void drop_bytes();
 };
+
+/// What is told of hits with one of its objects; it points into the view and the file.
+kernels::HitDetails hit_details(const AssetView& asset, uint32_t object);
 
 template <class... Encoding>
 struct PartCountOf {

@@ -13,6 +13,9 @@
 //                                    what the pipeline's walk does: true where there is an answer, false
 //                                    where a network has to be asked; then all of `item` is set but its
 //                                    instance
+//   intersect(thread, object, kind, ray, limit, row)
+//                                    the first hit with an object, by a thread alone with its ray; `limit` as
+//                                    the reference's intersect() has it, `kind` as ask() does
 //   kProves                          whether its proofs can be asked alone: then there is
 //   prove(object, ray, open)         what they say, and the part of a ray that they leave open
 //                                    (kernels/reference/proof/open.hpp)

@@ -1,5 +1,6 @@
 // The kernels' entry points: what clang makes a code object of for each AMD target, and nvcc for each NVIDIA
 // one. Each takes one structure.
+#include "kernels/gpu/hit_kernels.hpp"
 #include "kernels/gpu/kernel_list.hpp"
 #include "kernels/gpu/open_kernels.hpp"
 #include "kernels/gpu/pipeline_kernels.hpp"
@@ -27,6 +28,7 @@ NIF_PIPELINE_STAGES(NIF_STAGE)
 NIF_ENTRY(kSceneThreads, 1, nif_scene_bvh_single, SceneWork,
           scene_answer<kSingleBvh, false>)  // to measure it
 NIF_ENTRY(kSceneThreads, 1, nif_scene_open, OpenWork, scene_open)
+NIF_ENTRY(kSceneThreads, 1, nif_scene_hits, HitWork, scene_hits)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_offsets, PipelineWork, pipeline_offsets)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_order, PipelineWork, pipeline_order)
 NIF_ENTRY(kBlockThreads, 1, nif_pack_bits, PackWork, pack_bits)

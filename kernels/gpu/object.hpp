@@ -4,6 +4,7 @@
 
 #include "kernels/gpu/shim.hpp"
 #include "kernels/reference/arithmetic.hpp"
+#include "kernels/reference/hit_details.hpp"
 #include "kernels/reference/ray.hpp"
 
 namespace nif::kernels::gpu {
@@ -28,6 +29,8 @@ struct SceneObject {
   uint32_t lists[2];  ///< of the pipeline: for items of the encoding's first sort, and of its second
   Calibration calibration;
   float reach_scale;
+  uint32_t number;  ///< in its asset
+  HitDetails details;
 };
 
 /// An item of the pipeline in the making: a ray that waits for a network. Its words are in the thread's

@@ -52,7 +52,7 @@ class Arena {
 
 /// What kernels take for an object, and by which of them its items are answered.
 struct ObjectPlan {
-  SceneObject object{};               ///< without its field, lists and scales
+  SceneObject object{};               ///< without its field, lists, scales and number
   uint32_t row_words = 0;             ///< of shared memory, for a thread that goes all the way with its ray
   uint32_t walk_words = 0;            ///< and for one of the pipeline's walk
   Stage stages[2]{kStages, kStages};  ///< of both sorts of items; kStages: there are none

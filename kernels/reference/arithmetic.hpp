@@ -81,6 +81,40 @@ NIF_HOST_DEVICE inline float square_root(float x) {
 #endif
 }
 
+/// Correctly rounded, without an instruction for it: of a number from 1 to below 4.
+NIF_HOST_DEVICE inline double square_root_of_mantissa(double x) {
+  // Newton's steps: off by 2^-22 of the root, then by 2^-45, then by the rounding of two operations.
+  double root = static_cast<double>(square_root(static_cast<float>(x)));
+  root = 0.5 * (root + x / root);
+  root = 0.5 * (root + x / root);
+  // As refine_square_root(): to the nearest of the three numbers that it can be.
+  const double below = bits_as<double>(bits_as<uint64_t>(root) - 1),
+               above = bits_as<double>(bits_as<uint64_t>(root) + 1);
+  if (__builtin_fma(-below, root, x) <= 0) return below;
+  if (__builtin_fma(-above, root, x) > 0) return above;
+  return root;
+}
+
+/// Of any normal number above 0, by an even power of two.
+NIF_HOST_DEVICE inline double square_root_by_steps(double x) {
+  const uint64_t bits = bits_as<uint64_t>(x);
+  const int32_t half = (int32_t(bits >> 52) - 1023) >> 1;
+  return square_root_of_mantissa(bits_as<double>(bits - (uint64_t(int64_t{half}) << 53))) *
+         bits_as<double>(uint64_t(1023 + half) << 52);
+}
+
+/// Correctly rounded. x is a normal number above 0.
+NIF_HOST_DEVICE inline double square_root(double x) {
+#if defined(__CUDA_ARCH__)
+  return __dsqrt_rn(x);
+#elif defined(NIF_ON_DEVICE)
+  // v_sqrt_f64 is good for single precision only, and some compilers leave it at that.
+  return square_root_by_steps(x);
+#else
+  return std::sqrt(x);
+#endif
+}
+
 /// The largest integer that is not above x.
 NIF_HOST_DEVICE inline float round_down(float x) { return __builtin_floorf(x); }
 

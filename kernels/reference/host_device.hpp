@@ -26,6 +26,10 @@
 #define NIF_INLINE inline
 #endif
 
+/// For functions that kernels of a target compile as part of their own: called, they would be code for any
+/// processor, which runs slowly while wide registers are in use.
+#define NIF_PART_OF_KERNEL __attribute__((always_inline)) inline
+
 /// Defined while code for a device is being made.
 #if defined(__CUDA_ARCH__) || (defined(__HIP__) && defined(__AMDGCN__))
 #define NIF_ON_DEVICE

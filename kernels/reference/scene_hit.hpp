@@ -2,8 +2,6 @@
 // there in world space.
 #pragma once
 
-#include <cmath>
-
 #include "kernels/reference/hit.hpp"
 #include "kernels/reference/instance.hpp"
 
@@ -19,7 +17,7 @@ struct SceneHit : Hit {
   NIF_HOST_DEVICE SceneHit() { low = kNoHit; }
 
   /// The hit with the least t, and of several the one in the first instance.
-  NIF_HOST_DEVICE void add(const Hit& hit, uint32_t in) {
+  NIF_HOST_DEVICE NIF_INLINE void add(const Hit& hit, uint32_t in) {
     const float least = min_of(hit.low, low), most = min_of(hit.high, high);
     if (hit.t < t || (hit.t == t && in < instance && hit.t < kNoHit)) {
       static_cast<Hit&>(*this) = hit;
@@ -42,9 +40,10 @@ NIF_HOST_DEVICE inline void begin_in_box(Hit& hit, float enter) {
 
 /// Of unit length, on the side that the ray comes from, from a hit's normal in object space; where that is 0,
 /// the way that the ray comes from. `transform`: null for the identity.
-inline void world_normal(const WorldToObject* transform, const float (&normal)[3],
-                         const float (&direction)[3], float (&result)[3]) {
+NIF_HOST_DEVICE inline void world_normal(const WorldToObject* transform, const float (&normal)[3],
+                                         const float (&direction)[3], float (&result)[3]) {
   double n[3], square = 0, along = 0;
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     // Normals go the other way: by the transpose of the inverse.
     n[a] = !transform ? double(normal[a])
@@ -55,13 +54,16 @@ inline void world_normal(const WorldToObject* transform, const float (&normal)[3
   }
   if (!(square > 0)) {
     square = 0;
+    NIF_UNROLL
     for (int a = 0; a < 3; ++a) {
       n[a] = -double(direction[a]);
       square += n[a] * n[a];
     }
   }
-  const double length = std::sqrt(square);
+  const double length = square_root(square);
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) along += n[a] * double(direction[a]);
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) result[a] = static_cast<float>((along > 0 ? -n[a] : n[a]) / length);
 }
 

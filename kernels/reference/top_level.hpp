@@ -38,16 +38,19 @@ NIF_HOST_DEVICE inline uint32_t next_instance(const TopNode* nodes, Cursor& curs
   return kNoPlace;
 }
 
+/// The box of a node's child.
+NIF_HOST_DEVICE inline WorldBox box_of_child(const TopNode& node, uint32_t lane) {
+  return {{node.min[0][lane], node.min[1][lane], node.min[2][lane]},
+          {node.max[0][lane], node.max[1][lane], node.max[2][lane]}};
+}
+
 /// The children of a node that the ray may meet, as bits.
 NIF_HOST_DEVICE inline uint32_t children_met(const TopNode& node, const Segment& ray,
                                              const BoxRay& prepared) {
   uint32_t met = 0;
   NIF_UNROLL
-  for (uint32_t lane = 0; lane < kTopWidth; ++lane) {
-    const WorldBox box{{node.min[0][lane], node.min[1][lane], node.min[2][lane]},
-                       {node.max[0][lane], node.max[1][lane], node.max[2][lane]}};
-    met |= uint32_t(may_meet(box, ray, prepared)) << lane;
-  }
+  for (uint32_t lane = 0; lane < kTopWidth; ++lane)
+    met |= uint32_t(may_meet(box_of_child(node, lane), ray, prepared)) << lane;
   return met & node.lanes;
 }
 

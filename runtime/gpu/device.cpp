@@ -47,6 +47,7 @@ GpuDevice::GpuDevice(std::unique_ptr<gpu::Context> opened, const GpuSettings& wa
 #undef NIF_SCENE
   single_bvh = context->find_kernel("nif_scene_bvh_single");
   open = context->find_kernel("nif_scene_open");
+  hits = context->find_kernel("nif_scene_hits");
   uploads = context->make_stream();
 }
 

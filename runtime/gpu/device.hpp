@@ -7,6 +7,7 @@
 
 #include "driver.hpp"
 #include "gpu/module.hpp"
+#include "kernels/gpu/hit_kernels.hpp"
 #include "kernels/gpu/open_kernels.hpp"
 #include "kernels/gpu/upload.hpp"
 #include "pipeline.hpp"
@@ -54,6 +55,7 @@ struct GpuDevice {
   std::vector<gpu::KindKernels> kernels;  ///< the one kernel, for scenes of some kinds of objects
   gpu::Kernel single_bvh;                 ///< for measurements
   gpu::Kernel open;                       ///< what proofs leave open
+  gpu::Kernel hits;                       ///< first hits
   gpu::PipelineKernels pipeline;
   gpu::Stream uploads = nullptr;
   std::atomic<bool> lost = false;  ///< nothing on the card works any more
@@ -98,7 +100,9 @@ using runtime::GpuSceneView;
 
 // The thread has entered the card. They throw GpuError.
 
-std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField* fields, uint32_t count);
+/// `details`: [count], or null.
+std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField* fields,
+                                     const kernels::HitDetails* details, uint32_t count);
 /// Waits for the scene's queries, then copies.
 void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene);
 /// And forgets them; of a lost card they are only forgotten.
@@ -109,6 +113,9 @@ void put_query(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuer
 /// The same of what proofs alone say, with the other rays in lists.
 void put_open_query(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
                     const kernels::gpu::OpenLists& lists, Stream stream);
+/// The same of first hits.
+void put_hit_query(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
+                   const kernels::gpu::HitOutputs& hits, Stream stream);
 /// Answers it by the pipeline, and tells how long its stages took: seconds[kMeasuredStages]. A scene without
 /// networks, and what does not go through the pipeline, counts as the last one.
 void time_stages(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
@@ -116,6 +123,7 @@ void time_stages(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQu
 void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query);
 /// Of memory of the card.
 void list_open_rays(GpuDevice& device, GpuScene& scene, const NifQuery& query, const NifOpenRays& open);
+void find_hits(GpuDevice& device, GpuScene& scene, const NifQuery& query, const NifHits& hits);
 /// Of host memory: on the card alone, once and then `rounds` times; then the answers are copied. seconds:
 /// [rounds], or, of the pipeline's stages, [rounds][kMeasuredStages].
 void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, runtime::GpuMeasure measure,

@@ -8,6 +8,7 @@
 namespace nif::gpu {
 namespace {
 
+using kernels::gpu::HitOutputs;
 using kernels::gpu::PackWork;
 using kernels::gpu::PipelineWork;
 using kernels::gpu::SceneQuery;
@@ -104,6 +105,15 @@ class Launcher {
     const kernels::gpu::SceneLayout& layout = scene_.arrays.layout;
     kernels::gpu::OpenWork work{scene_.arrays, query, lists, first};
     put(device_.open, work,
+        {std::min(blocks_for(query.count, layout.rays), kMostBlocks), kernels::gpu::kSceneThreads,
+         layout.bytes});
+  }
+
+  /// By the kernel that finds first hits.
+  void first_hits(const SceneQuery& query, const HitOutputs& hits) {
+    const kernels::gpu::SceneLayout& layout = scene_.arrays.layout;
+    kernels::gpu::HitWork work{scene_.arrays, query, hits};
+    put(device_.hits, work,
         {std::min(blocks_for(query.count, layout.rays), kMostBlocks), kernels::gpu::kSceneThreads,
          layout.bytes});
   }
@@ -299,6 +309,18 @@ void put_open_query(GpuDevice& device, GpuScene& scene, const SceneQuery& query,
   for_each_part(query, count, device.context->most_rays(), [&](const SceneQuery& part) {
     launcher.open(part, lists, first);
     first += part.count;
+  });
+}
+
+void put_hit_query(GpuDevice& device, GpuScene& scene, const SceneQuery& query, uint64_t count,
+                   const HitOutputs& hits, Stream stream) {
+  Launcher launcher(device, scene, stream);
+  HitOutputs rest = hits;
+  for_each_part(query, count, device.context->most_rays(), [&](const SceneQuery& part) {
+    launcher.first_hits(part, rest);
+    runtime::visit_hit_outputs([&](const runtime::OutputArray& about,
+                                   unsigned char*& array) { advance(array, about.bytes(part.count)); },
+                               rest);
   });
 }
 

@@ -102,10 +102,10 @@ NifError open_device(uint32_t card, const GpuSettings* settings, GpuDevice** dev
 
 void close_device(GpuDevice* device) { delete device; }
 
-NifError upload_asset(GpuDevice* device, const kernels::AnyField* objects, uint32_t count, GpuAsset** asset,
-                      uint64_t* bytes, GpuMessage* message) {
+NifError upload_asset(GpuDevice* device, const kernels::AnyField* objects, const kernels::HitDetails* details,
+                      uint32_t count, GpuAsset** asset, uint64_t* bytes, GpuMessage* message) {
   return on_card(device, message, [&] {
-    *asset = copy_asset(*device, objects, count).release();
+    *asset = copy_asset(*device, objects, details, count).release();
     *bytes = (*asset)->memory.bytes();
   });
 }
@@ -141,18 +141,26 @@ NifError query_open(GpuDevice* device, GpuScene* scene, const NifQuery* query, c
   return on_card(device, message, [&] { list_open_rays(*device, *scene, *query, *open); });
 }
 
+NifError intersect(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifHits* hits,
+                   GpuMessage* message) {
+  return on_card(device, message, [&] { find_hits(*device, *scene, *query, *hits); });
+}
+
 NifError measure_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMeasure measure,
                        uint32_t rounds, double* seconds, GpuMessage* message) {
   return on_card(device, message, [&] { time_query(*device, *scene, *query, measure, rounds, seconds); });
 }
 
-NifError start_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuJob** job,
-                     GpuMessage* message) {
+NifError start_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifHits* hits,
+                     GpuJob** job, GpuMessage* message) {
   return on_card(device, message, [&] {
     auto made = std::make_unique<GpuJob>();
     made->event = device->context->make_event(false);
     try {
-      answer_query(*device, *scene, *query);
+      if (hits)
+        find_hits(*device, *scene, *query, *hits);
+      else
+        answer_query(*device, *scene, *query);
       device->context->record(made->event, query->stream);
     } catch (...) {
       device->context->free_event(made->event);
@@ -195,6 +203,7 @@ extern "C" NIF_API const nif::runtime::GpuModule* nif_hip_module(void) {
                                          gpu::free_scene,
                                          gpu::query,
                                          gpu::query_open,
+                                         gpu::intersect,
                                          gpu::measure_query,
                                          gpu::start_query,
                                          gpu::wait_job,

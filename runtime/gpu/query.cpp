@@ -337,4 +337,19 @@ void list_open_rays(GpuDevice& device, GpuScene& scene, const NifQuery& query, c
   record_use(device, scene, query.stream);
 }
 
+void find_hits(GpuDevice& device, GpuScene& scene, const NifQuery& query, const NifHits& hits) {
+  if (!scene.ready) refuse_scene();
+  Context& context = *device.context;
+  check_memory(context, query);
+  kernels::gpu::HitOutputs outputs{};
+  runtime::visit_hit_outputs(
+      [&](const OutputArray& about, unsigned char*& to, auto* array) {
+        check_array(context, query.memory, array, std::string("hits: ") + about.name);
+        to = bytes_of(array);
+      },
+      outputs, hits);
+  put_hit_query(device, scene, scene_query(query), query.count, outputs, query.stream);
+  record_use(device, scene, query.stream);
+}
+
 }  // namespace nif::gpu

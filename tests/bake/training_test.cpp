@@ -1,4 +1,5 @@
-// Training learns, gives the same bytes for any number of threads, and survives non-finite losses.
+// Training learns, gives the same bytes for any number of threads, and survives
+// non-finite losses and networks that give all rays the same answer.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 #include <tbb/global_control.h>
@@ -114,6 +115,23 @@ TEST(Training, GoesBackWhereTheLossBecomesNonFinite) {
   const Trained trained(options);
   EXPECT_EQ(trained.result.recoveries, 1u);
   EXPECT_LT(trained.error(RaySet::outer_lines), 0.35 * trained.best_constant_error(RaySet::outer_lines));
+}
+
+TEST(Training, GoesBackWhereAllAnswersAreAlike) {
+  bake::TrainingOptions options = short_training();
+  options.rays = 4'000'000;
+  options.collapse_at_step = 300;
+  const Trained trained(options);
+  EXPECT_EQ(trained.result.failure, "");
+  EXPECT_EQ(trained.result.recoveries, 1u);
+  EXPECT_LT(trained.error(RaySet::outer_lines), 0.35 * trained.best_constant_error(RaySet::outer_lines));
+}
+
+TEST(Training, FailsWhereAllAnswersAreAlikeInTheEnd) {
+  bake::TrainingOptions options = short_training();
+  options.collapse_at_step = 500;  // of 976, so there is time to notice, and none to go back
+  const std::string failure = Trained(options).result.failure;
+  EXPECT_EQ(failure, "training of 'torus' failed: the network gives all rays the same answer");
 }
 
 TEST(Training, FailsRatherThanShipWhatDidNotTrain) {

@@ -12,24 +12,26 @@
 namespace nif::test {
 namespace {
 
-using kernels::Run;
+using kernels::OpenCell;
 using kernels::Segment;
 using kernels::WalkResult;
 
-/// A walk with what its runs are, in bits.
+/// A walk with what its open cells are, in bits.
 struct Found {
+  static constexpr size_t kWords = 6;
   WalkResult walk;
   std::vector<uint32_t> runs;
 
   auto collect() {
-    return [this](uint32_t i, const Run& run) {
-      ASSERT_EQ(3 * i, runs.size());
-      runs.push_back(kernels::bits_as<uint32_t>(run.begin));
-      runs.push_back(kernels::bits_as<uint32_t>(run.end));
-      runs.push_back(run.heights);
+    return [this](uint32_t i, const OpenCell& cell) {
+      ASSERT_EQ(kWords * i, runs.size());
+      for (const float t : {cell.begin, cell.end, cell.enter, cell.leave})
+        runs.push_back(kernels::bits_as<uint32_t>(t));
+      runs.push_back(cell.heights);
+      runs.push_back(cell.word);
     };
   }
-  std::vector<uint32_t> bits() const {
+  std::vector<uint32_t> bits(bool in_order) const {
     std::vector<uint32_t> all = runs;
     all.insert(all.end(),
                {uint32_t(walk.verdict), walk.certain, walk.saw_outside, walk.saw_inside, walk.starts_open,
@@ -38,6 +40,8 @@ struct Found {
       all.push_back(kernels::bits_as<uint32_t>(walk.origin[a]));
       all.push_back(kernels::bits_as<uint32_t>(walk.direction[a]));
     }
+    if (in_order && walk.verdict == kernels::Verdict::occluded)
+      for (const float t : {walk.last_enter, walk.last_leave}) all.push_back(kernels::bits_as<uint32_t>(t));
     return all;
   }
 };
@@ -62,7 +66,19 @@ float far_reach(const kernels::SegmentField& field, const Segment& segment) {
 struct Counts {
   uint64_t rays = 0, visible = 0, occluded = 0, ambiguous = 0, runs = 0, far = 0;
   uint64_t pieces = 0, cells = 0, steps = 0, loads = 0;
+  uint64_t later = 0, between = 0;  ///< blocked in order: later than else known; where no cell is open
 };
+
+/// The same in order, as first hits are looked for, of every fourth segment.
+void compare_in_order(const Leaping& leaping, const Segment& s, const WalkResult& any_order, Counts& counts) {
+  Found expected, found;
+  kernels::follow_segment<true>(leaping.field, s, expected.walk, expected.collect(), kernels::NoVisit());
+  kernels::gpu::walk_object<true>(leaping.field, leaping.field.walk, s, found.walk, found.collect());
+  ASSERT_EQ(found.bits(true), expected.bits(true));
+  if (expected.walk.verdict != kernels::Verdict::occluded) return;
+  counts.later += expected.walk.run_count > any_order.run_count;
+  counts.between += expected.walk.run_count == 0;
+}
 
 void compare(const Leaping& leaping, const std::vector<Segment>& segments, Counts& counts) {
   const kernels::SegmentField& field = leaping.field;
@@ -77,9 +93,11 @@ void compare(const Leaping& leaping, const std::vector<Segment>& segments, Count
                                  ++counts.steps;
                                  counts.loads += loads;
                                });
-    ASSERT_EQ(found.bits(), expected.bits())
+    ASSERT_EQ(found.bits(false), expected.bits(false))
         << s.origin[0] << ' ' << s.origin[1] << ' ' << s.origin[2] << " + t " << s.direction[0] << ' '
         << s.direction[1] << ' ' << s.direction[2] << ", " << s.tmin << " to " << s.tmax;
+    if (counts.rays % 4 == 0) compare_in_order(leaping, s, expected.walk, counts);
+    if (testing::Test::HasFatalFailure()) return;
     ++counts.rays;
     counts.runs += expected.walk.run_count;
     counts.far += expected.walk.run_count > 0 && !(far_reach(field, s) <= kernels::kCertainReach);
@@ -160,6 +178,8 @@ TEST(LeapingWalk, FindsWhatTheReferenceFinds) {
   for (const uint64_t some : {counts.visible, counts.occluded, counts.ambiguous}) EXPECT_GT(some, 20'000u);
   EXPECT_GT(counts.far, 1'000u);
   EXPECT_GT(counts.runs, 2 * counts.ambiguous);
+  EXPECT_GT(counts.later, 1'000u);
+  EXPECT_GT(counts.between, 1'000u);
   // Leaps go over many voxels; cells are visited one by one.
   EXPECT_GT(counts.cells, counts.rays);
   EXPECT_LT(2 * (counts.steps - counts.cells), counts.pieces - counts.cells);

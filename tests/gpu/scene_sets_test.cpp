@@ -1,9 +1,10 @@
 // A million rays of every named set through a scene of all encodings, whose instances are mirrored, stretched
 // and lie in each other: answered by the GPU module with an emulated card as by the reference, both by the
-// pipeline and by the one kernel. And what proofs leave open of as many.
+// pipeline and by the one kernel. And what proofs leave open of as many, and the first hits of as many.
 #include <tbb/parallel_for.h>
 
 #include "tests/gpu/baked.hpp"
+#include "tests/gpu/card_hit_query.hpp"
 #include "tests/gpu/card_open_query.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -90,6 +91,39 @@ TEST_F(GpuModuleTest, ListTheOpenRaysOfEverySetAsTheReference) {
       open += expected.open.size();
     });
     EXPECT_GT(open, 10'000u) << "too few to compare";
+  }
+}
+
+/// First hits of every set, in every bit of every output: of single objects, and of a scene.
+TEST_F(GpuModuleTest, FindTheFirstHitsOfEverySetAsTheReference) {
+  const Baked field(torus(60, 30), "segment"), exact(torus(200, 100), "exact"), bvh(torus(200, 100), "bvh"),
+      proof(torus(60, 30), "proof");
+  std::vector<std::unique_ptr<TwinScenes>> scenes;
+  for (const Baked* object : {&field, &exact, &bvh}) {
+    scenes.push_back(std::make_unique<TwinScenes>(config()));
+    scenes.back()->add(scenes.back()->load(object->file), 0, kIdentity);
+  }
+  TwinScenes& several = *scenes.emplace_back(std::make_unique<TwinScenes>(config()));
+  const uint32_t learned = several.load(field.file), whole = several.load(exact.file),
+                 triangles = several.load(bvh.file), proves = several.load(proof.file);
+  several.add(learned, 0, kIdentity);
+  several.add(learned, 0, {-0.9f, 0, 0, 0.4f, 0, 0.8f, 0, 0.1f, 0, 0, 1.1f, 0.2f});
+  several.add(whole, 0, {1.2f, 0.3f, 0, -0.5f, -0.3f, 0.4f, 0, 0.3f, 0, 0, 2.0f, -0.1f});
+  several.add(proves, 0, {0.2f, 0, 0.2f, 0, 0, -0.3f, 0, 0, -0.2f, 0, 0.2f, 0.5f});
+  several.add(triangles, 0, {0.1f, 0, 0, -0.6f, 0, 0.1f, 0, 0.6f, 0, 0, 0.1f, 0});
+  for (const std::unique_ptr<TwinScenes>& twins : scenes) {
+    twins->commit();
+    std::atomic<uint64_t> different = 0, met = 0;
+    for_each_part(field.scene.meshes[0], [&](std::span<const kernels::Segment> segments, size_t) {
+      std::vector<NifRay> rays;
+      for (const kernels::Segment& segment : segments) rays.push_back(to_ray(segment));
+      const FirstHits expected = intersect_all(twins->cpu(), rays),
+                      got = intersect_on_card(machine(), 0, twins->gpu(), rays);
+      different += count_different_hits(got, expected);
+      met += uint64_t(std::count(expected.hit.begin(), expected.hit.end(), 1));
+    });
+    EXPECT_EQ(different, 0u);
+    EXPECT_GT(met, kRays);
   }
 }
 

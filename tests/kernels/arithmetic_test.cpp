@@ -18,6 +18,25 @@ TEST(Arithmetic, SquareRootsAreRefinedToTheNearest) {
     }
 }
 
+/// What GPUs without such an instruction do in double precision.
+TEST(Arithmetic, SquareRootsOfDoublesAreRoundedToTheNearest) {
+  const auto expect_root = [](double x) { ASSERT_EQ(square_root_by_steps(x), std::sqrt(x)) << x; };
+  uint64_t bits = 0x9e3779b97f4a7c15u;
+  for (uint32_t i = 0; i < 1'000'000; ++i) {
+    bits ^= bits << 13, bits ^= bits >> 7, bits ^= bits << 17;
+    const uint64_t mantissa = bits & ((uint64_t{1} << 52) - 1);
+    expect_root(bits_as<double>(mantissa | (1 + (bits >> 52) % 2046) << 52));
+    // Around squares, and around squares of numbers between two doubles, which are the hardest.
+    const double root = bits_as<double>(mantissa | uint64_t{1023} << 52), square = root * root;
+    const double between = root + root * 0x1p-53;
+    for (const double near : {square, root * between, square + 0x1p-51})
+      for (const int64_t off : {-1, 0, 1})
+        expect_root(bits_as<double>(bits_as<uint64_t>(near) + uint64_t(off)));
+  }
+  for (const double x : {0x1p-1022, 0x1.fffffffffffffp1023, 1.0, 2.0, 4.0, 0x1.fffffffffffffp1, 0x1p-1021})
+    expect_root(x);
+}
+
 TEST(Arithmetic, BitsAreCounted) {
   EXPECT_EQ(count_bits(0), 0u);
   EXPECT_EQ(count_bits(~uint64_t{0}), 64u);

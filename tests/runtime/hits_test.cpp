@@ -7,6 +7,7 @@
 
 #include "kernels/reference/proof/colors.hpp"
 #include "kernels/reference/scene_hit.hpp"
+#include "tests/runtime/first_hits.hpp"
 #include "tests/runtime/open_answers.hpp"
 #include "tests/runtime/plain_scene.hpp"
 
@@ -22,53 +23,6 @@ constexpr RandomAssetOptions kHitEncodings{.objects = 2,
                                            .proofs = 1,
                                            .colors = 3,
                                            .sources = 3};
-
-/// All outputs of one call, in arrays of their exact lengths.
-struct FirstHits {
-  explicit FirstHits(size_t count)
-      : hit(count, 0xcc),
-        certain(count, 0xcc),
-        t(count, -1),
-        low(count, -1),
-        high(count, -1),
-        normal(3 * count, -1),
-        color(3 * count, -1),
-        u(count, -1),
-        v(count, -1),
-        instance(count),
-        object(count),
-        triangle(count) {}
-  NifHits outputs() {
-    NifHits hits{};
-    hits.struct_size = sizeof(hits);
-    hits.hit = hit.data();
-    hits.certain = certain.data();
-    hits.t = t.data();
-    hits.t_low = low.data();
-    hits.t_high = high.data();
-    hits.normal = normal.data();
-    hits.u = u.data();
-    hits.v = v.data();
-    hits.instance = instance.data();
-    hits.object = object.data();
-    hits.triangle = triangle.data();
-    hits.color = color.data();
-    return hits;
-  }
-  bool operator==(const FirstHits&) const = default;
-
-  std::vector<uint8_t> hit, certain;
-  std::vector<float> t, low, high, normal, color, u, v;
-  std::vector<uint32_t> instance, object, triangle;
-};
-
-FirstHits intersect_all(NifScene scene, const std::vector<NifRay>& rays) {
-  FirstHits hits(rays.size());
-  const NifQuery query = nifQueryRays(rays.data(), rays.size());
-  const NifHits outputs = hits.outputs();
-  EXPECT_EQ(nifIntersect(scene, &query, &outputs), NIF_OK) << nifGetErrorMessage();
-  return hits;
-}
 
 struct Placed {
   uint32_t object;

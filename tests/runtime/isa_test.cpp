@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "tests/runtime/row_of_voxels.hpp"
 #include "tests/runtime/runtime_fixture.hpp"
 
 namespace nif::test {
@@ -109,38 +110,14 @@ TEST_P(IsaTest, RaysThroughPlanesAndCorners) {
 /// of one ray and of all.
 TEST_P(IsaTest, ManyRuns) {
   Random random(1);
-  format::Asset asset = random_asset(1, {.objects = 1, .instances = 0, .features = 2});
-  format::SegmentData& row = asset.objects[0].as<format::SegmentData>();
-  row.voxels = {kernels::kMaxVoxels, 1, 1};
-  row.levels = 0;
-  row.brick_table.clear();
-  // Surface and unknown by turns, with no features.
-  const uint32_t bricks = kernels::kMaxVoxels / kernels::kBrickSide;
-  for (uint32_t b = 0; b < bricks; ++b) row.brick_table.push_back(uint16_t(kernels::kFirstMixedBrick + b));
-  row.brick_table.push_back(kernels::kBrickOutside);
-  row.brick_states.assign(bricks, {0b1111, 0b1010});
-  row.brick_corners.assign(bricks, 0);
-  row.corner_base.assign(bricks, 0);
-  row.corners = 0;
-  row.features.clear();
-  format::leave_bare(row);
-  file_ = format::encode(asset);
+  file_ = format::encode(asset_of_a_row(1));
   view_ = std::make_unique<format::AssetView>(format::read_asset(file_, "file"));
   const kernels::SegmentField& field = view_->objects[0].as<format::SegmentView>().field;
 
   const auto walk = std::make_unique<kernels::Walk>();
-  std::vector<NifRay> rays(6000);
+  const std::vector<NifRay> rays = rays_in_a_row(random, field, 6000);
   size_t few = 0, many = 0, turns = 0;
-  for (NifRay& ray : rays) {
-    // From anywhere in the row to its end, or only a few voxels far.
-    const bool up = random.below(2), is_long = random.below(2);
-    const float x = random.unit() * float(field.voxels[0]), side = up ? 1.0f : -1.0f;
-    ray = {{field.origin[0] + x / field.voxels_per_unit, field.origin[1] + 0.5f / field.voxels_per_unit,
-            field.origin[2] + 0.5f / field.voxels_per_unit},
-           0,
-           {side, random.between(-1e-3f, 1e-3f), 0},
-           INFINITY};
-    if (!is_long) ray.tmax = float(random.below(20)) / field.voxels_per_unit;
+  for (const NifRay& ray : rays) {
     kernels::walk_segment(field, to_segment(ray), *walk);
     if (walk->verdict == kernels::Verdict::ambiguous) ++(walk->run_count <= 32 ? few : many);
     turns += 2 * walk->run_count;

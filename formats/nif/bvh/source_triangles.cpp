@@ -15,6 +15,7 @@ SourceTrianglesView read_one(const SourceRecord& record, uint32_t count, Payload
   place.require(record.triangles >= count && count > 0,
                 "the source mesh has fewer triangles than the object");
   view.field.bits = kernels::source_bits(record.triangles);
+  view.field.count = count;
   view.bytes = source_bytes(count, record.triangles);
   const Bytes payload = payloads.next(record.numbers, view.bytes, "numbers", place);
   view.field.words = reinterpret_cast<const uint32_t*>(payload.data());

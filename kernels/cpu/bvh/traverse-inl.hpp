@@ -32,8 +32,8 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 constexpr uint32_t kFlightGroups = 3;
 constexpr uint32_t kFlights = 8;
 
-/// Cache lines of a node's vertices that are fetched before its leaves are tested.
-constexpr uint32_t kVertexLines = 4;
+/// Cache lines of a node's triangles and of their vertices that are fetched before its leaves are tested.
+constexpr uint32_t kTriangleLines = 2, kVertexLines = 6;
 
 /// Nodes still to be visited, inner slots of one node: from bit 0 on its first_node, from bit 32 on the inner
 /// slots, from bit 40 on those that are to be visited.
@@ -104,7 +104,7 @@ class FirstTriangle {
   static constexpr bool kNearestFirst = true;
   struct State {
     NearestTriangle nearest;
-    BvhRay exact;
+    TriangleRay exact;
     bool prepared;
   };
 
@@ -120,7 +120,8 @@ class FirstTriangle {
   HWY_INLINE bool look_at(const BvhField& field, Flight<FirstTriangle>& flight,
                           const OpenTriangles& found) const {
     State& state = flight.state;
-    if (!state.prepared) state.prepared = prepare_ray(field, segment_of(batch_, flight.number), state.exact);
+    if (!state.prepared) prepare_for_triangles(segment_of(batch_, flight.number), state.exact);
+    state.prepared = true;
     const BvhNode& node = field.nodes[found.visit.node()];
     uint32_t ranks = found.ranks, open = found.open;
     for (; open != 0; open >>= 1, ranks &= ranks - 1) {
@@ -283,7 +284,8 @@ class Traversal {
     met_triangles[count] = {{flight.next | uint64_t(at) << 32}, leaves, 0};
     count += leaves != 0;
     // Also where no leaf is met: a branch costs more.
-    __builtin_prefetch(field.triangles[node.first_triangle]);
+    for (uint32_t line = 0; line < kTriangleLines; ++line)
+      __builtin_prefetch(field.triangles[node.first_triangle] + 64 * line);
     for (uint32_t line = 0; line < kVertexLines; ++line)
       __builtin_prefetch(reinterpret_cast<const char*>(field.vertices[node.first_vertex]) + 64 * line);
 

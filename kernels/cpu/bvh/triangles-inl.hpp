@@ -217,10 +217,10 @@ HWY_INLINE bool meets_open(const BvhField& field, const SegmentBatch& batch, uin
     Meets meets = Meets::perhaps;
     if (found.inside >> i & 1) meets = meets_within(ray, corners, found, i);
     if (HWY_UNLIKELY(meets == Meets::perhaps)) {
-      BvhRay exact;
+      TriangleRay exact;
       TriangleCrossing<double> crossing;
-      if (prepare_ray(field, segment_of(batch, number), exact) && meets_triangle(exact, corners, crossing))
-        return true;
+      prepare_for_triangles(segment_of(batch, number), exact);
+      if (meets_triangle(exact, corners, crossing)) return true;
     }
     if (meets == Meets::yes) return true;
   }

@@ -109,7 +109,7 @@ class HitPlacer {
         });
   }
 
-  /// Halves the cells that are left, as first_cell(). False where each ray has one.
+  /// Halves the cells that are left, as hit_in_cells(). False where each ray has one.
   bool halve() const {
     uint32_t count = 0;
     for (uint32_t k = 0; k < log_.open.count; ++k)

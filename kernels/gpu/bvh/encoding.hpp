@@ -29,6 +29,11 @@ struct BvhEncoding {
     answer = answer_bvh_ray<kBlockThreads>(*static_cast<const Field*>(object.field), ray, column);
     return true;
   }
+  template <class Thread>
+  NIF_HOST_DEVICE NIF_INLINE static Hit intersect(const Thread&, const SceneObject& object, uint32_t,
+                                                  const Segment& ray, float limit, uint32_t* row) {
+    return find_bvh_hit<1>(*static_cast<const Field*>(object.field), ray, limit, row);
+  }
 
   template <class Hash>
   static constexpr void describe(Hash& hash) {

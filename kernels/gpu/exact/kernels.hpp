@@ -3,6 +3,7 @@
 
 #include "kernels/gpu/bvh/kernels.hpp"
 #include "kernels/gpu/proof/leaping_walk.hpp"
+#include "kernels/reference/exact/hit.hpp"
 #include "kernels/reference/exact/query.hpp"
 
 namespace nif::kernels::gpu {
@@ -28,6 +29,19 @@ NIF_HOST_DEVICE ObjectAnswer answer_exact_ray(const DeviceExactField& field, con
   if (walk.verdict == Verdict::ambiguous) cull(field.proof, segment, open, ray);
   return {meets_nodes<kStride>(field.bvh, ray, stack) ? -kCertainLogit : kCertainLogit,
           certain_bvh(field.bvh, segment)};
+}
+
+/// As intersect(). `stack` as for meets_nodes().
+template <uint32_t kStride>
+NIF_HOST_DEVICE Hit find_exact_hit(const DeviceExactField& field, const Segment& segment, float limit,
+                                   uint32_t* stack) {
+  WalkResult walk;
+  OpenInterval open;
+  walk_object<true>(field.proof, field.walk, segment, walk, KeepOpen{open});
+  BvhRay ray;
+  if (!prepare_ray(field.bvh, segment, ray)) return no_hit(answer_no_ray(segment).certain);
+  if (!cull_to_hit(field.proof, segment, walk, open, ray)) return no_hit(true);
+  return nearest_bvh_hit<kStride>(field.bvh, segment, limit, ray, stack);
 }
 
 }  // namespace nif::kernels::gpu

@@ -3,6 +3,7 @@
 
 #include "kernels/gpu/object.hpp"
 #include "kernels/gpu/proof/device_field.hpp"
+#include "kernels/gpu/proof/hits.hpp"
 #include "kernels/gpu/proof/prove.hpp"
 
 namespace nif::kernels::gpu {
@@ -37,6 +38,12 @@ struct ProofEncoding {
     return true;
   }
 
+  template <class Thread>
+  NIF_HOST_DEVICE NIF_INLINE static Hit intersect(const Thread&, const SceneObject& object, uint32_t,
+                                                  const Segment& ray, float limit, uint32_t*) {
+    const auto& field = *static_cast<const Field*>(object.field);
+    return find_hit_by_planes(field, field.walk, ray, limit, NoNetwork());
+  }
   NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer prove(const SceneObject& object, const Segment& ray,
                                                        OpenInterval& open) {
     const auto& field = *static_cast<const Field*>(object.field);

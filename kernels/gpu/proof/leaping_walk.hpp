@@ -35,8 +35,9 @@ NIF_HOST_DEVICE inline float on_integers(uint32_t n) { return bits_as<float>(0x4
 
 /// Walks one segment by the words of its field, of whose arrays none is read: what follow_segment() finds
 /// out, with the same runs in the same order. `look` is called for each leap and each cell, with the number
-/// of words that were read for it.
-template <class AddRun, class Look>
+/// of words that were read for it. kInOrder as follow_segment() has it; what a leap passes is alike, so what
+/// it proves is known where it begins.
+template <bool kInOrder = false, class AddRun, class Look>
 NIF_HOST_DEVICE void leap_segment(const ProofField& field, const WalkWords& words, const Segment& segment,
                                   WalkResult& walk, const AddRun& add_run, const Look& look) {
   GridPassage passage;
@@ -59,7 +60,7 @@ NIF_HOST_DEVICE void leap_segment(const ProofField& field, const WalkWords& word
   }
 
   RunRecord runs;
-  uint32_t seen = passage.seen;
+  uint32_t seen = !kInOrder ? passage.seen : passage.enters_grid ? uint32_t(kSeenOutside) : 0u;
   float now = passage.enter;
   for (;;) {
     uint32_t at[3];
@@ -103,8 +104,14 @@ NIF_HOST_DEVICE void leap_segment(const ProofField& field, const WalkWords& word
       seen |= passed.seen;
       if (passed.open) runs.add(passed, word, now, left, passage, walk, add_run);
     }
-    if (blocked | (seen == kSeenBoth)) {
+    const bool within = blocked | (seen == kSeenBoth);
+    if (kInOrder && ends && passage.leaves_grid) seen |= kSeenOutside;
+    if (within | (kInOrder & (seen == kSeenBoth))) {
       walk.verdict = Verdict::occluded;
+      if (kInOrder) {
+        walk.last_enter = (within ? now : left) + 0.0f;
+        walk.last_leave = (within && empty ? now : left) + 0.0f;
+      }
       return;
     }
     now = left;
@@ -135,10 +142,10 @@ NIF_HOST_DEVICE void leap_segment(const ProofField& field, const WalkWords& word
 }
 
 /// The one way in which kernels walk.
-template <class AddRun>
+template <bool kInOrder = false, class AddRun>
 NIF_HOST_DEVICE void walk_object(const ProofField& field, const WalkWords& words, const Segment& segment,
                                  WalkResult& walk, const AddRun& add_run) {
-  leap_segment(field, words, segment, walk, add_run, [](uint32_t) {});
+  leap_segment<kInOrder>(field, words, segment, walk, add_run, [](uint32_t) {});
 }
 
 }  // namespace nif::kernels::gpu

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/gpu/proof/device_field.hpp"
+#include "kernels/gpu/proof/hits.hpp"
 #include "kernels/gpu/proof/prove.hpp"
 #include "kernels/gpu/segment/stages.hpp"
 
@@ -32,6 +33,16 @@ struct SegmentEncoding {
     return walk_segment_item(object, ray, column, item, answer);
   }
 
+  template <class Thread>
+  NIF_HOST_DEVICE NIF_INLINE static Hit intersect(const Thread& thread, const SceneObject& object,
+                                                  uint32_t kind, const Segment& ray, float limit,
+                                                  uint32_t* row) {
+    const auto& field = *static_cast<const Field*>(object.field);
+    const auto network = [&](const Segment& part) {
+      return ask<kPairs | kOthers>(thread, object, kind, part, row).logit < 0;
+    };
+    return find_hit_by_planes(field, field.walk, ray, limit, network);
+  }
   NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer prove(const SceneObject& object, const Segment& ray,
                                                        OpenInterval& open) {
     const auto& field = *static_cast<const Field*>(object.field);

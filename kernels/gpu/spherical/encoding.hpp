@@ -3,6 +3,7 @@
 
 #include "kernels/gpu/spherical/kernels.hpp"
 #include "kernels/gpu/spherical/stages.hpp"
+#include "kernels/reference/spherical/hit.hpp"
 
 namespace nif::kernels::gpu {
 
@@ -24,6 +25,12 @@ struct SphericalEncoding {
   NIF_HOST_DEVICE NIF_INLINE static bool walk(const SceneObject& object, const Segment& ray, uint32_t* column,
                                               OpenItem& item, ObjectAnswer& answer) {
     return walk_spherical_item(object, ray, column, item, answer);
+  }
+  template <class Thread>
+  NIF_HOST_DEVICE NIF_INLINE static Hit intersect(const Thread& thread, const SceneObject& object,
+                                                  uint32_t kind, const Segment& ray, float, uint32_t* row) {
+    const ObjectAnswer answer = ask<1>(thread, object, kind, ray, row);
+    return hit_on_box(*static_cast<const Field*>(object.field), ray, answer.logit >= 0, answer.certain);
   }
 
   template <class Hash>

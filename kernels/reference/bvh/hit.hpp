@@ -28,8 +28,9 @@ struct NearestTriangle {
 };
 
 /// Looks at one triangle. True where it is the nearest so far.
-NIF_HOST_DEVICE inline bool look_at_triangle(const BvhField& field, const BvhRay& ray, uint32_t first_vertex,
-                                             uint32_t triangle, NearestTriangle& nearest) {
+NIF_HOST_DEVICE inline bool look_at_triangle(const BvhField& field, const TriangleRay& ray,
+                                             uint32_t first_vertex, uint32_t triangle,
+                                             NearestTriangle& nearest) {
   const float* vertices[3];
   NIF_UNROLL
   for (int k = 0; k < 3; ++k)
@@ -48,6 +49,12 @@ NIF_HOST_DEVICE inline void look_at_leaf(const BvhField& field, const BvhRay& ra
     look_at_triangle(field, ray, node.first_vertex, i, nearest);
 }
 
+/// From now on boxes behind the nearest triangle are left out, and none that holds one at the same t.
+NIF_HOST_DEVICE inline void leave_at(const NearestTriangle& nearest, BvhRay& ray) {
+  if (nearest.triangle != kNoTriangle)
+    ray.leave = min_of(next_above(static_cast<float>(nearest.crossing.t)), ray.leave);
+}
+
 /// Boxes beyond `ray.leave` are not looked at; it is moved to the nearest triangle.
 inline void find_nearest(const BvhField& field, BvhRay& ray, NearestTriangle& nearest) {
   uint32_t stack[kBvhStack], size = 0;
@@ -61,8 +68,7 @@ inline void find_nearest(const BvhField& field, BvhRay& ray, NearestTriangle& ne
         continue;
       }
       look_at_leaf(field, ray, node, node.slots[s], nearest);
-      if (nearest.triangle != kNoTriangle)
-        ray.leave = min_of(next_above(static_cast<float>(nearest.crossing.t)), ray.leave);
+      leave_at(nearest, ray);
     }
   }
 }
@@ -98,10 +104,14 @@ NIF_HOST_DEVICE inline Hit hit_of(const BvhField& field, const NearestTriangle& 
   return hit;
 }
 
+/// Boxes beyond the limit are left out. What lies a little beyond may round to the limit itself.
+NIF_HOST_DEVICE inline void leave_at(float limit, BvhRay& ray) {
+  ray.leave = min_of(next_above(limit), ray.leave);
+}
+
 /// The first hit of a prepared segment, whose boxes may be culled. `limit` as for intersect().
 inline Hit nearest_hit(const BvhField& field, const Segment& segment, float limit, BvhRay& ray) {
-  // What lies a little beyond may round to the limit itself.
-  ray.leave = min_of(next_above(limit), ray.leave);
+  leave_at(limit, ray);
   NearestTriangle nearest;
   find_nearest(field, ray, nearest);
   return hit_of(field, nearest, certain_bvh(field, segment));

@@ -24,22 +24,46 @@ NIF_HOST_DEVICE constexpr float component(const float v[3], int axis) {
   return axis == 0 ? v[0] : axis == 1 ? v[1] : v[2];
 }
 
-/// A segment made ready for boxes and triangles. Real: what triangles are tested in; double, but for
-/// measurements of what that costs.
+/// A segment made ready for triangles. Real: what they are tested in; double, but for measurements of what
+/// that costs. The longest axis comes last, the others keep their cyclic order.
 template <class Real>
-struct BvhRayOf {
-  // Boxes, single precision. Entry planes are seen from `near`, exit planes from `far`: boxes seem larger.
-  float near[3], far[3], inverse[3];
-  float enter, leave;
-  bool negative[3];
-  // Triangles. The longest axis comes last, the others keep their cyclic order.
+struct TriangleRayOf {
   int axis[3];
   Real origin[3];  ///< by `axis`
   Real shear[2];   ///< slope of the other two axes against the longest
   Real length;     ///< the direction's longest component, with its sign
   Real tmin, tmax;
 };
+using TriangleRay = TriangleRayOf<double>;
+
+/// A segment made ready for boxes, too.
+template <class Real>
+struct BvhRayOf : TriangleRayOf<Real> {
+  // Boxes, single precision. Entry planes are seen from `near`, exit planes from `far`: boxes seem larger.
+  float near[3], far[3], inverse[3];
+  float enter, leave;
+  bool negative[3];
+};
 using BvhRay = BvhRayOf<double>;
+
+/// Of a segment that prepare_ray() takes.
+template <class Real>
+NIF_HOST_DEVICE NIF_PART_OF_KERNEL void prepare_for_triangles(const Segment& segment,
+                                                              TriangleRayOf<Real>& ray) {
+  const float* d = segment.direction;
+  int z = magnitude(d[1]) > magnitude(d[0]) ? 1 : 0;
+  if (magnitude(d[2]) > magnitude(component(d, z))) z = 2;
+  NIF_UNROLL
+  for (int i = 0; i < 3; ++i) {
+    ray.axis[i] = (z + 1 + i) % 3;
+    ray.origin[i] = static_cast<Real>(component(segment.origin, ray.axis[i]));
+  }
+  ray.length = static_cast<Real>(component(d, z));
+  NIF_UNROLL
+  for (int i = 0; i < 2; ++i) ray.shear[i] = static_cast<Real>(component(d, ray.axis[i])) / ray.length;
+  ray.tmin = static_cast<Real>(segment.tmin);
+  ray.tmax = static_cast<Real>(segment.tmax);
+}
 
 /// False where the segment is none (docs/model.md); its answer is then visible.
 template <class Real>
@@ -70,18 +94,7 @@ NIF_HOST_DEVICE bool prepare_ray(const BvhField& field, const Segment& segment, 
   ray.enter = max_of(segment.tmin, -farthest);
   ray.leave = min_of(segment.tmax, farthest);
 
-  int z = magnitude(d[1]) > magnitude(d[0]) ? 1 : 0;
-  if (magnitude(d[2]) > magnitude(component(d, z))) z = 2;
-  NIF_UNROLL
-  for (int i = 0; i < 3; ++i) {
-    ray.axis[i] = (z + 1 + i) % 3;
-    ray.origin[i] = static_cast<Real>(component(segment.origin, ray.axis[i]));
-  }
-  ray.length = static_cast<Real>(component(d, z));
-  NIF_UNROLL
-  for (int i = 0; i < 2; ++i) ray.shear[i] = static_cast<Real>(component(d, ray.axis[i])) / ray.length;
-  ray.tmin = static_cast<Real>(segment.tmin);
-  ray.tmax = static_cast<Real>(segment.tmax);
+  prepare_for_triangles(segment, ray);
   return true;
 }
 
@@ -118,8 +131,9 @@ struct TriangleCrossing {
 /// decide. Both triangles at an edge compute it from the same numbers, with opposite sign, and points on it
 /// belong to both, so nothing leaks between them. A triangle seen exactly edge-on is not met.
 template <class Real>
-NIF_HOST_DEVICE bool meets_triangle(const BvhRayOf<Real>& ray, const float* const vertices[3],
-                                    TriangleCrossing<Real>& crossing) {
+NIF_HOST_DEVICE NIF_PART_OF_KERNEL bool meets_triangle(const TriangleRayOf<Real>& ray,
+                                                       const float* const vertices[3],
+                                                       TriangleCrossing<Real>& crossing) {
   Real x[3], y[3], z[3];
   NIF_UNROLL
   for (int i = 0; i < 3; ++i) {

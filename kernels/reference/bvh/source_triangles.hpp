@@ -11,6 +11,7 @@ namespace nif::kernels {
 struct SourceTriangles {
   const uint32_t* words = nullptr;  ///< null: the object has no such numbers
   uint32_t bits = 0;
+  uint32_t count = 0;  ///< one for each triangle of the object
 };
 
 /// Bits of a number below so many triangles, of which there is at least one.

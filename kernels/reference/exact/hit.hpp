@@ -8,20 +8,28 @@
 
 namespace nif::kernels {
 
+/// Culls boxes by a walk in order, whose open cells are in `open`, to where the first hit is. False where
+/// nothing is met, for certain.
+NIF_HOST_DEVICE inline bool cull_to_hit(const ProofField& field, const Segment& segment,
+                                        const WalkResult& walk, OpenInterval& open, BvhRay& ray) {
+  if (walk.verdict == Verdict::visible && walk.certain) return false;
+  if (walk.verdict == Verdict::occluded && walk.certain) {
+    if (walk.run_count == 0) open.begin = walk.last_enter;
+    open.end = walk.last_leave;
+    cull(field, segment, open, ray);
+  } else if (walk.verdict == Verdict::ambiguous) {
+    cull(field, segment, open, ray);
+  }
+  return true;
+}
+
 inline Hit intersect(const ExactField& field, const Segment& segment, float limit = kNoHit) {
   BvhRay ray;
   if (!prepare_ray(field.bvh, segment, ray)) return no_hit(answer_no_ray(segment).certain);
   WalkResult walk;
   OpenInterval open;
   follow_segment<true>(field.proof, segment, walk, KeepOpen{open}, NoVisit());
-  if (walk.verdict == Verdict::visible && walk.certain) return no_hit(true);
-  if (walk.verdict == Verdict::occluded && walk.certain) {
-    if (walk.run_count == 0) open.begin = walk.last_enter;
-    open.end = walk.last_leave;
-    cull(field.proof, segment, open, ray);
-  } else if (walk.verdict == Verdict::ambiguous) {
-    cull(field.proof, segment, open, ray);
-  }
+  if (!cull_to_hit(field.proof, segment, walk, open, ray)) return no_hit(true);
   return nearest_hit(field.bvh, segment, limit, ray);
 }
 

@@ -45,6 +45,7 @@ NIF_HOST_DEVICE inline bool nearest_surface_voxel(const ProofField& field, const
                                                   uint32_t& index) {
   double at[3];
   int32_t middle[3];
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     at[a] = ((static_cast<double>(segment.origin[a]) - static_cast<double>(field.origin[a])) +
              static_cast<double>(t) * static_cast<double>(segment.direction[a])) *
@@ -55,10 +56,12 @@ NIF_HOST_DEVICE inline bool nearest_surface_voxel(const ProofField& field, const
   if (surface_voxel(field, middle, index)) return true;
   bool found = false;
   double nearest = 0;
+  NIF_NO_UNROLL
   for (int i = 0; i < 27; ++i) {
     const int32_t voxel[3] = {middle[0] + i % 3 - 1, middle[1] + i / 3 % 3 - 1, middle[2] + i / 9 - 1};
     bool inside = true;
     double square = 0;
+    NIF_UNROLL
     for (int a = 0; a < 3; ++a) {
       inside = inside && voxel[a] >= 0 && voxel[a] < static_cast<int32_t>(field.voxels[a]);
       const double below = static_cast<double>(voxel[a]) - at[a],

@@ -58,50 +58,70 @@ NIF_HOST_DEVICE inline void place_hit(const OpenCell& cell, Hit& hit) {
 /// Says nothing of what is left open: that counts as occluded, and as met in the last open cell.
 struct NoNetwork {};
 
-/// The first of the open cells up to whose end the segment is occluded, by halves; the last one where no
-/// other is.
-template <class Network>
-NIF_HOST_DEVICE uint32_t first_cell(const Segment& segment, const OpenCells& open, uint32_t count,
-                                    const Network& network) {
-  uint32_t first = 0, last = count - 1;
-  if constexpr (std::is_same_v<Network, NoNetwork>) {
-    first = last;
-  } else {
-    while (first < last) {
-      const uint32_t middle = (first + last) / 2;
-      Segment part = segment;
-      part.tmax = open.cells[middle].leave;
-      if (network(part))
-        last = middle;
-      else
-        first = middle + 1;
-    }
-  }
-  return first;
-}
-
-/// Field: as follow_segment() has it. `network(segment)`: is a segment that is left open occluded? It is
-/// asked about the whole one, and about parts from its begin on.
-template <class Field, class Network>
-NIF_HOST_DEVICE Hit hit_by_planes(const Field& field, const Segment& segment, float limit,
-                                  const Network& network) {
-  WalkResult walk;
-  OpenCells open;
-  follow_segment<true>(field, segment, walk, KeepCells{open}, NoVisit());
+/// The first hit of a segment, from its walk in order. Of the open cells that are kept of it, of which there
+/// is one at least where they are asked for: `cells.first_enter()` is where the first is entered,
+/// `cells.last()` the last one, and `cells.at(i)` any other. `network(segment)`: is a segment that is left
+/// open occluded? It is asked about the whole one, and about parts from its begin on: the hit is in the first
+/// cell up to whose end the segment is occluded, found by halves; in the last one where it is in no other.
+template <class Cells, class Network>
+NIF_HOST_DEVICE NIF_INLINE Hit hit_in_cells(const ProofField& field, const Segment& segment,
+                                            const WalkResult& walk, const Cells& cells, float limit,
+                                            const Network& network) {
+  const uint32_t count = kept_cells(walk);
   Hit hit = bounds_of(field, segment, walk.verdict, walk.certain,
-                      walk.run_count != 0 ? open.cells[0].enter : walk.last_enter, walk.last_leave);
+                      count != 0 ? cells.first_enter() : walk.last_enter, walk.last_leave);
   if (walk.verdict == Verdict::visible) return hit;
   if (hit.low > limit) {
     hit.t = hit.low;
     return hit;
   }
-  if constexpr (!std::is_same_v<Network, NoNetwork>)
-    if (walk.verdict == Verdict::ambiguous && !network(segment)) return hit;
-  if (walk.run_count == 0)  // from one side to the other, between two pieces
+  if (count == 0) {  // from one side to the other, between two pieces
     hit.t = walk.last_enter;
-  else
-    place_hit(open.cells[first_cell(segment, open, kept_cells(walk), network)], hit);
+    return hit;
+  }
+  OpenCell cell = cells.last();
+  if constexpr (!std::is_same_v<Network, NoNetwork>) {
+    // The network is asked in one place: GPUs have all of its code there.
+    bool whole = walk.verdict == Verdict::ambiguous;
+    uint32_t first = 0, last = count - 1;
+    while (whole || first < last) {
+      const uint32_t middle = (first + last) / 2;
+      Segment part = segment;
+      OpenCell asked = cell;
+      if (!whole) {
+        asked = cells.at(middle);
+        part.tmax = asked.leave;
+      }
+      const bool occluded = network(part);
+      if (whole && !occluded) return hit;
+      if (whole)
+        whole = false;
+      else if (occluded)
+        last = middle, cell = asked;
+      else
+        first = middle + 1;
+    }
+  }
+  place_hit(cell, hit);
   return hit;
+}
+
+/// The open cells that a walk has kept in an array.
+struct ListedCells {
+  const OpenCells& open;
+  uint32_t count;
+  NIF_HOST_DEVICE float first_enter() const { return open.cells[0].enter; }
+  NIF_HOST_DEVICE OpenCell last() const { return open.cells[count - 1]; }
+  NIF_HOST_DEVICE OpenCell at(uint32_t i) const { return open.cells[i]; }
+};
+
+/// Field: as follow_segment() has it. `network` as for hit_in_cells().
+template <class Field, class Network>
+Hit hit_by_planes(const Field& field, const Segment& segment, float limit, const Network& network) {
+  WalkResult walk;
+  OpenCells open;
+  follow_segment<true>(field, segment, walk, KeepCells{open}, NoVisit());
+  return hit_in_cells(field, segment, walk, ListedCells{open, kept_cells(walk)}, limit, network);
 }
 
 inline Hit intersect(const ProofField& field, const Segment& segment, float limit = kNoHit) {

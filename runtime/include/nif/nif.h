@@ -555,8 +555,12 @@ typedef struct NifHits {
 #define NIF_NONE 0xffffffffu
 
 /* Finds the first hit of each ray of `query`, whose own outputs must all be null. The answers depend on
- * neither threads nor instruction set. Otherwise like nifQuery; scratch as nifGetQueryScratchBytes says. The
- * CPU answers it, also on a GPU device: device memory or a stream gives NIF_ERROR_NOT_AVAILABLE. */
+ * neither threads nor instruction set, nor on whether a GPU finds them. Otherwise like nifQuery; scratch as
+ * nifGetQueryScratchBytes says.
+ *
+ * The CPU finds first hits of host memory, also on a GPU device; with a stream they give
+ * NIF_ERROR_NOT_AVAILABLE. Of device memory, all arrays of `hits` are device memory, too, of any alignment,
+ * and the call returns at once: the stream finds them, with networks in single precision. */
 NIF_API NifError nifIntersect(NifScene scene, const NifQuery* query, const NifHits* hits);
 
 /* ---- Asynchronous queries ---------------------------------------------------------------------------- */
@@ -573,7 +577,8 @@ typedef struct NifJobHandle* NifJob;
  * memory runs in its stream, and one of host memory is answered before this returns. */
 NIF_API NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job);
 
-/* The same for first hits: nifIntersect in the background. The structures are copied. */
+/* The same for first hits: nifIntersect in the background. The structures are copied. On a GPU device too,
+ * those of host memory are found by the CPU, as on a CPU device. */
 NIF_API NifError nifIntersectAsync(NifScene scene, const NifQuery* query, const NifHits* hits, NifJob* job);
 
 /* Waits until the job is done and returns the query's code. The calling thread first helps with the rays that

@@ -249,8 +249,8 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
   void query_open(const Query& query, const NifOpenRays& open) const {
     check(nifQueryOpen(pointer_, &query.get(), &open));
   }
-  /// First hits. The query has no outputs of its own; the arrays of `hits` belong to the caller, and have an
-  /// entry for each ray.
+  /// First hits. The query has no outputs of its own; the arrays of `hits` belong to the caller, are of the
+  /// same memory as the rays, and have an entry for each ray.
   void intersect(const Query& query, const NifHits& hits) const {
     check(nifIntersect(pointer_, &query.get(), &hits));
   }

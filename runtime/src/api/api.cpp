@@ -86,7 +86,7 @@ Request read_hit_request(const NifSceneObject& scene, const NifQuery* query, con
   request.query = read_structure(query, "query");
   request.hits = read_structure(hits, "hits", offsetof(NifHits, color));
   check_hit_query(scene, request.query, *request.hits);
-  check_scratch(request.query);
+  if (request.query.memory == NIF_HOST) check_scratch(request.query);
   return request;
 }
 
@@ -322,7 +322,11 @@ NifError nifQueryOpen(NifScene scene, const NifQuery* query, const NifOpenRays* 
 NifError nifIntersect(NifScene scene, const NifQuery* query, const NifHits* hits) {
   return guarded([&] {
     auto& the_scene = get(scene);
-    answer(the_scene, read_hit_request(the_scene, query, hits));
+    const Request request = read_hit_request(the_scene, query, hits);
+    if (request.query.memory == NIF_HOST)
+      answer(the_scene, request);
+    else if (request.query.count != 0)
+      the_scene.device->gpu->intersect(the_scene, request.query, *request.hits);
   });
 }
 

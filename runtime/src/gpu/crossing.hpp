@@ -48,6 +48,17 @@ constexpr uint64_t gpu_layout() {
   hash.structure<NifOpenRays>({&NifOpenRays::struct_size, &NifOpenRays::capacity, &NifOpenRays::rays,
                                &NifOpenRays::tmin, &NifOpenRays::tmax, &NifOpenRays::count});
 
+  hash.structure<NifHits>({&NifHits::struct_size, &NifHits::hit, &NifHits::t, &NifHits::normal,
+                           &NifHits::instance, &NifHits::object, &NifHits::triangle, &NifHits::u, &NifHits::v,
+                           &NifHits::certain, &NifHits::t_low, &NifHits::t_high, &NifHits::color});
+
+  using kernels::HitDetails;
+  using kernels::SourceTriangles;
+  using kernels::VoxelColors;
+  hash.structure<SourceTriangles>({&SourceTriangles::words, &SourceTriangles::bits, &SourceTriangles::count});
+  hash.structure<VoxelColors>({&VoxelColors::grid, &VoxelColors::values});
+  hash.structure<HitDetails>({&HitDetails::source_triangles, &HitDetails::colors});
+
   hash.number(sizeof(kernels::AnyField));
   hash.number(alignof(kernels::AnyField));
   describe_fields(hash, std::type_identity<kernels::AnyField>());

@@ -25,11 +25,15 @@ void Gpu::upload(NifAssetObject& asset) {
   const std::lock_guard lock(uploads_);  // scenes that share the asset may be committed at the same time
   if (asset.on_gpu) return;
   std::pmr::vector<kernels::AnyField> objects(asset.device->memory());
-  for (const format::ObjectView& view : asset.view.objects) objects.push_back(field_of(view));
+  std::pmr::vector<kernels::HitDetails> details(asset.device->memory());
+  for (uint32_t i = 0; i < asset.view.objects.size(); ++i) {
+    objects.push_back(field_of(asset.view.objects[i]));
+    details.push_back(hit_details(asset.view, i));
+  }
   GpuMessage message;
   uint64_t bytes = 0;
-  const NifError code = module_.upload_asset(device_, objects.data(), uint32_t(objects.size()), &asset.on_gpu,
-                                             &bytes, &message);
+  const NifError code = module_.upload_asset(device_, objects.data(), details.data(),
+                                             uint32_t(objects.size()), &asset.on_gpu, &bytes, &message);
   asset.gpu_bytes = bytes;
   if (code != NIF_OK)
     std::snprintf(message.text, sizeof(message.text), "%s: %s", asset.name.c_str(),
@@ -66,6 +70,11 @@ void Gpu::query_open(NifSceneObject& scene, const NifQuery& query, const NifOpen
   check(module_.query_open(device_, scene.on_gpu, &query, &open, &message), message);
 }
 
+void Gpu::intersect(NifSceneObject& scene, const NifQuery& query, const NifHits& hits) {
+  GpuMessage message;
+  check(module_.intersect(device_, scene.on_gpu, &query, &hits, &message), message);
+}
+
 static_assert(uint32_t(GpuMeasure::single_bvh) == NIF_MEASURE_SINGLE_BVH &&
               kMeasuredStages == NIF_MEASURED_STAGES);
 
@@ -75,9 +84,9 @@ void Gpu::measure(NifSceneObject& scene, const NifQuery& query, GpuMeasure measu
   check(module_.measure_query(device_, scene.on_gpu, &query, measure, rounds, seconds, &message), message);
 }
 
-void Gpu::start(NifSceneObject& scene, const NifQuery& query, NifJobObject& job) {
+void Gpu::start(NifSceneObject& scene, const NifQuery& query, const NifHits* hits, NifJobObject& job) {
   GpuMessage message;
-  check(module_.start_query(device_, scene.on_gpu, &query, &job.on_gpu, &message), message);
+  check(module_.start_query(device_, scene.on_gpu, &query, hits, &job.on_gpu, &message), message);
 }
 
 void Gpu::wait(NifJobObject& job) {

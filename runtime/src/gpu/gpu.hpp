@@ -37,11 +37,13 @@ class Gpu {
   void free(NifSceneObject& scene) noexcept;
   void query(NifSceneObject& scene, const NifQuery& query);
   void query_open(NifSceneObject& scene, const NifQuery& query, const NifOpenRays& open);
+  void intersect(NifSceneObject& scene, const NifQuery& query, const NifHits& hits);
   void measure(NifSceneObject& scene, const NifQuery& query, GpuMeasure measure, uint32_t rounds,
                double* seconds);
 
-  /// Of device memory. The job is not done before wait() or is_done() has said so.
-  void start(NifSceneObject& scene, const NifQuery& query, NifJobObject& job);
+  /// Of device memory; `hits`: null, or where first hits go. The job is not done before wait() or is_done()
+  /// has said so.
+  void start(NifSceneObject& scene, const NifQuery& query, const NifHits* hits, NifJobObject& job);
   void wait(NifJobObject& job);
   void poll(NifJobObject& job);
   /// After this the job is done as far as the runtime goes; the card may still be at it.

@@ -10,13 +10,14 @@
 #include <cstdint>
 
 #include "kernels/reference/encodings.hpp"
+#include "kernels/reference/hit_details.hpp"
 #include "kernels/reference/scene_field.hpp"
 #include "nif/nif.h"
 
 namespace nif::runtime {
 
 /// Changes with anything in this file.
-inline constexpr uint32_t kGpuModuleVersion = 4;
+inline constexpr uint32_t kGpuModuleVersion = 5;
 /// The module's only symbol: const GpuModule* nif_hip_module(void).
 inline constexpr const char* kGpuModuleSymbol = "nif_hip_module";
 
@@ -86,9 +87,11 @@ struct GpuModule {
   /// Everything of the device must have been freed. Here and below, freeing null does nothing.
   void (*close_device)(GpuDevice* device);
 
-  /// Copies objects to the device; *bytes receives what they take there.
-  NifError (*upload_asset)(GpuDevice* device, const kernels::AnyField* objects, uint32_t count,
-                           GpuAsset** asset, uint64_t* bytes, GpuMessage* message);
+  /// Copies objects to the device, with what is told of hits with them (null: nothing but the hits); *bytes
+  /// receives what they take there.
+  NifError (*upload_asset)(GpuDevice* device, const kernels::AnyField* objects,
+                           const kernels::HitDetails* details, uint32_t count, GpuAsset** asset,
+                           uint64_t* bytes, GpuMessage* message);
   void (*free_asset)(GpuDevice* device, GpuAsset* asset);
 
   /// Copies a scene to the device, or copies it anew where *scene is not null, after its queries that are
@@ -103,13 +106,17 @@ struct GpuModule {
   /// Answers a query of device memory as nifQueryOpen does, likewise.
   NifError (*query_open)(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifOpenRays* open,
                          GpuMessage* message);
+  /// Finds the first hits of a query of device memory as nifIntersect does, likewise.
+  NifError (*intersect)(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifHits* hits,
+                        GpuMessage* message);
   /// Answers a query of host memory from memory of the device, once and then `rounds` times, and tells how
   /// long each of those took there: seconds[rounds], or [rounds][kMeasuredStages] of stages.
   NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMeasure measure,
                             uint32_t rounds, double* seconds, GpuMessage* message);
-  /// Answers a query of device memory, and *job is done when that is.
-  NifError (*start_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuJob** job,
-                          GpuMessage* message);
+  /// Answers a query of device memory, or finds its first hits where `hits` is not null; *job is done when
+  /// that is.
+  NifError (*start_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifHits* hits,
+                          GpuJob** job, GpuMessage* message);
   NifError (*wait_job)(GpuDevice* device, GpuJob* job, GpuMessage* message);
   NifError (*is_job_done)(GpuDevice* device, GpuJob* job, uint32_t* done, GpuMessage* message);
   /// Neither waits for it nor ends it.

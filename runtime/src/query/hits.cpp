@@ -107,7 +107,7 @@ void find_color(const NifSceneObject& scene, const WorkArea& area, uint32_t i, f
   if (area.hit_instance[i] == kNoInstance) return;
   const Instance& instance = scene.instances[area.hit_instance[i]];
   const Segment ray = segment_of(area.rays, i);
-  color_at(scene.objects[instance.object].colors,
+  color_at(scene.objects[instance.object].details.colors,
            instance.identity ? ray : kernels::to_object(instance.to_object, ray), area.hits.t[i], color);
 }
 
@@ -154,7 +154,7 @@ NIF_COMPUTES void write_hits(const NifSceneObject& scene, const NifHits& hits, u
     const uint32_t instance = area.hit_instance[i];
     return instance == kNoInstance
                ? kernels::kNoTriangle
-               : source_triangle(scene.objects[scene.instances[instance].object].source_triangles,
+               : source_triangle(scene.objects[scene.instances[instance].object].details.source_triangles,
                                  found.triangle[i]);
   });
   write_each(hits.object, first, count, [&](uint32_t i) {

@@ -100,7 +100,8 @@ void answer(NifSceneObject& scene, Request request) {
 
 uintptr_t start_job(NifSceneObject& scene, Request request) {
   NifDeviceObject& device = *scene.device.get();
-  const bool on_gpu = !request.hits && answered_by_gpu(scene, request.query);
+  const bool on_gpu =
+      request.hits ? request.query.memory == NIF_DEVICE : answered_by_gpu(scene, request.query);
   if (on_gpu && request.query.memory == NIF_HOST) {
     device.gpu->query(scene, request.query);
     request.query.count = 0;  // there is nothing left to do
@@ -118,7 +119,7 @@ uintptr_t start_job(NifSceneObject& scene, Request request) {
   set_up(*job, scene, request);
   if (on_gpu && request.query.memory == NIF_DEVICE && request.query.count != 0) {
     try {
-      device.gpu->start(scene, request.query, *job);
+      device.gpu->start(scene, request.query, request.hits ? &*request.hits : nullptr, *job);
     } catch (...) {
       release_handle(Kind::job, handle);
       dispose(*job);

@@ -26,7 +26,24 @@ constexpr void visit_outputs(const Visit& visit, Query&&... queries) {
   visit(OutputArray{"visible_bits", 1}, queries.visible_bits...);
 }
 
-/// Of all outputs together.
+/// The same of the outputs of first hits: NifHits, or whatever else has members of these names.
+template <class Visit, class... Hits>
+constexpr void visit_hit_outputs(const Visit& visit, Hits&&... hits) {
+  visit(OutputArray{"hit", 8}, hits.hit...);
+  visit(OutputArray{"t", 32}, hits.t...);
+  visit(OutputArray{"normal", 96}, hits.normal...);
+  visit(OutputArray{"instance", 32}, hits.instance...);
+  visit(OutputArray{"object", 32}, hits.object...);
+  visit(OutputArray{"triangle", 32}, hits.triangle...);
+  visit(OutputArray{"u", 32}, hits.u...);
+  visit(OutputArray{"v", 32}, hits.v...);
+  visit(OutputArray{"certain", 8}, hits.certain...);
+  visit(OutputArray{"t_low", 32}, hits.t_low...);
+  visit(OutputArray{"t_high", 32}, hits.t_high...);
+  visit(OutputArray{"color", 96}, hits.color...);
+}
+
+/// Of all outputs of a query together.
 constexpr uint64_t output_bytes(uint64_t rays) {
   struct {
     int probability, logit, visible, certain, visible_bits;

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "api/error.hpp"
-#include "query/hits.hpp"
 #include "query/outputs.hpp"
 #include "query/work_area.hpp"
 
@@ -65,9 +64,9 @@ void check_open_query(const NifSceneObject& scene, const NifQuery& query, const 
 
 void check_hit_query(const NifSceneObject& scene, const NifQuery& query, const NifHits& hits) {
   check_inputs(scene, query);
-  if (query.memory == NIF_DEVICE || query.stream)
+  if (query.memory == NIF_HOST && query.stream)
     throw Failure(NIF_ERROR_NOT_AVAILABLE,
-                  "query: the CPU finds first hits, so it needs host memory and no stream");
+                  "query: the CPU finds first hits of host memory, and has no streams");
   visit_outputs(
       [&](const OutputArray& about, const auto* array) {
         if (array)
@@ -76,7 +75,7 @@ void check_hit_query(const NifSceneObject& scene, const NifQuery& query, const N
       query);
   if (query.count == 0) return;
   bool any = false;
-  visit_hit_outputs(hits, [&](const auto* array) { any = any || array; });
+  visit_hit_outputs([&](const OutputArray&, const auto* array) { any = any || array; }, hits);
   if (!any) refuse_argument("hits: all outputs are null");
 }
 

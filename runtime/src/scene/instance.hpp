@@ -4,9 +4,8 @@
 #include <array>
 
 #include "formats/nif/reader.hpp"
-#include "kernels/reference/bvh/source_triangles.hpp"
+#include "kernels/reference/hit_details.hpp"
 #include "kernels/reference/object_kernel.hpp"
-#include "kernels/reference/proof/colors.hpp"
 #include "kernels/reference/scene_field.hpp"
 
 namespace nif::runtime {
@@ -21,8 +20,7 @@ struct PlacedObject {
   kernels::Calibration calibration;
   float reach_scale;  ///< kernels::reach_scale()
   uint32_t number;    ///< in its asset
-  kernels::SourceTriangles source_triangles;
-  kernels::VoxelColors colors;
+  kernels::HitDetails details;
 };
 
 using Instance = kernels::PlacedInstance;

@@ -51,12 +51,9 @@ uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   for (size_t i = 0; i < asset->view.objects.size(); ++i) {
     const format::ObjectView& view = asset->view.objects[i];
     const kernels::AnyField field = field_of(view);
-    const auto* source = asset->view.source_triangles_of(uint32_t(i));
-    const auto* colors = asset->view.colors_of(uint32_t(i));
-    scene.objects.push_back(
-        {&view, asset->kernels[i].get(), kernels::calibration(field), kernels::reach_scale(field),
-         uint32_t(i), source ? source->field : kernels::SourceTriangles(),
-         colors ? kernels::VoxelColors{grid_of(view), colors->values} : kernels::VoxelColors()});
+    scene.objects.push_back({&view, asset->kernels[i].get(), kernels::calibration(field),
+                             kernels::reach_scale(field), uint32_t(i),
+                             hit_details(asset->view, uint32_t(i))});
   }
   return uint32_t(first);
 }

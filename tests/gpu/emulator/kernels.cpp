@@ -27,13 +27,14 @@ EmulatedRun bind_kernel(const void* argument) {
   NIF_EMULATED("nif_pipeline_" #name, PipelineWork, __VA_ARGS__)
 
 constexpr EmulatedKernel kKernels[] = {
-    NIF_SCENE_KERNELS(NIF_SCENE)  //
-    NIF_WALK_KERNELS(NIF_WALK)    //
-    NIF_EMULATED("nif_scene_bvh_single", SceneWork, scene_answer<kSingleBvh, false>)
-        NIF_EMULATED("nif_scene_open", OpenWork, scene_open)
-            NIF_EMULATED("nif_pipeline_offsets", PipelineWork, pipeline_offsets)
-                NIF_EMULATED("nif_pipeline_order", PipelineWork, pipeline_order)
-                    NIF_EMULATED("nif_pack_bits", PackWork, pack_bits)};
+    NIF_SCENE_KERNELS(NIF_SCENE)                                                      //
+    NIF_WALK_KERNELS(NIF_WALK)                                                        //
+    NIF_EMULATED("nif_scene_bvh_single", SceneWork, scene_answer<kSingleBvh, false>)  //
+    NIF_EMULATED("nif_scene_open", OpenWork, scene_open)                              //
+    NIF_EMULATED("nif_scene_hits", HitWork, scene_hits)                               //
+    NIF_EMULATED("nif_pipeline_offsets", PipelineWork, pipeline_offsets)              //
+    NIF_EMULATED("nif_pipeline_order", PipelineWork, pipeline_order)                  //
+    NIF_EMULATED("nif_pack_bits", PackWork, pack_bits)};
 
 /// Those of stages, for one make of matrix instructions.
 template <class Matrix, class HalfMatrix>

@@ -5,6 +5,7 @@
 #include <span>
 #include <string_view>
 
+#include "kernels/gpu/hit_kernels.hpp"
 #include "kernels/gpu/kernel_list.hpp"
 #include "kernels/gpu/open_kernels.hpp"
 #include "kernels/gpu/pipeline_kernels.hpp"
