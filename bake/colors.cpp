@@ -10,6 +10,7 @@
 #include "bake/encoder.hpp"
 #include "bake/proof/polygon.hpp"
 #include "bake/proof/voxelize.hpp"
+#include "kernels/reference/parts.hpp"
 #include "kernels/reference/proof/colors.hpp"
 
 namespace nif::bake {
@@ -157,10 +158,8 @@ uint16_t packed(const Double3& color) {
 
 /// None where the encoding has no grid.
 std::optional<kernels::ProofField> grid_of(const kernels::AnyField& field) {
-  if (const auto* segment = std::get_if<kernels::SegmentField>(&field)) return *segment;
-  if (const auto* exact = std::get_if<kernels::ExactField>(&field)) return exact->proof;
-  if (const auto* proof = std::get_if<kernels::ProofField>(&field)) return *proof;
-  return std::nullopt;
+  const kernels::ProofField* grid = std::visit([](const auto& own) { return kernels::grid_of(own); }, field);
+  return grid ? std::optional(*grid) : std::nullopt;
 }
 
 }  // namespace

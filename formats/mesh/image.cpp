@@ -27,7 +27,7 @@ std::optional<Texture> decode_image(std::string_view bytes, uint64_t& texels, st
   if (bytes.size() > size_t{std::numeric_limits<int>::max()} ||
       !stbi_info_from_memory(data, int(bytes.size()), &width, &height, &channels) || width <= 0 ||
       height <= 0) {
-    why = "is no PNG or JPEG";
+    why = "is no PNG or JPEG that can be read";
     return std::nullopt;
   }
   const uint64_t wanted = uint64_t(width) * uint64_t(height);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "formats/nif/utf8.hpp"
+#include "kernels/reference/parts.hpp"
 
 namespace nif::format {
 namespace {
@@ -206,9 +207,9 @@ class Reader {
   }
 
   static std::optional<uint32_t> stored_triangles(const ObjectView& object) {
-    if (object.is<BvhView>()) return object.as<BvhView>().field.triangle_count;
-    if (object.is<ExactView>()) return object.as<ExactView>().field.bvh.triangle_count;
-    return std::nullopt;
+    const kernels::BvhField* tree =
+        std::visit([](const auto& view) { return kernels::tree_of(view.field); }, object.content);
+    return tree ? std::optional(tree->triangle_count) : std::nullopt;
   }
 
   void read_instances() {
@@ -250,10 +251,7 @@ kernels::AnyField field_of(const ObjectView& object) {
 }
 
 const kernels::ProofField* grid_of(const ObjectView& object) {
-  if (object.is<SegmentView>()) return &object.as<SegmentView>().field;
-  if (object.is<ExactView>()) return &object.as<ExactView>().field.proof;
-  if (object.is<ProofView>()) return &object.as<ProofView>().field;
-  return nullptr;
+  return std::visit([](const auto& view) { return kernels::grid_of(view.field); }, object.content);
 }
 
 uint64_t bytes_of(const ObjectView& object) {
