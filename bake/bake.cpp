@@ -12,6 +12,7 @@
 #include <mutex>
 #include <thread>
 
+#include "bake/colors.hpp"
 #include "bake/encoder.hpp"
 #include "bake/oracle/prepare.hpp"
 #include "bake/report.hpp"
@@ -37,10 +38,12 @@ bool may_choose(AnswerKind kind, const BakeOptions& options) {
 
 template <class Baking>
 void add_encoder(const BakeOptions& options, Encoders& encoders) {
-  const bool wanted = options.encoding == kAutomatic
-                          ? Baking::kAutomatic && may_choose(Baking::kKind, options)
-                          : options.encoding == format::EncodingOfContent<typename Baking::Data>::kName ||
-                                (options.encoding == Baking::kStandsInFor && !options.resolution);
+  const bool keeps_colors = Baking::kGrids || !options.colors;
+  const bool wanted =
+      options.encoding == kAutomatic
+          ? Baking::kAutomatic && keeps_colors && may_choose(Baking::kKind, options)
+          : options.encoding == format::EncodingOfContent<typename Baking::Data>::kName ||
+                (options.encoding == Baking::kStandsInFor && keeps_colors && !options.resolution);
   if (wanted) encoders.push_back(Baking::make(options));
 }
 template <class... Baking>
@@ -94,8 +97,11 @@ class Driver {
       for (RaySet set : kRaySets) result_.sets[size_t(set)] += report.sets[size_t(set)];
     }
     check_error(options_, learned_sets());
-    for (Candidate& candidate : candidates_)
+    for (size_t i = 0; i < candidates_.size(); ++i) {
+      Candidate& candidate = candidates_[i];
+      fill_colors(scene_, prepared_.objects[i], candidate.form());
       encoders_[candidate.taken]->add(std::move(candidate.form()), result_.asset);
+    }
     result_.asset.metadata = make_metadata(scene_, options_, encoders_, result_);
     return std::move(result_);
   }
@@ -112,7 +118,7 @@ class Driver {
     clock_.emplace(prepared_.objects, callback_);
     result_.objects.resize(count);
     candidates_.resize(count);
-    reserve_ = kMetadataBytes + kMetadataBytesPerObject * count + scene_bytes(scene_, result_);
+    reserve_ = kMetadataBytes + kMetadataBytesPerObject * count + scene_bytes(scene_, options_, result_);
     if (options_.lean) reserve_ += kMetadataBytesOfLean * count;
     for (size_t i = 0; i < count; ++i) add_candidate(i);
   }
@@ -145,6 +151,7 @@ class Driver {
     if (counted && form) count_out(form->sections);
     form.emplace().alone.objects = {describe(prepared_.objects[index], result_.objects[index])};
     encoders_[encoder]->lay_out(prepared_.objects[index], scale, bounded, index == 0, *form);
+    if (options_.colors) reserve_colors(prepared_.objects[index], *form);
     if (counted) count_in(form->sections);
   }
 
@@ -223,7 +230,9 @@ class Driver {
     for (size_t e = 0; e < encoders_.size(); ++e) {
       const Encoder& encoder = *encoders_[e];
       const bool has_planes = encoder.has_scale(1);
-      if (!candidate.possible[e] || encoder.kind() != AnswerKind::exact || (has_planes && is_small)) continue;
+      if (!candidate.possible[e] || encoder.kind() != AnswerKind::exact ||
+          (has_planes && is_small && !options_.colors))
+        continue;
       lay_out(index, e, 1);
       std::optional<Form>& form = candidate.forms[e];
       for (;;) {
@@ -399,6 +408,7 @@ class Driver {
     count_out(candidate.form().sections);
     const std::string why = encoders_[candidate.taken]->leave_out(
         prepared_.objects[index], source, options_.seed + kChoosingSeed, candidate.form());
+    if (options_.colors && !why.empty()) reserve_colors(prepared_.objects[index], candidate.form());
     count_in(candidate.form().sections);
     if (!why.empty()) result_.objects[index].reason += "; " + why;
   }
@@ -471,6 +481,7 @@ class Driver {
       Form form;
       form.alone.objects = {describe(prepared_.objects[index], own)};
       encoder.lay_out(prepared_.objects[index], next, false, index == 0, form);
+      if (options_.colors) reserve_colors(prepared_.objects[index], form);
       replace(candidate, std::move(form));
       if (options_.max_bytes && estimated_bytes() > *options_.max_bytes) break;
       stop_if(cancel_);
@@ -559,7 +570,9 @@ const EncodingCost* ObjectReport::cost_of(std::string_view which) const {
 
 BakeResult bake(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
                 const std::atomic<bool>& cancel) {
-  return Driver(scene, options, callback, cancel).run();
+  BakeOptions meant = options;
+  meant.colors = options.colors && has_colors(scene);
+  return Driver(scene, meant, callback, cancel).run();
 }
 
 }  // namespace nif::bake

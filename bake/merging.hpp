@@ -17,8 +17,10 @@ inline constexpr size_t kMostMergeNames = 10'000;
 nlohmann::ordered_json to_json(const mesh::MergeOptions& options);
 
 /// "merge" of the metadata: the settings, and for each merged instance of the asset the names and nodes of
-/// its parts. `placed` has, of each instance of the asset, that of the scene. Null where nothing was merged.
-nlohmann::ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> placed);
+/// its parts, and with `triangles` how many each brought. `placed` has, of each instance of the asset, that
+/// of the scene. Null where nothing was merged.
+nlohmann::ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> placed,
+                                      bool triangles);
 
 /// The settings by which an asset's scene was merged, of its metadata, which may hold anything; none where it
 /// was not. Throws Error(mesh_mismatch) that says what is wrong, and names no file.

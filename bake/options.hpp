@@ -41,6 +41,10 @@ struct BakeOptions : EncodingOptions {
   bool strict = false;  ///< refuse what preparation would change
   /// Everything in the file as it is used in memory, for files that are mapped; else coded, which is smaller.
   bool uncoded = false;
+  /// Objects with triangles keep which ones of the source mesh they are.
+  bool source_triangles = false;
+  /// Objects with a grid keep the colours of their surface. Of a scene without any it means nothing.
+  bool colors = false;
   /// Of the whole file: the finest grids up to the preset's that fit, and exact objects where there is room.
   std::optional<uint64_t> max_bytes;
   std::optional<double> max_error;  ///< of every stated ray set; 0: exact objects alone

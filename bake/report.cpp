@@ -54,9 +54,10 @@ nlohmann::ordered_json hierarchy(const mesh::Scene& scene, const BakeResult& res
 }
 
 /// What the scene is known for, but for its meshes.
-void add_scene(const mesh::Scene& scene, const BakeResult& result, nlohmann::ordered_json& json) {
+void add_scene(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result,
+               nlohmann::ordered_json& json) {
   if (!scene.nodes.empty()) json["hierarchy"] = hierarchy(scene, result);
-  nlohmann::ordered_json merge = merge_metadata(scene, result.placed);
+  nlohmann::ordered_json merge = merge_metadata(scene, result.placed, options.source_triangles);
   if (!merge.is_null()) json["merge"] = std::move(merge);
 }
 
@@ -68,9 +69,9 @@ std::string dump(const nlohmann::ordered_json& json) {
 
 std::string source_hash_text(uint64_t hash) { return fmt::format("xxh3-64:{:016x}", hash); }
 
-uint64_t scene_bytes(const mesh::Scene& scene, const BakeResult& result) {
+uint64_t scene_bytes(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  add_scene(scene, result, json);
+  add_scene(scene, options, result, json);
   return dump(json).size();
 }
 
@@ -79,6 +80,8 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
   nlohmann::ordered_json chosen{{"encoding", options.encoding}};
   for (const auto& encoder : encoders) encoder->add_options(chosen);
   if (options.uncoded) chosen["uncoded"] = true;
+  if (options.source_triangles) chosen["source_triangles"] = true;
+  if (options.colors) chosen["colors"] = true;
   if (options.max_bytes) chosen["max_bytes"] = *options.max_bytes;
   if (options.max_error) chosen["max_error"] = *options.max_error;
   if (options.lean)
@@ -105,7 +108,7 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
     described["accuracy"] = to_json(report.sets);
   }
   json["objects"] = std::move(objects);
-  add_scene(scene, result, json);
+  add_scene(scene, options, result, json);
   return dump(json);
 }
 

@@ -31,6 +31,6 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
 std::string source_hash_text(uint64_t hash);
 
 /// What nodes and merged instances take of it. Of the result only what is placed is asked.
-uint64_t scene_bytes(const mesh::Scene& scene, const BakeResult& result);
+uint64_t scene_bytes(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result);
 
 }  // namespace nif::bake

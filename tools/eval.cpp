@@ -88,6 +88,9 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
     const bake::GroundTruth truth(prepared);
     ObjectResult& object = result.objects.emplace_back();
     object.name = asset.name(i);
+    std::optional<SourceMesh> source;
+    if (arguments.hits && asset.has_source_triangles(i))
+      source.emplace(*prepared.source, mesh::source_triangles(prepared.surface));
     const uint64_t rays = std::max<uint64_t>(1, arguments.rays / count);
     for (size_t s = 0; s < sets.size(); ++s) {
       if (cancel) throw Error(Status::interrupted, "the evaluation was cancelled");
@@ -100,14 +103,16 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
       if (arguments.reference) result.compared += labelled.segments.size();
       if (!arguments.hits) continue;
       object.hits[set] = evaluate_hits(labelled.segments, alone.handle, truth.source().oracle,
-                                       {prepared.box.diagonal(), asset.proves(i) ? voxels[i] : 0});
+                                       {prepared.box.diagonal(), asset.proves(i) ? voxels[i] : 0},
+                                       source ? &*source : nullptr);
       result.hits[set] += object.hits[set];
       if (arguments.reference)
         result.different_hits += different_hits(labelled.segments, alone.handle, reference.handle);
     }
     if (arguments.bvh) {
       progress.update(double(i + 1) / double(count), "building Embree's BVHs");
-      const auto& [positions, triangles, slivers, cleaned] = prepared.surface;
+      const auto& positions = prepared.surface.positions;
+      const auto& triangles = prepared.surface.triangles;
       result.embree.standard +=
           uint64_t(bake::EmbreeScene(positions, triangles, bake::EmbreeBuild::standard).memory().bvh);
       result.embree.compact +=
@@ -221,8 +226,8 @@ void add_eval(Command app) {
   command.add_flag("--bvh", a->bvh, "Also build Embree's default and compact BVH, and print their size");
   command.add_flag(
       "--hits", a->hits,
-      "Also compare first hits (nifIntersect): rays that hit or miss wrongly, places, normals, and "
-      "proven bounds");
+      "Also compare first hits (nifIntersect): rays that hit or miss wrongly, places, normals, proven "
+      "bounds, and triangles where the asset knows those of the mesh");
   command.add_flag("--reference", a->reference,
                    "Also ask the scalar reference, and fail if any bit of an answer differs");
   add_run_options(command, *a, kSchema);

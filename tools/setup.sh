@@ -26,7 +26,7 @@ build   libcli11-dev          command line of the nif program
 build   libtomlplusplus-dev   scene files of nif render
 build   libpng-dev            pictures
 build   libopenexr-dev        pictures and environment maps
-build   libstb-dev            environment maps, .hdr
+build   libstb-dev            environment maps (.hdr), textures (PNG, JPEG)
 build   libopenmesh-dev       nif mesh: decimation, subdivision; tests: a second reader of meshes
 build   libmeshoptimizer-dev  nif mesh: fast decimation; .glb files with EXT_meshopt_compression
 build   libopenvdb-dev        nif mesh: level sets

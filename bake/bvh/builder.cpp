@@ -92,10 +92,11 @@ bool fits_bvh(std::span<const mesh::Float3> positions) {
   });
 }
 
-format::Bvh build_bvh(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles) {
+format::Bvh build_bvh(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
+                      std::vector<uint32_t>* order) {
   Topology topology(positions, triangles);
   order_children(topology.root(), positions, triangles);
-  return format::pack_bvh(topology.root(), positions, triangles);
+  return format::pack_bvh(topology.root(), positions, triangles, order);
 }
 
 }  // namespace nif::bake

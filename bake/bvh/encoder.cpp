@@ -14,6 +14,8 @@ namespace {
 
 class BvhEncoder final : public Encoder {
  public:
+  explicit BvhEncoder(const BakeOptions& options) : options_(options) {}
+
   std::string_view name() const override { return format::EncodingOf<kernels::BvhField>::kName; }
   std::string_view noun() const override { return "a BVH"; }
   std::string_view smallest() const override { return "BVHs"; }
@@ -26,10 +28,9 @@ class BvhEncoder final : public Encoder {
   }
 
   void lay_out(const Prepared& prepared, double, bool, bool, Form& form) const override {
-    format::Bvh bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles);
-    form.cost.bytes = form.cost.resident = bvh.bytes();
+    form.object().content = lay_out_bvh(prepared, options_, form.object(), form.cost.bytes);
+    form.cost.resident = form.cost.bytes;
     form.report = BvhBaking::Report();
-    form.object().content = std::move(bvh);
     form.sections = format::section_bytes(form.alone);
   }
 
@@ -40,11 +41,31 @@ class BvhEncoder final : public Encoder {
   void add(Form&& form, format::Asset& asset) const override {
     asset.objects.push_back(std::move(form.object()));
   }
+
+ private:
+  const BakeOptions& options_;
 };
 
 }  // namespace
 
-std::unique_ptr<Encoder> BvhBaking::make(const BakeOptions&) { return std::make_unique<BvhEncoder>(); }
+std::unique_ptr<Encoder> BvhBaking::make(const BakeOptions& options) {
+  return std::make_unique<BvhEncoder>(options);
+}
+
+format::Bvh lay_out_bvh(const Prepared& prepared, const BakeOptions& options, format::Object& object,
+                        uint64_t& bytes) {
+  std::vector<uint32_t> order;
+  format::Bvh bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles,
+                              options.source_triangles ? &order : nullptr);
+  bytes = bvh.bytes();
+  if (!options.source_triangles) return bvh;
+  const std::vector<uint32_t> numbers = mesh::source_triangles(prepared.surface);
+  for (uint32_t& triangle : order) triangle = numbers[triangle];
+  const auto triangles = uint32_t(prepared.source->triangles.size());
+  bytes += format::source_bytes(order.size(), triangles);
+  object.source_triangles = {triangles, std::move(order)};
+  return bvh;
+}
 
 // docs/results/work.md has how it was fitted.
 double BvhCounts::nanoseconds() const { return 19 * double(nodes); }

@@ -16,6 +16,7 @@ namespace nif::bake {
 class Encoder;
 struct BakeOptions;
 struct ObjectReport;
+struct Prepared;
 struct RaySource;
 
 struct BvhBaking {
@@ -36,6 +37,11 @@ inline void add_metadata(const BvhBaking::Report&, const ObjectReport&, const fo
 void describe(const format::BvhView& view, nlohmann::ordered_json& json);
 std::string summary(const format::BvhView& view);
 inline std::vector<std::string> details(const format::BvhView&) { return {}; }
+
+/// The BVH of a prepared mesh. The object gets the numbers of its triangles in the source mesh if they are
+/// wanted; `bytes`, what both take of a file.
+format::Bvh lay_out_bvh(const Prepared& prepared, const BakeOptions& options, format::Object& object,
+                        uint64_t& bytes);
 
 /// What rays take of the fast kernels, by which encodings are compared.
 struct BvhCounts {

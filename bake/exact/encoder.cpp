@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bake/bvh/builder.hpp"
+#include "bake/bvh/encoder.hpp"
 #include "bake/encoder.hpp"
 #include "bake/work.hpp"
 #include "kernels/reference/exact/query.hpp"
@@ -35,8 +35,8 @@ class ExactEncoder final : public Encoder {
 
   void lay_out(const Prepared& prepared, double scale, bool bounded, bool, Form& form) const override {
     format::ExactData exact;
-    exact.bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles);
-    const uint64_t tree_bytes = exact.bvh.bytes();
+    uint64_t tree_bytes = 0;
+    exact.bvh = lay_out_bvh(prepared, options_, form.object(), tree_bytes);
     form.object().content = std::move(exact);
     auto& proof = form.object().as<format::ExactData>().proof;
     ExactBaking::Report report;

@@ -49,7 +49,7 @@ std::string changes_of(const Prepared& prepared) {
 
 PreparedScene prepare(const mesh::Scene& scene, bool strict) {
   PreparedScene prepared;
-  const std::vector<uint32_t> firsts = mesh::first_alike(scene.meshes);
+  const std::vector<uint32_t> firsts = mesh::first_alike(scene.meshes, true);
   for (uint32_t m = 0; m < scene.meshes.size(); ++m) {
     const mesh::Mesh& mesh = scene.meshes[m];
     if (firsts[m] != m) {

@@ -25,8 +25,8 @@ float bias_of(const mesh::Mesh& mesh, const mesh::Box& box);
 /// Throws Error(all_degenerate) from clean(), Error(too_large) where the size cannot be computed with.
 Prepared prepare(const mesh::Mesh& mesh);
 
-/// The objects of a scene. Of several meshes with equal positions and triangles the first stands for all;
-/// meshes without any area are left out, with their instances.
+/// The objects of a scene. Of several meshes with equal positions, triangles and looks the first stands for
+/// all; meshes without any area are left out, with their instances.
 struct PreparedScene {
   static constexpr uint32_t kNone = 0xffffffffu;
   std::vector<Prepared> objects;

@@ -10,7 +10,7 @@
 namespace nif::mesh {
 
 /// Of each mesh, the index of the first with equal positions and triangles: its own where there is none
-/// before.
-std::vector<uint32_t> first_alike(std::span<const Mesh> meshes);
+/// before. With `looks` these must be equal, too.
+std::vector<uint32_t> first_alike(std::span<const Mesh> meshes, bool looks = false);
 
 }  // namespace nif::mesh

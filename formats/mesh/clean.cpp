@@ -89,10 +89,12 @@ CleanMesh clean_or_nothing(const Mesh& mesh, bool equal_ones_welded) {
   std::vector<Triangle> distinct;
   distinct.reserve(mesh.triangles.size());
   IndexSet seen(mesh.triangles.size());
-  for (const Triangle& source : mesh.triangles) {
+  for (uint32_t number = 0; number < mesh.triangles.size(); ++number) {
+    const Triangle& source = mesh.triangles[number];
     const Triangle t{welded[source[0]], welded[source[1]], welded[source[2]]};
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
       ++out.report.degenerate;
+      out.dropped.push_back(number);
       continue;
     }
     const bool sliver = collinear(out.positions[t[0]], out.positions[t[1]], out.positions[t[2]]);
@@ -101,6 +103,7 @@ CleanMesh clean_or_nothing(const Mesh& mesh, bool equal_ones_welded) {
     const uint32_t first = seen.insert(mix(key[0], key[1], key[2]), next,
                                        [&](uint32_t other) { return rotated(distinct[other]) == key; });
     out.report.degenerate += sliver;
+    if (sliver || first != next) out.dropped.push_back(number);
     if (first == next) {
       distinct.push_back(t);
       if (sliver) out.slivers.push_back(t);
@@ -118,6 +121,19 @@ CleanMesh clean_or_nothing(const Mesh& mesh, bool equal_ones_welded) {
   }
   out.triangles = std::move(distinct);
   return out;
+}
+
+std::vector<uint32_t> source_triangles(const CleanMesh& clean) {
+  std::vector<uint32_t> numbers;
+  numbers.reserve(clean.triangles.size());
+  auto dropped = clean.dropped.begin();
+  for (uint32_t number = 0; numbers.size() < clean.triangles.size(); ++number) {
+    if (dropped != clean.dropped.end() && *dropped == number)
+      ++dropped;
+    else
+      numbers.push_back(number);
+  }
+  return numbers;
 }
 
 CleanMesh clean(const Mesh& mesh) {

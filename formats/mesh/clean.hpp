@@ -22,8 +22,12 @@ struct CleanMesh {
   std::vector<Triangle> slivers;    ///< three distinct but exactly collinear vertices, each once. They hide
                                     ///< nothing, but a test for closure must count their edges: without them,
                                     ///< the edges of their neighbours look open.
+  std::vector<uint32_t> dropped;    ///< triangles of the mesh that are not among `triangles`, ascending
   CleanReport report;
 };
+
+/// Of each triangle of the clean mesh, which one of the mesh it is: ascending.
+std::vector<uint32_t> source_triangles(const CleanMesh& clean);
 
 /// Welding compares bits and collinearity is decided exactly, so the result depends on nothing but the mesh.
 /// `mesh` must have passed the checks of read(). Throws Error all_degenerate where no triangle has an area.

@@ -69,10 +69,33 @@ void FlatScene::triangles(uint64_t first, std::span<Triangle> out) const {
       });
 }
 
+Appearance FlatScene::look() const {
+  bool colors = false, coordinates = false, materials = false;
+  for (const Instance& instance : instances_) {
+    const Appearance& look = meshes_[instance.mesh].look;
+    colors = colors || !look.colors.empty();
+    coordinates = coordinates || !look.coordinates.empty();
+    materials = materials || !look.materials.empty();
+  }
+  Appearance all;
+  const auto append = [](auto& to, const auto& from, uint64_t end, const auto& otherwise) {
+    to.insert(to.end(), from.begin(), from.end());
+    to.resize(end, otherwise);
+  };
+  for (size_t i = 0; i < instances_.size(); ++i) {
+    const Appearance& look = meshes_[instances_[i].mesh].look;
+    if (colors) append(all.colors, look.colors, first_vertex_[i + 1], Float3{1, 1, 1});
+    if (coordinates) append(all.coordinates, look.coordinates, first_vertex_[i + 1], std::array{0.0f, 0.0f});
+    if (materials) append(all.materials, look.materials, first_triangle_[i + 1], uint32_t{0});
+  }
+  return all;
+}
+
 Mesh flatten(const FlatScene& flat, const std::string& name) {
   Mesh mesh{name, std::vector<Float3>(flat.vertex_count()), std::vector<Triangle>(flat.triangle_count())};
   flat.vertices(0, mesh.positions);
   flat.triangles(0, mesh.triangles);
+  mesh.look = flat.look();
   return mesh;
 }
 

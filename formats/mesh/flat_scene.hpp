@@ -22,6 +22,9 @@ class FlatScene : public MeshSource {
   void vertices(uint64_t first, std::span<Float3> out) const override;
   void triangles(uint64_t first, std::span<Triangle> out) const override;
 
+  /// What is known of any of its meshes' colours, with white for all others.
+  Appearance look() const;
+
   size_t instance_count() const { return mirrored_.size(); }
   /// Where the vertices and triangles of an instance start; [instances]: where they end.
   uint64_t first_vertex(size_t instance) const { return first_vertex_[instance]; }

@@ -42,12 +42,13 @@ struct MergedPart {
   uint32_t instance = 0;  ///< in the file's order
   std::string name;
   uint32_t node = kNoNode;  ///< index into Scene::nodes, or kNoNode
+  uint64_t triangles = 0;   ///< that it has in the merged mesh, one after the other
 };
 
 /// An instance that stands for several of the file.
 struct MergedInstance {
   uint32_t instance = 0;          ///< index into Scene::instances
-  std::vector<MergedPart> parts;  ///< in the file's order
+  std::vector<MergedPart> parts;  ///< in the file's order, which is that of the merged mesh's triangles
 };
 
 struct Merging {

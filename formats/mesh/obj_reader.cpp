@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "formats/mesh/readers.hpp"
@@ -38,6 +39,7 @@ class ObjReader {
       input_.fail(Status::too_large,
                   fmt::format("has {} vertices, more than 32-bit indices can address", vertices));
     }
+    all_.look.complete(all_.positions.size(), all_.triangles.size());
     Scene scene = scene_of(split());
     faces_.report(scene);
     if (skipped_curves_ != 0) {
@@ -84,6 +86,18 @@ class ObjReader {
       if (!parse_float(word, x)) fail_word("vertex", word, "a number");
     }
     all_.positions.push_back(position);  // a weight or a colour may follow
+    if (input_.limits.colors) read_color(words);
+  }
+
+  /// "v x y z r g b": sRGB, as programs write it that have it from 8 bits.
+  void read_color(TextCursor& words) {
+    std::array<float, 3> color;
+    for (float& c : color) {
+      float value;
+      if (!parse_float(words.word(), value)) return;
+      c = static_cast<float>(linear_of(double(value)));
+    }
+    all_.look.set_color(all_.positions.size() - 1, color);
   }
 
   void read_face(TextCursor& words) {
@@ -164,6 +178,7 @@ class ObjReader {
     for (const uint32_t v : used) {
       local_[v] = static_cast<uint32_t>(mesh.positions.size());
       mesh.positions.push_back(all_.positions[v]);
+      if (!all_.look.colors.empty()) mesh.look.colors.push_back(all_.look.colors[v]);
     }
     for (Triangle& triangle : mesh.triangles) {
       for (uint32_t& v : triangle) v = local_[v];

@@ -100,6 +100,9 @@ PlyProperty::Role role_of(const PlyElement& element, const PlyProperty& property
     if (name == "x") return Role::x;
     if (name == "y") return Role::y;
     if (name == "z") return Role::z;
+    if (name == "red") return Role::red;
+    if (name == "green") return Role::green;
+    if (name == "blue") return Role::blue;
   }
   if (element.kind != PlyElement::Kind::vertex && element.kind != PlyElement::Kind::other &&
       property.is_list && (name == "vertex_indices" || name == "vertex_index")) {
@@ -159,6 +162,10 @@ void check_elements(const Input& input, PlyHeader& header) {
       if (has(Role::x) != 1 || has(Role::y) != 1 || has(Role::z) != 1) {
         input.fail(Status::malformed_mesh, "the PLY header does not give each vertex one x, y and z");
       }
+      // Colours are read where they are asked for and whole.
+      if (!input.limits.colors || has(Role::red) != 1 || has(Role::green) != 1 || has(Role::blue) != 1)
+        for (PlyProperty& p : element.properties)
+          if (p.role >= Role::red && p.role <= Role::blue) p.role = Role::skip;
       if (element.count > std::numeric_limits<uint32_t>::max()) {
         input.fail(Status::too_large,
                    fmt::format("has {} vertices, more than 32-bit indices can address", element.count));

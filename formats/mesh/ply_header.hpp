@@ -14,7 +14,7 @@ enum class PlyType : uint8_t { i8, u8, i16, u16, i32, u32, f32, f64 };
 uint32_t ply_size(PlyType type);
 
 struct PlyProperty {
-  enum class Role : uint8_t { skip, x, y, z, corners };
+  enum class Role : uint8_t { skip, x, y, z, red, green, blue, corners };
   Role role = Role::skip;
   PlyType type = PlyType::f32;
   bool is_list = false;

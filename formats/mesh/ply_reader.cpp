@@ -145,7 +145,8 @@ class BodyReader {
  private:
   template <class Body>
   void read_element(Body& body, const PlyElement& element) {
-    Float3 position{};
+    Float3 position{}, color{};
+    bool colored = false;
     for (const PlyProperty& p : element.properties) {
       if (p.is_list) {
         const int64_t count = body.integer(p.count_type);
@@ -157,11 +158,35 @@ class BodyReader {
         }
       } else if (p.role == PlyProperty::Role::skip) {
         body.skip(p.type, 1);
+      } else if (p.role >= PlyProperty::Role::red) {
+        const float value = body.real(p.type) / largest_of(p.type);
+        color[static_cast<size_t>(p.role) - static_cast<size_t>(PlyProperty::Role::red)] =
+            static_cast<float>(linear_of(double(value)));
+        colored = true;
       } else {
         position[static_cast<size_t>(p.role) - static_cast<size_t>(PlyProperty::Role::x)] = body.real(p.type);
       }
     }
-    if (element.kind == PlyElement::Kind::vertex) mesh_.positions.push_back(position);
+    if (element.kind != PlyElement::Kind::vertex) return;
+    if (colored) mesh_.look.set_color(mesh_.positions.size(), color);
+    mesh_.positions.push_back(position);
+  }
+
+  /// What stands for all of a colour: sRGB, as programs write it.
+  static float largest_of(PlyType type) {
+    switch (type) {
+      case PlyType::i8:
+      case PlyType::u8:
+        return 255;
+      case PlyType::i16:
+      case PlyType::u16:
+        return 65535;
+      case PlyType::i32:
+      case PlyType::u32:
+        return 4294967295.0f;
+      default:
+        return 1;
+    }
   }
 
   template <class Body>

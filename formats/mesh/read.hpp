@@ -12,10 +12,13 @@ namespace nif::mesh {
 /// What a .vdb begins with.
 inline constexpr std::string_view kVdbMagic{" BDV\0\0\0\0", 8};
 
-/// Limits that keep a hostile or mistaken file from exhausting the machine.
+/// Limits that keep a hostile or mistaken file from exhausting the machine, and what to read beyond geometry.
 struct ReadLimits {
   uint64_t max_decompressed_bytes = uint64_t{8} << 30;  ///< of the input, unpacked, and of each buffer file
   uint64_t max_triangles = 500'000'000;
+  /// Also what colour surfaces have: Mesh::look. Of PLY and OBJ colours of vertices, of glTF also materials
+  /// and their pictures (PNG and JPEG); other formats have none. Pictures have no part in Scene::source_hash.
+  bool colors = false;
 };
 
 /// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf; docs/meshes.md has its extensions) or DRC (Draco), each

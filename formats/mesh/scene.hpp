@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/mesh/appearance.hpp"
 #include "formats/mesh/merging.hpp"
 
 namespace nif::mesh {
@@ -25,6 +26,7 @@ struct Mesh {
   std::vector<Float3> positions;
   std::vector<Triangle> triangles;
   float part_side = 0;  ///< of a merged mesh: the longest side of its middle part, by size; else 0
+  Appearance look{};    ///< only if it was asked for: ReadLimits::colors
 };
 
 /// One placement of a mesh. Transforms may scale non-uniformly and mirror.
@@ -71,13 +73,16 @@ struct Light {
 struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Instance> instances;
-  std::vector<Node> nodes;      ///< of glTF: those of the instances, and all above them
-  std::vector<Camera> cameras;  ///< of glTF, in the order of the hierarchy; other formats have none
-  std::vector<Light> lights;    ///< likewise, by KHR_lights_punctual
+  std::vector<Material> materials;  ///< that Mesh::look refers to
+  std::vector<Texture> textures;    ///< that these refer to
+  std::vector<Node> nodes;          ///< of glTF: those of the instances, and all above them
+  std::vector<Camera> cameras;      ///< of glTF, in the order of the hierarchy; other formats have none
+  std::vector<Light> lights;        ///< likewise, by KHR_lights_punctual
   /// XXH3-64 of the bytes of the file (decompressed) and of its buffers; of a glTF with an attached asset,
   /// those that it had before.
   uint64_t source_hash = 0;
-  std::vector<std::string> files;     ///< that it was read from: the file, and those of its buffers
+  std::vector<std::string>
+      files;  ///< that it was read from: the file, those of its buffers, and its pictures
   std::vector<std::string> warnings;  ///< one sentence each: what was skipped and why
   std::optional<Merging> merging;     ///< where instances of the file have been merged
 };

@@ -29,6 +29,9 @@ Asset to_asset(const AssetView& view) {
     });
   }
   for (const PrimaryView& from : view.primaries) asset.objects[from.object].primary = to_primary(from);
+  for (const SourceTrianglesView& from : view.source_triangles)
+    asset.objects[from.object].source_triangles = to_source_triangles(from);
+  for (const ColorsView& from : view.colors) asset.objects[from.object].colors = to_colors(from);
   for (const InstanceView& from : view.instances)
     asset.instances.push_back({std::string(from.name), from.object, from.transform});
   return asset;

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "formats/nif/bvh/source_triangles.hpp"
 #include "formats/nif/encodings.hpp"
+#include "formats/nif/proof/colors.hpp"
 #include "formats/nif/spherical/primary.hpp"
 
 namespace nif::format {
@@ -19,6 +21,9 @@ struct Object {
   uint32_t triangles = 0;
   AnyData content;                 ///< what answers it, in one of the encodings
   std::optional<Primary> primary;  ///< of any encoding
+  /// Of encodings with a BVH; without it, triangles are known by their place in the object.
+  std::optional<SourceTriangles> source_triangles;
+  std::optional<Colors> colors;  ///< of encodings with a grid
 
   Bounds bounds() const { return {aabb_min, aabb_max}; }
   /// The content, which must be of this encoding: as<SegmentData>(), as<Bvh>() ...

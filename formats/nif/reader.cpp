@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "formats/nif/utf8.hpp"
@@ -48,6 +49,8 @@ class Reader {
     check_sections();
     read_objects();
     read_primaries();
+    read_source_triangles();
+    read_colors();
     read_instances();
     if (names_end_ != names_.size())
       refuse(Status::damaged_nif, file_, "section NAME", "bytes that belong to no name");
@@ -69,7 +72,10 @@ class Reader {
         continue;
       }
       const auto* everywhere = std::find(std::begin(kEverywhere), std::end(kEverywhere), section.type);
-      const bool optional = section.type == kPrimaries || section.type == kPrimaryValues;
+      const bool primary = section.type == kPrimaries || section.type == kPrimaryValues,
+                 source = section.type == kSourceRecords || section.type == kSourceNumbers,
+                 color = section.type == kColorRecords || section.type == kColorValues,
+                 optional = primary || source || color;
       if (everywhere == std::end(kEverywhere) && !optional && !of_an_encoding(section.type)) {
         if (required) refuse(Status::unsupported_nif, file_, place(), "required, and newer than this build");
         continue;  // an optional section of a later version: skipped, as promised
@@ -78,7 +84,9 @@ class Reader {
         refuse(Status::damaged_nif, file_, place(),
                required ? "is marked as required" : "is not marked as required");
       if (everywhere != std::end(kEverywhere)) found[everywhere - kEverywhere] = true;
-      has_primaries_ = has_primaries_ || optional;
+      has_primaries_ = has_primaries_ || primary;
+      has_sources_ = has_sources_ || source;
+      has_colors_ = has_colors_ || color;
     }
     for (size_t i = 0; i < std::size(found); ++i)
       if (!found[i])
@@ -180,6 +188,29 @@ class Reader {
     format::read_primaries(table(), has_primaries_, file_, bounds, asset_.primaries);
   }
 
+  void read_source_triangles() {
+    std::pmr::vector<std::optional<uint32_t>> counts(asset_.objects.get_allocator());
+    if (has_sources_)
+      for (const ObjectView& object : asset_.objects) counts.push_back(stored_triangles(object));
+    format::read_source_triangles(table(), has_sources_, file_, counts, asset_.source_triangles);
+  }
+
+  void read_colors() {
+    std::pmr::vector<std::optional<uint32_t>> counts(asset_.objects.get_allocator());
+    if (has_colors_)
+      for (const ObjectView& object : asset_.objects) {
+        const kernels::ProofField* grid = grid_of(object);
+        counts.push_back(grid ? std::optional(grid->surface_voxels) : std::nullopt);
+      }
+    format::read_colors(table(), has_colors_, file_, counts, asset_.colors);
+  }
+
+  static std::optional<uint32_t> stored_triangles(const ObjectView& object) {
+    if (object.is<BvhView>()) return object.as<BvhView>().field.triangle_count;
+    if (object.is<ExactView>()) return object.as<ExactView>().field.bvh.triangle_count;
+    return std::nullopt;
+  }
+
   void read_instances() {
     const Records<InstanceRecord> records(table()[kInstances], "INST", file_);
     asset_.instances.reserve(records.count());
@@ -201,7 +232,7 @@ class Reader {
   AssetView asset_;
   Bytes names_;
   uint64_t names_end_ = 0;
-  bool has_primaries_ = false;
+  bool has_primaries_ = false, has_sources_ = false, has_colors_ = false;
 };
 
 }  // namespace
@@ -216,6 +247,13 @@ AssetView read_asset(std::span<const std::byte> bytes, std::string_view file_nam
 
 kernels::AnyField field_of(const ObjectView& object) {
   return std::visit([](const auto& view) -> kernels::AnyField { return view.field; }, object.content);
+}
+
+const kernels::ProofField* grid_of(const ObjectView& object) {
+  if (object.is<SegmentView>()) return &object.as<SegmentView>().field;
+  if (object.is<ExactView>()) return &object.as<ExactView>().field.proof;
+  if (object.is<ProofView>()) return &object.as<ProofView>().field;
+  return nullptr;
 }
 
 uint64_t bytes_of(const ObjectView& object) {
@@ -244,15 +282,40 @@ typename Encoding::SharedView& part_of(AssetView& asset) {
 
 uint64_t AssetView::view_bytes() const {
   uint64_t total = sections.capacity() * sizeof(SectionView) + objects.capacity() * sizeof(ObjectView) +
-                   instances.capacity() * sizeof(InstanceView) + primaries.capacity() * sizeof(PrimaryView);
+                   instances.capacity() * sizeof(InstanceView) + primaries.capacity() * sizeof(PrimaryView) +
+                   source_triangles.capacity() * sizeof(SourceTrianglesView) +
+                   colors.capacity() * sizeof(ColorsView);
   for_each_encoding([&]<class Encoding>(Encoding) { total += part_of<Encoding>(*this).view_bytes(); });
   return total;
 }
 
-const PrimaryView* AssetView::primary_of(uint32_t object) const {
-  const auto at = std::lower_bound(primaries.begin(), primaries.end(), object,
-                                   [](const PrimaryView& view, uint32_t o) { return view.object < o; });
-  return at != primaries.end() && at->object == object ? &*at : nullptr;
+namespace {
+
+/// The one of an object, of views in the order of their objects.
+template <class View>
+const View* view_of(const std::pmr::vector<View>& views, uint32_t object) {
+  const auto at = std::lower_bound(views.begin(), views.end(), object,
+                                   [](const View& view, uint32_t o) { return view.object < o; });
+  return at != views.end() && at->object == object ? &*at : nullptr;
+}
+
+}  // namespace
+
+const PrimaryView* AssetView::primary_of(uint32_t object) const { return view_of(primaries, object); }
+
+const ColorsView* AssetView::colors_of(uint32_t object) const { return view_of(colors, object); }
+
+const SourceTrianglesView* AssetView::source_triangles_of(uint32_t object) const {
+  return view_of(source_triangles, object);
+}
+
+kernels::HitDetails hit_details(const AssetView& asset, uint32_t object) {
+  kernels::HitDetails details;
+  if (const SourceTrianglesView* source = asset.source_triangles_of(object))
+    details.source_triangles = source->field;
+  if (const ColorsView* colors = asset.colors_of(object))
+    details.colors = {grid_of(asset.objects[object]), colors->values};
+  return details;
 }
 
 uint32_t AssetView::network_count() const {
@@ -263,7 +326,7 @@ uint32_t AssetView::network_count() const {
 
 FileParts bytes_by_part(const AssetView& asset) {
   FileParts parts;
-  uint64_t networks = 0, primaries = 0;
+  uint64_t networks = 0, primaries = 0, sources = 0, colors = 0;
   for_each_encoding([&]<class Encoding>(Encoding) {
     using View = typename Encoding::View;
     const auto add = [&](const View& view) {
@@ -277,6 +340,10 @@ FileParts bytes_by_part(const AssetView& asset) {
   for (const PrimaryView& primary : asset.primaries) primaries += primary.grid_bytes + primary.network_bytes;
   parts.add({"network", networks});
   parts.add({"primary", primaries});
+  for (const SourceTrianglesView& source : asset.source_triangles) sources += source.bytes;
+  parts.add({"source_triangles", sources});
+  for (const ColorsView& one : asset.colors) colors += one.bytes();
+  parts.add({"colors", colors});
   return parts;
 }
 
@@ -295,6 +362,8 @@ void AssetView::drop_bytes() {
   for (ObjectView& object : objects) std::visit([](auto& view) { view.drop_bytes(); }, object.content);
   for_each_encoding([&]<class Encoding>(Encoding) { part_of<Encoding>(*this).drop_bytes(); });
   sections = std::pmr::vector<SectionView>(sections.get_allocator());
+  source_triangles.clear();
+  colors.clear();
   bytes = {};
 }
 

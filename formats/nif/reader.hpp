@@ -15,9 +15,12 @@
 #include <utility>
 #include <vector>
 
+#include "formats/nif/bvh/source_triangles.hpp"
 #include "formats/nif/container.hpp"
 #include "formats/nif/encodings.hpp"
+#include "formats/nif/proof/colors.hpp"
 #include "formats/nif/spherical/primary.hpp"
+#include "kernels/reference/hit_details.hpp"
 
 namespace nif::format {
 
@@ -45,6 +48,8 @@ struct ObjectView {
 
 /// Ready to be queried.
 kernels::AnyField field_of(const ObjectView& object);
+/// Its grid, in the view; null where its encoding has none.
+const kernels::ProofField* grid_of(const ObjectView& object);
 /// What the object takes of the file and of what is decoded, networks not counted.
 uint64_t bytes_of(const ObjectView& object);
 
@@ -58,19 +63,29 @@ struct InstanceView {
 /// With what its objects share: `networks`, `spherical_networks`.
 struct AssetView : SharedView {
   explicit AssetView(std::pmr::memory_resource* memory)
-      : SharedView(memory), sections(memory), objects(memory), instances(memory), primaries(memory) {}
+      : SharedView(memory),
+        sections(memory),
+        objects(memory),
+        instances(memory),
+        primaries(memory),
+        source_triangles(memory),
+        colors(memory) {}
 
   std::span<const std::byte> bytes;
   std::string_view metadata;  ///< JSON, not parsed; empty where the file has none
   std::pmr::vector<SectionView> sections;
   std::pmr::vector<ObjectView> objects;
   std::pmr::vector<InstanceView> instances;
-  std::pmr::vector<PrimaryView> primaries;  ///< in the order of their objects
+  std::pmr::vector<PrimaryView> primaries;                 ///< in the order of their objects
+  std::pmr::vector<SourceTrianglesView> source_triangles;  ///< likewise
+  std::pmr::vector<ColorsView> colors;                     ///< likewise
 
   /// What these views take themselves, without the file's bytes and what is decoded of them.
   uint64_t view_bytes() const;
   /// Null where the object has none.
   const PrimaryView* primary_of(uint32_t object) const;
+  const SourceTrianglesView* source_triangles_of(uint32_t object) const;
+  const ColorsView* colors_of(uint32_t object) const;
   /// Networks of all encodings: those that `segment` objects share, then those of the next encoding, and so
   /// on.
   uint32_t network_count() const;
@@ -80,14 +95,17 @@ struct AssetView : SharedView {
   void drop_bytes();
 };
 
+/// What is told of hits with one of its objects; it points into the view and the file.
+kernels::HitDetails hit_details(const AssetView& asset, uint32_t object);
+
 template <class... Encoding>
 struct PartCountOf {
   static constexpr size_t kCount =
-      (std::tuple_size_v<decltype(std::declval<typename Encoding::View>().parts())> + ... + 2);
+      (std::tuple_size_v<decltype(std::declval<typename Encoding::View>().parts())> + ... + 4);
 };
 /// The bytes of all objects together, part by part: those of every encoding, also where no object has it,
-/// then "network" and "primary". What several encodings have is one part. Without records, names, metadata
-/// and padding.
+/// then "network", "primary", "source_triangles" and "colors". What several encodings have is one part.
+/// Without records, names, metadata and padding.
 class FileParts {
  public:
   static constexpr size_t kMost = OfEncodings<PartCountOf>::kCount;

@@ -74,6 +74,18 @@ void fill(const Asset& asset, Sections& sections) {
     if (!primaries) primaries.emplace(sections);
     primaries->add(*asset.objects[i].primary, i);
   }
+  std::optional<SourceTrianglesWriter> sources;
+  for (uint32_t i = 0; i < asset.objects.size(); ++i) {
+    if (!asset.objects[i].source_triangles) continue;
+    if (!sources) sources.emplace(sections);
+    sources->add(*asset.objects[i].source_triangles, i);
+  }
+  std::optional<ColorsWriter> colors;
+  for (uint32_t i = 0; i < asset.objects.size(); ++i) {
+    if (!asset.objects[i].colors) continue;
+    if (!colors) colors.emplace(sections);
+    colors->add(*asset.objects[i].colors, i);
+  }
   if (!asset.metadata.empty())
     sections.add(kMetadata, 0).append(asset.metadata.data(), asset.metadata.size());
 }

@@ -13,6 +13,7 @@ struct HitOutputs {
   unsigned char *hit, *certain;
   unsigned char *t, *t_low, *t_high, *normal, *u, *v;
   unsigned char *instance, *object, *triangle;
+  unsigned char* color;
 };
 
 /// What the kernel is given. Of the query only the rays count.
@@ -88,23 +89,30 @@ NIF_HOST_DEVICE inline void store_hit(const SceneArrays& scene, const HitOutputs
   store(to.t_high, bits_as<uint32_t>(found.high));
   store(to.u, bits_as<uint32_t>(found.u));
   store(to.v, bits_as<uint32_t>(found.v));
-  store(to.triangle, found.triangle);
   store(to.instance, found.instance);
-  if (!to.object && !to.normal) return;
-  uint32_t number = kNoInstance;
-  float normal[3] = {0, 0, 0};
+  if (!to.object && !to.normal && !to.triangle && !to.color) return;
+  uint32_t number = kNoInstance, triangle = kNoTriangle;
+  float normal[3] = {0, 0, 0}, color[3] = {0, 0, 0};
   if (hit) {
     const PlacedInstance& instance = scene.instances[found.instance];
-    number = scene.objects[instance.object].number;
+    const SceneObject& object = scene.objects[instance.object];
+    number = object.number;
+    if (to.triangle) triangle = source_triangle(object.details.source_triangles, found.triangle);
     if (to.normal)
       world_normal(instance.identity ? nullptr : &instance.to_object, found.normal, segment.direction,
                    normal);
+    if (to.color)
+      color_at(object.details.colors, instance.identity ? segment : to_object(instance.to_object, segment),
+               found.t, color);
   }
   store(to.object, number);
-  if (!to.normal) return;
+  store(to.triangle, triangle);
   NIF_UNROLL
-  for (int a = 0; a < 3; ++a)
-    store_unaligned(to.normal + (uint64_t(ray) * 3 + uint32_t(a)) * 4, bits_as<uint32_t>(normal[a]));
+  for (uint32_t a = 0; a < 3; ++a) {
+    const uint64_t at = (uint64_t(ray) * 3 + a) * 4;
+    if (to.normal) store_unaligned(to.normal + at, bits_as<uint32_t>(normal[a]));
+    if (to.color) store_unaligned(to.color + at, bits_as<uint32_t>(color[a]));
+  }
 }
 
 /// Blocks of kSceneThreads, any number of them; scene.layout.bytes.

@@ -4,6 +4,7 @@
 
 #include "kernels/gpu/shim.hpp"
 #include "kernels/reference/arithmetic.hpp"
+#include "kernels/reference/hit_details.hpp"
 #include "kernels/reference/ray.hpp"
 
 namespace nif::kernels::gpu {
@@ -29,6 +30,7 @@ struct SceneObject {
   Calibration calibration;
   float reach_scale;
   uint32_t number;  ///< in its asset
+  HitDetails details;
 };
 
 /// An item of the pipeline in the making: a ray that waits for a network. Its words are in the thread's

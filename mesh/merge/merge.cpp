@@ -242,7 +242,7 @@ class Merger {
       for (const uint32_t i : group) {
         gone[i] = true;
         Instance& part = parts.emplace_back(std::move(scene_.instances[i]));
-        record.parts.push_back({i, part.name, part.node});
+        record.parts.push_back({i, part.name, part.node, scene_.meshes[part.mesh].triangles.size()});
       }
       merged.push_back(flatten(FlatScene(scene_.meshes, parts), fmt::format("merged {}", merged.size() + 1)));
       merged.back().part_side = middle_side(group);

@@ -100,7 +100,9 @@ using runtime::GpuSceneView;
 
 // The thread has entered the card. They throw GpuError.
 
-std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField* fields, uint32_t count);
+/// `details`: [count], or null.
+std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField* fields,
+                                     const kernels::HitDetails* details, uint32_t count);
 /// Waits for the scene's queries, then copies.
 void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene);
 /// And forgets them; of a lost card they are only forgotten.

@@ -102,10 +102,10 @@ NifError open_device(uint32_t card, const GpuSettings* settings, GpuDevice** dev
 
 void close_device(GpuDevice* device) { delete device; }
 
-NifError upload_asset(GpuDevice* device, const kernels::AnyField* objects, uint32_t count, GpuAsset** asset,
-                      uint64_t* bytes, GpuMessage* message) {
+NifError upload_asset(GpuDevice* device, const kernels::AnyField* objects, const kernels::HitDetails* details,
+                      uint32_t count, GpuAsset** asset, uint64_t* bytes, GpuMessage* message) {
   return on_card(device, message, [&] {
-    *asset = copy_asset(*device, objects, count).release();
+    *asset = copy_asset(*device, objects, details, count).release();
     *bytes = (*asset)->memory.bytes();
   });
 }

@@ -29,13 +29,34 @@ std::unique_ptr<FieldUpload> make_upload(const kernels::AnyField& field) {
 /// An asset's objects: before they are copied, and what becomes of them.
 struct PlannedObject {
   std::unique_ptr<FieldUpload> upload;
+  kernels::HitDetails details;
   CardObject card;
 };
 
+/// Adds what is told of hits. A walk reads nothing of the grid that colours are looked up in.
+kernels::HitDetails add_details(kernels::HitDetails details, Arena& arena) {
+  kernels::SourceTriangles& source = details.source_triangles;
+  if (source.words) arena.move(source.words, kernels::source_words(source.count, source.bits));
+  kernels::VoxelColors& colors = details.colors;
+  if (colors.values) {
+    kernels::ProofField grid = *colors.grid;
+    arena.move(colors.values, grid.surface_voxels);
+    arena.move(grid.brick_table, size_t(grid.bricks[0]) * grid.bricks[1] * grid.bricks[2]);
+    arena.move(grid.brick_states, grid.mixed_bricks);
+    arena.move(grid.voxel_base, grid.mixed_bricks);
+    grid.voxel_records = nullptr;
+    grid.parts = nullptr;
+    colors.grid = arena.add_structure(grid);
+  }
+  return details;
+}
+
 Arena lay_out(std::vector<PlannedObject>& objects, const unsigned char* base) {
   Arena arena(base);
-  for (PlannedObject& object : objects)
+  for (PlannedObject& object : objects) {
     object.card.object.field = object.card.list.field = object.upload->add_to(arena);
+    object.card.object.details = add_details(object.details, arena);
+  }
   return arena;
 }
 
@@ -102,14 +123,15 @@ std::array<uint32_t, 3> shape_of(const GpuScene& scene) {
 
 }  // namespace
 
-std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField* fields, uint32_t count) {
+std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField* fields,
+                                     const kernels::HitDetails* details, uint32_t count) {
   std::vector<PlannedObject> objects;
   for (uint32_t i = 0; i < count; ++i) {
     std::unique_ptr<FieldUpload> upload = make_upload(fields[i]);
     CardObject card = upload->plan(device.settings.half != 0);
     card.object.calibration = kernels::calibration(fields[i]);
     card.object.reach_scale = kernels::reach_scale(fields[i]);
-    objects.push_back({std::move(upload), card});
+    objects.push_back({std::move(upload), details ? details[i] : kernels::HitDetails(), card});
   }
   auto asset = std::make_unique<GpuAsset>();
   asset->memory = Memory(*device.context, lay_out(objects, nullptr).bytes().size());

@@ -109,6 +109,98 @@ TEST(Eval, OfFirstHits) {
     EXPECT_NE(table.find(words), std::string::npos) << words << " in:\n" << table;
 }
 
+/// The second object begins with what a bake drops.
+TEST(Eval, OfSourceTriangles) {
+  TempDir folder;
+  size_t base = 0;
+  mesh::Mesh ring = torus(48, 24), ball = icosphere(3);
+  append(ball, torus(48, 24), 1, {4, 0, 0});
+  ball.triangles.insert(ball.triangles.begin(), {{0, 0, 1}, ball.triangles[3]});
+  const std::string text = obj_object(ring, "ring", base) + obj_object(ball, "ball", base),
+                    mesh = folder.write("two.obj", text).string(),
+                    asset = (folder.path() / "two.nif").string();
+  for (const std::string encoding : {"exact", "bvh"}) {
+    const Outcome baked = nif(
+        {"bake", mesh, "-o", asset, "--rays", "0", "--encoding", encoding, "--source-triangles", "--json"});
+    ASSERT_EQ(baked.code, 0) << baked.err;
+    const json report = json::parse(baked.out);
+    expect_parts_add_up(report["bytes"]);
+    EXPECT_GT(report["bytes"]["source_triangles"], 0);
+    const Outcome outcome =
+        nif({"eval", asset, "--mesh", mesh, "--rays", "20000", "--hits", "--reference", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const json result = json::parse(outcome.out);
+    EXPECT_EQ(result["reference"]["different_hits"], 0);
+    for (const auto& [name, set] : result["sets"].items()) {
+      const json& hits = set["hits"];
+      EXPECT_EQ(hits["source_triangles"]["compared"], hits["compared"]);
+      EXPECT_EQ(hits["source_triangles"]["wrong"], 0);
+      EXPECT_LT(hits["source_triangles"]["other"], hits["compared"].get<double>() / 100);
+    }
+    const Outcome table = nif({"eval", asset, "--mesh", mesh, "--rays", "1000", "--hits"});
+    EXPECT_NE(table.out.find("Triangles of the source mesh"), std::string::npos) << table.out;
+    const json info = json::parse(nif({"info", asset, "--json"}).out);
+    EXPECT_EQ(info["objects"][0]["source_triangles"], ring.triangles.size());
+    EXPECT_EQ(info["objects"][1]["source_triangles"], ball.triangles.size());
+    EXPECT_EQ(info["objects"][1]["triangles"], ball.triangles.size() - 2);
+    EXPECT_EQ(info["metadata"]["options"]["source_triangles"], true);
+  }
+  // Another mesh of the same triangles, but for what is dropped.
+  base = 0;
+  ball.triangles.erase(ball.triangles.begin());
+  const std::string other =
+      folder.write("other.obj", obj_object(ring, "ring", base) + obj_object(ball, "ball", base)).string();
+  EXPECT_EQ(nif({"eval", asset, "--mesh", other, "--rays", "1000", "--hits"}).code,
+            int(Status::mesh_mismatch));
+  const Outcome none = nif({"bake", mesh, "-o", asset, "--rays", "0", "--source-triangles", "--max-bytes",
+                            "20kB", "--preset", "fast", "--json"});
+  ASSERT_EQ(none.code, 0) << none.err;
+  EXPECT_EQ(json::parse(none.out)["bytes"]["source_triangles"], 0);
+  EXPECT_NE(none.err.find("--source-triangles: no object became exact"), std::string::npos) << none.err;
+}
+
+/// Two balls that differ in colour alone, so that they are two objects.
+TEST(Eval, OfColors) {
+  TempDir folder;
+  const mesh::Mesh ball = icosphere(3);
+  std::string text;
+  size_t base = 0;
+  for (const char* color : {" 1 0 0\n", " 0 0 1\n"}) {
+    std::string part = obj_object(ball, color, base);
+    for (size_t at = 0; (at = part.find("v ", at)) != part.npos;) {
+      at = part.find('\n', at);
+      part.replace(at, 1, color);
+    }
+    text += part;
+  }
+  const std::string mesh = folder.write("two.obj", text).string(),
+                    asset = (folder.path() / "two.nif").string();
+  const auto bake = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"bake", mesh, "-o", asset, "--rays", "0", "--json"});
+    const Outcome outcome = nif(more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome;
+  };
+  EXPECT_EQ(json::parse(bake({}).out)["objects"].size(), 1u);
+  const json report = json::parse(bake({"--colors"}).out);
+  ASSERT_EQ(report["objects"].size(), 2u);
+  EXPECT_EQ(report["objects"][0]["encoding"], "exact");
+  EXPECT_GT(report["bytes"]["colors"], 0);
+  expect_parts_add_up(report["bytes"]);
+  const json info = json::parse(nif({"info", asset, "--json"}).out);
+  EXPECT_EQ(info["objects"][1]["colors"], true);
+  EXPECT_EQ(info["metadata"]["options"]["colors"], true);
+  const Outcome outcome =
+      nif({"eval", asset, "--mesh", mesh, "--rays", "5000", "--hits", "--reference", "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["reference"]["different_hits"], 0);
+  // None to be had.
+  folder.write("two.obj", obj_text(ball));
+  const Outcome none = bake({"--colors"});
+  EXPECT_EQ(json::parse(none.out)["bytes"]["colors"], 0);
+  EXPECT_NE(none.err.find("--colors: the mesh says nothing of colours"), std::string::npos) << none.err;
+}
+
 TEST(Eval, OfAFreshBake) {
   TempDir folder;
   const std::string mesh = folder.write("ring.obj", obj_text(torus(96, 48))).string();

@@ -18,6 +18,7 @@ golden=tests/golden corpus=tests/corpus/asset
 "$bin/make_golden" 5 $golden/v2-proof 0 0 7 0 3
 "$bin/make_golden" 44 $golden/v2-shapes 0 0 7
 "$bin/make_golden" 3 $golden/v2-single
+"$bin/make_golden" 3 $golden/v2-source 2 0 7 2 0 3
 "$bin/make_golden" 106 $golden/v2-spherical 0 2 3
 
 meshes=$(mktemp -d)
@@ -30,6 +31,7 @@ bake() {
 }
 bake auto-torus torus --encoding auto --max-bytes 8kB
 bake exact-statue statue --encoding exact --resolution 24
+bake exact-source-statue statue --encoding exact --resolution 10 --source-triangles
 bake exact-tori tori --encoding exact --resolution 24 --uncoded
 bake exact-tree tree --encoding exact --resolution 10
 bake proof-statue statue --encoding proof --resolution 24

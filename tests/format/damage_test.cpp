@@ -22,6 +22,8 @@ Bytes small_file(uint64_t seed) {
   options.exacts = seed % 3 == 1 ? 1 : 0;
   options.proofs = seed % 3 == 2 ? 1 : 0;
   options.primaries = uint32_t(seed % 3);
+  options.sources = uint32_t(seed % 2 + seed % 3);
+  options.colors = uint32_t(seed % 4 / 2);
   return format::encode(test::random_asset(seed, options));
 }
 

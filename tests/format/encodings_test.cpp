@@ -57,8 +57,10 @@ void for_each_pair(const Test& test) {
 }
 
 TEST(Encodings, AreNumberedOnceAndNamed) {
-  std::vector<uint32_t> numbers, sections{format::kMetadata, format::kObjects,   format::kInstances,
-                                          format::kNames,    format::kPrimaries, format::kPrimaryValues};
+  std::vector<uint32_t> numbers,
+      sections{format::kMetadata,     format::kObjects,       format::kInstances,     format::kNames,
+               format::kPrimaries,    format::kPrimaryValues, format::kSourceRecords, format::kSourceNumbers,
+               format::kColorRecords, format::kColorValues};
   std::vector<std::string> names;
   format::for_each_encoding([&](auto encoding) {
     numbers.push_back(encoding.kNumber);

@@ -46,6 +46,8 @@ TEST(RoundTrip, SameBytes) {
     options.exacts = uint32_t(seed / 2 % 3);
     options.proofs = uint32_t(seed / 3 % 2);
     options.primaries = uint32_t(seed / 4 % 4);
+    options.sources = uint32_t(seed / 2 % 3);
+    options.colors = uint32_t(seed / 3 % 3);
     if (seed % 6 == 5) options.objects = 0;
     format::Asset asset = test::random_asset(seed, options);
     if (seed % 3 == 0) asset.metadata.clear();

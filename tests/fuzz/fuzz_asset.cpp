@@ -63,6 +63,16 @@ void query(NifScene scene, const nif::kernels::AnyField* field) {
   description.probability = probability;
   description.logit = logit;
   must(nifQuery(scene, &description) == NIF_OK);
+  uint32_t triangle[kRays];
+  float color[kRays][3];
+  NifQuery plain = nifQueryRays(rays, kRays);
+  NifHits hits{};
+  hits.struct_size = sizeof(hits);
+  hits.triangle = triangle;
+  hits.color = color[0];
+  must(nifIntersect(scene, &plain, &hits) == NIF_OK);
+  for (const auto& one : color)
+    for (const float c : one) must(c >= 0 && c <= 1);
   for (int i = 0; i < kRays; ++i) {
     must(visible[i] <= 1 && probability[i] >= 0 && probability[i] <= 1);
     if (field == nullptr) continue;

@@ -30,6 +30,10 @@ size_t record_bytes(uint32_t type) {
       return sizeof(kernels::BvhNode);
     case format::kPrimaries:
       return sizeof(format::PrimaryRecord);
+    case format::kSourceRecords:
+      return sizeof(format::SourceRecord);
+    case format::kColorRecords:
+      return sizeof(format::ColorsRecord);
     default:
       return 1;
   }
@@ -405,6 +409,24 @@ void mutate_networks(format::Asset& asset, Random& random) {
   }
 }
 
+/// As many as the grid has surface voxels, if the object has some, or at times.
+void fit_colors(format::Object& object, Random& random) {
+  const auto* grid = std::get_if<format::ProofData>(&object.content);
+  if (const auto* segment = std::get_if<format::SegmentData>(&object.content)) grid = segment;
+  if (const auto* exact = std::get_if<format::ExactData>(&object.content)) grid = &exact->proof;
+  if (!grid) return;
+  if (!object.colors && random.below(16) == 0) object.colors.emplace();
+  if (object.colors) object.colors->resize(grid->voxel_records.size(), uint16_t(random.below(0x10000)));
+}
+
+/// Another count of triangles in the source mesh, or another number.
+void mutate_source(format::SourceTriangles& source, Random& random) {
+  if (random.below(8) == 0) source.triangles = changed_word(source.triangles, random);
+  if (source.numbers.empty()) return;
+  uint32_t& number = source.numbers[random.below(uint32_t(source.numbers.size()))];
+  number = source.triangles ? changed_word(number, random) % source.triangles : 0;
+}
+
 Bytes mutate_asset(const Bytes& file, Random& random) {
   format::Asset asset = format::to_asset(format::read_asset(file, "before"));
   format::Object& object = asset.objects[random.below(uint32_t(asset.objects.size()))];
@@ -438,9 +460,16 @@ Bytes mutate_asset(const Bytes& file, Random& random) {
     case 4:
       mutate_networks(asset, random);
       break;
+    case 5:
+      if (object.source_triangles) {
+        mutate_source(*object.source_triangles, random);
+        break;
+      }
+      [[fallthrough]];
     default:
       std::visit([&](auto& data) { mutate(data, asset, random); }, object.content);
   }
+  for (format::Object& one : asset.objects) fit_colors(one, random);
   return format::encode(asset);
 }
 

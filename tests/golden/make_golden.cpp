@@ -1,7 +1,7 @@
-// make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS]]]]]: writes NAME.nif, with so many `bvh`,
-// `spherical`, `exact` and `proof` objects after the others, and coded what the bits of CODED say
-// (PayloadForm), and NAME.answers. For what the format newly holds only: files that are in this folder are
-// never made anew.
+// make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES]]]]]]: writes NAME.nif, with so
+// many `bvh`, `spherical`, `exact` and `proof` objects after the others, coded what the bits of CODED say
+// (PayloadForm), and so many of them with source triangles, and NAME.answers. For what the format newly holds
+// only: files that are in this folder are never made anew.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -16,7 +16,7 @@
 namespace {
 
 void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t sphericals, uint32_t coded,
-          uint32_t exacts, uint32_t proofs) {
+          uint32_t exacts, uint32_t proofs, uint32_t sources) {
   using namespace nif;
   test::RandomAssetOptions options;
   options.objects = 1 + uint32_t(seed % 3);
@@ -27,6 +27,7 @@ void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t spheri
   options.coded = coded;
   options.exacts = exacts;
   options.proofs = proofs;
+  options.sources = sources;
   format::Asset asset = test::random_asset(seed, options);
   if (options.instances == 0) asset.metadata.clear();
   const auto bytes = format::encode(asset);
@@ -46,13 +47,15 @@ void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t spheri
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3 || argc > 8) {
-    std::fprintf(stderr, "usage: make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS]]]]]\n");
+  if (argc < 3 || argc > 9) {
+    std::fprintf(stderr,
+                 "usage: make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES]]]]]]\n");
     return int(nif::Status::usage);
   }
   try {
     const auto count = [&](int i) { return i < argc ? uint32_t(std::strtoul(argv[i], nullptr, 10)) : 0; };
-    make(std::strtoull(argv[1], nullptr, 10), argv[2], count(3), count(4), count(5), count(6), count(7));
+    make(std::strtoull(argv[1], nullptr, 10), argv[2], count(3), count(4), count(5), count(6), count(7),
+         count(8));
   } catch (const nif::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return int(error.status());

@@ -21,7 +21,7 @@ class CardHitQuery {
     place(hits.hit, 1), place(hits.certain, 1);
     place(hits.t, 1), place(hits.t_low, 1), place(hits.t_high, 1), place(hits.normal, 3);
     place(hits.u, 1), place(hits.v, 1);
-    place(hits.instance, 1), place(hits.object, 1), place(hits.triangle, 1);
+    place(hits.instance, 1), place(hits.object, 1), place(hits.triangle, 1), place(hits.color, 3);
   }
 
   /// After the stream has passed it.
@@ -34,7 +34,7 @@ class CardHitQuery {
     copy(found.t, hits.t), copy(found.low, hits.t_low), copy(found.high, hits.t_high);
     copy(found.normal, hits.normal), copy(found.u, hits.u), copy(found.v, hits.v);
     copy(found.instance, hits.instance), copy(found.object, hits.object);
-    copy(found.triangle, hits.triangle);
+    copy(found.triangle, hits.triangle), copy(found.color, hits.color);
     return found;
   }
 

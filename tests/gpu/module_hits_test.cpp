@@ -8,8 +8,14 @@ namespace nif::test {
 namespace {
 
 /// All encodings, features in any number; and two features a corner, as the baker makes.
-constexpr RandomAssetOptions kHitAssets{
-    .objects = 2, .instances = 0, .bvhs = 2, .sphericals = 2, .exacts = 2, .proofs = 2};
+constexpr RandomAssetOptions kHitAssets{.objects = 2,
+                                        .instances = 0,
+                                        .bvhs = 2,
+                                        .sphericals = 2,
+                                        .exacts = 2,
+                                        .proofs = 2,
+                                        .colors = 5,
+                                        .sources = 3};
 constexpr RandomAssetOptions kPairAssets{.objects = 2, .instances = 0, .features = 2};
 
 class GpuFirstHits : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {

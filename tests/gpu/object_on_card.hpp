@@ -49,7 +49,7 @@ class ObjectOnCard {
     const runtime::GpuSettings settings{way.way, way.half};
     check(module_.open_device(uint32_t(way.kind), &settings, &device_, &message));
     uint64_t bytes = 0;
-    check(module_.upload_asset(device_, &object, 1, &asset_, &bytes, &message));
+    check(module_.upload_asset(device_, &object, nullptr, 1, &asset_, &bytes, &message));
     kernels::PlacedInstance instance{};
     instance.identity = 1;
     const runtime::GpuPlacedObject placed{asset_, 0};

@@ -36,6 +36,19 @@ TEST(Clean, WeldsEqualPositions) {
   EXPECT_EQ(open_edges({"", out.positions, out.triangles}), 0u);
 }
 
+TEST(Clean, SaysWhichTrianglesAreKept) {
+  const CleanMesh out =
+      clean({"",
+             {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}, {0, 0, 1}},
+             {{0, 0, 1}, {0, 1, 2}, {0, 1, 3}, {1, 2, 0}, {0, 2, 1}, {3, 0, 1}, {1, 2, 4}}});
+  EXPECT_EQ(out.triangles, (Triangles{{0, 1, 2}, {0, 2, 1}, {1, 2, 4}}));
+  EXPECT_EQ(out.dropped, (std::vector<uint32_t>{0, 2, 3, 5}));
+  EXPECT_EQ(source_triangles(out), (std::vector<uint32_t>{1, 4, 6}));
+  const CleanMesh whole = clean(torus(9, 7));
+  EXPECT_TRUE(whole.dropped.empty());
+  EXPECT_EQ(source_triangles(whole).back(), whole.triangles.size() - 1);
+}
+
 TEST(Clean, LeavesACleanMeshAsItIs) {
   const Mesh mesh = torus(9, 7);
   const CleanMesh out = clean(mesh);

@@ -171,8 +171,14 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
   for (const uint32_t coded : {0u, uint32_t{format::kCodedPayloads}})
     for (const char* isa : {"isa=auto", "isa=scalar"}) {
       SCOPED_TRACE(std::string(isa) + (coded ? ", coded" : ""));
-      RandomAssetOptions options{
-          .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1, .primaries = 1, .features = GetParam()};
+      RandomAssetOptions options{.bvhs = 1,
+                                 .sphericals = 1,
+                                 .exacts = 1,
+                                 .proofs = 1,
+                                 .primaries = 1,
+                                 .features = GetParam(),
+                                 .colors = 1,
+                                 .sources = 1};
       options.coded = coded;
       const format::AssetView& view = make(5, options);
       const nifkit::Device device(isa);

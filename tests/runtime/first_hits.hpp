@@ -17,6 +17,7 @@ struct FirstHits {
         low(count, -1),
         high(count, -1),
         normal(3 * count, -1),
+        color(3 * count, -1),
         u(count, -1),
         v(count, -1),
         instance(count, 0xcccccccc),
@@ -36,6 +37,7 @@ struct FirstHits {
     hits.instance = instance.data();
     hits.object = object.data();
     hits.triangle = triangle.data();
+    hits.color = color.data();
     return hits;
   }
   bool operator==(const FirstHits&) const = default;
@@ -44,12 +46,13 @@ struct FirstHits {
   void visit_with(const FirstHits& other, const Visit& visit) const {
     visit(hit, other.hit), visit(certain, other.certain);
     visit(t, other.t), visit(low, other.low), visit(high, other.high), visit(normal, other.normal);
+    visit(color, other.color);
     visit(u, other.u), visit(v, other.v);
     visit(instance, other.instance), visit(object, other.object), visit(triangle, other.triangle);
   }
 
   std::vector<uint8_t> hit, certain;
-  std::vector<float> t, low, high, normal, u, v;
+  std::vector<float> t, low, high, normal, color, u, v;
   std::vector<uint32_t> instance, object, triangle;
 };
 

@@ -1,6 +1,7 @@
 // nifIntersect: first hits of scenes are those of their objects, and agree with what nifQuery says.
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 
@@ -13,8 +14,14 @@ namespace nif::test {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr RandomAssetOptions kHitEncodings{
-    .objects = 2, .instances = 0, .bvhs = 2, .sphericals = 1, .exacts = 2, .proofs = 1};
+constexpr RandomAssetOptions kHitEncodings{.objects = 2,
+                                           .instances = 0,
+                                           .bvhs = 2,
+                                           .sphericals = 1,
+                                           .exacts = 2,
+                                           .proofs = 1,
+                                           .colors = 3,
+                                           .sources = 3};
 
 struct Placed {
   uint32_t object;
@@ -49,11 +56,30 @@ kernels::SceneHit plain_hit(const format::AssetView& view, const std::vector<Pla
     if (instances.size() > 1) kernels::begin_in_box(hit, kernels::pass_box(box, ray, box_ray).enter);
     nearest.add(hit, i);
   }
+  if (nearest.triangle == kernels::kNoTriangle) return nearest;
+  const auto* source = view.source_triangles_of(instances[nearest.instance].object);
+  if (source) nearest.triangle = kernels::source_triangle(source->field, nearest.triangle);
   return nearest;
 }
 
+/// Of that hit, if there is one.
+std::array<float, 3> plain_color(const format::AssetView& view, const std::vector<Placed>& instances,
+                                 const NifRay& asked, const kernels::SceneHit& hit) {
+  float color[3] = {};
+  if (hit.instance == kernels::kNoInstance) return std::to_array(color);
+  const auto& [object, transform] = instances[hit.instance];
+  kernels::WorldToObject to_object;
+  bool good;
+  EXPECT_TRUE(kernels::invert(transform.data(), to_object, good));
+  const kernels::Segment ray = to_segment(asked);
+  const auto* colors = view.colors_of(object);
+  kernels::color_at({format::grid_of(view.objects[object]), colors ? colors->values : nullptr},
+                    transform == kIdentity ? ray : kernels::to_object(to_object, ray), hit.t, color);
+  return std::to_array(color);
+}
+
 TEST_F(RuntimeTest, FirstHitsAreTheNearestOfAllInstances) {
-  uint64_t met = 0, several = 0;
+  uint64_t met = 0, several = 0, coloured = 0;
   for (uint64_t seed = 0; seed < 6; ++seed) {
     const format::AssetView& view = make(seed, kHitEncodings);
     const NifAsset asset = load();
@@ -87,6 +113,10 @@ TEST_F(RuntimeTest, FirstHitsAreTheNearestOfAllInstances) {
         ASSERT_EQ(hits.high[i], expected.high);
         ASSERT_EQ(hits.instance[i], expected.instance);
         ASSERT_EQ(hits.triangle[i], expected.triangle);
+        const std::array<float, 3> color = plain_color(view, instances, rays[i], expected);
+        for (size_t c = 0; c < 3; ++c) ASSERT_EQ(hits.color[3 * i + c], color[c]);
+        coloured +=
+            hits.hit[i] && color != std::array{kernels::kNoColor, kernels::kNoColor, kernels::kNoColor};
         ASSERT_EQ(hits.u[i], expected.u);
         ASSERT_EQ(hits.v[i], expected.v);
         const float* normal = &hits.normal[3 * i];
@@ -112,6 +142,8 @@ TEST_F(RuntimeTest, FirstHitsAreTheNearestOfAllInstances) {
   }
   EXPECT_GT(met, 10'000u);
   EXPECT_GT(several, 1000u);
+  EXPECT_GT(coloured, 1000u);
+  EXPECT_LT(coloured, met);
 }
 
 TEST_F(RuntimeTest, FirstHitsDoNotDependOnThreadsOrInstructions) {
@@ -175,6 +207,7 @@ TEST_F(RuntimeTest, FirstHitsOneOutputAtATime) {
   alone(&NifHits::instance, all.instance);
   alone(&NifHits::object, all.object);
   alone(&NifHits::triangle, all.triangle);
+  alone(&NifHits::color, all.color);
 }
 
 TEST_F(RuntimeTest, FirstHitsOfAnEmptySceneAndOfNoRays) {
@@ -204,6 +237,12 @@ TEST_F(RuntimeTest, FirstHitsRefuseWhatIsWrong) {
   EXPECT_EQ(nifIntersectAsync(scene, &query, &hits, nullptr), NIF_ERROR_INVALID_ARGUMENT);
   hits.struct_size = 3;
   refused("struct_size");
+  hits.struct_size = offsetof(NifHits, color) - 8;
+  refused("struct_size");
+  // A program of before colours: what lies behind its structure is not looked at.
+  hits.struct_size = offsetof(NifHits, color);
+  hits.color = reinterpret_cast<float*>(8);
+  EXPECT_EQ(nifIntersect(scene, &query, &hits), NIF_OK) << nifGetErrorMessage();
   hits = {};
   hits.struct_size = sizeof(hits);
   refused("all outputs are null");

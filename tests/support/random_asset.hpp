@@ -29,6 +29,8 @@ struct RandomAssetOptions {
   uint32_t proofs = 0;     ///< objects of the `proof` encoding, after those
   uint32_t primaries = 0;  ///< objects with a field for primary rays, the first so many of all
   uint32_t features = 0;   ///< of each corner; 0: any number
+  uint32_t colors = 0;     ///< objects with colours of surface voxels, the first with a grid
+  uint32_t sources = 0;    ///< objects with numbers of triangles in a source mesh, the first with a BVH
   /// PayloadForm: what a file has coded. Features and planes are less random then, else they would take no
   /// less. Objects of an even number have all sides stated that are proven.
   uint32_t coded = 0;
@@ -263,6 +265,44 @@ inline format::Object random_proof_object(Random& random, const RandomAssetOptio
   return object;
 }
 
+/// Numbers as of a source mesh with more triangles, in any order.
+inline format::SourceTriangles random_source(Random& random, size_t triangles) {
+  format::SourceTriangles source;
+  source.triangles = uint32_t(triangles) + (random.below(3) ? random.below(2000) : 0);
+  source.numbers.resize(source.triangles);
+  for (uint32_t i = 0; i < source.triangles; ++i) source.numbers[i] = i;
+  for (size_t i = 0; i < triangles; ++i)
+    std::swap(source.numbers[i], source.numbers[i + random.below(uint32_t(source.triangles - i))]);
+  source.numbers.resize(triangles);
+  return source;
+}
+
+/// Takes no random numbers of what else an asset has.
+inline void add_sources(uint64_t seed, uint32_t count, format::Asset& asset) {
+  Random random(seed + 0x736f7572);
+  for (format::Object& object : asset.objects) {
+    const format::Bvh* bvh = std::get_if<format::Bvh>(&object.content);
+    if (const auto* exact = std::get_if<format::ExactData>(&object.content)) bvh = &exact->bvh;
+    if (!bvh || count == 0) continue;
+    object.source_triangles = random_source(random, bvh->triangles.size());
+    --count;
+  }
+}
+
+/// Likewise.
+inline void add_colors(uint64_t seed, uint32_t count, format::Asset& asset) {
+  Random random(seed + 0x636f6c6f);
+  for (format::Object& object : asset.objects) {
+    const format::ProofData* grid = std::get_if<format::ProofData>(&object.content);
+    if (const auto* segment = std::get_if<format::SegmentData>(&object.content)) grid = segment;
+    if (const auto* exact = std::get_if<format::ExactData>(&object.content)) grid = &exact->proof;
+    if (!grid || count == 0) continue;
+    object.colors.emplace(grid->voxel_records.size());
+    for (uint16_t& color : *object.colors) color = uint16_t(random.below(0x10000));
+    --count;
+  }
+}
+
 inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& options = {}) {
   Random random(seed);
   format::Asset asset;
@@ -333,6 +373,8 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
   for (uint32_t i = 0; i < std::min<uint32_t>(options.primaries, uint32_t(asset.objects.size())); ++i)
     asset.objects[i].primary =
         random_primary(random, 2 + options.max_voxels / 4, options.max_voxels > 8 ? 24 : 4);
+  add_sources(seed, options.sources, asset);
+  add_colors(seed, options.colors, asset);
   asset.metadata = R"({"schema":"nifkit.test/1","seed":)" + std::to_string(seed) + "}";
   return asset;
 }

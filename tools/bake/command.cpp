@@ -1,5 +1,6 @@
 // `nif bake`: a mesh file in, a .nif asset out.
 #include "bake/bake.hpp"
+#include "bake/colors.hpp"
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -91,6 +92,10 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
   fmt::print("{}\n", bytes_line(bytes, shown));
   if (const uint64_t primary = bytes["primary"].get<uint64_t>())
     fmt::print("including {} for primary rays\n", shown(primary));
+  if (const uint64_t source = bytes["source_triangles"].get<uint64_t>())
+    fmt::print("including {} for the numbers of source triangles\n", shown(source));
+  if (const uint64_t colors = bytes["colors"].get<uint64_t>())
+    fmt::print("including {} for colours\n", shown(colors));
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
     const bake::ObjectReport& object = result.objects[i];
@@ -103,10 +108,17 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
 }
 
 /// What preparation changed or could not do, a sentence each.
-std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeResult& result) {
+std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeOptions& options,
+                                  const bake::BakeResult& result) {
   std::vector<std::string> notes = scene.warnings;
   if (scene.merging && scene.merging->merged.empty()) notes.push_back("--merge: " + summary(*scene.merging));
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
+  if (options.source_triangles &&
+      std::ranges::none_of(result.asset.objects,
+                           [](const format::Object& object) { return object.source_triangles.has_value(); }))
+    notes.push_back("--source-triangles: no object became exact, so none stores triangles");
+  if (options.colors && !bake::has_colors(scene))
+    notes.push_back("--colors: the mesh says nothing of colours that could be read, so none are stored");
   for (const bake::ObjectReport& object : result.objects) {
     if (object.recoveries)
       notes.push_back(fmt::format(
@@ -212,8 +224,11 @@ bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& ba
   }
 }
 
-mesh::Scene read_merged(const std::string& file, const std::optional<mesh::MergeOptions>& options) {
-  mesh::Scene scene = mesh::read(file);
+mesh::Scene read_merged(const std::string& file, bool colors,
+                        const std::optional<mesh::MergeOptions>& options) {
+  mesh::ReadLimits limits;
+  limits.colors = colors;
+  mesh::Scene scene = mesh::read(file, limits);
   if (!options) return scene;
   scene = naming(file, [&] { return mesh::merge(std::move(scene), *options); });
   if (const std::vector<std::string>& names = scene.merging->unmatched; !names.empty())
@@ -257,7 +272,7 @@ void run(const Arguments& arguments, const Command& command) {
 
   Progress progress(arguments.quiet);
   progress.update(0, "reading " + arguments.mesh);
-  const mesh::Scene scene = read_merged(arguments.mesh, resolve_merging(arguments.bake));
+  const mesh::Scene scene = read_merged(arguments.mesh, options.colors, resolve_merging(arguments.bake));
   const std::atomic<bool>& cancel = interruption();
   std::unique_ptr<View> view;
   if (arguments.bake.spherical.view) {
@@ -301,7 +316,7 @@ void run(const Arguments& arguments, const Command& command) {
   progress.finish();
 
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const std::vector<std::string> notes = notes_of(scene, result);
+  const std::vector<std::string> notes = notes_of(scene, options, result);
   print_notes(notes, arguments.quiet);
   if (arguments.json) {
     print_json(arguments, scene, result, bytes, seconds, sources, notes);

@@ -29,7 +29,9 @@ std::string bytes_line(const nlohmann::ordered_json& bytes,
                        const std::function<std::string(uint64_t)>& text) {
   std::string parts;
   for (const auto& [name, count] : bytes.items()) {
-    if (name == "file" || name == "resident" || name == "primary" || name == "parts") continue;
+    if (name == "file" || name == "resident" || name == "primary" || name == "source_triangles" ||
+        name == "colors" || name == "parts")
+      continue;
     parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", name, text(count.get<uint64_t>()));
   }
   return fmt::format("{} as a file ({}), {} resident", text(bytes["file"].get<uint64_t>()), parts,

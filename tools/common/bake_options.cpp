@@ -132,6 +132,18 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
   if (arguments.open_rays && kind)
     throw Error(Status::usage,
                 fmt::format("--open-rays needs --encoding auto, but the encoding is {}", encoding_name));
+  if (arguments.source_triangles && kind && kind != bake::AnswerKind::exact)
+    throw Error(
+        Status::usage,
+        fmt::format("--encoding {} and --source-triangles cannot be used together: it stores no triangles",
+                    encoding_name));
+  options.source_triangles = arguments.source_triangles;
+  if (arguments.colors && (spherical || !bake::has_grids(encoding_name)))
+    throw Error(Status::usage,
+                fmt::format("--encoding {} and --colors cannot be used together: it has no voxels that could "
+                            "keep them",
+                            encoding_name));
+  options.colors = arguments.colors;
   options.open_rays = arguments.open_rays;
   options.encoding = encoding_name;
   options.preset = *known_preset;
@@ -206,6 +218,15 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       "--uncoded", arguments.uncoded,
       "Store fields as they are used in memory: larger files, which load faster, and are used in "
       "place when they are mapped. The answers are the same");
+  command.add_flag(
+      "--source-triangles", arguments.source_triangles,
+      "Exact objects keep the numbers that their triangles have in the source mesh, for first hits "
+      "(nifIntersect): up to 32 bits a triangle. Else hits name triangles in the order of the asset");
+  command.add_flag(
+      "--colors", arguments.colors,
+      "Keep the mean base colour of the surface in each voxel, for first hits: glTF materials with their "
+      "pictures, and colours of vertices. 2 bytes a surface voxel. auto and exact then make no bvh objects, "
+      "which have no voxels");
   command.add_flag(
       "--merge", arguments.merge,
       "Merge small meshes that do not move and lie near each other into few objects: thousands become "

@@ -20,7 +20,8 @@ struct BakeArguments {
   std::string max_bytes, max_error, lean, mix;
   uint64_t seed = 1;
   uint64_t rays = 1'000'000;
-  bool strict = false, uncoded = false, open_rays = false, merge = false;
+  bool strict = false, uncoded = false, source_triangles = false, colors = false, open_rays = false,
+       merge = false;
   std::vector<std::string> merge_nodes, merge_except;
   std::string merge_below, merge_triangles;
   SphericalArguments spherical;

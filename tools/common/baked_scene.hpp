@@ -5,9 +5,13 @@
 #include <string>
 #include <string_view>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/read.hpp"
 
 namespace nif::tools {
+
+/// What has to be read of a mesh file for its meshes to be those of an asset with this metadata: meshes that
+/// differ in their colours alone are objects of their own if the asset keeps colours.
+mesh::ReadLimits limits_as_baked(std::string_view metadata);
 
 /// The scene of a mesh file, merged as it was before the bake; none if `metadata`, the asset's, says nothing
 /// of that. `asset` and `mesh` are what messages call them. Throws Error(mesh_mismatch) where the metadata

@@ -26,7 +26,7 @@ constexpr size_t kHitChunk = 4096;
 struct FirstHits {
   std::vector<uint8_t> hit, certain;
   std::vector<float> t, u, v, low, high;
-  std::vector<std::array<float, 3>> normal;
+  std::vector<std::array<float, 3>> normal, color;
   std::vector<uint32_t> instance, object, triangle;
 
   FirstHits(NifScene scene, std::span<const Segment> segments)
@@ -38,6 +38,7 @@ struct FirstHits {
         low(segments.size()),
         high(segments.size()),
         normal(segments.size()),
+        color(segments.size()),
         instance(segments.size()),
         object(segments.size()),
         triangle(segments.size()) {
@@ -54,6 +55,7 @@ struct FirstHits {
     hits.certain = certain.data();
     hits.t_low = low.data();
     hits.t_high = high.data();
+    hits.color = color.front().data();
     const NifQuery query = query_of(segments);
     check(nifIntersect(scene, &query, &hits));
   }
@@ -63,8 +65,8 @@ struct FirstHits {
     const auto equal = [&](const auto& a, const auto& b) { return !std::memcmp(&a[i], &b[i], sizeof(a[i])); };
     return equal(hit, other.hit) && equal(certain, other.certain) && equal(t, other.t) && equal(u, other.u) &&
            equal(v, other.v) && equal(low, other.low) && equal(high, other.high) &&
-           equal(normal, other.normal) && equal(instance, other.instance) && equal(object, other.object) &&
-           equal(triangle, other.triangle);
+           equal(normal, other.normal) && equal(color, other.color) && equal(instance, other.instance) &&
+           equal(object, other.object) && equal(triangle, other.triangle);
   }
 };
 
@@ -77,8 +79,9 @@ double degrees_between(const Double3& normal, const Double3& triangle, const Dou
 /// Compares one ray after the other and adds up what is found.
 class HitComparison {
  public:
-  HitComparison(const FirstHits& ours, const Oracle& oracle, const ObjectScale& scale)
-      : ours_(ours), oracle_(oracle), scale_(scale) {}
+  HitComparison(const FirstHits& ours, const Oracle& oracle, const ObjectScale& scale,
+                const SourceMesh* source)
+      : ours_(ours), oracle_(oracle), scale_(scale), source_(source) {}
 
   void add(const Segment& segment, size_t i) {
     const std::optional<Oracle::Hit> truth = oracle_.first_hit(segment);
@@ -90,7 +93,7 @@ class HitComparison {
     const Double3 direction = to_double(std::to_array(segment.direction));
     sums_.bounds_wrong +=
         !bounds_hold(segment, truth, i, kBoundsTolerance * scale_.diagonal / length(direction));
-    if (truth && hit) add_errors(*truth, direction, i);
+    if (truth && hit) add_errors(segment, *truth, direction, i);
   }
 
   HitAccuracy& sums() { return sums_; }
@@ -115,7 +118,7 @@ class HitComparison {
     return overlap();
   }
 
-  void add_errors(const Oracle::Hit& truth, const Double3& direction, size_t i) {
+  void add_errors(const Segment& segment, const Oracle::Hit& truth, const Double3& direction, size_t i) {
     const double off = std::abs(double(ours_.t[i]) - double(truth.t)) * length(direction);
     sums_.place.push_back(static_cast<float>(off / scale_.diagonal));
     if (scale_.voxels_per_unit > 0) sums_.voxels.push_back(static_cast<float>(off * scale_.voxels_per_unit));
@@ -124,11 +127,28 @@ class HitComparison {
     if (ours_.triangle[i] == NIF_NONE) return;
     ++sums_.triangles;
     sums_.displaced += off > kDisplaced * scale_.diagonal;
+    if (!source_) return;
+    const Double3 point = to_double(std::to_array(segment.origin)) + direction * double(ours_.t[i]);
+    ++sums_.named;
+    sums_.otherwise += ours_.triangle[i] != source_->numbers[truth.triangle];
+    sums_.misnamed += !is_named_well(point, i);
+  }
+
+  /// Whether the named triangle of the source mesh has the hit where u and v say.
+  bool is_named_well(const Double3& point, size_t i) const {
+    if (ours_.triangle[i] >= source_->mesh.triangles.size()) return false;
+    const mesh::Triangle& corners = source_->mesh.triangles[ours_.triangle[i]];
+    const double u = double(ours_.u[i]), v = double(ours_.v[i]), weights[3] = {1 - u - v, u, v};
+    Double3 named{};
+    for (size_t k = 0; k < 3; ++k)
+      named = named + to_double(source_->mesh.positions[corners[k]]) * weights[k];
+    return length(named - point) <= kDisplaced * scale_.diagonal;
   }
 
   const FirstHits& ours_;
   const Oracle& oracle_;
   const ObjectScale& scale_;
+  const SourceMesh* source_;
   HitAccuracy sums_;
 };
 
@@ -153,6 +173,9 @@ HitAccuracy& HitAccuracy::operator+=(const HitAccuracy& other) {
   bounds_wrong += other.bounds_wrong;
   triangles += other.triangles;
   displaced += other.displaced;
+  named += other.named;
+  otherwise += other.otherwise;
+  misnamed += other.misnamed;
   place.insert(place.end(), other.place.begin(), other.place.end());
   voxels.insert(voxels.end(), other.voxels.begin(), other.voxels.end());
   angle.insert(angle.end(), other.angle.begin(), other.angle.end());
@@ -160,11 +183,11 @@ HitAccuracy& HitAccuracy::operator+=(const HitAccuracy& other) {
 }
 
 HitAccuracy evaluate_hits(std::span<const Segment> segments, NifScene scene, const Oracle& oracle,
-                          const ObjectScale& scale) {
+                          const ObjectScale& scale, const SourceMesh* source) {
   HitAccuracy all;
   for (const HitAccuracy& part : by_chunk<HitAccuracy>(segments, [&](std::span<const Segment> chunk) {
          const FirstHits ours(scene, chunk);
-         HitComparison comparison(ours, oracle, scale);
+         HitComparison comparison(ours, oracle, scale, source);
          for (size_t i = 0; i < chunk.size(); ++i) comparison.add(chunk[i], i);
          return std::move(comparison.sums());
        }))

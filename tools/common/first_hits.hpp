@@ -20,6 +20,10 @@ struct HitAccuracy {
   uint64_t bounds_wrong = 0;  ///< the true hit lies outside of t_low..t_high, without a doubt: must be 0
   uint64_t triangles = 0;     ///< of the rays that both sides call hits, those for which a triangle was named
   uint64_t displaced = 0;     ///< of those, more than kDisplaced from Embree's hit
+  uint64_t named = 0;         ///< of the same, those whose triangle is one of the source mesh
+  uint64_t otherwise = 0;     ///< of those, where Embree names another triangle
+  uint64_t misnamed =
+      0;  ///< and where u and v on that triangle are more than kDisplaced from the hit: must be 0
 
   // Of the rays that both sides call hits:
   std::vector<float> place;   ///< distance from the true hit, in diagonals of the object's bounds
@@ -41,10 +45,16 @@ struct ObjectScale {
   double voxels_per_unit;  ///< 0: it has no grid
 };
 
+/// The mesh that an object was baked from, where its hits name the triangles of that.
+struct SourceMesh {
+  const mesh::Mesh& mesh;
+  std::vector<uint32_t> numbers;  ///< of each of the oracle's triangles
+};
+
 /// Asks the scene for the first hits of all rays and compares them with the oracle's, in parallel. Figures do
-/// not depend on the number of threads.
+/// not depend on the number of threads. `source` may be null.
 HitAccuracy evaluate_hits(std::span<const bake::Segment> segments, NifScene scene, const bake::Oracle& oracle,
-                          const ObjectScale& scale);
+                          const ObjectScale& scale, const SourceMesh* source);
 
 /// The rays whose first hits differ between the two in any bit of any output.
 uint64_t different_hits(std::span<const bake::Segment> segments, NifScene scene, NifScene reference);

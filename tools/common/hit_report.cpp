@@ -30,6 +30,23 @@ std::string percentile_table(const SetHits& sets, const std::string& title,
   return head + "\n" + rows;
 }
 
+/// Of the triangles that hits name, where they are those of the source mesh.
+std::string triangle_table(const SetHits& sets) {
+  std::string rows;
+  for (const bake::RaySet set : bake::kRaySets) {
+    const HitAccuracy& hits = sets[size_t(set)];
+    if (hits.named > 0)
+      rows += fmt::format("{:<14}{:>10}{:>10}{:>10}\n", bake::name_of(set), hits.named, hits.otherwise,
+                          hits.misnamed);
+  }
+  if (rows.empty()) return rows;
+  return fmt::format("\nTriangles of the source mesh\n{:<14}{:>10}{:>10}{:>10}\n", "", "hits", "other",
+                     "wrong") +
+         rows +
+         "other: Embree names another one, which is as near unless the hit is displaced\n"
+         "wrong: u and v on the triangle do not lead to the hit\n";
+}
+
 nlohmann::ordered_json percentiles_json(const std::vector<float>& values) {
   nlohmann::ordered_json json;
   const Percentiles percentiles = percentiles_of(values);
@@ -54,6 +71,7 @@ std::string hit_tables(const SetHits& sets) {
   if (std::any_of(sets.begin(), sets.end(), [](const HitAccuracy& hits) { return hits.triangles > 0; }))
     table += fmt::format("displaced: hits on triangles that are more than {} diagonals from the true one\n",
                          kDisplaced);
+  table += triangle_table(sets);
   table += percentile_table(sets, "Distance from the true hit, in percent of the object's diagonal",
                             &HitAccuracy::place, 100);
   table += percentile_table(sets, "Distance from the true hit, in voxels", &HitAccuracy::voxels, 1);
@@ -69,6 +87,9 @@ nlohmann::ordered_json to_json(const HitAccuracy& hits) {
                               {"bounds_wrong", hits.bounds_wrong},
                               {"compared", hits.place.size()}};
   if (hits.triangles > 0) json["triangles"] = {{"compared", hits.triangles}, {"displaced", hits.displaced}};
+  if (hits.named > 0)
+    json["source_triangles"] = {
+        {"compared", hits.named}, {"other", hits.otherwise}, {"wrong", hits.misnamed}};
   const auto add = [&](const char* name, const std::vector<float>& values) {
     if (!values.empty()) json[name] = percentiles_json(values);
   };

@@ -14,6 +14,8 @@ namespace {
 /// The asset must have been baked from this mesh, or from one that is the same in all that we can tell.
 bool match(const NifObjectInfo& object, const bake::Prepared& prepared) {
   bool same = object.triangles == prepared.surface.triangles.size();
+  if (object.source_triangles != 0)
+    same = same && object.source_triangles == prepared.source->triangles.size();
   for (int a = 0; a < 3; ++a) {
     same = same && object.bounds_min[a] == prepared.box.min[a] && object.bounds_max[a] == prepared.box.max[a];
   }
@@ -38,7 +40,7 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   check(nifGetAssetInfo(asset_.handle, &info_));
 
   progress.update(0, "reading " + mesh);
-  scene_ = mesh::read(mesh);
+  scene_ = mesh::read(mesh, limits_as_baked(metadata_of(info_)));
   if (auto merged = merged_as_baked(scene_, metadata_of(info_), asset, mesh)) scene_ = *std::move(merged);
   prepared_ = naming(mesh, [&] { return bake::prepare(scene_); });
   const size_t count = prepared_.objects.size();
@@ -61,6 +63,7 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
     }
     names_.emplace_back(object.name);
     proves_.push_back(object.proves != 0);
+    has_source_triangles_.push_back(object.source_triangles != 0);
     any_spherical_ = any_spherical_ || object.encoding == NIF_ENCODING_SPHERICAL;
   }
 }

@@ -34,6 +34,8 @@ class MeasuredAsset {
   uint64_t triangles() const;
   /// NifObjectInfo::proves
   bool proves(size_t object) const { return proves_[object]; }
+  /// Its hits name triangles of the source mesh.
+  bool has_source_triangles(size_t object) const { return has_source_triangles_[object]; }
   /// Some objects are `spherical`, which cannot tell where a segment ends.
   bool any_spherical() const { return any_spherical_; }
   /// One object, where it lies in its own space.
@@ -52,7 +54,7 @@ class MeasuredAsset {
   mesh::Scene scene_;
   bake::PreparedScene prepared_;
   std::vector<std::string> names_;
-  std::vector<bool> proves_;
+  std::vector<bool> proves_, has_source_triangles_;
   bool any_spherical_ = false;
 };
 

@@ -29,6 +29,9 @@ struct Arguments {
 nlohmann::ordered_json describe_object(const format::AssetView& view, uint32_t index) {
   nlohmann::ordered_json json = bake::describe(view.objects[index]);
   if (const format::PrimaryView* primary = view.primary_of(index)) json["primary"] = bake::to_json(*primary);
+  if (const format::SourceTrianglesView* source = view.source_triangles_of(index))
+    json["source_triangles"] = source->triangles;
+  if (view.colors_of(index)) json["colors"] = true;
   return json;
 }
 
@@ -64,7 +67,7 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   for (const auto& [name, part] : json["bytes"]["parts"].items()) {
     const uint64_t file = part["file"].get<uint64_t>(), resident = part["resident"].get<uint64_t>();
     if (file != 0 || resident != 0)
-      fmt::print("          {:<14} {:>10} in the file, {:>10} resident\n", name, file, resident);
+      fmt::print("          {:<16} {:>10} in the file, {:>10} resident\n", name, file, resident);
   }
   const auto& metadata = json["metadata"];
   // Where nothing was trained there is no preset.
@@ -88,7 +91,10 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, view.objects.size()); ++i) {
     const format::ObjectView& object = view.objects[i];
-    fmt::print("object    '{}': {} triangles, {}\n", object.name, object.triangles, bake::summary(object));
+    const format::SourceTrianglesView* source = view.source_triangles_of(uint32_t(i));
+    fmt::print("object    '{}': {} triangles{}, {}\n", object.name, object.triangles,
+               source ? fmt::format(" with their numbers among {}", source->triangles) : "",
+               bake::summary(object) + (view.colors_of(uint32_t(i)) ? ", with colours" : ""));
   }
   if (!view.primaries.empty()) fmt::print("primary   {}\n", bake::summary(view.primaries.front()));
   for (const std::string& line : bake::details(view)) fmt::print("{}\n", line);

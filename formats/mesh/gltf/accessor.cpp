@@ -199,27 +199,52 @@ std::vector<Float3> GltfData::positions(int index) const {
     input_.fail(Status::malformed_mesh,
                 fmt::format("accessor {} has a type that positions cannot have", index));
   }
+  std::vector<Float3> out = numbers<3>(index, 3, "positions");
+  if (accessor.sparse.isSparse) apply_sparse(index, out);
+  return out;
+}
+
+template <size_t kCount>
+std::vector<std::array<float, kCount>> GltfData::numbers(int index, int components, const char* what) const {
+  const tinygltf::Accessor& accessor = find(input_, model_, index);
+  const int type = accessor.componentType;
   // Without a buffer view all elements are zero and cost the file nothing, so their number needs a bound.
   constexpr uint64_t kMostZeros = uint64_t{1} << 24;
   if (accessor.count > std::numeric_limits<uint32_t>::max() ||
       (accessor.bufferView < 0 && accessor.count > kMostZeros)) {
-    input_.fail(Status::too_large, fmt::format("accessor {} has {} positions", index, accessor.count));
+    input_.fail(Status::too_large, fmt::format("accessor {} has {} {}", index, accessor.count, what));
   }
-  std::vector<Float3> out;
-  if (accessor.bufferView < 0) {
-    out.resize(accessor.count);
-  } else {
-    const Elements source = elements(index, accessor.bufferView, accessor.byteOffset,
-                                     stride_of(accessor.bufferView), {type, 3, accessor.count});
-    out.resize(accessor.count);
-    for (uint64_t i = 0; i < accessor.count; ++i) {
-      for (size_t k = 0; k < 3; ++k) {
-        out[i][k] = decode(source.at(i) + k * component_size(type), type, accessor.normalized);
-      }
+  if (accessor.bufferView < 0) return std::vector<std::array<float, kCount>>(accessor.count);
+  const Elements source = elements(index, accessor.bufferView, accessor.byteOffset,
+                                   stride_of(accessor.bufferView), {type, components, accessor.count});
+  std::vector<std::array<float, kCount>> out(accessor.count);
+  for (uint64_t i = 0; i < accessor.count; ++i) {
+    for (size_t k = 0; k < kCount; ++k) {
+      out[i][k] = decode(source.at(i) + k * component_size(type), type, accessor.normalized);
     }
   }
-  if (accessor.sparse.isSparse) apply_sparse(index, out);
   return out;
+}
+
+std::vector<Float3> GltfData::colors(int index) const {
+  const tinygltf::Accessor& accessor = find(input_, model_, index);
+  const bool four = accessor.type == TINYGLTF_TYPE_VEC4;
+  if ((!four && accessor.type != TINYGLTF_TYPE_VEC3) || component_size(accessor.componentType) == 0 ||
+      accessor.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT || accessor.sparse.isSparse) {
+    input_.fail(Status::malformed_mesh,
+                fmt::format("accessor {} has a type that colours cannot have", index));
+  }
+  return numbers<3>(index, four ? 4 : 3, "colours");
+}
+
+std::vector<std::array<float, 2>> GltfData::coordinates(int index) const {
+  const tinygltf::Accessor& accessor = find(input_, model_, index);
+  if (accessor.type != TINYGLTF_TYPE_VEC2 || component_size(accessor.componentType) == 0 ||
+      accessor.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT || accessor.sparse.isSparse) {
+    input_.fail(Status::malformed_mesh,
+                fmt::format("accessor {} has a type that texture coordinates cannot have", index));
+  }
+  return numbers<2>(index, 2, "texture coordinates");
 }
 
 void GltfData::apply_sparse(int index, std::vector<Float3>& out) const {

@@ -1,6 +1,7 @@
 // Reads glTF accessors and checks every offset, stride and count against the available bytes.
 #pragma once
 
+#include <array>
 #include <map>
 #include <string>
 #include <string_view>
@@ -26,6 +27,8 @@ class GltfData {
       : input_(input), source_(source), model_(model) {}
 
   std::vector<Float3> positions(int accessor) const;  ///< of float or quantised integer components
+  std::vector<Float3> colors(int accessor) const;     ///< of a vertex attribute, without alpha
+  std::vector<std::array<float, 2>> coordinates(int accessor) const;  ///< in textures
   std::vector<uint32_t> indices(int accessor) const;
   std::vector<Affine> matrices(int accessor) const;  ///< 4x4 of floats, without the last row
   bool normalized(int accessor) const;
@@ -45,6 +48,9 @@ class GltfData {
   Elements elements(int accessor, int buffer_view, uint64_t offset, uint64_t stride,
                     const Layout& layout) const;
   void apply_sparse(int accessor, std::vector<Float3>& out) const;
+  /// The first kCount of so many components of each element.
+  template <size_t kCount>
+  std::vector<std::array<float, kCount>> numbers(int accessor, int components, const char* what) const;
 
   const Input& input_;
   const GltfSource& source_;

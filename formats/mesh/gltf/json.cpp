@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/mesh/file_bytes.hpp"
+#include "formats/mesh/gltf/uri.hpp"
 
 namespace nif::mesh::detail {
 namespace {
@@ -107,53 +108,14 @@ void check_extensions(const Input& input, const json& root, GltfSource& source) 
   }
 }
 
-int base64_digit(char c) {
-  if (c >= 'A' && c <= 'Z') return c - 'A';
-  if (c >= 'a' && c <= 'z') return c - 'a' + 26;
-  if (c >= '0' && c <= '9') return c - '0' + 52;
-  return c == '+' || c == '-' ? 62 : c == '/' || c == '_' ? 63 : -1;
-}
-
-std::optional<std::string> decode_base64(std::string_view text) {
-  while (text.ends_with('=')) text.remove_suffix(1);
-  std::string out;
-  out.reserve(text.size() / 4 * 3 + 3);
-  uint32_t group = 0;
-  int bits = 0;
-  for (const char c : text) {
-    const int digit = base64_digit(c);
-    if (digit < 0) return std::nullopt;
-    group = (group << 6 | static_cast<uint32_t>(digit)) & 0xFFFFFF;
-    if ((bits += 6) >= 8) out.push_back(static_cast<char>(group >> (bits -= 8) & 0xFF));
-  }
-  return out;
-}
-
-/// "a%20b.bin" names the file "a b.bin".
-std::string decode_percent(std::string_view uri) {
-  const auto digit = [](char c) { return c <= '9' ? c - '0' : (c | 0x20) - 'a' + 10; };
-  std::string out;
-  for (size_t i = 0; i < uri.size(); ++i) {
-    if (uri[i] == '%' && i + 2 < uri.size() && std::isxdigit(static_cast<unsigned char>(uri[i + 1])) &&
-        std::isxdigit(static_cast<unsigned char>(uri[i + 2]))) {
-      out.push_back(static_cast<char>(digit(uri[i + 1]) * 16 + digit(uri[i + 2])));
-      i += 2;
-    } else {
-      out.push_back(uri[i]);
-    }
-  }
-  return out;
-}
-
 ExternalFile load_external(const Input& input, size_t index, const std::string& uri) {
-  const std::string name = decode_percent(uri);
-  if (name.find('\0') != std::string::npos || uri.find("://") != std::string::npos) {
+  const std::optional<std::filesystem::path> path = local_file(input, uri);
+  if (!path) {
     input.fail(Status::missing_buffer,
                fmt::format("buffer {} is at '{}', which is not a local file", index, uri));
   }
   try {
-    const std::filesystem::path path = input.file.parent_path() / name;
-    return {path, std::string(load_file(path, input.limits.max_decompressed_bytes).view())};
+    return {*path, std::string(load_file(*path, input.limits.max_decompressed_bytes).view())};
   } catch (const Error& error) {
     const bool missing = error.status() == Status::file_not_found;
     input.fail(
@@ -179,11 +141,7 @@ void open_buffer(const Input& input, const json& buffer, const GltfContainer& co
     }
     bytes = *container.binary;
   } else if (uri.starts_with("data:")) {
-    constexpr std::string_view kMark = ";base64,";
-    const size_t mark = uri.find(kMark);
-    auto decoded = mark == std::string::npos
-                       ? std::nullopt
-                       : decode_base64(std::string_view(uri).substr(mark + kMark.size()));
+    std::optional<std::string> decoded = decode_data_uri(uri);
     if (!decoded)
       input.fail(Status::malformed_mesh, fmt::format("the data URI of buffer {} is not base64", index));
     bytes = source.owned.emplace_back(std::move(*decoded));
@@ -272,6 +230,7 @@ GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external) {
   source.fixtures = read_fixtures(root);
   source.skins = read_skins(root);
   source.animated = read_animated_nodes(root);
+  if (input.limits.colors) source.look = read_look(root);
   source.json = reduced(root).dump(-1, ' ', false, json::error_handler_t::replace);
   return source;
 }

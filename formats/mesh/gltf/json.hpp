@@ -40,6 +40,27 @@ std::set<size_t> read_animated_nodes(const nlohmann::json& root);
 /// Null where `object` is not an object, or has no such member.
 const nlohmann::json* member(const nlohmann::json& object, const char* name);
 
+/// A material's base colour.
+struct GltfMaterial {
+  Material material;    ///< its texture is not known yet
+  int image = -1;       ///< index into GltfLook::images; -1: none; others below 0: one that cannot be had
+  int coordinates = 0;  ///< TEXCOORD_n
+};
+
+struct GltfImage {
+  int view = -1;    ///< a buffer view; -1: at the URI
+  std::string uri;  ///< of a file beside the glTF, or with the bytes
+};
+
+struct GltfLook {
+  std::vector<GltfMaterial> materials;
+  std::vector<GltfImage> images;
+};
+
+/// Of a document. What is malformed counts as not said. Throws nothing but bad_alloc, whatever the document
+/// holds.
+GltfLook read_look(const nlohmann::json& root);
+
 struct GltfSource {
   std::string json;  ///< reduced to what the geometry depends on
 
@@ -51,6 +72,7 @@ struct GltfSource {
   std::vector<GltfFixture> fixtures;  ///< cameras and lights, by node
   std::vector<GltfSkin> skins;
   std::set<size_t> animated;  ///< nodes
+  GltfLook look;              ///< with ReadLimits::colors
   std::vector<std::string> warnings;
 };
 

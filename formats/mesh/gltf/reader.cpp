@@ -11,6 +11,7 @@
 
 #include "formats/mesh/gltf/accessor.hpp"
 #include "formats/mesh/gltf/hierarchy.hpp"
+#include "formats/mesh/gltf/look.hpp"
 #include "formats/mesh/gltf/skin.hpp"
 #include "formats/mesh/readers.hpp"
 
@@ -39,14 +40,24 @@ class MeshReader {
  public:
   /// `weights` of the morph targets; none: the targets are left alone. `morphed` counts positions of targets
   /// over all meshes.
-  MeshReader(const Input& input, const GltfData& data, const tinygltf::Mesh& source, size_t index,
-             const std::vector<double>& weights, uint64_t& morphed)
-      : input_(input), data_(data), source_(source), index_(index), weights_(weights), morphed_(morphed) {}
+  MeshReader(const Input& input, const GltfData& data, const GltfLook& look, const tinygltf::Mesh& source,
+             size_t index, const std::vector<double>& weights, uint64_t& morphed)
+      : input_(input),
+        data_(data),
+        look_(look),
+        source_(source),
+        index_(index),
+        weights_(weights),
+        morphed_(morphed) {}
 
   /// All primitives as one mesh.
   Mesh read(std::vector<std::string>& warnings) {
     mesh_.name = source_.name.empty() ? input_.stem : source_.name;
-    for (size_t i = 0; i < source_.primitives.size(); ++i) read_primitive(source_.primitives[i], i);
+    for (size_t i = 0; i < source_.primitives.size(); ++i) {
+      read_primitive(source_.primitives[i], i);
+      if (input_.limits.colors) set_material(source_.primitives[i]);
+    }
+    mesh_.look.complete(mesh_.positions.size(), mesh_.triangles.size());
     const std::string name = fmt::format("{}: mesh '{}' ", input_.file.string(), mesh_.name);
     if (skipped_ != 0)
       warnings.push_back(name +
@@ -56,12 +67,17 @@ class MeshReader {
     if (morphs_)
       warnings.push_back(name + (weights_.empty() ? "has morph targets; its rest shape is used."
                                                   : "has morph targets; the weights in the file are used."));
+    if (uncolored_)
+      warnings.push_back(name +
+                         "has colours or texture coordinates that do not fit its vertices, or of Draco "
+                         "data, which were left out.");
     if (unmorphed_) warnings.push_back(name + "has morph targets of Draco data, which were left out.");
     return std::move(mesh_);
   }
 
  private:
   void read_primitive(const tinygltf::Primitive& primitive, size_t number) {
+    first_triangle_ = mesh_.triangles.size();
     const int mode = primitive.mode;
     if (mode < TINYGLTF_MODE_POINTS || mode > TINYGLTF_MODE_TRIANGLE_FAN) {
       fail(number, fmt::format("has the unknown mode {}", mode));
@@ -81,7 +97,7 @@ class MeshReader {
       ++skipped_;  // valid: an extension may bring the positions, or there is nothing to see
       return;
     }
-    const auto [base, count] = vertices(position->second, targets_of(primitive), number);
+    const auto [base, count] = vertices(primitive, position->second, number);
     std::vector<uint32_t> indices;
     if (primitive.indices >= 0) {
       indices = data_.indices(primitive.indices);
@@ -139,9 +155,77 @@ class MeshReader {
         positions[i][k] = static_cast<float>(double{positions[i][k]} + sums[i][k]);
   }
 
+  /// What a primitive's vertices are read from.
+  struct Attributes {
+    int positions;
+    std::vector<Target> targets;
+    int colors = -1, coordinates = -1;  ///< only where they matter; -1: none
+
+    auto operator<=>(const Attributes&) const = default;
+  };
+
+  /// Null where the primitive has no material that there is.
+  const GltfMaterial* material_of(const tinygltf::Primitive& primitive) const {
+    const bool there = primitive.material >= 0 && size_t(primitive.material) < look_.materials.size();
+    return there ? &look_.materials[size_t(primitive.material)] : nullptr;
+  }
+
+  /// The accessor of the texture coordinates by which the primitive's picture is placed; -1: none.
+  int coordinates_of(const tinygltf::Primitive& primitive) const {
+    const GltfMaterial* material = material_of(primitive);
+    if (!material || material->image == -1) return -1;
+    const auto found = primitive.attributes.find(fmt::format("TEXCOORD_{}", material->coordinates));
+    return found == primitive.attributes.end() ? -1 : found->second;
+  }
+
+  Attributes attributes_of(const tinygltf::Primitive& primitive, int positions) const {
+    Attributes attributes{positions, targets_of(primitive)};
+    if (!input_.limits.colors) return attributes;
+    if (const auto found = primitive.attributes.find("COLOR_0"); found != primitive.attributes.end())
+      attributes.colors = found->second;
+    attributes.coordinates = coordinates_of(primitive);
+    return attributes;
+  }
+
+  /// Of the triangles that were read last. A picture that nothing places counts for nothing.
+  void set_material(const tinygltf::Primitive& primitive) {
+    if (mesh_.triangles.size() == first_triangle_) return;
+    std::vector<uint32_t>& materials = mesh_.look.materials;
+    const bool draco = primitive.extensions.contains(kDraco);
+    uncolored_ |= draco && primitive.attributes.contains("COLOR_0");
+    if (!material_of(primitive)) {
+      if (!materials.empty()) materials.resize(mesh_.triangles.size(), 0);
+      return;
+    }
+    const auto material = size_t(primitive.material);
+    const bool placed = coordinates_of(primitive) != -1;
+    uncolored_ |= draco && placed;
+    materials.resize(first_triangle_, 0);
+    materials.resize(mesh_.triangles.size(),
+                     placed && !draco ? with_picture(material) : with_factor(material));
+  }
+
+  void add_look(const Attributes& attributes, const Range& range) {
+    Appearance& look = mesh_.look;
+    if (attributes.colors != -1) {
+      const std::vector<Float3> colors = data_.colors(attributes.colors);
+      uncolored_ |= colors.size() != range.count;
+      for (uint32_t i = 0; i < std::min<size_t>(colors.size(), range.count); ++i)
+        look.set_color(range.base + i, colors[i]);
+    }
+    if (attributes.coordinates != -1) {
+      const std::vector<std::array<float, 2>> places = data_.coordinates(attributes.coordinates);
+      uncolored_ |= places.size() != range.count;
+      look.coordinates.resize(range.base);
+      look.coordinates.insert(look.coordinates.end(), places.begin(),
+                              places.begin() + ptrdiff_t(std::min<size_t>(places.size(), range.count)));
+    }
+  }
+
   /// Primitives of one mesh often share one set of vertices; it is read once.
-  Range vertices(int accessor, const std::vector<Target>& targets, size_t number) {
-    const auto key = std::pair(accessor, targets);
+  Range vertices(const tinygltf::Primitive& primitive, int accessor, size_t number) {
+    const Attributes key = attributes_of(primitive, accessor);
+    const std::vector<Target>& targets = key.targets;
     if (const auto known = ranges_.find(key); known != ranges_.end()) return known->second;
     std::vector<Float3> positions = data_.positions(accessor);
     if (!targets.empty()) morph(positions, targets, number);
@@ -151,6 +235,7 @@ class MeshReader {
     }
     const Range range{static_cast<uint32_t>(mesh_.positions.size()), static_cast<uint32_t>(positions.size())};
     mesh_.positions.insert(mesh_.positions.end(), positions.begin(), positions.end());
+    add_look(key, range);
     ranges_.emplace(key, range);
     return range;
   }
@@ -196,14 +281,16 @@ class MeshReader {
 
   const Input& input_;
   const GltfData& data_;
+  const GltfLook& look_;
   const tinygltf::Mesh& source_;
   size_t index_;
   Mesh mesh_;
   const std::vector<double>& weights_;
-  std::map<std::pair<int, std::vector<Target>>, Range> ranges_;
+  std::map<Attributes, Range> ranges_;
+  size_t first_triangle_ = 0;  // of the primitive that is read
   uint64_t& morphed_;
   uint64_t skipped_ = 0, loose_ = 0;
-  bool morphs_ = false, unmorphed_ = false;
+  bool morphs_ = false, unmorphed_ = false, uncolored_ = false;
 };
 
 /// Meshes as the nodes that carry them want them morphed: each once for each set of weights.
@@ -309,6 +396,16 @@ class NodeCollector {
   std::vector<uint32_t> index_;  // [node of the file]
 };
 
+/// [material] whether a primitive of a mesh has it.
+std::vector<bool> used_materials(const tinygltf::Model& model, const GltfLook& look) {
+  std::vector<bool> used(look.materials.size());
+  for (const tinygltf::Mesh& mesh : model.meshes)
+    for (const tinygltf::Primitive& primitive : mesh.primitives)
+      if (primitive.material >= 0 && size_t(primitive.material) < used.size())
+        used[size_t(primitive.material)] = true;
+  return used;
+}
+
 }  // namespace
 
 Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
@@ -317,6 +414,8 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   const GltfData data(input, source, model);
   Scene scene;
   scene.warnings = std::move(source.warnings);
+
+  if (input.limits.colors) add_materials(input, source.look, used_materials(model, source.look), data, scene);
 
   FixturePlacer fixtures(input, source.fixtures, scene);
   std::vector<std::optional<Affine>> worlds(model.nodes.size());
@@ -344,7 +443,7 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
           fmt::format("{}: mesh {} is not in the scene and was left out", input.file.string(), i));
     }
     for (const size_t variant : variants.of_mesh(i)) {
-      Mesh mesh = MeshReader(input, data, model.meshes[i], i, variants.weights(variant), morphed)
+      Mesh mesh = MeshReader(input, data, source.look, model.meshes[i], i, variants.weights(variant), morphed)
                       .read(scene.warnings);
       if (mesh.triangles.empty()) continue;
       check_triangle_limit(input, triangles += mesh.triangles.size());

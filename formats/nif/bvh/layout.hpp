@@ -1,4 +1,4 @@
-// The sections of `bvh` objects in a .nif file.
+// The sections of `bvh` objects in a .nif file, and what objects with a BVH of any encoding may have.
 #pragma once
 
 #include "formats/nif/layout.hpp"
@@ -16,5 +16,20 @@ struct BvhRecord {  // 32 bytes: the members of kernels::BvhField
   Payload tree;       ///< nodes, vertices, triangles, in that order, without gaps
 };
 static_assert(sizeof(BvhRecord) == 32);
+
+/// Optional, both or none.
+enum SourceSection : uint32_t {
+  kSourceRecords = fourcc("SRCT"),  ///< SourceRecord[]
+  kSourceNumbers = fourcc("SNUM"),  ///< each record's payload
+};
+
+/// Which triangles of the source mesh the triangles of an object with a BVH are.
+struct SourceRecord {    // 32 bytes
+  uint32_t object;       ///< index into kObjects; records lie in the order of their objects
+  uint32_t triangles;    ///< of the source mesh, before cleaning
+  uint32_t reserved[2];  ///< 0
+  Payload numbers;       ///< of each triangle, packed: kernels::SourceTriangles
+};
+static_assert(sizeof(SourceRecord) == 32);
 
 }  // namespace nif::format

@@ -18,8 +18,9 @@ using Triangle = std::array<uint32_t, 3>;
 
 class Packer {
  public:
-  Packer(std::span<const Position> positions, std::span<const Triangle> triangles)
-      : positions_(positions), triangles_(triangles), copies_(positions.size(), kNone) {}
+  Packer(std::span<const Position> positions, std::span<const Triangle> triangles,
+         std::vector<uint32_t>* order)
+      : positions_(positions), triangles_(triangles), order_(order), copies_(positions.size(), kNone) {}
 
   Bvh pack(BvhBranch& root) {
     measure(root);
@@ -130,6 +131,7 @@ class Packer {
         const Triangle& t = triangles_[leaf.triangles[i]];
         bvh_.triangles.push_back(
             {uint8_t(copies_[t[0]] - first), uint8_t(copies_[t[1]] - first), uint8_t(copies_[t[2]] - first)});
+        if (order_) order_->push_back(leaf.triangles[i]);
       }
     }
     return first;
@@ -137,14 +139,17 @@ class Packer {
 
   std::span<const Position> positions_;
   std::span<const Triangle> triangles_;
+  std::vector<uint32_t>* order_;
   std::vector<uint32_t> copies_;  ///< by position: where its latest copy is
   Bvh bvh_;
 };
 
 }  // namespace
 
-Bvh pack_bvh(BvhBranch& root, std::span<const Position> positions, std::span<const Triangle> triangles) {
-  return Packer(positions, triangles).pack(root);
+Bvh pack_bvh(BvhBranch& root, std::span<const Position> positions, std::span<const Triangle> triangles,
+             std::vector<uint32_t>* order) {
+  if (order) order->clear();
+  return Packer(positions, triangles, order).pack(root);
 }
 
 }  // namespace nif::format

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "formats/nif/asset.hpp"
 
@@ -19,9 +20,10 @@ struct BvhBranch {
 };
 
 /// The tree in its place in a file: nodes and triangles in preorder, boxes rounded outwards, vertices in the
-/// order of use. Coordinates are at most kMaxBvhCoordinate / 4. Throws Error(internal) where the tree is
-/// deeper than kMaxBvhDepth.
+/// order of use. Coordinates are at most kMaxBvhCoordinate / 4. `order`, unless it is null, receives the
+/// index of each triangle of the object among `triangles`. Throws Error(internal) where the tree is deeper
+/// than kMaxBvhDepth.
 Bvh pack_bvh(BvhBranch& root, std::span<const std::array<float, 3>> positions,
-             std::span<const std::array<uint32_t, 3>> triangles);
+             std::span<const std::array<uint32_t, 3>> triangles, std::vector<uint32_t>* order = nullptr);
 
 }  // namespace nif::format

@@ -1,4 +1,4 @@
-// The sections of `proof` objects in a .nif file.
+// The sections of `proof` objects in a .nif file, and what objects with a grid of any encoding may have.
 #pragma once
 
 #include "formats/nif/layout.hpp"
@@ -24,5 +24,20 @@ struct ProofRecord {  // 80 bytes: the members of kernels::ProofField of the sam
   Payload cells;      ///< voxel_records, parts, in that order, without gaps
 };
 static_assert(sizeof(ProofRecord) == 80);
+
+/// Optional, both or none.
+enum ColorSection : uint32_t {
+  kColorRecords = fourcc("COLR"),  ///< ColorsRecord[]
+  kColorValues = fourcc("CVAL"),   ///< each record's payload
+};
+
+/// The mean base colours of an object's surface, voxel by voxel.
+struct ColorsRecord {       // 32 bytes
+  uint32_t object;          ///< index into kObjects; records lie in the order of their objects
+  uint32_t surface_voxels;  ///< of the object
+  uint32_t reserved[2];     ///< 0
+  Payload values;           ///< 16 bits for each surface voxel: kernels::VoxelColors
+};
+static_assert(sizeof(ColorsRecord) == 32);
 
 }  // namespace nif::format

@@ -271,6 +271,11 @@ typedef struct NifObjectInfo {
   /* 0: an object of NIF_ENCODING_PROOF without planes, because the baker found that they would save too
    * little. It only knows which rays miss it: ask your own BVH alone. 1: all others. */
   uint32_t proves;
+  /* 0: NifHits.triangle is the object's own number of a triangle, which says nothing about the source mesh.
+   * Else (nif bake --source-triangles) the number of triangles of the source mesh, and NifHits.triangle is
+   * one of them, from 0 on. */
+  uint32_t source_triangles;
+  uint32_t colors; /* 1: hits have the colours of its surface (nif bake --colors); 0: it has none */
   uint32_t reserved;
 } NifObjectInfo;
 
@@ -524,11 +529,14 @@ typedef struct NifHits {
    * hit is 0. */
   uint32_t* instance;
   uint32_t* object; /* [count] that instance's object, as numbered in its asset; NIF_NONE if hit is 0 */
-  /* [count] The triangle, as the object stores them; of several at the same t the lowest. NIF_NONE if hit is
-   * 0, and of objects without triangles. */
+  /* [count] The triangle that is met. If the object has source triangles (NifObjectInfo.source_triangles),
+   * its number in the source mesh, as docs/meshes.md counts; else its place among the triangles that the
+   * object stores: in another order than the source mesh's, and without those that the bake dropped. Of
+   * several at the same t, the one that comes first in the object. NIF_NONE if hit is 0, and of objects
+   * without triangles. */
   uint32_t* triangle;
-  /* [count] The hit is 1 - u - v of the triangle's first vertex, u of its second, v of its third. 0 if there
-   * is no triangle. */
+  /* [count] The hit is 1 - u - v of the triangle's first vertex, u of its second, v of its third, in the
+   * order of the source mesh. 0 if there is no triangle. */
   float* u;
   float* v;
   /* [count] 1: it is proven that something is met, or that nothing is. As NifQuery.certain. */
@@ -538,6 +546,10 @@ typedef struct NifHits {
    * where triangles are met. */
   float* t_low;
   float* t_high;
+  /* [count][3] The base colour of the surface there, linear red, green and blue from 0 to 1: the mean over
+   * the voxel that the hit is in. If the object has no colours (NifObjectInfo.colors), 0.5 0.5 0.5. 0 if hit
+   * is 0. */
+  float* color;
 } NifHits;
 
 #define NIF_NONE 0xffffffffu

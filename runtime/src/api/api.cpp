@@ -1,4 +1,6 @@
 // The C interface: checks of arguments, then the call, under one wrapper that turns exceptions into codes.
+#include <cstddef>
+
 #include "api/error.hpp"
 #include "api/handles.hpp"
 #include "api/structure.hpp"
@@ -82,7 +84,7 @@ void release_one(Handle handle) {
 Request read_hit_request(const NifSceneObject& scene, const NifQuery* query, const NifHits* hits) {
   Request request;
   request.query = read_structure(query, "query");
-  request.hits = read_structure(hits, "hits");
+  request.hits = read_structure(hits, "hits", offsetof(NifHits, color));
   check_hit_query(scene, request.query, *request.hits);
   if (request.query.memory == NIF_HOST) check_scratch(request.query);
   return request;

@@ -18,16 +18,17 @@ inline void check_structure_size(uint64_t size, uint64_t least, const char* name
                     ", which is not the structure's size");
 }
 
-/// A copy of a structure that the caller passes in. What a newer header has beyond ours must be zero.
+/// A copy of a structure that the caller passes in. What a newer header has beyond ours must be zero; what an
+/// older one lacks, which has at least `least` bytes, is zero in the copy.
 template <class T>
-T read_structure(const T* from, const char* name) {
+T read_structure(const T* from, const char* name, uint64_t least = sizeof(T)) {
   require_argument(from, name);
   const uint64_t size = from->struct_size;
-  check_structure_size(size, sizeof(T), name);
-  T copy;
-  std::memcpy(&copy, from, sizeof(T));
+  check_structure_size(size, least, name);
+  T copy{};
+  std::memcpy(static_cast<void*>(&copy), from, std::min<uint64_t>(size, sizeof(T)));
   const char* bytes = reinterpret_cast<const char*>(from);
-  if (std::any_of(bytes + sizeof(T), bytes + size, [](char c) { return c != 0; }))
+  if (size > sizeof(T) && std::any_of(bytes + sizeof(T), bytes + size, [](char c) { return c != 0; }))
     throw Failure(NIF_ERROR_NOT_AVAILABLE,
                   std::string(name) + ": uses a feature of a newer version of nifkit");
   return copy;

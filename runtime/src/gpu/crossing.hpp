@@ -50,7 +50,14 @@ constexpr uint64_t gpu_layout() {
 
   hash.structure<NifHits>({&NifHits::struct_size, &NifHits::hit, &NifHits::t, &NifHits::normal,
                            &NifHits::instance, &NifHits::object, &NifHits::triangle, &NifHits::u, &NifHits::v,
-                           &NifHits::certain, &NifHits::t_low, &NifHits::t_high});
+                           &NifHits::certain, &NifHits::t_low, &NifHits::t_high, &NifHits::color});
+
+  using kernels::HitDetails;
+  using kernels::SourceTriangles;
+  using kernels::VoxelColors;
+  hash.structure<SourceTriangles>({&SourceTriangles::words, &SourceTriangles::bits, &SourceTriangles::count});
+  hash.structure<VoxelColors>({&VoxelColors::grid, &VoxelColors::values});
+  hash.structure<HitDetails>({&HitDetails::source_triangles, &HitDetails::colors});
 
   hash.number(sizeof(kernels::AnyField));
   hash.number(alignof(kernels::AnyField));

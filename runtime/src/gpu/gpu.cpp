@@ -25,11 +25,15 @@ void Gpu::upload(NifAssetObject& asset) {
   const std::lock_guard lock(uploads_);  // scenes that share the asset may be committed at the same time
   if (asset.on_gpu) return;
   std::pmr::vector<kernels::AnyField> objects(asset.device->memory());
-  for (const format::ObjectView& view : asset.view.objects) objects.push_back(field_of(view));
+  std::pmr::vector<kernels::HitDetails> details(asset.device->memory());
+  for (uint32_t i = 0; i < asset.view.objects.size(); ++i) {
+    objects.push_back(field_of(asset.view.objects[i]));
+    details.push_back(hit_details(asset.view, i));
+  }
   GpuMessage message;
   uint64_t bytes = 0;
-  const NifError code = module_.upload_asset(device_, objects.data(), uint32_t(objects.size()), &asset.on_gpu,
-                                             &bytes, &message);
+  const NifError code = module_.upload_asset(device_, objects.data(), details.data(),
+                                             uint32_t(objects.size()), &asset.on_gpu, &bytes, &message);
   asset.gpu_bytes = bytes;
   if (code != NIF_OK)
     std::snprintf(message.text, sizeof(message.text), "%s: %s", asset.name.c_str(),

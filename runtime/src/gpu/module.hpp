@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "kernels/reference/encodings.hpp"
+#include "kernels/reference/hit_details.hpp"
 #include "kernels/reference/scene_field.hpp"
 #include "nif/nif.h"
 
@@ -86,9 +87,11 @@ struct GpuModule {
   /// Everything of the device must have been freed. Here and below, freeing null does nothing.
   void (*close_device)(GpuDevice* device);
 
-  /// Copies objects to the device; *bytes receives what they take there.
-  NifError (*upload_asset)(GpuDevice* device, const kernels::AnyField* objects, uint32_t count,
-                           GpuAsset** asset, uint64_t* bytes, GpuMessage* message);
+  /// Copies objects to the device, with what is told of hits with them (null: nothing but the hits); *bytes
+  /// receives what they take there.
+  NifError (*upload_asset)(GpuDevice* device, const kernels::AnyField* objects,
+                           const kernels::HitDetails* details, uint32_t count, GpuAsset** asset,
+                           uint64_t* bytes, GpuMessage* message);
   void (*free_asset)(GpuDevice* device, GpuAsset* asset);
 
   /// Copies a scene to the device, or copies it anew where *scene is not null, after its queries that are

@@ -101,6 +101,16 @@ void turn_normals(const NifSceneObject& scene, WorkArea& area) {
   }
 }
 
+/// Of the surface that ray i meets.
+void find_color(const NifSceneObject& scene, const WorkArea& area, uint32_t i, float (&color)[3]) {
+  color[0] = color[1] = color[2] = 0;
+  if (area.hit_instance[i] == kNoInstance) return;
+  const Instance& instance = scene.instances[area.hit_instance[i]];
+  const Segment ray = segment_of(area.rays, i);
+  color_at(scene.objects[instance.object].details.colors,
+           instance.identity ? ray : kernels::to_object(instance.to_object, ray), area.hits.t[i], color);
+}
+
 /// A column of the batch, as it is.
 template <class T>
 void write(T* array, uint64_t first, uint32_t count, const T* column) {
@@ -127,7 +137,8 @@ NIF_COMPUTES void intersect_batch(const NifSceneObject& scene, bool normals, Wor
   if (normals) turn_normals(scene, area);
 }
 
-void write_hits(const NifSceneObject& scene, const NifHits& hits, uint64_t first, WorkArea& area) {
+NIF_COMPUTES void write_hits(const NifSceneObject& scene, const NifHits& hits, uint64_t first,
+                             WorkArea& area) {
   const uint32_t count = area.rays.count;
   const kernels::HitBatch& found = area.hits;
   write(hits.t, first, count, found.t);
@@ -135,11 +146,17 @@ void write_hits(const NifSceneObject& scene, const NifHits& hits, uint64_t first
   write(hits.t_high, first, count, found.high);
   write(hits.u, first, count, found.u);
   write(hits.v, first, count, found.v);
-  write(hits.triangle, first, count, found.triangle);
   write(hits.instance, first, count, area.hit_instance);
   write_each(hits.hit, first, count, [&](uint32_t i) { return uint8_t(found.t[i] < kNoHit); });
   write_each(hits.certain, first, count,
              [&](uint32_t i) { return uint8_t(found.high[i] < kNoHit || found.low[i] == kNoHit); });
+  write_each(hits.triangle, first, count, [&](uint32_t i) {
+    const uint32_t instance = area.hit_instance[i];
+    return instance == kNoInstance
+               ? kernels::kNoTriangle
+               : source_triangle(scene.objects[scene.instances[instance].object].details.source_triangles,
+                                 found.triangle[i]);
+  });
   write_each(hits.object, first, count, [&](uint32_t i) {
     const uint32_t instance = area.hit_instance[i];
     return instance == kNoInstance ? kNoInstance : scene.objects[scene.instances[instance].object].number;
@@ -147,6 +164,11 @@ void write_hits(const NifSceneObject& scene, const NifHits& hits, uint64_t first
   for (uint32_t i = 0; hits.normal && i < count; ++i) {
     const float normal[3] = {found.normal[0][i], found.normal[1][i], found.normal[2][i]};
     std::memcpy(reinterpret_cast<char*>(hits.normal) + (first + i) * sizeof(normal), normal, sizeof(normal));
+  }
+  for (uint32_t i = 0; hits.color && i < count; ++i) {
+    float color[3];
+    find_color(scene, area, i, color);
+    std::memcpy(reinterpret_cast<char*>(hits.color) + (first + i) * sizeof(color), color, sizeof(color));
   }
 }
 

@@ -40,6 +40,7 @@ constexpr void visit_hit_outputs(const Visit& visit, Hits&&... hits) {
   visit(OutputArray{"certain", 8}, hits.certain...);
   visit(OutputArray{"t_low", 32}, hits.t_low...);
   visit(OutputArray{"t_high", 32}, hits.t_high...);
+  visit(OutputArray{"color", 96}, hits.color...);
 }
 
 /// Of all outputs of a query together.

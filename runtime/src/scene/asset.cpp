@@ -150,6 +150,14 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   info.triangles = view.triangles;
   const kernels::BuiltBytes built = asset.kernels[object]->built_bytes();
   info.resident_bytes = bytes_of(view) + sizeof(format::ObjectView) + built.walk_words + built.corner_bricks;
+  if (const auto* source = asset.view.source_triangles_of(object)) {
+    info.resident_bytes += source->bytes;
+    info.source_triangles = source->triangles;
+  }
+  if (const auto* colors = asset.view.colors_of(object)) {
+    info.resident_bytes += colors->bytes();
+    info.colors = 1;
+  }
   const auto* proof = std::get_if<nif::format::ProofView>(&view.content);
   info.proves = !proof || kernels::has_planes(proof->field);
   return info;

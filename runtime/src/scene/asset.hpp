@@ -26,7 +26,9 @@ struct NifAssetObject : nif::runtime::Object {
     kernels.reserve(view.objects.size());
     for (const nif::format::ObjectView& object : view.objects)
       kernels.push_back(nif::runtime::make_kernel(object, owner->configuration.isa, owner->memory(), copies));
-    bool read = device->gpu.has_value();  // when a scene with this asset is committed
+    // What is told of hits is looked up in the file; and a GPU reads it when a scene with this asset is
+    // committed.
+    bool read = device->gpu.has_value() || !view.source_triangles.empty() || !view.colors.empty();
     for (const nif::runtime::KernelPointer& kernel : kernels) read = read || kernel->reads_field();
     if (!read) drop_bytes();
   }

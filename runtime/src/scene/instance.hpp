@@ -4,6 +4,7 @@
 #include <array>
 
 #include "formats/nif/reader.hpp"
+#include "kernels/reference/hit_details.hpp"
 #include "kernels/reference/object_kernel.hpp"
 #include "kernels/reference/scene_field.hpp"
 
@@ -19,6 +20,7 @@ struct PlacedObject {
   kernels::Calibration calibration;
   float reach_scale;  ///< kernels::reach_scale()
   uint32_t number;    ///< in its asset
+  kernels::HitDetails details;
 };
 
 using Instance = kernels::PlacedInstance;

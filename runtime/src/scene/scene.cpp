@@ -52,7 +52,8 @@ uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
     const format::ObjectView& view = asset->view.objects[i];
     const kernels::AnyField field = field_of(view);
     scene.objects.push_back({&view, asset->kernels[i].get(), kernels::calibration(field),
-                             kernels::reach_scale(field), uint32_t(i)});
+                             kernels::reach_scale(field), uint32_t(i),
+                             hit_details(asset->view, uint32_t(i))});
   }
   return uint32_t(first);
 }

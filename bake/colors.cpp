@@ -1,0 +1,227 @@
+#include "bake/colors.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "bake/encoder.hpp"
+#include "bake/proof/polygon.hpp"
+#include "bake/proof/voxelize.hpp"
+#include "kernels/reference/proof/colors.hpp"
+
+namespace nif::bake {
+namespace {
+
+using Weights = std::array<double, 3>;  ///< of a triangle's corners
+
+/// A texel's place along an axis.
+uint32_t wrapped(int64_t at, uint32_t size, mesh::Wrap wrap) {
+  const auto n = int64_t{size};
+  switch (wrap) {
+    case mesh::Wrap::clamp:
+      return uint32_t(std::clamp<int64_t>(at, 0, n - 1));
+    case mesh::Wrap::mirror: {
+      const int64_t m = ((at % (2 * n)) + 2 * n) % (2 * n);
+      return uint32_t(m < n ? m : 2 * n - 1 - m);
+    }
+    case mesh::Wrap::repeat:
+      break;
+  }
+  return uint32_t(((at % n) + n) % n);
+}
+
+/// Bilinear, in linear light.
+Double3 look_up(const mesh::Texture& texture, const std::array<mesh::Wrap, 2>& wrap, double u, double v) {
+  static const std::array<double, 256> linear = [] {
+    std::array<double, 256> values;
+    for (size_t i = 0; i < values.size(); ++i) values[i] = mesh::linear_of(double(i) / 255);
+    return values;
+  }();
+  // Coordinates of a file may be anything; beyond this there is nothing left of a texel's place.
+  constexpr double kFarthest = 1e6;
+  if (!(std::abs(u) <= kFarthest) || !(std::abs(v) <= kFarthest)) u = v = 0;
+  const double x = u * texture.width - 0.5, y = v * texture.height - 0.5;
+  const auto column = int64_t(std::floor(x)), row = int64_t(std::floor(y));
+  const double right = x - double(column), down = y - double(row);
+  Double3 sum{};
+  for (int k = 0; k < 4; ++k) {
+    const uint32_t i = wrapped(column + k % 2, texture.width, wrap[0]),
+                   j = wrapped(row + k / 2, texture.height, wrap[1]);
+    const double share = (k % 2 ? right : 1 - right) * (k / 2 ? down : 1 - down);
+    const uint8_t* texel = texture.texels.data() + 3 * (size_t(j) * texture.width + i);
+    for (size_t c = 0; c < 3; ++c) sum[c] += share * linear[texel[c]];
+  }
+  return sum;
+}
+
+/// The base colours of a mesh's triangles.
+class Look {
+ public:
+  Look(const mesh::Scene& scene, const mesh::Mesh& mesh) : scene_(scene), mesh_(mesh) {}
+
+  const mesh::Material& material(uint32_t triangle) const {
+    static const mesh::Material kWhite;
+    const std::vector<uint32_t>& materials = mesh_.look.materials;
+    return materials.empty() ? kWhite : scene_.materials[materials[triangle]];
+  }
+
+  /// Linear, 0 to 1, at a point of a triangle.
+  Double3 color(uint32_t triangle, const Weights& weights) const {
+    const mesh::Triangle& corners = mesh_.triangles[triangle];
+    const mesh::Material& material = this->material(triangle);
+    Double3 color{double(material.factor[0]), double(material.factor[1]), double(material.factor[2])};
+    const auto mix = [&](const auto& values, size_t c) {
+      double sum = 0;
+      for (size_t k = 0; k < 3; ++k) sum += weights[k] * double(values[corners[k]][c]);
+      return sum;
+    };
+    if (!mesh_.look.colors.empty())
+      for (size_t c = 0; c < 3; ++c) color[c] *= mix(mesh_.look.colors, c);
+    if (material.texture == mesh::kNoTexture) return color;
+    const bool placed = !mesh_.look.coordinates.empty();
+    const double u = placed ? mix(mesh_.look.coordinates, 0) : 0,
+                 v = placed ? mix(mesh_.look.coordinates, 1) : 0;
+    const auto& m = material.transform;
+    const Double3 texel = look_up(scene_.textures[material.texture], material.wrap,
+                                  double(m[0]) * u + double(m[1]) * v + double(m[2]),
+                                  double(m[3]) * u + double(m[4]) * v + double(m[5]));
+    for (size_t c = 0; c < 3; ++c) color[c] *= texel[c];
+    return color;
+  }
+
+ private:
+  const mesh::Scene& scene_;
+  const mesh::Mesh& mesh_;
+};
+
+/// Weights of a triangle's corners at points of its plane.
+class Places {
+ public:
+  explicit Places(const Double3 (&corners)[3])
+      : origin_(corners[0]),
+        first_(corners[1] - corners[0]),
+        second_(corners[2] - corners[0]),
+        normal_(cross(first_, second_)),
+        square_(dot(normal_, normal_)) {}
+
+  Weights at(const Double3& point) const {
+    const Double3 from = point - origin_;
+    if (!(square_ > 0)) return {1.0 / 3, 1.0 / 3, 1.0 / 3};
+    const double v = std::clamp(dot(cross(from, second_), normal_) / square_, 0.0, 1.0),
+                 w = std::clamp(dot(cross(first_, from), normal_) / square_, 0.0, 1.0 - v);
+    return {1 - v - w, v, w};
+  }
+
+ private:
+  Double3 origin_, first_, second_, normal_;
+  double square_;
+};
+
+struct Sum {
+  Double3 color{};
+  double weight = 0;
+
+  void add(const Double3& one, double by) {
+    color = color + one * by;
+    weight += by;
+  }
+};
+
+/// Adds the colour of a corner fan's triangle. One with a texture is looked at in the middle of each of the
+/// four that halving its sides makes; else its colour changes evenly, and its middle has the mean.
+void add_part(const Look& look, uint32_t triangle, const Places& places, const Double3& a, const Double3& b,
+              const Double3& c, bool textured, Sum& sum) {
+  const double area = length(cross(b - a, c - a)) / 2;
+  if (!(area > 0)) return;
+  const auto middle = [](const Double3& p, const Double3& q, const Double3& r) {
+    return (p + q + r) * (1.0 / 3);
+  };
+  if (!textured) {
+    sum.add(look.color(triangle, places.at(middle(a, b, c))), area);
+    return;
+  }
+  const Double3 ab = (a + b) * 0.5, bc = (b + c) * 0.5, ca = (c + a) * 0.5;
+  for (const Double3& point : {middle(a, ab, ca), middle(ab, b, bc), middle(ca, bc, c), middle(ab, bc, ca)})
+    sum.add(look.color(triangle, places.at(point)), area / 4);
+}
+
+uint16_t packed(const Double3& color) {
+  const auto step = [](double linear, double steps) {
+    return uint32_t(std::lround(std::sqrt(std::clamp(linear, 0.0, 1.0)) * steps));
+  };
+  return uint16_t(step(color[0], 31) << 11 | step(color[1], 63) << 5 | step(color[2], 31));
+}
+
+/// None where the encoding has no grid.
+std::optional<kernels::ProofField> grid_of(const kernels::AnyField& field) {
+  if (const auto* segment = std::get_if<kernels::SegmentField>(&field)) return *segment;
+  if (const auto* exact = std::get_if<kernels::ExactField>(&field)) return exact->proof;
+  if (const auto* proof = std::get_if<kernels::ProofField>(&field)) return *proof;
+  return std::nullopt;
+}
+
+}  // namespace
+
+void reserve_colors(const Prepared& prepared, Form& form) {
+  const std::optional<kernels::ProofField> grid = grid_of(form.field());
+  if (!grid || !prepared.source->look.known()) return;
+  form.object().colors.emplace(grid->surface_voxels);
+  const uint64_t bytes = grid->surface_voxels * sizeof(uint16_t);
+  form.cost.bytes += bytes;
+  if (form.cost.resident > 0) form.cost.resident += bytes;
+  form.sections = format::section_bytes(form.alone);
+}
+
+void fill_colors(const mesh::Scene& scene, const Prepared& prepared, Form& form) {
+  if (form.object().colors) form.object().colors = mean_colors(scene, prepared, *grid_of(form.field()));
+}
+
+bool has_colors(const mesh::Scene& scene) {
+  return std::ranges::any_of(scene.meshes, [](const mesh::Mesh& mesh) { return mesh.look.known(); });
+}
+
+format::Colors mean_colors(const mesh::Scene& scene, const Prepared& prepared,
+                           const kernels::ProofField& field) {
+  Grid grid;
+  std::copy_n(field.origin, 3, grid.origin.begin());
+  grid.voxels_per_unit = field.voxels_per_unit;
+  grid.levels = field.levels;
+  std::copy_n(field.voxels, 3, grid.voxels.begin());
+  const mesh::CleanMesh& surface = prepared.surface;
+  const SurfaceVoxels voxels = voxelize(grid, surface);
+  const std::vector<uint32_t> numbers = mesh::source_triangles(surface);
+  const Look look(scene, *prepared.source);
+  const double half = 0.5 + kernels::kSurfacePadding / grid.cells();
+  format::Colors colors(field.surface_voxels);
+  tbb::parallel_for(size_t{0}, voxels.voxels.size(), [&](size_t i) {
+    const uint32_t at = voxels.voxels[i];
+    const int32_t voxel[3] = {int32_t(at % grid.voxels[0]), int32_t(at / grid.voxels[0] % grid.voxels[1]),
+                              int32_t(at / grid.voxels[0] / grid.voxels[1])};
+    uint32_t index = 0;
+    if (!kernels::surface_voxel(field, voxel, index)) return;
+    const Double3 centre{voxel[0] + 0.5, voxel[1] + 0.5, voxel[2] + 0.5};
+    Sum sum, touching;  // the latter of whole triangles, where none has an area within the voxel
+    for (const uint32_t t : voxels.touching_voxel(i)) {
+      if (t >= surface.triangles.size()) break;  // slivers
+      Double3 corners[3];
+      for (size_t k = 0; k < 3; ++k)
+        corners[k] = grid.to_grid(surface.positions[surface.triangles[t][k]]) - centre;
+      const bool textured = look.material(numbers[t]).texture != mesh::kNoTexture;
+      const Places places(corners);
+      Polygon polygon(corners);
+      polygon.clip(half);
+      const auto part = polygon.corners();
+      for (size_t k = 2; k < part.size(); ++k)
+        add_part(look, numbers[t], places, part[0], part[k - 1], part[k], textured, sum);
+      touching.add(look.color(numbers[t], {1.0 / 3, 1.0 / 3, 1.0 / 3}), 1);
+    }
+    const Sum& mean = sum.weight > 0 ? sum : touching;
+    if (mean.weight > 0) colors[index] = packed(mean.color * (1 / mean.weight));
+  });
+  return colors;
+}
+
+}  // namespace nif::bake

@@ -1,0 +1,197 @@
+#include "formats/mesh/gltf/look.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "formats/mesh/file_bytes.hpp"
+#include "formats/mesh/gltf/uri.hpp"
+#include "formats/mesh/image.hpp"
+
+namespace nif::mesh::detail {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kInExtension = -2;  ///< as an image: only an extension says which
+
+constexpr size_t kMostNotes = 20;  ///< a damaged file may have one for each of a million pictures
+
+/// -1 where there is no such index.
+int index_in(const json& object, const char* name) {
+  const json* value = member(object, name);
+  if (value == nullptr || !value->is_number_unsigned()) return -1;
+  const uint64_t index = value->get<uint64_t>();
+  return index < 0x7fffffffu ? static_cast<int>(index) : -1;
+}
+
+/// The numbers of an array of at least so many; none where it is something else.
+template <size_t kCount>
+std::optional<std::array<double, kCount>> numbers(const json& object, const char* name) {
+  const json* value = member(object, name);
+  if (value == nullptr || !value->is_array() || value->size() < kCount) return std::nullopt;
+  std::array<double, kCount> out;
+  for (size_t i = 0; i < kCount; ++i) {
+    if (!(*value)[i].is_number()) return std::nullopt;
+    out[i] = (*value)[i].get<double>();
+    if (!std::isfinite(out[i])) return std::nullopt;
+  }
+  return out;
+}
+
+Wrap wrap_of(const json& sampler, const char* name) {
+  const json* value = member(sampler, name);
+  if (value == nullptr) return Wrap::repeat;
+  constexpr int kClampToEdge = 33071, kMirroredRepeat = 33648;
+  return *value == kClampToEdge ? Wrap::clamp : *value == kMirroredRepeat ? Wrap::mirror : Wrap::repeat;
+}
+
+/// An element of an array of the document; null where there is none.
+const json* element(const json& root, const char* array, int index) {
+  const json* elements = member(root, array);
+  if (elements == nullptr || !elements->is_array() || index < 0 || size_t(index) >= elements->size())
+    return nullptr;
+  return &(*elements)[size_t(index)];
+}
+
+/// KHR_texture_transform: first scaled, then rotated as engines do, then moved.
+void read_transform(const json& info, GltfMaterial& out) {
+  const json* extensions = member(info, "extensions");
+  const json* transform = extensions ? member(*extensions, "KHR_texture_transform") : nullptr;
+  if (transform == nullptr) return;
+  if (const int coordinates = index_in(*transform, "texCoord"); coordinates >= 0)
+    out.coordinates = coordinates;
+  const auto offset = numbers<2>(*transform, "offset").value_or(std::array{0.0, 0.0}),
+             scale = numbers<2>(*transform, "scale").value_or(std::array{1.0, 1.0});
+  const json* rotation = member(*transform, "rotation");
+  const double angle = rotation != nullptr && rotation->is_number() ? rotation->get<double>() : 0;
+  const double c = std::isfinite(angle) ? std::cos(angle) : 1, s = std::isfinite(angle) ? std::sin(angle) : 0;
+  const std::array<double, 6> rows{c * scale[0],  s * scale[1], offset[0],
+                                   -s * scale[0], c * scale[1], offset[1]};
+  for (size_t i = 0; i < rows.size(); ++i) out.material.transform[i] = static_cast<float>(rows[i]);
+}
+
+GltfMaterial read_material(const json& root, const json& source) {
+  GltfMaterial out;
+  const json* colour = member(source, "pbrMetallicRoughness");
+  if (colour == nullptr) return out;
+  if (const auto factor = numbers<3>(*colour, "baseColorFactor"))
+    for (size_t c = 0; c < 3; ++c)
+      out.material.factor[c] = static_cast<float>(std::clamp((*factor)[c], 0.0, 1.0));
+  const json* info = member(*colour, "baseColorTexture");
+  if (info == nullptr) return out;
+  out.coordinates = std::max(0, index_in(*info, "texCoord"));
+  const json* texture = element(root, "textures", index_in(*info, "index"));
+  if (texture == nullptr) return out;
+  out.image = member(*texture, "source") ? index_in(*texture, "source") : kInExtension;
+  if (const json* sampler = element(root, "samplers", index_in(*texture, "sampler")))
+    out.material.wrap = {wrap_of(*sampler, "wrapS"), wrap_of(*sampler, "wrapT")};
+  read_transform(*info, out);
+  return out;
+}
+
+/// Reads pictures, each once.
+class Pictures {
+ public:
+  Pictures(const Input& input, const GltfLook& look, const GltfData& data, Scene& scene)
+      : input_(input), look_(look), data_(data), scene_(scene) {}
+
+  /// Its index into Scene::textures, or kNoTexture.
+  uint32_t read(int image) {
+    const auto [known, fresh] = known_.emplace(image, kNoTexture);
+    if (!fresh) return known->second;
+    std::string why;
+    std::optional<Texture> texture;
+    if (image == kInExtension)
+      why = "is in a format that only an extension names";
+    else if (image < 0 || size_t(image) >= look_.images.size())
+      why = "does not exist";
+    else
+      texture = decode(look_.images[size_t(image)], why);
+    if (!texture) {
+      if (++notes_ <= kMostNotes)
+        scene_.warnings.push_back(fmt::format("{}: image{} {}; materials with it have their factor alone",
+                                              input_.file.string(),
+                                              image < 0 ? "" : fmt::format(" {}", image), why));
+      return kNoTexture;
+    }
+    scene_.textures.push_back(std::move(*texture));
+    return known->second = uint32_t(scene_.textures.size() - 1);
+  }
+
+  void report() const {
+    if (notes_ > kMostNotes)
+      scene_.warnings.push_back(
+          fmt::format("{}: {} more images cannot be read", input_.file.string(), notes_ - kMostNotes));
+  }
+
+ private:
+  std::optional<Texture> decode(const GltfImage& image, std::string& why) {
+    try {
+      if (image.view >= 0) return decode_image(data_.view(image.view), texels_, why);
+      if (image.uri.starts_with("data:")) {
+        const std::optional<std::string> bytes = decode_data_uri(image.uri);
+        if (bytes) return decode_image(*bytes, texels_, why);
+        why = "has a data URI that is not base64";
+        return std::nullopt;
+      }
+      const std::optional<std::filesystem::path> path = local_file(input_, image.uri);
+      if (!path) {
+        why = "is not a local file";
+        return std::nullopt;
+      }
+      const ByteBuffer bytes = load_file(*path, input_.limits.max_decompressed_bytes);
+      scene_.files.push_back(path->string());
+      return decode_image(bytes.view(), texels_, why);
+    } catch (const Error& error) {
+      why = error.status() == Status::file_not_found ? fmt::format("is at '{}', which is missing", image.uri)
+                                                     : "cannot be read";
+      return std::nullopt;
+    }
+  }
+
+  const Input& input_;
+  const GltfLook& look_;
+  const GltfData& data_;
+  Scene& scene_;
+  std::map<int, uint32_t> known_;
+  uint64_t texels_ = kMostTexels;
+  size_t notes_ = 0;
+};
+
+}  // namespace
+
+GltfLook read_look(const json& root) {
+  GltfLook look;
+  if (const json* materials = member(root, "materials"); materials != nullptr && materials->is_array())
+    for (const json& material : *materials) look.materials.push_back(read_material(root, material));
+  if (const json* images = member(root, "images"); images != nullptr && images->is_array())
+    for (const json& image : *images) {
+      GltfImage& out = look.images.emplace_back();
+      out.view = index_in(image, "bufferView");
+      if (const json* uri = member(image, "uri"); uri != nullptr && uri->is_string())
+        out.uri = uri->get<std::string>();
+    }
+  return look;
+}
+
+void add_materials(const Input& input, const GltfLook& look, const std::vector<bool>& used,
+                   const GltfData& data, Scene& scene) {
+  Pictures pictures(input, look, data, scene);
+  scene.materials.assign(1, Material());
+  for (size_t m = 0; m < look.materials.size(); ++m) {
+    const GltfMaterial& source = look.materials[m];
+    Material material = source.material;
+    if (used[m] && source.image != -1) material.texture = pictures.read(source.image);
+    scene.materials.push_back(material);
+    scene.materials.push_back(source.material);
+  }
+  pictures.report();
+}
+
+}  // namespace nif::mesh::detail

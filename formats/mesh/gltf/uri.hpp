@@ -1,0 +1,19 @@
+// Where a glTF has bytes that are not in its buffers: in the URI itself, or in a file beside it.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "formats/mesh/input.hpp"
+
+namespace nif::mesh::detail {
+
+/// The bytes in a "data:" URI; none where they are not base64.
+std::optional<std::string> decode_data_uri(std::string_view uri);
+
+/// The file that a URI names, from the folder of the glTF; none where it is no local file.
+std::optional<std::filesystem::path> local_file(const Input& input, const std::string& uri);
+
+}  // namespace nif::mesh::detail

@@ -1,0 +1,32 @@
+#include "formats/nif/proof/colors.hpp"
+
+#include "formats/nif/proof/layout.hpp"
+
+namespace nif::format {
+
+void read_colors(const SectionTable& sections, bool present, std::string_view file,
+                 std::span<const std::optional<uint32_t>> counts, std::pmr::vector<ColorsView>& views) {
+  const Records<ColorsRecord> records(sections[kColorRecords], "COLR", file);
+  Payloads payloads(sections[kColorValues]);
+  if (present && records.count() == 0)
+    refuse(Status::damaged_nif, file, "section COLR", "is there for no object");
+  views.reserve(records.count());
+  for (uint32_t i = 0; i < records.count(); ++i) {
+    const ColorsRecord record = records[i];
+    const Place place{file, "COLR", i};
+    place.require(record.object < counts.size(), "object is out of range");
+    place.require(i == 0 || record.object > views.back().object,
+                  "object does not come after that of the record before");
+    const std::optional<uint32_t>& count = counts[record.object];
+    place.require(count.has_value(), "its object has no voxels");
+    place.require(record.surface_voxels == *count, "surface_voxels is not that of its object");
+    place.require(all_zero(record.reserved), "reserved bytes are not zero");
+    ColorsView view{record.object, *count, nullptr};
+    const Bytes payload = payloads.next(record.values, view.bytes(), "colours", place);
+    view.values = reinterpret_cast<const uint16_t*>(payload.data());
+    views.push_back(view);
+  }
+  payloads.finish("CVAL", file);
+}
+
+}  // namespace nif::format

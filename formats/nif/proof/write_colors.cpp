@@ -1,0 +1,19 @@
+#include "formats/nif/proof/colors.hpp"
+#include "formats/nif/proof/layout.hpp"
+
+namespace nif::format {
+
+ColorsWriter::ColorsWriter(Sections& sections)
+    : records_(&sections.add(kColorRecords, 0)), values_(&sections.add(kColorValues, 0)) {}
+
+void ColorsWriter::add(const Colors& colors, uint32_t object) {
+  ColorsRecord record{};
+  record.object = object;
+  record.surface_voxels = uint32_t(colors.size());
+  record.values = values_->begin_payload();
+  values_->append(colors);
+  values_->end_payload(record.values);
+  records_->append(&record, 1);
+}
+
+}  // namespace nif::format

@@ -1,0 +1,184 @@
+// Numbers of triangles in a source mesh, in files: everything is kept, readers may do without them, and what
+// is wrong is refused.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <set>
+
+#include "formats/nif/writer.hpp"
+#include "tests/format/damaged.hpp"
+#include "tests/support/random_asset.hpp"
+
+namespace nif {
+namespace {
+
+using test::Bytes;
+using test::status_of;
+
+/// A `segment`, two `bvh` and two `exact` objects, 1 to 3 of them with numbers.
+format::Asset asset_with_sources(uint64_t seed, uint32_t sources = 3) {
+  return test::random_asset(
+      seed, {.objects = 1, .instances = 1, .max_voxels = 7, .bvhs = 2, .exacts = 2, .sources = sources});
+}
+
+TEST(SourceTrianglesFile, KeepsEveryNumber) {
+  std::set<uint32_t> widths;
+  for (uint64_t seed = 0; seed < 40; ++seed) {
+    const format::Asset asset = asset_with_sources(seed);
+    const Bytes bytes = format::encode(asset);
+    EXPECT_EQ(format::encoded_bytes(asset), bytes.size());
+    const format::AssetView view = format::read_asset(bytes, "file");
+    EXPECT_EQ(bytes, format::encode(format::to_asset(view)));
+    ASSERT_EQ(view.source_triangles.size(), 3u);
+    EXPECT_EQ(view.source_triangles_of(0), nullptr);
+    EXPECT_EQ(view.source_triangles_of(4), nullptr);
+    uint64_t all = 0;
+    for (uint32_t object = 1; object < 4; ++object) {
+      const format::SourceTrianglesView* seen = view.source_triangles_of(object);
+      ASSERT_NE(seen, nullptr);
+      const format::SourceTriangles& kept = *asset.objects[object].source_triangles;
+      EXPECT_EQ(seen->object, object);
+      EXPECT_EQ(seen->triangles, kept.triangles);
+      ASSERT_EQ(seen->count, kept.numbers.size());
+      EXPECT_EQ(seen->bytes, (uint64_t{seen->count} * seen->field.bits + 31) / 32 * 4);
+      for (uint32_t i = 0; i < seen->count; ++i)
+        ASSERT_EQ(kernels::source_triangle(seen->field, i), kept.numbers[i]);
+      EXPECT_EQ(kernels::source_triangle(seen->field, kernels::kNoTriangle), kernels::kNoTriangle);
+      widths.insert(seen->field.bits);
+      all += seen->bytes;
+    }
+    for (const format::PartBytes& part : format::bytes_by_part(view))
+      if (std::string_view(part.name) == "source_triangles") {
+        EXPECT_EQ(part.bytes, all);
+      }
+  }
+  EXPECT_GT(widths.size(), 4u);
+}
+
+/// Of every width, across the ends of words.
+TEST(SourceTrianglesFile, PacksNumbersOfAnyWidth) {
+  test::Random random(1);
+  EXPECT_EQ(kernels::source_bits(1), 1u);
+  EXPECT_EQ(kernels::source_bits(2), 1u);
+  EXPECT_EQ(kernels::source_bits(3), 2u);
+  EXPECT_EQ(kernels::source_bits(0x80000000u), 31u);
+  EXPECT_EQ(kernels::source_bits(0xffffffffu), 32u);
+  for (uint32_t bits = 1; bits <= 32; ++bits) {
+    format::Asset asset = asset_with_sources(3, 1);
+    format::SourceTriangles& source = *asset.objects[1].source_triangles;
+    source.triangles = bits == 32 ? 0xffffffffu : 1u << bits;
+    if (source.triangles < source.numbers.size()) continue;
+    ASSERT_EQ(kernels::source_bits(source.triangles), bits);
+    for (uint32_t& number : source.numbers) number = random.below(source.triangles);
+    source.numbers.front() = source.triangles - 1;
+    const Bytes bytes = format::encode(asset);
+    const format::AssetView view = format::read_asset(bytes, "file");
+    EXPECT_EQ(format::to_asset(view).objects[1].source_triangles->numbers, source.numbers) << bits;
+  }
+  EXPECT_EQ(kernels::source_triangle({}, 5), 5u) << "without numbers, its own";
+}
+
+/// A reader that does not know the sections finds the same objects.
+TEST(SourceTrianglesFile, IsOptional) {
+  const Bytes with = format::encode(asset_with_sources(1)),
+              without = format::encode(asset_with_sources(1, 0));
+  Bytes unknown = with;
+  for (const uint32_t type : {format::kSourceRecords, format::kSourceNumbers}) {
+    const uint32_t index = test::find_section(with, type);
+    EXPECT_EQ(test::section_entry(with, index).flags, 0u);
+    for (uint32_t i = 0; i < test::load<format::Header>(without, 0).section_count; ++i)
+      EXPECT_NE(test::section_entry(without, i).type, type);
+    auto entry = test::section_entry(with, index);
+    entry.flags = format::kRequired;
+    Bytes required = with;
+    test::store_entry(required, index, entry);
+    test::fix_checksums(required);
+    EXPECT_EQ(status_of(required), Status::damaged_nif);
+
+    entry.type = format::fourcc("NEW0") + (index & 1);
+    entry.flags = 0;
+    Bytes half = with;
+    test::store_entry(half, index, entry);
+    test::fix_checksums(half);
+    EXPECT_EQ(status_of(half), Status::damaged_nif) << "one without the other";
+    test::store_entry(unknown, index, entry);
+  }
+  test::fix_checksums(unknown);
+  const format::AssetView view = format::read_asset(unknown, "file");
+  EXPECT_TRUE(view.source_triangles.empty());
+  EXPECT_EQ(format::encode(format::to_asset(view)), without);
+}
+
+TEST(SourceTrianglesFile, RefusesWrongRecords) {
+  const format::Asset asset = asset_with_sources(2);
+  const Bytes file = format::encode(asset);
+  const auto refused = [&](uint32_t index, const std::function<void(format::SourceRecord&)>& change) {
+    return status_of(test::with_record<format::SourceRecord>(file, format::kSourceRecords, index, change)) ==
+           Status::damaged_nif;
+  };
+  EXPECT_FALSE(refused(0, [](auto&) {}));
+  EXPECT_TRUE(refused(0, [](auto& r) { r.object = 0; })) << "has no triangles";
+  EXPECT_TRUE(refused(2, [](auto& r) { r.object = 5; }));
+  EXPECT_TRUE(refused(2, [](auto& r) { r.object = 0xffffffff; }));
+  EXPECT_TRUE(refused(1, [](auto& r) { r.object = 1; }));
+  EXPECT_TRUE(refused(1, [](auto& r) { r.object = 3; }));
+  const auto stored = uint32_t(asset.objects[1].source_triangles->numbers.size());
+  EXPECT_TRUE(refused(0, [&](auto& r) { r.triangles = stored - 1; }));
+  EXPECT_TRUE(refused(0, [](auto& r) { r.triangles = 0; }));
+  EXPECT_TRUE(refused(0, [](auto& r) { r.triangles = 0xffffffff; })) << "other widths";
+  const uint32_t largest = *std::ranges::max_element(asset.objects[1].source_triangles->numbers);
+  if (kernels::source_bits(largest) == kernels::source_bits(asset.objects[1].source_triangles->triangles)) {
+    EXPECT_TRUE(refused(0, [&](auto& r) { r.triangles = largest; })) << "the largest number is beyond";
+  }
+  for (size_t i = 0; i < std::size(format::SourceRecord{}.reserved); ++i)
+    EXPECT_TRUE(refused(0, [&](auto& r) { r.reserved[i] = 1; })) << i;
+  EXPECT_TRUE(refused(1, [](auto& r) { r.numbers.offset += 64; }));
+  EXPECT_TRUE(refused(1, [](auto& r) { r.numbers.offset = ~uint64_t{63}; }));
+  EXPECT_TRUE(refused(1, [](auto& r) { r.numbers.bytes = ~uint64_t{0}; }));
+}
+
+TEST(SourceTrianglesFile, RefusesWrongNumbers) {
+  const auto status_after = [](const std::function<void(format::Asset&)>& change) {
+    format::Asset asset = asset_with_sources(3);
+    asset.objects[1].source_triangles->triangles = 100;
+    for (uint32_t& number : asset.objects[1].source_triangles->numbers) number %= 100;
+    change(asset);
+    try {
+      format::encode(asset);
+      return Status::ok;
+    } catch (const Error& error) {
+      return error.status();
+    }
+  };
+  EXPECT_EQ(status_after([](auto&) {}), Status::ok);
+  EXPECT_EQ(status_after([](auto& a) { a.objects[1].source_triangles->numbers[0] = 99; }), Status::ok);
+  EXPECT_EQ(status_after([](auto& a) { a.objects[1].source_triangles->numbers[0] = 100; }), Status::internal);
+  EXPECT_EQ(status_after([](auto& a) { a.objects[1].source_triangles->numbers.clear(); }), Status::internal);
+  EXPECT_EQ(status_after([](auto& a) {
+              for (int i = 0; i < 32; ++i) a.objects[1].source_triangles->numbers.push_back(0);
+            }),
+            Status::internal);
+  EXPECT_EQ(status_after([](auto& a) { a.objects[0].source_triangles = a.objects[1].source_triangles; }),
+            Status::internal)
+      << "a segment object has no triangles";
+}
+
+/// Bits beyond the last number must be zero, so that there is one file for an asset.
+TEST(SourceTrianglesFile, RefusesBitsAfterTheLastNumber) {
+  uint32_t tried = 0;
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    const format::Asset asset = asset_with_sources(seed, 1);
+    Bytes file = format::encode(asset);
+    const format::SourceTriangles& source = *asset.objects[1].source_triangles;
+    const auto entry = test::section_entry(file, test::find_section(file, format::kSourceNumbers));
+    if (source.numbers.size() * kernels::source_bits(source.triangles) % 32 == 0) continue;
+    file[entry.offset + entry.bytes - 1] |= std::byte{0x80};
+    test::fix_checksums(file);
+    EXPECT_EQ(status_of(file), Status::damaged_nif);
+    ++tried;
+  }
+  EXPECT_GT(tried, 10u);
+}
+
+}  // namespace
+}  // namespace nif

@@ -1,0 +1,14 @@
+// Pictures as PNG, for textures.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace nif::test {
+
+/// The bytes of a file; pixels row by row from the top, red, green and blue.
+std::string png(int width, int height, const std::vector<std::array<uint8_t, 3>>& pixels);
+
+}  // namespace nif::test
