@@ -152,7 +152,7 @@ const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
                                             {"nif_scene_bvh", {152, 120, 48, 16}},
                                             {"nif_scene_bvh_single", {152, 120, 48, 16}},
                                             {"nif_scene_bvh_details", {192, 144, 104, 16}},
-                                            {"nif_scene_hits", {208, 152, 120, 48}},
+                                            {"nif_scene_hits", {208, 152, 136, 48}},
                                             {"nif_scene_open", {168, 120, 88, 0}},
                                             {"nif_scene_segment", {144, 104, 64, 72}},
                                             {"nif_scene_segment_details", {176, 112, 112, 72}}};

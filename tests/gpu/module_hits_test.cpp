@@ -7,16 +7,16 @@
 namespace nif::test {
 namespace {
 
-/// With two features a corner and with another number, with one part of the ray and with many.
-constexpr RandomAssetOptions kAllEncodings{.objects = 2,
-                                           .instances = 0,
-                                           .bvhs = 2,
-                                           .sphericals = 2,
-                                           .exacts = 2,
-                                           .proofs = 2,
-                                           .colors = 5,
-                                           .sources = 3};
-constexpr RandomAssetOptions kPairs{.objects = 2, .instances = 0, .features = 2};
+/// All encodings, features in any number; and two features a corner, as the baker makes.
+constexpr RandomAssetOptions kHitAssets{.objects = 2,
+                                        .instances = 0,
+                                        .bvhs = 2,
+                                        .sphericals = 2,
+                                        .exacts = 2,
+                                        .proofs = 2,
+                                        .colors = 5,
+                                        .sources = 3};
+constexpr RandomAssetOptions kPairAssets{.objects = 2, .instances = 0, .features = 2};
 
 class GpuFirstHits : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {
  protected:
@@ -35,7 +35,7 @@ INSTANTIATE_TEST_SUITE_P(Each, GpuFirstHits, testing::Values(0u, 2u),
                          [](const auto& p) { return std::string(name_of(kMatrixKinds[p.param])); });
 
 TEST_P(GpuFirstHits, OfOneInstanceAreThoseOfTheCpu) {
-  for (const RandomAssetOptions& options : {kAllEncodings, kPairs})
+  for (const RandomAssetOptions& options : {kHitAssets, kPairAssets})
     for (uint64_t seed = 0; seed < 3; ++seed) {
       const std::vector<std::byte> file = format::encode(random_asset(seed, options));
       const format::AssetView view = format::read_asset(file, "test");
@@ -94,9 +94,9 @@ TEST_P(GpuFirstHits, OfMixedScenesAreThoseOfTheCpu) {
       machine().order = seed;
       Random random(seed);
       TwinScenes twins(config(card()));
-      const std::vector<std::byte> file = format::encode(random_asset(seed, kAllEncodings));
+      const std::vector<std::byte> file = format::encode(random_asset(seed, kHitAssets));
       const format::AssetView view = format::read_asset(file, "test");
-      const uint32_t all = twins.load(file), pairs = twins.load(random_asset(seed, kPairs));
+      const uint32_t all = twins.load(file), pairs = twins.load(random_asset(seed, kPairAssets));
       for (size_t i = 0; i < count; ++i) {
         const bool any = random.below(4) != 0;
         const uint32_t object = random.below(any ? uint32_t(view.objects.size()) : 2);
@@ -113,7 +113,7 @@ TEST_P(GpuFirstHits, OfMixedScenesAreThoseOfTheCpu) {
 
 /// Instances of which nothing is proven, because their transforms are too skewed.
 TEST_P(GpuFirstHits, OfSkewedInstances) {
-  const std::vector<std::byte> file = format::encode(random_asset(4, kAllEncodings));
+  const std::vector<std::byte> file = format::encode(random_asset(4, kHitAssets));
   const format::AssetView view = format::read_asset(file, "test");
   TwinScenes alone(config(card())), several(config(card()));
   const uint32_t one = alone.load(file), asset = several.load(file);
@@ -142,7 +142,7 @@ TEST_P(GpuFirstHits, OfAnEmptySceneAndOfNoRays) {
 
 TEST_P(GpuFirstHits, OfBatchesOfAnySize) {
   TwinScenes twins(config(card()));
-  const std::vector<std::byte> file = format::encode(random_asset(6, kAllEncodings));
+  const std::vector<std::byte> file = format::encode(random_asset(6, kHitAssets));
   const format::AssetView view = format::read_asset(file, "test");
   const uint32_t asset = twins.load(file);
   for (uint32_t object = 0; object < view.objects.size(); ++object) twins.add(asset, object, kIdentity);
@@ -155,7 +155,7 @@ TEST_P(GpuFirstHits, OfBatchesOfAnySize) {
 TEST_P(GpuFirstHits, GoOnFromLaunchToLaunch) {
   machine().most_rays = 1000;
   TwinScenes twins(config(card()));
-  const std::vector<std::byte> file = format::encode(random_asset(5, kAllEncodings));
+  const std::vector<std::byte> file = format::encode(random_asset(5, kHitAssets));
   const format::AssetView view = format::read_asset(file, "test");
   const uint32_t asset = twins.load(file);
   for (uint32_t object = 0; object < view.objects.size(); ++object) twins.add(asset, object, kIdentity);
@@ -188,7 +188,7 @@ TEST_P(GpuFirstHits, OfMoreRaysThan32BitsCount) {
 /// what they always are.
 TEST_P(GpuFirstHits, LayoutsAndOutputs) {
   TwinScenes twins(config(card()));
-  const std::vector<std::byte> file = format::encode(random_asset(7, kAllEncodings));
+  const std::vector<std::byte> file = format::encode(random_asset(7, kHitAssets));
   const format::AssetView view = format::read_asset(file, "test");
   const uint32_t asset = twins.load(file);
   for (uint32_t object = 0; object < view.objects.size(); ++object)
@@ -273,7 +273,7 @@ TEST_P(GpuFirstHits, LayoutsAndOutputs) {
 /// A job is done when the stream has passed it, and nothing is waited for before.
 TEST_P(GpuFirstHits, Jobs) {
   TwinScenes twins(config(card()));
-  const std::vector<std::byte> file = format::encode(random_asset(8, kAllEncodings));
+  const std::vector<std::byte> file = format::encode(random_asset(8, kHitAssets));
   const format::AssetView view = format::read_asset(file, "test");
   twins.add(twins.load(file), 2, kIdentity);
   twins.commit();
@@ -306,7 +306,7 @@ TEST_P(GpuFirstHits, Jobs) {
 }
 
 TEST_F(GpuModuleTest, FirstHitsOfHostMemoryAreFoundByTheCpu) {
-  const std::vector<std::byte> file = format::encode(random_asset(3, kAllEncodings));
+  const std::vector<std::byte> file = format::encode(random_asset(3, kHitAssets));
   TwinScenes twins(config());
   twins.add(twins.load(file), 0, kIdentity);
   twins.commit();
@@ -327,7 +327,7 @@ TEST_F(GpuModuleTest, FirstHitsOfHostMemoryAreFoundByTheCpu) {
 
 TEST_F(GpuModuleTest, FirstHitsOfWrongArgumentsAreRefused) {
   TwinScenes twins(config());
-  const std::vector<std::byte> file = format::encode(random_asset(3, kAllEncodings));
+  const std::vector<std::byte> file = format::encode(random_asset(3, kHitAssets));
   twins.add(twins.load(file), 0, kIdentity);
   twins.commit();
   const std::vector<NifRay> rays = rays_near(format::read_asset(file, "test"), 3, 100);
