@@ -75,9 +75,13 @@ TEST_F(Bake, PrintsJsonToStandardOutputAndProgressToStandardError) {
       EXPECT_EQ(accuracy["hits"]["rays"], 2000);
       EXPECT_LT(accuracy["hits"]["missed"].get<double>(), 0.05);
       EXPECT_EQ(accuracy["hits"]["bounds_wrong"], 0);
-      EXPECT_LT(accuracy["hits"]["voxels"]["median"].get<double>(), 0.2);
-      EXPECT_LE(accuracy["hits"]["degrees"]["median"], accuracy["hits"]["degrees"]["p90"]);
-      EXPECT_GT(accuracy["hits"]["diagonals"]["p99"], 0);
+      // From the surface of a ball nothing is hit.
+      EXPECT_EQ(accuracy["hits"].contains("voxels"), std::string(set) == "outer-lines");
+      if (accuracy["hits"].contains("voxels")) {
+        EXPECT_LT(accuracy["hits"]["voxels"]["median"].get<double>(), 0.2);
+        EXPECT_LE(accuracy["hits"]["degrees"]["median"], accuracy["hits"]["degrees"]["p90"]);
+        EXPECT_GT(accuracy["hits"]["diagonals"]["p99"], 0);
+      }
     }
     const double leak = accuracy["leak"], spurious = accuracy["spurious"], error = accuracy["error"];
     EXPECT_NEAR(error, leak + spurious, 1e-12);
