@@ -1,0 +1,128 @@
+// First hits of objects with triangles against Embree's. Embree computes in single precision, so from far
+// away or at a flat angle it is less exact than what is tested here. Where the two differ, CGAL's exact
+// predicates decide: nothing may be met before the hit, and something must be met there.
+//
+// The hits of `exact` objects are those of `bvh` objects, bit by bit (exact_object_test.cpp).
+#include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
+
+#include "bake/bvh/builder.hpp"
+#include "bake/oracle/prepare.hpp"
+#include "bake/oracle/ray_sets.hpp"
+#include "formats/base/vector.hpp"
+#include "formats/mesh/read.hpp"
+#include "formats/nif/bvh/encoding.hpp"
+#include "kernels/reference/bvh/hit.hpp"
+#include "tests/bake/exact.hpp"
+#include "tests/bake/hard_shapes.hpp"
+#include "tests/support/real_meshes.hpp"
+
+namespace nif::test {
+namespace {
+
+using kernels::Hit;
+using kernels::kNoHit;
+using kernels::Segment;
+
+/// Built when it is first asked, since that takes longer than most comparisons.
+class LateOracle {
+ public:
+  explicit LateOracle(const bake::Prepared& prepared) : prepared_(prepared) {}
+  const ExactOracle& get() {
+    std::call_once(built_, [&] {
+      oracle_ = std::make_unique<ExactOracle>(prepared_.surface.positions, prepared_.surface.triangles);
+    });
+    return *oracle_;
+  }
+
+ private:
+  const bake::Prepared& prepared_;
+  std::once_flag built_;
+  std::unique_ptr<ExactOracle> oracle_;
+};
+
+struct Tally {
+  std::atomic<uint64_t> rays = 0, hits = 0, doubted = 0, wrong = 0;
+};
+
+/// Whether a hit is right within `off`, a length, by exact predicates.
+bool is_right(const ExactOracle& exact, const Segment& ray, const Hit& hit, double off, double reach) {
+  if (!(hit.t < kNoHit)) return !exact.occluded(ray, reach);
+  const auto steps = static_cast<float>(off / length(to_double(std::to_array(ray.direction))));
+  Segment before = ray, there = ray;
+  before.tmax = hit.t - steps;
+  there.tmax = std::min(hit.t + steps, ray.tmax);
+  return (before.tmin > before.tmax || !exact.occluded(before, reach)) && exact.occluded(there, reach);
+}
+
+void compare(const mesh::Mesh& mesh, uint64_t rays_of_set, Tally& tally) {
+  const bake::Prepared prepared = bake::prepare(mesh);
+  if (!bake::fits_bvh(prepared.surface.positions)) return;
+  const format::Bvh bvh = bake::build_bvh(prepared.surface.positions, prepared.surface.triangles);
+  const kernels::BvhField field = format::field_of(bvh);
+  const bake::GroundTruth truth(prepared);
+  LateOracle exact(prepared);
+  const double off = 1e-6 * prepared.box.diagonal(), reach = 10 * prepared.box.diagonal();
+  for (const bake::RaySet set : bake::kRaySets) {
+    if (set == bake::RaySet::inner_volume && !truth.source().has_volume) continue;
+    const std::vector<Segment> rays = bake::draw_ray_set(truth.source(), set, rays_of_set, 11).segments;
+    tbb::parallel_for(size_t{0}, rays.size(), [&](size_t i) {
+      const Hit hit = kernels::intersect(field, rays[i]);
+      const auto embree = truth.source().oracle.first_hit(rays[i]);
+      const bool met = hit.t < kNoHit;
+      ++tally.rays;
+      tally.hits += met;
+      const double direction = length(to_double(std::to_array(rays[i].direction)));
+      if (met == embree.has_value() &&
+          (!met || std::abs(double(hit.t) - double(embree->t)) * direction <= off))
+        return;
+      ++tally.doubted;
+      if (is_right(exact.get(), rays[i], hit, off, reach)) return;
+      ++tally.wrong;
+      ADD_FAILURE() << bake::name_of(set) << " ray " << i << ": t " << hit.t << ", Embree's "
+                    << (embree ? embree->t : kNoHit);
+    });
+  }
+}
+
+TEST(HitsAgainstCgal, OfShapes) {
+  for (int shape = 0; shape < kShapes; ++shape) {
+    SCOPED_TRACE(shape);
+    Tally tally;
+    compare(make_shape(Shape(shape), 0), 10'000, tally);
+    EXPECT_GT(tally.hits, 100u);
+    EXPECT_EQ(tally.wrong, 0u);
+  }
+}
+
+TEST(HitsOfRealMeshes, AreEmbreesOrRight) {
+  if (!real_mesh_folder()) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
+  const char* const wanted = std::getenv("NIF_TEST_SEGMENTS");
+  const uint64_t rays = wanted ? std::strtoull(wanted, nullptr, 10) : 200'000;
+  for (const std::filesystem::path& file : real_meshes()) {
+    SCOPED_TRACE(file.filename().string());
+    const mesh::Scene scene = mesh::read(file);
+    Tally tally;
+    // The largest object of a file stands for the others.
+    compare(*std::max_element(
+                scene.meshes.begin(), scene.meshes.end(),
+                [](const auto& a, const auto& b) { return a.triangles.size() < b.triangles.size(); }),
+            rays, tally);
+    EXPECT_GT(tally.hits, 1'000u);
+    EXPECT_EQ(tally.wrong, 0u);
+    std::printf("%s: %llu rays, %llu hits, %llu in doubt\n", file.filename().c_str(),
+                static_cast<unsigned long long>(tally.rays), static_cast<unsigned long long>(tally.hits),
+                static_cast<unsigned long long>(tally.doubted));
+  }
+}
+
+}  // namespace
+}  // namespace nif::test
