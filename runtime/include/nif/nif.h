@@ -265,9 +265,11 @@ typedef struct NifObjectInfo {
   uint32_t network;    /* 0 .. network_count - 1; ignore it for encodings without networks */
   float bounds_min[3]; /* of the source mesh, in object space */
   float bounds_max[3];
-  float bias;              /* start shadow rays this far from the surface, in object units */
-  uint32_t triangles;      /* of the source mesh */
-  uint64_t resident_bytes; /* this object's own data: voxels, features, grids, BVH, tables built at load */
+  float bias;         /* start shadow rays this far from the surface, in object units */
+  uint32_t triangles; /* of the source mesh */
+  /* This object's own data: voxels, features, grids, BVH, numbers of triangles, colours, tables built at
+   * load. */
+  uint64_t resident_bytes;
   /* 0: an object of NIF_ENCODING_PROOF without planes, because the baker found that they would save too
    * little. It only knows which rays miss it: ask your own BVH alone. 1: all others. */
   uint32_t proves;
