@@ -60,6 +60,13 @@ void shorten(nlohmann::ordered_json& json) {
     for (auto& [name, value] : json.items()) shorten(value);
 }
 
+/// What does not say how far off hits are goes: files are small.
+void shorten_hits(nlohmann::ordered_json& hits) {
+  for (const char* name : {"certain", "bounds_wrong", "compared", "triangles", "source_triangles"})
+    hits.erase(name);
+  shorten(hits);
+}
+
 }  // namespace
 
 void add_hits(const SetHitFigures& hits, nlohmann::ordered_json& sets) {
@@ -149,7 +156,7 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
     described["accuracy"] = to_json(report.sets);
     add_hits(report.hits, described["accuracy"]);
     for (auto& [set, accuracy] : described["accuracy"].items())
-      if (accuracy.contains("hits")) shorten(accuracy["hits"]);
+      if (accuracy.contains("hits")) shorten_hits(accuracy["hits"]);
   }
   json["objects"] = std::move(objects);
   add_scene(scene, options, result, json);

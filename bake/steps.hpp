@@ -11,7 +11,7 @@ inline constexpr uint64_t kMeasuringSeed = 0x6d65617375726564, kChoosingSeed = 0
                           kLeaningSeed = 0x6c65616e696e67;
 
 /// Reserve for what the metadata will say once accuracy has been measured.
-inline constexpr uint64_t kMetadataBytes = 1024, kMetadataBytesPerObject = 2816;
+inline constexpr uint64_t kMetadataBytes = 1024, kMetadataBytesPerObject = 2368;
 /// And what it says of an object that leans.
 inline constexpr uint64_t kMetadataBytesOfLean = 768;
 
