@@ -53,14 +53,20 @@ struct Tally {
   std::atomic<uint64_t> rays = 0, hits = 0, doubted = 0, wrong = 0;
 };
 
-/// Whether a hit is right within `off`, a length, by exact predicates.
+/// Whether a hit is right within `off`, a length, by exact predicates. What is met at the very ends of a
+/// segment is decided by the rounding of double precision.
 bool is_right(const ExactOracle& exact, const Segment& ray, const Hit& hit, double off, double reach) {
-  if (!(hit.t < kNoHit)) return !exact.occluded(ray, reach);
   const auto steps = static_cast<float>(off / length(to_double(std::to_array(ray.direction))));
-  Segment before = ray, there = ray;
-  before.tmax = hit.t - steps;
-  there.tmax = std::min(hit.t + steps, ray.tmax);
-  return (before.tmin > before.tmax || !exact.occluded(before, reach)) && exact.occluded(there, reach);
+  const bool met = hit.t < kNoHit;
+  Segment before = ray;
+  before.tmin = ray.tmin + steps;
+  before.tmax = (met ? hit.t : ray.tmax) - steps;
+  if (before.tmin <= before.tmax && exact.occluded(before, reach)) return false;
+  if (!met) return true;
+  Segment there = ray;
+  there.tmin = ray.tmin - steps;
+  there.tmax = hit.t + steps;
+  return exact.occluded(there, reach);
 }
 
 void compare(const mesh::Mesh& mesh, uint64_t rays_of_set, Tally& tally) {
