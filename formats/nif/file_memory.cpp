@@ -46,17 +46,6 @@ size_t read_at(int fd, std::byte* to, size_t count, size_t offset, const std::st
   return done;
 }
 
-/// Asks for huge pages, where the memory is large enough for some: rays jump about in it, and with small pages
-/// each jump misses the table of pages, too. Only advice, so what comes of it does not matter.
-void prefer_huge_pages(std::byte* at, size_t size) {
-#ifdef MADV_HUGEPAGE
-  constexpr uintptr_t kHugePage = 2u << 20;
-  const auto begin = (reinterpret_cast<uintptr_t>(at) + kHugePage - 1) / kHugePage * kHugePage,
-             end = (reinterpret_cast<uintptr_t>(at) + size) / kHugePage * kHugePage;
-  if (begin < end) ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
-#endif
-}
-
 }  // namespace
 
 FileMemory FileMemory::load(const std::string& path, Mode mode, std::pmr::memory_resource* memory) {
@@ -84,7 +73,6 @@ FileMemory FileMemory::load(const std::string& path, Mode mode, std::pmr::memory
   }
   FileMemory result(Kind::owned, {static_cast<std::byte*>(memory->allocate(size, kAlignment)), size}, memory);
   auto* to = const_cast<std::byte*>(result.bytes_.data());
-  prefer_huge_pages(to, size);
   if (read_at(file.get(), to, size, 0, path) != size) unreadable(path, "it shrank while it was read");
   return result;
 }
@@ -92,7 +80,6 @@ FileMemory FileMemory::load(const std::string& path, Mode mode, std::pmr::memory
 FileMemory FileMemory::copy(std::span<const std::byte> bytes, std::pmr::memory_resource* memory) {
   if (bytes.empty()) return borrow(bytes);
   auto* to = static_cast<std::byte*>(memory->allocate(bytes.size(), kAlignment));
-  prefer_huge_pages(to, bytes.size());
   std::memcpy(to, bytes.data(), bytes.size());
   return {Kind::owned, {to, bytes.size()}, memory};
 }
