@@ -84,13 +84,13 @@ std::string hit_lines(const bake::SetHitFigures& sets) {
     lines += fmt::format("{:<14}{:>10}{:>8.3f}%{:>8.3f}%", bake::name_of(set), hits.rays,
                          100 * hits.rate(hits.missed), 100 * hits.rate(hits.false_hits));
     if (off && hits.angle)
-      lines += fmt::format("{:>10.2g}{:>9.2g}{:>9.2g} {:<10}{:>7.2g}{:>7.2g} degrees", unit * (*off)[0],
+      lines += fmt::format("{:>10.2g}{:>9.2g}{:>9.2g} {:<10}{:>8.2g}{:>9.2g} degrees", unit * (*off)[0],
                            unit * (*off)[2], unit * (*off)[3], hits.voxels ? "voxels" : "% diagonal",
                            (*hits.angle)[0], (*hits.angle)[1]);
     lines += "\n";
   }
   if (lines.empty()) return lines;
-  return fmt::format("{:<14}{:>10}{:>9}{:>9}{:>10}{:>9}{:>9} {:<10}{:>7}{:>7}\n", "first hits", "rays",
+  return fmt::format("{:<14}{:>10}{:>9}{:>9}{:>10}{:>9}{:>9} {:<10}{:>8}{:>9}\n", "first hits", "rays",
                      "missed", "false", "off: 50%", "95%", "99%", "", "normal", "90%") +
          lines;
 }
