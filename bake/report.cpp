@@ -32,7 +32,7 @@ namespace {
 
 constexpr std::array<const char*, kPercentiles.size()> kPercentileKeys{"median", "p90", "p95", "p99"};
 
-nlohmann::ordered_json to_json(const HitFigures& hits) {
+nlohmann::ordered_json hits_json(const HitFigures& hits) {
   nlohmann::ordered_json json{{"rays", hits.rays},
                               {"missed", hits.rate(hits.missed)},
                               {"false_hits", hits.rate(hits.false_hits)},
@@ -72,7 +72,7 @@ void shorten_hits(nlohmann::ordered_json& hits) {
 void add_hits(const SetHitFigures& hits, nlohmann::ordered_json& sets) {
   for (auto& [name, set] : sets.items()) {
     const HitFigures& own = hits[size_t(*ray_set_named(name))];
-    if (own.rays > 0) set["hits"] = to_json(own);
+    if (own.rays > 0) set["hits"] = hits_json(own);
   }
 }
 
