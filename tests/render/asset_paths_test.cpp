@@ -21,7 +21,7 @@ namespace nif::render {
 namespace {
 
 /// Moved, turned, scaled by 2 and mirrored.
-constexpr mesh::Transform kMirrored{0, 0, 2, 3, 0, 2, 0, 1, 2, 0, 0, -1};
+constexpr mesh::Transform kTurnedAndMirrored{0, 0, 2, 3, 0, 2, 0, 1, 2, 0, 0, -1};
 
 class AssetPictures : public testing::Test {
  protected:
@@ -79,7 +79,7 @@ TEST_F(AssetPictures, ExactAssetsGiveEmbreesPicture) {
   for (const std::string encoding : {"bvh", "exact"}) {
     SceneDescription scene = scene_of({object("ring", test::torus(48, 24), encoding)});
     scene.objects.push_back(object("ball", test::icosphere(3), encoding));
-    scene.objects[1].transform = kMirrored;
+    scene.objects[1].transform = kTurnedAndMirrored;
     scene.objects[1].mirror = true;
     scene.objects[1].albedo = {0.9, 0.8, 0.7};
     scene.ground = GroundDescription{};
@@ -113,7 +113,7 @@ TEST_F(AssetPictures, ExactAssetsGiveEmbreesPicture) {
 
 TEST_F(AssetPictures, FieldsComeClose) {
   SceneDescription scene = scene_of({object("ring", test::torus(48, 24), "segment")});
-  scene.objects[0].transform = kMirrored;
+  scene.objects[0].transform = kTurnedAndMirrored;
   scene.ground = GroundDescription{};
   scene.picture.bounces = 1;
   const Rendering rendering = render_scene(scene);

@@ -285,7 +285,7 @@ class Traversal {
     count += leaves != 0;
     // Also where no leaf is met: a branch costs more.
     for (uint32_t line = 0; line < kTriangleLines; ++line)
-      __builtin_prefetch(field.triangles[node.first_triangle] + 64 * line);
+      __builtin_prefetch(reinterpret_cast<const char*>(field.triangles + node.first_triangle) + 64 * line);
     for (uint32_t line = 0; line < kVertexLines; ++line)
       __builtin_prefetch(reinterpret_cast<const char*>(field.vertices[node.first_vertex]) + 64 * line);
 
