@@ -39,8 +39,8 @@ void* reallocate(void* memory, size_t bytes) {
 namespace nif::mesh::detail {
 namespace {
 
-/// Whether each Huffman table of a JPEG has at most as many codes as there are bytes, as it must: stb does not
-/// look, and writes beyond its own tables. Segments are gone through as stb does it.
+/// Whether each Huffman table of a JPEG has at most as many codes as there are bytes, as it must: stb does
+/// not look, and writes beyond its own tables. Segments are gone through as stb does it.
 bool huffman_tables_fit(std::string_view bytes) {
   const auto byte = [&](size_t at) { return at < bytes.size() ? uint8_t(bytes[at]) : uint8_t{0}; };
   if (byte(0) != 0xFF || byte(1) != 0xD8) return true;  // no JPEG
@@ -70,6 +70,10 @@ bool huffman_tables_fit(std::string_view bytes) {
 std::optional<Texture> decode_image(std::string_view bytes, uint64_t& texels, std::string& why) {
   const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
   int width = 0, height = 0, channels = 0;
+  if (!huffman_tables_fit(bytes)) {
+    why = "cannot be decoded (it has a Huffman table that is too long)";
+    return std::nullopt;
+  }
   constexpr uint64_t kEnoughToLook = 1 << 20;
   most_at_once = kEnoughToLook;
   if (bytes.size() > size_t{std::numeric_limits<int>::max()} ||
@@ -81,10 +85,6 @@ std::optional<Texture> decode_image(std::string_view bytes, uint64_t& texels, st
   const uint64_t wanted = uint64_t(width) * uint64_t(height);
   if (wanted > texels) {
     why = fmt::format("has {} x {} pixels, more than are read ({} of a file)", width, height, kMostTexels);
-    return std::nullopt;
-  }
-  if (!huffman_tables_fit(bytes)) {
-    why = "cannot be decoded (it has a Huffman table that is too long)";
     return std::nullopt;
   }
   // Of four channels of 16 bits, with room for a buffer that grows by doubling; and the file's own data.

@@ -241,8 +241,8 @@ class Session {
     const NifError error = whole ? nifAddAsset(scene.handle, asset.handle, where, &first, &count)
                                  : nifAddInstance(scene.handle, asset.handle, object, where, &first);
     if (!scene.alive() || !asset.alive()) return must_be_dead(error);
-    if (scene.device != asset.device || (placed && !is_finite(transform)))
-      must(error == NIF_ERROR_INVALID_ARGUMENT);
+    // Where several things are wrong, either may be said.
+    if (scene.device != asset.device || (placed && !is_finite(transform))) must(error != NIF_OK);
     must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_SINGULAR_TRANSFORM);
     if (error != NIF_OK) return;
     must(first == scene.instances);
@@ -256,7 +256,7 @@ class Session {
     const std::array<float, 12> transform = matrix();
     const NifError error = nifSetInstanceTransform(scene.handle, instance, transform.data());
     if (!scene.alive()) return must_be_dead(error);
-    if (instance >= scene.instances || !is_finite(transform)) must(error == NIF_ERROR_INVALID_ARGUMENT);
+    if (instance >= scene.instances || !is_finite(transform)) must(error != NIF_OK);
     must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_SINGULAR_TRANSFORM);
     if (error == NIF_OK) scene.committed = false;
   }
