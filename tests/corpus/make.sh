@@ -88,4 +88,5 @@ fi
 
 "$bin/make_mesh_seeds" tests/corpus
 tests/corpus/make_api.py tests/corpus/api
+tests/corpus/make_scene.py tests/corpus/scene
 ls -l $golden/*.nif $corpus/*.nif

@@ -1,5 +1,5 @@
-// In place of the fuzzer where tests/fuzz/coverage.sh counts lines: reads every file of the folders that it is
-// given, once.
+// In place of the fuzzer where tests/fuzz/coverage.sh counts lines: reads every file of the folders that it
+// is given, once.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>

@@ -75,13 +75,56 @@ class MemorySource : public Imf::IStream {
   throw Error(Status::not_an_image, path + ": " + why);
 }
 
+/// Before memory is taken for all pixels: a few hundred bytes may claim to be 16,384 pixels square.
+void check_pixels(const std::string& path, int width, int height, uint64_t most) {
+  if (uint64_t(width) * uint64_t(height) > most)
+    no_image(path, "is too short for the " + std::to_string(width) + " x " + std::to_string(height) +
+                       " pixels that it claims to have");
+}
+
+/// OpenEXR takes memory for an attribute before it looks for its bytes. Of each header (a file of several
+/// parts has several) the attributes are name, type, each ended by a 0, length and content; an empty name
+/// ends it.
+void check_attributes(const std::string& path, std::string_view bytes) {
+  constexpr size_t kFlags = 5;  // second byte of these, after the version
+  const bool parts = bytes.size() > kFlags && (uint8_t(bytes[kFlags]) & 0x10) != 0;
+  bytes.remove_prefix(std::min<size_t>(bytes.size(), 8));  // magic number, version and flags
+  const auto skip_text = [&] {
+    const size_t end = bytes.find('\0');
+    bytes.remove_prefix(end == std::string_view::npos ? bytes.size() : end + 1);
+  };
+  for (bool header_is_empty = true;;) {
+    if (bytes.empty()) no_image(path, "ends within its header");
+    if (bytes[0] == '\0') {
+      if (header_is_empty || !parts) return;
+      bytes.remove_prefix(1);
+      header_is_empty = true;
+      continue;
+    }
+    header_is_empty = false;
+    skip_text();
+    skip_text();
+    int32_t length = 0;
+    if (bytes.size() < sizeof(length)) no_image(path, "ends within its header");
+    std::memcpy(&length, bytes.data(), sizeof(length));
+    bytes.remove_prefix(sizeof(length));
+    if (length < 0 || size_t(length) > bytes.size())
+      no_image(path, "has an attribute that is longer than the file");
+    bytes.remove_prefix(size_t(length));
+  }
+}
+
 Image read_exr(const std::string& path, std::string_view bytes) {
+  check_attributes(path, bytes);
   try {
     Imf::Header::setMaxImageSize(kMaxSide, kMaxSide);
     MemorySource source(path.c_str(), bytes);
     Imf::InputFile file(source, 1);
     const Imath::Box2i window = file.header().dataWindow();
     const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
+    // A pixel has 6 bytes at least; zlib makes a thousandth of equal ones, and wavelets hardly less.
+    constexpr uint64_t kSmall = 1 << 20, kMostPerByte = 4096;
+    check_pixels(path, width, height, kSmall + kMostPerByte * bytes.size());
     for (const char* channel : {"R", "G", "B"})
       if (file.header().channels().findChannel(channel) == nullptr)
         no_image(path, std::string("has no channel ") + channel);
@@ -107,7 +150,11 @@ Image read_hdr(const std::string& path, std::string_view bytes) {
   if (bytes.size() > 0x7fffffff ||
       !stbi_info_from_memory(data, int(bytes.size()), &width, &height, &channels))
     no_image(path, "is not a valid Radiance picture");
+  if (width <= 0 || height <= 0) no_image(path, "is not a valid Radiance picture");
   if (width > kMaxSide || height > kMaxSide) no_image(path, "is larger than 16,384 x 16,384 pixels");
+  // A row has 4 bytes a pixel, or 4, and in each of 4 channels 2 for 127 equal pixels.
+  const uint64_t row = std::min<uint64_t>(4 * uint64_t(width), 4 + 8 * ((uint64_t(width) + 126) / 127));
+  check_pixels(path, width, height, bytes.size() / row * uint64_t(width));
   float* values = stbi_loadf_from_memory(data, int(bytes.size()), &width, &height, &channels, 3);
   if (values == nullptr)
     no_image(path, std::string("cannot be read as a Radiance picture: ") + stbi_failure_reason());
