@@ -9,6 +9,7 @@
 #include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
+#include <openexr.h>
 #include <png.h>
 
 #include <algorithm>
@@ -82,40 +83,35 @@ void check_pixels(const std::string& path, int width, int height, uint64_t most)
                        " pixels that it claims to have");
 }
 
-/// OpenEXR takes memory for an attribute before it looks for its bytes. Of each header (a file of several
-/// parts has several) the attributes are name, type, each ended by a 0, length and content; an empty name
-/// ends it.
-void check_attributes(const std::string& path, std::string_view bytes) {
-  constexpr size_t kFlags = 5;  // second byte of these, after the version
-  const bool parts = bytes.size() > kFlags && (uint8_t(bytes[kFlags]) & 0x10) != 0;
-  bytes.remove_prefix(std::min<size_t>(bytes.size(), 8));  // magic number, version and flags
-  const auto skip_text = [&] {
-    const size_t end = bytes.find('\0');
-    bytes.remove_prefix(end == std::string_view::npos ? bytes.size() : end + 1);
+/// OpenEXR's C++ reader takes memory for an attribute before it looks for its bytes, and trusts the lengths
+/// of some. Its newer C library checks all of the header against the length of the file, so it reads that
+/// first.
+void check_header(const std::string& path, std::string_view bytes) {
+  exr_context_initializer_t about{};
+  about.size = sizeof(about);
+  about.user_data = &bytes;
+  about.max_image_width = about.max_image_height = kMaxSide;
+  about.error_handler_fn = [](exr_const_context_t, exr_result_t, const char*) {};
+  about.size_fn = [](exr_const_context_t, void* file) {
+    return int64_t(static_cast<const std::string_view*>(file)->size());
   };
-  for (bool header_is_empty = true;;) {
-    if (bytes.empty()) no_image(path, "ends within its header");
-    if (bytes[0] == '\0') {
-      if (header_is_empty || !parts) return;
-      bytes.remove_prefix(1);
-      header_is_empty = true;
-      continue;
-    }
-    header_is_empty = false;
-    skip_text();
-    skip_text();
-    int32_t length = 0;
-    if (bytes.size() < sizeof(length)) no_image(path, "ends within its header");
-    std::memcpy(&length, bytes.data(), sizeof(length));
-    bytes.remove_prefix(sizeof(length));
-    if (length < 0 || size_t(length) > bytes.size())
-      no_image(path, "has an attribute that is longer than the file");
-    bytes.remove_prefix(size_t(length));
-  }
+  about.read_fn = [](exr_const_context_t, void* file, void* to, uint64_t count, uint64_t offset,
+                     exr_stream_error_func_ptr_t) -> int64_t {
+    const std::string_view& all = *static_cast<const std::string_view*>(file);
+    if (offset > all.size() || count > all.size() - offset) return -1;
+    std::memcpy(to, all.data() + offset, count);
+    return int64_t(count);
+  };
+  exr_context_t context = nullptr;
+  const exr_result_t result = exr_start_read(&context, path.c_str(), &about);
+  exr_finish(&context);
+  if (result != EXR_ERR_SUCCESS)
+    no_image(path,
+             std::string("cannot be read as an OpenEXR picture: ") + exr_get_default_error_message(result));
 }
 
 Image read_exr(const std::string& path, std::string_view bytes) {
-  check_attributes(path, bytes);
+  check_header(path, bytes);
   try {
     Imf::Header::setMaxImageSize(kMaxSide, kMaxSide);
     MemorySource source(path.c_str(), bytes);
