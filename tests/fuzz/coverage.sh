@@ -19,6 +19,7 @@ floors=(
   'gpu 90 kernels/gpu/bvh/upload.cpp kernels/gpu/exact/upload.cpp kernels/gpu/proof/upload.cpp kernels/gpu/segment/upload.cpp kernels/gpu/spherical/upload.cpp runtime/gpu/upload.cpp'
   'api 80 runtime/src/api runtime/src/scene'
   'mesh 70 formats/mesh'
+  'scene 70 tools/batch/manifest.cpp tools/batch/record.cpp tools/batch/glob.cpp tools/common/toml_table.cpp tools/render/scene_file.cpp tools/render/image.cpp'
   'attach 75 formats/mesh/gltf/attach.cpp formats/mesh/gltf/json_text.cpp tools/attach/nodes.cpp'
 )
 
@@ -32,7 +33,7 @@ for floor in "${floors[@]}"; do
   name=${floor%% *}
   [[ " ${names[*]-} " == *" $name "* ]] || names+=("$name")
 done
-cmake --preset fuzz -B build/coverage -DNIF_FUZZ_COVERAGE=ON -DNIF_SANITIZE= -DNIF_UNITY=OFF "${launcher[@]}" >/dev/null
+cmake --preset fuzz -B build/coverage -DNIF_FUZZ_COVERAGE=ON -DNIF_SANITIZE= -DNIF_UNITY=ON "${launcher[@]}" >/dev/null
 cmake --build build/coverage --parallel "$(nproc)" --target fuzz_seeds "${names[@]/#/fuzz_}" >/dev/null
 
 profiles=build/coverage/profiles
