@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/base/printable.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/validate/validate.hpp"
@@ -99,7 +100,7 @@ void print(const Checked& checked, bool quiet) {
   std::set<uint16_t> told;
   for (const Finding& finding : findings.kept()) {
     fmt::print("  {} {}: {}{}{}\n", validate::name_of(finding.entry->severity), finding.entry->number,
-               finding.place, finding.place.empty() ? "" : ": ", finding.what);
+               printable(finding.place), finding.place.empty() ? "" : ": ", printable(finding.what));
   }
   for (const Finding& finding : findings.kept()) {
     const uint64_t more = more_of(findings, finding.entry->number);
@@ -131,7 +132,7 @@ std::string reason(const Checked& checked) {
     if (finding.entry->severity == Severity::note) continue;
     const std::string what = finding.place.empty() ? finding.what : finding.place + ": " + finding.what;
     return fmt::format("{}: {} {}: {}", checked.file, validate::name_of(finding.entry->severity),
-                       finding.entry->number, what);
+                       finding.entry->number, printable(what));
   }
   return checked.file;
 }
