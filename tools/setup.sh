@@ -12,6 +12,7 @@ packages='
 build   g++                   C++20 compiler
 build   cmake                 configures; 3.25 or newer
 build   ninja-build           builds; the generator of every preset
+build   python3               makes the bill of materials; tests: the independent reader of assets
 build   libembree-dev         ray oracle of the baker, and the BVH that it is compared to
 build   libtbb-dev            threads of the baker
 build   libhwy-dev            SIMD in the trainer
