@@ -124,17 +124,19 @@ def _sections(data):
         raise Refused("file", "no bytes", "file_empty")
     if data.startswith((b"NetImmerse File Format", b"Gamebryo File Format")):
         raise Refused("header", "a NetImmerse or Gamebryo model", "foreign_nif")
-    if data[: len(IDENTIFIER)] != IDENTIFIER:
-        raise Refused("header", "another identifier", "not_a_nif")
-    if len(data) < HEADER:
+    identifier = data[: len(IDENTIFIER)]
+    if IDENTIFIER.startswith(identifier) and len(data) < HEADER:
         raise Refused("header", "the file ends within it", "file_truncated")
+    if identifier != IDENTIFIER:
+        changed = len(identifier) == len(IDENTIFIER) and (identifier[0:4] == IDENTIFIER[0:4] or identifier[1:7] == IDENTIFIER[1:7])
+        raise Refused("header", "another identifier", "damaged_nif" if changed else "not_a_nif")
     version, length, count, table_crc, header_crc = struct.unpack_from("<IQIII", data, 12)
+    require(crc32c(data[:32] + bytes(4) + data[36:HEADER]) == header_crc, "header", "checksum")
     if version != 2:
         raise Refused("header", f"version {version}", "unsupported_nif")
+    require(not any(data[36:HEADER]), "header", "reserved bytes are not zero")
     if len(data) < length:
         raise Refused("header", f"states {length} bytes, but there are {len(data)}", "file_truncated")
-    require(crc32c(data[:32] + bytes(4) + data[36:HEADER]) == header_crc, "header", "checksum")
-    require(not any(data[36:HEADER]), "header", "reserved bytes are not zero")
     require(len(data) == length, "header", f"states {length} bytes, but there are {len(data)}")
     require(1 <= count <= LIMIT_SECTIONS, "header", f"{count} sections")
     end = HEADER + ENTRY * count

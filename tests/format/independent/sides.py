@@ -98,7 +98,8 @@ class Sides:
             return [(item[1], (1, 1, 1, 1))]
         planes, low, side = self.cells.planes(item), self.cells.low[item], self.cells.side[item]
         step = 2 * (31 * side + 1)
-        heights = [128 * sum(n * (2 * c - 2 * l - side) for n, c, l in zip(planes.normal, at, low)) for at in corners]
+        (nx, ny, nz), (x, y, z) = planes.normal, (2 * c + side for c in low)
+        heights = [128 * (nx * (2 * at[0] - x) + ny * (2 * at[1] - y) + nz * (2 * at[2] - z)) for at in corners]
         return [
             (2 + 2 * item, [h - (planes.upper - 128) * step for h in heights]),
             (3 + 2 * item, [(planes.lower - 128) * step - h for h in heights]),
