@@ -51,8 +51,10 @@ class Tree:
                     require(not any(lower[slot::8] + upper[slot::8]), place, f"slot {slot} is empty, but its box is not 0")
                     continue
                 require(kind in (1, 2, 3, 4, 7), place, f"slot {slot} has kind {kind}")
-                low, high = (tuple((bases[a] + ends[8 * a + slot]) * scales[a] for a in range(3)) for ends in (lower, upper))
-                require(all(lower[8 * a + slot] <= upper[8 * a + slot] for a in range(3)), place, f"slot {slot}: a lower end above its upper end")
+                low = tuple((bases[a] + lower[8 * a + slot]) * scales[a] for a in range(3))
+                high = tuple((bases[a] + upper[8 * a + slot]) * scales[a] for a in range(3))
+                ordered = all(lower[8 * a + slot] <= upper[8 * a + slot] for a in range(3))
+                require(ordered, place, f"slot {slot}: a lower end above its upper end")
                 require(contains(parent, low) and contains(parent, high), place, f"slot {slot}: its box leaves its parent's")
                 boxes.append((low, high))
                 require(rank == (inner if kind == 7 else triangles), place, f"slot {slot} has rank {rank}")

@@ -76,7 +76,8 @@ class Cells:
         for number, word in enumerate(self.words):
             for nth in range(0 if word & 15 == CUT else 2):
                 stated = KINDS[word & 15][nth]
-                require(stated is None or stated == sides.side(number, nth), self.place, f"word {number} states a side that is not proven")
+                proven = stated is None or stated == sides.side(number, nth)
+                require(proven, self.place, f"word {number} states a side that is not proven")
 
     def parts_named(self):
         return len(self.low) - self.grid.surface_voxels
@@ -114,7 +115,9 @@ class Cells:
         """What is found at a place of a size: the number of a word, or None."""
         levels = self.grid.levels
         number = self.occupancy.word_of.get((at[0] >> levels, at[1] >> levels, at[2] >> levels))
-        while number is not None and self.side[number] > size and self.words[number] is not None and self.is_cut(number):
+        while number is not None and self.side[number] > size:
+            if self.words[number] is None or not self.is_cut(number):
+                break
             half = self.side[number] // 2
             number = self.part(number, sum(1 << a for a in range(3) if at[a] & half))
         return number
@@ -190,7 +193,8 @@ class _Decoding:
             if above == below == INSIDE:
                 below = None
             lost = apart and not separates(word & 15)
-            self.refuse_unless(self.coded_kinds or not lost, f"word {number} does not separate, but is between outside and inside")
+            if not self.coded_kinds:
+                self.refuse_unless(not lost, f"word {number} does not separate, but is between outside and inside")
             kind = KINDS.index((above, below, wall))
             same &= kind == word & 15
             if not self.coded_kinds:
@@ -214,7 +218,8 @@ class _Decoding:
         flat = [(face, n, cells.planes(n)) for face, n in found if not cells.is_cut(n)]
 
         if side > 1:
-            widest = max((((p.upper - p.lower) * (31 * cells.side[n] + 1) // 128).bit_length() for _, n, p in flat), default=0)
+            distances = [(p.upper - p.lower) * (31 * cells.side[n] + 1) // 128 for _, n, p in flat]
+            widest = max(distances, default=0).bit_length()
             if decoder.bit(self.cut_models[level, min(widest, 7), min(len(found) - len(flat), 4)]):
                 return CUT | self.mask(low, side) << 4 | cells.parts_named() << 12
 
@@ -282,7 +287,9 @@ class _Decoding:
         height = dot(planes.normal, face)
         reach = sum(abs(planes.normal[a]) * size for a in range(3) if a != axis)
         unit = 31 * side + 1
-        return 2 * (64 * (height + reach) >= (planes.lower - 128) * unit and 64 * (height - reach) <= (planes.upper - 128) * unit)
+        above_lower = 64 * (height + reach) >= (planes.lower - 128) * unit
+        below_upper = 64 * (height - reach) <= (planes.upper - 128) * unit
+        return 2 if above_lower and below_upper else 0
 
     def hint(self, low, side, face, number, planes):
         axis, above = face >> 1, face & 1

@@ -2,15 +2,21 @@
 """Checks assets and their golden answers with a reader that shares no code with nifkit.
 
     check.py [--self-test COUNT] FILE.nif [FILE.answers]... [FILE.nif [FILE.answers]...]...
+    check.py --numbered TABLE NUMBER-NAME.nif...
 
-This folder is written from docs/format.md and docs/answers.md alone, in plain Python 3.11, one operation of single precision at a time. It
-shows that the documents are enough to write a reader. It is no tool: it is slow, and knows no instances.
+This folder is written from docs/format.md and docs/answers.md alone, in plain Python 3.11, one operation of
+single precision at a time. It shows that the documents are enough to write a reader. It is no tool: it is slow,
+and does not place instances.
 
-Refuses a file that breaks a rule of docs/format.md, and compares every part of every answer (docs/answers.md, "Golden answers"). Prints a
-line for each file. Ends with 1 if a file is refused or an answer differs.
+Refuses a file that breaks a rule of docs/format.md, and compares every part of every answer (docs/answers.md,
+"Golden answers"). Prints a line for each file. Ends with 1 if a file is refused or an answer differs.
 
---self-test shows that this can fail. It damages each file COUNT times in each of three ways, and each array of answers, in memory, and
-demands that the damage is reported.
+--self-test shows that this can fail. It damages each file COUNT times in each of three ways, and each array of
+answers, in memory, and demands that the damage is reported.
+
+--numbered takes files that each show a finding of `nif validate`, and TABLE is docs/validation.md, which has the
+exit code of each number. Files of numbers with an exit code have to be refused with it, and those of the others
+read.
 """
 
 import random
@@ -31,7 +37,7 @@ def differing(asset, answers):
     count = 0
     for number, (item, ox, oy, oz, dx, dy, dz, tmin, tmax, *expected) in enumerate(ANSWER.iter_unpack(answers)):
         if item >= len(asset.objects):
-            raise Refused(f"answer {number}", f"object {item} of {len(asset.objects)}", "another file's answers")
+            raise ValueError(f"answer {number} is of object {item}, but there are {len(asset.objects)}")
         logit, visible, certain = asset.objects[item].answer((ox, oy, oz), (dx, dy, dz), tmin, tmax)
         count += [logit, visible, certain, 0] != expected
     return count
@@ -45,16 +51,36 @@ def check(path, answers):
         for file in answers:
             data = file.read_bytes()
             if not data or len(data) % ANSWER.size:
-                raise Refused(file, f"{len(data)} bytes are no whole number of answers", "no answers")
+                raise ValueError(f"{file}: {len(data)} bytes are no whole number of answers")
             queries += len(data) // ANSWER.size
             differ += differing(asset, data)
-    except (Refused, OSError) as error:
-        print(f"{path}: refused: {error}")
+    except (Refused, OSError, ValueError) as error:
+        print(f"{path}: refused: {error}" if isinstance(error, Refused) else f"{path}: {error}")
         return False
     counts = Counter(ENCODING_NAMES[encoding] for encoding in asset.encodings)
     objects = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
     print(f"{path}: {objects}; {queries} queries, {differ} differ")
     return differ == 0
+
+
+def check_number(path, answers, codes):
+    """Prints the line of a file if it is not what its number says. Returns whether it is."""
+    found, why = None, "read"
+    try:
+        Asset(path.read_bytes())
+    except Refused as error:
+        found, why = error.code, f"refused: {error}"
+    expected = codes[int(path.name[:3])]
+    if found != expected:
+        print(f"{path}: {why}; the table has {'no exit code' if expected is None else f'exit code {expected}'}")
+    return found == expected
+
+
+def read_codes(table):
+    """The exit code of each number, from rows "| 101 | `name` | 12 | what |", or None where there is another word."""
+    rows = (line.split("|") for line in table.read_text(encoding="utf-8").splitlines())
+    rows = [[cell.strip() for cell in row] for row in rows if len(row) > 4]
+    return {int(row[1]): int(row[3]) if row[3].isdigit() else None for row in rows if row[1].isdigit()}
 
 
 def entries(data):
@@ -109,7 +135,9 @@ def self_test(path, answers, count):
     # With right checksums the rules decide. Some damage breaks none; then the file answers.
     if with_checksums(data) != data:
         faults.append("its checksums are not those of the document")
-    places = [(0, HEADER)] + [place for entry, offset, size in entries(data) for place in ((entry, ENTRY), (offset, size)) if place[1]]
+    places = [(0, HEADER)]
+    for entry, offset, size in entries(data):
+        places += [(entry, ENTRY), (offset, size)] if size else [(entry, ENTRY)]
     some = b"".join(array[at : at + ANSWER.size] for array in arrays for at in range(0, len(array), 60 * ANSWER.size))
     refused = 0
     for _ in range(count):
@@ -137,6 +165,9 @@ def main(arguments):
     run = check
     if arguments[:1] == ["--self-test"] and arguments[1:2] and arguments[1].isdigit():
         run = partial(self_test, count=int(arguments[1]))
+        arguments = arguments[2:]
+    elif arguments[:1] == ["--numbered"] and arguments[1:2]:
+        run = partial(check_number, codes=read_codes(Path(arguments[1])))
         arguments = arguments[2:]
     files = {}
     for path in map(Path, arguments):

@@ -1,4 +1,6 @@
-"""The shell of a file and the records that every file has (docs/format.md, "The shell", "Records": object, instance)."""
+"""The shell of a file and the records that every file has (docs/format.md, "The order of the checks", "The shell",
+"Object", "Instance").
+"""
 
 import struct
 
@@ -7,15 +9,7 @@ ENTRY = 32
 LIMIT_SECTIONS = 64
 IDENTIFIER = b"\xabNIF 10\xbb\r\n\x1a\n"
 
-# Each known section, and whether it is required.
-KNOWN = {
-    **dict.fromkeys(
-        "OBJS INST NAME SEGM NETS WGTS FEAT OCCU CELL SPHR SNET SWGT GRID BVHR BVHS EXCT EOCC ECEL EBVH PROF POCC PCEL".split(), True
-    ),
-    **dict.fromkeys("PRIM PVAL SRCT SNUM COLR CVAL META".split(), False),
-}
-
-# The sections of an encoding are all present, or all absent.
+# Sections of each encoding are all present, or all absent.
 ENCODINGS = {
     1: "SEGM NETS WGTS FEAT OCCU CELL".split(),
     2: "SPHR SNET SWGT GRID".split(),
@@ -23,7 +17,19 @@ ENCODINGS = {
     4: "EXCT EOCC ECEL EBVH".split(),
     5: "PROF POCC PCEL".split(),
 }
+REQUIRED = {"OBJS", "INST", "NAME", *sum(ENCODINGS.values(), [])}
+OPTIONAL = set("PRIM PVAL SRCT SNUM COLR CVAL META".split())
 ENCODING_NAMES = {1: "segment", 2: "spherical", 3: "bvh", 4: "exact", 5: "proof"}
+
+# Exit codes of the statuses with which files are refused (docs/format.md, "The order of the checks").
+STATUSES = {
+    "file_empty": 12,
+    "file_truncated": 13,
+    "not_a_nif": 30,
+    "foreign_nif": 31,
+    "damaged_nif": 32,
+    "unsupported_nif": 33,
+}
 
 
 class Refused(Exception):
@@ -31,6 +37,7 @@ class Refused(Exception):
 
     def __init__(self, place, what, status="damaged_nif"):
         super().__init__(f"{place}: {what} ({status})")
+        self.code = STATUSES[status]
 
 
 def require(holds, place, what):
@@ -69,12 +76,13 @@ class Section:
     def records(self, layout):
         """The records of this section, of a struct's format each."""
         layout = struct.Struct("<" + layout)
-        require(len(self.data) % layout.size == 0, self.name, f"{len(self.data)} bytes are no whole number of records of {layout.size}")
+        whole = len(self.data) % layout.size == 0
+        require(whole, self.name, f"{len(self.data)} bytes are no whole number of records of {layout.size}")
         return list(layout.iter_unpack(self.data))
 
 
 class Payloads:
-    """Takes the payloads of a section in the order of their records, and checks that they are exactly where they have to be."""
+    """Takes the payloads of a section in the order of their records, and checks that they are where they have to be."""
 
     def __init__(self, section):
         self.section = section
@@ -107,10 +115,11 @@ class File:
         encodings = {o.encoding for o in self.objects}
         for encoding, sections in ENCODINGS.items():
             for name in sections:
-                there = name in self.sections
-                require(there == (encoding in encodings), name, "there without an object" if there else "missing, though an object needs it")
+                require(name in self.sections or encoding not in encodings, name, "missing, though an object needs it")
+                require(name not in self.sections or encoding in encodings, name, "there without an object that needs it")
         for first, second in (("PRIM", "PVAL"), ("SRCT", "SNUM"), ("COLR", "CVAL")):
-            require((first in self.sections) == (second in self.sections), first, f"{first} and {second} are only there together")
+            both = (first in self.sections) == (second in self.sections)
+            require(both, first, f"{first} and {second} are only there together")
         if "META" in self.sections:
             self.metadata = _metadata(self.sections["META"].data)
 
@@ -128,7 +137,7 @@ def _sections(data):
     if IDENTIFIER.startswith(identifier) and len(data) < HEADER:
         raise Refused("header", "the file ends within it", "file_truncated")
     if identifier != IDENTIFIER:
-        changed = len(identifier) == len(IDENTIFIER) and (identifier[0:4] == IDENTIFIER[0:4] or identifier[1:7] == IDENTIFIER[1:7])
+        changed = identifier[0:4] == IDENTIFIER[0:4] or identifier[1:7] == IDENTIFIER[1:7]
         raise Refused("header", "another identifier", "damaged_nif" if changed else "not_a_nif")
     version, length, count, table_crc, header_crc = struct.unpack_from("<IQIII", data, 12)
     require(crc32c(data[:32] + bytes(4) + data[36:HEADER]) == header_crc, "header", "checksum")
@@ -155,10 +164,10 @@ def _sections(data):
         require(not any(data[end:offset]), place, "padding before it is not zero")
         end = offset + size
         require(crc32c(data[offset:end]) == crc, place, "checksum")
-        if name not in KNOWN and flags:
+        if flags and name not in REQUIRED | OPTIONAL:
             raise Refused(place, "unknown and required", "unsupported_nif")
-        if name in KNOWN:
-            require(bool(flags) == KNOWN[name], place, "the flag *required* is not as it has to be")
+        require(flags or name not in REQUIRED, place, "not marked as required")
+        require(not flags or name not in OPTIONAL, place, "marked as required")
         sections[name] = Section(name, data[offset:end])
     require(end == length, "file", "does not end with its last section")
     return sections

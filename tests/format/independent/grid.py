@@ -55,15 +55,17 @@ class Grid:
 
 
 def check_coding(grid, payloads):
-    """The two rules that bound what coded payloads decode to. `payloads`: a pair (bytes in the file, size uncoded) for each, and whether it is coded."""
+    """The rules about sizes of payloads that may be coded. Of each: its bytes, its size uncoded, whether it is coded."""
     for data, size, coded in payloads:
         if coded:
-            require(len(data) < size, grid.place, f"a coded payload takes {len(data)} bytes, no less than the {size} that it decodes to")
+            smaller = len(data) < size
+            require(smaller, grid.place, f"a coded payload takes {len(data)} bytes, no less than the {size} that it decodes to")
         else:
             require(len(data) == size, grid.place, f"a payload has {len(data)} bytes, not {size}")
     if any(coded for _, _, coded in payloads):
         in_file = sum(len(data) for data, _, _ in payloads)
-        require(sum(size for _, size, _ in payloads) <= 16 * in_file, grid.place, "coded payloads decode to more than 16 times their size")
+        decoded = sum(size for _, size, _ in payloads)
+        require(decoded <= 16 * in_file, grid.place, "coded payloads decode to more than 16 times their size")
         require(grid.brick_count <= in_file // 2, grid.place, "more bricks than coded payloads may have")
 
 
@@ -114,7 +116,8 @@ class Occupancy:
                 at = x + (bit & 3), y + (bit >> 2 & 3), z + (bit >> 4)
                 if grid.within(*at) and self.state(*at) == SURFACE:
                     self.surface.append(at)
-        require(len(self.surface) == grid.surface_voxels, self.place, f"surface_voxels is {grid.surface_voxels}, but there are {len(self.surface)}")
+        count = len(self.surface)
+        require(count == grid.surface_voxels, self.place, f"surface_voxels is {grid.surface_voxels}, but there are {count}")
         self.word_of = {at: number for number, at in enumerate(self.surface)}
         total = 0
         for mask in self.brick_corners:
@@ -137,7 +140,8 @@ class Occupancy:
         self.stored_corner_base = array("I", mixed) if corners else []
         self.stored_voxel_base = array("I", mixed)
         self.table = array("H", grid.brick_count)
-        require([entry - 3 for entry in self.table if entry >= 3] == list(range(mixed)), self.place, "brick_table does not name each mixed brick once, in order")
+        named = [entry - 3 for entry in self.table if entry >= 3]
+        require(named == list(range(mixed)), self.place, "brick_table does not name each mixed brick once, in order")
         for place, entry in zip(grid.brick_places(), self.table):
             if entry < 3:
                 self._fill(*place, entry)

@@ -30,7 +30,10 @@ def read_cells(grid, occupancy, cells):
     """The cells of a grid without features, from its two payloads."""
     check_coding(
         grid,
-        [(occupancy, grid.occupancy_size(False), grid.forms & CODED_OCCUPANCY), (cells, grid.cells_size(), grid.forms & CODED_CELLS)],
+        [
+            (occupancy, grid.occupancy_size(False), grid.forms & CODED_OCCUPANCY),
+            (cells, grid.cells_size(), grid.forms & CODED_CELLS),
+        ],
     )
     return Cells(grid, Occupancy(grid, occupancy, False), cells)
 

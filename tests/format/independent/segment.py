@@ -1,5 +1,5 @@
-"""`segment` objects (docs/format.md, "`segment`, 120 bytes", "Network", "The feature payload", "The weights payload", and "Coded payloads":
-"Features"; docs/answers.md, "segment").
+"""`segment` objects (docs/format.md, "`segment`, 120 bytes", "Network", "The feature payload", "The weights
+payload", and "Coded payloads": "Features"; docs/answers.md, "segment").
 """
 
 import math
@@ -11,7 +11,7 @@ from coding import Decoder, Models
 from container import Payloads, require, require_range, reserved
 from grid import CODED_CELLS, CODED_FEATURES, CODED_OCCUPANCY, Grid, Occupancy, check_coding
 from proof import proven
-from single import divide, index, largest, least, single
+from single import divide, index, least, single
 from walk import OPEN, walk
 
 
@@ -30,7 +30,8 @@ class Network:
             stated, outputs, shift = shapes[3 * nth : 3 * nth + 3]
             last = nth + 1 == count
             require(stated == inputs, place, f"layer {nth} has {stated} inputs, not {inputs}")
-            require(outputs == 1 if last else outputs % 4 == 0 and 4 <= outputs <= 128, place, f"layer {nth} has {outputs} outputs")
+            allowed = outputs == 1 if last else outputs % 4 == 0 and 4 <= outputs <= 128
+            require(allowed, place, f"layer {nth} has {outputs} outputs")
             require_range(shift, 0, 24, place, "shift")
             size = outputs * (4 + inputs)
             require(offset + size <= len(payload), place, "the payload ends before its last layer")

@@ -1,7 +1,8 @@
 """Numbers: IEEE 754 single and double precision (docs/answers.md, "Numbers").
 
-Python has doubles only. A sum, product, quotient or root of singles, computed in double and then rounded to single, has the right bits.
-Expressions in double precision are written as such; what is in single precision passes through single() after each operation.
+Python has doubles only. A sum, product, quotient or root of singles, computed in double and then rounded to
+single, has the right bits. Expressions in double precision are written as such; what is in single precision
+passes through single() after each operation.
 """
 
 import math
@@ -9,9 +10,6 @@ import struct
 
 _single = struct.Struct("f")  # native: a double that is too large becomes an infinity
 _pack, _unpack = _single.pack, _single.unpack
-
-INFINITY = math.inf
-NAN = math.nan
 
 
 def single(x):
@@ -23,8 +21,8 @@ def divide(a, b):
     if b != 0 or b != b:
         return a / b
     if a == 0 or a != a:
-        return NAN
-    return math.copysign(INFINITY, a) * math.copysign(1.0, b)
+        return math.nan
+    return math.copysign(math.inf, a) * math.copysign(1.0, b)
 
 
 def least(a, b):
@@ -33,14 +31,6 @@ def least(a, b):
 
 def largest(a, b):
     return a if a > b else b
-
-
-def magnitude(a):
-    return -a if a < 0 else a
-
-
-def finite(a):
-    return a - a == 0
 
 
 def index(x, top):

@@ -1,5 +1,5 @@
-"""`spherical` objects, and fields for primary rays (docs/format.md, "The payloads of `spherical` objects", "The payload of a field for
-primary rays"; docs/answers.md, "spherical").
+"""`spherical` objects, and fields for primary rays (docs/format.md, "The payloads of `spherical` objects", "The
+payload of a field for primary rays"; docs/answers.md, "spherical").
 """
 
 import math
@@ -91,10 +91,11 @@ def look_up_distance(grid, rows, s):
     return [between(grid.at(low, 0, f), part, grid.at(high, 0, f)) for f in range(grid.floats)]
 
 
-_TANGENT = [
-    float.fromhex(c)
-    for c in "0x1.000000p+0 -0x1.5554d8p-2 0x1.9977cap-3 -0x1.22ff8ep-3 0x1.b47b06p-4 -0x1.3462e8p-4 0x1.5f83fcp-5 -0x1.08dc04p-6 0x1.77ae94p-9".split()
-]
+_TANGENT = """
+    0x1.000000p+0 -0x1.5554d8p-2 0x1.9977cap-3 -0x1.22ff8ep-3 0x1.b47b06p-4
+    -0x1.3462e8p-4 0x1.5f83fcp-5 -0x1.08dc04p-6 0x1.77ae94p-9
+"""
+_TANGENT = [float.fromhex(c) for c in _TANGENT.split()]
 _HALF_PI, _PI = float.fromhex("0x1.921fb6p+0"), float.fromhex("0x1.921fb6p+1")
 _PER_PI, _PER_TWO_PI = float.fromhex("0x1.45f306p-2"), float.fromhex("0x1.45f306p-3")
 
@@ -204,7 +205,8 @@ def read(file):
         require_range(half, 0, 1, place, "half precision")
         reserved((zero,), place)
         outer, inner = pairs[pair]
-        require(2 * f[0] == outer.inputs and 2 * f[1] + f[2] == inner.inputs, place, "latent vectors do not match the networks")
+        match = 2 * f[0] == outer.inputs and 2 * f[1] + f[2] == inner.inputs
+        require(match, place, "latent vectors do not match the networks")
         shapes = [(r[0], r[0], f[0])] * 2 + [(r[1], r[1], f[1])] * 2 + [(r[2], 1, f[2])]
         count = sum(rows * columns * floats for rows, columns, floats in shapes)
         numbers = iter(values(payloads.take(*record[8:], place), count, half, place))
@@ -221,7 +223,8 @@ def read_primary(file):
     last = -1
     records = file.sections["PRIM"].records("IH2BIf3If4IQQ")
     require(records, "PRIM", "no record")
-    for number, (item, resolution, floats, half_grids, half, slope, inputs, width, hidden, margin, *rest) in enumerate(records):
+    for number, fields in enumerate(records):
+        item, resolution, floats, half_grids, half, slope, inputs, width, hidden, margin, *rest = fields
         place = f"field for primary rays {number}"
         require(last < item < len(file.objects), place, f"object {item}")
         last = item
