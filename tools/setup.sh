@@ -35,12 +35,12 @@ build   libboost-iostreams-dev  what OpenVDB is linked with, and its package doe
 build   libcgal-dev           nif mesh: self-intersections, repair; tests: a second oracle of rays (NIF_WITH_CGAL)
 sample  jq                    samples/run.sh reads the JSON that nif prints
 check   libgtest-dev          tests
-check   python3               tests: a reader of assets that shares no code with ours
 check   pkgconf               tests: the installed package through its .pc file
 check   slurm-wlm             tests: manifests on a cluster, of one node
 check   munge                 tests: the key of that cluster
 check   jq                    tests: what that cluster reports
 check   clang-format          style of C++
+check   lintian               tests: the Debian packages
 check   shellcheck            style of scripts
 check   git                   the list of files whose style is checked
 fuzz    clang                 preset fuzz: libFuzzer
