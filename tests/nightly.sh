@@ -14,11 +14,11 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 nif=build/release/bin/nif built=build/fuzz/tests/fuzz/limits
 [[ -r $built ]] || { echo "tests/nightly.sh: no fuzzers are built; tests/run.sh --nightly builds them" >&2 && exit 2; }
-# Of each fuzzer: which folder of tests/corpus it starts with, and its limits.
+# Of each fuzzer: which folders it starts with, and its limits.
 declare -A seeds limits
-while IFS=$'\t' read -r name folder options; do
-  seeds[$name]="tests/corpus/$folder" limits[$name]=$options
-  [[ $folder != asset ]] || seeds[$name]+=' build/fuzz/tests/fuzz/seeds'
+while IFS=$'\t' read -r name folders options; do
+  seeds[$name]=$folders limits[$name]=$options
+  [[ $folders != tests/corpus/asset* ]] || seeds[$name]+=' build/fuzz/tests/fuzz/seeds'
 done <"$built"
 for program in "$nif" "${!seeds[@]}"; do
   [[ $program == "$nif" ]] || program=build/fuzz/bin/fuzz_$program

@@ -12,6 +12,7 @@ packages='
 build   g++                   C++20 compiler
 build   cmake                 configures; 3.25 or newer
 build   ninja-build           builds; the generator of every preset
+build   python3               makes the bill of materials; tests: the independent reader of assets
 build   libembree-dev         ray oracle of the baker, and the BVH that it is compared to
 build   libtbb-dev            threads of the baker
 build   libhwy-dev            SIMD in the trainer
@@ -39,6 +40,7 @@ check   slurm-wlm             tests: manifests on a cluster, of one node
 check   munge                 tests: the key of that cluster
 check   jq                    tests: what that cluster reports
 check   clang-format          style of C++
+check   lintian               tests: the Debian packages
 check   shellcheck            style of scripts
 check   git                   the list of files whose style is checked
 fuzz    clang                 preset fuzz: libFuzzer

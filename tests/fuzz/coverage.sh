@@ -15,6 +15,7 @@ kept=${1:+$(realpath "$1")/corpus}
 floors=(
   'asset 90 formats/nif'
   'asset 95 kernels/packed'
+  'validate 85 formats/validate'
   'gpu 95 kernels/packed'
   'gpu 90 kernels/gpu/bvh/upload.cpp kernels/gpu/exact/upload.cpp kernels/gpu/proof/upload.cpp kernels/gpu/segment/upload.cpp kernels/gpu/spherical/upload.cpp runtime/gpu/upload.cpp'
   'api 80 runtime/src/api runtime/src/scene'
@@ -39,9 +40,8 @@ cmake --build build/coverage --parallel "$(nproc)" --target fuzz_seeds "${names[
 profiles=build/coverage/profiles
 mkdir -p "$profiles"
 for name in "${names[@]}"; do
-  corpus=$(awk -F '\t' -v name="$name" '$1 == name { print $2 }' build/coverage/tests/fuzz/limits)
-  folders=("tests/corpus/$corpus")
-  [[ $corpus != asset ]] || folders+=(build/coverage/tests/fuzz/seeds)
+  read -ra folders < <(awk -F '\t' -v name="$name" '$1 == name { print $2 }' build/coverage/tests/fuzz/limits)
+  [[ ${folders[0]} != tests/corpus/asset ]] || folders+=(build/coverage/tests/fuzz/seeds)
   [[ -z $kept || ! -d $kept/$name ]] || folders+=("$kept/$name")
   printf '%-8s' "$name"
   LLVM_PROFILE_FILE=$profiles/$name.raw "build/coverage/bin/fuzz_$name" "${folders[@]}"
