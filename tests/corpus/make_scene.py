@@ -46,7 +46,7 @@ mesh = "a.ply"
 nif = "a.nif"
 primary = true
 translate = [1, 2, 3]
-rotate = { axis = [0, 1, 0], angle = 90 }
+rotate = [0, 90, 0]
 scale = 2
 albedo = 0.5
 mirror = true

@@ -11,17 +11,19 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 [[ $# -le 1 && ${1-} != -* ]] || { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2 && exit 2; }
 kept=${1:+$(realpath "$1")/corpus}
 
-# FUZZER PERCENT FILES...: of all lines in these, by the seeds in the tree alone.
+# FUZZER PERCENT FILES: of all lines in files of that name, by the seeds in the tree alone. Some five points below what was
+# reached when the line was written.
 floors=(
-  'asset 90 formats/nif'
-  'asset 95 kernels/packed'
-  'validate 85 formats/validate'
-  'gpu 95 kernels/packed'
-  'gpu 90 kernels/gpu/bvh/upload.cpp kernels/gpu/exact/upload.cpp kernels/gpu/proof/upload.cpp kernels/gpu/segment/upload.cpp kernels/gpu/spherical/upload.cpp runtime/gpu/upload.cpp'
-  'api 80 runtime/src/api runtime/src/scene'
-  'mesh 70 formats/mesh'
-  'scene 70 tools/batch/manifest.cpp tools/batch/record.cpp tools/batch/glob.cpp tools/common/toml_table.cpp tools/render/scene_file.cpp tools/render/image.cpp'
-  'attach 75 formats/mesh/gltf/attach.cpp formats/mesh/gltf/json_text.cpp tools/attach/nodes.cpp'
+  'asset 88 formats/nif/(reader|container)[.]|formats/nif/[a-z]+/(read|check|colors|sides|source_triangles|coded_[a-z]+)[.]'
+  'asset 90 kernels/packed/'
+  'validate 75 formats/validate/'
+  'gpu 88 kernels/packed/'
+  'gpu 90 kernels/gpu/[a-z]+/upload[.]cpp|runtime/gpu/upload[.]cpp'
+  'api 72 runtime/src/(api|scene)/'
+  'mesh 70 formats/mesh/([a-z]+_reader|ply_header|read|decompress|image|text_cursor)[.]cpp'
+  'mesh 68 formats/mesh/gltf/(accessor|animation|fixtures|hierarchy|json|look|meshopt|reader|skin|uri)[.]cpp'
+  'scene 60 tools/batch/(glob|manifest)[.]cpp|tools/common/toml_table[.]cpp|tools/render/(scene_file|image)[.]cpp'
+  'attach 80 formats/mesh/gltf/(attach|json_text)[.]cpp|tools/attach/nodes[.]cpp'
 )
 
 llvm=$(dirname "$(readlink -f "$(command -v clang)")")
@@ -48,19 +50,19 @@ for name in "${names[@]}"; do
   "$llvm/llvm-profdata" merge -sparse "$profiles/$name.raw" -o "$profiles/$name"
 done
 
-# percent FUZZER FILES...
+# percent FUZZER FILES
 percent() {
-  "$llvm/llvm-cov" export -summary-only -instr-profile "$profiles/$1" "build/coverage/bin/fuzz_$1" "${@:2}" \
-    | jq -r '.data[0].totals.lines.percent | floor'
+  "$llvm/llvm-cov" export -summary-only -instr-profile "$profiles/$1" "build/coverage/bin/fuzz_$1" \
+    | jq -r --arg files "$2" '[.data[0].files[] | select(.filename | test($files)) | .summary.lines]
+                              | 100 * (map(.covered) | add) / (map(.count) | add) | floor'
 }
 printf '\n%-8s %7s %7s  %s\n' fuzzer lines floor of
 status=0
 for floor in "${floors[@]}"; do
   read -r name least files <<<"$floor"
-  read -ra files <<<"$files"
-  lines=$(percent "$name" "${files[@]}")
+  lines=$(percent "$name" "$files")
   said=''
   if ((lines < least)); then said='  too few' status=1; fi
-  printf '%-8s %6d%% %6d%%  %s%s\n' "$name" "$lines" "$least" "${files[*]}" "$said"
+  printf '%-8s %6d%% %6d%%  %s%s\n' "$name" "$lines" "$least" "$files" "$said"
 done
 exit "$status"
