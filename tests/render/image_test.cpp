@@ -67,6 +67,24 @@ TEST(Images, WhatIsNoPicture) {
   EXPECT_EQ(status_of((folder.path() / "negative.exr").string()), Status::not_an_image);
 }
 
+/// Found by fuzzing: at a run of no pixels stb never ends, and that is what it sees behind the end.
+TEST(Images, RunsOfNoPixels) {
+  const test::TempDir folder;
+  const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 8\n";
+  std::string row("\2\2\0\x08", 4);
+  for (const char value : {'\x0a', '\x14', '\x1e', '\x81'}) row += std::string("\x88") + value;
+  const std::string whole = head + row + row;
+  EXPECT_EQ(status_of(folder.write("whole.hdr", whole).string()), Status::ok);
+  for (size_t size = head.size(); size < whole.size(); ++size)
+    EXPECT_EQ(status_of(folder.write("cut.hdr", whole.substr(0, size)).string()), Status::not_an_image)
+        << size;
+  std::string none = whole;
+  none[head.size() + 4] = 0;
+  EXPECT_EQ(status_of(folder.write("none.hdr", none).string()), Status::not_an_image);
+  EXPECT_EQ(status_of(folder.write("mixed.hdr", head + row + std::string(40, 'x')).string()),
+            Status::not_an_image);
+}
+
 /// Sizes that a few bytes claim take no memory. Both were found by fuzzing.
 TEST(Images, ClaimsBeyondTheLengthOfTheFile) {
   const test::TempDir folder;

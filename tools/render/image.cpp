@@ -149,6 +149,43 @@ Image read_exr(const std::string& path, std::string_view bytes) {
   }
 }
 
+/// Goes through the run-length encoded rows as stb does: it would go on for ever at a run of no pixels, and
+/// so at the end of a file that is cut.
+void check_runs(const std::string& path, std::string_view bytes, int width, int height) {
+  const auto next_line = [&] {
+    const size_t end = bytes.find('\n');
+    const std::string_view line = bytes.substr(0, end);
+    bytes.remove_prefix(end == std::string_view::npos ? bytes.size() : end + 1);
+    return line;
+  };
+  while (!bytes.empty() && !next_line().empty()) continue;
+  next_line();  // of the size
+  const auto take = [&] {
+    if (bytes.empty()) no_image(path, "ends too early");
+    const auto value = uint8_t(bytes[0]);
+    bytes.remove_prefix(1);
+    return int(value);
+  };
+  const auto is_coded = [&] {
+    return bytes.size() >= 4 && bytes[0] == 2 && bytes[1] == 2 && (uint8_t(bytes[2]) & 0x80) == 0;
+  };
+  if (width < 8 || width >= 32768 || !is_coded()) {
+    if (bytes.size() / 4 / uint64_t(width) < uint64_t(height)) no_image(path, "ends too early");
+    return;
+  }
+  for (int row = 0; row < height; ++row) {
+    if (!is_coded()) no_image(path, bytes.size() < 4 ? "ends too early" : "mixes rows of two kinds");
+    bytes.remove_prefix(4);
+    for (int channel = 0; channel < 4; ++channel)
+      for (int pixel = 0; pixel < width;) {
+        const int count = take();
+        if (count == 0) no_image(path, "has a run of no pixels");
+        pixel += count > 128 ? count - 128 : count;
+        for (int values = count > 128 ? 1 : count; values > 0; --values) take();
+      }
+  }
+}
+
 Image read_hdr(const std::string& path, std::string_view bytes) {
   const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
   int width = 0, height = 0, channels = 0;
@@ -160,6 +197,7 @@ Image read_hdr(const std::string& path, std::string_view bytes) {
   // A row has 4 bytes a pixel, or 4, and in each of 4 channels 2 for 127 equal pixels.
   const uint64_t row = std::min<uint64_t>(4 * uint64_t(width), 4 + 8 * ((uint64_t(width) + 126) / 127));
   check_pixels(path, width, height, bytes.size() / row * uint64_t(width));
+  check_runs(path, bytes, width, height);
   float* values = stbi_loadf_from_memory(data, int(bytes.size()), &width, &height, &channels, 3);
   if (values == nullptr)
     no_image(path, std::string("cannot be read as a Radiance picture: ") + stbi_failure_reason());
