@@ -45,6 +45,8 @@ check   shellcheck            style of scripts
 check   git                   the list of files whose style is checked
 fuzz    clang                 preset fuzz: libFuzzer
 fuzz    libclang-rt-14-dev    preset fuzz: libFuzzer and the sanitizers of clang
+fuzz    llvm                  tests/fuzz/coverage.sh: llvm-cov and llvm-profdata
+fuzz    python3               tests/corpus/make.sh
 gpu     clang-15              GPU kernels for gfx1030 and gfx90a (NIF_WITH_HIP)
 gpu     lld-15                links them
 gpu     clang-19              GPU kernels for gfx1100, which clang 15 gets wrong, and gfx942, which it does not know
