@@ -11,6 +11,7 @@
 
 #include "formats/base/status.hpp"
 #include "mesh/cgal/cgal.hpp"
+#include "tools/common/interruption.hpp"
 #include "tools/subcommands.hpp"
 
 namespace nif::tools {
@@ -91,13 +92,18 @@ int run(int argc, char** argv) {
   return int(Status::ok);
 }
 
+/// Without taking memory: there may be none left.
+int fail(Status status, const char* sentence, const char* defect = "") {
+  for (const char* part : {"nif: ", defect, sentence, "\n"}) std::fputs(part, stderr);
+  return int(status);
+}
+
 }  // namespace
 }  // namespace nif::tools
 
 int main(int argc, char** argv) {
   using nif::Status;
-  Status status = Status::internal;
-  std::string sentence;
+  nif::tools::leave_nothing_behind();
   try {
     const int code = nif::tools::run(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
@@ -106,14 +112,10 @@ int main(int argc, char** argv) {
     }
     return code;
   } catch (const nif::Error& error) {
-    status = error.status();
-    sentence = error.what();
+    return nif::tools::fail(error.status(), error.what());
   } catch (const std::bad_alloc&) {
-    status = Status::out_of_memory;
-    sentence = "out of memory";
+    return nif::tools::fail(Status::out_of_memory, "out of memory");
   } catch (const std::exception& error) {
-    sentence = std::string("internal error: ") + error.what();
+    return nif::tools::fail(Status::internal, error.what(), "internal error: ");
   }
-  fmt::print(stderr, "nif: {}\n", sentence);
-  return int(status);
 }
