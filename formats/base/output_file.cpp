@@ -81,11 +81,14 @@ std::string temporary_name(const std::string& target) {
   return target + std::string(kTemporary) + digits;
 }
 
-bool is_temporary_of(const std::string& name, const std::string& target) {
-  const size_t length = target.size() + kTemporary.size();
-  return name.size() == length + kDigits && name.starts_with(target) &&
-         std::string_view(name).substr(target.size()).starts_with(kTemporary) &&
-         name.find_first_not_of("0123456789abcdef", length) == std::string::npos;
+/// The target of a temporary file; empty where it is another one.
+std::string target_of(const std::string& name) {
+  constexpr size_t kEnding = kTemporary.size() + kDigits;
+  if (name.size() <= kEnding) return {};
+  const std::string_view ending = std::string_view(name).substr(name.size() - kEnding);
+  const bool digits =
+      ending.find_first_not_of("0123456789abcdef", kTemporary.size()) == std::string_view::npos;
+  return digits && ending.starts_with(kTemporary) ? name.substr(0, name.size() - kEnding) : "";
 }
 
 /// Removes a temporary file whose writer has died: those who live hold a lock on theirs, which ends with
@@ -97,14 +100,6 @@ void remove_if_abandoned(const fs::path& file) {
   if (::flock(opened.get(), LOCK_EX | LOCK_NB) == 0) ::unlink(file.c_str());
 }
 
-void remove_abandoned(const fs::path& target) {
-  const std::string name = target.filename();
-  std::error_code error;
-  fs::directory_iterator entry(target.has_parent_path() ? target.parent_path() : fs::path("."), error);
-  for (; !error && entry != fs::directory_iterator(); entry.increment(error))
-    if (is_temporary_of(entry->path().filename(), name)) remove_if_abandoned(entry->path());
-}
-
 /// So that the new name outlasts a loss of power. What the file system cannot do is not asked of it.
 void flush_folder(const std::string& file) {
   const fs::path folder = fs::path(file).parent_path();
@@ -113,6 +108,14 @@ void flush_folder(const std::string& file) {
 }
 
 }  // namespace
+
+void remove_abandoned(const std::string& folder, const std::function<bool(const std::string&)>& which) {
+  std::error_code error;
+  fs::directory_iterator entry(folder.empty() ? "." : folder, error);
+  for (; !error && entry != fs::directory_iterator(); entry.increment(error))
+    if (const std::string target = target_of(entry->path().filename()); !target.empty() && which(target))
+      remove_if_abandoned(entry->path());
+}
 
 bool is_written_in_place(const std::string& path) { return is_stream(path); }
 
@@ -123,7 +126,8 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     return;
   }
   target_ = resolve(path).string();
-  remove_abandoned(target_);
+  remove_abandoned(fs::path(target_).parent_path(), [name = fs::path(target_).filename().string()](
+                                                        const std::string& other) { return other == name; });
   for (int attempt = 0; fd_ < 0; ++attempt) {
     temporary_ = temporary_name(target_);
     const int number = temporaries::add(temporary_.c_str());

@@ -84,6 +84,11 @@ void expect_resumed(const mesh::Scene& scene, const bake::BakeOptions& options, 
 
 mesh::Scene three_objects() { return scene_of({torus(40, 20), icosphere(3), open_bowl(12, 24)}); }
 
+TEST(Checkpoint, FieldsGoOnToTheSameBytes) {
+  KilledBake bake(scene_of({torus(24, 12), icosphere(2)}), small_field(0.05));
+  EXPECT_TRUE(bake.killed_after(40, 1) == bake.whole());
+}
+
 TEST(Checkpoint, AFieldGoesOnToTheSameBytes) {
   expect_resumed(scene_of({torus(40, 20)}), small_field(0.2), 10);
 }

@@ -36,14 +36,14 @@ bool is_temporary(const std::string& name) {
 
 std::vector<Command> commands_in(const TempDir& folder) {
   const auto path = [&](const std::string& name) { return (folder.path() / name).string(); };
-  folder.write("ball.obj", obj_text(icosphere(4)));
+  folder.write("ball.obj", obj_text(icosphere(3)));
   folder.write("ball.glb", gltf_of(icosphere(3)).glb());
   const Outcome baked =
       nif({"bake", path("ball.glb"), "-o", path("asset.nif"), "--encoding", "bvh", "--rays", "0"});
   EXPECT_EQ(baked.code, 0) << baked.err;
   std::vector<Command> commands{
       {"bake",
-       {"bake", path("ball.obj"), "-o", path("out.nif"), "--encoding", "exact", "--rays", "1000", "-j", "1"},
+       {"bake", path("ball.obj"), "-o", path("out.nif"), "--encoding", "exact", "--rays", "200", "-j", "1"},
        path("out.nif")},
       {"attach", {"attach", path("ball.glb"), path("asset.nif"), "-o", path("both.glb")}, path("both.glb")},
       {"convert", {"mesh", "convert", path("ball.obj"), "-o", path("out.ply")}, path("out.ply")}};

@@ -1,5 +1,6 @@
 // `nif` killed at random moments: the target is the old file or the whole new one, what was finished stays,
 // and the next run removes what was left behind. NIF_KILLS says how many kills of each command (20).
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
@@ -156,10 +157,11 @@ TEST_F(Kill, Manifest) {
     const auto files = files_in(folder_.path());
     for (const auto& [name, bytes] : files) {
       const std::string asset = fs::path(name).filename();
-      if (is_temporary(name))
+      if (is_temporary(name)) {
         ++tally.left_over;
-      else if (name.starts_with("out/"))
+      } else if (name.starts_with("out/")) {
         ASSERT_TRUE(whole.contains(asset) && bytes == whole.at(asset)) << name << " after kill " << i;
+      }
     }
     for (const auto& [name, bytes] : finished)
       ASSERT_TRUE(files.contains(name)) << name << " was finished, and is lost after kill " << i;

@@ -84,10 +84,11 @@ TEST(WriteFaults, KilledAtAnyCallOfAWriteTheTargetIsOldOrNew) {
             {{"FILE", std::string(call) + " " + std::to_string(number) + " kill"}}, command.arguments);
         killed += outcome.code != 0;
         for (const auto& [name, bytes] : files_in(folder.path())) {
-          if (name == command.target.filename())
+          if (name == command.target.filename()) {
             EXPECT_TRUE(bytes == before.at(name) || bytes == results[command.name]);
-          else
+          } else {
             EXPECT_TRUE(is_temporary(name) || bytes == before.at(name)) << name;
+          }
         }
         // The next run finds what it needs, and removes what was left.
         EXPECT_EQ(nif(command.arguments).code, 0);
@@ -121,7 +122,7 @@ TEST(WriteFaults, ADiskThatIsReallyFull) {
   if (::mount("tmpfs", disk.path().c_str(), "tmpfs", 0, "size=12k") != 0)
     GTEST_SKIP() << "no file system can be mounted here";
   std::ofstream(disk.path() / "out.ply") << "the old file";
-  folder.write("ball.obj", obj_text(icosphere(4)));
+  folder.write("ball.obj", obj_text(icosphere(3)));
   const Outcome outcome = nif(
       {"mesh", "convert", (folder.path() / "ball.obj").string(), "-o", (disk.path() / "out.ply").string()});
   EXPECT_EQ(outcome.code, int(Status::output_not_writable)) << outcome.err;
@@ -204,10 +205,11 @@ TEST_F(ManifestFaults, FailedWritesLoseNothing) {
                                                      " " + std::to_string(fault.error)}},
                                        words());
       EXPECT_TRUE(outcome.code == 0 || outcome.code == int(Status::output_not_writable)) << outcome.err;
-      if (outcome.code != 0)
+      if (outcome.code != 0) {
         EXPECT_NE(outcome.err.find(std::string("cannot be written: ") + std::strerror(fault.error)),
                   std::string::npos)
             << outcome.err;
+      }
       expect_whole();
     }
   }

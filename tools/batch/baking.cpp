@@ -13,6 +13,7 @@
 
 #include "formats/base/file_name.hpp"
 #include "formats/base/status.hpp"
+#include "formats/base/temporaries.hpp"
 #include "tools/batch/claims.hpp"
 #include "tools/batch/record.hpp"
 #include "tools/common/child.hpp"
@@ -76,6 +77,7 @@ class Batch {
       if (!item.reason.empty()) waiting.push_back(&item);
     const size_t all = waiting.size();
     size_t done = 0;
+    remove_left_overs();
     if (all) {
       make_folder(manifest_.state);
       claims_.emplace(manifest_);
@@ -110,6 +112,18 @@ class Batch {
   }
 
  private:
+  /// Of assets that are up to date, too: an earlier run may have been killed while it baked them again.
+  void remove_left_overs() const {
+    std::set<fs::path> folders, targets;
+    for (const BatchAsset& asset : manifest_.assets) {
+      folders.insert(fs::path(asset.output).parent_path());
+      targets.insert({asset.output, asset.output + ".checkpoint"});
+    }
+    for (const fs::path& folder : folders)
+      remove_abandoned(folder, [&](const std::string& name) { return targets.contains(folder / name); });
+    remove_abandoned(manifest_.state, [](const std::string&) { return true; });
+  }
+
   void make_folder(const fs::path& folder) {
     std::error_code problem;
     fs::create_directories(folder.empty() ? "." : folder, problem);
