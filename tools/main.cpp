@@ -1,15 +1,21 @@
 // The `nif` executable: picks the subcommand, and turns every failure into one sentence and an exit code.
 // Called as `nif-bake` it is `nif bake`.
+#include <cxxabi.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <new>
 #include <span>
+#include <typeinfo>
 
 #include "formats/base/status.hpp"
+#include "formats/base/temporaries.hpp"
 #include "mesh/cgal/cgal.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/subcommands.hpp"
@@ -98,12 +104,26 @@ int fail(Status status, const char* sentence, const char* defect = "") {
   return int(status);
 }
 
+std::terminate_handler usual_end;
+
+/// Libraries may need memory where they must not throw; nlohmann::json does in its destructors.
+[[noreturn]] void on_terminate() {
+  const std::type_info* type = abi::__cxa_current_exception_type();
+  if (type && (*type == typeid(std::bad_alloc) || *type == typeid(std::bad_array_new_length))) {
+    remove_temporaries();
+    _exit(fail(Status::out_of_memory, "out of memory"));
+  }
+  usual_end();
+  std::abort();
+}
+
 }  // namespace
 }  // namespace nif::tools
 
 int main(int argc, char** argv) {
   using nif::Status;
   nif::tools::leave_nothing_behind();
+  nif::tools::usual_end = std::set_terminate(nif::tools::on_terminate);
   try {
     const int code = nif::tools::run(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) {

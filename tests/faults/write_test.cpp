@@ -4,7 +4,9 @@
 #include <sys/mount.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstring>
+#include <span>
 
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
@@ -37,11 +39,12 @@ struct Fault {
 constexpr Fault kFaults[] = {{"open", ENOSPC},  {"open", EDQUOT}, {"write", ENOSPC}, {"write", EIO},
                              {"fsync", ENOSPC}, {"fsync", EIO},   {"close", EIO},    {"rename", EACCES}};
 
-TEST(WriteFaults, LeaveTheOldFileAndSaySo) {
+void expect_failed_writes_to_say_so(std::span<const size_t> which) {
   const TempDir folder;
   const std::vector<Command> commands = commands_in(folder);
   std::map<std::string, std::string> results = results_of(commands);
-  for (const Command& command : commands) {
+  for (const size_t number_of_command : which) {
+    const Command& command = commands[number_of_command];
     for (const Fault& fault : kFaults) {
       SCOPED_TRACE(command.name + ": " + fault.call + ": " + std::strerror(fault.error));
       const std::map<std::string, std::string> before = files_in(folder.path());
@@ -70,11 +73,17 @@ TEST(WriteFaults, LeaveTheOldFileAndSaySo) {
   }
 }
 
-TEST(WriteFaults, KilledAtAnyCallOfAWriteTheTargetIsOldOrNew) {
+TEST(WriteFaults, LeaveTheOldFileAndSaySo) { expect_failed_writes_to_say_so(std::array<size_t, 1>{2}); }
+TEST(WriteFaults, OfBakeAndAttachLeaveTheOldFile) {
+  expect_failed_writes_to_say_so(std::array<size_t, 2>{0, 1});
+}
+
+void expect_kills_to_leave_old_or_new(std::span<const size_t> which) {
   const TempDir folder;
   const std::vector<Command> commands = commands_in(folder);
   std::map<std::string, std::string> results = results_of(commands);
-  for (const Command& command : commands) {
+  for (const size_t number_of_command : which) {
+    const Command& command = commands[number_of_command];
     for (const char* call : {"open", "write", "fsync", "close", "rename"}) {
       SCOPED_TRACE(command.name + ": " + call);
       int killed = 0;
@@ -100,6 +109,13 @@ TEST(WriteFaults, KilledAtAnyCallOfAWriteTheTargetIsOldOrNew) {
       EXPECT_GE(killed, 1);
     }
   }
+}
+
+TEST(WriteFaults, KilledAtAnyCallOfAWriteTheTargetIsOldOrNew) {
+  expect_kills_to_leave_old_or_new(std::array<size_t, 1>{2});
+}
+TEST(WriteFaults, KillsOfBakeAndAttachLeaveOldOrNew) {
+  expect_kills_to_leave_old_or_new(std::array<size_t, 2>{0, 1});
 }
 
 TEST(WriteFaults, ALimitOnTheSizeOfFilesIsAWriteError) {
@@ -147,10 +163,20 @@ TEST(WriteFaults, DevicesThatTakeNothing) {
 TEST(WriteFaults, AFolderThatTakesNoFiles) {
   const TempDir folder;
   const std::vector<Command> commands = commands_in(folder);
-  if (::geteuid() == 0) GTEST_SKIP() << "root may write anywhere";
   ASSERT_EQ(::chmod(folder.path().c_str(), 0555), 0);
+  // Root may write anywhere, so it becomes nobody.
+  std::vector<std::string> nobody{"--reuid=65534", "--regid=65534", "--clear-groups", nif_path()};
+  if (::geteuid() == 0) {
+    nobody.push_back("--version");
+    if (Process("/usr/bin/setpriv", nobody).finish().code != 0)
+      GTEST_SKIP() << "root may write anywhere, and nobody may not run the program";
+    nobody.pop_back();
+  }
   for (const Command& command : commands) {
-    const Outcome outcome = nif(command.arguments);
+    std::vector<std::string> words = nobody;
+    words.insert(words.end(), command.arguments.begin(), command.arguments.end());
+    const Outcome outcome =
+        ::geteuid() == 0 ? Process("/usr/bin/setpriv", words).finish() : nif(command.arguments);
     EXPECT_EQ(outcome.code, int(Status::output_not_writable)) << command.name << ": " << outcome.err;
     EXPECT_EQ(read_bytes(command.target), "the old file");
   }
