@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 success, 1 internal error, 2 wrong options, 10-26 an input file cannot be used,\n"
-    "30-34 an asset cannot be used, 40-41 the output cannot be written, 50-53 a bake failed, 130 "
+    "30-35 an asset cannot be used, 40-41 the output cannot be written, 50-53 a bake failed, 130 "
     "interrupted.\n"
     "docs/command-line.md lists them all.\n";
 
@@ -62,6 +62,7 @@ int run(int argc, char** argv) {
                          "  nif eval dragon.nif --mesh dragon.ply\n"
                          "  nif bench dragon.nif --mesh dragon.ply\n"
                          "  nif info dragon.nif\n"
+                         "  nif validate dragon.nif\n"
                          "  nif attach crate.glb crate.nif -o both.glb\n"
                          "  nif devices\n"
                          "  nif mesh generate statue -o statue.ply\n"
@@ -79,6 +80,7 @@ int run(int argc, char** argv) {
   add_mesh(command);
   add_render(command);
   add_sweep(command);
+  add_validate(command);
 
   // The command line is handed over reversed, as CLI11 wants it.
   std::vector<std::string> arguments(argv + 1, argv + argc);

@@ -12,6 +12,7 @@ packages='
 build   g++                   C++20 compiler
 build   cmake                 configures; 3.25 or newer
 build   ninja-build           builds; the generator of every preset
+build   python3               makes the bill of materials; tests: the independent reader of assets
 build   libembree-dev         ray oracle of the baker, and the BVH that it is compared to
 build   libtbb-dev            threads of the baker
 build   libhwy-dev            SIMD in the trainer
@@ -34,6 +35,7 @@ build   libboost-iostreams-dev  what OpenVDB is linked with, and its package doe
 build   libcgal-dev           nif mesh: self-intersections, repair; tests: a second oracle of rays (NIF_WITH_CGAL)
 sample  jq                    samples/run.sh reads the JSON that nif prints
 check   libgtest-dev          tests
+check   python3               tests: a reader of assets that shares no code with ours
 check   pkgconf               tests: the installed package through its .pc file
 check   slurm-wlm             tests: manifests on a cluster, of one node
 check   munge                 tests: the key of that cluster

@@ -16,5 +16,6 @@ void add_info(Command app);
 void add_mesh(Command app);
 void add_render(Command app);
 void add_sweep(Command app);
+void add_validate(Command app);
 
 }  // namespace nif::tools

@@ -40,6 +40,7 @@ enum class Status : int {
   damaged_nif = 32,      ///< wrong checksum or structure
   unsupported_nif = 33,  ///< needs a newer build
   mesh_mismatch = 34,    ///< the asset was not baked from the given mesh
+  doubtful_nif = 35,     ///< with nif validate --strict: an asset with warnings
 
   // Writing.
   output_folder_missing = 40,

@@ -21,32 +21,31 @@ std::string at_byte(uint64_t offset) { return "byte " + std::to_string(offset); 
 
 /// Tells apart the ways in which a file is not ours.
 void check_identifier(std::span<const std::byte> start, std::string_view file) {
-  if (start.empty()) refuse(Status::file_empty, file, "", "the file is empty");
+  if (start.empty()) refuse(Rule::empty_file, file, "");
   const std::string_view ours(reinterpret_cast<const char*>(kIdentifier), sizeof(kIdentifier));
   if (starts_with(start, ours)) return;
   for (std::string_view engine : {"NetImmerse File Format", "Gamebryo File Format"})
-    if (starts_with(start, engine))
-      refuse(Status::foreign_nif, file, "",
-             "this is a NetImmerse/Gamebryo model, which shares the extension .nif but is another format");
+    if (starts_with(start, engine)) refuse(Rule::foreign_file, file, "");
   if (start.size() < ours.size() &&
       ours.starts_with(std::string_view(reinterpret_cast<const char*>(start.data()), start.size())))
-    refuse(Status::file_truncated, file, "",
+    refuse(Rule::cut_header, file, "",
            "ends after " + std::to_string(start.size()) + " bytes, within the identifier");
   if (starts_with(start, ours.substr(0, 4)) || starts_with(start.subspan(1), ours.substr(1, 6)))
-    refuse(Status::damaged_nif, file, "identifier",
-           "changed on the way, as a text-mode or 7-bit transfer does");
-  refuse(Status::not_a_nif, file, "", "not a .nif asset: it does not start with the identifier");
+    refuse(Rule::changed_identifier, file, "identifier");
+  refuse(Rule::other_file, file, "");
 }
 
 void check_padding(std::span<const std::byte> bytes, uint64_t begin, uint64_t end, std::string_view file) {
   for (uint64_t at = begin; at < end; ++at)
-    if (bytes[at] != std::byte{0}) refuse(Status::damaged_nif, file, at_byte(at), "padding that is not zero");
+    if (bytes[at] != std::byte{0}) refuse(Rule::padding_not_zero, file, at_byte(at));
 }
 
 }  // namespace
 
-void refuse(Status status, std::string_view file, const std::string& place, const std::string& what) {
-  throw Error(status, std::string(file) + ": " + (place.empty() ? what : place + ": " + what));
+void refuse(Rule rule, std::string_view file, const std::string& place, const std::string& what) {
+  const std::string wrong = what.empty() ? text_of(rule).what : what;
+  throw Refusal(rule, place, wrong,
+                std::string(file) + ": " + (place.empty() ? wrong : place + ": " + wrong));
 }
 
 std::string section_name(uint32_t type) {
@@ -67,32 +66,32 @@ std::string section_name(uint32_t type) {
 Header check_header(std::span<const std::byte> start, uint64_t file_bytes, std::string_view file) {
   check_identifier(start, file);
   if (start.size() < sizeof(Header))
-    refuse(Status::file_truncated, file, "header",
+    refuse(Rule::cut_header, file, "header",
            "ends after " + std::to_string(start.size()) + " of its 64 bytes");
   Header header;
   std::memcpy(&header, start.data(), sizeof(header));
   Header zeroed = header;
   zeroed.header_crc = 0;
   if (crc32c(std::as_bytes(std::span(&zeroed, 1))) != header.header_crc)
-    refuse(Status::damaged_nif, file, "header", "wrong checksum");
+    refuse(Rule::header_checksum, file, "header");
   if (header.version < kVersion)
-    refuse(Status::unsupported_nif, file, "header",
+    refuse(Rule::other_version, file, "header",
            "format version " + std::to_string(header.version) + " is no longer read; bake the mesh again");
   if (header.version > kVersion)
-    refuse(Status::unsupported_nif, file, "header",
+    refuse(Rule::other_version, file, "header",
            "format version " + std::to_string(header.version) + "; this build reads version " +
                std::to_string(kVersion));
   if (std::any_of(std::begin(header.reserved), std::end(header.reserved), [](uint32_t r) { return r != 0; }))
-    refuse(Status::damaged_nif, file, "header", "reserved bytes are not zero");
+    refuse(Rule::reserved_not_zero, file, "header");
   if (header.section_count == 0 || header.section_count > kMaxSections)
-    refuse(Status::damaged_nif, file, "header",
+    refuse(Rule::section_count, file, "header",
            std::to_string(header.section_count) + " sections, not 1 to " + std::to_string(kMaxSections));
   if (file_bytes < header.file_bytes)
-    refuse(Status::file_truncated, file, "",
+    refuse(Rule::cut_file, file, "",
            "ends after " + std::to_string(file_bytes) + " of the " + std::to_string(header.file_bytes) +
                " bytes that its header states");
   if (file_bytes > header.file_bytes)
-    refuse(Status::damaged_nif, file, at_byte(header.file_bytes),
+    refuse(Rule::bytes_after_end, file, at_byte(header.file_bytes),
            std::to_string(file_bytes - header.file_bytes) + " bytes follow the end that the header states");
   return header;
 }
@@ -101,9 +100,9 @@ std::pmr::vector<SectionView> open_container(std::span<const std::byte> bytes, s
                                              std::pmr::memory_resource* memory) {
   const Header header = check_header(bytes.first(std::min(bytes.size(), sizeof(Header))), bytes.size(), file);
   const uint64_t table_end = sizeof(Header) + uint64_t(header.section_count) * sizeof(SectionEntry);
-  if (table_end > bytes.size()) refuse(Status::damaged_nif, file, "section table", "reaches past the end");
+  if (table_end > bytes.size()) refuse(Rule::table_past_end, file, "section table");
   const auto table = bytes.subspan(sizeof(Header), header.section_count * sizeof(SectionEntry));
-  if (crc32c(table) != header.table_crc) refuse(Status::damaged_nif, file, "section table", "wrong checksum");
+  if (crc32c(table) != header.table_crc) refuse(Rule::table_checksum, file, "section table");
 
   std::pmr::vector<SectionView> sections(memory);
   sections.reserve(header.section_count);
@@ -112,24 +111,24 @@ std::pmr::vector<SectionView> open_container(std::span<const std::byte> bytes, s
     SectionEntry entry;
     std::memcpy(&entry, table.data() + i * sizeof(entry), sizeof(entry));
     const std::string place = "section " + section_name(entry.type) + " (entry " + std::to_string(i) + ")";
-    const auto damaged = [&](const std::string& what) { refuse(Status::damaged_nif, file, place, what); };
-    if (entry.reserved != 0 || (entry.flags & ~uint32_t{kRequired}) != 0)
-      damaged("reserved bits are not zero");
+    const auto damaged = [&](Rule rule, const std::string& what = {}) { refuse(rule, file, place, what); };
+    if (entry.reserved != 0 || (entry.flags & ~uint32_t{kRequired}) != 0) damaged(Rule::reserved_bits);
     // `end` is at most the file's size, so aligned() cannot wrap; nor can the sum, once the offset is right.
     if (entry.offset != aligned(end))
-      damaged("starts at byte " + std::to_string(entry.offset) + ", not at " + std::to_string(aligned(end)));
+      damaged(Rule::section_place,
+              "starts at byte " + std::to_string(entry.offset) + ", not at " + std::to_string(aligned(end)));
     if (entry.offset > bytes.size() || entry.bytes > bytes.size() - entry.offset)
-      damaged("reaches past the end of the file");
+      damaged(Rule::section_past_end);
     check_padding(bytes, end, entry.offset, file);
     end = entry.offset + entry.bytes;
     const auto content = bytes.subspan(entry.offset, entry.bytes);
-    if (crc32c(content) != entry.crc) damaged("wrong checksum");
+    if (crc32c(content) != entry.crc) damaged(Rule::section_checksum);
     for (const SectionView& other : sections)
-      if (other.type == entry.type) damaged("occurs twice");
+      if (other.type == entry.type) damaged(Rule::section_twice);
     sections.push_back({entry.type, entry.flags, entry.offset, content});
   }
   if (end != bytes.size())
-    refuse(Status::damaged_nif, file, at_byte(end),
+    refuse(Rule::bytes_of_no_section, file, at_byte(end),
            std::to_string(bytes.size() - end) + " bytes belong to no section");
   return sections;
 }

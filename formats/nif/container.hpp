@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/base/status.hpp"
 #include "formats/nif/layout.hpp"
+#include "formats/nif/rules.hpp"
 
 namespace nif::format {
 
@@ -23,9 +23,9 @@ struct SectionView {
   std::span<const std::byte> bytes;
 };
 
-/// Throws nif::Error: "<file>: <place>: <what>".
-[[noreturn]] void refuse(Status status, std::string_view file, const std::string& place,
-                         const std::string& what);
+/// Throws a Refusal: "<file>: <place>: <what>". Without `what`, it is what the rule says.
+[[noreturn]] void refuse(Rule rule, std::string_view file, const std::string& place,
+                         const std::string& what = {});
 
 /// A section's type as text: "OBJS", or hexadecimal where it is not printable.
 std::string section_name(uint32_t type);

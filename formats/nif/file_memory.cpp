@@ -30,7 +30,7 @@ class Descriptor {
 };
 
 [[noreturn]] void unreadable(const std::string& path, const std::string& why) {
-  refuse(Status::file_unreadable, path, "", "cannot be read: " + why);
+  throw Error(Status::file_unreadable, path + ": cannot be read: " + why);
 }
 
 /// Reads up to `count` bytes at `offset`; fewer only at the end of the file.
@@ -53,7 +53,7 @@ FileMemory FileMemory::load(const std::string& path, Mode mode, std::pmr::memory
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.get() < 0) {
     if (errno == ENOENT || errno == ENOTDIR)
-      refuse(Status::file_not_found, path, "", "there is no such file");
+      throw Error(Status::file_not_found, path + ": there is no such file");
     unreadable(path, std::strerror(errno));
   }
   struct stat about;

@@ -53,8 +53,7 @@ class Reader {
     read_source_triangles();
     read_colors();
     read_instances();
-    if (names_end_ != names_.size())
-      refuse(Status::damaged_nif, file_, "section NAME", "bytes that belong to no name");
+    if (names_end_ != names_.size()) refuse(Rule::bytes_of_no_name, file_, "section NAME");
     return std::move(asset_);
   }
 
@@ -69,7 +68,7 @@ class Reader {
       if (section.type == kMetadata) {
         asset_.metadata = {reinterpret_cast<const char*>(section.bytes.data()), section.bytes.size()};
         if (required || asset_.metadata.empty() || !is_utf8(asset_.metadata))
-          refuse(Status::damaged_nif, file_, place(), "is required, empty or not UTF-8");
+          refuse(Rule::metadata_text, file_, place());
         continue;
       }
       const auto* everywhere = std::find(std::begin(kEverywhere), std::end(kEverywhere), section.type);
@@ -78,11 +77,11 @@ class Reader {
                  color = section.type == kColorRecords || section.type == kColorValues,
                  optional = primary || source || color;
       if (everywhere == std::end(kEverywhere) && !optional && !of_an_encoding(section.type)) {
-        if (required) refuse(Status::unsupported_nif, file_, place(), "required, and newer than this build");
+        if (required) refuse(Rule::unknown_section, file_, place());
         continue;  // an optional section of a later version: skipped, as promised
       }
       if (required == optional)
-        refuse(Status::damaged_nif, file_, place(),
+        refuse(Rule::section_flag, file_, place(),
                required ? "is marked as required" : "is not marked as required");
       if (everywhere != std::end(kEverywhere)) found[everywhere - kEverywhere] = true;
       has_primaries_ = has_primaries_ || primary;
@@ -90,8 +89,7 @@ class Reader {
       has_colors_ = has_colors_ || color;
     }
     for (size_t i = 0; i < std::size(found); ++i)
-      if (!found[i])
-        refuse(Status::damaged_nif, file_, "section " + section_name(kEverywhere[i]), "is missing");
+      if (!found[i]) refuse(Rule::section_missing, file_, "section " + section_name(kEverywhere[i]));
     names_ = table()[kNames];
   }
 
@@ -106,18 +104,18 @@ class Reader {
   SectionTable table() const { return SectionTable(asset_.sections); }
 
   std::string_view read_name(const Name& name, const Place& place) {
-    place.require(name.offset == names_end_, "name does not follow the one before it");
-    place.require(names_.size() - names_end_ > name.bytes, "name reaches past the end of section NAME");
+    place.require(name.offset == names_end_, Rule::name_order);
+    place.require(names_.size() - names_end_ > name.bytes, Rule::name_past_end);
     const std::string_view text(reinterpret_cast<const char*>(names_.data()) + name.offset, name.bytes);
-    place.require(names_[name.offset + uint64_t(name.bytes)] == std::byte{0}, "name is not followed by a 0");
-    place.require(text.find('\0') == text.npos && is_utf8(text), "name is not UTF-8 text");
+    place.require(names_[name.offset + uint64_t(name.bytes)] == std::byte{0}, Rule::name_end);
+    place.require(text.find('\0') == text.npos && is_utf8(text), Rule::name_text);
     names_end_ += uint64_t(name.bytes) + 1;
     return text;
   }
 
   void read_objects() {
     const Records<ObjectRecord> records(table()[kObjects], "OBJS", file_);
-    if (records.count() == 0) refuse(Status::damaged_nif, file_, "section OBJS", "holds no object");
+    if (records.count() == 0) refuse(Rule::no_object, file_, "section OBJS");
     check_encodings(records);
     Readers readers(table(), file_, asset_);
     asset_.objects.reserve(records.count());
@@ -126,8 +124,7 @@ class Reader {
     for_each_encoding([&]<class Encoding>(Encoding) {
       const auto& [reader, objects] = static_cast<ReaderOf<Encoding>&>(readers);
       if (reader.count() != objects)
-        refuse(Status::damaged_nif, file_, "section " + section_name(Encoding::kSections[0]),
-               "has records that belong to no object");
+        refuse(Rule::records_of_no_object, file_, "section " + section_name(Encoding::kSections[0]));
       reader.finish();
     });
   }
@@ -139,7 +136,7 @@ class Reader {
       bool known = false;
       for_each_encoding([&](auto encoding) { known = known || records[i].encoding == encoding.kNumber; });
       if (!known)
-        refuse(Status::unsupported_nif, file_, Place{file_, "OBJS", i}.text(),
+        refuse(Rule::unknown_encoding, file_, Place{file_, "OBJS", i}.text(),
                "encoding " + std::to_string(records[i].encoding) + "; this build reads " + known_encodings());
     }
     for_each_encoding([&](auto encoding) {
@@ -155,18 +152,18 @@ class Reader {
       const bool there = std::any_of(asset_.sections.begin(), asset_.sections.end(),
                                      [&](const SectionView& section) { return section.type == type; });
       if (there != expected)
-        refuse(Status::damaged_nif, file_, "section " + section_name(type),
-               expected ? "is missing" : "is there for no object");
+        refuse(expected ? Rule::section_missing : Rule::section_unused, file_,
+               "section " + section_name(type));
     }
   }
 
   ObjectView read_object(const ObjectRecord& record, Readers& readers, const Place& place) {
     ObjectView view;
     view.name = read_name(record.name, place);
-    place.require(all_finite(record.aabb_min) && all_finite(record.aabb_max), "bounds are not finite");
-    for (int a = 0; a < 3; ++a) place.require(record.aabb_min[a] <= record.aabb_max[a], "bounds are empty");
-    place.require(std::isfinite(record.bias) && record.bias >= 0, "bias is negative or not finite");
-    place.require(all_zero(record.reserved), "reserved bytes are not zero");
+    place.require(all_finite(record.aabb_min) && all_finite(record.aabb_max), Rule::bounds_not_finite);
+    for (int a = 0; a < 3; ++a) place.require(record.aabb_min[a] <= record.aabb_max[a], Rule::bounds_empty);
+    place.require(std::isfinite(record.bias) && record.bias >= 0, Rule::bias_range);
+    place.require(all_zero(record.reserved), Rule::reserved_not_zero);
     view.bias = record.bias;
     view.triangles = record.triangles;
     std::copy_n(record.aabb_min, 3, view.aabb_min.begin());
@@ -174,9 +171,8 @@ class Reader {
     for_each_encoding([&]<class Encoding>(Encoding) {
       if (record.encoding != Encoding::kNumber) return;
       auto& [reader, objects] = static_cast<ReaderOf<Encoding>&>(readers);
-      place.require(record.record == objects,
-                    "record is not the number of objects of its encoding before it");
-      place.require(objects < reader.count(), "its encoding has no such record");
+      place.require(record.record == objects, Rule::record_order);
+      place.require(objects < reader.count(), Rule::record_missing);
       view.content = reader.read(objects++, view.bounds());
     });
     return view;
@@ -220,9 +216,9 @@ class Reader {
       const Place place{file_, "INST", i};
       InstanceView view;
       view.name = read_name(record.name, place);
-      place.require(record.object < asset_.objects.size(), "object is out of range");
-      place.require(record.reserved == 0, "reserved bytes are not zero");
-      place.require(all_finite(record.transform), "transform is not finite");
+      place.require(record.object < asset_.objects.size(), Rule::object_range);
+      place.require(record.reserved == 0, Rule::reserved_not_zero);
+      place.require(all_finite(record.transform), Rule::transform_not_finite);
       view.object = record.object;
       std::copy_n(record.transform, 12, view.transform.begin());
       asset_.instances.push_back(view);
@@ -241,8 +237,9 @@ class Reader {
 AssetView read_asset(std::span<const std::byte> bytes, std::string_view file_name,
                      std::pmr::memory_resource* memory) {
   if (reinterpret_cast<uintptr_t>(bytes.data()) % kAddressAlignment != 0)
-    refuse(Status::usage, file_name, "",
-           "its bytes lie at an address that is no multiple of " + std::to_string(kAddressAlignment));
+    throw Error(Status::usage, std::string(file_name) +
+                                   ": its bytes lie at an address that is no multiple of " +
+                                   std::to_string(kAddressAlignment));
   return Reader(bytes, file_name, memory).read();
 }
 

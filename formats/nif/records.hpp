@@ -41,16 +41,16 @@ struct Place {
   const char* section;
   uint64_t record;
 
-  [[noreturn]] void damaged(const std::string& what) const {
-    refuse(Status::damaged_nif, file, text(), what);
+  [[noreturn]] void damaged(Rule rule, const std::string& what = {}) const {
+    refuse(rule, file, text(), what);
   }
-  void require(bool good, const char* what) const {
-    if (!good) damaged(what);
+  void require(bool good, Rule rule) const {
+    if (!good) damaged(rule);
   }
-  void within(uint64_t value, uint64_t low, uint64_t high, const char* name) const {
+  void within(uint64_t value, uint64_t low, uint64_t high, const char* name, Rule rule) const {
     if (value < low || value > high)
-      damaged(std::string(name) + " is " + std::to_string(value) + ", not " + std::to_string(low) + " to " +
-              std::to_string(high));
+      damaged(rule, std::string(name) + " is " + std::to_string(value) + ", not " + std::to_string(low) +
+                        " to " + std::to_string(high));
   }
   std::string text() const {
     return std::string("section ") + section + ", record " + std::to_string(record);
@@ -74,22 +74,22 @@ class Payloads {
 
   Bytes next(const Payload& payload, uint64_t expected, const char* name, const Place& place) {
     const std::string what = std::string(name) + " payload";
-    if (payload.offset != aligned(end_)) place.damaged(what + " is not where the one before it ends");
+    if (payload.offset != aligned(end_))
+      place.damaged(Rule::payload_place, what + " is not where the one before it ends");
     if (payload.bytes != expected)
-      place.damaged(what + " has " + std::to_string(payload.bytes) + " bytes, not " +
-                    std::to_string(expected));
+      place.damaged(Rule::payload_size, what + " has " + std::to_string(payload.bytes) + " bytes, not " +
+                                            std::to_string(expected));
     if (payload.offset > section_.size() || payload.bytes > section_.size() - payload.offset)
-      place.damaged(what + " reaches past the end of its section");
+      place.damaged(Rule::payload_past_end, what + " reaches past the end of its section");
     for (uint64_t at = end_; at < payload.offset; ++at)
-      if (section_[at] != std::byte{0}) place.damaged("padding before the " + what + " is not zero");
+      if (section_[at] != std::byte{0})
+        place.damaged(Rule::payload_padding, "padding before the " + what + " is not zero");
     end_ = payload.offset + payload.bytes;
     return section_.subspan(payload.offset, payload.bytes);
   }
   /// All of the section belongs to payloads.
   void finish(const char* section, std::string_view file) const {
-    if (end_ != section_.size())
-      refuse(Status::damaged_nif, file, std::string("section ") + section,
-             "has bytes that belong to no record");
+    if (end_ != section_.size()) refuse(Rule::bytes_of_no_record, file, std::string("section ") + section);
   }
 
  private:
@@ -103,7 +103,7 @@ class Records {
  public:
   Records(Bytes section, const char* name, std::string_view file) : section_(section) {
     if (section.size() % sizeof(Record) != 0 || section.size() / sizeof(Record) > 0xffffffffu)
-      refuse(Status::damaged_nif, file, std::string("section ") + name,
+      refuse(Rule::record_size, file, std::string("section ") + name,
              std::to_string(section.size()) + " bytes are no whole number of records of " +
                  std::to_string(sizeof(Record)));
   }

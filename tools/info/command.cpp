@@ -6,6 +6,7 @@
 
 #include "bake/describe.hpp"
 #include "bake/spherical/describe.hpp"
+#include "formats/base/printable.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
@@ -56,7 +57,7 @@ std::string text_at(const nlohmann::ordered_json& metadata, const std::string& p
   const nlohmann::ordered_json::json_pointer at(pointer);
   if (!metadata.is_object() || !metadata.contains(at)) return "unknown";
   const auto& value = metadata.at(at);
-  return value.is_string() ? value.get<std::string>() : value.dump();
+  return printable(value.is_string() ? value.get<std::string>() : value.dump());
 }
 
 void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
@@ -92,7 +93,7 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   for (size_t i = 0; i < std::min(kShown, view.objects.size()); ++i) {
     const format::ObjectView& object = view.objects[i];
     const format::SourceTrianglesView* source = view.source_triangles_of(uint32_t(i));
-    fmt::print("object    '{}': {} triangles{}, {}\n", object.name, object.triangles,
+    fmt::print("object    '{}': {} triangles{}, {}\n", printable(object.name), object.triangles,
                source ? fmt::format(" with their numbers among {}", source->triangles) : "",
                bake::summary(object) + (view.colors_of(uint32_t(i)) ? ", with colours" : ""));
   }

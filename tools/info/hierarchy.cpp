@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/base/printable.hpp"
 #include "formats/base/quantities.hpp"
 
 namespace nif::tools {
@@ -68,9 +69,9 @@ void print_hierarchy(const format::AssetView& view, const Json& metadata) {
   for (size_t i = 0; i < std::min(kShown, view.instances.size()); ++i) {
     const Json& number = (*instances)[i];
     if (!number.is_number_unsigned()) continue;
-    fmt::print("instance  '{}': object '{}', node {}, {}\n", view.instances[i].name,
-               view.objects[view.instances[i].object].name, number.get<uint64_t>(),
-               path_of(number.get<uint64_t>(), nodes));
+    fmt::print("instance  '{}': object '{}', node {}, {}\n", printable(view.instances[i].name),
+               printable(view.objects[view.instances[i].object].name), number.get<uint64_t>(),
+               printable(path_of(number.get<uint64_t>(), nodes)));
   }
   if (view.instances.size() > kShown)
     fmt::print("          and {} more; --json lists all\n", view.instances.size() - kShown);
@@ -86,8 +87,8 @@ void print_merged(const format::AssetView& view, const Json& metadata) {
     if (!instance || !instance->is_number_unsigned() || !names || !names->is_array()) continue;
     const uint64_t index = instance->get<uint64_t>();
     if (index < view.instances.size())
-      fmt::print("merged    '{}': {} ({})\n", view.instances[index].name, count_of(names->size(), "instance"),
-                 first_of(*names));
+      fmt::print("merged    '{}': {} ({})\n", printable(view.instances[index].name),
+                 count_of(names->size(), "instance"), printable(first_of(*names)));
   }
   if (objects->size() > kShown)
     fmt::print("          and {} more; --json lists all\n", objects->size() - kShown);

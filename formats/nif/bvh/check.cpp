@@ -30,11 +30,11 @@ class Checker {
  public:
   explicit Checker(const kernels::BvhField& field) : field_(field) {}
 
-  const char* run() {
-    if (field_.node_count == 0 || field_.triangle_count == 0) return "the bvh is empty";
+  std::optional<Rule> run() {
+    if (field_.node_count == 0 || field_.triangle_count == 0) return Rule::tree_empty;
     const BvhNode& root = field_.nodes[0];
-    if (!scales_in_range(root)) return "a scale of the bvh is out of range";
-    if (!(kernels::bvh_extent(root) <= kernels::kMaxBvhCoordinate)) return "the bvh is too large";
+    if (!scales_in_range(root)) return Rule::tree_scale;
+    if (!(kernels::bvh_extent(root) <= kernels::kMaxBvhCoordinate)) return Rule::tree_large;
     Pending& first = stack_[size_++];
     first = {0, 1, {}};
     for (int a = 0; a < 3; ++a) {
@@ -43,11 +43,11 @@ class Checker {
     }
     while (size_ > 0) {
       const Pending pending = stack_[--size_];
-      if (const char* wrong = visit(pending)) return wrong;
+      if (const auto wrong = visit(pending)) return wrong;
     }
-    if (next_node_ != field_.node_count) return "a node of the bvh belongs to no other";
-    if (next_triangle_ != field_.triangle_count) return "a triangle of the bvh belongs to no node";
-    return nullptr;
+    if (next_node_ != field_.node_count) return Rule::node_of_no_node;
+    if (next_triangle_ != field_.triangle_count) return Rule::triangle_of_no_node;
+    return std::nullopt;
   }
 
  private:
@@ -58,59 +58,57 @@ class Checker {
     });
   }
 
-  const char* visit(const Pending& pending) {
+  std::optional<Rule> visit(const Pending& pending) {
     const BvhNode& node = field_.nodes[pending.node];
-    if (!scales_in_range(node)) return "a scale of the bvh is out of range";
+    if (!scales_in_range(node)) return Rule::tree_scale;
     uint32_t used = 0, inner = 0, triangles = 0;
     for (; used < kBvhWidth && node.slots[used] != 0; ++used) {
       const uint32_t kind = kernels::slot_kind(node.slots[used]), rank = kernels::slot_rank(node.slots[used]);
-      if (kind == 0 || (kind > kernels::kBvhLeafTriangles && kind != kInnerSlot))
-        return "a slot of the bvh is of no known kind";
-      if (rank != (kind == kInnerSlot ? inner : triangles)) return "a slot of the bvh has another rank";
+      if (kind == 0 || (kind > kernels::kBvhLeafTriangles && kind != kInnerSlot)) return Rule::slot_kind;
+      if (rank != (kind == kInnerSlot ? inner : triangles)) return Rule::slot_rank;
       (kind == kInnerSlot ? inner : triangles) += kind == kInnerSlot ? 1 : kind;
     }
-    if (used == 0) return "a node of the bvh is empty";
+    if (used == 0) return Rule::node_empty;
     for (uint32_t s = used; s < kBvhWidth; ++s) {
       bool zero = node.slots[s] == 0;
       for (int a = 0; a < 3; ++a) zero = zero && node.low[a][s] == 0 && node.high[a][s] == 0;
-      if (!zero) return "an empty slot of the bvh is not zero";
+      if (!zero) return Rule::empty_slot;
     }
     if (node.first_node != (inner > 0 ? next_node_ : 0) || inner > field_.node_count - next_node_)
-      return "a node of the bvh does not name the next ones";
+      return Rule::node_order;
     if (node.first_triangle != next_triangle_ || triangles > field_.triangle_count - next_triangle_)
-      return "a node of the bvh does not name the next triangles";
-    if (triangles == 0 && node.first_vertex != 0) return "a node of the bvh names a vertex for no triangle";
-    if (inner > 0 && pending.depth == kernels::kMaxBvhDepth) return "the bvh is too deep";
+      return Rule::triangle_order;
+    if (triangles == 0 && node.first_vertex != 0) return Rule::vertex_of_no_triangle;
+    if (inner > 0 && pending.depth == kernels::kMaxBvhDepth) return Rule::tree_deep;
     next_node_ += inner;
     next_triangle_ += triangles;
 
     for (uint32_t s = used; s-- > 0;) {  // pushed from the last on, so that the first is visited next
       Box box;
       for (int a = 0; a < 3; ++a) {
-        if (node.low[a][s] > node.high[a][s]) return "a box of the bvh is inside out";
+        if (node.low[a][s] > node.high[a][s]) return Rule::box_inside_out;
         box.low[a] = kernels::frame_plane(node.frame[a], node.low[a][s]);
         box.high[a] = kernels::frame_plane(node.frame[a], node.high[a][s]);
       }
-      if (!pending.box.holds(box.low, box.high)) return "a box of the bvh reaches out of the one around it";
+      if (!pending.box.holds(box.low, box.high)) return Rule::box_outside;
       if (kernels::slot_kind(node.slots[s]) == kInnerSlot) {
         stack_[size_++] = {node.first_node + kernels::slot_rank(node.slots[s]), pending.depth + 1, box};
-      } else if (const char* wrong = check_leaf(node, node.slots[s], box)) {
+      } else if (const auto wrong = check_leaf(node, node.slots[s], box)) {
         return wrong;
       }
     }
-    return nullptr;
+    return std::nullopt;
   }
 
-  const char* check_leaf(const BvhNode& node, uint8_t slot, const Box& box) const {
+  std::optional<Rule> check_leaf(const BvhNode& node, uint8_t slot, const Box& box) const {
     const uint32_t first = node.first_triangle + kernels::slot_rank(slot);
     for (uint32_t i = first; i < first + kernels::slot_kind(slot); ++i)
       for (const uint8_t index : field_.triangles[i]) {
         const uint64_t vertex = uint64_t(node.first_vertex) + index;
-        if (vertex >= field_.vertex_count) return "a triangle of the bvh names a vertex that is not there";
-        if (!box.holds(field_.vertices[vertex], field_.vertices[vertex]))
-          return "a vertex of the bvh lies outside of its box";
+        if (vertex >= field_.vertex_count) return Rule::vertex_range;
+        if (!box.holds(field_.vertices[vertex], field_.vertices[vertex])) return Rule::vertex_outside;
       }
-    return nullptr;
+    return std::nullopt;
   }
 
   const kernels::BvhField& field_;
@@ -120,6 +118,6 @@ class Checker {
 
 }  // namespace
 
-const char* fault_of(const kernels::BvhField& field) { return Checker(field).run(); }
+std::optional<Rule> fault_of(const kernels::BvhField& field) { return Checker(field).run(); }
 
 }  // namespace nif::format

@@ -10,7 +10,7 @@ BvhReader::BvhReader(const SectionTable& sections, std::string_view file, BvhSha
 BvhView BvhReader::read(uint32_t index, const Bounds&) {
   const BvhRecord record = records_[index];
   const Place place{file_, "BVHR", index};
-  place.require(record.reserved == 0, "reserved bytes are not zero");
+  place.require(record.reserved == 0, Rule::reserved_not_zero);
   BvhView view;
   view.field = take_bvh(record, trees_, place, view.tree_bytes);
   return view;

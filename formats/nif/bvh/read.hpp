@@ -20,7 +20,7 @@ kernels::BvhField take_bvh(const Record& record, Payloads& trees, const Place& p
   field.nodes = reinterpret_cast<const kernels::BvhNode*>(at);
   field.vertices = reinterpret_cast<const float(*)[3]>(at + node_bytes);
   field.triangles = reinterpret_cast<const uint8_t(*)[3]>(at + node_bytes + vertex_bytes);
-  if (const char* wrong = fault_of(field)) place.damaged(wrong);
+  if (const auto wrong = fault_of(field)) place.damaged(*wrong);
   field.extent = kernels::bvh_extent(field.nodes[0]);
   return field;
 }

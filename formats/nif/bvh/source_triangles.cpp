@@ -11,9 +11,8 @@ SourceTrianglesView read_one(const SourceRecord& record, uint32_t count, Payload
   view.object = record.object;
   view.triangles = record.triangles;
   view.count = count;
-  place.require(all_zero(record.reserved), "reserved bytes are not zero");
-  place.require(record.triangles >= count && count > 0,
-                "the source mesh has fewer triangles than the object");
+  place.require(all_zero(record.reserved), Rule::reserved_not_zero);
+  place.require(record.triangles >= count && count > 0, Rule::fewer_triangles);
   view.field.bits = kernels::source_bits(record.triangles);
   view.field.count = count;
   view.bytes = source_bytes(count, record.triangles);
@@ -21,10 +20,9 @@ SourceTrianglesView read_one(const SourceRecord& record, uint32_t count, Payload
   view.field.words = reinterpret_cast<const uint32_t*>(payload.data());
   for (uint32_t i = 0; i < count; ++i)
     if (kernels::source_triangle(view.field, i) >= record.triangles)
-      place.damaged("triangle " + std::to_string(i) + " is none of the source mesh");
+      place.damaged(Rule::triangle_number, "triangle " + std::to_string(i) + " is none of the source mesh");
   const uint32_t used = uint32_t(uint64_t{count} * view.field.bits % 32);
-  place.require(used == 0 || view.field.words[view.bytes / 4 - 1] >> used == 0,
-                "bits after the last number are not zero");
+  place.require(used == 0 || view.field.words[view.bytes / 4 - 1] >> used == 0, Rule::bits_after_numbers);
   return view;
 }
 
@@ -39,17 +37,15 @@ void read_source_triangles(const SectionTable& sections, bool present, std::stri
                            std::pmr::vector<SourceTrianglesView>& views) {
   const Records<SourceRecord> records(sections[kSourceRecords], "SRCT", file);
   Payloads payloads(sections[kSourceNumbers]);
-  if (present && records.count() == 0)
-    refuse(Status::damaged_nif, file, "section SRCT", "is there for no object");
+  if (present && records.count() == 0) refuse(Rule::section_unused, file, "section SRCT");
   views.reserve(records.count());
   for (uint32_t i = 0; i < records.count(); ++i) {
     const SourceRecord record = records[i];
     const Place place{file, "SRCT", i};
-    place.require(record.object < counts.size(), "object is out of range");
-    place.require(i == 0 || record.object > views.back().object,
-                  "object does not come after that of the record before");
+    place.require(record.object < counts.size(), Rule::object_range);
+    place.require(i == 0 || record.object > views.back().object, Rule::optional_order);
     const std::optional<uint32_t>& count = counts[record.object];
-    place.require(count.has_value(), "its object has no triangles");
+    place.require(count.has_value(), Rule::no_triangles);
     views.push_back(read_one(record, *count, payloads, place));
   }
   payloads.finish("SNUM", file);

@@ -17,75 +17,73 @@ uint64_t bits_within(uint32_t voxels, uint32_t brick, uint32_t stride) {
 
 /// Kernels look up the corners around every surface voxel, and number bricks with surface voxels in 16
 /// bits. So each mixed brick stands in the table once, and has no voxel beyond the grid.
-const char* fault_of_table(const kernels::ProofField& field) {
+std::optional<Rule> fault_of_table(const kernels::ProofField& field) {
   uint32_t next = kernels::kFirstMixedBrick;
   const uint16_t* entry = field.brick_table;
   for (uint32_t z = 0; z < field.bricks[2]; ++z)
     for (uint32_t y = 0; y < field.bricks[1]; ++y)
       for (uint32_t x = 0; x < field.bricks[0]; ++x, ++entry) {
         if (*entry < kernels::kFirstMixedBrick) continue;
-        if (*entry != next) return "brick_table does not name each mixed brick once, in order";
-        if (next - kernels::kFirstMixedBrick >= field.mixed_bricks)
-          return "brick_table names a brick that is not there";
+        if (*entry != next) return Rule::brick_order;
+        if (next - kernels::kFirstMixedBrick >= field.mixed_bricks) return Rule::brick_missing;
         const kernels::BrickStates& states = field.brick_states[next++ - kernels::kFirstMixedBrick];
         const uint64_t beyond = ~(bits_within(field.voxels[0], x, 1) & bits_within(field.voxels[1], y, 4) &
                                   bits_within(field.voxels[2], z, 16));
-        if (((states.surface | states.aux) & beyond) != 0) return "brick_states has a voxel beyond the grid";
+        if (((states.surface | states.aux) & beyond) != 0) return Rule::voxel_beyond_grid;
       }
-  return next - kernels::kFirstMixedBrick == field.mixed_bricks ? nullptr
-                                                                : "brick_table leaves out a mixed brick";
+  if (next - kernels::kFirstMixedBrick != field.mixed_bricks) return Rule::brick_left_out;
+  return std::nullopt;
 }
 
 /// Planes such as the baker makes.
-const char* fault_of_planes(uint32_t word) {
-  if (kernels::word_kind(word) >= kernels::kPlaneKinds) return "a cell is of an unknown kind";
+std::optional<Rule> fault_of_planes(uint32_t word) {
+  if (kernels::word_kind(word) >= kernels::kPlaneKinds) return Rule::cell_kind;
   if ((word >> 4 & 63) > uint32_t(kernels::kNormalSum) || (word >> 10 & 63) > uint32_t(kernels::kNormalSum))
-    return "a normal is out of range";
-  return kernels::lower_place(word) < kernels::upper_place(word)
-             ? nullptr
-             : "a cell's lower plane is not below its upper plane";
+    return Rule::normal_range;
+  if (kernels::lower_place(word) >= kernels::upper_place(word)) return Rule::plane_order;
+  return std::nullopt;
 }
 
 }  // namespace
 
-const char* fault_of_bricks(const kernels::ProofField& field) {
+std::optional<Rule> fault_of_bricks(const kernels::ProofField& field) {
   uint32_t surface_voxels = 0;
   for (uint32_t i = 0; i < field.mixed_bricks; ++i) {
-    if (field.voxel_base[i] != surface_voxels) return "voxel_base is not the number of surface voxels before";
+    if (field.voxel_base[i] != surface_voxels) return Rule::voxel_base;
     surface_voxels += uint32_t(std::popcount(field.brick_states[i].surface & ~field.brick_states[i].aux));
   }
-  if (surface_voxels != field.surface_voxels)
-    return "surface_voxels is not the number of surface voxels in brick_states";
+  if (surface_voxels != field.surface_voxels) return Rule::surface_voxels;
   return fault_of_table(field);
 }
 
 /// Links lead from voxels to parts and on to parts of these: the links, voxels' first, name all parts in
 /// order, so that each part belongs to one, and no voxel is cut more often than `levels` says.
-const char* fault_of_words(const kernels::ProofField& field) {
+std::optional<Rule> fault_of_words(const kernels::ProofField& field) {
   uint32_t next = 0;
-  const auto fault_of = [&](uint32_t word, bool may_link) -> const char* {
+  const auto fault_of = [&](uint32_t word, bool may_link) -> std::optional<Rule> {
     if (kernels::word_kind(word) != kernels::kLink) return fault_of_planes(word);
-    if (!may_link) return "a voxel is cut more often than levels says";
-    if (kernels::link_mask(word) == 0) return "a cell is cut in no parts";
-    if (kernels::link_first(word) != next) return "links do not name all parts in order";
+    if (!may_link) return Rule::cut_too_often;
+    if (kernels::link_mask(word) == 0) return Rule::no_parts;
+    if (kernels::link_first(word) != next) return Rule::part_order;
     next += uint32_t(std::popcount(kernels::link_mask(word)));
-    return nullptr;
+    return std::nullopt;
   };
   for (uint32_t i = 0; i < field.surface_voxels; ++i)
-    if (const char* fault = fault_of(field.voxel_records[i], field.levels > 0)) return fault;
+    if (const auto fault = fault_of(field.voxel_records[i], field.levels > 0)) return fault;
   // Parts of voxels come first, then parts of those, and so on.
   uint32_t level_end = next, level = 1;
   for (uint32_t i = 0; i < field.part_count; ++i) {
     if (i == level_end) level_end = next, ++level;
-    if (i >= next) return "a part belongs to no cell";
-    if (const char* fault = fault_of(field.parts[i], level < field.levels)) return fault;
+    if (i >= next) return Rule::part_of_no_cell;
+    if (const auto fault = fault_of(field.parts[i], level < field.levels)) return fault;
   }
-  return next == field.part_count ? nullptr : "part_count is not the number of parts that links name";
+  if (next != field.part_count) return Rule::part_count;
+  return std::nullopt;
 }
 
 /// Sides are what the planes and voxels around say, or nothing.
-const char* fault_of_sides(const kernels::ProofField& field, const SideRegions& sides) {
-  if (sides.contradictory()) return "planes join what is outside with what is inside";
+std::optional<Rule> fault_of_sides(const kernels::ProofField& field, const SideRegions& sides) {
+  if (sides.contradictory()) return Rule::sides_joined;
   uint32_t record = 0;
   const auto proven = [&](const uint32_t* words, uint32_t count) {
     for (uint32_t i = 0; i < count; ++i, ++record) {
@@ -98,9 +96,9 @@ const char* fault_of_sides(const kernels::ProofField& field, const SideRegions& 
     }
     return true;
   };
-  return proven(field.voxel_records, field.surface_voxels) && proven(field.parts, field.part_count)
-             ? nullptr
-             : "a cell has a side that its planes and its neighbours do not prove";
+  if (!proven(field.voxel_records, field.surface_voxels) || !proven(field.parts, field.part_count))
+    return Rule::side_not_proven;
+  return std::nullopt;
 }
 
 uint32_t proven_kind(const SideRegions& sides, uint32_t record, bool separating) {

@@ -3,20 +3,22 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "formats/nif/proof/sides.hpp"
+#include "formats/nif/rules.hpp"
 #include "kernels/reference/proof/cells.hpp"
 
 namespace nif::format {
 
-// Each returns what is wrong, as a clause without an end, or null where nothing is.
+// Each returns the first rule that is broken, if one is.
 
 /// Of the bricks. Their numbers must be in range, and the arrays as long as these say.
-const char* fault_of_bricks(const kernels::ProofField& field);
+std::optional<Rule> fault_of_bricks(const kernels::ProofField& field);
 /// Of the words of cells, where nothing is wrong with the bricks.
-const char* fault_of_words(const kernels::ProofField& field);
+std::optional<Rule> fault_of_words(const kernels::ProofField& field);
 /// Of the sides of cells, where nothing is wrong with the words.
-const char* fault_of_sides(const kernels::ProofField& field, const SideRegions& sides);
+std::optional<Rule> fault_of_sides(const kernels::ProofField& field, const SideRegions& sides);
 
 /// No path leads through a cell of this kind from above its planes to below: it is a wall, or the sides are
 /// not the same.

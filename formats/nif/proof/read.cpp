@@ -30,10 +30,10 @@ void complete_kinds(const SideRegions& sides, bool stated, std::span<uint32_t> w
     const uint32_t proven = proven_kind(sides, i, separates(kind));
     same = same && kind == proven;
     if (stated) continue;
-    place.require(proven < kernels::kPlaneKinds, "a cell does not separate sides that are proven to differ");
+    place.require(proven < kernels::kPlaneKinds, Rule::sides_not_separate);
     words[i] = (words[i] & ~15u) | proven;
   }
-  place.require(!stated || !same, "forms states kinds that follow from the planes");
+  place.require(!stated || !same, Rule::kinds_follow);
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ Bytes take_payload(Payloads& payloads, const Payload& payload, uint32_t forms, P
                    uint64_t bytes, const char* name, const Place& place) {
   const bool coded = (forms & form) != 0;
   if (coded && payload.bytes >= bytes)
-    place.damaged(std::string(name) + " payload is coded, but no smaller for it");
+    place.damaged(Rule::coded_no_smaller, std::string(name) + " payload is coded, but no smaller for it");
   return payloads.next(payload, coded ? payload.bytes : bytes, name, place);
 }
 
@@ -56,7 +56,7 @@ OccupancyArrays<const std::byte> read_occupancy(Bytes payload, Corners corners, 
   field.brick_states = arrays.brick_states;
   field.voxel_base = arrays.voxel_base;
   field.brick_table = arrays.brick_table;
-  if (const char* fault = fault_of_bricks(field)) at.place.damaged(fault);
+  if (const auto fault = fault_of_bricks(field)) at.place.damaged(*fault);
   return arrays;
 }
 
@@ -70,11 +70,11 @@ void read_cells(Bytes payload, const PayloadPlace& at, PayloadBytes& taken, kern
       });
   field.voxel_records = reinterpret_cast<const uint32_t*>(usable);
   field.parts = field.voxel_records + field.surface_voxels;
-  if (const char* fault = fault_of_words(field)) at.place.damaged(fault);
+  if (const auto fault = fault_of_words(field)) at.place.damaged(*fault);
   const SideRegions sides(field);
   if (coded)
     complete_kinds(sides, stated, {words, size_t{field.surface_voxels} + field.part_count}, at.place);
-  if (const char* fault = fault_of_sides(field, sides)) at.place.damaged(fault);
+  if (const auto fault = fault_of_sides(field, sides)) at.place.damaged(*fault);
 }
 
 ProofReader::ProofReader(const SectionTable& sections, std::string_view file, ProofSharedView& shared)

@@ -10,22 +10,22 @@ namespace nif::format {
 /// Checks the numbers of a grid, and sets those of `field`.
 template <class Record>
 void read_grid_numbers(const Record& record, const Place& place, kernels::ProofField& field) {
-  place.require(all_finite(record.origin), "origin is not finite");
-  place.require(std::isfinite(record.voxels_per_unit) && record.voxels_per_unit > 0,
-                "voxels_per_unit is not a finite number above 0");
+  place.require(all_finite(record.origin), Rule::origin_not_finite);
+  place.require(std::isfinite(record.voxels_per_unit) && record.voxels_per_unit > 0, Rule::voxels_per_unit);
   std::copy_n(record.origin, 3, field.origin);
-  place.within(record.levels, 0, kernels::kMaxLevels, "levels");
+  place.within(record.levels, 0, kernels::kMaxLevels, "levels", Rule::levels_range);
   set_scales(record.voxels_per_unit, record.levels, field);
-  place.require(std::isfinite(field.cells_per_unit), "voxels_per_unit is too large");
+  place.require(std::isfinite(field.cells_per_unit), Rule::voxels_per_unit_large);
   for (int a = 0; a < 3; ++a) {
     place.within(record.voxels[a], 1, std::min(kernels::kMaxVoxels, kernels::kMaxCells >> record.levels),
-                 "voxels");
+                 "voxels", Rule::voxels_range);
     field.voxels[a] = record.voxels[a];
     field.bricks[a] = bricks_for(record.voxels[a]);
   }
   // The table's entries have 16 bits, which limits the mixed bricks and with them the corners.
-  place.within(record.mixed_bricks, 0, 0xffff - kernels::kFirstMixedBrick + 1, "mixed_bricks");
-  place.within(record.part_count, 0, kernels::kMaxParts, "part_count");
+  place.within(record.mixed_bricks, 0, 0xffff - kernels::kFirstMixedBrick + 1, "mixed_bricks",
+               Rule::mixed_bricks_range);
+  place.within(record.part_count, 0, kernels::kMaxParts, "part_count", Rule::part_count_range);
   field.mixed_bricks = record.mixed_bricks;
   field.surface_voxels = record.surface_voxels;
   field.part_count = record.part_count;
@@ -49,7 +49,8 @@ struct PayloadPlace {
     taken.file = payload.size();
     if ((forms & form) == 0) return payload.data();
     std::byte* const to = decoded.add(bytes, taken);
-    if (!decode(to)) place.damaged(std::string(name) + " payload is not what an encoder makes");
+    if (!decode(to))
+      place.damaged(Rule::not_as_encoded, std::string(name) + " payload is not what an encoder makes");
     return to;
   }
 };
@@ -71,15 +72,13 @@ class GridReading {
   GridReading(const Record& record, Payloads& occupancy, Payloads& cells, const Place& place,
               kernels::ProofField& field)
       : forms_(record.forms), uncoded_(record), place_(place), field_(field) {
-    place.require((forms_ & ~kProofForms) == 0, "forms has unknown bits");
-    place.require((forms_ & kCodedCells) != 0 || (forms_ & kStatedKinds) == 0,
-                  "forms states kinds of cells that are not coded");
+    place.require((forms_ & ~kProofForms) == 0, Rule::unknown_forms);
+    place.require((forms_ & kCodedCells) != 0 || (forms_ & kStatedKinds) == 0, Rule::kinds_not_coded);
     read_grid_numbers(record, place, field);
     occupancy_ = take_payload(occupancy, record.occupancy, forms_, kCodedOccupancy, uncoded_.occupancy,
                               "occupancy", place);
     cells_ = take_payload(cells, record.cells, forms_, kCodedCells, uncoded_.cells, "cells", place);
-    place.require(coded() == 0 || uncoded_.may_take(occupancy_.size() + cells_.size()),
-                  "payloads decode to more than 16 times their bytes, or have more bricks than half as many");
+    place.require(coded() == 0 || uncoded_.may_take(occupancy_.size() + cells_.size()), Rule::decoded_size);
   }
 
   uint32_t coded() const { return forms_ & kCodedPayloads; }

@@ -79,7 +79,7 @@ bool grid_in_order(const ProofData& data, const kernels::ProofField& field) {
     good = good && voxels >= 1 && voxels <= std::min(kernels::kMaxVoxels, kernels::kMaxCells >> data.levels);
   return good && data.voxel_base.size() == mixed &&
          data.brick_table.size() == size_t{field.bricks[0]} * field.bricks[1] * field.bricks[2] &&
-         fault_of_bricks(field) == nullptr;
+         !fault_of_bricks(field);
 }
 
 CodedGrid::CodedGrid(const ProofData& data) {
@@ -103,7 +103,7 @@ CodedGrid::CodedGrid(const ProofData& data) {
 
 Coded encode_cells(const kernels::ProofField& field, uint32_t& forms) {
   forms = 0;
-  if (fault_of_words(field) != nullptr) return {};
+  if (fault_of_words(field)) return {};
   const bool stated = !kinds_follow(field);
   std::vector<uint32_t> words(size_t{field.surface_voxels} + field.part_count);
   RangeEncoder encoder;

@@ -6,6 +6,7 @@
 // so corner * features_per_corner < 2^25.
 #include <algorithm>
 #include <bit>
+#include <optional>
 
 #include "formats/nif/proof/read.hpp"
 #include "formats/nif/segment/coded_features.hpp"
@@ -30,32 +31,29 @@ bool symmetric(const int8_t* values, uint64_t count) {
 NetworkView read_network(const NetworkRecord& record, Payloads& payloads, const Place& place) {
   NetworkView view;
   kernels::Network& network = view.network;
-  place.require(record.reserved == 0, "reserved bytes are not zero");
-  place.within(record.layer_count, 1, kMaxLayers, "layer_count");
-  place.require(std::isfinite(record.logit_scale) && record.logit_scale > 0,
-                "logit_scale is not a finite number above 0");
+  place.require(record.reserved == 0, Rule::reserved_not_zero);
+  place.within(record.layer_count, 1, kMaxLayers, "layer_count", Rule::layer_count);
+  place.require(std::isfinite(record.logit_scale) && record.logit_scale > 0, Rule::logit_scale);
   place.require(record.threshold >= -kernels::kMaxThreshold && record.threshold <= kernels::kMaxThreshold,
-                "threshold is out of range");
+                Rule::threshold_range);
   network.layer_count = record.layer_count;
   network.calibration = {record.logit_scale, record.threshold};
   for (uint32_t l = 0; l < kMaxLayers; ++l) {
     const LayerRecord& layer = record.layers[l];
     if (l >= record.layer_count) {
-      place.require(layer.inputs == 0 && layer.outputs == 0 && layer.shift == 0,
-                    "a layer beyond layer_count is not zero");
+      place.require(layer.inputs == 0 && layer.outputs == 0 && layer.shift == 0, Rule::unused_layer);
       continue;
     }
     if (l == 0)
-      place.within(layer.inputs, 4, kernels::kMaxInputs, "inputs of the first layer");
+      place.within(layer.inputs, 4, kernels::kMaxInputs, "inputs of the first layer", Rule::first_inputs);
     else
-      place.require(layer.inputs == record.layers[l - 1].outputs,
-                    "a layer's inputs are not the outputs of the one before it");
-    place.require(layer.inputs % 4 == 0, "a layer's inputs are no multiple of 4");
+      place.require(layer.inputs == record.layers[l - 1].outputs, Rule::layers_join);
+    place.require(layer.inputs % 4 == 0, Rule::inputs_multiple);
     if (l + 1 == record.layer_count)
-      place.require(layer.outputs == 1, "the last layer has not one output");
+      place.require(layer.outputs == 1, Rule::last_outputs);
     else
-      place.within(layer.outputs, 4, kernels::kMaxWidth, "outputs of a hidden layer");
-    place.within(layer.shift, 0, kernels::kMaxShift, "shift");
+      place.within(layer.outputs, 4, kernels::kMaxWidth, "outputs of a hidden layer", Rule::outputs_range);
+    place.within(layer.shift, 0, kernels::kMaxShift, "shift", Rule::shift_range);
     view.bytes += layer.outputs * (sizeof(int32_t) + layer.inputs);
     network.layers[l] = {layer.inputs, layer.outputs, layer.shift, nullptr, nullptr};
   }
@@ -69,8 +67,8 @@ NetworkView read_network(const NetworkRecord& record, Payloads& payloads, const 
     at += size_t(layer.outputs) * layer.inputs;
     place.require(std::all_of(layer.biases, layer.biases + layer.outputs,
                               [](int32_t b) { return b >= -kernels::kMaxBias && b <= kernels::kMaxBias; }),
-                  "a bias is out of range");
-    place.require(symmetric(layer.weights, uint64_t(layer.outputs) * layer.inputs), "a weight is -128");
+                  Rule::bias_value);
+    place.require(symmetric(layer.weights, uint64_t(layer.outputs) * layer.inputs), Rule::weight_range);
   }
   return view;
 }
@@ -85,13 +83,14 @@ bool decode_features(Bytes coded, const kernels::SegmentField& field, std::byte*
 }
 
 /// Checks the corners of `field`, whose occupancy is checked.
-const char* fault_of_corners(const kernels::SegmentField& field) {
+std::optional<Rule> fault_of_corners(const kernels::SegmentField& field) {
   uint32_t corners = 0;
   for (uint32_t i = 0; i < field.mixed_bricks; ++i) {
-    if (field.corner_base[i] != corners) return "corner_base is not the number of corners before";
+    if (field.corner_base[i] != corners) return Rule::corner_base;
     corners += uint32_t(std::popcount(field.brick_corners[i]));
   }
-  return corners == field.corners ? nullptr : "corners is not the number of bits in brick_corners";
+  if (corners != field.corners) return Rule::corners;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -115,26 +114,26 @@ SegmentView SegmentReader::read(uint32_t index, const Bounds&) {
   const SegmentRecord record = records_[index];
   const Place place{file_, "SEGM", index};
   SegmentView view;
-  place.require(record.network < shared_.networks.size(), "network is out of range");
+  place.require(record.network < shared_.networks.size(), Rule::network_range);
   view.network = record.network;
   kernels::SegmentField& field = view.field;
-  place.require(std::isfinite(record.length_scale) && record.length_scale >= 0,
-                "length_scale is negative or not finite");
-  place.within(record.features_per_corner, 1, kernels::kMaxFeatures, "features_per_corner");
-  place.within(record.samples, 1, kernels::kMaxSamples, "samples");
-  place.require(record.samples % 4 == 0, "samples is no multiple of 4");
+  place.require(std::isfinite(record.length_scale) && record.length_scale >= 0, Rule::length_scale);
+  place.within(record.features_per_corner, 1, kernels::kMaxFeatures, "features_per_corner",
+               Rule::features_range);
+  place.within(record.samples, 1, kernels::kMaxSamples, "samples", Rule::samples_range);
+  place.require(record.samples % 4 == 0, Rule::samples_multiple);
   field.features_per_corner = record.features_per_corner;
   field.samples = record.samples;
   field.network = shared_.networks[record.network].network;
   place.require(
       field.network.layers[0].inputs == kernels::input_count(record.samples, record.features_per_corner),
-      "its network takes another number of inputs");
-  place.require((record.forms & ~uint32_t{kPayloadForms}) == 0 && record.reserved == 0,
-                "forms has unknown bits, or reserved bytes are not zero");
+      Rule::other_inputs);
+  place.require((record.forms & ~uint32_t{kPayloadForms}) == 0, Rule::unknown_forms);
+  place.require(record.reserved == 0, Rule::reserved_not_zero);
   place.require((record.forms & kCodedOccupancy) != 0 || (record.forms & kStatedCorners) == 0,
-                "forms states corners of an occupancy that is not coded");
+                Rule::corners_not_coded);
   place.require((record.forms & kCodedCells) != 0 || (record.forms & kStatedKinds) == 0,
-                "forms states kinds of cells that are not coded");
+                Rule::kinds_not_coded);
   view.coded = record.forms & kCodedPayloads;
   read_grid_numbers(record, place, field);
   field.corners = record.corners;
@@ -151,19 +150,19 @@ SegmentView SegmentReader::read(uint32_t index, const Bounds&) {
   const Bytes features = next(features_, record.features, kCodedFeatures, uncoded.features, "features");
   place.require((record.forms & kCodedPayloads) == 0 ||
                     uncoded.may_take(occupancy.size() + cells.size() + features.size()),
-                "payloads decode to more than 16 times their bytes, or have more bricks than half as many");
+                Rule::decoded_size);
 
   const PayloadPlace at{record.forms, place, shared_.decoded};
   const Corners corners = (record.forms & kStatedCorners) != 0 ? Corners::stated : Corners::around;
   const auto arrays = read_occupancy(occupancy, corners, uncoded.occupancy, at, view.occupancy, field);
   field.brick_corners = arrays.brick_corners;
   field.corner_base = arrays.corner_base;
-  if (const char* fault = fault_of_corners(field)) place.damaged(fault);
+  if (const auto fault = fault_of_corners(field)) place.damaged(*fault);
   read_cells(cells, at, view.cells, field);
   field.features = reinterpret_cast<const int8_t*>(
       at.usable(features, kCodedFeatures, uncoded.features, "features", view.features,
                 [&](std::byte* to) { return decode_features(features, field, to); }));
-  place.require(symmetric(field.features, uncoded.features), "a feature is -128");
+  place.require(symmetric(field.features, uncoded.features), Rule::feature_range);
   return view;
 }
 

@@ -30,17 +30,20 @@ uint64_t size_of(const kernels::SphericalValues& values) {
 /// A network as its record says; its weights are still to be taken from a payload.
 kernels::SphericalNetwork network_of(const SphericalShapeRecord& shape, uint32_t outputs, bool half,
                                      const Place& place) {
-  place.within(shape.inputs, 1, kernels::kMaxSphericalInputs, "inputs");
-  place.within(shape.width, 4, kernels::kMaxSphericalWidth, "width");
-  place.require(shape.width % 4 == 0, "width is no multiple of 4");
-  place.within(shape.hidden_layers, 1, kernels::kMaxSphericalLayers, "hidden_layers");
+  place.within(shape.inputs, 1, kernels::kMaxSphericalInputs, "inputs", Rule::inputs_range);
+  place.within(shape.width, 4, kernels::kMaxSphericalWidth, "width", Rule::width_range);
+  place.require(shape.width % 4 == 0, Rule::width_multiple);
+  place.within(shape.hidden_layers, 1, kernels::kMaxSphericalLayers, "hidden_layers",
+               Rule::hidden_layers_range);
   return {{nullptr, half}, shape.inputs, shape.width, shape.hidden_layers, outputs};
 }
 
 /// A grid as its record says; its values are still to be taken from a payload.
 kernels::SphericalGrid grid_of(uint32_t resolution, uint32_t features, bool half, const Place& place) {
-  place.within(resolution, 2, kernels::kMaxSphericalResolution, "a grid's resolution");
-  place.within(features, 1, kernels::kMaxSphericalFeatures, "a grid's number of features");
+  place.within(resolution, 2, kernels::kMaxSphericalResolution, "a grid's resolution",
+               Rule::resolution_range);
+  place.within(features, 1, kernels::kMaxSphericalFeatures, "a grid's number of features",
+               Rule::latent_floats_range);
   return {{nullptr, half}, resolution, features};
 }
 uint64_t values_over_angles(const kernels::SphericalGrid& grid) {
@@ -54,10 +57,8 @@ uint64_t values_over_distance(const kernels::SphericalGrid& grid) {
 struct Run {
   kernels::SphericalValues& values;
   uint64_t count;
-  const char* fault;  ///< what is wrong where a value is out of range
+  Rule rule;  ///< broken where a value is out of range
 };
-constexpr char kWrongLatent[] = "a latent vector is NaN or beyond +-4096",
-               kWrongWeight[] = "a weight is NaN or beyond +-4096";
 
 uint64_t bytes_of(std::span<const Run> runs) {
   uint64_t bytes = 0;
@@ -71,27 +72,25 @@ void take(std::span<const Run> runs, Bytes payload, const Place& place) {
   for (const Run& run : runs) {
     run.values.data = at;
     at += run.count * size_of(run.values);
-    place.require(bounded(run.values, run.count), run.fault);
+    place.require(bounded(run.values, run.count), run.rule);
   }
 }
 
 void check_slope(float slope, const Place& place) {
-  place.require(slope >= 0 && slope <= 1, "slope is not a number from 0 to 1");
+  place.require(slope >= 0 && slope <= 1, Rule::slope_range);
 }
-
-constexpr char kOtherInputs[] = "its network takes another number of inputs";
 
 SphericalNetworksView read_networks(const SphericalNetworksRecord& record, Payloads& payloads,
                                     const Place& place) {
   SphericalNetworksView view;
-  place.within(record.half, 0, 1, "half");
+  place.within(record.half, 0, 1, "half", Rule::half_range);
   check_slope(record.slope, place);
-  place.require(all_zero(record.reserved), "reserved bytes are not zero");
+  place.require(all_zero(record.reserved), Rule::reserved_not_zero);
   view.slope = record.slope;
   view.outer = network_of(record.outer, 1, record.half, place);
   view.inner = network_of(record.inner, 1, record.half, place);
-  const Run runs[] = {{view.outer.weights, spherical_weights(view.outer), kWrongWeight},
-                      {view.inner.weights, spherical_weights(view.inner), kWrongWeight}};
+  const Run runs[] = {{view.outer.weights, spherical_weights(view.outer), Rule::weight_value},
+                      {view.inner.weights, spherical_weights(view.inner), Rule::weight_value}};
   view.bytes = bytes_of(runs);
   take(runs, payloads.next(record.weights, view.bytes, "weights", place), place);
   return view;
@@ -102,22 +101,21 @@ PrimaryView read_primary(const PrimaryRecord& record, const Bounds& bounds, Payl
   PrimaryView view;
   kernels::PrimaryField& field = view.field;
   view.object = record.object;
-  place.require(kernels::set_bounds(bounds.min.data(), bounds.max.data(), field),
-                "bounds of its object are too small or too large to compute with");
-  place.within(record.half_grids, 0, 1, "half_grids");
-  place.within(record.half_network, 0, 1, "half_network");
+  place.require(kernels::set_bounds(bounds.min.data(), bounds.max.data(), field), Rule::bounds_to_compute);
+  place.within(record.half_grids, 0, 1, "half_grids", Rule::half_range);
+  place.within(record.half_network, 0, 1, "half_network", Rule::half_range);
   check_slope(record.slope, place);
-  place.require(record.margin >= 0 && record.margin <= 1, "margin is not a number from 0 to 1");
-  place.require(all_zero(record.reserved), "reserved bytes are not zero");
+  place.require(record.margin >= 0 && record.margin <= 1, Rule::margin_range);
+  place.require(all_zero(record.reserved), Rule::reserved_not_zero);
   field.slope = record.slope;
   field.margin = record.margin;
   field.position = field.direction = grid_of(record.resolution, record.features, record.half_grids, place);
   field.network = network_of(record.network, kernels::kPrimaryOutputs, record.half_network, place);
-  place.require(field.network.inputs == 2 * field.position.features, kOtherInputs);
+  place.require(field.network.inputs == 2 * field.position.features, Rule::other_inputs);
   const uint64_t latents = values_over_angles(field.position);
-  const Run runs[] = {{field.position.values, latents, kWrongLatent},
-                      {field.direction.values, latents, kWrongLatent},
-                      {field.network.weights, spherical_weights(field.network), kWrongWeight}};
+  const Run runs[] = {{field.position.values, latents, Rule::latent_value},
+                      {field.direction.values, latents, Rule::latent_value},
+                      {field.network.weights, spherical_weights(field.network), Rule::weight_value}};
   view.grid_bytes = bytes_of(std::span(runs).first(2));
   view.network_bytes = bytes_of(std::span(runs).subspan(2));
   take(runs, payloads.next(record.values, view.grid_bytes + view.network_bytes, "primary", place), place);
@@ -145,16 +143,15 @@ SphericalView SphericalReader::read(uint32_t index, const Bounds& bounds) {
   const Place place{file_, "SPHR", index};
   SphericalView view;
   kernels::SphericalField& field = view.field;
-  place.require(record.network < shared_.spherical_networks.size(), "network is out of range");
-  place.require(record.reserved == 0, "reserved bytes are not zero");
-  place.require(kernels::set_bounds(bounds.min.data(), bounds.max.data(), field),
-                "bounds of its object are too small or too large to compute with");
+  place.require(record.network < shared_.spherical_networks.size(), Rule::network_range);
+  place.require(record.reserved == 0, Rule::reserved_not_zero);
+  place.require(kernels::set_bounds(bounds.min.data(), bounds.max.data(), field), Rule::bounds_to_compute);
   const SphericalNetworksView& networks = shared_.spherical_networks[record.network];
   view.network = record.network;
   field.outer = networks.outer;
   field.inner = networks.inner;
   field.slope = networks.slope;
-  place.within(record.half_grids, 0, 1, "half_grids");
+  place.within(record.half_grids, 0, 1, "half_grids", Rule::half_range);
   const bool half = record.half_grids;
   field.outer_position = field.outer_direction =
       grid_of(record.outer_resolution, record.outer_features, half, place);
@@ -163,14 +160,14 @@ SphericalView SphericalReader::read(uint32_t index, const Bounds& bounds) {
   field.distance = grid_of(record.distance_resolution, record.distance_features, half, place);
   place.require(field.outer.inputs == 2 * field.outer_position.features &&
                     field.inner.inputs == 2 * field.inner_position.features + field.distance.features,
-                kOtherInputs);
+                Rule::other_inputs);
   const uint64_t outer = values_over_angles(field.outer_position),
                  inner = values_over_angles(field.inner_position);
-  const Run runs[] = {{field.outer_position.values, outer, kWrongLatent},
-                      {field.outer_direction.values, outer, kWrongLatent},
-                      {field.inner_position.values, inner, kWrongLatent},
-                      {field.inner_direction.values, inner, kWrongLatent},
-                      {field.distance.values, values_over_distance(field.distance), kWrongLatent}};
+  const Run runs[] = {{field.outer_position.values, outer, Rule::latent_value},
+                      {field.outer_direction.values, outer, Rule::latent_value},
+                      {field.inner_position.values, inner, Rule::latent_value},
+                      {field.inner_direction.values, inner, Rule::latent_value},
+                      {field.distance.values, values_over_distance(field.distance), Rule::latent_value}};
   view.grid_bytes = bytes_of(runs);
   take(runs, grids_.next(record.grids, view.grid_bytes, "grids", place), place);
   return view;
@@ -182,15 +179,13 @@ void read_primaries(const SectionTable& sections, bool present, std::string_view
                     std::span<const Bounds> bounds, std::pmr::vector<PrimaryView>& views) {
   const Records<PrimaryRecord> records(sections[kPrimaries], "PRIM", file);
   Payloads payloads(sections[kPrimaryValues]);
-  if (present && records.count() == 0)
-    refuse(Status::damaged_nif, file, "section PRIM", "is there for no object");
+  if (present && records.count() == 0) refuse(Rule::section_unused, file, "section PRIM");
   views.reserve(records.count());
   for (uint32_t i = 0; i < records.count(); ++i) {
     const PrimaryRecord record = records[i];
     const Place place{file, "PRIM", i};
-    place.require(record.object < bounds.size(), "object is out of range");
-    place.require(i == 0 || record.object > views.back().object,
-                  "object does not come after that of the record before");
+    place.require(record.object < bounds.size(), Rule::object_range);
+    place.require(i == 0 || record.object > views.back().object, Rule::optional_order);
     views.push_back(read_primary(record, bounds[record.object], payloads, place));
   }
   payloads.finish("PVAL", file);

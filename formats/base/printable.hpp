@@ -1,0 +1,30 @@
+// Text of others on a terminal.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace nif {
+
+/// The text with control characters written out ("\x1b"), so that a name in a file cannot move the cursor,
+/// change colours or end a line. UTF-8 stays as it is.
+inline std::string printable(std::string_view text) {
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string shown;
+  const auto write_out = [&](unsigned char c) { shown += {'\\', 'x', kDigits[c >> 4], kDigits[c & 15]}; };
+  for (size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]),
+               next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : 0);
+    if (c < 0x20 || c == 0x7f) {
+      write_out(c);
+    } else if (c == 0xc2 && next >= 0x80 && next < 0xa0) {  // U+0080 to U+009F
+      write_out(next);
+      ++i;
+    } else {
+      shown += text[i];
+    }
+  }
+  return shown;
+}
+
+}  // namespace nif

@@ -1,0 +1,186 @@
+#!/usr/bin/env -S python3 -B
+"""Checks assets and their golden answers with a reader that shares no code with nifkit.
+
+    check.py [--self-test COUNT] FILE.nif [FILE.answers]... [FILE.nif [FILE.answers]...]...
+    check.py --numbered TABLE NUMBER-NAME.nif...
+
+This folder is written from docs/format.md and docs/answers.md alone, in plain Python 3.11, one operation of
+single precision at a time. It shows that the documents are enough to write a reader. It is no tool: it is slow,
+and does not place instances.
+
+Refuses a file that breaks a rule of docs/format.md, and compares every part of every answer (docs/answers.md,
+"Golden answers"). Prints a line for each file. Ends with 1 if a file is refused or an answer differs.
+
+--self-test shows that this can fail. It damages each file COUNT times in each of three ways, and each array of
+answers, in memory, and demands that the damage is reported.
+
+--numbered takes files that each show a finding of `nif validate`, and TABLE is docs/validation.md, which has the
+exit code of each number. Files of numbers with an exit code have to be refused with it, and those of the others
+read.
+"""
+
+import random
+import struct
+import sys
+from collections import Counter
+from functools import partial
+from pathlib import Path
+
+from asset import Asset
+from container import ENCODING_NAMES, ENTRY, HEADER, Refused, crc32c
+
+ANSWER = struct.Struct("<I3f3fffiBBH")
+
+
+def differing(asset, answers):
+    """How many of these answers are not what the asset's objects answer."""
+    count = 0
+    for number, (item, ox, oy, oz, dx, dy, dz, tmin, tmax, *expected) in enumerate(ANSWER.iter_unpack(answers)):
+        if item >= len(asset.objects):
+            raise ValueError(f"answer {number} is of object {item}, but there are {len(asset.objects)}")
+        logit, visible, certain = asset.objects[item].answer((ox, oy, oz), (dx, dy, dz), tmin, tmax)
+        count += [logit, visible, certain, 0] != expected
+    return count
+
+
+def check(path, answers):
+    """Prints the line of a file. Returns whether all is well."""
+    try:
+        asset = Asset(path.read_bytes())
+        queries = differ = 0
+        for file in answers:
+            data = file.read_bytes()
+            if not data or len(data) % ANSWER.size:
+                raise ValueError(f"{file}: {len(data)} bytes are no whole number of answers")
+            queries += len(data) // ANSWER.size
+            differ += differing(asset, data)
+    except (Refused, OSError, ValueError) as error:
+        print(f"{path}: refused: {error}" if isinstance(error, Refused) else f"{path}: {error}")
+        return False
+    counts = Counter(ENCODING_NAMES[encoding] for encoding in asset.encodings)
+    objects = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
+    print(f"{path}: {objects}; {queries} queries, {differ} differ")
+    return differ == 0
+
+
+def check_number(path, answers, codes):
+    """Prints the line of a file if it is not what its number says. Returns whether it is."""
+    found, why = None, "read"
+    try:
+        Asset(path.read_bytes())
+    except Refused as error:
+        found, why = error.code, f"refused: {error}"
+    expected = codes[int(path.name[:3])]
+    if found != expected:
+        print(f"{path}: {why}; the table has {'no exit code' if expected is None else f'exit code {expected}'}")
+    return found == expected
+
+
+def read_codes(table):
+    """The exit code of each number, from rows "| 101 | `name` | 12 | what |", or None where there is another word."""
+    rows = (line.split("|") for line in table.read_text(encoding="utf-8").splitlines())
+    rows = [[cell.strip() for cell in row] for row in rows if len(row) > 4]
+    return {int(row[1]): int(row[3]) if row[3].isdigit() else None for row in rows if row[1].isdigit()}
+
+
+def entries(data):
+    """Of each entry of the section table: its place, and the offset and length of its section."""
+    (count,) = struct.unpack_from("<I", data, 24)
+    for entry in range(HEADER, min(HEADER + ENTRY * count, len(data) - ENTRY), ENTRY):
+        yield entry, *struct.unpack_from("<QQ", data, entry + 8)
+
+
+def with_checksums(data):
+    """A file whose checksums are made right again, as far as its table says where its sections are."""
+    data = bytearray(data)
+    end = HEADER
+    for entry, offset, size in entries(data):
+        struct.pack_into("<I", data, entry + 24, crc32c(data[offset : offset + size]))
+        end = entry + ENTRY
+    struct.pack_into("<I", data, 28, crc32c(data[HEADER:end]))
+    struct.pack_into("<I", data, 32, 0)
+    struct.pack_into("<I", data, 32, crc32c(data[:HEADER]))
+    return bytes(data)
+
+
+def flip(data, bit):
+    damaged = bytearray(data)
+    damaged[bit // 8] ^= 1 << bit % 8
+    return bytes(damaged)
+
+
+def is_refused(data, queries=b""):
+    """Anything but Refused is an error of this reader, and ends the program."""
+    try:
+        differing(Asset(data), queries)
+    except Refused:
+        return True
+    return False
+
+
+def self_test(path, answers, count):
+    """Prints the line of a file. Returns whether all damage was treated as it has to be."""
+    data, draw = path.read_bytes(), random.Random(path.name)
+    arrays = [file.read_bytes() for file in answers]
+    faults = []
+
+    # Every byte is covered by a checksum or known to be zero.
+    for bit in draw.sample(range(8 * len(data)), count):
+        if not is_refused(flip(data, bit)):
+            faults.append(f"bit {bit} flipped, and not refused")
+    for size in draw.sample(range(len(data)), count):
+        if not is_refused(data[:size]):
+            faults.append(f"cut to {size} bytes, and not refused")
+
+    # With right checksums the rules decide. Some damage breaks none; then the file answers.
+    if with_checksums(data) != data:
+        faults.append("its checksums are not those of the document")
+    places = [(0, HEADER)]
+    for entry, offset, size in entries(data):
+        places += [(entry, ENTRY), (offset, size)] if size else [(entry, ENTRY)]
+    some = b"".join(array[at : at + ANSWER.size] for array in arrays for at in range(0, len(array), 60 * ANSWER.size))
+    refused = 0
+    for _ in range(count):
+        offset, size = draw.choice(places)
+        refused += is_refused(with_checksums(flip(data, draw.randrange(8 * offset, 8 * (offset + size)))), some)
+    if not refused:
+        faults.append("no damage with right checksums is refused")
+
+    # A wrong answer is reported, whichever part of it is wrong.
+    asset, altered = Asset(data), 0
+    for file, array in zip(answers, arrays):
+        for place in range(36, ANSWER.size):
+            at = draw.randrange(len(array) // ANSWER.size) * ANSWER.size
+            altered += 1
+            if differing(asset, flip(array[at : at + ANSWER.size], 8 * place + draw.randrange(8))) != 1:
+                faults.append(f"{file}: byte {place} of the record at {at} altered, and not reported")
+
+    print(f"{path}: {3 * count} damaged files, {refused} of {count} with right checksums refused; {altered} altered answers")
+    for fault in faults:
+        print(f"{path}: {fault}")
+    return not faults
+
+
+def main(arguments):
+    run = check
+    if arguments[:1] == ["--self-test"] and arguments[1:2] and arguments[1].isdigit():
+        run = partial(self_test, count=int(arguments[1]))
+        arguments = arguments[2:]
+    elif arguments[:1] == ["--numbered"] and arguments[1:2]:
+        run = partial(check_number, codes=read_codes(Path(arguments[1])))
+        arguments = arguments[2:]
+    files = {}
+    for path in map(Path, arguments):
+        if path.suffix == ".nif":
+            files[path] = []
+        elif path.suffix == ".answers" and files:
+            files[list(files)[-1]].append(path)
+        else:
+            sys.exit(f"check.py: {path}: neither a .nif, nor .answers after one")
+    if not files:
+        sys.exit(__doc__)
+    return 0 if all([run(path, answers) for path, answers in files.items()]) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

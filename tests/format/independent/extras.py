@@ -1,0 +1,45 @@
+"""What no answer depends on: source triangles and colours (docs/format.md, "Source triangles", "Colours", "The
+payload of source triangles").
+"""
+
+from container import Payloads, require, reserved
+
+
+def _read(file, records, payloads, objects):
+    """Checks records of both kinds; yields (object, number, payload, place)."""
+    if records not in file.sections:
+        return
+    payloads = Payloads(file.sections[payloads])
+    last = -1
+    records = file.sections[records]
+    require(records.data, records.name, "no record")
+    for nth, (item, number, *zeros, offset, length) in enumerate(records.records("4IQQ")):
+        place = f"{records.name} {nth}"
+        require(last < item < len(objects), place, f"object {item}")
+        last = item
+        reserved(zeros, place)
+        yield objects[item], number, payloads.take(offset, length, place), place
+    payloads.finish()
+
+
+def read_source_triangles(file, objects):
+    for item, count, payload, place in _read(file, "SRCT", "SNUM", objects):
+        tree = getattr(item, "tree", item)
+        require(hasattr(tree, "triangles"), place, "an object without triangles")
+        triangles = len(tree.triangles)
+        require(count >= triangles, place, f"{count} source triangles of {triangles}")
+        bits = max((count - 1).bit_length(), 1)
+        size = (bits * triangles + 31) // 32 * 4
+        require(len(payload) == size, place, f"a payload of {len(payload)} bytes, not {size}")
+        numbers = int.from_bytes(payload, "little")
+        for _ in range(triangles):
+            require(numbers & ((1 << bits) - 1) < count, place, "a number that is not below the count of source triangles")
+            numbers >>= bits
+        require(numbers == 0, place, "bits behind the last number are not zero")
+
+
+def read_colours(file, objects):
+    for item, count, payload, place in _read(file, "COLR", "CVAL", objects):
+        require(hasattr(item, "cells"), place, "an object without surface voxels")
+        require(count == item.cells.grid.surface_voxels, place, f"{count} surface voxels, not {item.cells.grid.surface_voxels}")
+        require(len(payload) == 2 * count, place, f"a payload of {len(payload)} bytes, not {2 * count}")
