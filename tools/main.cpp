@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 success, 1 internal error, 2 wrong options, 10-26 an input file cannot be used,\n"
-    "30-35 an asset cannot be used, 40-41 the output cannot be written, 50-53 a bake failed, 130 "
+    "30-35 an asset cannot be used, 40-41 the output cannot be written, 50-54 a bake failed, 130 "
     "interrupted.\n"
     "docs/command-line.md lists them all.\n";
 
