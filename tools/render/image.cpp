@@ -87,27 +87,36 @@ void check_pixels(const std::string& path, int width, int height, uint64_t most)
 /// of some. Its newer C library checks all of the header against the length of the file, so it reads that
 /// first.
 void check_header(const std::string& path, std::string_view bytes) {
+  struct Source {
+    std::string_view bytes;
+    std::string complaint;  ///< it complains of some faults, and goes on
+  } source{bytes, {}};
   exr_context_initializer_t about{};
   about.size = sizeof(about);
-  about.user_data = &bytes;
+  about.flags = EXR_CONTEXT_FLAG_STRICT_HEADER;
+  about.user_data = &source;
   about.max_image_width = about.max_image_height = kMaxSide;
-  about.error_handler_fn = [](exr_const_context_t, exr_result_t, const char*) {};
-  about.size_fn = [](exr_const_context_t, void* file) {
-    return int64_t(static_cast<const std::string_view*>(file)->size());
+  about.error_handler_fn = [](exr_const_context_t context, exr_result_t, const char* what) {
+    void* user = nullptr;
+    if (exr_get_user_data(context, &user) == EXR_ERR_SUCCESS) static_cast<Source*>(user)->complaint = what;
   };
-  about.read_fn = [](exr_const_context_t, void* file, void* to, uint64_t count, uint64_t offset,
+  about.size_fn = [](exr_const_context_t, void* user) {
+    return int64_t(static_cast<const Source*>(user)->bytes.size());
+  };
+  about.read_fn = [](exr_const_context_t, void* user, void* to, uint64_t count, uint64_t offset,
                      exr_stream_error_func_ptr_t) -> int64_t {
-    const std::string_view& all = *static_cast<const std::string_view*>(file);
-    if (offset > all.size() || count > all.size() - offset) return -1;
+    const std::string_view all = static_cast<const Source*>(user)->bytes;
+    if (offset > all.size()) return -1;
+    count = std::min<uint64_t>(count, all.size() - offset);  // it asks for more than it needs
     std::memcpy(to, all.data() + offset, count);
     return int64_t(count);
   };
   exr_context_t context = nullptr;
   const exr_result_t result = exr_start_read(&context, path.c_str(), &about);
   exr_finish(&context);
-  if (result != EXR_ERR_SUCCESS)
-    no_image(path,
-             std::string("cannot be read as an OpenEXR picture: ") + exr_get_default_error_message(result));
+  if (result != EXR_ERR_SUCCESS || !source.complaint.empty())
+    no_image(path, "cannot be read as an OpenEXR picture: " +
+                       (source.complaint.empty() ? exr_get_default_error_message(result) : source.complaint));
 }
 
 Image read_exr(const std::string& path, std::string_view bytes) {
