@@ -76,12 +76,13 @@ struct Candidate {
 class Driver {
  public:
   Driver(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
-         const std::atomic<bool>& cancel)
+         const std::atomic<bool>& cancel, TrainingLog& log)
       : scene_(scene),
         options_(options),
         encoders_(encoders_for(options)),
         callback_(callback),
-        cancel_(cancel) {}
+        cancel_(cancel),
+        log_(log) {}
 
   BakeResult run() {
     prepare_objects();
@@ -452,7 +453,7 @@ class Driver {
                                                          report(BakeProgress::Stage::training, index,
                                                                 0.03 + 0.87 * share, loss, error);
                                                        },
-                                                       cancel_});
+                                                       cancel_, log_});
   }
 
   /// Looks for the smallest form of a trained object whose error stays within options.max_error: trains and
@@ -565,6 +566,7 @@ class Driver {
   const Encoders encoders_;
   const BakeCallback& callback_;
   const std::atomic<bool>& cancel_;
+  TrainingLog& log_;
   PreparedScene prepared_;
   std::vector<Candidate> candidates_;
   std::mutex counting_;
@@ -584,10 +586,11 @@ const EncodingCost* ObjectReport::cost_of(std::string_view which) const {
 }
 
 BakeResult bake(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
-                const std::atomic<bool>& cancel) {
+                const std::atomic<bool>& cancel, TrainingLog* log) {
   BakeOptions meant = options;
   meant.colors = options.colors && has_colors(scene);
-  return Driver(scene, meant, callback, cancel).run();
+  TrainingLog none;
+  return Driver(scene, meant, callback, cancel, log ? *log : none).run();
 }
 
 }  // namespace nif::bake

@@ -33,6 +33,8 @@ using BakeCallback = std::function<void(const BakeProgress&)>;
 /// The ray sets whose first hits a bake measures: those of cameras, and of bounces.
 inline constexpr std::array kHitSets{RaySet::outer_lines, RaySet::inner_surface};
 
+class TrainingLog;
+
 struct ObjectReport {
   std::string name;
   uint64_t triangles = 0;  ///< after cleaning
@@ -82,8 +84,9 @@ class TargetNotMet : public Error {
 /// threads that TBB gives; the result does not depend on their number. `callback` is called from the calling
 /// thread. Throws TargetNotMet; nif::Error: usage (options out of range, see InvalidOption), all_degenerate,
 /// needs_repair, too_large (also where an encoding that is asked for by name cannot compute with an object's
-/// coordinates), training_failed, interrupted (once `cancel` is set).
+/// coordinates), training_failed, interrupted (once `cancel` is set). With a `log` (bake/checkpoint.hpp),
+/// goes on from what is kept there, to the same result; checkpoint_refused where that is of another bake.
 BakeResult bake(const mesh::Scene& scene, const BakeOptions& options, const BakeCallback& callback,
-                const std::atomic<bool>& cancel);
+                const std::atomic<bool>& cancel, TrainingLog* log = nullptr);
 
 }  // namespace nif::bake

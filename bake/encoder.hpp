@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "bake/bake.hpp"
+#include "bake/checkpoint.hpp"
 #include "bake/oracle/prepare.hpp"
 #include "formats/nif/writer.hpp"
 
@@ -43,6 +44,7 @@ struct TrainingTask {
   /// Is told how much of the task is done, and the loss and the error of recent rays.
   std::function<void(double share, double loss, double error)> progress;
   const std::atomic<bool>& cancel;
+  TrainingLog& log;  ///< each training begins and ends there, and keeps its state now and then
 };
 
 class Encoder {

@@ -8,8 +8,9 @@
 #   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, mesh readers under
 #                              the sanitizers, every fuzzer, code for all GPUs, the runtime alone, and each source and header
 #                              by itself
-#   tests/run.sh --nightly [HOURS]   NEON's kernels, emulated; then fuzzes and bakes random meshes for so many hours (8),
-#                              going on from the last time; see tests/nightly.sh
+#   tests/run.sh --nightly [HOURS]   NEON's kernels, emulated; the runtime's threads under the sanitizer, for an hour; then
+#                              fuzzes and bakes random meshes for so many hours (8), going on from the last time; see
+#                              tests/nightly.sh
 #
 # Long tests have ctest's label `long`. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are
 # skipped.
@@ -152,6 +153,12 @@ fuzz_tests() {
   step 'test fuzz' run_tests build/fuzz/tests/fuzz || true
 }
 
+# stress_threads: under the thread sanitizer, for an hour, or for the hours given where that is less.
+stress_threads() {
+  NIF_STRESS_SECONDS=$(awk -v hours="$hours" 'BEGIN { print hours < 1 ? hours * 3600 : 3600 }') \
+    build/tsan/bin/runtime_test --gtest_filter=Stress.ForHalfAMinute
+}
+
 needed=(build check gpu)
 case $size in
   quick) ;;
@@ -163,6 +170,9 @@ if [[ $size == nightly ]]; then
   step 'build release' build_part release nif || exit 1
   step 'build fuzz' build_part fuzz tests/fuzz/all || exit 1
   step 'NEON, emulated' tests/neon/run.sh || true
+  if step 'build tsan' build_part tsan runtime_test -DNIF_BUILD_TOOLS=OFF; then
+    step 'threads, for an hour at most' stress_threads || true
+  fi
   step 'fuzz, and bake random meshes' tests/nightly.sh "$hours" || true
   exit
 fi

@@ -1,16 +1,23 @@
 // The `nif` executable: picks the subcommand, and turns every failure into one sentence and an exit code.
 // Called as `nif-bake` it is `nif bake`.
+#include <cxxabi.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <new>
 #include <span>
+#include <typeinfo>
 
 #include "formats/base/status.hpp"
+#include "formats/base/temporaries.hpp"
 #include "mesh/cgal/cgal.hpp"
+#include "tools/common/interruption.hpp"
 #include "tools/subcommands.hpp"
 
 namespace nif::tools {
@@ -18,7 +25,7 @@ namespace {
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 success, 1 internal error, 2 wrong options, 10-26 an input file cannot be used,\n"
-    "30-35 an asset cannot be used, 40-41 the output cannot be written, 50-53 a bake failed, 130 "
+    "30-35 an asset cannot be used, 40-41 the output cannot be written, 50-54 a bake failed, 130 "
     "interrupted.\n"
     "docs/command-line.md lists them all.\n";
 
@@ -93,13 +100,32 @@ int run(int argc, char** argv) {
   return int(Status::ok);
 }
 
+/// Without taking memory: there may be none left.
+int fail(Status status, const char* sentence, const char* defect = "") {
+  for (const char* part : {"nif: ", defect, sentence, "\n"}) std::fputs(part, stderr);
+  return int(status);
+}
+
+std::terminate_handler usual_end;
+
+/// Libraries may need memory where they must not throw; nlohmann::json does in its destructors.
+[[noreturn]] void on_terminate() {
+  const std::type_info* type = abi::__cxa_current_exception_type();
+  if (type && (*type == typeid(std::bad_alloc) || *type == typeid(std::bad_array_new_length))) {
+    remove_temporaries();
+    _exit(fail(Status::out_of_memory, "out of memory"));
+  }
+  usual_end();
+  std::abort();
+}
+
 }  // namespace
 }  // namespace nif::tools
 
 int main(int argc, char** argv) {
   using nif::Status;
-  Status status = Status::internal;
-  std::string sentence;
+  nif::tools::leave_nothing_behind();
+  nif::tools::usual_end = std::set_terminate(nif::tools::on_terminate);
   try {
     const int code = nif::tools::run(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
@@ -108,14 +134,10 @@ int main(int argc, char** argv) {
     }
     return code;
   } catch (const nif::Error& error) {
-    status = error.status();
-    sentence = error.what();
+    return nif::tools::fail(error.status(), error.what());
   } catch (const std::bad_alloc&) {
-    status = Status::out_of_memory;
-    sentence = "out of memory";
+    return nif::tools::fail(Status::out_of_memory, "out of memory");
   } catch (const std::exception& error) {
-    sentence = std::string("internal error: ") + error.what();
+    return nif::tools::fail(Status::internal, error.what(), "internal error: ");
   }
-  fmt::print(stderr, "nif: {}\n", sentence);
-  return int(status);
 }

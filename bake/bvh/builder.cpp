@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bake/bvh/order.hpp"
+#include "bake/oracle/embree_scene.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/box.hpp"
 #include "formats/nif/bvh/pack.hpp"
@@ -22,7 +23,7 @@ class Topology {
  public:
   Topology(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles)
       : device_(rtcNewDevice(nullptr)) {
-    if (!device_) throw Error(Status::internal, "Embree cannot create a device on this machine");
+    if (!device_) throw_no_device();
     std::vector<RTCBuildPrimitive> primitives(triangles.size());
     for (size_t i = 0; i < triangles.size(); ++i) {
       const mesh::Box box = mesh::bounds(positions, triangles.subspan(i, 1));

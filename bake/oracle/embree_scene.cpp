@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <cstring>
+#include <new>
 
 #include "formats/base/status.hpp"
 
@@ -17,13 +18,18 @@ std::string embree_version() {
          std::to_string(version % 100);
 }
 
+void throw_no_device() {
+  if (rtcGetDeviceError(nullptr) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  throw Error(Status::internal, "Embree cannot create a device on this machine");
+}
+
 void EmbreeScene::Release::operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
 void EmbreeScene::Release::operator()(RTCSceneTy* scene) const { rtcReleaseScene(scene); }
 
 void EmbreeScene::make_device() {
   device_.reset(rtcNewDevice(nullptr));
   RTCDevice device = device_.get();
-  if (!device) throw Error(Status::internal, "Embree cannot create a device on this machine");
+  if (!device) throw_no_device();
   rtcSetDeviceErrorFunction(
       device, [](void* user, RTCError, const char* text) { static_cast<EmbreeScene*>(user)->error_ = text; },
       this);

@@ -23,6 +23,10 @@ enum class EmbreeBuild { robust, standard, compact, high };
 /// Of the library that is loaded, "3.13.5".
 std::string embree_version();
 
+/// Where rtcNewDevice() has made none: throws std::bad_alloc, or Error(internal) where it is not for want of
+/// memory.
+[[noreturn]] void throw_no_device();
+
 /// An object in its place.
 struct Placed {
   uint32_t object;

@@ -11,24 +11,66 @@
 namespace nif::bake {
 namespace {
 
-RTCRay to_ray(const Segment& segment) {
+constexpr float kMostOfEmbree = 1.8e18f;
+
+float largest(const float (&v)[3]) { return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])}); }
+
+/// A segment as Embree is asked about it.
+struct Question {
   RTCRay ray{};
-  ray.org_x = segment.origin[0], ray.org_y = segment.origin[1], ray.org_z = segment.origin[2];
-  ray.dir_x = segment.direction[0], ray.dir_y = segment.direction[1], ray.dir_z = segment.direction[2];
-  ray.tnear = segment.tmin;
-  ray.tfar = segment.tmax;
-  ray.mask = 0xffffffffu;
-  return ray;
+  int shift = 0;  ///< the segment's t is the ray's times 2^shift
+  bool valid;
+
+  Question(Segment segment, int exponent) {
+    if (exponent != 0) {
+      const float size = largest(segment.direction);
+      const int turn = size > 0 && size < kInfinity ? -std::ilogb(size) : 0;
+      shift = turn - exponent;
+      for (float& x : segment.origin) x = std::ldexp(x, exponent);
+      for (float& x : segment.direction) x = std::ldexp(x, turn);
+      segment.tmin = std::ldexp(segment.tmin, -shift);
+      segment.tmax = std::ldexp(segment.tmax, -shift);
+    }
+    valid = largest(segment.origin) < kMostOfEmbree && largest(segment.direction) < kMostOfEmbree;
+    ray.org_x = segment.origin[0], ray.org_y = segment.origin[1], ray.org_z = segment.origin[2];
+    ray.dir_x = segment.direction[0], ray.dir_y = segment.direction[1], ray.dir_z = segment.direction[2];
+    ray.tnear = segment.tmin;
+    ray.tfar = segment.tmax;
+    ray.mask = 0xffffffffu;
+  }
+};
+
+double reach_of(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles) {
+  double reach = 0;
+  for (const mesh::Triangle& triangle : triangles)
+    for (const uint32_t corner : triangle)
+      for (const float x : positions[corner]) reach = std::max(reach, std::abs(double(x)));
+  return reach;
+}
+
+/// 0 where Embree computes well with the mesh as it is.
+int exponent_for(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles) {
+  constexpr double kSmall = 1e-6, kLarge = 1e9;
+  const double reach = reach_of(positions, triangles);
+  const float longest = mesh::bounds(positions, triangles).longest_side();
+  return (longest >= float(kSmall) && reach <= kLarge) || reach == 0 ? 0 : -std::ilogb(reach);
+}
+
+EmbreeScene scaled_scene(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
+                         int exponent) {
+  if (exponent == 0) return EmbreeScene(positions, triangles, EmbreeBuild::robust);
+  std::vector<mesh::Float3> scaled(positions.begin(), positions.end());
+  for (mesh::Float3& position : scaled)
+    for (float& x : position) x = std::ldexp(x, exponent);
+  return EmbreeScene(scaled, triangles, EmbreeBuild::robust);
 }
 
 }  // namespace
 
 Oracle::Oracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles)
-    : scene_(positions, triangles, EmbreeBuild::robust) {
-  for (const mesh::Triangle& triangle : triangles)
-    for (const uint32_t corner : triangle)
-      for (const float x : positions[corner]) reach_ = std::max(reach_, std::abs(double(x)));
-}
+    : scene_(scaled_scene(positions, triangles, exponent_for(positions, triangles))),
+      reach_(reach_of(positions, triangles)),
+      exponent_(exponent_for(positions, triangles)) {}
 
 Oracle::Oracle(std::span<const EmbreeObject> objects, std::span<const Placed> instances)
     : scene_(objects, instances, EmbreeBuild::robust) {
@@ -46,9 +88,10 @@ Oracle::Oracle(std::span<const EmbreeObject> objects, std::span<const Placed> in
 bool Oracle::occluded(const Segment& segment) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  RTCRay ray = to_ray(segment);
-  rtcOccluded1(scene_.handle(), &context, &ray);
-  return ray.tfar == -kInfinity;
+  Question question(segment, exponent_);
+  if (!question.valid) return false;
+  rtcOccluded1(scene_.handle(), &context, &question.ray);
+  return question.ray.tfar == -kInfinity;
 }
 
 std::array<Segment, 10> Oracle::beside(const Segment& segment) const {
@@ -93,16 +136,18 @@ bool Oracle::in_doubt(const Segment& segment) const {
 std::optional<Oracle::Hit> Oracle::first_hit(const Segment& segment) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
+  const Question question(segment, exponent_);
+  if (!question.valid) return std::nullopt;
   RTCRayHit query{};
-  query.ray = to_ray(segment);
+  query.ray = question.ray;
   query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene_.handle(), &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   const Double3 normal{query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z};
-  if (normals_.empty()) return Hit{query.ray.tfar, query.hit.primID, normal};
+  const float t = std::ldexp(query.ray.tfar, question.shift);
+  if (normals_.empty()) return Hit{t, query.hit.primID, normal};
   const uint32_t instance = query.hit.instID[0];
-  return Hit{query.ray.tfar, query.hit.primID, mesh::product(mesh::rows_of(normals_[instance]), normal),
-             instance};
+  return Hit{t, query.hit.primID, mesh::product(mesh::rows_of(normals_[instance]), normal), instance};
 }
 
 InsideTest::InsideTest(const mesh::CleanMesh& surface, const ClosedComponents& closed) {

@@ -20,7 +20,9 @@ namespace nif::bake {
 
 using kernels::Segment;
 
-/// Answers by Embree's robust traversal, one ray at a time. Any number of threads may ask it.
+/// Answers by Embree's robust traversal, one ray at a time. Any number of threads may ask it. A mesh that is
+/// very small or very large is asked about as one of size 1, by exact powers of two: Embree's products would
+/// underflow, and it ends the process where coordinates are beyond 1.8e18. Nothing is met by such a ray.
 class Oracle {
  public:
   /// As the constructors of EmbreeScene.
@@ -50,6 +52,7 @@ class Oracle {
   EmbreeScene scene_;
   std::vector<mesh::Transform> normals_;  ///< [instance] takes normals to the world; empty: one mesh
   double reach_ = 0;                      ///< largest coordinate
+  int exponent_ = 0;                      ///< Embree's coordinates are these times 2^exponent_
 };
 
 /// Tells points inside closed components from all others, by counting signed crossings along a ray.

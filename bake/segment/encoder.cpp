@@ -101,7 +101,7 @@ class SegmentEncoder final : public Encoder {
         [&](const TrainingProgress& p) {
           task.progress(double(p.rays_done) / double(p.rays_total), p.loss, p.error);
         },
-        task.cancel);
+        task.cancel, &task.log);
     lesson.report.recoveries = trained.recoveries;
     if (!trained.failure.empty()) return trained.failure;
     if (options_.lean)

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "bake/segment/trainer_kernels.hpp"
 #include "formats/base/status.hpp"
@@ -18,6 +19,8 @@ namespace {
 /// the result the same for any number of threads, and the most threads that a step can use.
 constexpr uint32_t kTrainGroups = 8;
 constexpr uint64_t kStepsBetweenSnapshots = 256;
+/// At least: when it is time for a checkpoint is asked so often.
+constexpr uint64_t kStepsBetweenCheckpoints = 16;
 constexpr uint32_t kMaxRecoveries = 6;
 /// A network has collapsed if it gave the same answer to all rays of so many runs of kStepsBetweenSnapshots,
 /// in turn, though at least this share of them is otherwise, and if its loss is no better than this factor
@@ -47,6 +50,12 @@ struct Parameters {
         quantised(count, 0.f),
         limit(limit_),
         quantum(quantum_) {}
+  void put(StateWriter& state) const {
+    for (const Floats* part : {&master, &first, &second, &quantised}) state.put_all(*part);
+  }
+  void get(StateReader& state) {
+    for (Floats* part : {&master, &first, &second, &quantised}) state.get_same(*part);
+  }
   void quantise() {
     for (size_t i = 0; i < master.size(); ++i) {
       master[i] = std::clamp(master[i], -limit, limit);
@@ -95,29 +104,17 @@ class Trainer {
   }
 
   TrainingResult run(const std::function<void(const TrainingProgress&)>& progress,
-                     const std::atomic<bool>& cancel) {
-    const uint64_t steps = std::max<uint64_t>(1, options_.rays / options_.batch);
-    const uint64_t chunks_per_round = std::max<uint64_t>(1, options_.rays_per_round / kTrainingChunk);
-    uint64_t next_chunk = 0;
-    while (step_ < steps) {
-      TrainingRays rays = draw_rays(next_chunk, chunks_per_round, steps, progress, cancel);
-      next_chunk += chunks_per_round;
-      if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
-      if (rays.candidates == 0) return failed("the ray sets of the mix have no rays");
-      // Where nothing is open, the network is never asked; where little is, the same rays are used more
-      // often.
-      if (rays.count() == 0) break;
-      while (rays.count() < options_.batch) rays.append(TrainingRays(rays));
-      const uint64_t in_round = chunks_per_round * kTrainingChunk * options_.passes / options_.batch,
-                     until = std::min(steps, step_ + std::max<uint64_t>(1, in_round));
-      for (uint32_t pass = 0; step_ < until; ++pass)
-        if (!train_pass(rays, pass, until, steps, progress, cancel))
-          return failed(std::string(collapsed_ >= kCollapsedRuns ? "the network gave all rays the same answer"
-                                                                 : "the loss stayed non-finite") +
-                        " after " + std::to_string(kMaxRecoveries) + " recoveries");
+                     const std::atomic<bool>& cancel, TrainingLog& log) {
+    const KeptTraining* kept = log.begin(name_);
+    if (kept && kept->finished) {
+      TrainingResult result = result_from(StateReader(kept->state));
+      log.finish_as_before();
+      return result;
     }
-    if (collapsed_ != 0) return failed("the network gives all rays the same answer");
-    return finish();
+    if (kept) get(StateReader(kept->state));
+    TrainingResult result = run_on(kept != nullptr, progress, cancel, log);
+    log.finish(state_of(result));
+    return result;
   }
 
  private:
@@ -144,6 +141,41 @@ class Trainer {
       return loss / double(batches) >= kCollapsedLoss * entropy;
     }
   };
+
+  /// Where training is in the rays that were drawn last.
+  struct Round {
+    uint64_t first_chunk = 0;
+    uint64_t until = 0;  ///< the step at which it ends
+    uint32_t pass = 0;
+    uint64_t done = 0;  ///< slices of the pass
+  };
+
+  TrainingResult run_on(bool within_round, const std::function<void(const TrainingProgress&)>& progress,
+                        const std::atomic<bool>& cancel, TrainingLog& log) {
+    const uint64_t steps = std::max<uint64_t>(1, options_.rays / options_.batch);
+    const uint64_t chunks_per_round = std::max<uint64_t>(1, options_.rays_per_round / kTrainingChunk);
+    for (; step_ < steps; round_.first_chunk += chunks_per_round) {
+      TrainingRays rays = draw_rays(round_.first_chunk, chunks_per_round, steps, progress, cancel);
+      if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
+      if (rays.candidates == 0) return failed("the ray sets of the mix have no rays");
+      // Where nothing is open, the network is never asked; where little is, the same rays are used more
+      // often.
+      if (rays.count() == 0) break;
+      while (rays.count() < options_.batch) rays.append(TrainingRays(rays));
+      if (!std::exchange(within_round, false)) {
+        const uint64_t in_round = chunks_per_round * kTrainingChunk * options_.passes / options_.batch;
+        round_.until = std::min(steps, step_ + std::max<uint64_t>(1, in_round));
+        round_.pass = 0, round_.done = 0;
+      }
+      for (; step_ < round_.until; ++round_.pass, round_.done = 0)
+        if (!train_pass(rays, steps, progress, cancel, log))
+          return failed(std::string(collapsed_ >= kCollapsedRuns ? "the network gave all rays the same answer"
+                                                                 : "the loss stayed non-finite") +
+                        " after " + std::to_string(kMaxRecoveries) + " recoveries");
+    }
+    if (collapsed_ != 0) return failed("the network gives all rays the same answer");
+    return finish();
+  }
 
   void initialise() {
     Random random(options_.seed, 0x696e6974, 0);
@@ -190,18 +222,20 @@ class Trainer {
     return rays;
   }
 
-  /// One use of every drawn ray, batch by batch, or up to a step; where a batch starts differs from pass to
-  /// pass. False as recover().
-  bool train_pass(const TrainingRays& rays, uint32_t pass, uint64_t until, uint64_t steps,
+  /// One use of every drawn ray, batch by batch, or up to the end of the round; where a batch starts differs
+  /// from pass to pass. False as recover().
+  bool train_pass(const TrainingRays& rays, uint64_t steps,
                   const std::function<void(const TrainingProgress&)>& progress,
-                  const std::atomic<bool>& cancel) {
+                  const std::atomic<bool>& cancel, TrainingLog& log) {
     const size_t slice = options_.batch / kTrainGroups, slices = rays.count() / slice;
     // A stride that shares no divisor with the number of slices visits each once, in another order every
     // pass.
-    size_t stride = 1 + (slices / 3) * (pass + 1);
+    size_t stride = 1 + (slices / 3) * (round_.pass + 1);
     while (std::gcd(stride, slices) != 1) ++stride;
-    for (size_t done = 0; done + kTrainGroups <= slices && step_ < until; done += kTrainGroups) {
+    for (uint64_t& done = round_.done; done + kTrainGroups <= slices && step_ < round_.until;
+         done += kTrainGroups) {
       if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
+      if (step_ % kStepsBetweenCheckpoints == 0 && log.due()) log.keep(put());
       std::array<size_t, kTrainGroups> firsts;
       for (uint32_t g = 0; g < kTrainGroups; ++g) firsts[g] = (done + g) * stride % slices * slice;
       if (!train_batch(rays, firsts, slice, steps)) return false;
@@ -390,6 +424,64 @@ class Trainer {
     return result;
   }
 
+  /// Everything that later steps depend on, between two steps, when gradients are zero.
+  StateWriter put() const {
+    StateWriter state;
+    for (const Parameters* parameters : {&features_, &weights_, &biases_}) parameters->put(state);
+    for (const auto& snapshot : {&snapshot_, &trusted_}) {
+      state.put(uint8_t(*snapshot != nullptr));
+      if (!*snapshot) continue;
+      for (const Parameters* parameters :
+           {&(*snapshot)->features, &(*snapshot)->weights, &(*snapshot)->biases})
+        parameters->put(state);
+      state.put((*snapshot)->adam_step);
+    }
+    state.put(round_), state.put(step_), state.put(adam_step_), state.put(recoveries_), state.put(caution_);
+    state.put(run_), state.put(collapsed_), state.put(watched_), state.put(loss_), state.put(error_);
+    state.put(set_rays_), state.put(set_wrong_);
+    return state;
+  }
+  void get(StateReader state) {
+    for (Parameters* parameters : {&features_, &weights_, &biases_}) parameters->get(state);
+    for (auto* snapshot : {&snapshot_, &trusted_}) {
+      if (state.get<uint8_t>() == 0) continue;
+      *snapshot = std::make_unique<Snapshot>(Snapshot{features_, weights_, biases_, 0});
+      for (Parameters* parameters : {&(*snapshot)->features, &(*snapshot)->weights, &(*snapshot)->biases})
+        parameters->get(state);
+      state.get((*snapshot)->adam_step);
+    }
+    state.get(round_), state.get(step_), state.get(adam_step_), state.get(recoveries_), state.get(caution_);
+    state.get(run_), state.get(collapsed_), state.get(watched_), state.get(loss_), state.get(error_);
+    state.get(set_rays_), state.get(set_wrong_);
+    state.end();
+  }
+
+  StateWriter state_of(const TrainingResult& result) const {
+    StateWriter state;
+    state.put_all(data_.features);
+    state.put(result.recoveries), state.put_all(result.failure), state.put(result.error);
+    state.put(uint64_t{result.network.layers.size()}), state.put(result.network.logit_scale);
+    for (const format::Layer& layer : result.network.layers) {
+      state.put(layer.inputs), state.put(layer.outputs), state.put(layer.shift);
+      state.put_all(layer.biases), state.put_all(layer.weights);
+    }
+    return state;
+  }
+  TrainingResult result_from(StateReader state) {
+    TrainingResult result;
+    state.get_same(data_.features);
+    state.get(result.recoveries), state.get_all(result.failure), state.get(result.error);
+    const auto layers = state.get<uint64_t>();
+    state.get(result.network.logit_scale);
+    for (uint64_t l = 0; l < layers; ++l) {
+      format::Layer& layer = result.network.layers.emplace_back();
+      state.get(layer.inputs), state.get(layer.outputs), state.get(layer.shift);
+      state.get_all(layer.biases), state.get_all(layer.weights);
+    }
+    state.end();
+    return result;
+  }
+
   const RaySource& source_;
   const std::string name_;
   format::SegmentData& data_;
@@ -402,6 +494,7 @@ class Trainer {
   std::array<Group, kTrainGroups> groups_;
   std::unique_ptr<Snapshot> snapshot_;  ///< the last
   std::unique_ptr<Snapshot> trusted_;   ///< the last whose network has not collapsed in the run after it
+  Round round_;
   uint64_t step_ = 0, adam_step_ = 0;
   uint32_t recoveries_ = 0;
   double caution_ = 1;  // factor on the learning rate, halved at each recovery
@@ -417,8 +510,9 @@ class Trainer {
 TrainingResult train(const RaySource& source, std::string_view name, format::SegmentData& data,
                      const TrainingOptions& options,
                      const std::function<void(const TrainingProgress&)>& progress,
-                     const std::atomic<bool>& cancel) {
-  return Trainer(source, name, data, options).run(progress, cancel);
+                     const std::atomic<bool>& cancel, TrainingLog* log) {
+  TrainingLog none;
+  return Trainer(source, name, data, options).run(progress, cancel, log ? *log : none);
 }
 
 }  // namespace nif::bake

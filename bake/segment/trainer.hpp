@@ -6,6 +6,7 @@
 #include <functional>
 #include <string_view>
 
+#include "bake/checkpoint.hpp"
 #include "bake/segment/training_rays.hpp"
 #include "formats/nif/segment/encoding.hpp"
 
@@ -53,10 +54,11 @@ struct TrainingResult {
 /// `name` is what messages call the object. `progress` is called from the calling thread, several times a
 /// second. Training fails where the loss stays non-finite, or all answers alike, after several recoveries,
 /// and where there are too few rays to learn from. Throws Error(interrupted) once `cancel` is set. The result
-/// does not depend on the number of threads.
+/// does not depend on the number of threads. With a `log`, its state is kept there now and then, and it goes
+/// on from what is kept.
 TrainingResult train(const RaySource& source, std::string_view name, format::SegmentData& data,
                      const TrainingOptions& options,
                      const std::function<void(const TrainingProgress&)>& progress,
-                     const std::atomic<bool>& cancel);
+                     const std::atomic<bool>& cancel, TrainingLog* log = nullptr);
 
 }  // namespace nif::bake

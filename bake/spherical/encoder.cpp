@@ -121,6 +121,45 @@ format::Primary blank_primary(const SphericalOptions& options) {
   return primary;
 }
 
+/// The rounds of a trainer as a log keeps them, between two of them, with how many rays each object has had.
+template <class Trainer>
+class Course {
+ public:
+  Course(TrainingLog& log, const std::string& name, Trainer& trainer, std::vector<uint64_t>& learned)
+      : log_(log), trainer_(trainer), learned_(learned) {
+    const KeptTraining* kept = log.begin(name);
+    if (!kept) return;
+    ended_ = kept->finished;
+    StateReader state(kept->state);
+    state.get(round_), state.get_same(learned_), trainer_.get(state, ended_);
+    state.end();
+  }
+  /// The first round that is still to be learned from, of so many.
+  uint64_t begin(uint64_t rounds) const { return ended_ ? rounds : round_; }
+  void keep(uint64_t round) {
+    round_ = round;
+    if (log_.due()) log_.keep(state());
+  }
+  void end() {
+    if (ended_) return log_.finish_as_before();
+    ended_ = true;
+    log_.finish(state());
+  }
+
+ private:
+  StateWriter state() const {
+    StateWriter state;
+    state.put(round_), state.put_all(learned_), trainer_.put(state, ended_);
+    return state;
+  }
+
+  TrainingLog& log_;
+  Trainer& trainer_;
+  std::vector<uint64_t>& learned_;
+  uint64_t round_ = 0;
+  bool ended_ = false;
+};
+
 class SphericalEncoder final : public Encoder {
  public:
   explicit SphericalEncoder(const BakeOptions& options)
@@ -199,8 +238,11 @@ class SphericalEncoder final : public Encoder {
     for (const Lesson& lesson : lessons) bounds.push_back(spherical_bounds(lesson.form.object()));
     SphericalTrainer trainer(std::move(bounds), options_.fields);
     std::vector<uint64_t> learned(lessons.size());  // rays of each object
-    if (!(options_.given ? learn_given(task, trainer, learned) : learn_mix(task, trainer, learned)))
+    Course course(task.log, lessons.front().form.object().name, trainer, learned);
+    if (!(options_.given ? learn_given(task, trainer, learned, course)
+                         : learn_mix(task, trainer, learned, course)))
       return kNonFinite;
+    course.end();
     const uint64_t rays = trainer.outer_rays() + trainer.inner_rays();
     if (rays == 0) return "there are too few rays to learn from that meet its bounds";
     const double all = double(std::accumulate(learned.begin(), learned.end(), uint64_t{0}));
@@ -218,11 +260,15 @@ class SphericalEncoder final : public Encoder {
   std::string train_primary(const TrainingTask& task, const Lesson& lesson) {
     format::Object& object = lesson.form.object();
     PrimaryTrainer trainer(spherical_bounds(object), options_.fields);
-    for (uint64_t round = 0; round < options_.given->rounds; ++round) {
+    std::vector<uint64_t> none;
+    Course course(task.log, object.name + ", primary rays", trainer, none);
+    for (uint64_t round = course.begin(options_.given->rounds); round < options_.given->rounds; ++round) {
+      course.keep(round);
       const auto report = reporter(task, round, options_.given->rounds, {kPrimaryBegin, 1});
       report({loss_, error_});
       if (!trainer.learn(primary_rays(task, lesson, round), report, task.cancel)) return kNonFinite;
     }
+    course.end();
     if (trainer.rays() == 0) return "there are too few primary rays that meet its bounds";
     object.primary = trainer.field();
     object.primary->margin =
@@ -263,7 +309,8 @@ class SphericalEncoder final : public Encoder {
   }
 
   /// False where the loss stays non-finite.
-  bool learn_mix(const TrainingTask& task, SphericalTrainer& trainer, std::vector<uint64_t>& learned) {
+  bool learn_mix(const TrainingTask& task, SphericalTrainer& trainer, std::vector<uint64_t>& learned,
+                 Course<SphericalTrainer>& course) {
     const size_t count = task.lessons.size();
     uint64_t all = 0;
     std::vector<uint64_t> chunks;  // of each object, in all rounds
@@ -275,7 +322,8 @@ class SphericalEncoder final : public Encoder {
     }
     const uint64_t rounds = std::max<uint64_t>(1, all / kSphericalRaysPerRound);
     std::vector<uint64_t> begin(count), size(count);
-    for (uint64_t round = 0; round < rounds; ++round) {
+    for (uint64_t round = course.begin(rounds); round < rounds; ++round) {
+      course.keep(round);
       const auto report = reporter(task, round, rounds, visibility_share());
       report({loss_, error_});
       for (size_t i = 0; i < count; ++i) {
@@ -289,10 +337,12 @@ class SphericalEncoder final : public Encoder {
     return true;
   }
 
-  bool learn_given(const TrainingTask& task, SphericalTrainer& trainer, std::vector<uint64_t>& learned) {
+  bool learn_given(const TrainingTask& task, SphericalTrainer& trainer, std::vector<uint64_t>& learned,
+                   Course<SphericalTrainer>& course) {
     const GivenRays& given = *options_.given;
     const size_t first = task.lessons.front().object;  // the others follow it
-    for (uint64_t round = 0; round < given.rounds; ++round) {
+    for (uint64_t round = course.begin(given.rounds); round < given.rounds; ++round) {
+      course.keep(round);
       const auto report = reporter(task, round, given.rounds, visibility_share());
       report({loss_, error_});
       const MeshRays drawn = given.draw(round);

@@ -61,6 +61,9 @@ class PrimaryTrainer::Implementation {
     return lessons_.learn(fields, 1, progress, cancel);
   }
 
+  void put(StateWriter& state, bool ended) const { lessons_.put(state), field_.put(state, ended); }
+  void get(StateReader& state, bool ended) { lessons_.get(state), field_.get(state, ended); }
+
   uint64_t rays() const { return field_.steps() * field_.batch(); }
   uint32_t recoveries() const { return lessons_.recoveries(); }
 
@@ -113,6 +116,8 @@ bool PrimaryTrainer::learn(const PrimaryRays& rays,
   return implementation_->learn(rays, progress, cancel);
 }
 
+void PrimaryTrainer::put(StateWriter& state, bool ended) const { implementation_->put(state, ended); }
+void PrimaryTrainer::get(StateReader& state, bool ended) { implementation_->get(state, ended); }
 uint64_t PrimaryTrainer::rays() const { return implementation_->rays(); }
 uint32_t PrimaryTrainer::recoveries() const { return implementation_->recoveries(); }
 format::Primary PrimaryTrainer::field() const { return implementation_->field(); }

@@ -33,6 +33,10 @@ class PrimaryTrainer {
   uint64_t rays() const;  ///< that have been learned from
   uint32_t recoveries() const;
 
+  /// As SphericalTrainer::put() and get().
+  void put(StateWriter& state, bool ended) const;
+  void get(StateReader& state, bool ended);
+
   /// As it is now, in the precision in which it will be stored; without a margin.
   format::Primary field() const;
 

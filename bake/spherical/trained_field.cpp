@@ -75,6 +75,25 @@ void TrainedField::restore() {
   for (Group& group : groups_) std::fill(group.gradients.begin(), group.gradients.end(), 0.f);
 }
 
+void TrainedField::put(StateWriter& state, bool ended) const {
+  for (const TrainedGrid& grid : grids_) grid.put(state, ended);
+  state.put(steps_);
+  state.put_all(weights_);
+  if (ended) return;
+  state.put_all(first_), state.put_all(second_), state.put(adam_steps_);
+  state.put_all(waiting_), state.put_all(waiting_targets_);
+}
+
+void TrainedField::get(StateReader& state, bool ended) {
+  for (TrainedGrid& grid : grids_) grid.get(state, ended);
+  state.get(steps_);
+  state.get_same(weights_);
+  if (ended) return;
+  state.get_same(first_), state.get_same(second_), state.get(adam_steps_);
+  state.get_all(waiting_), state.get_all(waiting_targets_);
+  save();
+}
+
 void TrainedField::spoil() { weights_[0] = std::nanf(""); }
 
 bool TrainedField::step(const uint32_t* order, double caution, double& loss, double& error) {
@@ -156,6 +175,16 @@ bool TrainedField::update(double caution) {
       },
       tbb::simple_partitioner());
   return std::all_of(finite.begin(), finite.end(), [](bool good) { return good; });
+}
+
+void FieldLessons::put(StateWriter& state) const {
+  state.put(random_), state.put(recoveries_), state.put(caution_);
+  state.put(watched_), state.put(loss_), state.put(error_);
+}
+
+void FieldLessons::get(StateReader& state) {
+  state.get(random_), state.get(recoveries_), state.get(caution_);
+  state.get(watched_), state.get(loss_), state.get(error_);
 }
 
 bool FieldLessons::learn(std::span<TrainedField* const> fields, uint32_t passes,

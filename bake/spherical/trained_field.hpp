@@ -54,6 +54,9 @@ class TrainedField {
 
   void save();
   void restore();
+  /// Its state between two lessons; where training has ended, what layers() and grids() say alone.
+  void put(StateWriter& state, bool ended) const;
+  void get(StateReader& state, bool ended);
   /// For tests: makes a weight NaN.
   void spoil();
 
@@ -98,6 +101,9 @@ class FieldLessons {
       : options_(options), random_(options.seed, stream, 0) {}
 
   Random& random() { return random_; }
+  /// Between two calls of learn().
+  void put(StateWriter& state) const;
+  void get(StateReader& state);
   uint32_t recoveries() const { return recoveries_; }
 
   /// All samples that wait, in random order, `passes` times, each pass field by field. As

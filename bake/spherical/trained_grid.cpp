@@ -19,6 +19,22 @@ TrainedGrid::TrainedGrid(GridKind kind, uint32_t resolution, uint32_t features, 
   saved_ = entries_;
 }
 
+void TrainedGrid::put(StateWriter& state, bool ended) const {
+  if (!ended) return state.put_all(entries_);
+  Floats latent;
+  for (size_t e = 0; e < entries_.size(); e += 3 * features_)
+    latent.insert(latent.end(), &entries_[e], &entries_[e] + features_);
+  state.put_all(latent);
+}
+
+void TrainedGrid::get(StateReader& state, bool ended) {
+  if (!ended) return state.get_same(entries_);
+  Floats latent(entries_.size() / 3);
+  state.get_same(latent);
+  for (size_t i = 0; i < latent.size(); ++i)
+    entries_[i / features_ * 3 * features_ + i % features_] = latent[i];
+}
+
 LatentLookup TrainedGrid::look_up(const FieldSample& sample) const {
   const auto first = uint32_t(sample.object * per_object_);
   if (kind_ == GridKind::distance) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "bake/checkpoint.hpp"
 #include "bake/spherical/trainer_kernels.hpp"
 #include "formats/base/random.hpp"
 #include "kernels/reference/spherical/query.hpp"
@@ -38,6 +39,10 @@ class TrainedGrid {
   LatentGrid view() const { return {features_, corners(), entries_.data()}; }
   void save() { saved_ = entries_; }
   void restore() { entries_ = saved_; }
+
+  /// Its state between two steps; where training has ended, without Adam's moments.
+  void put(StateWriter& state, bool ended) const;
+  void get(StateReader& state, bool ended);
 
   LatentLookup look_up(const FieldSample& sample) const;
 

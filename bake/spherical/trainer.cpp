@@ -39,6 +39,13 @@ class SphericalTrainer::Implementation {
     return lessons_.learn(fields, passes, progress, cancel);
   }
 
+  void put(StateWriter& state, bool ended) const {
+    lessons_.put(state), outer_.put(state, ended), inner_.put(state, ended);
+  }
+  void get(StateReader& state, bool ended) {
+    lessons_.get(state), outer_.get(state, ended), inner_.get(state, ended);
+  }
+
   const TrainedField& outer() const { return outer_; }
   const TrainedField& inner() const { return inner_; }
   uint32_t recoveries() const { return lessons_.recoveries(); }
@@ -81,6 +88,9 @@ bool SphericalTrainer::learn(const SphericalRays& rays, uint32_t passes,
                              const std::atomic<bool>& cancel) {
   return implementation_->learn(rays, passes, progress, cancel);
 }
+
+void SphericalTrainer::put(StateWriter& state, bool ended) const { implementation_->put(state, ended); }
+void SphericalTrainer::get(StateReader& state, bool ended) { implementation_->get(state, ended); }
 
 uint64_t SphericalTrainer::outer_rays() const {
   return implementation_->outer().steps() * implementation_->outer().batch();

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "bake/checkpoint.hpp"
 #include "bake/spherical/options.hpp"
 #include "formats/nif/asset.hpp"
 
@@ -48,6 +49,11 @@ class SphericalTrainer {
   uint64_t outer_rays() const;  ///< that have been learned from, each counted once per pass
   uint64_t inner_rays() const;
   uint32_t recoveries() const;  ///< times that a non-finite loss was met and training went back
+
+  /// Everything that learn() depends on; where training has ended, what the others say alone.
+  void put(StateWriter& state, bool ended) const;
+  /// Of a trainer for the same objects and options.
+  void get(StateReader& state, bool ended);
 
   /// As they are now, in the precision in which they will be stored.
   format::SphericalNetworks networks() const;

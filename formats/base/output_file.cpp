@@ -2,20 +2,29 @@
 #include "formats/base/output_file.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <utility>
 
 #include "formats/base/status.hpp"
+#include "formats/base/temporaries.hpp"
 
 namespace nif {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// A target's name, this, and eight hexadecimal digits are the name of its temporary file.
+constexpr std::string_view kTemporary = ".tmp-";
+constexpr size_t kDigits = 8;
 
 [[noreturn]] void not_writable(const std::string& path, const std::string& why) {
   throw Error(Status::output_not_writable, path + ": cannot be written: " + why);
@@ -48,7 +57,67 @@ fs::path resolve(const std::string& path) {
   return target;
 }
 
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+/// Random, so that a machine that shares the folder does not take the name of a file that it has just removed
+/// for its own.
+std::string temporary_name(const std::string& target) {
+  uint32_t number = 0;
+  if (::getrandom(&number, sizeof(number), 0) != ssize_t(sizeof(number))) number = uint32_t(::getpid());
+  char digits[kDigits + 1];
+  std::snprintf(digits, sizeof(digits), "%08x", number);
+  return target + std::string(kTemporary) + digits;
+}
+
+/// The target of a temporary file; empty where it is another one.
+std::string target_of(const std::string& name) {
+  constexpr size_t kEnding = kTemporary.size() + kDigits;
+  if (name.size() <= kEnding) return {};
+  const std::string_view ending = std::string_view(name).substr(name.size() - kEnding);
+  const bool digits =
+      ending.find_first_not_of("0123456789abcdef", kTemporary.size()) == std::string_view::npos;
+  return digits && ending.starts_with(kTemporary) ? name.substr(0, name.size() - kEnding) : "";
+}
+
+/// Removes a temporary file whose writer has died: those who live hold a lock on theirs, which ends with
+/// them. Where nothing can be locked, nothing is removed.
+void remove_if_abandoned(const fs::path& file) {
+  const Descriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  struct stat about;
+  if (opened.get() < 0 || ::fstat(opened.get(), &about) != 0 || !S_ISREG(about.st_mode)) return;
+  if (::flock(opened.get(), LOCK_EX | LOCK_NB) == 0) ::unlink(file.c_str());
+}
+
+/// So that the new name outlasts a loss of power. What the file system cannot do is not asked of it.
+void flush_folder(const std::string& file) {
+  const fs::path folder = fs::path(file).parent_path();
+  const Descriptor opened(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_CLOEXEC | O_DIRECTORY));
+  if (opened.get() >= 0) ::fsync(opened.get());
+}
+
 }  // namespace
+
+void remove_abandoned(const std::string& folder, const std::function<bool(const std::string&)>& which) {
+  std::error_code error;
+  fs::directory_iterator entry(folder.empty() ? "." : folder, error);
+  for (; !error && entry != fs::directory_iterator(); entry.increment(error))
+    if (const std::string target = target_of(entry->path().filename()); !target.empty() && which(target))
+      remove_if_abandoned(entry->path());
+}
+
+bool is_written_in_place(const std::string& path) { return is_stream(path); }
 
 OutputFile::OutputFile(const std::string& path) : path_(path) {
   if (is_stream(path)) {  // by the name given: what /dev/stdout leads to may have none of its own
@@ -57,33 +126,55 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     return;
   }
   target_ = resolve(path).string();
+  remove_abandoned(fs::path(target_).parent_path(), [name = fs::path(target_).filename().string()](
+                                                        const std::string& other) { return other == name; });
   for (int attempt = 0; fd_ < 0; ++attempt) {
-    temporary_ = target_ + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(attempt);
+    temporary_ = temporary_name(target_);
+    const int number = temporaries::add(temporary_.c_str());
     fd_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (fd_ < 0 && (errno != EEXIST || attempt == 1000)) not_writable(path, std::strerror(errno));
+    if (fd_ < 0) {
+      temporaries::remove(number);
+      if (errno != EEXIST || attempt == 1000) not_writable(path, std::strerror(errno));
+      continue;
+    }
+    number_ = number;
+    // Whoever looks for abandoned files may have seen this one before it was locked.
+    struct stat about;
+    const bool locked = ::flock(fd_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+    if (!locked || ::fstat(fd_, &about) != 0 || about.st_nlink == 0) discard();
   }
 }
 
-OutputFile::~OutputFile() {
-  if (fd_ >= 0) ::close(fd_);
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+OutputFile::~OutputFile() { discard(); }
+
+void OutputFile::discard() {
+  if (!temporary_.empty() && number_) ::unlink(temporary_.c_str());
+  if (number_) temporaries::remove(*std::exchange(number_, std::nullopt));
+  if (fd_ >= 0) ::close(std::exchange(fd_, -1));
 }
 
 void OutputFile::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t done = ::write(fd_, bytes.data(), bytes.size());
     if (done < 0 && errno == EINTR) continue;
-    if (done < 0) not_writable(path_, std::strerror(errno));
+    if (done <= 0) not_writable(path_, std::strerror(done < 0 ? errno : EIO));
     bytes = bytes.subspan(size_t(done));
   }
 }
 
 void OutputFile::commit() {
-  if (!temporary_.empty() && ::fsync(fd_) != 0) not_writable(path_, std::strerror(errno));
+  if (temporary_.empty()) {
+    if (::close(std::exchange(fd_, -1)) != 0) not_writable(path_, std::strerror(errno));
+    return;
+  }
+  if (::fsync(fd_) != 0) not_writable(path_, std::strerror(errno));
+  // It stays locked until it has its name.
+  const Descriptor locked(::fcntl(fd_, F_DUPFD_CLOEXEC, 0));
   if (::close(std::exchange(fd_, -1)) != 0) not_writable(path_, std::strerror(errno));
-  if (temporary_.empty()) return;
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) not_writable(path_, std::strerror(errno));
   temporary_.clear();
+  discard();
+  flush_folder(target_);
 }
 
 void refuse_overwriting(const std::string& input, const std::string& output) {

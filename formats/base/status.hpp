@@ -51,7 +51,8 @@ enum class Status : int {
   training_failed = 51,  ///< the loss stayed non-finite, or there are no rays to learn from
   out_of_memory = 52,
 
-  farm_failed = 53,  ///< there is no scheduler, it refused the jobs, or tasks were lost
+  farm_failed = 53,         ///< there is no scheduler, it refused the jobs, or tasks were lost
+  checkpoint_refused = 54,  ///< --resume: the checkpoint is damaged, or of another bake
 
   interrupted = 130,  ///< Ctrl-C or a cancelling callback
 };

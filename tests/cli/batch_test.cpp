@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <deque>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -205,7 +206,7 @@ TEST_F(Batch, WritesAReportWithPicturesAndARuleForMake) {
   EXPECT_NE(rule.find("a\\ <b>\\ &\\ c.nif "), std::string::npos) << rule;
   EXPECT_NE(rule.find("library.toml"), std::string::npos);
   for (const std::string& name : listing(folder_.path() / ".nif-batch"))
-    EXPECT_TRUE(name.ends_with(".json") || name.ends_with(".png")) << name;
+    EXPECT_TRUE(name.ends_with(".json") || name.ends_with(".png") || name == "lock") << name;
 }
 
 TEST_F(Batch, ACancelledOrKilledBatchGoesOnWhereItWas) {
@@ -227,8 +228,48 @@ TEST_F(Batch, ACancelledOrKilledBatchGoesOnWhereItWas) {
     EXPECT_GE(rest["current"].get<int>(), 1);
     EXPECT_EQ(rest["baked"].get<int>() + rest["current"].get<int>(), 3);
     for (const std::string& name : listing(folder_.path() / ".nif-batch"))
-      EXPECT_TRUE(name.ends_with(".json")) << name;
+      EXPECT_TRUE(name.ends_with(".json") || name == "lock") << name;
   }
+}
+
+TEST_F(Batch, TwoAtOnceShareTheWork) {
+  constexpr int kAssets = 12;
+  for (int i = 0; i < kAssets; ++i) write(joined("m", i, ".obj"), obj_text(uv_sphere(8 + i, 16)));
+  const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n", "encoding = \"exact\"\nrays = 1000\n");
+  std::vector<std::string> reports{path("first.html"), path("second.html")};
+  std::deque<Process> processes;
+  for (const std::string& report : reports)
+    processes.emplace_back(nif_path(), std::vector<std::string>{"bake", "--manifest", file, "-j", "1",
+                                                                "--json", "--report", report});
+  int baked = 0;
+  for (Process& process : processes) {
+    const Outcome outcome = process.finish();
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const json result = json::parse(outcome.out);
+    EXPECT_EQ(result["baked"].get<int>() + result["current"].get<int>(), kAssets);
+    baked += result["baked"].get<int>();
+    for (const json& asset : result["assets"]) EXPECT_EQ(asset["report"]["schema"], "nifkit.bake/1");
+  }
+  EXPECT_EQ(baked, kAssets) << "each is baked by one of them";
+  EXPECT_EQ(batch_json(file)["current"], kAssets);
+  for (const std::string& report : reports) {
+    const std::string html = read_bytes(report);
+    EXPECT_NE(html.find("</html>"), std::string::npos);
+    size_t pictures = 0;
+    for (size_t at = 0; (at = html.find("<img", at)) != std::string::npos; ++at) ++pictures;
+    EXPECT_EQ(pictures, size_t(kAssets));
+  }
+  EXPECT_EQ(listing(folder_.path() / "out").size(), size_t(kAssets));
+}
+
+TEST_F(Batch, TwoAtOnceWithForceLeaveWholeAssets) {
+  for (int i = 0; i < 4; ++i) write(joined("m", i, ".obj"), obj_text(uv_sphere(8 + i, 16)));
+  const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n");
+  std::deque<Process> processes;
+  for (int i = 0; i < 2; ++i)
+    processes.emplace_back(nif_path(), std::vector<std::string>{"bake", "--manifest", file, "--force"});
+  for (Process& process : processes) EXPECT_EQ(process.finish().code, 0);
+  EXPECT_EQ(batch_json(file)["current"], 4);
 }
 
 TEST_F(Batch, AMeshThatChangesWhileItIsBakedIsNoSuccess) {

@@ -1,14 +1,21 @@
 // Result files: there as a whole or not at all.
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "formats/base/output_file.hpp"
 #include "formats/base/status.hpp"
+#include "formats/base/temporaries.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace nif {
@@ -24,6 +31,15 @@ class OutputFile : public testing::Test {
       return Status::ok;
     } catch (const Error& error) {
       return error.status();
+    }
+  }
+  static std::string error_of(auto&& call) {
+    try {
+      call();
+      return {};
+    } catch (const Error& error) {
+      EXPECT_EQ(error.status(), Status::output_not_writable);
+      return error.what();
     }
   }
   static std::span<const std::byte> bytes(std::string_view text) { return std::as_bytes(std::span(text)); }
@@ -130,6 +146,162 @@ TEST_F(OutputFile, LeavesDevicesAlone) {
 TEST_F(OutputFile, FullDiskLeavesNothing) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   EXPECT_EQ(status_of([&] { write_output("/dev/full", bytes("x")); }), Status::output_not_writable);
+}
+
+/// Files of this process end here, and the signal that says so is ignored, as `nif` does.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(uint64_t bytes) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = bytes;
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    handler_ = ::signal(SIGXFSZ, SIG_IGN);
+  }
+  ~FileSizeLimit() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    ::signal(SIGXFSZ, handler_);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int);
+};
+
+TEST_F(OutputFile, AWriteThatFailsHalfWayLeavesTheOldFile) {
+  const fs::path target = folder_ / "out.nif";
+  write_output(target, bytes("old"));
+  const std::string large(100'000, 'x');
+  for (const uint64_t limit : {0u, 1u, 4096u, 99'999u}) {
+    const FileSizeLimit limited(limit);
+    EXPECT_EQ(error_of([&] { write_output(target, bytes(large)); }),
+              target.string() + ": cannot be written: File too large");
+    EXPECT_EQ(test::read_bytes(target), "old");
+    EXPECT_EQ(files(), std::vector<std::string>{"out.nif"});
+  }
+  const FileSizeLimit limited(100'000);
+  write_output(target, bytes(large));
+  EXPECT_EQ(test::read_bytes(target), large);
+}
+
+TEST_F(OutputFile, ARenameThatFailsLeavesWhatIsThere) {
+  const fs::path target = folder_ / "out.nif";
+  EXPECT_EQ(error_of([&] {
+              ::nif::OutputFile file(target);
+              file.write(bytes("new"));
+              fs::create_directory(target);  // somebody else, meanwhile
+              file.commit();
+            }),
+            target.string() + ": cannot be written: Is a directory");
+  EXPECT_EQ(files(), std::vector<std::string>{"out.nif"});
+}
+
+TEST_F(OutputFile, AFolderThatGoesMeanwhileIsAnError) {
+  fs::create_directory(folder_ / "a");
+  EXPECT_NE(error_of([&] {
+              ::nif::OutputFile file(folder_ / "a" / "out.nif");
+              file.write(bytes("new"));
+              fs::remove_all(folder_ / "a");
+              file.commit();
+            }),
+            "");
+  EXPECT_EQ(files(), std::vector<std::string>());
+}
+
+/// The name of the temporary file of a target, which must be the only other file.
+std::string temporary_of(const fs::path& target) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(target.parent_path()))
+    if (entry.path() != target) return entry.path();
+  return {};
+}
+
+TEST_F(OutputFile, WhatAKilledProcessLeavesIsRemovedByTheNext) {
+  const fs::path target = folder_ / "out.nif";
+  write_output(target, bytes("old"));
+  int ready[2];
+  ASSERT_EQ(::pipe(ready), 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::nif::OutputFile file(target);
+    file.write(bytes("half"));
+    (void)!::write(ready[1], "x", 1);
+    for (;;) ::pause();
+  }
+  char x;
+  ASSERT_EQ(::read(ready[0], &x, 1), 1);
+  const std::string temporary = temporary_of(target);
+  EXPECT_TRUE(temporary.starts_with(target.string() + ".tmp-")) << temporary;
+
+  write_output(target, bytes("while it lives"));  // what a living process writes stays
+  EXPECT_TRUE(fs::exists(temporary));
+  ASSERT_EQ(::kill(child, SIGKILL), 0);
+  ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+  EXPECT_EQ(test::read_bytes(target), "while it lives");
+  EXPECT_TRUE(fs::exists(temporary));
+  check_output(target);
+  EXPECT_EQ(files(), std::vector<std::string>{"out.nif"});
+  ::close(ready[0]);
+  ::close(ready[1]);
+}
+
+TEST_F(OutputFile, OtherFilesAreNotTakenForLeftOvers) {
+  const std::vector<std::string> others{
+      "out.nif.tmp-",         "out.nif.tmp-1234567",    "out.nif.tmp-123456789", "out.nif.tmp-1234567g",
+      "out.nif.tmp.12345678", "other.nif.tmp-12345678", "out.nif.old-12345678"};
+  for (const std::string& name : others) temporary_.write(name, "mine");
+  fs::create_directory(folder_ / "out.nif.tmp-12345678");
+  fs::create_symlink("other.nif.tmp-12345678", folder_ / "out.nif.tmp-12345679");
+  temporary_.write("out.nif.tmp-0123abcd", "left over");
+  write_output(folder_ / "out.nif", bytes("new"));
+  for (const std::string& name : others) EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+  EXPECT_TRUE(fs::exists(folder_ / "out.nif.tmp-12345678"));
+  EXPECT_TRUE(fs::is_symlink(folder_ / "out.nif.tmp-12345679"));
+  EXPECT_FALSE(fs::exists(folder_ / "out.nif.tmp-0123abcd"));
+}
+
+TEST_F(OutputFile, ManyWritersOfOneTargetDoNotDisturbEachOther) {
+  const fs::path target = folder_ / "out.nif";
+  const auto content = [](int who) { return std::string(50'000 + size_t(who), char('a' + who)); };
+  std::atomic<int> failures = 0;
+  std::vector<std::thread> writers;
+  for (int who = 0; who < 4; ++who)
+    writers.emplace_back([&, who] {
+      for (int i = 0; i < 50; ++i) {
+        try {
+          write_output(target, bytes(content(who)));
+        } catch (const Error&) {
+          ++failures;
+        }
+        const std::string found = test::read_bytes(target);
+        if (found.empty() || found != content(found[0] - 'a')) ++failures;
+      }
+    });
+  for (std::thread& writer : writers) writer.join();
+  EXPECT_EQ(failures, 0);
+  EXPECT_EQ(files(), std::vector<std::string>{"out.nif"});
+}
+
+TEST_F(OutputFile, AHandlerOfSignalsCanRemoveTemporaries) {
+  const fs::path target = folder_ / "out.nif";
+  write_output(target, bytes("old"));
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::signal(SIGTERM, [](int) {
+      remove_temporaries();
+      ::_exit(0);
+    });
+    ::nif::OutputFile first(target), second(folder_ / "other.nif");
+    first.write(bytes("half"));
+    ::raise(SIGTERM);
+    ::_exit(1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(files(), std::vector<std::string>{"out.nif"});
+  EXPECT_EQ(test::read_bytes(target), "old");
 }
 
 }  // namespace

@@ -11,13 +11,17 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "bake/checkpoint.hpp"
 #include "bake/report.hpp"
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
+#include "formats/mesh/file_bytes.hpp"
 #include "formats/mesh/read.hpp"
+#include "formats/nif/crc32c.hpp"
 #include "formats/nif/writer.hpp"
 #include "mesh/merge/merge.hpp"
+#include "tools/bake/checkpoint_file.hpp"
 #include "tools/bake/merging.hpp"
 #include "tools/batch/command.hpp"
 #include "tools/batch/report.hpp"
@@ -45,6 +49,8 @@ constexpr const char* kSchema = "nifkit.bake/1";
 
 struct Arguments : RunArguments {
   std::string mesh, output, depfile;
+  double checkpoint = 30;  ///< seconds between two; 0: none
+  bool resume = false, resume_if_possible = false;
   BatchArguments batch;
   BakeArguments bake;
 };
@@ -241,6 +247,44 @@ mesh::Scene read_merged(const std::string& file, bool colors,
   return scene;
 }
 
+/// What a bake's bytes depend on besides the meshes and its options: by text, to be compared.
+std::string other_inputs(const Arguments& arguments, const View* view) {
+  const BakeArguments& bake = arguments.bake;
+  std::string text;
+  if (bake.merge)
+    text = fmt::format("merge '{}' '{}' '{}' '{}'", fmt::join(bake.merge_nodes, "' '"),
+                       fmt::join(bake.merge_except, "' '"), bake.merge_below, bake.merge_triangles);
+  if (!view) return text;
+  for (const std::string& file : view->files) {
+    const mesh::detail::ByteBuffer bytes = mesh::detail::load_file(file, uint64_t{16} << 30);
+    text += fmt::format(" {:08x}", format::crc32c(std::as_bytes(std::span(bytes.view()))));
+  }
+  return text;
+}
+
+/// What the bake goes on from, and where it keeps how far it is.
+bake::TrainingLog begin_log(const Arguments& arguments, CheckpointFile& file) {
+  std::vector<bake::KeptTraining> earlier = file.load(arguments.resume               ? Resume::required
+                                                      : arguments.resume_if_possible ? Resume::if_possible
+                                                                                     : Resume::never);
+  bake::TrainingLog::Save save;
+  if (arguments.checkpoint > 0 && !file.path().empty())
+    save = [&file](std::span<const bake::KeptTraining> trainings) { file.save(trainings); };
+  return {std::move(earlier), arguments.checkpoint, std::move(save)};
+}
+
+/// Runs `bake`; where it ends in a way that it would end in again, the checkpoint is of no use.
+template <class Bake>
+bake::BakeResult removing(const CheckpointFile& checkpoint, const Bake& bake) {
+  try {
+    return bake();
+  } catch (const Error& error) {
+    if (error.status() == Status::target_not_met || error.status() == Status::training_failed)
+      checkpoint.remove();
+    throw;
+  }
+}
+
 /// With --manifest, which says all that the options of an asset else say.
 void run_manifest(const Arguments& arguments, const Command& command) {
   BatchArguments batch = arguments.batch;
@@ -250,7 +294,8 @@ void run_manifest(const Arguments& arguments, const Command& command) {
   add_batch_options(allowed, batch);
   for (const std::string& name : command.given()) {
     if (allowed.has(name)) continue;
-    if (name != "--threads" && name != "--depfile" && name != "--json" && name != "--quiet")
+    if (name != "--threads" && name != "--depfile" && name != "--json" && name != "--quiet" &&
+        name != "--resume")  // a batch always does that
       throw Error(Status::usage,
                   fmt::format("--manifest and {} cannot be used together: set it in the manifest", name));
   }
@@ -292,15 +337,27 @@ void run(const Arguments& arguments, const Command& command) {
     if (arguments.bake.spherical.primary)
       options.spherical.given->draw_primary = [&](uint64_t round) { return view->rays.draw_primary(round); };
   }
-  const bake::BakeResult result = naming(arguments.mesh, [&] {
-    return naming_options(options, [&] {
-      return bake::bake(
-          scene, options, [&](const bake::BakeProgress& p) { progress.update(p.fraction, describe(p)); },
-          cancel);
+  std::vector<std::string> notes;
+  CheckpointFile checkpoint(arguments.output,
+                            bake::key_of(scene, options, other_inputs(arguments, view.get())),
+                            [&](const std::string& note) {
+                              progress.finish();
+                              print_notes({note}, arguments.quiet);
+                              notes.push_back(note);
+                            });
+  bake::TrainingLog log = begin_log(arguments, checkpoint);
+  const bake::BakeResult result = removing(checkpoint, [&] {
+    return naming(arguments.mesh, [&] {
+      return naming_options(options, [&] {
+        return bake::bake(
+            scene, options, [&](const bake::BakeProgress& p) { progress.update(p.fraction, describe(p)); },
+            cancel, &log);
+      });
     });
   });
   const auto [file, in_file] = format::encode_and_view(result.asset);
   if (options.max_bytes && file.size() > *options.max_bytes) {
+    checkpoint.remove();
     throw Error(Status::target_not_met,
                 fmt::format("--max-bytes {} cannot be reached: the asset needs {} bytes", *options.max_bytes,
                             file.size()));
@@ -308,6 +365,7 @@ void run(const Arguments& arguments, const Command& command) {
   const nlohmann::ordered_json bytes = bytes_json(in_file);
   if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
   write_output(arguments.output, file);
+  checkpoint.remove();
   std::vector<std::string> sources = scene.files;
   if (view)
     for (const std::string& path : view->files)
@@ -319,8 +377,9 @@ void run(const Arguments& arguments, const Command& command) {
   progress.finish();
 
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const std::vector<std::string> notes = notes_of(scene, options, result);
-  print_notes(notes, arguments.quiet);
+  const std::vector<std::string> last_notes = notes_of(scene, options, result);
+  print_notes(last_notes, arguments.quiet);
+  notes.insert(notes.end(), last_notes.begin(), last_notes.end());
   if (arguments.json) {
     print_json(arguments, scene, result, bytes, seconds, sources, notes);
   } else if (!arguments.quiet) {
@@ -339,6 +398,16 @@ void add_bake(Command app) {
   add_bake_options(command, a->bake);
   command.add_option("--depfile", a->depfile,
                      "Also write a dependency file for make and ninja, with all files that were read");
+  command
+      .add_option("--checkpoint", a->checkpoint,
+                  "Seconds between checkpoints of a long bake, in a file beside the asset that is removed in "
+                  "the end (0 = none)")
+      .range(0.0, 1e6)
+      .capture_default_str();
+  command.add_flag("--resume", a->resume,
+                   "Go on from the checkpoint of a bake of the same mesh with the same options that was "
+                   "killed. The asset is the same as of a bake that was not");
+  command.add_flag("--resume-if-possible", a->resume_if_possible, "For internal use").group("");
   add_batch_options(command, a->batch);
   add_run_options(command, *a, fmt::format("{}; with --manifest {}", kSchema, kBatchSchema));
   command.footer(

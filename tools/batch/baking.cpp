@@ -6,11 +6,15 @@
 #include <chrono>
 #include <fstream>
 #include <list>
+#include <map>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "formats/base/file_name.hpp"
 #include "formats/base/status.hpp"
+#include "formats/base/temporaries.hpp"
+#include "tools/batch/claims.hpp"
 #include "tools/batch/record.hpp"
 #include "tools/common/child.hpp"
 #include "tools/common/interruption.hpp"
@@ -53,6 +57,7 @@ struct Bake {
   uint32_t threads;
   uint64_t memory;
   fs::file_time_type started;
+  std::map<std::string, std::string> stamps;  ///< of the files that it is known to read, from before
   std::unique_ptr<Child> child;
 };
 
@@ -72,13 +77,17 @@ class Batch {
       if (!item.reason.empty()) waiting.push_back(&item);
     const size_t all = waiting.size();
     size_t done = 0;
-    if (all) make_folder(manifest_.state);
+    remove_left_overs();
+    if (all) {
+      make_folder(manifest_.state);
+      claims_.emplace(manifest_);
+    }
     while (!waiting.empty() || !running_.empty()) {
       if (cancel) stop_all();
       if (stopped_) waiting.clear();
-      while (!waiting.empty() && start(*waiting.front(), waiting.size())) waiting.pop_front();
-      if (running_.empty()) continue;
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      done += start_some(waiting);
+      if (running_.empty() && waiting.empty()) break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(running_.empty() ? 50 : 5));
       for (auto bake = running_.begin(); bake != running_.end();) {
         const std::optional<int> code = bake->child->ended();
         if (code) {
@@ -89,6 +98,9 @@ class Batch {
           ++bake;
         }
       }
+      if (running_.empty() && !waiting.empty())
+        progress(double(done) / double(all), fmt::format("{} of {}; another process is baking {}", done, all,
+                                                         waiting.front()->asset.name));
       if (!running_.empty())
         progress(double(done) / double(all),
                  fmt::format("{} of {}; baking {}{}", done, all, running_.front().item->asset.name,
@@ -100,11 +112,54 @@ class Batch {
   }
 
  private:
+  /// Of assets that are up to date, too: an earlier run may have been killed while it baked them again.
+  void remove_left_overs() const {
+    std::set<fs::path> folders, targets;
+    for (const BatchAsset& asset : manifest_.assets) {
+      folders.insert(fs::path(asset.output).parent_path());
+      targets.insert({asset.output, asset.output + ".checkpoint"});
+    }
+    for (const fs::path& folder : folders)
+      remove_abandoned(folder, [&](const std::string& name) { return targets.contains(folder / name); });
+    remove_abandoned(manifest_.state, [](const std::string&) { return true; });
+  }
+
   void make_folder(const fs::path& folder) {
     std::error_code problem;
     fs::create_directories(folder.empty() ? "." : folder, problem);
     if (problem)
       throw Error(Status::output_not_writable, folder.string() + ": cannot be created: " + problem.message());
+  }
+
+  /// Starts what there is room for. Returns how many are done without.
+  size_t start_some(std::list<BatchItem*>& waiting) {
+    size_t done = 0;
+    for (size_t tries = waiting.size(); tries > 0 && !stopped_; --tries) {
+      BatchItem& item = *waiting.front();
+      const size_t running = running_.size();
+      if (!claims_->claim(item.asset)) {  // another process has it: later
+        waiting.splice(waiting.end(), waiting, waiting.begin());
+        continue;
+      }
+      const bool settled = is_done_by_another(item) || start(item, waiting.size());
+      const bool started = running_.size() > running;
+      if (!started) claims_->release(item.asset);
+      if (!settled) break;
+      waiting.pop_front();
+      done += !started;
+    }
+    return done;
+  }
+
+  /// Since the plan was made.
+  bool is_done_by_another(BatchItem& item) {
+    const std::string seen = std::exchange(item.record, records_.version_of(item.asset));
+    if (options_.force || seen == item.record) return false;
+    const std::optional<BakeRecord> record = records_.load(item.asset);
+    if (!records_.why_stale(item.asset, record).empty()) return false;
+    item.outcome = BatchItem::Outcome::current;
+    item.report = record->report;
+    return true;
   }
 
   /// False where it has to wait for threads or memory. `waiting` counts it and those after it.
@@ -117,7 +172,8 @@ class Batch {
     }
     if (free_threads == 0) return false;
     // One of its own size at least is baked, by itself, whatever it may need.
-    const uint64_t memory = needs_of(item.asset, records_.load(item.asset)).memory;
+    const std::optional<BakeRecord> record = records_.load(item.asset);
+    const uint64_t memory = needs_of(item.asset, record).memory;
     if (!running_.empty() && (taken > memory_ || memory > memory_ - taken)) return false;
 
     const auto threads =
@@ -134,9 +190,14 @@ class Batch {
                                        item.asset.output,
                                        "--json",
                                        "--quiet",
+                                       "--resume-if-possible",
                                        fmt::format("--threads={}", threads)};
     arguments.insert(arguments.end(), item.asset.options.begin(), item.asset.options.end());
-    Bake bake{&item, threads, memory, fs::file_time_type::clock::now(), nullptr};
+    Bake bake{&item, threads, memory, fs::file_time_type::clock::now(), {}, nullptr};
+    bake.stamps[item.asset.mesh] = stamp_of(item.asset.mesh);
+    if (record && record->report.contains("sources"))
+      for (const Json& source : record->report["sources"])
+        bake.stamps[source.get<std::string>()] = stamp_of(source.get<std::string>());
     bake.child = std::make_unique<Child>(arguments);
     running_.push_back(std::move(bake));
     return true;
@@ -144,6 +205,7 @@ class Batch {
 
   void end(Bake& bake, int code) {
     BatchItem& item = *bake.item;
+    const Released released{*claims_, item.asset};
     if (interruption()) return;
     if (code != 0) {
       const std::string sentence = sentence_of(bake.child->err());
@@ -155,8 +217,7 @@ class Batch {
     try {
       Json report = Json::parse(bake.child->out());
       for (const Json& source : report.at("sources"))
-        if (const auto time = change_of(source.get<std::string>());
-            time >= bake.started && time <= fs::file_time_type::clock::now())  // some files are of the future
+        if (has_changed(bake, source.get<std::string>()))
           throw Error(Status::file_unreadable, fmt::format("{}: changed while it was baked; bake it again",
                                                            source.get<std::string>()));
       const BakeRecord record = records_.make(item.asset, std::move(report));
@@ -171,6 +232,21 @@ class Batch {
       fail(item, int(Status::internal), "its bake printed no report");
     }
   }
+
+  static bool has_changed(const Bake& bake, const std::string& file) {
+    const auto known = bake.stamps.find(file);
+    if (known != bake.stamps.end()) return known->second != stamp_of(file);
+    // Nobody knew that it would be read.
+    const auto time = change_of(file);
+    return time >= bake.started && time <= fs::file_time_type::clock::now();  // some files are of the future
+  }
+
+  /// For others, at the end of a scope.
+  struct Released {
+    Claims& claims;
+    const BatchAsset& asset;
+    ~Released() { claims.release(asset); }
+  };
 
   void fail(BatchItem& item, int code, const std::string& sentence) {
     item.outcome = BatchItem::Outcome::failed;
@@ -187,6 +263,7 @@ class Batch {
   const Manifest& manifest_;
   const BatchOptions& options_;
   Records records_;
+  std::optional<Claims> claims_;
   uint32_t threads_;
   uint64_t memory_;
   std::list<Bake> running_;
@@ -229,6 +306,7 @@ std::vector<BatchItem> plan(const Manifest& manifest, const BatchOptions& option
     if (cancel) throw Error(Status::interrupted, "the batch was cancelled");
     BatchItem& item = items.emplace_back();
     item.asset = asset;
+    item.record = records.version_of(item.asset);
     const std::optional<BakeRecord> record = records.load(item.asset);
     item.reason = records.why_stale(item.asset, record);
     if (item.reason.empty() && options.force) item.reason = "--force";

@@ -29,6 +29,7 @@ struct BatchItem {
 
   BatchAsset asset;
   std::string reason;  ///< for baking it; empty where it is up to date
+  std::string record;  ///< which record that was said by: Records::version_of()
   Outcome outcome = Outcome::left;
   int code = 0;                   ///< where it failed: exit code of its bake
   std::string error;              ///< where it failed: one sentence
@@ -46,9 +47,9 @@ Error failure_of(const BatchItem& item);
 std::vector<BatchItem> plan(const Manifest& manifest, const BatchOptions& options);
 
 /// Bakes what plan() has found, each in a process of its own, and keeps a record of each as soon as it is
-/// done: after a crash, a cancel or a failure the next run goes on from there. `progress` hears the fraction
-/// done and what is in work. Throws nif::Error(interrupted) once all processes have ended; a bake that fails
-/// is no exception.
+/// done: after a crash, a cancel or a failure the next run goes on from there. Waits for assets that another
+/// process bakes, and takes its results. `progress` hears the fraction done and what is in work. Throws
+/// nif::Error(interrupted) once all processes have ended; a bake that fails is no exception.
 void bake_batch(const Manifest& manifest, const BatchOptions& options, std::vector<BatchItem>& items,
                 const std::function<void(double, const std::string&)>& progress);
 

@@ -80,6 +80,13 @@ std::optional<FileState> state_of(const fs::path& folder, const std::string& pat
   return state;
 }
 
+std::string stamp_of(const fs::path& file) {
+  struct stat status {};
+  if (stat(file.c_str(), &status) != 0) return {};
+  return fmt::format("{} {} {} {}.{}", status.st_dev, status.st_ino, status.st_size, status.st_mtim.tv_sec,
+                     status.st_mtim.tv_nsec);
+}
+
 Records::Records(const Manifest& manifest)
     : folder_(fs::path(manifest.file).parent_path()), state_(manifest.state) {}
 
@@ -101,6 +108,8 @@ std::optional<BakeRecord> Records::load(const BatchAsset& asset) const {
   }
   return std::nullopt;
 }
+
+std::string Records::version_of(const BatchAsset& asset) const { return stamp_of(path_for(asset, ".json")); }
 
 void Records::store(const BatchAsset& asset, const BakeRecord& record) const {
   Json json{{"schema", kSchema},

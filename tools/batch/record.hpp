@@ -34,6 +34,9 @@ struct BakeRecord {
 std::optional<FileState> state_of(const std::filesystem::path& folder, const std::string& path,
                                   const FileState* known = nullptr);
 
+/// What the file system says of a file, that changes with it; empty where there is none.
+std::string stamp_of(const std::filesystem::path& file);
+
 /// Records of a manifest's assets, in its state folder.
 class Records {
  public:
@@ -41,6 +44,8 @@ class Records {
 
   /// Nothing where there is none, or it is damaged: then the asset is baked.
   std::optional<BakeRecord> load(const BatchAsset& asset) const;
+  /// Another word once another record is there; empty where there is none.
+  std::string version_of(const BatchAsset& asset) const;
   /// Whole or not at all. Throws nif::Error(output_not_writable).
   void store(const BatchAsset& asset, const BakeRecord& record) const;
 

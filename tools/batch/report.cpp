@@ -11,6 +11,7 @@
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
+#include "tools/batch/claims.hpp"
 #include "tools/batch/record.hpp"
 #include "tools/common/child.hpp"
 #include "tools/common/interruption.hpp"
@@ -104,6 +105,7 @@ Json to_json(const Manifest& manifest, std::span<const BatchItem> items, double 
 void make_thumbnails(const Manifest& manifest, std::span<const BatchItem> items,
                      const std::function<void(double, const std::string&)>& progress) {
   const Records records(manifest);
+  Claims claims(manifest);
   const std::atomic<bool>& cancel = interruption();
   for (size_t i = 0; i < items.size(); ++i) {
     const BatchAsset& asset = items[i].asset;
@@ -112,6 +114,7 @@ void make_thumbnails(const Manifest& manifest, std::span<const BatchItem> items,
     std::error_code ignored;
     if (!items[i].report.is_object() || fs::exists(picture, ignored)) continue;
     progress(double(i) / double(items.size()), "a picture of " + asset.name);
+    while (!claims.claim(asset) && !cancel) std::this_thread::sleep_for(std::chrono::milliseconds(50));
     // A string of JSON is one of TOML, too.
     const auto quoted = [](const std::string& path) { return Json(fs::absolute(path).string()).dump(); };
     const std::string text = fmt::format(
@@ -128,6 +131,7 @@ void make_thumbnails(const Manifest& manifest, std::span<const BatchItem> items,
     }
     fs::remove(scene, ignored);
     fs::remove_all(folder, ignored);
+    claims.release(asset);
     if (cancel) throw Error(Status::interrupted, "the report was cancelled");
   }
 }

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "formats/base/status.hpp"
+#include "formats/base/temporaries.hpp"
 
 namespace nif::tools {
 namespace {
@@ -18,12 +19,21 @@ static_assert(std::atomic<bool>::is_always_lock_free);
   const char* sentence =
       isatty(STDERR_FILENO) == 1 ? kSentence : kSentence + 1;  // a bar may stand in the line
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, sentence, std::strlen(sentence));
+  remove_temporaries();
   _exit(int(Status::interrupted));
 }
 
 void on_signal(int) {
   if (at_once) end_at_once();
-  if (interrupted.exchange(true)) _exit(int(Status::interrupted));
+  if (!interrupted.exchange(true)) return;
+  remove_temporaries();
+  _exit(int(Status::interrupted));
+}
+
+void end_by_signal(int number) {
+  remove_temporaries();
+  signal(number, SIG_DFL);
+  raise(number);  // comes as soon as this handler has returned
 }
 
 }  // namespace
@@ -38,6 +48,17 @@ const std::atomic<bool>& interruption() {
   }();
   (void)installed;
   return interrupted;
+}
+
+void leave_nothing_behind() {
+  struct sigaction action {};
+  action.sa_handler = end_by_signal;
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+    struct sigaction before {};
+    sigaction(number, nullptr, &before);
+    if (before.sa_handler == SIG_DFL) sigaction(number, &action, nullptr);  // nohup's stays ignored
+  }
+  signal(SIGXFSZ, SIG_IGN);
 }
 
 EndAtOnce::EndAtOnce() {

@@ -5,6 +5,10 @@
 
 namespace nif::tools {
 
+/// At the start of a program: signals that end it remove its temporary files first, and a limit on the size
+/// of files (`ulimit -f`) is a write error like others.
+void leave_nothing_behind();
+
 /// Set once Ctrl-C or a termination signal has come; a second one ends the process at once. The first call
 /// installs the handler: before it, signals kill as usual.
 const std::atomic<bool>& interruption();

@@ -8,14 +8,16 @@
 namespace nif::tools {
 
 /// Runs `work`; where that throws a nif::Error that does not name the file it is about, puts the file's name
-/// first.
+/// first. Errors of outputs name theirs.
 template <class Work>
 auto naming(const std::string& file, Work&& work) {
   try {
     return work();
   } catch (const Error& error) {
     const std::string sentence = error.what();
-    if (sentence.find(file) != std::string::npos) throw;
+    const bool output =
+        error.status() == Status::output_not_writable || error.status() == Status::output_folder_missing;
+    if (output || sentence.find(file) != std::string::npos) throw;
     throw Error(error.status(), file + ": " + sentence);
   }
 }

@@ -1,0 +1,289 @@
+// A bake that was killed goes on from its checkpoint to the bytes of one that was not; what is no checkpoint
+// of this bake is refused.
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "bake/checkpoint.hpp"
+#include "bake/segment/trainer.hpp"
+#include "formats/nif/writer.hpp"
+#include "tests/bake/quiet_bake.hpp"
+#include "tests/support/occupied_object.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using bake::KeptTraining;
+using bake::TrainingLog;
+using Bytes = std::vector<std::byte>;
+
+/// What a kill is to a bake within this process.
+struct Killed {};
+
+Bytes copy_of(std::span<const KeptTraining> trainings, const bake::BakeKey& key) {
+  return bake::encode_checkpoint(key, trainings);
+}
+
+/// A bake that is killed when it saves its state for the `kill_at`th time, and then resumed on other threads,
+/// as often as it takes.
+class KilledBake {
+ public:
+  KilledBake(const mesh::Scene& scene, const bake::BakeOptions& options)
+      : scene_(scene), options_(options), key_(bake::key_of(scene, options, "")) {}
+
+  Bytes whole() { return run(nullptr); }
+  /// How often a whole bake saves its state.
+  int saves() {
+    int count = 0;
+    TrainingLog log({}, 0, [&](auto) { ++count; });
+    run(&log);
+    return count;
+  }
+  Bytes killed_after(int saves, size_t threads) {
+    Bytes kept;
+    for (size_t lives = 1;; ++lives) {
+      const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                        lives % 2 ? threads : 3 - threads);
+      std::vector<KeptTraining> earlier;
+      if (!kept.empty()) earlier = bake::decode_checkpoint(kept, key_);
+      int left = saves;
+      TrainingLog log(std::move(earlier), 0, [&](std::span<const KeptTraining> trainings) {
+        kept = copy_of(trainings, key_);
+        if (--left == 0) throw Killed();
+      });
+      try {
+        const Bytes file = run(&log);
+        EXPECT_GT(lives, 1u) << "it was never killed";
+        return file;
+      } catch (const Killed&) {
+      }
+    }
+  }
+
+ private:
+  Bytes run(TrainingLog* log) {
+    const std::atomic<bool> cancel{false};
+    return format::encode(bake::bake(scene_, options_, {}, cancel, log).asset);
+  }
+
+  const mesh::Scene scene_;
+  const bake::BakeOptions options_;
+  const bake::BakeKey key_;
+};
+
+/// Killed once soon, in the middle and late, and again after each so many saves.
+void expect_resumed(const mesh::Scene& scene, const bake::BakeOptions& options, int least_saves) {
+  KilledBake bake(scene, options);
+  const Bytes whole = bake.whole();
+  const int saves = bake.saves();
+  ASSERT_GE(saves, least_saves);
+  for (const int after : {2 + saves / 5, 1 + saves / 2, saves - 1})
+    for (const size_t threads : {1, 2})
+      EXPECT_TRUE(bake.killed_after(after, threads) == whole) << "killed after " << after << " of " << saves;
+}
+
+mesh::Scene three_objects() { return scene_of({torus(40, 20), icosphere(3), open_bowl(12, 24)}); }
+
+TEST(Checkpoint, FieldsGoOnToTheSameBytes) {
+  KilledBake bake(scene_of({torus(24, 12), icosphere(2)}), small_field(0.05));
+  EXPECT_TRUE(bake.killed_after(40, 1) == bake.whole());
+}
+
+TEST(Checkpoint, AFieldGoesOnToTheSameBytes) {
+  expect_resumed(scene_of({torus(40, 20)}), small_field(0.2), 10);
+}
+
+TEST(Checkpoint, SeveralFieldsGoOnToTheSameBytes) { expect_resumed(three_objects(), small_field(0.1), 20); }
+
+TEST(Checkpoint, WhatLeansGoesOnToTheSameBytes) {
+  bake::BakeOptions options = small_field(0.1);
+  options.lean = bake::Lean{bake::Mistake::leak, 0.001};
+  expect_resumed(scene_of({torus(40, 20)}), options, 5);
+}
+
+TEST(Checkpoint, ASearchForTheSmallestGoesOnToTheSameBytes) {
+  bake::BakeOptions options = small_field(0.1);
+  options.resolution.reset();
+  options.max_error = 0.02;
+  expect_resumed(scene_of({torus(40, 20)}), options, 20);
+}
+
+TEST(Checkpoint, RecoveriesAreTheSame) {
+  bake::BakeOptions options = small_field(0.5);
+  options.spoil_at_step = 300;
+  expect_resumed(scene_of({torus(40, 20)}), options, 20);
+}
+
+TEST(Checkpoint, SphericalFieldsGoOnToTheSameBytes) {
+  bake::BakeOptions options;
+  options.encoding = "spherical";
+  options.preset = bake::Preset::paper;
+  options.spherical.fields.outer.resolution = options.spherical.fields.inner.resolution = 32;
+  options.spherical.fields.inner.distance_resolution = 32;
+  options.spherical.rays = 4'100'000;
+  options.spherical.passes = 1;
+  options.evaluation_rays = 10'000;
+  const mesh::Scene scene = scene_of({torus(40, 20), icosphere(3)});
+  for (const bool shared : {true, false}) {
+    options.spherical.shared_network = shared;
+    expect_resumed(scene, options, 3);
+  }
+}
+
+TEST(Checkpoint, FieldsOfGivenRaysGoOnToTheSameBytes) {
+  const mesh::Scene scene = scene_of({icosphere(3)});
+  bake::BakeOptions options;
+  options.encoding = "spherical";
+  options.preset = bake::Preset::paper;
+  options.spherical.fields.outer.resolution = options.spherical.fields.inner.resolution = 32;
+  options.spherical.fields.inner.distance_resolution = 32;
+  options.spherical.fields.primary.resolution = 32;
+  options.evaluation_rays = 10'000;
+  const auto draw = [](uint64_t round) {
+    Random random(7, 1, round);
+    bake::MeshRays rays;
+    for (int i = 0; i < 20'000; ++i) {
+      const Double3 from = random.direction() * 2.0, to = random.direction() * 0.9;
+      rays.segments.push_back(bake::make_segment(from, to - from, std::numeric_limits<double>::infinity()));
+    }
+    rays.meshes.assign(rays.segments.size(), 0);
+    return rays;
+  };
+  options.spherical.given = bake::GivenRays{"from around", 4, draw, draw};
+  expect_resumed(scene, options, 8);
+}
+
+/// A training whose state is kept at every 16th step.
+struct Course {
+  std::vector<Bytes> kept;
+  std::vector<int8_t> features;
+  format::Network network;
+  uint32_t recoveries = 0;
+
+  Course(const bake::TrainingOptions& options, size_t threads, Bytes earlier = {}) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    OccupiedObject object(torus(60, 30), 24, CellOptions{.bare = true});
+    const std::atomic<bool> cancel{false};
+    std::vector<KeptTraining> before;
+    if (!earlier.empty()) before = bake::decode_checkpoint(earlier, {});
+    TrainingLog log(std::move(before), 0,
+                    [&](std::span<const KeptTraining> trainings) { kept.push_back(copy_of(trainings, {})); });
+    const bake::TrainingResult result = bake::train(
+        object.truth->source(), "torus", object.data, options, [](const auto&) {}, cancel, &log);
+    features = object.data.features;
+    network = result.network;
+    recoveries = result.recoveries;
+  }
+  void expect_same(const Course& other) const {
+    EXPECT_EQ(features, other.features);
+    EXPECT_EQ(recoveries, other.recoveries);
+    ASSERT_EQ(network.layers.size(), other.network.layers.size());
+    for (size_t l = 0; l < network.layers.size(); ++l) {
+      EXPECT_EQ(network.layers[l].weights, other.network.layers[l].weights);
+      EXPECT_EQ(network.layers[l].biases, other.network.layers[l].biases);
+    }
+  }
+};
+
+TEST(Checkpoint, ATrainingGoesOnFromAnyOfItsStates) {
+  bake::TrainingOptions options;
+  options.mix = {0.4, 0.3, 0, 0.3, 0};
+  options.rays = 800'000;
+  options.rays_per_round = 50'000;
+  options.batch = 1024;
+  options.seed = 4;
+  options.spoil_at_step = 300;
+  const Course whole(options, 2);
+  EXPECT_EQ(whole.recoveries, 1u);
+  ASSERT_GT(whole.kept.size(), 40u);
+  for (size_t i = 0; i < whole.kept.size(); i += 5) {
+    const Course rest(options, 1 + i % 2, whole.kept[i]);
+    rest.expect_same(whole);
+    // And from its state on, it keeps the same states.
+    ASSERT_EQ(rest.kept.size() + i, whole.kept.size());
+    EXPECT_TRUE(std::equal(rest.kept.begin(), rest.kept.end(), whole.kept.begin() + ptrdiff_t(i)));
+  }
+}
+
+/// A checkpoint of a bake, and what it is refused with.
+class RefusedCheckpoint : public testing::Test {
+ protected:
+  static std::string refusal(std::span<const std::byte> file, const bake::BakeKey& key) {
+    try {
+      bake::decode_checkpoint(file, key);
+      return {};
+    } catch (const Error& error) {
+      EXPECT_EQ(error.status(), Status::checkpoint_refused);
+      return error.what();
+    }
+  }
+  const mesh::Scene scene_ = scene_of({cube()});
+  const bake::BakeOptions options_ = small_field(0.1);
+  const bake::BakeKey key_ = bake::key_of(scene_, options_, "");
+  const Bytes file_ = bake::encode_checkpoint(
+      key_, std::vector<KeptTraining>{{"cube", true, Bytes(40)}, {"ball", false, Bytes(300)}});
+};
+
+TEST_F(RefusedCheckpoint, OfAnythingElse) {
+  EXPECT_EQ(refusal(file_, key_), "");
+  const auto with = [&](auto&& change) {
+    bake::BakeOptions options = options_;
+    change(options);
+    return refusal(file_, bake::key_of(scene_, options, ""));
+  };
+  const std::string other = "is of a bake with other options";
+  EXPECT_EQ(with([](bake::BakeOptions& o) { o.seed = 2; }), other);
+  EXPECT_EQ(with([](bake::BakeOptions& o) { o.resolution = 25; }), other);
+  EXPECT_EQ(with([](bake::BakeOptions& o) { o.preset = bake::Preset::high; }), other);
+  EXPECT_EQ(with([](bake::BakeOptions& o) { o.effort = 0.11; }), other);
+  EXPECT_EQ(with([](bake::BakeOptions& o) { o.max_error = 0.1; }), other);
+  EXPECT_EQ(with([](bake::BakeOptions& o) { o.mix = bake::Mix{1, 0, 0, 0, 0}; }), other);
+  EXPECT_EQ(with([](bake::BakeOptions& o) { o.lean = bake::Lean{bake::Mistake::leak, 0.1}; }), other);
+  EXPECT_EQ(with([](bake::BakeOptions& o) { o.spherical.fields.slope = 0.02f; }), other);
+  EXPECT_EQ(refusal(file_, bake::key_of(scene_, options_, "another view")), other);
+  EXPECT_EQ(refusal(file_, bake::key_of(scene_of({icosphere(1)}), options_, "")),
+            "is of a bake of another mesh");
+  mesh::Scene moved = scene_;
+  moved.meshes[0].positions[0][0] += 0.001f;
+  EXPECT_EQ(refusal(file_, bake::key_of(moved, options_, "")), "is of a bake of another mesh");
+  bake::BakeKey newer = key_;
+  newer.program = "9.9.9";
+  EXPECT_EQ(refusal(file_, newer), "was made by another version of the program");
+}
+
+TEST_F(RefusedCheckpoint, WhateverIsDamaged) {
+  for (size_t size = 0; size < file_.size(); ++size) {
+    const Bytes part(file_.begin(), file_.begin() + ptrdiff_t(size));
+    EXPECT_NE(refusal(part, key_), "") << size;
+  }
+  for (size_t bit = 0; bit < file_.size() * 8; ++bit) {
+    Bytes damaged = file_;
+    damaged[bit / 8] ^= std::byte(1 << bit % 8);
+    EXPECT_NE(refusal(damaged, key_), "") << bit;
+  }
+  Bytes longer = file_;
+  longer.push_back({});
+  EXPECT_EQ(refusal(longer, key_), "is damaged");
+}
+
+TEST_F(RefusedCheckpoint, OfOtherObjectsOrSizes) {
+  const auto resumed = [&](std::vector<KeptTraining> kept) {
+    TrainingLog log(std::move(kept), 1, {});
+    const std::atomic<bool> cancel{false};
+    try {
+      bake::bake(scene_of({torus(40, 20)}), options_, {}, cancel, &log);
+      return std::string();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.status(), Status::checkpoint_refused);
+      return std::string(error.what());
+    }
+  };
+  const std::string name = torus(40, 20).name;
+  EXPECT_EQ(resumed({{name + "?", false, Bytes(300)}}), "has other objects than this bake");
+  for (const bool finished : {false, true})
+    for (const size_t size : {0, 7, 300, 1'000'000})
+      EXPECT_EQ(resumed({{name, finished, Bytes(size)}}), "is damaged") << size;
+}
+
+}  // namespace
+}  // namespace nif::test

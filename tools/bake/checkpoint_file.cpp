@@ -1,0 +1,64 @@
+#include "tools/bake/checkpoint_file.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "formats/base/output_file.hpp"
+#include "formats/mesh/file_bytes.hpp"
+
+namespace nif::tools {
+namespace {
+
+constexpr uint64_t kMostCheckpointBytes = uint64_t{16} << 30;
+
+}  // namespace
+
+CheckpointFile::CheckpointFile(const std::string& asset, bake::BakeKey key,
+                               std::function<void(const std::string&)> note)
+    : path_(is_written_in_place(asset) ? "" : asset + ".checkpoint"),
+      key_(std::move(key)),
+      note_(std::move(note)) {}
+
+std::vector<bake::KeptTraining> CheckpointFile::load(Resume resume) {
+  std::error_code unknown;
+  if (path_.empty()) return {};
+  if (!std::filesystem::exists(path_, unknown)) {
+    if (resume == Resume::required)
+      note_(path_ + ": there is no such checkpoint, so the bake begins at the start");
+    return {};
+  }
+  if (resume == Resume::never) {
+    note_(path_ + ": the checkpoint of a bake that did not end is not used; --resume goes on from there");
+    return {};
+  }
+  try {
+    const mesh::detail::ByteBuffer file = mesh::detail::load_file(path_, kMostCheckpointBytes);
+    return bake::decode_checkpoint(std::as_bytes(std::span(file.view())), key_);
+  } catch (const Error& error) {
+    const std::string sentence = error.status() == Status::checkpoint_refused
+                                     ? fmt::format("{}: {}", path_, error.what())
+                                     : error.what();
+    if (resume == Resume::required)
+      throw Error(Status::checkpoint_refused, sentence + "; without --resume, the bake begins at the start");
+    note_(sentence + ", so the bake begins at the start");
+    return {};
+  }
+}
+
+void CheckpointFile::save(std::span<const bake::KeptTraining> trainings) {
+  try {
+    write_output(path_, bake::encode_checkpoint(key_, trainings));
+  } catch (const Error& error) {
+    if (!std::exchange(failed_, true))
+      note_(fmt::format("{}; the bake goes on, but cannot be resumed from here", error.what()));
+  }
+}
+
+void CheckpointFile::remove() const {
+  std::error_code ignored;
+  if (!path_.empty()) std::filesystem::remove(path_, ignored);
+}
+
+}  // namespace nif::tools

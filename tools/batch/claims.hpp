@@ -1,0 +1,29 @@
+// Who bakes an asset, where several processes work on one manifest at the same time.
+#pragma once
+
+#include "tools/batch/manifest.hpp"
+
+namespace nif::tools {
+
+/// Locks on single assets, in the file `lock` of the state folder. They end with the process, however it
+/// ends. Where the file system knows no locks every claim succeeds: then two processes may bake an asset
+/// twice, to the same bytes. Not thread-safe.
+class Claims {
+ public:
+  /// The state folder must be there.
+  explicit Claims(const Manifest& manifest);
+  ~Claims();
+  Claims(const Claims&) = delete;
+  Claims& operator=(const Claims&) = delete;
+
+  /// False where another process has it.
+  bool claim(const BatchAsset& asset);
+  void release(const BatchAsset& asset);
+
+ private:
+  bool set(const BatchAsset& asset, short type) const;
+
+  int fd_;
+};
+
+}  // namespace nif::tools
