@@ -17,27 +17,11 @@
 #include <vector>
 
 #include "kernels/reference/half.hpp"
-
-// The address sanitizer is told which stack is in use; frames take more room with it.
-#if defined(__SANITIZE_ADDRESS__)
-#define NIF_FIBRES_ARE_WATCHED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define NIF_FIBRES_ARE_WATCHED
-#endif
-#endif
-#ifdef NIF_FIBRES_ARE_WATCHED
-#include <sanitizer/common_interface_defs.h>
-#endif
+#include "tests/gpu/emulator/stacks.hpp"
 
 namespace nif::kernels::gpu {
 namespace {
 
-#ifdef NIF_FIBRES_ARE_WATCHED
-constexpr size_t kStackBytes = 512 * 1024;
-#else
-constexpr size_t kStackBytes = 64 * 1024;
-#endif
 constexpr uint32_t kMaxThreads = 1024;
 constexpr uint32_t kMostLanes = 64;
 
@@ -80,50 +64,6 @@ struct Shuffle {
 struct Product {
   const void *a, *b;
   void* c;  ///< int32_t, or float where a and b are halves
-};
-
-/// A stack, as the address sanitizer wants to be told of it before and after a switch.
-struct Stack {
-  const void* bottom = nullptr;
-  size_t bytes = 0;
-
-  void leave_for([[maybe_unused]] const Stack& other) {
-#ifdef NIF_FIBRES_ARE_WATCHED
-    __sanitizer_start_switch_fiber(&fake_, other.bottom, other.bytes);
-#endif
-  }
-  /// `from`: where it was come from; it learns where that is.
-  void arrive([[maybe_unused]] Stack* from) {
-#ifdef NIF_FIBRES_ARE_WATCHED
-    __sanitizer_finish_switch_fiber(fake_, from ? &from->bottom : nullptr, from ? &from->bytes : nullptr);
-#endif
-  }
-
- private:
-  [[maybe_unused]] void* fake_ = nullptr;
-};
-
-/// Room for the stacks of a block's fibres, which the next block on this thread takes over: with the address
-/// sanitizer it takes longer to make than a small kernel.
-class Stacks {
- public:
-  explicit Stacks(size_t count) : memory_(std::exchange(spare(), {})) {
-    if (memory_.count < count) memory_ = {std::unique_ptr<char[]>(new char[kStackBytes * count]), count};
-  }
-  /// Those of fibres that never came to an end are in disorder.
-  void give_back() { spare() = std::move(memory_); }
-  char* operator[](size_t i) const { return memory_.bytes.get() + kStackBytes * i; }
-
- private:
-  struct Memory {
-    std::unique_ptr<char[]> bytes;
-    size_t count = 0;
-  };
-  static Memory& spare() {
-    static thread_local Memory memory;
-    return memory;
-  }
-  Memory memory_;
 };
 
 /// Goes on where `to` stands, until somebody comes back to `from`. swapcontext() would do the same with a
