@@ -16,13 +16,13 @@ kept=${1:+$(realpath "$1")/corpus}
 floors=(
   'asset 88 formats/nif/(reader|container)[.]|formats/nif/[a-z]+/(read|check|colors|sides|source_triangles|coded_[a-z]+)[.]'
   'asset 90 kernels/packed/'
-  'validate 75 formats/validate/'
+  'validate 86 formats/validate/'
   'gpu 88 kernels/packed/'
   'gpu 90 kernels/gpu/[a-z]+/upload[.]cpp|runtime/gpu/upload[.]cpp'
   'api 72 runtime/src/(api|scene)/'
   'mesh 70 formats/mesh/([a-z]+_reader|ply_header|read|decompress|image|text_cursor)[.]cpp'
   'mesh 68 formats/mesh/gltf/(accessor|animation|fixtures|hierarchy|json|look|meshopt|reader|skin|uri)[.]cpp'
-  'scene 60 tools/batch/(glob|manifest)[.]cpp|tools/common/toml_table[.]cpp|tools/render/(scene_file|image)[.]cpp'
+  'scene 72 tools/batch/(glob|manifest)[.]cpp|tools/common/toml_table[.]cpp|tools/render/(scene_file|image)[.]cpp'
   'attach 80 formats/mesh/gltf/(attach|json_text)[.]cpp|tools/attach/nodes[.]cpp'
 )
 
@@ -45,7 +45,7 @@ for name in "${names[@]}"; do
   read -ra folders < <(awk -F '\t' -v name="$name" '$1 == name { print $2 }' build/coverage/tests/fuzz/limits)
   [[ ${folders[0]} != tests/corpus/asset ]] || folders+=(build/coverage/tests/fuzz/seeds)
   [[ -z $kept || ! -d $kept/$name ]] || folders+=("$kept/$name")
-  printf '%-8s' "$name"
+  printf '%-9s' "$name"
   LLVM_PROFILE_FILE=$profiles/$name.raw "build/coverage/bin/fuzz_$name" "${folders[@]}"
   "$llvm/llvm-profdata" merge -sparse "$profiles/$name.raw" -o "$profiles/$name"
 done
@@ -56,13 +56,13 @@ percent() {
     | jq -r --arg files "$2" '[.data[0].files[] | select(.filename | test($files)) | .summary.lines]
                               | 100 * (map(.covered) | add) / (map(.count) | add) | floor'
 }
-printf '\n%-8s %7s %7s  %s\n' fuzzer lines floor of
+printf '\n%-9s %7s %7s  %s\n' fuzzer lines floor of
 status=0
 for floor in "${floors[@]}"; do
   read -r name least files <<<"$floor"
   lines=$(percent "$name" "$files")
   said=''
   if ((lines < least)); then said='  too few' status=1; fi
-  printf '%-8s %6d%% %6d%%  %s%s\n' "$name" "$lines" "$least" "$files" "$said"
+  printf '%-9s %6d%% %6d%%  %s%s\n' "$name" "$lines" "$least" "$files" "$said"
 done
 exit "$status"
