@@ -121,27 +121,33 @@ size_t end_of_tables(const Bytes& file) {
   return test::section_entry(file, test::find_section(file, format::kInstances)).offset;
 }
 
-/// Short: headers, section tables and objects, every bit; of the rest every 101st.
+/// Short: of headers, section tables and objects every fifth bit; of the rest every 401st.
 TEST(GoldenDamage, BitsOfHeadersAndTables) {
   Tally as_they_are, fixed;
   for (const Golden& file : golden_files()) {
-    turn_bits(file, end_of_tables(file.bytes), 1, as_they_are, fixed);
-    turn_bits(file, file.bytes.size(), 101, as_they_are, fixed);
+    turn_bits(file, end_of_tables(file.bytes), 5, as_they_are, fixed);
+    turn_bits(file, file.bytes.size(), 401, as_they_are, fixed);
   }
   EXPECT_EQ(as_they_are.accepted, 0u);
-  EXPECT_GT(as_they_are.refused, 50'000u);
+  EXPECT_GT(as_they_are.refused, 10'000u);
   // Numbers of a model may change freely; what says where they are may not.
-  EXPECT_GT(fixed.refused, 10'000u);
-  EXPECT_GT(fixed.accepted, 1'000u);
+  EXPECT_GT(fixed.refused, 2'000u);
+  EXPECT_GT(fixed.accepted, 200u);
 }
 
+/// With sanitizers, which take many times as long, every eleventh.
 TEST(GoldenDamage, EveryBit) {
+#ifdef NIF_SANITIZED
+  constexpr size_t kStep = 11;
+#else
+  constexpr size_t kStep = 1;
+#endif
   Tally as_they_are, fixed;
-  for (const Golden& file : golden_files()) turn_bits(file, file.bytes.size(), 1, as_they_are, fixed);
+  for (const Golden& file : golden_files()) turn_bits(file, file.bytes.size(), kStep, as_they_are, fixed);
   EXPECT_EQ(as_they_are.accepted, 0u);
-  EXPECT_GT(as_they_are.refused, 500'000u);
-  EXPECT_GT(fixed.refused, 50'000u);
-  EXPECT_GT(fixed.accepted, 50'000u);
+  EXPECT_GT(as_they_are.refused, 500'000u / kStep);
+  EXPECT_GT(fixed.refused, 50'000u / kStep);
+  EXPECT_GT(fixed.accepted, 50'000u / kStep);
 }
 
 TEST(GoldenDamage, BytesBehindTheEnd) {
