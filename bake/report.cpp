@@ -115,8 +115,6 @@ std::string dump(const nlohmann::ordered_json& json) {
 
 }  // namespace
 
-std::string source_hash_text(uint64_t hash) { return fmt::format("xxh3-64:{:016x}", hash); }
-
 uint64_t scene_bytes(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   add_scene(scene, options, result, json);

@@ -1,40 +1,68 @@
 #!/usr/bin/env bash
-# What takes hours, and goes on where it was the last time: fuzzes the asset reader from the corpus that it keeps, and bakes
-# random meshes, whose certain answers must never be wrong. tests/run.sh --nightly builds what it needs and runs it.
+# What takes hours, and goes on where it was the last time: fuzzes all that reads (tests/fuzz) from the corpora that it keeps,
+# and bakes random meshes, whose certain answers must never be wrong. tests/run.sh --nightly builds what it needs and runs it.
 #
 #   tests/nightly.sh HOURS     by the clock; on every core but one it fuzzes, on that one it bakes
 #
-# What it knows is kept in build/nightly, or in NIF_NIGHTLY: corpus/, findings/ (inputs that crashed; each is tried again at
-# the start, and goes into the corpus once it is mended), fuzz.tsv and meshes.tsv (a line for each round), failed (meshes that
-# failed, tried again at the start, too). It may be ended at any time. Ends with 1 where there is a finding, old or new.
+# Each round goes to the fuzzer that has had the least CPU time. What is known is kept in build/nightly, or in NIF_NIGHTLY:
+# for each fuzzer a folder in corpus/ and one in findings/ (inputs that crashed; each is tried again at the start, and goes
+# into the corpus once it is mended), fuzz.tsv and meshes.tsv (a line for each round), failed (meshes that failed, tried again
+# at the start, too). It may be ended at any time. Ends with 1 where there is a finding, old or new.
 set -euo pipefail
 [[ ${1-} =~ ^[0-9]+(\.[0-9]+)?$ && $# == 1 ]] \
   || { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2 && exit 2; }
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-nif=build/release/bin/nif fuzzer=build/fuzz/bin/fuzz_asset
-for program in "$nif" "$fuzzer"; do
+nif=build/release/bin/nif built=build/fuzz/tests/fuzz/limits
+[[ -r $built ]] || { echo "tests/nightly.sh: no fuzzers are built; tests/run.sh --nightly builds them" >&2 && exit 2; }
+# Of each fuzzer: which folders it starts with, and its limits.
+declare -A seeds limits
+while IFS=$'\t' read -r name folders options; do
+  seeds[$name]=$folders limits[$name]=$options
+  [[ $folders != tests/corpus/asset* ]] || seeds[$name]+=' build/fuzz/tests/fuzz/seeds'
+done <"$built"
+for program in "$nif" "${!seeds[@]}"; do
+  [[ $program == "$nif" ]] || program=build/fuzz/bin/fuzz_$program
   [[ -x $program ]] || { echo "tests/nightly.sh: $program is not built; tests/run.sh --nightly builds it" >&2 && exit 2; }
 done
 state=${NIF_NIGHTLY:-build/nightly}
-mkdir -p "$state/corpus" "$state/findings"
+for name in "${!seeds[@]}"; do mkdir -p "$state/corpus/$name" "$state/findings/$name"; done
 state=$(realpath "$state")
+# As it was while there was one fuzzer.
+for folder in corpus findings; do find "$state/$folder" -maxdepth 1 -type f -exec mv -t "$state/$folder/asset" {} +; done
+touch "$state/fuzz.tsv" "$state/meshes.tsv" "$state/failed"
 scratch=$(mktemp -d)
 end=$((SECONDS + $(awk -v hours="$1" 'BEGIN { printf "%d", hours * 3600 }')))
 trap 'kill $(jobs -p) 2>/dev/null || true; wait; rm -rf "$scratch"' EXIT
-limits=(-rss_limit_mb=1024 -max_len=32768 -verbosity=0)
-round=600
+round=300
 
-# fuzz WORKER: rounds of fuzzing till the end, with the corpus that all workers share.
+# run NAME [options of libFuzzer, files and folders]
+run() {
+  local name=$1 options
+  read -ra options <<<"${limits[$name]}"
+  "build/fuzz/bin/fuzz_$name" "${options[@]}" -verbosity=0 "${@:2}"
+}
+
+# spent: CPU seconds and name of each fuzzer, those of the least first. Lines without a name are of the first fuzzer.
+spent() {
+  {
+    printf '\t0\t0\tfuzz_%s\n' "${!seeds[@]}"
+    cat "$state/fuzz.tsv"
+  } | awk -F '\t' '{ of[NF > 3 ? $4 : "fuzz_asset"] += $2 } END { for (f in of) print of[f], substr(f, 6) }' | sort -n
+}
+
+# fuzz WORKER: rounds of fuzzing till the end, with the corpora that all workers share.
 fuzz() {
-  local left log=$scratch/fuzz.$1 TIMEFORMAT='%U %S' inputs
+  local left name folders log=$scratch/fuzz.$1 TIMEFORMAT='%U %S' inputs
   while left=$((end - SECONDS)) && ((left > 0)); do
     ((left < round)) || left=$round
-    { time "$fuzzer" "${limits[@]}" -max_total_time="$left" -seed="$((RANDOM * 32768 + RANDOM))" -print_final_stats=1 \
-      -artifact_prefix="$state/findings/" "$state/corpus" build/fuzz/tests/fuzz/seeds tests/corpus/asset >"$log" 2>&1 || true; } \
-      2>"$log.cpu"
+    # The worker's own place in the list, so that they do not all take the same one.
+    name=$(spent | sed -n "$(($1 % ${#seeds[@]} + 1))p" | cut -d ' ' -f 2)
+    read -ra folders <<<"${seeds[$name]}"
+    { time run "$name" -max_total_time="$left" -seed="$((RANDOM * 32768 + RANDOM))" -print_final_stats=1 \
+      -artifact_prefix="$state/findings/$name/" "$state/corpus/$name" "${folders[@]}" >"$log" 2>&1 || true; } 2>"$log.cpu"
     inputs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)
-    awk -v date="$(date +%F)" -v inputs="${inputs:-0}" '{ printf "%s\t%.0f\t%s\n", date, $1 + $2, inputs }' "$log.cpu" \
-      >>"$state/fuzz.tsv"
+    awk -v date="$(date +%F)" -v inputs="${inputs:-0}" -v name="fuzz_$name" \
+      '{ printf "%s\t%.0f\t%s\t%s\n", date, $1 + $2, inputs, name }' "$log.cpu" >>"$state/fuzz.tsv"
   done
 }
 
@@ -71,12 +99,14 @@ meshes() {
 }
 
 # What failed before: mended or not.
-for input in "$state"/findings/*; do
-  [[ -f $input ]] || continue
-  if "$fuzzer" "${limits[@]}" "$input" >/dev/null 2>&1; then
-    echo "mended: $(basename "$input")"
-    mv "$input" "$state/corpus/"
-  fi
+for name in "${!seeds[@]}"; do
+  for input in "$state/findings/$name"/*; do
+    [[ -f $input ]] || continue
+    if run "$name" "$input" >/dev/null 2>&1; then
+      echo "mended: fuzz_$name, $(basename "$input")"
+      mv "$input" "$state/corpus/$name/"
+    fi
+  done
 done
 if [[ -s $state/failed ]]; then
   sort -nu "$state/failed" >"$scratch/failed"
@@ -92,11 +122,14 @@ for ((worker = 0; worker < (workers > 0 ? workers : 1); ++worker)); do fuzz "$wo
 meshes
 wait
 
-touch "$state/fuzz.tsv" "$state/meshes.tsv" "$state/failed"
 findings=$(find "$state/findings" -type f | wc -l) failures=$(sort -u "$state/failed" | wc -l)
-awk -v findings="$findings" -v corpus="$(find "$state/corpus" -type f | wc -l)" '{ cpu += $2; inputs += $3 }
-  END { printf "fuzzed for %.1f CPU hours altogether: %d inputs, %d in the corpus, %d findings\n", cpu / 3600, inputs, corpus, findings }' \
-  "$state/fuzz.tsv"
+while read -r name; do
+  awk -F '\t' -v name="fuzz_$name" -v findings="$(find "$state/findings/$name" -type f | wc -l)" \
+    -v corpus="$(find "$state/corpus/$name" -type f | wc -l)" '(NF > 3 ? $4 : "fuzz_asset") == name { cpu += $2; inputs += $3 }
+    END { printf "%-13s %6.1f CPU hours altogether, %d inputs, %d in the corpus, %d findings\n", name, cpu / 3600, inputs, corpus, findings }' \
+    "$state/fuzz.tsv"
+done < <(printf '%s\n' "${!seeds[@]}" | sort)
+awk '{ cpu += $2 } END { printf "fuzzed for %.1f CPU hours altogether\n", cpu / 3600 }' "$state/fuzz.tsv"
 awk -v failures="$failures" '{ rays += $3; certain += $4 }
   END { printf "%d random meshes altogether, %d rays, %d of them certain and none of these wrong; %d meshes failed\n", NR, rays, certain, failures }' \
   "$state/meshes.tsv"

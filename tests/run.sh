@@ -6,9 +6,11 @@
 #                              asset reader for a fixed number of inputs
 #   tests/run.sh --quick       the release build and its tests only
 #   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, mesh readers under
-#                              the sanitizers, code for all GPUs, the runtime alone, and each source and header by itself
-#   tests/run.sh --nightly [HOURS]   NEON's kernels, emulated; then fuzzes and bakes random meshes for so many hours (8),
-#                              going on from the last time; see tests/nightly.sh
+#                              the sanitizers, every fuzzer, code for all GPUs, the runtime alone, and each source and header
+#                              by itself
+#   tests/run.sh --nightly [HOURS]   NEON's kernels, emulated; the runtime's threads under the sanitizer, for an hour; then
+#                              fuzzes and bakes random meshes for so many hours (8), going on from the last time; see
+#                              tests/nightly.sh
 #
 # Long tests have ctest's label `long`. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are
 # skipped.
@@ -145,9 +147,16 @@ tsan_tests() {
   step 'build tsan' build_part tsan 'write_random_asset tests/runtime/all' -DNIF_BUILD_TOOLS=OFF || return
   step 'test tsan: runtime' run_tests build/tsan/tests/runtime "$@" || true
 }
+# fuzz_tests TARGET...: what ctest runs of these.
 fuzz_tests() {
-  step 'build fuzz' build_part fuzz tests/fuzz/all || return
+  step 'build fuzz' build_part fuzz "fuzz_seeds $*" || return
   step 'test fuzz' run_tests build/fuzz/tests/fuzz || true
+}
+
+# stress_threads: under the thread sanitizer, for an hour, or for the hours given where that is less.
+stress_threads() {
+  NIF_STRESS_SECONDS=$(awk -v hours="$hours" 'BEGIN { print hours < 1 ? hours * 3600 : 3600 }') \
+    build/tsan/bin/runtime_test --gtest_filter=Stress.ForHalfAMinute
 }
 
 needed=(build check gpu)
@@ -161,6 +170,9 @@ if [[ $size == nightly ]]; then
   step 'build release' build_part release nif || exit 1
   step 'build fuzz' build_part fuzz tests/fuzz/all || exit 1
   step 'NEON, emulated' tests/neon/run.sh || true
+  if step 'build tsan' build_part tsan runtime_test -DNIF_BUILD_TOOLS=OFF; then
+    step 'threads, for an hour at most' stress_threads || true
+  fi
   step 'fuzz, and bake random meshes' tests/nightly.sh "$hours" || true
   exit
 fi
@@ -175,13 +187,14 @@ case $size in
   plain)
     asan_tests format golden runtime || true
     tsan_tests -R '^Thread' || true
-    fuzz_tests || true
+    fuzz_tests fuzz_asset || true
     ;;
   all)
     step 'check headers' tests/headers.sh || true
     step 'build the runtime alone' build_runtime || true
     asan_tests format golden mesh runtime || true
     tsan_tests || true
-    fuzz_tests || true
+    fuzz_tests tests/fuzz/all || true
+    step 'what fuzzers reach' tests/fuzz/coverage.sh || true
     ;;
 esac

@@ -35,16 +35,18 @@ build   libboost-iostreams-dev  what OpenVDB is linked with, and its package doe
 build   libcgal-dev           nif mesh: self-intersections, repair; tests: a second oracle of rays (NIF_WITH_CGAL)
 sample  jq                    samples/run.sh reads the JSON that nif prints
 check   libgtest-dev          tests
-check   python3               tests: a reader of assets that shares no code with ours
 check   pkgconf               tests: the installed package through its .pc file
 check   slurm-wlm             tests: manifests on a cluster, of one node
 check   munge                 tests: the key of that cluster
 check   jq                    tests: what that cluster reports
 check   clang-format          style of C++
+check   lintian               tests: the Debian packages
 check   shellcheck            style of scripts
 check   git                   the list of files whose style is checked
 fuzz    clang                 preset fuzz: libFuzzer
 fuzz    libclang-rt-14-dev    preset fuzz: libFuzzer and the sanitizers of clang
+fuzz    llvm                  tests/fuzz/coverage.sh: llvm-cov and llvm-profdata
+fuzz    python3               tests/corpus/make.sh
 gpu     clang-15              GPU kernels for gfx1030 and gfx90a (NIF_WITH_HIP)
 gpu     lld-15                links them
 gpu     clang-19              GPU kernels for gfx1100, which clang 15 gets wrong, and gfx942, which it does not know

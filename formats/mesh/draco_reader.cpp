@@ -1,13 +1,19 @@
 // Draco: whole .drc files, and the compressed primitives of glTF.
+#include <draco/compression/config/compression_shared.h>
 #include <draco/compression/decode.h>
+#include <draco/compression/point_cloud/point_cloud_decoder.h>
+#include <draco/core/varint_decoding.h>
 #include <draco/mesh/mesh.h>
+#include <draco/metadata/metadata_decoder.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
+#include "formats/base/memory.hpp"
 #include "formats/mesh/readers.hpp"
 
 namespace nif::mesh::detail {
@@ -19,6 +25,60 @@ std::string name_in(const draco::Mesh& decoded) {
   if (const draco::GeometryMetadata* metadata = decoded.GetMetadata())
     metadata->GetEntryString("name", &name);
   return name;
+}
+
+/// What the header says of the size. Draco takes memory for so many before it looks at any of them, so that
+/// a hundred bytes can make it ask for tens of gigabytes.
+struct Counts {
+  uint32_t faces = 0, points = 0;
+};
+
+/// None where that is cut off or of an unknown kind: Draco itself says what is wrong.
+std::optional<Counts> stated_counts(std::string_view bytes) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  draco::DracoHeader header{};
+  if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &header).ok()) return std::nullopt;
+  const auto version = uint16_t(DRACO_BITSTREAM_VERSION(header.version_major, header.version_minor));
+  buffer.set_bitstream_version(version);
+  draco::GeometryMetadata ignored;
+  if (version >= DRACO_BITSTREAM_VERSION(1, 3) && (header.flags & METADATA_FLAG_MASK) != 0 &&
+      !draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &ignored))
+    return std::nullopt;
+  bool good = true;
+  const auto number = [&](bool fixed) {
+    uint32_t value = 0;
+    good = good && (fixed ? buffer.Decode(&value) : draco::DecodeVarint(&value, &buffer));
+    return value;
+  };
+  Counts counts;
+  if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING) {
+    const bool fixed = version < DRACO_BITSTREAM_VERSION(2, 2);
+    counts.faces = number(fixed);
+    counts.points = number(fixed);
+  } else {
+    const bool fixed = version < DRACO_BITSTREAM_VERSION(2, 0);
+    uint8_t traversal = 0;
+    good = buffer.Decode(&traversal);
+    if (version < DRACO_BITSTREAM_VERSION(2, 2)) number(fixed);  // of vertices that came by splits
+    counts.points = number(fixed);
+    counts.faces = number(fixed);
+  }
+  return good ? std::optional(counts) : std::nullopt;
+}
+
+/// Before anything is decoded. `so_far`: triangles that are read already.
+void check_counts(const Input& input, const DracoData& data, uint64_t so_far) {
+  const std::optional<Counts> counts = stated_counts(data.bytes);
+  if (!counts) return;
+  check_triangle_limit(input, so_far + counts->faces);
+  // Of a flat grid of squares, about the easiest mesh that there is, our own writer needs a byte for four of
+  // these; other settings may need less. Draco keeps about 150 bytes for each.
+  constexpr uint64_t kMostPerByte = 512, kBytesEach = 200;
+  const uint64_t both = uint64_t{counts->faces} + counts->points;
+  if (both > kMostPerByte * data.bytes.size() || both > available_memory() / kBytesEach)
+    input.fail(Status::too_large, fmt::format("{} claims {} triangles and {} vertices in {} bytes",
+                                              data.where, counts->faces, counts->points, data.bytes.size()));
 }
 
 /// Reads positions of the types that make sense. Draco's own conversion also reads them as bools where a
@@ -94,6 +154,7 @@ void append_draco(const Input& input, const DracoData& data, Mesh& mesh) {
   if (type.value() != draco::TRIANGULAR_MESH) {
     input.fail(Status::no_triangles, fmt::format("{} is a point cloud", where));
   }
+  check_counts(input, data, mesh.triangles.size());
   auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
   if (!decoded.ok()) {
     input.fail(Status::malformed_mesh, fmt::format("{} is cut off or damaged (Draco says '{}')", where,

@@ -1,8 +1,11 @@
 #!/usr/bin/env bash
 # Makes what depends on the format of planes anew, after that has changed: the golden files in tests/golden that have some,
-# and the bakes in tests/corpus/asset with which the fuzzer starts.
+# and what the fuzzers start with, tests/corpus.
 #
-#   tests/corpus/make.sh [BUILD]    BUILD: a folder with bin/nif and bin/make_golden (build/release)
+#   tests/corpus/make.sh [BUILD]    BUILD: a folder with bin/nif, bin/make_golden and bin/make_mesh_seeds (build/release)
+#
+# NIF_TEST_MESHES names a folder of real meshes, of which some files of the corpus are bakes (SOURCES.txt says which, and who
+# made the meshes); without it these are left as they are.
 #
 # Once a version of the format is out, its golden files are kept as they are.
 set -euo pipefail
@@ -46,4 +49,44 @@ bake segment-tori-cut tori --encoding segment --resolution 24
 bake segment-torus torus --encoding segment --resolution 20
 bake segment-tree tree --encoding segment --resolution 8 --uncoded
 bake segment-tree-cut tree --encoding segment --resolution 30
+
+# real NAME MESH [options of nif bake]: of a real mesh, whose folder is not to be seen in the file.
+real() { (cd "$meshes" && "$bin/nif" bake "$2" -o "$top/$corpus/real-$1.nif" --quiet --rays 0 "${@:3}"); }
+# reduced NAME MESH TRIANGLES
+reduced() { "$bin/nif" mesh decimate "$NIF_TEST_MESHES/$2" -o "$meshes/$1" --triangles "$3" --fast --quiet --text; }
+if [[ -n ${NIF_TEST_MESHES-} ]]; then
+  top=$PWD skull=$NIF_TEST_MESHES/skull_100k.obj self=$NIF_TEST_MESHES/self_intersect_17k.obj
+  openscad=$NIF_TEST_MESHES/openscad_nonmanifold_1k.obj cycloidal=$NIF_TEST_MESHES/cycloidal_43k_nonmanifold_100comp.ply
+  soup=$NIF_TEST_MESHES/soup_100.stl engine=$NIF_TEST_MESHES/engine_hier_instanced_76k.glb
+  reduced skull.stl skull_100k.obj 250
+  reduced cycloidal.stl cycloidal_43k_nonmanifold_100comp.ply 600
+  reduced openscad.stl openscad_nonmanifold_1k.obj 250
+  for part in skull:skull_100k self:self_intersect_17k part:openscad_nonmanifold_1k; do
+    reduced "${part%:*}-90.stl" "${part#*:}.obj" 90
+  done
+  cat "$meshes"/{skull,self,part}-90.stl >"$meshes/three.stl"  # three solids, so three objects
+  grid=(--preset fast --resolution)
+  real segment-skull "$skull" --encoding segment "${grid[@]}" 24
+  real segment-skull-uncoded "$skull" --encoding segment "${grid[@]}" 14 --uncoded
+  real segment-self "$self" --encoding segment "${grid[@]}" 24
+  real segment-self-lean "$self" --encoding segment "${grid[@]}" 16 --lean leak=1%
+  real segment-openscad "$openscad" --encoding segment "${grid[@]}" 13
+  real segment-three three.stl --encoding segment "${grid[@]}" 10
+  real proof-skull "$skull" --encoding proof "${grid[@]}" 24
+  real proof-cycloidal-uncoded "$cycloidal" --encoding proof "${grid[@]}" 16 --uncoded
+  real proof-engine-colours "$engine" --encoding proof "${grid[@]}" 4 --colors
+  real exact-skull-source skull.stl --encoding exact "${grid[@]}" 24 --source-triangles
+  real exact-skull-fine skull-90.stl --encoding exact "${grid[@]}" 48
+  real exact-openscad-uncoded openscad.stl --encoding exact "${grid[@]}" 16 --uncoded
+  real exact-three-uncoded three.stl --encoding exact "${grid[@]}" 10 --uncoded
+  real bvh-cycloidal-source cycloidal.stl --encoding bvh --source-triangles
+  real bvh-soup "$soup" --encoding bvh
+  real bvh-three-source three.stl --encoding bvh --source-triangles
+  real spherical-self "$self" --encoding spherical --training-rays 20000 --outer-resolution 8 --inner-resolution 6 \
+    --distance-resolution 6 --outer-width 8 --inner-width 8
+fi
+
+"$bin/make_mesh_seeds" tests/corpus
+tests/corpus/make_api.py tests/corpus/api
+tests/corpus/make_scene.py tests/corpus/scene
 ls -l $golden/*.nif $corpus/*.nif

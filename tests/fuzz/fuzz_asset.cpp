@@ -2,9 +2,7 @@
 // bounded by their size; and what is accepted can be written again.
 #include <nif/nif.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 
 #include "formats/nif/writer.hpp"
@@ -12,29 +10,12 @@
 #include "kernels/packed/walk_grid.hpp"
 #include "kernels/reference/spherical/primary.hpp"
 #include "tests/format/damaged.hpp"
-#include "tests/fuzz/mutate.hpp"
+#include "tests/fuzz/fuzz.hpp"
+#include "tests/fuzz/object_rays.hpp"
 
 namespace {
 
-void must(bool condition) {
-  if (!condition) std::abort();
-}
-
-/// Counts what the library holds, and stops it where that is out of proportion to the input.
-struct Budget {
-  uint64_t held = 0, limit;
-
-  static void* allocate(void* user, uint64_t bytes, uint64_t alignment) {
-    auto& self = *static_cast<Budget*>(user);
-    self.held += bytes;
-    must(self.held <= self.limit);
-    return ::operator new(bytes, std::align_val_t(alignment));
-  }
-  static void deallocate(void* user, void* memory, uint64_t bytes, uint64_t alignment) {
-    static_cast<Budget*>(user)->held -= bytes;
-    ::operator delete(memory, std::align_val_t(alignment));
-  }
-};
+using nif::test::Budget, nif::test::must;
 
 constexpr int kRays = 24;
 
@@ -44,20 +25,11 @@ void query(NifScene scene, const nif::kernels::AnyField* field) {
   NifSceneInfo info{};
   info.struct_size = sizeof(info);
   must(nifGetSceneInfo(scene, &info) == NIF_OK);
-  NifRay rays[kRays];
-  for (int i = 0; i < kRays; ++i) {
-    for (int a = 0; a < 3; ++a) {
-      const float low = info.bounds_min[a], high = info.bounds_max[a];
-      rays[i].origin[a] = low + (high - low) * static_cast<float>((i * 7 + a * 5) % 9 - 2) / 5;
-      rays[i].direction[a] = static_cast<float>((i * 3 + a * (i % 4)) % 7 - 3);
-    }
-    rays[i].tmin = i % 3 == 0 ? -INFINITY : 0;
-    rays[i].tmax = i % 2 == 0 ? INFINITY : (info.bounds_max[0] - info.bounds_min[0]) / 2;
-  }
+  const std::vector<NifRay> rays = nif::test::rays_in_box(info.bounds_min, info.bounds_max, kRays);
   uint8_t visible[kRays], certain[kRays];
   float probability[kRays];
   int32_t logit[kRays];
-  NifQuery description = nifQueryRays(rays, kRays);
+  NifQuery description = nifQueryRays(rays.data(), kRays);
   description.visible = visible;
   description.certain = certain;
   description.probability = probability;
@@ -65,7 +37,7 @@ void query(NifScene scene, const nif::kernels::AnyField* field) {
   must(nifQuery(scene, &description) == NIF_OK);
   uint32_t triangle[kRays];
   float color[kRays][3];
-  NifQuery plain = nifQueryRays(rays, kRays);
+  NifQuery plain = nifQueryRays(rays.data(), kRays);
   NifHits hits{};
   hits.struct_size = sizeof(hits);
   hits.triangle = triangle;
@@ -76,12 +48,7 @@ void query(NifScene scene, const nif::kernels::AnyField* field) {
   for (int i = 0; i < kRays; ++i) {
     must(visible[i] <= 1 && probability[i] >= 0 && probability[i] <= 1);
     if (field == nullptr) continue;
-    const NifRay& ray = rays[i];
-    const nif::kernels::Answer answer =
-        nif::kernels::query(*field, {{ray.origin[0], ray.origin[1], ray.origin[2]},
-                                     {ray.direction[0], ray.direction[1], ray.direction[2]},
-                                     ray.tmin,
-                                     ray.tmax});
+    const nif::kernels::Answer answer = nif::kernels::query(*field, nif::test::segment_of(rays[i]));
     // Planes that contradict the triangles: kernels may differ in which of the two they ask.
     if (std::holds_alternative<nif::kernels::ExactField>(*field)) continue;
     must(visible[i] == answer.visible && certain[i] == answer.certain && logit[i] == answer.logit);
@@ -140,50 +107,8 @@ void exercise(NifAsset asset, NifDevice device, const nif::format::AssetView& vi
 
 }  // namespace
 
-extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
-
-/// Most mutations keep offsets and checksums right: without that nothing behind them would ever be reached.
-extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size, unsigned seed) {
-  nif::test::Random random(seed);
-  const uint32_t kind = random.below(8);
-  nif::test::Bytes bytes(size);
-  if (size > 0) std::memcpy(bytes.data(), data, size);
-  if (kind > 2) {
-    bytes = nif::test::mutate_structure(bytes, random, LLVMFuzzerMutate);
-    if (bytes.size() > max_size) return size;
-  } else {
-    size = LLVMFuzzerMutate(data, size, max_size);
-    if (kind == 0) return size;
-    bytes.resize(size);
-    std::memcpy(bytes.data(), data, size);
-    if (kind == 1 && size >= sizeof(nif::format::Header)) {
-      auto header = nif::test::load<nif::format::Header>(bytes, 0);
-      header.file_bytes = size;
-      nif::test::store(bytes, 0, header);
-    }
-    nif::test::fix_checksums(bytes);
-  }
-  std::memcpy(data, bytes.data(), bytes.size());
-  return bytes.size();
-}
-
-extern "C" size_t LLVMFuzzerCustomCrossOver(const uint8_t* one, size_t one_size, const uint8_t* other,
-                                            size_t other_size, uint8_t* out, size_t max_size, unsigned) {
-  const auto bytes_of = [](const uint8_t* data, size_t size) {
-    const auto* bytes = reinterpret_cast<const std::byte*>(data);
-    return nif::test::Bytes(bytes, bytes + size);
-  };
-  const nif::test::Bytes joined =
-      nif::test::join_assets(bytes_of(one, one_size), bytes_of(other, other_size));
-  constexpr size_t kEnough = 24 << 10;  // else what is tried becomes ever larger and slower
-  if (joined.size() > std::min(max_size, kEnough)) return 0;
-  if (!joined.empty()) std::memcpy(out, joined.data(), joined.size());
-  return joined.size();
-}
-
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   Budget budget;
-  budget.limit = ~uint64_t{0};
   NifDeviceCallbacks callbacks{};
   callbacks.struct_size = sizeof(callbacks);
   callbacks.user = &budget;
@@ -191,12 +116,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   callbacks.deallocate = Budget::deallocate;
   NifDevice device = nullptr;
   must(nifNewDevice(nullptr, &callbacks, &device) == NIF_OK);
-  // What is built at load takes most where a brick that is all alike is spelled out: a word for each of its
-  // 64 voxels, and as much again, and a little more, while boxes are looked for. Each brick has at least two
-  // bytes of the file, coded or not. Payloads that are coded decode to at most 16 times what they take of the
-  // file, and one line more for each of three.
-  constexpr uint64_t kBuilt = 264, kDecoded = nif::format::kMostExpansion + 2;
-  budget.limit = budget.held + (kBuilt + kDecoded) * size + (64 << 10);
+  budget.limit = budget.held + nif::test::most_memory(size);
   NifAsset asset = nullptr;
   if (nifLoadAssetMemory(device, data, size, NIF_MEMORY_COPY, &asset) == NIF_OK) {
     nif::test::Bytes bytes(size);

@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "tests/gpu/module_fixture.hpp"
+#include "tests/support/beyond_grid.hpp"
 
 namespace nif::test {
 namespace {
@@ -316,6 +317,22 @@ TEST_F(GpuFaults, NoneOfManyThreads) {
       for (int i = 0; i < 5; ++i) EXPECT_EQ(answer(), expected);
     });
   for (std::thread& thread : threads) thread.join();
+}
+
+/// From which a card's tables would be built. Good files of the same grids are put on the card.
+TEST_F(GpuFaults, OfSurfaceBitsBeyondTheGrid) {
+  const nifkit::Device device(config());
+  for (const BeyondGrid& kind : kBeyondGrid) {
+    const FileBeyondGrid file = file_beyond_grid(kind);
+    NifAsset asset = nullptr;
+    EXPECT_EQ(nifLoadAssetMemory(device.get(), file.bad.data(), file.bad.size(), NIF_MEMORY_COPY, &asset),
+              NIF_ERROR_DAMAGED_NIF);
+    EXPECT_EQ(nifGetErrorMessage(), std::string("memory: ") + kind.sentence);
+    nifkit::Scene scene(device);
+    scene.add(nifkit::Asset::copy(device, file.good));
+    scene.commit();
+  }
+  EXPECT_EQ(machine().allocations, 0u);
 }
 
 }  // namespace

@@ -2,11 +2,13 @@
 // of each format, and thousands of random damages. Meant to run under the address sanitizer, too.
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
+#include <zlib.h>
 
 #include <numbers>
 #include <random>
 
 #include "formats/mesh/clean.hpp"
+#include "formats/mesh/image.hpp"
 #include "formats/mesh/read.hpp"
 #include "tests/mesh/encode.hpp"
 #include "tests/support/shapes.hpp"
@@ -165,6 +167,73 @@ TEST(Hostile, DracoPositionsOfImpossibleTypes) {
       survives(folder, {"a.drc", "", false}, bytes);
     }
   }
+}
+
+/// Status of reading it as a mesh.
+Status status_of(const TempDir& folder, const std::string& name, std::string_view bytes) {
+  try {
+    mesh::read(folder.write(name, bytes));
+    return Status::ok;
+  } catch (const Error& error) {
+    return error.status();
+  }
+}
+
+TEST(Hostile, DracoCountsBeyondWhatItsBytesCanHold) {
+  // Draco takes memory for all triangles that the header claims, some 40 bytes each, before it reads one.
+  const TempDir folder;
+  const auto file = [](char method, const std::string& counts) {
+    return std::string("DRACO\x02\x02\x01", 8) + method + std::string(2, '\0') + counts +
+           std::string(200, '\x55');
+  };
+  const std::string many = "\xff\xff\xff\xef\x01", few("\x04", 1);  // variable length, 7 bits a byte
+  const std::string standard(1, '\0');
+  EXPECT_EQ(status_of(folder, "a.drc", file(1, standard + many + many)), Status::too_large);
+  EXPECT_EQ(status_of(folder, "a.drc", file(1, standard + few + many)), Status::too_large);
+  EXPECT_EQ(status_of(folder, "a.drc", file(0, few + many)), Status::too_large);
+  EXPECT_EQ(status_of(folder, "a.drc", file(1, standard + few + few)), Status::malformed_mesh);
+  EXPECT_EQ(status_of(folder, "a.drc", file(0, "\xff")), Status::malformed_mesh);
+}
+
+/// Why a picture is refused; empty where it is not.
+std::string refusal_of(std::string_view picture) {
+  uint64_t texels = mesh::detail::kMostTexels;
+  std::string why;
+  mesh::detail::decode_image(picture, texels, why);
+  return why;
+}
+
+TEST(Hostile, HuffmanTablesOfPicturesThatAreTooLong) {
+  // Found by fuzzing: stb writes beyond its table of 257 sizes.
+  std::string picture = "\xFF\xD8\xFF\xC4";
+  const auto table = [&](const std::string& counts) {
+    picture.push_back(char((19 + 300) >> 8)), picture.push_back(char((19 + 300) & 255));
+    picture += '\0' + counts + std::string(300, '\x01');
+  };
+  table(std::string(14, '\0') + std::string(2, '\x96'));  // 300 codes of 15 and 16 bits
+  EXPECT_NE(refusal_of(picture).find("Huffman table that is too long"), std::string::npos);
+  EXPECT_NE(refusal_of("\xFF\xD8" + std::string(40, '\xFF') + picture.substr(3)).find("too long"),
+            std::string::npos)
+      << "behind fill bytes";
+}
+
+TEST(Hostile, PicturesThatUnpackToMoreThanTheyShow) {
+  // A picture of 8 x 8 texels whose data unpacks to 64 MB.
+  std::string packed(64 << 20, '\0'), data(packed.size() / 100, '\0');
+  uLongf length = data.size();
+  ASSERT_EQ(compress2(reinterpret_cast<Bytef*>(data.data()), &length,
+                      reinterpret_cast<const Bytef*>(packed.data()), packed.size(), 9),
+            Z_OK);
+  data.resize(length);
+  std::string picture = "\x89PNG\r\n\x1a\n";
+  const auto chunk = [&](const std::string& name, const std::string& content) {
+    for (int shift = 24; shift >= 0; shift -= 8) picture.push_back(char(content.size() >> shift));
+    picture += name + content + std::string(4, '\0');  // stb does not look at checksums
+  };
+  chunk("IHDR", std::string("\0\0\0\x08\0\0\0\x08\x08\x02\0\0\0", 13));
+  chunk("IDAT", data);
+  chunk("IEND", "");
+  EXPECT_NE(refusal_of(picture).find("cannot be decoded"), std::string::npos) << refusal_of(picture);
 }
 
 /// Replaces a value of the JSON, which random bytes rarely leave valid, or a whole part; returns its pointer.

@@ -67,6 +67,42 @@ TEST(Images, WhatIsNoPicture) {
   EXPECT_EQ(status_of((folder.path() / "negative.exr").string()), Status::not_an_image);
 }
 
+/// Sizes that a few bytes claim take no memory. Both were found by fuzzing.
+TEST(Images, ClaimsBeyondTheLengthOfTheFile) {
+  const test::TempDir folder;
+  const auto sentence_of = [&](const std::string& name, const std::string& bytes) {
+    try {
+      read_environment(folder.write(name, bytes).string());
+      return std::string();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.status(), Status::not_an_image);
+      return std::string(error.what());
+    }
+  };
+  const std::string radiance = sentence_of(
+      "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16384 +X 16384\n" + std::string(200, '\2'));
+  EXPECT_NE(radiance.find("too short for the 16384 x 16384 pixels"), std::string::npos) << radiance;
+
+  const std::string path = (folder.path() / "b.exr").string();
+  write_exr(path, gradient(3, 2));
+  const std::string bytes = test::read_bytes(path);
+  const auto changed = [&](const std::string& after, size_t skip, const std::string& value) {
+    std::string other = bytes;
+    const size_t at = other.find(after);
+    EXPECT_NE(at, std::string::npos);
+    return other.replace(at + after.size() + skip, value.size(), value);
+  };
+  // An attribute of an unknown type, so that its length is believed.
+  const std::string much("\xff\xff\xff\x6f", 4), side("\xff\x3f\0\0", 4);
+  const std::string of_attribute = sentence_of(
+      "c.exr", changed(std::string("screenWindowWidth\0", 18), 0, std::string("flood\0", 6) + much));
+  EXPECT_NE(of_attribute.find("cannot be read"), std::string::npos) << of_attribute;
+  // xMax and yMax, behind length, xMin and yMin
+  const std::string of_pixels =
+      sentence_of("d.exr", changed(std::string("dataWindow\0box2i\0", 17), 12, side + side));
+  EXPECT_NE(of_pixels.find("d.exr"), std::string::npos) << of_pixels;
+}
+
 TEST(Images, EveryTruncationIsRefused) {
   const test::TempDir folder;
   const std::string path = (folder.path() / "a.exr").string();

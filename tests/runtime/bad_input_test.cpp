@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/beyond_grid.hpp"
 
 namespace nif::test {
 namespace {
@@ -504,6 +505,21 @@ TEST(Errors, NamesArePinned) {
                                                 {62, "NIF_ERROR_WRONG_POINTER"}};
   for (const auto& [number, name] : pinned) EXPECT_STREQ(nifGetErrorName(NifError(number)), name);
   EXPECT_STREQ(nifGetErrorName(NifError(9)), "unknown error code");
+}
+
+/// From which the kernels' own tables would be built.
+TEST_F(BadInput, SurfaceBitsBeyondTheGrid) {
+  for (const BeyondGrid& kind : kBeyondGrid) {
+    const FileBeyondGrid file = file_beyond_grid(kind);
+    const ExactBuffer bad(file.bad);
+    NifAsset asset = nullptr;
+    EXPECT_EQ(nifLoadAssetMemory(device_, bad.bytes().data(), bad.bytes().size(), NIF_MEMORY_COPY, &asset),
+              NIF_ERROR_DAMAGED_NIF);
+    EXPECT_EQ(nifGetErrorMessage(), std::string("memory: ") + kind.sentence);
+    EXPECT_EQ(asset, nullptr);
+    file_ = file.good;
+    scene_of(load(), 0);
+  }
 }
 
 }  // namespace

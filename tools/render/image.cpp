@@ -9,6 +9,7 @@
 #include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
+#include <openexr.h>
 #include <png.h>
 
 #include <algorithm>
@@ -75,13 +76,60 @@ class MemorySource : public Imf::IStream {
   throw Error(Status::not_an_image, path + ": " + why);
 }
 
+/// Before memory is taken for all pixels: a few hundred bytes may claim to be 16,384 pixels square.
+void check_pixels(const std::string& path, int width, int height, uint64_t most) {
+  if (uint64_t(width) * uint64_t(height) > most)
+    no_image(path, "is too short for the " + std::to_string(width) + " x " + std::to_string(height) +
+                       " pixels that it claims to have");
+}
+
+/// OpenEXR's C++ reader takes memory for an attribute before it looks for its bytes, and trusts the lengths
+/// of some. Its newer C library checks all of the header against the length of the file, so it reads that
+/// first.
+void check_header(const std::string& path, std::string_view bytes) {
+  struct Source {
+    std::string_view bytes;
+    std::string complaint;  ///< it complains of some faults, and goes on
+  } source{bytes, {}};
+  exr_context_initializer_t about{};
+  about.size = sizeof(about);
+  about.flags = EXR_CONTEXT_FLAG_STRICT_HEADER;
+  about.user_data = &source;
+  about.max_image_width = about.max_image_height = kMaxSide;
+  about.error_handler_fn = [](exr_const_context_t context, exr_result_t, const char* what) {
+    void* user = nullptr;
+    if (exr_get_user_data(context, &user) == EXR_ERR_SUCCESS) static_cast<Source*>(user)->complaint = what;
+  };
+  about.size_fn = [](exr_const_context_t, void* user) {
+    return int64_t(static_cast<const Source*>(user)->bytes.size());
+  };
+  about.read_fn = [](exr_const_context_t, void* user, void* to, uint64_t count, uint64_t offset,
+                     exr_stream_error_func_ptr_t) -> int64_t {
+    const std::string_view all = static_cast<const Source*>(user)->bytes;
+    if (offset > all.size()) return -1;
+    count = std::min<uint64_t>(count, all.size() - offset);  // it asks for more than it needs
+    std::memcpy(to, all.data() + offset, count);
+    return int64_t(count);
+  };
+  exr_context_t context = nullptr;
+  const exr_result_t result = exr_start_read(&context, path.c_str(), &about);
+  exr_finish(&context);
+  if (result != EXR_ERR_SUCCESS || !source.complaint.empty())
+    no_image(path, "cannot be read as an OpenEXR picture: " +
+                       (source.complaint.empty() ? exr_get_default_error_message(result) : source.complaint));
+}
+
 Image read_exr(const std::string& path, std::string_view bytes) {
+  check_header(path, bytes);
   try {
     Imf::Header::setMaxImageSize(kMaxSide, kMaxSide);
     MemorySource source(path.c_str(), bytes);
     Imf::InputFile file(source, 1);
     const Imath::Box2i window = file.header().dataWindow();
     const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
+    // A pixel has 6 bytes at least; zlib makes a thousandth of equal ones, and wavelets hardly less.
+    constexpr uint64_t kSmall = 1 << 20, kMostPerByte = 4096;
+    check_pixels(path, width, height, kSmall + kMostPerByte * bytes.size());
     for (const char* channel : {"R", "G", "B"})
       if (file.header().channels().findChannel(channel) == nullptr)
         no_image(path, std::string("has no channel ") + channel);
@@ -107,7 +155,11 @@ Image read_hdr(const std::string& path, std::string_view bytes) {
   if (bytes.size() > 0x7fffffff ||
       !stbi_info_from_memory(data, int(bytes.size()), &width, &height, &channels))
     no_image(path, "is not a valid Radiance picture");
+  if (width <= 0 || height <= 0) no_image(path, "is not a valid Radiance picture");
   if (width > kMaxSide || height > kMaxSide) no_image(path, "is larger than 16,384 x 16,384 pixels");
+  // A row has 4 bytes a pixel, or 4, and in each of 4 channels 2 for 127 equal pixels.
+  const uint64_t row = std::min<uint64_t>(4 * uint64_t(width), 4 + 8 * ((uint64_t(width) + 126) / 127));
+  check_pixels(path, width, height, bytes.size() / row * uint64_t(width));
   float* values = stbi_loadf_from_memory(data, int(bytes.size()), &width, &height, &channels, 3);
   if (values == nullptr)
     no_image(path, std::string("cannot be read as a Radiance picture: ") + stbi_failure_reason());

@@ -145,8 +145,10 @@ std::vector<GltfFixture> read_fixtures(const json& root) {
 }
 
 void FixturePlacer::visit(size_t node, const std::optional<Transform>& world) {
-  const auto found = std::ranges::equal_range(fixtures_, node, {}, &GltfFixture::node);
-  for (const GltfFixture& fixture : found) {
+  // Not equal_range(): of its range clang 14 and libstdc++ 12 make nothing that can be gone through.
+  const auto first = std::ranges::lower_bound(fixtures_, node, {}, &GltfFixture::node);
+  for (auto at = first; at != fixtures_.end() && at->node == node; ++at) {
+    const GltfFixture& fixture = *at;
     if (const auto* flaw = std::get_if<std::string>(&fixture.what)) {
       warn(*flaw);
     } else if (!world) {

@@ -13,14 +13,31 @@
 #include <numeric>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kernels/reference/half.hpp"
 
+// The address sanitizer is told which stack is in use; frames take more room with it.
+#if defined(__SANITIZE_ADDRESS__)
+#define NIF_FIBRES_ARE_WATCHED
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define NIF_FIBRES_ARE_WATCHED
+#endif
+#endif
+#ifdef NIF_FIBRES_ARE_WATCHED
+#include <sanitizer/common_interface_defs.h>
+#endif
+
 namespace nif::kernels::gpu {
 namespace {
 
+#ifdef NIF_FIBRES_ARE_WATCHED
+constexpr size_t kStackBytes = 512 * 1024;
+#else
 constexpr size_t kStackBytes = 64 * 1024;
+#endif
 constexpr uint32_t kMaxThreads = 1024;
 constexpr uint32_t kMostLanes = 64;
 
@@ -63,6 +80,50 @@ struct Shuffle {
 struct Product {
   const void *a, *b;
   void* c;  ///< int32_t, or float where a and b are halves
+};
+
+/// A stack, as the address sanitizer wants to be told of it before and after a switch.
+struct Stack {
+  const void* bottom = nullptr;
+  size_t bytes = 0;
+
+  void leave_for([[maybe_unused]] const Stack& other) {
+#ifdef NIF_FIBRES_ARE_WATCHED
+    __sanitizer_start_switch_fiber(&fake_, other.bottom, other.bytes);
+#endif
+  }
+  /// `from`: where it was come from; it learns where that is.
+  void arrive([[maybe_unused]] Stack* from) {
+#ifdef NIF_FIBRES_ARE_WATCHED
+    __sanitizer_finish_switch_fiber(fake_, from ? &from->bottom : nullptr, from ? &from->bytes : nullptr);
+#endif
+  }
+
+ private:
+  [[maybe_unused]] void* fake_ = nullptr;
+};
+
+/// Room for the stacks of a block's fibres, which the next block on this thread takes over: with the address
+/// sanitizer it takes longer to make than a small kernel.
+class Stacks {
+ public:
+  explicit Stacks(size_t count) : memory_(std::exchange(spare(), {})) {
+    if (memory_.count < count) memory_ = {std::unique_ptr<char[]>(new char[kStackBytes * count]), count};
+  }
+  /// Those of fibres that never came to an end are in disorder.
+  void give_back() { spare() = std::move(memory_); }
+  char* operator[](size_t i) const { return memory_.bytes.get() + kStackBytes * i; }
+
+ private:
+  struct Memory {
+    std::unique_ptr<char[]> bytes;
+    size_t count = 0;
+  };
+  static Memory& spare() {
+    static thread_local Memory memory;
+    return memory;
+  }
+  Memory memory_;
 };
 
 /// Goes on where `to` stands, until somebody comes back to `from`. swapcontext() would do the same with a
@@ -236,7 +297,7 @@ class EmulatedBlock {
         kernel_(kernel),
         fibres_(grid.threads),
         waves_((grid.threads + grid.wave - 1) / grid.wave),
-        stacks_(new char[kStackBytes * grid.threads]),
+        stacks_(grid.threads),
         shared_((grid.shared_bytes + 15) / 16 + 1) {}
 
   void run(uint32_t number, uint64_t order) {
@@ -268,18 +329,22 @@ class EmulatedBlock {
       else
         ready_.pop_back();
       Fibre& fibre = fibres_[i];
-      if (fibre.started) {
+      const bool waits = fibre.started;
+      if (!waits) prepare(i);
+      own_stack_.leave_for(fibre.stack);
+      if (waits)
         switch_between(scheduler_, fibre.place);
-      } else {
-        fibre.started = true;
-        prepare(i);
+      else
         switch_to_start(scheduler_, fibre.context);
-      }
+      own_stack_.arrive(nullptr);
       if (failure_) std::rethrow_exception(failure_);
       meet(i / grid_.wave);
     }
     if (running_ > 0) fail_waiting();
   }
+
+  /// After the last run().
+  void end() { stacks_.give_back(); }
 
   /// Called by a thread: comes back once all have come.
   void wait(uint32_t index, Meeting meeting, void* part) {
@@ -291,7 +356,7 @@ class EmulatedBlock {
       ++at_barrier_;
     else
       ++waves_[index / grid_.wave].waiting;
-    switch_between(fibre.place, scheduler_);
+    to_scheduler(fibre);
   }
 
   const EmulatedGrid& grid() const { return grid_; }
@@ -301,6 +366,7 @@ class EmulatedBlock {
   struct Fibre {
     ucontext_t context;  ///< where it starts
     jmp_buf place;       ///< where it waits
+    Stack stack;
     bool started = false;
     EmulatedThread thread;
     Meeting waits_for;
@@ -336,10 +402,13 @@ class EmulatedBlock {
   /// Gives a fibre its stack and start. Apart from other code, because compilers take getcontext() for a
   /// function that returns twice.
   void prepare(uint32_t index) {
+    fibres_[index].started = true;
     ucontext_t& context = fibres_[index].context;
     getcontext(&context);
-    context.uc_stack.ss_sp = stacks_.get() + kStackBytes * index;
+    context.uc_stack.ss_sp = stacks_[index];
     context.uc_stack.ss_size = kStackBytes;
+    fibres_[index].stack.bottom = context.uc_stack.ss_sp;
+    fibres_[index].stack.bytes = kStackBytes;
     context.uc_link = nullptr;
     const auto self = reinterpret_cast<uintptr_t>(this);
     makecontext(&context, reinterpret_cast<void (*)()>(&EmulatedBlock::start), 3, unsigned(self >> 32),
@@ -349,6 +418,7 @@ class EmulatedBlock {
   static void start(unsigned high, unsigned low, unsigned index) {
     auto* self = reinterpret_cast<EmulatedBlock*>(uintptr_t(high) << 32 | low);
     Fibre& fibre = self->fibres_[index];
+    fibre.stack.arrive(&self->own_stack_);
     // One turn for each block: a fibre starts once.
     for (;;) {
       try {
@@ -359,8 +429,14 @@ class EmulatedBlock {
       fibre.ended = true;
       --self->running_;
       --self->waves_[index / self->grid_.wave].running;
-      switch_between(fibre.place, self->scheduler_);
+      self->to_scheduler(fibre);
     }
+  }
+
+  void to_scheduler(Fibre& fibre) {
+    fibre.stack.leave_for(own_stack_);
+    switch_between(fibre.place, scheduler_);
+    fibre.stack.arrive(&own_stack_);
   }
 
   /// Lets those go on whose meeting is complete: of a wave, or of the block.
@@ -462,10 +538,11 @@ class EmulatedBlock {
   const std::function<void(const EmulatedThread&)>& kernel_;
   std::vector<Fibre> fibres_;
   std::vector<Wave> waves_;
-  std::unique_ptr<char[]> stacks_;
+  Stacks stacks_;
   std::vector<Chunk> shared_;
   std::deque<uint32_t> ready_;
   jmp_buf scheduler_;
+  Stack own_stack_;  ///< of the scheduler: where run() was called
   std::exception_ptr failure_;
   uint32_t running_ = 0, at_barrier_ = 0;
 };
@@ -538,6 +615,7 @@ void emulate(const EmulatedGrid& grid, const std::function<void(const EmulatedTh
   std::mt19937_64 random(grid.order);
   if (grid.order != 0) std::shuffle(sequence.begin(), sequence.end(), random);
   for (const uint32_t number : sequence) block.run(number, grid.order != 0 ? random() | 1 : 0);
+  block.end();
 }
 
 }  // namespace nif::kernels::gpu

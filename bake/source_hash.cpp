@@ -1,0 +1,10 @@
+// Apart from the rest of a report, for programs that know metadata and bake nothing.
+#include <fmt/format.h>
+
+#include "bake/report.hpp"
+
+namespace nif::bake {
+
+std::string source_hash_text(uint64_t hash) { return fmt::format("xxh3-64:{:016x}", hash); }
+
+}  // namespace nif::bake

@@ -1,0 +1,109 @@
+// Any bytes given to the readers of meshes and pictures: refused with a sentence, or a scene in which every
+// index is in range and every used position finite. The first byte of the input chooses the format.
+#include <numbers>
+
+#include "formats/mesh/clean.hpp"
+#include "formats/mesh/decompress.hpp"
+#include "formats/mesh/image.hpp"
+#include "formats/mesh/read.hpp"
+#include "tests/fuzz/fuzz.hpp"
+#include "tests/fuzz/mutate_gltf.hpp"
+
+namespace {
+
+using nif::test::must;
+namespace mesh = nif::mesh;
+
+/// In a folder that is not there, so that no other file is found.
+constexpr const char* kFolder = "/no/such/folder/";
+constexpr const char* kNames[] = {"a.ply",  "a.stl", "a.obj",    "a.off",     "a.glb",
+                                  "a.gltf", "a.drc", "a.ply.gz", "a.ply.zst", "a"};
+/// Above the formats: pictures, which glTF carries, alone.
+constexpr uint32_t kPicture = std::size(kNames), kKinds = kPicture + 1;
+constexpr uint32_t kGlb = 4;
+
+const mesh::ReadLimits& limits() {
+  static const mesh::ReadLimits limits{
+      .max_decompressed_bytes = 1 << 24, .max_triangles = 1 << 20, .colors = true};
+  return limits;
+}
+
+void use(const mesh::Scene& scene) {
+  must(!scene.meshes.empty() && !scene.instances.empty());
+  for (const mesh::Instance& instance : scene.instances) {
+    must(instance.mesh < scene.meshes.size());
+    must(instance.node == mesh::kNoNode || instance.node < scene.nodes.size());
+    for (const float x : instance.transform) must(std::isfinite(x));
+  }
+  for (const mesh::Camera& camera : scene.cameras)
+    must(camera.vertical_fov > 0 && camera.vertical_fov < std::numbers::pi);
+  for (const mesh::Light& light : scene.lights)
+    must(light.intensity >= 0 && light.inner_cone <= light.outer_cone);
+  for (const mesh::Texture& texture : scene.textures)
+    must(texture.texels.size() == size_t(3) * texture.width * texture.height);
+  for (const mesh::Mesh& one : scene.meshes) {
+    must(!one.triangles.empty());
+    for (const mesh::Triangle& triangle : one.triangles)
+      for (const uint32_t v : triangle) {
+        must(v < one.positions.size());
+        for (const float x : one.positions[v]) must(std::isfinite(x));
+      }
+    for (const uint32_t material : one.look.materials) must(material < scene.materials.size());
+    try {
+      mesh::clean(one);
+    } catch (const nif::Error& error) {
+      must(error.status() == nif::Status::all_degenerate);
+    }
+  }
+}
+
+void read(std::string_view name, std::string_view bytes) {
+  const std::string file = std::string(kFolder) + std::string(name);
+  try {
+    if (name.ends_with("gz") || name.ends_with("zst")) {
+      mesh::detail::ByteBuffer packed;
+      packed.reserve(bytes.size() + 1);
+      std::memcpy(packed.data(), bytes.data(), bytes.size());
+      packed.set_size(bytes.size());
+      const mesh::detail::ByteBuffer plain = mesh::detail::decompress(std::move(packed), file, limits());
+      must(plain.size() <= std::max<uint64_t>(limits().max_decompressed_bytes, bytes.size()));
+      use(mesh::read(file, plain.view(), limits()));
+    } else {
+      use(mesh::read(file, bytes, limits()));
+    }
+  } catch (const nif::Error& error) {
+    nif::test::must_refuse_well(error, file);
+  }
+}
+
+void decode(std::string_view bytes) {
+  constexpr uint64_t kMostTexels = 1 << 20;
+  uint64_t texels = kMostTexels;
+  std::string why;
+  const auto picture = mesh::detail::decode_image(bytes, texels, why);
+  must(picture.has_value() == why.empty());
+  if (picture)
+    must(texels == kMostTexels - uint64_t(picture->width) * picture->height &&
+         picture->texels.size() == size_t(3) * picture->width * picture->height);
+}
+
+}  // namespace
+
+extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
+
+/// glTF is changed value by value, for its JSON is lost with most bits; and a GLB's lengths are made right.
+extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size, unsigned seed) {
+  if (size > 1 && data[0] % kKinds == kGlb && seed % 4 != 0)
+    return 1 + nif::test::mutate_glb(data + 1, size - 1, max_size - 1, seed, LLVMFuzzerMutate);
+  return LLVMFuzzerMutate(data, size, max_size);
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  nif::test::Choices choices(data, size);
+  const uint32_t kind = choices.below(kKinds);
+  if (kind == kPicture)
+    decode(choices.rest());
+  else
+    read(kNames[kind], choices.rest());
+  return 0;
+}

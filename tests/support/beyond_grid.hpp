@@ -1,0 +1,86 @@
+// Files with one fault that nothing but the reader's check of bricks can see: a surface voxel of a brick at
+// the grid's end stands beyond the grid. All counts agree, all checksums are right. A fast kernel that met
+// such a voxel would look for its corners behind the last brick.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/nif/writer.hpp"
+#include "tests/format/damaged.hpp"
+#include "tests/support/random_asset.hpp"
+
+namespace nif::test {
+
+struct BeyondGrid {
+  const char* encoding;
+  uint32_t occupancy;  ///< the section that has the bricks
+  RandomAssetOptions one_object;
+  const char* sentence;  ///< why the file is refused, behind its name
+};
+inline const BeyondGrid kBeyondGrid[] = {
+    {"segment",
+     format::kOccupancy,
+     {.objects = 1, .instances = 1, .features = 2},
+     "section SEGM, record 0: brick_states has a voxel beyond the grid"},
+    {"exact",
+     format::kExactOccupancy,
+     {.objects = 0, .instances = 1, .exacts = 1},
+     "section EXCT, record 0: brick_states has a voxel beyond the grid"},
+    {"proof",
+     format::kProofOccupancy,
+     {.objects = 0, .instances = 1, .proofs = 1},
+     "section PROF, record 0: brick_states has a voxel beyond the grid"}};
+
+inline format::ProofData& grid_of(format::Object& object) {
+  if (auto* exact = std::get_if<format::ExactData>(&object.content)) return exact->proof;
+  if (auto* segment = std::get_if<format::SegmentData>(&object.content)) return *segment;
+  return object.as<format::ProofData>();
+}
+
+/// Moves one surface voxel of a brick, the last that allows it, to a place beyond the grid. None where no
+/// brick has both; else the number of the mixed brick.
+inline std::optional<size_t> move_beyond(format::ProofData& grid) {
+  const uint32_t across = format::bricks_for(grid.voxels[0]), down = format::bricks_for(grid.voxels[1]);
+  for (size_t number = grid.brick_table.size(); number-- > 0;) {
+    if (grid.brick_table[number] < kernels::kFirstMixedBrick) continue;
+    const size_t mixed = grid.brick_table[number] - kernels::kFirstMixedBrick;
+    kernels::BrickStates& states = grid.brick_states[mixed];
+    const auto b = uint32_t(number);
+    const uint32_t low[3] = {4 * (b % across), 4 * (b / across % down), 4 * (b / across / down)};
+    uint64_t beyond = 0;
+    for (uint32_t bit = 0; bit < 64; ++bit)
+      if (low[0] + bit % 4 >= grid.voxels[0] || low[1] + bit / 4 % 4 >= grid.voxels[1] ||
+          low[2] + bit / 16 >= grid.voxels[2])
+        beyond |= uint64_t{1} << bit;
+    const uint64_t surface = states.surface & ~states.aux;
+    if (surface == 0 || beyond == 0) continue;
+    states.surface ^=
+        uint64_t{1} << (63 - std::countl_zero(surface)) | uint64_t{1} << (63 - std::countl_zero(beyond));
+    return mixed;
+  }
+  return std::nullopt;
+}
+
+/// The asset that the fault is put into, and the file with it.
+struct FileBeyondGrid {
+  format::Asset asset;  ///< with the fault
+  Bytes good, bad;
+};
+inline FileBeyondGrid file_beyond_grid(const BeyondGrid& kind) {
+  for (uint64_t seed = 1;; ++seed) {
+    FileBeyondGrid file{random_asset(seed, kind.one_object), {}, {}};
+    file.good = file.bad = format::encode(file.asset);
+    format::ProofData& grid = grid_of(file.asset.objects[0]);
+    const std::optional<size_t> brick = move_beyond(grid);
+    if (!brick) continue;
+    const uint64_t at = section_entry(file.bad, find_section(file.bad, kind.occupancy)).offset +
+                        *brick * sizeof(kernels::BrickStates);
+    store(file.bad, at, grid.brick_states[*brick]);
+    fix_checksums(file.bad);
+    return file;
+  }
+}
+
+}  // namespace nif::test
