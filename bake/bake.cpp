@@ -213,7 +213,9 @@ class Driver {
       own.reason = fmt::format("{}: it has {} triangles or more", other_word(), kMostExactTriangles);
       return;
     }
-    const uint64_t embree = kEmbreeBytesPerTriangle * own.triangles;
+    constexpr uint64_t kLeast =
+        4096;  // a few triangles have a tree of some hundred bytes, Embree's takes more
+    const uint64_t embree = std::max(kLeast, kEmbreeBytesPerTriangle * own.triangles);
     lay_out_exact(index, embree);
     if (has_exact(index))
       own.reason = fmt::format(

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <span>
 
 #include "formats/base/output_file.hpp"
@@ -143,6 +144,8 @@ Image read_exr(const std::string& path, std::string_view bytes) {
     file.readPixels(window.min.y, window.max.y);
     return image;
   } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& problem) {
     no_image(path, std::string("cannot be read as an OpenEXR picture: ") + problem.what());

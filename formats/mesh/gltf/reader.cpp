@@ -7,6 +7,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <new>
 #include <set>
 
 #include "formats/mesh/gltf/accessor.hpp"
@@ -29,6 +30,7 @@ tinygltf::Model parse_model(const Input& input, const std::string& json) {
   std::string error, warning;
   if (!loader.LoadASCIIFromString(&model, &error, &warning, json.data(), static_cast<unsigned>(json.size()),
                                   "")) {
+    if (error == std::bad_alloc().what()) throw std::bad_alloc();  // tinygltf catches everything
     while (!error.empty() && (error.back() == '\n' || error.back() == '.')) error.pop_back();
     for (char& c : error) c = c == '\n' ? ' ' : c;
     input.fail(Status::malformed_mesh, fmt::format("is not valid glTF ({})", error));
