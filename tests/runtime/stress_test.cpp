@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <thread>
 
 #include "tests/runtime/plain_scene.hpp"
@@ -11,12 +12,18 @@
 namespace nif::test {
 namespace {
 
+/// Borrowed bytes start at a multiple of this.
+struct alignas(NIF_ASSET_ALIGNMENT) Block {
+  std::byte bytes[NIF_ASSET_ALIGNMENT];
+};
+
 /// What all threads share, and what is known of it.
 struct Shared {
   NifDevice device;
   NifAsset asset;
   NifScene scene;
-  const std::vector<std::byte>* file;
+  const std::byte* file;
+  uint64_t file_bytes;
   std::vector<NifRay> rays;
   Answers answers;                           ///< of the scene
   std::vector<Matrix> transforms;            ///< that instances are placed by
@@ -56,7 +63,7 @@ class Worker {
     const uint32_t object = random_.below(uint32_t(shared_.placed.size())),
                    transform = random_.below(uint32_t(shared_.transforms.size()));
     bool good =
-        nifLoadAssetMemory(shared_.device, shared_.file->data(), shared_.file->size(),
+        nifLoadAssetMemory(shared_.device, shared_.file, shared_.file_bytes,
                            random_.below(2) ? NIF_MEMORY_COPY : NIF_MEMORY_BORROW, &asset) == NIF_OK &&
         nifNewScene(shared_.device, &scene) == NIF_OK &&
         nifAddInstance(scene, asset, object, shared_.transforms[transform].data(), nullptr) == NIF_OK &&
@@ -114,7 +121,7 @@ class Worker {
   /// A message of this thread's own, and a released handle.
   bool fail() {
     NifAsset asset = nullptr;
-    const bool refused = nifLoadAssetMemory(shared_.device, shared_.file->data(), shared_.file->size() - 1,
+    const bool refused = nifLoadAssetMemory(shared_.device, shared_.file, shared_.file_bytes - 1,
                                             NIF_MEMORY_COPY, &asset) == NIF_ERROR_FILE_TRUNCATED &&
                          std::string(nifGetErrorMessage()).starts_with("memory: ends after");
     NifScene scene = nullptr;
@@ -141,7 +148,9 @@ class Stress : public RuntimeTest {
     ASSERT_EQ(nifNewDevice("threads=2", nullptr, &device), NIF_OK);
     std::swap(device, device_);  // TearDown() releases it after what was made with it
     nifReleaseDevice(device);
-    Shared shared{device_, load(), new_scene(), &file_, {}, Answers(0), {}, {}};
+    std::vector<Block> blocks(file_.size() / sizeof(Block) + 1);
+    std::memcpy(blocks.data(), file_.data(), file_.size());
+    Shared shared{device_, load(), new_scene(), blocks.front().bytes, file_.size(), {}, Answers(0), {}, {}};
     ASSERT_EQ(nifAddAsset(shared.scene, shared.asset, nullptr, nullptr, nullptr), NIF_OK);
     ASSERT_EQ(nifCommitScene(shared.scene), NIF_OK);
     Random random(11);
