@@ -185,14 +185,14 @@ step 'check style' check_style || true
 step 'test release' run_tests build/release || true
 case $size in
   plain)
-    asan_tests format golden runtime || true
+    asan_tests format golden runtime validate || true
     tsan_tests -R '^Thread' || true
     fuzz_tests fuzz_asset || true
     ;;
   all)
     step 'check headers' tests/headers.sh || true
     step 'build the runtime alone' build_runtime || true
-    asan_tests format golden mesh runtime || true
+    asan_tests format golden mesh runtime validate || true
     tsan_tests || true
     fuzz_tests tests/fuzz/all || true
     step 'what fuzzers reach' tests/fuzz/coverage.sh || true
