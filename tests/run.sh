@@ -8,9 +8,9 @@
 #   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, mesh readers under
 #                              the sanitizers, every fuzzer, code for all GPUs, the runtime alone, and each source and header
 #                              by itself
-#   tests/run.sh --nightly [HOURS]   NEON's kernels, emulated; the runtime's threads under the sanitizer, for an hour; then
-#                              fuzzes and bakes random meshes for so many hours (8), going on from the last time; see
-#                              tests/nightly.sh
+#   tests/run.sh --nightly [HOURS]   NEON's kernels, emulated; the runtime's threads under the sanitizer, for an hour; hundreds
+#                              of kills; what fuzzers reach; then fuzzes and bakes random meshes for so many hours (8),
+#                              going on from the last time; see tests/nightly.sh
 #
 # Long tests have ctest's label `long`. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are
 # skipped.
@@ -173,6 +173,12 @@ if [[ $size == nightly ]]; then
   if step 'build tsan' build_part tsan runtime_test -DNIF_BUILD_TOOLS=OFF; then
     step 'threads, for an hour at most' stress_threads || true
   fi
+  if step 'build tests of faults' build_part release 'tests/faults/all'; then
+    step 'kills, 250 of each' env NIF_KILLS=250 build/release/bin/kill_test || true
+    step 'no memory at every 1,000th allocation' env NIF_EVERY_ALLOCATION=1000 \
+      build/release/bin/faults_test '--gtest_filter=NoMemory.*' || true
+  fi
+  step 'what fuzzers reach' tests/fuzz/coverage.sh || true
   step 'fuzz, and bake random meshes' tests/nightly.sh "$hours" || true
   exit
 fi
@@ -186,7 +192,7 @@ step 'test release' run_tests build/release || true
 case $size in
   plain)
     asan_tests format golden runtime validate || true
-    tsan_tests -R '^Thread' || true
+    tsan_tests -R '^(Thread|Stress)' || true
     fuzz_tests fuzz_asset || true
     ;;
   all)
@@ -195,6 +201,5 @@ case $size in
     asan_tests format golden mesh runtime validate || true
     tsan_tests || true
     fuzz_tests tests/fuzz/all || true
-    step 'what fuzzers reach' tests/fuzz/coverage.sh || true
     ;;
 esac
