@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs what nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
 #
-#   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu, arm; all of them where none is named
+#   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu, arm; all of these where none is named
+#                                only where they are named: audio, love
 #
 # Does nothing, without output and without the network, where nothing is missing. Where it may not install, it names
 # the missing packages in one line and ends with 1.
@@ -53,6 +54,11 @@ gpu     clang-19              GPU kernels for gfx1100, which clang 15 gets wrong
 gpu     lld-19                links them
 arm     g++-aarch64-linux-gnu the runtime for 64-bit ARM (tests/neon/run.sh)
 arm     qemu-user-static      runs it here
+audio   libopenal-dev         samples/audio: sound for headphones
+love    love                  samples/love: the engine of the game
+love    luajit                samples/love: tests of its declarations of nif.h
+love    xvfb                  samples/love: tests, on a screen that nobody sees
+love    xauth                 samples/love: xvfb-run needs it
 '
 
 if [[ ${1-} == -h || ${1-} == --help ]]; then
@@ -66,7 +72,7 @@ wanted=()
 for group in "${groups[@]}"; do
   found=$(awk -v group="$group" '$1 == group { print $2 }' <<<"$packages")
   if [[ -z $found ]]; then
-    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check, fuzz, gpu and arm" >&2
+    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check, fuzz, gpu, arm, audio and love" >&2
     exit 2
   fi
   mapfile -t -O "${#wanted[@]}" wanted <<<"$found"

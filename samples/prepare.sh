@@ -1,0 +1,61 @@
+# shellcheck shell=bash disable=SC2034
+# What the run.sh of samples share: nifkit built and installed for them, and a mesh baked. To be sourced from nifkit's root.
+#
+# NIFKIT names a folder that nifkit is installed in; then nothing is built.
+
+say() { printf '%s\n' "$*" >&2; }
+
+# prepare_nifkit: sets nif, the program, and prefix, where the runtime is installed.
+prepare_nifkit() {
+  if [[ -n ${NIFKIT-} ]]; then
+    nif=$NIFKIT/bin/nif prefix=$NIFKIT
+    [[ -x $nif ]] || { say "NIFKIT is $NIFKIT, but there is no $nif" && return 2; }
+    return
+  fi
+  tools/setup.sh build
+  nif=build/release/bin/nif prefix=build/samples/nifkit
+  # Uses a build folder that is already configured. A new one leaves out the tests and their dependencies.
+  if [[ ! -f build/release/build.ninja ]]; then
+    cmake --preset release -DNIF_BUILD_TESTS=OFF -DNIF_UNITY=ON >/dev/null
+  fi
+  cmake --build build/release --target nif nif_runtime nif_shared >&2
+  local component
+  for component in lib dev; do
+    cmake --install build/release/runtime --prefix "$prefix" --component "$component" >/dev/null
+  done
+}
+
+# prepare_asset MESH: sets asset, and origin: where its mesh comes from, if it was chosen here. MESH is a mesh, an asset that is
+# used as it is, or '': then the Stanford dragon if samples/run.sh has fetched it, else a generated torus knot.
+prepare_asset() {
+  local mesh=$1 name dragon
+  origin=''
+  if [[ -z $mesh ]]; then
+    mkdir -p build/samples
+    for dragon in build/sample/stanford_dragon.ply.gz "${NIF_TEST_MESHES:+$NIF_TEST_MESHES/stanford_dragon_871k.ply.gz}"; do
+      [[ -r $dragon ]] || continue
+      mesh=$dragon
+      origin='Model: the Stanford dragon, Stanford University Computer Graphics Laboratory.'
+      break
+    done
+  fi
+  if [[ -z $mesh ]]; then
+    mesh=build/samples/torus_knot.obj
+    origin='Model: a torus knot, made by samples/torus_knot.awk.'
+    LC_ALL=C awk -f samples/torus_knot.awk >"$mesh.new"
+    # Baked again only if it changes.
+    if cmp -s "$mesh.new" "$mesh"; then rm "$mesh.new"; else mv "$mesh.new" "$mesh"; fi
+  fi
+  if [[ $mesh == *.nif ]]; then
+    asset=$mesh
+    return
+  fi
+  name=$(basename "$mesh")
+  name=${name%.gz} name=${name%.zst} name=${name%.*}
+  asset=build/samples/$name.nif
+  if [[ ! $asset -nt $mesh || ! $asset -nt $nif ]]; then
+    mkdir -p build/samples
+    say "Baking $mesh"
+    "$nif" bake "$mesh" -o "$asset" --preset fast --rays 0 --quiet
+  fi
+}
