@@ -1,0 +1,169 @@
+-- Statues: a small game for LÖVE whose every question about what is in the way goes to nifkit, through LuaJIT's FFI. README.md
+-- says how to start it.
+local options = { up = "y" }
+local nif, museum, Game, draw -- loaded once the library is
+local asset, scene, game, painter, hall, canvas, script, shot
+local done, time, broken = 0, 0, nil
+
+local USAGE = "love samples/love --asset FILE.nif [--library libnif.so] [--up y|z] [--script FILE]"
+
+-- Says what is wrong, and ends with 1; in a window too, if somebody may be looking at one.
+local function fail(text)
+  io.stderr:write("statues: ", text, "\n")
+  if script or options.script or love.window == nil then
+    love.event.quit(1)
+    return
+  end
+  love.window.setMode(760, 240)
+  love.window.setTitle("Statues")
+  broken = text
+end
+
+local function read_options(arguments)
+  local i = 1
+  while i <= #arguments do
+    local name = arguments[i]:match("^%-%-(%a+)$")
+    if name ~= "asset" and name ~= "library" and name ~= "up" and name ~= "script" then
+      return nil, ("unknown option '%s'; usage: %s"):format(arguments[i], USAGE)
+    end
+    if not arguments[i + 1] then return nil, ("--%s takes a value; usage: %s"):format(name, USAGE) end
+    options[name] = arguments[i + 1]
+    i = i + 2
+  end
+  if options.up ~= "y" and options.up ~= "z" then return nil, "--up takes y or z" end
+  if not options.asset then return nil, "there is no asset; usage: " .. USAGE end
+  return true
+end
+
+-- All that can be missing. Returns true, or nil and a sentence.
+local function prepare(arguments)
+  local fine, why = read_options(arguments)
+  if not fine then return nil, why end
+  nif = require("nif")
+  fine, why = nif.load(options.library)
+  if not fine then return nil, why .. ". Build and start all with samples/love/run.sh, or name the library with --library." end
+  museum, Game, draw = require("museum"), require("game"), require("draw")
+  local device
+  device, why = nif.device(0)
+  if not device then return nil, why end
+  asset, why = device:asset(options.asset)
+  if not asset then return nil, why end
+  scene, why = museum.build(device, asset, options.up)
+  if not scene then return nil, ("%s: %s"):format(options.asset, why) end
+  if options.script then
+    local file
+    file, why = io.open(options.script, "r")
+    if not file then return nil, "cannot read " .. why end
+    script, why = require("script").new(file:read("*a"), options.script)
+    file:close()
+    if not script then return nil, why end
+  end
+  return true
+end
+
+function love.load(arguments)
+  local fine, why = prepare(arguments)
+  if not fine then return fail(why) end
+  love.window.setMode(draw.WIDTH, draw.HEIGHT, { resizable = true, minwidth = 640, minheight = 374, vsync = script and 0 or 1 })
+  love.window.setTitle("Statues")
+  canvas = love.graphics.newCanvas(draw.WIDTH, draw.HEIGHT)
+  hall = love.image.newImageData(draw.WIDTH, draw.HALL)
+  local pixels = require("ffi").cast("uint8_t*", hall:getFFIPointer())
+  painter = require("picture").painter(scene, pixels, draw.WIDTH, draw.HALL, draw.SCALE)
+end
+
+local function start()
+  game, time = Game.new(scene), 0
+end
+
+-- Paints for a thirtieth of a second.
+local function paint()
+  local from = love.timer.getTime()
+  repeat
+    done = painter()
+  until done >= 1 or love.timer.getTime() - from > 1 / 30
+  if done >= 1 then
+    painter = nil
+    draw.load(hall)
+    start()
+  end
+end
+
+-- The script plays until a picture has to be drawn, for a tenth of a second at most.
+local function play_script()
+  local from = love.timer.getTime()
+  while not shot and love.timer.getTime() - from < 0.1 do
+    local what, value = script:next(game, Game.STEP)
+    if what == nil then return fail(value) end
+    if what == "end" then return love.event.quit(0) end
+    if what == "shot" then
+      shot = value
+    elseif what == "restart" then
+      start()
+    else
+      game:step(what, value)
+    end
+  end
+end
+
+local function down(...)
+  return love.keyboard.isDown(...) and 1 or 0
+end
+
+function love.update(dt)
+  if broken or not scene then return end
+  if painter then return paint() end
+  if script then return play_script() end
+  time = math.min(time + dt, 0.25)
+  while time >= Game.STEP do
+    time = time - Game.STEP
+    game:step(down("right", "d") - down("left", "a"), down("down", "s") - down("up", "w"))
+  end
+end
+
+-- Writes what the window shows; captureScreenshot itself can only write into LÖVE's own folder.
+local function save(path)
+  love.graphics.captureScreenshot(function(image)
+    local file, why = io.open(path, "wb")
+    local fine = file ~= nil
+    if file then
+      fine, why = file:write(image:encode("png"):getString())
+      fine = file:close() and fine
+    end
+    if not fine then fail("cannot write " .. (why or path)) end
+  end)
+end
+
+function love.draw()
+  local g = love.graphics
+  if broken then
+    g.clear(0.07, 0.075, 0.1)
+    g.printf(broken .. "\n\nPress any key.", 30, 40, 700, "left")
+    return
+  end
+  if not canvas then return end
+  g.setCanvas(canvas)
+  if game then
+    -- Pictures of a script do not show times, so that they are the same every time.
+    draw.frame(game, not script and love.timer.getTime or nil)
+  else
+    draw.loading(done, "painting the hall, by rays through the asset")
+  end
+  g.setCanvas()
+  local width, height = g.getDimensions()
+  local scale = math.min(width / draw.WIDTH, height / draw.HEIGHT)
+  g.clear(0, 0, 0)
+  g.setBlendMode("alpha", "premultiplied")
+  g.draw(canvas, (width - scale * draw.WIDTH) / 2, (height - scale * draw.HEIGHT) / 2, 0, scale, scale)
+  g.setBlendMode("alpha")
+  if shot then
+    save(shot)
+    shot = nil
+  end
+end
+
+function love.keypressed(key)
+  if broken then return love.event.quit(1) end
+  if key == "escape" then love.event.quit(0) end
+  if key == "r" and game and not script then start() end
+end

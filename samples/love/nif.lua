@@ -1,0 +1,154 @@
+-- nifkit for LuaJIT: loads libnif.so, and wraps what the game uses of it. Every function that can fail returns nil and a sentence.
+local ffi = require("ffi")
+ffi.cdef(require("nif_cdef"))
+
+local nif = {}
+local C -- the library, once it is loaded
+local VERSION = "0.1" -- of nif.h that nif_cdef.lua was made from; before 1.0 another minor version may differ
+
+local function sentence()
+  return ffi.string(C.nifGetErrorMessage())
+end
+
+-- Loads the library: `path`, or where the system finds it. To be called first.
+function nif.load(path)
+  local names = path and { path } or { "libnif.so." .. VERSION, "libnif.so" }
+  local why
+  for _, name in ipairs(names) do
+    -- A plain name would be looked for in the system's folders alone.
+    local file = path and not name:find("/") and "./" .. name or name
+    local fine, found = pcall(ffi.load, file)
+    if fine then
+      local known, number = pcall(function() return found.nifGetVersion() end)
+      if not known then return nil, ("%s is not nifkit's runtime: it has no nifGetVersion"):format(name) end
+      local version = ("%d.%d"):format(math.floor(number / 10000), math.floor(number / 100) % 100)
+      if version ~= VERSION then
+        return nil, ("%s is version %s of nifkit's runtime; this game is made for %s"):format(name, version, VERSION)
+      end
+      C = found
+      return true
+    end
+    why = why or tostring(found)
+  end
+  return nil, ("cannot load nifkit's runtime, %s: %s"):format(path or "libnif.so", why)
+end
+
+local Device, Asset, Scene, Rays = {}, {}, {}, {}
+Device.__index, Asset.__index, Scene.__index, Rays.__index = Device, Asset, Scene, Rays
+
+-- A device of `threads` threads; 0: as many as the machine has.
+function nif.device(threads)
+  local out = ffi.new("NifDevice[1]")
+  if C.nifNewDevice("threads=" .. threads, nil, out) ~= C.NIF_OK then return nil, sentence() end
+  return setmetatable({ handle = ffi.gc(out[0], C.nifReleaseDevice) }, Device)
+end
+
+-- Threads and instruction set.
+function Device:info()
+  local info = ffi.new("NifDeviceInfo", { struct_size = ffi.sizeof("NifDeviceInfo") })
+  if C.nifGetDeviceInfo(self.handle, info) ~= C.NIF_OK then return nil, sentence() end
+  return { threads = info.threads, isa = ffi.string(info.isa) }
+end
+
+-- Loads a .nif file.
+function Device:asset(path)
+  local out = ffi.new("NifAsset[1]")
+  if C.nifLoadAssetFile(self.handle, path, C.NIF_LOAD_READ, out) ~= C.NIF_OK then return nil, sentence() end
+  return setmetatable({ handle = ffi.gc(out[0], C.nifReleaseAsset) }, Asset)
+end
+
+-- Bytes in memory.
+function Asset:bytes()
+  local info = ffi.new("NifAssetInfo", { struct_size = ffi.sizeof("NifAssetInfo") })
+  if C.nifGetAssetInfo(self.handle, info) ~= C.NIF_OK then return nil, sentence() end
+  return tonumber(info.resident_bytes)
+end
+
+function Device:scene()
+  local out = ffi.new("NifScene[1]")
+  if C.nifNewScene(self.handle, out) ~= C.NIF_OK then return nil, sentence() end
+  return setmetatable({ handle = ffi.gc(out[0], C.nifReleaseScene) }, Scene)
+end
+
+-- Adds an asset. `transform` is a table of 12 numbers, a row-major 3x4 matrix, or nil.
+function Scene:add(asset, transform)
+  local matrix = transform and ffi.new("float[12]", transform)
+  if C.nifAddAsset(self.handle, asset.handle, matrix, nil, nil) ~= C.NIF_OK then return nil, sentence() end
+  return true
+end
+
+function Scene:commit()
+  if C.nifCommitScene(self.handle) ~= C.NIF_OK then return nil, sentence() end
+  return true
+end
+
+-- The box around everything, of the last commit: two tables of x, y, z, from 0 on. Also the number of instances.
+function Scene:bounds()
+  local info = ffi.new("NifSceneInfo", { struct_size = ffi.sizeof("NifSceneInfo") })
+  if C.nifGetSceneInfo(self.handle, info) ~= C.NIF_OK then return nil, sentence() end
+  local low, high = {}, {}
+  for axis = 0, 2 do low[axis], high[axis] = info.bounds_min[axis], info.bounds_max[axis] end
+  return low, high, info.instance_count
+end
+
+-- Room for `capacity` rays and their answers: visible[i] is 1 or 0; t[i] is infinite if nothing is hit; normal[3 * i + axis].
+-- All count from 0.
+function nif.rays(capacity)
+  local rays = setmetatable({
+    capacity = capacity,
+    ray = ffi.new("NifRay[?]", capacity),
+    visible = ffi.new("uint8_t[?]", capacity),
+    t = ffi.new("float[?]", capacity),
+    normal = ffi.new("float[?]", 3 * capacity),
+    query = ffi.new("NifQuery"),
+    hits = ffi.new("NifHits"),
+  }, Rays)
+  local query, first = rays.query, rays.ray[0]
+  query.struct_size = ffi.sizeof("NifQuery")
+  for axis = 0, 2 do
+    query.origin[axis] = first.origin + axis
+    query.direction[axis] = first.direction + axis
+  end
+  local base, size = ffi.cast("const char*", rays.ray), ffi.sizeof("NifRay")
+  query.tmin = ffi.cast("const float*", base + ffi.offsetof("NifRay", "tmin"))
+  query.tmax = ffi.cast("const float*", base + ffi.offsetof("NifRay", "tmax"))
+  query.origin_stride, query.direction_stride, query.tmin_stride, query.tmax_stride = size, size, size, size
+  rays.hits.struct_size = ffi.sizeof("NifHits")
+  rays.hits.t, rays.hits.normal = rays.t, rays.normal
+  return rays
+end
+
+-- Sets ray i to the points origin + t direction, 0 <= t <= tmax.
+function Rays:set(i, ox, oy, oz, dx, dy, dz, tmax)
+  local ray = self.ray[i]
+  ray.origin[0], ray.origin[1], ray.origin[2] = ox, oy, oz
+  ray.direction[0], ray.direction[1], ray.direction[2] = dx, dy, dz
+  ray.tmin, ray.tmax = 0, tmax
+end
+
+-- Rays asked so far by this program, for the display.
+nif.asked = 0
+
+local function prepare(rays, count)
+  assert(count <= rays.capacity, "more rays than there is room for")
+  rays.query.count = count
+  nif.asked = nif.asked + count
+end
+
+-- Answers the first `count` rays: writes rays.visible.
+function Scene:see(rays, count)
+  prepare(rays, count)
+  rays.query.visible = rays.visible
+  if C.nifQuery(self.handle, rays.query) ~= C.NIF_OK then return nil, sentence() end
+  return true
+end
+
+-- Finds the first hits of the first `count` rays: writes rays.t and rays.normal.
+function Scene:hit(rays, count)
+  prepare(rays, count)
+  rays.query.visible = nil
+  if C.nifIntersect(self.handle, rays.query, rays.hits) ~= C.NIF_OK then return nil, sentence() end
+  return true
+end
+
+return nif
