@@ -1,7 +1,8 @@
-# What `cpack` makes of a build: three Debian packages, and one .tar.gz of all that is installed. Times in them are those of
+# What `cpack` makes of a build: Debian packages, and one .tar.gz of all that is installed. Times in them are those of
 # SOURCE_DATE_EPOCH, so that the same build gives the same bytes (tools/release.sh sets it).
-#   nifkit      the nif program       nifkit-dev  the runtime's library, headers and CMake package
-#   nifkit-hip  the GPU module, where it was built
+#   nifkit      the nif program       libnif0.1   the runtime's shared library, by the version of its ABI
+#   nifkit-hip  the GPU module,       nifkit-dev  the runtime's static library, headers and CMake package
+#               where it was built
 set(CPACK_PACKAGE_NAME nifkit)
 set(CPACK_PACKAGE_VENDOR "the nifkit authors")
 set(CPACK_PACKAGE_CONTACT "the nifkit authors <nifkit@example.org>")
@@ -13,10 +14,28 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXE
     WORLD_EXECUTE)
 set(CPACK_THREADS 0)
 
-set(nif_components dev)
+set(nif_components lib dev)
+set(nif_lib_package libnif${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+set(CPACK_DEBIAN_LIB_PACKAGE_NAME ${nif_lib_package})
+set(CPACK_DEBIAN_LIB_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_LIB_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_LIB_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_BINARY_DIR}/packaging/shlibs
+                                           ${CMAKE_CURRENT_BINARY_DIR}/packaging/triggers)
+file(CONFIGURE OUTPUT packaging/triggers CONTENT "activate-noawait ldconfig\n")
+file(CONFIGURE OUTPUT packaging/shlibs
+     CONTENT "libnif ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} ${nif_lib_package} (>= ${PROJECT_VERSION})\n")
+# cpack also has packages of shared libraries call ldconfig themselves, where Debian's own tools leave that to dpkg.
+file(CONFIGURE OUTPUT packaging/lintian-overrides CONTENT "${nif_lib_package}: maintscript-calls-ldconfig\n")
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/packaging/lintian-overrides DESTINATION share/lintian/overrides
+        RENAME ${nif_lib_package} COMPONENT lib)
+set(CPACK_DEBIAN_LIB_PACKAGE_SUGGESTS nifkit-hip)
+set(CPACK_COMPONENT_LIB_DESCRIPTION "runtime library of nifkit, for programs linked with it
+ Loads .nif assets and answers whether rays are blocked, and where they first
+ meet something, on the CPU or a GPU. Programs and bindings load it.")
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${nif_lib_package} (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME nifkit-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_COMPONENT_DEV_DESCRIPTION "runtime library and headers of nifkit
+set(CPACK_COMPONENT_DEV_DESCRIPTION "static library and headers of nifkit's runtime
  Loads .nif assets and answers whether rays are blocked, and where they first
  meet something, on the CPU or a GPU. Has a C interface, a C++ wrapper, and
  packages for CMake and pkg-config.")

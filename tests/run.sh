@@ -9,8 +9,8 @@
 #                              the sanitizers, every fuzzer, code for all GPUs, the runtime alone, and each source and header
 #                              by itself
 #   tests/run.sh --nightly [HOURS]   NEON's kernels, emulated; the runtime's threads under the sanitizer, for an hour; hundreds
-#                              of kills; what fuzzers reach; then fuzzes and bakes random meshes for so many hours (8),
-#                              going on from the last time; see tests/nightly.sh
+#                              of kills; 10^7 segments of each real mesh; what tests and fuzzers reach; then fuzzes and bakes
+#                              random meshes for so many hours (8), going on from the last time; see tests/nightly.sh
 #
 # Long tests have ctest's label `long`. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are
 # skipped.
@@ -159,6 +159,12 @@ stress_threads() {
     build/tsan/bin/runtime_test --gtest_filter=Stress.ForHalfAMinute
 }
 
+# many_segments: proofs, exact objects and first hits on real meshes.
+many_segments() {
+  NIF_TEST_SEGMENTS=10000000 build/release/bin/truth_test --gtest_filter='*OnRealMeshes.*:*OfRealMeshes.*' \
+    && NIF_TEST_SEGMENTS=10000000 build/release/bin/exact_object_test --gtest_filter='*OnRealMeshes.*'
+}
+
 needed=(build check gpu)
 case $size in
   quick) ;;
@@ -178,6 +184,10 @@ if [[ $size == nightly ]]; then
     step 'no memory at every 1,000th allocation' env NIF_EVERY_ALLOCATION=1000 \
       build/release/bin/faults_test '--gtest_filter=NoMemory.*' || true
   fi
+  if [[ -n ${NIF_TEST_MESHES-} ]] && step 'build tests of proofs' build_part release 'truth_test exact_object_test'; then
+    step '10^7 segments of each mesh' many_segments || true
+  fi
+  step 'what tests reach' tests/coverage.sh || true
   step 'what fuzzers reach' tests/fuzz/coverage.sh || true
   step 'fuzz, and bake random meshes' tests/nightly.sh "$hours" || true
   exit

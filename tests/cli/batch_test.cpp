@@ -149,6 +149,29 @@ TEST_F(Batch, ContentCountsAndNotTimes) {
   EXPECT_EQ(batch_json(file, {"--force"})["baked"], 2);
 }
 
+// A number without a value in the type that is read was undefined behaviour, found by fuzz_scene.
+TEST_F(Batch, ADamagedRecordCountsAsNone) {
+  write("a.obj", ball_);
+  const std::string file = manifest("[[asset]]\nmesh = \"a.obj\"\n");
+  ASSERT_EQ(batch_json(file)["baked"], 1);
+  fs::path record;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder_.path() / ".nif-batch"))
+    if (entry.path().extension() == ".json") record = entry.path();
+  ASSERT_FALSE(record.empty());
+  const json whole = json::parse(read_bytes(record));
+  const std::pair<const char*, json> damages[] = {
+      {"/sources/0/size", 7.9e75},     {"/sources/0/size", -1}, {"/asset/modified", 1e300},
+      {"/report/peak_memory", "much"}, {"/report/sources", 3},  {"/report", nullptr}};
+  for (const auto& [where, value] : damages) {
+    json damaged = whole;
+    damaged[json::json_pointer(where)] = value;
+    std::ofstream(record) << damaged;
+    const json again = batch_json(file);
+    EXPECT_EQ(again["baked"], 1) << where;
+    EXPECT_EQ(again["assets"][0]["reason"], "new") << where;
+  }
+}
+
 TEST_F(Batch, ADryRunSaysWhatAndWhyAndDoesNothing) {
   write("a.obj", ball_);
   const Outcome outcome = batch(manifest("[[asset]]\nmesh = \"*.obj\"\n"), {"--dry-run"});

@@ -8,7 +8,7 @@ import struct
 import sys
 import zlib
 
-MANIFEST, RECORD, SCENE, ENVIRONMENT = range(4)
+MANIFEST, RECORD, SCENE, ENVIRONMENT, CHECKPOINT = range(5)
 
 MANIFEST_TEXT = '''output = "out/{folder}/{stem}.nif"
 state = "state"
@@ -130,12 +130,20 @@ def zipped(row):
     return packed if len(packed) < len(row) else row
 
 
+def checkpoint():
+    """Two trainings of a bake: one that has ended, one in the middle."""
+    return struct.pack("<Q", 2) + b"".join(
+        struct.pack("<Q", len(name)) + name + struct.pack("<BQ", ended, len(state)) + state
+        for name, ended, state in ((b"ball", 1, bytes(range(24))), (b"box", 0, bytes(40))))
+
+
 def main(folder):
     folder.mkdir(parents=True, exist_ok=True)
     for name, kind, content in (("manifest", MANIFEST, MANIFEST_TEXT.encode()), ("record", RECORD, RECORD_TEXT.encode()),
                                 ("scene", SCENE, SCENE_TEXT.encode()), ("hdr", ENVIRONMENT, radiance()),
                                 ("flat-hdr", ENVIRONMENT, flat_radiance()),
-                                ("exr", ENVIRONMENT, exr(0, lambda row: row)), ("zip-exr", ENVIRONMENT, exr(2, zipped))):
+                                ("exr", ENVIRONMENT, exr(0, lambda row: row)), ("zip-exr", ENVIRONMENT, exr(2, zipped)),
+                                ("checkpoint", CHECKPOINT, checkpoint())):
         (folder / name).write_bytes(bytes([kind]) + content)
 
 

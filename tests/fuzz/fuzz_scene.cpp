@@ -1,9 +1,13 @@
 // Any bytes as what a person or a program writes beside meshes: a manifest of bakes, a record of an earlier
-// bake, a scene to render, an environment map. Each is refused with a sentence, or read. The first byte of
-// the input chooses which.
+// bake, a checkpoint of a bake, a scene to render, an environment map. Each is refused with a sentence, or
+// read. The first byte of the input chooses which.
 #include <filesystem>
 #include <fstream>
+#include <span>
+#include <vector>
 
+#include "bake/checkpoint.hpp"
+#include "formats/nif/crc32c.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tools/batch/manifest.hpp"
 #include "tools/batch/record.hpp"
@@ -99,11 +103,35 @@ void read_environment(std::string_view bytes) {
   }
 }
 
+/// What follows the key in a checkpoint of a bake, with its checksum put right.
+void read_checkpoint(std::string_view text) {
+  using namespace nif::bake;
+  const BakeKey key{"program", "mesh", "options"};
+  std::vector<std::byte> file = encode_checkpoint(key, {});
+  file.resize(file.size() - sizeof(uint64_t) - sizeof(uint32_t));  // the count of trainings, and the checksum
+  const auto add = [&](std::string_view bytes) {
+    const auto more = std::as_bytes(std::span(bytes));
+    file.insert(file.end(), more.begin(), more.end());
+  };
+  add(text);
+  const uint32_t sum = nif::format::crc32c(file);
+  add({reinterpret_cast<const char*>(&sum), sizeof(sum)});
+  try {
+    const std::vector<KeptTraining> trainings = decode_checkpoint(file, key);
+    size_t bytes = 0;
+    for (const KeptTraining& training : trainings) bytes += training.object.size() + training.state.size();
+    must(bytes <= text.size());
+    must(encode_checkpoint(key, trainings).size() == file.size());
+  } catch (const nif::Error& error) {
+    must(error.status() == nif::Status::checkpoint_refused);
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   nif::test::Choices choices(data, size);
-  switch (choices.below(4)) {
+  switch (choices.below(5)) {
     case 0:
       read_manifest(choices.rest());
       break;
@@ -113,8 +141,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     case 2:
       read_scene(choices.rest());
       break;
-    default:
+    case 3:
       read_environment(choices.rest());
+      break;
+    default:
+      read_checkpoint(choices.rest());
   }
   return 0;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
@@ -30,6 +31,13 @@ inline std::vector<std::filesystem::path> real_meshes() {
   }
   std::sort(meshes.begin(), meshes.end());
   return meshes;
+}
+
+/// How many rays of each mesh a test asks: NIF_TEST_SEGMENTS where that is set, as tests/run.sh --nightly
+/// does.
+inline uint64_t segments_wanted(uint64_t otherwise) {
+  const char* const wanted = std::getenv("NIF_TEST_SEGMENTS");
+  return wanted ? std::strtoull(wanted, nullptr, 10) : otherwise;
 }
 
 }  // namespace nif::test

@@ -53,9 +53,25 @@ Json to_json(const FileState& state) {
   return {{"path", state.path}, {"size", state.size}, {"modified", state.modified}, {"hash", state.hash}};
 }
 
+/// A whole number of the type asked for; get() would convert any number, and 1e75 has no value there.
+template <class T>
+T whole(const Json& json) {
+  const bool fits = std::is_unsigned_v<T> ? json.is_number_unsigned() : json.is_number_integer();
+  if (!fits) throw Error(Status::file_unreadable, json.dump() + " is not a whole number");
+  return json.get<T>();
+}
+
 FileState state_from(const Json& json) {
-  return {json.at("path").get<std::string>(), json.at("size").get<uint64_t>(),
-          json.at("modified").get<int64_t>(), json.at("hash").get<std::string>()};
+  return {json.at("path").get<std::string>(), whole<uint64_t>(json.at("size")),
+          whole<int64_t>(json.at("modified")), json.at("hash").get<std::string>()};
+}
+
+/// Of a report what is read again: the files, the time and the memory that the bake took.
+bool is_report(const Json& report) {
+  return report.is_object() && report.contains("sources") && report["sources"].is_array() &&
+         std::ranges::all_of(report["sources"], &Json::is_string) &&
+         (!report.contains("peak_memory") || report["peak_memory"].is_number_unsigned()) &&
+         (!report.contains("seconds") || report["seconds"].is_number());
 }
 
 }  // namespace
@@ -98,7 +114,8 @@ std::optional<BakeRecord> Records::load(const BatchAsset& asset) const {
   try {
     const mesh::detail::ByteBuffer text = mesh::detail::load_file(path_for(asset, ".json"), 64 << 20);
     const Json json = Json::parse(text.view());
-    if (json.at("schema") != kSchema || json.at("name") != asset.name) return std::nullopt;
+    if (json.at("schema") != kSchema || json.at("name") != asset.name || !is_report(json.at("report")))
+      return std::nullopt;
     BakeRecord record{
         json.at("version"), json.at("options"), {}, state_from(json.at("asset")), json.at("report")};
     for (const Json& source : json.at("sources")) record.sources.push_back(state_from(source));

@@ -1,0 +1,57 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "bake/checkpoint.hpp"
+#include "bake/options.hpp"
+#include "bake/spherical/describe.hpp"
+#include "formats/nif/crc32c.hpp"
+
+namespace nif::bake {
+namespace {
+
+/// To be raised where what a trainer keeps changes.
+constexpr uint32_t kCheckpointVersion = 1;
+
+template <class T>
+std::string shown(const std::optional<T>& value) {
+  return value ? fmt::format("{}", *value) : "-";
+}
+
+uint32_t checksum_of(const mesh::Scene& scene) {
+  uint32_t sum = 0;
+  const auto add = [&](const auto& values) { sum = format::crc32c(std::as_bytes(std::span(values)), sum); };
+  for (const mesh::Mesh& mesh : scene.meshes) {
+    const std::array counts{mesh.positions.size(), mesh.triangles.size()};
+    add(counts), add(mesh.positions), add(mesh.triangles);
+  }
+  for (const mesh::Instance& instance : scene.instances)
+    add(std::array{instance.mesh}), add(instance.transform);
+  return sum;
+}
+
+}  // namespace
+
+BakeKey key_of(const mesh::Scene& scene, const BakeOptions& options, std::string_view inputs) {
+  const SphericalBakeOptions& spherical = options.spherical;
+  std::string text = fmt::format(
+      "encoding {} preset {} seed {} strict {} uncoded {} source-triangles {} colors {} max-bytes {} "
+      "max-error "
+      "{} open-rays {} effort {} rays {} spoil {} scale {} resolution {}",
+      options.encoding, name_of(options.preset), options.seed, options.strict, options.uncoded,
+      options.source_triangles, options.colors, shown(options.max_bytes), shown(options.max_error),
+      options.open_rays, shown(options.effort), options.evaluation_rays, options.spoil_at_step, options.scale,
+      shown(options.resolution));
+  if (options.lean) text += fmt::format(" lean {} {}", name_of(options.lean->mistake), options.lean->rate);
+  if (options.mix)
+    for (const double share : *options.mix) text += fmt::format(" mix {}", share);
+  text += " spherical " + to_json(spherical).dump();
+  if (spherical.given)
+    text += fmt::format(" given {} {} {}", spherical.given->name, spherical.given->rounds,
+                        bool(spherical.given->draw_primary));
+  return {fmt::format("{} {}", NIF_VERSION_STRING, kCheckpointVersion),
+          fmt::format("{:016x} {:08x}", scene.source_hash, checksum_of(scene)),
+          fmt::format("{} {}", text, inputs)};
+}
+
+}  // namespace nif::bake
