@@ -89,6 +89,26 @@ local function paint()
   end
 end
 
+-- Whether one of these keys is down; of a script, the one that it holds.
+local held
+local function down(...)
+  if not script then return love.keyboard.isDown(...) and 1 or 0 end
+  for _, key in ipairs({ ... }) do
+    if key == held then return 1 end
+  end
+  return 0
+end
+
+-- Where the keys say that the player wishes to go: x and z.
+local function wish()
+  return down("right", "d") - down("left", "a"), down("down", "s") - down("up", "w")
+end
+
+local function pressed(key)
+  if key == "escape" then love.event.quit(0) end
+  if key == "r" and game then start() end
+end
+
 -- The script plays until a picture has to be drawn, for a tenth of a second at most.
 local function play_script()
   local from = love.timer.getTime()
@@ -98,16 +118,16 @@ local function play_script()
     if what == "end" then return love.event.quit(0) end
     if what == "shot" then
       shot = value
-    elseif what == "restart" then
-      start()
+    elseif what == "press" then
+      pressed(value)
+    elseif what == "hold" then
+      held = value
+      game:step(wish())
+      held = nil
     else
       game:step(what, value)
     end
   end
-end
-
-local function down(...)
-  return love.keyboard.isDown(...) and 1 or 0
 end
 
 function love.update(dt)
@@ -117,7 +137,7 @@ function love.update(dt)
   time = math.min(time + dt, 0.25)
   while time >= Game.STEP do
     time = time - Game.STEP
-    game:step(down("right", "d") - down("left", "a"), down("down", "s") - down("up", "w"))
+    game:step(wish())
   end
 end
 
@@ -164,6 +184,5 @@ end
 
 function love.keypressed(key)
   if broken then return love.event.quit(1) end
-  if key == "escape" then love.event.quit(0) end
-  if key == "r" and game and not script then start() end
+  if not script then pressed(key) end
 end

@@ -3,9 +3,10 @@
 --   walk COLUMN ROW     goes straight to the middle of that cell, sliding along statues
 --   wait SECONDS        stands still
 --   at SECONDS          stands still until so much of the game has passed
---   hold KEY SECONDS    goes left, right, up or down, as if an arrow were held
---   restart             as if R were pressed
+--   hold KEY SECONDS    as if that key were held, e.g. left or a
+--   press KEY           as if that key were pressed, e.g. r
 --   expect WORD         ends with an error unless the game is in this state: playing, won, caught, seen or unseen
+--   near COLUMN ROW     ends with an error unless the player is in that cell
 --   gems NUMBER         ends with an error unless so many are left
 --   until WORD SECONDS  stands still until the game is in that state; an error if it takes longer
 --   shot FILE           writes a picture of the next frame (PNG)
@@ -15,7 +16,6 @@ local museum = require("museum")
 local script = {}
 script.__index = script
 
-local KEYS = { left = { -1, 0 }, right = { 1, 0 }, up = { 0, -1 }, down = { 0, 1 } }
 local WORDS = { playing = true, won = true, caught = true, seen = true, unseen = true }
 
 local function is(game, word)
@@ -34,10 +34,11 @@ function script.new(text, name)
     local verb, a, b = words[1], words[2], words[3]
     local fine = ({
       walk = #words == 3 and tonumber(a) and tonumber(b) and museum.at(tonumber(a), tonumber(b)),
+      near = #words == 3 and tonumber(a) and tonumber(b),
       wait = #words == 2 and tonumber(a),
       at = #words == 2 and tonumber(a),
-      hold = #words == 3 and KEYS[a] and tonumber(b),
-      restart = #words == 1,
+      hold = #words == 3 and tonumber(b),
+      press = #words == 2,
       expect = #words == 2 and WORDS[a],
       gems = #words == 2 and tonumber(a),
       ["until"] = #words == 3 and WORDS[a] and tonumber(b),
@@ -53,8 +54,8 @@ local function failed(self, command, text)
   return nil, ("%s, line %d: %s"):format(self.name, command.line, text)
 end
 
--- What to do in the next step of the game. Returns the wish to move, dx and dz; or "shot" and a file; or "restart"; or "end"; or nil
--- and a sentence. `step` is the length of a step in seconds.
+-- What to do next. Returns the wish to move in the next step of the game, dx and dz; or "hold" and a key, for the next step; or "press"
+-- and a key; or "shot" and a file; or "end"; or nil and a sentence. `step` is the length of a step in seconds.
 function script:next(game, step)
   while true do
     local command = self.commands[self.at]
@@ -74,18 +75,22 @@ function script:next(game, step)
     elseif verb == "at" and game.state == "playing" and game.time < tonumber(a) - step / 2 then
       return 0, 0
     elseif verb == "hold" and seconds < tonumber(b) then
-      return KEYS[a][1], KEYS[a][2]
+      return "hold", a
     elseif verb == "until" and not is(game, a) then
       if seconds < tonumber(b) then return 0, 0 end
       return failed(self, command, ("not %s within %s s"):format(a, b))
     elseif verb == "expect" and not is(game, a) then
       return failed(self, command, ("expected %s; it is %s"):format(a, game.state))
+    elseif verb == "near" then
+      local column, row = museum.cell_of(game.x, game.z)
+      if column ~= tonumber(a) or row ~= tonumber(b) then
+        return failed(self, command, ("expected the player in cell %s %s, not %d %d"):format(a, b, column, row))
+      end
     elseif verb == "gems" and game:gems_left() ~= tonumber(a) then
       return failed(self, command, ("expected %s gems; there are %d"):format(a, game:gems_left()))
     end
     self.at, self.steps = self.at + 1, 0
-    if verb == "shot" then return "shot", a end
-    if verb == "restart" then return "restart" end
+    if verb == "shot" or verb == "press" then return verb, a end
   end
 end
 

@@ -165,7 +165,7 @@ end
 
 -- Scripts that cannot be read, and that are wrong about the game.
 local Script = require("script")
-for _, line in ipairs({ "jump", "walk 1", "walk 0 1", "wait x", "hold space 1", "expect sleeping", "gems", "shot", "until won" }) do
+for _, line in ipairs({ "jump", "walk 1", "walk 0 1", "wait x", "hold space", "press", "expect sleeping", "gems", "shot", "until won" }) do
   refused("s.txt, line 2", Script.new("wait 1\n" .. line .. "\n", "s.txt"))
 end
 local hasty = assert(Script.new("expect won # not yet", "s.txt"))
