@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Tests samples/audio: the level falls behind the object and comes back, by as much as rays are hidden; what is wrong is said, with
-# an exit code, and leaves no file. With NIF_TEST_MESHES also behind the Stanford dragon. Prints "Skipped: ..." and ends with
-# 0 where OpenAL Soft is not installed.
+# Tests samples/audio: the level falls behind the object and comes back, by as much as rays are hidden; what is wrong is said,
+# with an exit code, and leaves no file. With NIF_TEST_MESHES also behind the Stanford dragon. Prints "Skipped: ..." and ends
+# with 0 where OpenAL Soft is not installed.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=samples/prepare.sh

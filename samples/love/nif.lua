@@ -1,4 +1,5 @@
--- nifkit for LuaJIT: loads libnif.so, and wraps what the game uses of it. Every function that can fail returns nil and a sentence.
+-- nifkit for LuaJIT: loads libnif.so, and wraps what the game uses of it. Every function that can fail returns nil and a
+-- sentence.
 local ffi = require("ffi")
 ffi.cdef(require("nif_cdef"))
 

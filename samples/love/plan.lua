@@ -1,6 +1,6 @@
--- Plans a way to win without being seen, by the same questions that the guards ask. While they see nobody, the guards' walks do not
--- depend on the player: so where they are at each time is known beforehand, and a search over cells, times and gems finds the
--- shortest way. For tests: it shows that the game can be won in a hall of any mesh.
+-- Plans a way to win without being seen, by the same questions that the guards ask. While they see nobody, the guards' walks
+-- do not depend on the player: so where they are at each time is known beforehand, and a search over cells, times and gems
+-- finds the shortest way. For tests: it shows that the game can be won in a hall of a mesh.
 local Guard = require("guard")
 local game = require("game")
 local museum = require("museum")

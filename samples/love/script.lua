@@ -54,8 +54,8 @@ local function failed(self, command, text)
   return nil, ("%s, line %d: %s"):format(self.name, command.line, text)
 end
 
--- What to do next. Returns the wish to move in the next step of the game, dx and dz; or "hold" and a key, for the next step; or "press"
--- and a key; or "shot" and a file; or "end"; or nil and a sentence. `step` is the length of a step in seconds.
+-- What to do next. Returns the wish to move in the next step of the game, dx and dz; or "hold" and a key, for the next step;
+-- or "press" and a key; or "shot" and a file; or "end"; or nil and a sentence. `step` is the length of a step in seconds.
 function script:next(game, step)
   while true do
     local command = self.commands[self.at]

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Tests samples/love: its declarations against nif.h, its rules without a window, and the game in LÖVE, played by scripts on a screen
-# that nobody sees. With NIF_TEST_MESHES also in a hall of Stanford dragons. Prints "Skipped: ..." and ends with 0 where LÖVE, LuaJIT or
-# Xvfb is not installed.
+# Tests samples/love: its declarations against nif.h, its rules without a window, and the game in LÖVE, played by scripts on a
+# screen that nobody sees. With NIF_TEST_MESHES also in a hall of Stanford dragons. Prints "Skipped: ..." and ends with 0 where
+# LÖVE, LuaJIT or Xvfb is not installed.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=samples/prepare.sh

@@ -1,6 +1,6 @@
--- Compares nif_cdef.lua with nif.h, for luajit: a C program, made from the declarations here and compiled against the header, prints
--- sizes, offsets and numbers, and they must be those that the FFI uses. Functions are declared again in that program, where another
--- type than the header's is an error of the compiler.
+-- Compares nif_cdef.lua with nif.h, for luajit: a C program, made from the declarations here and compiled against the header,
+-- prints sizes, offsets and numbers, and they must be those that the FFI uses. Functions are declared again in that program,
+-- where another type than the header's is an error of the compiler.
 --
 --   luajit test_cdef.lua FOLDER_OF_INCLUDES SCRATCH_FOLDER [CC]
 local ffi = require("ffi")
@@ -39,7 +39,8 @@ for _, structure in ipairs(structures) do
   for _, field in ipairs(structure.fields) do
     fact(("offset %s.%s"):format(s, field), ffi.offsetof(s, field), ("offsetof(%s, %s)"):format(s, field))
     fact(("same type %s.%s"):format(s, field), 1,
-      ("__builtin_types_compatible_p(__typeof__(((%s*)0)->%s), __typeof__(((struct copy_of_%s*)0)->%s))"):format(s, field, s, field))
+      ("__builtin_types_compatible_p(__typeof__(((%s*)0)->%s), __typeof__(((struct copy_of_%s*)0)->%s))")
+        :format(s, field, s, field))
   end
 end
 for _, e in ipairs(enumerators) do

@@ -14,7 +14,8 @@ local function check(fine, text)
   io.stderr:write("test_game.lua: ", text, "\n")
 end
 local function refused(text, result, why)
-  check(result == nil and type(why) == "string" and why:find(text, 1, true), ("no error with '%s', but: %s"):format(text, tostring(why)))
+  local fine = result == nil and type(why) == "string" and why:find(text, 1, true)
+  check(fine, ("no error with '%s', but: %s"):format(text, tostring(why)))
 end
 
 -- What cannot be loaded.
@@ -165,7 +166,8 @@ end
 
 -- Scripts that cannot be read, and that are wrong about the game.
 local Script = require("script")
-for _, line in ipairs({ "jump", "walk 1", "walk 0 1", "wait x", "hold space", "press", "expect sleeping", "gems", "shot", "until won" }) do
+local unreadable = { "jump", "walk 1", "walk 0 1", "wait x", "hold space", "press", "expect sleeping", "gems", "shot", "until won" }
+for _, line in ipairs(unreadable) do
   refused("s.txt, line 2", Script.new("wait 1\n" .. line .. "\n", "s.txt"))
 end
 local hasty = assert(Script.new("expect won # not yet", "s.txt"))
