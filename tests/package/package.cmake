@@ -145,8 +145,7 @@ elseif(STEP STREQUAL "embree")
 
 elseif(STEP STREQUAL "audio")
   # The short form of samples/audio/test.sh.
-  find_path(openal AL/alext.h)
-  if(NOT openal)
+  if(NOT OPENAL)
     message("Skipped: OpenAL Soft is not installed")
     return()
   endif()
