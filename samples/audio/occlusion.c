@@ -22,6 +22,22 @@ static void fill_ball(float (*points)[3], int count) {
   }
 }
 
+/* Objects of the encoding proof leave rays open, for a BVH that is not here. */
+static int answers_all(const Occlusion* occlusion, const char* path) {
+  NifAssetInfo asset = {.struct_size = sizeof(asset)};
+  uint32_t i;
+  if (nifGetAssetInfo(occlusion->asset, &asset) != NIF_OK) return failed("asset");
+  for (i = 0; i < asset.object_count; ++i) {
+    NifObjectInfo object = {.struct_size = sizeof(object)};
+    if (nifGetObjectInfo(occlusion->asset, i, &object) != NIF_OK) return failed("asset");
+    if (object.encoding == NIF_ENCODING_PROOF) {
+      fprintf(stderr, "audio: %s: an asset of the encoding proof leaves rays open; bake another one\n", path);
+      return 0;
+    }
+  }
+  return 1;
+}
+
 /* The box of the asset as it is in its file. */
 static int measure(Occlusion* occlusion, float* low, float* high) {
   NifScene alone = NULL;
@@ -46,7 +62,7 @@ int occlusion_open(Occlusion* occlusion, const char* path, int up, int front, co
   /* The message names the file. */
   if (nifLoadAssetFile(occlusion->device, path, NIF_LOAD_READ, &occlusion->asset) != NIF_OK)
     return failed("asset");
-  if (!measure(occlusion, low, high)) return 0;
+  if (!answers_all(occlusion, path) || !measure(occlusion, low, high)) return 0;
   for (row = 0; row < 3; ++row) longest = fmaxf(longest, high[row] - low[row]);
   if (!(longest > 0)) {
     fprintf(stderr, "audio: %s: the asset is empty\n", path);

@@ -101,6 +101,7 @@ refuses 1 "$scratch/folder" "$scratch/folder" -o "$wav"
 refuses 1 "$scratch/empty.nif" "$scratch/empty.nif" -o "$wav"
 refuses 1 "$scratch/short.nif" "$scratch/short.nif" -o "$wav"
 refuses 1 README.md README.md -o "$wav"
+refuses 1 'tests/golden/v2-proof.nif: an asset of the encoding proof' tests/golden/v2-proof.nif -o "$wav"
 refuses 1 "cannot write $scratch/no_such/sound.wav" "$knot" -o "$scratch/no_such/sound.wav"
 refuses 1 "cannot write $scratch/folder" "$knot" -o "$scratch/folder"
 refuses 1 'cannot write /dev/full' "$knot" -o /dev/full

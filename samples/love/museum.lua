@@ -95,9 +95,11 @@ end
 
 -- Builds the scene of all statues. Returns it, or nil and a sentence.
 function museum.build(device, asset, up)
-  local alone, why = device:scene()
+  local fine, why = asset:answers_all()
+  if not fine then return nil, why or "an asset of the encoding proof leaves rays open; bake another one" end
+  local alone
+  alone, why = device:scene()
   if not alone then return nil, why end
-  local fine
   fine, why = alone:add(asset)
   if fine then fine, why = alone:commit() end
   if not fine then return nil, why end

@@ -58,6 +58,18 @@ function Device:asset(path)
   return setmetatable({ handle = ffi.gc(out[0], C.nifReleaseAsset) }, Asset)
 end
 
+-- False if it leaves rays open (the encoding proof), for a BVH that is not here.
+function Asset:answers_all()
+  local info = ffi.new("NifAssetInfo", { struct_size = ffi.sizeof("NifAssetInfo") })
+  if C.nifGetAssetInfo(self.handle, info) ~= C.NIF_OK then return nil, sentence() end
+  for i = 0, info.object_count - 1 do
+    local object = ffi.new("NifObjectInfo", { struct_size = ffi.sizeof("NifObjectInfo") })
+    if C.nifGetObjectInfo(self.handle, i, object) ~= C.NIF_OK then return nil, sentence() end
+    if object.encoding == C.NIF_ENCODING_PROOF then return false end
+  end
+  return true
+end
+
 -- Bytes in memory.
 function Asset:bytes()
   local info = ffi.new("NifAssetInfo", { struct_size = ffi.sizeof("NifAssetInfo") })

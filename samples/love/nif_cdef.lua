@@ -52,6 +52,28 @@ typedef struct NifAssetInfo {
 } NifAssetInfo;
 NifError nifGetAssetInfo(NifAsset asset, NifAssetInfo* info);
 
+typedef enum NifEncoding {
+  NIF_ENCODING_PROOF = 5,
+  NIF_ENCODING_IS_32_BITS = 0x7fffffff
+} NifEncoding;
+
+typedef struct NifObjectInfo {
+  uint64_t struct_size;
+  const char* name;
+  NifEncoding encoding;
+  uint32_t network;
+  float bounds_min[3];
+  float bounds_max[3];
+  float bias;
+  uint32_t triangles;
+  uint64_t resident_bytes;
+  uint32_t proves;
+  uint32_t source_triangles;
+  uint32_t colors;
+  uint32_t reserved;
+} NifObjectInfo;
+NifError nifGetObjectInfo(NifAsset asset, uint32_t object, NifObjectInfo* info);
+
 NifError nifNewScene(NifDevice device, NifScene* scene);
 void nifReleaseScene(NifScene scene);
 NifError nifAddAsset(NifScene scene, NifAsset asset, const float* transform, uint32_t* first, uint32_t* count);

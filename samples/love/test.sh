@@ -51,6 +51,12 @@ printf 'unsigned nifGetVersion(void) { return 200; }\n' | cc -shared -fPIC -x c 
 golden=tests/golden/v2-shapes.nif
 luajit $game/test_game.lua "$library" "$knot" $golden "$scratch" || fail 'the game in a hall of knots'
 
+# The README's example. The ray goes through the statue's middle.
+sed -n '/^```lua/,/^```$/p' $game/README.md | sed '/^```/d' \
+  | sed "s,/opt/nifkit/lib/libnif.so,$library,; s,statue.nif,$knot," >"$scratch/example.lua"
+said=$(LUA_PATH="$game/?.lua" luajit "$scratch/example.lua") || fail "the README's example"
+[[ $said == hidden ]] || fail "the README's example said '$said'"
+
 # love_plays NAME [options of the game]: by the script $scratch/NAME.txt. Sets code, and writes $scratch/said.
 love_plays() {
   code=0
@@ -120,6 +126,7 @@ expect_refused short "cannot load nifkit's runtime, $scratch/no_such.so" --asset
 expect_refused short 'it has no nifGetVersion.*--library' --asset "$knot" --library "$scratch/libplain.so"
 expect_refused short "no_such.nif" --asset "$scratch/no_such.nif" --library "$library"
 expect_refused short 'README.md' --asset README.md --library "$library"
+expect_refused short 'v2-proof.nif: an asset of the encoding proof' --asset tests/golden/v2-proof.nif --library "$library"
 expect_refused short 'there is no asset; usage: love' --library "$library"
 expect_refused short "unknown option '--what'" --what
 expect_refused short 'up takes y or z' --asset "$knot" --up w
