@@ -107,6 +107,60 @@ TEST_F(Bake, PrintsASummaryForPeople) {
   EXPECT_EQ(listing(folder_.path()), (std::vector<std::string>{"a ball \u00e9.obj", "ball.nif"}));
 }
 
+/// Of a page, from one heading to another.
+std::string between(const std::string& page, const std::string& from, const std::string& to) {
+  const size_t begin = page.find("<h2>" + from), end = page.find("<h2>" + to);
+  return begin < end && end != std::string::npos ? page.substr(begin, end - begin) : "";
+}
+
+TEST_F(Bake, WritesAReportForPeople) {
+  std::string pages[2];
+  for (const int threads : {1, 2}) {
+    const Outcome outcome =
+        bake(ball_, path("ball.nif"), {"--report", path("r.html"), "-j", std::to_string(threads), "--quiet"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out + outcome.err, "");
+    pages[threads - 1] = read_bytes(path("r.html"));
+  }
+  const std::string& page = pages[0];
+  EXPECT_LT(page.size(), 3'000'000u);
+  // From four sides: Embree, the asset, their difference, and where answers are wrong.
+  size_t pictures = 0;
+  for (size_t at = 0; (at = page.find("src=\"", at)) != std::string::npos; ++at, ++pictures)
+    EXPECT_EQ(page.compare(at + 5, 22, "data:image/png;base64,"), 0);
+  EXPECT_EQ(pictures, 16u);
+  for (const char* remote : {"http:", "https:", "src=//", "@import", "url("})
+    EXPECT_EQ(page.find(remote), std::string::npos) << remote;
+  EXPECT_NE(between(page, "Training", "Settings").find("<polyline"), std::string::npos);
+  EXPECT_NE(page.find("<dt>preset</dt><dd>fast</dd>"), std::string::npos);
+  // What was asked is the same for any number of threads, and an exact asset makes no mistakes.
+  const std::string asked = between(page, "Errors by angle", "Bytes by part");
+  EXPECT_NE(asked, "");
+  EXPECT_EQ(asked, between(pages[1], "Errors by angle", "Bytes by part"));
+  EXPECT_EQ(between(page, "Pictures", "Errors by ray set"),
+            between(pages[1], "Pictures", "Errors by ray set"));
+  EXPECT_EQ(page.find("rays, 0.000 % are answered"), std::string::npos);
+  ASSERT_EQ(nif({"bake", ball_, "-o", path("e.nif"), "--encoding", "exact", "--rays", "0", "--report",
+                 path("e.html"), "--quiet"})
+                .code,
+            0);
+  const std::string exact = between(read_bytes(path("e.html")), "Errors by angle", "Bytes by part");
+  EXPECT_NE(exact.find("80 to 90 degrees"), std::string::npos);
+  EXPECT_EQ(exact.find("0.001 %"), std::string::npos);
+  size_t right = 0;
+  for (size_t at = 0; (at = exact.find(">0.000 % of ", at)) != std::string::npos; ++at) ++right;
+  EXPECT_EQ(right, 14u);
+}
+
+TEST_F(Bake, AReportCannotTakeThePlaceOfTheMesh) {
+  const std::string before = read_bytes(ball_);
+  EXPECT_EQ(bake(ball_, path("ball.nif"), {"--report", ball_}).code, int(Status::usage));
+  EXPECT_EQ(bake(ball_, path("ball.nif"), {"--report", path("none/r.html")}).code,
+            int(Status::output_folder_missing));
+  EXPECT_EQ(read_bytes(ball_), before);
+  EXPECT_FALSE(std::filesystem::exists(path("ball.nif")));
+}
+
 TEST_F(Bake, QuietIsSilent) {
   const Outcome outcome = bake(ball_, path("ball.nif"), {"--quiet"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;

@@ -225,6 +225,9 @@ TEST_F(Batch, WritesAReportWithPicturesAndARuleForMake) {
   EXPECT_EQ(html.find("<b>"), std::string::npos);
   EXPECT_NE(html.find("data:image/png;base64,iVBORw0KGgo"), std::string::npos);
   EXPECT_LT(html.find("class=\"failed\""), html.find("a &lt;b"));
+  // Numbers before pictures, and values to sort by.
+  EXPECT_LT(html.find("data-name=\"resident\""), html.find("<img"));
+  EXPECT_NE(html.find("data-name=\"triangles\" data-value=\"1280\">1280<"), std::string::npos);
   const std::string rule = read_bytes(path("r.d"));
   EXPECT_NE(rule.find("a\\ <b>\\ &\\ c.nif "), std::string::npos) << rule;
   EXPECT_NE(rule.find("library.toml"), std::string::npos);

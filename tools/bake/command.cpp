@@ -21,6 +21,7 @@
 #include "formats/nif/crc32c.hpp"
 #include "formats/nif/writer.hpp"
 #include "mesh/merge/merge.hpp"
+#include "tools/bake/bake_page.hpp"
 #include "tools/bake/checkpoint_file.hpp"
 #include "tools/bake/merging.hpp"
 #include "tools/batch/command.hpp"
@@ -62,9 +63,10 @@ uint64_t peak_memory() {
   return uint64_t(usage.ru_maxrss) * 1024;
 }
 
-void print_json(const Arguments& arguments, const mesh::Scene& scene, const bake::BakeResult& result,
-                const nlohmann::ordered_json& bytes, double seconds, const std::vector<std::string>& sources,
-                const std::vector<std::string>& notes) {
+nlohmann::ordered_json bake_json(const Arguments& arguments, const mesh::Scene& scene,
+                                 const bake::BakeResult& result, const nlohmann::ordered_json& bytes,
+                                 double seconds, const std::vector<std::string>& sources,
+                                 const std::vector<std::string>& notes) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (const bake::ObjectReport& object : result.objects) objects.push_back(bake::to_json(object));
   nlohmann::ordered_json sets = bake::to_json(result.sets);
@@ -81,7 +83,7 @@ void print_json(const Arguments& arguments, const mesh::Scene& scene, const bake
                               {"notes", notes},
                               {"objects", std::move(objects)}};
   if (scene.merging) json["merge"] = to_json(*scene.merging);
-  write_json(json);
+  return json;
 }
 
 /// How its answers lean; null where they do not.
@@ -315,7 +317,11 @@ void run(const Arguments& arguments, const Command& command) {
     throw Error(Status::usage, "-o -: an asset cannot be written to a stream; give a file name");
   }
   check_output(arguments.output);
-  if (!arguments.depfile.empty()) check_output(arguments.depfile);
+  for (const std::string& path : {arguments.depfile, arguments.batch.report}) {
+    if (path.empty()) continue;
+    refuse_overwriting(arguments.mesh, path);
+    check_output(path);
+  }
   limit_threads(arguments.threads);
 
   Progress progress(arguments.quiet);
@@ -346,11 +352,16 @@ void run(const Arguments& arguments, const Command& command) {
                               notes.push_back(note);
                             });
   bake::TrainingLog log = begin_log(arguments, checkpoint);
+  LossCurve losses;
   const bake::BakeResult result = removing(checkpoint, [&] {
     return naming(arguments.mesh, [&] {
       return naming_options(options, [&] {
         return bake::bake(
-            scene, options, [&](const bake::BakeProgress& p) { progress.update(p.fraction, describe(p)); },
+            scene, options,
+            [&](const bake::BakeProgress& p) {
+              progress.update(p.fraction, describe(p));
+              if (p.loss > 0) losses.add(std::string(p.object), p.loss, p.error);
+            },
             cancel, &log);
       });
     });
@@ -380,8 +391,14 @@ void run(const Arguments& arguments, const Command& command) {
   const std::vector<std::string> last_notes = notes_of(scene, options, result);
   print_notes(last_notes, arguments.quiet);
   notes.insert(notes.end(), last_notes.begin(), last_notes.end());
+  const nlohmann::ordered_json report = bake_json(arguments, scene, result, bytes, seconds, sources, notes);
+  if (!arguments.batch.report.empty()) {
+    const std::string page =
+        bake_page(report, result.asset.metadata, arguments.mesh, losses.points(), progress);
+    write_output(arguments.batch.report, std::as_bytes(std::span(page)));
+  }
   if (arguments.json) {
-    print_json(arguments, scene, result, bytes, seconds, sources, notes);
+    write_json(report);
   } else if (!arguments.quiet) {
     print_summary(arguments, scene, result, bytes, seconds);
   }
@@ -414,6 +431,7 @@ void add_bake(Command app) {
       "Examples:\n"
       "  nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n"
       "  nif bake crate.glb -o crate.nif --encoding exact\n"
+      "  nif bake statue.ply -o statue.nif --report statue.html\n"
       "  nif bake guard.glb -o guard.nif --lean spurious=0.05%\n"
       "  nif bake scene.glb -o scene.nif --merge --merge-except 'door*'\n"
       "  nif bake --manifest library.toml --keep-going --report library.html");

@@ -74,14 +74,13 @@ void write_text(const std::string& path, const std::string& text) {
 }  // namespace
 
 const char* BatchArguments::first_given() const {
-  return !memory.empty()   ? "--memory"
-         : !report.empty() ? "--report"
-         : !shard.empty()  ? "--shard"
-         : !only.empty()   ? "--only"
-         : dry_run         ? "--dry-run"
-         : keep_going      ? "--keep-going"
-         : force           ? "--force"
-                           : nullptr;
+  return !memory.empty()  ? "--memory"
+         : !shard.empty() ? "--shard"
+         : !only.empty()  ? "--only"
+         : dry_run        ? "--dry-run"
+         : keep_going     ? "--keep-going"
+         : force          ? "--force"
+                          : nullptr;
 }
 
 void add_batch_options(Command command, BatchArguments& arguments) {
@@ -91,8 +90,10 @@ void add_batch_options(Command command, BatchArguments& arguments) {
   command.add_option("--memory", arguments.memory,
                      "With --manifest: memory for all bakes that run at the same time, e.g. 8GB (default: "
                      "four fifths of the free memory)");
-  command.add_option("--report", arguments.report,
-                     "With --manifest: also write an HTML report with a picture of each asset to this file");
+  command.add_option(
+      "--report", arguments.report,
+      "Also write an HTML page to this file: pictures, where answers are wrong, sizes, and settings; "
+      "with --manifest a table of all assets, each with a picture");
   command.add_option(
       "--shard", arguments.shard,
       "With --manifest: bake only part i of n, written i/n, e.g. 2/8, to share the work between machines");

@@ -13,6 +13,7 @@ struct BatchArguments : RunArguments {
   std::string manifest, memory, report, depfile, shard, only;
   bool dry_run = false, keep_going = false, force = false;
 
+  // `report` and `depfile` have a meaning for a single bake, too.
   /// Name of an option that has a meaning for a manifest alone, and was given; null where none was.
   const char* first_given() const;
 };

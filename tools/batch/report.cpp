@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
+#include <optional>
 #include <thread>
 
 #include "formats/base/output_file.hpp"
@@ -15,6 +15,7 @@
 #include "tools/batch/record.hpp"
 #include "tools/common/child.hpp"
 #include "tools/common/interruption.hpp"
+#include "tools/common/page.hpp"
 
 namespace nif::tools {
 namespace {
@@ -27,56 +28,11 @@ size_t count(std::span<const BatchItem> items, Outcome outcome) {
   return size_t(std::ranges::count(items, outcome, &BatchItem::outcome));
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
-
-std::string base64(std::string_view bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    uint32_t word = 0;
-    for (size_t k = 0; k < 3; ++k) word = word << 8 | (i + k < bytes.size() ? uint8_t(bytes[i + k]) : 0u);
-    for (size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : kDigits[word >> (18 - 6 * k) & 63];
-  }
-  return out;
-}
-
-/// A number of a report, as text; a dash where there is none.
-template <class Use>
-std::string from(const Json& report, const char* pointer, Use&& use) {
+std::optional<double> number_at(const Json& report, const char* pointer) {
   const Json::json_pointer at(pointer);
-  return report.is_object() && report.contains(at) && report[at].is_number() ? use(report[at].get<double>())
-                                                                             : "\u2013";
+  if (!report.is_object() || !report.contains(at) || !report[at].is_number()) return std::nullopt;
+  return report[at].get<double>();
 }
-
-constexpr const char* kStyle =
-    "body{font:15px/1.4 system-ui,sans-serif;margin:2em;color:#222;background:#fff}"
-    "table{border-collapse:collapse}img{display:block}.failed{background:#fdeaea}.note{color:#666;font-size:"
-    "13px}"
-    "td,th{padding:.35em .8em;text-align:right;border-bottom:1px solid "
-    "#ddd;vertical-align:middle;white-space:nowrap}"
-    "th{position:sticky;top:0;background:#fff}td:first-child,th:nth-child(-n+2){text-align:left;white-space:"
-    "normal}";
 
 }  // namespace
 
@@ -138,47 +94,60 @@ void make_thumbnails(const Manifest& manifest, std::span<const BatchItem> items,
 
 std::string to_html(const Manifest& manifest, std::span<const BatchItem> items) {
   const Records records(manifest);
+  struct Number {
+    const char *name, *pointer;
+    std::string (*shown)(double);
+  };
   const auto bytes = [](double value) { return format_bytes(value); };
   const auto percent = [](double value) { return fmt::format("{:.2f} %", value * 100); };
-  const auto seconds = [](double value) { return fmt::format("{:.1f} s", value); };
-  const auto whole = [](double value) { return fmt::format("{:.0f}", value); };
+  const Number numbers[] = {
+      {"triangles", "/triangles", [](double value) { return fmt::format("{:.0f}", value); }},
+      {"file", "/bytes/file", bytes},
+      {"resident", "/bytes/resident", bytes},
+      {"wrong, outer-lines", "/sets/outer-lines/error", percent},
+      {"wrong, inner-surface", "/sets/inner-surface/error", percent},
+      {"certain, outer-lines", "/sets/outer-lines/certain", percent},
+      {"bake", "/seconds", [](double value) { return fmt::format("{:.1f} s", value); }},
+      {"memory", "/peak_memory", bytes}};
 
-  std::string html = fmt::format(
-      "<!DOCTYPE html>\n"
-      "<html lang=\"en\"><meta charset=\"utf-8\"><title>{0}</title><style>{1}</style>\n"
-      "<h1>{0}</h1>\n"
-      "<p>{2}: {3} baked, {4} up to date, {5} failed, {6} not started. Pictures: Embree, the asset, and "
-      "their difference times 3.</p>\n"
-      "<table><tr><th>asset<th>picture<th>triangles<th>file<th>resident<th>wrong, outer-lines<th>wrong, "
-      "inner-surface<th>certain, outer-lines<th>bake<th>memory</tr>\n",
-      escaped(manifest.file), kStyle, count_of(items.size(), "asset"), count(items, Outcome::baked),
-      count(items, Outcome::current), count(items, Outcome::failed), count(items, Outcome::left));
+  std::vector<PageTable::Column> columns{{"asset"}};
+  for (const Number& number : numbers) columns.push_back({number.name, PageTable::Kind::number});
+  columns.push_back({"picture", PageTable::Kind::picture});
+  PageTable table(std::move(columns));
   std::vector<const BatchItem*> order;
   for (const BatchItem& item : items) order.push_back(&item);
   std::ranges::stable_partition(order,
                                 [](const BatchItem* item) { return item->outcome == Outcome::failed; });
   for (const BatchItem* item : order) {
-    std::string about = item->outcome == Outcome::failed ? item->error : item->reason;
-    if (item->outcome == Outcome::current) about = "up to date";
-    html += fmt::format("<tr{}><td>{}<div class=\"note\">{}: {}</div>",
-                        item->outcome == Outcome::failed ? " class=\"failed\"" : "",
-                        escaped(item->asset.name), name_of(item->outcome), escaped(about));
-    try {
-      const std::string picture(
-          mesh::detail::load_file(records.path_for(item->asset, ".png"), 16 << 20).view());
-      html += fmt::format("<td><img alt=\"\" src=\"data:image/png;base64,{}\">", base64(picture));
-    } catch (const Error&) {
-      html += "<td>";
+    const bool failed = item->outcome == Outcome::failed;
+    const std::string about = failed                              ? item->error
+                              : item->outcome == Outcome::current ? "up to date"
+                                                                  : item->reason;
+    table.row(failed ? "failed" : "");
+    table.cell(fmt::format("{}<div class=\"note\">{}: {}</div>", escaped(item->asset.name),
+                           name_of(item->outcome), escaped(about)),
+               item->asset.name);
+    for (const Number& number : numbers) {
+      const std::optional<double> value = number_at(item->report, number.pointer);
+      table.cell(value ? number.shown(*value) : "\u2013", value ? fmt::format("{}", *value) : "");
     }
-    const Json& report = item->report;
-    html += fmt::format(
-        "<td>{}<td>{}<td>{}<td>{}<td>{}<td>{}<td>{}<td>{}</tr>\n", from(report, "/triangles", whole),
-        from(report, "/bytes/file", bytes), from(report, "/bytes/resident", bytes),
-        from(report, "/sets/outer-lines/error", percent), from(report, "/sets/inner-surface/error", percent),
-        from(report, "/sets/outer-lines/certain", percent), from(report, "/seconds", seconds),
-        from(report, "/peak_memory", bytes));
+    std::string picture;
+    try {
+      picture = png_address(mesh::detail::load_file(records.path_for(item->asset, ".png"), 16 << 20).view());
+    } catch (const Error&) {  // there is none
+    }
+    if (!picture.empty())
+      picture = fmt::format("<img alt=\"{}\" loading=\"lazy\" src=\"{}\">",
+                            escaped("Embree, the asset, and their difference: " + item->asset.name), picture);
+    table.cell(picture, "");
   }
-  return html + "</table></html>\n";
+  const std::string body = fmt::format(
+      "<h1>{}</h1>\n<p>{}: {} baked, {} up to date, {} failed, {} not started. Pictures: Embree, the asset, "
+      "and their difference times 3, from each camera.</p>\n{}",
+      escaped(manifest.file), count_of(items.size(), "asset"), count(items, Outcome::baked),
+      count(items, Outcome::current), count(items, Outcome::failed), count(items, Outcome::left),
+      table.html());
+  return html_page(manifest.file, body);
 }
 
 }  // namespace nif::tools

@@ -2,35 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "formats/nif/utf8.hpp"
+#include "tools/common/page.hpp"
 
 namespace nif::tools {
-namespace {
-
-/// Text that may stand in an XML document, whatever bytes a file's name has.
-std::string escaped(std::string_view text) {
-  std::string safe;
-  while (!text.empty()) {
-    const size_t bytes = format::utf8_sequence(text);
-    const std::string_view one = text.substr(0, std::max<size_t>(1, bytes));
-    text.remove_prefix(one.size());
-    const auto byte = static_cast<unsigned char>(one[0]);
-    if (one == "&") {
-      safe += "&amp;";
-    } else if (one == "<") {
-      safe += "&lt;";
-    } else if (one == ">") {
-      safe += "&gt;";
-    } else if (bytes == 0 || byte < 0x20 || one == "\uFFFE" || one == "\uFFFF") {
-      safe += '?';
-    } else {
-      safe += one;
-    }
-  }
-  return safe;
-}
-
-}  // namespace
 
 void Svg::text(double x, double y, std::string_view style, std::string_view content) {
   body_ +=

@@ -227,7 +227,7 @@ Image srgb_encoded(const Image& linear) {
   return encoded;
 }
 
-void write_png(const std::string& path, const Image& encoded) {
+std::vector<std::byte> encode_png(const Image& encoded) {
   std::vector<uint8_t> bytes(encoded.values.size());
   std::transform(encoded.values.begin(), encoded.values.end(), bytes.begin(),
                  [](float value) { return uint8_t(std::lround(255 * std::clamp(value, 0.0f, 1.0f))); });
@@ -239,9 +239,12 @@ void write_png(const std::string& path, const Image& encoded) {
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
   std::vector<std::byte> file(size);
   if (!png_image_write_to_memory(&png, file.data(), &size, 0, bytes.data(), 0, nullptr))
-    throw Error(Status::internal, path + ": libpng failed: " + png.message);
-  write_output(path, std::span(file).first(size));
+    throw Error(Status::internal, std::string("libpng failed: ") + png.message);
+  file.resize(size);
+  return file;
 }
+
+void write_png(const std::string& path, const Image& encoded) { write_output(path, encode_png(encoded)); }
 
 void write_exr(const std::string& path, const Image& linear) {
   Imf::Header header(int(linear.width), int(linear.height));

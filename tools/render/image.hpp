@@ -24,8 +24,9 @@ float srgb_encode(float linear);
 float srgb_decode(float encoded);
 Image srgb_encoded(const Image& linear);
 
-/// 8 bits a channel, of values that are encoded already. Replaces the file as a whole or not at all; throws
-/// as write_output().
+/// A PNG file, 8 bits a channel, of values that are encoded already.
+std::vector<std::byte> encode_png(const Image& encoded);
+/// The same as a file, which is replaced as a whole or not at all; throws as write_output().
 void write_png(const std::string& path, const Image& encoded);
 /// Single precision, of linear values.
 void write_exr(const std::string& path, const Image& linear);
