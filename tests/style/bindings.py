@@ -14,7 +14,6 @@ from pathlib import Path
 BINDINGS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Python": ("bindings/python/nifkit/*.py", ("_abi.py",)),
     "web": ("bindings/web/src/*.cpp", ()),
-    "Blender": ("bindings/blender/nifkit_blender/runtime.py", ()),
     "LÖVE": ("samples/love/nif.lua", ()),
 }
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
