@@ -19,7 +19,7 @@ static const float kDistance = 4;       /* of the source */
 static const float kRadius = 0.2f;      /* of the source: a large loudspeaker */
 static const double kFurthest = 1.3090; /* 75 degrees to the left at the start, to the right at the end */
 
-/* What is left of a source that is fully hidden, chosen by ear: 12 dB less, and of its high frequencies 18 dB
+/* What is left of a source that is fully hidden: 12 dB less, and of its high frequencies 18 dB
  * less still. A source that is half hidden loses half of these decibels. */
 static const double kHidden = 0.25, kHiddenHigh = 0.125;
 
