@@ -193,13 +193,15 @@ std::string bake_page(const nlohmann::ordered_json& report, std::string_view met
   render::SceneDescription scene = scene_of(mesh, asset);
   std::vector<std::string> ignored;
   render::ObjectMeshes meshes = render::read_meshes(scene, ignored, progress);
+  const bool leaves_open = std::ranges::any_of(
+      report.at("objects"), [](const Json& object) { return object.at("encoding") == "proof"; });
   SurfaceErrors errors;
   {
     render::SceneDescription alone = scene;  // the ground would answer for the asset
     alone.ground.reset();
     const render::World world(alone, meshes, "", progress);
     constexpr uint32_t kRaysAPixel = 16;
-    errors = measure_surface(alone, world, kRaysAPixel, cancel, [&](double share) {
+    errors = measure_surface(alone, world, kRaysAPixel, leaves_open, cancel, [&](double share) {
       progress.update(0.5 * share, "report: asking rays from the surface");
     });
   }
@@ -235,11 +237,11 @@ std::string bake_page(const nlohmann::ordered_json& report, std::string_view met
   for (const AskedRays& asked : errors.by_angle) surface += asked;
   std::string body = fmt::format(
       "<h1>{}</h1>\n<p>{} in {}; {} as a file, {} in memory; baked in {:.1f} s. Of {} rays from what the "
-      "cameras see of the "
-      "surface, {} are answered wrongly.</p>\n",
+      "cameras see of the surface{}, {} are answered wrongly.</p>\n",
       escaped(asset), count_of(report.at("triangles").get<uint64_t>(), "triangle"),
       count_of(report.at("objects").size(), "object"), format_bytes(report.at("bytes").at("file")),
       format_bytes(report.at("bytes").at("resident")), report.at("seconds").get<double>(), surface.rays,
+      leaves_open ? " that the asset does not leave to the caller" : "",
       percent(surface.rays ? double(surface.leak + surface.spurious) / double(surface.rays) : 0));
   body += section(
       "Pictures",

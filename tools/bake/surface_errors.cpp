@@ -28,7 +28,8 @@ struct Sums {
 /// What is asked about one point of the surface: rays from it, then one from each height.
 class PointRays {
  public:
-  PointRays(uint32_t from_surface, uint64_t purpose) : from_surface_(from_surface), purpose_(purpose) {}
+  PointRays(uint32_t from_surface, bool only_proven, uint64_t purpose)
+      : from_surface_(from_surface), only_proven_(only_proven), purpose_(purpose) {}
 
   /// Draws the rays, asks both, and adds to the sums. Returns the share that is wrong of those from the
   /// surface.
@@ -45,11 +46,12 @@ class PointRays {
       rays_.push_back(bake::make_segment(point.position + point.normal * height, direction, INFINITY));
       angles_.push_back(std::acos(std::min(1.0, cosine)) * 180 / std::numbers::pi);
     }
-    truth_.resize(rays_.size()), said_.resize(rays_.size());
+    truth_.resize(rays_.size()), said_.resize(rays_.size()), certain_.resize(rays_.size());
     world.ask_embree(rays_, truth_.data());
-    world.assets().ask(rays_, {said_.data(), nullptr, nullptr});
+    world.assets().ask(rays_, {said_.data(), nullptr, certain_.data()});
     uint32_t wrong = 0;
     for (size_t i = 0; i < rays_.size(); ++i) {
+      if (only_proven_ && !certain_[i]) continue;
       const AskedRays one{1, !truth_[i] && said_[i], truth_[i] && !said_[i]};
       if (i >= from_surface_) {
         sums.by_height[i - from_surface_] += one;
@@ -63,10 +65,11 @@ class PointRays {
 
  private:
   uint32_t from_surface_;
+  bool only_proven_;
   uint64_t purpose_;
   std::vector<render::Segment> rays_;
   std::vector<double> angles_;
-  std::vector<uint8_t> truth_, said_;
+  std::vector<uint8_t> truth_, said_, certain_;
 };
 
 /// Grey by how much the surface faces the camera; from yellow to red by the share of wrong answers.
@@ -84,7 +87,7 @@ AskedRays& AskedRays::operator+=(const AskedRays& other) {
 }
 
 SurfaceErrors measure_surface(const render::SceneDescription& scene, const render::World& world,
-                              uint32_t rays_a_pixel, const std::atomic<bool>& cancel,
+                              uint32_t rays_a_pixel, bool only_proven, const std::atomic<bool>& cancel,
                               const std::function<void(double)>& progress) {
   SurfaceErrors result;
   const uint32_t width = scene.picture.width, height = scene.picture.height;
@@ -96,7 +99,7 @@ SurfaceErrors measure_surface(const render::SceneDescription& scene, const rende
     Image& map = result.maps.emplace_back(width, height);
     std::ranges::fill(map.values, 0.1f);
     tbb::parallel_for(tbb::blocked_range<uint32_t>(0, height, 1), [&](const auto& rows) {
-      PointRays rays(rays_a_pixel, number);
+      PointRays rays(rays_a_pixel, only_proven, number);
       for (uint32_t y = rows.begin(); y < rows.end(); ++y) {
         for (uint32_t x = 0; x < width && !cancel; ++x) {
           const Double3 direction = camera.direction((x + 0.5) / width, (y + 0.5) / height);

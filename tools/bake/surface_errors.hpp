@@ -34,10 +34,11 @@ struct SurfaceErrors {
 };
 
 /// Asks about rays from what each camera of the scene sees, in directions spread over the hemisphere about
-/// the normal. The pictures are as wide as the scene's, with so many rays from each pixel. In parallel, and
-/// the same for any number of threads. `progress` is told the share that is done. Throws Error(interrupted).
+/// the normal, so many from each pixel of pictures as large as the scene's. With `only_proven`, what the
+/// asset does not prove counts as not asked. In parallel, and the same for any number of threads. `progress`
+/// is told the share that is done. Throws Error(interrupted).
 SurfaceErrors measure_surface(const render::SceneDescription& scene, const render::World& world,
-                              uint32_t rays_a_pixel, const std::atomic<bool>& cancel,
+                              uint32_t rays_a_pixel, bool only_proven, const std::atomic<bool>& cancel,
                               const std::function<void(double)>& progress);
 
 }  // namespace nif::tools
