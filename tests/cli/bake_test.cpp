@@ -152,9 +152,12 @@ TEST_F(Bake, WritesAReportForPeople) {
   EXPECT_EQ(right, 14u);
 }
 
-TEST_F(Bake, AReportCannotTakeThePlaceOfTheMesh) {
+TEST_F(Bake, AReportTakesNoOtherFilesPlace) {
   const std::string before = read_bytes(ball_);
   EXPECT_EQ(bake(ball_, path("ball.nif"), {"--report", ball_}).code, int(Status::usage));
+  EXPECT_EQ(bake(ball_, path("ball.nif"), {"--report", path("./ball.nif")}).code, int(Status::usage));
+  EXPECT_EQ(bake(ball_, path("ball.nif"), {"--report", path("r"), "--depfile", path("r")}).code,
+            int(Status::usage));
   EXPECT_EQ(bake(ball_, path("ball.nif"), {"--report", path("none/r.html")}).code,
             int(Status::output_folder_missing));
   EXPECT_EQ(read_bytes(ball_), before);

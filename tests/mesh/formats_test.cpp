@@ -98,7 +98,7 @@ TEST(Formats, DracoKeepsTheTriangles) {
   auto got = corners(scene.meshes[0]), wanted = corners(mesh);
   // Draco may rotate and reorder triangles.
   for (auto* list : {&got, &wanted}) {
-    for (auto& t : *list) std::ranges::rotate(t, std::ranges::min_element(t));
+    for (auto& t : *list) std::rotate(t.begin(), std::ranges::min_element(t), t.end());
     std::ranges::sort(*list);
   }
   EXPECT_EQ(got, wanted);

@@ -14,7 +14,6 @@ changed() {
   cp "$root/docs/bindings.md" "$copy/docs"
   cp "$root/runtime/include/nif/nif.h" "$copy/runtime/include/nif"
   cp "$root/samples/love/nif.lua" "$copy/samples/love"
-  [[ ! -d $root/bindings ]] || ln -s "$root/bindings" "$copy/bindings"
   sed -i "$2" "$copy/$1"
   ! cmp -s "$copy/$1" "$root/$1" || { echo "bindings.sh: '$2' changes nothing in $1" >&2 && exit 1; }
   if python3 "$check" "$copy" >/dev/null 2>&1; then

@@ -181,7 +181,7 @@ void LossCurve::add(const std::string& object, double loss, double error) {
   if (seen_++ % step_ != 0) return;
   points_.push_back({object, loss, error});
   if (points_.size() < kMostPoints) return;
-  for (size_t i = 0; i < points_.size() / 2; ++i) points_[i] = std::move(points_[2 * i]);
+  for (size_t i = 1; i < points_.size() / 2; ++i) points_[i] = std::move(points_[2 * i]);
   points_.resize(points_.size() / 2);
   step_ *= 2;
 }

@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <span>
 
 #include "bake/checkpoint.hpp"
@@ -317,9 +319,12 @@ void run(const Arguments& arguments, const Command& command) {
     throw Error(Status::usage, "-o -: an asset cannot be written to a stream; give a file name");
   }
   check_output(arguments.output);
+  std::set<std::filesystem::path> written{std::filesystem::absolute(arguments.output).lexically_normal()};
   for (const std::string& path : {arguments.depfile, arguments.batch.report}) {
     if (path.empty()) continue;
     refuse_overwriting(arguments.mesh, path);
+    if (!written.insert(std::filesystem::absolute(path).lexically_normal()).second)
+      throw Error(Status::usage, path + ": two outputs cannot be the same file");
     check_output(path);
   }
   limit_threads(arguments.threads);
