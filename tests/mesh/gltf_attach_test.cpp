@@ -99,7 +99,8 @@ bool satisfies(const json& value, const json& schema) {
       for (const auto& [name, inner] : rule.items())
         ok &= !value.contains(name) || satisfies(value[name], inner);
     } else if (word == "items") {
-      ok = std::ranges::all_of(value, [&](const json& item) { return satisfies(item, rule); });
+      const json& items = rule;  // clang 14 captures no structured binding
+      ok = std::ranges::all_of(value, [&](const json& item) { return satisfies(item, items); });
     } else if (word == "minItems") {
       ok = value.size() >= rule;
     } else if (word == "minLength") {

@@ -152,12 +152,14 @@ elseif(STEP STREQUAL "audio")
   build_consumer(audio ${SOURCE}/samples/audio -DCMAKE_C_COMPILER=${CC} -DCMAKE_C_FLAGS=-Werror)
   set(sample ${DIR}/audio/audio)
   run(${sample} --help)
-  run(${sample} ${asset} -o ${DIR}/audio.wav --seconds 1)
+  run(${sample} ${SOURCE}/tests/golden/v2-bvh.nif -o ${DIR}/audio.wav --seconds 1)
   file(SIZE ${DIR}/audio.wav bytes)
   if(NOT bytes EQUAL 192044)  # 48,000 frames of 4 bytes, and the header
     message(FATAL_ERROR "a second of sound has ${bytes} bytes")
   endif()
-  foreach(wrong "${asset}" "${DIR}/no_such.nif;-o;${DIR}/no.wav" "${asset};-o;${DIR}/no_such/no.wav")
+  # Some objects of the random asset leave rays open.
+  foreach(wrong "${asset}" "${asset};-o;${DIR}/no.wav" "${DIR}/no_such.nif;-o;${DIR}/no.wav"
+                "${SOURCE}/tests/golden/v2-bvh.nif;-o;${DIR}/no_such/no.wav")
     execute_process(COMMAND ${sample} ${wrong} RESULT_VARIABLE code ERROR_VARIABLE said)
     if(NOT code MATCHES "^[12]$" OR NOT said MATCHES "^audio: [^\n]+\n$" OR EXISTS ${DIR}/no.wav)
       message(FATAL_ERROR "audio ${wrong}: ended with ${code} and said: ${said}")
