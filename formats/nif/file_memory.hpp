@@ -17,7 +17,8 @@ class FileMemory {
     map,   ///< the system's page cache; the file must not change meanwhile
   };
 
-  /// Opens a file and checks its header before any memory is taken for the rest. Throws nif::Error.
+  /// Opens a file and checks its header before any memory is taken for the rest. The path is UTF-8. Throws
+  /// nif::Error.
   static FileMemory load(const std::string& path, Mode mode,
                          std::pmr::memory_resource* memory = std::pmr::get_default_resource());
   static FileMemory copy(std::span<const std::byte> bytes, std::pmr::memory_resource* memory);

@@ -39,7 +39,7 @@ TEST(Golden, StillAnswersTheSame) {
   ASSERT_GE(paths.size(), 2u);
   for (const fs::path& path : paths) {
     SCOPED_TRACE(path.string());
-    const auto memory = format::FileMemory::load(path, format::FileMemory::Mode::read);
+    const auto memory = format::FileMemory::load(path.string(), format::FileMemory::Mode::read);
     const auto view = format::read_asset(memory.bytes(), path.string());
     const auto answers = read_answers(path);
     ASSERT_GE(answers.size(), 300u);
@@ -56,7 +56,7 @@ TEST(Golden, StillAnswersTheSame) {
 TEST(Golden, Version2IsWrittenTheSame) {
   for (const fs::path& path : golden_assets()) {
     if (!path.filename().string().starts_with("v2-")) continue;
-    const auto memory = format::FileMemory::load(path, format::FileMemory::Mode::map);
+    const auto memory = format::FileMemory::load(path.string(), format::FileMemory::Mode::map);
     const auto written = format::encode(format::to_asset(format::read_asset(memory.bytes(), path.string())));
     EXPECT_TRUE(std::ranges::equal(written, memory.bytes())) << path;
   }

@@ -1,6 +1,4 @@
 // Loading: from files read or mapped, from memory copied or borrowed, through the caller's allocator.
-#include <unistd.h>
-
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -8,6 +6,7 @@
 
 #include "kernels/reference/scene.hpp"
 #include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/aligned.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace nif::test {
@@ -15,17 +14,30 @@ namespace {
 
 namespace fs = std::filesystem;
 
+#if defined(_WIN32)
+constexpr const char* kNullDevice = "NUL";
+#else
+constexpr const char* kNullDevice = "/dev/null";
+#endif
+
 static_assert(NIF_ENCODING_SEGMENT == format::EncodingOf<kernels::SegmentField>::kNumber);
 static_assert(NIF_ENCODING_SPHERICAL == format::EncodingOf<kernels::SphericalField>::kNumber);
 static_assert(NIF_ENCODING_BVH == format::EncodingOf<kernels::BvhField>::kNumber);
 
+/// As the library takes paths, on every system.
+std::string utf8(const fs::path& path) {
+  const std::u8string text = path.u8string();
+  return {text.begin(), text.end()};
+}
+
 class Assets : public RuntimeTest {
  protected:
-  std::string write(const std::string& name, std::string_view content) {
-    return temporary_.write(name, content).string();
+  fs::path write(const std::string& name, std::string_view content) {
+    return temporary_.write(name, content);
   }
   std::string_view text() const { return {reinterpret_cast<const char*>(file_.data()), file_.size()}; }
-  NifError load_file(const std::string& path, NifLoadMode mode) {
+  NifError load_file(const fs::path& file, NifLoadMode mode) {
+    const std::string path = utf8(file);
     NifAsset asset = nullptr;
     const NifError error = nifLoadAssetFile(device_, path.c_str(), mode, &asset);
     EXPECT_EQ(asset != nullptr, error == NIF_OK);
@@ -42,14 +54,14 @@ class Assets : public RuntimeTest {
 
 TEST_F(Assets, SameAnswersHoweverLoaded) {
   const format::AssetView& view = make(1);
-  const std::string path = write("a.nif", text());
+  const fs::path path = write("a.nif", text());
   ASSERT_EQ(load_file(path, NIF_LOAD_READ), NIF_OK);
   ASSERT_EQ(load_file(path, NIF_LOAD_MAP), NIF_OK);
   load();
-  void* aligned = std::aligned_alloc(64, (file_.size() + 63) / 64 * 64);
-  std::memcpy(aligned, file_.data(), file_.size());
+  const AlignedBytes aligned(file_.size());
+  std::memcpy(aligned.get(), file_.data(), file_.size());
   NifAsset borrowed = nullptr;
-  ASSERT_EQ(nifLoadAssetMemory(device_, aligned, file_.size(), NIF_MEMORY_BORROW, &borrowed), NIF_OK);
+  ASSERT_EQ(nifLoadAssetMemory(device_, aligned.get(), file_.size(), NIF_MEMORY_BORROW, &borrowed), NIF_OK);
   assets_.push_back(borrowed);
   std::vector<std::byte> shifted(file_.size() + 3);
   std::memcpy(shifted.data() + 3, file_.data(), file_.size());
@@ -68,7 +80,6 @@ TEST_F(Assets, SameAnswersHoweverLoaded) {
   scenes_.clear();
   nifReleaseAsset(borrowed);
   assets_.erase(std::find(assets_.begin(), assets_.end(), borrowed));
-  std::free(aligned);
 }
 
 /// What the kernels hold stands for the asset's bytes: once it is loaded, these may change, and scenes know
@@ -78,8 +89,7 @@ TEST_F(Assets, AnswerAfterTheirBytesWereLetGo) {
   ASSERT_EQ(nifGetDeviceInfo(device_, &device), NIF_OK);
   if (std::string_view(device.isa) == "scalar") GTEST_SKIP() << "the scalar kernels keep the bytes";
   const format::AssetView& view = make(4, {.objects = 3, .instances = 0, .features = 2});
-  const std::unique_ptr<void, decltype(&std::free)> borrowed(
-      std::aligned_alloc(64, format::aligned(file_.size())), &std::free);
+  const AlignedBytes borrowed(file_.size());
   std::memcpy(borrowed.get(), file_.data(), file_.size());
   NifAsset asset = nullptr;
   ASSERT_EQ(nifLoadAssetMemory(device_, borrowed.get(), file_.size(), NIF_MEMORY_BORROW, &asset), NIF_OK);
@@ -223,7 +233,7 @@ TEST_F(Assets, CodedAndUncodedAnswerAlike) {
       for (format::Object& object : source.objects) object.as<format::SegmentData>().coded = coded;
       file_ = format::encode(source);
       sizes[coded != 0] = file_.size();
-      const std::string path = write("asset.nif", text());
+      const fs::path path = write("asset.nif", text());
       for (const NifLoadMode mode : {NIF_LOAD_READ, NIF_LOAD_MAP}) {
         ASSERT_EQ(load_file(path, mode), NIF_OK);
         const NifScene scene = new_scene();
@@ -246,7 +256,7 @@ TEST_F(Assets, BadFilesEachHaveTheirCode) {
     EXPECT_EQ(load_file(folder_ / "missing.nif", mode), NIF_ERROR_FILE_NOT_FOUND);
     EXPECT_EQ(load_file(folder_ / "missing" / "a.nif", mode), NIF_ERROR_FILE_NOT_FOUND);
     EXPECT_EQ(load_file(folder_, mode), NIF_ERROR_FILE_UNREADABLE);
-    EXPECT_EQ(load_file("/dev/null", mode), NIF_ERROR_FILE_UNREADABLE);
+    EXPECT_EQ(load_file(kNullDevice, mode), NIF_ERROR_FILE_UNREADABLE);
     EXPECT_EQ(load_file(write("empty.nif", ""), mode), NIF_ERROR_FILE_EMPTY);
     EXPECT_EQ(load_file(write("text.nif", "v 0 0 0\n"), mode), NIF_ERROR_NOT_A_NIF);
     EXPECT_EQ(load_file(write("game.nif", "Gamebryo File Format, Version 20.0.0.5\n"), mode),
@@ -259,6 +269,19 @@ TEST_F(Assets, BadFilesEachHaveTheirCode) {
     changed[changed.size() / 2] = char(changed[changed.size() / 2] ^ 1);
     EXPECT_EQ(load_file(write("changed.nif", changed), mode), NIF_ERROR_DAMAGED_NIF);
   }
+}
+
+/// Paths are UTF-8, whatever the system's own encoding.
+TEST_F(Assets, NamesInAnyScript) {
+  make(6);
+  for (const char8_t* name : {u8"dragón.nif", u8"дракон.nif", u8"龍.nif", u8"\U0001F409.nif"})
+    for (const NifLoadMode mode : {NIF_LOAD_READ, NIF_LOAD_MAP}) {
+      const fs::path file = folder_ / name;
+      fs::remove(file);
+      EXPECT_EQ(load_file(file, mode), NIF_ERROR_FILE_NOT_FOUND);
+      std::ofstream(file, std::ios::binary).write(text().data(), std::streamsize(text().size()));
+      EXPECT_EQ(load_file(file, mode), NIF_OK) << nifGetErrorMessage();
+    }
 }
 
 TEST_F(Assets, BadMemory) {
@@ -295,7 +318,7 @@ struct Counter {
       if (self.left == 0) return nullptr;
       --self.left;
       EXPECT_GT(bytes, 0u);
-      void* memory = std::aligned_alloc(std::max<uint64_t>(alignment, 16), (bytes + 63) / 64 * 64);
+      void* memory = allocate_aligned(alignment, bytes);
       self.blocks[memory] = {bytes, alignment};
       return memory;
     };
@@ -303,7 +326,7 @@ struct Counter {
       auto& self = *static_cast<Counter*>(user);
       EXPECT_EQ(self.blocks[memory], std::make_pair(bytes, alignment));
       self.blocks.erase(memory);
-      std::free(memory);
+      free_aligned(alignment, memory);
     };
     return result;
   }
@@ -311,7 +334,7 @@ struct Counter {
 
 TEST_F(Assets, EverythingGoesThroughTheAllocator) {
   const format::AssetView& view = make(5);
-  const std::string path = write("a.nif", text());
+  const std::string path = utf8(write("a.nif", text()));
   for (int64_t allowed = 0;; ++allowed) {
     Counter counter;
     counter.left = allowed;

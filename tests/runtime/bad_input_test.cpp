@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/aligned.hpp"
 #include "tests/support/beyond_grid.hpp"
 
 namespace nif::test {
@@ -291,13 +292,13 @@ TEST_F(BadInput, Queries) {
   EXPECT_EQ(nifGetQueryScratchBytes(scene, 0, &bytes), NIF_OK);
   EXPECT_EQ(bytes, 0u);
   EXPECT_EQ(nifGetQueryScratchBytes(scene, ~uint64_t{0}, &bytes), NIF_OK);
-  void* scratch = std::aligned_alloc(64, (bytes + 127) / 64 * 64);
+  const AlignedBytes memory(bytes + 64);
+  void* scratch = memory.get();
   EXPECT_EQ(code_with([&](auto& q) { q.scratch = scratch, q.scratch_bytes = bytes; }), NIF_OK);
   EXPECT_EQ(code_with([&](auto& q) { q.scratch = scratch, q.scratch_bytes = bytes - 1; }),
             NIF_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(code_with([&](auto& q) { q.scratch = static_cast<char*>(scratch) + 8, q.scratch_bytes = bytes; }),
             NIF_ERROR_INVALID_ARGUMENT);
-  std::free(scratch);
 }
 
 TEST_F(BadInput, ScenesThatAreNotReady) {

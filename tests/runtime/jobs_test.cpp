@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/aligned.hpp"
 
 namespace nif::test {
 namespace {
@@ -23,11 +24,11 @@ struct Allocations {
     callbacks.allocate = [](void* user, uint64_t bytes, uint64_t alignment) -> void* {
       auto& self = *static_cast<Allocations*>(user);
       ++self.live, ++self.calls;
-      return std::aligned_alloc(std::max<uint64_t>(alignment, 64), (bytes + 63) / 64 * 64);
+      return allocate_aligned(alignment, bytes);
     };
-    callbacks.deallocate = [](void* user, void* memory, uint64_t, uint64_t) {
+    callbacks.deallocate = [](void* user, void* memory, uint64_t, uint64_t alignment) {
       --static_cast<Allocations*>(user)->live;
-      std::free(memory);
+      free_aligned(alignment, memory);
     };
   }
 };
@@ -257,14 +258,13 @@ TEST_F(ThreadJobs, ScratchOfTheCaller) {
   std::atomic<int> wrong = 0;
   for (int t = 0; t < 4; ++t)
     callers.emplace_back([&] {
-      void* scratch = std::aligned_alloc(64, (bytes + 63) / 64 * 64);
+      const AlignedBytes scratch(bytes);
       Answers answers(rays_.size());
       NifQuery query = query_of(answers, rays_.size());
-      query.scratch = scratch;
+      query.scratch = scratch.get();
       query.scratch_bytes = bytes;
       wrong += nifQuery(scene, &query) != NIF_OK;
       wrong += !(answers == *expected_);
-      std::free(scratch);
     });
   for (std::thread& caller : callers) caller.join();
   EXPECT_EQ(wrong, 0);

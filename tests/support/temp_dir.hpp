@@ -3,10 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cerrno>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -17,10 +16,9 @@ class TempDir {
  public:
   TempDir() {
     // A name nobody has: a folder that a killed test left behind must not be taken for a new one.
-    std::string name = (std::filesystem::temp_directory_path() / "nif-test-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-      throw std::system_error(errno, std::generic_category(), "no temporary folder " + name);
-    path_ = name;
+    std::random_device random;
+    do path_ = std::filesystem::temp_directory_path() / ("nif-test-" + std::to_string(random()));
+    while (!std::filesystem::create_directory(path_));
   }
   ~TempDir() {
     std::error_code ignored;

@@ -48,10 +48,14 @@
 #define NIF_VERSION_PATCH 0
 #define NIF_VERSION (NIF_VERSION_MAJOR * 10000 + NIF_VERSION_MINOR * 100 + NIF_VERSION_PATCH)
 
-#if defined(_WIN32)
+/* On Windows: define NIF_STATIC to link the static library in place of nif.dll. The target nifkit::runtime of
+ * the CMake package does it. */
+#if !defined(_WIN32)
+#define NIF_API __attribute__((visibility("default")))
+#elif defined(NIF_STATIC)
 #define NIF_API
 #else
-#define NIF_API __attribute__((visibility("default")))
+#define NIF_API __declspec(dllimport)
 #endif
 
 #ifdef __cplusplus

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <bit>
+#include <cstddef>
 #include <mutex>
 #include <new>
 
@@ -31,9 +32,16 @@ constexpr uint32_t kNone = 0xffffffffu;
 
 constinit Slot first_part[kFirstPart];
 constinit std::atomic<Slot*> parts[kParts] = {first_part};
-constinit std::mutex mutex;
 uint32_t slots = 0;          ///< that were ever used
 uint32_t free_slot = kNone;  ///< the latest of those that are free again
+
+/// Guards the table. Not a constant in every standard library, and never destroyed: a program's own globals
+/// may release handles after those of this file have ended.
+std::mutex& mutex() {
+  alignas(std::mutex) static std::byte place[sizeof(std::mutex)];
+  static std::mutex* const made = new (place) std::mutex;
+  return *made;
+}
 
 uint32_t part_of(uint32_t slot) { return uint32_t(std::bit_width(slot / kFirstPart)); }
 uint32_t begin_of(uint32_t part) { return part == 0 ? 0 : kFirstPart << (part - 1); }
@@ -69,7 +77,7 @@ uint32_t take_slot() {
 }  // namespace
 
 uintptr_t make_handle(Kind kind, Object* object) {
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(mutex());
   const uint32_t number = take_slot();
   Slot& slot = *slot_at(number);
   slot.references = 1;
@@ -85,14 +93,14 @@ Object* find_object(Kind kind, uintptr_t handle) {
 }
 
 bool retain_handle(Kind kind, uintptr_t handle) {
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(mutex());
   Slot* slot = slot_of(kind, handle);
   if (slot) ++slot->references;
   return slot;
 }
 
 Object* release_handle(Kind kind, uintptr_t handle) {
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(mutex());
   Slot* slot = slot_of(kind, handle);
   if (!slot || --slot->references > 0) return nullptr;
   slot->handle.store(0, std::memory_order_relaxed);
