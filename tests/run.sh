@@ -6,8 +6,8 @@
 #                              asset reader for a fixed number of inputs
 #   tests/run.sh --quick       the release build and its tests only
 #   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, mesh readers under
-#                              the sanitizers, every fuzzer, code for all GPUs, the runtime alone, and each source and header
-#                              by itself
+#                              the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each source and header by itself,
+#                              and bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   NEON's kernels, emulated; the runtime's threads under the sanitizer, for an hour; hundreds
 #                              of kills; 10^7 segments of each real mesh; what tests and fuzzers reach; then fuzzes and bakes
 #                              random meshes for so many hours (8), going on from the last time; see tests/nightly.sh
@@ -232,5 +232,6 @@ case $size in
     asan_tests format golden mesh runtime validate || true
     tsan_tests || true
     fuzz_tests tests/fuzz/all || true
+    host_test 'Python' bindings/python/test.sh
     ;;
 esac

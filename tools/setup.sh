@@ -2,7 +2,7 @@
 # Installs what nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
 #
 #   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu, arm; all of these where none is named
-#                                only where they are named: audio, love
+#                                only where they are named: audio, love, python
 #
 # Does nothing, without output and without the network, where nothing is missing. Where it may not install, it names
 # the missing packages in one line and ends with 1.
@@ -59,6 +59,13 @@ love    love                  samples/love: the engine of the game
 love    luajit                samples/love: tests of its declarations of nif.h
 love    xvfb                  samples/love: tests, on a screen that nobody sees
 love    xauth                 samples/love: xvfb-run needs it
+python  python3-numpy         bindings/python: arrays
+python  python3-pip           bindings/python: builds and installs the wheel
+python  python3-setuptools    bindings/python: builds the wheel
+python  python3-wheel         bindings/python: builds the wheel
+python  python3-venv          bindings/python: tests, in an environment of their own
+python  python3-pytest        bindings/python: tests
+python  python3-mypy          bindings/python: tests of its types
 '
 
 if [[ ${1-} == -h || ${1-} == --help ]]; then
@@ -72,7 +79,7 @@ wanted=()
 for group in "${groups[@]}"; do
   found=$(awk -v group="$group" '$1 == group { print $2 }' <<<"$packages")
   if [[ -z $found ]]; then
-    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check, fuzz, gpu, arm, audio and love" >&2
+    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check, fuzz, gpu, arm, audio, love and python" >&2
     exit 2
   fi
   mapfile -t -O "${#wanted[@]}" wanted <<<"$found"

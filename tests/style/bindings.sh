@@ -10,10 +10,11 @@ trap 'rm -rf "$copy"' EXIT
 # changed FILE SED: a tree in which that file is changed by sed has to be refused.
 changed() {
   rm -rf "${copy:?}"/*
-  mkdir -p "$copy/docs" "$copy/runtime/include/nif" "$copy/samples/love"
+  mkdir -p "$copy/docs" "$copy/runtime/include/nif" "$copy/samples/love" "$copy/bindings/python/nifkit"
   cp "$root/docs/bindings.md" "$copy/docs"
   cp "$root/runtime/include/nif/nif.h" "$copy/runtime/include/nif"
   cp "$root/samples/love/nif.lua" "$copy/samples/love"
+  cp "$root"/bindings/python/nifkit/*.py "$copy/bindings/python/nifkit"
   sed -i "$2" "$copy/$1"
   ! cmp -s "$copy/$1" "$root/$1" || { echo "bindings.sh: '$2' changes nothing in $1" >&2 && exit 1; }
   if python3 "$check" "$copy" >/dev/null 2>&1; then
@@ -29,3 +30,5 @@ changed docs/bindings.md 's/`Scene:hit()`/-/'
 changed docs/bindings.md 's/`Scene:hit()`//'
 changed docs/bindings.md 's/^| nif.h /| nif.hpp /'
 changed samples/love/nif.lua 's/C\.nifIntersect/C.nifQuery/'
+changed bindings/python/nifkit/_scene.py 's/lib\.nifIntersect(/lib.nifQuery(/'
+changed docs/bindings.md 's/`intersect()`/-/'

@@ -1,0 +1,42 @@
+"""nifkit: load .nif assets and ask whether rays are blocked, in numpy arrays; bake assets from meshes.
+
+    import nifkit, numpy
+
+    with nifkit.load("dragon.nif") as asset:
+        scene = nifkit.Scene(asset)
+    visible = scene.visible(origins, directions)     # float32 [n, 3] each -> bool [n]
+
+Queries release the GIL, and read arrays of any strides without a copy. `Error` has the code and the sentence of what was
+refused. bindings/python/README.md in the source tree says more.
+"""
+from ._abi import LOGIT_CERTAIN, NONE, Encoding, ErrorCode
+from ._asset import Asset, Instance, Object, Part, load
+from ._device import BackendInfo, CardInfo, Device, backends, cards, default_device
+from ._job import Job
+from ._library import Error, library_version
+from ._scene import Answers, Hits, OpenRays, Scene
+
+__version__ = library_version()
+__all__ = [
+    "Answers",
+    "Asset",
+    "BackendInfo",
+    "CardInfo",
+    "Device",
+    "Encoding",
+    "Error",
+    "ErrorCode",
+    "Hits",
+    "Instance",
+    "Job",
+    "LOGIT_CERTAIN",
+    "NONE",
+    "Object",
+    "OpenRays",
+    "Part",
+    "Scene",
+    "backends",
+    "cards",
+    "default_device",
+    "load",
+]

@@ -1,0 +1,253 @@
+"""The declarations of nif.h for ctypes: structures, enumerators, and the types of all functions that this package calls.
+
+tests/test_abi.py compares them with the header. Handles and pointers to arrays are c_void_p.
+"""
+from __future__ import annotations
+
+import ctypes
+import enum
+from ctypes import POINTER, c_char_p, c_float, c_int32, c_uint32, c_uint64, c_void_p
+from typing import Any
+
+# Version of nif.h that these are made from. Before 1.0 a library of another minor version may differ.
+ABI = (0, 1)
+
+
+class ErrorCode(enum.IntEnum):
+    """Codes of errors. The numbers never change; those of files are also exit codes of the program `nif`."""
+
+    OK = 0
+    UNKNOWN = 1
+    INVALID_ARGUMENT = 2
+    INVALID_OPERATION = 3
+    OUT_OF_MEMORY = 4
+    NOT_AVAILABLE = 5
+    CANCELLED = 6
+    SINGULAR_TRANSFORM = 7
+    FILE_NOT_FOUND = 10
+    FILE_UNREADABLE = 11
+    FILE_EMPTY = 12
+    FILE_TRUNCATED = 13
+    NOT_A_NIF = 30
+    FOREIGN_NIF = 31
+    DAMAGED_NIF = 32
+    UNSUPPORTED_NIF = 33
+    DEVICE_LOST = 60
+    OUT_OF_DEVICE_MEMORY = 61
+    WRONG_POINTER = 62
+
+
+class Encoding(enum.IntEnum):
+    """How an object stores what blocks rays. The numbers are those of the file format."""
+
+    SEGMENT = 1
+    """Voxels, and a small network where they do not decide; compact, may err."""
+    SPHERICAL = 2
+    """The published Neural Intersection Function, for comparison; may err."""
+    BVH = 3
+    """The triangles in a compressed hierarchy; exact."""
+    EXACT = 4
+    """Planes that prove most answers, and the triangles for the others; exact."""
+    PROOF = 5
+    """The planes alone: what they do not prove stays open, for a BVH of yours."""
+
+
+LOAD_READ, LOAD_MAP = 0, 1
+MEMORY_COPY = 0
+NONE = 0xFFFFFFFF
+LOGIT_CERTAIN = 0x7FFFFFFF
+
+
+class Structure(ctypes.Structure):
+    """A structure of nif.h: struct_size is set when it is made."""
+
+    def __init__(self) -> None:
+        super().__init__(struct_size=ctypes.sizeof(type(self)))
+
+
+class NifDeviceInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("threads", c_uint32),
+        ("reserved", c_uint32),
+        ("isa", c_char_p),
+        ("backend", c_char_p),
+        ("card", c_char_p),
+    ]
+
+
+class NifBackendInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("name", c_char_p),
+        ("available", c_uint32),
+        ("reserved", c_uint32),
+        ("reason", c_char_p),
+    ]
+
+
+class NifCardInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("name", c_char_p),
+        ("target", c_char_p),
+        ("driver", c_char_p),
+        ("memory_bytes", c_uint64),
+        ("available", c_uint32),
+        ("reserved", c_uint32),
+        ("reason", c_char_p),
+    ]
+
+
+class NifAssetInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("object_count", c_uint32),
+        ("instance_count", c_uint32),
+        ("network_count", c_uint32),
+        ("format_version", c_uint32),
+        ("file_bytes", c_uint64),
+        ("resident_bytes", c_uint64),
+        ("metadata", c_void_p),
+        ("metadata_bytes", c_uint64),
+        ("gpu_bytes", c_uint64),
+    ]
+
+
+class NifPartInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("name", c_char_p),
+        ("file_bytes", c_uint64),
+        ("resident_bytes", c_uint64),
+    ]
+
+
+class NifObjectInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("name", c_char_p),
+        ("encoding", c_int32),
+        ("network", c_uint32),
+        ("bounds_min", c_float * 3),
+        ("bounds_max", c_float * 3),
+        ("bias", c_float),
+        ("triangles", c_uint32),
+        ("resident_bytes", c_uint64),
+        ("proves", c_uint32),
+        ("source_triangles", c_uint32),
+        ("colors", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class NifInstanceInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("name", c_char_p),
+        ("object", c_uint32),
+        ("reserved", c_uint32),
+        ("transform", c_float * 12),
+    ]
+
+
+class NifSceneInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("instance_count", c_uint32),
+        ("committed", c_uint32),
+        ("bounds_min", c_float * 3),
+        ("bounds_max", c_float * 3),
+        ("resident_bytes", c_uint64),
+    ]
+
+
+class NifQuery(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("count", c_uint64),
+        ("origin", c_void_p * 3),
+        ("origin_stride", c_uint64),
+        ("direction", c_void_p * 3),
+        ("direction_stride", c_uint64),
+        ("tmin", c_void_p),
+        ("tmin_stride", c_uint64),
+        ("tmax", c_void_p),
+        ("tmax_stride", c_uint64),
+        ("visible", c_void_p),
+        ("visible_bits", c_void_p),
+        ("probability", c_void_p),
+        ("certain", c_void_p),
+        ("logit", c_void_p),
+        ("memory", c_int32),
+        ("reserved", c_uint32),
+        ("scratch", c_void_p),
+        ("scratch_bytes", c_uint64),
+        ("stream", c_void_p),
+    ]
+
+
+class NifOpenRays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("capacity", c_uint64),
+        ("rays", c_void_p),
+        ("tmin", c_void_p),
+        ("tmax", c_void_p),
+        ("count", c_void_p),
+    ]
+
+
+class NifHits(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("hit", c_void_p),
+        ("t", c_void_p),
+        ("normal", c_void_p),
+        ("instance", c_void_p),
+        ("object", c_void_p),
+        ("triangle", c_void_p),
+        ("u", c_void_p),
+        ("v", c_void_p),
+        ("certain", c_void_p),
+        ("t_low", c_void_p),
+        ("t_high", c_void_p),
+        ("color", c_void_p),
+    ]
+
+
+NifFallback = ctypes.CFUNCTYPE(None, c_void_p, c_uint64, c_void_p, c_void_p)
+
+# Name: what it returns, and its parameters.
+FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "nifGetVersion": (c_uint32, ()),
+    "nifGetErrorMessage": (c_char_p, ()),
+    "nifNewDevice": (c_int32, (c_char_p, c_void_p, POINTER(c_void_p))),
+    "nifReleaseDevice": (None, (c_void_p,)),
+    "nifGetDeviceInfo": (c_int32, (c_void_p, POINTER(NifDeviceInfo))),
+    "nifGetBackendInfo": (c_int32, (c_uint32, POINTER(NifBackendInfo))),
+    "nifGetCardInfo": (c_int32, (c_uint32, POINTER(NifCardInfo))),
+    "nifLoadAssetFile": (c_int32, (c_void_p, c_char_p, c_int32, POINTER(c_void_p))),
+    "nifLoadAssetMemory": (c_int32, (c_void_p, c_void_p, c_uint64, c_int32, POINTER(c_void_p))),
+    "nifReleaseAsset": (None, (c_void_p,)),
+    "nifGetAssetInfo": (c_int32, (c_void_p, POINTER(NifAssetInfo))),
+    "nifGetPartInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifPartInfo))),
+    "nifGetObjectInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifObjectInfo))),
+    "nifGetInstanceInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifInstanceInfo))),
+    "nifNewScene": (c_int32, (c_void_p, POINTER(c_void_p))),
+    "nifReleaseScene": (None, (c_void_p,)),
+    "nifAddInstance": (c_int32, (c_void_p, c_void_p, c_uint32, c_void_p, POINTER(c_uint32))),
+    "nifAddAsset": (c_int32, (c_void_p, c_void_p, c_void_p, POINTER(c_uint32), POINTER(c_uint32))),
+    "nifSetInstanceTransform": (c_int32, (c_void_p, c_uint32, c_void_p)),
+    "nifCommitScene": (c_int32, (c_void_p,)),
+    "nifGetSceneInfo": (c_int32, (c_void_p, POINTER(NifSceneInfo))),
+    "nifQuery": (c_int32, (c_void_p, POINTER(NifQuery))),
+    "nifQueryWithFallback": (c_int32, (c_void_p, POINTER(NifQuery), c_float, NifFallback, c_void_p)),
+    "nifQueryOpen": (c_int32, (c_void_p, POINTER(NifQuery), POINTER(NifOpenRays))),
+    "nifIntersect": (c_int32, (c_void_p, POINTER(NifQuery), POINTER(NifHits))),
+    "nifQueryAsync": (c_int32, (c_void_p, POINTER(NifQuery), POINTER(c_void_p))),
+    "nifIntersectAsync": (c_int32, (c_void_p, POINTER(NifQuery), POINTER(NifHits), POINTER(c_void_p))),
+    "nifWaitJob": (c_int32, (c_void_p,)),
+    "nifIsJobDone": (c_int32, (c_void_p, POINTER(c_uint32))),
+    "nifReleaseJob": (None, (c_void_p,)),
+}

@@ -1,0 +1,225 @@
+"""Assets: loaded .nif files, and what is in them."""
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
+
+import numpy as np
+
+from ._abi import (
+    LOAD_MAP, LOAD_READ, MEMORY_COPY, Encoding, ErrorCode, NifAssetInfo, NifInstanceInfo, NifObjectInfo, NifPartInfo,
+)
+from ._device import Device, default_device
+from ._handle import Handle
+from ._library import Error, check, lib, text
+
+if TYPE_CHECKING:  # numpy.typing takes a while to load
+    import numpy.typing as npt
+
+    Buffer = Union[bytes, bytearray, memoryview, npt.NDArray[np.uint8]]
+
+
+class Part(NamedTuple):
+    """A part of an asset; the bytes of all parts add up to those of the asset."""
+
+    name: str
+    """E.g. "planes"; docs/runtime.md lists all."""
+    file_bytes: int
+    resident_bytes: int
+
+
+class Object(NamedTuple):
+    """An object of an asset."""
+
+    name: str
+    encoding: Union[Encoding, int]
+    """An int if it is newer than this package."""
+    network: int
+    """Number of its network, below `Asset.network_count`; means nothing for encodings without networks."""
+    bounds: npt.NDArray[np.float32]
+    """[2, 3] lowest and highest corner of the source mesh, in object space."""
+    bias: float
+    """Start shadow rays this far from the surface, in object units."""
+    triangles: int
+    """Of the source mesh."""
+    resident_bytes: int
+    proves: bool
+    """False: an object of the encoding `proof` that only knows which rays miss it."""
+    source_triangles: int
+    """Triangles of the source mesh that first hits are numbered by; 0: their numbers are the object's own."""
+    colors: bool
+    """Whether first hits have the colours of its surface."""
+
+
+class Instance(NamedTuple):
+    """A placement of an object in an asset's file."""
+
+    name: str
+    object: int
+    transform: npt.NDArray[np.float32]
+    """[3, 4] from object space to that of the asset."""
+
+
+class Asset(Handle):
+    """A loaded .nif file, made by `load()`. Immutable and thread-safe; any number of scenes of its device can use it. A
+    context manager: a scene keeps what it needs of it, also after `close()`."""
+
+    _kind = "asset"
+    _release = lib.nifReleaseAsset
+
+    def __init__(self, value: int, device: Device) -> None:
+        super().__init__(value)
+        self._device = device
+
+    @property
+    def device(self) -> Device:
+        """The device that it was loaded for."""
+        return self._device
+
+    def _info(self) -> NifAssetInfo:
+        info = NifAssetInfo()
+        with self._using() as handle:
+            check(lib.nifGetAssetInfo(handle, ctypes.byref(info)))
+        return info
+
+    @property
+    def object_count(self) -> int:
+        """Objects; at least 1."""
+        return int(self._info().object_count)
+
+    @property
+    def instance_count(self) -> int:
+        """Placements of objects in the file; may be 0."""
+        return int(self._info().instance_count)
+
+    @property
+    def network_count(self) -> int:
+        """Networks; objects may share them."""
+        return int(self._info().network_count)
+
+    @property
+    def format_version(self) -> int:
+        """Version of the file format."""
+        return int(self._info().format_version)
+
+    @property
+    def file_bytes(self) -> int:
+        """Bytes of the file."""
+        return int(self._info().file_bytes)
+
+    @property
+    def resident_bytes(self) -> int:
+        """Bytes of memory that the library keeps for it."""
+        return int(self._info().resident_bytes)
+
+    @property
+    def gpu_bytes(self) -> int:
+        """Bytes of GPU memory for it; 0 until a scene with it is committed on a GPU."""
+        return int(self._info().gpu_bytes)
+
+    @property
+    def metadata(self) -> Any:
+        """What the baker wrote into the file, read from JSON: mostly a dict; None if there is none.
+
+        Raises:
+            Error: DAMAGED_NIF if it is not JSON.
+        """
+        info = NifAssetInfo()
+        with self._using() as handle:  # the text belongs to the asset
+            check(lib.nifGetAssetInfo(handle, ctypes.byref(info)))
+            if not info.metadata:
+                return None
+            content = ctypes.string_at(info.metadata, info.metadata_bytes)
+        try:
+            return json.loads(content)
+        except (ValueError, RecursionError) as error:
+            raise Error(ErrorCode.DAMAGED_NIF, f"the asset's metadata cannot be read as JSON: {error}") from None
+
+    @property
+    def parts(self) -> list[Part]:
+        """What it consists of."""
+        found: list[Part] = []
+        info = NifPartInfo()
+        with self._using() as handle:
+            while True:
+                code = lib.nifGetPartInfo(handle, len(found), ctypes.byref(info))
+                if code == ErrorCode.INVALID_ARGUMENT:
+                    return found
+                check(code)
+                found.append(Part(text(info.name), int(info.file_bytes), int(info.resident_bytes)))
+
+    @property
+    def objects(self) -> list[Object]:
+        """Its objects, in order of their numbers."""
+        found = []
+        info = NifObjectInfo()
+        with self._using() as handle:
+            for number in range(self.object_count):
+                check(lib.nifGetObjectInfo(handle, number, ctypes.byref(info)))
+                try:
+                    encoding: Union[Encoding, int] = Encoding(info.encoding)
+                except ValueError:
+                    encoding = int(info.encoding)
+                bounds = np.array([info.bounds_min, info.bounds_max], dtype=np.float32)
+                found.append(
+                    Object(
+                        text(info.name), encoding, int(info.network), bounds, float(info.bias), int(info.triangles),
+                        int(info.resident_bytes), bool(info.proves), int(info.source_triangles), bool(info.colors),
+                    )
+                )
+        return found
+
+    @property
+    def instances(self) -> list[Instance]:
+        """The placements in its file, in order of their numbers."""
+        found = []
+        info = NifInstanceInfo()
+        with self._using() as handle:
+            for number in range(self.instance_count):
+                check(lib.nifGetInstanceInfo(handle, number, ctypes.byref(info)))
+                transform = np.array(info.transform, dtype=np.float32).reshape(3, 4)
+                found.append(Instance(text(info.name), int(info.object), transform))
+        return found
+
+    def __repr__(self) -> str:
+        if self.closed:
+            return "<nifkit.Asset: closed>"
+        return f"<nifkit.Asset: {self.object_count} objects, {self.resident_bytes} bytes>"
+
+
+def load(source: Union[str, os.PathLike[str], Buffer], *, device: Optional[Device] = None, map: bool = False) -> Asset:
+    """Loads a .nif file. Safe on untrusted files. Thread-safe.
+
+    Args:
+        source: a path (str or os.PathLike), or the content of a file: bytes or any other contiguous buffer, which is copied.
+        device: what will answer; by default the CPU with all its threads.
+        map: the file is mapped instead of read, and must not change while the asset lives. Not for buffers.
+
+    Raises:
+        Error: with the code and sentence of the library, e.g. FILE_NOT_FOUND, NOT_A_NIF, DAMAGED_NIF.
+    """
+    device = device or default_device()
+    handle = ctypes.c_void_p()
+    if isinstance(source, (str, os.PathLike)):
+        path = os.fsencode(source)
+        if b"\0" in path:
+            raise Error(ErrorCode.INVALID_ARGUMENT, "a path has no 0 in it")
+        with device._using() as owner:
+            check(lib.nifLoadAssetFile(owner, path, LOAD_MAP if map else LOAD_READ, ctypes.byref(handle)))
+    else:
+        if map:
+            raise Error(ErrorCode.INVALID_ARGUMENT, "map: only a file can be mapped, not a buffer")
+        try:
+            content: Any = source
+            view = memoryview(content).cast("B")
+        except (TypeError, ValueError) as error:
+            kind = type(source).__name__
+            raise TypeError(f"load() takes a path or a contiguous buffer, not this {kind}: {error}") from None
+        # numpy knows addresses of buffers that cannot be written to, and of empty ones nothing.
+        array = np.frombuffer(view, dtype=np.uint8) if view.nbytes else np.zeros(1, dtype=np.uint8)
+        with device._using() as owner:
+            check(lib.nifLoadAssetMemory(owner, array.ctypes.data, view.nbytes, MEMORY_COPY, ctypes.byref(handle)))
+    assert handle.value is not None
+    return Asset(handle.value, device)

@@ -1,0 +1,161 @@
+"""Devices: the CPU or a GPU that answers, and what there is on this machine."""
+from __future__ import annotations
+
+import ctypes
+import os
+import threading
+from typing import NamedTuple, Optional, Union
+
+from ._abi import ErrorCode, NifBackendInfo, NifCardInfo, NifDeviceInfo
+from ._handle import Handle
+from ._library import Error, check, lib, text
+
+
+class Device(Handle):
+    """The CPU or a GPU, with threads and work memory for its queries. Thread-safe. A context manager.
+
+    Args:
+        threads: threads that work on one query; 0: as many as the machine has.
+        isa: instruction set of the CPU's kernels: "auto", "scalar", "sse4", "avx2", "avx512" or "neon". It never changes
+            an answer, and no setting below but `precision` does.
+        queries: queries that can run at the same time without waiting; 0: as many as the machine has threads.
+        backend: "cpu", or "gpu" (of AMD or NVIDIA).
+        options: other keys of the library's configuration string, all for GPUs: `device` (number of the card), `module`
+            (file of the GPU module), `pipeline` ("auto", "on" or "off"), `precision` ("single" or "half").
+
+    Raises:
+        Error: INVALID_ARGUMENT for an unknown key or value, NOT_AVAILABLE if this machine or build lacks what is asked for.
+    """
+
+    _kind = "device"
+    _release = lib.nifReleaseDevice
+
+    def __init__(
+        self,
+        threads: int = 0,
+        isa: str = "auto",
+        *,
+        queries: int = 0,
+        backend: str = "cpu",
+        **options: Union[int, str],
+    ) -> None:
+        keys: dict[str, Union[int, str]] = {"threads": threads, "isa": isa, "queries": queries, "backend": backend}
+        keys.update(options)
+        for key, value in keys.items():
+            if "," in str(value) or "\0" in str(value):
+                raise Error(ErrorCode.INVALID_ARGUMENT, f"{key}: a value has no comma and no 0 in it, as {value!r} has")
+        handle = ctypes.c_void_p()
+        config = ",".join(f"{key}={value}" for key, value in keys.items())
+        check(lib.nifNewDevice(os.fsencode(config), None, ctypes.byref(handle)))
+        assert handle.value is not None
+        super().__init__(handle.value)
+
+    def _info(self) -> tuple[int, str, str, str]:
+        info = NifDeviceInfo()
+        with self._using() as handle:  # the texts belong to the device
+            check(lib.nifGetDeviceInfo(handle, ctypes.byref(info)))
+            return int(info.threads), text(info.isa), text(info.backend), text(info.card)
+
+    @property
+    def threads(self) -> int:
+        """Threads that one query uses, at most."""
+        return self._info()[0]
+
+    @property
+    def isa(self) -> str:
+        """Instruction set in use, e.g. "avx512"."""
+        return self._info()[1]
+
+    @property
+    def backend(self) -> str:
+        """"cpu" or "hip"."""
+        return self._info()[2]
+
+    @property
+    def card(self) -> str:
+        """Name of the GPU; "" for the CPU."""
+        return self._info()[3]
+
+    def __repr__(self) -> str:
+        if self.closed:
+            return "<nifkit.Device: closed>"
+        threads, isa, backend, _ = self._info()
+        return f"<nifkit.Device: {backend}, {isa}, threads={threads}>"
+
+
+_default: Optional[Device] = None
+_default_lock = threading.Lock()
+
+
+def default_device() -> Device:
+    """The device of objects that are made without one: the CPU with all its threads. Made at the first call."""
+    global _default
+    with _default_lock:
+        if _default is None or _default.closed:
+            _default = Device()
+        return _default
+
+
+def _forget_default() -> None:
+    """In a forked process, which has none of the threads of its parent."""
+    global _default, _default_lock
+    _default_lock = threading.Lock()
+    if _default is not None:
+        _default._value = None  # the parent's to release
+    _default = None
+
+
+os.register_at_fork(after_in_child=_forget_default)
+
+
+class BackendInfo(NamedTuple):
+    """A backend of this version of the library."""
+
+    name: str
+    """"cpu" or "hip"."""
+    available: bool
+    reason: str
+    """One sentence on why it is not available; "" if it is."""
+
+
+class CardInfo(NamedTuple):
+    """A GPU."""
+
+    name: str
+    target: str
+    """What its code is compiled for, e.g. "gfx1100" or "sm_90"."""
+    driver: str
+    memory_bytes: int
+    available: bool
+    reason: str
+    """One sentence on why it cannot be used; "" if it can."""
+
+
+def backends() -> list[BackendInfo]:
+    """The backends of this version, and why one is not available. Looks for drivers and cards each time. Thread-safe."""
+    found: list[BackendInfo] = []
+    info = NifBackendInfo()
+    while True:
+        code = lib.nifGetBackendInfo(len(found), ctypes.byref(info))
+        if code == ErrorCode.INVALID_ARGUMENT:
+            return found
+        check(code)
+        found.append(BackendInfo(text(info.name), bool(info.available), text(info.reason)))
+
+
+def cards() -> list[CardInfo]:
+    """The GPUs of this machine, as `Device(backend="gpu", device=N)` numbers them; [] where there is none, and
+    `backends()` says why. Thread-safe."""
+    found: list[CardInfo] = []
+    info = NifCardInfo()
+    while True:
+        code = lib.nifGetCardInfo(len(found), ctypes.byref(info))
+        if code in (ErrorCode.INVALID_ARGUMENT, ErrorCode.NOT_AVAILABLE):
+            return found
+        check(code)
+        found.append(
+            CardInfo(
+                text(info.name), text(info.target), text(info.driver),
+                int(info.memory_bytes), bool(info.available), text(info.reason),
+            )
+        )

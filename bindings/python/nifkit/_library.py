@@ -1,0 +1,78 @@
+"""Finds and loads the C library, and turns its codes into exceptions."""
+from __future__ import annotations
+
+import ctypes
+import os
+from pathlib import Path
+from typing import Union
+
+from ._abi import ABI, FUNCTIONS, ErrorCode
+
+__all__ = ["Error", "check", "lib", "library_version"]
+
+
+class Error(Exception):
+    """What nifkit refuses.
+
+    Attributes:
+        code: an `ErrorCode`; of a bake, the exit code of the program `nif`, which may have no name there; then an int.
+        message: one sentence.
+    """
+
+    code: Union[ErrorCode, int]
+    message: str
+
+    def __init__(self, code: int, message: str) -> None:
+        super().__init__(code, message)
+        try:
+            self.code = ErrorCode(code)
+        except ValueError:
+            self.code = code
+        self.message = message
+
+    def __str__(self) -> str:
+        return self.message
+
+
+def _load() -> ctypes.CDLL:
+    """The library that NIF_LIBRARY names; else the one in this package; else the system's."""
+    chosen = os.environ.get("NIF_LIBRARY")
+    packaged = Path(__file__).with_name("libnif.so")
+    soname = "libnif.so.{}.{}".format(*ABI)
+    name = chosen or (str(packaged) if packaged.exists() else soname)
+    try:
+        library = ctypes.CDLL(name)
+        functions = {function: getattr(library, function) for function in FUNCTIONS}
+    except OSError as error:
+        where = "NIF_LIBRARY names it" if chosen else f"it is neither in {packaged.parent} nor where the system looks"
+        raise ImportError(f"cannot load nifkit's runtime, {name}: {error} ({where})") from None
+    except AttributeError as error:
+        raise ImportError(f"{name} is not the runtime of nifkit {ABI[0]}.{ABI[1]}: {error}") from None
+    for function, (result, parameters) in FUNCTIONS.items():
+        functions[function].restype = result
+        functions[function].argtypes = parameters
+    version = int(library.nifGetVersion())
+    if (version // 10000, version // 100 % 100) != ABI:
+        found = f"{version // 10000}.{version // 100 % 100}"
+        raise ImportError(f"{name} is version {found} of nifkit's runtime; this package is made for {ABI[0]}.{ABI[1]}")
+    return library
+
+
+lib = _load()
+
+
+def library_version() -> str:
+    """Version of the loaded library, "major.minor.patch"."""
+    version = int(lib.nifGetVersion())
+    return f"{version // 10000}.{version // 100 % 100}.{version % 100}"
+
+
+def text(value: bytes | None) -> str:
+    """A text of the library's. File names in it may be of any encoding."""
+    return (value or b"").decode("utf-8", "backslashreplace")
+
+
+def check(code: int) -> None:
+    """Raises an `Error` with the sentence of the last call on this thread, unless `code` is OK."""
+    if code != ErrorCode.OK:
+        raise Error(code, text(lib.nifGetErrorMessage()))

@@ -1,0 +1,139 @@
+"""Arrays of numpy as the library's queries: rays in any strides, without copies, and arrays for the answers."""
+from __future__ import annotations
+
+import ctypes
+from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Union
+
+import numpy as np
+
+from ._abi import NifQuery, Structure
+
+if TYPE_CHECKING:  # numpy.typing takes a while to load
+    import numpy.typing as npt
+
+    # Outputs: type of an element, and the shape that is added to that of the rays.
+    Kinds = Mapping[str, tuple[npt.DTypeLike, tuple[int, ...]]]
+
+
+def _as_floats(name: str, value: Any) -> npt.NDArray[np.float32]:
+    """`value` as it is if it is an array of float32. Numbers, lists and tuples have no memory of their own: converted."""
+    if isinstance(value, (int, float, np.generic, list, tuple)):
+        try:
+            return np.asarray(value, dtype=np.float32)
+        except (ValueError, TypeError):
+            raise ValueError(f"{name}: a list or tuple of numbers, in equal lengths, is needed") from None
+    array = np.asarray(value)
+    if array.dtype != np.float32:
+        raise TypeError(f"{name}: an array of float32 is needed, not {array.dtype} (a.astype(numpy.float32) makes a copy)")
+    return array
+
+
+def _stride(name: str, array: npt.NDArray[np.float32], shape: tuple[int, ...]) -> int:
+    """Bytes from one ray to the next, where array has the rays' shape in front. Refuses layouts without such a number."""
+    stride: Optional[int] = None
+    inner = 1  # rays that one step in this dimension passes
+    for length, step in zip(reversed(shape), reversed(array.strides[: len(shape)])):
+        if length == 1:
+            continue
+        if stride is None:
+            stride = step
+        elif step != stride * inner:
+            raise ValueError(
+                f"{name}: rays of shape {shape} do not lie at one distance from each other (strides {array.strides}); "
+                f"ask them row by row, or pass a copy: numpy.ascontiguousarray(numpy.broadcast_to({name}, {array.shape}))"
+            )
+        inner *= length
+    return stride or 0
+
+
+class Rays:
+    """A batch of rays: the library's structure, with the arrays that it points into.
+
+    Attributes:
+        shape: that of the batch, of which outputs have an entry each.
+        count: rays.
+        query: the structure, without outputs.
+    """
+
+    def __init__(self, origins: Any, directions: Any, tmin: Any, tmax: Any) -> None:
+        vectors = {"origins": _as_floats("origins", origins), "directions": _as_floats("directions", directions)}
+        limits = {name: _as_floats(name, t) for name, t in (("tmin", tmin), ("tmax", tmax)) if t is not None}
+        for name, array in vectors.items():
+            if array.ndim == 0 or array.shape[-1] != 3:
+                raise ValueError(f"{name}: an array of shape (..., 3) is needed, not {array.shape}")
+        shapes = [array.shape[:-1] for array in vectors.values()] + [array.shape for array in limits.values()]
+        try:
+            self.shape = np.broadcast_shapes(*shapes)
+        except ValueError:
+            got = ", ".join(f"{name} {array.shape}" for name, array in {**vectors, **limits}.items())
+            raise ValueError(f"the numbers of rays do not fit each other: {got}") from None
+        self.count = int(np.prod(self.shape, dtype=np.int64))
+        self.inputs: list[npt.NDArray[Any]] = []
+        self.query = query = NifQuery()
+        query.count = self.count
+        if self.count == 0:
+            return
+        for name, array in vectors.items():
+            array = np.broadcast_to(array, (*self.shape, 3))
+            # A negative stride, as the 64 bits of its two's complement.
+            stride = _stride(name, array, self.shape) % 2**64
+            base, step = array.ctypes.data, array.strides[-1]
+            columns = (ctypes.c_void_p * 3)(base, base + step, base + 2 * step)
+            if name == "origins":
+                query.origin, query.origin_stride = columns, stride
+            else:
+                query.direction, query.direction_stride = columns, stride
+            self.inputs.append(array)
+        for name, array in limits.items():
+            array = np.broadcast_to(array, self.shape)
+            setattr(query, name, array.ctypes.data)
+            setattr(query, f"{name}_stride", _stride(name, array, self.shape) % 2**64)
+            self.inputs.append(array)
+
+
+def make_outputs(
+    rays: Rays, kinds: Kinds, names: Union[str, Sequence[str]], out: Optional[Mapping[str, npt.NDArray[Any]]]
+) -> dict[str, npt.NDArray[Any]]:
+    """Arrays for the answers: `out`, after checks, or new ones of these names."""
+    if isinstance(names, str):
+        names = (names,)
+    wanted = list(names if out is None else out)
+    for name in wanted:
+        if name not in kinds:
+            raise ValueError(f"there is no output '{name}'; there are {', '.join(kinds)}")
+    if not wanted:
+        raise ValueError(f"ask for at least one output: {', '.join(kinds)}")
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    for name in wanted:
+        dtype, tail = kinds[name]
+        shape = ((rays.count + 7) // 8,) if name == "visible_bits" else (*rays.shape, *tail)
+        if out is None:
+            arrays[name] = np.empty(shape, dtype=dtype)
+            continue
+        array = arrays[name] = out[name]
+        if not isinstance(array, np.ndarray):
+            raise TypeError(f"out: {name} is a {type(array).__name__}, not an array")
+        same = array.dtype == dtype or (dtype is np.bool_ and array.dtype == np.uint8)
+        if not same or array.shape != shape:
+            raise ValueError(
+                f"out: {name} has to be {np.dtype(dtype).name} of shape {shape}, not {array.dtype} of shape {array.shape}"
+            )
+        if not array.flags.c_contiguous or not array.flags.writeable:
+            raise ValueError(f"out: {name} has to be C-contiguous and writeable")
+    if out is not None:
+        _refuse_overlap(rays, arrays)
+    return arrays
+
+
+def _refuse_overlap(rays: Rays, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    outputs = list(arrays.items())
+    for i, (name, array) in enumerate(outputs):
+        others = rays.inputs + [other for _, other in outputs[:i]]
+        if any(np.may_share_memory(array, other) for other in others):
+            raise ValueError(f"out: {name} lies in memory of the rays or of another output")
+
+
+def point_at(structure: Structure, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    """Sets the structure's pointers of these names."""
+    for name, array in arrays.items():
+        setattr(structure, name, array.ctypes.data)

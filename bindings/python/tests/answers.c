@@ -1,0 +1,127 @@
+/* answers ASSET RAYS OUT [BATCH ROUNDS THREADS]: what nif.h answers in C, for test_answers.py, and
+ * for timings beside Python. RAYS is an array of NifRay. Without BATCH it writes all outputs to OUT, an array
+ * after the other: of a query, then of first hits. With BATCH it asks ROUNDS times for `visible` of the first
+ * BATCH rays, from columns that are apart as numpy's are, writes the answers, and prints the seconds of each
+ * round. */
+#include <nif/nif.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+static void must(NifError error) {
+  if (error == NIF_OK) return;
+  fprintf(stderr, "%s\n", nifGetErrorMessage());
+  exit(1);
+}
+
+static void* get(size_t bytes) {
+  void* memory = calloc(bytes + 1, 1);
+  if (!memory) exit(1);
+  return memory;
+}
+
+static double now(void) {
+  struct timespec time;
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+static void answer(NifScene scene, const NifRay* rays, size_t n, FILE* out) {
+  /* Size of an element, in the order of NifQuery's and NifHits' members. */
+  const size_t query_bytes[5] = {1, 0, 4, 1, 4}, hit_bytes[12] = {1, 4, 12, 4, 4, 4, 4, 4, 1, 4, 4, 12};
+  void *query_array[5], *hit_array[12];
+  NifQuery query = nifQueryRays(rays, n);
+  NifHits hits = {.struct_size = sizeof(hits)};
+  for (int i = 0; i < 5; ++i) query_array[i] = get(i == 1 ? (n + 7) / 8 : n * query_bytes[i]);
+  for (int i = 0; i < 12; ++i) hit_array[i] = get(n * hit_bytes[i]);
+  hits.hit = hit_array[0];
+  hits.t = hit_array[1];
+  hits.normal = hit_array[2];
+  hits.instance = hit_array[3];
+  hits.object = hit_array[4];
+  hits.triangle = hit_array[5];
+  hits.u = hit_array[6];
+  hits.v = hit_array[7];
+  hits.certain = hit_array[8];
+  hits.t_low = hit_array[9];
+  hits.t_high = hit_array[10];
+  hits.color = hit_array[11];
+  must(nifIntersect(scene, &query, &hits));
+  query.visible = query_array[0];
+  query.visible_bits = query_array[1];
+  query.probability = query_array[2];
+  query.certain = query_array[3];
+  query.logit = query_array[4];
+  must(nifQuery(scene, &query));
+  for (int i = 0; i < 5; ++i) {
+    fwrite(query_array[i], 1, i == 1 ? (n + 7) / 8 : n * query_bytes[i], out);
+    free(query_array[i]);
+  }
+  for (int i = 0; i < 12; ++i) {
+    fwrite(hit_array[i], 1, n * hit_bytes[i], out);
+    free(hit_array[i]);
+  }
+}
+
+static void measure(NifScene scene, const NifRay* rays, size_t n, int rounds, FILE* out) {
+  float *origins = get(12 * n), *directions = get(12 * n);
+  uint8_t* visible = get(n);
+  NifQuery query = {.struct_size = sizeof(query), .count = n, .origin_stride = 12, .direction_stride = 12};
+  for (int a = 0; a < 3; ++a) {
+    query.origin[a] = origins + a;
+    query.direction[a] = directions + a;
+    for (size_t i = 0; i < n; ++i) {
+      origins[3 * i + (size_t)a] = rays[i].origin[a];
+      directions[3 * i + (size_t)a] = rays[i].direction[a];
+    }
+  }
+  query.visible = visible;
+  for (int round = 0; round < rounds; ++round) {
+    /* Commands come from a pipe, so that rounds of C and of Python can take turns. */
+    if (getchar() == EOF) break;
+    const double start = now();
+    must(nifQuery(scene, &query));
+    printf("%.9f\n", now() - start);
+    fflush(stdout);
+  }
+  fwrite(visible, 1, n, out);
+  free(origins);
+  free(directions);
+  free(visible);
+}
+
+int main(int argc, char** argv) {
+  NifDevice device;
+  NifAsset asset;
+  NifScene scene;
+  char config[32];
+  if (argc != 4 && argc != 7) return 2;
+  snprintf(config, sizeof(config), "threads=%d", argc == 7 ? atoi(argv[6]) : 1);
+  must(nifNewDevice(config, NULL, &device));
+  must(nifLoadAssetFile(device, argv[1], NIF_LOAD_READ, &asset));
+  must(nifNewScene(device, &scene));
+  must(nifAddAsset(scene, asset, NULL, NULL, NULL));
+  must(nifCommitScene(scene));
+  FILE* in = fopen(argv[2], "rb");
+  FILE* out = fopen(argv[3], "wb");
+  if (!in || !out || fseek(in, 0, SEEK_END) != 0) return 1;
+  size_t n = (size_t)ftell(in) / sizeof(NifRay);
+  rewind(in);
+  NifRay* rays = get(n * sizeof(NifRay));
+  if (fread(rays, sizeof(NifRay), n, in) != n) return 1;
+  if (argc == 7) {
+    const size_t batch = strtoull(argv[4], NULL, 10);
+    measure(scene, rays, batch < n ? batch : n, atoi(argv[5]), out);
+  } else {
+    answer(scene, rays, n, out);
+  }
+  free(rays);
+  fclose(in);
+  if (fclose(out) != 0) return 1;
+  nifReleaseScene(scene);
+  nifReleaseAsset(asset);
+  nifReleaseDevice(device);
+  return 0;
+}

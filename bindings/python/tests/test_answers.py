@@ -1,0 +1,256 @@
+"""Answers: those of the golden files, and with the bits of the C library, whatever the layout of the arrays."""
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ANSWER, GOLDEN, ROOT, golden, some_rays
+
+import nifkit
+
+ALL = ("visible", "visible_bits", "probability", "certain", "logit")
+HITS = nifkit.Hits._fields
+
+
+def same(one, other) -> None:
+    """Two Answers or Hits, to the bit."""
+    for name, a, b in zip(one._fields, one, other):
+        assert (a is None) == (b is None), name
+        assert a is None or (a.dtype == b.dtype and a.tobytes() == b.tobytes()), name
+
+
+@pytest.mark.parametrize("path", GOLDEN, ids=lambda path: path.stem)
+def test_golden(path):
+    answers = np.fromfile(path.with_suffix(".answers"), dtype=ANSWER)
+    with nifkit.load(path) as asset:
+        assert len(answers) >= 300 and set(answers["object"]) == set(range(asset.object_count))
+        for number in range(asset.object_count):
+            wanted = answers[answers["object"] == number]
+            with nifkit.Scene(device=asset.device) as scene:
+                assert scene.add_object(asset, number) == 0
+                scene.commit()
+                # Columns of the file's records, where they lie.
+                rays = (wanted["origin"], wanted["direction"], wanted["tmin"], wanted["tmax"])
+                got = scene.query(*rays, outputs=ALL)
+            assert (got.visible == wanted["visible"]).all()
+            assert (got.certain == wanted["certain"]).all()
+            assert (got.logit == wanted["logit"]).all()
+            assert (np.unpackbits(got.visible_bits, bitorder="little")[: len(wanted)] == got.visible).all()
+            assert ((got.probability == got.visible) | ~got.certain).all()
+
+
+@pytest.fixture(scope="session")
+def c_program(tmp_path_factory):
+    """answers.c with the library that the package uses."""
+    folder = tmp_path_factory.mktemp("c")
+    library = folder / "libnif.so.{}.{}".format(*nifkit._abi.ABI)  # by the name that a program looks for
+    library.symlink_to(Path(nifkit._library.lib._name).resolve())
+    options = ["-O2", "-Wall", "-Werror", "-I", ROOT / "runtime/include", f"-Wl,-rpath,{folder}"]
+    subprocess.run(["cc", *options, Path(__file__).with_name("answers.c"), library, "-o", folder / "answers"], check=True)
+    return folder / "answers"
+
+
+@pytest.mark.parametrize("path", GOLDEN, ids=lambda path: path.stem)
+def test_bits_of_c(path, c_program, tmp_path):
+    count = 20_000
+    with nifkit.load(path) as asset, nifkit.Scene(asset) as scene:
+        rays = np.empty((count, 8), dtype=np.float32)  # NifRay: origin, tmin, direction, tmax
+        rays[:, :3], rays[:, 4:7] = some_rays(scene, count)
+        rays[:, 3], rays[:, 7] = 0, np.inf
+        rays[::7, 7] = 0.5
+        rays.tofile(tmp_path / "rays")
+        subprocess.run([c_program, path, tmp_path / "rays", tmp_path / "answers"], check=True)
+        columns = (rays[:, :3], rays[:, 4:7], rays[:, 3], rays[:, 7])
+        got = scene.query(*columns, outputs=ALL)
+        hits = scene.intersect(*columns, outputs=HITS)
+        got_bytes = b"".join(array.tobytes() for array in (*got, *hits))
+    assert (tmp_path / "answers").read_bytes() == got_bytes
+    assert 0 < np.count_nonzero(hits.hit) < count
+
+
+def layouts(a: np.ndarray):
+    """The same numbers, at other strides."""
+    yield np.asfortranarray(a)
+    wide = np.full((len(a), 7), np.nan, dtype=np.float32)
+    wide[:, 1:6:2] = a
+    yield wide[:, 1:6:2]
+    yield a[::-1].copy()[::-1]
+    yield np.repeat(a, 3, axis=0)[::3]
+    yield a[:, ::-1].copy()[:, ::-1]
+    packed = np.zeros(len(a), dtype=np.dtype([("odd", "u1"), ("a", "<f4", 3)]))  # not aligned
+    packed["a"] = a
+    yield packed["a"]
+    frozen = a.copy()
+    frozen.flags.writeable = False
+    yield frozen
+
+
+def test_strides(networks):
+    origins, directions = some_rays(networks, 3000)
+    tmax = np.random.default_rng(3).random(3000, dtype=np.float32) * 2
+    wanted = networks.query(origins, directions, None, tmax, outputs=ALL)
+    assert 0 < wanted.visible.sum() < 3000
+    limits = [tmax[::-1].copy()[::-1], np.repeat(tmax, 2)[::2]]
+    for i, origin in enumerate(layouts(origins)):
+        for direction in layouts(directions):
+            same(networks.query(origin, direction, None, limits[i % 2], outputs=ALL), wanted)
+    lists = (origins[:5].tolist(), tuple(map(tuple, directions[:5].tolist())), 0, tmax[:5].tolist())
+    assert (networks.visible(*lists) == wanted.visible[:5]).all()
+
+
+def test_nothing_is_copied(scene):
+    """A batch of 2 million rays that are all the same one: a copy would take 24 MB."""
+    import resource
+
+    origins, directions = some_rays(scene, 1)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    many = np.broadcast_to(origins, (2_000_000, 3))
+    got = scene.query(many, directions, outputs="visible_bits")
+    assert got.visible_bits.shape == (250_000,)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20_000  # kB
+
+
+def test_shapes(networks):
+    origins, directions = some_rays(networks, 60)
+    flat = networks.query(origins, directions, outputs=ALL)
+    image = networks.query(origins.reshape(5, 4, 3, 3), directions.reshape(5, 4, 3, 3), outputs=ALL)
+    for name in ("visible", "probability", "certain", "logit"):
+        assert getattr(image, name).shape == (5, 4, 3)
+    assert image.visible.ravel().tolist() == flat.visible.tolist()
+    assert networks.visible(origins[0], directions[0]).shape == ()
+    assert networks.visible(origins[0], directions[0]) == flat.visible[0]
+    assert networks.intersect(origins[0], directions).normal.shape == (60, 3)
+    one = networks.visible(origins, (0, 0, 1), 0, 2.5)
+    assert (one == networks.visible(origins, np.tile(np.float32((0, 0, 1)), (60, 1)), tmax=np.full(60, 2.5, "f4"))).all()
+    assert networks.visible(origins[:0], directions[:0]).shape == (0,)
+    assert networks.visible(np.zeros((0, 3), "f4"), (0, 0, 1)).shape == (0,)
+    assert networks.intersect(np.zeros((4, 0, 3), "f4"), (0, 0, 1)).t.shape == (4, 0)
+    # Rows of a larger picture have no single stride; each row has.
+    cut = origins.reshape(6, 10, 3)[:, 2:7]
+    with pytest.raises(ValueError, match=r"origins: rays of shape \(6, 5\) do not lie at one distance"):
+        networks.visible(cut, (0, 0, 1))
+    rows = np.stack([networks.visible(row, (0, 0, 1)) for row in cut])
+    assert (rows == networks.visible(np.ascontiguousarray(cut), (0, 0, 1))).all()
+    # Dimensions of length 1 have strides that mean nothing.
+    assert networks.visible(origins[:, None][::2], directions[::2][:, None]).shape == (30, 1)
+
+
+def test_outputs_do_not_change_answers(networks):
+    rays = some_rays(networks, 5000)
+    wanted = networks.query(*rays, outputs=ALL)
+    for name in ALL:
+        alone = networks.query(*rays, outputs=name)
+        assert [field for field in alone._fields if getattr(alone, field) is not None] == [name]
+        assert getattr(alone, name).tobytes() == getattr(wanted, name).tobytes()
+    assert (networks.probability(*rays) == wanted.probability).all()
+    assert (networks.certain(*rays) == wanted.certain).all()
+    assert (networks.visible(*rays) == wanted.visible).all()
+
+
+def test_out(networks):
+    rays = some_rays(networks, 100)
+    wanted = networks.query(*rays, outputs=("visible", "logit"))
+    out = {"visible": np.full(100, 7, dtype=np.uint8), "logit": np.empty(100, dtype=np.int32)}
+    got = networks.query(*rays, out=out)
+    assert got.visible is out["visible"] and got.certain is None
+    assert (out["visible"] == wanted.visible).all() and (out["logit"] == wanted.logit).all()
+    t = np.empty(100, dtype=np.float32)
+    assert networks.intersect(*rays, out={"t": t}).t is t
+    assert (np.isinf(t) == wanted.visible).all()
+
+
+def test_isa_and_threads(networks):
+    path = golden("networks")
+    rays = some_rays(networks, 10_000)
+    wanted, hits = networks.query(*rays, outputs=ALL[:2] + ALL[3:]), networks.intersect(*rays, outputs=HITS)
+    for options in ({"isa": "scalar"}, {"threads": 1}, {"threads": 3, "queries": 2}):
+        with nifkit.Device(**options) as device, nifkit.load(path, device=device) as asset:
+            with nifkit.Scene(device=device) as scene:
+                scene.add_object(asset)
+                scene.commit()
+                same(scene.query(*rays, outputs=ALL[:2] + ALL[3:]), wanted)
+                same(scene.intersect(*rays, outputs=HITS), hits)
+
+
+def test_fallback(networks):
+    origins, directions = some_rays(networks, 20_000)
+    learned = networks.query(origins, directions, outputs=ALL)
+    open_ = np.flatnonzero(~learned.certain)
+    assert len(open_) > 100
+    asked = []
+
+    def other(rays, visible):
+        assert rays.dtype == np.int64 and visible.dtype == bool and 1 <= len(rays) == len(visible) <= 1024
+        assert (visible == learned.visible[rays]).all()
+        asked.append(rays)
+        return ~visible
+
+    got = networks.query(origins, directions, outputs=ALL, fallback=other)
+    assert np.array_equal(np.sort(np.concatenate(asked)), open_)
+    assert got.certain.all()
+    assert (got.visible != learned.visible).nonzero()[0].tolist() == open_.tolist()
+    assert (got.probability == got.visible).all()
+    asked.clear()
+    p = learned.probability
+    networks.query(origins, directions, fallback=other, confidence=0.9)
+    unsure = np.flatnonzero(~learned.certain & (np.maximum(p, 1 - p) < np.float32(0.9)))
+    assert 0 < len(unsure) < len(open_)
+    assert np.array_equal(np.sort(np.concatenate(asked)), unsure)
+    asked.clear()
+    same(networks.query(origins, directions, outputs=ALL, fallback=other, confidence=0.5), learned)
+    assert not asked
+    # Lists of 0 and 1 will do.
+    got = networks.query(origins, directions, fallback=lambda rays, visible: [1] * len(rays))
+    assert got.visible[open_].all()
+
+
+def test_open_rays(networks):
+    origins, directions = some_rays(networks, 20_000)
+    learned = networks.query(origins, directions, outputs=ALL)
+    found = networks.open_rays(origins, directions, 0, 5, outputs=ALL)
+    everything = networks.query(origins, directions, 0, 5, outputs=ALL)
+    assert np.array_equal(np.sort(found.rays), np.flatnonzero(~everything.certain))
+    assert len(found.rays) == len(found.tmin) == len(found.tmax) > 100
+    assert (found.tmin >= 0).all() and (found.tmax <= 5).all() and (found.tmin <= found.tmax).all()
+    assert (found.answers.probability[found.rays] == 0.5).all()
+    closed = found.answers.certain
+    assert (found.answers.visible[closed] == everything.visible[closed]).all()
+    assert len(networks.open_rays(origins[:0], directions[:0]).rays) == 0
+    assert learned.visible.any()
+
+
+def test_jobs(networks):
+    rays = some_rays(networks, 50_000)
+    wanted, hits = networks.query(*rays, outputs=ALL), networks.intersect(*rays)
+    jobs = [networks.query_async(*rays, outputs=ALL) for _ in range(4)]
+    more = networks.intersect_async(*rays)
+    same(more.wait(), hits)
+    for job in reversed(jobs):
+        same(job.wait(), wanted)
+        assert job.done()
+        same(job.wait(), wanted)
+
+
+def test_transforms(scene):
+    path = golden("single")
+    origins, directions = some_rays(scene, 2000)
+    wanted = scene.visible(origins, directions)
+    assert 0 < wanted.sum() < 2000
+    # A quarter turn and a move, which single precision does exactly.
+    turn = np.array([[0, -1, 0, 4], [1, 0, 0, 8], [0, 0, 1, -2]], dtype=np.float32)
+    with nifkit.load(path) as asset, nifkit.Scene() as moved:
+        assert moved.bounds is None and not moved.committed
+        moved.commit()
+        assert moved.committed and moved.visible(origins, directions).all()
+        assert moved.add(asset, np.vstack([turn, [0, 0, 0, 1]])) == range(0, 1)
+        assert not moved.committed
+        moved.commit()
+        there = (origins @ turn[:, :3].T + turn[:, 3]).astype(np.float32)
+        ways = np.ascontiguousarray(directions @ turn[:, :3].T)
+        assert (moved.visible(there, ways) != wanted).mean() < 0.02  # rounding of the origins
+        moved.set_transform(0, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
+        moved.commit()
+        assert (moved.visible(origins, directions) == wanted).all()
+        assert moved.add_object(asset, 0, turn) == 1
+        moved.commit()
+        assert moved.instance_count == 2 and moved.resident_bytes > 0
