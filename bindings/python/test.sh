@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Tests bindings/python: builds the wheel, installs it in an environment of its own, and runs pytest on it, with the types
-# checked where mypy is installed. Prints "Skipped: ..." and ends with 0 where numpy, pytest or what builds a wheel is missing.
+# Tests bindings/python: builds the wheel and `nif`, installs the wheel in an environment of its own, and runs pytest on it, with
+# the types checked where mypy is installed. NIFKIT names an installed nifkit, which is taken instead. Prints "Skipped: ..." and
+# ends with 0 where numpy, pytest or what builds a wheel is missing.
 #
 #   bindings/python/test.sh [options of pytest]
 set -euo pipefail
@@ -26,6 +27,9 @@ bytes=$(stat -c %s "$wheel")
 echo "$(basename "$wheel"): $bytes bytes"
 ((bytes < 2000000)) || { echo 'the wheel has 2 MB or more' >&2 && exit 1; }
 [[ $wheel == *-py3-none-linux_*.whl ]] || { echo "the wheel's name is wrong" >&2 && exit 1; }
+
+[[ -n ${NIFKIT-} ]] || cmake --build "$root/build/release" --target nif >&2
+export NIF_PROGRAM=${NIFKIT:-$root/build/release}/bin/nif
 
 "$python" -m venv --without-pip --system-site-packages "$scratch/venv"
 "$python" -m pip --python "$scratch/venv/bin/python" install --no-index --no-deps --quiet \

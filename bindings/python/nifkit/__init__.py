@@ -11,9 +11,11 @@ refused. bindings/python/README.md in the source tree says more.
 """
 from ._abi import LOGIT_CERTAIN, NONE, Encoding, ErrorCode
 from ._asset import Asset, Instance, Object, Part, load
+from ._bake import bake, bake_file
 from ._device import BackendInfo, CardInfo, Device, backends, cards, default_device
 from ._job import Job
 from ._library import Error, library_version
+from ._program import find_program
 from ._scene import Answers, Hits, OpenRays, Scene
 
 __version__ = library_version()
@@ -36,7 +38,10 @@ __all__ = [
     "Part",
     "Scene",
     "backends",
+    "bake",
+    "bake_file",
     "cards",
     "default_device",
+    "find_program",
     "load",
 ]

@@ -32,12 +32,16 @@ def test_everything_is_documented():
 
 
 def test_readme(tmp_path):
-    (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    shown, baked = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     (tmp_path / "dragon.nif").write_bytes(golden("single").read_bytes())
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", example], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    assert re.fullmatch(r"\d+% lit, \d+% of it proven\n", done.stdout)
+
+    def said(example):
+        command = [sys.executable, "-W", "error", "-c", example]
+        return subprocess.run(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True, check=True).stdout
+
+    assert re.fullmatch(r"\d+% lit, \d+% of it proven\n", said(shown))
+    assert re.search(r"^  0% .*\n(?:.*\n)*(?:EXACT|BVH), \d+ bytes\n$", said(baked))
+    assert (tmp_path / "tube.nif").exists()
 
 
 def load_elsewhere(library: Path) -> str:

@@ -21,6 +21,7 @@ def refused(code: ErrorCode, text: str):
         def __enter__(self):
             self.raises = pytest.raises(nifkit.Error)
             self.info = self.raises.__enter__()
+            return self.info
 
         def __exit__(self, *error):
             fine = self.raises.__exit__(*error)
