@@ -206,6 +206,7 @@ if [[ $size == nightly ]]; then
   if [[ -n ${NIF_TEST_MESHES-} ]] && step 'build tests of proofs' build_part release 'truth_test exact_object_test'; then
     step '10^7 segments of each mesh' many_segments || true
   fi
+  host_test 'fuzz in 32 bits' tests/fuzz/bits32/run.sh 100000
   host_test 'sound behind an object' samples/audio/test.sh
   host_test 'a game in LÖVE' samples/love/test.sh
   step 'what tests reach' tests/coverage.sh || true

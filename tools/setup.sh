@@ -2,7 +2,7 @@
 # Installs what nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
 #
 #   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu, arm; all of these where none is named
-#                                only where they are named: audio, love, python
+#                                only where they are named: audio, bits32, love, python, web
 #
 # Does nothing, without output and without the network, where nothing is missing. Where it may not install, it names
 # the missing packages in one line and ends with 1.
@@ -55,6 +55,8 @@ gpu     lld-19                links them
 arm     g++-aarch64-linux-gnu the runtime for 64-bit ARM (tests/neon/run.sh)
 arm     qemu-user-static      runs it here
 audio   libopenal-dev         samples/audio: sound for headphones
+bits32  lib32stdc++-12-dev    tests/fuzz/bits32: the runtime for 32-bit x86
+bits32  libc6-dev-i386        the same
 love    love                  samples/love: the engine of the game
 love    luajit                samples/love: tests of its declarations of nif.h
 love    xvfb                  samples/love: tests, on a screen that nobody sees
@@ -66,6 +68,7 @@ python  python3-wheel         bindings/python: builds the wheel
 python  python3-venv          bindings/python: tests, in an environment of their own
 python  python3-pytest        bindings/python: tests
 python  python3-mypy          bindings/python: tests of its types
+web     emscripten            bindings/web: the runtime as WebAssembly; brings node
 '
 
 if [[ ${1-} == -h || ${1-} == --help ]]; then
@@ -79,7 +82,7 @@ wanted=()
 for group in "${groups[@]}"; do
   found=$(awk -v group="$group" '$1 == group { print $2 }' <<<"$packages")
   if [[ -z $found ]]; then
-    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check, fuzz, gpu, arm, audio, love and python" >&2
+    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check, fuzz, gpu, arm, audio, bits32, love, python and web" >&2
     exit 2
   fi
   mapfile -t -O "${#wanted[@]}" wanted <<<"$found"

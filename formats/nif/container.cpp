@@ -35,8 +35,8 @@ void check_identifier(std::span<const std::byte> start, std::string_view file) {
   refuse(Rule::other_file, file, "");
 }
 
-void check_padding(std::span<const std::byte> bytes, uint64_t begin, uint64_t end, std::string_view file) {
-  for (uint64_t at = begin; at < end; ++at)
+void check_padding(std::span<const std::byte> bytes, size_t begin, size_t end, std::string_view file) {
+  for (size_t at = begin; at < end; ++at)
     if (bytes[at] != std::byte{0}) refuse(Rule::padding_not_zero, file, at_byte(at));
 }
 
@@ -106,7 +106,7 @@ std::pmr::vector<SectionView> open_container(std::span<const std::byte> bytes, s
 
   std::pmr::vector<SectionView> sections(memory);
   sections.reserve(header.section_count);
-  uint64_t end = table_end;
+  auto end = size_t(table_end);
   for (uint32_t i = 0; i < header.section_count; ++i) {
     SectionEntry entry;
     std::memcpy(&entry, table.data() + i * sizeof(entry), sizeof(entry));
@@ -119,9 +119,11 @@ std::pmr::vector<SectionView> open_container(std::span<const std::byte> bytes, s
               "starts at byte " + std::to_string(entry.offset) + ", not at " + std::to_string(aligned(end)));
     if (entry.offset > bytes.size() || entry.bytes > bytes.size() - entry.offset)
       damaged(Rule::section_past_end);
-    check_padding(bytes, end, entry.offset, file);
-    end = entry.offset + entry.bytes;
-    const auto content = bytes.subspan(entry.offset, entry.bytes);
+    // Both fit in memory, because the file does.
+    const auto offset = size_t(entry.offset), size = size_t(entry.bytes);
+    check_padding(bytes, end, offset, file);
+    end = offset + size;
+    const auto content = bytes.subspan(offset, size);
     if (crc32c(content) != entry.crc) damaged(Rule::section_checksum);
     for (const SectionView& other : sections)
       if (other.type == entry.type) damaged(Rule::section_twice);

@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "formats/base/size.hpp"
 #include "formats/nif/container.hpp"
 #include "formats/nif/input_file.hpp"
 
@@ -9,7 +10,7 @@ namespace nif::format {
 
 FileMemory FileMemory::load(const std::string& path, Mode mode, std::pmr::memory_resource* memory) {
   const InputFile file(path);
-  const auto size = size_t(file.size());
+  const auto size = memory_size(file.size());
   std::byte start[sizeof(Header)];
   const size_t started = file.read_at(start, sizeof(start), 0);
   check_header({start, started}, size, path);

@@ -107,9 +107,9 @@ class Reader {
     place.require(name.offset == names_end_, Rule::name_order);
     place.require(names_.size() - names_end_ > name.bytes, Rule::name_past_end);
     const std::string_view text(reinterpret_cast<const char*>(names_.data()) + name.offset, name.bytes);
-    place.require(names_[name.offset + uint64_t(name.bytes)] == std::byte{0}, Rule::name_end);
+    place.require(names_[size_t(name.offset) + name.bytes] == std::byte{0}, Rule::name_end);
     place.require(text.find('\0') == text.npos && is_utf8(text), Rule::name_text);
-    names_end_ += uint64_t(name.bytes) + 1;
+    names_end_ += size_t(name.bytes) + 1;
     return text;
   }
 
@@ -228,7 +228,7 @@ class Reader {
   std::string_view file_;
   AssetView asset_;
   Bytes names_;
-  uint64_t names_end_ = 0;
+  size_t names_end_ = 0;
   bool has_primaries_ = false, has_sources_ = false, has_colors_ = false;
 };
 

@@ -81,11 +81,13 @@ class Payloads {
                                             std::to_string(expected));
     if (payload.offset > section_.size() || payload.bytes > section_.size() - payload.offset)
       place.damaged(Rule::payload_past_end, what + " reaches past the end of its section");
-    for (uint64_t at = end_; at < payload.offset; ++at)
+    // Both fit in memory, because the section does.
+    const auto offset = size_t(payload.offset), bytes = size_t(payload.bytes);
+    for (size_t at = end_; at < offset; ++at)
       if (section_[at] != std::byte{0})
         place.damaged(Rule::payload_padding, "padding before the " + what + " is not zero");
-    end_ = payload.offset + payload.bytes;
-    return section_.subspan(payload.offset, payload.bytes);
+    end_ = offset + bytes;
+    return section_.subspan(offset, bytes);
   }
   /// All of the section belongs to payloads.
   void finish(const char* section, std::string_view file) const {
@@ -94,7 +96,7 @@ class Payloads {
 
  private:
   Bytes section_;
-  uint64_t end_ = 0;
+  size_t end_ = 0;
 };
 
 /// Records of one section, copied out one at a time.

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "formats/base/size.hpp"
 #include "formats/nif/container.hpp"
 #include "formats/nif/layout.hpp"
 
@@ -37,7 +38,7 @@ class Section {
   Payload begin_payload() {
     has_blocks_ = true;
     size_ = aligned(size_);
-    if (!counting_) bytes_.resize(size_);
+    if (!counting_) bytes_.resize(memory_size(size_));
     return {size_, 0};
   }
   void end_payload(Payload& payload) const { payload.bytes = size_ - payload.offset; }

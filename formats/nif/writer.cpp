@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "formats/base/size.hpp"
 #include "formats/base/status.hpp"
 #include "formats/nif/crc32c.hpp"
 #include "formats/nif/utf8.hpp"
@@ -143,10 +144,10 @@ uint64_t FileSize::bytes() const {
 EncodedAsset encode_and_view(const Asset& asset) {
   Sections sections(false);
   fill(asset, sections);
-  std::vector<std::byte> file(table_end(sections));
-  uint64_t at = sizeof(Header);
+  std::vector<std::byte> file(memory_size(table_end(sections)));
+  size_t at = sizeof(Header);
   for (const auto& [type, flags, section] : sections.entries()) {
-    file.resize(aligned(file.size()));
+    file.resize(memory_size(aligned(file.size())));
     store(file, at, SectionEntry{type, flags, file.size(), section.size(), crc32c(section.bytes()), 0});
     file.insert(file.end(), section.bytes().begin(), section.bytes().end());
     at += sizeof(SectionEntry);

@@ -1,3 +1,4 @@
+#include "formats/base/size.hpp"
 #include "formats/nif/bvh/layout.hpp"
 #include "formats/nif/bvh/source_triangles.hpp"
 
@@ -8,11 +9,12 @@ SourceTrianglesWriter::SourceTrianglesWriter(Sections& sections)
 
 void SourceTrianglesWriter::add(const SourceTriangles& source, uint32_t object) {
   const uint32_t bits = kernels::source_bits(source.triangles);
-  std::vector<uint32_t> words(kernels::source_words(source.numbers.size(), bits));
+  std::vector<uint32_t> words(memory_size(kernels::source_words(source.numbers.size(), bits)));
   uint64_t at = 0;
   for (const uint32_t number : source.numbers) {
-    words[at / 32] |= number << at % 32;
-    if (at % 32 + bits > 32) words[at / 32 + 1] |= number >> (32 - at % 32);
+    const auto word = size_t(at / 32);
+    words[word] |= number << at % 32;
+    if (at % 32 + bits > 32) words[word + 1] |= number >> (32 - at % 32);
     at += bits;
   }
   SourceRecord record{};

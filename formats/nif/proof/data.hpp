@@ -7,6 +7,7 @@
 #include <memory_resource>
 #include <vector>
 
+#include "formats/base/size.hpp"
 #include "formats/nif/container.hpp"
 #include "formats/nif/layout.hpp"
 #include "kernels/reference/proof/field.hpp"
@@ -104,8 +105,8 @@ class DecodedPayloads {
   /// Zeros, a line more than `bytes`, because kernels load more than the last few. They stay where
   /// they are; `taken` is told how many there are.
   std::byte* add(uint64_t bytes, PayloadBytes& taken) {
-    const uint64_t lines = aligned(bytes) / kAlignment + 1;
-    taken.decoded = lines * kAlignment;
+    const size_t lines = memory_size(aligned(bytes) / kAlignment + 1);
+    taken.decoded = uint64_t{lines} * kAlignment;
     return payloads_.emplace_back(lines).front().bytes;
   }
   /// Without what is decoded.

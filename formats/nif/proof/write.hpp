@@ -35,7 +35,7 @@ bool grid_in_order(const ProofData& data, const kernels::ProofField& field);
 template <class Same>
 Coded encode_occupancy(const ProofData& data, const kernels::ProofField& field, Corners corners,
                        const uint64_t* true_corners, uint64_t bytes, const Same& same) {
-  std::vector<uint64_t> memory((bytes + 7) / 8);
+  std::vector<uint64_t> memory(memory_size((bytes + 7) / 8));
   const OccupancyArrays<std::byte> to(reinterpret_cast<std::byte*>(memory.data()), field.mixed_bricks,
                                       corners != Corners::none);
   RangeEncoder encoder;

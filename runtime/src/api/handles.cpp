@@ -14,6 +14,8 @@ namespace {
 // A handle is, from its lowest bit: the number of its slot, its kind, and how often the slot was used before.
 constexpr uint32_t kSlotBits = sizeof(uintptr_t) == 8 ? 24 : 16, kKindBits = 3;
 constexpr uintptr_t kKindShift = kSlotBits, kUseShift = kSlotBits + kKindBits;
+// Handles are never reused: a slot whose uses are all used up stays empty. In 32 bits that is after 8,192.
+constexpr uintptr_t kMostUses = uintptr_t{1} << (8 * sizeof(uintptr_t) - kUseShift);
 constexpr uintptr_t kSlotMask = (uintptr_t{1} << kSlotBits) - 1, kKindMask = (uintptr_t{1} << kKindBits) - 1;
 
 struct Slot {
@@ -104,8 +106,10 @@ Object* release_handle(Kind kind, uintptr_t handle) {
   Slot* slot = slot_of(kind, handle);
   if (!slot || --slot->references > 0) return nullptr;
   slot->handle.store(0, std::memory_order_relaxed);
-  slot->next_free = free_slot;
-  free_slot = uint32_t(handle & kSlotMask);
+  if (slot->uses < kMostUses) {
+    slot->next_free = free_slot;
+    free_slot = uint32_t(handle & kSlotMask);
+  }
   return slot->object.exchange(nullptr, std::memory_order_relaxed);
 }
 

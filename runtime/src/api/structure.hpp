@@ -12,10 +12,12 @@ namespace nif::runtime {
 /// A size beyond this is no newer header but memory that nobody has initialised.
 inline constexpr uint64_t kMaxStructure = 4096;
 
-inline void check_structure_size(uint64_t size, uint64_t least, const char* name) {
+/// `size` again, which it then fits.
+inline size_t check_structure_size(uint64_t size, uint64_t least, const char* name) {
   if (size < least || size > kMaxStructure)
     refuse_argument(std::string(name) + ": struct_size is " + std::to_string(size) +
                     ", which is not the structure's size");
+  return size_t(size);
 }
 
 /// A copy of a structure that the caller passes in. What a newer header has beyond ours must be zero; what an
@@ -23,10 +25,9 @@ inline void check_structure_size(uint64_t size, uint64_t least, const char* name
 template <class T>
 T read_structure(const T* from, const char* name, uint64_t least = sizeof(T)) {
   require_argument(from, name);
-  const uint64_t size = from->struct_size;
-  check_structure_size(size, least, name);
+  const size_t size = check_structure_size(from->struct_size, least, name);
   T copy{};
-  std::memcpy(static_cast<void*>(&copy), from, std::min<uint64_t>(size, sizeof(T)));
+  std::memcpy(static_cast<void*>(&copy), from, std::min(size, sizeof(T)));
   const char* bytes = reinterpret_cast<const char*>(from);
   if (size > sizeof(T) && std::any_of(bytes + sizeof(T), bytes + size, [](char c) { return c != 0; }))
     throw Failure(NIF_ERROR_NOT_AVAILABLE,
@@ -38,10 +39,9 @@ T read_structure(const T* from, const char* name, uint64_t least = sizeof(T)) {
 template <class T>
 void write_structure(T* to, T value, const char* name) {
   require_argument(to, name);
-  const uint64_t size = to->struct_size;
-  check_structure_size(size, sizeof(uint64_t), name);
+  const size_t size = check_structure_size(to->struct_size, sizeof(uint64_t), name);
   value.struct_size = size;
-  std::memcpy(static_cast<void*>(to), &value, std::min<uint64_t>(size, sizeof(T)));
+  std::memcpy(static_cast<void*>(to), &value, std::min(size, sizeof(T)));
   if (size > sizeof(T)) std::memset(reinterpret_cast<char*>(to) + sizeof(T), 0, size - sizeof(T));
 }
 

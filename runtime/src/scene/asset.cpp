@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "api/error.hpp"
+#include "formats/base/size.hpp"
 #include "kernels/reference/proof/cells.hpp"
 
 void NifAssetObject::drop_bytes() {
@@ -44,7 +45,7 @@ NifAssetObject* load_memory(NifDeviceObject* device, const void* bytes, uint64_t
     refuse_argument("memory: unknown memory mode " + std::to_string(int(mode)));
   if (mode == NIF_MEMORY_BORROW && reinterpret_cast<uintptr_t>(bytes) % NIF_ASSET_ALIGNMENT != 0)
     refuse_argument("memory: borrowed bytes must be aligned to " + std::to_string(NIF_ASSET_ALIGNMENT));
-  const std::span<const std::byte> given(static_cast<const std::byte*>(bytes), size);
+  const std::span<const std::byte> given(static_cast<const std::byte*>(bytes), memory_size(size));
   auto* memory = device->memory();
   if (mode == NIF_MEMORY_BORROW)
     return create<NifAssetObject>(memory, device, format::FileMemory::borrow(given), "memory");
