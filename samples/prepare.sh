@@ -25,11 +25,12 @@ prepare_nifkit() {
   done
 }
 
-# prepare_asset MESH: sets asset, and origin: where its mesh comes from, if it was chosen here. MESH is a mesh, an asset that is
-# used as it is, or '': then the Stanford dragon if samples/run.sh has fetched it, else a generated torus knot.
+# prepare_asset MESH: sets asset, model, the mesh that it is baked from ('' if it was given as an asset), and origin: where that
+# mesh comes from, if it was chosen here. MESH is a mesh, an asset that is used as it is, or '': then the Stanford dragon if
+# samples/run.sh has fetched it or NIF_TEST_MESHES has it, else a generated torus knot.
 prepare_asset() {
   local mesh=$1 name dragon
-  origin=''
+  model='' origin=''
   if [[ -z $mesh ]]; then
     mkdir -p build/samples
     for dragon in build/sample/stanford_dragon.ply.gz "${NIF_TEST_MESHES:+$NIF_TEST_MESHES/stanford_dragon_871k.ply.gz}"; do
@@ -50,6 +51,7 @@ prepare_asset() {
     asset=$mesh
     return
   fi
+  model=$mesh
   name=$(basename "$mesh")
   name=${name%.gz} name=${name%.zst} name=${name%.*}
   asset=build/samples/$name.nif

@@ -2,7 +2,7 @@
 # Installs what nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
 #
 #   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu, arm; all of these where none is named
-#                                only where they are named: audio, bits32, love, python, web
+#                                only where they are named: audio, bits32, blender, love, python, web
 #
 # Does nothing, without output and without the network, where nothing is missing. Where it may not install, it names
 # the missing packages in one line and ends with 1.
@@ -69,6 +69,8 @@ python  python3-venv          bindings/python: tests, in an environment of their
 python  python3-pytest        bindings/python: tests
 python  python3-mypy          bindings/python: tests of its types
 web     emscripten            bindings/web: the runtime as WebAssembly; brings node
+blender blender               samples/cycles: the renderer whose shadow rays an asset answers
+blender libembree-dev         samples/cycles: headers of what that renderer links
 '
 
 if [[ ${1-} == -h || ${1-} == --help ]]; then
@@ -82,7 +84,8 @@ wanted=()
 for group in "${groups[@]}"; do
   found=$(awk -v group="$group" '$1 == group { print $2 }' <<<"$packages")
   if [[ -z $found ]]; then
-    echo "tools/setup.sh: there is no group '$group'; there are build, sample, check, fuzz, gpu, arm, audio, bits32, love, python and web" >&2
+    known=$(awk 'NF && !seen[$1]++ { printf "%s%s", sep, $1; sep = ", " }' <<<"$packages")
+    echo "tools/setup.sh: there is no group '$group'; there are $known" >&2
     exit 2
   fi
   mapfile -t -O "${#wanted[@]}" wanted <<<"$found"
