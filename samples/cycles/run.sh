@@ -6,7 +6,7 @@
 #
 # SIZE is the width and height of the pictures in pixels (400), SAMPLES the paths of each pixel (16). MESH is a mesh whose y axis
 # points up. Without one it is the Stanford dragon, if samples/run.sh has fetched it or NIF_TEST_MESHES names a folder that has
-# it, or else a generated mesh. NIF_CYCLES_ROUNDS says how often each picture is rendered (1); the shortest time counts.
+# it, or else a generated mesh. NIF_CYCLES_ROUNDS says how often each picture is rendered (1); the least time counts.
 # Results are in build/cycles.
 set -euo pipefail
 
@@ -36,7 +36,7 @@ cmake --build "$out/build" >&2
 name=$out/$(basename "$asset" .nif)
 "$nif" mesh convert "$model" -o "$name.obj" --quiet
 
-# render SHADOW [VARIABLE=VALUE]...: one picture; prints the seconds.
+# render SHADOW [VARIABLE=VALUE]...: one picture; prints the seconds of processor time.
 render() {
   local shadow=$1 said
   shift
@@ -61,7 +61,7 @@ psnr_of() { sed -n "s/^psnr $(basename "$name").$1.png //p" <<<"$psnr"; }
 
 [[ -z $origin ]] || say "$origin"
 grep '^shadow_rays: ' "$name.asset.log"
-printf '\n%-28s %12s %12s\n' "shadow of the object by" "PSNR, dB" "seconds"
+printf '\n%-28s %12s %12s\n' "shadow of the object by" "PSNR, dB" "CPU seconds"
 printf '%-28s %12s %12s\n' "triangles (Embree)" '' "${seconds[triangles]}" \
   "its asset" "$(psnr_of asset)" "${seconds[asset]}" "nothing" "$(psnr_of none)" "${seconds[none]}"
 printf '\nPictures, in this order: %s\n' "$name.beside.png"

@@ -4,7 +4,7 @@
 
 SIZE is the picture's width and height in pixels, SAMPLES how many paths each pixel gets. The last word says what casts the
 mesh's shadow: its triangles; nothing; or an asset, by the library that is preloaded: then, too, the mesh itself casts none.
-Prints "seconds N": how long Cycles took, from the scene to the picture. The mesh's y axis points up.
+Prints "seconds N": processor time of all threads, from the scene to the picture. The mesh's y axis points up.
 """
 import math
 import sys
@@ -51,7 +51,7 @@ def build(mesh: str, shadow: str) -> None:
     high = Vector(max(c[a] for c in corners) for a in range(3))
     middle, size = (low + high) / 2, max(high - low)
 
-    far = 20 * size
+    far = 300 * size
     floor = bpy.data.meshes.new("floor")
     floor.from_pydata([(x, low.y, z) for x, z in ((-far, -far), (-far, far), (far, far), (far, -far))], [], [(0, 1, 2, 3)])
     floor.materials.append(matte("floor", (0.5, 0.5, 0.5, 1)))
@@ -89,9 +89,9 @@ def render(picture: str, size: int, samples: int) -> float:
     scene.view_settings.view_transform = "Standard"
     scene.render.image_settings.file_format, scene.render.image_settings.color_mode = "PNG", "RGB"
     scene.render.filepath = picture
-    start = time.perf_counter()
+    start = time.process_time()
     bpy.ops.render.render(write_still=True)
-    return time.perf_counter() - start
+    return time.process_time() - start
 
 
 def main() -> None:
