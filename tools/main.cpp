@@ -67,7 +67,8 @@ int run(int argc, char** argv) {
                          "  nif devices\n"
                          "  nif mesh generate statue -o statue.ply\n"
                          "  nif render scene.toml -o pictures\n"
-                         "  nif sweep dragon.ply -o sizes\n\n") +
+                         "  nif sweep dragon.ply -o sizes\n"
+                         "  nif study dragon.ply -o study\n\n") +
              kExitCodes);
   const Command command(&app);
   add_attach(command);
@@ -79,6 +80,7 @@ int run(int argc, char** argv) {
   add_info(command);
   add_mesh(command);
   add_render(command);
+  add_study(command);
   add_sweep(command);
   add_validate(command);
 

@@ -15,6 +15,7 @@ void add_farm(Command app);
 void add_info(Command app);
 void add_mesh(Command app);
 void add_render(Command app);
+void add_study(Command app);
 void add_sweep(Command app);
 void add_validate(Command app);
 

@@ -1,4 +1,3 @@
-// OpenVDB's headers take most of a minute to compile; they are in this one source.
 #include "mesh/volume/volume.hpp"
 
 #include <openvdb/io/File.h>
@@ -14,6 +13,7 @@
 #include <sstream>
 
 #include "formats/base/status.hpp"
+#include "mesh/volume/level_set.hpp"
 
 // Trees and grids of these values are in OpenVDB's library. Without these lines GCC 12 makes all of their
 // code again, which takes half a minute.
@@ -26,8 +26,6 @@ extern template class openvdb::Grid<openvdb::Int32Tree>;
 
 namespace nif::volume {
 namespace {
-
-constexpr float kBand = 3;  ///< voxels on either side, as OpenVDB's own tools expect of a level set
 
 /// What OpenVDB asks a mesh for.
 struct Adapter {
@@ -43,44 +41,10 @@ struct Adapter {
   }
 };
 
-void initialize() {
-  static const bool once = [] {
-    openvdb::initialize();
-    return true;
-  }();
-  (void)once;
-}
-
 bool has_inside(const openvdb::FloatGrid& grid) {
   for (auto value = grid.cbeginValueAll(); value; ++value)
     if (*value < 0) return true;
   return false;
-}
-
-openvdb::FloatGrid::Ptr level_set(const mesh::Mesh& mesh, const Sampling& sampling) {
-  initialize();
-  const auto transform = openvdb::math::Transform::createLinearTransform(sampling.voxel);
-  const Adapter adapter{mesh, 1 / sampling.voxel};
-  openvdb::FloatGrid::Ptr grid;
-  if (sampling.thickness > 0) {
-    const double half = sampling.thickness / 2;
-    grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, *transform,
-                                                            float(half / sampling.voxel) + kBand, 0,
-                                                            openvdb::tools::UNSIGNED_DISTANCE_FIELD);
-    openvdb::tools::foreach (grid->beginValueAll(),
-                             [half](const auto& value) { value.setValue(*value - float(half)); });
-    openvdb::tools::changeBackground(grid->tree(), grid->background() - float(half));
-  } else {
-    grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, *transform, kBand, kBand);
-  }
-  if (!has_inside(*grid))
-    throw Error(
-        Status::all_degenerate,
-        "mesh '" + mesh.name +
-            "' encloses nothing at this voxel size; fill its holes (nif mesh repair --fill-holes), or give "
-            "it a --thickness");
-  grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  return grid;
 }
 
 /// A .vdb begins with eight bytes of identifier, three 32-bit numbers and a flag; then come 36 characters of
@@ -118,6 +82,45 @@ mesh::Mesh surface_of(const Grid& grid, double adaptivity) {
 
 }  // namespace
 
+void initialize_openvdb() {
+  static const bool once = [] {
+    openvdb::initialize();
+    return true;
+  }();
+  (void)once;
+}
+
+openvdb::FloatGrid::Ptr distances(const mesh::Mesh& mesh, double voxel, double band) {
+  initialize_openvdb();
+  return openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+      Adapter{mesh, 1 / voxel}, *openvdb::math::Transform::createLinearTransform(voxel), float(band), 0,
+      openvdb::tools::UNSIGNED_DISTANCE_FIELD);
+}
+
+openvdb::FloatGrid::Ptr level_set(const mesh::Mesh& mesh, const Sampling& sampling) {
+  initialize_openvdb();
+  openvdb::FloatGrid::Ptr grid;
+  if (sampling.thickness > 0) {
+    const double half = sampling.thickness / 2;
+    grid = distances(mesh, sampling.voxel, half / sampling.voxel + kBand);
+    openvdb::tools::foreach (grid->beginValueAll(),
+                             [half](const auto& value) { value.setValue(*value - float(half)); });
+    openvdb::tools::changeBackground(grid->tree(), grid->background() - float(half));
+  } else {
+    grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+        Adapter{mesh, 1 / sampling.voxel}, *openvdb::math::Transform::createLinearTransform(sampling.voxel),
+        kBand, kBand);
+  }
+  if (!has_inside(*grid))
+    throw Error(
+        Status::all_degenerate,
+        "mesh '" + mesh.name +
+            "' encloses nothing at this voxel size; fill its holes (nif mesh repair --fill-holes), or give "
+            "it a --thickness");
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  return grid;
+}
+
 uint64_t memory_estimate(double area, const Sampling& sampling) {
   // By trying: the dragon at 1024 voxels takes 0.31 kB for each voxel that its surface would fill if it were
   // flat.
@@ -148,7 +151,7 @@ VolumeFile make_vdb(const mesh::Mesh& mesh, const Sampling& sampling, Kind kind)
 }
 
 LevelSets read_vdb(const std::string& path) {
-  initialize();
+  initialize_openvdb();
   LevelSets found;
   try {
     openvdb::io::File file(path);

@@ -49,11 +49,6 @@ std::string picture(const Image& image, const std::string& what) {
                      image.height, png_address({reinterpret_cast<const char*>(png.data()), png.size()}));
 }
 
-std::string section(std::string_view title, std::string_view about, const std::string& html) {
-  return fmt::format("<section><h2>{}</h2>\n<p class=\"note\">{}</p>\n{}</section>\n", escaped(title),
-                     escaped(about), html);
-}
-
 std::string sets_section(const Json& report) {
   PageTable table({{"ray set"},
                    {"rays", PageTable::Kind::number},
@@ -74,11 +69,11 @@ std::string sets_section(const Json& report) {
       table.cell(percent(set.at(key)), fmt::format("{}", set.at(key).template get<double>()));
     count("certain_wrong");
   }
-  return section("Errors by ray set",
-                 "Measured against Embree on rays that the training has not seen. Leak: blocked, called "
-                 "visible. Spurious: "
-                 "visible, called blocked. Certain: proven, so never wrong.",
-                 report.at("sets").empty() ? "<p>Nothing was measured (--rays 0).</p>" : table.html());
+  return html_section("Errors by ray set",
+                      "Measured against Embree on rays that the training has not seen. Leak: blocked, called "
+                      "visible. Spurious: "
+                      "visible, called blocked. Certain: proven, so never wrong.",
+                      report.at("sets").empty() ? "<p>Nothing was measured (--rays 0).</p>" : table.html());
 }
 
 template <size_t N, class Name>
@@ -106,10 +101,10 @@ std::string bytes_section(const Json& report) {
     std::ranges::replace(name, '_', ' ');
     bars.add(name, count / parts.front().second, format_bytes(count));
   }
-  return section("Bytes by part",
-                 fmt::format("Of the file, {}. In memory the asset takes {}.", format_bytes(bytes.at("file")),
-                             format_bytes(bytes.at("resident"))),
-                 bars.html());
+  return html_section("Bytes by part",
+                      fmt::format("Of the file, {}. In memory the asset takes {}.",
+                                  format_bytes(bytes.at("file")), format_bytes(bytes.at("resident"))),
+                      bars.html());
 }
 
 std::string loss_section(std::span<const LossPoint> losses) {
@@ -136,7 +131,7 @@ std::string loss_section(std::span<const LossPoint> losses) {
         kWidth + 8, kHeight + 8, escaped(own.front().object), points, escaped(own.front().object),
         own.front().loss, own.back().loss, percent(own.back().error));
   }
-  return html.empty() ? "" : section("Training", "The mean loss of recent rays.", html);
+  return html.empty() ? "" : html_section("Training", "The mean loss of recent rays.", html);
 }
 
 /// "encoding: segment", with names within names joined by dots.
@@ -172,7 +167,7 @@ std::string settings_section(const Json& report, std::string_view text) {
   if (objects.size() > kShown) html += fmt::format("<p>and {} more</p>\n", objects.size() - kShown);
   for (const auto& note : report.at("notes"))
     html += fmt::format("<p>Note: {}</p>\n", escaped(note.get<std::string>()));
-  return section("Settings and objects", "As the asset's metadata states them.", html);
+  return html_section("Settings and objects", "As the asset's metadata states them.", html);
 }
 
 }  // namespace
@@ -243,16 +238,17 @@ std::string bake_page(const nlohmann::ordered_json& report, std::string_view met
       format_bytes(report.at("bytes").at("resident")), report.at("seconds").get<double>(), surface.rays,
       leaves_open ? " that the asset does not leave to the caller" : "",
       percent(surface.rays ? double(surface.leak + surface.spurious) / double(surface.rays) : 0));
-  body += section(
+  body += html_section(
       "Pictures",
       "Shadows of a sun and a dim sky, 16 rays a pixel. The map is grey where all 16 rays from a pixel "
       "into the half space above it are answered rightly, yellow where one is not, red where many are not.",
       pictures);
   body += sets_section(report);
-  body += section("Errors by angle", "Rays from the surface, by their angle to its normal.",
-                  asked_bars(errors.by_angle,
-                             [](size_t i) { return fmt::format("{} to {} degrees", 10 * i, 10 * i + 10); }));
-  body += section(
+  body += html_section("Errors by angle", "Rays from the surface, by their angle to its normal.",
+                       asked_bars(errors.by_angle, [](size_t i) {
+                         return fmt::format("{} to {} degrees", 10 * i, 10 * i + 10);
+                       }));
+  body += html_section(
       "Errors by distance",
       "Rays that start above the surface, by how far: in per cent of the diagonal of the object's box.",
       asked_bars(errors.by_height,

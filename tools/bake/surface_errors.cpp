@@ -12,6 +12,7 @@
 #include "formats/base/random.hpp"
 #include "formats/base/status.hpp"
 #include "tools/render/camera.hpp"
+#include "tools/render/error_map.hpp"
 
 namespace nif::tools {
 namespace {
@@ -72,13 +73,6 @@ class PointRays {
   std::vector<uint8_t> truth_, said_, certain_;
 };
 
-/// Grey by how much the surface faces the camera; from yellow to red by the share of wrong answers.
-void paint(float* pixel, double facing, double wrong) {
-  const double grey = 0.35 + 0.5 * facing, strength = wrong > 0 ? std::min(1.0, 0.45 + std::sqrt(wrong)) : 0;
-  const double warm[3] = {0.95, 0.75 * (1 - std::sqrt(std::min(1.0, 2 * wrong))), 0.05};
-  for (int c = 0; c < 3; ++c) pixel[c] = float(grey + (warm[c] - grey) * strength);
-}
-
 }  // namespace
 
 AskedRays& AskedRays::operator+=(const AskedRays& other) {
@@ -97,7 +91,7 @@ SurfaceErrors measure_surface(const render::SceneDescription& scene, const rende
     const render::Camera camera =
         render::place_camera(scene.cameras[number], world.box(), scene.up, width, height);
     Image& map = result.maps.emplace_back(width, height);
-    std::ranges::fill(map.values, 0.1f);
+    std::ranges::fill(map.values, render::kErrorMapGround);
     tbb::parallel_for(tbb::blocked_range<uint32_t>(0, height, 1), [&](const auto& rows) {
       PointRays rays(rays_a_pixel, only_proven, number);
       for (uint32_t y = rows.begin(); y < rows.end(); ++y) {
@@ -106,7 +100,7 @@ SurfaceErrors measure_surface(const render::SceneDescription& scene, const rende
           const std::optional<SurfacePoint> point = world.trace(camera.position, direction);
           if (!point || !point->kind.asset) continue;
           const double wrong = rays.ask(world, *point, uint64_t{y} << 32 | x, sums.local());
-          paint(map.at(x, y), -dot(direction, point->normal), wrong);
+          render::paint_errors(map.at(x, y), -dot(direction, point->normal), wrong);
         }
         progress(double(++rows_done) / double(uint64_t{height} * scene.cameras.size()));
       }

@@ -49,6 +49,9 @@ figure{margin:.6rem 0}
 figcaption{color:var(--soft);font-size:13px}
 .row{display:grid;grid-template-columns:repeat(4,minmax(0,20rem));gap:.4rem}
 @media(max-width:40rem){.row{grid-template-columns:1fr 1fr}}
+.gallery{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,22rem),1fr));gap:.4rem 1.2rem}
+.gallery .row{grid-template-columns:1fr 1fr}
+img.plot{max-width:min(100%,60rem)}
 .bar{display:grid;grid-template-columns:minmax(6rem,11rem) minmax(4rem,24rem) auto;gap:0 .6rem;align-items:center}
 .track{background:var(--line);border-radius:3px}
 .track i{display:block;height:.8rem;min-width:1px;background:var(--mark);border-radius:3px}
@@ -114,16 +117,18 @@ std::string escaped(std::string_view text) {
   return safe;
 }
 
-std::string png_address(std::string_view png) {
+std::string data_address(std::string_view type, std::string_view bytes) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out = "data:image/png;base64,";
-  for (size_t i = 0; i < png.size(); i += 3) {
+  std::string out = fmt::format("data:{};base64,", type);
+  for (size_t i = 0; i < bytes.size(); i += 3) {
     uint32_t word = 0;
-    for (size_t k = 0; k < 3; ++k) word = word << 8 | (i + k < png.size() ? uint8_t(png[i + k]) : 0u);
-    for (size_t k = 0; k < 4; ++k) out += i + k > png.size() ? '=' : kDigits[word >> (18 - 6 * k) & 63];
+    for (size_t k = 0; k < 3; ++k) word = word << 8 | (i + k < bytes.size() ? uint8_t(bytes[i + k]) : 0u);
+    for (size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : kDigits[word >> (18 - 6 * k) & 63];
   }
   return out;
 }
+
+std::string png_address(std::string_view png) { return data_address("image/png", png); }
 
 std::string html_page(std::string_view title, std::string_view body) {
   return fmt::format(
@@ -132,6 +137,11 @@ std::string html_page(std::string_view title, std::string_view body) {
       "href=\"data:,\">\n"
       "<title>{}</title><style>{}</style></head>\n<body>\n{}\n<script>{}</script></body></html>\n",
       escaped(title), kStyle, body, kScript);
+}
+
+std::string html_section(std::string_view title, std::string_view about, const std::string& html) {
+  return fmt::format("<section><h2>{}</h2>\n<p class=\"note\">{}</p>\n{}</section>\n", escaped(title),
+                     escaped(about), html);
 }
 
 void PageBars::add(std::string_view name, double share, std::string_view said) {

@@ -11,11 +11,16 @@ namespace nif::tools {
 /// name has.
 std::string escaped(std::string_view text);
 
-/// A PNG as the address of a picture.
+/// A whole file as an address: "data:TYPE;base64,...".
+std::string data_address(std::string_view type, std::string_view bytes);
+/// A PNG so.
 std::string png_address(std::string_view png);
 
 /// The page: light or dark as the reader's system has it, readable on a phone. `body` is HTML.
 std::string html_page(std::string_view title, std::string_view body);
+
+/// A part of it with a title and a sentence or two about what it shows. `html` is HTML.
+std::string html_section(std::string_view title, std::string_view about, const std::string& html);
 
 /// Bars below each other, each with a name, its length as a share from 0 to 1, and what is said of it.
 class PageBars {
