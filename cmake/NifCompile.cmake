@@ -29,6 +29,10 @@ function(nif_compile target)
   # compiler that fuses behind our back would change bits from one machine to the next.
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion
                                            -ffp-contract=off)
+  if(MINGW)
+    # Code of GCC's for Windows takes vectors on the stack to be aligned where they are not (GCC's bug 54412).
+    target_compile_options(${target} PRIVATE -Wa,-muse-unaligned-vector-move)
+  endif()
   if(NIF_UNITY)
     get_property(own_names GLOBAL PROPERTY NIF_OWN_NAMES)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 15

@@ -3,10 +3,18 @@
 #   nifkit      the nif program       libnif0.1   the runtime's shared library, by the version of its ABI
 #   nifkit-hip  the GPU module,       nifkit-dev  the runtime's static library, headers and CMake package
 #               where it was built
+# For Windows: one .zip of the runtime.
 set(CPACK_PACKAGE_NAME nifkit)
 set(CPACK_PACKAGE_VENDOR "the nifkit authors")
 set(CPACK_PACKAGE_CONTACT "the nifkit authors <nifkit@example.org>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "visibility queries from small neural assets")
+if(WIN32)  # one archive of all that is installed
+  set(CPACK_GENERATOR ZIP)
+  set(CPACK_STRIP_FILES ON)
+  set(CPACK_SYSTEM_NAME windows-${CMAKE_SYSTEM_PROCESSOR})
+  include(CPack)
+  return()
+endif()
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_GENERATOR DEB TGZ)
 set(CPACK_STRIP_FILES ON)

@@ -210,6 +210,7 @@ if [[ $size == nightly ]]; then
   host_test 'sound behind an object' samples/audio/test.sh
   host_test 'a game in LÖVE' samples/love/test.sh
   host_test 'shadow rays of Cycles' samples/cycles/test.sh
+  host_test 'Windows' tests/windows/run.sh
   step 'what tests reach' tests/coverage.sh || true
   step 'what fuzzers reach' tests/fuzz/coverage.sh || true
   step 'fuzz, and bake random meshes' tests/nightly.sh "$hours" || true

@@ -2,7 +2,7 @@
 # Installs what nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
 #
 #   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu, arm; all of these where none is named
-#                                only where they are named: audio, bits32, blender, love, python, web
+#                                only where they are named: audio, bits32, blender, love, python, web, windows
 #
 # Does nothing, without output and without the network, where nothing is missing. Where it may not install, it names
 # the missing packages in one line and ends with 1.
@@ -54,6 +54,9 @@ gpu     clang-19              GPU kernels for gfx1100, which clang 15 gets wrong
 gpu     lld-19                links them
 arm     g++-aarch64-linux-gnu the runtime for 64-bit ARM (tests/neon/run.sh)
 arm     qemu-user-static      runs it here
+windows g++-mingw-w64-x86-64-posix  the runtime for Windows (tests/windows/run.sh)
+windows wine64                runs it here
+windows googletest            its tests, to be compiled for Windows
 audio   libopenal-dev         samples/audio: sound for headphones
 bits32  lib32stdc++-12-dev    tests/fuzz/bits32: the runtime for 32-bit x86
 bits32  libc6-dev-i386        the same

@@ -1,13 +1,11 @@
-// compare ASSET...: whether NEON gives the scalar reference's bits. Rays go through each object's box and
-// about it, from a generator of their own, so that nothing but the runtime needs to be compiled for the other
-// machine.
+// compare ASSET...: whether NEON gives the scalar reference's bits.
 #include <nif/nif.h>
 
-#include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <random>
 #include <vector>
+
+#include "tests/support/box_rays.hpp"
 
 namespace {
 
@@ -42,26 +40,6 @@ struct Loaded {
   }
 };
 
-std::vector<NifRay> make_rays(const NifObjectInfo& info) {
-  std::mt19937 random(1);
-  const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
-  const auto point = [&](int a) {
-    const float low = info.bounds_min[a], size = info.bounds_max[a] - low;
-    return low + size * (1.5f * unit() - 0.25f);
-  };
-  std::vector<NifRay> rays(kRays);
-  for (NifRay& ray : rays) {
-    for (int a = 0; a < 3; ++a) {
-      ray.origin[a] = point(a);
-      ray.direction[a] = point(a) - ray.origin[a];
-      if (random() % 16 == 0) ray.direction[a] = 0;
-    }
-    ray.tmin = random() % 2 ? 0 : unit() / 2;
-    ray.tmax = random() % 2 ? INFINITY : 0.5f + unit();
-  }
-  return rays;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -76,7 +54,7 @@ int main(int argc, char** argv) {
       NifObjectInfo info{};
       info.struct_size = sizeof(info);
       nifGetObjectInfo(scalar.asset, object, &info);
-      const std::vector<NifRay> rays = make_rays(info);
+      const std::vector<NifRay> rays = nif::test::make_box_rays(info, kRays, 1);
       const std::vector<int32_t> a = neon.answers(object, rays), b = scalar.answers(object, rays);
       if (a.size() != kRays || b.size() != kRays) return 1;
       for (size_t r = 0; r < kRays; ++r) different += a[r] != b[r];

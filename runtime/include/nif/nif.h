@@ -210,9 +210,9 @@ typedef enum NifMemoryMode {
 
 #define NIF_ASSET_ALIGNMENT 64 /* bytes */
 
-/* Loads a .nif file. `path` is 0-terminated, in the system's encoding. Safe on untrusted files: checksums
- * cover every byte, every table is checked, and the memory used is at most a small multiple of the file's
- * size. (With NIF_LOAD_MAP this holds only if the file does not change meanwhile.) */
+/* Loads a .nif file. `path` is 0-terminated; on Windows in UTF-8, elsewhere in the system's encoding. Safe on
+ * untrusted files: checksums cover every byte, every table is checked, and the memory used is at most a small
+ * multiple of the file's size. (With NIF_LOAD_MAP this holds only if the file does not change meanwhile.) */
 NIF_API NifError nifLoadAssetFile(NifDevice device, const char* path, NifLoadMode mode, NifAsset* asset);
 
 /* Loads a .nif file from memory: `bytes` holds the whole file, `size` bytes. Safe on untrusted bytes. With

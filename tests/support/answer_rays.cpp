@@ -1,0 +1,101 @@
+// answer_rays write|compare FILE ASSET ISA RAYS
+// answer_rays speed         -    ASSET ISA RAYS
+//
+// Asks the asset's first object on one thread, so that one system's answers and speed can be compared with
+// another's. FILE gets each ray's logit, whether it is certain and, bit for bit,
+// where it first meets the object; `compare` counts the rays that differ. Prints, tab-separated: ISA, million
+// rays a second of the fastest of the queries for `visible`, 250,000 rays each, the rays, and how many
+// differ. Ends with 1 where any does.
+#include <nif/nif.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/box_rays.hpp"
+
+namespace {
+
+constexpr size_t kPiece = 250'000;  ///< rays at a time
+
+struct Answer {
+  int32_t logit;
+  uint32_t certain;
+  float t;
+};
+
+void run(const std::string& mode, const char* file, const char* path, const std::string& isa, size_t count) {
+  const bool compare = mode == "compare", speed = mode == "speed";
+  const nifkit::Device device("threads=1,isa=" + isa);
+  const nifkit::Asset asset = nifkit::Asset::load(device, path);
+  auto object = nifkit::sized<NifObjectInfo>();
+  nifkit::check(nifGetObjectInfo(asset.get(), 0, &object));
+  nifkit::Scene scene(device);
+  nifkit::check(nifAddInstance(scene.get(), asset.get(), 0, nullptr, nullptr));
+  scene.commit();
+
+  std::fstream stream;
+  if (!speed) stream.open(file, std::ios::binary | (compare ? std::ios::in : std::ios::out));
+  std::vector<uint8_t> visible(kPiece), certain(kPiece);
+  std::vector<int32_t> logit(kPiece);
+  std::vector<float> t(kPiece);
+  std::vector<Answer> answers(kPiece), others(kPiece);
+  double fastest = 0;
+  size_t different = 0;
+  for (size_t done = 0; done < count; done += kPiece) {
+    const size_t rays = std::min(kPiece, count - done);
+    const std::vector<NifRay> piece = nif::test::make_box_rays(object, rays, uint32_t(done / kPiece + 1));
+    NifQuery query = nifQueryRays(piece.data(), rays);
+    query.visible = visible.data();
+    const auto start = std::chrono::steady_clock::now();
+    nifkit::check(nifQuery(scene.get(), &query));
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    fastest = std::max(fastest, 1e-6 * double(rays) / seconds.count());
+    if (speed) continue;
+
+    query.visible = nullptr;
+    query.logit = logit.data();
+    query.certain = certain.data();
+    nifkit::check(nifQuery(scene.get(), &query));
+    query = nifQueryRays(piece.data(), rays);
+    auto hits = nifkit::sized<NifHits>();
+    hits.t = t.data();
+    nifkit::check(nifIntersect(scene.get(), &query, &hits));
+    for (size_t i = 0; i < rays; ++i) {
+      if ((logit[i] >= 0) != (visible[i] != 0)) throw std::runtime_error("a logit is not what is visible");
+      answers[i] = {logit[i], certain[i], t[i]};
+    }
+    if (compare) {
+      stream.read(reinterpret_cast<char*>(others.data()), std::streamsize(rays * sizeof(Answer)));
+      for (size_t i = 0; i < rays; ++i)
+        different += std::memcmp(&answers[i], &others[i], sizeof(Answer)) != 0;
+    } else {
+      stream.write(reinterpret_cast<const char*>(answers.data()), std::streamsize(rays * sizeof(Answer)));
+    }
+  }
+  stream.flush();
+  if (!speed && !stream) throw std::runtime_error(std::string(file) + ": cannot be read or written");
+  std::printf("%s\t%.3f\t%zu\t%zu\n", isa.c_str(), fastest, count, different);
+  if (different) throw std::runtime_error("the answers differ");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  const std::string mode = argc == 6 ? argv[1] : "";
+  if (mode != "write" && mode != "compare" && mode != "speed") {
+    std::fputs("usage: answer_rays write|compare|speed FILE ASSET ISA RAYS\n", stderr);
+    return 2;
+  }
+  run(mode, argv[2], argv[3], argv[4], std::strtoull(argv[5], nullptr, 10));
+  return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "answer_rays: %s\n", error.what());
+  return 1;
+}
