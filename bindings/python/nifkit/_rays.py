@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -13,6 +14,9 @@ if TYPE_CHECKING:  # numpy.typing takes a while to load
 
     # Outputs: type of an element, and the shape that is added to that of the rays.
     Kinds = Mapping[str, tuple[npt.DTypeLike, tuple[int, ...]]]
+
+
+_Pointers = ctypes.c_void_p * 3
 
 
 def _as_floats(name: str, value: Any) -> npt.NDArray[np.float32]:
@@ -30,6 +34,8 @@ def _as_floats(name: str, value: Any) -> npt.NDArray[np.float32]:
 
 def _stride(name: str, array: npt.NDArray[np.float32], shape: tuple[int, ...]) -> int:
     """Bytes from one ray to the next, where array has the rays' shape in front. Refuses layouts without such a number."""
+    if len(shape) == 1:
+        return array.strides[0] if shape[0] > 1 else 0
     stride: Optional[int] = None
     inner = 1  # rays that one step in this dimension passes
     for length, step in zip(reversed(shape), reversed(array.strides[: len(shape)])):
@@ -56,39 +62,44 @@ class Rays:
     """
 
     def __init__(self, origins: Any, directions: Any, tmin: Any, tmax: Any) -> None:
-        vectors = {"origins": _as_floats("origins", origins), "directions": _as_floats("directions", directions)}
-        limits = {name: _as_floats(name, t) for name, t in (("tmin", tmin), ("tmax", tmax)) if t is not None}
-        for name, array in vectors.items():
+        inputs = {"origins": _as_floats("origins", origins), "directions": _as_floats("directions", directions)}
+        for name, array in inputs.items():
             if array.ndim == 0 or array.shape[-1] != 3:
                 raise ValueError(f"{name}: an array of shape (..., 3) is needed, not {array.shape}")
-        shapes = [array.shape[:-1] for array in vectors.values()] + [array.shape for array in limits.values()]
-        try:
-            self.shape = np.broadcast_shapes(*shapes)
-        except ValueError:
-            got = ", ".join(f"{name} {array.shape}" for name, array in {**vectors, **limits}.items())
-            raise ValueError(f"the numbers of rays do not fit each other: {got}") from None
-        self.count = int(np.prod(self.shape, dtype=np.int64))
-        self.inputs: list[npt.NDArray[Any]] = []
+        shapes = [array.shape[:-1] for array in inputs.values()]
+        for name, limit in (("tmin", tmin), ("tmax", tmax)):
+            if limit is not None:
+                inputs[name] = _as_floats(name, limit)
+                shapes.append(inputs[name].shape)
+        self.shape = shapes[0]
+        if any(shape != self.shape for shape in shapes):
+            try:
+                self.shape = np.broadcast_shapes(*shapes)
+            except ValueError:
+                got = ", ".join(f"{name} {array.shape}" for name, array in inputs.items())
+                raise ValueError(f"the numbers of rays do not fit each other: {got}") from None
+        self.count = math.prod(self.shape)
+        self.inputs = list(inputs.values())
         self.query = query = NifQuery()
         query.count = self.count
         if self.count == 0:
             return
-        for name, array in vectors.items():
-            array = np.broadcast_to(array, (*self.shape, 3))
-            # A negative stride, as the 64 bits of its two's complement.
-            stride = _stride(name, array, self.shape) % 2**64
-            base, step = array.ctypes.data, array.strides[-1]
-            columns = (ctypes.c_void_p * 3)(base, base + step, base + 2 * step)
-            if name == "origins":
-                query.origin, query.origin_stride = columns, stride
-            else:
-                query.direction, query.direction_stride = columns, stride
-            self.inputs.append(array)
-        for name, array in limits.items():
-            array = np.broadcast_to(array, self.shape)
-            setattr(query, name, array.ctypes.data)
-            setattr(query, f"{name}_stride", _stride(name, array, self.shape) % 2**64)
-            self.inputs.append(array)
+        query.origin, query.origin_stride = self._vectors("origins", inputs["origins"])
+        query.direction, query.direction_stride = self._vectors("directions", inputs["directions"])
+        for name in ("tmin", "tmax"):
+            if name in inputs:
+                setattr(query, name, inputs[name].ctypes.data)
+                setattr(query, f"{name}_stride", self._stride(name, inputs[name], self.shape))
+
+    def _vectors(self, name: str, array: npt.NDArray[np.float32]) -> tuple[Any, int]:
+        base, step = array.ctypes.data, array.strides[-1]
+        return _Pointers(base, base + step, base + 2 * step), self._stride(name, array, (*self.shape, 3))
+
+    def _stride(self, name: str, array: npt.NDArray[np.float32], shape: tuple[int, ...]) -> int:
+        if array.shape != shape:
+            array = np.broadcast_to(array, shape)
+        # A negative stride, as the 64 bits of its two's complement.
+        return _stride(name, array, self.shape) % 2**64
 
 
 def make_outputs(
