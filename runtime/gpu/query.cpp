@@ -1,6 +1,7 @@
 // Queries: of memory of the card they are launches in the caller's stream and nothing else; of the host's
 // they go through staging memory, part by part, and are waited for.
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -88,7 +89,9 @@ void record_use(GpuDevice& device, GpuScene& scene, Stream stream) {
 
 float value_at(const float* array, uint64_t stride, uint64_t i) {
   float value;
-  std::memcpy(&value, reinterpret_cast<const char*>(array) + i * stride, sizeof(value));
+  // As an integer: a stride may be negative, as its two's complement.
+  const uintptr_t from = reinterpret_cast<uintptr_t>(array) + uintptr_t(i * stride);
+  std::memcpy(&value, reinterpret_cast<const char*>(from), sizeof(value));
   return value;
 }
 

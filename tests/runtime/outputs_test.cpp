@@ -1,4 +1,5 @@
 // One object: the runtime says what the reference says, for every layout of rays and every set of outputs.
+#include <algorithm>
 #include <cfenv>
 #include <cmath>
 #include <cstring>
@@ -123,6 +124,19 @@ TEST_F(Outputs, EveryLayout) {
   soa.tmax = columns[7].data();
   soa.origin_stride = soa.direction_stride = soa.tmin_stride = soa.tmax_stride = sizeof(float);
   check(soa);
+
+  // Columns that are read backwards.
+  auto backwards = soa;
+  for (auto& column : columns) std::reverse(column.begin(), column.end());
+  for (int a = 0; a < 3; ++a) {
+    backwards.origin[a] += rays.size() - 1;
+    backwards.direction[a] += rays.size() - 1;
+  }
+  backwards.tmin += rays.size() - 1;
+  backwards.tmax += rays.size() - 1;
+  backwards.origin_stride = backwards.direction_stride = uint64_t(0) - sizeof(float);
+  backwards.tmin_stride = backwards.tmax_stride = uint64_t(0) - sizeof(float);
+  check(backwards);
 
   // Packed structures of 33 bytes at an odd address, in a block that ends with the last ray.
   std::vector<char> packed(1 + rays.size() * 33);

@@ -378,7 +378,7 @@ typedef enum NifMemory {
  * Inputs: each component has a pointer and a stride in bytes, so every layout fits. The value for ray i is at
  * (const char*)pointer + i * stride. For an array of structures, point at members of the first structure and
  * set the stride to the structure's size. For separate arrays, the stride is sizeof(float). For one value for
- * all rays (a sun's direction, one tmin), the stride is 0. Inputs need no alignment, not even of a float.
+ * all rays (a sun's direction, one tmin), the stride is 0; backwards it is (uint64_t)-4. No alignment needed.
  *
  * Outputs: dense arrays. Set at least one; leave the others null. Which ones you set does not change the
  * answers. Outputs need no alignment, and must not overlap each other or the inputs. */

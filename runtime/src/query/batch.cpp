@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 
@@ -17,8 +18,12 @@
 namespace nif::runtime {
 namespace {
 
+/// A stride may be negative, as its two's complement: pointers must not overflow, integers may.
+uintptr_t address(const float* array, uint64_t stride, uint64_t i) {
+  return reinterpret_cast<uintptr_t>(array) + uintptr_t(i * stride);
+}
 const char* at(const float* array, uint64_t stride, uint64_t i) {
-  return reinterpret_cast<const char*>(array) + i * stride;
+  return reinterpret_cast<const char*>(address(array, stride, i));
 }
 
 void read_column(const float* array, uint64_t stride, uint64_t first, uint32_t count, float* column) {
@@ -29,8 +34,9 @@ void read_column(const float* array, uint64_t stride, uint64_t first, uint32_t c
     std::memcpy(&value, array, sizeof(value));
     std::fill_n(column, count, value);
   } else {
-    const char* from = at(array, stride, first);
-    for (uint32_t i = 0; i < count; ++i, from += stride) std::memcpy(column + i, from, sizeof(float));
+    uintptr_t from = address(array, stride, first);
+    for (uint32_t i = 0; i < count; ++i, from += uintptr_t(stride))
+      std::memcpy(column + i, reinterpret_cast<const char*>(from), sizeof(float));
   }
 }
 
