@@ -209,6 +209,7 @@ if [[ $size == nightly ]]; then
   host_test 'fuzz in 32 bits' tests/fuzz/bits32/run.sh 100000
   host_test 'sound behind an object' samples/audio/test.sh
   host_test 'a game in LÖVE' samples/love/test.sh
+  host_test 'pages in a browser' tests/pages/run.sh
   host_test 'shadow rays of Cycles' samples/cycles/test.sh
   host_test 'Windows' tests/windows/run.sh
   step 'what tests reach' tests/coverage.sh || true

@@ -2,7 +2,7 @@
 # Installs what nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
 #
 #   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu, arm; all of these where none is named
-#                                only where they are named: audio, bits32, blender, love, python, web, windows
+#                                only where they are named: audio, bits32, blender, love, pages, python, web, windows
 #
 # Does nothing, without output and without the network, where nothing is missing. Where it may not install, it names
 # the missing packages in one line and ends with 1.
@@ -64,6 +64,8 @@ love    love                  samples/love: the engine of the game
 love    luajit                samples/love: tests of its declarations of nif.h
 love    xvfb                  samples/love: tests, on a screen that nobody sees
 love    xauth                 samples/love: xvfb-run needs it
+pages   chromium              tests/pages: what nif's pages look like
+pages   chromium-driver       tests/pages: drives it
 python  python3-numpy         bindings/python: arrays
 python  python3-pip           bindings/python: builds and installs the wheel
 python  python3-setuptools    bindings/python: builds the wheel
