@@ -64,7 +64,7 @@ love    love                  samples/love: the engine of the game
 love    luajit                samples/love: tests of its declarations of nif.h
 love    xvfb                  samples/love: tests, on a screen that nobody sees
 love    xauth                 samples/love: xvfb-run needs it
-pages   chromium              tests/pages: what nif's pages look like
+pages   chromium              tests/pages: shows the pages that nif writes
 pages   chromium-driver       tests/pages: drives it
 python  python3-numpy         bindings/python: arrays
 python  python3-pip           bindings/python: builds and installs the wheel
