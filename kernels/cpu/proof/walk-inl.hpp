@@ -195,6 +195,8 @@ class Walker {
 
   /// The pieces that rays are in, and where they leave them: along each axis, and the nearest of these.
   struct Exits {
+    // An implicit one would be code for any processor, into which NEON's vectors cannot be inlined.
+    HWY_INLINE Exits() {}
     hn::Vec<Floats> low[3], t[3], nearest;
   };
   /// Of pieces of some size; boxes reach beyond voxels.
