@@ -212,6 +212,7 @@ if [[ $size == nightly ]]; then
   host_test 'pages in a browser' tests/pages/run.sh
   host_test 'shadow rays of Cycles' samples/cycles/test.sh
   host_test 'Windows' tests/windows/run.sh
+  host_test 'the add-on for Blender' bindings/blender/tests/run.sh
   step 'what tests reach' tests/coverage.sh || true
   step 'what fuzzers reach' tests/fuzz/coverage.sh || true
   step 'fuzz, and bake random meshes' tests/nightly.sh "$hours" || true

@@ -74,8 +74,12 @@ python  python3-venv          bindings/python: tests, in an environment of their
 python  python3-pytest        bindings/python: tests
 python  python3-mypy          bindings/python: tests of its types
 web     emscripten            bindings/web: the runtime as WebAssembly; brings node
-blender blender               samples/cycles: the renderer whose shadow rays an asset answers
+blender blender               bindings/blender; samples/cycles: the renderer whose shadow rays an asset answers
 blender libembree-dev         samples/cycles: headers of what that renderer links
+blender python3-numpy         bindings/blender: shows what an asset answers
+blender xvfb                  bindings/blender: tests, on a screen that nobody sees
+blender xauth                 bindings/blender: xvfb-run needs it
+blender libgl1-mesa-dri       bindings/blender: draws on that screen
 '
 
 if [[ ${1-} == -h || ${1-} == --help ]]; then

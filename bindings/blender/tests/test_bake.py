@@ -1,0 +1,232 @@
+"""Baking: what is baked, what is refused, and what is left when it is stopped."""
+import math
+import os
+import time
+from unittest import mock
+
+import bpy
+from support import AddonTest, info, select, torus
+
+from nifkit_blender import bake_job, geometry
+
+
+def selection() -> geometry.Geometry:
+    return geometry.collect(bpy.context.evaluated_depsgraph_get(), bpy.context.selected_objects)
+
+
+class Bake(AddonTest):
+    def test_writes_the_asset_and_remembers_it(self) -> None:
+        select(torus())
+        self.bake()
+        asset = info(self.output)
+        self.assertEqual([thing["triangles"] for thing in asset["objects"]], [48 * 12 * 2])
+        self.assertEqual(bpy.context.scene.nifkit.asset, self.output)
+
+    def test_same_bytes_again(self) -> None:
+        select(torus())
+        self.bake()
+        first = open(self.output, "rb").read()
+        self.bake()
+        self.assertEqual(open(self.output, "rb").read(), first)
+
+    def test_modifiers_are_applied(self) -> None:
+        thing = torus()
+        thing.modifiers.new("finer", "SUBSURF").levels = 1
+        select(thing)
+        self.bake()
+        self.assertEqual([thing["triangles"] for thing in info(self.output)["objects"]], [4 * 48 * 12 * 2])
+
+    def test_instances(self) -> None:
+        """Three objects of one mesh, one of them mirrored; a collection placed twice, in which is another mesh."""
+        first = torus()
+        things = [first]
+        for x in (5, 10):
+            copy = first.copy()
+            copy.location.x = x
+            bpy.context.collection.objects.link(copy)
+            things.append(copy)
+        things[2].scale = -1, 1, 2
+        bpy.ops.mesh.primitive_cube_add(location=(0, 0, 1))
+        cube = bpy.context.object
+        group = bpy.data.collections.new("group")
+        group.objects.link(cube)
+        bpy.context.collection.objects.unlink(cube)
+        for y in (5, 10):
+            empty = bpy.data.objects.new("empty", None)
+            empty.instance_type, empty.instance_collection, empty.location.y = "COLLECTION", group, y
+            bpy.context.collection.objects.link(empty)
+            things.append(empty)
+        bpy.context.view_layer.update()
+        select(*things)
+        self.bake()
+        asset = info(self.output)
+        self.assertEqual(len(asset["objects"]), 2)
+        places = [instance["transform"] for instance in asset["instances"]]
+        self.assertEqual(sorted((row[3], row[7], row[11]) for row in places),
+                         [(0, 0, 0), (0, 5, 1), (0, 10, 1), (5, 0, 0), (10, 0, 0)])
+        mirrored = next(row for row in places if row[3] == 10)
+        self.assertEqual((mirrored[0], mirrored[5], mirrored[10]), (-1, 1, 2))
+
+    def test_copies_with_modifiers_of_their_own(self) -> None:
+        """One mesh, but not one shape."""
+        first = torus()
+        second = first.copy()
+        second.location.x = 5
+        second.modifiers.new("finer", "SUBSURF").levels = 1
+        bpy.context.collection.objects.link(second)
+        bpy.context.view_layer.update()
+        select(first, second)
+        self.bake()
+        self.assertEqual(sorted(thing["triangles"] for thing in info(self.output)["objects"]), [1152, 4608])
+
+    def test_what_is_not_selected_is_left_out(self) -> None:
+        thing = torus()
+        torus(location=(5, 0, 0))
+        select(thing)
+        self.bake()
+        self.assertEqual(len(info(self.output)["instances"]), 1)
+
+    def test_other_kinds_of_objects(self) -> None:
+        bpy.ops.object.text_add()
+        text = bpy.context.object
+        text.data.extrude = 0.1
+        bpy.ops.object.metaball_add(location=(5, 0, 0))
+        ball = bpy.context.object
+        bpy.ops.surface.primitive_nurbs_surface_sphere_add(location=(10, 0, 0))
+        sphere = bpy.context.object
+        bpy.ops.object.light_add()
+        select(text, ball, sphere, bpy.context.object)
+        self.bake()
+        self.assertEqual(len(info(self.output)["objects"]), 3)
+
+    def test_options_are_passed_on(self) -> None:
+        select(torus())
+        self.bake(encoding="segment", preset="fast", options="--seed 7 --rays 1000")
+        self.assertEqual(info(self.output)["objects"][0]["encoding"], "segment")
+
+
+class Refused(AddonTest):
+    def test_nothing_selected(self) -> None:
+        torus()
+        select()
+        self.assertFalse(bpy.ops.nifkit.bake.poll())
+
+    def test_edit_mode(self) -> None:
+        torus()
+        bpy.ops.object.mode_set(mode="EDIT")
+        self.assertFalse(bpy.ops.nifkit.bake.poll())
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    def test_no_faces(self) -> None:
+        bpy.ops.object.light_add()
+        light = bpy.context.object
+        mesh = bpy.data.meshes.new("edge")
+        mesh.from_pydata([(0, 0, 0), (1, 0, 0)], [(0, 1)], [])
+        edge = bpy.data.objects.new("edge", mesh)
+        bpy.context.collection.objects.link(edge)
+        bpy.ops.curve.primitive_bezier_curve_add()
+        select(light, edge, bpy.context.object)
+        self.fails("no faces", bpy.ops.nifkit.bake, filepath=self.output)
+
+    def test_faces_without_area(self) -> None:
+        mesh = bpy.data.meshes.new("flat")
+        mesh.from_pydata([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [], [(0, 1, 2)])
+        flat = bpy.data.objects.new("flat", mesh)
+        bpy.context.collection.objects.link(flat)
+        select(flat)
+        self.fails("the selection", bpy.ops.nifkit.bake, filepath=self.output)
+
+    def test_vertex_that_is_no_number(self) -> None:
+        thing = torus()
+        thing.data.vertices[3].co.x = math.nan
+        select(thing)
+        self.fails("the selection", bpy.ops.nifkit.bake, filepath=self.output)
+
+    def test_folder_that_is_not_there(self) -> None:
+        select(torus())
+        self.fails(str(self.folder / "no_such"), bpy.ops.nifkit.bake, filepath=str(self.folder / "no_such" / "out.nif"))
+        self.assertEqual(bpy.context.scene.nifkit.asset, "")
+
+    def test_options(self) -> None:
+        select(torus())
+        self.fails("--no-such", bpy.ops.nifkit.bake, filepath=self.output, options="--no-such")
+        self.fails("More: No closing quotation", bpy.ops.nifkit.bake, filepath=self.output, options="'")
+
+    def test_program(self) -> None:
+        select(torus())
+        path = str(self.folder / "nif")
+        with mock.patch.dict(os.environ, {"NIF_PROGRAM": path}):
+            self.fails("is not a program", bpy.ops.nifkit.bake, filepath=self.output)
+        open(path, "w").write("what?")
+        os.chmod(path, 0o755)
+        with mock.patch.dict(os.environ, {"NIF_PROGRAM": path}):
+            self.fails(path, bpy.ops.nifkit.bake, filepath=self.output)
+        with mock.patch.dict(os.environ, {"PATH": "", "NIF_PROGRAM": ""}):
+            self.fails("is not installed", bpy.ops.nifkit.bake, filepath=self.output)
+
+    def test_program_of_the_preferences(self) -> None:
+        select(torus())
+        preferences = bpy.context.preferences.addons["nifkit_blender"].preferences
+        preferences.program = str(self.folder)
+        self.addCleanup(setattr, preferences, "program", "")
+        self.fails("the add-on's preferences", bpy.ops.nifkit.bake, filepath=self.output)
+        preferences.program = os.environ["NIF_PROGRAM"]
+        with mock.patch.dict(os.environ, {"NIF_PROGRAM": "/no/such"}):
+            self.bake()
+
+
+class Job(AddonTest):
+    def start(self) -> bake_job.BakeJob:
+        """A bake that takes some time."""
+        thing = torus(major_segments=400, minor_segments=100)
+        select(thing)
+        options = ["--encoding", "segment", "--preset", "high"]
+        return bake_job.BakeJob(os.environ["NIF_PROGRAM"], selection(), self.output, options)
+
+    def test_progress(self) -> None:
+        job = self.start()
+        self.addCleanup(job.cancel)
+        end = time.monotonic() + 60
+        while job.fraction == 0 and time.monotonic() < end:
+            time.sleep(0.1)
+        self.assertGreater(job.fraction, 0)
+        self.assertLessEqual(job.fraction, 1)
+        self.assertTrue(job.text)
+
+    def test_cancel(self) -> None:
+        job = self.start()
+        end = time.monotonic() + 60
+        while job.fraction == 0 and time.monotonic() < end:
+            time.sleep(0.1)
+        self.assertFalse(job.done())
+        start = time.monotonic()
+        job.cancel()
+        self.assertLess(time.monotonic() - start, 10)
+        self.assertTrue(job.done())
+        with self.assertRaises(bake_job.BakeError) as caught:
+            job.result()
+        self.assertEqual(caught.exception.code, bake_job.INTERRUPTED)
+        self.assertEqual(list(self.folder.iterdir()), [])
+        self.assertFalse(job._folder.exists())
+
+    def test_cancel_at_once(self) -> None:
+        job = self.start()
+        job.cancel()
+        self.assertRaises(bake_job.BakeError, job.result)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_cancel_afterwards(self) -> None:
+        """What is done is done."""
+        select(torus())
+        job = bake_job.BakeJob(os.environ["NIF_PROGRAM"], selection(), self.output, [])
+        while not job.done():
+            time.sleep(0.01)
+        job.cancel()
+        self.assertTrue(os.path.exists(self.output))
+
+    def test_killed(self) -> None:
+        job = self.start()
+        job._process.kill()
+        with self.assertRaises(bake_job.BakeError) as caught:
+            job.result()
+        self.assertIn("nif bake ended with", str(caught.exception))
