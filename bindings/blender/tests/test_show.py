@@ -119,6 +119,12 @@ class Show(AddonTest):
         self.assertTrue((colors(thing, paint.ERRORS) == first).all())
 
 
+class Version(AddonTest):
+    def test_is_that_of_nifkit(self) -> None:
+        version = sys.modules["nifkit_blender"].bl_info["version"]
+        self.assertEqual(".".join(map(str, version)), asset_module.package().__version__)
+
+
 class Update(AddonTest):
     def test_installed_again_while_it_is_used(self) -> None:
         """That writes into the library's file."""

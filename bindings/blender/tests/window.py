@@ -1,5 +1,6 @@
 """Baking in Blender's window, on a screen that nobody sees: it shows how far it is, leaves Blender usable, and stops at Esc and
 when Blender closes. Blender runs it (run.sh does): --enable-event-simulate -P window.py -- ADDON.zip FOLDER"""
+import importlib.util
 import os
 import sys
 import time
@@ -33,13 +34,15 @@ def watch() -> None:
     LongOperator._show, LongOperator._leave = watched_show, watched_leave
 
 
-def start(**arguments) -> None:
+def start(operator=None, **arguments) -> None:
     shown.clear()
     left.clear()
     window = bpy.context.window_manager.windows[0]
     area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
     with bpy.context.temp_override(window=window, area=area):
-        assert bpy.ops.nifkit.bake(filepath=str(output), **arguments) == {"RUNNING_MODAL"}
+        if operator is None:
+            operator, arguments["filepath"] = bpy.ops.nifkit.bake, str(output)
+        assert operator(**arguments) == {"RUNNING_MODAL"}
 
 
 def until(what, seconds: float = 120) -> Iterator[None]:
@@ -48,6 +51,11 @@ def until(what, seconds: float = 120) -> Iterator[None]:
     while not what():
         assert time.monotonic() < end, "it took too long"
         yield
+
+
+def press_escape(window: bpy.types.Window) -> None:
+    window.event_simulate(type="ESC", value="PRESS", x=0, y=0)
+    window.event_simulate(type="ESC", value="RELEASE", x=0, y=0)
 
 
 def torus(major: int, minor: int) -> None:
@@ -65,13 +73,23 @@ def story() -> Iterator[None]:
     start()
     yield from until(lambda: left)
     assert output.exists() and bpy.context.scene.nifkit.asset == str(output)
+
+    if importlib.util.find_spec("numpy") is not None:
+        colors = bpy.context.object.data.color_attributes
+        start(bpy.ops.nifkit.show_errors, rays=4)
+        yield from until(lambda: left)
+        assert list(colors.keys()) == ["nifkit errors"]
+        start(bpy.ops.nifkit.show_asset, rays=4096)
+        yield from until(lambda: shown and shown[-1][0] > 0)
+        press_escape(window)
+        yield from until(lambda: left, 20)
+        assert list(colors.keys()) == ["nifkit errors"], "Esc leaves colours"
     output.unlink()
 
     torus(400, 100)
     start(**LONG)
     yield from until(lambda: shown and shown[-1][0] > 0)
-    window.event_simulate(type="ESC", value="PRESS", x=0, y=0)
-    window.event_simulate(type="ESC", value="RELEASE", x=0, y=0)
+    press_escape(window)
     yield from until(lambda: left, 20)
     assert not list(Path(folder).iterdir()), "Esc leaves a file"
 
