@@ -6,6 +6,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 : "${NIF_TEST_MESHES:?names the folder that holds the meshes}"
+load=$(cut -d' ' -f1 /proc/loadavg)
 
 size=400 samples=16 rounds=5
 dragon=$NIF_TEST_MESHES/stanford_dragon_871k.ply.gz
@@ -23,7 +24,8 @@ cat >docs/results/cycles.md <<PAGE
 # Shadow rays of Cycles through an asset
 
 Made by \`docs/results/cycles.sh\`: [samples/cycles](../../samples/cycles/README.md) with the Stanford dragon, ${size} x ${size}
-pixels and $samples samples a pixel, on $(nproc) threads of $(lscpu | sed -n 's/^Model name: *//p' | head -n 1), $(blender --version | head -n 1).
+pixels and $samples samples a pixel, on $(nproc) threads of $(lscpu | sed -n 's/^Model name: *//p' | head -n 1), $(blender --version | head -n 1). When it
+began, $load other threads were running.
 
 ![The dragon with its shadow by triangles, by its asset, and without one](cycles.png)
 

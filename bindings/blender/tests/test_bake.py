@@ -67,6 +67,31 @@ class Bake(AddonTest):
         mirrored = next(row for row in places if row[3] == 10)
         self.assertEqual((mirrored[0], mirrored[5], mirrored[10]), (-1, 1, 2))
 
+    def test_geometry_nodes(self) -> None:
+        """They place one cube three times."""
+        thing = torus()
+        group = bpy.data.node_groups.new("cubes", "GeometryNodeTree")
+        if hasattr(group, "interface"):
+            group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+        else:
+            group.outputs.new("NodeSocketGeometry", "Geometry")
+        line, cube, place, output = (
+            group.nodes.new(kind)
+            for kind in ("GeometryNodeMeshLine", "GeometryNodeMeshCube", "GeometryNodeInstanceOnPoints", "NodeGroupOutput")
+        )
+        line.inputs["Count"].default_value = 3
+        line.inputs["Offset"].default_value = 0, 0, 2
+        group.links.new(line.outputs["Mesh"], place.inputs["Points"])
+        group.links.new(cube.outputs["Mesh"], place.inputs["Instance"])
+        group.links.new(place.outputs["Instances"], output.inputs[0])
+        thing.modifiers.new("cubes", "NODES").node_group = group
+        bpy.context.view_layer.update()
+        select(thing)
+        self.bake()
+        asset = info(self.output)
+        self.assertEqual([part["triangles"] for part in asset["objects"]], [12])
+        self.assertEqual(sorted(instance["transform"][11] for instance in asset["instances"]), [0, 2, 4])
+
     def test_copies_with_modifiers_of_their_own(self) -> None:
         """One mesh, but not one shape."""
         first = torus()
