@@ -61,6 +61,12 @@ bool available(Isa isa) {
 #else
       return false;
 #endif
+    case Isa::wasm:
+#if HWY_TARGETS & HWY_WASM
+      return true;
+#else
+      return false;
+#endif
   }
   return false;
 }

@@ -4,7 +4,7 @@
 namespace nif::kernels::cpu {
 
 /// Of a family from narrow to wide.
-enum class Isa { sse4, avx2, avx512, neon };
+enum class Isa { sse4, avx2, avx512, neon, wasm };
 
 /// Whether this build has kernels for it and this machine can run them.
 bool available(Isa isa);

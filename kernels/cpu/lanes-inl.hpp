@@ -45,11 +45,15 @@ HWY_INLINE hn::Vec<Ints> to_ints(hn::Vec<Floats> v) {
 template <class Mask>
 HWY_INLINE uint32_t bits_of(Mask mask) {
   const Floats d;
+#if HWY_TARGET == HWY_WASM
+  return uint32_t(wasm_i32x4_bitmask(hn::RebindMask(d, mask).raw));
+#else
   uint8_t bytes[8] = {};
   hn::StoreMaskBits(d, hn::RebindMask(d, mask), bytes);
   uint32_t bits;
   std::memcpy(&bits, bytes, sizeof(bits));
   return bits;
+#endif
 }
 
 /// Bits beyond kLanes must be 0.
@@ -73,6 +77,10 @@ HWY_INLINE V gather_lanes(uint32_t lanes, V v) {
   const hn::DFromV<V> d;
   const __m128i order = _mm_load_si128(reinterpret_cast<const __m128i*>(kTogether4[lanes]));
   return hn::BitCast(d, hn::Vec<Ints>{_mm_shuffle_epi8(hn::BitCast(Ints(), v).raw, order)});
+#elif HWY_TARGET == HWY_WASM
+  const hn::DFromV<V> d;
+  const v128_t order = wasm_v128_load(kTogether4[lanes]);
+  return hn::BitCast(d, hn::Vec<Ints>{wasm_i8x16_swizzle(hn::BitCast(Ints(), v).raw, order)});
 #else
   return hn::Compress(v, hn::RebindMask(hn::DFromV<V>(), mask_of(lanes)));
 #endif
@@ -96,6 +104,10 @@ HWY_INLINE V scatter_lanes(uint32_t lanes, V v, const T* from) {
 #elif HWY_TARGET == HWY_SSE4
   const __m128i order = _mm_load_si128(reinterpret_cast<const __m128i*>(kApart4[lanes]));
   const hn::Vec<Ints> next{_mm_shuffle_epi8(hn::BitCast(Ints(), hn::LoadU(d, from)).raw, order)};
+  return hn::IfThenElse(chosen, hn::BitCast(d, next), v);
+#elif HWY_TARGET == HWY_WASM
+  const v128_t order = wasm_v128_load(kApart4[lanes]);
+  const hn::Vec<Ints> next{wasm_i8x16_swizzle(hn::BitCast(Ints(), hn::LoadU(d, from)).raw, order)};
   return hn::IfThenElse(chosen, hn::BitCast(d, next), v);
 #else
   alignas(64) T entries[kLanes];
@@ -164,6 +176,17 @@ class LanesApart {
 template <uint32_t kSize, class Tag, class T>
 HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> index) {
   static_assert(kSize <= 16);
+#if HWY_TARGET == HWY_WASM
+  // Highway goes byte by byte. Bytes beyond a vector give 0.
+  v128_t bytes =
+      wasm_i32x4_add(wasm_i32x4_mul(index.raw, wasm_i32x4_splat(0x04040404)), wasm_i32x4_splat(0x03020100));
+  v128_t found = wasm_i8x16_swizzle(wasm_v128_load(table), bytes);
+  for (uint32_t first = kLanes; first < kSize; first += kLanes) {
+    bytes = wasm_i8x16_sub(bytes, wasm_i8x16_splat(16));
+    found = wasm_v128_or(found, wasm_i8x16_swizzle(wasm_v128_load(table + first), bytes));
+  }
+  return hn::BitCast(d, hn::Vec<Ints>{found});
+#else
   if constexpr (kLanes >= kSize) {
     return hn::TableLookupLanes(hn::Load(d, table), hn::IndicesFromVec(d, index));
   } else if constexpr (kLanes * 2 == kSize) {
@@ -176,6 +199,29 @@ HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> index) {
   } else {
     return hn::GatherIndex(d, table, index);
   }
+#endif
+}
+
+/// How many bits are set in each lane.
+HWY_INLINE hn::Vec<Ints> count_bits(hn::Vec<Ints> v) {
+#if HWY_TARGET == HWY_WASM  // Highway goes byte by byte
+  return hn::Vec<Ints>{
+      wasm_u32x4_extadd_pairwise_u16x8(wasm_u16x8_extadd_pairwise_u8x16(wasm_i8x16_popcnt(v.raw)))};
+#else
+  return hn::BitCast(Ints(), hn::PopulationCount(hn::BitCast(Words(), v)));
+#endif
+}
+
+/// value << bits, where that and 1 << bits are less than 2^31.
+HWY_INLINE hn::Vec<Ints> shifted(int32_t value, hn::Vec<Ints> bits) {
+  const Ints di;
+#if HWY_TARGET == HWY_WASM  // Highway takes a step for each bit of `bits`
+  const auto power = floats(hn::ShiftLeft<23>(hn::Add(bits, hn::Set(di, 127))));
+  const auto one = to_ints(power);
+  return value == 1 ? one : hn::Mul(one, hn::Set(di, value));
+#else
+  return hn::Shl(hn::Set(di, value), bits);
+#endif
 }
 
 /// Words that start at the given bytes behind `base`, which need not be aligned.

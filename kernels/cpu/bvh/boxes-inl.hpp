@@ -33,6 +33,8 @@ HWY_INLINE uint32_t bits_of_slots(hn::Mask<Slots> mask) {
   return uint32_t(_mm256_movemask_ps(mask.raw));
 #elif HWY_TARGET == HWY_SSE4
   return uint32_t(_mm_movemask_ps(mask.raw));
+#elif HWY_TARGET == HWY_WASM
+  return uint32_t(wasm_i32x4_bitmask(mask.raw));
 #else
   uint8_t bytes[8] = {};
   hn::StoreMaskBits(Slots(), mask, bytes);

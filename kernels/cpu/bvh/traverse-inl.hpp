@@ -334,10 +334,10 @@ HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const Segmen
   }
 }
 
-/// Answers the rays of a batch.
+/// Answers the rays of a batch. Not inlined, so that all kernels share this code.
 using BvhScratch = TraversalScratch<AnyTriangle>;
-HWY_INLINE void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
-                         const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
+HWY_NOINLINE inline void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+                                  const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
   traverse_for(AnyTriangle(batch, answers), tree, batch, enter, leave, scratch);
 }
 
@@ -346,8 +346,8 @@ struct BvhHitScratch {
   AnswerBatch answers;
   TraversalScratch<FirstTriangle> traversal;
 };
-HWY_INLINE void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
-                                 const float* leave, HitBatch& hits, BvhHitScratch& scratch) {
+HWY_NOINLINE inline void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+                                          const float* leave, HitBatch& hits, BvhHitScratch& scratch) {
   fill_hits(hits, batch.count, Hit());
   traverse_for(FirstTriangle(batch, scratch.answers, hits), tree, batch, enter, leave, scratch.traversal);
   for (uint32_t i = 0; i < batch.count; ++i)

@@ -90,7 +90,13 @@ class LeafRay {
 class LeafRay {
  public:
   HWY_INLINE explicit LeafRay(const ReadyRay& ray)
+#if HWY_TARGET == HWY_WASM
+      : order_(wasm_i32x4_add(
+            wasm_i32x4_mul(wasm_v128_load(kVertexOrder[ray.exit[3]]), wasm_i32x4_splat(0x04040404)),
+            wasm_i32x4_splat(0x03020100))) {
+#else
       : order_(hn::SetTableIndices(Four(), kVertexOrder[ray.exit[3]])) {
+#endif
     const Four d;
     for (uint32_t a = 0; a < 3; ++a) origin_[a] = hn::Set(d, ray.origin[a]);
     for (uint32_t a = 0; a < 2; ++a) shear_[a] = hn::Set(d, ray.shear[a]);
@@ -113,9 +119,17 @@ class LeafRay {
 
  private:
   HWY_INLINE hn::Vec<Four> row(const float* from) const {
+#if HWY_TARGET == HWY_WASM  // Highway goes byte by byte
+    return hn::BitCast(Four(), hn::Vec<Ints>{wasm_i8x16_swizzle(wasm_v128_load(from), order_)});
+#else
     return hn::TableLookupLanes(hn::LoadU(Four(), from), order_);
+#endif
   }
+#if HWY_TARGET == HWY_WASM
+  v128_t order_;  ///< of bytes
+#else
   decltype(hn::SetTableIndices(Four(), kVertexOrder[0])) order_;
+#endif
   hn::Vec<Four> origin_[3], shear_[2];
 };
 #endif
@@ -133,6 +147,8 @@ HWY_INLINE uint32_t bits_of_four(hn::Mask<Four> mask) {
   return uint32_t(mask.raw) & 15;
 #elif HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4
   return uint32_t(_mm_movemask_ps(mask.raw));
+#elif HWY_TARGET == HWY_WASM
+  return uint32_t(wasm_i32x4_bitmask(mask.raw));
 #else
   uint8_t bytes[8] = {};
   hn::StoreMaskBits(Four(), mask, bytes);

@@ -475,11 +475,11 @@ class Walker {
       part = hn::Xor(part, hn::IfThenElseZero(hn::TestBit(cell, half), hn::Set(di, 1 << a)));
     }
     const auto mask = hn::ShiftRight<4>(from);
-    const auto bit = hn::Shl(one, part);
+    const auto bit = shifted(1, part);
     const auto there = hn::And(hn::TestBit(mask, bit), link);
-    const auto before = hn::PopulationCount(hn::BitCast(dw, hn::And(mask, hn::Sub(bit, one))));
-    const auto first = hn::ShiftRight<12>(hn::BitCast(dw, from));
-    const auto index = hn::IfThenElseZero(there, hn::BitCast(di, hn::Add(first, before)));
+    const auto before = count_bits(hn::And(mask, hn::Sub(bit, one)));
+    const auto first = hn::BitCast(di, hn::ShiftRight<12>(hn::BitCast(dw, from)));
+    const auto index = hn::IfThenElseZero(there, hn::Add(first, before));
     const auto word =
         hn::IfThenElse(there, hn::GatherIndex(di, parts_, index), hn::Set(di, int32_t(kEmptyPart)));
     hn::Store(floats(hn::IfThenElse(link, word, from)), d, rays_.slots.members[kWord] + at);

@@ -68,6 +68,12 @@ HWY_INLINE hn::Vec<Ints> add_dot(hn::Vec<Ints> sum, hn::Vec<Words> x, hn::Vec<Wo
 #elif HWY_TARGET == HWY_SSE4
   const __m128i pairs = _mm_maddubs_epi16(x.raw, w.raw);
   return hn::Vec<Ints>{_mm_add_epi32(sum.raw, _mm_madd_epi16(pairs, _mm_set1_epi16(1)))};
+#elif HWY_TARGET == HWY_WASM
+  // Even bytes, then odd ones, as numbers of 16 bits.
+  const v128_t even = wasm_i32x4_dot_i16x8(wasm_v128_and(x.raw, wasm_i16x8_splat(255)),
+                                           wasm_i16x8_shr(wasm_i16x8_shl(w.raw, 8), 8));
+  const v128_t odd = wasm_i32x4_dot_i16x8(wasm_u16x8_shr(x.raw, 8), wasm_i16x8_shr(w.raw, 8));
+  return hn::Vec<Ints>{wasm_i32x4_add(sum.raw, wasm_i32x4_add(even, odd))};
 #else
   const Ints d;
   const auto signed_w = hn::BitCast(d, w), signed_x = hn::BitCast(d, x);
@@ -89,6 +95,8 @@ HWY_INLINE hn::Vec<Ints> pair_dot(hn::Vec<Ints> x, hn::Vec<Ints> w) {
   return hn::Vec<Ints>{_mm256_madd_epi16(x.raw, w.raw)};
 #elif HWY_TARGET == HWY_SSE4
   return hn::Vec<Ints>{_mm_madd_epi16(x.raw, w.raw)};
+#elif HWY_TARGET == HWY_WASM
+  return hn::Vec<Ints>{wasm_i32x4_dot_i16x8(x.raw, w.raw)};
 #else
   const auto low =
       hn::Mul(hn::ShiftRight<16>(hn::ShiftLeft<16>(x)), hn::ShiftRight<16>(hn::ShiftLeft<16>(w)));
@@ -221,10 +229,9 @@ HWY_INLINE void visit_voxels(const PackedField& field, uint32_t count, NetworkIn
         hn::Add(hn::ShiftRight<2>(y), hn::Mul(hn::ShiftRight<2>(z), hn::Set(di, int32_t(grid.size[1]))));
     const auto brick = hn::Add(hn::ShiftRight<2>(x), hn::Mul(row, hn::Set(di, int32_t(grid.size[0]))));
     const auto word = gather_ints(grid.table.data(), hn::ShiftLeft<2>(hn::ShiftRight<4>(brick)));
-    const auto number_bit = hn::Shl(one, hn::And(brick, hn::Set(di, 15)));
-    const auto before = hn::PopulationCount(hn::BitCast(dw, hn::And(word, hn::Sub(number_bit, one))));
-    const auto rank =
-        hn::Add(hn::BitCast(di, before), hn::BitCast(di, hn::ShiftRight<16>(hn::BitCast(dw, word))));
+    const auto number_bit = shifted(1, hn::And(brick, hn::Set(di, 15)));
+    const auto before = count_bits(hn::And(word, hn::Sub(number_bit, one)));
+    const auto rank = hn::Add(before, hn::BitCast(di, hn::ShiftRight<16>(hn::BitCast(dw, word))));
     const auto entry = hn::IfThenElseZero(hn::TestBit(word, number_bit), hn::Add(rank, one));
     const auto record = hn::ShiftLeft<3>(hn::Add(entry, hn::ShiftLeft<1>(entry)));  // of 24 bytes
     const auto layer = hn::Add(record, hn::ShiftLeft<2>(hn::And(z, three)));
@@ -233,14 +240,14 @@ HWY_INLINE void visit_voxels(const PackedField& field, uint32_t count, NetworkIn
     const auto low = gather_ints(layers, layer), high = gather_ints(layers + 4, layer);
     const auto y_bit = hn::And(y, three);
     const auto bit = hn::Add(hn::And(x, three), hn::Add(y_bit, hn::ShiftLeft<2>(y_bit)));
-    const auto below_0 = hn::Sub(hn::Shl(one, bit), one);
+    const auto below_0 = hn::Sub(shifted(1, bit), one);
     const auto below_1 = hn::Or(hn::ShiftLeft<5>(below_0), hn::Set(di, 31));
-    const auto four = hn::Shl(hn::Set(di, 0x63), bit);
+    const auto four = shifted(0x63, bit);
     const auto missing = hn::Ne(hn::And(hn::And(low, high), four), four);
     const auto at = [&](hn::Vec<Ints> corners, hn::Vec<Ints> below) {
       const auto words = hn::BitCast(dw, corners);
       const auto under = hn::Add(hn::BitCast(di, hn::ShiftRight<25>(words)), first);
-      const auto lower = hn::BitCast(di, hn::PopulationCount(hn::BitCast(dw, hn::And(corners, below))));
+      const auto lower = count_bits(hn::And(corners, below));
       return hn::ShiftLeft<1>(hn::Add(under, lower));
     };
     hn::Store(gather_words(grid.pairs.data(), at(low, below_0)), dw, out.visited[0] + i);

@@ -138,7 +138,7 @@ typedef struct NifDeviceCallbacks {
  * "threads=2,isa=avx2". docs/runtime.md describes each key.
  * - threads=N: threads that work on one query (default 1; 0: as many as the machine has).
  * - queries=N: queries that can run at once without scratch of the caller (default 0: the machine's threads).
- * - isa=NAME: the CPU's instruction set: auto (default), scalar, sse4, avx2, avx512 or neon.
+ * - isa=NAME: the CPU's instruction set: auto (default), scalar, sse4, avx2, avx512, neon or wasm.
  * - backend=NAME: cpu (default), or gpu (or hip): a GPU of AMD or NVIDIA.
  * - device=N: with a GPU, the card, as numbered by nifGetCardInfo (default 0).
  * - module=PATH: with a GPU, the file of the GPU module.

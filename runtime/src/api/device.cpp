@@ -34,7 +34,7 @@ uint32_t parse_count(std::string_view key, std::string_view value) {
 
 Isa parse_isa(std::string_view value) {
   if (value == "auto") return best_isa();
-  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
+  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon, Isa::wasm}) {
     if (value != name_of(isa)) continue;
     if (available(isa)) return isa;
     throw Failure(NIF_ERROR_NOT_AVAILABLE, "configuration: isa=" + std::string(value) +

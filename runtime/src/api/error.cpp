@@ -1,7 +1,7 @@
 // The last failure's sentence of each thread, in a fixed buffer: keeping it cannot fail.
 #include "api/error.hpp"
 
-#include <cstdio>
+#include <string_view>
 
 namespace nif::runtime {
 namespace {
@@ -38,7 +38,7 @@ NifError code_of(Status status) {
 }
 
 NifError record_failure(NifError code, const char* sentence) noexcept {
-  std::snprintf(message, sizeof(message), "%s", sentence);
+  message[std::string_view(sentence).copy(message, sizeof(message) - 1)] = 0;
   return code;
 }
 

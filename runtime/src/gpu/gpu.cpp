@@ -1,12 +1,21 @@
 #include "gpu/gpu.hpp"
 
-#include <cstdio>
+#include <string>
+#include <string_view>
 
 #include "api/error.hpp"
 #include "gpu/library.hpp"
 #include "scene/scene.hpp"
 
 namespace nif::runtime {
+namespace {
+
+/// As much of it as there is room for.
+void set_text(GpuMessage& message, std::string_view text) {
+  message.text[text.copy(message.text, sizeof(message.text) - 1)] = 0;
+}
+
+}  // namespace
 
 void Gpu::check(NifError code, const GpuMessage& message) {
   if (code == NIF_OK) return;
@@ -35,9 +44,7 @@ void Gpu::upload(NifAssetObject& asset) {
   const NifError code = module_.upload_asset(device_, objects.data(), details.data(),
                                              uint32_t(objects.size()), &asset.on_gpu, &bytes, &message);
   asset.gpu_bytes = bytes;
-  if (code != NIF_OK)
-    std::snprintf(message.text, sizeof(message.text), "%s: %s", asset.name.c_str(),
-                  std::string(message.text).c_str());
+  if (code != NIF_OK) set_text(message, std::string(asset.name) + ": " + message.text);
   check(code, message);
 }
 
@@ -124,7 +131,7 @@ const char* why_no_gpu() {
       if (why.text[0] == 0) return "";
     }
   } catch (const std::exception& error) {
-    std::snprintf(why.text, sizeof(why.text), "%s", error.what());
+    set_text(why, error.what());
   }
   return why.text;
 }

@@ -5,7 +5,7 @@
 
 #include "api/error.hpp"
 
-#if defined(__unix__) || defined(__APPLE__)
+#if (defined(__unix__) || defined(__APPLE__)) && !defined(__EMSCRIPTEN__)
 #include <dlfcn.h>
 #include <unistd.h>
 

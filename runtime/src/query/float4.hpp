@@ -8,6 +8,8 @@
 
 #if defined(__SSE__)
 #include <xmmintrin.h>
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
 #endif
 
 namespace nif::runtime {
@@ -24,6 +26,8 @@ inline uint32_t at_most(Float4 a, Float4 b) {
   const auto less = a <= b;
 #if defined(__SSE__)
   return uint32_t(_mm_movemask_ps(reinterpret_cast<__m128>(less)));
+#elif defined(__wasm_simd128__)
+  return uint32_t(wasm_i32x4_bitmask(reinterpret_cast<v128_t>(less)));
 #else
   return uint32_t((less[0] & 1) | (less[1] & 2) | (less[2] & 4) | (less[3] & 8));
 #endif

@@ -1,6 +1,8 @@
 // Choosing kernels.
 #include "scene/kernel.hpp"
 
+#include <stdexcept>
+
 #include "kernels/reference/encodings.hpp"
 #include "kernels/reference/kernel.hpp"
 #ifdef NIF_HAS_SIMD
@@ -10,14 +12,18 @@
 namespace nif::runtime {
 namespace {
 
-constexpr const char* kIsaNames[] = {"scalar", "sse4", "avx2", "avx512", "neon"};
+constexpr const char* kIsaNames[] = {"scalar", "sse4", "avx2", "avx512", "neon", "wasm"};
 
 }  // namespace
 
 const char* name_of(Isa isa) { return kIsaNames[size_t(isa)]; }
 
 bool available(Isa isa) {
+#ifdef NIF_WITHOUT_REFERENCE
+  if (isa == Isa::scalar) return false;
+#else
   if (isa == Isa::scalar) return true;
+#endif
 #ifdef NIF_HAS_SIMD
   return kernels::cpu::available(kernels::cpu::Isa(int(isa) - 1));
 #else
@@ -26,7 +32,7 @@ bool available(Isa isa) {
 }
 
 Isa best_isa() {
-  for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse4, Isa::neon})
+  for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse4, Isa::neon, Isa::wasm})
     if (available(isa)) return isa;
   return Isa::scalar;
 }
@@ -43,11 +49,15 @@ KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::m
   (void)isa;
   (void)copies;
 #endif
+#ifdef NIF_WITHOUT_REFERENCE  // where every byte is downloaded
+  throw std::logic_error("there is no kernel for this object");
+#else
   return std::visit(
       [&]<class Field>(const Field& own) {
         return kernels::hold_kernel<kernels::ReferenceKernel<Field>>(memory, own);
       },
       field);
+#endif
 }
 
 }  // namespace nif::runtime

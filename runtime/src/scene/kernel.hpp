@@ -14,7 +14,7 @@ using kernels::KernelPointer;
 using kernels::cpu::SharedCopies;
 
 /// Instruction sets that a device may use; `scalar` is the reference.
-enum class Isa { scalar, sse4, avx2, avx512, neon };
+enum class Isa { scalar, sse4, avx2, avx512, neon, wasm };
 const char* name_of(Isa isa);  ///< as in isa=NAME
 /// Whether this build has kernels for it and this machine can run them.
 bool available(Isa isa);

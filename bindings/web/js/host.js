@@ -1,0 +1,83 @@
+// What differs between pages and node: reading files, and workers.
+import { Code, NifError, refuse } from './errors.js';
+
+export const isNode = typeof process === 'object' && typeof process.versions?.node === 'string' && typeof document === 'undefined';
+
+/** A module of node's; bundlers for pages are to leave it alone. */
+const ofNode = (name) => import(/* webpackIgnore: true */ /* @vite-ignore */ `node:${name}`);
+
+async function readLocal(url) {
+  const { readFile } = await ofNode('fs/promises');
+  try {
+    return await readFile(url);
+  } catch (error) {
+    const missing = error.code === 'ENOENT' || error.code === 'ENOTDIR';
+    if (missing) refuse(`${url}: there is no such file`, Code.FILE_NOT_FOUND);
+    refuse(`${url}: cannot be read: ${error.message}`, Code.FILE_UNREADABLE);
+  }
+}
+
+/** A Response, or in node the bytes of a local file. `url`: a URL, or a text; in node that may be a path. */
+export async function open(url) {
+  if (isNode) {
+    if (url instanceof URL ? url.protocol === 'file:' : !/^[a-z][a-z+.-]+:/i.test(url)) return readLocal(url);
+    if (String(url).startsWith('file:')) return readLocal(new URL(url));
+  }
+  let response;
+  try {
+    response = await fetch(url, { credentials: 'same-origin' });
+  } catch (error) {
+    refuse(`${url}: cannot be read: ${error.message}`, Code.FILE_UNREADABLE);
+  }
+  if (response.status === 404 || response.status === 410) refuse(`${url}: there is no such file (HTTP ${response.status})`, Code.FILE_NOT_FOUND);
+  if (!response.ok) refuse(`${url}: cannot be read: HTTP ${response.status}`, Code.FILE_UNREADABLE);
+  return response;
+}
+
+/** All bytes of what open() gave. */
+export async function bytesOf(opened, name) {
+  if (opened instanceof Uint8Array) return opened;
+  try {
+    return new Uint8Array(await opened.arrayBuffer());
+  } catch (error) {
+    if (error instanceof NifError) throw error;
+    refuse(`${name}: cannot be read: ${error.message}`, Code.FILE_UNREADABLE);
+  }
+}
+
+/** A worker that runs a script of this package: post(message, transfer), onMessage, onError, stop(). */
+export async function startWorker(url) {
+  if (isNode) {
+    const { Worker } = await ofNode('worker_threads');
+    const worker = new Worker(url);
+    return {
+      post: (message, transfer) => worker.postMessage(message, transfer),
+      listen(onMessage, onError) {
+        worker.on('message', onMessage);
+        worker.on('error', onError);
+      },
+      stop: () => worker.terminate(),
+    };
+  }
+  const worker = new Worker(url, { type: 'module' });
+  return {
+    post: (message, transfer) => worker.postMessage(message, transfer),
+    listen(onMessage, onError) {
+      worker.onmessage = (event) => onMessage(event.data);
+      worker.onerror = (event) => onError(new Error(event.message || 'the worker could not be started'));
+    },
+    stop: () => worker.terminate(),
+  };
+}
+
+/** In a worker: how it hears and answers. */
+export async function ownPort() {
+  if (!isNode) return self;
+  const { parentPort } = await ofNode('worker_threads');
+  return {
+    postMessage: (message, transfer) => parentPort.postMessage(message, transfer),
+    set onmessage(hear) {
+      parentPort.on('message', (data) => hear({ data }));
+    },
+  };
+}

@@ -1,0 +1,208 @@
+/**
+ * nifkit: load .nif assets, and ask whether rays are blocked. The calls are those of nif.h, whose rules hold: which rays are
+ * invalid, what is certain, what each output means. Numbers are 32-bit floats; points are x, y, z; lengths are in the units of
+ * the scene.
+ *
+ * A device, with all its assets and scenes, is used on the thread that made it. Each of them keeps memory until dispose();
+ * calling that twice does nothing, any other call after it throws. Assets and scenes keep their device alive.
+ */
+
+/** What nifkit refuses: `message` is one sentence. */
+export class NifError extends Error {
+  /** Its number in nif.h, e.g. 32. */
+  readonly code: number;
+  /** Its name there, e.g. "NIF_ERROR_DAMAGED_NIF". */
+  readonly codeName: string;
+}
+
+/** Whether this engine has vectors of 128 bits in WebAssembly. */
+export function hasSimd(): boolean;
+
+export interface DeviceOptions {
+  /** Vectors of 128 bits; where the engine has them. The answers are the same. */
+  simd?: boolean;
+}
+
+/** One instance of the runtime with memory of its own. */
+export class Device {
+  private constructor();
+  /** Loads the module, some 110 kB, where no device has yet. */
+  static create(options?: DeviceOptions): Promise<Device>;
+  /** "wasm" (vectors) or "scalar". */
+  readonly isa: string;
+  /** Bytes of the module's memory. It grows as needed, up to 4 GB, and never shrinks. */
+  readonly memoryBytes: number;
+  readonly disposed: boolean;
+  dispose(): void;
+  [Symbol.dispose](): void;
+}
+
+/** Where an asset comes from: a URL (in node also a path), bytes, a File or Blob, a Response. Bytes are copied. */
+export type Source = string | URL | ArrayBufferLike | ArrayBufferView | { arrayBuffer(): Promise<ArrayBuffer> };
+
+export interface AssetInfo {
+  /** The source's name; "memory" for bytes. */
+  name: string;
+  objects: number;
+  instances: number;
+  networks: number;
+  formatVersion: number;
+  fileBytes: number;
+  residentBytes: number;
+  /** What the baker has noted, parsed; undefined where there is none. */
+  metadata: unknown;
+}
+
+export interface ObjectInfo {
+  name: string;
+  encoding: 'segment' | 'spherical' | 'bvh' | 'exact' | 'proof';
+  network: number;
+  /** Of the source mesh, in object space. */
+  boundsMin: number[];
+  boundsMax: number[];
+  /** Start shadow rays so far from the surface, in object units. */
+  bias: number;
+  triangles: number;
+  residentBytes: number;
+  proves: boolean;
+  /** 0: the object knows no numbers of the source mesh's triangles. */
+  sourceTriangles: number;
+  colors: boolean;
+}
+
+export interface InstanceInfo {
+  name: string;
+  object: number;
+  /** 12 numbers, as a Transform. */
+  transform: number[];
+}
+
+/** An immutable asset, for any number of scenes of its device. */
+export class Asset {
+  private constructor();
+  /** Safe on untrusted bytes: what is damaged is refused. */
+  static load(device: Device, source: Source): Promise<Asset>;
+  readonly device: Device;
+  readonly info: AssetInfo;
+  object(object: number): ObjectInfo;
+  instance(instance: number): InstanceInfo;
+  readonly disposed: boolean;
+  dispose(): void;
+  [Symbol.dispose](): void;
+}
+
+/** 12 numbers, a row-major 3x4 matrix: world x = t[0] x + t[1] y + t[2] z + t[3], and so on. */
+export type Transform = ArrayLike<number>;
+
+/**
+ * A batch of rays. Either 8 numbers a ray: origin x, y, z, tmin, direction x, y, z, tmax. Or arrays of their own, in each of
+ * which there is one value for all rays, or one for each.
+ */
+export type Rays =
+  | Float32Array
+  | { rays: Float32Array }
+  | {
+      origins: Float32Array;
+      directions: Float32Array;
+      /** 0 where it is not given. */
+      tmin?: number | Float32Array;
+      /** Infinity where it is not given. */
+      tmax?: number | Float32Array;
+      /** Where origins and directions do not say. */
+      count?: number;
+    };
+
+/** A typed array to fill, or true for a new one. */
+export type Wanted<T> = T | true;
+
+export interface Answers {
+  /** 1: visible, 0: occluded. */
+  visible: Uint8Array;
+  /** The same as bits, the lowest first. */
+  visibleBits: Uint8Array;
+  /** That the ray is visible, calibrated. */
+  probability: Float32Array;
+  /** 1: proven. */
+  certain: Uint8Array;
+  logit: Int32Array;
+}
+
+export interface Hits {
+  /** 1: the ray meets something. */
+  hit: Uint8Array;
+  /** Where, in units of the direction; Infinity if nothing is met. */
+  t: Float32Array;
+  /** [3] Of unit length, in world space, on the side that the ray comes from. */
+  normal: Float32Array;
+  instance: Uint32Array;
+  object: Uint32Array;
+  triangle: Uint32Array;
+  u: Float32Array;
+  v: Float32Array;
+  certain: Uint8Array;
+  tLow: Float32Array;
+  tHigh: Float32Array;
+  /** [3] Linear red, green and blue. */
+  color: Float32Array;
+}
+
+type Wanting<All> = { [Name in keyof All]?: Wanted<All[Name]> };
+type Given<All, Some> = { [Name in keyof Some & keyof All]: All[Name] };
+
+/** Instances of objects: build, commit, ask; after a change, commit again. */
+export class Scene {
+  constructor(device: Device);
+  readonly device: Device;
+  /** All instances of the asset's file, or each object once if it has none. Returns their numbers. */
+  add(asset: Asset, transform?: Transform | null): { first: number; count: number };
+  /** Returns the instance's number. */
+  addInstance(asset: Asset, object: number, transform?: Transform | null): number;
+  setTransform(instance: number, transform?: Transform | null): void;
+  commit(): void;
+  readonly info: { instances: number; committed: boolean; boundsMin: number[]; boundsMax: number[]; residentBytes: number };
+  /** Which rays are visible. Returns the arrays; { visible: true } is wanted where nothing else is named. */
+  query(rays: Rays): { visible: Uint8Array };
+  query<Some extends Wanting<Answers>>(rays: Rays, outputs: Some): Given<Answers, Some>;
+  /** Where rays first meet the scene; { hit: true, t: true } is wanted where nothing else is named. */
+  intersect(rays: Rays): { hit: Uint8Array; t: Float32Array };
+  intersect<Some extends Wanting<Hits>>(rays: Rays, outputs: Some): Given<Hits, Some>;
+  readonly disposed: boolean;
+  dispose(): void;
+  [Symbol.dispose](): void;
+}
+
+export interface PoolInstance {
+  /** Its place in the pool's assets. */
+  asset: number;
+  /** One object; without it all instances of the asset. */
+  object?: number;
+  transform?: Transform;
+}
+
+export interface PoolOptions {
+  /** 1 to 64; as many as the machine has threads, at most 8, where it is not given. */
+  workers?: number;
+  assets: Source[];
+  /** Each asset once where it is not given. */
+  instances?: PoolInstance[];
+  simd?: boolean;
+}
+
+/** Web Workers (in node, worker threads) that answer batches together, off the calling thread. Needs no shared memory. */
+export class Pool {
+  private constructor();
+  static create(options: PoolOptions): Promise<Pool>;
+  readonly workers: number;
+  /** Replaces all instances. Batches that were asked before have the ones before. */
+  setInstances(instances: PoolInstance[]): Promise<void>;
+  /** As Scene.query(). Rays are copied before it returns; do not touch arrays to fill until it is done. */
+  query(rays: Rays): Promise<{ visible: Uint8Array }>;
+  query<Some extends Wanting<Answers>>(rays: Rays, outputs: Some): Promise<Given<Answers, Some>>;
+  /** As Scene.intersect(). */
+  intersect(rays: Rays): Promise<{ hit: Uint8Array; t: Float32Array }>;
+  intersect<Some extends Wanting<Hits>>(rays: Rays, outputs: Some): Promise<Given<Hits, Some>>;
+  readonly disposed: boolean;
+  /** Ends the workers. What is being asked fails. */
+  dispose(): void;
+  [Symbol.dispose](): void;
+}

@@ -1,0 +1,48 @@
+// Loads one of the two builds of the runtime, and keeps what is compiled for the next device.
+import { Code, NifError, refuse } from './errors.js';
+import { bytesOf, open } from './host.js';
+
+/** A module of one function that returns a vector. */
+const withVectors = Uint8Array.of(0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11);
+
+/** Whether this engine has vectors of 128 bits. */
+export const hasSimd = () => typeof WebAssembly === 'object' && WebAssembly.validate(withVectors);
+
+const compiled = new Map();
+
+function compile(url) {
+  const key = String(url);
+  if (!compiled.has(key)) {
+    const compiling = (async () => {
+      const opened = await open(url);
+      const isStream = !(opened instanceof Uint8Array) && opened.headers.get('content-type')?.startsWith('application/wasm');
+      return isStream ? WebAssembly.compileStreaming(opened) : WebAssembly.compile(await bytesOf(opened, key));
+    })();
+    compiled.set(key, compiling);
+    compiling.catch(() => compiled.delete(key));
+  }
+  return compiled.get(key);
+}
+
+const builds = {
+  nifkit: { glue: () => import('./nifkit.mjs'), wasm: () => new URL('./nifkit.wasm', import.meta.url) },
+  'nifkit-simd': { glue: () => import('./nifkit-simd.mjs'), wasm: () => new URL('./nifkit-simd.wasm', import.meta.url) },
+};
+
+/** An instance of the module, with memory of its own. */
+export async function instantiate(simd) {
+  if (typeof WebAssembly !== 'object') refuse('this engine has no WebAssembly', Code.NOT_AVAILABLE);
+  if (simd && !hasSimd()) refuse('this engine has no vectors of 128 bits in WebAssembly: create the device with simd: false', Code.NOT_AVAILABLE);
+  const build = builds[simd ? 'nifkit-simd' : 'nifkit'];
+  const [glue, wasm] = await Promise.all([build.glue(), compile(build.wasm())]);
+  return glue
+    .default({
+      instantiateWasm(imports, done) {
+        WebAssembly.instantiate(wasm, imports).then((instance) => done(instance, wasm));
+        return {};
+      },
+    })
+    .catch((error) => {
+      throw error instanceof NifError ? error : new NifError(Code.OUT_OF_MEMORY, 'NIF_ERROR_OUT_OF_MEMORY', `the module cannot be started: ${error.message}`);
+    });
+}

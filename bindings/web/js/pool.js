@@ -1,0 +1,184 @@
+// Several workers that answer batches together. Each has the single-threaded module and the assets, so this needs no memory
+// that is shared, and no headers.
+import { readSource } from './asset.js';
+import { Code, NifError, refuse, wholeNumber } from './errors.js';
+import { startWorker } from './host.js';
+import { hasSimd } from './module.js';
+import { ANSWERS, HITS, RAY, readOutputs, readRays } from './rays.js';
+
+/** Rays of one message: some milliseconds of work, so that all workers end at about the same time. */
+const kPiece = 16384;
+
+const kBrand = Symbol('nifkit');
+
+/** A copy of the part of `array` that is about these rays; numbers for all rays stay as they are. */
+function part(array, each, count, first, rays) {
+  return array.length === each && count !== 1 ? array.slice() : array.slice(first * each, (first + rays) * each);
+}
+
+class Helper {
+  #worker;
+  #waiting = new Map();
+  #next = 0;
+
+  static async start(onFailure) {
+    const helper = new Helper();
+    helper.#worker = await startWorker(new URL('./worker.js', import.meta.url));
+    helper.#worker.listen(
+      ({ id, result, error }) => {
+        const { resolve, reject } = helper.#waiting.get(id);
+        helper.#waiting.delete(id);
+        if (error) reject(new NifError(error.code, error.codeName, error.message));
+        else resolve(result);
+      },
+      (error) => onFailure(new NifError(Code.NOT_AVAILABLE, 'NIF_ERROR_NOT_AVAILABLE', `a worker of the pool has failed: ${error.message}`)),
+    );
+    return helper;
+  }
+
+  ask(task, message, transfer = []) {
+    const id = this.#next++;
+    return new Promise((resolve, reject) => {
+      this.#waiting.set(id, { resolve, reject });
+      this.#worker.post({ id, task, message }, transfer);
+    });
+  }
+
+  stop(error) {
+    for (const { reject } of this.#waiting.values()) reject(error);
+    this.#waiting.clear();
+    return this.#worker.stop();
+  }
+}
+
+export class Pool {
+  #helpers = [];
+  #idle = [];
+  #queue = [];
+  #failure;
+  #running = new Set();
+  #changed = Promise.resolve();
+
+  /** Use Pool.create(). */
+  constructor(brand) {
+    if (brand !== kBrand) refuse('a pool is made by await Pool.create()');
+  }
+
+  static async create({ workers = Math.min(globalThis.navigator?.hardwareConcurrency ?? 2, 8), assets, instances, simd = hasSimd() } = {}) {
+    wholeNumber(workers, 'workers', 64);
+    if (workers === 0) refuse('workers is 0');
+    if (!Array.isArray(assets) || assets.length === 0) refuse('assets is no list of sources');
+    const sources = await Promise.all(assets.map(readSource));
+    const pool = new Pool(kBrand);
+    try {
+      pool.#helpers = await Promise.all(Array.from({ length: workers }, () => Helper.start((error) => pool.#stop(error))));
+      const message = { simd, instances, assets: sources.map(({ name, bytes }) => ({ name, bytes: bytes.slice() })) };
+      await Promise.all(pool.#helpers.map((helper) => helper.ask('open', message)));
+    } catch (error) {
+      pool.#stop(error);
+      throw error;
+    }
+    pool.#idle = [...pool.#helpers];
+    return pool;
+  }
+
+  get workers() {
+    return this.#helpers.length;
+  }
+
+  /** Replaces all instances; see Pool.create(). */
+  async setInstances(instances) {
+    this.#use();
+    const before = [this.#changed, ...this.#running];
+    const change = Promise.allSettled(before).then(() => Promise.all(this.#helpers.map((helper) => helper.ask('instances', { instances }))));
+    this.#changed = change.catch(() => {}); // what is asked from now on waits for it
+    await change;
+  }
+
+  query(rays, outputs = { visible: true }) {
+    return this.#batches('query', ANSWERS, rays, outputs);
+  }
+
+  intersect(rays, outputs = { hit: true, t: true }) {
+    return this.#batches('intersect', HITS, rays, outputs);
+  }
+
+  get disposed() {
+    return this.#failure !== undefined;
+  }
+
+  dispose() {
+    this.#stop(new NifError(Code.INVALID_ARGUMENT, 'NIF_ERROR_INVALID_ARGUMENT', 'the pool has been disposed of'));
+  }
+
+  [Symbol.dispose ?? Symbol.for('dispose')]() {
+    this.dispose();
+  }
+
+  #use() {
+    if (this.#failure) throw this.#failure;
+  }
+
+  #stop(error) {
+    if (this.#failure) return;
+    this.#failure = error;
+    for (const { reject } of this.#queue) reject(error);
+    this.#queue = [];
+    for (const helper of this.#helpers) helper.stop(error);
+  }
+
+  async #batches(task, kinds, rays, outputs) {
+    this.#use();
+    const batch = readRays(rays);
+    const arrays = readOutputs(kinds, outputs, batch.count);
+    const names = Object.keys(arrays);
+    const pieces = [];
+    for (let first = 0; first < batch.count; first += kPiece) {
+      const count = Math.min(kPiece, batch.count - first);
+      const piece = batch.rays
+        ? { rays: batch.rays.slice(first * RAY, (first + count) * RAY) }
+        : {
+            count,
+            origins: part(batch.origins, 3, batch.count, first, count),
+            directions: part(batch.directions, 3, batch.count, first, count),
+            tmin: part(batch.tmin, 1, batch.count, first, count),
+            tmax: part(batch.tmax, 1, batch.count, first, count),
+          };
+      const transfer = Object.values(piece).flatMap((array) => array.buffer ?? []);
+      const answered = this.#changed
+        .then(() => this.#ask(task, { rays: piece, names }, transfer))
+        .then((answers) => {
+          for (const name of names) arrays[name].set(answers[name], first * kinds[name][1]);
+        })
+        .finally(() => this.#running.delete(answered));
+      this.#running.add(answered);
+      pieces.push(answered);
+    }
+    await Promise.all(pieces);
+    return arrays;
+  }
+
+  /** To the next helper that is idle. */
+  #ask(task, message, transfer) {
+    this.#use();
+    return new Promise((resolve, reject) => {
+      this.#queue.push({ task, message, transfer, resolve, reject });
+      this.#serve();
+    });
+  }
+
+  #serve() {
+    while (this.#idle.length > 0 && this.#queue.length > 0) {
+      const helper = this.#idle.pop();
+      const { task, message, transfer, resolve, reject } = this.#queue.shift();
+      helper
+        .ask(task, message, transfer)
+        .then(resolve, reject)
+        .finally(() => {
+          if (this.#failure) return;
+          this.#idle.push(helper);
+          this.#serve();
+        });
+    }
+  }
+}

@@ -1,0 +1,80 @@
+// Where batches lie in the module's memory: rays go in and answers come out piece by piece, in room that is taken once.
+import { Code, refuse } from './errors.js';
+import { ANSWERS, HITS, RAY } from './rays.js';
+
+/** Rays of a piece: enough for many threads, few enough for phones (3 MB of room). A multiple of 8. */
+const kPiece = 32768;
+
+/** Words of the structure Rays in src/module.cpp. */
+const kRaysWords = 9;
+
+const align = (bytes) => (bytes + 15) & ~15;
+const bytesOf = ([Type, each]) => align(Math.ceil(kPiece * each) * Type.BYTES_PER_ELEMENT);
+const roomOf = (kinds) => Object.values(kinds).reduce((sum, kind) => sum + bytesOf(kind), 0);
+
+export class Staging {
+  #module;
+  #start;
+  #numbers;
+  #answers;
+
+  constructor(module) {
+    this.#module = module;
+    const head = 256;
+    const room = head + kPiece * RAY * 4 + Math.max(roomOf(ANSWERS), roomOf(HITS));
+    this.#start = module._malloc(room) >>> 0;
+    if (this.#start === 0) refuse('out of memory', Code.OUT_OF_MEMORY);
+    this.rays = this.#start;
+    this.outputs = this.#start + align(kRaysWords * 4);
+    this.#numbers = this.#start + head;
+    this.#answers = this.#numbers + kPiece * RAY * 4;
+  }
+
+  free() {
+    this.#module._free(this.#start);
+  }
+
+  /** Puts rays from number `first` on into place; returns how many. */
+  load(batch, first, kinds, arrays) {
+    const { HEAPF32, HEAPU32 } = this.#module;
+    const count = Math.min(kPiece, batch.count - first);
+    let at = this.#numbers;
+    const put = (array, each) => {
+      const forAll = array.length === each && batch.count !== 1;
+      HEAPF32.set(forAll ? array.subarray(0, each) : array.subarray(first * each, (first + count) * each), at / 4);
+      const place = [at, forAll ? 0 : each * 4];
+      at += kPiece * each * 4;
+      return place;
+    };
+    let places;
+    if (batch.rays) {
+      const [start, stride] = put(batch.rays, RAY);
+      places = [16, 12, 28].reduce((all, offset) => [...all, [start + offset, stride]], [[start, stride]]);
+      // origin, direction, tmin, tmax
+    } else {
+      places = [put(batch.origins, 3), put(batch.directions, 3), put(batch.tmin, 1), put(batch.tmax, 1)];
+    }
+    HEAPU32[this.rays / 4] = count;
+    places.forEach(([start, stride], i) => {
+      HEAPU32[this.rays / 4 + 1 + i] = start;
+      HEAPU32[this.rays / 4 + 5 + i] = stride;
+    });
+    let to = this.#answers;
+    Object.keys(kinds).forEach((name, i) => {
+      HEAPU32[this.outputs / 4 + i] = arrays[name] ? to : 0;
+      to += bytesOf(kinds[name]);
+    });
+    return count;
+  }
+
+  /** Takes the answers about those rays. */
+  store(first, count, kinds, arrays) {
+    const buffer = this.#module.HEAPU8.buffer;
+    let from = this.#answers;
+    for (const [name, kind] of Object.entries(kinds)) {
+      const [Type, each] = kind;
+      arrays[name]?.set(new Type(buffer, from, Math.ceil(count * each)), first * each);
+      from += bytesOf(kind);
+    }
+  }
+}
