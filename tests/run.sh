@@ -238,5 +238,6 @@ case $size in
     tsan_tests || true
     fuzz_tests tests/fuzz/all || true
     host_test 'Python' bindings/python/test.sh
+    host_test 'WebAssembly' bindings/web/test/run.sh
     ;;
 esac

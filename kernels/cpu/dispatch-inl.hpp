@@ -33,14 +33,13 @@
 /// A pointer to the version of `function` for the instruction set, which is available().
 #define NIF_KERNEL_FOR(Pointer, function, isa)                                                   \
   ::nif::kernels::cpu::choose_kernel<Pointer>(isa, NIF_IF_SSE4(function), NIF_IF_AVX2(function), \
-                                              NIF_IF_AVX512(function), NIF_IF_NEON(function), \
+                                              NIF_IF_AVX512(function), NIF_IF_NEON(function),    \
                                               NIF_IF_WASM(function))
 
 namespace nif::kernels::cpu {
 
 template <class Pointer>
-Pointer choose_kernel(Isa isa, Pointer sse4, Pointer avx2, Pointer avx512, Pointer neon,
-                      Pointer wasm) {
+Pointer choose_kernel(Isa isa, Pointer sse4, Pointer avx2, Pointer avx512, Pointer neon, Pointer wasm) {
   switch (isa) {
     case Isa::sse4:
       return sse4;

@@ -13,6 +13,7 @@ from pathlib import Path
 # For each column: the files in which a name of a function is a call, and those of them in which it is a declaration only.
 BINDINGS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Python": ("bindings/python/nifkit/*.py", ("_abi.py",)),
+    "web": ("bindings/web/src/*.cpp", ()),
     "LÖVE": ("samples/love/nif.lua", ()),
 }
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)

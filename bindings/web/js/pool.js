@@ -1,4 +1,4 @@
-// Several workers that answer batches together. Each has the single-threaded module and the assets, so this needs no memory
+// Several workers that answer batches together. Each has the module and the assets, so this needs no memory
 // that is shared, and no headers.
 import { readSource } from './asset.js';
 import { Code, NifError, refuse, wholeNumber } from './errors.js';

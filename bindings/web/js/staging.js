@@ -2,7 +2,7 @@
 import { Code, refuse } from './errors.js';
 import { ANSWERS, HITS, RAY } from './rays.js';
 
-/** Rays of a piece: enough for many threads, few enough for phones (3 MB of room). A multiple of 8. */
+/** Rays of a piece: few enough for phones (3 MB of room). A multiple of 8. */
 const kPiece = 32768;
 
 /** Words of the structure Rays in src/module.cpp. */

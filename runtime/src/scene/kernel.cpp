@@ -54,7 +54,7 @@ KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::m
 #else
   return std::visit(
       [&]<class Field>(const Field& own) {
-        return kernels::hold_kernel<kernels::ReferenceKernel<Field>>(memory, own);
+        return kernels::hold_kernel<kernels::ReferenceKernel<Field> >(memory, own);
       },
       field);
 #endif
