@@ -20,12 +20,14 @@ class Helper {
   #worker;
   #waiting = new Map();
   #next = 0;
+  #stopped;
 
   static async start(onFailure) {
     const helper = new Helper();
     helper.#worker = await startWorker(new URL('./worker.js', import.meta.url));
     helper.#worker.listen(
       ({ id, result, error }) => {
+        if (helper.#stopped) return; // it had answered before it was stopped
         const { resolve, reject } = helper.#waiting.get(id);
         helper.#waiting.delete(id);
         if (error) reject(new NifError(error.code, error.codeName, error.message));
@@ -37,6 +39,7 @@ class Helper {
   }
 
   ask(task, message, transfer = []) {
+    if (this.#stopped) return Promise.reject(this.#stopped);
     const id = this.#next++;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });
@@ -45,6 +48,7 @@ class Helper {
   }
 
   stop(error) {
+    this.#stopped = error;
     for (const { reject } of this.#waiting.values()) reject(error);
     this.#waiting.clear();
     return this.#worker.stop();

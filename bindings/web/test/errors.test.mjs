@@ -179,8 +179,9 @@ test('pools', async () => {
   await assert.rejects(pool.query(rays, { seen: true }), wrong(/no output 'seen'/));
   await assert.rejects(pool.setInstances([{ asset: 0, transform: new Float32Array(12) }]), is('NIF_ERROR_SINGULAR_TRANSFORM', /./));
   assert.deepEqual((await pool.query(rays)).visible, expected);
-  const asked = pool.query(someRays(200000));
+  const asked = pool.query(someRays(200000)), changed = pool.setInstances([{ asset: 0 }]);
   pool.dispose();
   await assert.rejects(asked, wrong(/^the pool has been disposed of/));
+  await assert.rejects(changed, wrong(/^the pool has been disposed of/));
   await assert.rejects(pool.query(rays), wrong(/^the pool has been disposed of/));
 });
