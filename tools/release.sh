@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes a release candidate of the commit that is checked out: the source as a .tar.gz, Debian packages of the runtime, the
-# program and the GPU module, all that is installed as a .tar.gz, a bill of materials (SPDX), and SHA256SUMS. A second run on
-# the same commit and the same system makes the same bytes.
+# program and the GPU module, all that is installed as a .tar.gz, a wheel for Python, a bill of materials (SPDX), and SHA256SUMS.
+# A second run on the same commit and the same system makes the same bytes.
 #
 #   tools/release.sh [--output FOLDER] [-- CMAKE OPTIONS]      FOLDER: build/candidate
 #
@@ -57,6 +57,14 @@ mkdir "$work/tree"
 tar -xzf "$work/build/$name-Linux.tar.gz" -C "$work/tree"
 tar -c --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner --format=gnu -C "$work/tree" \
   "$name-Linux" | gzip -9n >"$work/made/$name-linux-$(dpkg --print-architecture).tar.gz"
+
+# shellcheck source=bindings/python/python.sh
+source bindings/python/python.sh
+if find_python pip setuptools wheel >/dev/null; then
+  NIFKIT=$work/tree/$name-Linux "$work/$name/bindings/python/build.sh" "$work/made" >/dev/null
+else
+  echo 'tools/release.sh: no Python with pip, setuptools and wheel (tools/setup.sh python); there is no wheel' >&2
+fi
 
 if command -v lintian >/dev/null; then
   lintian --allow-root --fail-on error,warning "$work"/made/*.deb
