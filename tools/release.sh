@@ -61,7 +61,7 @@ tar -c --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-o
 # shellcheck source=bindings/python/python.sh
 source bindings/python/python.sh
 if find_python pip setuptools wheel >/dev/null; then
-  NIFKIT=$work/tree/$name-Linux "$work/$name/bindings/python/build.sh" "$work/made" >/dev/null
+  NIFKIT=$work/tree/$name-Linux/usr "$work/$name/bindings/python/build.sh" "$work/made" >/dev/null
 else
   echo 'tools/release.sh: no Python with pip, setuptools and wheel (tools/setup.sh python); there is no wheel' >&2
 fi

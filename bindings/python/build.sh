@@ -22,7 +22,7 @@ python=$(find_python pip setuptools wheel) || fail 'no Python 3 with pip, setupt
 
 cd "$root"
 if [[ -n ${NIFKIT-} ]]; then
-  library=$(find "$NIFKIT"/lib*/ -name libnif.so -print -quit 2>/dev/null)
+  library=$(find "$NIFKIT"/lib*/ -name libnif.so -print -quit 2>/dev/null) || true
   [[ -n $library ]] || fail "NIFKIT is $NIFKIT, but there is no libnif.so in its lib"
 else
   if [[ ! -f build/release/build.ninja ]]; then

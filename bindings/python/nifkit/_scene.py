@@ -163,9 +163,12 @@ class Scene(Handle):
     # ---- Changes
 
     def _borrow(self, change: bool) -> int:
-        if change and any(not job.done() for job in list(self._jobs)):
+        value = super()._borrow(change)
+        # Afterwards: no other thread can start a job meanwhile.
+        if change and any(not job.done() for job in self._jobs):
+            self._give_back()
             raise Error(ErrorCode.INVALID_OPERATION, "a job of the scene is not done; wait for it first")
-        return super()._borrow(change)
+        return value
 
     def add(self, asset: Asset, transform: Optional[npt.ArrayLike] = None) -> range:
         """Adds a whole asset: all instances in its file, or each object once if it has none.

@@ -191,15 +191,23 @@ def test_jobs_keep_what_they_need():
     rays = some_rays(scene, 200_000)
     wanted = scene.visible(*rays)
     jobs = [scene.query_async(*(array.copy() for array in rays)) for _ in range(5)]
-    try:
-        scene.set_transform(0, np.eye(4))  # fine if they are done already
-        scene.commit()
-    except nifkit.Error as error:
-        assert error.code == ErrorCode.INVALID_OPERATION and "a job of the scene is not done" in str(error)
     scene.close()
     del scene, rays
     for job in jobs:
         assert (job.wait().visible == wanted).all()
+
+
+def test_no_changes_before_a_job_is_done(scene, monkeypatch):
+    job = scene.query_async(*some_rays(scene, 100))
+    with monkeypatch.context() as patch:
+        patch.setattr(nifkit.Job, "done", lambda self: False)  # however fast it was
+        for change in (lambda: scene.set_transform(0, np.eye(4)), lambda: scene.commit()):
+            with pytest.raises(nifkit.Error, match="a job of the scene is not done") as info:
+                change()
+            assert info.value.code == ErrorCode.INVALID_OPERATION
+    job.wait()
+    scene.set_transform(0, np.eye(4))
+    scene.commit()
 
 
 def test_process_ends(tmp_path):
