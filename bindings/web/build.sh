@@ -29,6 +29,12 @@ for simd in ON OFF; do
   cmake --build "$out" --parallel "$(nproc)" >&2
   cp "$out"/bin/* "$package"
 done
+# A second time finds some more that is not needed.
+for wasm in "$package"/*.wasm; do
+  wasm-opt --enable-simd --enable-exception-handling --enable-mutable-globals --enable-sign-ext --enable-nontrapping-float-to-int \
+    -Oz --converge "$wasm" -o "$wasm.smaller"
+  mv "$wasm.smaller" "$wasm"
+done
 
 version=$(sed -n 's/^#define NIF_VERSION_[A-Z]* \([0-9]*\)$/\1/p' runtime/include/nif/nif.h | paste -sd .)
 sed "s/@VERSION@/$version/" bindings/web/package.json >"$package/package.json"
