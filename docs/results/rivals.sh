@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Studies twelve meshes of all kinds (nif study), keeps the figures in rivals/ beside this script, and writes rivals.md of all that
+# Studies twelve meshes of all kinds (nif study), keeps the figures in rivals/ beside this script, and writes the page of all that
 # are there. A full study takes up to half an hour on two cores, which should be idle; what is in build/rivals goes on where it
 # stopped, and meshes whose figures are kept are not studied again.
 #
