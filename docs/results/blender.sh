@@ -43,7 +43,7 @@ blender -b --factory-startup --python-exit-code 1 -P docs/results/blender.py -- 
 
 Made by \`docs/results/blender.sh\`: the Stanford dragon, 871,414 triangles, in $(blender --version | head -n 1), on $(nproc) threads of
 $(lscpu | sed -n 's/^Model name: *//p' | head -n 1). Bakes use \`--preset fast --rays 0\`. When
-it began, $load other threads were running.
+it began, the load average was $load.
 
 | round | \`nif bake\` of the file, s | from the selection to the asset, s | longer by, s | of which the selection is taken and written, s |
 | ---: | ---: | ---: | ---: | ---: |

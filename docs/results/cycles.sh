@@ -25,7 +25,7 @@ cat >docs/results/cycles.md <<PAGE
 
 Made by \`docs/results/cycles.sh\`: [samples/cycles](../../samples/cycles/README.md) with the Stanford dragon, ${size} x ${size}
 pixels and $samples samples a pixel, on $(nproc) threads of $(lscpu | sed -n 's/^Model name: *//p' | head -n 1), $(blender --version | head -n 1). When it
-began, $load other threads were running.
+began, the load average was $load.
 
 ![The dragon with its shadow by triangles, by its asset, and without one](cycles.png)
 

@@ -41,9 +41,9 @@ shadows() {
 mkdir -p build/samples
 LC_ALL=C awk -f samples/torus_knot.awk >build/samples/knot.obj.new
 cmp -s build/samples/knot.obj.new build/samples/knot.obj || cp build/samples/knot.obj.new build/samples/knot.obj
-shadows knot 38 build/samples/knot.obj
+shadows knot 40 build/samples/knot.obj
 if [[ -r ${NIF_TEST_MESHES-}/stanford_dragon_871k.ply.gz ]]; then
-  shadows stanford_dragon_871k 38 "$NIF_TEST_MESHES/stanford_dragon_871k.ply.gz"
+  shadows stanford_dragon_871k 40 "$NIF_TEST_MESHES/stanford_dragon_871k.ply.gz"
 else
   echo 'Skipped: the dragon, because NIF_TEST_MESHES does not name a folder that has it'
 fi
