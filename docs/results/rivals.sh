@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Studies twelve meshes of all kinds (nif study), keeps the figures in rivals/ beside this script, and writes the page of all that
-# are there. A full study takes up to half an hour on two cores, which should be idle; what is in build/rivals goes on where it
+# are there. A full study takes long, on cores that should be idle; what is in build/rivals goes on where it
 # stopped, and meshes whose figures are kept are not studied again.
 #
 #   NIF_TEST_MESHES=FOLDER docs/results/rivals.sh [MESH...]    names of files, as in the page; by default all

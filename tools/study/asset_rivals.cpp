@@ -2,9 +2,6 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
-#include <algorithm>
-#include <chrono>
-
 #include "formats/nif/writer.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/measured_asset.hpp"

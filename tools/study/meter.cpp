@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "formats/base/status.hpp"
 #include "tools/bench/rounds.hpp"

@@ -31,7 +31,7 @@ class Meter {
   /// The mesh must outlive it.
   Meter(const StudiedMesh& mesh, uint64_t rays, uint64_t seed, const RivalProgress& progress);
 
-  /// Throws Error(interrupted) from `progress`, and Error(internal) where something certain is wrong.
+  /// On all threads for errors, on one for speeds. Throws what `progress` throws.
   RivalSets measure(const Rival& rival, const RivalProgress& progress) const;
 
  private:

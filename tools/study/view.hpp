@@ -28,7 +28,7 @@ class StudyView {
     float facing;  ///< how much the surface faces the camera, 0..1
     float sunny;   ///< and the sun; 0 where it faces away
   };
-  /// A sun and ambient light, where these rays are free: uint8_t or anything that tells.
+  /// A sun and ambient light, by which of the rays are free (1 or 0 each).
   render::Image paint(const std::vector<uint8_t>& visible) const;
 
   uint32_t width_, height_;
