@@ -211,6 +211,7 @@ if [[ $size == nightly ]]; then
   host_test 'a game in LÖVE' samples/love/test.sh
   host_test 'pages in a browser' tests/pages/run.sh
   host_test 'WebAssembly in a browser' bindings/web/test/browser.sh
+  host_test 'a page with three.js' samples/web/test.sh
   host_test 'shadow rays of Cycles' samples/cycles/test.sh
   host_test 'Windows' tests/windows/run.sh
   host_test 'the add-on for Blender' bindings/blender/tests/run.sh

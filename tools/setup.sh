@@ -64,8 +64,8 @@ love    love                  samples/love: the engine of the game
 love    luajit                samples/love: tests of its declarations of nif.h
 love    xvfb                  samples/love: tests, on a screen that nobody sees
 love    xauth                 samples/love: xvfb-run needs it
-pages   chromium              tests/pages: shows the pages that nif writes
-pages   chromium-driver       tests/pages: drives it
+pages   chromium              tests/pages: shows the pages that nif writes; samples/web: tests
+pages   chromium-driver       tests/pages: drives it; samples/web: the same
 python  python3-numpy         bindings/python: arrays
 python  python3-pip           bindings/python: builds and installs the wheel
 python  python3-setuptools    bindings/python: builds the wheel

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Measures bindings/web under node beside the native library with SSE4, and prints the tables of web.md.
+# Measures bindings/web under node beside the native library with SSE4, then samples/web in Chromium where that is installed, and
+# prints the tables of web.md.
 #
 #   docs/results/web.sh [ROUNDS]
 #
@@ -21,3 +22,5 @@ for encoding in segment exact; do
   echo
 done
 printf '%s\n' "$sizes"
+printf '\n## A page\n\n'
+for part in start both picture memory; do samples/web/test.sh --only $part 2>&1 | sed '/: [0-9]* s$/d; s/^/    /'; done

@@ -15,7 +15,8 @@ from typing import Any
 class Browser:
     """One window. Use it in a `with` statement: it ends the browser and its driver."""
 
-    def __init__(self) -> None:
+    def __init__(self, *arguments: str) -> None:
+        """`arguments`: more of them for Chromium."""
         # Port 0: the driver takes a free one and says which.
         self._driver = subprocess.Popen(["chromedriver", "--port=0"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         assert self._driver.stdout
@@ -28,7 +29,8 @@ class Browser:
             raise RuntimeError("chromedriver does not start")
         self._address = f"http://127.0.0.1:{port}/session"
         # --no-sandbox: Chromium refuses to run as root with it.
-        options = {"args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-dev-shm-usage"]}
+        options = {"args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-dev-shm-usage",
+                            *arguments]}
         started = self._ask("POST", "", {"capabilities": {"alwaysMatch": {
             "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}}})
         self._address += "/" + started["sessionId"]
@@ -56,12 +58,12 @@ class Browser:
         """A command of the DevTools protocol."""
         return self._ask("POST", "/goog/cdp/execute", {"cmd": command, "params": parameters})
 
-    def show(self, file: Path, width: int, dark: bool) -> None:
-        """Opens a file in a window of this width, with the system's colours light or dark."""
-        self.devtools("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 600)
+    def show(self, page: Path | str, width: int, dark: bool, height: int = 900) -> None:
+        """Opens a file or an address in a window of this size, with the system's colours light or dark."""
+        self.devtools("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 600)
         self.devtools("Emulation.setEmulatedMedia",
                       features=[{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
-        self._ask("POST", "/url", {"url": file.resolve().as_uri()})
+        self._ask("POST", "/url", {"url": page if isinstance(page, str) else page.resolve().as_uri()})
 
     def run(self, script: str) -> Any:
         """What a script returns, as JSON has it."""

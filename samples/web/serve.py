@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Serves a folder to browsers.
+
+    samples/web/serve.py FOLDER [--host HOST] [--port PORT]
+
+Prints the address when it listens. Port 0 takes a free one. Pages may load files of this server alone.
+"""
+from __future__ import annotations
+
+import argparse
+import functools
+import http.server
+
+POLICY = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; " \
+    "connect-src 'self' data: blob:; frame-ancestors 'none'"
+
+
+class Files(http.server.SimpleHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+    extensions_map = http.server.SimpleHTTPRequestHandler.extensions_map | {
+        ".js": "text/javascript", ".mjs": "text/javascript", ".wasm": "application/wasm", ".glb": "model/gltf-binary"}
+
+    def end_headers(self) -> None:
+        self.send_header("Content-Security-Policy", POLICY)
+        self.send_header("X-Content-Type-Options", "nosniff")
+        self.send_header("Cache-Control", "no-cache")
+        super().end_headers()
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder")
+    parser.add_argument("--host", default="127.0.0.1")
+    parser.add_argument("--port", type=int, default=8000)
+    options = parser.parse_args()
+    try:
+        server = http.server.ThreadingHTTPServer((options.host, options.port), functools.partial(Files, directory=options.folder))
+    except OSError as error:
+        parser.exit(1, f"samples/web/serve.py: cannot listen at port {options.port}: {error.strerror}\n")
+    print(f"http://{options.host}:{server.server_address[1]}/", flush=True)
+    try:
+        server.serve_forever()
+    except KeyboardInterrupt:
+        pass
+
+
+if __name__ == "__main__":
+    main()
