@@ -18,7 +18,10 @@ nif=${nif-build/release/bin/nif}
 out=build/samples/web
 mkdir -p "$out/npm"
 
-[[ -f build/web/nifkit/index.js ]] || bindings/web/build.sh >&2
+package=build/web/nifkit/index.js
+if [[ ! -f $package || -n $(find bindings/web formats kernels runtime -type f -newer "$package" -print -quit) ]]; then
+  bindings/web/build.sh >&2
+fi
 if ! cmp -s samples/web/package-lock.json "$out/npm/package-lock.json" || [[ ! -d $out/npm/node_modules ]]; then
   cp samples/web/package.json "$out/npm"
   (cd "$out/npm" && cp "$OLDPWD/samples/web/package-lock.json" . && npm ci --silent --ignore-scripts --no-audit --no-fund) >&2 || {
@@ -48,8 +51,9 @@ third_party three/examples/jsm/utils/SkeletonUtils.js utils/SkeletonUtils.js ../
 cp "$asset" "$page.new/object.nif"
 if [[ -n $mesh ]]; then
   "$nif" mesh convert "$mesh" -o "$page.new/object.glb" --quiet
+  sed -i "s/data-triangle-bytes=\"/&$(stat -c %s "$page.new/object.glb")/" "$page.new/index.html"
 else
-  sed -i 's/ data-triangles="object.glb"//' "$page.new/index.html"
+  sed -i 's/ data-triangles="object.glb" data-triangle-bytes=""//' "$page.new/index.html"
 fi
 sed -i "s|<p id=\"credit\" hidden>|&${credit//[|&\\]/\\&}|" "$page.new/index.html"
 rm -rf "$page"

@@ -8,8 +8,11 @@ Prints the address when it listens. Port 0 takes a free one. Pages may load file
 from __future__ import annotations
 
 import argparse
+import contextlib
 import functools
 import http.server
+import os
+from typing import Any
 
 POLICY = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; " \
     "connect-src 'self' data: blob:; frame-ancestors 'none'"
@@ -20,10 +23,19 @@ class Files(http.server.SimpleHTTPRequestHandler):
     extensions_map = http.server.SimpleHTTPRequestHandler.extensions_map | {
         ".js": "text/javascript", ".mjs": "text/javascript", ".wasm": "application/wasm", ".glb": "model/gltf-binary"}
 
+    def send_response(self, code: int, message: str | None = None) -> None:
+        self.code = code
+        super().send_response(code, message)
+
+    def copyfile(self, source: Any, outputfile: Any) -> None:
+        with contextlib.suppress(ConnectionError):  # who asked has gone
+            super().copyfile(source, outputfile)
+
     def end_headers(self) -> None:
         self.send_header("Content-Security-Policy", POLICY)
         self.send_header("X-Content-Type-Options", "nosniff")
-        self.send_header("Cache-Control", "no-cache")
+        # So long that workers find what the page has loaded for them, and no longer: files change.
+        self.send_header("Cache-Control", "max-age=5" if self.code == 200 else "no-cache")
         super().end_headers()
 
     def log_message(self, *_: object) -> None:
@@ -36,6 +48,8 @@ def main() -> None:
     parser.add_argument("--host", default="127.0.0.1")
     parser.add_argument("--port", type=int, default=8000)
     options = parser.parse_args()
+    if not os.path.isdir(options.folder):
+        parser.exit(2, f"samples/web/serve.py: there is no folder {options.folder}\n")
     try:
         server = http.server.ThreadingHTTPServer((options.host, options.port), functools.partial(Files, directory=options.folder))
     except OSError as error:

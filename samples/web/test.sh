@@ -53,6 +53,11 @@ with urllib.request.urlopen(sys.argv[1]) as answer:
 with urllib.request.urlopen(sys.argv[1] + "nifkit/nifkit-simd.wasm") as answer:
     assert answer.headers["Content-Type"] == "application/wasm"
 EOF
+  port=$(sed 's/.*:\([0-9]*\).*/\1/' "$scratch/address")
+  ! timeout 20 samples/web/serve.py build --port "$port" 2>"$scratch/said" || fail 'serve.py takes a port that is in use'
+  grep -q "cannot listen at port $port" "$scratch/said" || fail "serve.py says: $(cat "$scratch/said")"
+  ! timeout 20 samples/web/serve.py missing --port 0 2>"$scratch/said" || fail 'serve.py takes a folder that is not there'
+  grep -q 'there is no folder' "$scratch/said" || fail "serve.py says: $(cat "$scratch/said")"
   kill "$server" 2>/dev/null || true
   server=''
   # refused CODE TEXT ARGUMENTS...

@@ -304,6 +304,17 @@ def test_hands(page: Page) -> None:
         page.browser.devtools("Input.dispatchTouchEvent", type=names[kind], touchPoints=[] if kind == "up" else [{"x": x, "y": y}])
 
     moved_by("the mouse", mouse)
+    # The picture follows while the sun is dragged.
+    x, y = page.browser.run(middle)
+    mouse("down", x, y)
+    before, start_time, moves = int(page.data("pictures")), time.monotonic(), 0
+    while time.monotonic() < start_time + 2:
+        mouse("move", x + moves % 100, y)
+        moves += 1
+    pictures = int(page.data("pictures")) - before
+    mouse("up", x, y)
+    print(f"{moves} moves of the sun in 2 s, {pictures} pictures")
+    check(pictures >= 4, f"while the sun is dragged for 2 s there are {pictures} pictures")
     page.key("r")
     page.browser.devtools("Emulation.setTouchEmulationEnabled", enabled=True)
     moved_by("a finger", finger)
@@ -348,7 +359,7 @@ def test_files(page: Page, options: argparse.Namespace, scratch: Path) -> None:
         "picture.nif": (b"\x89PNG\r\n\x1a\n" + bytes(200), "picture.nif"),
         "short.glb": (triangles[:len(triangles) // 2], "short.glb"),
         "empty.glb": (b"", "empty.glb"),
-        "text.glb": (b"hello, world; this is no glTF at all", "text.glb"),
+        "text.glb": (b"hello, world; this is no glTF at all", "does not begin as one"),
         "corner.glb": (triangle((0, 1, 7), corner), "a corner 7, of 3"),
         "number.glb": (triangle((0, 1, 2), (float("nan"),) + corner[1:]), "no numbers"),
         "point.glb": (triangle((0, 1, 2), (1.0,) * 9), "no size"),

@@ -8,7 +8,7 @@ import { groundOf, kLight, Sun } from './light.js';
 import { Lighting } from './lighting.js';
 import { Picture } from './picture.js';
 import { simd, started, workers } from './start.js';
-import { showDifference, showEngine, showRate } from './table.js';
+import { bytes, showDifference, showEngine, showRate } from './table.js';
 import { View } from './view.js';
 
 const kMostPixels = 400000; // of the traced picture
@@ -54,6 +54,7 @@ function show(sums, { width, height }, samples, goal) {
   progress.value = samples / goal;
   progress.hidden = samples === goal;
   document.body.dataset.samples = samples;
+  document.body.dataset.pictures = 1 + Number(document.body.dataset.pictures ?? 0);
   if (document.body.dataset.interactive) return;
   // Listeners are there, and this is the first picture.
   const milliseconds = Math.round(performance.now());
@@ -180,8 +181,9 @@ async function begin() {
   const asset = await started;
   take({ asset });
   sayWhat([]);
-  const { triangles: url } = document.body.dataset;
+  const { triangles: url, triangleBytes } = document.body.dataset;
   if (!url) return;
+  loadTriangles.textContent = `Load the triangles, ${bytes(Number(triangleBytes))}`;
   // They are many bytes. Who has few to spend asks for them.
   loadTriangles.addEventListener('click', () => {
     loadTriangles.hidden = true;

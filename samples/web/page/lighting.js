@@ -16,8 +16,8 @@ export class Lighting {
   #changed = -Infinity;
   #wake = () => {};
   #scale = kFirstScale;
+  #sums;
   #tasks = [];
-  samples = 0;
 
   /**
    * makeView(scale): the view for tracer.js, with so many times fewer pixels each way. onShow(sums, view, samples, goal) gets each
@@ -37,7 +37,6 @@ export class Lighting {
       this.#scale = kFirstScale;
     }
     ++this.#changes;
-    this.samples = 0;
     this.#changed = performance.now();
     this.#wake();
   }
@@ -83,7 +82,8 @@ export class Lighting {
     const isSame = () => changes === this.#changes;
     const coarse = this.#makeView(this.#scale);
     const start = performance.now();
-    if (!(await this.#sample(coarse, 0, isSame, 0))) return;
+    // To its end, also where there are changes meanwhile: who drags something is to see it.
+    await this.#sample(coarse, 0, () => true, 0);
     // As fine as the time allows the next time.
     const ratio = (performance.now() - start) / kCoarseMilliseconds;
     this.#scale = Math.min(10, Math.max(2, this.#scale * Math.sqrt(ratio)));
@@ -103,9 +103,9 @@ export class Lighting {
     const rows = Math.max(1, Math.floor(kBandPixels / width));
     if (pass === 0) {
       await engine.start(view);
-      this.sums = new Float32Array(4 * width * height);
+      this.#sums = new Float32Array(4 * width * height);
     }
-    const sums = this.sums;
+    const sums = this.#sums;
     await Promise.all(
       Array.from({ length: engine.workers }, async (_, which) => {
         for (let first = which * rows; first < height && isSame(); first += engine.workers * rows)
@@ -113,7 +113,6 @@ export class Lighting {
       }),
     );
     if (!isSame()) return false;
-    this.samples = samples;
     this.#onShow(sums, view, samples, kSamples);
     return true;
   }

@@ -3,7 +3,8 @@
 const kColumns = { asset: 0, triangles: 1 };
 const cell = (row, kind) => document.querySelector(`#${row}`).cells[1 + (kColumns[kind] ?? 0)];
 
-const bytes = (count) =>
+/** A number of bytes for people. */
+export const bytes = (count) =>
   count < 1e6 ? `${(count / 1e3).toFixed(count < 1e5 ? 1 : 0)} kB` : `${(count / 1e6).toFixed(count < 1e8 ? 1 : 0)} MB`;
 
 /** What an engine takes; undefined: there is none. */
