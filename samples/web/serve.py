@@ -14,7 +14,7 @@ import http.server
 import os
 from typing import Any
 
-POLICY = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; " \
+POLICY = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data: blob:; " \
     "connect-src 'self' data: blob:; frame-ancestors 'none'"
 
 

@@ -3,7 +3,7 @@
 # dragon. Pictures of the page go to build/samples/web/pictures. Prints "Skipped: ..." and ends with 0 where Chromium, its
 # driver, Emscripten or node is not installed, or npm's registry cannot be reached.
 #
-#   samples/web/test.sh [--only start|picture|both|hands|files|lacking|looks|memory]
+#   samples/web/test.sh [--only start|picture|workers|both|hands|files|lacking|looks|memory]
 set -euo pipefail
 if (($#)) && [[ $# != 2 || $1 != --only ]]; then
   sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"

@@ -148,7 +148,7 @@ class Page:
 
     def psnr(self, first: str, second: str) -> list[float]:
         script = COMPARE.replace("arguments.length ? arguments : ARGUMENTS", json.dumps([first, second]))
-        return self.browser.run(f"return (async () => {{ {script} }})()")
+        return self.browser.run(f"return (async () => {{ {script} }})()")  # of equal pictures: infinite, and so None
 
     def complaints(self) -> list[str]:
         """What is in the console, but for what taking screenshots leaves there."""
@@ -241,6 +241,18 @@ def test_picture(page: Page, options: argparse.Namespace, scratch: Path) -> None
         _, other = page.psnr(other_page.picture(), shot)
     print(f"nothing hides the sky: {other:.1f} dB")
     check(other < TOO_LITTLE, f"missing occlusion of the sky is not seen: {other:.1f} dB")
+
+
+def test_workers(page: Page) -> None:
+    """Three workers make the same picture as one, to the last bit."""
+    shots = []
+    for threads in (2, 4):
+        page.browser.devtools("Emulation.setHardwareConcurrencyOverride", hardwareConcurrency=threads)
+        page.open(400, 300)
+        page.ready(256)
+        shots.append(page.picture())
+    page.browser.devtools("Emulation.setHardwareConcurrencyOverride", hardwareConcurrency=2)
+    check(page.psnr(*shots) == [None, None], "three workers make another picture than one")
 
 
 def test_both(page: Page) -> None:
@@ -362,7 +374,7 @@ def test_files(page: Page, options: argparse.Namespace, scratch: Path) -> None:
         "text.glb": (b"hello, world; this is no glTF at all", "does not begin as one"),
         "corner.glb": (triangle((0, 1, 7), corner), "a corner 7, of 3"),
         "number.glb": (triangle((0, 1, 2), (float("nan"),) + corner[1:]), "no numbers"),
-        "point.glb": (triangle((0, 1, 2), (1.0,) * 9), "no size"),
+        "point.glb": (triangle((0, 1, 2), (1.0,) * 9), "point.glb has no size"),
         "nothing.glb": (glb({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}]}, b""), "no triangles"),
         "elsewhere.glb": (triangle((0, 1, 2), corner, "http://example.com/data.bin"), "refers to other files"),
         "notes.txt": (b"hello", "neither a .nif nor a .glb"),
@@ -374,6 +386,7 @@ def test_files(page: Page, options: argparse.Namespace, scratch: Path) -> None:
         said = page.dropped(file)
         check(page.wrong() and text in said, f"{name}: the page says '{said}'")
         check(before == [page.cell(row, column) for row in ("file", "memory") for column in (1, 2)], f"{name}: the object has changed")
+    check("a spherical object" in page.dropped(options.other.parent / "v2-spherical.nif"), "an asset without first hits is taken")
     two = [scratch / "short.nif", scratch / "damaged.nif"]
     check("two .nif" in page.dropped(*two), "two assets are taken")
     # The picture goes on.
@@ -487,6 +500,7 @@ def main() -> int:
         tests: dict[str, Callable[[], None]] = {
             "start": lambda: test_start(options),
             "picture": lambda: test_picture(page, options, scratch),
+            "workers": lambda: test_workers(page),
             "both": lambda: test_both(page),
             "hands": lambda: test_hands(page),
             "files": lambda: test_files(page, options, scratch),

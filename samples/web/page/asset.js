@@ -1,6 +1,8 @@
 // Rays answered by a .nif asset, with nifkit.
 import { Asset, Device, Scene } from './nifkit/index.js';
 
+const kShown = ['segment', 'exact', 'bvh'];
+
 /** A thousandth of an instance's size, in the scene's units: how far from a hit its shadow rays start. */
 function biasOf(object, [a, b, c, , d, e, f, , g, h, i]) {
   const determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
@@ -32,6 +34,10 @@ export async function open(bytes, name, { simd }) {
   scene.add(asset);
   scene.commit();
   const { objects, instances, residentBytes } = asset.info;
+  for (let i = 0; i < objects; ++i) {
+    const { encoding } = asset.object(i);
+    if (!kShown.includes(encoding)) throw new Error(`${name} has a ${encoding} object, which does not say where rays meet it; this page shows ${kShown.join(', ')}`);
+  }
   const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
   const placed =
     instances > 0 ? Array.from({ length: instances }, (_, i) => asset.instance(i)) : Array.from({ length: objects }, (_, object) => ({ object, transform: identity }));

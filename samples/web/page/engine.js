@@ -50,7 +50,7 @@ export class Engine {
     engine.#helpers = Array.from({ length: workers }, () => new Helper(kind));
     try {
       const opened = await Promise.all(engine.#helpers.map((helper) => helper.ask('open', { source, simd })));
-      /** name, fileBytes, memoryBytes, milliseconds, bounds: [low, high], longest: the longest side, note: what to know about it */
+      /** fileBytes, memoryBytes, milliseconds, bounds: [low, high], longest: the longest side, note: what to know about it */
       engine.info = opened[0];
     } catch (error) {
       engine.close();

@@ -10,15 +10,15 @@ let answerer, tracer;
 const tasks = {
   async open({ source, simd }) {
     const [{ open }, bytes] = await Promise.all([module, read(source)]);
+    const name = source.file?.name ?? source.url;
     const start = performance.now();
-    answerer = await open(bytes, source.file?.name ?? source.url, { simd });
+    answerer = await open(bytes, name, { simd });
     tracer = new Tracer(answerer);
     const [low, high] = answerer.bounds;
     const longest = Math.max(...high.map((value, a) => value - low[a]));
-    if (!(longest > 0 && longest < 1e18)) throw new Error('it has no size, or one that is no number');
+    if (!(longest > 0 && longest < 1e18)) throw new Error(`${name} has no size, or one that is no number`);
     tracer.try();
     return {
-      name: source.file?.name ?? source.url,
       fileBytes: bytes.byteLength,
       memoryBytes: answerer.memoryBytes,
       milliseconds: performance.now() - start,
