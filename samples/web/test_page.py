@@ -205,12 +205,12 @@ fov = 40
 def test_start(options: argparse.Namespace) -> None:
     """A browser that has never seen the page: how long until there is a picture, and who listens."""
     times = []
-    for _ in range(3):
+    for _ in range(5):
         with served(options.page) as address, Browser(*ARGUMENTS) as browser:
             page = Page(browser, address)
             page.open(1280, 800)
             times.append(int(page.wait(lambda: page.data("interactive"), "the first picture")))
-    print(f"first picture after {', '.join(map(str, times))} ms, rendered in software")
+    print(f"first picture after {', '.join(map(str, sorted(times)))} ms, rendered in software")
     check(min(times) < 3000, f"the first picture takes {min(times)} ms")
 
 

@@ -4,7 +4,7 @@
 const kSamples = 256;
 const kBandPixels = 12000;
 const kCoarseMilliseconds = 60; // what a coarse picture may take
-const kFirstScale = 6; // of an engine's first picture: coarser by so much each way
+const kFirstScale = 8; // of an engine's first picture: coarser by so much each way
 const kStill = 150; // milliseconds without a change, until all pixels are traced
 
 export class Lighting {
