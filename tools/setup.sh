@@ -74,6 +74,7 @@ python  python3-venv          bindings/python: tests, in an environment of their
 python  python3-pytest        bindings/python: tests
 python  python3-mypy          bindings/python: tests of its types
 web     emscripten            bindings/web: the runtime as WebAssembly; brings node
+web     node-typescript       bindings/web: tests of its types
 blender blender               bindings/blender; samples/cycles: the renderer whose shadow rays an asset answers
 blender libembree-dev         samples/cycles: headers of what that renderer links
 blender python3-numpy         bindings/blender: shows what an asset answers

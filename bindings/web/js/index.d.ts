@@ -7,6 +7,13 @@
  * calling that twice does nothing, any other call after it throws. Assets and scenes keep their device alive.
  */
 
+declare global {
+  interface SymbolConstructor {
+    /** As in TypeScript's own esnext.disposable, which few projects name. */
+    readonly dispose: unique symbol;
+  }
+}
+
 /** What nifkit refuses: `message` is one sentence. */
 export class NifError extends Error {
   /** Its number in nif.h, e.g. 32. */
