@@ -77,9 +77,11 @@ void expect_resumed(const mesh::Scene& scene, const bake::BakeOptions& options, 
   const Bytes whole = bake.whole();
   const int saves = bake.saves();
   ASSERT_GE(saves, least_saves);
-  for (const int after : {2 + saves / 5, 1 + saves / 2, saves - 1})
-    for (const size_t threads : {1, 2})
-      EXPECT_TRUE(bake.killed_after(after, threads) == whole) << "killed after " << after << " of " << saves;
+  size_t threads = 1;
+  for (const int after : {2 + saves / 5, 1 + saves / 2, saves - 1}) {
+    EXPECT_TRUE(bake.killed_after(after, threads) == whole) << "killed after " << after << " of " << saves;
+    threads = 3 - threads;
+  }
 }
 
 mesh::Scene three_objects() { return scene_of({torus(40, 20), icosphere(3), open_bowl(12, 24)}); }
