@@ -179,10 +179,12 @@ host_test() {
 saying_to() { "${@:2}" 2>&1 | tee "$1"; }
 
 # many_segments: proofs, exact objects and first hits on real meshes, and proofs on generated ones.
-many_segments() {
-  NIF_TEST_SEGMENTS=10000000 build/release/bin/truth_test --gtest_filter='*OnRealMeshes.*:*OfRealMeshes.*:*.IsNeverWrongOnMillions/*' \
-    && NIF_TEST_SEGMENTS=10000000 build/release/bin/exact_object_test --gtest_filter='*OnRealMeshes.*'
-}
+many_segments() (
+  export NIF_TEST_LARGEST=1 NIF_TEST_SEGMENTS=10000000
+  build/release/bin/truth_test --gtest_filter='*OnRealMeshes.*:*OfRealMeshes.*:*.IsNeverWrongOnMillions/*' \
+    && build/release/bin/exact_object_test --gtest_filter='*OnRealMeshes.*' \
+    && build/release/bin/cli_test --gtest_filter='RealMeshes.*'
+)
 
 needed=(build check gpu)
 case $size in
@@ -203,7 +205,7 @@ if [[ $size == nightly ]]; then
     step 'no memory at every 1,000th allocation' env NIF_EVERY_ALLOCATION=1000 \
       build/release/bin/faults_test '--gtest_filter=NoMemory.*' || true
   fi
-  if step 'build tests of proofs' build_part release 'truth_test exact_object_test'; then
+  if step 'build tests of proofs' build_part release 'truth_test exact_object_test cli_test'; then
     step '10^7 segments of each mesh' many_segments || true
   fi
   host_test 'fuzz in 32 bits' tests/fuzz/bits32/run.sh 100000

@@ -127,7 +127,7 @@ TEST(Eval, OfSourceTriangles) {
     expect_parts_add_up(report["bytes"]);
     EXPECT_GT(report["bytes"]["source_triangles"], 0);
     const Outcome outcome =
-        nif({"eval", asset, "--mesh", mesh, "--rays", "20000", "--hits", "--reference", "--json"});
+        nif({"eval", asset, "--mesh", mesh, "--rays", "5000", "--hits", "--reference", "--json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const json result = json::parse(outcome.out);
     EXPECT_EQ(result["reference"]["different_hits"], 0);

@@ -2,41 +2,27 @@
 // They are not part of the repository: NIF_TEST_MESHES names the folder that holds them.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/program.hpp"
+#include "tests/support/real_meshes.hpp"
 
 namespace nif::test {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 
-bool is_mesh(const fs::path& file) {
-  const std::string packing = file.extension().string();
-  const fs::path name = packing == ".gz" || packing == ".zst" ? file.stem() : file;
-  const std::vector<std::string> known{".ply", ".obj", ".stl", ".off", ".gltf", ".glb", ".drc"};
-  return std::find(known.begin(), known.end(), name.extension().string()) != known.end();
-}
-
 TEST(RealMeshes, BakeOrSayWhyNot) {
-  const char* folder = std::getenv("NIF_TEST_MESHES");
-  if (folder == nullptr) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
-  std::vector<fs::path> meshes;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file() && is_mesh(entry.path())) meshes.push_back(entry.path());
-  }
-  std::sort(meshes.begin(), meshes.end());
-  ASSERT_FALSE(meshes.empty()) << folder;
+  if (!real_mesh_folder()) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
+  const std::vector<std::filesystem::path> meshes = real_meshes();
+  ASSERT_FALSE(meshes.empty()) << *real_mesh_folder();
 
   TempDir out;
   const std::vector<std::vector<std::string>> ways{
       {"--encoding", "segment", "--preset", "fast", "--resolution", "32"}, {"--encoding", "bvh"}};
   for (size_t i = 0; i < ways.size() * meshes.size(); ++i) {
-    const fs::path& mesh = meshes[i / ways.size()];
+    const std::filesystem::path& mesh = meshes[i / ways.size()];
     const std::vector<std::string>& way = ways[i % ways.size()];
     SCOPED_TRACE(mesh.string() + ' ' + way[1]);
     const std::string asset = (out.path() / "out.nif").string();
@@ -55,7 +41,7 @@ TEST(RealMeshes, BakeOrSayWhyNot) {
                     bake["bytes"]["file"].get<long long>(),
                     100 * bake["sets"]["outer-lines"]["error"].get<double>());
       result = text;
-      fs::remove(asset);
+      std::filesystem::remove(asset);
     } else {
       EXPECT_GE(outcome.code, 10) << outcome.err;
       EXPECT_LT(outcome.code, 60) << outcome.err;
