@@ -26,8 +26,9 @@ if [[ ${1-} != --page ]]; then
     if (($#)) && [[ " $* " != *" $name "* ]]; then continue; fi
     if [[ -f $kept/$name.json ]]; then continue; fi
     "$nif" study "$path" -o "$out/$name"
-    python3 -c 'import json, sys; json.dump(json.load(open(sys.argv[1])), open(sys.argv[2], "w"), separators=(",", ":"))' \
-      "$out/$name/study.json" "$kept/$name.json.new"
+    python3 -c 'import json, os, sys
+study = json.load(open(sys.argv[1])) | {"load_average": round(os.getloadavg()[2], 2)}
+json.dump(study, open(sys.argv[2], "w"), separators=(",", ":"))' "$out/$name/study.json" "$kept/$name.json.new"
     mv "$kept/$name.json.new" "$kept/$name.json"
   done
 fi

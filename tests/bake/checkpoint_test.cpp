@@ -144,7 +144,7 @@ TEST(Checkpoint, FieldsOfGivenRaysGoOnToTheSameBytes) {
   options.spherical.fields.primary.resolution = 32;
   options.evaluation_rays = 10'000;
   const auto draw = [](uint64_t round) {
-    Random random(7, 1, round);
+    nif::Random random(7, 1, round);
     bake::MeshRays rays;
     for (int i = 0; i < 20'000; ++i) {
       const Double3 from = random.direction() * 2.0, to = random.direction() * 0.9;

@@ -73,7 +73,7 @@ Truth truth_of(const mesh::Mesh& mesh, const Segment& segment) {
 std::vector<Segment> rays_through(const mesh::Mesh& mesh, size_t count) {
   const mesh::Box box = mesh::bounds(mesh.positions, mesh.triangles);
   std::vector<Segment> rays;
-  Random random(8, 1, count);
+  nif::Random random(8, 1, count);
   for (size_t i = 0; i < count; ++i) {
     Double3 points[2];
     for (Double3& point : points)
@@ -244,7 +244,7 @@ TEST(Extreme, AllInOnePoint) {
 TEST(Extreme, ManyTinyComponents) {
   mesh::Mesh mesh;
   mesh.name = "dust";
-  Random random(3, 3, 3);
+  nif::Random random(3, 3, 3);
   for (uint32_t i = 0; i < 5'000; ++i) {
     const mesh::Float3 at{float(random.uniform()), float(random.uniform()), float(random.uniform())};
     append(mesh, cube(), 1e-4f, at);
