@@ -5,24 +5,18 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/shapes.hpp"
+#include "tests/support/temp_dir.hpp"
 
 namespace nif::test {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-std::string text_of(const fs::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
 
 Outcome study(const std::string& mesh, const fs::path& out, std::vector<std::string> more = {}) {
   std::vector<std::string> arguments{"study", mesh, "-o", out.string(), "--quick", "--rays", "3000"};
@@ -43,7 +37,7 @@ TEST(Study, ComparesAndGoesOnWhereItStopped) {
   const Outcome outcome = study(ball, out, {"--json"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json all = json::parse(outcome.out);
-  EXPECT_EQ(all, json::parse(text_of(out / "study.json")));
+  EXPECT_EQ(all, json::parse(read_bytes(out / "study.json")));
   EXPECT_EQ(all["schema"], "nifkit.study/1");
 
   std::set<std::string> families;
@@ -71,7 +65,7 @@ TEST(Study, ComparesAndGoesOnWhereItStopped) {
              &fine = *point_of(all, "voxels", "192 voxels along its longest side");
   EXPECT_LT(fine["sets"]["outer-lines"]["error"], coarse["sets"]["outer-lines"]["error"]);
   EXPECT_GT(fine["bytes"]["resident"], coarse["bytes"]["resident"]);
-  const std::string page = text_of(out / "study.html");
+  const std::string page = read_bytes(out / "study.html");
   EXPECT_TRUE(page.starts_with("<!DOCTYPE html>"));
   EXPECT_EQ(page.find("http"), page.find("http://www.w3.org")) << "a page that asks the network";
   for (const char* word : {"At equal bytes", "Curves", "Pictures", "All sizes", "meshoptimizer: exact"})
@@ -97,7 +91,7 @@ TEST(Study, ComparesAndGoesOnWhereItStopped) {
   }
 
   // Another mesh, other rays, another seed, or no study: nothing is mixed, and nothing is lost.
-  const std::string kept = text_of(out / "study.json");
+  const std::string kept = read_bytes(out / "study.json");
   const std::string cubes = folder.write("cube.obj", obj_text(cube())).string();
   for (const auto& [refused, word] : std::vector<std::pair<Outcome, std::string>>{
            {study(cubes, out), "mesh"},
@@ -107,13 +101,13 @@ TEST(Study, ComparesAndGoesOnWhereItStopped) {
     EXPECT_NE(refused.err.find("its " + word), std::string::npos) << refused.err;
     EXPECT_NE(refused.err.find("study.json"), std::string::npos) << refused.err;
   }
-  EXPECT_EQ(text_of(out / "study.json"), kept);
+  EXPECT_EQ(read_bytes(out / "study.json"), kept);
   for (const std::string& damaged :
        {kept.substr(0, kept.size() / 2), std::string("{}"), std::string("[1]"), std::string()}) {
     std::ofstream(out / "study.json", std::ios::binary) << damaged;
     const Outcome refused = study(ball, out);
     EXPECT_EQ(refused.code, int(Status::checkpoint_refused)) << refused.err;
-    EXPECT_EQ(text_of(out / "study.json"), damaged);
+    EXPECT_EQ(read_bytes(out / "study.json"), damaged);
   }
 }
 
@@ -123,7 +117,7 @@ TEST(Study, LeavesOutWhatAMeshCannotBe) {
   const fs::path out = folder.path() / "study";
   const Outcome outcome = study(bowl, out);
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  const json all = json::parse(text_of(out / "study.json"));
+  const json all = json::parse(read_bytes(out / "study.json"));
   const json* field = point_of(all, "distance field", "96 voxels along its longest side");
   ASSERT_NE(field, nullptr);
   ASSERT_TRUE(field->contains("left_out")) << *field;
@@ -132,7 +126,7 @@ TEST(Study, LeavesOutWhatAMeshCannotBe) {
   EXPECT_FALSE(point_of(all, "voxels", "96 voxels along its longest side")->contains("left_out"));
   // It has fewer triangles than the simplified meshes would.
   EXPECT_EQ(point_of(all, "OpenMesh: Embree", "4,000 triangles"), nullptr);
-  EXPECT_NE(text_of(out / "study.html").find("Left out"), std::string::npos);
+  EXPECT_NE(read_bytes(out / "study.html").find("Left out"), std::string::npos);
   EXPECT_NE(outcome.out.find("segment"), std::string::npos) << outcome.out;
 }
 
@@ -146,7 +140,7 @@ TEST(Study, CanBeCancelled) {
   const Outcome outcome = process.finish();
   EXPECT_EQ(outcome.code, int(Status::interrupted));
   EXPECT_NE(outcome.err.find("cancelled"), std::string::npos) << outcome.err;
-  const json kept = json::parse(text_of(out / "study.json"));
+  const json kept = json::parse(read_bytes(out / "study.json"));
   EXPECT_EQ(kept["points"].size(), 1u);
   EXPECT_FALSE(fs::exists(out / "study.html"));
 }

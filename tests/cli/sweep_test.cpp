@@ -1,25 +1,18 @@
 // `nif sweep`: assets of several sizes, a table of them, and a plot.
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/shapes.hpp"
+#include "tests/support/temp_dir.hpp"
 
 namespace nif::test {
 namespace {
 
 using nlohmann::json;
-
-std::string text_of(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
 
 TEST(Sweep, ComparesSizesOfAMesh) {
   TempDir folder;
@@ -30,7 +23,7 @@ TEST(Sweep, ComparesSizesOfAMesh) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(listing(out), (std::vector<std::string>{"size-1.nif", "size-2.nif", "sweep.json", "sweep.svg"}));
   const json result = json::parse(outcome.out);
-  EXPECT_EQ(result, json::parse(text_of(std::filesystem::path(out) / "sweep.json")));
+  EXPECT_EQ(result, json::parse(read_bytes(std::filesystem::path(out) / "sweep.json")));
   EXPECT_EQ(result["schema"], "nifkit.sweep/1");
   ASSERT_EQ(result["points"].size(), 2u);
   const json &small = result["points"][0], &large = result["points"][1];
@@ -41,7 +34,7 @@ TEST(Sweep, ComparesSizesOfAMesh) {
     EXPECT_EQ(point["sets"]["sun"]["certain_wrong"], 0);
     EXPECT_GT(point["speed"]["inner-surface"]["ratio"].get<double>(), 0);
   }
-  const std::string plot = text_of(std::filesystem::path(out) / "sweep.svg");
+  const std::string plot = read_bytes(std::filesystem::path(out) / "sweep.svg");
   EXPECT_NE(plot.find("certain answers"), std::string::npos);
   EXPECT_NE(plot.find("fastest Embree"), std::string::npos);
   EXPECT_TRUE(plot.ends_with("</svg>\n"));
