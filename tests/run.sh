@@ -6,11 +6,12 @@
 #                              asset reader for a fixed number of inputs
 #   tests/run.sh --quick       the release build and its tests only
 #   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, mesh readers under
-#                              the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each source and header by itself,
-#                              and bindings whose hosts are installed
-#   tests/run.sh --nightly [HOURS]   NEON's kernels, emulated; the runtime's threads under the sanitizer, for an hour; hundreds
-#                              of kills; 10^7 segments of each mesh; what tests and fuzzers reach; then fuzzes and bakes
-#                              random meshes for so many hours (8), going on from the last time; see tests/nightly.sh
+#                              the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each header by itself, and
+#                              bindings whose hosts are installed
+#   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
+#                              an hour; hundreds of kills; 10^7 segments of each mesh; bindings in a browser, in Blender, under
+#                              Wine; what tests and fuzzers reach; then fuzzes and bakes random meshes for so many hours (8),
+#                              going on from the last time; see tests/nightly.sh
 #
 # Long tests have ctest's label `long`. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are
 # skipped.
@@ -106,11 +107,10 @@ fi
 configure() {
   cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON -DNIF_UNITY=ON "${launcher[@]}" "${@:2}" >/dev/null
 }
-# Compiled together, sources hide what their neighbours forget to include and which of their names hide others. Code for one
-# GPU of either maker shows what is wrong with the kernels most of the time.
+# Code for one GPU of either maker shows what is wrong with the kernels most of the time.
 configure_release() {
   if [[ $size == all ]]; then
-    configure release -DNIF_UNITY=OFF -UNIF_GPU_TARGETS
+    configure release -UNIF_GPU_TARGETS
   else
     configure release '-DNIF_GPU_TARGETS=gfx90a;sm_80'
   fi
@@ -132,6 +132,11 @@ build_part() {
   local targets
   read -ra targets <<<"$2"
   configure "$1" "${@:3}" && cmake --build "build/$1" --parallel "$jobs" --target "${targets[@]}"
+}
+
+# Compiled together, sources hide what their neighbours forget to include and which of their names hide others.
+build_alone() {
+  configure release -B build/alone -DNIF_UNITY=OFF -DNIF_GPU_TARGETS= && cmake --build build/alone --parallel "$jobs"
 }
 
 # asan_tests FOLDER...: parts of the tests, named by folder: their targets are the folder's "all".
@@ -196,6 +201,7 @@ step 'set up' tools/setup.sh "${needed[@]}" || exit 1
 if [[ $size == nightly ]]; then
   step 'build release' build_part release nif || exit 1
   step 'build fuzz' build_part fuzz tests/fuzz/all || exit 1
+  step 'build each source by itself' build_alone || true
   step 'NEON, emulated' tests/neon/run.sh || true
   if step 'build tsan' build_part tsan runtime_test -DNIF_BUILD_TOOLS=OFF; then
     step 'threads, for an hour at most' stress_threads || true
