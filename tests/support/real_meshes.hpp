@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -17,14 +18,14 @@ inline std::optional<std::filesystem::path> real_mesh_folder() {
   return std::filesystem::path(folder);
 }
 
-/// Every file there that is a mesh by its name, in order. Those of more than 16 MB, which take minutes, only
+/// Every file there that is a mesh by its name, in order. Those of more bytes, which take minutes, only
 /// where NIF_TEST_LARGEST is set, as tests/run.sh --nightly does.
-inline std::vector<std::filesystem::path> real_meshes() {
-  const uintmax_t largest = std::getenv("NIF_TEST_LARGEST") ? UINTMAX_MAX : 16'000'000;
+inline std::vector<std::filesystem::path> real_meshes(uintmax_t most_bytes = 16'000'000) {
+  if (std::getenv("NIF_TEST_LARGEST")) most_bytes = std::numeric_limits<uintmax_t>::max();
   std::vector<std::filesystem::path> meshes;
   if (const auto folder = real_mesh_folder()) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(*folder)) {
-      if (!entry.is_regular_file() || entry.file_size() > largest) continue;
+      if (!entry.is_regular_file() || entry.file_size() > most_bytes) continue;
       std::filesystem::path name = entry.path();
       if (name.extension() == ".gz" || name.extension() == ".zst") name = name.stem();
       for (const char* known : {".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".drc"}) {
