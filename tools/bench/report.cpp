@@ -14,11 +14,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct StageName {
+struct CpuStageName {
   const char *key, *text;
 };
 /// By kernels::cpu::SphericalStage.
-constexpr std::array<StageName, kernels::cpu::kSphericalStages> kStageNames{
+constexpr std::array<CpuStageName, kernels::cpu::kSphericalStages> kCpuStageNames{
     {{"ray_cast", "ray cast"},
      {"outer_grids", "outer grids"},
      {"outer_network", "outer network"},
@@ -44,7 +44,7 @@ Json variant_json(const EmbreeVariant& variant, uint64_t rays, const BenchResult
 Json stages_json(const StageTimes& times) {
   Json json = Json::object();
   for (size_t s = 0; s < times.size(); ++s)
-    json[kStageNames[s].key] = {
+    json[kCpuStageNames[s].key] = {
         {"ns", times[s].median}, {"lowest", times[s].lowest}, {"highest", times[s].highest}};
   return json;
 }
@@ -66,7 +66,7 @@ std::string stage_table(const ThreadRun& run, const std::string& asset,
   }
   if (rows.empty()) return rows;
   std::string head = fmt::format("\nStages of {}, 1 thread, nanoseconds per ray\n{:<14}", asset, "ray set");
-  for (const StageName& name : kStageNames) head += fmt::format("{:>15}", name.text);
+  for (const CpuStageName& name : kCpuStageNames) head += fmt::format("{:>15}", name.text);
   return head + fmt::format("{:>8}\n", "all") + rows;
 }
 

@@ -39,9 +39,9 @@ std::string_view colour_of(const std::string& family) {
   return found == kColours.end() ? "#475569" : found->second;
 }
 
-using ValueOf = std::function<std::optional<double>(const RivalPoint&)>;
+using ValueOfPoint = std::function<std::optional<double>(const RivalPoint&)>;
 
-std::vector<Curve> curves_of(const Study& study, const ValueOf& value_of) {
+std::vector<Curve> curves_of(const Study& study, const ValueOfPoint& value_of) {
   std::vector<Curve> curves;
   for (const std::string& family : families_of(study)) {
     Curve& curve = curves.emplace_back(family, colour_of(family));
