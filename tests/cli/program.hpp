@@ -4,6 +4,7 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -12,6 +13,8 @@
 #include "tests/support/temp_dir.hpp"
 
 namespace nif::test {
+
+double seconds_since(std::chrono::steady_clock::time_point start);
 
 struct Outcome {
   int code = -1;  ///< exit code; 128 plus the number of the signal that ended the process

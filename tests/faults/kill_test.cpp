@@ -29,10 +29,6 @@ int kills() {
   return text ? std::atoi(text) : 20;
 }
 
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 /// Runs `nif` and kills it after so many seconds, with all processes that it has started or without them.
 /// Returns when all of them have ended, which the others do by themselves. True where the kill came in time.
 bool run_and_kill(const std::vector<std::string>& arguments, double seconds, bool all) {
