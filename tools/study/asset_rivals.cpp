@@ -10,6 +10,7 @@
 #include "tools/common/segment_query.hpp"
 #include "tools/common/stopwatch.hpp"
 #include "tools/study/rival.hpp"
+#include "tools/study/study.hpp"
 
 namespace nif::tools {
 namespace {
@@ -132,10 +133,12 @@ std::vector<RivalPlan> asset_rivals(const StudiedMesh& mesh, const StudyScale& s
                      }});
   };
   for (const double factor :
-       scale.quick ? std::vector{0.5, 1.0} : std::vector{0.35, 0.5, 0.7, 1.0, 1.4, 2.0}) {
+       scale.quick ? std::vector{0.5, 1.0} : std::vector{0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6}) {
     bake::BakeOptions options = options_of("segment", scale);
     options.scale = factor;
     add("segment", fmt::format("scale {:g}", factor), options);
+    if (factor > 2)
+      plans.back().while_below = kBudgets.back();  // of some meshes those before are still small
   }
   add("exact", "all triangles", options_of("exact", scale));
   add("bvh", "all triangles", options_of("bvh", scale));

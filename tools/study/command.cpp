@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -75,6 +76,18 @@ bool is_about_mesh(Status status) {
   }
 }
 
+/// Lower-case letters, digits and dashes. Plans that come and go with versions change no other's.
+std::string file_name_of(const std::string& words) {
+  std::string name;
+  for (const char c : words) {
+    if (std::isalnum(static_cast<unsigned char>(c)))
+      name += char(std::tolower(static_cast<unsigned char>(c)));
+    else if (!name.empty() && name.back() != '-')
+      name += '-';
+  }
+  return name;
+}
+
 class Studying {
  public:
   Studying(const Arguments& arguments, Progress& progress)
@@ -114,6 +127,7 @@ class Studying {
         study_.points.push_back(*point);
         continue;
       }
+      if (!study_.points.empty() && double(study_.points.back().resident_bytes) >= plan.while_below) continue;
       const RivalProgress told = [&, name = fmt::format("{} of {}: {}, {}", i + 1, plans_.size(), plan.family,
                                                         plan.size)](double share, const std::string& what) {
         if (interruption())
@@ -121,7 +135,7 @@ class Studying {
         progress_.update((double(made) + share) / double(left), name + ": " + what);
       };
       if (!meter) meter.emplace(mesh_, study_.key.rays, study_.key.seed, told);
-      study_.points.push_back(measure(plan, i, *meter, view, told));
+      study_.points.push_back(measure(plan, *meter, view, told));
       ++made;
       save();
     }
@@ -157,7 +171,7 @@ class Studying {
     return whole ? point : nullptr;
   }
 
-  RivalPoint measure(const RivalPlan& plan, size_t number, const Meter& meter, const StudyView& view,
+  RivalPoint measure(const RivalPlan& plan, const Meter& meter, const StudyView& view,
                      const RivalProgress& told) const {
     RivalPoint point;
     point.family = plan.family, point.size = plan.size;
@@ -175,8 +189,9 @@ class Studying {
     told(1, "asking for a picture");
     const StudyView::Seen seen = view.ask(*rival);
     point.view_wrong = seen.wrong;
-    point.picture = fmt::format("picture-{:02}.png", number + 1);
-    point.errors = fmt::format("errors-{:02}.png", number + 1);
+    const std::string name = file_name_of(plan.family + ' ' + plan.size);
+    point.picture = "picture-" + name + ".png";
+    point.errors = "errors-" + name + ".png";
     render::write_png(in_folder(point.picture), seen.picture);
     render::write_png(in_folder(point.errors), seen.errors);
     return point;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -55,6 +56,8 @@ struct RivalPlan {
   std::string size;    ///< "scale 0.5", "10,000 triangles"
   /// Throws nif::Error with the reason where it cannot be made of this mesh.
   std::function<std::unique_ptr<Rival>(const RivalProgress&)> make;
+  /// Bytes in memory: it is not made where the size before it takes as much.
+  double while_below = std::numeric_limits<double>::infinity();
 };
 
 struct StudyScale {

@@ -1,6 +1,7 @@
 // What `nif study` has found out, and the file that keeps it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -66,7 +67,7 @@ struct AtBytes {
 std::optional<AtBytes> at_bytes(const Study& study, const std::string& family, double bytes);
 
 /// In which rivals are compared at equal bytes.
-inline constexpr double kBudgets[] = {100e3, 300e3, 1e6};
+inline constexpr std::array kBudgets{100e3, 300e3, 1e6};
 
 /// Names of all families, in order.
 std::vector<std::string> families_of(const Study& study);
