@@ -318,7 +318,7 @@ class TargetOf : public Bake {
 
 TEST_F(TargetOf, BytesThatCannotBeReachedLeavesNoFile) { expect_missed({"--max-bytes", "1kB"}); }
 TEST_F(TargetOf, ErrorThatCannotBeReachedLeavesNoFile) {
-  expect_missed({"--max-error", "0.0001%", "--rays", "50000", "--resolution", "16"});  // of one size
+  expect_missed({"--max-error", "0.0001%", "--rays", "50000"});
 }
 
 TEST_F(Bake, MaxBytesIsOfTheWholeFile) {
