@@ -9,8 +9,8 @@ export const kLight = {
   skyRadiance: [0.36, 0.45, 0.58],
   exposure: 0.95,
   albedo: { object: 0.6, ground: 0.8 },
-  /** Sides of the ground, in diagonals of the object's box. */
-  groundSize: 20,
+  /** Sides of the ground, in diagonals of the object's box: so many that it ends at the horizon. */
+  groundSize: 400,
 };
 
 /** The ground below an object, as tracer.js wants it. */
