@@ -132,8 +132,8 @@ std::vector<RivalPlan> asset_rivals(const StudiedMesh& mesh, const StudyScale& s
                        return make_asset_rival(mesh.scene, options, progress);
                      }});
   };
-  for (const double factor :
-       scale.quick ? std::vector{0.5, 1.0} : std::vector{0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6}) {
+  for (const double factor : scale.quick ? std::vector{0.5, 1.0}
+                                         : std::vector{0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6}) {
     bake::BakeOptions options = options_of("segment", scale);
     options.scale = factor;
     add("segment", fmt::format("scale {:g}", factor), options);
