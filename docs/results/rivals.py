@@ -167,8 +167,9 @@ def main() -> int:
     for study in studies:
         own = at(study, 300_000, "segment")
         if own and own["error"] > 0:
-            saved.append((study["study"]["mesh"], own["error"], bytes_for(study, own["error"])))
-    if saved and (mean := geometric_mean([size / 300e3 for _, _, size in saved])) < SAVED:
+            taken = min(300_000, points(study, "segment")[-1][0])
+            saved.append((study["study"]["mesh"], taken, own["error"], bytes_for(study, own["error"])))
+    if saved and (mean := geometric_mean([size / taken for _, taken, _, size in saved])) < SAVED:
         missed.append(f"at equal error {mean:.1f} x fewer bytes, not {SAVED} x")
     loads = [study["load_average"] for study in studies if "load_average" in study]
     version, processors = studies[0]["study"]["version"], sorted({study["study"]["processor"] for study in studies})
@@ -189,11 +190,11 @@ def main() -> int:
               f"was {min(loads):.1f} to {max(loads):.1f}, of which the study itself is up to 2: more means that other programs ran, too.")
     print("\n".join(tables))
     if saved:
-        print("\n## At equal error\n\nWhat a simplified mesh takes that is wrong as rarely as `segment` is at 300 kB.\n")
-        print("| mesh | wrong | bytes | times ours |\n| --- | ---: | ---: | ---: |")
-        for name, error, size in saved:
-            print(f"| {name} | {percent(error)} | {size / 1000:,.0f} kB | {size / 300e3:.1f} |")
-        print(f"\nGeometric mean: {geometric_mean([size / 300e3 for _, _, size in saved]):.1f} times.")
+        print("\n## At equal error\n\nWhat a simplified mesh takes that is wrong as rarely as `segment` is at 300 kB, or at its largest size below.\n")
+        print("| mesh | ours | wrong | simplified mesh | times ours |\n| --- | ---: | ---: | ---: | ---: |")
+        for name, taken, error, size in saved:
+            print(f"| {name} | {taken / 1000:,.0f} kB | {percent(error)} | {size / 1000:,.0f} kB | {size / taken:.1f} |")
+        print(f"\nGeometric mean: {geometric_mean([size / taken for _, taken, _, size in saved]):.1f} times.")
     print(LITERATURE, end="")
     return 0
 
