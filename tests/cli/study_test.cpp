@@ -135,7 +135,7 @@ TEST(Study, CanBeCancelled) {
   const std::string ball = folder.write("ball.obj", obj_text(icosphere(5))).string();
   const fs::path out = folder.path() / "study";
   Process process(nif_path(), {"study", ball, "-o", out.string(), "--rays", "3000"});
-  ASSERT_TRUE(process.wait_for_error_text("segment, scale 0.5"));
+  ASSERT_TRUE(process.wait_for_error_text("segment, scale 0.35"));
   process.send(SIGINT);
   const Outcome outcome = process.finish();
   EXPECT_EQ(outcome.code, int(Status::interrupted));
