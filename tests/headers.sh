@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Compiles headers by themselves, so that none leans on what its users include before it: all those that no source includes
-# before anything else. (Of the others, compiling that source shows it, where NIF_UNITY is off.)
+# before anything else. (Of the others, compiling that source shows it, where NIF_UNITY is off: tests/run.sh --nightly.)
 #
 #   tests/headers.sh [HEADER]...     only these
 set -euo pipefail
