@@ -186,8 +186,9 @@ def main() -> int:
           "those of OpenMesh and meshoptimizer, asked by Embree, Embree compact, or as our `exact` objects. Speeds are ours divided by\n"
           "that of the better one of Embree's forms on the simplified mesh; [study.md](../study.md) says how all of it is measured.")
     if loads:
-        print(f"\nSpeeds of both sides were taken in turn. The load average of the machine over the last 15 minutes of each study\n"
-              f"was {min(loads):.1f} to {max(loads):.1f}, of which the study itself is up to 2: more means that other programs ran, too.")
+        print(f"\nSpeeds of both sides were taken in turn. The load average of the machine over the last 15 minutes of a study\n"
+              f"was {min(loads):.1f} to {max(loads):.1f}, of which the study itself is up to 2: more means that other programs ran, too. "
+              f"{len(loads)} of\nthe {len(studies)} studies noted it.")
     print("\n".join(tables))
     if saved:
         print("\n## At equal error\n\nWhat a simplified mesh takes that is wrong as rarely as `segment` is at 300 kB, or at its largest size below.\n")
