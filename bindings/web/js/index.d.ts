@@ -33,7 +33,7 @@ export interface DeviceOptions {
 /** One instance of the runtime with memory of its own. */
 export class Device {
   private constructor();
-  /** Loads the module, some 110 kB, where no device has yet. */
+  /** Loads the module, 126 kB compressed (without vectors 96 kB), where no device has yet. */
   static create(options?: DeviceOptions): Promise<Device>;
   /** "wasm" (vectors) or "scalar". */
   readonly isa: string;
