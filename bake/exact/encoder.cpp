@@ -9,6 +9,7 @@
 #include "bake/bvh/encoder.hpp"
 #include "bake/encoder.hpp"
 #include "bake/work.hpp"
+#include "kernels/packed/walk_grid.hpp"
 #include "kernels/reference/exact/query.hpp"
 
 namespace nif::bake {
@@ -50,7 +51,7 @@ class ExactEncoder final : public Encoder {
         });
     form.report = report;
     form.cost.bytes += tree_bytes;
-    form.cost.resident = form.cost.bytes + walk_bytes(proof);
+    form.cost.resident = form.cost.bytes + kernels::cpu::walk_bytes(format::proof_of(proof));
   }
 
   double work(const Form& form, const RaySource& source, uint64_t seed) const override {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bake/options.hpp"
+#include "kernels/packed/walk_grid.hpp"
 
 namespace nif::bake {
 namespace {
@@ -118,7 +119,8 @@ double fit_proof(const Prepared& prepared, const GridShape& shape, double scale,
     report = fit_planes(prepared, grid, name, data);
     const double of_file = double(count()) / double(budget);
     if (budget == kNoBudget) return of_file;
-    return std::max(of_file, double(walk_bytes(data)) / most_resident(triangles));
+    return std::max(of_file,
+                    double(kernels::cpu::walk_bytes(format::proof_of(data))) / most_resident(triangles));
   });
 }
 

@@ -3,14 +3,16 @@
 
 #include "kernels/cpu/isa.hpp"
 #include "kernels/cpu/shared_copies.hpp"
+#include "kernels/packed/walk_grid.hpp"
 #include "kernels/reference/object_kernel.hpp"
 
 namespace nif::kernels::cpu {
 
 struct KernelOptions {
-  Isa isa;                            ///< available()
-  std::pmr::memory_resource* memory;  ///< must outlive the kernel
-  SharedCopies& copies;               ///< of the object's asset; must outlive the kernel
+  Isa isa;                                          ///< available()
+  std::pmr::memory_resource* memory;                ///< must outlive the kernel
+  SharedCopies& copies;                             ///< of the object's asset; must outlive the kernel
+  size_t most_without_bricks = kMostWithoutBricks;  ///< as WalkGrid has it
 };
 
 }  // namespace nif::kernels::cpu

@@ -1,13 +1,15 @@
 #include "kernels/packed/walk_grid.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "kernels/reference/proof/walk.hpp"
 
 namespace nif::kernels::cpu {
 namespace {
 
-static_assert(uint64_t{kMaxVoxels} * kMaxVoxels * kMaxVoxels <= uint64_t{1} << 24);
+// make_voxels() has room for the words of a grid without empty bricks.
+static_assert(uint64_t{kMaxVoxels} * kMaxVoxels * kMaxVoxels <= uint64_t{1} << 28);
 
 /// How many voxels are alike in any box: sums over all voxels below and before each (Crow 1984).
 class Counts {
@@ -15,15 +17,17 @@ class Counts {
   Counts(const uint32_t (&size)[3], std::pmr::memory_resource* memory)
       : row_(size[0] + 1), layer_(row_ * (size[1] + 1)), sums_(layer_ * (size[2] + 1), memory) {}
 
+  /// Counts the voxels of which counted(voxel).
   template <class Counted>
   void count(const uint32_t (&size)[3], const Counted& counted) {
-    size_t voxel = 0;
-    for (size_t z = 1; z <= size[2]; ++z)
-      for (size_t y = 1; y <= size[1]; ++y) {
+    int32_t voxel[3];
+    for (voxel[2] = 0; voxel[2] < int32_t(size[2]); ++voxel[2])
+      for (voxel[1] = 0; voxel[1] < int32_t(size[1]); ++voxel[1]) {
         uint32_t in_row = 0;
-        for (size_t x = 1; x <= size[0]; ++x) {
-          in_row += counted(voxel++) ? 1u : 0u;
-          const size_t at = x + row_ * y + layer_ * z;
+        for (voxel[0] = 0; voxel[0] < int32_t(size[0]); ++voxel[0]) {
+          in_row += counted(voxel) ? 1u : 0u;
+          const size_t at =
+              size_t(voxel[0] + 1) + row_ * size_t(voxel[1] + 1) + layer_ * size_t(voxel[2] + 1);
           sums_[at] = in_row + sums_[at - row_] + sums_[at - layer_] - sums_[at - row_ - layer_];
         }
       }
@@ -45,18 +49,20 @@ class Counts {
   std::pmr::vector<uint32_t> sums_;
 };
 
-/// A box around a voxel, which grows while it holds nothing but what is counted.
+/// A box around a voxel or a brick, which grows while it holds nothing but what is counted.
 struct Box {
   const uint32_t (&size)[3];
   const Counts& counts;
   int32_t low[3], high[3], most[6];  ///< most: to which each side may reach
 
-  Box(const uint32_t (&size_)[3], const Counts& counts_, const int32_t (&voxel)[3])
+  /// From one voxel to another, both included.
+  Box(const uint32_t (&size_)[3], const Counts& counts_, const uint32_t (&from)[3], const uint32_t (&to)[3])
       : size(size_), counts(counts_) {
     for (uint32_t a = 0; a < 3; ++a) {
-      low[a] = high[a] = voxel[a];
-      most[2 * a] = std::max(voxel[a] - int32_t(kMaxExtent), 0);
-      most[2 * a + 1] = std::min(voxel[a] + int32_t(kMaxExtent), int32_t(size[a]) - 1);
+      low[a] = int32_t(from[a]);
+      high[a] = int32_t(to[a]);
+      most[2 * a] = std::max(low[a] - int32_t(kMaxExtent), 0);
+      most[2 * a + 1] = std::min(high[a] + int32_t(kMaxExtent), int32_t(size[a]) - 1);
     }
   }
 
@@ -77,48 +83,183 @@ struct Box {
   }
 };
 
+/// A word for each voxel or brick of a grid, [z][y][x].
+using Words = std::pmr::vector<uint32_t>;
+
+/// The word with a box that has grown from `box`.
+uint32_t with_box(uint32_t word, Box box) {
+  const Box first = box;
+  // First as a cube, then each side by itself.
+  for (int32_t by = 8; by > 0; by /= 2) box.grow(0, 5, by);
+  for (int32_t by = 4; by > 0; by /= 2)
+    for (uint32_t side = 0; side < 6; ++side) box.grow(side, side, by);
+  uint32_t extents[6];
+  for (uint32_t a = 0; a < 3; ++a) {
+    extents[2 * a] = uint32_t(first.low[a] - box.low[a]);
+    extents[2 * a + 1] = uint32_t(box.high[a] - first.high[a]);
+  }
+  return make_boxed(word, extents);
+}
+
+/// Calls visit(place) for all places of a grid, in order of z, y, x.
+template <class Visit>
+void for_all(const uint32_t (&size)[3], const Visit& visit) {
+  uint32_t place[3];
+  for (place[2] = 0; place[2] < size[2]; ++place[2])
+    for (place[1] = 0; place[1] < size[1]; ++place[1])
+      for (place[0] = 0; place[0] < size[0]; ++place[0]) visit(place);
+}
+
+/// The voxel at a place in a brick of 2^levels voxels along each axis. False where the grid does not reach so
+/// far.
+bool voxel_in(const uint32_t (&brick)[3], uint32_t levels, uint32_t place, const uint32_t (&size)[3],
+              uint32_t (&voxel)[3]) {
+  bool within = true;
+  for (uint32_t a = 0; a < 3; ++a) {
+    voxel[a] = (brick[a] << levels) + (place >> a * levels & ((1u << levels) - 1));
+    within &= voxel[a] < size[a];
+  }
+  return within;
+}
+
+/// The words of all voxels of a field, without boxes.
+struct VoxelWords {
+  const uint32_t (&size)[3];
+  std::pmr::vector<uint32_t> words;  ///< [z][y][x]
+
+  template <class WordOf>
+  VoxelWords(const ProofField& field, const WordOf& word_of, std::pmr::memory_resource* memory)
+      : size(field.voxels), words(memory) {
+    words.reserve(size_t(size[0]) * size[1] * size[2]);
+    for_all(size, [&](const uint32_t(&voxel)[3]) {
+      words.push_back(word_of({int32_t(voxel[0]), int32_t(voxel[1]), int32_t(voxel[2])}));
+    });
+  }
+
+  /// Calls visit(word, its place in the brick) for each voxel of the grid that a brick of 2^levels has.
+  template <class Visit>
+  void for_brick(const uint32_t (&brick)[3], uint32_t levels, const Visit& visit) const {
+    for (uint32_t place = 0; place < 1u << 3 * levels; ++place) {
+      uint32_t voxel[3];
+      if (voxel_in(brick, levels, place, size, voxel))
+        visit(words[voxel[0] + size[0] * (voxel[1] + size[1] * size_t(voxel[2]))], place);
+    }
+  }
+  /// The word that all of its voxels have, or one of kind kLink: they are not alike, or surface.
+  uint32_t word_of_brick(const uint32_t (&brick)[3], uint32_t levels) const {
+    uint32_t all = kLink;
+    for_brick(brick, levels, [&](uint32_t word, uint32_t place) {
+      if (place == 0 && word_kind(word) == kEmptyVoxel) all = word;
+      if (word != all) all = kLink;
+    });
+    return all;
+  }
+};
+
+/// How many voxels' worth of words bricks of 2^levels voxels take.
+size_t words_with(const VoxelWords& voxels, uint32_t levels) {
+  if (levels == 0) return voxels.words.size();
+  const uint32_t bricks[3] = {walk_bricks(voxels.size[0], levels), walk_bricks(voxels.size[1], levels),
+                              walk_bricks(voxels.size[2], levels)};
+  size_t words = 0;
+  for_all(bricks, [&](const uint32_t(&brick)[3]) {
+    words += 1 + (voxels.word_of_brick(brick, levels) == kLink ? size_t{1} << 3 * levels : 0);
+  });
+  return words;
+}
+
+struct BrickChoice {
+  uint32_t levels;
+  size_t words;
+};
+BrickChoice choose_bricks(const VoxelWords& voxels, size_t most_without_bricks) {
+  BrickChoice best{0, words_with(voxels, 0)};
+  if (best.words * sizeof(uint32_t) <= most_without_bricks) return best;
+  for (const uint32_t levels : {1u, 2u})
+    if (const size_t words = words_with(voxels, levels); words < best.words) best = {levels, words};
+  return best;
+}
+
 }  // namespace
 
-WalkGrid::WalkGrid(const ProofField& field, std::pmr::memory_resource* memory)
-    : voxels(memory), parts(field.parts, field.parts + field.part_count, memory) {
-  const uint32_t(&size)[3] = field.voxels;
-  voxels.reserve(size_t(size[0]) * size[1] * size[2]);
-  bool present[4] = {};  // [side]
-  for (int32_t z = 0; z < int32_t(size[2]); ++z)
-    for (int32_t y = 0; y < int32_t(size[1]); ++y)
-      for (int32_t x = 0; x < int32_t(size[0]); ++x) {
-        const int32_t voxel[3] = {x, y, z};
-        const uint32_t word = voxel_word(field, voxel);
-        voxels.push_back(word);
-        if (word_kind(word) == kEmptyVoxel) present[empty_side(word)] = true;
-      }
-
-  Counts counts(size, memory);
-  for (uint32_t side = 0; side < 4; ++side) {
-    if (!present[side]) continue;
-    // Boxes that are written meanwhile keep kind and side.
-    const auto alike = [&](size_t voxel) { return (voxels[voxel] & 0xff) == make_empty(side); };
-    counts.count(size, alike);
-    size_t at = 0;
-    for (int32_t z = 0; z < int32_t(size[2]); ++z)
-      for (int32_t y = 0; y < int32_t(size[1]); ++y)
-        for (int32_t x = 0; x < int32_t(size[0]); ++x, ++at) {
-          if (!alike(at)) continue;
-          const int32_t voxel[3] = {x, y, z};
-          Box box(size, counts, voxel);
-          // First as a cube, then each side by itself.
-          for (int32_t by = 8; by > 0; by /= 2) box.grow(0, 5, by);
-          for (int32_t by = 4; by > 0; by /= 2)
-            for (uint32_t side_of_box = 0; side_of_box < 6; ++side_of_box)
-              box.grow(side_of_box, side_of_box, by);
-          uint32_t extents[6];
-          for (uint32_t a = 0; a < 3; ++a) {
-            extents[2 * a] = uint32_t(voxel[a] - box.low[a]);
-            extents[2 * a + 1] = uint32_t(box.high[a] - voxel[a]);
-          }
-          voxels[at] = make_boxed(side, extents);
-        }
+WalkGrid::WalkGrid(const ProofField& field, std::pmr::memory_resource* memory, size_t most_without_bricks)
+    : bricks(memory), voxels(memory), parts(field.parts, field.parts + field.part_count, memory) {
+  {
+    const auto word_of = [&](const int32_t(&voxel)[3]) { return voxel_word(field, voxel); };
+    VoxelWords all(field, word_of, memory);
+    const BrickChoice choice = choose_bricks(all, most_without_bricks);
+    brick_levels = choice.levels;
+    for (uint32_t a = 0; a < 3; ++a) size[a] = walk_bricks(field.voxels[a], brick_levels);
+    if (brick_levels == 0) {
+      bricks = std::move(all.words);
+    } else {
+      const size_t count = size_t(size[0]) * size[1] * size[2];
+      bricks.reserve(count);
+      // Those who look for a voxel's word may read one where there is none.
+      voxels.reserve(std::max<size_t>(choice.words - count, 1));
+      for_all(size, [&](const uint32_t(&brick)[3]) {
+        const uint32_t word = all.word_of_brick(brick, brick_levels);
+        bricks.push_back(word == kLink ? make_voxels(uint32_t(voxels.size())) : word | kBrickBit);
+        if (word != kLink) return;
+        const size_t first = voxels.size();
+        voxels.resize(first + (size_t{1} << 3 * brick_levels), make_empty(0));
+        all.for_brick(brick, brick_levels,
+                      [&](uint32_t own, uint32_t place) { voxels[first + place] = own; });
+      });
+      if (voxels.empty()) voxels.push_back(make_empty(0));
+    }
   }
+
+  // Boxes that are written meanwhile keep these bits.
+  constexpr uint32_t kPlainBits = 0xff;
+  Counts counts(field.voxels, memory);
+  for (const uint32_t side : {0u, uint32_t(kSeenOutside), uint32_t(kSeenInside)}) {
+    const uint32_t plain = make_empty(side);
+    bool any = false;
+    counts.count(field.voxels, [&](const int32_t(&voxel)[3]) {
+      const bool counted = (word_at(voxel) & (kPlainBits & ~kBrickBit)) == plain;
+      any |= counted;
+      return counted;
+    });
+    if (!any) continue;
+    const auto add_box = [&](uint32_t& word, const uint32_t(&low)[3], uint32_t levels) {
+      uint32_t high[3];
+      for (uint32_t a = 0; a < 3; ++a) high[a] = std::min(low[a] + (1u << levels), field.voxels[a]) - 1;
+      word = with_box(word, Box(field.voxels, counts, low, high));
+    };
+    const uint32_t plain_brick = brick_levels > 0 ? plain | kBrickBit : plain;
+    size_t number = 0;
+    for_all(size, [&](const uint32_t(&brick)[3]) {
+      uint32_t& word = bricks[number++];
+      const uint32_t low[3] = {brick[0] << brick_levels, brick[1] << brick_levels, brick[2] << brick_levels};
+      if (word == plain_brick) add_box(word, low, brick_levels);
+      if (brick_levels == 0 || word_kind(word) != kLink) return;
+      for (uint32_t place = 0; place < 1u << 3 * brick_levels; ++place) {
+        uint32_t voxel[3];
+        uint32_t& own = voxels[voxels_first(word) + place];
+        if (own == plain && voxel_in(brick, brick_levels, place, field.voxels, voxel)) add_box(own, voxel, 0);
+      }
+    });
+  }
+}
+
+uint32_t WalkGrid::word_at(const int32_t (&voxel)[3]) const {
+  uint32_t number[3], place = 0;
+  for (uint32_t a = 0; a < 3; ++a) {
+    number[a] = uint32_t(voxel[a]) >> brick_levels;
+    place |= (uint32_t(voxel[a]) - (number[a] << brick_levels)) << a * brick_levels;
+  }
+  const uint32_t word = bricks[number[0] + size[0] * (number[1] + size[1] * size_t(number[2]))];
+  return brick_levels == 0 || is_brick(word) ? word : voxels[voxels_first(word) + place];
+}
+
+size_t walk_bytes(const ProofField& field) {
+  const auto word_of = [&](const int32_t(&voxel)[3]) {
+    const VoxelState state = voxel_state(field, voxel);
+    return state == VoxelState::surface ? kBareCell : make_empty(seen_in(state));
+  };
+  const VoxelWords voxels(field, word_of, std::pmr::get_default_resource());
+  return (choose_bricks(voxels, kMostWithoutBricks).words + field.part_count) * sizeof(uint32_t);
 }
 
 }  // namespace nif::kernels::cpu

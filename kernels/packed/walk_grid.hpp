@@ -11,16 +11,30 @@
 
 namespace nif::kernels::cpu {
 
+/// Bytes that a word for each voxel may take: half of the second cache of many processors. A brick's word and
+/// then a voxel's take up to a fifth longer to read than that, and half to a sixth of its bytes. Where a word
+/// for each voxel does not fit the caches, bricks are faster as well (docs/results/cpu-kernels.md).
+inline constexpr size_t kMostWithoutBricks = 512 * 1024;
+
 struct WalkGrid {
-  WalkGrid(const ProofField& field, std::pmr::memory_resource* memory);
+  WalkGrid(const ProofField& field, std::pmr::memory_resource* memory,
+           size_t most_without_bricks = kMostWithoutBricks);
 
-  std::pmr::vector<uint32_t> voxels;  ///< [z][y][x]: at most 2^24, so that floats number them exactly
-  std::pmr::vector<uint32_t> parts;
+  // As WalkWords has them. Bricks are of the size that takes fewest bytes, or of one voxel where that takes
+  // few enough.
+  std::pmr::vector<uint32_t> bricks, voxels, parts;
+  uint32_t brick_levels = 0;
+  uint32_t size[3];  ///< bricks along each axis
 
-  WalkWords view() const { return {voxels.data(), parts.data()}; }
+  WalkWords view() const { return {bricks.data(), voxels.data(), parts.data(), brick_levels}; }
+  /// The word of a voxel, or of its brick where all of that are alike.
+  uint32_t word_at(const int32_t (&voxel)[3]) const;
   size_t resident_bytes() const {
-    return voxels.capacity() * sizeof(voxels[0]) + parts.capacity() * sizeof(parts[0]);
+    return (bricks.capacity() + voxels.capacity() + parts.capacity()) * sizeof(uint32_t);
   }
 };
+
+/// What a field's words take, without making them. Of the field only occupancy and part_count are read.
+size_t walk_bytes(const ProofField& field);
 
 }  // namespace nif::kernels::cpu

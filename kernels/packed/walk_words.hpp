@@ -1,8 +1,10 @@
-// What the kernels that leap over voxels read: a word for each voxel. In a surface voxel it is the record of
-// the field (kernels/reference/proof/cells.hpp). In any other it says what the voxel is, and a box around
-// it in which all voxels are alike: a leap ends where the segment leaves that box. So nothing is missed, and
-// the crossing at which the leap ends is one that the reference comes to as well. kernels/packed/walk_grid
-// makes them; the CPU's kernels and the GPU's read them.
+// What the kernels that leap over voxels read: a word for each brick of voxels and, where these are not
+// alike, one for each of them. In a surface voxel it is the record of the field
+// (kernels/reference/proof/cells.hpp). In any other it says what the voxel is, and a box around it in which
+// all voxels are alike: a leap ends where the segment leaves that box. So nothing is missed, and the crossing
+// at which the leap ends is one that the reference comes to as well. The word of a brick whose voxels are
+// alike has a box around the brick. kernels/packed/walk_grid makes them; the CPU's kernels and the GPU's read
+// them.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +13,23 @@
 
 namespace nif::kernels {
 
-/// Voxels by which a box reaches beyond its own voxel on one side, at most.
+/// Voxels by which a box reaches beyond its own voxel or brick on one side, at most.
 inline constexpr uint32_t kMaxExtent = 15;
 
-/// Of a box: for each axis how far it reaches down, then up.
-constexpr uint32_t make_boxed(uint32_t side, const uint32_t (&extents)[6]) {
-  uint32_t word = make_empty(side);
-  for (uint32_t k = 0; k < 6; ++k) word |= extents[k] << (8 + 4 * k);
-  return word;
+/// The bit of an empty word that says that it is a brick's, and those by which such a word is known.
+inline constexpr uint32_t kBrickBit = 1 << 6, kBrickMask = kBrickBit | 15;
+NIF_HOST_DEVICE constexpr bool is_brick(uint32_t word) {
+  return (word & kBrickMask) == (kBrickBit | kEmptyVoxel);
+}
+
+/// Of a brick whose voxels are not alike, a word of kind kLink: where the first of their words is.
+constexpr uint32_t make_voxels(uint32_t first) { return kLink | first << 4; }
+NIF_HOST_DEVICE constexpr uint32_t voxels_first(uint32_t word) { return word >> 4; }
+
+/// An empty word with a box: for each axis how far it reaches down, then up.
+constexpr uint32_t make_boxed(uint32_t empty, const uint32_t (&extents)[6]) {
+  for (uint32_t k = 0; k < 6; ++k) empty |= extents[k] << (8 + 4 * k);
+  return empty;
 }
 /// `up`: 1 for the side to which coordinates grow, or 0.
 NIF_HOST_DEVICE constexpr uint32_t extent_of(uint32_t word, uint32_t axis, uint32_t up) {
@@ -30,10 +41,17 @@ NIF_HOST_DEVICE constexpr uint32_t extent_of(uint32_t word, uint32_t axis, uint3
 /// is right, or one cell short.
 inline constexpr float kEstimateSlack = 1.0f / 32;
 
-/// A field's words.
+/// A field's words. A brick is a cube of 2^brick_levels voxels along each axis; if that is one voxel,
+/// `bricks` has the words of voxels, and `voxels` has none.
 struct WalkWords {
-  const uint32_t* voxels = nullptr;  ///< [voxels z][y][x]
+  const uint32_t* bricks = nullptr;  ///< [z][y][x], as many as the voxels need
+  const uint32_t* voxels = nullptr;  ///< [z][y][x] of each brick whose voxels are not alike
   const uint32_t* parts = nullptr;   ///< as ProofField::parts
+  uint32_t brick_levels = 0;
 };
+/// Bricks that so many voxels need.
+NIF_HOST_DEVICE constexpr uint32_t walk_bricks(uint32_t voxels, uint32_t brick_levels) {
+  return (voxels + (1u << brick_levels) - 1) >> brick_levels;
+}
 
 }  // namespace nif::kernels

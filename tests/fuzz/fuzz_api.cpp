@@ -151,19 +151,13 @@ class Session {
   void new_device() {
     Slot<NifDevice>& slot = pick(devices_);
     if (slot.alive()) return;
-    static constexpr const char* kConfigs[] = {nullptr,
-                                               "",
-                                               "isa=scalar",
-                                               "isa=sse4",
-                                               "isa=avx2",
-                                               "isa=avx512",
-                                               "queries=1",
-                                               "threads=1",
-                                               "queries=2,isa=scalar",
-                                               "isa=nonsense",
-                                               "backend=vulkan",
-                                               "queries=-1",
-                                               "threads=1,threads=1"};
+    static constexpr const char* kConfigs[] = {nullptr,        "",
+                                               "isa=scalar",   "isa=sse4",
+                                               "isa=avx2",     "isa=avx512",
+                                               "memory=least", "queries=1",
+                                               "threads=1",    "queries=2,isa=scalar",
+                                               "isa=nonsense", "backend=vulkan",
+                                               "queries=-1",   "threads=1,threads=1"};
     NifDevice device = nullptr;
     const NifError error = nifNewDevice(kConfigs[choices_.below(std::size(kConfigs))], &callbacks_, &device);
     must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_NOT_AVAILABLE);

@@ -184,11 +184,12 @@ TEST_F(BadInput, Configurations) {
     return error;
   };
   for (const char* good : {"", "threads=0", "threads=1024", "isa=auto", "isa=scalar", "backend=cpu",
-                           "threads=2,isa=scalar,backend=cpu", "queries=0", "queries=3,threads=2"})
+                           "threads=2,isa=scalar,backend=cpu", "queries=0", "queries=3,threads=2",
+                           "memory=auto", "memory=least"})
     EXPECT_EQ(code_of(good), NIF_OK) << good;
   for (const char* bad :
        {"threads", "threads=", "threads=-1", "threads=2x", "threads=1025", "threads=99999999999", "isa=mmx",
-        "backend=vulkan", "speed=11", "queries=", "queries=1025", ",", "threads=1,,", "="})
+        "memory=most", "backend=vulkan", "speed=11", "queries=", "queries=1025", ",", "threads=1,,", "="})
     EXPECT_EQ(code_of(bad), NIF_ERROR_INVALID_ARGUMENT) << bad;
 #if defined(__aarch64__)
   const char* foreign = "isa=avx2";

@@ -25,11 +25,10 @@ class TwinObjects : public RuntimeTest, public testing::WithParamInterface<const
 
 INSTANTIATE_TEST_SUITE_P(Each, TwinObjects,
                          testing::Values("isa=scalar", "isa=sse4", "isa=avx2", "isa=avx512", "isa=neon",
-                                         "threads=3"),
+                                         "threads=3", "memory=least"),
                          [](const auto& p) {
                            const std::string name = p.param;
-                           return name.substr(name.find('=') + 1) == "3" ? std::string("threads")
-                                                                         : name.substr(4);
+                           return name.starts_with("isa=") ? name.substr(4) : name.substr(0, name.find('='));
                          });
 
 /// Scales, mirrors, shears and moves, from a little to so much that nothing is proven any more.

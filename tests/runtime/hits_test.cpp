@@ -151,8 +151,9 @@ TEST_F(RuntimeTest, FirstHitsDoNotDependOnThreadsOrInstructions) {
   const format::AssetView& view = make(9, kHitEncodings);
   const auto rays = rays_near(view, 9, 10'000);
   std::optional<FirstHits> first;
-  for (const char* config : {"threads=1,isa=scalar", "threads=3", "threads=1,isa=sse4", "threads=1,isa=avx2",
-                             "threads=2,isa=avx512", "threads=1,isa=neon"}) {
+  for (const char* config :
+       {"threads=1,isa=scalar", "threads=3", "threads=1,isa=sse4", "threads=1,isa=avx2",
+        "threads=2,isa=avx512", "threads=1,isa=neon", "memory=least", "memory=least,isa=avx2"}) {
     NifDevice device = nullptr;
     if (nifNewDevice(config, nullptr, &device) == NIF_ERROR_NOT_AVAILABLE) continue;
     SCOPED_TRACE(config);

@@ -8,9 +8,18 @@
 namespace nif::test {
 namespace {
 
-constexpr const char* kIsas[] = {"scalar", "sse4", "avx2", "avx512", "neon"};
+constexpr const char* kIsas[] = {"scalar",
+                                 "sse4",
+                                 "avx2",
+                                 "avx512",
+                                 "neon",
+                                 "sse4,memory=least",
+                                 "avx2,memory=least",
+                                 "avx512,memory=least",
+                                 "neon,memory=least"};
 
-/// Tests with a device of the instruction set; skipped where the machine has it not.
+/// Tests with a device of the instruction set, and tables of either form; skipped where the machine has it
+/// not.
 class IsaTest : public RuntimeTest, public testing::WithParamInterface<const char*> {
  protected:
   void SetUp() override {
@@ -30,7 +39,11 @@ class IsaTest : public RuntimeTest, public testing::WithParamInterface<const cha
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Each, IsaTest, testing::ValuesIn(kIsas), [](const auto& p) { return p.param; });
+INSTANTIATE_TEST_SUITE_P(Each, IsaTest, testing::ValuesIn(kIsas), [](const auto& p) {
+  const std::string name = p.param;
+  const size_t comma = name.find(',');
+  return comma == std::string::npos ? name : name.substr(0, comma) + "_least";
+});
 
 TEST_P(IsaTest, RandomFields) {
   for (uint64_t seed = 0; seed < 40; ++seed) {

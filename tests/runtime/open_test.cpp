@@ -77,8 +77,9 @@ TEST_F(RuntimeTest, OpenRaysDoNotDependOnThreadsOrInstructions) {
   const format::AssetView& view = make(9, kAllEncodings);
   const auto rays = rays_near(view, 9, 20'000);
   std::optional<OpenAnswers> first;
-  for (const char* config : {"threads=1,isa=scalar", "threads=3", "threads=1,isa=sse4", "threads=1,isa=avx2",
-                             "threads=2,isa=avx512", "threads=1,isa=neon"}) {
+  for (const char* config :
+       {"threads=1,isa=scalar", "threads=3", "threads=1,isa=sse4", "threads=1,isa=avx2",
+        "threads=2,isa=avx512", "threads=1,isa=neon", "memory=least", "memory=least,isa=sse4"}) {
     NifDevice device = nullptr;
     if (nifNewDevice(config, nullptr, &device) == NIF_ERROR_NOT_AVAILABLE) continue;
     SCOPED_TRACE(config);

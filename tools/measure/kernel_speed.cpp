@@ -1,9 +1,9 @@
 // A study, not a test: how long the CPU's kernels take for a ray, alone, on batches that lie in memory.
 // docs/results/cpu-kernels.md has what it printed.
 //
-//   kernel_speed [--hits] ASSET MESH [RAYS [ROUNDS]]
+//   kernel_speed [--hits] [--least] ASSET MESH [RAYS [ROUNDS]]
 //
-// --hits: of first hits in place of whether there is one.
+// --hits: of first hits in place of whether there is one. --least: as devices with memory=least.
 // ASSET has one object, of any encoding, baked from MESH. Prints a line for each instruction set of this
 // machine and each of three ray sets, tab-separated: both names, and the least and the median of the
 // nanoseconds a ray of so many rounds (20), on one thread. The rays, 200000 of each set, are those of nif
@@ -65,7 +65,8 @@ std::vector<double> time_rounds(const kernels::ObjectKernel& kernel,
   return times;
 }
 
-void run(const std::string& path, const std::string& mesh, uint64_t count, int rounds, bool hits) {
+void run(const std::string& path, const std::string& mesh, uint64_t count, int rounds, bool hits,
+         bool least) {
   const format::FileMemory memory = format::FileMemory::load(path, format::FileMemory::Mode::read);
   const format::AssetView view = format::read_asset(memory.bytes(), path);
   const bake::PreparedScene prepared = bake::prepare(mesh::read(mesh));
@@ -81,7 +82,9 @@ void run(const std::string& path, const std::string& mesh, uint64_t count, int r
     for (const auto& [isa, name] : {std::pair{Isa::avx512, "avx512"}, std::pair{Isa::avx2, "avx2"},
                                     std::pair{Isa::sse4, "sse4"}, std::pair{Isa::neon, "neon"}}) {
       if (!kernels::cpu::available(isa)) continue;
-      const auto kernel = kernels::cpu::make_kernel(field, {isa, std::pmr::new_delete_resource(), copies});
+      kernels::cpu::KernelOptions options{isa, std::pmr::new_delete_resource(), copies};
+      if (least) options.most_without_bricks = 0;
+      const auto kernel = kernels::cpu::make_kernel(field, options);
       const std::vector<double> times = time_rounds(*kernel, batches, rays.size(), rounds, hits);
       fmt::print("{}\t{}\t{:.1f}\t{:.1f}\n", name, bake::name_of(set), times.front(),
                  times[times.size() / 2]);
@@ -92,16 +95,19 @@ void run(const std::string& path, const std::string& mesh, uint64_t count, int r
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool hits = argc > 1 && std::string_view(argv[1]) == "--hits";
-  if (hits) --argc, ++argv;
+  bool hits = false, least = false;
+  for (; argc > 1 && std::string_view(argv[1]).starts_with("--"); --argc, ++argv) {
+    hits |= std::string_view(argv[1]) == "--hits";
+    least |= std::string_view(argv[1]) == "--least";
+  }
   const uint64_t rays = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 200'000;
   const int rounds = argc > 4 ? std::atoi(argv[4]) : 20;
   if (argc < 3 || argc > 5 || rays == 0 || rounds < 1) {
-    fmt::print(stderr, "usage: kernel_speed [--hits] ASSET MESH [RAYS [ROUNDS]]\n");
+    fmt::print(stderr, "usage: kernel_speed [--hits] [--least] ASSET MESH [RAYS [ROUNDS]]\n");
     return int(Status::usage);
   }
   try {
-    run(argv[1], argv[2], rays, rounds, hits);
+    run(argv[1], argv[2], rays, rounds, hits, least);
   } catch (const Error& error) {
     fmt::print(stderr, "{}\n", error.what());
     return int(error.status());

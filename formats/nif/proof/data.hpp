@@ -68,11 +68,6 @@ struct UncodedGrid {
   }
 };
 
-/// Bytes of the words that kernels walk by, which they make of it (kernels/packed/walk_words.hpp).
-inline uint64_t walk_bytes(const ProofData& data) {
-  return (uint64_t{data.voxels[0]} * data.voxels[1] * data.voxels[2] + data.parts.size()) * sizeof(uint32_t);
-}
-
 inline void set_scales(float voxels_per_unit, uint32_t levels, kernels::ProofField& field) {
   const float cells = static_cast<float>(1u << levels);
   field.levels = levels;

@@ -128,7 +128,7 @@ HWY_AFTER_NAMESPACE();
 namespace nif::kernels::cpu {
 
 SimdExactKernel::SimdExactKernel(const ExactField& field, const KernelOptions& options)
-    : packed_{field, WalkGrid(field.proof, options.memory), tree_of(field.bvh)},
+    : packed_{field, WalkGrid(field.proof, options.memory, options.most_without_bricks), tree_of(field.bvh)},
       answer_(NIF_KERNEL_FOR(Answer, answer_exact, options.isa)),
       intersect_(NIF_KERNEL_FOR(Intersect, intersect_exact, options.isa)) {}
 

@@ -44,7 +44,7 @@ HWY_AFTER_NAMESPACE();
 namespace nif::kernels::cpu {
 
 SimdProofKernel::SimdProofKernel(const ProofField& field, const KernelOptions& options)
-    : packed_{field, WalkGrid(field, options.memory)},
+    : packed_{field, WalkGrid(field, options.memory, options.most_without_bricks)},
       prove_(NIF_KERNEL_FOR(Prove, prove_proof, options.isa)),
       intersect_(NIF_KERNEL_FOR(Intersect, intersect_proof, options.isa)) {}
 

@@ -89,23 +89,29 @@ class Walker {
   Walker(const ProofField& field, const WalkGrid& grid, const SegmentBatch& batch, AnswerBatch& answers,
          RayTable& rays, Log& log, HardRays& hard)
       : field_(field),
+        bricks_(reinterpret_cast<const int32_t*>(grid.bricks.data())),
         voxels_(reinterpret_cast<const int32_t*>(grid.voxels.data())),
         parts_(reinterpret_cast<const int32_t*>(grid.parts.data())),
         levels_(grid.parts.empty() ? 0 : field.levels),
+        brick_levels_(grid.brick_levels),
+        brick_size_(static_cast<float>(1u << (field.levels + grid.brick_levels))),
+        cells_to_bricks_(1 / brick_size_),
         batch_(batch),
         answers_(answers),
         rays_(rays),
         log_(log),
         hard_(hard) {
-    const float stride[3] = {1, float(field.voxels[0]), float(field.voxels[0] * field.voxels[1])};
+    const float stride[3] = {1, float(grid.size[0]), float(grid.size[0] * grid.size[1])};
     for (uint32_t octant = 0; octant < 8; ++octant) {
       base_[octant] = 0;
+      flip_[octant] = 0;
       reach_[octant] = 0;
       for (uint32_t a = 0; a < 3; ++a) {
         const bool negative = (octant >> a) & 1;
         strides_[a][octant] = negative ? -stride[a] : stride[a];
-        // Mirrored voxel v is voxel -v - 1.
+        // Mirrored brick b is brick -b - 1; within it, a place has the other bits.
         if (negative) base_[octant] -= stride[a];
+        if (negative) flip_[octant] |= int32_t((1u << brick_levels_) - 1) << a * brick_levels_;
         reach_[octant] |= (negative ? 0x0f : 0xf0) << (8 + 8 * a);
       }
     }
@@ -136,20 +142,40 @@ class Walker {
     return hn::IfThenElseZero(hn::RebindMask(Ints(), lanes), bits);
   }
 
-  /// The words of the voxels that hold some cells, of the given lanes.
+  /// The words of the voxels that hold some cells, or of their bricks, of the given lanes.
   HWY_INLINE hn::Vec<Ints> words_at(const hn::Vec<Floats> (&cell)[3], hn::Vec<Ints> info,
                                     hn::Mask<Floats> lanes) const {
     const Floats d;
     const Ints di;
     const auto octant = hn::And(info, hn::Set(di, kOctant));
-    auto place = look_up<8>(d, base_, octant);  // exact: integers below 2^24
+    auto number = look_up<8>(d, base_, octant);  // exact: integers below 2^24
     for (uint32_t a = 0; a < 3; ++a) {
-      const auto voxel = hn::Floor(hn::Mul(cell[a], hn::Set(d, field_.voxels_per_cell)));
-      place = hn::MulAdd(voxel, look_up<8>(d, strides_[a], octant), place);
+      const auto brick = hn::Floor(hn::Mul(cell[a], hn::Set(d, cells_to_bricks_)));
+      number = hn::MulAdd(brick, look_up<8>(d, strides_[a], octant), number);
     }
     // Lanes that are done may have left the grid.
-    const auto number = hn::IfThenElseZero(hn::RebindMask(di, lanes), to_ints(place));
-    return hn::GatherIndex(di, voxels_, number);
+    const auto word =
+        hn::GatherIndex(di, bricks_, hn::IfThenElseZero(hn::RebindMask(di, lanes), to_ints(number)));
+    if (brick_levels_ == 0) return word;
+    auto place = look_up<8>(di, flip_, octant);
+    const auto in_brick = hn::Set(di, int32_t((1u << brick_levels_) - 1));
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto voxel = hn::ShiftRightSame(to_ints(cell[a]), int(field_.levels));
+      place = hn::Xor(place, hn::ShiftLeftSame(hn::And(voxel, in_brick), int(a * brick_levels_)));
+    }
+    const auto mixed = is_kind(word, kLink);
+    const auto first = hn::BitCast(di, hn::ShiftRight<4>(hn::BitCast(Words(), word)));
+    const auto of_voxel = hn::GatherIndex(di, voxels_, hn::IfThenElseZero(mixed, hn::Add(first, place)));
+    return hn::IfThenElse(mixed, of_voxel, word);
+  }
+
+  /// Sizes of the pieces that words stand for, `size` unless they are bricks.
+  HWY_INLINE hn::Vec<Floats> sizes_of(hn::Vec<Ints> word, hn::Vec<Floats> size) const {
+    if (brick_levels_ == 0) return size;
+    const Ints di;
+    const auto brick = hn::Eq(hn::And(word, hn::Set(di, int32_t(kBrickMask))),
+                              hn::Set(di, int32_t(kBrickBit | kEmptyVoxel)));
+    return hn::IfThenElse(hn::RebindMask(Floats(), brick), hn::Set(Floats(), brick_size_), size);
   }
 
   static HWY_INLINE hn::Mask<Ints> is_kind(hn::Vec<Ints> word, WordKind kind) {
@@ -185,6 +211,7 @@ class Walker {
     const auto reach = hn::BitCast(dw, hn::And(rays.word, look_up<8>(di, reach_, octant)));
     return hn::BitCast(di, hn::Or(reach, hn::ShiftRight<4>(reach)));
   }
+  /// The far planes of pieces along an axis, moved to where their boxes end.
   template <uint32_t kAxis>
   HWY_INLINE hn::Vec<Floats> extended(hn::Vec<Ints> reach, hn::Vec<Floats> plane) const {
     const Floats d;
@@ -199,10 +226,11 @@ class Walker {
     HWY_INLINE Exits() {}
     hn::Vec<Floats> low[3], t[3], nearest;
   };
-  /// Of pieces of some size; boxes reach beyond voxels.
-  HWY_INLINE Exits exits_of(const Group& rays, hn::Vec<Floats> size, hn::Vec<Floats> inverse_size,
-                            hn::Vec<Ints> reach) const {
+  /// Of pieces of some size; boxes reach beyond voxels and bricks.
+  HWY_INLINE Exits exits_of(const Group& rays, hn::Vec<Floats> size, hn::Vec<Ints> reach) const {
     Exits exits;
+    // Of a power of two.
+    const auto inverse_size = floats(hn::Sub(hn::Set(Ints(), 0x7f000000), ints(size)));
     for (uint32_t a = 0; a < 3; ++a) {
       exits.low[a] = hn::Mul(hn::Floor(hn::Mul(rays.cell[a], inverse_size)), size);
       const auto high = hn::Add(exits.low[a], size);
@@ -245,12 +273,11 @@ class Walker {
   HWY_INLINE uint32_t leap(Group& rays, hn::Vec<Floats> leave, hn::Mask<Floats> lanes) const {
     const Floats d;
     const Ints di;
-    const auto size = hn::Set(d, voxel_size()), inverse_size = hn::Set(d, field_.voxels_per_cell);
     const auto sides = hn::Set(di, kSeenSides);
     for (uint32_t i = 0; i < kFirstLeaps; ++i) {
       const auto leaps = hn::And(lanes, hn::RebindMask(d, is_kind(rays.word, kEmptyVoxel)));
       if (uint32_t(__builtin_popcount(bits_of(leaps))) < kLanesToLeap) break;
-      const Exits exits = exits_of(rays, size, inverse_size, reach_of(rays));
+      const Exits exits = exits_of(rays, sizes_of(rays.word, hn::Set(d, voxel_size())), reach_of(rays));
       const auto seen = hn::And(hn::ShiftRight<4 - kSeenShift>(rays.word), sides);
       rays.info = hn::Or(rays.info, bits_if(leaps, seen));
       const auto leaves_piece = hn::Lt(exits.nearest, leave);
@@ -497,14 +524,13 @@ class Walker {
     Lanes& lanes = p.lanes[group];
     const Group rays(rays_, at);
     const auto ready = mask_of(lanes.ready);
-    const auto size = hn::Load(d, size_ + at);
+    const auto size = sizes_of(rays.word, hn::Load(d, size_ + at));
     hn::Store(hn::Set(d, voxel_size()), d, size_ + at);
     const auto empty = is_kind(rays.word, kEmptyVoxel);
 
     // Exits; a part that is not there has no box beyond itself.
     const auto reach = hn::IfThenElseZero(empty, reach_of(rays));
-    const auto inverse_size = floats(hn::Sub(hn::Set(di, 0x7f000000), ints(size)));
-    const Exits exits = exits_of(rays, size, inverse_size, reach);
+    const Exits exits = exits_of(rays, size, reach);
     const auto leave = hn::Load(d, rays_.slots.members[kLeave] + at);
     const auto leaves_piece = hn::Lt(exits.nearest, leave);
     const auto left = hn::Max(hn::IfThenElse(leaves_piece, exits.nearest, leave), rays.now);
@@ -613,17 +639,23 @@ class Walker {
   }
 
   const ProofField& field_;
+  const int32_t* bricks_;
   const int32_t* voxels_;
   const int32_t* parts_;
   uint32_t levels_;  ///< of links
+  uint32_t brick_levels_;
+  float brick_size_;  ///< in finest cells
+  float cells_to_bricks_;
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
   RayTable& rays_;
   Log& log_;
   HardRays& hard_;
-  // By octant: strides of voxels along each axis, the number of the voxel at 0, which extents of boxes count.
+  // By octant: strides of bricks along each axis, the number of the brick at 0, bits of places in bricks that
+  // are the other ones, which extents of boxes count.
   alignas(64) float strides_[3][kLanes > 8 ? kLanes : 8];
   alignas(64) float base_[kLanes > 8 ? kLanes : 8];
+  alignas(64) int32_t flip_[kLanes > 8 ? kLanes : 8];
   alignas(64) int32_t reach_[kLanes > 8 ? kLanes : 8];
   alignas(64) int32_t facts_[16];      ///< by kind: SeenBits above, then below, then both where it is a wall
   alignas(64) float exit_[3][kSlots];  ///< t at which the ray leaves its piece along each axis

@@ -129,7 +129,7 @@ ProveSegments prover_for(Isa isa) {
 }  // namespace
 
 SimdSegmentKernel::SimdSegmentKernel(const SegmentField& field, const KernelOptions& options)
-    : field_(field, options.memory, options.copies),
+    : field_(field, options),
       answer_(kernel_for(options.isa)),
       prove_(prover_for(options.isa)),
       intersect_(intersector_for(options.isa)) {}

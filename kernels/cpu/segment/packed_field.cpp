@@ -30,12 +30,12 @@ void use_copy(Network& network, SharedCopies& copies) {
 
 }  // namespace
 
-PackedField::PackedField(const SegmentField& field, std::pmr::memory_resource* memory, SharedCopies& copies)
+PackedField::PackedField(const SegmentField& field, const KernelOptions& options)
     : SegmentField(field),
-      corners_by_brick(field, memory),
-      walk(field, memory),
+      corners_by_brick(field, options.memory),
+      walk(field, options.memory, options.most_without_bricks),
       reads_field(!corners_by_brick.complete) {
-  use_copy(network, copies);
+  use_copy(network, options.copies);
   parts = walk.parts.data();
   voxel_base = nullptr;
   voxel_records = nullptr;
@@ -56,8 +56,7 @@ uint16_t corner_pair(const PackedField& field, uint32_t x, uint32_t y, uint32_t 
 }
 
 uint32_t voxel_word(const PackedField& field, const int32_t voxel[3]) {
-  const size_t row = size_t(voxel[1]) + size_t(field.voxels[1]) * size_t(voxel[2]);
-  return field.walk.voxels[size_t(voxel[0]) + field.voxels[0] * row];
+  return field.walk.word_at({voxel[0], voxel[1], voxel[2]});
 }
 
 void interpolate_features(const PackedField& field, const SamplePoint& point, uint8_t* inputs) {

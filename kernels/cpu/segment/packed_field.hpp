@@ -2,10 +2,7 @@
 // beside it.
 #pragma once
 
-#include <memory_resource>
-#include <vector>
-
-#include "kernels/cpu/shared_copies.hpp"
+#include "kernels/cpu/kernel_options.hpp"
 #include "kernels/packed/feature_grid.hpp"
 #include "kernels/packed/walk_grid.hpp"
 #include "kernels/reference/segment/samples.hpp"
@@ -16,7 +13,7 @@ namespace nif::kernels::cpu {
 /// field.
 struct PackedField : SegmentField {
   /// The field must outlive this where reads_field.
-  PackedField(const SegmentField& field, std::pmr::memory_resource* memory, SharedCopies& copies);
+  PackedField(const SegmentField& field, const KernelOptions& options);
 
   FeatureGrid corners_by_brick;
   WalkGrid walk;

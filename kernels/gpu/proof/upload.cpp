@@ -1,6 +1,5 @@
 // `proof` objects on their way to a GPU: what a walk leaps by takes the place of the grid's own arrays.
-#include "kernels/gpu/upload.hpp"
-#include "kernels/packed/walk_grid.hpp"
+#include "kernels/gpu/proof/upload.hpp"
 
 namespace nif::kernels::gpu {
 namespace {
@@ -18,8 +17,7 @@ class ProofUpload final : public FieldUpload {
 
   const void* add_to(Arena& arena) const override {
     DeviceProofField field = field_;
-    arena.move(field.walk.voxels, walk_.voxels.size());
-    arena.move(field.walk.parts, walk_.parts.size());
+    move_walk(walk_, field.walk, arena);
     leave_arrays(field);
     return arena.add_structure(field);
   }

@@ -1,8 +1,7 @@
 // `segment` objects on their way to a GPU: what a walk leaps by and corner bricks take the place of an
 // asset's own arrays.
-#include "kernels/gpu/upload.hpp"
+#include "kernels/gpu/proof/upload.hpp"
 #include "kernels/packed/feature_grid.hpp"
-#include "kernels/packed/walk_grid.hpp"
 
 namespace nif::kernels::gpu {
 namespace {
@@ -37,8 +36,7 @@ class SegmentUpload final : public FieldUpload {
 
   const void* add_to(Arena& arena) const override {
     DeviceSegmentField field = field_;
-    arena.move(field.walk.voxels, walk_.voxels.size());
-    arena.move(field.walk.parts, walk_.parts.size());
+    move_walk(walk_, field.walk, arena);
     field.brick_states = nullptr;  // the words of the walk say it all
     field.voxel_base = nullptr;
     field.voxel_records = nullptr;

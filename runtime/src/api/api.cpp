@@ -113,7 +113,7 @@ NifError nifGetDeviceInfo(NifDevice device, NifDeviceInfo* info) {
     auto& the_device = get(device);
     const Configuration& configuration = the_device.configuration;
     write_structure(info,
-                    {0, configuration.threads, 0, name_of(configuration.isa), configuration.backend,
+                    {0, configuration.threads, 0, name_of(configuration.kernels.isa), configuration.backend,
                      the_device.gpu ? the_device.gpu->card_name() : ""},
                     "info");
   });

@@ -88,7 +88,9 @@ Configuration parse_configuration(std::string_view text) {
     else if (key == "queries")
       configuration.queries = parse_count(key, value);
     else if (key == "isa")
-      configuration.isa = parse_isa(value);
+      configuration.kernels.isa = parse_isa(value);
+    else if (key == "memory")
+      configuration.kernels.least_memory = parse_name(key, value, {"auto", "least"}) == 1;
     else if (key == "backend")
       configuration.backend = parse_name(key, value, {"cpu", "hip", "gpu"}) == 0 ? "cpu" : "hip";
     else if (key == "device")

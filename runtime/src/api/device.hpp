@@ -30,7 +30,7 @@ class CallbackMemory : public std::pmr::memory_resource {
 
 struct Configuration {
   uint32_t threads = 1;
-  Isa isa = best_isa();
+  KernelChoice kernels;
   uint32_t queries;  ///< that find memory to work in at the same time
   const char* backend = "cpu";
   uint32_t card = 0;        ///< of backend hip

@@ -25,7 +25,8 @@ struct NifAssetObject : nif::runtime::Object {
     for (size_t i = 0; i < parts.size(); ++i) file_parts[i] = parts[i].bytes;
     kernels.reserve(view.objects.size());
     for (const nif::format::ObjectView& object : view.objects)
-      kernels.push_back(nif::runtime::make_kernel(object, owner->configuration.isa, owner->memory(), copies));
+      kernels.push_back(
+          nif::runtime::make_kernel(object, owner->configuration.kernels, owner->memory(), copies));
     // What is told of hits is looked up in the file; and a GPU reads it when a scene with this asset is
     // committed.
     bool read = device->gpu.has_value() || !view.source_triangles.empty() || !view.colors.empty();

@@ -37,16 +37,17 @@ Isa best_isa() {
   return Isa::scalar;
 }
 
-KernelPointer make_kernel(const format::ObjectView& object, Isa isa, std::pmr::memory_resource* memory,
-                          SharedCopies& copies) {
+KernelPointer make_kernel(const format::ObjectView& object, const KernelChoice& choice,
+                          std::pmr::memory_resource* memory, SharedCopies& copies) {
   const kernels::AnyField field = field_of(object);
 #ifdef NIF_HAS_SIMD
-  if (isa != Isa::scalar)
-    if (KernelPointer kernel =
-            kernels::cpu::make_kernel(field, {kernels::cpu::Isa(int(isa) - 1), memory, copies}))
-      return kernel;
+  if (choice.isa != Isa::scalar) {
+    kernels::cpu::KernelOptions options{kernels::cpu::Isa(int(choice.isa) - 1), memory, copies};
+    if (choice.least_memory) options.most_without_bricks = 0;
+    if (KernelPointer kernel = kernels::cpu::make_kernel(field, options)) return kernel;
+  }
 #else
-  (void)isa;
+  (void)choice;
   (void)copies;
 #endif
 #ifdef NIF_WITHOUT_REFERENCE  // where every byte is downloaded

@@ -20,8 +20,14 @@ const char* name_of(Isa isa);  ///< as in isa=NAME
 bool available(Isa isa);
 Isa best_isa();
 
+/// What a device's kernels are to be like.
+struct KernelChoice {
+  Isa isa = best_isa();
+  bool least_memory = false;  ///< their tables take as little as can be, and a little more time
+};
+
 /// The view's memory and the copies, which are those of its asset, must outlive the kernel.
-kernels::KernelPointer make_kernel(const format::ObjectView& object, Isa isa,
+kernels::KernelPointer make_kernel(const format::ObjectView& object, const KernelChoice& choice,
                                    std::pmr::memory_resource* memory, SharedCopies& copies);
 
 }  // namespace nif::runtime
