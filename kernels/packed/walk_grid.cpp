@@ -122,6 +122,8 @@ bool voxel_in(const uint32_t (&brick)[3], uint32_t levels, uint32_t place, const
   return within;
 }
 
+}  // namespace
+
 /// The words of all voxels of a field, without boxes.
 struct VoxelWords {
   const uint32_t (&size)[3];
@@ -156,7 +158,9 @@ struct VoxelWords {
   }
 };
 
-/// How many voxels' worth of words bricks of 2^levels voxels take.
+namespace {
+
+/// How many words bricks of 2^levels voxels take, their own and those of voxels.
 size_t words_with(const VoxelWords& voxels, uint32_t levels) {
   if (levels == 0) return voxels.words.size();
   const uint32_t bricks[3] = {walk_bricks(voxels.size[0], levels), walk_bricks(voxels.size[1], levels),
@@ -190,33 +194,38 @@ WalkGrid::WalkGrid(const ProofField& field, std::pmr::memory_resource* memory, s
     const BrickChoice choice = choose_bricks(all, most_without_bricks);
     brick_levels = choice.levels;
     for (uint32_t a = 0; a < 3; ++a) size[a] = walk_bricks(field.voxels[a], brick_levels);
-    if (brick_levels == 0) {
-      bricks = std::move(all.words);
-    } else {
-      const size_t count = size_t(size[0]) * size[1] * size[2];
-      bricks.reserve(count);
-      // Those who look for a voxel's word may read one where there is none.
-      voxels.reserve(std::max<size_t>(choice.words - count, 1));
-      for_all(size, [&](const uint32_t(&brick)[3]) {
-        const uint32_t word = all.word_of_brick(brick, brick_levels);
-        bricks.push_back(word == kLink ? make_voxels(uint32_t(voxels.size())) : word | kBrickBit);
-        if (word != kLink) return;
-        const size_t first = voxels.size();
-        voxels.resize(first + (size_t{1} << 3 * brick_levels), make_empty(0));
-        all.for_brick(brick, brick_levels,
-                      [&](uint32_t own, uint32_t place) { voxels[first + place] = own; });
-      });
-      if (voxels.empty()) voxels.push_back(make_empty(0));
-    }
+    if (brick_levels == 0)
+      voxels = std::move(all.words);
+    else
+      fill_bricks(all, choice.words);
   }
+  add_boxes(field.voxels, memory);
+}
 
+void WalkGrid::fill_bricks(const VoxelWords& all, size_t words) {
+  const size_t count = size_t(size[0]) * size[1] * size[2];
+  bricks.reserve(count);
+  voxels.reserve(std::max<size_t>(words - count, 1));
+  for_all(size, [&](const uint32_t(&brick)[3]) {
+    const uint32_t word = all.word_of_brick(brick, brick_levels);
+    bricks.push_back(word == kLink ? make_voxels(uint32_t(voxels.size())) : word | kBrickBit);
+    if (word != kLink) return;
+    const size_t first = voxels.size();
+    voxels.resize(first + (size_t{1} << 3 * brick_levels), make_empty(0));
+    all.for_brick(brick, brick_levels, [&](uint32_t own, uint32_t place) { voxels[first + place] = own; });
+  });
+  // Kernels read one for lanes that need none, too.
+  if (voxels.empty()) voxels.push_back(make_empty(0));
+}
+
+void WalkGrid::add_boxes(const uint32_t (&voxel_count)[3], std::pmr::memory_resource* memory) {
   // Boxes that are written meanwhile keep these bits.
   constexpr uint32_t kPlainBits = 0xff;
-  Counts counts(field.voxels, memory);
+  Counts counts(voxel_count, memory);
   for (const uint32_t side : {0u, uint32_t(kSeenOutside), uint32_t(kSeenInside)}) {
     const uint32_t plain = make_empty(side);
     bool any = false;
-    counts.count(field.voxels, [&](const int32_t(&voxel)[3]) {
+    counts.count(voxel_count, [&](const int32_t(&voxel)[3]) {
       const bool counted = (word_at(voxel) & (kPlainBits & ~kBrickBit)) == plain;
       any |= counted;
       return counted;
@@ -224,20 +233,21 @@ WalkGrid::WalkGrid(const ProofField& field, std::pmr::memory_resource* memory, s
     if (!any) continue;
     const auto add_box = [&](uint32_t& word, const uint32_t(&low)[3], uint32_t levels) {
       uint32_t high[3];
-      for (uint32_t a = 0; a < 3; ++a) high[a] = std::min(low[a] + (1u << levels), field.voxels[a]) - 1;
-      word = with_box(word, Box(field.voxels, counts, low, high));
+      for (uint32_t a = 0; a < 3; ++a) high[a] = std::min(low[a] + (1u << levels), voxel_count[a]) - 1;
+      word = with_box(word, Box(voxel_count, counts, low, high));
     };
     const uint32_t plain_brick = brick_levels > 0 ? plain | kBrickBit : plain;
     size_t number = 0;
     for_all(size, [&](const uint32_t(&brick)[3]) {
-      uint32_t& word = bricks[number++];
+      uint32_t& word = brick_levels == 0 ? voxels[number] : bricks[number];
+      ++number;
       const uint32_t low[3] = {brick[0] << brick_levels, brick[1] << brick_levels, brick[2] << brick_levels};
       if (word == plain_brick) add_box(word, low, brick_levels);
       if (brick_levels == 0 || word_kind(word) != kLink) return;
       for (uint32_t place = 0; place < 1u << 3 * brick_levels; ++place) {
         uint32_t voxel[3];
         uint32_t& own = voxels[voxels_first(word) + place];
-        if (own == plain && voxel_in(brick, brick_levels, place, field.voxels, voxel)) add_box(own, voxel, 0);
+        if (own == plain && voxel_in(brick, brick_levels, place, voxel_count, voxel)) add_box(own, voxel, 0);
       }
     });
   }
@@ -249,7 +259,7 @@ uint32_t WalkGrid::word_at(const int32_t (&voxel)[3]) const {
     number[a] = uint32_t(voxel[a]) >> brick_levels;
     place |= (uint32_t(voxel[a]) - (number[a] << brick_levels)) << a * brick_levels;
   }
-  const uint32_t word = bricks[number[0] + size[0] * (number[1] + size[1] * size_t(number[2]))];
+  const uint32_t word = top()[number[0] + size[0] * (number[1] + size[1] * size_t(number[2]))];
   return brick_levels == 0 || is_brick(word) ? word : voxels[voxels_first(word) + place];
 }
 

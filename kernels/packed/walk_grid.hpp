@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory_resource>
 #include <vector>
 
@@ -16,22 +17,33 @@ namespace nif::kernels::cpu {
 /// for each voxel does not fit the caches, bricks are faster as well (docs/results/cpu-kernels.md).
 inline constexpr size_t kMostWithoutBricks = 512 * 1024;
 
+struct VoxelWords;
+
 struct WalkGrid {
+  /// Without bricks unless words for all voxels would take more.
   WalkGrid(const ProofField& field, std::pmr::memory_resource* memory,
-           size_t most_without_bricks = kMostWithoutBricks);
+           size_t most_without_bricks = std::numeric_limits<size_t>::max());
 
-  // As WalkWords has them. Bricks are of the size that takes fewest bytes, or of one voxel where that takes
-  // few enough.
-  std::pmr::vector<uint32_t> bricks, voxels, parts;
+  /// Bricks have 2^brick_levels voxels along each axis: as many as takes fewest bytes, or one.
   uint32_t brick_levels = 0;
-  uint32_t size[3];  ///< bricks along each axis
+  uint32_t size[3];                   ///< bricks along each axis
+  std::pmr::vector<uint32_t> bricks;  ///< [z][y][x]; none where a brick is one voxel
+  std::pmr::vector<uint32_t> voxels;  ///< [z][y][x], of all or of each brick whose voxels are not alike
+  std::pmr::vector<uint32_t> parts;   ///< as ProofField::parts
 
-  WalkWords view() const { return {bricks.data(), voxels.data(), parts.data(), brick_levels}; }
+  /// Where there are no bricks.
+  WalkWords view() const { return {voxels.data(), parts.data()}; }
+  /// What leads to a voxel's word: of bricks, or of voxels where there are none.
+  const std::pmr::vector<uint32_t>& top() const { return brick_levels == 0 ? voxels : bricks; }
   /// The word of a voxel, or of its brick where all of that are alike.
   uint32_t word_at(const int32_t (&voxel)[3]) const;
   size_t resident_bytes() const {
     return (bricks.capacity() + voxels.capacity() + parts.capacity()) * sizeof(uint32_t);
   }
+
+ private:
+  void fill_bricks(const VoxelWords& all, size_t words);
+  void add_boxes(const uint32_t (&voxel_count)[3], std::pmr::memory_resource* memory);
 };
 
 /// What a field's words take, without making them. Of the field only occupancy and part_count are read.

@@ -1,10 +1,11 @@
-// What the kernels that leap over voxels read: a word for each brick of voxels and, where these are not
-// alike, one for each of them. In a surface voxel it is the record of the field
-// (kernels/reference/proof/cells.hpp). In any other it says what the voxel is, and a box around it in which
-// all voxels are alike: a leap ends where the segment leaves that box. So nothing is missed, and the crossing
-// at which the leap ends is one that the reference comes to as well. The word of a brick whose voxels are
-// alike has a box around the brick. kernels/packed/walk_grid makes them; the CPU's kernels and the GPU's read
-// them.
+// What the kernels that leap over voxels read: a word for each voxel. In a surface voxel it is the record of
+// the field (kernels/reference/proof/cells.hpp). In any other it says what the voxel is, and a box around it
+// in which all voxels are alike: a leap ends where the segment leaves that box. So nothing is missed, and the
+// crossing at which the leap ends is one that the reference comes to as well.
+//
+// In large grids CPUs read a word for each brick of voxels instead and, where these are not alike, one for
+// each of them. The word of a brick whose voxels are alike has a box around the brick.
+// kernels/packed/walk_grid makes all of them.
 #pragma once
 
 #include <cstdint>
@@ -41,17 +42,15 @@ NIF_HOST_DEVICE constexpr uint32_t extent_of(uint32_t word, uint32_t axis, uint3
 /// is right, or one cell short.
 inline constexpr float kEstimateSlack = 1.0f / 32;
 
-/// A field's words. A brick is a cube of 2^brick_levels voxels along each axis; if that is one voxel,
-/// `bricks` has the words of voxels, and `voxels` has none.
-struct WalkWords {
-  const uint32_t* bricks = nullptr;  ///< [z][y][x], as many as the voxels need
-  const uint32_t* voxels = nullptr;  ///< [z][y][x] of each brick whose voxels are not alike
-  const uint32_t* parts = nullptr;   ///< as ProofField::parts
-  uint32_t brick_levels = 0;
-};
-/// Bricks that so many voxels need.
-NIF_HOST_DEVICE constexpr uint32_t walk_bricks(uint32_t voxels, uint32_t brick_levels) {
+/// Bricks of 2^brick_levels voxels along an axis that so many voxels need.
+constexpr uint32_t walk_bricks(uint32_t voxels, uint32_t brick_levels) {
   return (voxels + (1u << brick_levels) - 1) >> brick_levels;
 }
+
+/// A field's words, one for each voxel.
+struct WalkWords {
+  const uint32_t* voxels = nullptr;  ///< [voxels z][y][x]
+  const uint32_t* parts = nullptr;   ///< as ProofField::parts
+};
 
 }  // namespace nif::kernels

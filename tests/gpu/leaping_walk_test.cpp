@@ -51,8 +51,8 @@ struct Leaping {
   kernels::cpu::WalkGrid grid;
   kernels::gpu::DeviceSegmentField field;
 
-  Leaping(const kernels::SegmentField& of, size_t most_without_bricks)
-      : grid(of, std::pmr::new_delete_resource(), most_without_bricks), field{of, grid.view(), {}, nullptr} {}
+  explicit Leaping(const kernels::SegmentField& of)
+      : grid(of, std::pmr::new_delete_resource()), field{of, grid.view(), {}, nullptr} {}
 };
 
 /// How far from the grid's origin a segment's is, in finest cells.
@@ -67,7 +67,6 @@ struct Counts {
   uint64_t rays = 0, visible = 0, occluded = 0, ambiguous = 0, runs = 0, far = 0;
   uint64_t pieces = 0, cells = 0, steps = 0, loads = 0;
   uint64_t later = 0, between = 0;  ///< blocked in order: later than else known; where no cell is open
-  uint64_t with_levels[3] = {};     ///< fields, by their bricks
 };
 
 /// The same in order, as first hits are looked for, of every fourth segment.
@@ -161,9 +160,7 @@ TEST(LeapingWalk, FindsWhatTheReferenceFinds) {
     if (seed % 2 == 0) replace_unknown(random);
     const Loaded asset(random);
     for (const format::ObjectView& object : asset.view.objects) {
-      const Leaping leaping(object.as<format::SegmentView>().field,
-                            seed % 3 == 0 ? kernels::cpu::kMostWithoutBricks : 0);
-      ++counts.with_levels[leaping.grid.brick_levels];
+      const Leaping leaping(object.as<format::SegmentView>().field);
       Random numbers(seed);
       std::vector<Segment> segments = random_segments(object, seed, 4000);
       for (uint32_t i = 0; i < 2000; ++i)
@@ -183,7 +180,6 @@ TEST(LeapingWalk, FindsWhatTheReferenceFinds) {
   EXPECT_GT(counts.runs, 2 * counts.ambiguous);
   EXPECT_GT(counts.later, 1'000u);
   EXPECT_GT(counts.between, 1'000u);
-  for (const uint64_t fields : counts.with_levels) EXPECT_GT(fields, 5u);
   // Leaps go over many voxels; cells are visited one by one.
   EXPECT_GT(counts.cells, counts.rays);
   EXPECT_LT(2 * (counts.steps - counts.cells), counts.pieces - counts.cells);

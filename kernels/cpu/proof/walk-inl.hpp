@@ -89,7 +89,7 @@ class Walker {
   Walker(const ProofField& field, const WalkGrid& grid, const SegmentBatch& batch, AnswerBatch& answers,
          RayTable& rays, Log& log, HardRays& hard)
       : field_(field),
-        bricks_(reinterpret_cast<const int32_t*>(grid.bricks.data())),
+        top_(reinterpret_cast<const int32_t*>(grid.top().data())),
         voxels_(reinterpret_cast<const int32_t*>(grid.voxels.data())),
         parts_(reinterpret_cast<const int32_t*>(grid.parts.data())),
         levels_(grid.parts.empty() ? 0 : field.levels),
@@ -155,7 +155,7 @@ class Walker {
     }
     // Lanes that are done may have left the grid.
     const auto word =
-        hn::GatherIndex(di, bricks_, hn::IfThenElseZero(hn::RebindMask(di, lanes), to_ints(number)));
+        hn::GatherIndex(di, top_, hn::IfThenElseZero(hn::RebindMask(di, lanes), to_ints(number)));
     if (brick_levels_ == 0) return word;
     auto place = look_up<8>(di, flip_, octant);
     const auto in_brick = hn::Set(di, int32_t((1u << brick_levels_) - 1));
@@ -639,7 +639,7 @@ class Walker {
   }
 
   const ProofField& field_;
-  const int32_t* bricks_;
+  const int32_t* top_;  ///< words of bricks, or of voxels where there are none
   const int32_t* voxels_;
   const int32_t* parts_;
   uint32_t levels_;  ///< of links

@@ -1,6 +1,6 @@
 // `exact` objects on their way to a GPU: what a walk leaps by takes the place of the grid's own arrays.
 #include "kernels/gpu/bvh/upload.hpp"
-#include "kernels/gpu/proof/upload.hpp"
+#include "kernels/packed/walk_grid.hpp"
 
 namespace nif::kernels::gpu {
 namespace {
@@ -19,7 +19,8 @@ class ExactUpload final : public FieldUpload {
 
   const void* add_to(Arena& arena) const override {
     DeviceExactField field = field_;
-    move_walk(walk_, field.walk, arena);
+    arena.move(field.walk.voxels, walk_.voxels.size());
+    arena.move(field.walk.parts, walk_.parts.size());
     leave_arrays(field.proof);
     move_bvh(field.bvh, arena);
     return arena.add_structure(field);

@@ -48,9 +48,8 @@ NIF_HOST_DEVICE void leap_segment(const ProofField& field, const WalkWords& word
   const float slack = near ? kEstimateSlack : bits_as<float>(0x7f800000u);
   // Compilers are to know that these are so small that products of them are simple.
   constexpr uint32_t kFewVoxels = 2 * kMaxVoxels - 1;
-  const uint32_t levels = field.levels, brick_levels = words.brick_levels & 3;
-  const auto bricks = [&](uint32_t a) { return walk_bricks(field.voxels[a] & kFewVoxels, brick_levels); };
-  const uint32_t row = bricks(0), layer = row * bricks(1);
+  const uint32_t row = field.voxels[0] & kFewVoxels, layer = row * (field.voxels[1] & kFewVoxels);
+  const uint32_t levels = field.levels;
   // Found anew each time: that takes fewer registers.
   const auto sign = [&](uint32_t a) { return __builtin_copysignf(1.0f, walk.direction[a]); };
   float cell[3];
@@ -68,17 +67,9 @@ NIF_HOST_DEVICE void leap_segment(const ProofField& field, const WalkWords& word
     NIF_UNROLL
     for (uint32_t a = 0; a < 3; ++a)
       at[a] = bits_as<uint32_t>(multiply_add(sign(a), cell[a] + 0.5f, 0x1p23f - 0.5f)) & (kMaxCells - 1);
-    uint32_t level = levels + brick_levels, loads = 1;
     uint32_t word =
-        load_device(words.bricks, (at[0] >> level) + row * (at[1] >> level) + layer * (at[2] >> level));
-    if (brick_levels > 0 && word_kind(word) == kLink) {
-      level = levels;
-      const uint32_t below = (1u << brick_levels) - 1;
-      const uint32_t place = (at[0] >> levels & below) | (at[1] >> levels & below) << brick_levels |
-                             (at[2] >> levels & below) << 2 * brick_levels;
-      word = load_device(words.voxels, voxels_first(word) + place);
-      ++loads;
-    }
+        load_device(words.voxels, (at[0] >> levels) + row * (at[1] >> levels) + layer * (at[2] >> levels));
+    uint32_t level = levels, loads = 1;
     while (word_kind(word) == kLink) {
       --level;
       const uint32_t part = (at[0] >> level & 1) | (at[1] >> level & 1) << 1 | (at[2] >> level & 1) << 2;
@@ -88,20 +79,17 @@ NIF_HOST_DEVICE void leap_segment(const ProofField& field, const WalkWords& word
     }
     look(loads);
 
-    // Where the segment leaves the box or the cell; from far away it goes voxel by voxel.
+    // Where the segment leaves the box or the cell.
     const bool empty = word_kind(word) == kEmptyVoxel;
-    if (!near & (level > levels)) level = levels;
     const float size = bits_as<float>((127 + level) << 23);
     const uint32_t box = (empty & near) ? word : 0;
     float middle[3], exit[3];
     NIF_UNROLL
     for (uint32_t a = 0; a < 3; ++a) {
       middle[a] = on_integers(at[a] >> level << level) - (0x1p23f - 0.5f * size);
-      // In voxels, beyond the piece.
-      const float extent = on_integers(extent_of(box, a, sign(a) > 0)) - 0x1p23f;
-      const float reach = multiply_add(extent, bits_as<float>((127 + levels) << 23), 0.5f * size);
+      const float extent = on_integers(extent_of(box, a, sign(a) > 0)) - (0x1p23f - 0.5f);
       // Infinite along an axis that is not moved along, or NaN where the segment lies on the grid's far side.
-      exit[a] = (multiply_add(sign(a), reach, middle[a]) - walk.origin[a]) * passage.inverse[a];
+      exit[a] = (multiply_add(sign(a), extent * size, middle[a]) - walk.origin[a]) * passage.inverse[a];
     }
     const float t = smaller(smaller(exit[0], exit[1]), exit[2]);
     const bool ends = !(t < passage.leave);

@@ -1,5 +1,6 @@
 // `proof` objects on their way to a GPU: what a walk leaps by takes the place of the grid's own arrays.
-#include "kernels/gpu/proof/upload.hpp"
+#include "kernels/gpu/upload.hpp"
+#include "kernels/packed/walk_grid.hpp"
 
 namespace nif::kernels::gpu {
 namespace {
@@ -17,7 +18,8 @@ class ProofUpload final : public FieldUpload {
 
   const void* add_to(Arena& arena) const override {
     DeviceProofField field = field_;
-    move_walk(walk_, field.walk, arena);
+    arena.move(field.walk.voxels, walk_.voxels.size());
+    arena.move(field.walk.parts, walk_.parts.size());
     leave_arrays(field);
     return arena.add_structure(field);
   }

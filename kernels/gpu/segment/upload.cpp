@@ -1,7 +1,8 @@
 // `segment` objects on their way to a GPU: what a walk leaps by and corner bricks take the place of an
 // asset's own arrays.
-#include "kernels/gpu/proof/upload.hpp"
+#include "kernels/gpu/upload.hpp"
 #include "kernels/packed/feature_grid.hpp"
+#include "kernels/packed/walk_grid.hpp"
 
 namespace nif::kernels::gpu {
 namespace {
@@ -36,7 +37,8 @@ class SegmentUpload final : public FieldUpload {
 
   const void* add_to(Arena& arena) const override {
     DeviceSegmentField field = field_;
-    move_walk(walk_, field.walk, arena);
+    arena.move(field.walk.voxels, walk_.voxels.size());
+    arena.move(field.walk.parts, walk_.parts.size());
     field.brick_states = nullptr;  // the words of the walk say it all
     field.voxel_base = nullptr;
     field.voxel_records = nullptr;
