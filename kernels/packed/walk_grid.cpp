@@ -86,17 +86,18 @@ struct Box {
 /// A word for each voxel or brick of a grid, [z][y][x].
 using Words = std::pmr::vector<uint32_t>;
 
-/// The word with a box that has grown from `box`.
-uint32_t with_box(uint32_t word, Box box) {
-  const Box first = box;
+/// The word of the voxels from `low` to `high`, with a box around them.
+uint32_t with_box(uint32_t word, const uint32_t (&size)[3], const Counts& counts, const uint32_t (&low)[3],
+                  const uint32_t (&high)[3]) {
+  Box box(size, counts, low, high);
   // First as a cube, then each side by itself.
   for (int32_t by = 8; by > 0; by /= 2) box.grow(0, 5, by);
   for (int32_t by = 4; by > 0; by /= 2)
     for (uint32_t side = 0; side < 6; ++side) box.grow(side, side, by);
   uint32_t extents[6];
   for (uint32_t a = 0; a < 3; ++a) {
-    extents[2 * a] = uint32_t(first.low[a] - box.low[a]);
-    extents[2 * a + 1] = uint32_t(box.high[a] - first.high[a]);
+    extents[2 * a] = low[a] - uint32_t(box.low[a]);
+    extents[2 * a + 1] = uint32_t(box.high[a]) - high[a];
   }
   return make_boxed(word, extents);
 }
@@ -178,7 +179,7 @@ struct BrickChoice {
 };
 BrickChoice choose_bricks(const VoxelWords& voxels, size_t most_without_bricks) {
   BrickChoice best{0, words_with(voxels, 0)};
-  if (best.words * sizeof(uint32_t) <= most_without_bricks) return best;
+  if (!kWithBricks || best.words * sizeof(uint32_t) <= most_without_bricks) return best;
   for (const uint32_t levels : {1u, 2u})
     if (const size_t words = words_with(voxels, levels); words < best.words) best = {levels, words};
   return best;
@@ -189,15 +190,15 @@ BrickChoice choose_bricks(const VoxelWords& voxels, size_t most_without_bricks) 
 WalkGrid::WalkGrid(const ProofField& field, std::pmr::memory_resource* memory, size_t most_without_bricks)
     : bricks(memory), voxels(memory), parts(field.parts, field.parts + field.part_count, memory) {
   {
-    const auto word_of = [&](const int32_t(&voxel)[3]) { return voxel_word(field, voxel); };
-    VoxelWords all(field, word_of, memory);
+    VoxelWords all(
+        field, [&](const int32_t(&voxel)[3]) { return voxel_word(field, voxel); }, memory);
     const BrickChoice choice = choose_bricks(all, most_without_bricks);
     brick_levels = choice.levels;
     for (uint32_t a = 0; a < 3; ++a) size[a] = walk_bricks(field.voxels[a], brick_levels);
-    if (brick_levels == 0)
-      voxels = std::move(all.words);
-    else
+    if (has_bricks())
       fill_bricks(all, choice.words);
+    else
+      voxels = std::move(all.words);
   }
   add_boxes(field.voxels, memory);
 }
@@ -222,7 +223,7 @@ void WalkGrid::add_boxes(const uint32_t (&voxel_count)[3], std::pmr::memory_reso
   // Boxes that are written meanwhile keep these bits.
   constexpr uint32_t kPlainBits = 0xff;
   Counts counts(voxel_count, memory);
-  for (const uint32_t side : {0u, uint32_t(kSeenOutside), uint32_t(kSeenInside)}) {
+  for (uint32_t side = 0; side < kSeenBoth; ++side) {
     const uint32_t plain = make_empty(side);
     bool any = false;
     counts.count(voxel_count, [&](const int32_t(&voxel)[3]) {
@@ -234,16 +235,19 @@ void WalkGrid::add_boxes(const uint32_t (&voxel_count)[3], std::pmr::memory_reso
     const auto add_box = [&](uint32_t& word, const uint32_t(&low)[3], uint32_t levels) {
       uint32_t high[3];
       for (uint32_t a = 0; a < 3; ++a) high[a] = std::min(low[a] + (1u << levels), voxel_count[a]) - 1;
-      word = with_box(word, Box(voxel_count, counts, low, high));
+      word = with_box(word, voxel_count, counts, low, high);
     };
-    const uint32_t plain_brick = brick_levels > 0 ? plain | kBrickBit : plain;
     size_t number = 0;
     for_all(size, [&](const uint32_t(&brick)[3]) {
-      uint32_t& word = brick_levels == 0 ? voxels[number] : bricks[number];
+      uint32_t& word = has_bricks() ? bricks[number] : voxels[number];
       ++number;
+      if (!has_bricks()) {
+        if (word == plain) word = with_box(word, voxel_count, counts, brick, brick);
+        return;
+      }
       const uint32_t low[3] = {brick[0] << brick_levels, brick[1] << brick_levels, brick[2] << brick_levels};
-      if (word == plain_brick) add_box(word, low, brick_levels);
-      if (brick_levels == 0 || word_kind(word) != kLink) return;
+      if (word == (plain | kBrickBit)) add_box(word, low, brick_levels);
+      if (word_kind(word) != kLink) return;
       for (uint32_t place = 0; place < 1u << 3 * brick_levels; ++place) {
         uint32_t voxel[3];
         uint32_t& own = voxels[voxels_first(word) + place];
@@ -254,13 +258,17 @@ void WalkGrid::add_boxes(const uint32_t (&voxel_count)[3], std::pmr::memory_reso
 }
 
 uint32_t WalkGrid::word_at(const int32_t (&voxel)[3]) const {
+  if (!has_bricks()) {
+    const auto at = [&](uint32_t a) { return uint32_t(voxel[a]); };
+    return voxels[at(0) + size[0] * (at(1) + size[1] * size_t(at(2)))];
+  }
   uint32_t number[3], place = 0;
   for (uint32_t a = 0; a < 3; ++a) {
     number[a] = uint32_t(voxel[a]) >> brick_levels;
     place |= (uint32_t(voxel[a]) - (number[a] << brick_levels)) << a * brick_levels;
   }
-  const uint32_t word = top()[number[0] + size[0] * (number[1] + size[1] * size_t(number[2]))];
-  return brick_levels == 0 || is_brick(word) ? word : voxels[voxels_first(word) + place];
+  const uint32_t word = bricks[number[0] + size[0] * (number[1] + size[1] * size_t(number[2]))];
+  return is_brick(word) ? word : voxels[voxels_first(word) + place];
 }
 
 size_t walk_bytes(const ProofField& field) {

@@ -16,6 +16,12 @@ namespace nif::kernels::cpu {
 /// then a voxel's take up to a fifth longer to read than that, and half to a sixth of its bytes. Where a word
 /// for each voxel does not fit the caches, bricks are faster as well (docs/results/cpu-kernels.md).
 inline constexpr size_t kMostWithoutBricks = 512 * 1024;
+/// Whether there may be any: for a page their code is too much to download.
+#ifdef __wasm__
+inline constexpr bool kWithBricks = false;
+#else
+inline constexpr bool kWithBricks = true;
+#endif
 
 struct VoxelWords;
 
@@ -34,7 +40,8 @@ struct WalkGrid {
   /// Where there are no bricks.
   WalkWords view() const { return {voxels.data(), parts.data()}; }
   /// What leads to a voxel's word: of bricks, or of voxels where there are none.
-  const std::pmr::vector<uint32_t>& top() const { return brick_levels == 0 ? voxels : bricks; }
+  const std::pmr::vector<uint32_t>& top() const { return has_bricks() ? bricks : voxels; }
+  bool has_bricks() const { return kWithBricks && brick_levels > 0; }
   /// The word of a voxel, or of its brick where all of that are alike.
   uint32_t word_at(const int32_t (&voxel)[3]) const;
   size_t resident_bytes() const {

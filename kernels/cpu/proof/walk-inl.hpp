@@ -104,14 +104,14 @@ class Walker {
     const float stride[3] = {1, float(grid.size[0]), float(grid.size[0] * grid.size[1])};
     for (uint32_t octant = 0; octant < 8; ++octant) {
       base_[octant] = 0;
-      flip_[octant] = 0;
+      if (kWithBricks) flip_[octant] = 0;
       reach_[octant] = 0;
       for (uint32_t a = 0; a < 3; ++a) {
         const bool negative = (octant >> a) & 1;
         strides_[a][octant] = negative ? -stride[a] : stride[a];
         // Mirrored brick b is brick -b - 1; within it, a place has the other bits.
         if (negative) base_[octant] -= stride[a];
-        if (negative) flip_[octant] |= int32_t((1u << brick_levels_) - 1) << a * brick_levels_;
+        if (negative && kWithBricks) flip_[octant] |= int32_t((1u << brick_levels_) - 1) << a * brick_levels_;
         reach_[octant] |= (negative ? 0x0f : 0xf0) << (8 + 8 * a);
       }
     }
@@ -156,7 +156,7 @@ class Walker {
     // Lanes that are done may have left the grid.
     const auto word =
         hn::GatherIndex(di, top_, hn::IfThenElseZero(hn::RebindMask(di, lanes), to_ints(number)));
-    if (brick_levels_ == 0) return word;
+    if (!kWithBricks || brick_levels_ == 0) return word;
     auto place = look_up<8>(di, flip_, octant);
     const auto in_brick = hn::Set(di, int32_t((1u << brick_levels_) - 1));
     for (uint32_t a = 0; a < 3; ++a) {
@@ -169,9 +169,12 @@ class Walker {
     return hn::IfThenElse(mixed, of_voxel, word);
   }
 
+  static HWY_INLINE hn::Vec<Floats> inverse_of(hn::Vec<Floats> power_of_two) {
+    return floats(hn::Sub(hn::Set(Ints(), 0x7f000000), ints(power_of_two)));
+  }
   /// Sizes of the pieces that words stand for, `size` unless they are bricks.
   HWY_INLINE hn::Vec<Floats> sizes_of(hn::Vec<Ints> word, hn::Vec<Floats> size) const {
-    if (brick_levels_ == 0) return size;
+    if (!kWithBricks || brick_levels_ == 0) return size;
     const Ints di;
     const auto brick = hn::Eq(hn::And(word, hn::Set(di, int32_t(kBrickMask))),
                               hn::Set(di, int32_t(kBrickBit | kEmptyVoxel)));
@@ -227,10 +230,9 @@ class Walker {
     hn::Vec<Floats> low[3], t[3], nearest;
   };
   /// Of pieces of some size; boxes reach beyond voxels and bricks.
-  HWY_INLINE Exits exits_of(const Group& rays, hn::Vec<Floats> size, hn::Vec<Ints> reach) const {
+  HWY_INLINE Exits exits_of(const Group& rays, hn::Vec<Floats> size, hn::Vec<Floats> inverse_size,
+                            hn::Vec<Ints> reach) const {
     Exits exits;
-    // Of a power of two.
-    const auto inverse_size = floats(hn::Sub(hn::Set(Ints(), 0x7f000000), ints(size)));
     for (uint32_t a = 0; a < 3; ++a) {
       exits.low[a] = hn::Mul(hn::Floor(hn::Mul(rays.cell[a], inverse_size)), size);
       const auto high = hn::Add(exits.low[a], size);
@@ -277,7 +279,9 @@ class Walker {
     for (uint32_t i = 0; i < kFirstLeaps; ++i) {
       const auto leaps = hn::And(lanes, hn::RebindMask(d, is_kind(rays.word, kEmptyVoxel)));
       if (uint32_t(__builtin_popcount(bits_of(leaps))) < kLanesToLeap) break;
-      const Exits exits = exits_of(rays, sizes_of(rays.word, hn::Set(d, voxel_size())), reach_of(rays));
+      const auto size = sizes_of(rays.word, hn::Set(d, voxel_size()));
+      const auto inverse_size = kWithBricks ? inverse_of(size) : hn::Set(d, field_.voxels_per_cell);
+      const Exits exits = exits_of(rays, size, inverse_size, reach_of(rays));
       const auto seen = hn::And(hn::ShiftRight<4 - kSeenShift>(rays.word), sides);
       rays.info = hn::Or(rays.info, bits_if(leaps, seen));
       const auto leaves_piece = hn::Lt(exits.nearest, leave);
@@ -530,7 +534,7 @@ class Walker {
 
     // Exits; a part that is not there has no box beyond itself.
     const auto reach = hn::IfThenElseZero(empty, reach_of(rays));
-    const Exits exits = exits_of(rays, size, reach);
+    const Exits exits = exits_of(rays, size, inverse_of(size), reach);
     const auto leave = hn::Load(d, rays_.slots.members[kLeave] + at);
     const auto leaves_piece = hn::Lt(exits.nearest, leave);
     const auto left = hn::Max(hn::IfThenElse(leaves_piece, exits.nearest, leave), rays.now);
