@@ -83,9 +83,6 @@ struct Box {
   }
 };
 
-/// A word for each voxel or brick of a grid, [z][y][x].
-using Words = std::pmr::vector<uint32_t>;
-
 /// The word of the voxels from `low` to `high`, with a box around them.
 uint32_t with_box(uint32_t word, const uint32_t (&size)[3], const Counts& counts, const uint32_t (&low)[3],
                   const uint32_t (&high)[3]) {

@@ -60,7 +60,7 @@ void check(const ProofField& field, size_t most_without_bricks, Found& found) {
         ASSERT_EQ(kernels::empty_side(word), kernels::empty_side(expected));
         const int32_t side = kernels::is_brick(word) ? 1 << grid.brick_levels : 1;
         const int32_t low[3] = {voxel[0] & -side, voxel[1] & -side, voxel[2] & -side};
-        if ((voxel[0] + 2 * voxel[1] + 3 * voxel[2]) % 7 == 0) {
+        if ((voxel[0] + 2 * voxel[1] + 3 * voxel[2]) % 13 == 0) {
           ASSERT_TRUE(box_is_alike(field, word, low, side));
         }
         found.bricks += side > 1;
@@ -70,7 +70,7 @@ void check(const ProofField& field, size_t most_without_bricks, Found& found) {
 
 TEST(WalkGrid, SaysWhatTheFieldSays) {
   Found found;
-  for (uint64_t seed = 0; seed < 60; ++seed) {
+  for (uint64_t seed = 0; seed < 40; ++seed) {
     const std::vector<std::byte> file =
         format::encode(random_asset(seed, {.objects = 1, .max_voxels = seed % 4 == 0 ? 90u : 30u}));
     const format::AssetView asset = format::read_asset(file, "test");
@@ -79,7 +79,7 @@ TEST(WalkGrid, SaysWhatTheFieldSays) {
     check(field, kernels::cpu::kMostWithoutBricks, found);
     if (HasFatalFailure()) return;
   }
-  for (const uint64_t grids : found.with_levels) EXPECT_GT(grids, 5u);
+  for (const uint64_t grids : found.with_levels) EXPECT_GT(grids, 3u);
   EXPECT_GT(found.surface, 100'000u);
   EXPECT_GT(found.boxes, 100'000u);
   EXPECT_GT(found.bricks, 10'000u);
