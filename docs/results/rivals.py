@@ -99,7 +99,7 @@ def geometric_mean(values: list[float]) -> float:
 
 
 def row(study: Study, bytes_: int) -> tuple[str, str, dict[str, float]]:
-    """Its line in a budget's table; "win", "loss", "tie" or "none"; and what is averaged."""
+    """Its line in a budget's table; "win", "loss", "tie" or "none"; speeds by ray set, and the errors that belong to them."""
     name, ours, other = study["study"]["mesh"], best(study, bytes_, list(OURS)), best(study, bytes_, simplified(study))
     figures: dict[str, float] = {}
     if whole_mesh_bytes(study) <= bytes_:
@@ -117,6 +117,8 @@ def row(study: Study, bytes_: int) -> tuple[str, str, dict[str, float]]:
             speeds.append(f"{figures[set_]:.2f}")
         else:
             speeds.append("")
+    if embree:
+        figures |= {"embree": embree[1]["error"], "ours": ours[1]["error"]}
     outcome = "win" if ours[1]["error"] < other[1]["error"] else "loss"
     return (f"| {name} | {ours[0]} | {percent(ours[1]['error'])} | {other[0]} | {percent(other[1]['error'])} | {speeds[0]} | "
             f"{speeds[1]} |", outcome, figures)
@@ -137,17 +139,21 @@ def main() -> int:
     if not studies:
         print("docs/results/rivals.py: no studies", file=sys.stderr)
         return 1
-    tables, losses, summary, missed = [], [], [], []
+    tables, losses, summary, missed, slower = [], [], [], [], []
     for bytes_ in BUDGETS:
         lines, outcomes, ratios = [], [], {"outer-lines": [], "sun": []}
         for study in studies:
             line, outcome, figures = row(study, bytes_)
             lines.append(line)
             outcomes.append(outcome)
-            for set_, ratio in figures.items():
-                ratios[set_].append(ratio)
+            for set_ in ratios:
+                if set_ in figures:
+                    ratios[set_].append(figures[set_])
             if outcome == "loss":
                 losses.append(f"{study['study']['mesh']} at {bytes_ // 1000} kB")
+            if figures.get("outer-lines", 1) < 1:
+                slower.append(f"{study['study']['mesh']} at {bytes_ // 1000} kB ({figures['outer-lines']:.2f} x; there "
+                              f"{percent(figures['embree'])} of Embree's answers are wrong, of ours {percent(figures['ours'])})")
         counts = {outcome: outcomes.count(outcome) for outcome in ("win", "tie", "loss", "none")}
         if counts["win"] + counts["tie"] + MESHES - len(studies) < WINS:
             missed.append(f"fewer wrong answers or a tie at {bytes_ // 1000} kB on {counts['win'] + counts['tie']} of {len(studies)} meshes, "
@@ -180,6 +186,7 @@ def main() -> int:
           f"{'; QUICK STUDIES: two sizes of each' if quick else ''}.\n")
     print("**Where we lose.** " + ("At equal bytes more answers are wrong than with the best simplified mesh for: " + ", ".join(losses) + "."
                                    if losses else "Nowhere in errors at equal bytes, on these meshes."))
+    print("Slower than Embree on the simplified mesh, on outer-lines: " + ("; ".join(slower) if slower else "nowhere") + ".")
     print("Aims that were missed: " + ("; ".join(missed) if missed else "none") + ".")
     print("\n".join(["", *summary]))
     print("\n\"Ours\" is the one of `segment`, `exact` and `bvh` with the fewest wrong answers, the mean of all ray sets. Simplified meshes are\n"
