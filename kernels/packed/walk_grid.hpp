@@ -13,8 +13,8 @@
 namespace nif::kernels::cpu {
 
 /// Bytes that a word for each voxel may take: half of the second cache of many processors. A brick's word and
-/// then a voxel's take up to a fifth longer to read than that, and half to a sixth of its bytes. Where a word
-/// for each voxel does not fit the caches, bricks are faster as well (docs/results/cpu-kernels.md).
+/// then a voxel's take up to a quarter longer to read than that, and half to a sixth of its bytes. Where a
+/// word for each voxel does not fit the caches, bricks are faster as well (docs/results/cpu-kernels.md).
 inline constexpr size_t kMostWithoutBricks = 512 * 1024;
 /// Whether there may be any: for a page their code is too much to download.
 #ifdef __wasm__
