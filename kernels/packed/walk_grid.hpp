@@ -12,9 +12,9 @@
 
 namespace nif::kernels::cpu {
 
-/// Bytes that a word for each voxel may take: half of the second cache of many processors. A brick's word and
-/// then a voxel's take up to a quarter longer to read than that, and half to a sixth of its bytes. Where a
-/// word for each voxel does not fit the caches, bricks are faster as well (docs/results/cpu-kernels.md).
+/// Bytes that a word for each voxel may take: half of the second cache of many processors. With bricks rays
+/// take up to a quarter longer while that fits the caches, about as long where it does not, and the words down
+/// to a sixth of the bytes (docs/results/cpu-kernels.md).
 inline constexpr size_t kMostWithoutBricks = 512 * 1024;
 /// Whether there may be any: for a page their code is too much to download.
 #ifdef __wasm__
@@ -26,7 +26,7 @@ inline constexpr bool kWithBricks = true;
 struct VoxelWords;
 
 struct WalkGrid {
-  /// Without bricks unless words for all voxels would take more.
+  /// Without bricks unless words for all voxels would take more than so many bytes, and bricks take less.
   WalkGrid(const ProofField& field, std::pmr::memory_resource* memory,
            size_t most_without_bricks = std::numeric_limits<size_t>::max());
 

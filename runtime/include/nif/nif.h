@@ -139,7 +139,7 @@ typedef struct NifDeviceCallbacks {
  * - threads=N: threads that work on one query (default 1; 0: as many as the machine has).
  * - queries=N: queries that can run at once without scratch of the caller (default 0: the machine's threads).
  * - isa=NAME: the CPU's instruction set: auto (default), scalar, sse4, avx2, avx512, neon or wasm.
- * - memory=NAME: auto (default), or least: assets take as little memory as they can, and rays some more time.
+ * - memory=NAME: auto (default), or least: smaller tables for grids, and slower rays. CPU only.
  * - backend=NAME: cpu (default), or gpu (or hip): a GPU of AMD or NVIDIA.
  * - device=N: with a GPU, the card, as numbered by nifGetCardInfo (default 0).
  * - module=PATH: with a GPU, the file of the GPU module.
