@@ -12,9 +12,9 @@
 
 namespace nif::kernels::cpu {
 
-/// Bytes that a word for each voxel may take: half of the second cache of many processors. With bricks rays
-/// take up to a quarter longer while that fits the caches, about as long where it does not, and the words down
-/// to a sixth of the bytes (docs/results/cpu-kernels.md).
+/// Bytes that a word for each voxel may take: half of the second cache of many processors. With bricks, words
+/// take down to a sixth of the bytes, and rays up to a quarter longer: the less so the larger the grid, and
+/// no longer at some 6 MB (docs/results/cpu-kernels.md).
 inline constexpr size_t kMostWithoutBricks = 512 * 1024;
 /// Whether there may be any: for a page their code is too much to download.
 #ifdef __wasm__
