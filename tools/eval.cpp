@@ -64,7 +64,7 @@ struct Result {
 Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets) {
   Result result;
   Progress progress(arguments.quiet);
-  const MeasuredAsset asset(arguments.asset, arguments.mesh, "isa=" + arguments.isa, progress);
+  const MeasuredAsset asset(arguments.asset, arguments.mesh, arguments.configuration(), progress);
   const size_t count = asset.objects().size();
   const std::vector<double> voxels =
       arguments.hits ? voxels_per_unit(arguments.asset) : std::vector<double>();

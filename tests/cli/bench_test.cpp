@@ -234,6 +234,22 @@ TEST_F(Bench, LetsAllOfEmbreesCallsRaceOnRequest) {
   check_set("segments", result["sets"]["segments"], 7);
 }
 
+TEST_F(Bench, TheLeastMemoryChangesNoAnswer) {
+  json sets[2];
+  for (const bool least : {false, true}) {
+    std::vector<std::string> words = bench({"--json", "-j", "1", "--set", "segments"});
+    if (least) words.push_back("--least-memory");
+    const Outcome outcome = nif(words);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const json result = json::parse(outcome.out);
+    EXPECT_EQ(result["configuration"], least ? "isa=auto,memory=least" : "isa=auto,memory=auto");
+    sets[least] = result["sets"]["segments"];
+  }
+  EXPECT_EQ(sets[0]["error"], sets[1]["error"]);
+  EXPECT_EQ(sets[0]["certain"], sets[1]["certain"]);
+  EXPECT_LE(sets[1]["nif"]["bytes"], sets[0]["nif"]["bytes"]);
+}
+
 TEST_F(Bench, ErrorIsThatOfEval) {
   const Outcome ours = nif(bench({"--json", "-j", "1", "--set", "sun", "--set", "inner-volume"}));
   const Outcome eval = nif({"eval", asset_, "--mesh", mesh_, "--rays", "5000", "--json", "--quiet"});

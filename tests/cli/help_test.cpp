@@ -52,7 +52,7 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
         "--outer-resolution", "--precision", "--shared-network", "--seed", "--json", "--quiet"})
     EXPECT_NE(bake.find(word), std::string::npos) << word;
   for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot",
-                           "--device", "--asset", "--moved"})
+                           "--least-memory", "--device", "--asset", "--moved"})
     EXPECT_NE(bench.find(word), std::string::npos) << word;
   for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--json"})
     EXPECT_NE(eval.find(word), std::string::npos) << word;

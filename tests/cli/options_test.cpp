@@ -190,6 +190,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{
             "ThreadsOfAGpu", bench({"--device", "hip", "--threads", "1"}), {"--device hip", "--threads"}},
         WrongOptions{"IsaOfAGpu", bench({"--device", "gpu", "--isa", "auto"}), {"--device gpu", "--isa"}},
+        WrongOptions{
+            "MemoryOfAGpu", bench({"--device", "gpu", "--least-memory"}), {"--device gpu", "--least-memory"}},
         WrongOptions{"PrecisionOfTheCpu", bench({"--precision", "half"}), {"--precision", "--device gpu"}},
         WrongOptions{"BatchesOfTheCpu", bench({"--batches"}), {"--batches", "--device gpu"}},
         WrongOptions{"PlotOfAGpu", bench({"--device", "hip", "--plot", "a.svg"}), {"--device hip", "--plot"}},

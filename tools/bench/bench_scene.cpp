@@ -32,9 +32,9 @@ render::SceneDescription read_objects(const std::string& path, const std::string
 
 }  // namespace
 
-BenchScene::BenchScene(const std::string& path, const std::string& asset, const std::string& isa,
+BenchScene::BenchScene(const std::string& path, const std::string& asset, const std::string& configuration,
                        Progress& progress)
-    : path_(path), configuration_("isa=" + isa) {
+    : path_(path), configuration_(configuration) {
   const render::SceneDescription description = read_objects(path, asset);
   struct Known {
     size_t asset;

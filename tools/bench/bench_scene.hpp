@@ -18,7 +18,8 @@ class BenchScene {
   /// scene file. Objects, ground, lights and cameras: only objects count, and each must have an asset. Throws
   /// as render::read_scene() and MeasuredAsset; Error(usage) where `asset` does not fit the scene;
   /// Error(malformed_scene) where an object has no asset, or no instance is left.
-  BenchScene(const std::string& scene, const std::string& asset, const std::string& isa, Progress& progress);
+  BenchScene(const std::string& scene, const std::string& asset, const std::string& configuration,
+             Progress& progress);
 
   /// Of all assets.
   const std::vector<const bake::Prepared*>& objects() const { return objects_; }

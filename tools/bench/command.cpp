@@ -49,7 +49,7 @@ void drop_repeats(std::vector<T>& list) {
 BenchOptions resolve(const Arguments& arguments) {
   BenchOptions options{arguments.file,
                        arguments.mesh,
-                       arguments.isa,
+                       arguments.configuration(),
                        arguments.against,
                        parse_sets(arguments.sets),
                        arguments.threads,
@@ -117,7 +117,8 @@ void run_gpu(const Arguments& arguments, const Command& command) {
     throw Error(Status::usage, fmt::format("--device {}: {} is only for the CPU", arguments.device, option));
   };
   if (!arguments.threads.empty()) refuse("--threads");
-  if (command.given("--isa")) refuse("--isa");
+  for (const char* option : {"--isa", "--least-memory"})
+    if (command.given(option)) refuse(option);
   if (arguments.embree != "fastest") refuse("--embree");
   if (!arguments.fallback.empty()) refuse("--fallback");
   if (arguments.hits) refuse("--hits");
@@ -145,8 +146,8 @@ void run_scene(const Arguments& arguments, const Command& command) {
       throw Error(Status::usage,
                   fmt::format("{}: {} is only for an ASSET, not for a scene", arguments.file, option));
   const BenchOptions resolved = resolve(arguments);
-  const SceneBenchOptions options{arguments.file,   arguments.asset,  resolved.isa,  resolved.sets,
-                                  resolved.threads, resolved.rays,    resolved.seed, arguments.moved,
+  const SceneBenchOptions options{arguments.file,   arguments.asset,  resolved.configuration, resolved.sets,
+                                  resolved.threads, resolved.rays,    resolved.seed,          arguments.moved,
                                   resolved.hits,    resolved.schedule};
   Progress progress(arguments.quiet);
   const SceneBenchResult result = measure_scene(options, progress);

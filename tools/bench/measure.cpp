@@ -67,10 +67,10 @@ Spread SetSpeeds::ratio_to_other() const {
 }
 
 BenchResult measure(const BenchOptions& options, Progress& progress) {
-  const MeasuredAsset asset(options.asset, options.mesh, "isa=" + options.isa, progress);
+  const MeasuredAsset asset(options.asset, options.mesh, options.configuration, progress);
   std::optional<MeasuredAsset> against;
   if (!options.against.empty())
-    against.emplace(options.against, options.mesh, "isa=" + options.isa, progress);
+    against.emplace(options.against, options.mesh, options.configuration, progress);
   if (options.stages && !asset.any_spherical() && !(against && against->any_spherical()))
     throw Error(Status::usage,
                 "--stages: no object of these assets is spherical, and only spherical objects have stages");

@@ -77,8 +77,9 @@ struct ThreadRun {
 };
 
 struct BenchOptions {
-  std::string asset, mesh, isa;
-  std::string against;  ///< another asset of the same mesh, to race beside it; may be empty
+  std::string asset, mesh;
+  std::string configuration;  ///< of the runtime's device
+  std::string against;        ///< another asset of the same mesh, to race beside it; may be empty
   std::vector<bake::RaySet> sets;
   std::vector<uint32_t> threads;
   bool fallback;  ///< the asset's proofs in front of Embree's BVHs, instead of the asset alone

@@ -203,6 +203,7 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
             {"file", options.asset},
             {"threads", result.runs.front().threads},
             {"isa", result.isa},
+            {"configuration", options.configuration},
             {"sets", sets_json(result.runs.front(), result)},
             {"scaling", std::move(scaling)},
             {"processor", processor_name()},

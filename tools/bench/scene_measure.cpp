@@ -179,7 +179,7 @@ size_t MovedRun::best() const {
 }
 
 SceneBenchResult measure_scene(const SceneBenchOptions& options, Progress& progress) {
-  const BenchScene scene(options.scene, options.asset, options.isa, progress);
+  const BenchScene scene(options.scene, options.asset, options.configuration, progress);
   const std::atomic<bool>& cancel = interruption();
   const GoOn go_on = [&](double fraction, const std::string& text) {
     if (cancel) throw Error(Status::interrupted, "the benchmark was cancelled");

@@ -7,8 +7,8 @@ namespace nif::tools {
 
 struct SceneBenchOptions {
   std::string scene;
-  std::string asset;  ///< of a glTF; empty for a scene file, which names its assets
-  std::string isa;
+  std::string asset;          ///< of a glTF; empty for a scene file, which names its assets
+  std::string configuration;  ///< of the runtime's device
   std::vector<bake::RaySet> sets;
   std::vector<uint32_t> threads;
   uint64_t rays, seed;

@@ -60,6 +60,7 @@ nlohmann::ordered_json to_json(const SceneBenchOptions& options, const SceneBenc
   if (!options.asset.empty()) json["asset"] = options.asset;
   json.update({{"threads", still.runs.front().threads},
                {"isa", still.isa},
+               {"configuration", options.configuration},
                {"sets", sets_json(still.runs.front(), still)},
                {"scaling", std::move(scaling)}});
   if (options.hits) json["hits"] = true;

@@ -1,7 +1,6 @@
 #include "tools/common/measure_options.hpp"
 
 #include "tools/common/ray_set_option.hpp"
-#include "tools/common/shared_options.hpp"
 
 namespace nif::tools {
 
@@ -11,7 +10,7 @@ void add_measure_options(Command command, MeasureArguments& arguments, const std
       .positive()
       .capture_default_str();
   add_seed_option(command, arguments.seed);
-  add_isa_option(command, arguments.isa);
+  add_runtime_options(command, arguments);
   command
       .add_option(
           "--fallback", arguments.fallback,

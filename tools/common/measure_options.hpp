@@ -5,18 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "tools/common/options.hpp"
+#include "tools/common/shared_options.hpp"
 
 namespace nif::tools {
 
-struct MeasureArguments {
-  std::string isa = "auto";
+struct MeasureArguments : RuntimeArguments {
   std::vector<std::string> sets;  ///< for parse_sets()
   uint64_t rays = 1'000'000, seed = 2;
   std::string fallback;  ///< "embree", or none
 };
 
-/// --set, --rays, --seed, --isa and --fallback. `sets` says which ray sets are the default.
+/// --set, --rays, --seed, --fallback, and those of the runtime. `sets` says which ray sets are the default.
 void add_measure_options(Command command, MeasureArguments& arguments, const std::string& sets);
 
 }  // namespace nif::tools

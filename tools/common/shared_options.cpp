@@ -1,5 +1,7 @@
 #include "tools/common/shared_options.hpp"
 
+#include <fmt/format.h>
+
 namespace nif::tools {
 
 void add_run_options(Command command, RunArguments& arguments, const std::string& schema) {
@@ -25,9 +27,17 @@ void add_seed_option(Command command, uint64_t& seed) {
   command.add_option("--seed", seed, "Seed of all random numbers").capture_default_str();
 }
 
-void add_isa_option(Command command, std::string& isa) {
-  command.add_option("--isa", isa, "Instruction set of the runtime: auto, scalar, sse4, avx2, avx512, neon")
+std::string RuntimeArguments::configuration() const {
+  return fmt::format("isa={},memory={}", isa, least_memory ? "least" : "auto");
+}
+
+void add_runtime_options(Command command, RuntimeArguments& arguments) {
+  command
+      .add_option("--isa", arguments.isa,
+                  "Instruction set of the runtime: auto, scalar, sse4, avx2, avx512, neon")
       .capture_default_str();
+  command.add_flag("--least-memory", arguments.least_memory,
+                   "Have the runtime make its tables as small as it can; rays are slower");
 }
 
 }  // namespace nif::tools

@@ -14,6 +14,15 @@ struct RunArguments {
   bool json = false, quiet = false;
 };
 
+/// How the runtime answers on the CPU.
+struct RuntimeArguments {
+  std::string isa = "auto";  ///< as in the runtime's configuration, which refuses other words
+  bool least_memory = false;
+
+  /// For nifNewDevice().
+  std::string configuration() const;
+};
+
 /// -j, --threads, --json and --quiet. `schema` is what the printed JSON calls itself.
 void add_run_options(Command command, RunArguments& arguments, const std::string& schema);
 
@@ -22,7 +31,7 @@ void add_threads_option(Command command, uint32_t& threads);
 void add_json_option(Command command, bool& json, const std::string& schema);
 void add_quiet_option(Command command, bool& quiet);
 void add_seed_option(Command command, uint64_t& seed);
-/// --isa: the instruction sets are those of the runtime's configuration.
-void add_isa_option(Command command, std::string& isa);
+/// --isa and --least-memory.
+void add_runtime_options(Command command, RuntimeArguments& arguments);
 
 }  // namespace nif::tools

@@ -35,7 +35,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "nifkit.render/1";
 
-struct Arguments : RunArguments {
+struct Arguments : RunArguments, RuntimeArguments {
   std::string scene, folder;
   std::vector<std::string> cameras;
   std::optional<uint32_t> samples, width, height, bounces;
@@ -43,7 +43,6 @@ struct Arguments : RunArguments {
   std::string primary = "embree";
   double confidence = 0.9;
   std::string exact = "none";
-  std::string isa = "auto";
   std::optional<std::string> sheet;
   uint32_t thumbnail = 240;
   bool exr = false;
@@ -299,7 +298,7 @@ void run(const Arguments& arguments) {
   const int threads = tbb::this_task_arena::max_concurrency();
   const render::Lighting lighting(scene);
   const render::World world(scene, std::move(meshes),
-                            fmt::format("isa={},queries={}", arguments.isa, threads), progress);
+                            fmt::format("{},queries={}", arguments.configuration(), threads), progress);
   if (arguments.by_assets() && world.assets().no_first_hits())
     throw Error(Status::usage, "--primary asset: " + *world.assets().no_first_hits());
   const double exposure = render::find_exposure(scene, world, lighting);
@@ -383,7 +382,7 @@ void add_render(Command app) {
                   "asset's box. Shows the error of the other rays alone")
       .capture_default_str()
       .one_of({"none", "inside", "outside"});
-  add_isa_option(command, a.isa);
+  add_runtime_options(command, a);
   command.add_flag("--exr", a.exr, "Also write linear pictures as OpenEXR");
   command.add_option(
       "--sheet", a.sheet,

@@ -20,8 +20,9 @@ class Device(Handle):
             an answer, and no setting below but `precision` does.
         queries: queries that can run at the same time without waiting; 0: as many as the machine has threads.
         backend: "cpu", or "gpu" (of AMD or NVIDIA).
-        options: other keys of the library's configuration string, all for GPUs: `device` (number of the card), `module`
-            (file of the GPU module), `pipeline` ("auto", "on" or "off"), `precision` ("single" or "half").
+        options: other keys of the library's configuration string. For the CPU: `memory` ("auto" or "least": smaller tables,
+            slower rays). For GPUs: `device` (number of the card), `module` (file of the GPU module), `pipeline` ("auto",
+            "on" or "off"), `precision` ("single" or "half").
 
     Raises:
         Error: INVALID_ARGUMENT for an unknown key or value, NOT_AVAILABLE if this machine or build lacks what is asked for.

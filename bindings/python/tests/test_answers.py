@@ -170,7 +170,7 @@ def test_isa_and_threads(networks):
     path = golden("networks")
     rays = some_rays(networks, 10_000)
     wanted, hits = networks.query(*rays, outputs=ALL[:2] + ALL[3:]), networks.intersect(*rays, outputs=HITS)
-    for options in ({"isa": "scalar"}, {"threads": 1}, {"threads": 3, "queries": 2}):
+    for options in ({"isa": "scalar"}, {"threads": 1}, {"threads": 3, "queries": 2}, {"memory": "least"}):
         with nifkit.Device(**options) as device, nifkit.load(path, device=device) as asset:
             with nifkit.Scene(device=device) as scene:
                 scene.add_object(asset)
