@@ -149,7 +149,7 @@ TEST_F(Batch, ContentCountsAndNotTimes) {
   EXPECT_EQ(batch_json(file, {"--force"})["baked"], 2);
 }
 
-// A number without a value in the type that is read was undefined behaviour, found by fuzz_scene.
+/// Found by fuzzing: a number without a value in the type that is read was undefined behaviour.
 TEST_F(Batch, ADamagedRecordCountsAsNone) {
   write("a.obj", ball_);
   const std::string file = manifest("[[asset]]\nmesh = \"a.obj\"\n");

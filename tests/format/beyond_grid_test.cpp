@@ -9,6 +9,7 @@ namespace {
 
 using test::BeyondGrid, test::Bytes, test::ExactBuffer, test::FileBeyondGrid;
 
+/// Found by fuzzing: the loader read beyond its tables.
 TEST(Damage, SurfaceBitsBeyondTheGrid) {
   for (const BeyondGrid& kind : test::kBeyondGrid) {
     const FileBeyondGrid file = test::file_beyond_grid(kind);

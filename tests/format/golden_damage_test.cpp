@@ -4,6 +4,8 @@
 // that reading takes is counted.
 #include <gtest/gtest.h>
 
+#include <cinttypes>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -53,6 +55,12 @@ struct Tally {
     return status;
   }
 
+  /// For docs/results/trust.sh, which adds up what such lines say.
+  void print(const char* checksums) const {
+    std::printf("  %s checksums: %" PRIu64 " damaged files refused, %" PRIu64 " accepted\n", checksums,
+                refused, accepted);
+  }
+
  private:
   static Status status_of(std::span<const std::byte> bytes, uint64_t seed, test::Meter& meter) {
     try {
@@ -92,6 +100,7 @@ TEST(GoldenDamage, EveryPrefix) {
           << file.name << ' ' << length;
     }
   EXPECT_GT(tally.refused, 50'000u);
+  tally.print("wrong");
 }
 
 TEST(GoldenDamage, EveryPrefixThatStatesItsOwnLength) {
@@ -102,6 +111,7 @@ TEST(GoldenDamage, EveryPrefixThatStatesItsOwnLength) {
       ASSERT_EQ(tally.read(cut, length), Status::damaged_nif) << file.name << ' ' << length;
     }
   EXPECT_GT(tally.refused, 20'000u);
+  tally.print("right");
 }
 
 /// Up to `end` bytes of a file, every `step`-th bit.
@@ -133,6 +143,8 @@ TEST(GoldenDamage, BitsOfHeadersAndTables) {
   // Numbers of a model may change freely; what says where they are may not.
   EXPECT_GT(fixed.refused, 2'000u);
   EXPECT_GT(fixed.accepted, 200u);
+  as_they_are.print("wrong");
+  fixed.print("right");
 }
 
 /// With sanitizers, which take many times as long, every eleventh.
@@ -148,6 +160,8 @@ TEST(GoldenDamage, EveryBit) {
   EXPECT_GT(as_they_are.refused, 500'000u / kStep);
   EXPECT_GT(fixed.refused, 50'000u / kStep);
   EXPECT_GT(fixed.accepted, 50'000u / kStep);
+  as_they_are.print("wrong");
+  fixed.print("right");
 }
 
 TEST(GoldenDamage, BytesBehindTheEnd) {

@@ -155,9 +155,9 @@ TEST(Hostile, RandomDamage) {
   }
 }
 
+/// Found by fuzzing: where the type of an attribute became "bool" (11), Draco's own conversion loads the
+/// bytes of floats as bools. Which byte holds the type depends on the encoder, so every byte has a turn.
 TEST(Hostile, DracoPositionsOfImpossibleTypes) {
-  // Found by fuzzing: where the type of an attribute became "bool" (11), Draco's own conversion loads the
-  // bytes of floats as bools. Which byte holds the type depends on the encoder, so every byte has a turn.
   const TempDir folder;
   const std::string whole = draco(icosphere(1));
   for (size_t at = 0; at < whole.size(); ++at) {
@@ -203,8 +203,8 @@ std::string refusal_of(std::string_view picture) {
   return why;
 }
 
+/// Found by fuzzing: stb writes beyond its table of 257 sizes.
 TEST(Hostile, HuffmanTablesOfPicturesThatAreTooLong) {
-  // Found by fuzzing: stb writes beyond its table of 257 sizes.
   std::string picture = "\xFF\xD8\xFF\xC4";
   const auto table = [&](const std::string& counts) {
     picture.push_back(char((19 + 300) >> 8)), picture.push_back(char((19 + 300) & 255));

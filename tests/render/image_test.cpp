@@ -85,7 +85,7 @@ TEST(Images, RunsOfNoPixels) {
             Status::not_an_image);
 }
 
-/// Sizes that a few bytes claim take no memory. Both were found by fuzzing.
+/// Found by fuzzing, both: sizes that a few bytes claim take no memory.
 TEST(Images, ClaimsBeyondTheLengthOfTheFile) {
   const test::TempDir folder;
   const auto sentence_of = [&](const std::string& name, const std::string& bytes) {
