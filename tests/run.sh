@@ -9,9 +9,10 @@
 #                              the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each header by itself, and
 #                              bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
-#                              an hour; hundreds of kills; 10^7 segments of each mesh; bindings in a browser, in Blender, under
-#                              Wine; what tests and fuzzers reach; then fuzzes and bakes random meshes for so many hours (8),
-#                              going on from the last time; see tests/nightly.sh
+#                              an hour; hundreds of kills; 10^7 segments of each mesh; the same bytes by clang++ and not
+#                              optimised; bindings in a browser, in Blender, under Wine; what tests and fuzzers reach; then
+#                              fuzzes and bakes random meshes for so many hours (8), going on from the last time; see
+#                              tests/nightly.sh
 #
 # Long tests have ctest's label `long`. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are
 # skipped.
@@ -214,6 +215,7 @@ if [[ $size == nightly ]]; then
   if step 'build tests of proofs' build_part release 'truth_test exact_object_test cli_test'; then
     step '10^7 segments of each mesh' many_segments || true
   fi
+  step 'the same bytes and bits by other compilers' tests/determinism.sh || true
   host_test 'fuzz in 32 bits' tests/fuzz/bits32/run.sh 100000
   host_test 'sound behind an object' samples/audio/test.sh
   host_test 'a game in LÖVE' samples/love/test.sh

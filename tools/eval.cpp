@@ -90,7 +90,7 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
     object.name = asset.name(i);
     std::optional<bake::SourceMesh> source;
     if (arguments.hits && asset.has_source_triangles(i))
-      source.emplace(*prepared.source, mesh::source_triangles(prepared.surface));
+      source.emplace(bake::SourceMesh{*prepared.source, mesh::source_triangles(prepared.surface)});
     const uint64_t rays = std::max<uint64_t>(1, arguments.rays / count);
     for (size_t s = 0; s < sets.size(); ++s) {
       if (cancel) throw Error(Status::interrupted, "the evaluation was cancelled");

@@ -16,13 +16,16 @@
 #include "mesh/volume/level_set.hpp"
 
 // Trees and grids of these values are in OpenVDB's library. Without these lines GCC 12 makes all of their
-// code again, which takes half a minute.
+// code again, which takes half a minute. clang asks the library for inline functions, too, which are not in
+// it.
+#ifndef __clang__
 extern template class openvdb::tree::Tree<openvdb::BoolTree::RootNodeType>;
 extern template class openvdb::tree::Tree<openvdb::FloatTree::RootNodeType>;
 extern template class openvdb::tree::Tree<openvdb::Int32Tree::RootNodeType>;
 extern template class openvdb::Grid<openvdb::BoolTree>;
 extern template class openvdb::Grid<openvdb::FloatTree>;
 extern template class openvdb::Grid<openvdb::Int32Tree>;
+#endif
 
 namespace nif::volume {
 namespace {

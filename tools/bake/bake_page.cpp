@@ -57,9 +57,10 @@ std::string sets_section(const Json& report) {
                    {"spurious", PageTable::Kind::number},
                    {"certain", PageTable::Kind::number},
                    {"certain and wrong", PageTable::Kind::number}});
-  for (const auto& [name, set] : report.at("sets").items()) {
+  for (const auto& item : report.at("sets").items()) {
+    const auto& set = item.value();
     table.row();
-    table.cell(escaped(name), name);
+    table.cell(escaped(item.key()), item.key());
     const auto count = [&](const char* key) {
       const std::string text = fmt::format("{}", set.at(key).template get<uint64_t>());
       table.cell(text, text);

@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
-#include <ranges>
 #include <set>
+#include <string_view>
 
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
@@ -36,8 +37,11 @@ void parse_shard(const std::string& text, BatchOptions& options) {
 std::set<std::string> lines_of(const std::string& file) {
   const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, 64 << 20);
   std::set<std::string> lines;
-  for (const auto part : std::views::split(text.view(), '\n'))
-    if (!part.empty()) lines.emplace(part.begin(), part.end());
+  for (std::string_view rest = text.view(); !rest.empty();) {
+    const std::string_view line = rest.substr(0, rest.find('\n'));
+    if (!line.empty()) lines.emplace(line);
+    rest.remove_prefix(std::min(line.size() + 1, rest.size()));
+  }
   if (lines.empty()) throw Error(Status::file_empty, file + ": lists no outputs");
   return lines;
 }

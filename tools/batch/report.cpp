@@ -116,8 +116,8 @@ std::string to_html(const Manifest& manifest, std::span<const BatchItem> items) 
   PageTable table(std::move(columns));
   std::vector<const BatchItem*> order;
   for (const BatchItem& item : items) order.push_back(&item);
-  std::ranges::stable_partition(order,
-                                [](const BatchItem* item) { return item->outcome == Outcome::failed; });
+  std::stable_partition(order.begin(), order.end(),
+                        [](const BatchItem* item) { return item->outcome == Outcome::failed; });
   for (const BatchItem* item : order) {
     const bool failed = item->outcome == Outcome::failed;
     const std::string about = failed                              ? item->error

@@ -70,8 +70,8 @@ mesh::Scene read_objects(const std::string& file, Progress& progress) {
     if (found == known.end()) {
       progress.update(double(&object - description.objects.data()) / double(description.objects.size()),
                       "reading " + object.mesh);
-      found =
-          known.try_emplace(object.mesh, read_mesh(object.mesh, progress), uint32_t(all.meshes.size())).first;
+      found = known.emplace(object.mesh, Known{read_mesh(object.mesh, progress), uint32_t(all.meshes.size())})
+                  .first;
       const std::vector<std::string>& warnings = found->second.scene.warnings;
       all.warnings.insert(all.warnings.end(), warnings.begin(), warnings.end());
     }

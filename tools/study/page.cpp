@@ -44,7 +44,7 @@ using ValueOfPoint = std::function<std::optional<double>(const RivalPoint&)>;
 std::vector<Curve> curves_of(const Study& study, const ValueOfPoint& value_of) {
   std::vector<Curve> curves;
   for (const std::string& family : families_of(study)) {
-    Curve& curve = curves.emplace_back(family, colour_of(family));
+    Curve& curve = curves.emplace_back(Curve{family, colour_of(family), {}});
     for (const RivalPoint& point : study.points) {
       if (point.family != family || !point.measured()) continue;
       if (const auto value = value_of(point); value && *value > 0)

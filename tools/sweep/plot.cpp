@@ -19,7 +19,7 @@ using ValueOf = std::function<std::optional<double>(const SweepPoint&, bake::Ray
 std::vector<Curve> curves_of(const std::vector<SweepPoint>& points, const ValueOf& value_of) {
   std::vector<Curve> curves;
   for (const bake::RaySet set : bake::kRaySets) {
-    Curve& curve = curves.emplace_back(std::string(bake::name_of(set)), kColours[size_t(set)]);
+    Curve& curve = curves.emplace_back(Curve{std::string(bake::name_of(set)), kColours[size_t(set)], {}});
     for (const SweepPoint& point : points)
       if (const auto value = value_of(point, set)) curve.points.push_back({double(point.file_bytes), *value});
   }
