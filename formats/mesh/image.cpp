@@ -43,8 +43,9 @@ namespace {
 /// not look, and writes beyond its own tables. Segments are gone through as stb does it.
 bool huffman_tables_fit(std::string_view bytes) {
   const auto byte = [&](size_t at) { return at < bytes.size() ? uint8_t(bytes[at]) : uint8_t{0}; };
-  if (byte(0) != 0xFF || byte(1) != 0xD8) return true;  // no JPEG
-  for (size_t at = 2; at < bytes.size();) {
+  size_t at = std::min(bytes.find_first_not_of('\xFF'), bytes.size());
+  if (at == 0 || byte(at) != 0xD8) return true;  // no JPEG
+  for (++at; at < bytes.size();) {
     const uint8_t marker = byte(at + 1);
     const bool alone = marker == 0 || marker == 1 || (marker >= 0xD0 && marker <= 0xD9);
     if (byte(at) != 0xFF || marker == 0xFF || alone) {

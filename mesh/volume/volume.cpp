@@ -16,9 +16,9 @@
 #include "mesh/volume/level_set.hpp"
 
 // Trees and grids of these values are in OpenVDB's library. Without these lines GCC 12 makes all of their
-// code again, which takes half a minute. clang asks the library for inline functions, too, which are not in
-// it.
-#ifndef __clang__
+// code again, which takes half a minute. Their inline functions are not in the library: clang, and GCC where
+// it does not optimise, would look for them there.
+#if defined(__OPTIMIZE__) && !defined(__clang__)
 extern template class openvdb::tree::Tree<openvdb::BoolTree::RootNodeType>;
 extern template class openvdb::tree::Tree<openvdb::FloatTree::RootNodeType>;
 extern template class openvdb::tree::Tree<openvdb::Int32Tree::RootNodeType>;
