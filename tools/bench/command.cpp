@@ -47,18 +47,18 @@ void drop_repeats(std::vector<T>& list) {
 }
 
 BenchOptions resolve(const Arguments& arguments) {
-  BenchOptions options{arguments.file,
-                       arguments.mesh,
-                       arguments.configuration(),
-                       arguments.against,
-                       parse_sets(arguments.sets),
-                       arguments.threads,
-                       !arguments.fallback.empty(),
-                       arguments.hits,
-                       arguments.stages,
-                       arguments.rays,
-                       arguments.seed,
-                       {}};
+  BenchOptions options{.asset = arguments.file,
+                       .mesh = arguments.mesh,
+                       .configuration = arguments.configuration(),
+                       .against = arguments.against,
+                       .sets = parse_sets(arguments.sets),
+                       .threads = arguments.threads,
+                       .fallback = !arguments.fallback.empty(),
+                       .hits = arguments.hits,
+                       .stages = arguments.stages,
+                       .rays = arguments.rays,
+                       .seed = arguments.seed,
+                       .schedule = {}};
   if (options.sets.empty()) {
     options.sets = {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun};
     if (options.hits) options.sets.push_back(bake::RaySet::camera);
@@ -146,9 +146,16 @@ void run_scene(const Arguments& arguments, const Command& command) {
       throw Error(Status::usage,
                   fmt::format("{}: {} is only for an ASSET, not for a scene", arguments.file, option));
   const BenchOptions resolved = resolve(arguments);
-  const SceneBenchOptions options{arguments.file,   arguments.asset,  resolved.configuration, resolved.sets,
-                                  resolved.threads, resolved.rays,    resolved.seed,          arguments.moved,
-                                  resolved.hits,    resolved.schedule};
+  const SceneBenchOptions options{.scene = arguments.file,
+                                  .asset = arguments.asset,
+                                  .configuration = resolved.configuration,
+                                  .sets = resolved.sets,
+                                  .threads = resolved.threads,
+                                  .rays = resolved.rays,
+                                  .seed = resolved.seed,
+                                  .moved = arguments.moved,
+                                  .hits = resolved.hits,
+                                  .schedule = resolved.schedule};
   Progress progress(arguments.quiet);
   const SceneBenchResult result = measure_scene(options, progress);
   progress.finish();

@@ -82,9 +82,9 @@ struct BenchOptions {
   std::string against;        ///< another asset of the same mesh, to race beside it; may be empty
   std::vector<bake::RaySet> sets;
   std::vector<uint32_t> threads;
-  bool fallback;  ///< the asset's proofs in front of Embree's BVHs, instead of the asset alone
-  bool hits;      ///< first hits are raced, not occlusion
-  bool stages;    ///< on one thread, kept with the first of `threads`
+  bool fallback = false;  ///< the asset's proofs in front of Embree's BVHs, instead of the asset alone
+  bool hits = false;      ///< first hits are raced, not occlusion
+  bool stages = false;    ///< on one thread, kept with the first of `threads`
   uint64_t rays, seed;
   Schedule schedule;
 };

@@ -125,18 +125,16 @@ void run(const Arguments& arguments) {
     }));
     if (!arguments.no_speed) {
       progress.update((double(i) + 0.8) / bakes, what + ": measuring speed");
-      BenchOptions options{points.back().file,
-                           arguments.mesh,
-                           "auto",
-                           "",
-                           {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun},
-                           {1},
-                           false,
-                           false,
-                           false,
-                           std::max<uint64_t>(arguments.rays, 20'000),
-                           arguments.seed + 1,
-                           {}};
+      BenchOptions options{
+          .asset = points.back().file,
+          .mesh = arguments.mesh,
+          .configuration = RuntimeArguments().configuration(),
+          .against = "",
+          .sets = {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun},
+          .threads = {1},
+          .rays = std::max<uint64_t>(arguments.rays, 20'000),
+          .seed = arguments.seed + 1,
+          .schedule = {}};
       options.schedule.rounds = 3;
       Progress silent(true);
       points.back().speeds = measure(options, silent).runs.front().sets;
