@@ -30,6 +30,8 @@ state=$(realpath "$state")
 # As it was while there was one fuzzer.
 for folder in corpus findings; do find "$state/$folder" -maxdepth 1 -type f -exec mv -t "$state/$folder/asset" {} +; done
 touch "$state/fuzz.tsv" "$state/meshes.tsv" "$state/failed"
+# What fuzzers write is read once: on a disk some of them would wait for it most of their time.
+[[ ! -w /dev/shm ]] || export TMPDIR=/dev/shm
 scratch=$(mktemp -d)
 end=$((SECONDS + $(awk -v hours="$1" 'BEGIN { printf "%d", hours * 3600 }')))
 trap 'kill $(jobs -p) 2>/dev/null || true; wait; rm -rf "$scratch"' EXIT
