@@ -5,14 +5,14 @@
 #                              but the long ones, runs those of format and runtime under the sanitizers, and fuzzes the
 #                              asset reader for a fixed number of inputs
 #   tests/run.sh --quick       the release build and its tests only
-#   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, mesh readers under
-#                              the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each header by itself, and
-#                              bindings whose hosts are installed
+#   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, mesh readers and
+#                              kernels under the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each header by
+#                              itself, and bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
-#                              an hour; hundreds of kills; 10^7 segments of each mesh; the same bytes by clang++ and not
-#                              optimised; bindings in a browser, in Blender, under Wine; what tests and fuzzers reach; then
-#                              fuzzes and bakes random meshes for so many hours (8), going on from the last time; see
-#                              tests/nightly.sh
+#                              an hour; baker, renderer and tools under the sanitizers; hundreds of kills; 10^7 segments of each
+#                              mesh; the same bytes by clang++ and by code that is not optimised; bindings in a browser, in
+#                              Blender, under Wine; what tests and fuzzers reach; then fuzzes and bakes random meshes for so
+#                              many hours (8), going on from the last time; see tests/nightly.sh
 #
 # Long tests have ctest's label `long`. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are
 # skipped.
@@ -215,6 +215,7 @@ if [[ $size == nightly ]]; then
   if step 'build tests of proofs' build_part release 'truth_test exact_object_test cli_test'; then
     step '10^7 segments of each mesh' many_segments || true
   fi
+  asan_tests bake cli mesh_verbs render || true
   step 'the same bytes and bits by other compilers' tests/determinism.sh || true
   host_test 'fuzz in 32 bits' tests/fuzz/bits32/run.sh 100000
   host_test 'sound behind an object' samples/audio/test.sh
@@ -246,7 +247,7 @@ case $size in
   all)
     step 'check headers' tests/headers.sh || true
     step 'build the runtime alone' build_runtime || true
-    asan_tests format golden mesh runtime validate || true
+    asan_tests format golden kernels mesh runtime validate || true
     tsan_tests || true
     fuzz_tests tests/fuzz/all || true
     host_test 'Python' bindings/python/test.sh
