@@ -47,6 +47,10 @@ function(nif_compile target)
     # Reports need lines and frames, no more; compiled with less, all is built in two thirds of the time.
     target_compile_options(${target} PRIVATE -fsanitize=${NIF_SANITIZE} -fno-sanitize-recover=all
                                              -fno-omit-frame-pointer -O1 -g1)
+    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+      # GCC loses track of what is initialised in code that it has added checks to.
+      target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
+    endif()
     target_compile_definitions(${target} PRIVATE NIF_SANITIZED)
     target_link_options(${target} PRIVATE -fsanitize=${NIF_SANITIZE})
   endif()

@@ -90,7 +90,8 @@ TEST(Eval, OfFirstHits) {
   bake({"segment", "--preset", "fast"});
   const std::string text = eval({"--json", "-j", "1"});
   EXPECT_EQ(text, eval({"--json", "-j", "2"}));
-  for (const auto& [name, set] : json::parse(text)["sets"].items()) {
+  const json sets = json::parse(text)["sets"];
+  for (const auto& [name, set] : sets.items()) {
     SCOPED_TRACE(name);
     const json& hits = set["hits"];
     EXPECT_EQ(hits["missed"], set["leak"]);

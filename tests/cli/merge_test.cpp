@@ -141,8 +141,8 @@ TEST_F(MergedAsset, TheSameBytesForAnyNumberOfThreads) {
 TEST_F(MergedAsset, IsMeasuredOnTheSceneAsItWasMerged) {
   const Outcome eval = nif({"eval", asset_, "--mesh", glb_, "--rays", "20000", "--json"});
   ASSERT_EQ(eval.code, 0) << eval.err;
-  for (const auto& [name, set] : json::parse(eval.out)["sets"].items())
-    EXPECT_LT(set["error"].get<double>(), 1e-3) << name;
+  const json sets = json::parse(eval.out)["sets"];
+  for (const auto& [name, set] : sets.items()) EXPECT_LT(set["error"].get<double>(), 1e-3) << name;
   const Outcome bench = nif({"bench", glb_, "--asset", asset_, "--rays", "3000", "--rounds", "2", "-j", "1",
                              "--moved", "0", "--json"});
   ASSERT_EQ(bench.code, 0) << bench.err;
@@ -160,8 +160,8 @@ TEST_F(MergedAsset, IsMeasuredOnTheSceneAsItWasMerged) {
           .string();
   const Outcome render = nif({"render", scene, "-o", path("pictures"), "--json"});
   ASSERT_EQ(render.code, 0) << render.err;
-  for (const auto& [name, camera] : json::parse(render.out)["cameras"].items())
-    EXPECT_LT(camera["error"].get<double>(), 1e-3) << name;
+  const json cameras = json::parse(render.out)["cameras"];
+  for (const auto& [name, camera] : cameras.items()) EXPECT_LT(camera["error"].get<double>(), 1e-3) << name;
 }
 
 TEST_F(MergedAsset, IsNotThatOfAnotherMeshFile) {
