@@ -12,7 +12,8 @@ namespace {
 /// Bytes that stb may ask for at once: a few kilobytes of PNG may unpack to gigabytes.
 thread_local uint64_t most_at_once = 0;
 
-void* allocate(size_t bytes) { return bytes <= most_at_once ? std::malloc(bytes) : nullptr; }
+/// Zeros: a JPEG may lack tables that its data needs, and what is missing must not depend on the heap.
+void* allocate(size_t bytes) { return bytes <= most_at_once ? std::calloc(1, bytes) : nullptr; }
 void* reallocate(void* memory, size_t bytes) {
   return bytes <= most_at_once ? std::realloc(memory, bytes) : nullptr;
 }

@@ -11,6 +11,7 @@
 #include "formats/mesh/image.hpp"
 #include "formats/mesh/read.hpp"
 #include "tests/mesh/encode.hpp"
+#include "tests/support/png.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
 
@@ -217,6 +218,36 @@ TEST(Hostile, HuffmanTablesOfPicturesThatAreTooLong) {
     std::string filled = picture;
     EXPECT_NE(refusal_of(filled.insert(marker, 40, '\xFF')).find("too long"), std::string::npos) << marker;
   }
+}
+
+/// Of 8 x 8 texels, without the tables by which its data is multiplied.
+std::string jpeg_without_factors(std::array<uint8_t, 3> colour) {
+  std::string picture = test::jpeg(8, 8, std::vector<std::array<uint8_t, 3>>(64, colour));
+  for (size_t at; (at = picture.find("\xFF\xDB")) != std::string::npos;)
+    picture.erase(at, 2 + (size_t{uint8_t(picture[at + 2])} << 8 | uint8_t(picture[at + 3])));
+  return picture;
+}
+
+/// Found by fuzzing: stb takes memory as it comes, and tables that a picture lacks are what was there before.
+TEST(Hostile, PicturesWithoutTheirTablesAreTheSameEachTime) {
+  const std::string picture = jpeg_without_factors({200, 40, 90});
+  for (const char before : {'\0', '\x55', '\xFF'}) {
+    std::vector<std::string>(8, std::string(64 << 10, before)).clear();
+    uint64_t texels = mesh::detail::kMostTexels;
+    std::string why;
+    const std::optional<mesh::Texture> texture = mesh::detail::decode_image(picture, texels, why);
+    ASSERT_TRUE(texture) << why;
+    EXPECT_EQ(std::count(texture->texels.begin(), texture->texels.end(), 128), 3 * 64) << int(before);
+  }
+}
+
+/// Found by fuzzing: factors of 16 bits made stb's integers overflow.
+TEST(Hostile, PicturesWithLargeFactors) {
+  std::string picture = jpeg_without_factors({255, 255, 255}), tables;
+  for (const char table : {'\x10', '\x11'}) tables += table + std::string(128, '\xFF');
+  picture.insert(
+      2, std::string("\xFF\xDB") + char((tables.size() + 2) >> 8) + char((tables.size() + 2) & 255) + tables);
+  EXPECT_EQ(refusal_of(picture), "");
 }
 
 TEST(Hostile, PicturesThatUnpackToMoreThanTheyShow) {
