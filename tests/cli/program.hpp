@@ -14,6 +14,13 @@
 
 namespace nif::test {
 
+/// Whether `nif` has sanitizers, which take more memory than a limit leaves.
+#ifdef NIF_SANITIZED
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
 double seconds_since(std::chrono::steady_clock::time_point start);
 
 struct Outcome {
