@@ -2,7 +2,7 @@
 # Renders the Stanford dragon, baked with `balanced`, from 16 sides under a sun, a sky and an area light, by Embree and by
 # the asset, and writes docs/results/pictures.md with a sheet for each light. It also renders the same views by a `spherical`
 # asset, the paper's, and for each light the worst view of ours again at 1920 x 1080. The bakes do not know these views or
-# lights. Takes about forty minutes on two cores.
+# lights. Takes some ten minutes on two cores.
 #
 #   docs/results/pictures.sh
 set -euo pipefail
@@ -84,9 +84,7 @@ numbers='def two: . * 100 | round / 100;
       "| \($light) | \(.cameras | keys[0]) | \(one("bits")) | \(one("probability")) | \(one("hybrid")) | \(ssim) | \(wrong) |"' \
       "$out/$light.large.json"
   done
-  printf '\nUnder the sun, the larger picture is below 40 dB, which was the target for the smaller ones. The share of wrong rays is the same in\n'
-  printf 'both (see the table of the sun below). But wrong rays lie along the edges of shadows, and a smaller pixel averages over fewer correct\n'
-  printf 'samples beside them.\n'
+  printf '\nWrong rays lie along the edges of shadows. Under the sun, a smaller pixel averages over fewer correct samples beside them.\n'
   for light in sun sky area; do
     printf '\n## %s\n\n' "$light"
     printf 'For each camera, from left to right: Embree, the asset by probabilities, and their difference times 3. First `segment`:\n\n'
