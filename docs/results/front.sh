@@ -3,7 +3,7 @@
 # an asset of preset `balanced`, and by the paper's method (preset `paper`). Also writes docs/results/front.md, with all
 # numbers and where they come from. Neither bake knows the view or the lights.
 #
-# Needs the Debian packages jq, librsvg2-bin and fonts-dejavu-core. Takes some 6 minutes of one core.
+# Needs the Debian packages jq, librsvg2-bin and fonts-dejavu-core. Takes some 3 minutes of one core.
 #
 #   docs/results/front.sh       NIF=PROGRAM: a `nif` that is built already
 #
@@ -141,8 +141,8 @@ cell() { number ".cameras.$1.pictures.bits.psnr | . * 10 | round / 10" "$out/$2.
   printf '| speed on `inner-surface`, one thread | 1 | %s | %s | [speed.md](speed.md), [paper/time.md](paper/time.md) |\n' \
     "$our_speed" "$papers_speed"
   printf '\nEmbree is its default build, and its speed that of the fastest of all its builds and calls. The two speeds come from two\n'
-  printf 'runs, each beside Embree. `inner-surface` rays start on the surface in random directions. On coherent rays, such as those to\n'
-  printf 'a sun, Embree is the faster one: [speed.md](speed.md).\n\n'
+  printf 'runs, each beside Embree. `inner-surface` rays start on the surface in random directions; [speed.md](speed.md)\n'
+  printf 'has other rays, too.\n\n'
   printf 'Model: the Stanford dragon, Stanford University Computer Graphics Laboratory, from the Stanford 3D Scanning Repository\n'
   printf '(<https://graphics.stanford.edu/data/3Dscanrep/>). Acknowledge the source; free for research; no commercial use without\n'
   printf 'permission.\n'
