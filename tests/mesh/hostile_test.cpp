@@ -241,14 +241,9 @@ TEST(Hostile, PicturesWithoutTheirTablesAreTheSameEachTime) {
   }
 }
 
-/// Found by fuzzing: factors of 16 bits made stb's integers overflow.
-TEST(Hostile, PicturesWithLargeFactors) {
-  std::string picture = jpeg_without_factors({255, 255, 255}), tables;
-  for (const char table : {'\x10', '\x11'}) tables += table + std::string(128, '\xFF');
-  picture.insert(
-      2, std::string("\xFF\xDB") + char((tables.size() + 2) >> 8) + char((tables.size() + 2) & 255) + tables);
-  EXPECT_EQ(refusal_of(picture), "");
-}
+/// Found by fuzzing: factors of 16 bits made stb's integers overflow. GCC's sanitizer does not see that;
+/// clang's does, in fuzz_mesh, which starts with this picture, too.
+TEST(Hostile, PicturesWithLargeFactors) { EXPECT_EQ(refusal_of(test::jpeg_with_large_factors()), ""); }
 
 TEST(Hostile, PicturesThatUnpackToMoreThanTheyShow) {
   // A picture of 8 x 8 texels whose data unpacks to 64 MB.
