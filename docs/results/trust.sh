@@ -65,7 +65,9 @@ version() { sed -n 's/^version //p' "$out/$1"; }
     }' "$kept/fuzz.tsv" | grouped
   printf '\nFindings that are open: %d. What fuzzers found before was mended, and is a test each:\n\n' \
     "$(find "$state/findings" -type f | wc -l)"
+  # The test that follows each such comment.
   git grep -h -A 4 '^/// Found by fuzzing' -- tests \
+    | awk '/Found by fuzzing/ { wanted = 1 } /^TEST/ && wanted { wanted = 0; print }' \
     | sed -nE 's/^TEST(_F)?\((\w+), (\w+)\).*/- `\2.\3`/p'
 
   printf '\n## Damaged files\n\n`build/asan/bin/format_test --gtest_filter=GoldenDamage.*`, version %s: golden files, cut and changed.\n' "$(version damage)"
