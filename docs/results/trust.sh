@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Writes a page beside this script: what the long checks said, by their own last lines. Each check that is not yet in
-# build/trust is run, which takes some three hours on two cores in all. Fuzzers are not run here: tests/nightly.sh does that for
+# build/trust is run, which takes an hour or two on two cores in all. Fuzzers are not run here: tests/nightly.sh does that for
 # as many hours as one likes, and this script adds what it has done since to docs/results/trust/fuzz.tsv.
 #
 #   docs/results/trust.sh
