@@ -32,7 +32,7 @@ check damage damage
 check kills kills
 check determinism tests/determinism.sh 250000
 
-# A line for each day and fuzzer: CPU seconds, inputs, and what was found. Lines of $state/fuzz.tsv count once.
+# A line for each day and fuzzer: CPU seconds and inputs. Lines of $state/fuzz.tsv count once.
 touch "$kept/fuzz.tsv"
 [[ -d $state/findings ]] || { echo "docs/results/trust.sh: there is no $state; tests/nightly.sh makes it" >&2 && exit 1; }
 if [[ -f $state/fuzz.tsv ]]; then
