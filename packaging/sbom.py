@@ -34,6 +34,7 @@ LIBRARIES = {
     "libcli11-dev": "CLI11",
     "libtomlplusplus-dev": "toml++",
     "libpng-dev": "libpng",
+    "libjpeg62-turbo-dev": "libjpeg-turbo",
     "libopenexr-dev": "OpenEXR",
     "libstb-dev": "stb_image",
     "libopenmesh-dev": "OpenMesh",
@@ -45,7 +46,8 @@ LIBRARIES = {
 BUILD_TOOLS = {"g++", "cmake", "ninja-build", "python3"}
 
 # NOTICE says it for people; these are SPDX's names.
-LICENCES = {"MIT, exception": "MIT", "MIT or public": "MIT", "zlib": "Zlib"}
+LICENCES = {"MIT, exception": "MIT", "MIT or public": "MIT", "zlib": "Zlib",
+            "IJG and BSD": "IJG AND BSD-3-Clause AND Zlib"}
 
 
 def build_packages():

@@ -26,9 +26,10 @@ build   libxxhash-dev         hash of the source mesh, kept in the asset
 build   libfmt-dev            text output
 build   libcli11-dev          command line of the nif program
 build   libtomlplusplus-dev   scene files of nif render
-build   libpng-dev            pictures
+build   libpng-dev            pictures, textures
+build   libjpeg62-turbo-dev   textures
 build   libopenexr-dev        pictures and environment maps
-build   libstb-dev            environment maps (.hdr), textures (PNG, JPEG)
+build   libstb-dev            environment maps (.hdr)
 build   libopenmesh-dev       nif mesh: decimation, subdivision; tests: a second reader of meshes
 build   libmeshoptimizer-dev  nif mesh: fast decimation; .glb files with EXT_meshopt_compression
 build   libopenvdb-dev        nif mesh: level sets

@@ -3,104 +3,219 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <limits>
-#include <memory>
+#include <csetjmp>
+#include <cstdio>
+#include <cstring>
+#include <new>
+#include <vector>
 
-namespace {
-
-/// Bytes that stb may ask for at once: a few kilobytes of PNG may unpack to gigabytes.
-thread_local uint64_t most_at_once = 0;
-
-/// Zeros: a JPEG may lack tables that its data needs, and what is missing must not depend on the heap.
-void* allocate(size_t bytes) { return bytes <= most_at_once ? std::calloc(1, bytes) : nullptr; }
-void* reallocate(void* memory, size_t bytes) {
-  return bytes <= most_at_once ? std::realloc(memory, bytes) : nullptr;
-}
-
-}  // namespace
-
-// A copy of its own, with no more than is needed: less to attack, and no name that another copy has.
-#define STB_IMAGE_IMPLEMENTATION
-#define STB_IMAGE_STATIC
-#define STBI_ONLY_PNG
-#define STBI_ONLY_JPEG
-#define STBI_NO_STDIO
-#define STBI_MAX_DIMENSIONS 65536
-#define STBI_MALLOC allocate
-#define STBI_REALLOC reallocate
-#define STBI_FREE std::free
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wall"
-#pragma GCC diagnostic ignored "-Wextra"
-#pragma GCC diagnostic ignored "-Wpedantic"
-#include <stb/stb_image.h>
-#pragma GCC diagnostic pop
+// After <cstdio>, which it needs.
+#include <jerror.h>
+#include <jpeglib.h>
+#include <png.h>
 
 namespace nif::mesh::detail {
 namespace {
 
-/// Whether each Huffman table of a JPEG has at most as many codes as there are bytes, as it must: stb does
-/// not look, and writes beyond its own tables. Segments are gone through as stb does it.
-bool huffman_tables_fit(std::string_view bytes) {
-  const auto byte = [&](size_t at) { return at < bytes.size() ? uint8_t(bytes[at]) : uint8_t{0}; };
-  size_t at = std::min(bytes.find_first_not_of('\xFF'), bytes.size());
-  if (at == 0 || byte(at) != 0xD8) return true;  // no JPEG
-  for (++at; at < bytes.size();) {
-    const uint8_t marker = byte(at + 1);
-    const bool alone = marker == 0 || marker == 1 || (marker >= 0xD0 && marker <= 0xD9);
-    if (byte(at) != 0xFF || marker == 0xFF || alone) {
-      at += byte(at) == 0xFF && alone ? 2 : 1;
-      continue;
-    }
-    const size_t end = at + 2 + std::max<size_t>(2, size_t{byte(at + 2)} << 8 | byte(at + 3));
-    if (marker == 0xC4) {
-      for (size_t table = at + 4; table < end;) {
-        uint32_t codes = 0;
-        for (size_t length = 1; length <= 16; ++length) codes += byte(table + length);
-        if (codes > 256) return false;
-        table += 17 + codes;
-      }
-    }
-    at = end;
+/// A side of a picture, which no texture comes near.
+constexpr uint32_t kMostSide = 65535;
+
+/// What both decoders have: where they go on after the library has failed, and what it said.
+class Decoder {
+ public:
+  uint32_t width = 0, height = 0;
+  char said[JMSG_LENGTH_MAX] = "";
+
+ protected:
+  /// Calls `steps`; false where the library failed in between. It comes back from there by longjmp, so
+  /// nothing that `steps` makes may need a destructor.
+  template <class Steps>
+  bool succeeds(const Steps& steps) {
+    if (setjmp(back_) != 0) return false;
+    steps();
+    return true;
   }
-  return true;
+
+  [[noreturn]] void fail() { std::longjmp(back_, 1); }
+
+ private:
+  std::jmp_buf back_;
+};
+
+class PngDecoder : public Decoder {
+ public:
+  static bool is_one(std::string_view bytes) { return bytes.starts_with("\x89PNG\r\n\x1a\n"); }
+
+  explicit PngDecoder(std::string_view bytes) : rest_(bytes) {}
+  PngDecoder(const PngDecoder&) = delete;
+  PngDecoder& operator=(const PngDecoder&) = delete;
+  ~PngDecoder() { png_destroy_read_struct(&png_, &info_, nullptr); }
+
+  bool read_header() {
+    return succeeds([&] {
+      png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning);
+      if (png_ == nullptr || (info_ = png_create_info_struct(png_)) == nullptr)
+        on_error(*this, "Out of memory");
+      png_set_user_limits(png_, kMostSide, kMostSide);
+      png_set_read_fn(png_, this, take);
+      png_read_info(png_, info_);
+      width = png_get_image_width(png_, info_);
+      height = png_get_image_height(png_, info_);
+    });
+  }
+
+  /// As 8 bits of red, green and blue, whatever it has. glTF wants neither its gamma nor its profile heard.
+  bool read_texels(uint8_t* texels) {
+    std::vector<uint8_t*> rows(height);
+    for (size_t row = 0; row < height; ++row) rows[row] = texels + row * 3 * width;
+    return succeeds([&] {
+      png_set_palette_to_rgb(png_);
+      png_set_expand_gray_1_2_4_to_8(png_);
+      png_set_gray_to_rgb(png_);
+      png_set_scale_16(png_);
+      png_set_strip_alpha(png_);
+      png_set_interlace_handling(png_);
+      png_read_update_info(png_, info_);
+      if (png_get_rowbytes(png_, info_) != size_t{3} * width) on_error(*this, "it has odd channels");
+      png_read_image(png_, rows.data());
+      png_read_end(png_, nullptr);
+    });
+  }
+
+ private:
+  [[noreturn]] static void on_error(PngDecoder& decoder, const char* what) {
+    std::snprintf(decoder.said, sizeof(decoder.said), "%s", what);
+    decoder.fail();
+  }
+  [[noreturn]] static void on_error(png_structp png, const char* what) {
+    on_error(*static_cast<PngDecoder*>(png_get_error_ptr(png)), what);
+  }
+  static void on_warning(png_structp, const char*) {}
+
+  static void take(png_structp png, uint8_t* to, size_t count) {
+    std::string_view& rest = static_cast<PngDecoder*>(png_get_io_ptr(png))->rest_;
+    if (count > rest.size()) png_error(png, "it ends too early");
+    std::memcpy(to, rest.data(), count);
+    rest.remove_prefix(count);
+  }
+
+  std::string_view rest_;
+  png_structp png_ = nullptr;
+  png_infop info_ = nullptr;
+};
+
+class JpegDecoder : public Decoder {
+ public:
+  static bool is_one(std::string_view bytes) { return bytes.starts_with("\xFF\xD8\xFF"); }
+
+  explicit JpegDecoder(std::string_view bytes) : bytes_(bytes) {}
+  JpegDecoder(const JpegDecoder&) = delete;
+  JpegDecoder& operator=(const JpegDecoder&) = delete;
+  ~JpegDecoder() { jpeg_destroy_decompress(&jpeg_); }
+
+  bool read_header() {
+    return succeeds([&] {
+      jpeg_.err = jpeg_std_error(&handlers_);
+      jpeg_.client_data = this;
+      handlers_.error_exit = on_error;
+      handlers_.emit_message = on_message;
+      jpeg_create_decompress(&jpeg_);
+      progress_.progress_monitor = on_progress;
+      jpeg_.progress = &progress_;
+      jpeg_mem_src(&jpeg_, reinterpret_cast<const uint8_t*>(bytes_.data()), bytes_.size());
+      jpeg_read_header(&jpeg_, TRUE);
+      width = jpeg_.image_width;
+      height = jpeg_.image_height;
+    });
+  }
+
+  bool read_texels(uint8_t* texels) {
+    const bool inks = jpeg_.jpeg_color_space == JCS_CMYK || jpeg_.jpeg_color_space == JCS_YCCK;
+    std::vector<uint8_t> row(inks ? size_t{4} * width : 0);
+    return succeeds([&] {
+      jpeg_.out_color_space = inks ? JCS_CMYK : JCS_RGB;
+      jpeg_start_decompress(&jpeg_);
+      while (jpeg_.output_scanline < height) {
+        uint8_t* const at = texels + size_t{3} * width * jpeg_.output_scanline;
+        uint8_t* to = inks ? row.data() : at;
+        jpeg_read_scanlines(&jpeg_, &to, 1);
+        if (inks) to_rgb(row.data(), at);
+      }
+      jpeg_finish_decompress(&jpeg_);
+    });
+  }
+
+ private:
+  static JpegDecoder& of(j_common_ptr jpeg) { return *static_cast<JpegDecoder*>(jpeg->client_data); }
+
+  [[noreturn]] static void on_error(j_common_ptr jpeg) {
+    JpegDecoder& decoder = of(jpeg);
+    jpeg->err->format_message(jpeg, decoder.said);
+    decoder.fail();
+  }
+
+  /// Of a level below 0 are warnings: the picture would be grey in part, but for these four kinds.
+  static void on_message(j_common_ptr jpeg, int level) {
+    const int code = jpeg->err->msg_code;
+    const bool harmless = code == JWRN_EXTRANEOUS_DATA || code == JWRN_TOO_MUCH_DATA ||
+                          code == JWRN_JFIF_MAJOR || code == JWRN_ADOBE_XFORM;
+    if (level < 0 && !harmless) on_error(jpeg);
+  }
+
+  /// Each scan of a progressive picture costs as much as the picture is large, and may be a few bytes.
+  static void on_progress(j_common_ptr jpeg) {
+    constexpr int kMostScans = 500;  // an encoder makes some ten
+    if (!jpeg->is_decompressor || reinterpret_cast<j_decompress_ptr>(jpeg)->input_scan_number <= kMostScans)
+      return;
+    std::snprintf(of(jpeg).said, sizeof(of(jpeg).said), "it has more than %d scans", kMostScans);
+    of(jpeg).fail();
+  }
+
+  /// Without a profile of the inks. Adobe's programs, which write most of these, store what is left white.
+  void to_rgb(const uint8_t* inks, uint8_t* texels) const {
+    const uint32_t flip = jpeg_.saw_Adobe_marker ? 0 : 255;
+    for (size_t x = 0; x < width; ++x)
+      for (size_t c = 0; c < 3; ++c)
+        texels[3 * x + c] = uint8_t(((inks[4 * x + c] ^ flip) * (inks[4 * x + 3] ^ flip) + 127) / 255);
+  }
+
+  std::string_view bytes_;
+  jpeg_decompress_struct jpeg_{};
+  jpeg_error_mgr handlers_{};
+  jpeg_progress_mgr progress_{};
+};
+
+template <class OneDecoder>
+std::optional<Texture> decode(std::string_view bytes, uint64_t& texels, std::string& why) {
+  OneDecoder decoder(bytes);
+  const auto refused = [&] {
+    // Both say it in words alone.
+    if (std::strcmp(decoder.said, "Out of memory") == 0 ||
+        std::string_view(decoder.said).starts_with("Insufficient memory"))
+      throw std::bad_alloc();
+    why = fmt::format("cannot be decoded ({})", decoder.said);
+    return std::nullopt;
+  };
+  if (!decoder.read_header()) return refused();
+  const uint64_t wanted = uint64_t{decoder.width} * decoder.height;
+  if (wanted > texels) {
+    why = fmt::format("has {} x {} pixels, more than are read ({} of a file)", decoder.width, decoder.height,
+                      kMostTexels);
+    return std::nullopt;
+  }
+  Texture texture{decoder.width, decoder.height, std::vector<uint8_t>(3 * wanted)};
+  if (!decoder.read_texels(texture.texels.data())) return refused();
+  texels -= wanted;
+  return texture;
 }
 
 }  // namespace
 
 std::optional<Texture> decode_image(std::string_view bytes, uint64_t& texels, std::string& why) {
-  const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
-  int width = 0, height = 0, channels = 0;
-  if (!huffman_tables_fit(bytes)) {
-    why = "cannot be decoded (it has a Huffman table that is too long)";
-    return std::nullopt;
-  }
-  constexpr uint64_t kEnoughToLook = 1 << 20;
-  most_at_once = kEnoughToLook;
-  if (bytes.size() > size_t{std::numeric_limits<int>::max()} ||
-      !stbi_info_from_memory(data, int(bytes.size()), &width, &height, &channels) || width <= 0 ||
-      height <= 0) {
-    why = "is no PNG or JPEG that can be read";
-    return std::nullopt;
-  }
-  const uint64_t wanted = uint64_t(width) * uint64_t(height);
-  if (wanted > texels) {
-    why = fmt::format("has {} x {} pixels, more than are read ({} of a file)", width, height, kMostTexels);
-    return std::nullopt;
-  }
-  // Of four channels of 16 bits, with room for a buffer that grows by doubling; and the file's own data.
-  most_at_once = std::max<uint64_t>({kEnoughToLook, 16 * wanted + 2 * uint64_t(height), 2 * bytes.size()});
-  const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
-      stbi_load_from_memory(data, int(bytes.size()), &width, &height, &channels, 3), stbi_image_free);
-  if (!pixels || uint64_t(width) * uint64_t(height) != wanted) {
-    why = fmt::format("cannot be decoded ({})", pixels ? "its size changes" : stbi_failure_reason());
-    return std::nullopt;
-  }
-  texels -= wanted;
-  Texture texture{uint32_t(width), uint32_t(height), {}};
-  texture.texels.assign(pixels.get(), pixels.get() + 3 * wanted);
-  return texture;
+  if (PngDecoder::is_one(bytes)) return decode<PngDecoder>(bytes, texels, why);
+  if (JpegDecoder::is_one(bytes)) return decode<JpegDecoder>(bytes, texels, why);
+  why = "is no PNG or JPEG";
+  return std::nullopt;
 }
 
 }  // namespace nif::mesh::detail

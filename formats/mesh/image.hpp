@@ -1,4 +1,4 @@
-// Pictures as textures use them: PNG and JPEG, by stb.
+// Pictures as textures use them: PNG by libpng and JPEG by libjpeg-turbo.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,7 @@
 // Any bytes given to the readers of meshes and pictures: refused with a sentence, or a scene in which every
 // index is in range and every used position finite. The first byte of the input chooses the format.
+#include <zlib.h>
+
 #include <numbers>
 
 #include "formats/mesh/clean.hpp"
@@ -87,15 +89,33 @@ void decode(std::string_view bytes) {
          picture->texels.size() == size_t(3) * picture->width * picture->height);
 }
 
+/// Makes the checksums of a PNG's parts right, as far as their lengths are.
+void seal_png(uint8_t* data, size_t size) {
+  constexpr size_t kSignature = 8, kAround = 12;  // length and name before a part, checksum behind it
+  for (size_t at = kSignature; size - at >= kAround;) {
+    const size_t length = size_t{data[at]} << 24 | data[at + 1] << 16 | data[at + 2] << 8 | data[at + 3];
+    if (length > size - at - kAround) return;
+    const uLong checksum = crc32(0, data + at + 4, uInt(4 + length));
+    at += kAround + length;
+    for (size_t i = 1; i <= 4; ++i) data[at - i] = uint8_t(checksum >> (8 * (i - 1)));
+  }
+}
+
 }  // namespace
 
 extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 
-/// glTF is changed value by value, for its JSON is lost with most bits; and a GLB's lengths are made right.
+/// glTF is changed value by value, for its JSON is lost with most bits; a GLB's lengths and a PNG's checksums
+/// are made right.
 extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size, unsigned seed) {
   if (size > 1 && data[0] % kKinds == kGlb && seed % 4 != 0)
     return 1 + nif::test::mutate_glb(data + 1, size - 1, max_size - 1, seed, LLVMFuzzerMutate);
-  return LLVMFuzzerMutate(data, size, max_size);
+  size = LLVMFuzzerMutate(data, size, max_size);
+  constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
+  if (size > kPng.size() && data[0] % kKinds == kPicture && seed % 8 != 1 &&
+      std::string_view(reinterpret_cast<const char*>(data) + 1, kPng.size()) == kPng)
+    seal_png(data + 1, size - 1);
+  return size;
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -153,6 +153,8 @@ void make(const fs::path& corpus) {
   for (int i = 0; i < 20; ++i) pixels.push_back({uint8_t(i * 50), uint8_t(i * i), uint8_t(255 - i)});
   mesh("png", kPicture, png(5, 4, pixels));
   mesh("jpeg", kPicture, jpeg(5, 4, pixels));
+  mesh("jpeg-cmyk", kPicture, cmyk_jpeg(9, 2, {18, {10, 200, 100, 250}}));
+  mesh("jpeg-progressive", kPicture, jpeg_of_scans(16, 40));
   mesh("jpeg-large-factors", kPicture, jpeg_with_large_factors());
 
   // Flags, and how much metadata there is.

@@ -1,0 +1,100 @@
+// Pictures of every kind, as textures see them: 8 bits of red, green and blue.
+#include "formats/mesh/image.hpp"
+
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <cstdlib>
+
+#include "tests/support/png.hpp"
+
+namespace nif::test {
+namespace {
+
+using Texels = std::vector<uint8_t>;
+
+Texels texels_of(std::string_view picture, uint32_t width, uint32_t height) {
+  uint64_t left = mesh::detail::kMostTexels;
+  std::string why;
+  const std::optional<mesh::Texture> texture = mesh::detail::decode_image(picture, left, why);
+  EXPECT_TRUE(texture) << why;
+  if (!texture) return {};
+  EXPECT_EQ(texture->width, width);
+  EXPECT_EQ(texture->height, height);
+  EXPECT_EQ(left, mesh::detail::kMostTexels - uint64_t{width} * height);
+  return texture->texels;
+}
+
+struct Png {
+  uint32_t width = 1, height = 1;
+  char depth = 8, kind = 2, interlaced = 0;
+  std::string chunks = {};  ///< before its data
+  std::string rows = {};    ///< each with its filter before it
+
+  std::string bytes() const {
+    const std::string header{0, 0, 0, char(width), 0, 0, 0, char(height), depth, kind, 0, 0, interlaced};
+    std::string data(rows.size() + 100, '\0');
+    uLongf length = data.size();
+    compress(reinterpret_cast<Bytef*>(data.data()), &length, reinterpret_cast<const Bytef*>(rows.data()),
+             rows.size());
+    data.resize(length);
+    return "\x89PNG\r\n\x1a\n" + png_chunk("IHDR", header) + chunks + png_chunk("IDAT", data) +
+           png_chunk("IEND", "");
+  }
+};
+
+constexpr char kGrey = 0, kColor = 2, kPalette = 3, kGreyAndAlpha = 4, kColorAndAlpha = 6;
+
+std::string of(std::initializer_list<int> values) {
+  std::string bytes;
+  for (const int value : values) bytes += char(value);
+  return bytes;
+}
+
+TEST(Image, PngOfEveryKind) {
+  const auto expect = [](const Png& png, const Texels& texels, const char* what) {
+    EXPECT_EQ(texels_of(png.bytes(), png.width, png.height), texels) << what;
+  };
+  expect({.kind = kColor, .rows = of({0, 1, 2, 3})}, {1, 2, 3}, "red, green and blue");
+  expect({.kind = kGrey, .rows = of({0, 7})}, {7, 7, 7}, "grey");
+  expect({.width = 4, .depth = 2, .kind = kGrey, .rows = of({0, 0b00011011})},
+         {0, 0, 0, 85, 85, 85, 170, 170, 170, 255, 255, 255}, "grey of 2 bits");
+  expect({.width = 2,
+          .depth = 4,
+          .kind = kPalette,
+          .chunks = png_chunk("PLTE", of({1, 2, 3, 4, 5, 6})),
+          .rows = of({0, 0x10})},
+         {4, 5, 6, 1, 2, 3}, "a palette");
+  expect({.depth = 16, .kind = kColor, .rows = of({0, 0x80, 0x7F, 0xFF, 0x40, 0, 0xFF})}, {128, 254, 1},
+         "16 bits, rounded");
+  // What the surface is like does not depend on how much of it is there.
+  expect({.kind = kColorAndAlpha, .rows = of({0, 1, 2, 3, 0})}, {1, 2, 3}, "alpha is left out");
+  expect({.kind = kGreyAndAlpha, .rows = of({0, 9, 0})}, {9, 9, 9}, "grey, and alpha is left out");
+  expect({.kind = kColor, .chunks = png_chunk("tRNS", of({0, 1, 0, 2, 0, 3})), .rows = of({0, 1, 2, 3})},
+         {1, 2, 3}, "a colour that is transparent");
+  expect({.kind = kPalette,
+          .chunks = png_chunk("PLTE", of({1, 2, 3})) + png_chunk("tRNS", of({0})),
+          .rows = of({0, 0})},
+         {1, 2, 3}, "a palette's colour that is transparent");
+  // glTF: colour spaces that a picture names are to be ignored. This says that values are linear.
+  expect({.kind = kColor, .chunks = png_chunk("gAMA", of({0, 1, 0x86, 0xA0})), .rows = of({0, 10, 20, 30})},
+         {10, 20, 30}, "gamma");
+  // Of a picture of 2 x 2, one pixel at 0 0, one right of it, and the lower row.
+  expect({.width = 2, .height = 2, .kind = kGrey, .interlaced = 1, .rows = of({0, 1, 0, 2, 0, 3, 4})},
+         {1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4}, "interlaced");
+}
+
+void expect_near(const Texels& texels, const std::array<int, 3>& wanted) {
+  ASSERT_FALSE(texels.empty());
+  for (size_t i = 0; i < texels.size(); ++i) ASSERT_LE(std::abs(texels[i] - wanted[i % 3]), 3) << i;
+}
+
+TEST(Image, JpegOfEveryKind) {
+  expect_near(texels_of(jpeg(20, 9, {180, {200, 40, 90}}), 20, 9), {200, 40, 90});
+  expect_near(texels_of(jpeg_of_scans(16, 10), 16, 16), {128, 128, 128});
+  // Half of the red is left, all of the green and a fifth of the blue; of all of it, half.
+  expect_near(texels_of(cmyk_jpeg(8, 8, {64, {128, 255, 51, 128}}), 8, 8), {64, 128, 26});
+}
+
+}  // namespace
+}  // namespace nif::test
