@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Bakes meshes of 1,000 to 7 million triangles and writes a page beside this script: the time and the memory of each bake,
-# and what `nif farm` asks a cluster for. Takes some twenty minutes on two cores. Bakes that are in build/needs are not done
-# again.
+# and what `nif farm` asks a cluster for. Takes some fifteen minutes on two cores; run it on an idle machine. Bakes that are in
+# build/needs are not done again.
 #
 #   NIF_TEST_MESHES=FOLDER docs/results/needs.sh
 set -euo pipefail
