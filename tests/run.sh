@@ -5,17 +5,17 @@
 #                              but the long ones, runs those of format and runtime under the sanitizers, and fuzzes the
 #                              asset reader for a fixed number of inputs
 #   tests/run.sh --quick       the release build and its tests only
-#   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, mesh readers and
-#                              kernels under the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each header by
+#   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, mesh readers, kernels,
+#                              baker and renderer under the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each header by
 #                              itself, and bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
-#                              an hour; baker, renderer and tools under the sanitizers; hundreds of kills; 10^7 segments of each
+#                              an hour; also slow tests of the baker, and tools, under the sanitizers; hundreds of kills; 10^7 segments of each
 #                              mesh; the same bytes by clang++ and by code that is not optimised; bindings in a browser, in
 #                              Blender, under Wine; what tests and fuzzers reach; then fuzzes and bakes random meshes for so
 #                              many hours (8), going on from the last time; see tests/nightly.sh
 #
-# Long tests have ctest's label `long`. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are
-# skipped.
+# Long tests have ctest's label `long`; those that take long under the sanitizers only, because they train, have `slow` there,
+# and run with --nightly. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are skipped.
 # The last line is "N passed, N failed, N skipped", added up over all runs of tests; a step that fails without having
 # run a test counts as one failure. Ends with 0 only where nothing failed.
 set -euo pipefail
@@ -70,12 +70,16 @@ step() {
 }
 step_failed() { [[ $1 == test* ]] || failed=$((failed + 1)); }
 
-# run_tests FOLDER [ctest options]: runs the tests of a build folder or of a part of it, the long ones with --all alone, and
-# adds up their outcomes.
+# run_tests FOLDER [ctest options]: runs the tests of a build folder or of a part of it, the long ones with --all alone, the
+# slow ones with --nightly, and adds up their outcomes.
 run_tests() {
   local folder=$1 report status=0 tests failures skips
   shift
-  [[ $size == all ]] || set -- "$@" --label-exclude '^long$'
+  case $size in
+    all) set -- "$@" --label-exclude 'slow$' ;;
+    nightly) set -- "$@" --label-exclude '^(long|too-slow)$' ;;
+    *) set -- "$@" --label-exclude '^long$|slow$' ;;
+  esac
   report=$(mktemp)
   ctest --test-dir "$folder" --parallel 2 --output-on-failure --no-tests=error --output-junit "$report" "$@" \
     | sed -uE '/^ +Start +[0-9]+:/d; s/ \.{4,}/ .../' || status=$?
@@ -142,7 +146,9 @@ build_alone() {
 
 # asan_tests FOLDER...: parts of the tests, named by folder: their targets are the folder's "all".
 asan_tests() {
-  step 'build asan' build_part asan "write_random_asset $(printf 'tests/%s/all ' "$@")" || return
+  local cgal=OFF  # it takes long to compile, and is not ours to check
+  [[ $size != nightly ]] || cgal=ON
+  step 'build asan' build_part asan "write_random_asset $(printf 'tests/%s/all ' "$@")" "-DNIF_WITH_CGAL=$cgal" || return
   local folder
   for folder in "$@"; do
     step "test asan: $folder" run_tests "build/asan/tests/$folder" || true
@@ -247,7 +253,7 @@ case $size in
   all)
     step 'check headers' tests/headers.sh || true
     step 'build the runtime alone' build_runtime || true
-    asan_tests format golden kernels mesh runtime validate || true
+    asan_tests bake format golden kernels mesh render runtime validate || true
     tsan_tests || true
     fuzz_tests tests/fuzz/all || true
     host_test 'Python' bindings/python/test.sh
