@@ -12,7 +12,7 @@
 namespace nif::tools {
 namespace {
 
-constexpr size_t kRays = 16;  ///< of a pixel
+constexpr size_t kRaysOfPixel = 16;
 constexpr float kAmbient = 0.3f, kSun = 0.45f;
 
 Double3 unit(const Double3& v) { return v * (1 / length(v)); }
@@ -28,9 +28,9 @@ StudyView::StudyView(const StudiedMesh& mesh, uint32_t width, uint32_t height)
   struct Found {
     bool any = false;
     Pixel pixel{};
-    std::array<kernels::Segment, kRays> rays{};
-    std::array<float, kRays> weights{};
-    std::array<uint8_t, kRays> visible{};
+    std::array<kernels::Segment, kRaysOfPixel> rays{};
+    std::array<float, kRaysOfPixel> weights{};
+    std::array<uint8_t, kRaysOfPixel> visible{};
   };
   std::vector<Found> all(size_t(width) * height);
   tbb::parallel_for(tbb::blocked_range<uint32_t>(0, height, 1), [&](const auto& rows) {
@@ -46,7 +46,7 @@ StudyView::StudyView(const StudiedMesh& mesh, uint32_t width, uint32_t height)
         found.any = true;
         found.pixel = {x, y, float(-dot(direction, normal)), float(std::max(0.0, dot(sun, normal)))};
         Random random(1, y, x);
-        for (size_t i = 0; i < kRays; ++i) {
+        for (size_t i = 0; i < kRaysOfPixel; ++i) {
           Double3 towards = i == 0 ? sun : random.direction();
           if (dot(towards, normal) < 0) towards = towards * -1.0;
           found.rays[i] = bake::make_segment(origin, towards, INFINITY);
@@ -70,12 +70,12 @@ render::Image StudyView::paint(const std::vector<uint8_t>& visible) const {
   std::ranges::fill(image.values, render::kErrorMapGround);
   for (size_t p = 0; p < pixels_.size(); ++p) {
     float light = 0, all = 0;
-    for (size_t i = p * kRays + 1; i < (p + 1) * kRays; ++i) {
+    for (size_t i = p * kRaysOfPixel + 1; i < (p + 1) * kRaysOfPixel; ++i) {
       all += weights_[i];
       light += visible[i] ? weights_[i] : 0;
     }
     const float value =
-        kAmbient * (all > 0 ? light / all : 0) + (visible[p * kRays] ? kSun * pixels_[p].sunny : 0);
+        kAmbient * (all > 0 ? light / all : 0) + (visible[p * kRaysOfPixel] ? kSun * pixels_[p].sunny : 0);
     std::fill_n(image.at(pixels_[p].x, pixels_[p].y), 3, render::srgb_encode(value));
   }
   return image;
@@ -99,10 +99,11 @@ StudyView::Seen StudyView::ask(const Rival& rival) const {
   uint64_t all_wrong = 0;
   for (size_t p = 0; p < pixels_.size(); ++p) {
     size_t wrong = 0;
-    for (size_t i = p * kRays; i < (p + 1) * kRays; ++i) wrong += visible[i] != rays_.visible[i];
+    for (size_t i = p * kRaysOfPixel; i < (p + 1) * kRaysOfPixel; ++i)
+      wrong += visible[i] != rays_.visible[i];
     all_wrong += wrong;
     render::paint_errors(seen.errors.at(pixels_[p].x, pixels_[p].y), pixels_[p].facing,
-                         double(wrong) / kRays);
+                         double(wrong) / kRaysOfPixel);
   }
   seen.wrong = count ? double(all_wrong) / double(count) : 0;
   return seen;
