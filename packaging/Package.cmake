@@ -59,6 +59,11 @@ if(NIF_BUILD_TOOLS)
 endif()
 if(TARGET nif_hip)
   list(APPEND nif_components gpu)
+  # The runtime loads it by its name; nothing is ever linked with it, so it has no version of its own.
+  file(CONFIGURE OUTPUT packaging/lintian-overrides-hip
+       CONTENT "nifkit-hip: maintscript-calls-ldconfig\nnifkit-hip: sharedobject-in-library-directory-missing-soname\n")
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/packaging/lintian-overrides-hip DESTINATION share/lintian/overrides
+          RENAME nifkit-hip COMPONENT gpu)
   set(CPACK_DEBIAN_GPU_PACKAGE_NAME nifkit-hip)
   set(CPACK_DEBIAN_GPU_PACKAGE_SECTION libs)
   set(CPACK_DEBIAN_GPU_PACKAGE_SHLIBDEPS ON)
