@@ -7,7 +7,8 @@
 # Each round goes to the fuzzer that has had the least CPU time. What is known is kept in build/nightly, or in NIF_NIGHTLY:
 # for each fuzzer a folder in corpus/ and one in findings/ (inputs that crashed; each is tried again at the start, and goes
 # into the corpus once it is mended), fuzz.tsv and meshes.tsv (a line for each round), failed (meshes that failed, tried again
-# at the start, too). It may be ended at any time. Ends with 1 where there is a finding, old or new.
+# at the start, too). It may be ended at any time. Ends with 1 where there is a finding, old or new, or a
+# fuzzer does not start.
 set -euo pipefail
 [[ ${1-} =~ ^[0-9]+(\.[0-9]+)?$ && $# == 1 ]] \
   || { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2 && exit 2; }
@@ -63,6 +64,11 @@ fuzz() {
     { time run "$name" -max_total_time="$left" -seed="$((RANDOM * 32768 + RANDOM))" -print_final_stats=1 \
       -artifact_prefix="$state/findings/$name/" "$state/corpus/$name" "${folders[@]}" >"$log" 2>&1 || true; } 2>"$log.cpu"
     inputs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)
+    if [[ -z $inputs ]] && awk '$1 + $2 > 1 { exit 1 }' "$log.cpu"; then
+      echo "tests/nightly.sh: fuzz_$name does not start: $(tail -n 1 "$log")" >&2
+      touch "$scratch/broken"
+      return
+    fi
     awk -v date="$(date +%F)" -v inputs="${inputs:-0}" -v name="fuzz_$name" \
       '{ printf "%s\t%.0f\t%s\t%s\n", date, $1 + $2, inputs, name }' "$log.cpu" >>"$state/fuzz.tsv"
   done
@@ -140,3 +146,4 @@ if ((findings + failures)); then
   sed 's/^/failed: random mesh /' "$state/failed" >&2
   exit 1
 fi
+[[ ! -e $scratch/broken ]]
