@@ -46,8 +46,12 @@ LIBRARIES = {
 BUILD_TOOLS = {"g++", "cmake", "ninja-build", "python3"}
 
 # NOTICE says it for people; these are SPDX's names.
-LICENCES = {"MIT, exception": "MIT", "MIT or public": "MIT", "zlib": "Zlib",
-            "IJG and BSD": "IJG AND BSD-3-Clause AND Zlib"}
+LICENCES = {
+    "IJG and BSD": "IJG AND BSD-3-Clause AND Zlib",
+    "MIT, exception": "MIT",
+    "MIT or public": "MIT",
+    "zlib": "Zlib",
+}
 
 
 def build_packages():

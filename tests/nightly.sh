@@ -7,8 +7,7 @@
 # Each round goes to the fuzzer that has had the least CPU time. What is known is kept in build/nightly, or in NIF_NIGHTLY:
 # for each fuzzer a folder in corpus/ and one in findings/ (inputs that crashed; each is tried again at the start, and goes
 # into the corpus once it is mended), fuzz.tsv and meshes.tsv (a line for each round), failed (meshes that failed, tried again
-# at the start, too). It may be ended at any time. Ends with 1 where there is a finding, old or new, or a
-# fuzzer does not start.
+# at the start, too). It may be ended at any time. Ends with 1 where there is a finding, old or new, or a fuzzer does not start.
 set -euo pipefail
 [[ ${1-} =~ ^[0-9]+(\.[0-9]+)?$ && $# == 1 ]] \
   || { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2 && exit 2; }
