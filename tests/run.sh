@@ -5,11 +5,11 @@
 #                              but the long ones, runs those of format and runtime under the sanitizers, and fuzzes the
 #                              asset reader for a fixed number of inputs
 #   tests/run.sh --quick       the release build and its tests only
-#   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, mesh readers, kernels,
-#                              baker and renderer under the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each header by
-#                              itself, and bindings whose hosts are installed
+#   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, the rest of the code
+#                              under the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each header by itself,
+#                              and bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
-#                              an hour; also slow tests of the baker, and tools, under the sanitizers; hundreds of kills; 10^7 segments of each
+#                              an hour; slow tests and CGAL under the sanitizers; hundreds of kills; 10^7 segments of each
 #                              mesh; the same bytes by clang++ and by code that is not optimised; bindings in a browser, in
 #                              Blender, under Wine; what tests and fuzzers reach; then fuzzes and bakes random meshes for so
 #                              many hours (8), going on from the last time; see tests/nightly.sh
@@ -256,7 +256,7 @@ case $size in
   all)
     step 'check headers' tests/headers.sh || true
     step 'build the runtime alone' build_runtime || true
-    asan_tests bake format golden kernels mesh render runtime validate || true
+    asan_tests bake cli format golden kernels mesh mesh_verbs render runtime validate || true
     tsan_tests || true
     fuzz_tests tests/fuzz/all || true
     host_test 'Python' bindings/python/test.sh
