@@ -8,6 +8,7 @@
 #include "formats/nif/writer.hpp"
 #include "kernels/reference/proof/colors.hpp"
 #include "tests/format/damaged.hpp"
+#include "tests/format/optional.hpp"
 #include "tests/support/random_asset.hpp"
 
 namespace nif {
@@ -118,32 +119,9 @@ TEST(ColorsFile, FindsVoxelsOfAnyPoint) {
       }
 }
 
-/// A reader that does not know the sections finds the same objects.
 TEST(ColorsFile, IsOptional) {
-  const Bytes with = format::encode(asset_with_colors(1)), without = format::encode(asset_with_colors(1, 0));
-  Bytes unknown = with;
-  for (const uint32_t type : {format::kColorRecords, format::kColorValues}) {
-    const uint32_t index = test::find_section(with, type);
-    auto entry = test::section_entry(with, index);
-    EXPECT_EQ(entry.flags, 0u);
-    entry.flags = format::kRequired;
-    Bytes required = with;
-    test::store_entry(required, index, entry);
-    test::fix_checksums(required);
-    EXPECT_EQ(status_of(required), Status::damaged_nif);
-
-    entry.type = format::fourcc("NEW0") + (index & 1);
-    entry.flags = 0;
-    Bytes half = with;
-    test::store_entry(half, index, entry);
-    test::fix_checksums(half);
-    EXPECT_EQ(status_of(half), Status::damaged_nif) << "one without the other";
-    test::store_entry(unknown, index, entry);
-  }
-  test::fix_checksums(unknown);
-  const format::AssetView view = format::read_asset(unknown, "file");
-  EXPECT_TRUE(view.colors.empty());
-  EXPECT_EQ(format::encode(format::to_asset(view)), without);
+  test::expect_optional(format::encode(asset_with_colors(1)), format::encode(asset_with_colors(1, 0)),
+                        {format::kColorRecords, format::kColorValues});
 }
 
 TEST(ColorsFile, RefusesWrongRecords) {

@@ -7,6 +7,7 @@
 
 #include "formats/nif/writer.hpp"
 #include "tests/format/damaged.hpp"
+#include "tests/format/optional.hpp"
 #include "tests/support/query_object.hpp"
 
 namespace nif {
@@ -63,35 +64,9 @@ TEST(PrimaryFile, KeepsEveryFieldAndAnswer) {
   EXPECT_GT(hits, 3'000u);
 }
 
-/// A reader that does not know the sections finds the same objects.
 TEST(PrimaryFile, IsOptional) {
-  const Bytes with = format::encode(asset_with_primaries(1)),
-              without = format::encode(asset_with_primaries(1, 0));
-  Bytes unknown = with;
-  for (const uint32_t type : {format::kPrimaries, format::kPrimaryValues}) {
-    const uint32_t index = test::find_section(with, type);
-    EXPECT_EQ(test::section_entry(with, index).flags, 0u);
-    for (uint32_t i = 0; i < test::load<format::Header>(without, 0).section_count; ++i)
-      EXPECT_NE(test::section_entry(without, i).type, type);
-    auto entry = test::section_entry(with, index);
-    entry.flags = format::kRequired;
-    Bytes required = with;
-    test::store_entry(required, index, entry);
-    test::fix_checksums(required);
-    EXPECT_EQ(status_of(required), Status::damaged_nif);
-
-    entry.type = format::fourcc("NEW0") + (index & 1);
-    entry.flags = 0;
-    Bytes half = with;
-    test::store_entry(half, index, entry);
-    test::fix_checksums(half);
-    EXPECT_EQ(status_of(half), Status::damaged_nif) << "one without the other";
-    test::store_entry(unknown, index, entry);
-  }
-  test::fix_checksums(unknown);
-  const format::AssetView view = format::read_asset(unknown, "file");
-  EXPECT_TRUE(view.primaries.empty());
-  EXPECT_EQ(format::encode(format::to_asset(view)), without);
+  test::expect_optional(format::encode(asset_with_primaries(1)), format::encode(asset_with_primaries(1, 0)),
+                        {format::kPrimaries, format::kPrimaryValues});
 }
 
 TEST(PrimaryFile, RefusesWrongRecords) {

@@ -7,6 +7,7 @@
 
 #include "formats/nif/writer.hpp"
 #include "tests/format/damaged.hpp"
+#include "tests/format/optional.hpp"
 #include "tests/support/random_asset.hpp"
 
 namespace nif {
@@ -78,35 +79,9 @@ TEST(SourceTrianglesFile, PacksNumbersOfAnyWidth) {
   EXPECT_EQ(kernels::source_triangle({}, 5), 5u) << "without numbers, its own";
 }
 
-/// A reader that does not know the sections finds the same objects.
 TEST(SourceTrianglesFile, IsOptional) {
-  const Bytes with = format::encode(asset_with_sources(1)),
-              without = format::encode(asset_with_sources(1, 0));
-  Bytes unknown = with;
-  for (const uint32_t type : {format::kSourceRecords, format::kSourceNumbers}) {
-    const uint32_t index = test::find_section(with, type);
-    EXPECT_EQ(test::section_entry(with, index).flags, 0u);
-    for (uint32_t i = 0; i < test::load<format::Header>(without, 0).section_count; ++i)
-      EXPECT_NE(test::section_entry(without, i).type, type);
-    auto entry = test::section_entry(with, index);
-    entry.flags = format::kRequired;
-    Bytes required = with;
-    test::store_entry(required, index, entry);
-    test::fix_checksums(required);
-    EXPECT_EQ(status_of(required), Status::damaged_nif);
-
-    entry.type = format::fourcc("NEW0") + (index & 1);
-    entry.flags = 0;
-    Bytes half = with;
-    test::store_entry(half, index, entry);
-    test::fix_checksums(half);
-    EXPECT_EQ(status_of(half), Status::damaged_nif) << "one without the other";
-    test::store_entry(unknown, index, entry);
-  }
-  test::fix_checksums(unknown);
-  const format::AssetView view = format::read_asset(unknown, "file");
-  EXPECT_TRUE(view.source_triangles.empty());
-  EXPECT_EQ(format::encode(format::to_asset(view)), without);
+  test::expect_optional(format::encode(asset_with_sources(1)), format::encode(asset_with_sources(1, 0)),
+                        {format::kSourceRecords, format::kSourceNumbers});
 }
 
 TEST(SourceTrianglesFile, RefusesWrongRecords) {
