@@ -7,10 +7,12 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -49,7 +51,8 @@ class StateWriter {
   std::vector<std::byte> bytes_;
 };
 
-/// Reads what a StateWriter has written. Throws Error(checkpoint_refused) where that is something else.
+/// Reads what a StateWriter has written. Throws Error(checkpoint_refused) where that is something else. Who
+/// reads asks by require() for whatever memory and loops depend on: a checksum is no proof of who wrote it.
 class StateReader {
  public:
   explicit StateReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -79,8 +82,20 @@ class StateReader {
     if (get<uint64_t>() != values.size()) refuse();
     if (!values.empty()) take(values.data(), values.size() * sizeof(values[0]));
   }
-  void end() const {
-    if (!bytes_.empty()) refuse();
+  void end() const { require(bytes_.empty()); }
+  /// That what was read can be.
+  static void require(bool holds) {
+    if (!holds) refuse();
+  }
+  /// As many numbers as `values` has, none of them beyond +-limit.
+  template <class Numbers>
+  void get_within(Numbers& values, float limit) {
+    get_same(values);
+    for (const auto value : values) require(std::abs(float(value)) <= limit);
+  }
+  template <class Numbers>
+  void get_finite(Numbers& values) {
+    get_within(values, std::numeric_limits<float>::max());
   }
 
  private:

@@ -54,7 +54,9 @@ struct Parameters {
     for (const Floats* part : {&master, &first, &second, &quantised}) state.put_all(*part);
   }
   void get(StateReader& state) {
-    for (Floats* part : {&master, &first, &second, &quantised}) state.get_same(*part);
+    state.get_within(master, limit);
+    state.get_finite(first), state.get_finite(second);
+    state.get_within(quantised, limit);
   }
   void quantise() {
     for (size_t i = 0; i < master.size(); ++i) {
@@ -150,9 +152,11 @@ class Trainer {
     uint64_t done = 0;  ///< slices of the pass
   };
 
+  uint64_t all_steps() const { return std::max<uint64_t>(1, options_.rays / options_.batch); }
+
   TrainingResult run_on(bool within_round, const std::function<void(const TrainingProgress&)>& progress,
                         const std::atomic<bool>& cancel, TrainingLog& log) {
-    const uint64_t steps = std::max<uint64_t>(1, options_.rays / options_.batch);
+    const uint64_t steps = all_steps();
     const uint64_t chunks_per_round = std::max<uint64_t>(1, options_.rays_per_round / kTrainingChunk);
     for (; step_ < steps; round_.first_chunk += chunks_per_round) {
       TrainingRays rays = draw_rays(round_.first_chunk, chunks_per_round, steps, progress, cancel);
@@ -401,6 +405,18 @@ class Trainer {
     error_ = keep * error_ + (1 - keep) * error;
   }
 
+  format::Network blank_network() const {
+    format::Network network;
+    for (uint32_t l = 0; l < shape_.layer_count; ++l) {
+      const NetworkShape::Layer& layer = shape_.layers[l];
+      network.layers.push_back({layer.inputs, layer.outputs, l + 1 == shape_.layer_count ? 0 : kWeightShift,
+                                std::vector<int32_t>(layer.outputs),
+                                std::vector<int8_t>(layer.inputs * layer.outputs)});
+    }
+    network.logit_scale = kGain / float(127 << kWeightShift);
+    return network;
+  }
+
   TrainingResult finish() {
     for (size_t i = 0; i < features_.quantised.size(); ++i) {
       data_.features[i] = int8_t(std::lrint(features_.quantised[i] / kFeatureQuantum));
@@ -409,18 +425,15 @@ class Trainer {
     result.recoveries = recoveries_;
     for (size_t s = 0; s < set_rays_.size(); ++s)
       result.error[s] = set_rays_[s] > 0 ? set_wrong_[s] / set_rays_[s] : 0;
+    result.network = blank_network();
     for (uint32_t l = 0; l < shape_.layer_count; ++l) {
       const NetworkShape::Layer& from = shape_.layers[l];
-      format::Layer layer{from.inputs, from.outputs, l + 1 == shape_.layer_count ? 0 : kWeightShift, {}, {}};
-      for (uint32_t i = 0; i < from.inputs * from.outputs; ++i) {
-        layer.weights.push_back(int8_t(std::lrint(weights_.quantised[from.weights + i] / kWeightQuantum)));
-      }
-      for (uint32_t o = 0; o < from.outputs; ++o) {
-        layer.biases.push_back(int32_t(std::lrint(biases_.quantised[from.biases + o] / kBiasQuantum)));
-      }
-      result.network.layers.push_back(std::move(layer));
+      format::Layer& layer = result.network.layers[l];
+      for (uint32_t i = 0; i < from.inputs * from.outputs; ++i)
+        layer.weights[i] = int8_t(std::lrint(weights_.quantised[from.weights + i] / kWeightQuantum));
+      for (uint32_t o = 0; o < from.outputs; ++o)
+        layer.biases[o] = int32_t(std::lrint(biases_.quantised[from.biases + o] / kBiasQuantum));
     }
-    result.network.logit_scale = kGain / float(127 << kWeightShift);
     return result;
   }
 
@@ -454,30 +467,30 @@ class Trainer {
     state.get(run_), state.get(collapsed_), state.get(watched_), state.get(loss_), state.get(error_);
     state.get(set_rays_), state.get(set_wrong_);
     state.end();
+    state.require(step_ <= round_.until && round_.until <= all_steps() && recoveries_ <= kMaxRecoveries &&
+                  collapsed_ < kCollapsedRuns && caution_ >= 0 && caution_ <= 1);
+    // The first step takes both.
+    state.require((snapshot_ && trusted_) || (step_ == 0 && run_.batches == 0 && collapsed_ == 0));
+    for (size_t s = 0; s < set_rays_.size(); ++s)
+      state.require(set_wrong_[s] >= 0 && set_wrong_[s] <= set_rays_[s] && std::isfinite(set_rays_[s]));
   }
 
   StateWriter state_of(const TrainingResult& result) const {
     StateWriter state;
     state.put_all(data_.features);
     state.put(result.recoveries), state.put_all(result.failure), state.put(result.error);
-    state.put(uint64_t{result.network.layers.size()}), state.put(result.network.logit_scale);
-    for (const format::Layer& layer : result.network.layers) {
-      state.put(layer.inputs), state.put(layer.outputs), state.put(layer.shift);
+    for (const format::Layer& layer : result.network.layers)
       state.put_all(layer.biases), state.put_all(layer.weights);
-    }
     return state;
   }
   TrainingResult result_from(StateReader state) {
     TrainingResult result;
-    state.get_same(data_.features);
+    state.get_within(data_.features, 127);
     state.get(result.recoveries), state.get_all(result.failure), state.get(result.error);
-    const auto layers = state.get<uint64_t>();
-    state.get(result.network.logit_scale);
-    for (uint64_t l = 0; l < layers; ++l) {
-      format::Layer& layer = result.network.layers.emplace_back();
-      state.get(layer.inputs), state.get(layer.outputs), state.get(layer.shift);
-      state.get_all(layer.biases), state.get_all(layer.weights);
-    }
+    for (const double share : result.error) state.require(share >= 0 && share <= 1);
+    if (result.failure.empty()) result.network = blank_network();
+    for (format::Layer& layer : result.network.layers)
+      state.get_within(layer.biases, biases_.limit / kBiasQuantum), state.get_within(layer.weights, 127);
     state.end();
     return result;
   }

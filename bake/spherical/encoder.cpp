@@ -121,6 +121,9 @@ format::Primary blank_primary(const SphericalOptions& options) {
   return primary;
 }
 
+/// Of an object: no machine draws as many.
+constexpr uint64_t kMostLearned = uint64_t{1} << 48;
+
 /// The rounds of a trainer as a log keeps them, between two of them, with how many rays each object has had.
 template <class Trainer>
 class Course {
@@ -133,6 +136,7 @@ class Course {
     StateReader state(kept->state);
     state.get(round_), state.get_same(learned_), trainer_.get(state, ended_);
     state.end();
+    for (const uint64_t rays : learned_) state.require(rays < kMostLearned);
   }
   /// The first round that is still to be learned from, of so many.
   uint64_t begin(uint64_t rounds) const { return ended_ ? rounds : round_; }
@@ -245,7 +249,8 @@ class SphericalEncoder final : public Encoder {
     course.end();
     const uint64_t rays = trainer.outer_rays() + trainer.inner_rays();
     if (rays == 0) return "there are too few rays to learn from that meet its bounds";
-    const double all = double(std::accumulate(learned.begin(), learned.end(), uint64_t{0}));
+    const double all =
+        double(std::max<uint64_t>(1, std::accumulate(learned.begin(), learned.end(), uint64_t{0})));
     for (size_t i = 0; i < lessons.size(); ++i) {
       const Lesson& lesson = lessons[i];
       lesson.form.alone.spherical_networks = {trainer.networks()};

@@ -10,6 +10,8 @@ namespace nif::bake {
 namespace {
 
 constexpr uint32_t kMostRecoveries = 6;
+/// Of a training: no machine takes as many.
+constexpr uint64_t kMostSteps = uint64_t{1} << 40;
 
 NetworkShape make_shape(uint32_t inputs, uint32_t width, uint32_t hidden_layers, uint32_t outputs) {
   NetworkShape shape;
@@ -87,10 +89,16 @@ void TrainedField::put(StateWriter& state, bool ended) const {
 void TrainedField::get(StateReader& state, bool ended) {
   for (TrainedGrid& grid : grids_) grid.get(state, ended);
   state.get(steps_);
-  state.get_same(weights_);
+  state.require(steps_ < kMostSteps);
+  state.get_within(weights_, kernels::kMaxSphericalValue);
   if (ended) return;
-  state.get_same(first_), state.get_same(second_), state.get(adam_steps_);
-  state.get_all(waiting_), state.get_all(waiting_targets_);
+  state.get_finite(first_), state.get_finite(second_), state.get(adam_steps_);
+  state.get_all(waiting_);
+  state.require(waiting_.size() < shape_.batch);
+  for (const FieldSample& sample : waiting_)
+    state.require(sample.object < grids_.front().objects() && sample.label <= 1);
+  waiting_targets_.resize(waiting_.size() * (shape_.outputs - 1));
+  state.get_finite(waiting_targets_);
   save();
 }
 
@@ -185,6 +193,7 @@ void FieldLessons::put(StateWriter& state) const {
 void FieldLessons::get(StateReader& state) {
   state.get(random_), state.get(recoveries_), state.get(caution_);
   state.get(watched_), state.get(loss_), state.get(error_);
+  state.require(recoveries_ <= kMostRecoveries && caution_ >= 0 && caution_ <= 1);
 }
 
 bool FieldLessons::learn(std::span<TrainedField* const> fields, uint32_t passes,

@@ -28,9 +28,15 @@ void TrainedGrid::put(StateWriter& state, bool ended) const {
 }
 
 void TrainedGrid::get(StateReader& state, bool ended) {
-  if (!ended) return state.get_same(entries_);
+  if (!ended) {
+    state.get_finite(entries_);
+    for (size_t e = 0; e < entries_.size(); e += 3 * features_)
+      for (uint32_t f = 0; f < features_; ++f)
+        state.require(std::abs(entries_[e + f]) <= kernels::kMaxSphericalValue);
+    return;
+  }
   Floats latent(entries_.size() / 3);
-  state.get_same(latent);
+  state.get_within(latent, kernels::kMaxSphericalValue);
   for (size_t i = 0; i < latent.size(); ++i)
     entries_[i / features_ * 3 * features_ + i % features_] = latent[i];
 }

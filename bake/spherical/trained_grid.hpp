@@ -35,6 +35,7 @@ class TrainedGrid {
               Random& random);
 
   uint32_t features() const { return features_; }
+  size_t objects() const { return slots_.size() / per_object_; }
   uint32_t corners() const { return kind_ == GridKind::distance ? 2 : 4; }
   LatentGrid view() const { return {features_, corners(), entries_.data()}; }
   void save() { saved_ = entries_; }

@@ -5,9 +5,11 @@
 
 #include "bake/checkpoint.hpp"
 #include "bake/segment/trainer.hpp"
+#include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/support/occupied_object.hpp"
+#include "tests/support/random.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {
@@ -134,8 +136,8 @@ TEST(Checkpoint, SphericalFieldsGoOnToTheSameBytes) {
   }
 }
 
-TEST(Checkpoint, FieldsOfGivenRaysGoOnToTheSameBytes) {
-  const mesh::Scene scene = scene_of({icosphere(3)});
+/// From around, in so many rounds; with fields for primary rays.
+bake::BakeOptions given_rays(uint64_t rounds, int rays_per_round) {
   bake::BakeOptions options;
   options.encoding = "spherical";
   options.preset = bake::Preset::paper;
@@ -143,18 +145,69 @@ TEST(Checkpoint, FieldsOfGivenRaysGoOnToTheSameBytes) {
   options.spherical.fields.inner.distance_resolution = 32;
   options.spherical.fields.primary.resolution = 32;
   options.evaluation_rays = 10'000;
-  const auto draw = [](uint64_t round) {
+  const auto draw = [rays_per_round](uint64_t round) {
     nif::Random random(7, 1, round);
     bake::MeshRays rays;
-    for (int i = 0; i < 20'000; ++i) {
+    for (int i = 0; i < rays_per_round; ++i) {
       const Double3 from = random.direction() * 2.0, to = random.direction() * 0.9;
       rays.segments.push_back(bake::make_segment(from, to - from, std::numeric_limits<double>::infinity()));
     }
     rays.meshes.assign(rays.segments.size(), 0);
     return rays;
   };
-  options.spherical.given = bake::GivenRays{"from around", 4, draw, draw};
-  expect_resumed(scene, options, 8);
+  options.spherical.given = bake::GivenRays{"from around", rounds, draw, draw};
+  return options;
+}
+
+TEST(Checkpoint, FieldsOfGivenRaysGoOnToTheSameBytes) {
+  expect_resumed(scene_of({icosphere(3)}), given_rays(4, 20'000), 8);
+}
+
+/// What a bake keeps when it is nearly through, changed at random and with a right checksum. It is refused, or
+/// goes on to an asset that a reader takes, or to a training that fails.
+void expect_no_harm(const mesh::Scene& scene, const bake::BakeOptions& options, int tries) {
+  const std::atomic<bool> cancel{false};
+  std::vector<std::vector<KeptTraining>> kept;
+  TrainingLog log({}, 0, [&](auto trainings) { kept.emplace_back(trainings.begin(), trainings.end()); });
+  bake::bake(scene, options, {}, cancel, &log);
+  kept.erase(kept.begin(), kept.end() - 3);
+
+  Random random(1);
+  int refused = 0;
+  for (int i = 0; i < tries; ++i) {
+    std::vector<KeptTraining> changed = kept[random.below(uint32_t(kept.size()))];
+    Bytes& state = changed[random.below(uint32_t(changed.size()))].state;
+    // Counts and sizes are at both ends, and numbers in between.
+    const uint32_t places = uint32_t(state.size() / 4), near = std::min(places, 100u);
+    const uint32_t place = i % 4 == 0   ? random.below(near)
+                           : i % 4 == 1 ? random.below(places)
+                                        : places - 1 - random.below(near);
+    constexpr uint32_t kOdd[] = {0,           1,           0x80,        0x8080'8080, 0xffff,
+                                 0x7fff'ffff, 0xffff'ffff, 0x7fc0'0000, 0x7f7f'ffff};
+    const uint32_t word = i % 8 < 6 ? kOdd[random.below(std::size(kOdd))] : random.below(0xffff'ffff);
+    std::memcpy(state.data() + 4 * place, &word, sizeof(word));
+    try {
+      TrainingLog resumed(changed, 1e9, [](auto) {});
+      const Bytes file = format::encode(bake::bake(scene, options, {}, cancel, &resumed).asset);
+      EXPECT_NO_THROW(format::read_asset(file, "file"));
+    } catch (const Error& error) {
+      EXPECT_TRUE(error.status() == Status::checkpoint_refused || error.status() == Status::training_failed)
+          << i << ": " << error.what();
+      refused += error.status() == Status::checkpoint_refused;
+    }
+  }
+  EXPECT_GT(refused, 0);
+  EXPECT_LT(refused, tries);
+}
+
+constexpr int kTries = 40;
+
+TEST(HostileCheckpoint, OfFieldsDoesNoHarm) {
+  expect_no_harm(scene_of({icosphere(1), torus(12, 6)}), small_field(0.005), kTries);
+}
+
+TEST(HostileCheckpoint, OfSphericalFieldsDoesNoHarm) {
+  expect_no_harm(scene_of({icosphere(1)}), given_rays(2, 9'000), kTries);
 }
 
 /// A training whose state is kept at every 16th step.
