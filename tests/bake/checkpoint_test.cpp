@@ -163,8 +163,8 @@ TEST(Checkpoint, FieldsOfGivenRaysGoOnToTheSameBytes) {
   expect_resumed(scene_of({icosphere(3)}), given_rays(4, 20'000), 8);
 }
 
-/// What a bake keeps when it is nearly through, changed at random and with a right checksum. It is refused, or
-/// goes on to an asset that a reader takes, or to a training that fails.
+/// What a bake keeps when it is nearly through, changed at random and with a right checksum. It is refused,
+/// or goes on to an asset that a reader takes, or to a training that fails.
 void expect_no_harm(const mesh::Scene& scene, const bake::BakeOptions& options, int tries) {
   const std::atomic<bool> cancel{false};
   std::vector<std::vector<KeptTraining>> kept;
