@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "formats/base/json_text.hpp"
 #include "formats/base/status.hpp"
 
 namespace nif::bake {
@@ -85,7 +86,7 @@ ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> 
 }
 
 std::optional<mesh::MergeOptions> merge_options_of(std::string_view metadata) {
-  const Json root = Json::parse(metadata, nullptr, false);
+  const Json root = parse_untrusted<Json>(metadata);
   const Json* merge = member_of(root, "merge");
   if (!merge) return std::nullopt;
   if (!merge->is_object()) refuse("'merge' is no object");

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "bake/report.hpp"
+#include "formats/base/json_text.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "tools/common/accuracy_table.hpp"
@@ -69,7 +70,7 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
   const std::vector<double> voxels =
       arguments.hits ? voxels_per_unit(arguments.asset) : std::vector<double>();
   result.info = asset.info();
-  result.metadata = nlohmann::ordered_json::parse(metadata_of(result.info), nullptr, false);
+  result.metadata = parse_untrusted<nlohmann::ordered_json>(metadata_of(result.info));
   result.triangles = asset.triangles();
   result.isa = asset.device().isa;
   result.any_spherical = asset.any_spherical();

@@ -21,7 +21,8 @@ enum class Severity : uint8_t {
 
 /// ADVICE(number, name, severity, what is so: a clause without an end). 8xx the metadata, 9xx the model.
 #define NIF_ADVICE(ADVICE)                                                                                 \
-  ADVICE(801, metadata_not_json, error, "is no JSON object, or has two members of one name")               \
+  ADVICE(801, metadata_not_json, error,                                                                    \
+         "is no JSON object, is nested deeper than 128, or has two members of one name")                   \
   ADVICE(802, metadata_missing, note, "there is no metadata: nothing says how it was baked")               \
   ADVICE(803, metadata_key_missing, warning, "a member is missing")                                        \
   ADVICE(804, metadata_value, warning, "a member is not of the type or in the range that it should be")    \

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/base/json_text.hpp"
 #include "formats/validate/validate.hpp"
 
 namespace nif::validate {
@@ -91,9 +92,10 @@ class MetadataCheck {
  private:
   static constexpr const char* kPlace = "section META";
 
-  /// Null where it is no JSON, starts with a byte order mark, or an object has two members of one name.
+  /// Null where it is no JSON, starts with a byte order mark, is nested too deep, or an object has two
+  /// members of one name.
   static Json parse(std::string_view text) {
-    if (text.starts_with("\xef\xbb\xbf")) return nullptr;
+    if (text.starts_with("\xef\xbb\xbf") || too_deep_at(text) != text.npos) return nullptr;
     std::vector<std::set<std::string>> open;
     bool twice = false;
     Json root = Json::parse(

@@ -170,6 +170,10 @@ TEST_F(Batch, ADamagedRecordCountsAsNone) {
     EXPECT_EQ(again["baked"], 1) << where;
     EXPECT_EQ(again["assets"][0]["reason"], "new") << where;
   }
+  std::string deep = whole.dump();
+  deep.insert(1, "\"new\":" + std::string(300'000, '[') + std::string(300'000, ']') + ',');
+  std::ofstream(record) << deep;
+  EXPECT_EQ(batch_json(file)["baked"], 1);
 }
 
 TEST_F(Batch, ADryRunSaysWhatAndWhyAndDoesNothing) {

@@ -60,8 +60,9 @@ class MergedAsset : public testing::Test {
   }
 
   /// The asset with other metadata; all else is in order.
-  std::string changed(const json& metadata) const {
-    const std::string bytes = read_bytes(asset_), text = metadata.dump();
+  std::string changed(const json& metadata) const { return changed(metadata.dump()); }
+  std::string changed(const std::string& text) const {
+    const std::string bytes = read_bytes(asset_);
     const auto as_bytes = [](const std::string& from) {
       const auto span = std::as_bytes(std::span(from));
       return Bytes(span.begin(), span.end());
@@ -205,6 +206,24 @@ TEST_F(MergedAsset, MetadataMayBeAnything) {
       const Outcome eval = nif({"eval", with(key, value), "--mesh", glb_, "--rays", "10"});
       EXPECT_TRUE(eval.code == int(Status::mesh_mismatch) || eval.code == 0) << key << value << eval.err;
     }
+}
+
+/// What copies or writes a value goes down into it, so its depth is limited before.
+TEST_F(MergedAsset, MetadataMayBeNestedDeeply) {
+  const std::string nested = std::string(300'000, '[') + std::string(300'000, ']');
+  for (const std::string& text :
+       {nested, "{\"merge\":" + nested + '}', "{\"tool\":{\"name\":" + nested + "}}"}) {
+    const std::string file = changed(text);
+    EXPECT_EQ(nif({"info", file}).code, 0);
+    const Outcome described = nif({"info", file, "--json"});
+    EXPECT_EQ(described.code, 0) << described.err;
+    EXPECT_TRUE(json::parse(described.out)["metadata"].is_null());
+    const Outcome validated = nif({"validate", file});
+    EXPECT_EQ(validated.code, int(Status::damaged_nif)) << validated.err;
+    EXPECT_NE(validated.out.find("error 801"), std::string::npos) << validated.out;
+    EXPECT_EQ(nif({"eval", file, "--mesh", glb_, "--rays", "10"}).code, int(Status::mesh_mismatch));
+    EXPECT_EQ(nif({"attach", glb_, file, "-o", path("both.glb")}).code, int(Status::mesh_mismatch));
+  }
 }
 
 TEST_F(MergedAsset, CannotBeAttached) {

@@ -102,8 +102,10 @@ TEST(Study, ComparesAndGoesOnWhereItStopped) {
     EXPECT_NE(refused.err.find("study.json"), std::string::npos) << refused.err;
   }
   EXPECT_EQ(read_bytes(out / "study.json"), kept);
+  const std::string nested =
+      "{\"new\":" + std::string(300'000, '[') + std::string(300'000, ']') + ',' + kept.substr(1);
   for (const std::string& damaged :
-       {kept.substr(0, kept.size() / 2), std::string("{}"), std::string("[1]"), std::string()}) {
+       {kept.substr(0, kept.size() / 2), std::string("{}"), std::string("[1]"), std::string(), nested}) {
     std::ofstream(out / "study.json", std::ios::binary) << damaged;
     const Outcome refused = study(ball, out);
     EXPECT_EQ(refused.code, int(Status::checkpoint_refused)) << refused.err;

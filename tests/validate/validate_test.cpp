@@ -77,6 +77,19 @@ TEST(Validate, FindsEachNumberInItsFile) {
   for (const auto& [number, path] : files) ADD_FAILURE() << path << " is of no number";
 }
 
+TEST(Validate, TakesMetadataAsDeepAsAnyIs) {
+  test::RandomAssetOptions options;
+  options.objects = options.instances = 0;
+  options.bvhs = 1;
+  format::Asset asset = test::random_asset(3, options);
+  for (const size_t depth : {2u, 128u, 129u, 300'000u}) {
+    const size_t within = depth - 1;
+    asset.metadata = "{\"[[[\\\"[\":" + std::string(within, '[') + std::string(within, ']') + '}';
+    const Findings findings = findings_in(format::encode(asset));
+    EXPECT_EQ(findings.count_of(801), depth > 128 ? 1u : 0u) << depth << sentences(findings);
+  }
+}
+
 /// A line for each number, with what the program says of it, and no other.
 TEST(Validate, IsDocumented) {
   std::ifstream in(kProject / "docs/validation.md");

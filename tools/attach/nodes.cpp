@@ -8,6 +8,7 @@
 #include <set>
 
 #include "bake/report.hpp"
+#include "formats/base/json_text.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 
@@ -44,7 +45,7 @@ void note_unmatched(size_t nodes, NodeMatch& match) {
 
 NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, const std::string& asset,
                       const std::string& gltf) {
-  const json metadata = json::parse(view.metadata, nullptr, false);
+  const json metadata = parse_untrusted<json>(view.metadata);
   refuse_merged(metadata, asset);
   const json source = member(member(metadata, "source"), "hash"),
              numbers = member(member(metadata, "hierarchy"), "instances");
@@ -76,7 +77,7 @@ NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, c
 
 NodeMatch match_names(const format::AssetView& view, const mesh::Scene& scene, const std::string& asset,
                       const std::string& gltf) {
-  refuse_merged(json::parse(view.metadata, nullptr, false), asset);
+  refuse_merged(parse_untrusted<json>(view.metadata), asset);
   std::map<std::string_view, std::deque<uint32_t>> nodes;  // in the order of the hierarchy
   size_t unmatched_nodes = 0;
   for (const mesh::Instance& instance : scene.instances) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "formats/base/json_text.hpp"
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
@@ -70,6 +71,8 @@ std::map<std::string, Json> read_summaries(const std::vector<std::string>& files
   for (const std::string& file : files) {
     try {
       const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, uint64_t{1} << 30);
+      if (too_deep_at(text.view()) != std::string_view::npos)
+        throw Error(Status::malformed_manifest, file + ": is not a batch summary: it is nested too deep");
       const Json summary = Json::parse(text.view());
       if (summary.at("schema") != kBatchSchema)
         throw Error(Status::malformed_manifest, file + ": is not a batch summary");

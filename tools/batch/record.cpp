@@ -10,6 +10,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "formats/base/json_text.hpp"
 #include "formats/base/output_file.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
@@ -113,7 +114,7 @@ fs::path Records::path_for(const BatchAsset& asset, const std::string& ending) c
 std::optional<BakeRecord> Records::load(const BatchAsset& asset) const {
   try {
     const mesh::detail::ByteBuffer text = mesh::detail::load_file(path_for(asset, ".json"), 64 << 20);
-    const Json json = Json::parse(text.view());
+    const Json json = parse_untrusted<Json>(text.view());
     if (json.at("schema") != kSchema || json.at("name") != asset.name || !is_report(json.at("report")))
       return std::nullopt;
     BakeRecord record{

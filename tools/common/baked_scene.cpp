@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/merging.hpp"
+#include "formats/base/json_text.hpp"
 #include "mesh/merge/merge.hpp"
 #include "tools/common/naming.hpp"
 
@@ -10,7 +11,7 @@ namespace nif::tools {
 
 mesh::ReadLimits limits_as_baked(std::string_view metadata) {
   mesh::ReadLimits limits;
-  const nlohmann::json root = nlohmann::json::parse(metadata, nullptr, false);
+  const nlohmann::json root = parse_untrusted<nlohmann::json>(metadata);
   const nlohmann::json::json_pointer at("/options/colors");
   if (root.is_object() && root.contains(at)) limits.colors = root.at(at) == true;
   return limits;

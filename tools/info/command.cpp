@@ -6,6 +6,7 @@
 
 #include "bake/describe.hpp"
 #include "bake/spherical/describe.hpp"
+#include "formats/base/json_text.hpp"
 #include "formats/base/printable.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/nif/file_memory.hpp"
@@ -45,7 +46,7 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
         {{"name", instance.name}, {"object", instance.object}, {"transform", instance.transform}});
   }
   // Metadata is what its baker wrote: shown, never trusted.
-  nlohmann::ordered_json metadata = nlohmann::ordered_json::parse(view.metadata, nullptr, false);
+  nlohmann::ordered_json metadata = parse_untrusted<nlohmann::ordered_json>(view.metadata);
   if (metadata.is_discarded()) metadata = nullptr;
   return {{"schema", kSchema},         {"file", arguments.file},         {"version", format::kVersion},
           {"experimental", true},      {"objects", std::move(objects)},  {"instances", std::move(instances)},

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "formats/base/json_text.hpp"
 #include "formats/base/status.hpp"
 
 namespace nif::tools {
@@ -144,7 +145,7 @@ Study read_study(const std::string& path, const std::string& text, const StudyKe
   study.key = key;
   Json kept;
   try {
-    const Json json = Json::parse(text);
+    const Json json = parse_untrusted<Json>(text);
     if (json.at("schema") != kStudySchema) throw Error(Status::checkpoint_refused, "");
     kept = json.at("study");
     if (!kept.is_object()) throw Error(Status::checkpoint_refused, "");

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "formats/base/json_text.hpp"
 #include "formats/mesh/gltf/json.hpp"
 #include "formats/mesh/gltf/json_text.hpp"
 
@@ -237,7 +238,7 @@ class Remover {
     if (restore.contains("chunkLength")) chunk_before_ = number(restore, "chunkLength");
   }
 
-  json parsed(const JsonItem& item) const { return json::parse(text_.of(item), nullptr, false); }
+  json parsed(const JsonItem& item) const { return parse_untrusted<json>(text_.of(item)); }
 
   static json member(const json& object, const char* name) {
     const auto found = object.is_object() ? object.find(name) : object.end();
@@ -431,7 +432,7 @@ std::vector<std::string> GltfFile::relative_uris() const {
     for (const JsonItem& item : text.items(list->value)) {
       const std::optional<JsonItem> uri = text.find(item.value, "uri");
       if (!uri || text.of(*uri).starts_with("\"data:")) continue;
-      const json value = json::parse(text.of(*uri), nullptr, false);
+      const json value = parse_untrusted<json>(text.of(*uri));
       if (value.is_string() && value.get_ref<const std::string&>().find("://") == std::string::npos)
         uris.push_back(value.get<std::string>());
     }

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "formats/base/json_text.hpp"
 #include "formats/mesh/file_bytes.hpp"
 #include "formats/mesh/gltf/uri.hpp"
 
@@ -25,32 +26,11 @@ uint32_t word_at(std::string_view bytes, size_t at) {
   return word;
 }
 
-/// tinygltf walks values recursively; no real file nests anywhere near this deep.
-void check_depth(const Input& input, std::string_view text) {
-  constexpr int kDeepest = 128;
-  int depth = 0;
-  bool in_string = false;
-  for (size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '{' || c == '[') {
-      if (++depth > kDeepest) {
-        input.fail(Status::malformed_mesh,
-                   fmt::format("nests its JSON deeper than {} levels at byte {}", kDeepest, i));
-      }
-    } else if (c == '}' || c == ']') {
-      --depth;
-    }
-  }
-}
-
 json parse(const Input& input, std::string_view text) {
   while (text.ends_with('\0')) text.remove_suffix(1);  // some writers pad the GLB chunk with zeros
-  check_depth(input, text);
+  if (const size_t at = too_deep_at(text); at != text.npos)
+    input.fail(Status::malformed_mesh,
+               fmt::format("nests its JSON deeper than {} levels at byte {}", kMostJsonDepth, at));
   try {
     return json::parse(text);
   } catch (const json::parse_error& error) {
