@@ -338,6 +338,13 @@ TEST_F(Batch, RefusesManifestsThatContradictThemselves) {
   refused(manifest(all + "shared-network = 3\n"), "--shared-network must be true or false");
   refused(manifest(all + "resolution = [1]\n"), "'resolution' must be a string, a number, true or false");
   refused(write("library.toml", "output = \n"), "library.toml: line 1");
+  std::string parts = "a";
+  for (int i = 0; i < 200'000; ++i) parts += i % 2 ? " . \"b\"" : ".c";
+  const char* const many = "a key has more than 128 parts";
+  refused(manifest(all, parts + " = 1\n"), many);
+  refused(manifest("['x.y' . " + parts + "]\n"), many);
+  refused(manifest(all, "seed = { # \"\n" + parts + " = 1}\n"), many);
+  refused(manifest(all, "state = \"\"\"\\\"\n\"\"\"\"\"\n" + parts + " = 1\n"), many);
   refused(path("none.toml"), "none.toml", Status::file_not_found);
 }
 
@@ -368,6 +375,9 @@ TEST_F(Batch, PatternsMatchNamesAndFolders) {
   using Names = std::set<std::string>;
   EXPECT_EQ(meshes("\"*.obj\""), (Names{"a.obj", "b.ply.obj"}));
   EXPECT_EQ(meshes("\"**/*.obj\""), (Names{"a.obj", "b.ply.obj", "deep/c.obj", "deep/er/d.obj"}));
+  std::string anywhere;
+  for (int i = 0; i < 200'000; ++i) anywhere += "**/";
+  EXPECT_EQ(meshes('"' + anywhere + "c.obj\""), Names{"deep/c.obj"});
   EXPECT_EQ(meshes("\"deep/**\""), (Names{"deep/c.obj", "deep/er/d.obj"}));
   EXPECT_EQ(meshes("[\"?.obj\", \"deep/[c-d].obj\"]"), (Names{"a.obj", "deep/c.obj"}));
   EXPECT_EQ(meshes("\"deep/er/.*.obj\""), (Names{"deep/er/.hidden.obj"}));

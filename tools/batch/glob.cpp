@@ -70,8 +70,11 @@ bool is_pattern(const std::string& text) { return text.find_first_of("*?[") != s
 std::vector<fs::path> files_matching(const fs::path& folder, const std::string& pattern) {
   const fs::path path = pattern;
   Names names;
-  for (const fs::path& name : path.relative_path())
-    if (!name.empty() && name != ".") names.push_back(name.string());
+  for (const fs::path& name : path.relative_path()) {
+    if (name.empty() || name == ".") continue;
+    if (name == "**" && !names.empty() && names.back() == "**") continue;  // says the same again
+    names.push_back(name.string());
+  }
   std::set<fs::path> found;
   if (!names.empty())
     match(path.is_absolute() ? path.root_path() : folder, names.begin(), names.end(), found);

@@ -20,11 +20,69 @@ size_t distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+/// Behind a string that opens at `at`, of one line or of several; npos where it does not end.
+size_t behind_string(std::string_view text, size_t at) {
+  const char quote = text[at];
+  const std::string three(3, quote);
+  const bool many_lines = text.substr(at).starts_with(three);
+  const std::string closing = many_lines ? three : std::string(1, quote);
+  for (size_t i = at + closing.size(); i < text.size(); ++i) {
+    if (quote == '"' && text[i] == '\\') {
+      ++i;
+    } else if (text.substr(i).starts_with(closing)) {
+      i += closing.size();
+      // Up to two quotes in front of those that close it belong to the text.
+      for (int more = 0; many_lines && more < 2 && i < text.size() && text[i] == quote; ++more) ++i;
+      return i;
+    }
+  }
+  return text.npos;
+}
+
+/// toml++ 3.3 makes a table of each part of a dotted key, one within the other, and calls itself for each of
+/// them in the end, however many there are. Text that is no TOML is looked at as if it were: the parser stops
+/// at the first fault.
+void check_keys(const std::string& file, std::string_view text, Status malformed) {
+  constexpr size_t kMostParts = 128;
+  size_t line = 1, parts = 1;
+  for (size_t i = 0; i < text.size(); ++i) {
+    switch (text[i]) {
+      case '"':
+      case '\'': {
+        const size_t end = behind_string(text, i);
+        if (end == text.npos) return;
+        line += size_t(std::count(text.begin() + ptrdiff_t(i), text.begin() + ptrdiff_t(end), '\n'));
+        i = end - 1;
+        break;
+      }
+      case '#':
+        i = std::min(text.find('\n', i), text.size()) - 1;
+        break;
+      case '.':
+        if (++parts > kMostParts)
+          throw Error(malformed,
+                      fmt::format("{}: line {}: a key has more than {} parts", file, line, kMostParts));
+        break;
+      case '\n':
+        ++line;
+        [[fallthrough]];
+      case '=':
+      case ',':
+      case '[':
+      case ']':
+      case '{':
+      case '}':
+        parts = 1;
+    }
+  }
+}
+
 }  // namespace
 
 toml::table read_toml(const std::string& file, Status malformed) {
   constexpr uint64_t kMaxBytes = 16 << 20;
   const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, kMaxBytes);
+  check_keys(file, text.view(), malformed);
   try {
     return toml::parse(text.view(), file);
   } catch (const toml::parse_error& problem) {
