@@ -95,7 +95,7 @@ uint64_t write_stream(const std::string& path, FileKind kind, const Scene& scene
 
 }  // namespace
 
-FileKind file_kind(const std::string& path) {
+std::optional<FileKind> known_file_kind(const std::string& path) {
   const std::string ending = ending_of(path);
   constexpr std::array<std::pair<const char*, FileKind>, 6> kKinds{{{".obj", FileKind::obj},
                                                                     {".ply", FileKind::ply},
@@ -105,10 +105,15 @@ FileKind file_kind(const std::string& path) {
                                                                     {".drc", FileKind::drc}}};
   for (const auto& [name, kind] : kKinds)
     if (ending == name) return kind;
+  return std::nullopt;
+}
+
+FileKind file_kind(const std::string& path) {
+  if (const std::optional<FileKind> kind = known_file_kind(path)) return *kind;
   throw Error(
       Status::usage,
       fmt::format("{}: is not the name of a mesh file; it must end in .obj, .ply, .stl, .off, .glb or .drc{}",
-                  path, ending == ".vdb" ? "; nif mesh voxelize writes .vdb" : ""));
+                  path, ending_of(path) == ".vdb" ? "; nif mesh voxelize writes .vdb" : ""));
 }
 
 void check_options(FileKind kind, const WriteOptions& options) {

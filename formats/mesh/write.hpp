@@ -15,8 +15,9 @@ namespace nif::mesh {
 
 enum class FileKind : uint8_t { obj, ply, stl, off, glb, drc };
 
-/// What a file shall be, by its name's ending in either case. Throws Error(usage) that names it where that is
-/// no kind that is written.
+/// What a file shall be, by its name's ending in either case; nullopt where that is no kind that is written.
+std::optional<FileKind> known_file_kind(const std::string& path);
+/// The same; throws Error(usage) that names the file instead.
 FileKind file_kind(const std::string& path);
 
 struct WriteOptions {

@@ -92,6 +92,8 @@ TEST_F(MeshGenerate, RefusesByName) {
            Refusal{{"statue", "-o", file, "--triangles", "many"}, Status::usage, {"--triangles"}},
            Refusal{{"chain-mail", "-o", file, "--triangles", "100"}, Status::usage, {"chain-mail", "144"}},
            Refusal{{"city", "-o", file}, Status::usage, {file, ".glb"}},
+           Refusal{
+               {"torus", "-o", path("a.OBJ")}, Status::usage, {path("a.OBJ"), ".ply", "nif mesh convert"}},
            Refusal{{"city", "-o", path("a.glb"), "--triangles", "5000"},
                    Status::usage,
                    {"--triangles", "city", "--instances"}},

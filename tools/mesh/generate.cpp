@@ -73,6 +73,10 @@ void print(std::FILE* out, const Arguments& arguments, const Made& made, double 
 
 /// A shape, which is written while it is computed.
 Made write_shape(const Arguments& arguments, Progress& progress) {
+  if (mesh::known_file_kind(arguments.output).value_or(mesh::FileKind::ply) != mesh::FileKind::ply)
+    throw Error(Status::usage, arguments.output +
+                                   ": a shape is written as PLY, so its file must end in .ply; nif mesh "
+                                   "convert makes the other kinds of it");
   const std::unique_ptr<mesh::MeshSource> source = generate::make_shape(arguments.shape, arguments.request);
   check_output(arguments.output);
   const mesh::PlyFile file = mesh::write_ply(
