@@ -99,15 +99,16 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   nif::test::Choices choices(data, size);
   const uint8_t flags = choices.byte();
   const size_t length = size_t(choices.byte()) << 8 | choices.byte();
-  const std::string metadata(choices.rest().substr(0, length));
-  const std::string_view bytes = choices.rest().substr(metadata.size());
-  const nif::test::MemoryFile memory(bytes);
+  const std::string_view metadata = choices.rest().substr(0, length),
+                         bytes = choices.rest().substr(metadata.size());
+  const nif::test::MemoryFile memory(bytes.starts_with("glTF") ? std::string(bytes)
+                                                               : nif::test::spelled_out(bytes));
   try {
     const mesh::GltfFile file(memory.path(), kMostBytes);
     const mesh::Scene scene = read(memory.path(), file.bytes());
     file.relative_uris();
     file.has_attachment();
-    attach(file, scene, flags, metadata);
+    attach(file, scene, flags, nif::test::spelled_out(metadata));
   } catch (const nif::Error& error) {
     if (error.status() != nif::Status::mesh_mismatch && error.status() != nif::Status::usage)
       nif::test::must_refuse_well(error, memory.path());

@@ -2,6 +2,7 @@
 // index is in range and every used position finite. The first byte of the input chooses the format.
 #include <zlib.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "formats/mesh/clean.hpp"
@@ -23,6 +24,8 @@ constexpr const char* kNames[] = {"a.ply",  "a.stl", "a.obj",    "a.off",     "a
 /// Above the formats: pictures, which glTF carries, alone.
 constexpr uint32_t kPicture = std::size(kNames), kKinds = kPicture + 1;
 constexpr uint32_t kGlb = 4;
+/// Those that may be text.
+constexpr uint32_t kTexts[] = {0, 1, 2, 3, 5};
 
 const mesh::ReadLimits& limits() {
   static const mesh::ReadLimits limits{
@@ -123,6 +126,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const uint32_t kind = choices.below(kKinds);
   if (kind == kPicture)
     decode(choices.rest());
+  else if (std::ranges::find(kTexts, kind) != std::end(kTexts))
+    read(kNames[kind], nif::test::spelled_out(choices.rest()));
   else
     read(kNames[kind], choices.rest());
   return 0;

@@ -16,7 +16,7 @@
 
 namespace {
 
-using nif::test::must;
+using nif::test::must, nif::test::spelled_out;
 namespace fs = std::filesystem;
 
 /// A folder of this process with meshes for patterns to find, and the state of earlier bakes.
@@ -133,13 +133,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   nif::test::Choices choices(data, size);
   switch (choices.below(5)) {
     case 0:
-      read_manifest(choices.rest());
+      read_manifest(spelled_out(choices.rest()));
       break;
     case 1:
-      read_record(choices.rest());
+      read_record(spelled_out(choices.rest()));
       break;
     case 2:
-      read_scene(choices.rest());
+      read_scene(spelled_out(choices.rest()));
       break;
     case 3:
       read_environment(choices.rest());
