@@ -95,6 +95,7 @@ std::string nearest(const std::string& word, const std::set<std::string>& names)
   std::string best;
   size_t least = std::max<size_t>(2, word.size() / 2) + 1;  // what is further off is another word
   for (const std::string& name : names) {
+    if (word.size() >= name.size() + least) continue;  // as many letters at least; words may be very long
     const size_t letters = distance(word, name);
     if (letters < least) {
       least = letters;
