@@ -29,7 +29,7 @@ size_t behind_string(std::string_view text, size_t at) {
   for (size_t i = at + closing.size(); i < text.size(); ++i) {
     if (quote == '"' && text[i] == '\\') {
       ++i;
-    } else if (text.substr(i).starts_with(closing)) {
+    } else if (text[i] == quote && text.substr(i).starts_with(closing)) {
       i += closing.size();
       // Up to two quotes in front of those that close it belong to the text.
       for (int more = 0; many_lines && more < 2 && i < text.size() && text[i] == quote; ++more) ++i;
