@@ -94,7 +94,7 @@ class Choices {
 /// Text of the input, in which a piece may stand for many: the byte 0x1e, a byte n, the piece and 0x1f are
 /// the piece 2^(n mod 17) times. So a short input says what is only in a deep or a long file.
 inline std::string spelled_out(std::string_view text) {
-  const size_t kMost = text.size() + (64 << 10);
+  const size_t most = text.size() + (64 << 10);
   std::string out;
   while (true) {
     const size_t open = text.find('\x1e'), close = open == text.npos ? open : text.find('\x1f', open);
@@ -102,9 +102,9 @@ inline std::string spelled_out(std::string_view text) {
     if (open == text.npos) return out;
     if (close == text.npos || close < open + 2) return out += text.substr(open);
     std::string many(text.substr(open + 2, close - open - 2));
-    for (uint32_t n = uint8_t(text[open + 1]) % 17; n > 0 && 2 * many.size() <= kMost - out.size(); --n)
+    for (uint32_t n = uint8_t(text[open + 1]) % 17; n > 0 && out.size() + 2 * many.size() <= most; --n)
       many += many;
-    if (many.size() <= kMost - out.size()) out += many;
+    if (out.size() + many.size() <= most) out += many;
     text.remove_prefix(close + 1);
   }
 }
