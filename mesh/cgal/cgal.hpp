@@ -6,6 +6,8 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <span>
 
 #include "formats/mesh/clean.hpp"
@@ -26,8 +28,12 @@ struct SelfIntersections {
 /// Pairs of triangles that have a point in common other than the vertices and edges that they share: those
 /// that pass through each other, touch, or overlap. A triangle and its opposite-facing twin are no pair.
 /// Decided by exact predicates on the positions as they are. Runs on all threads; the result does not depend
-/// on their number. Throws Error(interrupted) once `cancel` is set.
-SelfIntersections find_self_intersections(const mesh::CleanMesh& mesh, const std::atomic<bool>& cancel);
+/// on their number. Takes time for each pair of triangles whose boxes overlap, of which there may be as many
+/// as the square of the triangles; nullopt where there are more than `most_pairs`. Throws Error(interrupted)
+/// once `cancel` is set.
+std::optional<SelfIntersections> find_self_intersections(
+    const mesh::CleanMesh& mesh, const std::atomic<bool>& cancel,
+    uint64_t most_pairs = std::numeric_limits<uint64_t>::max());
 
 /// What mend() did, in the order it was done.
 struct Mending {

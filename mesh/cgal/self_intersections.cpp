@@ -23,8 +23,14 @@ using Pair = std::pair<uint32_t, uint32_t>;
 
 class Pairs {
  public:
-  Pairs(const mesh::CleanMesh& mesh, const std::atomic<bool>& cancel)
-      : mesh_(mesh), cancel_(cancel), hit_(std::make_unique<std::atomic<bool>[]>(mesh.triangles.size())) {}
+  /// What flush() throws.
+  struct TooMany {};
+
+  Pairs(const mesh::CleanMesh& mesh, const std::atomic<bool>& cancel, uint64_t most)
+      : mesh_(mesh),
+        cancel_(cancel),
+        left_(most),
+        hit_(std::make_unique<std::atomic<bool>[]>(mesh.triangles.size())) {}
 
   void add(uint32_t a, uint32_t b) {
     batch_.emplace_back(a, b);
@@ -33,6 +39,8 @@ class Pairs {
 
   void flush() {
     if (cancel_) throw Error(Status::interrupted, "the search for self-intersections was cancelled");
+    if (batch_.size() > left_) throw TooMany();
+    left_ -= batch_.size();
     std::atomic<uint64_t> found{0};
     constexpr size_t kGrain = 256;
     tbb::parallel_for(tbb::blocked_range<size_t>(0, batch_.size(), kGrain), [&](const auto& range) {
@@ -89,6 +97,7 @@ class Pairs {
 
   const mesh::CleanMesh& mesh_;
   const std::atomic<bool>& cancel_;
+  uint64_t left_;  ///< pairs that may still be tried
   std::vector<Pair> batch_;
   uint64_t pairs_ = 0;
   std::unique_ptr<std::atomic<bool>[]> hit_;
@@ -96,7 +105,9 @@ class Pairs {
 
 }  // namespace
 
-SelfIntersections find_self_intersections(const mesh::CleanMesh& mesh, const std::atomic<bool>& cancel) {
+std::optional<SelfIntersections> find_self_intersections(const mesh::CleanMesh& mesh,
+                                                         const std::atomic<bool>& cancel,
+                                                         uint64_t most_pairs) {
   std::vector<Box> boxes;
   boxes.reserve(mesh.triangles.size());
   for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -107,16 +118,20 @@ SelfIntersections find_self_intersections(const mesh::CleanMesh& mesh, const std
     }
     boxes.emplace_back(bounds, t);
   }
-  Pairs pairs(mesh, cancel);
+  Pairs pairs(mesh, cancel, most_pairs);
   // The sweep permutes what it is given; through pointers that is cheaper.
   std::vector<const Box*> handles;
   handles.reserve(boxes.size());
   for (const Box& box : boxes) handles.push_back(&box);
   constexpr std::ptrdiff_t kCutoff = 1000;  // below it every pair is tried; CGAL's examples take as many
-  CGAL::box_self_intersection_d(
-      handles.begin(), handles.end(), [&](const Box* a, const Box* b) { pairs.add(a->info(), b->info()); },
-      kCutoff);
-  pairs.flush();
+  try {
+    CGAL::box_self_intersection_d(
+        handles.begin(), handles.end(), [&](const Box* a, const Box* b) { pairs.add(a->info(), b->info()); },
+        kCutoff);
+    pairs.flush();
+  } catch (const Pairs::TooMany&) {
+    return std::nullopt;
+  }
   return pairs.result();
 }
 

@@ -12,7 +12,8 @@ void require(const char* what) {
                                  " needs; build it with NIF_WITH_CGAL=ON");
 }
 
-SelfIntersections find_self_intersections(const mesh::CleanMesh&, const std::atomic<bool>&) {
+std::optional<SelfIntersections> find_self_intersections(const mesh::CleanMesh&, const std::atomic<bool>&,
+                                                         uint64_t) {
   require("the search for self-intersections");
   return {};
 }

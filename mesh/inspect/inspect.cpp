@@ -168,17 +168,25 @@ class Net {
   std::vector<uint32_t> component_;  // by triangle that represents a piece
 };
 
-void sort_by_size(std::vector<Component>& components) {
-  std::stable_sort(components.begin(), components.end(),
-                   [](const Component& a, const Component& b) { return a.triangles > b.triangles; });
-}
-
 template <class Predicate>
 uint64_t count_if(const std::vector<Component>& components, Predicate predicate) {
   return uint64_t(std::count_if(components.begin(), components.end(), predicate));
 }
 
 }  // namespace
+
+std::vector<Component> Inspection::largest(size_t count) const {
+  std::vector<const Component*> order;
+  for (const Component& component : components) order.push_back(&component);
+  count = std::min(count, order.size());
+  std::partial_sort(order.begin(), order.begin() + std::ptrdiff_t(count), order.end(),
+                    [](const Component* a, const Component* b) {
+                      return a->triangles != b->triangles ? a->triangles > b->triangles : a < b;
+                    });
+  std::vector<Component> found;
+  for (size_t i = 0; i < count; ++i) found.push_back(*order[i]);
+  return found;
+}
 
 uint64_t Inspection::closed_components() const {
   return count_if(components, [](const Component& c) { return c.closed(); });
@@ -205,7 +213,6 @@ Inspection& Inspection::operator+=(const Inspection& other) {
   boundary_loops += other.boundary_loops, longest_loop = std::max(longest_loop, other.longest_loop);
   area += other.area, volume += other.volume;
   components.insert(components.end(), other.components.begin(), other.components.end());
-  sort_by_size(components);
   return *this;
 }
 
@@ -225,7 +232,6 @@ Inspection inspect(const mesh::Mesh& mesh, bool welded) {
   out.duplicate = clean.report.duplicate;
   out.opposite = count_opposite(clean.triangles);
   Net(clean).describe(out);
-  sort_by_size(out.components);
   return out;
 }
 

@@ -47,8 +47,10 @@ struct Inspection {
   uint64_t longest_loop = 0;    ///< edges of the longest of them
   double area = 0;
   double volume = 0;                  ///< signed, of the solids together
-  std::vector<Component> components;  ///< most triangles first; of equal ones, that which comes first
+  std::vector<Component> components;  ///< in the order of their first triangles
 
+  /// So many components, or all there are: most triangles first; of equal ones, that which comes first.
+  std::vector<Component> largest(size_t count) const;
   uint64_t closed_components() const;
   uint64_t solids() const;
   uint64_t inward_solids() const;  ///< those of negative volume: inside out, or the walls of cavities

@@ -120,7 +120,8 @@ TEST(Inspect, AddsUp) {
   sum += inspect::inspect(icosphere(2));
   EXPECT_EQ(sum.triangles, 12u + 320u);
   EXPECT_EQ(sum.components.size(), 2u);
-  EXPECT_EQ(sum.components[0].triangles, 320u) << "largest first";
+  EXPECT_EQ(sum.largest(1).at(0).triangles, 320u);
+  EXPECT_EQ(sum.largest(9).size(), 2u);
   EXPECT_EQ(sum.low, (mesh::Float3{-1, -1, -1}));
 }
 

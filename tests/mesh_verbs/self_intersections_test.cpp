@@ -1,6 +1,8 @@
 // Crossing triangles by CGAL: none are missed, and neighbours are none.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "mesh/cgal/cgal.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -9,7 +11,7 @@ namespace {
 
 cgal::SelfIntersections found_in(const mesh::Mesh& mesh) {
   const std::atomic<bool> go_on{false};
-  return cgal::find_self_intersections(mesh::clean(mesh), go_on);
+  return cgal::find_self_intersections(mesh::clean(mesh), go_on).value();
 }
 
 class SelfIntersections : public testing::Test {
@@ -49,6 +51,21 @@ TEST_F(SelfIntersections, TwoCubesThroughEachOther) {
   EXPECT_GT(found.pairs, 6u);
   EXPECT_GE(found.triangles, 12u);
   EXPECT_LE(found.triangles, 24u);
+}
+
+/// All triangles of a fan meet in one vertex.
+TEST_F(SelfIntersections, AreNotLookedForInTooManyPairs) {
+  constexpr uint32_t kTriangles = 500;
+  constexpr uint64_t kPairs = kTriangles * (kTriangles - 1) / 2;
+  mesh::Mesh fan{"fan", {{0, 0, 0}}, {}};
+  for (uint32_t i = 0; i <= kTriangles; ++i) {
+    const float angle = 0.001f * static_cast<float>(i);
+    fan.positions.push_back({std::cos(angle), std::sin(angle), 0});
+    if (i > 0) fan.triangles.push_back({0, i, i + 1});
+  }
+  const std::atomic<bool> go_on{false};
+  EXPECT_EQ(cgal::find_self_intersections(mesh::clean(fan), go_on, kPairs).value().pairs, 0u);
+  EXPECT_FALSE(cgal::find_self_intersections(mesh::clean(fan), go_on, 100));
 }
 
 TEST_F(SelfIntersections, CanBeCancelled) {

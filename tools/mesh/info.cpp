@@ -1,6 +1,7 @@
 // `nif mesh info`: facts about a mesh, and what is wrong with it.
 #include <fmt/format.h>
 
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -26,8 +27,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Up to here self-intersections are looked for unasked: a few seconds.
-constexpr uint64_t kQuick = 1'000'000;
+/// Up to so many triangles self-intersections are looked for unasked, and in so many pairs of them whose
+/// boxes overlap, some ten for each triangle of most meshes: a few seconds.
+constexpr uint64_t kQuick = 1'000'000, kQuickPairs = 64'000'000;
 /// Of the text's list of meshes.
 constexpr size_t kShown = 20;
 
@@ -64,8 +66,10 @@ std::string why_not(const Arguments& arguments, uint64_t triangles) {
 Results look_at(const Arguments& arguments, const mesh::Scene& scene, Progress& progress) {
   Results results;
   results.why_not = why_not(arguments, triangles_of(scene));
-  const bool intersections = results.why_not.empty();
+  bool intersections = results.why_not.empty();
   if (intersections) results.all.intersections.emplace();
+  const uint64_t most_pairs =
+      arguments.self_intersections == "on" ? std::numeric_limits<uint64_t>::max() : kQuickPairs;
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
     const mesh::Mesh& mesh = scene.meshes[m];
     const double fraction = double(m) / double(scene.meshes.size());
@@ -76,7 +80,16 @@ Results look_at(const Arguments& arguments, const mesh::Scene& scene, Progress& 
     results.all.mesh += found.mesh;
     if (!intersections) continue;
     progress.update(fraction, "looking for self-intersections of '" + mesh.name + "'");
-    found.intersections = cgal::find_self_intersections(mesh::clean_or_nothing(mesh), interruption());
+    found.intersections =
+        cgal::find_self_intersections(mesh::clean_or_nothing(mesh), interruption(), most_pairs);
+    if (!found.intersections) {
+      results.why_not =
+          fmt::format("triangles of '{}' may meet in more than {} pairs; use --self-intersections on",
+                      mesh.name, most_pairs);
+      results.all.intersections.reset();
+      intersections = false;
+      continue;
+    }
     results.all.intersections->pairs += found.intersections->pairs;
     results.all.intersections->triangles += found.intersections->triangles;
   }
@@ -150,7 +163,8 @@ void add_mesh_info(Command mesh) {
   command
       .add_option("--self-intersections", a.self_intersections,
                   fmt::format("Look for triangles that cross each other: on, off or auto. auto looks if nif "
-                              "was built with CGAL and there are at most {} triangles",
+                              "was built with CGAL, there are at most {} triangles, and they do not lie on "
+                              "top of each other",
                               kQuick))
       .one_of({"auto", "on", "off"})
       .capture_default_str();

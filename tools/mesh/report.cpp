@@ -40,8 +40,7 @@ std::string genus_of(const Inspection& inspection) {
 
 Json to_json(const Inspection& i) {
   Json components = Json::array();
-  for (size_t c = 0; c < std::min(kListed, i.components.size()); ++c)
-    components.push_back(to_json(i.components[c]));
+  for (const inspect::Component& component : i.largest(kListed)) components.push_back(to_json(component));
   return {{"triangles", i.triangles},
           {"vertices", i.vertices},
           {"distinct_vertices", i.distinct_vertices},
