@@ -40,10 +40,11 @@ size_t behind_string(std::string_view text, size_t at) {
 }
 
 /// toml++ 3.3 makes a table of each part of a dotted key, one within the other, and calls itself for each of
-/// them in the end, however many there are. Text that is no TOML is looked at as if it were: the parser stops
-/// at the first fault.
+/// them in the end, however many there are. (Values within values are its own limit: 256, so that tables are
+/// at most 256 times so deep.) Text that is no TOML is looked at as if it were: the parser stops at the first
+/// fault.
 void check_keys(const std::string& file, std::string_view text, Status malformed) {
-  constexpr size_t kMostParts = 128;
+  constexpr size_t kMostParts = 16;
   size_t line = 1, parts = 1;
   for (size_t i = 0; i < text.size(); ++i) {
     switch (text[i]) {
