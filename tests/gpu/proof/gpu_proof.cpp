@@ -1,7 +1,7 @@
 // Proves a GPU's answers, and times them: each asset's objects by themselves and all of them as a crowd,
-// asked rays of several sets by the scalar reference on the CPU and by the GPU, each answer compared. Prints
-// a table in Markdown. Ends with 1 where any answer differs, with 3 where there is no GPU. tests/gpu/run.sh
-// builds it.
+// asked rays of several sets by the scalar reference on the CPU and by the GPU: nifQuery, nifQueryOpen and
+// nifIntersect, each answer compared. Prints a table in Markdown. Ends with 1 where any answer differs, with
+// 3 where there is no GPU. tests/gpu/run.sh builds it.
 //
 //   gpu_proof [--rays N] [--rounds N] [--device N] [--module FILE] [FILE.nif...]
 //
@@ -17,10 +17,12 @@
 #include <nif/nif.hpp>
 #include <numeric>
 
+#include "card.hpp"
 #include "formats/base/status.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/writer.hpp"
 #include "ray_sets.hpp"
+#include "tests/support/first_hits.hpp"
 #include "tests/support/random_asset.hpp"
 
 namespace nif::test {
@@ -68,6 +70,34 @@ uint64_t count_different(const Outputs& a, const Outputs& b) {
   return different;
 }
 
+/// What nifQueryOpen gives: its list in place of the rays, so that its order does not matter.
+struct OpenOutputs : Outputs {
+  using Outputs::Outputs;
+  uint32_t count = 0;
+  std::vector<uint32_t> listed;   ///< of each ray: how often the list has it
+  std::vector<float> tmin, tmax;  ///< of each ray, 0 where it is not in the list
+
+  void take(const std::vector<uint32_t>& rays, const std::vector<float>& from, const std::vector<float>& to) {
+    listed.assign(visible.size(), 0);
+    tmin.assign(visible.size(), 0);
+    tmax.assign(visible.size(), 0);
+    for (size_t k = 0; k < std::min<size_t>(count, rays.size()); ++k) {
+      if (rays[k] >= visible.size()) continue;  // then the counts of the others tell
+      ++listed[rays[k]];
+      tmin[rays[k]] = from[k];
+      tmax[rays[k]] = to[k];
+    }
+  }
+};
+
+uint64_t count_different(const OpenOutputs& a, const OpenOutputs& b) {
+  uint64_t different = count_different(static_cast<const Outputs&>(a), static_cast<const Outputs&>(b));
+  for (size_t i = 0; i < a.listed.size(); ++i)
+    different += a.listed[i] != b.listed[i] || std::memcmp(&a.tmin[i], &b.tmin[i], sizeof(float)) != 0 ||
+                 std::memcmp(&a.tmax[i], &b.tmax[i], sizeof(float)) != 0;
+  return different + (a.count != b.count);
+}
+
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
@@ -99,7 +129,8 @@ class Proof {
  public:
   Proof(const Options& options, const std::string& gpu)
       : options_(options),
-        devices_{nifkit::Device("isa=scalar,threads=0"), nifkit::Device("threads=0"), nifkit::Device(gpu)} {}
+        devices_{nifkit::Device("isa=scalar,threads=0"), nifkit::Device("threads=0"), nifkit::Device(gpu)},
+        card_(Card::open(options.device, options.module)) {}
 
   const nifkit::Device& gpu() const { return devices_[2]; }
   uint64_t different() const { return different_; }
@@ -133,8 +164,8 @@ class Proof {
     for (nifkit::Scene& scene : scenes.of) scene.commit();
     const NifSceneInfo info = scenes.of[0].info();
     for (const BoxRays set : kBoxRays) {
-      uint64_t different = 0;
-      std::vector<double> pipeline, one_kernel, cpu;
+      uint64_t different = 0, different_open = 0, different_hits = 0;
+      std::vector<double> pipeline, one_kernel, open, hits, cpu;
       std::vector<NifRay> ambiguous;
       for (uint64_t first = 0; first < options_.rays; first += kBatch) {
         const uint64_t count = std::min(kBatch, options_.rays - first);
@@ -154,22 +185,103 @@ class Proof {
           nifkit::check(nifMeasureQuery(scenes.of[2].get(), &query, way, 1, &once));
           different += count_different(there, expected);
         }
+        different_open += compare_open(scenes, rays, first == 0 ? &open : nullptr);
+        different_hits += compare_hits(scenes, rays, first == 0 ? &hits : nullptr);
         if (first == 0) time(scenes, rays, pipeline, one_kernel, cpu);
         for (size_t i = 0; i < count && ambiguous.size() < kBatch; ++i)
           if (!expected.certain[i]) ambiguous.push_back(rays[i]);
       }
-      different_ += different;
-      std::printf("| %s | %s | %llu | %llu |", name.c_str(), name_of(set),
-                  static_cast<unsigned long long>(options_.rays), static_cast<unsigned long long>(different));
+      different_ += different + different_open + different_hits;
+      std::printf("| %s | %s | %llu |", name.c_str(), name_of(set),
+                  static_cast<unsigned long long>(options_.rays));
+      for (const uint64_t count : {different, different_open, different_hits})
+        std::printf(" %llu |", static_cast<unsigned long long>(count));
       if (options_.rounds > 0) {
         const double rays = double(std::min(kBatch, options_.rays)) * 1e-6;
-        std::printf(" %.1f | %.1f | %.2f |", rays / median(pipeline), rays / median(one_kernel),
-                    rays / median(cpu));
+        for (const auto* seconds : {&pipeline, &one_kernel, &open, &hits, &cpu})
+          std::printf(" %.1f |", rays / median(*seconds));
         time_stages(name + " | " + name_of(set), scenes, ambiguous);
       }
       std::printf("\n");
       std::fflush(stdout);
     }
+  }
+
+  /// Has `ask` put work into the card's stream, and waits for it; once more for each round that is timed, by
+  /// the host's clock, if seconds are wanted.
+  template <class Ask>
+  void in_stream(std::vector<double>* seconds, const Ask& ask) {
+    for (uint32_t round = 0; round <= (seconds ? options_.rounds : 0); ++round) {
+      const auto start = std::chrono::steady_clock::now();
+      nifkit::check(ask());
+      card_->wait();
+      if (round > 0)
+        seconds->push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
+  }
+
+  /// Of memory of the card that the program has from the driver. Returns how many answers differ.
+  uint64_t compare_open(Scenes& scenes, const std::vector<NifRay>& rays, std::vector<double>* seconds) {
+    const size_t count = rays.size();
+    std::vector<uint32_t> numbers(count), counted;
+    std::vector<float> from(count), to(count);
+    OpenOutputs expected(count), got(count);
+    expected.count = scenes.of[0].query_open(nifkit::Query(expected.about(rays)), numbers, from, to);
+    expected.take(numbers, from, to);
+
+    CardArrays arrays(*card_);
+    NifQuery query = nifQueryRays(arrays.copy(rays), count);
+    query.memory = NIF_DEVICE;
+    query.stream = card_->stream();
+    query.visible = arrays.output(got.visible, count);
+    query.visible_bits = arrays.output(got.bits, got.bits.size());
+    query.probability = arrays.output(got.probability, count);
+    query.certain = arrays.output(got.certain, count);
+    query.logit = arrays.output(got.logit, count);
+    auto open = nifkit::sized<NifOpenRays>();
+    open.capacity = count;
+    open.rays = arrays.output(numbers, count);
+    open.tmin = arrays.output(from, count);
+    open.tmax = arrays.output(to, count);
+    open.count = arrays.copy(std::vector<uint32_t>{0xa5a5a5a5});
+    in_stream(seconds, [&] { return nifQueryOpen(scenes.of[2].get(), &query, &open); });
+    arrays.fetch(got.visible, query.visible);
+    arrays.fetch(got.bits, query.visible_bits);
+    arrays.fetch(got.probability, query.probability);
+    arrays.fetch(got.certain, query.certain);
+    arrays.fetch(got.logit, query.logit);
+    arrays.fetch(numbers, open.rays);
+    arrays.fetch(from, open.tmin);
+    arrays.fetch(to, open.tmax);
+    counted.resize(1);
+    arrays.fetch(counted, open.count);
+    got.count = counted[0];
+    got.take(numbers, from, to);
+    return count_different(got, expected);
+  }
+
+  uint64_t compare_hits(Scenes& scenes, const std::vector<NifRay>& rays, std::vector<double>* seconds) {
+    FirstHits expected(rays.size()), got(rays.size());
+    NifQuery query = nifQueryRays(rays.data(), rays.size());
+    NifHits outputs = expected.outputs();
+    nifkit::check(nifIntersect(scenes.of[0].get(), &query, &outputs));
+
+    CardArrays arrays(*card_);
+    query = nifQueryRays(arrays.copy(rays), rays.size());
+    query.memory = NIF_DEVICE;
+    query.stream = card_->stream();
+    const auto each = [&](const auto& visit) {
+      visit(outputs.hit, got.hit), visit(outputs.certain, got.certain);
+      visit(outputs.t, got.t), visit(outputs.t_low, got.low), visit(outputs.t_high, got.high);
+      visit(outputs.normal, got.normal), visit(outputs.color, got.color);
+      visit(outputs.u, got.u), visit(outputs.v, got.v);
+      visit(outputs.instance, got.instance), visit(outputs.object, got.object);
+      visit(outputs.triangle, got.triangle);
+    };
+    each([&](auto*& output, auto& host) { output = arrays.output(host, host.size()); });
+    in_stream(seconds, [&] { return nifIntersect(scenes.of[2].get(), &query, &outputs); });
+    each([&](auto*& output, auto& host) { arrays.fetch(host, output); });
+    return count_different_hits(got, expected);
   }
 
   /// Only what is visible is asked for, as by a renderer.
@@ -224,6 +336,7 @@ class Proof {
 
   Options options_;
   nifkit::Device devices_[3];
+  std::unique_ptr<Card> card_;
   uint64_t different_ = 0;
   std::string stages_;  ///< lines of a table
 };
@@ -249,12 +362,15 @@ int run(const Options& options) {
   std::printf("%s, beside a CPU with `%s`.", proof.gpu().info().card, nifkit::Device().info().isa);
   if (options.rounds > 0)
     std::printf(
-        " Millions of rays a second, median of %u rounds of %llu rays: the GPU by its own\n"
-        "clock, rays and answers in its memory; the CPU with all of its threads.",
+        " Millions of rays a second, median of %u rounds of %llu rays, rays and answers\n"
+        "in the GPU's memory: `nifQuery` of what is visible, by its own clock, both ways; `nifQueryOpen` "
+        "(open)\n"
+        "and `nifIntersect` (hits) with all outputs, by the host's clock; the CPU with all of its threads.",
         options.rounds, static_cast<unsigned long long>(std::min(kBatch, options.rays)));
-  std::printf("\n\n| scene | rays | asked | different |%s\n| --- | --- | ---: | ---: |%s\n",
-              options.rounds ? " pipeline | one kernel | CPU |" : "",
-              options.rounds ? " ---: | ---: | ---: |" : "");
+  std::printf("\n\n| scene | rays | asked | different | of open | of hits |%s\n",
+              options.rounds ? " pipeline | one kernel | open | hits | CPU |" : "");
+  std::printf("| --- | --- | ---: | ---: | ---: | ---: |%s\n",
+              options.rounds ? " ---: | ---: | ---: | ---: | ---: |" : "");
   for (const std::string& file : options.files) {
     const size_t slash = file.rfind('/');
     proof.add_asset(file.substr(slash == std::string::npos ? 0 : slash + 1), read_file(file));
