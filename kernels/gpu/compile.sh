@@ -21,10 +21,21 @@ first_of() {
   done
   return 1
 }
+# The first of the clangs that has its linker, without which it makes no code objects.
+first_clang_of() {
+  local name
+  for name in "$@"; do
+    if command -v "$name" >/dev/null && command -v "$("$name" -print-prog-name=ld.lld)" >/dev/null; then
+      command -v "$name"
+      return
+    fi
+  done
+  return 1
+}
 find_compiler() {
   case $1 in
-    gfx942 | gfx1100) first_of clang++-19 clang++-18 clang++-17 ;;
-    gfx*) first_of clang++-15 clang++-16 clang++-17 clang++-18 clang++-19 ;;
+    gfx942 | gfx1100) first_clang_of clang++-19 clang++-18 clang++-17 ;;
+    gfx*) first_clang_of clang++-15 clang++-16 clang++-17 clang++-18 clang++-19 ;;
     sm_*) first_of nvcc /usr/local/cuda/bin/nvcc ;;
   esac
 }

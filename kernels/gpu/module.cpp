@@ -4,6 +4,7 @@
 #include "kernels/gpu/kernel_list.hpp"
 #include "kernels/gpu/open_kernels.hpp"
 #include "kernels/gpu/pipeline_kernels.hpp"
+#include "kernels/gpu/walk_one_kernels.hpp"
 
 using namespace nif::kernels;
 using namespace nif::kernels::gpu;
@@ -13,8 +14,8 @@ using HalfMatrix = DeviceHalfMatrix;
 #define NIF_ENTRY(threads, blocks, name, Work, ...) \
   NIF_KERNEL(threads, blocks) name(NIF_ARGUMENT Work work) { __VA_ARGS__(DeviceThread(), work); }
 
-#define NIF_SCENE(name, kinds)                                                         \
-  NIF_ENTRY(kSceneThreads, 1, nif_scene_##name, SceneWork, scene_answer<kinds, false>) \
+#define NIF_SCENE(name, kinds, blocks)                                                      \
+  NIF_ENTRY(kSceneThreads, blocks, nif_scene_##name, SceneWork, scene_answer<kinds, false>) \
   NIF_ENTRY(kSceneThreads, 1, nif_scene_##name##_details, SceneWork, scene_answer<kinds, true>)
 #define NIF_WALK(name, kinds)                                                                      \
   NIF_ENTRY(kBlockThreads, 1, nif_pipeline_walk_##name, PipelineWork, pipeline_walk<kinds, false>) \
@@ -25,10 +26,12 @@ using HalfMatrix = DeviceHalfMatrix;
 NIF_SCENE_KERNELS(NIF_SCENE)
 NIF_WALK_KERNELS(NIF_WALK)
 NIF_PIPELINE_STAGES(NIF_STAGE)
-NIF_ENTRY(kSceneThreads, 1, nif_scene_bvh_single, SceneWork,
+NIF_ENTRY(kSceneThreads, 16, nif_scene_bvh_single, SceneWork,
           scene_answer<kSingleBvh, false>)  // to measure it
 NIF_ENTRY(kSceneThreads, 1, nif_scene_open, OpenWork, scene_open)
 NIF_ENTRY(kSceneThreads, 1, nif_scene_hits, HitWork, scene_hits)
+NIF_ENTRY(kBlockThreads, 6, nif_pipeline_walk_one, PipelineWork, pipeline_walk_one<false>)
+NIF_ENTRY(kBlockThreads, 1, nif_pipeline_walk_one_details, PipelineWork, pipeline_walk_one<true>)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_offsets, PipelineWork, pipeline_offsets)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_order, PipelineWork, pipeline_order)
 NIF_ENTRY(kBlockThreads, 1, nif_pack_bits, PackWork, pack_bits)

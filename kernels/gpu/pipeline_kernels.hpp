@@ -193,24 +193,33 @@ NIF_HOST_DEVICE void pipeline_order(const Thread& thread, const PipelineWork& wo
   }
 }
 
-/// Asks objects by a thread an item, from the ray on. Blocks of kSceneThreads, any number of them;
-/// work.scene.layout.bytes.
+/// Asks objects by a thread an item, from the ray on. Where there are few items, each has a block to itself:
+/// lanes of one wave would wait for each other, and such rays take long. Blocks of kSceneThreads, any number
+/// of them; work.scene.layout.bytes.
 template <class Thread>
 NIF_HOST_DEVICE void pipeline_alone(const Thread& thread, const PipelineWork& work) {
   const SceneLayout& layout = work.scene.layout;
   uint32_t* const row = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index() * layout.row;
-  for_each_tile<kTileItems>(
-      thread, work, [](uint32_t) {},
-      [&](const PipelineTile& tile) {
-        if (thread.index() >= layout.rays) return;
-        for (uint32_t i = thread.index(); i < tile.count; i += layout.rays) {
-          const uint32_t item = tile.item(work.memory, i);
-          const PlacedInstance& instance = instance_of(work, item);
-          const ObjectAnswer answer = ask_object<kKindsWithItems>(thread, work.scene.objects[instance.object],
-                                                                  local_ray(work, item), row);
-          deliver(work, item, answer.logit);
-        }
-      });
+  const uint32_t start = first_tile(work, work.first_list);
+  const uint32_t places = (first_tile(work, work.end_list) - start) * kTileItems;
+  const uint32_t even = (places + thread.blocks() - 1) / thread.blocks(),
+                 share = even < layout.rays ? even : layout.rays;
+  if (thread.index() >= share) return;
+  const uint32_t step = thread.blocks() * share;
+  for (uint32_t at = thread.block() * share + thread.index(); at < places;) {
+    const uint32_t tile = start + at / kTileItems, list = list_of_tile(work, tile, work.first_list),
+                   in_list = tile - first_tile(work, list), within = at % kTileItems;
+    const PipelineTile items{list, in_list * kTileItems, tile * kTileItems, kTileItems};
+    if (items.place + within < work.items.counts[1 + list]) {
+      const uint32_t item = items.item(work.memory, within);
+      const PlacedInstance& instance = instance_of(work, item);
+      const ObjectAnswer answer = ask_object<kKindsWithItems>(thread, work.scene.objects[instance.object],
+                                                              local_ray(work, item), row);
+      deliver(work, item, answer.logit);
+    }
+    if (places - at <= step) return;
+    at += step;
+  }
 }
 
 /// What pack_bits() is given. Device memory of any alignment.

@@ -65,6 +65,20 @@ NIF_HOST_DEVICE inline uint32_t first_tile(const PipelineWork& work, uint32_t li
   return tiles;
 }
 
+/// The stage's list that a tile is of: the last one that starts there or before, since those without items
+/// start where the next one does. `list`: none that comes after it.
+NIF_HOST_DEVICE inline uint32_t list_of_tile(const PipelineWork& work, uint32_t tile, uint32_t list) {
+  uint32_t above = work.end_list;
+  while (above - list > 1) {
+    const uint32_t middle = list + (above - list) / 2;
+    if (first_tile(work, middle) <= tile)
+      list = middle;
+    else
+      above = middle;
+  }
+  return list;
+}
+
 /// Up to a block's threads of items, all of one list.
 struct PipelineTile {
   uint32_t list;
@@ -92,15 +106,7 @@ NIF_HOST_DEVICE void for_each_tile(const Thread& thread, const PipelineWork& wor
   uint32_t list = work.first_list, start_of_list = start, end_of_list = 0;
   while (tile < last) {
     if (tile >= end_of_list) {
-      // The last list that starts here or before: those without items start where the next one does.
-      uint32_t above = work.end_list;
-      while (above - list > 1) {
-        const uint32_t middle = list + (above - list) / 2;
-        if (first_tile(work, middle) <= tile)
-          list = middle;
-        else
-          above = middle;
-      }
+      list = list_of_tile(work, tile, list);
       start_of_list = first_tile(work, list);
       end_of_list = first_tile(work, list + 1);
       thread.sync();  // others may still be at the list before

@@ -42,7 +42,8 @@ gpu::PipelineKernels find_pipeline(gpu::Context& context) {
 GpuDevice::GpuDevice(std::unique_ptr<gpu::Context> opened, const GpuSettings& wanted)
     : context(std::move(opened)), settings(wanted), pipeline(find_pipeline(*context)), scratch(*context) {
   const gpu::Current current(*context);
-#define NIF_SCENE(name, kinds) kernels.emplace_back(*context, kernels::gpu::kinds, "nif_scene_" #name);
+#define NIF_SCENE(name, kinds, blocks) \
+  kernels.emplace_back(*context, kernels::gpu::kinds, "nif_scene_" #name);
   NIF_SCENE_KERNELS(NIF_SCENE)
 #undef NIF_SCENE
   single_bvh = context->find_kernel("nif_scene_bvh_single");

@@ -165,8 +165,14 @@ class Launcher {
 
   void walk(PipelineWork& work) {
     using namespace kernels::gpu;
-    const KindKernels& kernels = kernels_for(device_.pipeline.walks, scene_.kinds);
     const uint32_t blocks = blocks_for(work.query.count, kBlockThreads);
+    const KindKernels& one = device_.pipeline.walk_one;
+    if (scene_.arrays.instance_count == 1 && (scene_.kinds & ~one.kinds) == 0)
+      return timed(kWalk, [&] {
+        put(one.kernel(work.query.details()), work,
+            {spread(blocks, 8), kBlockThreads, kKeptWords * kBlockThreads * uint32_t(sizeof(uint32_t))});
+      });
+    const KindKernels& kernels = kernels_for(device_.pipeline.walks, scene_.kinds);
     timed(kWalk, [&] {
       put(kernels.kernel(work.query.details()), work,
           {work.before.counts ? spread(blocks, 16) : blocks, kBlockThreads,
@@ -197,9 +203,11 @@ class Launcher {
     using namespace kernels::gpu;
     const bool inner = kStageShapes[stage].inner;
     const uint32_t tiles = blocks_for(work.query.count, kTileItems) + work.end_list - work.first_list;
+    // Items that are alone may have a block each.
+    const uint32_t most = stage == kAlone ? std::max(tiles, work.query.count) : tiles;
     const auto put_stage = [&] {
       put(device_.pipeline.stages[stage], work,
-          {spread(tiles, 2048 / kStageShapes[stage].threads), kStageShapes[stage].threads,
+          {spread(most, 2048 / kStageShapes[stage].threads), kStageShapes[stage].threads,
            scene_.lists.shared_bytes[stage]});
     };
     if (stage == kAlone) return timed(kRest, put_stage);

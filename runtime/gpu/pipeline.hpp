@@ -30,6 +30,7 @@ const KindKernels& kernels_for(const std::vector<KindKernels>& kernels, uint32_t
 
 struct PipelineKernels {
   std::vector<KindKernels> walks;
+  KindKernels walk_one;  ///< for scenes of one instance of such an object
   Kernel offsets, order, pack_bits;
   Kernel stages[kernels::gpu::kStages];
 

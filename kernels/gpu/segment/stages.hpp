@@ -10,6 +10,57 @@ static_assert(kKeptWords <= kItemWords);
 
 /// What an item is about: how many runs its walk has, and flags from this bit on.
 inline constexpr uint32_t kItemFlags = 8;
+/// A flag: in place of runs, the item has points.
+inline constexpr uint32_t kHasPoints = 1u << 12;
+
+/// What an item is about, of a walk that is ambiguous: as its runs, or as its points.
+NIF_HOST_DEVICE inline uint32_t describe_points(const WalkResult& walk) {
+  const uint32_t flags = uint32_t(walk.saw_outside) | uint32_t(walk.saw_inside) << 1 |
+                         uint32_t(walk.starts_open) << 2 | uint32_t(walk.ends_open) << 3;
+  return flags << kItemFlags | kHasPoints;
+}
+NIF_HOST_DEVICE inline uint32_t describe_runs(const WalkResult& walk) {
+  return walk.run_count | (describe_points(walk) & ~kHasPoints);
+}
+
+/// The points of a walk of too many runs to keep, in the words of its item: the length of its runs, each
+/// point's t, and the heights, four to a word. A second walk places them, because where they are follows from
+/// the length; the words behind those are how far it has come.
+class KeptPoints {
+ public:
+  static constexpr uint32_t kMost = 8;  ///< of a field whose points have room
+
+  NIF_HOST_DEVICE explicit KeptPoints(uint32_t* column) : column_(column) {}
+  /// After the first walk.
+  NIF_HOST_DEVICE void start(const WalkResult& walk) const {
+    at(kLength) = bits_as<uint32_t>(walk.open_t);
+    at(kHeights) = at(kHeights + 1) = 0;
+    at(kRuns) = walk.run_count;
+    at(kRunStart) = at(kPlaced) = 0;
+  }
+  /// For each run of the second one.
+  NIF_HOST_DEVICE void add(uint32_t samples, const WalkResult& walk, uint32_t number, const Run& run) const {
+    const float length = bits_as<float>(at(kLength));
+    PointSpread spread{samples, length / static_cast<float>(samples), presented_reversed(walk),
+                       bits_as<float>(at(kRunStart)), at(kPlaced)};
+    spread.place(run, number + 1 == at(kRuns), [&](uint32_t point, float t, uint8_t height) {
+      at(kTimes + point) = bits_as<uint32_t>(t);
+      at(kHeights + point / 4) |= uint32_t{height} << 8 * (point % 4);
+    });
+    at(kRunStart) = bits_as<uint32_t>(spread.run_start);
+    at(kPlaced) = spread.placed;
+  }
+
+  // Of an item's words.
+  static constexpr uint32_t kLength = 0, kTimes = 1, kHeights = kTimes + kMost, kWords = kHeights + kMost / 4;
+
+ private:
+  static constexpr uint32_t kRuns = kWords, kRunStart = kRuns + 1, kPlaced = kRuns + 2;
+  static_assert(kPlaced < kKeptWords && kWords <= kItemWords);
+  NIF_HOST_DEVICE uint32_t& at(uint32_t word) const { return column_[word * kBlockThreads]; }
+
+  uint32_t* column_;
+};
 
 /// Walks a ray. False where the network has to be asked: then `item` is of the second sort where there are
 /// more runs than items have room for.
@@ -24,10 +75,8 @@ NIF_HOST_DEVICE NIF_INLINE bool walk_segment_item(const SceneObject& object, con
     return true;
   }
   const bool hard = walk.run_count > kKeptRuns;
-  const uint32_t flags = uint32_t(walk.saw_outside) | uint32_t(walk.saw_inside) << 1 |
-                         uint32_t(walk.starts_open) << 2 | uint32_t(walk.ends_open) << 3;
   item.list = object.lists[hard];
-  item.about = walk.run_count | flags << kItemFlags;
+  item.about = describe_runs(walk);
   item.words = hard ? 0 : kRunWords * walk.run_count;
   return false;
 }
@@ -46,6 +95,19 @@ NIF_HOST_DEVICE void gather_segment(const PipelineWork& work, const DeviceSegmen
   walk.saw_inside = about >> (kItemFlags + 1) & 1;
   walk.starts_open = about >> (kItemFlags + 2) & 1;
   walk.ends_open = about >> (kItemFlags + 3) & 1;
+  if (about & kHasPoints) {
+    const auto word = [&](uint32_t i) { return memory.words[size_t(i) * memory.capacity + item]; };
+    walk.open_t = bits_as<float>(word(KeptPoints::kLength));
+    const SamplePlacer placer(field, walk);
+    for (uint32_t i = 0; i < field.samples; ++i) {
+      const uint32_t heights = word(KeptPoints::kHeights + i / 4);
+      put_point<kFeatures>(
+          field, i,
+          placer.point_at(bits_as<float>(word(KeptPoints::kTimes + i)), uint8_t(heights >> 8 * (i % 4))),
+          inputs);
+    }
+    return put_globals(field, walk, inputs);
+  }
   const auto run = [&](uint32_t i) {
     const uint32_t* const at = memory.words + size_t(kRunWords * i) * memory.capacity + item;
     return Run{bits_as<float>(at[0]), bits_as<float>(at[memory.capacity]), at[2 * size_t{memory.capacity}]};

@@ -49,29 +49,45 @@ NIF_HOST_DEVICE inline uint8_t height_at(const Run& run, float t) {
   return uint8_t(to_index(from + (to - from) * share + 0.5f, kTopHeight));
 }
 
-/// Spreads K points evenly by arc length over an ambiguous walk's runs, which come one after the other.
-class SamplePlacer {
- public:
-  /// The walk must outlive this; its runs are not needed.
-  NIF_HOST_DEVICE SamplePlacer(const SegmentField& field, const WalkResult& walk)
-      : field_(field),
-        walk_(walk),
-        reversed_(presented_reversed(walk)),
-        spacing_(walk.open_t / static_cast<float>(field.samples)) {}
+/// Spreads K points evenly by arc length over runs, which come one after the other.
+struct PointSpread {
+  uint32_t count;       ///< K
+  float spacing;        ///< arc length between points
+  bool reversed;        ///< points are numbered from the segment's end
+  float run_start = 0;  ///< arc length at the begin of the current run
+  uint32_t placed = 0;
 
   /// Calls put(number, t, height) for each of the points that lie in the run.
   template <class Put>
   NIF_HOST_DEVICE void place(const Run& run, bool last, const Put& put) {
-    const uint32_t count = field_.samples;
-    for (; placed_ < count; ++placed_) {
-      const float s = (static_cast<float>(placed_) + 0.5f) * spacing_;
-      if (!last && s > run_start_ + (run.end - run.begin)) {
-        run_start_ += run.end - run.begin;
+    for (; placed < count; ++placed) {
+      const float s = (static_cast<float>(placed) + 0.5f) * spacing;
+      if (!last && s > run_start + (run.end - run.begin)) {
+        run_start += run.end - run.begin;
         return;
       }
-      const float t = min_of(run.begin + (s - run_start_), run.end);
-      put(reversed_ ? count - 1 - placed_ : placed_, t, height_at(run, t));
+      const float t = min_of(run.begin + (s - run_start), run.end);
+      put(reversed ? count - 1 - placed : placed, t, height_at(run, t));
     }
+  }
+};
+
+/// At the first run of an ambiguous walk.
+NIF_HOST_DEVICE inline PointSpread start_spread(uint32_t samples, const WalkResult& walk) {
+  return {samples, walk.open_t / static_cast<float>(samples), presented_reversed(walk)};
+}
+
+/// Places the points of an ambiguous walk.
+class SamplePlacer {
+ public:
+  /// The walk must outlive this; its runs are not needed.
+  NIF_HOST_DEVICE SamplePlacer(const SegmentField& field, const WalkResult& walk)
+      : field_(field), walk_(walk), spread_(start_spread(field.samples, walk)) {}
+
+  /// Calls put(number, t, height) for each of the points that lie in the run.
+  template <class Put>
+  NIF_HOST_DEVICE void place(const Run& run, bool last, const Put& put) {
+    spread_.place(run, last, put);
   }
 
   NIF_HOST_DEVICE SamplePoint point_at(float t, uint8_t height) const {
@@ -102,10 +118,7 @@ class SamplePlacer {
  private:
   const SegmentField& field_;
   const WalkResult& walk_;
-  bool reversed_;
-  float spacing_;
-  float run_start_ = 0;  // arc length at the begin of the current run
-  uint32_t placed_ = 0;
+  PointSpread spread_;
 };
 
 /// The inputs [kGlobalInputs] of an ambiguous walk that are not of a point.

@@ -17,7 +17,7 @@ EmulatedRun bind_kernel(const void* argument) {
 }
 #define NIF_EMULATED(name, Work, ...) \
   {name, bind_kernel<Work, [](const Thread& thread, const Work& work) { __VA_ARGS__(thread, work); }>},
-#define NIF_SCENE(name, kinds)                                            \
+#define NIF_SCENE(name, kinds, blocks)                                    \
   NIF_EMULATED("nif_scene_" #name, SceneWork, scene_answer<kinds, false>) \
   NIF_EMULATED("nif_scene_" #name "_details", SceneWork, scene_answer<kinds, true>)
 #define NIF_WALK(name, kinds)                                                         \
@@ -27,13 +27,15 @@ EmulatedRun bind_kernel(const void* argument) {
   NIF_EMULATED("nif_pipeline_" #name, PipelineWork, __VA_ARGS__)
 
 constexpr EmulatedKernel kKernels[] = {
-    NIF_SCENE_KERNELS(NIF_SCENE)                                                      //
-    NIF_WALK_KERNELS(NIF_WALK)                                                        //
-    NIF_EMULATED("nif_scene_bvh_single", SceneWork, scene_answer<kSingleBvh, false>)  //
-    NIF_EMULATED("nif_scene_open", OpenWork, scene_open)                              //
-    NIF_EMULATED("nif_scene_hits", HitWork, scene_hits)                               //
-    NIF_EMULATED("nif_pipeline_offsets", PipelineWork, pipeline_offsets)              //
-    NIF_EMULATED("nif_pipeline_order", PipelineWork, pipeline_order)                  //
+    NIF_SCENE_KERNELS(NIF_SCENE)                                                          //
+    NIF_WALK_KERNELS(NIF_WALK)                                                            //
+    NIF_EMULATED("nif_scene_bvh_single", SceneWork, scene_answer<kSingleBvh, false>)      //
+    NIF_EMULATED("nif_scene_open", OpenWork, scene_open)                                  //
+    NIF_EMULATED("nif_scene_hits", HitWork, scene_hits)                                   //
+    NIF_EMULATED("nif_pipeline_walk_one", PipelineWork, pipeline_walk_one<false>)         //
+    NIF_EMULATED("nif_pipeline_walk_one_details", PipelineWork, pipeline_walk_one<true>)  //
+    NIF_EMULATED("nif_pipeline_offsets", PipelineWork, pipeline_offsets)                  //
+    NIF_EMULATED("nif_pipeline_order", PipelineWork, pipeline_order)                      //
     NIF_EMULATED("nif_pack_bits", PackWork, pack_bits)};
 
 /// Those of stages, for one make of matrix instructions.

@@ -1,0 +1,121 @@
+// The pipeline's walk (pipeline_kernels.hpp) through a scene of one instance of a `segment` object.
+//
+// Rays take very different numbers of steps, so most lanes of a wave would wait for the longest of its rays.
+// Here a lane whose walk is over takes the next ray, after Aila and Laine (Understanding the Efficiency of
+// Ray Traversal on GPUs, HPG 2009). Waves take rays from one counter, as many at a time as make that rare.
+//
+// A walk of more runs than items have room for begins anew at once, and places the network's points.
+#pragma once
+
+#include "kernels/gpu/pipeline_kernels.hpp"
+
+namespace nif::kernels::gpu {
+
+/// Rays that a wave takes from the query at once.
+inline constexpr uint32_t kWaveShare = 64;
+
+/// What one lane is doing.
+struct WalkingLane {
+  enum State : uint32_t { kIdle, kWalking, kOver };
+  State state = kIdle;
+  bool again = false;  ///< the walk is a second one, which places points
+  uint32_t ray = 0;
+  WalkResult walk;
+  LeapingWalk<> leaping;
+};
+
+/// As pipeline_walk(), to the same answers and items, but for items of points. Of the counts, the first,
+/// which has no other use where items are in no order, is that of the rays that were taken. Blocks of
+/// kBlockThreads, any number of them; kKeptWords for each thread.
+template <bool kDetails, class Thread>
+NIF_HOST_DEVICE void pipeline_walk_one(const Thread& thread, const PipelineWork& work) {
+  const SceneQuery& query = work.query;
+  const PlacedInstance& instance = work.scene.instances[0];
+  const SceneObject& object = work.scene.objects[instance.object];
+  const auto& field = *static_cast<const DeviceSegmentField*>(object.field);
+  uint32_t* const column = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index();
+  const KeptRuns<kBlockThreads> runs(column);
+  const KeptPoints points(column);
+  const bool has_room = field.samples <= KeptPoints::kMost;
+  // Waiting for three lanes in eight is what was found best on an H200; from a quarter to a half is alike.
+  const uint32_t few = thread.wave_size() * 5 / 8;
+  const uint64_t lower = (uint64_t{1} << thread.lane()) - 1;
+
+  WalkingLane lane;
+  const auto begin = [&] {
+    const Segment world = load_ray(query, lane.ray);
+    const Segment local = instance.identity ? world : to_object(instance.to_object, world);
+    lane.state = lane.leaping.begin(field, local, lane.walk) ? WalkingLane::kWalking : WalkingLane::kOver;
+  };
+  const auto keep = [&](uint32_t i, const Run& run) {
+    if (lane.again)
+      points.add(field.samples, lane.walk, i, run);
+    else
+      runs.keep(i, run);
+  };
+  // Of the wave: rays that it has taken, and whether there may be more.
+  uint32_t next = 0, last = 0;
+  bool more = true;
+  for (;;) {
+    // What walks that are over come to.
+    bool open = lane.state == WalkingLane::kOver;
+    if (open && lane.walk.verdict != Verdict::ambiguous) {
+      ObjectAnswer answer = answer_of(lane.walk);
+      if (kDetails && !instance.identity) {
+        const Segment world = load_ray(query, lane.ray);
+        to_world<kDetails>(instance, object.reach_scale, world, to_object(instance.to_object, world), answer);
+      }
+      store_answer<kDetails>(query, lane.ray,
+                             only_answer(answer, object.calibration, kDetails && query.probability));
+      lane.state = WalkingLane::kIdle;
+      open = false;
+    }
+    if (thread.ballot(open) != 0) {
+      const bool hard = lane.walk.run_count > kKeptRuns && !lane.again;
+      const bool listed = open && !(hard && has_room);
+      const uint32_t list = object.lists[hard];
+      const uint32_t place = append_to(thread, listed, list, work.items.counts + 1);
+      if (listed) {
+        const uint32_t item = list == 0 ? place : work.memory.capacity - 1 - place;
+        const uint32_t words = hard ? 0 : lane.again ? KeptPoints::kWords : kRunWords * lane.walk.run_count;
+        work.items.ray[item] = lane.ray;
+        work.memory.about[item] = lane.again ? describe_points(lane.walk) : describe_runs(lane.walk);
+        for (uint32_t i = 0; i < words; ++i)
+          work.memory.words[size_t(i) * work.memory.capacity + item] = column[i * kBlockThreads];
+        lane.state = WalkingLane::kIdle;
+        lane.again = false;
+      } else if (open) {
+        points.start(lane.walk);
+        lane.again = true;
+        begin();
+      }
+    }
+
+    // The next rays.
+    if (next == last && more) {
+      uint32_t first = 0;
+      if (thread.lane() == 0) first = thread.add(work.items.counts, kWaveShare);
+      first = thread.shuffle(first, 0);
+      next = first < query.count ? first : query.count;
+      last = query.count - next < kWaveShare ? query.count : next + kWaveShare;
+      more = last < query.count;
+    }
+    const uint64_t idle = thread.ballot(lane.state == WalkingLane::kIdle);
+    const uint32_t place = count_bits(idle & lower), wanted = count_bits(idle), left = last - next;
+    if (lane.state == WalkingLane::kIdle && place < left) {
+      lane.ray = next + place;
+      begin();
+    }
+    next += wanted < left ? wanted : left;
+    const bool rest = next == last && !more;
+    if (rest && thread.ballot(lane.state != WalkingLane::kIdle) == 0) return;
+
+    // On, until enough of the wave's walks are over, or all of the last ones.
+    while (count_bits(thread.ballot(lane.state == WalkingLane::kWalking)) > (rest ? 0 : few))
+      if (lane.state == WalkingLane::kWalking &&
+          !lane.leaping.go_on(field, field.walk, lane.walk, keep, [](uint32_t) {}))
+        lane.state = WalkingLane::kOver;
+  }
+}
+
+}  // namespace nif::kernels::gpu
