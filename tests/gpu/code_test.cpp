@@ -103,6 +103,7 @@ struct Bounds {
   uint32_t amd, nvidia;  ///< registers
   uint32_t scalars;      ///< spilled ones
   uint32_t stack;        ///< bytes
+  uint32_t spilled = 0;  ///< bytes, on NVIDIA
 };
 
 /// Every kernel.
@@ -131,30 +132,40 @@ struct Bounds {
 /// of a BVH in double precision, and of a walk its last open cell. Lists of open cells would have been 1.5 kB
 /// of stack.
 ///
+/// nif_pipeline_walk_one gives a lane the next ray, so the ray's number and a walk's state live as long as
+/// the lane; yet it takes fewer registers than nif_pipeline_walk_segment, which knows the way through a top
+/// level.
+///
+/// Three kernels without details are made for 16 blocks of 64 threads on NVIDIA, which leaves a thread 64
+/// registers. What then is in memory costs less than twice as many warps gain: measured on an H200
+/// (kernel_list.hpp).
+///
 /// The stack is for what functions that are not inlined hand each other, and on gfx1030 for copies of
 /// arguments that nothing reads.
 const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
-                                            {"nif_pipeline_alone", {128, 112, 80, 176}},
+                                            {"nif_pipeline_alone", {128, 112, 88, 176}},
                                             {"nif_pipeline_half_inner_64", {176, 128, 8, 248}},
                                             {"nif_pipeline_half_inner_96", {208, 160, 16, 248}},
                                             {"nif_pipeline_half_outer_64", {176, 128, 8, 248}},
                                             {"nif_pipeline_half_outer_96", {208, 160, 16, 248}},
                                             {"nif_pipeline_offsets", {32, 32, 0, 0}},
                                             {"nif_pipeline_order", {16, 24, 0, 0}},
-                                            {"nif_pipeline_segment_2", {120, 80, 26, 0}},
-                                            {"nif_pipeline_segment_any", {128, 112, 24, 0}},
+                                            {"nif_pipeline_segment_2", {120, 80, 40, 0}},
+                                            {"nif_pipeline_segment_any", {128, 120, 32, 0}},
                                             {"nif_pipeline_walk_any", {168, 112, 96, 168}},
                                             {"nif_pipeline_walk_any_details", {192, 128, 152, 168}},
+                                            {"nif_pipeline_walk_one", {96, 80, 56, 0}},
+                                            {"nif_pipeline_walk_one_details", {104, 96, 72, 0}},
                                             {"nif_pipeline_walk_segment", {136, 80, 88, 16}},
                                             {"nif_pipeline_walk_segment_details", {160, 96, 152, 16}},
                                             {"nif_scene_any", {184, 128, 80, 144}},
                                             {"nif_scene_any_details", {200, 152, 112, 144}},
-                                            {"nif_scene_bvh", {152, 120, 48, 16}},
-                                            {"nif_scene_bvh_single", {152, 120, 48, 16}},
+                                            {"nif_scene_bvh", {152, 64, 48, 176, 640}},
+                                            {"nif_scene_bvh_single", {152, 64, 48, 120, 320}},
                                             {"nif_scene_bvh_details", {192, 144, 104, 16}},
                                             {"nif_scene_hits", {208, 152, 136, 48}},
                                             {"nif_scene_open", {168, 120, 88, 0}},
-                                            {"nif_scene_segment", {144, 104, 64, 72}},
+                                            {"nif_scene_segment", {144, 64, 64, 112, 640}},
                                             {"nif_scene_segment_details", {176, 112, 112, 72}}};
 
 TEST_P(GpuCodeTest, HasEveryKernel) {
@@ -166,13 +177,13 @@ TEST_P(GpuCodeTest, HasEveryKernel) {
   }
 }
 
-/// Nothing is spilled but scalar registers of AMD, to lanes of vector registers.
+/// Nothing is spilled but scalar registers of AMD, to lanes of vector registers, and what is meant to be.
 TEST_P(GpuCodeTest, StaysWithinBounds) {
   for (const auto& [name, kernel] : kernels_) {
     ASSERT_TRUE(kBounds.contains(name)) << name;
     const Bounds& bounds = kBounds.at(name);
     EXPECT_LE(kernel.registers, amd_ ? bounds.amd : bounds.nvidia) << name;
-    EXPECT_EQ(kernel.spilled, 0u) << name;
+    EXPECT_LE(kernel.spilled, amd_ ? 0 : bounds.spilled) << name;
     EXPECT_LE(kernel.scalars, bounds.scalars) << name;
     EXPECT_LE(kernel.stack, bounds.stack) << name;
   }
