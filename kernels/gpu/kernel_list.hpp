@@ -11,7 +11,7 @@
 #define NIF_SCENE_KERNELS(KERNEL)   \
   KERNEL(segment, kPairSegment, 16) \
   KERNEL(bvh, kBvhObject, 16)       \
-  KERNEL(any, kAnyKind, 1)
+  KERNEL(any, kAnyKind, 8)
 
 /// KERNEL(name, kinds): nif_pipeline_walk_NAME and nif_pipeline_walk_NAME_details likewise.
 #define NIF_WALK_KERNELS(KERNEL) \

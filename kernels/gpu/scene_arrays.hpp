@@ -95,7 +95,8 @@ struct SceneAnswer {
 
 /// But for visible_bits, which take several rays.
 template <bool kDetails>
-NIF_HOST_DEVICE void store_answer(const SceneQuery& query, uint32_t ray, const SceneAnswer& answer) {
+NIF_HOST_DEVICE NIF_INLINE void store_answer(const SceneQuery& query, uint32_t ray,
+                                             const SceneAnswer& answer) {
   if (query.visible) query.visible[ray] = answer.logit >= 0;
   if (!kDetails) return;
   if (query.certain) query.certain[ray] = answer.certain;

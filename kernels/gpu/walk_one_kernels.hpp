@@ -21,7 +21,7 @@ struct WalkingLane {
   bool again = false;  ///< the walk is a second one, which places points
   uint32_t ray = 0;
   WalkResult walk;
-  LeapingWalk<> leaping;
+  LeapingWalk leaping;
 };
 
 /// As pipeline_walk(), to the same answers and items, but for items of points. Of the counts, the first,
@@ -112,8 +112,7 @@ NIF_HOST_DEVICE void pipeline_walk_one(const Thread& thread, const PipelineWork&
 
     // On, until enough of the wave's walks are over, or all of the last ones.
     while (count_bits(thread.ballot(lane.state == WalkingLane::kWalking)) > (rest ? 0 : few))
-      if (lane.state == WalkingLane::kWalking &&
-          !lane.leaping.go_on(field, field.walk, lane.walk, keep, [](uint32_t) {}))
+      if (lane.state == WalkingLane::kWalking && !lane.leaping.go_on(field, field.walk, lane.walk, keep))
         lane.state = WalkingLane::kOver;
   }
 }
