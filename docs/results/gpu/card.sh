@@ -1,42 +1,44 @@
 #!/usr/bin/env bash
-# Prints the part of docs/results/gpu.md that takes a GPU: proves the kernels on it (tests/gpu/run.sh) and times them. For a
-# machine with a GPU, a C++ compiler, CMake and what compiles the kernels; the program `nif`, assets and meshes may be made
-# elsewhere.
+# Makes the part of docs/results/gpu.md that takes a GPU: docs/results/gpu/speed.md, how fast the card answers, and
+# docs/results/gpu/proof.md, the answers compared with the scalar reference's (tests/gpu/run.sh). For a machine with a GPU, a
+# C++ compiler, CMake and what compiles the kernels. Takes some six minutes where programs and assets are there.
 #
-#   docs/results/gpu/card.sh FOLDER [NIF] >docs/results/gpu/card.md
+#   docs/results/gpu/card.sh FOLDER [NIF]
 #
-# FOLDER: holds stanford_dragon.nif with its mesh .ply.gz, paper.nif of the same mesh, and for each NAME of statue_8000000.ply
-# and kicad_board_1.0m.ply.zst the mesh and NAME.nif; docs/results/gpu.sh makes them all in build/gpu. What is missing is left
-# out. NIF: the program, build/release/bin/nif by default. Takes some five minutes.
+# FOLDER: holds stanford_dragon.ply.gz and stanford_dragon.nif, as build/sample does after samples/run.sh; what else is needed
+# is made there, but for kicad_board_1.0m.ply.zst, which is left out where it is not there. So everything can also be made on
+# another machine, and copied. NIF: the program, build/release/bin/nif by default.
 set -euo pipefail
 folder=$(realpath "${1:?names the folder of assets and meshes}")
 nif=$(realpath "${2:-build/release/bin/nif}")
 cd "$(dirname "${BASH_SOURCE[0]}")/../../.."
-dragon=$folder/stanford_dragon
+out=docs/results/gpu
+dragon=$folder/stanford_dragon.ply.gz statue=$folder/statue_8000000.ply board=$folder/kicad_board_1.0m.ply.zst
+
+[[ -f $statue ]] || "$nif" mesh generate statue -o "$statue" --triangles 8000000 --quiet
+for mesh in "$statue" "$board"; do
+  [[ ! -f $mesh || -f $mesh.nif ]] || "$nif" bake "$mesh" -o "$mesh.nif" --encoding segment --rays 0 --quiet
+done
+# Fields of the paper's kind, trained for a minute only. Neither speed nor precision depends on it.
+papers=$folder/paper.nif
+[[ -f $papers ]] || "$nif" bake "$dragon" -o "$papers" --preset paper --training-rays 4000000 --rays 0 --quiet
 
 # bench ASSET MESH OPTION...: as a block of code.
 bench() {
-  "$nif" bench "$1" --mesh "$2" --device hip --quiet "${@:3}" | sed "s|^$folder/||; s/./    &/; s/ *\$//"
+  [[ ! -f $2 ]] || "$nif" bench "$1" --mesh "$2" --device hip --quiet "${@:3}" | sed "s|^$folder/||; s/./    &/; s/ *\$//"
+  printf '\n'
 }
-
-printf '## On a card\n\n'
-printf 'By `docs/results/gpu/card.sh`, on one machine, in one go.\n\n'
-printf '### Speed, compared with a BVH\n\n'
-printf '`nif bench ASSET --mesh MESH --device hip --stages --batches` ([benchmark.md](../benchmark.md)).\n'
-for name in stanford_dragon statue_8000000.ply kicad_board_1.0m.ply.zst; do
-  mesh=$folder/$name
-  [[ $name != stanford_dragon ]] || mesh=$dragon.ply.gz
-  if [[ -f $mesh && -f $folder/$name.nif ]]; then
-    printf '\n' && bench "$folder/$name.nif" "$mesh" --stages --batches
-  fi
-done
-printf '\n### The fields of the paper, in single and in half precision\n\n'
-printf '`nif bench paper.nif --mesh stanford_dragon.ply.gz --device hip --stages --precision PRECISION`.\n\n'
-bench "$folder/paper.nif" "$dragon.ply.gz" --stages --precision single
-printf '\n'
-bench "$folder/paper.nif" "$dragon.ply.gz" --stages --precision half
-printf '\n### Every answer, compared with the scalar reference\n\n'
-printf '`tests/gpu/run.sh tests/golden/v2-shapes.nif stanford_dragon.nif`: rays that need no mesh. The columns `different` are\n'
-printf 'numbers of different answers: of `nifQuery`, of `nifQueryOpen` and of `nifIntersect`. The instances of all objects of a file\n'
-printf 'are mirrored, stretched and overlapping.\n\n'
-tests/gpu/run.sh tests/golden/v2-shapes.nif "$dragon.nif"
+{
+  printf 'Of commit %s.\n\n' "$(git describe --always --dirty 2>/dev/null || echo unknown)"
+  printf '`nif bench ASSET --mesh MESH --device hip --stages --batches` ([benchmark.md](../benchmark.md)):\n\n'
+  bench "$folder/stanford_dragon.nif" "$dragon" --stages --batches
+  for mesh in "$statue" "$board"; do bench "$mesh.nif" "$mesh" --stages --batches; done
+  printf 'The fields of the paper, by `nif bench paper.nif --mesh stanford_dragon.ply.gz --device hip --stages --precision single`,\n'
+  printf 'and `half`:\n\n'
+  bench "$papers" "$dragon" --stages --precision single
+  bench "$papers" "$dragon" --stages --precision half
+} >"$out/speed.md.new"
+sed -i '$d' "$out/speed.md.new"
+mv "$out/speed.md.new" "$out/speed.md"
+tests/gpu/run.sh "$folder/stanford_dragon.nif" tests/golden/v2-shapes.nif >"$out/proof.md.new"
+mv "$out/proof.md.new" "$out/proof.md"
