@@ -67,7 +67,7 @@ nvidia() {
   printf '\n\n## Speed on a card, compared with a BVH\n\n'
   printf 'By `docs/results/gpu/card.sh`, on the card that the tables name. Rays are random, so neighbours in memory go different\n'
   printf 'ways. The BVH is the kernels of `bvh` objects, in double precision, as they answer, and in single. The card has no\n'
-  printf 'units for rays, which a GPU for games has.\n\n'
+  printf 'units for rays, which a GPU for games has. [benchmark.md](../benchmark.md) describes the columns.\n\n'
   cat docs/results/gpu/speed.md
   printf '\n## Every answer of a card, compared with the scalar reference\n\n'
   printf '`tests/gpu/run.sh stanford_dragon.nif tests/golden/v2-shapes.nif`: rays that need no mesh. The columns `different`, `of open`\n'

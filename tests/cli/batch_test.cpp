@@ -380,6 +380,12 @@ TEST_F(Batch, PatternsMatchNamesAndFolders) {
   EXPECT_EQ(meshes('"' + anywhere + "c.obj\""), Names{"deep/c.obj"});
   EXPECT_EQ(meshes("\"deep/**\""), (Names{"deep/c.obj", "deep/er/d.obj"}));
   EXPECT_EQ(meshes("[\"?.obj\", \"deep/[c-d].obj\"]"), (Names{"a.obj", "deep/c.obj"}));
+  // There are 10^11 ways to deal 60 folders out to twelve `**`.
+  std::string bottom, dealt;
+  for (int i = 0; i < 60; ++i) bottom += "n/";
+  for (int i = 0; i < 12; ++i) dealt += "**/*/";
+  write(bottom + "f.obj", ball_);
+  EXPECT_EQ(meshes('"' + dealt + "f.obj\""), Names{bottom + "f.obj"});
   EXPECT_EQ(meshes("\"deep/er/.*.obj\""), (Names{"deep/er/.hidden.obj"}));
   EXPECT_EQ(meshes(joined("\"", path("a.obj"), "\"")), (Names{"a.obj"}));
 }

@@ -32,36 +32,49 @@ bool is_folder(const fs::path& path) {
 
 using Names = std::vector<std::string>;
 
-void match(const fs::path& at, Names::const_iterator name, Names::const_iterator end,
-           std::set<fs::path>& found) {
-  if (!is_folder(at)) return;
-  const bool last = name + 1 == end;
-  if (*name == "**") {
-    if (!last) match(at, name + 1, end, found);
-    for (const fs::directory_entry& entry : entries_of(at)) {
-      std::error_code ignored;
-      const std::string own = entry.path().filename().string();
-      if (own.starts_with('.')) continue;
-      if (entry.is_directory(ignored) && !entry.is_symlink(ignored))
-        match(at / own, name, end, found);
-      else if (last && entry.is_regular_file(ignored))
-        found.insert(at / own);
+class Search {
+ public:
+  explicit Search(const Names& names) : names_(names) {}
+  const std::set<fs::path>& found() const { return found_; }
+
+  /// What the names from this one on match in a folder.
+  void match(const fs::path& at, size_t name) {
+    if (!is_folder(at)) return;
+    // Several `**` come to a folder in many ways, whose number multiplies with each.
+    if (!seen_.emplace(name, at).second) return;
+    const bool last = name + 1 == names_.size();
+    if (names_[name] == "**") {
+      if (!last) match(at, name + 1);
+      for (const fs::directory_entry& entry : entries_of(at)) {
+        std::error_code ignored;
+        const std::string own = entry.path().filename().string();
+        if (own.starts_with('.')) continue;
+        if (entry.is_directory(ignored) && !entry.is_symlink(ignored))
+          match(at / own, name);
+        else if (last && entry.is_regular_file(ignored))
+          found_.insert(at / own);
+      }
+      return;
     }
-    return;
+    const auto take = [&](const fs::path& path) {
+      std::error_code ignored;
+      if (!last)
+        match(path, name + 1);
+      else if (fs::is_regular_file(path, ignored))
+        found_.insert(path);
+    };
+    if (!is_pattern(names_[name])) return take(at / names_[name]);
+    for (const fs::directory_entry& entry : entries_of(at)) {
+      const std::string own = entry.path().filename().string();
+      if (fnmatch(names_[name].c_str(), own.c_str(), FNM_PERIOD) == 0) take(at / own);
+    }
   }
-  const auto take = [&](const fs::path& path) {
-    std::error_code ignored;
-    if (!last)
-      match(path, name + 1, end, found);
-    else if (fs::is_regular_file(path, ignored))
-      found.insert(path);
-  };
-  if (!is_pattern(*name)) return take(at / *name);
-  for (const fs::directory_entry& entry : entries_of(at)) {
-    const std::string own = entry.path().filename().string();
-    if (fnmatch(name->c_str(), own.c_str(), FNM_PERIOD) == 0) take(at / own);
-  }
-}
+
+ private:
+  const Names& names_;
+  std::set<fs::path> found_;
+  std::set<std::pair<size_t, fs::path>> seen_;
+};
 
 }  // namespace
 
@@ -75,10 +88,9 @@ std::vector<fs::path> files_matching(const fs::path& folder, const std::string& 
     if (name == "**" && !names.empty() && names.back() == "**") continue;  // says the same again
     names.push_back(name.string());
   }
-  std::set<fs::path> found;
-  if (!names.empty())
-    match(path.is_absolute() ? path.root_path() : folder, names.begin(), names.end(), found);
-  return {found.begin(), found.end()};
+  Search search(names);
+  if (!names.empty()) search.match(path.is_absolute() ? path.root_path() : folder, 0);
+  return {search.found().begin(), search.found().end()};
 }
 
 }  // namespace nif::tools

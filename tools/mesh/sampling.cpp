@@ -42,6 +42,7 @@ void add_sampling_options(Command command, SamplingArguments& a) {
 volume::Sampling sampling_of(const SamplingArguments& a, const mesh::Mesh& mesh) {
   volume::Sampling sampling;
   const double side = longest_side(mesh);
+  if (!(side > 0)) throw Error(Status::all_degenerate, fmt::format("mesh '{}' is a single point", mesh.name));
   sampling.voxel = a.voxel.empty() ? side / a.resolution : Length(a.voxel, "--voxel").of(mesh);
   if (!(sampling.voxel > 0) || side / sampling.voxel > kMostVoxels)
     throw Error(Status::usage, fmt::format("--voxel: {:.3g} is too small for mesh '{}', which is {:.3g} "

@@ -30,7 +30,7 @@ bench() {
 }
 {
   printf 'Of commit %s.\n\n' "$(git describe --always --dirty 2>/dev/null || echo unknown)"
-  printf '`nif bench ASSET --mesh MESH --device hip --stages --batches` ([benchmark.md](../benchmark.md)):\n\n'
+  printf '`nif bench ASSET --mesh MESH --device hip --stages --batches`:\n\n'
   bench "$folder/stanford_dragon.nif" "$dragon" --stages --batches
   for mesh in "$statue" "$board"; do bench "$mesh.nif" "$mesh" --stages --batches; done
   printf 'The fields of the paper, by `nif bench paper.nif --mesh stanford_dragon.ply.gz --device hip --stages --precision single`,\n'
