@@ -162,9 +162,8 @@ TEST_F(MeshVerbs, VoxelizeWritesTheSameBytesOnAnyNumberOfThreads) {
   EXPECT_EQ(run({"voxelize", ball, "-o", path("LARGE.VDB"), "--resolution", "20"}).code, 0);
   refused({"voxelize", ball, "-o", path("x.ply")}, Status::usage, ".vdb");
   refused({"voxelize", obj("bowl.obj", open_bowl(8, 16)), "-o", path("x.vdb")}, Status::usage, "open");
-  refused(
-      {"voxelize", write("point.obj", "v 1 2 3\nf 1 1 1\nv 1 2 3\nv 1 2 3\nf 1 2 3\n"), "-o", path("x.vdb")},
-      Status::all_degenerate, "is a single point");
+  const std::string point = folder_.write("point.obj", "v 1 2 3\nv 1 2 3\nv 1 2 3\nf 1 2 3\n").string();
+  refused({"voxelize", point, "-o", path("x.vdb")}, Status::all_degenerate, "is a single point");
 }
 
 TEST_F(MeshVerbs, CompareMeasuresBothWays) {
