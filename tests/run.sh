@@ -14,8 +14,8 @@
 #                              Blender, under Wine; what tests and fuzzers reach; then fuzzes and bakes random meshes for so
 #                              many hours (8), going on from the last time; see tests/nightly.sh
 #
-# Long tests have ctest's label `long`; those that take long under the sanitizers only, mostly because they train, have `slow` there,
-# and run with --nightly. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are skipped.
+# Long tests have ctest's label `long`; those that take long under the sanitizers only, mostly because they train, have `slow`
+# there, and run with --nightly. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are skipped.
 # The last line is "N passed, N failed, N skipped", added up over all runs of tests; a step that fails without having
 # run a test counts as one failure. Ends with 0 only where nothing failed.
 set -euo pipefail
