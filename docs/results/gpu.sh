@@ -72,7 +72,8 @@ nvidia() {
   printf '\n## Every answer of a card, compared with the scalar reference\n\n'
   printf '`tests/gpu/run.sh stanford_dragon.nif tests/golden/v2-shapes.nif`: rays that need no mesh. The columns `different`, `of open`\n'
   printf 'and `of hits` are numbers of different answers: of `nifQuery`, asked three ways, `nifQueryOpen` and `nifIntersect`. The\n'
-  printf 'instances of all objects of a file are mirrored, stretched and overlapping.\n\n'
+  printf 'instances of all objects of a file are mirrored, stretched and overlapping. The latter two write all of their outputs, to\n'
+  printf 'odd addresses, which takes longer than to aligned ones.\n\n'
   cat docs/results/gpu/proof.md
   printf '\n'
   printf '## What compilers report\n\n'

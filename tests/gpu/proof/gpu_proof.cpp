@@ -365,7 +365,8 @@ int run(const Options& options) {
         " Millions of rays a second, median of %u rounds of %llu rays, rays and answers\n"
         "in the GPU's memory: `nifQuery` of what is visible, by its own clock, both ways; `nifQueryOpen` "
         "(open)\n"
-        "and `nifIntersect` (hits) with all outputs, by the host's clock; the CPU with all of its threads.",
+        "and `nifIntersect` (hits) with all outputs, at odd addresses, by the host's clock; the CPU with all "
+        "threads.",
         options.rounds, static_cast<unsigned long long>(std::min(kBatch, options.rays)));
   std::printf("\n\n| scene | rays | asked | different | of open | of hits |%s\n",
               options.rounds ? " pipeline | one kernel | open | hits | CPU |" : "");
