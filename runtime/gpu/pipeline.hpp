@@ -56,7 +56,7 @@ struct PipelineLists {
 
 /// Rounds of items after which rays that are still on their way are left to the one kernel.
 inline constexpr uint32_t kPipelineRounds = 4;
-/// Rays that go through it at a time: enough for a large card. Each takes 73 bytes, or 185 (docs/gpu.md).
+/// Rays that go through it at a time: enough for a large card. Each takes 69 bytes, or 181 (docs/gpu.md).
 inline constexpr uint32_t kPipelineRays = 1u << 20;
 
 /// What a query on its way has of the card's memory: pointers into one block of it.

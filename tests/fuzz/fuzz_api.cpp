@@ -9,6 +9,7 @@
 
 #include "formats/nif/writer.hpp"
 #include "tests/fuzz/fuzz.hpp"
+#include "tests/support/first_hits.hpp"
 #include "tests/support/random_asset.hpp"
 
 namespace {
@@ -319,31 +320,19 @@ class Session {
       is_open[open[k]] = true;
     }
 
-    std::vector<uint8_t> hit(count), certain(count);
-    std::vector<float> t(count), low(count), high(count), normal(3 * count), color(3 * count);
-    std::vector<uint32_t> instance(count), object(count), triangle(count);
-    NifHits hits{};
-    hits.struct_size = sizeof(hits);
-    hits.hit = hit.data();
-    hits.certain = certain.data();
-    hits.t = t.data();
-    hits.t_low = low.data();
-    hits.t_high = high.data();
-    hits.normal = normal.data();
-    hits.color = color.data();
-    hits.instance = instance.data();
-    hits.object = object.data();
-    hits.triangle = triangle.data();
-    must(nifIntersect(scene.handle, &plain, &hits) == NIF_OK);
+    nif::test::FirstHits hits(count);
+    const NifHits outputs = hits.outputs();
+    must(nifIntersect(scene.handle, &plain, &outputs) == NIF_OK);
 
     for (size_t i = 0; i < count; ++i) {
       must(answers.visible[i] <= 1 && (answers.bits[i / 8] >> i % 8 & 1) == answers.visible[i]);
       must(answers.probability[i] >= 0 && answers.probability[i] <= 1);
       uint8_t one = 7;
       must(nifQueryRay(scene.handle, &asked[i], &one) == NIF_OK && one == answers.visible[i]);
-      must(hit[i] == 1 - answers.visible[i]);
-      must(hit[i] ? instance[i] < scene.instances : instance[i] == NIF_NONE && t[i] == INFINITY);
-      must(!(high[i] < low[i]));
+      must(hits.hit[i] == 1 - answers.visible[i]);
+      must(hits.hit[i] ? hits.instance[i] < scene.instances
+                       : hits.instance[i] == NIF_NONE && hits.t[i] == INFINITY);
+      must(!(hits.high[i] < hits.low[i]));
       must(!is_open[i] || !answers.certain[i]);
     }
   }
