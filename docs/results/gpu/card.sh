@@ -9,7 +9,12 @@
 # is made there, but for kicad_board_1.0m.ply.zst, which is left out where it is not there. So everything can also be made on
 # another machine, and copied. NIF: the program, build/release/bin/nif by default.
 set -euo pipefail
-folder=$(realpath "${1:?names the folder of assets and meshes}")
+case ${1-} in
+  -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" && exit 0 ;;
+  '') echo 'docs/results/gpu/card.sh: name the folder of assets and meshes; see --help' >&2 && exit 2 ;;
+esac
+[[ -d $1 ]] || { echo "docs/results/gpu/card.sh: there is no folder '$1'" >&2 && exit 2; }
+folder=$(realpath "$1")
 nif=$(realpath "${2:-build/release/bin/nif}")
 cd "$(dirname "${BASH_SOURCE[0]}")/../../.."
 out=docs/results/gpu
@@ -23,9 +28,10 @@ done
 papers=$folder/paper.nif
 [[ -f $papers ]] || "$nif" bake "$dragon" -o "$papers" --preset paper --training-rays 4000000 --rays 0 --quiet
 
-# bench ASSET MESH OPTION...: as a block of code.
+# bench ASSET MESH OPTION...: as a block of code; nothing where there is no such mesh.
 bench() {
-  [[ ! -f $2 ]] || "$nif" bench "$1" --mesh "$2" --device hip --quiet "${@:3}" | sed "s|^$folder/||; s/./    &/; s/ *\$//"
+  [[ -f $2 ]] || return 0
+  "$nif" bench "$1" --mesh "$2" --device hip --quiet "${@:3}" | sed "s|^$folder/||; s/./    &/; s/ *\$//"
   printf '\n'
 }
 {
