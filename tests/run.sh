@@ -10,9 +10,9 @@
 #                              and bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
 #                              an hour; slow tests and CGAL under the sanitizers; hundreds of kills; 10^7 segments of each
-#                              mesh; the same bytes by clang++ and by code that is not optimised; bindings in a browser, in
-#                              Blender, under Wine; what tests and fuzzers reach; then fuzzes and bakes random meshes for so
-#                              many hours (8), going on from the last time; see tests/nightly.sh
+#                              mesh; the same bytes by clang++ and by code that is not optimised; a release candidate made
+#                              twice; bindings in a browser, in Blender, under Wine; what tests and fuzzers reach; then fuzzes
+#                              and bakes random meshes for so many hours (8), going on from the last time; see tests/nightly.sh
 #
 # Long tests have ctest's label `long`; those that take long under the sanitizers only, mostly because they train, have `slow`
 # there, and run with --nightly. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are skipped.
@@ -223,6 +223,7 @@ if [[ $size == nightly ]]; then
   fi
   asan_tests bake cli mesh_verbs render || true
   step 'the same bytes and bits by other compilers' tests/determinism.sh || true
+  host_test 'a release candidate, made twice' tests/release.sh
   host_test 'fuzz in 32 bits' tests/fuzz/bits32/run.sh 100000
   host_test 'sound behind an object' samples/audio/test.sh
   host_test 'a game in LÖVE' samples/love/test.sh

@@ -9,7 +9,8 @@
 #
 # AMD targets need a clang with AMDGPU, version 15 or newer, and its lld: Debian's clang-15, lld-15, clang-19, lld-19.
 # gfx942 is known from clang 17 on. So for gfx1100: clang 15 lets v_mad_u64_u32 write over its own sources there, which
-# its own assembler refuses, because the hardware gives a wrong result. NVIDIA targets need nvcc. Nothing else: no headers and no libraries of HIP or CUDA.
+# its own assembler refuses, because the hardware gives a wrong result. NVIDIA targets need nvcc. Nothing else: no headers
+# and no libraries of HIP or CUDA.
 # Ends with 3 where there is no compiler for the target.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -53,11 +54,12 @@ compiler=$(find_compiler "$target") || { echo "kernels/gpu/compile.sh: no compil
 
 # The answer is defined without fused multiply-add, and with divisions and square roots that round correctly. Where a
 # target has no matrix units (gfx1030) products of halves are long once unrolled; left alone, clang gives up halfway.
+# Without -fuse-cuid=none a symbol is named after the folder of the source, and no two folders make the same bytes.
 report=$folder/$target.txt
 compile() {
   if [[ $target == gfx* ]]; then
     "$compiler" -x hip -std=c++20 --offload-arch="$target" --cuda-device-only --no-gpu-bundle-output -nogpuinc \
-      -nogpulib -O3 -ffp-contract=off -mllvm -pragma-unroll-threshold=65536 -Wall -Wextra -Werror -I. \
+      -nogpulib -fuse-cuid=none -O3 -ffp-contract=off -mllvm -pragma-unroll-threshold=65536 -Wall -Wextra -Werror -I. \
       -Rpass-analysis=kernel-resource-usage -S kernels/gpu/module.cpp -o "$folder/$target.s" \
       && "$compiler" --target=amdgcn-amd-amdhsa -mcpu="$target" -nogpulib "$folder/$target.s" -o "$folder/$target.co"
   else

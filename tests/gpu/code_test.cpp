@@ -177,6 +177,11 @@ TEST_P(GpuCodeTest, HasEveryKernel) {
   }
 }
 
+/// Two folders make the same bytes (see kernels/gpu/compile.sh).
+TEST_P(GpuCodeTest, IsNamedAfterNoFolder) {
+  EXPECT_FALSE(std::regex_search(assembly_, std::regex("__hip_cuid_[0-9a-f]")));
+}
+
 /// Nothing is spilled but scalar registers of AMD, to lanes of vector registers, and what is meant to be.
 TEST_P(GpuCodeTest, StaysWithinBounds) {
   for (const auto& [name, kernel] : kernels_) {
