@@ -14,6 +14,7 @@
 #include <span>
 #include <typeinfo>
 
+#include "formats/base/printable.hpp"
 #include "formats/base/status.hpp"
 #include "formats/base/temporaries.hpp"
 #include "mesh/cgal/cgal.hpp"
@@ -104,7 +105,9 @@ int run(int argc, char** argv) {
 
 /// Without taking memory: there may be none left.
 int fail(Status status, const char* sentence, const char* defect = "") {
-  for (const char* part : {"nif: ", defect, sentence, "\n"}) std::fputs(part, stderr);
+  for (const char* part : {"nif: ", defect}) std::fputs(part, stderr);
+  put_printable(sentence, [](char c) { std::fputc(c, stderr); });
+  std::fputc('\n', stderr);
   return int(status);
 }
 

@@ -6,12 +6,14 @@
 
 namespace nif {
 
-/// The text with control characters written out ("\x1b"), so that a name in a file cannot move the cursor,
-/// change colours or end a line. UTF-8 stays as it is.
-inline std::string printable(std::string_view text) {
+/// Calls `put` for each byte of the text with control characters written out ("\x1b"), so that a name in a
+/// file cannot move the cursor, change colours or end a line. UTF-8 stays as it is. Takes no memory.
+template <class Put>
+void put_printable(std::string_view text, Put put) {
   constexpr char kDigits[] = "0123456789abcdef";
-  std::string shown;
-  const auto write_out = [&](unsigned char c) { shown += {'\\', 'x', kDigits[c >> 4], kDigits[c & 15]}; };
+  const auto write_out = [&](unsigned char c) {
+    for (const char letter : {'\\', 'x', kDigits[c >> 4], kDigits[c & 15]}) put(letter);
+  };
   for (size_t i = 0; i < text.size(); ++i) {
     const auto c = static_cast<unsigned char>(text[i]),
                next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : 0);
@@ -21,9 +23,15 @@ inline std::string printable(std::string_view text) {
       write_out(next);
       ++i;
     } else {
-      shown += text[i];
+      put(text[i]);
     }
   }
+}
+
+/// The same as a string.
+inline std::string printable(std::string_view text) {
+  std::string shown;
+  put_printable(text, [&](char c) { shown += c; });
   return shown;
 }
 

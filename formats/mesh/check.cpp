@@ -29,14 +29,15 @@ size_t utf8_length(std::string_view text) {
   return length;
 }
 
-/// Names come from files in any encoding and go into JSON and onto terminals.
+/// Names come from files in any encoding and go into JSON and onto terminals: without control characters.
 std::string clean_name(std::string_view name) {
   std::string out;
   while (!name.empty()) {
     const size_t length = utf8_length(name);
     if (length == 0) {
       out += "\xEF\xBF\xBD";  // U+FFFD
-    } else if (length > 1 || (name[0] >= ' ' && name[0] != 0x7F)) {
+    } else if (length == 1 ? name[0] >= ' ' && name[0] != 0x7F
+                           : name[0] != '\xC2' || static_cast<unsigned char>(name[1]) >= 0xA0) {
       out += name.substr(0, length);
     }
     name.remove_prefix(std::max<size_t>(length, 1));

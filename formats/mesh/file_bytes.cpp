@@ -49,9 +49,7 @@ struct Condition {
   }
 };
 
-}  // namespace
-
-ByteBuffer load_file(const fs::path& file, uint64_t max_bytes) {
+ByteBuffer load_whole(const fs::path& file, uint64_t max_bytes, bool named) {
   const std::string name = file.string();
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
@@ -62,8 +60,8 @@ ByteBuffer load_file(const fs::path& file, uint64_t max_bytes) {
     throw Error(Status::file_unreadable, name + ": is a folder, not a file");
   }
   // A device such as /dev/zero never ends; a pipe does.
-  if (status.type() != fs::file_type::regular && status.type() != fs::file_type::fifo) {
-    const std::string why = error ? error.message() : "is neither a file nor a pipe";
+  if (status.type() != fs::file_type::regular && (named || status.type() != fs::file_type::fifo)) {
+    const std::string why = error ? error.message() : named ? "is no file" : "is neither a file nor a pipe";
     throw Error(Status::file_unreadable, name + ": " + why);
   }
 
@@ -83,6 +81,9 @@ ByteBuffer load_file(const fs::path& file, uint64_t max_bytes) {
     const size_t got =
         std::fread(bytes.data() + bytes.size(), 1, bytes.capacity() - bytes.size(), stream.get());
     bytes.set_size(bytes.size() + got);
+    if (named && bytes.size() > size)
+      throw Error(Status::file_unreadable,
+                  fmt::format("{}: has more than its length of {} bytes", name, size));
     if (bytes.size() > max_bytes) {
       throw Error(Status::too_large, fmt::format("{}: has more than the limit of {} bytes", name, max_bytes));
     }
@@ -94,6 +95,13 @@ ByteBuffer load_file(const fs::path& file, uint64_t max_bytes) {
   if (status.type() == fs::file_type::regular && Condition(stream.get()) != before)
     throw Error(Status::file_unreadable, name + ": changed while it was read; try again once it is complete");
   return bytes;
+}
+
+}  // namespace
+
+ByteBuffer load_file(const fs::path& file, uint64_t max_bytes) { return load_whole(file, max_bytes, false); }
+ByteBuffer load_named_file(const fs::path& file, uint64_t max_bytes) {
+  return load_whole(file, max_bytes, true);
 }
 
 }  // namespace nif::mesh::detail

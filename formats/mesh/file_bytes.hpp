@@ -49,4 +49,8 @@ class ByteBuffer {
 /// meanwhile, or too_large beyond `max_bytes`.
 ByteBuffer load_file(const std::filesystem::path& file, uint64_t max_bytes);
 
+/// The same for a file that another file names, which may be a stranger's: regular files alone, since a pipe
+/// can wait for ever, and no more than the file's length, which files that the kernel makes up do not say.
+ByteBuffer load_named_file(const std::filesystem::path& file, uint64_t max_bytes);
+
 }  // namespace nif::mesh::detail

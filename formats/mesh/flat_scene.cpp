@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "formats/base/memory.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/transform.hpp"
 
@@ -92,6 +93,9 @@ Appearance FlatScene::look() const {
 }
 
 Mesh flatten(const FlatScene& flat, const std::string& name) {
+  // A file may place one mesh a million times.
+  require_memory(flat.vertex_count() * sizeof(Float3) + flat.triangle_count() * sizeof(Triangle),
+                 "all instances as one mesh");
   Mesh mesh{name, std::vector<Float3>(flat.vertex_count()), std::vector<Triangle>(flat.triangle_count())};
   flat.vertices(0, mesh.positions);
   flat.triangles(0, mesh.triangles);

@@ -50,12 +50,14 @@ class ObjReader {
   }
 
  private:
-  /// A line, with those that a backslash joins to it.
+  /// A line, with those that a backslash joins to it: it has to be the last character, since a name may end
+  /// in one and a space.
   std::string_view next_line() {
     std::string_view line = text_.rest_of_line();
-    if (!line.ends_with('\\')) return line;
+    const auto goes_on = [&] { return line.ends_with('\\') && text_.ends_line(line); };
+    if (!goes_on()) return line;
     joined_.clear();
-    while (line.ends_with('\\')) {
+    while (goes_on()) {
       line.remove_suffix(1);
       joined_.append(line).push_back(' ');
       line = text_.rest_of_line();

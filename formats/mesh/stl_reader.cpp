@@ -160,7 +160,14 @@ Scene read_stl(const Input& input) {
     input.fail(Status::not_a_mesh,
                "is named .stl but is neither a binary STL file nor a text that starts with 'solid'");
   }
-  return scene_of(read_binary(input));
+  Scene scene = scene_of(read_binary(input));
+  const uint64_t counted = kHeader + kRecord * announced_triangles(input.bytes);
+  if (input.bytes.size() - counted >= kRecord)
+    scene.warnings.push_back(fmt::format(
+        "{}: {} bytes follow the {} triangles that its header counts, and were left out; files that "
+        "were joined read like this.",
+        input.file.string(), input.bytes.size() - counted, announced_triangles(input.bytes)));
+  return scene;
 }
 
 }  // namespace nif::mesh::detail

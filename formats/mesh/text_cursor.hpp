@@ -26,6 +26,12 @@ class TextCursor {
   /// The rest of this line, trimmed; the cursor then stands at the start of the next line.
   std::string_view rest_of_line();
 
+  /// Whether nothing but the line's end follows a piece of this text.
+  bool ends_line(std::string_view piece) const {
+    const char* after = piece.data() + piece.size();
+    return after == end_ || *after == '\n' || *after == '\r';
+  }
+
   bool at_end() const { return at_ == end_; }
   uint64_t line() const { return line_; }
   uint64_t bytes_left() const { return static_cast<uint64_t>(end_ - at_); }

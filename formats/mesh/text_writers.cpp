@@ -39,9 +39,9 @@ void put_point(Stream& out, const Float3& p) {
   out.put('\n');
 }
 
-/// A name as one line of text can hold it: a backslash at its end would take the next line along.
+/// A name as one line of text can hold it.
 std::string line_of(std::string name) {
-  if (name.ends_with('\\')) name.back() = '_';
+  if (ends_in_backslash(name)) name[name.rfind('\\')] = '_';
   return name;
 }
 
@@ -79,6 +79,11 @@ std::vector<Float3> points_of(const FlatScene& flat, size_t instance) {
 }
 
 }  // namespace
+
+bool ends_in_backslash(std::string_view name) {
+  const size_t last = name.find_last_not_of(" \t\v\f\r");
+  return last != name.npos && name[last] == '\\';
+}
 
 void write_obj(Stream& out, const Scene& scene, const FlatScene& flat) {
   out.put("# nifkit\n");

@@ -42,7 +42,7 @@ std::vector<std::string> losses(const std::string& path, FileKind kind, const Sc
     if (differ)
       note("the format has one name per object: names of nodes were kept, names of meshes were left out");
     const auto lost = uint64_t(std::ranges::count_if(instances, [&](const Instance& i) {
-      return i.name.empty() || (kind == FileKind::obj && i.name.ends_with('\\'));
+      return i.name.empty() || (kind == FileKind::obj && detail::ends_in_backslash(i.name));
     }));
     if (lost != 0)
       note(fmt::format("{} names are empty or end in a backslash, which the format cannot hold", lost));

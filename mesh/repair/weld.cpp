@@ -1,5 +1,6 @@
 #include "mesh/repair/weld.hpp"
 
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <unordered_map>
@@ -49,8 +50,19 @@ class Kept {
  private:
   Cell cell_of(const Float3& p) const {
     Cell cell;
-    for (size_t axis = 0; axis < 3; ++axis) cell[axis] = int64_t(std::floor(double(p[axis]) / distance_));
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const double at = std::floor(double(p[axis]) / distance_);
+      cell[axis] = std::abs(at) < kFar ? int64_t(at) : far_cell(p[axis]);
+    }
     return cell;
+  }
+
+  /// So far away, two floats that differ are farther apart than the distance: each has a cell of its own,
+  /// with empty ones around it.
+  static constexpr double kFar = double(int64_t{1} << 40);
+  static int64_t far_cell(float x) {
+    const int64_t cell = (int64_t{1} << 41) + 4 * int64_t{std::bit_cast<uint32_t>(std::abs(x))};
+    return x < 0 ? -cell : cell;
   }
 
   double distance_;

@@ -8,6 +8,7 @@
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
+#include "tests/support/gltf.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {
@@ -162,6 +163,36 @@ TEST_F(Bake, AReportTakesNoOtherFilesPlace) {
             int(Status::output_folder_missing));
   EXPECT_EQ(read_bytes(ball_), before);
   EXPECT_FALSE(std::filesystem::exists(path("ball.nif")));
+}
+
+/// A mesh names the files that it needs as it likes.
+TEST_F(Bake, DepfilesTellMakeOfFilesOnly) {
+  for (const char* name : {"a\nall:\n\ttouch x", "a;touch x", "a\tb"}) {
+    Gltf gltf = gltf_of(cube());
+    folder_.write(name, gltf.data);
+    const Outcome outcome = nif({"bake", folder_.write("m.gltf", gltf.gltf(name)), "-o", path("m.nif"),
+                                 "--encoding", "bvh", "--rays", "0", "--depfile", path("m.d")});
+    EXPECT_EQ(outcome.code, int(Status::usage)) << outcome.err;
+    EXPECT_NE(outcome.err.find("make cannot be told"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(path("m.d")));
+    EXPECT_FALSE(std::filesystem::exists(path("m.nif")));
+  }
+}
+
+TEST_F(Bake, ErrorsAndNotesLeaveTheTerminalAlone) {
+  const Outcome error = bake(folder_.write("a.obj", "v \x1b]0;x\x07 0 0\n"), path("a.nif"));
+  EXPECT_NE(error.err.find("'\\x1b]0;x\\x07'"), std::string::npos) << error.err;
+  Gltf gltf = gltf_of(cube());
+  gltf.json["meshes"][0]["name"] = "\x1b[2J\u009b1m";
+  gltf.json["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", 0}}}, {"mode", 1}});
+  const Outcome note = nif(
+      {"bake", folder_.write("b.glb", gltf.glb()), "-o", path("b.nif"), "--encoding", "bvh", "--rays", "0"});
+  EXPECT_EQ(note.code, 0) << note.err;
+  EXPECT_NE(note.err.find("'\\x1b[2J\\x9b1m'"), std::string::npos) << note.err;
+  for (const std::string& text : {error.err, note.err, note.out}) {
+    EXPECT_EQ(text.find('\x1b'), std::string::npos) << text;
+    EXPECT_EQ(text.find("\u009b"), std::string::npos) << text;
+  }
 }
 
 TEST_F(Bake, QuietIsSilent) {

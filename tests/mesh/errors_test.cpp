@@ -1,5 +1,6 @@
 // Each way to be broken has a status of its own and a sentence that names the file and the place.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -62,6 +63,13 @@ TEST_F(Errors, Files) {
     std::filesystem::permissions(locked, std::filesystem::perms::none);
     expect_refusal(locked, Status::file_unreadable);
   }
+}
+
+/// A stranger's file must not wait for a pipe, nor read what the kernel makes up without end.
+TEST_F(Errors, FilesThatGltfNames) {
+  ASSERT_EQ(::mkfifo((folder_.path() / "pipe").c_str(), 0600), 0);
+  for (const char* uri : {"pipe", "/dev/stdin", "/dev/zero", "/proc/self/maps", "."})
+    refused("a.gltf", gltf_of(cube()).gltf(uri), Status::file_unreadable, "cannot be read");
 }
 
 TEST_F(Errors, Strangers) {

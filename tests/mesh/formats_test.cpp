@@ -79,6 +79,15 @@ TEST(Formats, BinaryStlMayBeginWithSolidAndHaveTrailingBytes) {
   EXPECT_EQ(read_one("a.stl", bytes).meshes[0].triangles.size(), 12u);
 }
 
+TEST(Formats, BinaryStlsThatWereJoinedAreReadInPartWithANote) {
+  const TempDir folder;
+  const Scene scene = mesh::read(folder.write("a.stl", stl_binary(cube()) + stl_binary(cube())));
+  EXPECT_EQ(scene.meshes[0].triangles.size(), 12u);
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_NE(scene.warnings[0].find("684 bytes follow the 12 triangles"), std::string::npos)
+      << scene.warnings[0];
+}
+
 TEST(Formats, EachSolidOfAnStlTextIsAMesh) {
   Mesh first = cube(), second = icosphere(0);
   first.name = "part one";
@@ -192,6 +201,13 @@ TEST(Obj, ReadsRelativeIndicesPolygonsAndJoinedLines) {
   EXPECT_EQ(scene.meshes[0].triangles, (std::vector<mesh::Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 1, 2}}));
   EXPECT_EQ(scene.meshes[0].name, "a");
   EXPECT_EQ(scene.warnings.size(), 2u);
+}
+
+TEST(Obj, ABackslashJoinsLinesOnlyAsTheLastCharacter) {
+  const Scene scene =
+      read_one("a.obj", "# from C:\\models\\ \nv 0 0 0\no ends in \\ \nv 1 0 0\nv 0 \\\r\n1 0\nf 1 2 3\n");
+  EXPECT_EQ(scene.meshes[0].positions, (std::vector<mesh::Float3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+  EXPECT_EQ(scene.meshes[0].name, "ends in \\");
 }
 
 TEST(Obj, ObjectsBecomeMeshesWithTheirOwnVertices) {

@@ -1,4 +1,5 @@
 // glTF: hierarchy, instances, primitive modes, accessor types, compression, buffers.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
 
@@ -173,6 +174,84 @@ TEST(Gltf, LoadsExternalBuffersAndIgnoresImages) {
   EXPECT_NE(mesh::read(folder.path() / "file.gltf").source_hash, plain.source_hash);
 }
 
+/// A few bytes name a file: a hundred buffers may not be a hundred copies of it.
+TEST(Gltf, ReadsEachFileOnceAndAllWithinALimit) {
+  const TempDir folder;
+  Gltf gltf = gltf_of(cube());
+  folder.write("a.bin", gltf.data + std::string(1000, '\0'));
+  folder.write("b.bin", std::string(1000, '\0'));
+  for (int i = 0; i < 100; ++i)
+    gltf.more_buffers.push_back({{"uri", i % 2 ? "a.bin" : "./a.bin"}, {"byteLength", 1}});
+  const auto file = [&] { return folder.write("file.gltf", gltf.gltf("a.bin")); };
+  const uint64_t most = gltf.data.size() + 2500 + gltf.gltf("a.bin").size();
+  const Scene scene = mesh::read(file(), {.max_decompressed_bytes = most});
+  EXPECT_EQ(scene.files.size(), 2u);
+  EXPECT_EQ(scene.meshes[0].triangles, cube().triangles);
+  for (int i = 0; i < 20; ++i) {
+    folder.write(fmt::format("{}.bin", i), std::string(1000, '\0'));
+    gltf.more_buffers.push_back({{"uri", fmt::format("{}.bin", i)}, {"byteLength", 1}});
+  }
+  try {
+    mesh::read(file(), {.max_decompressed_bytes = most});
+    ADD_FAILURE() << "20 kB more";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::too_large) << error.what();
+  }
+}
+
+/// Any number of nodes can name a mesh, and each gets its name.
+TEST(Gltf, NamesOfMeshesAreCut) {
+  Gltf gltf;
+  const int shape =
+      gltf.mesh(gltf.positions(kSquare), gltf.indices({0, 1, 2}), std::string(5000, 'x').c_str());
+  gltf.scene({gltf.node({{"mesh", shape}}), gltf.node({{"mesh", shape}, {"name", "named"}})});
+  const Scene scene = read_glb(gltf);
+  EXPECT_EQ(scene.instances[0].name, std::string(128, 'x'));
+  EXPECT_EQ(scene.instances[1].name, "named");
+}
+
+/// Accessors without a buffer view cost the file nothing.
+TEST(Gltf, BoundsZerosOverAllAccessors) {
+  Gltf gltf;
+  const int points = gltf.positions(kSquare);
+  const auto zeros = [&](uint64_t count) {
+    gltf.json["accessors"].push_back({{"componentType", 5126}, {"type", "VEC3"}, {"count", count}});
+    return int(gltf.json["accessors"].size() - 1);
+  };
+  gltf.mesh(points, gltf.indices({0, 1, 2}));
+  gltf.mesh(zeros(300), gltf.indices({0, 1, 2}));
+  EXPECT_EQ(read_glb(gltf).meshes.size(), 2u);
+  gltf.mesh(zeros((1 << 25) - 299), gltf.indices({0, 1, 2}));
+  try {
+    read_glb(gltf);
+    ADD_FAILURE() << "more than 2^25 in all";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::too_large) << error.what();
+  }
+}
+
+/// tinygltf takes the lower 32 bits of them.
+TEST(Gltf, RefusesIndicesBeyond32Bits) {
+  for (const char* place :
+       {"/nodes/0/mesh", "/scenes/0/nodes/0", "/meshes/0/primitives/0/attributes/POSITION",
+        "/meshes/0/primitives/0/indices", "/accessors/0/bufferView", "/scene"}) {
+    for (const int64_t turn : {int64_t{1} << 32, -(int64_t{1} << 32)}) {
+      Gltf gltf;
+      gltf.scene({gltf.node({{"mesh", gltf.mesh(gltf.positions(kSquare), gltf.indices({0, 1, 2}))}})});
+      gltf.json["scene"] = 0;
+      json& index = gltf.json.at(json::json_pointer(place));
+      index = index.get<int64_t>() + turn;
+      try {
+        read_glb(gltf);
+        ADD_FAILURE() << place << ' ' << index;
+      } catch (const Error& error) {
+        EXPECT_EQ(error.status(), Status::malformed_mesh) << error.what();
+        EXPECT_NE(std::string(error.what()).find(index.dump()), std::string::npos) << error.what();
+      }
+    }
+  }
+}
+
 TEST(Gltf, ReadsSkinsAndMorphTargetsAtRestWithWarnings) {
   Gltf gltf = gltf_of(cube());
   gltf.json["skins"] = {{{"joints", {0}}}};
@@ -223,6 +302,17 @@ TEST(Gltf, BoundsVerticesThatMeshesShare) {
   } catch (const Error& error) {
     EXPECT_EQ(error.status(), Status::too_large);
   }
+}
+
+/// Meshes without triangles are read, too, once for each set of weights.
+TEST(Gltf, BoundsVerticesThatNoTriangleUses) {
+  Gltf gltf;
+  const int points = gltf.positions(kSquare), none = gltf.accessor("", 5125, "SCALAR", 0);
+  gltf.scene({gltf.node({{"mesh", gltf.mesh(points, gltf.indices({0, 1, 2}))}}),
+              gltf.node({{"mesh", gltf.mesh(points, none)}}),
+              gltf.node({{"mesh", gltf.mesh(points, none)}})});
+  EXPECT_EQ(mesh::read("a.glb", gltf.glb(), {.max_triangles = 4}).meshes.size(), 1u);
+  EXPECT_THROW(mesh::read("a.glb", gltf.glb(), {.max_triangles = 3}), Error);
 }
 
 /// A square whose node is moved, bound to two joints below a turned and scaled root.

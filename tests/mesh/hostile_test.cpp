@@ -238,6 +238,15 @@ TEST(Hostile, PicturesThatEndTooEarly) {
   }
 }
 
+/// It takes as much memory and time as a sound one.
+TEST(Hostile, DamagedPicturesCountAsRead) {
+  const std::string whole = test::png(40, 30, std::vector<std::array<uint8_t, 3>>(40 * 30, {1, 2, 3}));
+  uint64_t texels = 2000;
+  std::string why;
+  EXPECT_FALSE(mesh::detail::decode_image(std::string_view(whole).substr(0, whole.size() / 2), texels, why));
+  EXPECT_EQ(texels, 800u) << why;
+}
+
 /// Each scan of a few bytes goes through all blocks of the picture.
 TEST(Hostile, PicturesOfManyScans) {
   const std::string picture = test::jpeg_of_scans(64, 501);

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "mesh/inspect/inspect.hpp"
+#include "mesh/repair/weld.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {
@@ -78,6 +81,23 @@ TEST_F(Repair, WeldsWhatIsNear) {
   EXPECT_EQ(soup.positions.size(), ball.positions.size());
   EXPECT_EQ(report.welded, 3 * ball.triangles.size() - ball.positions.size());
   EXPECT_EQ(inspect::inspect(soup).boundary_edges, 0u);
+}
+
+/// Where floats lie farther apart than the distance, no cell of an integer's range has them all.
+TEST_F(Repair, WeldsFarFromTheOrigin) {
+  for (const float far : {1e15f, -1e30f}) {
+    std::vector<mesh::Float3> points;
+    float x = far;
+    for (uint32_t i = 0; i < 20000; ++i) {
+      points.push_back({x, far, 0});
+      x = std::nextafter(x, 0.0f);
+    }
+    const std::vector<mesh::Float3> before = points;
+    EXPECT_EQ(repair::snap_vertices(points, 1e-3), 0u);
+    EXPECT_EQ(points, before);
+  }
+  std::vector<mesh::Float3> near{{1e6f, 0, 0}, {1e6f, 5e-7f, 0}, {1e30f, 0, 0}, {1e30f, 5e-7f, 0}};
+  EXPECT_EQ(repair::snap_vertices(near, 1e-6), 2u);
 }
 
 TEST_F(Repair, FillsHolesUpToTheirLimit) {

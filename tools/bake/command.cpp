@@ -379,17 +379,16 @@ void run(const Arguments& arguments, const Command& command) {
                             file.size()));
   }
   const nlohmann::ordered_json bytes = bytes_json(in_file);
-  if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
-  write_output(arguments.output, file);
-  checkpoint.remove();
   std::vector<std::string> sources = scene.files;
   if (view)
     for (const std::string& path : view->files)
       if (std::ranges::find(sources, path) == sources.end()) sources.push_back(path);
-  if (!arguments.depfile.empty()) {
-    const std::string rule = dependency_rule({arguments.output}, sources);
-    write_output(arguments.depfile, std::as_bytes(std::span(rule)));
-  }
+  const std::string rule =
+      arguments.depfile.empty() ? std::string() : dependency_rule({arguments.output}, sources);
+  if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
+  write_output(arguments.output, file);
+  checkpoint.remove();
+  if (!arguments.depfile.empty()) write_output(arguments.depfile, std::as_bytes(std::span(rule)));
   progress.finish();
 
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "formats/base/output_file.hpp"
+#include "formats/base/printable.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
@@ -155,7 +156,7 @@ void run_batch(const BatchArguments& arguments) {
     ++counts[size_t(item.outcome)];
     if (item.outcome != BatchItem::Outcome::failed) continue;
     if (first_failed)
-      fmt::print(stderr, "nif: {}\n", item.error);
+      fmt::print(stderr, "nif: {}\n", printable(item.error));
     else
       first_failed = &item;
   }
@@ -176,6 +177,11 @@ void run_batch(const BatchArguments& arguments) {
 std::string dependency_rule(const std::vector<std::string>& targets, const std::vector<std::string>& files) {
   std::string rule;
   const auto add = [&](const std::string& path) {
+    // What would end the rule or begin a command of it. A mesh may name files as it likes.
+    for (const char c : path)
+      if (c == ';' || c == 0x7f || (c >= 0 && c < ' '))
+        throw Error(Status::usage,
+                    fmt::format("--depfile: make cannot be told of a file named '{}'", printable(path)));
     for (char c : path) {
       if (c == ' ' || c == '#' || c == '\\') rule += '\\';
       if (c == '$') rule += '$';

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include "formats/base/printable.hpp"
+
 namespace nif::tools {
 
 void print_notes(const std::vector<std::string>& notes, bool quiet) {
   if (quiet) return;
-  for (const std::string& note : notes) fmt::print(stderr, "nif: note: {}\n", note);
+  for (const std::string& note : notes) fmt::print(stderr, "nif: note: {}\n", printable(note));
 }
 
 }  // namespace nif::tools

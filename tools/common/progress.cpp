@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "formats/base/printable.hpp"
+
 namespace nif::tools {
 namespace {
 
@@ -35,13 +37,13 @@ void Progress::update(double fraction, const std::string& text) {
   const std::string left =
       fraction > 0.04 ? format_duration(elapsed / fraction * (1 - fraction)) + " left" : "";
   if (!terminal_) {
-    fmt::print(stderr, "{:3.0f} %  {:<15}{}\n", fraction * 100, left, text);
+    fmt::print(stderr, "{:3.0f} %  {:<15}{}\n", fraction * 100, left, printable(text));
     return;
   }
   constexpr int kBar = 24;
   const int filled = int(fraction * kBar);
   std::string line = fmt::format("[{}{}] {:3.0f} %  {:<15}{}", std::string(filled, '#'),
-                                 std::string(kBar - filled, '.'), fraction * 100, left, text);
+                                 std::string(kBar - filled, '.'), fraction * 100, left, printable(text));
   winsize size{};
   if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 && line.size() >= size.ws_col) {
     line.resize(size.ws_col - 1);  // a line that wraps cannot be redrawn

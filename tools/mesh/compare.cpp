@@ -51,8 +51,9 @@ class Side {
     const mesh::Scene scene = read_mesh(file, progress);
     print_notes(scene.warnings, quiet);
     naming(file, [&] {
-      mesh_ = mesh::flatten(scene, file);
-      require_memory(mesh_.triangles.size() * kBytesToCompare, "comparing its triangles");
+      const mesh::FlatScene flat(scene);
+      require_memory(flat.triangle_count() * kBytesToCompare, "comparing its triangles");
+      mesh_ = mesh::flatten(flat, file);
       prepared_ = bake::prepare(mesh_);
     });
   }

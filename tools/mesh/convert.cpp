@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/file_name.hpp"
+#include "formats/base/memory.hpp"
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
@@ -30,6 +31,8 @@ namespace nif::tools {
 namespace {
 
 constexpr const char* kSchema = "nifkit.mesh-convert/1";
+/// In memory, and as a node of a glTF that is written.
+constexpr uint64_t kBytesOfInstance = 1000;
 
 struct Arguments : RunArguments {
   std::string input, output;
@@ -43,6 +46,8 @@ struct Arguments : RunArguments {
 void append(mesh::Scene& to, const mesh::Scene& file, const mesh::Transform& place, uint32_t first_mesh) {
   if (first_mesh == to.meshes.size())
     to.meshes.insert(to.meshes.end(), file.meshes.begin(), file.meshes.end());
+  // A scene may place a file a thousand times, and the file a mesh as often.
+  require_memory((to.instances.size() + file.instances.size()) * kBytesOfInstance, "all of its instances");
   const auto placed = [&](auto thing) {
     thing.transform = mesh::compose(place, thing.transform);
     return thing;

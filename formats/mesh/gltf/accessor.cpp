@@ -208,10 +208,11 @@ template <size_t kCount>
 std::vector<std::array<float, kCount>> GltfData::numbers(int index, int components, const char* what) const {
   const tinygltf::Accessor& accessor = find(input_, model_, index);
   const int type = accessor.componentType;
-  // Without a buffer view all elements are zero and cost the file nothing, so their number needs a bound.
-  constexpr uint64_t kMostZeros = uint64_t{1} << 24;
-  if (accessor.count > std::numeric_limits<uint32_t>::max() ||
-      (accessor.bufferView < 0 && accessor.count > kMostZeros)) {
+  // Without a buffer view all elements are zero and cost the file nothing, so their number needs a bound,
+  // over all that are read.
+  constexpr uint64_t kMostZeros = uint64_t{1} << 25;
+  if (accessor.bufferView < 0) zeros_ += std::min<uint64_t>(accessor.count, kMostZeros + 1);
+  if (accessor.count > std::numeric_limits<uint32_t>::max() || zeros_ > kMostZeros) {
     input_.fail(Status::too_large, fmt::format("accessor {} has {} {}", index, accessor.count, what));
   }
   if (accessor.bufferView < 0) return std::vector<std::array<float, kCount>>(accessor.count);

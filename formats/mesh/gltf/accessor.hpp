@@ -57,6 +57,7 @@ class GltfData {
   const tinygltf::Model& model_;
   mutable std::map<int, std::string> decoded_;  // buffer views that were compressed
   mutable uint64_t decoded_bytes_ = 0;
+  mutable uint64_t zeros_ = 0;  // elements of accessors without a buffer view, as often as they were read
 };
 
 }  // namespace nif::mesh::detail

@@ -24,16 +24,10 @@ struct Flaw {
   std::string what;
 };
 
-/// A definition may be named by any number of nodes, each of which gets its name, so that is kept short.
-std::string short_name(const json& object) {
-  constexpr size_t kLongest = 128;
+std::string name_of(const json& object) {
   const json* value = member(object, "name");
-  if (value == nullptr || !value->is_string()) return {};
-  const std::string& name = value->get_ref<const std::string&>();
-  if (name.size() <= kLongest) return name;
-  size_t size = kLongest;
-  while (size > 0 && (static_cast<unsigned char>(name[size]) & 0xC0) == 0x80) --size;
-  return name.substr(0, size);
+  return value != nullptr && value->is_string() ? short_name(value->get_ref<const std::string&>())
+                                                : std::string();
 }
 
 /// `otherwise` where there is no such member; none where it is no number from low to high.
@@ -53,7 +47,7 @@ Camera to_camera(const json& definition) {
   if (type == nullptr || *type != "perspective" || perspective == nullptr)
     throw Flaw{"is not a perspective camera"};
   Camera camera;
-  camera.name = short_name(definition);
+  camera.name = name_of(definition);
   const std::optional<double> fov = number(*perspective, "yfov", 0, pi, 0);
   if (!fov || *fov <= 0 || *fov >= pi) throw Flaw{"has no yfov between 0 and pi"};
   camera.vertical_fov = *fov;
@@ -77,7 +71,7 @@ void read_cone(const json& definition, Light& light) {
 Light to_light(const json& definition) {
   constexpr double kBrightest = 1e12;
   Light light;
-  light.name = short_name(definition);
+  light.name = name_of(definition);
   const json* type = member(definition, "type");
   if (type != nullptr && *type == "directional")
     light.kind = Light::Kind::directional;
@@ -113,7 +107,7 @@ GltfFixture resolve(size_t node, const json& source, const char* what, const jso
   const auto number = static_cast<size_t>(index->get<uint64_t>());
   try {
     auto fixture = read((*definitions)[number]);
-    if (std::string name = short_name(source); !name.empty()) fixture.name = std::move(name);
+    if (std::string name = name_of(source); !name.empty()) fixture.name = std::move(name);
     return {node, std::move(fixture)};
   } catch (const Flaw& flaw) {
     return {node, fmt::format("{} {} of node {} {} and was left out", what, number, node, flaw.what)};

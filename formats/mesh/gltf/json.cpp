@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "formats/base/json_text.hpp"
@@ -74,9 +75,9 @@ void check_extensions(const Input& input, const json& root, GltfSource& source) 
   if (const json* required = member(root, "extensionsRequired")) {
     for (const json& name : *required) {
       if (name.is_string() && !is_decoded(name.get<std::string>())) {
-        input.fail(
-            Status::unsupported_extension,
-            fmt::format("requires the glTF extension {}, which is not supported", name.get<std::string>()));
+        input.fail(Status::unsupported_extension,
+                   fmt::format("requires the glTF extension {}, which is not supported",
+                               name.get<std::string>().substr(0, 100)));
       }
     }
   }
@@ -88,54 +89,94 @@ void check_extensions(const Input& input, const json& root, GltfSource& source) 
   }
 }
 
-ExternalFile load_external(const Input& input, size_t index, const std::string& uri) {
-  const std::optional<std::filesystem::path> path = local_file(input, uri);
-  if (!path) {
-    input.fail(Status::missing_buffer,
-               fmt::format("buffer {} is at '{}', which is not a local file", index, uri));
-  }
-  try {
-    return {*path, std::string(load_file(*path, input.limits.max_decompressed_bytes).view())};
-  } catch (const Error& error) {
-    const bool missing = error.status() == Status::file_not_found;
-    input.fail(
-        missing ? Status::missing_buffer : error.status(),
-        fmt::format("the file '{}' of buffer {} {}", uri, index, missing ? "is missing" : "cannot be read"));
-  }
-}
+/// Opens the buffers of a file, one after the other.
+class BufferOpener {
+ public:
+  BufferOpener(const Input& input, const GltfContainer& container, std::vector<ExternalFile>& external,
+               GltfSource& source)
+      : input_(input), container_(container), external_(external), source_(source) {}
 
-void open_buffer(const Input& input, const json& buffer, const GltfContainer& container,
-                 std::vector<ExternalFile>& external, GltfSource& source) {
-  const size_t index = source.buffers.size();
-  const json* length = member(buffer, "byteLength");
-  if (length == nullptr || !length->is_number_unsigned()) {
-    input.fail(Status::malformed_mesh, fmt::format("buffer {} has no byteLength", index));
-  }
-  const uint64_t size = length->get<uint64_t>();
-  const std::string uri = string_member(buffer, "uri");
-  std::string_view bytes;
-  if (uri.empty()) {
-    if (index != 0 || !container.binary) {
-      source.buffers.push_back(std::nullopt);
-      return;
+  void open(const json& buffer) {
+    const size_t index = source_.buffers.size();
+    const json* length = member(buffer, "byteLength");
+    if (length == nullptr || !length->is_number_unsigned()) {
+      input_.fail(Status::malformed_mesh, fmt::format("buffer {} has no byteLength", index));
     }
-    bytes = *container.binary;
-  } else if (uri.starts_with("data:")) {
-    std::optional<std::string> decoded = decode_data_uri(uri);
-    if (!decoded)
-      input.fail(Status::malformed_mesh, fmt::format("the data URI of buffer {} is not base64", index));
-    bytes = source.owned.emplace_back(std::move(*decoded));
-  } else {
-    external.push_back(load_external(input, index, uri));
-    bytes = source.owned.emplace_back(external.back().bytes);
+    const uint64_t size = length->get<uint64_t>();
+    const std::string uri = string_member(buffer, "uri");
+    std::string_view bytes;
+    if (uri.empty()) {
+      if (index != 0 || !container_.binary) {
+        source_.buffers.push_back(std::nullopt);
+        return;
+      }
+      bytes = *container_.binary;
+    } else if (uri.starts_with("data:")) {
+      std::optional<std::string> decoded = decode_data_uri(uri);
+      if (!decoded)
+        input_.fail(Status::malformed_mesh, fmt::format("the data URI of buffer {} is not base64", index));
+      bytes = source_.owned.emplace_back(std::move(*decoded));
+    } else {
+      bytes = file_of(index, uri);
+    }
+    if (bytes.size() < size) {
+      input_.fail(
+          Status::file_truncated,
+          fmt::format("buffer {}{} has {} bytes instead of {}", index,
+                      uri.empty() || uri.starts_with("data:") ? "" : " ('" + uri + "')", bytes.size(), size));
+    }
+    source_.buffers.emplace_back(bytes.substr(0, size));
   }
-  if (bytes.size() < size) {
-    input.fail(
-        Status::file_truncated,
-        fmt::format("buffer {}{} has {} bytes instead of {}", index,
-                    uri.empty() || uri.starts_with("data:") ? "" : " ('" + uri + "')", bytes.size(), size));
+
+ private:
+  /// Each file is read once, and all together are bounded: a few bytes of JSON name a file of any length.
+  std::string_view file_of(size_t index, const std::string& uri) {
+    const std::optional<std::filesystem::path> path = local_file(input_, uri);
+    if (!path) {
+      input_.fail(Status::missing_buffer,
+                  fmt::format("buffer {} is at '{}', which is not a local file", index, uri));
+    }
+    const auto [known, added] = files_.try_emplace(path->lexically_normal());
+    if (!added) return known->second;
+    try {
+      const ByteBuffer bytes = load_named_file(*path, bytes_left_);
+      bytes_left_ -= bytes.size();
+      external_.push_back({*path, std::string(bytes.view())});
+    } catch (const Error& error) {
+      const bool missing = error.status() == Status::file_not_found;
+      input_.fail(missing ? Status::missing_buffer : error.status(),
+                  fmt::format("the file '{}' of buffer {} {}", uri, index,
+                              missing ? "is missing" : "cannot be read"));
+    }
+    return known->second = source_.owned.emplace_back(external_.back().bytes);
   }
-  source.buffers.emplace_back(bytes.substr(0, size));
+
+  const Input& input_;
+  const GltfContainer& container_;
+  std::vector<ExternalFile>& external_;
+  GltfSource& source_;
+  std::map<std::filesystem::path, std::string_view> files_;  // views into source_.owned
+  uint64_t bytes_left_ = input_.limits.max_decompressed_bytes;
+};
+
+/// Where glTF has an index, tinygltf takes the lower 32 bits of whatever number stands there.
+void check_indices(const Input& input, const json& value, std::string_view name = {}) {
+  if (value.is_structured()) {
+    for (const auto& item : value.items()) {
+      const std::string_view key = value.is_object() ? std::string_view(item.key()) : name;
+      if (key != "extras" && key != "extensions") check_indices(input, item.value(), key);
+    }
+    return;
+  }
+  static constexpr std::array<std::string_view, 11> kOthers{
+      "byteOffset",  "byteLength", "count", "min",     "max",   "matrix",
+      "translation", "rotation",   "scale", "weights", "camera"};
+  if (!value.is_number_integer() || std::ranges::find(kOthers, name) != kOthers.end()) return;
+  const bool fits =
+      value.is_number_unsigned() ? value.get<uint64_t>() <= INT32_MAX : value.get<int64_t>() >= INT32_MIN;
+  if (!fits)
+    input.fail(Status::malformed_mesh,
+               fmt::format("has {} as its {}, beyond 32 bits", value.dump(), name.substr(0, 40)));
 }
 
 /// Keeps the geometry and the hierarchy. Draco primitives lose their index accessor, which has no data.
@@ -162,6 +203,14 @@ json reduced(const json& root) {
 const json* member(const json& object, const char* name) {
   const auto found = object.is_object() ? object.find(name) : object.end();
   return found == object.end() ? nullptr : &*found;
+}
+
+std::string short_name(std::string_view name) {
+  constexpr size_t kLongest = 128;
+  if (name.size() <= kLongest) return std::string(name);
+  size_t size = kLongest;
+  while (size > 0 && (static_cast<unsigned char>(name[size]) & 0xC0) == 0x80) --size;
+  return std::string(name.substr(0, size));
 }
 
 GltfContainer open_container(const Input& input) {
@@ -205,13 +254,16 @@ GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external) {
   GltfSource source;
   check_extensions(input, root, source);
   if (const json* buffers = member(root, "buffers")) {
-    for (const json& buffer : *buffers) open_buffer(input, buffer, container, external, source);
+    BufferOpener opener(input, container, external, source);
+    for (const json& buffer : *buffers) opener.open(buffer);
   }
   source.fixtures = read_fixtures(root);
   source.skins = read_skins(root);
   source.animated = read_animated_nodes(root);
   if (input.limits.colors) source.look = read_look(root);
-  source.json = reduced(root).dump(-1, ' ', false, json::error_handler_t::replace);
+  const json kept = reduced(root);
+  check_indices(input, kept);
+  source.json = kept.dump(-1, ' ', false, json::error_handler_t::replace);
   return source;
 }
 

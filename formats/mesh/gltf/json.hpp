@@ -40,6 +40,10 @@ std::set<size_t> read_animated_nodes(const nlohmann::json& root);
 /// Null where `object` is not an object, or has no such member.
 const nlohmann::json* member(const nlohmann::json& object, const char* name);
 
+/// The first 128 bytes of a name that may be that of many things: any number of nodes can name one mesh,
+/// camera or light, and each of them gets its name.
+std::string short_name(std::string_view name);
+
 /// A material's base colour.
 struct GltfMaterial {
   Material material;    ///< its texture is not known yet

@@ -145,7 +145,7 @@ class Pictures {
         why = "is not a local file";
         return std::nullopt;
       }
-      const ByteBuffer bytes = load_file(*path, input_.limits.max_decompressed_bytes);
+      const ByteBuffer bytes = load_named_file(*path, input_.limits.max_decompressed_bytes);
       scene_.files.push_back(path->string());
       return decode_image(bytes.view(), texels_, why);
     } catch (const Error& error) {

@@ -38,23 +38,29 @@ tinygltf::Model parse_model(const Input& input, const std::string& json) {
   return model;
 }
 
+/// What has been read for all meshes so far. They may share their data, so that the file's size bounds
+/// nothing.
+struct ReadSoFar {
+  uint64_t positions = 0;  ///< also of meshes without triangles
+  uint64_t morphed = 0;    ///< positions of morph targets
+};
+
 class MeshReader {
  public:
-  /// `weights` of the morph targets; none: the targets are left alone. `morphed` counts positions of targets
-  /// over all meshes.
+  /// `weights` of the morph targets; none: the targets are left alone.
   MeshReader(const Input& input, const GltfData& data, const GltfLook& look, const tinygltf::Mesh& source,
-             size_t index, const std::vector<double>& weights, uint64_t& morphed)
+             size_t index, const std::vector<double>& weights, ReadSoFar& so_far)
       : input_(input),
         data_(data),
         look_(look),
         source_(source),
         index_(index),
         weights_(weights),
-        morphed_(morphed) {}
+        so_far_(so_far) {}
 
   /// All primitives as one mesh.
   Mesh read(std::vector<std::string>& warnings) {
-    mesh_.name = source_.name.empty() ? input_.stem : source_.name;
+    mesh_.name = source_.name.empty() ? input_.stem : short_name(source_.name);
     for (size_t i = 0; i < source_.primitives.size(); ++i) {
       read_primitive(source_.primitives[i], i);
       if (input_.limits.colors) set_material(source_.primitives[i]);
@@ -137,10 +143,9 @@ class MeshReader {
   }
 
   void morph(std::vector<Float3>& positions, const std::vector<Target>& targets, size_t number) {
-    // Targets may share their data, so that the file's size bounds nothing.
     constexpr uint64_t kMostMorphed = uint64_t{1} << 32;
-    morphed_ += positions.size() * targets.size();
-    if (morphed_ > kMostMorphed)
+    so_far_.morphed += positions.size() * targets.size();
+    if (so_far_.morphed > kMostMorphed)
       input_.fail(Status::too_large, fmt::format("has more than {} positions of morph targets, up to mesh {}",
                                                  kMostMorphed, index_));
     std::vector<std::array<double, 3>> sums(positions.size());
@@ -230,6 +235,10 @@ class MeshReader {
     const std::vector<Target>& targets = key.targets;
     if (const auto known = ranges_.find(key); known != ranges_.end()) return known->second;
     std::vector<Float3> positions = data_.positions(accessor);
+    if ((so_far_.positions += positions.size()) / 3 > input_.limits.max_triangles)
+      input_.fail(Status::too_large,
+                  fmt::format("has more vertices than the limit of {} triangles has corners",
+                              input_.limits.max_triangles));
     if (!targets.empty()) morph(positions, targets, number);
     if (mesh_.positions.size() + positions.size() > std::numeric_limits<uint32_t>::max()) {
       input_.fail(Status::too_large,
@@ -290,7 +299,7 @@ class MeshReader {
   const std::vector<double>& weights_;
   std::map<Attributes, Range> ranges_;
   size_t first_triangle_ = 0;  // of the primitive that is read
-  uint64_t& morphed_;
+  ReadSoFar& so_far_;
   uint64_t skipped_ = 0, loose_ = 0;
   bool morphs_ = false, unmorphed_ = false, uncolored_ = false;
 };
@@ -438,22 +447,18 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   for (const GltfPlacement& placement : placements) variant_of.push_back(variants.add(placement));
   constexpr uint32_t kAbsent = std::numeric_limits<uint32_t>::max();
   std::vector<uint32_t> mesh_of(variants.size(), kAbsent);
-  uint64_t triangles = 0, positions = 0, morphed = 0;
+  uint64_t triangles = 0;
+  ReadSoFar so_far;
   for (size_t i = 0; i < model.meshes.size(); ++i) {
     if (variants.of_mesh(i).empty()) {
       scene.warnings.push_back(
           fmt::format("{}: mesh {} is not in the scene and was left out", input.file.string(), i));
     }
     for (const size_t variant : variants.of_mesh(i)) {
-      Mesh mesh = MeshReader(input, data, source.look, model.meshes[i], i, variants.weights(variant), morphed)
+      Mesh mesh = MeshReader(input, data, source.look, model.meshes[i], i, variants.weights(variant), so_far)
                       .read(scene.warnings);
       if (mesh.triangles.empty()) continue;
       check_triangle_limit(input, triangles += mesh.triangles.size());
-      // Meshes may share their vertices, so that the file's size does not bound these either.
-      if ((positions += mesh.positions.size()) / 3 > input.limits.max_triangles)
-        input.fail(Status::too_large,
-                   fmt::format("has more vertices than the limit of {} triangles has corners",
-                               input.limits.max_triangles));
       mesh_of[variant] = static_cast<uint32_t>(scene.meshes.size());
       scene.meshes.push_back(std::move(mesh));
     }
