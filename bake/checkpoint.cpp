@@ -5,8 +5,6 @@
 namespace nif::bake {
 namespace {
 
-constexpr std::array<char, 8> kCheckpointMagic{'N', 'I', 'F', 'B', 'A', 'K', 'E', '\n'};
-
 [[noreturn]] void refuse_checkpoint(const std::string& why) { throw Error(Status::checkpoint_refused, why); }
 
 }  // namespace

@@ -159,6 +159,9 @@ BakeKey key_of(const mesh::Scene& scene, const BakeOptions& options, std::string
 
 /// A checkpoint as a file: with checksum, key and trainings.
 std::vector<std::byte> encode_checkpoint(const BakeKey& key, std::span<const KeptTraining> trainings);
+
+/// What they begin with.
+inline constexpr std::array<char, 8> kCheckpointMagic{'N', 'I', 'F', 'B', 'A', 'K', 'E', '\n'};
 /// Throws Error(checkpoint_refused) with the rest of a sentence ("is damaged") where the bytes are none, are
 /// damaged, or have another key. Safe on any bytes.
 std::vector<KeptTraining> decode_checkpoint(std::span<const std::byte> file, const BakeKey& key);

@@ -1,6 +1,7 @@
-// JSON that others wrote, and how deep it may be nested.
+// JSON that others wrote, how deep it may be nested, and how wide.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string_view>
 
@@ -31,10 +32,45 @@ inline size_t too_deep_at(std::string_view json) {
   return json.npos;
 }
 
-/// As nlohmann's basic_json; a discarded value where it is no JSON or nested deeper than kMostJsonDepth.
+/// nlohmann's ordered_json compares each key of an object with all before it.
+inline constexpr size_t kMostOrderedMembers = 10000;
+
+/// The byte at which an object, at most kMostJsonDepth deep, gets one member more than that; npos where none
+/// does.
+inline size_t too_wide_at(std::string_view json) {
+  std::array<size_t, kMostJsonDepth + 1> members{};
+  size_t depth = 0;
+  bool in_string = false;
+  for (size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if ((c == '{' || c == '[') && depth < kMostJsonDepth) {
+      members[++depth] = 0;
+    } else if ((c == '}' || c == ']') && depth > 0) {
+      --depth;
+    } else if (c == ':' && ++members[depth] > kMostOrderedMembers) {
+      return i;
+    }
+  }
+  return json.npos;
+}
+
+template <class Json>
+inline constexpr bool kIsOrdered = requires(typename Json::object_t list) {
+  list.reserve(1);
+};
+
+/// As nlohmann's basic_json; a discarded value where it is no JSON, nested deeper than kMostJsonDepth or,
+/// read in its order, wider than kMostOrderedMembers.
 template <class Json>
 Json parse_untrusted(std::string_view json) {
   if (too_deep_at(json) != json.npos) return Json(Json::value_t::discarded);
+  if constexpr (kIsOrdered<Json>)
+    if (too_wide_at(json) != json.npos) return Json(Json::value_t::discarded);
   return Json::parse(json, nullptr, false);
 }
 

@@ -3,6 +3,7 @@
 // order of operations defines the answer.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -92,11 +93,18 @@ NIF_HOST_DEVICE inline bool stays_certain(const WorldToObject& transform, float 
 // none that meets it: each t carries at most 3 roundings, 3 * 2^-24 of itself, and the slack is 2^-16. So a
 // ray that is stopped misses the object for certain, however far away it starts; and one that is in reach of
 // the object's own proofs and meets its grid, as the object sees it, is never stopped, because rounding on
-// the way to object space moves it by less than the margin. (To 2^56 voxels, where a direction's component
-// that is taken as 2^-120 in place of 0 may have moved it by the margin.)
+// the way to object space moves it by less than the margin.
+//
+// Along an axis where the direction is 0, the distances to the box's planes are infinities with the sign of
+// the side on which the origin lies, so that the ray is within for ever or never; NaN where it lies on a
+// plane, which the order in min_of and max_of makes a ray that misses the lower one and may pass the upper
+// one, and so for all boxes around it. A smaller component than kLeastComponent counts as 0. No difference
+// of a plane and an origin overflows: both are limited.
 
 inline constexpr float kBoxSlack = 0x1p-16f;
-inline constexpr float kLeastComponent = 0x1p-120f;
+inline constexpr float kLeastComponent = 0x1p-126f;
+inline constexpr float kMostPlane = 0x1p+127f;
+inline constexpr float kToOverflow = 4;  ///< times what is too far away: 2^126 and more
 
 struct WorldBox {
   float min[3], max[3];
@@ -112,30 +120,31 @@ inline WorldBox world_box(const ObjectBox& object, const float to_world[12]) {
       least += m * (m < 0 ? object.high[a] : object.low[a]);
       most += m * (m < 0 ? object.low[a] : object.high[a]);
     }
-    box.min[row] = std::nextafter(static_cast<float>(least), -kInfinity);
-    box.max[row] = std::nextafter(static_cast<float>(most), kInfinity);
+    // Planes are moved outward only.
+    box.min[row] = std::min(std::nextafter(static_cast<float>(least), -kInfinity), kMostPlane);
+    box.max[row] = std::max(std::nextafter(static_cast<float>(most), kInfinity), -kMostPlane);
   }
   return box;
 }
 
-/// What the test needs of a ray besides its origin, tmin and tmax: 1 / direction, with components away from
-/// 0, so that all are finite and none is 0.
+/// What the test needs of a ray besides its origin, tmin and tmax: 1 / direction, infinity where that is 0.
 struct BoxRay {
   float inverse[3];
 };
 
 /// False where the ray is none, so that no object is asked: a number that is not finite (tmin and tmax may be
-/// infinite), no direction, one smaller or larger than can be computed with, or tmin > tmax.
+/// infinite), an origin of 2^126 or more, no direction, one smaller or larger than can be computed with, or
+/// tmin > tmax.
 NIF_HOST_DEVICE inline bool prepare_box_ray(const Segment& ray, BoxRay& prepared) {
   float steepest = 0;
   bool finite = true;
   for (int a = 0; a < 3; ++a) {
-    finite = finite && is_finite(ray.origin[a]) && is_finite(ray.direction[a]);
+    finite = finite && is_finite(ray.origin[a] * kToOverflow) && is_finite(ray.direction[a]);
     steepest = max_of(magnitude(ray.direction[a]), steepest);
   }
   for (int a = 0; a < 3; ++a) {
     const float d = ray.direction[a];
-    prepared.inverse[a] = 1.0f / (magnitude(d) >= kLeastComponent ? d : kLeastComponent);
+    prepared.inverse[a] = 1.0f / (magnitude(d) >= kLeastComponent ? d : 0.0f);
   }
   return finite && steepest >= kMinDirection && steepest <= kMaxDirection && ray.tmin <= ray.tmax;
 }

@@ -1,6 +1,7 @@
 // Baking small meshes through the program: what lands in the file, on the two streams, and what does not.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 
 #include <chrono>
 #include <nlohmann/json.hpp>
@@ -163,6 +164,34 @@ TEST_F(Bake, AReportTakesNoOtherFilesPlace) {
             int(Status::output_folder_missing));
   EXPECT_EQ(read_bytes(ball_), before);
   EXPECT_FALSE(std::filesystem::exists(path("ball.nif")));
+}
+
+TEST_F(Bake, ReplacesNoFileThatItReads) {
+  const Gltf gltf = gltf_of(cube());
+  const std::string mesh = folder_.write("m.gltf", gltf.gltf("m.bin")),
+                    buffer = folder_.write("m.bin", gltf.data);
+  const auto refused = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"bake", mesh, "--encoding", "bvh", "--rays", "0"});
+    const Outcome outcome = nif(more);
+    EXPECT_EQ(outcome.code, int(Status::usage)) << outcome.err;
+    EXPECT_NE(outcome.err.find("would overwrite the input"), std::string::npos) << outcome.err;
+    EXPECT_EQ(read_bytes(buffer), gltf.data);
+  };
+  refused({"-o", buffer});
+  refused({"-o", path("m.nif"), "--depfile", buffer});
+  refused({"-o", path("m.nif"), "--report", buffer});
+}
+
+/// It would be one of an interrupted bake, but may be anybody's.
+TEST_F(Bake, RemovesNoFileThatOnlyHasTheNameOfACheckpoint) {
+  folder_.write("a.nif.checkpoint", "precious");
+  std::filesystem::create_directory(path("b.nif.checkpoint"));
+  for (const char* name : {"a.nif", "b.nif"})
+    EXPECT_EQ(nif({"bake", ball_, "-o", path(name), "--encoding", "bvh", "--rays", "0"}).code, 0);
+  EXPECT_EQ(read_bytes(path("a.nif.checkpoint")), "precious");
+  EXPECT_TRUE(std::filesystem::exists(path("b.nif.checkpoint")));
+  ASSERT_EQ(::mkfifo(path("c.nif.checkpoint").c_str(), 0600), 0);  // nobody writes to it
+  EXPECT_EQ(bake(ball_, path("c.nif"), {"--resume"}).code, int(Status::checkpoint_refused));
 }
 
 /// A mesh names the files that it needs as it likes.

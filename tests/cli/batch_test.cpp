@@ -390,6 +390,41 @@ TEST_F(Batch, PatternsMatchNamesAndFolders) {
   EXPECT_EQ(meshes(joined("\"", path("a.obj"), "\"")), (Names{"a.obj"}));
 }
 
+TEST_F(Batch, ReplacesNoFileThatItReads) {
+  write("a.obj", ball_);
+  const std::string file = manifest("[[asset]]\nmesh = \"a.obj\"\n"), text = read_bytes(file);
+  for (const char* option : {"--report", "--depfile"})
+    for (const std::string& kept : {file, path("a.obj")}) {
+      const std::string before = read_bytes(kept);
+      EXPECT_EQ(batch(file, {option, kept}).code, int(Status::usage));
+      EXPECT_EQ(read_bytes(kept), before);
+    }
+  EXPECT_EQ(batch(file, {"--report", path("x"), "--depfile", path("x")}).code, int(Status::usage));
+  refused(write("own.toml", "[[asset]]\nmesh = \"a.obj\"\noutput = \"own.toml\"\n"), "the manifest itself");
+  // The system would read "a.nif" twice.
+  refused(write("zero.toml", "[[asset]]\nmesh = \"a.obj\"\noutput = \"a.nif\\u0000b\"\n"), "U+0000");
+  write("out/x", "");
+  EXPECT_EQ(batch(file, {"--report", path("out/a.nif")}).code, int(Status::usage));
+}
+
+TEST_F(Batch, NamesMayBeginAsOptionsDo) {
+  for (const char* name : {"-x.obj", "-h.obj", "--help.obj"}) write(name, ball_);
+  write("library.toml",
+        "[defaults]\nencoding = \"bvh\"\nrays = 0\n[[asset]]\nmesh = \"*.obj\"\noutput = \"{stem}.nif\"\n");
+  // As a manifest of the folder that it is run in.
+  const Outcome outcome =
+      Process("/bin/sh",
+              {"-c", joined("cd ", folder_.path(), " && exec ", nif_path(), " bake --manifest library.toml")})
+          .finish();
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  for (const char* name : {"-x.nif", "-h.nif", "--help.nif"}) EXPECT_TRUE(fs::exists(path(name))) << name;
+}
+
+TEST_F(Batch, NamesMustBeUtf8) {
+  write("m\xff.obj", ball_);
+  refused(manifest("[[asset]]\nmesh = \"*.obj\"\n"), "is not UTF-8");
+}
+
 TEST_F(Batch, ASingleBakeWritesItsDependenciesToo) {
   write("a b.obj", ball_);
   const Outcome outcome = nif({"bake", path("a b.obj"), "-o", path("x.nif"), "--encoding", "bvh", "--rays",

@@ -47,6 +47,13 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{"NoMesh", {"bake", "-o", "none.nif"}, {"MESH"}},
         WrongOptions{"NoOutput", {"bake", "none.ply"}, {"--output"}},
         WrongOptions{"UnknownOption", bake({"--turbo"}), {"--turbo"}},
+        WrongOptions{"NegativeSeed", bake({"--seed", "-1"}), {"--seed", "negative"}},
+        WrongOptions{"NegativeRays", bake({"--rays=-1"}), {"--rays", "negative"}},
+        WrongOptions{"SeedBeyond64Bits", bake({"--seed", "18446744073709551616"}), {"--seed", "too large"}},
+        WrongOptions{"NoNumber", bake({"--checkpoint", "nan"}), {"--checkpoint", "nan"}},
+        WrongOptions{"NoRatio",
+                     {"mesh", "decimate", "none.ply", "-o", "none.obj", "--ratio", "nan"},
+                     {"--ratio", "nan"}},
         WrongOptions{"UnknownPreset", bake({"--preset", "perfect"}), {"--preset", "perfect"}},
         WrongOptions{"UnknownEncoding", bake({"--encoding", "zip"}), {"--encoding", "zip"}},
         WrongOptions{

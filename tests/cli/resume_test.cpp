@@ -88,7 +88,7 @@ TEST_F(Resume, IsAskedForAndBeginsAtTheStartWithoutACheckpoint) {
   EXPECT_EQ(first.code, 0);
   EXPECT_NE(first.err.find("there is no such checkpoint, so the bake begins at the start"), std::string::npos)
       << first.err;
-  folder_.write("torus.nif.checkpoint", "of something");
+  folder_.write("torus.nif.checkpoint", "NIFBAKE\nof something");
   const Outcome second = nif(quick);
   EXPECT_EQ(second.code, 0);
   EXPECT_NE(second.err.find("--resume goes on from there"), std::string::npos) << second.err;

@@ -86,6 +86,26 @@ TEST_F(ValidateCommand, EscapesTextOfOthers) {
   }
 }
 
+/// Metadata is shown, never trusted: what is long there is not shown a thousand times, and looked up for
+/// ever.
+TEST_F(ValidateCommand, InfoOfMetadataOfAnySizeIsShort) {
+  format::Asset asset = random_asset(3, {.objects = 1, .instances = 3});
+  ASSERT_EQ(asset.instances.size(), 3u);
+  asset.metadata =
+      nlohmann::json{{"hierarchy",
+                      {{"nodes", {{{"node", 0}, {"parent", 0}, {"name", std::string(100000, '\x01')}}}},
+                       {"instances", std::vector<int>(asset.instances.size(), 0)}}}}
+          .dump();
+  const Outcome circle = nif({"info", write("circle.nif", format::encode(asset))});
+  EXPECT_EQ(circle.code, 0) << circle.err;
+  EXPECT_NE(circle.out.find("node 0, "), std::string::npos) << circle.out.substr(0, 2000);
+  EXPECT_LT(circle.out.size(), 3 * 10000u);
+  nlohmann::json wide;
+  for (int i = 0; i < 200000; ++i) wide[std::to_string(i)] = i;
+  asset.metadata = wide.dump();
+  EXPECT_EQ(nif({"info", write("wide.nif", format::encode(asset))}).code, 0);
+}
+
 TEST_F(ValidateCommand, ListsNumbersAndWantsAFile) {
   const Outcome list = nif({"validate", "--list"});
   EXPECT_EQ(list.code, 0);

@@ -147,6 +147,51 @@ TEST_F(Scenes, SeveralInstancesCombine) {
   EXPECT_GT(mixed, 0u);
 }
 
+/// A box is not missed because a number overflows, or a direction's component is as good as 0: a ray that a
+/// triangle stops, wherever it starts and however slow it is, is not certain to be visible among others.
+TEST_F(Scenes, NoBoxIsMissedForWantOfNumbers) {
+  const format::AssetView& view = make(0, {.objects = 1, .instances = 0, .bvhs = 1});
+  const kernels::BvhField& field = view.objects[1].as<format::BvhView>().field;
+  const NifAsset asset = load();
+  Random random(5);
+  uint64_t stopped = 0, proven = 0;
+  for (const float place : {0.0f, 2e38f}) {
+    const Matrix there{1, 0, 0, place, 0, 1, 0, 0, 0, 0, 1, 0}, aside{1, 0, 0, 0, 0, 1, 0, 1e9f, 0, 0, 1, 0};
+    const NifScene alone = scene_of(asset, 1), both = new_scene();
+    ASSERT_EQ(nifAddInstance(both, asset, 1, there.data(), nullptr), NIF_OK);
+    ASSERT_EQ(nifAddInstance(both, asset, 1, aside.data(), nullptr), NIF_OK);
+    ASSERT_EQ(nifCommitScene(both), NIF_OK);
+    // Along x, through the object's middle parts; the same rays from nearby say what is there.
+    std::vector<NifRay> rays, nearby;
+    for (int i = 0; i < 10000; ++i) {
+      const kernels::Segment inside = random_segment(random, field);
+      NifRay ray = to_ray(inside);
+      ray.direction[0] = std::exp2(float(int(random.below(121)) - 60));
+      for (const size_t a : {1, 2})
+        ray.direction[a] = std::array{0.0f, -0.0f, 1e-45f, -0x1p-127f, 0x1p-126f}[random.below(5)];
+      ray.tmin = 0, ray.tmax = std::array{INFINITY, 3e38f}[random.below(2)];
+      ray.origin[0] = -100;
+      nearby.push_back(ray);
+      ray.origin[0] = -std::array{1e3f, 1e9f, 1e18f, 1e30f, 8e37f, 2e38f}[random.below(6)];
+      rays.push_back(ray);
+    }
+    const Answers what = query_all(alone, nearby), answers = query_all(both, rays);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      // Whether it gets there, and is moved by nothing on the way.
+      const double t = (double(place) - double(rays[i].origin[0])) / double(rays[i].direction[0]);
+      const bool aslant =
+          t * double(std::max(std::abs(rays[i].direction[1]), std::abs(rays[i].direction[2]))) > 1e-6;
+      if (what.visible[i] || t * 1.001 > double(rays[i].tmax) || aslant) continue;
+      ++stopped;
+      ASSERT_FALSE(answers.visible[i] && answers.certain[i])
+          << rays[i].origin[0] << ' ' << rays[i].direction[0] << ' ' << rays[i].direction[1] << ' ' << place;
+    }
+    proven += uint64_t(std::count(answers.certain.begin(), answers.certain.end(), 1));
+  }
+  EXPECT_GT(stopped, 500u);
+  EXPECT_GT(proven, 500u);
+}
+
 TEST_F(Scenes, WholeAssets) {
   const format::AssetView& view = make(5);
   const NifAsset asset = load();

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <string>
 #include <utility>
 
 #include "formats/base/output_file.hpp"
@@ -34,7 +37,7 @@ std::vector<bake::KeptTraining> CheckpointFile::load(Resume resume) {
     return {};
   }
   try {
-    const mesh::detail::ByteBuffer file = mesh::detail::load_file(path_, kMostCheckpointBytes);
+    const mesh::detail::ByteBuffer file = mesh::detail::load_named_file(path_, kMostCheckpointBytes);
     return bake::decode_checkpoint(std::as_bytes(std::span(file.view())), key_);
   } catch (const Error& error) {
     const std::string sentence = error.status() == Status::checkpoint_refused
@@ -58,7 +61,12 @@ void CheckpointFile::save(std::span<const bake::KeptTraining> trainings) {
 
 void CheckpointFile::remove() const {
   std::error_code ignored;
-  if (!path_.empty()) std::filesystem::remove(path_, ignored);
+  if (path_.empty() || !std::filesystem::is_regular_file(path_, ignored)) return;
+  // A file of this name may be somebody's own.
+  std::string start(bake::kCheckpointMagic.size(), 0);
+  if (std::ifstream(path_, std::ios::binary).read(start.data(), std::streamsize(start.size())) &&
+      std::ranges::equal(start, bake::kCheckpointMagic))
+    std::filesystem::remove(path_, ignored);
 }
 
 }  // namespace nif::tools

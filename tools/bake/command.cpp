@@ -332,11 +332,18 @@ void run(const Arguments& arguments, const Command& command) {
   Progress progress(arguments.quiet);
   progress.update(0, "reading " + arguments.mesh);
   const mesh::Scene scene = read_merged(arguments.mesh, options.colors, resolve_merging(arguments.bake));
+  const auto refuse_overwriting_any = [&](const std::vector<std::string>& files) {
+    for (const std::string& file : files)
+      for (const std::string& path : {arguments.output, arguments.depfile, arguments.batch.report})
+        if (!path.empty()) refuse_overwriting(file, path);
+  };
+  refuse_overwriting_any(scene.files);
   const std::atomic<bool>& cancel = interruption();
   std::unique_ptr<View> view;
   if (arguments.bake.spherical.view) {
     view = std::make_unique<View>(read_view(arguments.bake.spherical), arguments.mesh, scene, progress);
     progress.finish();
+    refuse_overwriting_any(view->files);
     print_notes(view->notes, arguments.quiet);
     const render::PictureDescription& picture = view->scene.picture;
     options.spherical.given = bake::GivenRays{

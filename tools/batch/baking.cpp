@@ -184,10 +184,12 @@ class Batch {
       fail(item, int(error.status()), error.what());
       return true;
     }
+    // A name may begin as an option does.
+    const auto word = [](const std::string& name) { return name.starts_with('-') ? "./" + name : name; };
     std::vector<std::string> arguments{"bake",
-                                       item.asset.mesh,
+                                       word(item.asset.mesh),
                                        "-o",
-                                       item.asset.output,
+                                       word(item.asset.output),
                                        "--json",
                                        "--quiet",
                                        "--resume-if-possible",

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <set>
 #include <string_view>
 
@@ -72,6 +73,10 @@ std::vector<std::string> files_of(const Manifest& manifest, std::span<const Batc
   return list;
 }
 
+std::filesystem::path own_name(const std::string& path) {
+  return std::filesystem::absolute(path).lexically_normal();
+}
+
 void write_text(const std::string& path, const std::string& text) {
   write_output(path, std::as_bytes(std::span(text)));
 }
@@ -129,6 +134,15 @@ void run_batch(const BatchArguments& arguments) {
   progress.update(0, "reading " + arguments.manifest);
   const Manifest manifest = read_manifest(arguments.manifest);
   std::vector<BatchItem> items = plan(manifest, options);
+  const std::vector<std::string> read = files_of(manifest, items);
+  std::set<std::filesystem::path> written;
+  for (const BatchItem& item : items) written.insert(own_name(item.asset.output));
+  for (const std::string& path : {arguments.report, arguments.depfile}) {
+    if (path.empty()) continue;
+    for (const std::string& file : read) refuse_overwriting(file, path);
+    if (!written.insert(own_name(path)).second)
+      throw Error(Status::usage, path + ": two outputs cannot be the same file");
+  }
   if (arguments.dry_run) {
     progress.finish();
     if (arguments.json)

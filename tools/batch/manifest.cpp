@@ -7,7 +7,9 @@
 #include <set>
 
 #include "formats/base/file_name.hpp"
+#include "formats/base/printable.hpp"
 #include "formats/base/status.hpp"
+#include "formats/nif/utf8.hpp"
 #include "tools/batch/glob.hpp"
 #include "tools/common/bake_options.hpp"
 #include "tools/common/options.hpp"
@@ -158,6 +160,10 @@ class ManifestReader {
           "output",
           fmt::format("'{}' has an unknown placeholder; use {{folder}}, {{stem}} and {{name}}", pattern));
     const fs::path output = folder_ / *text, own = own_path(output);
+    // Records and reports are JSON, which has no other names.
+    for (const std::string& name : {mesh.string(), output.string()})
+      if (!format::is_utf8(name))
+        table.fail("mesh", fmt::format("matches '{}', whose name is not UTF-8; rename it", printable(name)));
     const std::string name = own.lexically_relative(own_folder_).string();
     const auto [known, fresh] = outputs_.emplace(own, mesh.string());
     if (!fresh)
@@ -174,6 +180,9 @@ class ManifestReader {
         table.fail("asset", fmt::format("contains a cycle: {} is both an output and a mesh of this manifest",
                                         asset.mesh));
     }
+    const auto written = outputs_.find(own_path(manifest_.file));
+    if (written != outputs_.end())
+      table.fail("asset", fmt::format("makes the asset of {} be the manifest itself", written->second));
     if (manifest_.assets.empty())
       table.fail("asset", "leaves nothing to bake: everything that matches is excluded");
   }

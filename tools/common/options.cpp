@@ -1,8 +1,12 @@
 #include "tools/common/options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <optional>
+#include <type_traits>
 
 #include "formats/base/status.hpp"
 
@@ -63,9 +67,43 @@ Command Command::add_subcommand(const std::string& name, const std::string& text
   return Command(app_->add_subcommand(name, text));
 }
 
+namespace {
+
+/// What CLI11 2 takes for a number: the range of an unsigned one ends where a negative one is added to it.
+std::string why_no_number(const std::string& word, bool whole) {
+  errno = 0;
+  char* end = nullptr;
+  if (whole) {
+    if (word.find('-') != word.npos) return word + " is negative";
+    std::strtoull(word.c_str(), &end, 0);
+    return errno == ERANGE ? word + " is too large" : "";
+  }
+  return std::isnan(std::strtod(word.c_str(), &end)) ? word + " is not a number" : "";
+}
+
+template <class T>
+struct ValueOf {
+  using Type = T;
+};
+template <class T>
+struct ValueOf<std::optional<T>> {
+  using Type = T;
+};
+template <class T>
+struct ValueOf<std::vector<T>> {
+  using Type = T;
+};
+
+}  // namespace
+
 template <class T>
 Option Command::add_option(const std::string& name, T& value, const std::string& text) const {
-  return Option(app_->add_option(name, value, text));
+  CLI::Option* option = app_->add_option(name, value, text);
+  using Value = typename ValueOf<T>::Type;
+  if constexpr (std::is_arithmetic_v<Value>)
+    if constexpr (std::is_unsigned_v<Value> || std::is_floating_point_v<Value>)
+      option->check([](const std::string& word) { return why_no_number(word, std::is_unsigned_v<Value>); });
+  return Option(option);
 }
 
 Option Command::add_flag(const std::string& name, bool& value, const std::string& text) const {

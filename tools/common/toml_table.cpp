@@ -106,11 +106,15 @@ std::string nearest(const std::string& word, const std::set<std::string>& names)
   return best;
 }
 
-std::string TomlTable::text(const std::string& key) {
-  const auto value = need(key).value_exact<std::string>();
-  if (!value || value->empty()) fail(key, "must be a string");
+std::string TomlTable::text_of(const std::string& key, const toml::node& node, const char* otherwise) const {
+  const auto value = node.value_exact<std::string>();
+  if (!value || value->empty()) fail(key, otherwise);
+  // The system's functions would take what is before it for the whole name.
+  if (value->find('\0') != std::string::npos) fail(key, "has the character U+0000");
   return *value;
 }
+
+std::string TomlTable::text(const std::string& key) { return text_of(key, need(key), "must be a string"); }
 
 std::vector<std::string> TomlTable::texts(const std::string& key) {
   if (!has(key)) return {};
@@ -118,9 +122,7 @@ std::vector<std::string> TomlTable::texts(const std::string& key) {
   if (array == nullptr) return {text(key)};
   std::vector<std::string> values;
   for (const toml::node& node : *array) {
-    const auto value = node.value_exact<std::string>();
-    if (!value || value->empty()) fail(key, "must be a string or an array of strings");
-    values.push_back(*value);
+    values.push_back(text_of(key, node, "must be a string or an array of strings"));
   }
   return values;
 }

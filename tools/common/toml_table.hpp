@@ -95,6 +95,7 @@ class TomlTable {
   [[noreturn]] void fail(const std::string& key, const std::string& what) const;
 
  private:
+  std::string text_of(const std::string& key, const toml::node& node, const char* otherwise) const;
   template <class Use>
   void inside(const std::string& name, const toml::table& table, Use&& use) const {
     TomlTable inner(file_, name, table, malformed_);

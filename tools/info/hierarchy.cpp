@@ -21,16 +21,25 @@ const Json* member(const Json& value, const char* name) {
   return found == value.end() ? nullptr : &*found;
 }
 
+std::string shortened(const std::string& text, size_t most) {
+  if (text.size() <= most) return text;
+  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0) == 0x80) --most;  // within a character
+  return text.substr(0, most) + "...";
+}
+
 /// "root/arm/hand", or the numbers of nodes without names. Metadata is shown, never trusted: it may name
 /// parents in a circle.
 std::string path_of(uint64_t number, const std::map<uint64_t, const Json*>& nodes) {
   constexpr int kDeepest = 64;
+  constexpr size_t kLongest = 1000;
   std::string path;
-  for (int depth = 0; depth < kDeepest; ++depth) {
+  for (int depth = 0; depth < kDeepest && path.size() <= kLongest; ++depth) {
     const auto found = nodes.find(number);
     if (found == nodes.end()) break;
     const Json *name = member(*found->second, "name"), *parent = member(*found->second, "parent");
-    const std::string own = name && name->is_string() ? name->get<std::string>() : std::to_string(number);
+    const std::string own = name && name->is_string()
+                                ? shortened(name->get_ref<const std::string&>(), kLongest)
+                                : std::to_string(number);
     path = path.empty() ? own : own + "/" + path;
     if (!parent || !parent->is_number_unsigned()) return path;
     number = parent->get<uint64_t>();

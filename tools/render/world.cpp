@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <set>
 
 #include "bake/oracle/prepare.hpp"
 #include "bake/oracle/ray_sets.hpp"
@@ -34,10 +35,22 @@ RTCRay to_ray(const Segment& segment) {
   return ray;
 }
 
+/// Embree's builds with assertions end the process at others.
+bool is_ray(const Segment& segment) {
+  constexpr float kLargest = 1.8e18f;
+  bool within = true;
+  for (size_t a = 0; a < 3; ++a)
+    within = within && std::abs(segment.origin[a]) <= kLargest && std::abs(segment.direction[a]) <= kLargest;
+  return within;
+}
+
+/// What is no ray meets nothing.
 void ask(RTCScene scene, std::span<const Segment> rays, uint8_t* visible) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   for (size_t i = 0; i < rays.size(); ++i) {
+    visible[i] = true;
+    if (!is_ray(rays[i])) continue;
     RTCRay ray = to_ray(rays[i]);
     rtcOccluded1(scene, &context, &ray);
     visible[i] = ray.tfar != -kInfinity;
@@ -92,6 +105,16 @@ World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const st
   tbb::task_arena(1).execute([&] {
     for (EmbreePointer* top : tops) rtcCommitScene(top->get());
   });
+  // Beyond it products of three coordinates overflow in Embree's test of triangles, and so do its hits.
+  constexpr double kFarthest = 1e12;
+  double farthest = 0;
+  for (size_t a = 0; a < 3; ++a)
+    farthest = std::max({farthest, std::abs(double(box_.min[a])), std::abs(double(box_.max[a])), reach_});
+  if (!(farthest <= kFarthest))
+    throw Error(Status::too_large,
+                fmt::format("{}: reaches to {:.3g} from the origin, and pictures are of what "
+                            "lies within {:.0e}",
+                            scene.file, farthest, kFarthest));
   if (!error_.empty()) throw Error(Status::out_of_memory, "Embree cannot build the scene's BVH: " + error_);
   assets_.commit();
 }
@@ -177,6 +200,8 @@ void World::add_ground(const SceneDescription& scene) {
     corners[corner][a] = float((double(box_.min[a]) + box_.max[a]) / 2 + (far_a ? half : -half));
     corners[corner][b] = float((double(box_.min[b]) + box_.max[b]) / 2 + (far_b ? half : -half));
   }
+  for (const mesh::Float3& corner : corners)
+    for (const float x : corner) reach_ = std::max(reach_, std::abs(double(x)));
   const mesh::Triangle triangles[] = {{0, 1, 2}, {0, 2, 3}};
   parts_.push_back(
       {{scene.ground->albedo, double(bake::kBiasFraction) * box_.longest_side()}, mesh::kIdentity});
@@ -188,13 +213,16 @@ std::shared_ptr<const mesh::Scene> World::add_asset(const ObjectDescription& obj
   const AssetScene::Added added = assets_.add(object);
   if (auto merged = tools::merged_as_baked(*meshes, added.metadata, *object.nif, object.mesh))
     meshes = std::make_shared<const mesh::Scene>(*std::move(merged));
+  std::set<std::array<mesh::Float3, 2>> bounds;
+  for (const mesh::Mesh& mesh : meshes->meshes) {
+    const mesh::Box box = mesh::bounds(mesh.positions, mesh.triangles);
+    bounds.insert({box.min, box.max});
+  }
   for (const NifObjectInfo& about : added.objects) {
-    const bool known = std::any_of(meshes->meshes.begin(), meshes->meshes.end(), [&](const mesh::Mesh& mesh) {
-      const mesh::Box box = mesh::bounds(mesh.positions, mesh.triangles);
-      return std::equal(box.min.begin(), box.min.end(), about.bounds_min) &&
-             std::equal(box.max.begin(), box.max.end(), about.bounds_max);
-    });
-    if (!known)
+    std::array<mesh::Float3, 2> wanted;
+    std::copy_n(about.bounds_min, 3, wanted[0].begin());
+    std::copy_n(about.bounds_max, 3, wanted[1].begin());
+    if (!bounds.contains(wanted))
       throw Error(Status::mesh_mismatch,
                   fmt::format("{} was not baked from {}: no mesh has the bounds of object '{}'", *object.nif,
                               object.mesh, about.name));
@@ -218,10 +246,12 @@ std::optional<SurfacePoint> World::trace(RTCSceneTy* scene, const Double3& origi
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit hit;
-  hit.ray = to_ray(bake::make_segment(origin, direction, kInfinity));
+  const Segment segment = bake::make_segment(origin, direction, kInfinity);
+  if (!is_ray(segment)) return std::nullopt;
+  hit.ray = to_ray(segment);
   hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene, &context, &hit);
-  if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID || !std::isfinite(hit.ray.tfar)) return std::nullopt;
   const bool placed = hit.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
   const Part& part = parts_[placed ? hit.hit.instID[0] : hit.hit.geomID];
   Double3 normal{hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z};

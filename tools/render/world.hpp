@@ -109,6 +109,7 @@ class World {
   std::vector<AssetBox> asset_boxes_;
   PrimaryObjects primaries_;
   mesh::Box box_;
+  double reach_ = 0;  // of the ground, from the origin
   uint64_t triangles_ = 0;
   AssetScene assets_;
 };
