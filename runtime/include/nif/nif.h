@@ -358,8 +358,9 @@ NIF_API NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info);
  *
  * Invalid rays are reported visible, and certain only if tmin > tmax (no points). A ray is invalid if tmin >
  * tmax, if a number is NaN, if the origin or direction is infinite, or if the direction's largest component
- * (in world space or in voxels of an object) is zero or outside 2^-60 .. 2^60. In a scene of several instances
- * an origin with a component of 2^126 or more is invalid, too, and a direction's below 2^-126 is 0. */
+ * (in world space or in voxels of an object) is zero or outside 2^-60 .. 2^60. In a scene of several
+ * instances, so is a ray whose origin has a component of 2^126 or more, and a component of its direction
+ * below 2^-126 counts as 0. */
 
 /* One ray, for programs without a ray layout of their own. */
 typedef struct NifRay {
