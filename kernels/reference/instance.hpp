@@ -97,9 +97,9 @@ NIF_HOST_DEVICE inline bool stays_certain(const WorldToObject& transform, float 
 //
 // Along an axis where the direction is 0, the distances to the box's planes are infinities with the sign of
 // the side on which the origin lies, so that the ray is within for ever or never; NaN where it lies on a
-// plane, which the order in min_of and max_of makes a ray that misses the lower one and may pass the upper
-// one, and so for all boxes around it. A smaller component than kLeastComponent counts as 0. No difference
-// of a plane and an origin overflows: both are limited.
+// plane, which the order in min_of and max_of makes a ray that misses, as it misses all boxes within. (Such a
+// ray without an end may pass the box, and yet miss one around it: it misses the object.) A smaller component
+// than kLeastComponent counts as 0. No difference of a plane and an origin overflows: both are limited.
 
 inline constexpr float kBoxSlack = 0x1p-16f;
 inline constexpr float kLeastComponent = 0x1p-126f;
@@ -161,7 +161,7 @@ NIF_HOST_DEVICE inline BoxPassage pass_box(const WorldBox& box, const Segment& r
     const float low = (box.min[a] - ray.origin[a]) * prepared.inverse[a];
     const float high = (box.max[a] - ray.origin[a]) * prepared.inverse[a];
     near[a] = min_of(low, high);
-    far[a] = max_of(low, high);
+    far[a] = max_of(high, low);
   }
   const float enter = max_of(max_of(near[0], near[1]), near[2]);
   const float leave = min_of(min_of(far[0], far[1]), far[2]);

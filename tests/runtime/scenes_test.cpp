@@ -147,6 +147,28 @@ TEST_F(Scenes, SeveralInstancesCombine) {
   EXPECT_GT(mixed, 0u);
 }
 
+/// The walls of boxes lie outside of their objects. A ray along one that has two ends misses, whatever the
+/// other axes say, so that it misses all boxes within, too, and a hierarchy changes nothing.
+TEST(BoxRule, ARayAlongAWallMisses) {
+  const kernels::WorldBox box{{-1, -2, -3}, {1, 2, 3}};
+  for (size_t along = 0; along < 3; ++along)
+    for (const float zero : {0.0f, -0.0f, 0x1p-130f})
+      for (int place = 0; place < 25; ++place) {
+        // On two other axes: before, on, between, on and behind the walls.
+        kernels::Segment ray{{}, {zero, zero, zero}, -1e30f, 1e30f};
+        ray.direction[along] = 1;
+        bool within = true;
+        for (size_t k = 1, rest = size_t(place); k < 3; ++k, rest /= 5) {
+          const size_t a = (along + k) % 3;
+          ray.origin[a] = std::array{-2.0f, -1.0f, 0.5f, 1.0f, 2.0f}[rest % 5] * box.max[a];
+          within = within && rest % 5 == 2;
+        }
+        kernels::BoxRay prepared;
+        ASSERT_TRUE(kernels::prepare_box_ray(ray, prepared));
+        EXPECT_EQ(kernels::may_meet(box, ray, prepared), within) << along << ' ' << zero << ' ' << place;
+      }
+}
+
 /// A box is not missed because a number overflows, or a direction's component is as good as 0: a ray that a
 /// triangle stops, wherever it starts and however slow it is, is not certain to be visible among others.
 TEST_F(Scenes, NoBoxIsMissedForWantOfNumbers) {

@@ -28,7 +28,7 @@ inline uint32_t may_meet(const Node& node, const TraversalRay& ray) {
     const Float4 low = (load4(node.min[a]) - ray.origin[a]) * ray.inverse[a];
     const Float4 high = (load4(node.max[a]) - ray.origin[a]) * ray.inverse[a];
     near[a] = min_of(low, high);
-    far[a] = max_of(low, high);
+    far[a] = max_of(high, low);
   }
   const Float4 less = all_of(1 - kernels::kBoxSlack), more = all_of(1 + kernels::kBoxSlack);
   const Float4 enter = max_of(max_of(near[0], near[1]), near[2]);
