@@ -160,8 +160,10 @@ TEST_F(Batch, ADamagedRecordCountsAsNone) {
   ASSERT_FALSE(record.empty());
   const json whole = json::parse(read_bytes(record));
   const std::pair<const char*, json> damages[] = {
-      {"/sources/0/size", 7.9e75},     {"/sources/0/size", -1}, {"/asset/modified", 1e300},
-      {"/report/peak_memory", "much"}, {"/report/sources", 3},  {"/report", nullptr}};
+      {"/sources/0/size", 7.9e75}, {"/sources/0/size", -1},
+      {"/asset/modified", 1e300},  {"/report/peak_memory", "much"},
+      {"/report/sources", 3},      {"/report", nullptr},
+      {"/report/seconds", 1e300},  {"/report/peak_memory", UINT64_MAX}};
   for (const auto& [where, value] : damages) {
     json damaged = whole;
     damaged[json::json_pointer(where)] = value;

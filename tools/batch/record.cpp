@@ -67,12 +67,19 @@ FileState state_from(const Json& json) {
           whole<int64_t>(json.at("modified")), json.at("hash").get<std::string>()};
 }
 
+/// What no bake takes: needs are computed from these.
+constexpr uint64_t kMostMemory = uint64_t{1} << 50;
+constexpr double kMostSeconds = 1e9;
+
 /// Of a report what is read again: the files, the time and the memory that the bake took.
 bool is_report(const Json& report) {
   return report.is_object() && report.contains("sources") && report["sources"].is_array() &&
          std::ranges::all_of(report["sources"], &Json::is_string) &&
-         (!report.contains("peak_memory") || report["peak_memory"].is_number_unsigned()) &&
-         (!report.contains("seconds") || report["seconds"].is_number());
+         (!report.contains("peak_memory") || (report["peak_memory"].is_number_unsigned() &&
+                                              report["peak_memory"].get<uint64_t>() <= kMostMemory)) &&
+         (!report.contains("seconds") ||
+          (report["seconds"].is_number() && report["seconds"].get<double>() >= 0 &&
+           report["seconds"].get<double>() <= kMostSeconds));
 }
 
 }  // namespace
