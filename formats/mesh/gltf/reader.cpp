@@ -235,10 +235,7 @@ class MeshReader {
     const std::vector<Target>& targets = key.targets;
     if (const auto known = ranges_.find(key); known != ranges_.end()) return known->second;
     std::vector<Float3> positions = data_.positions(accessor);
-    if ((so_far_.positions += positions.size()) / 3 > input_.limits.max_triangles)
-      input_.fail(Status::too_large,
-                  fmt::format("has more vertices than the limit of {} triangles has corners",
-                              input_.limits.max_triangles));
+    count_positions(positions.size());
     if (!targets.empty()) morph(positions, targets, number);
     if (mesh_.positions.size() + positions.size() > std::numeric_limits<uint32_t>::max()) {
       input_.fail(Status::too_large,
@@ -278,12 +275,22 @@ class MeshReader {
         accessor == primitive.attributes.end()) {
       fail(number, "has Draco data without a buffer view and positions");
     }
+    const size_t before = mesh_.positions.size();
     append_draco(input_,
                  {.bytes = data_.view(view.Get<int>()),
                   .where = fmt::format("the Draco data of primitive {} of mesh {}", number, index_),
                   .position_id = position.Get<int>(),
                   .normalized = data_.normalized(accessor->second)},
                  mesh_);
+    count_positions(mesh_.positions.size() - before);
+  }
+
+  void count_positions(size_t more) {
+    so_far_.positions += more;
+    if (so_far_.positions / 3 > input_.limits.max_triangles)
+      input_.fail(Status::too_large,
+                  fmt::format("has more vertices than the limit of {} triangles has corners",
+                              input_.limits.max_triangles));
   }
 
   [[noreturn]] void fail(size_t number, const std::string& reason) const {
