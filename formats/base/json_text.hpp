@@ -11,9 +11,14 @@ namespace nif {
 /// it. No real file comes near.
 inline constexpr size_t kMostJsonDepth = 128;
 
-/// The byte at which JSON opens one level too many; npos where it does not. Text that is no JSON is looked at
-/// as if it were: a parser that stops at the first fault does not get deeper.
-inline size_t too_deep_at(std::string_view json) {
+/// nlohmann's ordered_json compares each key of an object with all before it.
+inline constexpr size_t kMostOrderedMembers = 10000;
+
+/// The byte at which JSON opens a level beyond kMostJsonDepth, or has a member more than `most_members` in
+/// one object; npos where it does neither. Text that is no JSON is looked at as if it were: a parser that
+/// stops at the first fault does not get deeper.
+inline size_t too_large_at(std::string_view json, size_t most_members) {
+  std::array<size_t, kMostJsonDepth + 1> members{};  // of the objects that are open
   size_t depth = 0;
   bool in_string = false;
   for (size_t i = 0; i < json.size(); ++i) {
@@ -25,39 +30,16 @@ inline size_t too_deep_at(std::string_view json) {
       in_string = true;
     } else if (c == '{' || c == '[') {
       if (++depth > kMostJsonDepth) return i;
+      members[depth] = 0;
     } else if ((c == '}' || c == ']') && depth > 0) {
       --depth;
-    }
-  }
-  return json.npos;
-}
-
-/// nlohmann's ordered_json compares each key of an object with all before it.
-inline constexpr size_t kMostOrderedMembers = 10000;
-
-/// The byte at which an object, at most kMostJsonDepth deep, gets one member more than that; npos where none
-/// does.
-inline size_t too_wide_at(std::string_view json) {
-  std::array<size_t, kMostJsonDepth + 1> members{};
-  size_t depth = 0;
-  bool in_string = false;
-  for (size_t i = 0; i < json.size(); ++i) {
-    const char c = json[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if ((c == '{' || c == '[') && depth < kMostJsonDepth) {
-      members[++depth] = 0;
-    } else if ((c == '}' || c == ']') && depth > 0) {
-      --depth;
-    } else if (c == ':' && ++members[depth] > kMostOrderedMembers) {
+    } else if (c == ':' && ++members[depth] > most_members) {
       return i;
     }
   }
   return json.npos;
 }
+inline size_t too_deep_at(std::string_view json) { return too_large_at(json, json.npos); }
 
 template <class Json>
 inline constexpr bool kIsOrdered = requires(typename Json::object_t list) {
@@ -68,9 +50,8 @@ inline constexpr bool kIsOrdered = requires(typename Json::object_t list) {
 /// read in its order, wider than kMostOrderedMembers.
 template <class Json>
 Json parse_untrusted(std::string_view json) {
-  if (too_deep_at(json) != json.npos) return Json(Json::value_t::discarded);
-  if constexpr (kIsOrdered<Json>)
-    if (too_wide_at(json) != json.npos) return Json(Json::value_t::discarded);
+  if (too_large_at(json, kIsOrdered<Json> ? kMostOrderedMembers : json.npos) != json.npos)
+    return Json(Json::value_t::discarded);
   return Json::parse(json, nullptr, false);
 }
 

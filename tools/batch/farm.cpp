@@ -71,10 +71,10 @@ std::map<std::string, Json> read_summaries(const std::vector<std::string>& files
   for (const std::string& file : files) {
     try {
       const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, uint64_t{1} << 30);
-      for (const auto find_fault : {too_deep_at, too_wide_at})
-        if (find_fault(text.view()) != std::string_view::npos)
-          throw Error(Status::malformed_manifest,
-                      file + ": is not a batch summary: it is nested too deep or too wide");
+      if (too_large_at(text.view(), kMostOrderedMembers) != std::string_view::npos)
+        throw Error(
+            Status::malformed_manifest,
+            file + ": is not a batch summary: it is nested too deep, or an object has too many members");
       const Json summary = Json::parse(text.view());
       if (summary.at("schema") != kBatchSchema)
         throw Error(Status::malformed_manifest, file + ": is not a batch summary");
