@@ -104,6 +104,16 @@ TEST_F(Resume, ACheckpointThatCannotBeWrittenEndsNoBake) {
       << outcome.err;
 }
 
+TEST_F(Resume, AFileThatIsNoCheckpointIsLeftAlone) {
+  folder_.write("torus.nif.checkpoint", "somebody's own");
+  const Outcome outcome = nif(words({"--checkpoint", "0.01"}));
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("is not a checkpoint, so it is not replaced; the bake goes on"),
+            std::string::npos)
+      << outcome.err;
+  EXPECT_EQ(read_bytes(checkpoint_), "somebody's own");
+}
+
 TEST_F(Resume, AManifestGoesOnByItself) {
   ASSERT_EQ(nif(words()).code, 0);
   const std::string whole = read_bytes(path("torus.nif"));
@@ -120,11 +130,10 @@ TEST_F(Resume, AManifestGoesOnByItself) {
 
   // One that is of no use is no reason not to bake.
   fs::remove(path("torus.nif"));
-  folder_.write("torus.nif.checkpoint", "of something");
+  folder_.write("torus.nif.checkpoint", "NIFBAKE\nof something");
   const Outcome anew = nif({"bake", "--manifest", manifest, "--json"});
   EXPECT_EQ(anew.code, 0) << anew.err;
-  EXPECT_NE(anew.out.find("is not a checkpoint, so the bake begins at the start"), std::string::npos)
-      << anew.out;
+  EXPECT_NE(anew.out.find("is damaged, so the bake begins at the start"), std::string::npos) << anew.out;
   EXPECT_TRUE(read_bytes(path("torus.nif")) == whole);
   EXPECT_FALSE(fs::exists(checkpoint_));
 }

@@ -16,6 +16,14 @@ namespace {
 
 constexpr uint64_t kMostCheckpointBytes = uint64_t{16} << 30;
 
+bool is_checkpoint(const std::string& path) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(path, unknown)) return false;
+  std::string start(bake::kCheckpointMagic.size(), 0);
+  return std::ifstream(path, std::ios::binary).read(start.data(), std::streamsize(start.size())) &&
+         std::ranges::equal(start, bake::kCheckpointMagic);
+}
+
 }  // namespace
 
 CheckpointFile::CheckpointFile(const std::string& asset, bake::BakeKey key,
@@ -52,6 +60,9 @@ std::vector<bake::KeptTraining> CheckpointFile::load(Resume resume) {
 
 void CheckpointFile::save(std::span<const bake::KeptTraining> trainings) {
   try {
+    std::error_code unknown;
+    if (std::filesystem::exists(path_, unknown) && !is_checkpoint(path_))
+      throw Error(Status::output_not_writable, path_ + ": is not a checkpoint, so it is not replaced");
     write_output(path_, bake::encode_checkpoint(key_, trainings));
   } catch (const Error& error) {
     if (!std::exchange(failed_, true))
@@ -61,12 +72,7 @@ void CheckpointFile::save(std::span<const bake::KeptTraining> trainings) {
 
 void CheckpointFile::remove() const {
   std::error_code ignored;
-  if (path_.empty() || !std::filesystem::is_regular_file(path_, ignored)) return;
-  // A file of this name may be somebody's own.
-  std::string start(bake::kCheckpointMagic.size(), 0);
-  if (std::ifstream(path_, std::ios::binary).read(start.data(), std::streamsize(start.size())) &&
-      std::ranges::equal(start, bake::kCheckpointMagic))
-    std::filesystem::remove(path_, ignored);
+  if (!path_.empty() && is_checkpoint(path_)) std::filesystem::remove(path_, ignored);
 }
 
 }  // namespace nif::tools

@@ -24,7 +24,8 @@ class CheckpointFile {
   /// What it has. Throws nif::Error: checkpoint_refused where it is required and cannot be used; what reading
   /// it says.
   std::vector<bake::KeptTraining> load(Resume resume);
-  /// Whole or not at all. That it cannot be written ends no bake: a note says so, once.
+  /// Whole or not at all. That it cannot be written ends no bake: a note says so, once. A file of this name
+  /// that is no checkpoint may be somebody's own, and is neither replaced nor removed.
   void save(std::span<const bake::KeptTraining> trainings);
   /// Once the asset is written.
   void remove() const;
