@@ -9,10 +9,11 @@
 #                              under the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each header by itself,
 #                              and bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
-#                              an hour; slow tests and CGAL under the sanitizers; hundreds of kills; 10^7 segments of each
-#                              mesh; the same bytes by clang++ and by code that is not optimised; a release candidate made
-#                              twice; bindings in a browser, in Blender, under Wine; what tests and fuzzers reach; then fuzzes
-#                              and bakes random meshes for so many hours (8), going on from the last time; see tests/nightly.sh
+#                              an hour, and its kernels; slow tests and CGAL under the sanitizers; hundreds of kills; 10^7
+#                              segments of each mesh; the same bytes by clang++ and by code that is not optimised; a release
+#                              candidate made twice; bindings in a browser, in Blender, under Wine; what tests and fuzzers
+#                              reach; then fuzzes and bakes random meshes for so many hours (8), going on from the last time;
+#                              see tests/nightly.sh
 #
 # Long tests have ctest's label `long`; those that take long under the sanitizers only, mostly because they train, have `slow`
 # there, and run with --nightly. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are skipped.
@@ -154,6 +155,8 @@ asan_tests() {
     step "test asan: $folder" run_tests "build/asan/tests/$folder" || true
   done
 }
+# Under the thread sanitizer these take as long as all others together, and ask about arithmetic: with --nightly.
+kernels_alone='/IsaTest\.'
 # tsan_tests [ctest options]: threads are the runtime's. The baker's TBB and Embree are not built for the thread sanitizer.
 tsan_tests() {
   step 'build tsan' build_part tsan 'write_random_asset tests/runtime/all' -DNIF_BUILD_TOOLS=OFF || return
@@ -212,6 +215,7 @@ if [[ $size == nightly ]]; then
   step 'NEON, emulated' tests/neon/run.sh || true
   if step 'build tsan' build_part tsan runtime_test -DNIF_BUILD_TOOLS=OFF; then
     step 'threads, for an hour at most' stress_threads || true
+    step 'test tsan: kernels' run_tests build/tsan/tests/runtime -R "$kernels_alone" || true
   fi
   if step 'build tests of faults' build_part release 'tests/faults/all'; then
     step 'kills, 250 of each' env NIF_KILLS=250 build/release/bin/kill_test || true
@@ -258,7 +262,7 @@ case $size in
     step 'check headers' tests/headers.sh || true
     step 'build the runtime alone' build_runtime || true
     asan_tests bake cli format golden kernels mesh mesh_verbs render runtime validate || true
-    tsan_tests || true
+    tsan_tests --exclude-regex "$kernels_alone" || true
     fuzz_tests tests/fuzz/all || true
     host_test 'Python' bindings/python/test.sh
     host_test 'WebAssembly' bindings/web/test/run.sh
