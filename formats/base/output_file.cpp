@@ -128,10 +128,14 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
   target_ = resolve(path).string();
   remove_abandoned(fs::path(target_).parent_path(), [name = fs::path(target_).filename().string()](
                                                         const std::string& other) { return other == name; });
+  // What others may not read, they may not read in its next version, nor while that is written.
+  struct stat replaced;
+  const bool replaces = ::stat(target_.c_str(), &replaced) == 0;
+  const mode_t mode = replaces ? replaced.st_mode & 0777 : 0666;
   for (int attempt = 0; fd_ < 0; ++attempt) {
     temporary_ = temporary_name(target_);
     const int number = temporaries::add(temporary_.c_str());
-    fd_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    fd_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
     if (fd_ < 0) {
       temporaries::remove(number);
       if (errno != EEXIST || attempt == 1000) not_writable(path, std::strerror(errno));
@@ -141,7 +145,11 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     // Whoever looks for abandoned files may have seen this one before it was locked.
     struct stat about;
     const bool locked = ::flock(fd_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
-    if (!locked || ::fstat(fd_, &about) != 0 || about.st_nlink == 0) discard();
+    if (!locked || ::fstat(fd_, &about) != 0 || about.st_nlink == 0)
+      discard();
+    else if (replaces && (about.st_mode & 0777) != mode &&
+             ::fchmod(fd_, mode) != 0)  // less the umask until now
+      not_writable(path, std::strerror(errno));
   }
 }
 

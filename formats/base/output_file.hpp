@@ -21,7 +21,8 @@ bool is_written_in_place(const std::string& path);
 
 /// A result that is written piece by piece, to a temporary file beside the target. A file that was there
 /// before stays whole until commit(); an OutputFile that ends without it leaves nothing behind. Devices and
-/// pipes are written to directly, and keep what they were given. Not thread-safe.
+/// pipes are written to directly, and keep what they were given. A new version has the permissions of the old
+/// one. Not thread-safe.
 ///
 /// A process that is killed cannot remove its temporary file. It has the target's name with ".tmp-" and eight
 /// hexadecimal digits behind it, and the next OutputFile for this target removes it. Those that a living

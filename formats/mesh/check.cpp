@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "formats/base/utf8.hpp"
 #include "formats/mesh/readers.hpp"
 
 namespace nif::mesh::detail {
@@ -12,28 +13,11 @@ namespace {
 
 bool finite(const Float3& p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
 
-/// Length of the UTF-8 sequence at the start of `text`, 0 where there is no valid one.
-size_t utf8_length(std::string_view text) {
-  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
-  if (byte(0) < 0x80) return 1;
-  const size_t length = byte(0) >= 0xF0 ? 4 : byte(0) >= 0xE0 ? 3 : 2;
-  if (byte(0) < 0xC2 || byte(0) > 0xF4 || text.size() < length) return 0;
-  for (size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xC0) != 0x80) return 0;
-  }
-  // Overlong forms, surrogates and code points beyond U+10FFFF.
-  if (byte(0) == 0xE0 && byte(1) < 0xA0) return 0;
-  if (byte(0) == 0xED && byte(1) > 0x9F) return 0;
-  if (byte(0) == 0xF0 && byte(1) < 0x90) return 0;
-  if (byte(0) == 0xF4 && byte(1) > 0x8F) return 0;
-  return length;
-}
-
 /// Names come from files in any encoding and go into JSON and onto terminals: without control characters.
 std::string clean_name(std::string_view name) {
   std::string out;
   while (!name.empty()) {
-    const size_t length = utf8_length(name);
+    const size_t length = utf8_sequence(name);
     if (length == 0) {
       out += "\xEF\xBF\xBD";  // U+FFFD
     } else if (length == 1 ? name[0] >= ' ' && name[0] != 0x7F

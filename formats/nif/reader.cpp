@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "formats/nif/utf8.hpp"
+#include "formats/base/utf8.hpp"
 #include "kernels/reference/parts.hpp"
 
 namespace nif::format {

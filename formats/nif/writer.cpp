@@ -8,8 +8,8 @@
 
 #include "formats/base/size.hpp"
 #include "formats/base/status.hpp"
+#include "formats/base/utf8.hpp"
 #include "formats/nif/crc32c.hpp"
-#include "formats/nif/utf8.hpp"
 
 namespace nif::format {
 namespace {

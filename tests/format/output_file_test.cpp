@@ -54,6 +54,24 @@ class OutputFile : public testing::Test {
   const fs::path folder_ = temporary_.path();
 };
 
+TEST_F(OutputFile, KeepsThePermissionsOfWhatItReplaces) {
+  const auto mode_of = [](const fs::path& file) { return unsigned(fs::status(file).permissions()); };
+  for (const unsigned mode : {0600u, 0644u, 0666u, 0640u}) {
+    const fs::path target = folder_ / std::to_string(mode);
+    write_output(target, bytes("old"));
+    fs::permissions(target, fs::perms(mode));
+    nif::OutputFile file(target);
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
+      if (entry.path().string().starts_with(target.string())) {
+        EXPECT_EQ(mode_of(entry), mode);
+      }
+    }
+    file.write(bytes("new"));
+    file.commit();
+    EXPECT_EQ(mode_of(target), mode);
+  }
+}
+
 TEST_F(OutputFile, WritesAndReplaces) {
   const fs::path target = folder_ / "out.nif";
   check_output(target);

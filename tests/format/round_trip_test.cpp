@@ -1,9 +1,9 @@
 // What is written is what is read, and answers as the original does.
 #include <gtest/gtest.h>
 
+#include "formats/base/utf8.hpp"
 #include "formats/nif/crc32c.hpp"
 #include "formats/nif/reader.hpp"
-#include "formats/nif/utf8.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/support/random_asset.hpp"
 
@@ -27,10 +27,10 @@ TEST(Crc32c, KnownVectors) {
 
 TEST(Utf8, AcceptsWhatTheStandardDoes) {
   for (const char* good : {"", "abc", "\u00e9", "\u20ac", "\U0001f409", "\xf4\x8f\xbf\xbf"})
-    EXPECT_TRUE(format::is_utf8(good)) << good;
+    EXPECT_TRUE(is_utf8(good)) << good;
   for (const char* bad : {"\xe9", "\xc0\x80", "\xe0\x80\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xff",
                           "a\xc3", "\xe2\x82", "\xf0\x9f\x90", "\x80"})
-    EXPECT_FALSE(format::is_utf8(bad)) << bad;
+    EXPECT_FALSE(is_utf8(bad)) << bad;
   EXPECT_EQ(format::clean_name("caf\xe9"), "caf\xef\xbf\xbd");
   EXPECT_EQ(format::clean_name(std::string_view("a\0b", 3)), "a\xef\xbf\xbd\x62");
   EXPECT_EQ(format::clean_name("\u00e9t\u00e9"), "\u00e9t\u00e9");

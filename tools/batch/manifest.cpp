@@ -9,7 +9,7 @@
 #include "formats/base/file_name.hpp"
 #include "formats/base/printable.hpp"
 #include "formats/base/status.hpp"
-#include "formats/nif/utf8.hpp"
+#include "formats/base/utf8.hpp"
 #include "tools/batch/glob.hpp"
 #include "tools/common/bake_options.hpp"
 #include "tools/common/options.hpp"
@@ -162,7 +162,7 @@ class ManifestReader {
     const fs::path output = folder_ / *text, own = own_path(output);
     // Records and reports are JSON, which has no other names.
     for (const std::string& name : {mesh.string(), output.string()})
-      if (!format::is_utf8(name))
+      if (!is_utf8(name))
         table.fail("mesh", fmt::format("matches '{}', whose name is not UTF-8; rename it", printable(name)));
     const std::string name = own.lexically_relative(own_folder_).string();
     const auto [known, fresh] = outputs_.emplace(own, mesh.string());

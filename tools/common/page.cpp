@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "formats/nif/utf8.hpp"
+#include "formats/base/utf8.hpp"
 
 namespace nif::tools {
 namespace {
@@ -96,7 +96,7 @@ std::string_view style_of(PageTable::Kind kind) {
 std::string escaped(std::string_view text) {
   std::string safe;
   while (!text.empty()) {
-    const size_t bytes = format::utf8_sequence(text);
+    const size_t bytes = utf8_sequence(text);
     const std::string_view one = text.substr(0, std::max<size_t>(1, bytes));
     text.remove_prefix(one.size());
     const auto byte = static_cast<unsigned char>(one[0]);

@@ -12,6 +12,7 @@ void add_run_options(Command command, RunArguments& arguments, const std::string
 
 void add_threads_option(Command command, uint32_t& threads) {
   command.add_option("-j,--threads", threads, "Threads (0 = all cores). The result does not depend on it")
+      .range(0, 1024)
       .capture_default_str();
 }
 

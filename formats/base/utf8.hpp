@@ -1,11 +1,12 @@
-// Is this text valid UTF-8? Names and metadata of an asset are promised to be.
+// Is this text valid UTF-8? Names and metadata of an asset are promised to be, and names in meshes are made
+// so.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
 
-namespace nif::format {
+namespace nif {
 
 /// Bytes of the well-formed UTF-8 sequence at the start of the text (Unicode 15, table 3-7: no overlong
 /// forms, no surrogates, nothing beyond U+10FFFF), or 0 where there is none.
@@ -36,4 +37,4 @@ constexpr bool is_utf8(std::string_view text) {
   return true;
 }
 
-}  // namespace nif::format
+}  // namespace nif
