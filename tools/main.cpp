@@ -91,6 +91,7 @@ int run(int argc, char** argv) {
     arguments.insert(arguments.begin(), "bake");
   }
   check_subcommands(app, arguments);
+  refuse_missing_values(arguments);
   std::reverse(arguments.begin(), arguments.end());
   try {
     app.parse(arguments);

@@ -27,6 +27,10 @@ class Carver {
 /// Below so many rays the one kernel is the guess, for as long as there are no measurements.
 constexpr uint64_t kGuessedThreshold = 8192;
 
+/// Lists that a block has room for: a power of two, and as many as take next to nothing beside the rays. So
+/// a scene that grows seldom needs larger blocks; those that it had stay until memory is short.
+size_t room_for_lists(uint32_t rays, uint32_t lists) { return std::bit_ceil(std::max(lists, rays >> 14)); }
+
 }  // namespace
 
 const KindKernels& kernels_for(const std::vector<KindKernels>& kernels, uint32_t kinds) {
@@ -56,7 +60,8 @@ size_t lay_out(uint32_t rays, uint32_t lists, bool several_instances, unsigned c
                PipelineArrays& arrays) {
   Carver carver(base);
   arrays = {};
-  const size_t counters = size_t(kPipelineRounds + 1) * (1 + lists);
+  const size_t room = room_for_lists(rays, lists);
+  const size_t counters = size_t(kPipelineRounds + 1) * (1 + room);
   arrays.counts = carver.take<uint32_t>(counters);
   arrays.counts_bytes = counters * sizeof(uint32_t);
   arrays.visible = carver.take<unsigned char>(rays);
@@ -68,8 +73,8 @@ size_t lay_out(uint32_t rays, uint32_t lists, bool several_instances, unsigned c
   if (!several_instances && lists <= 2) return carver.bytes();  // nothing is put in order
   memory.list = carver.take<uint32_t>(rays);
   memory.place = carver.take<uint32_t>(rays);
-  memory.order = carver.take<uint32_t>(rays + size_t(lists) * kernels::gpu::kTileItems);
-  memory.first_tile = carver.take<uint32_t>(1 + size_t(lists));
+  memory.order = carver.take<uint32_t>(rays + room * kernels::gpu::kTileItems);
+  memory.first_tile = carver.take<uint32_t>(1 + room);
   arrays.items[0].instance = carver.take<uint32_t>(rays);
   if (!several_instances) return carver.bytes();
   arrays.items[1].ray = carver.take<uint32_t>(rays);
@@ -84,6 +89,35 @@ size_t lay_out(uint32_t rays, uint32_t lists, bool several_instances, unsigned c
 void ScratchPool::clear() {
   for (const PipelineScratch& scratch : idle_) context_.free_event(scratch.last_use);
   idle_.clear();
+  blocks_ = 0;
+}
+
+bool ScratchPool::free_done() {
+  const size_t before = idle_.size();
+  for (size_t i = 0; i < idle_.size();) {
+    if (!context_.is_done(idle_[i].last_use)) {
+      ++i;
+      continue;
+    }
+    context_.free_event(idle_[i].last_use);
+    idle_.erase(idle_.begin() + ptrdiff_t(i));
+    --blocks_;
+  }
+  return idle_.size() < before;
+}
+
+bool ScratchPool::make(size_t bytes, PipelineScratch& scratch) {
+  try {
+    idle_.reserve(blocks_ + 1);  // so that to give one back needs no memory
+    PipelineScratch made{Memory(context_, bytes)};
+    made.last_use = context_.make_event(false);
+    ++blocks_;
+    scratch = std::move(made);
+    return true;
+  } catch (const GpuError& error) {
+    if (error.code() != NIF_ERROR_OUT_OF_DEVICE_MEMORY) throw;
+    return false;
+  }
 }
 
 PipelineScratch ScratchPool::borrow(size_t bytes, Stream stream) {
@@ -100,16 +134,10 @@ PipelineScratch ScratchPool::borrow(size_t bytes, Stream stream) {
     return idle.memory.bytes() >= bytes && context_.is_done(idle.last_use);
   });
   if (scratch.last_use) return scratch;
-  try {
-    idle_.reserve(idle_.size() + 1);
-    scratch.memory = Memory(context_, bytes);
-    scratch.last_use = context_.make_event(false);
-    return scratch;
-  } catch (const GpuError& error) {
-    if (error.code() != NIF_ERROR_OUT_OF_DEVICE_MEMORY) throw;
-    scratch = take([&](const PipelineScratch& idle) { return idle.memory.bytes() >= bytes; });
-    if (!scratch.last_use) throw;
-  }
+  if (make(bytes, scratch) || (free_done() && make(bytes, scratch))) return scratch;
+  scratch = take([&](const PipelineScratch& idle) { return idle.memory.bytes() >= bytes; });
+  if (!scratch.last_use)
+    throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY, "GPU: the card has no memory left");
   try {
     context_.hold_back(stream, scratch.last_use);
   } catch (...) {
@@ -146,14 +174,19 @@ void WayChoice::add(Trial trial) {
 }
 
 void WayChoice::look() {
-  std::erase_if(trials_, [&](const Trial& trial) {
-    if (!trial.timer.is_done()) return false;
+  // One by one: asking may throw, and the trials stay whole.
+  for (size_t i = 0; i < trials_.size();) {
+    const Trial& trial = trials_[i];
+    if (!trial.timer.is_done()) {
+      ++i;
+      continue;
+    }
     Kind& kind = kinds_[trial.kind / 64][trial.kind % 64];
     const double seconds = trial.timer.seconds() / double(trial.rays);
     double& best = kind.best[trial.by_pipeline];
     best = kind.done[trial.by_pipeline]++ == 0 ? seconds : std::min(best, seconds);
-    return true;
-  });
+    trials_.erase(trials_.begin() + ptrdiff_t(i));
+  }
 }
 
 void WayChoice::clear() {

@@ -78,7 +78,8 @@ struct PipelineScratch {
 };
 
 /// The scratch memory of a device: for as many queries as are under way at the same time. It is given back
-/// with the device, because to free it could wait for the card. Thread-safe; the card is entered.
+/// with the device or where memory is short, because to free it could wait for the card. Thread-safe; the
+/// card is entered.
 class ScratchPool {
  public:
   explicit ScratchPool(Context& context) : context_(context) {}
@@ -92,8 +93,14 @@ class ScratchPool {
   void give_back(PipelineScratch scratch, Stream stream);
 
  private:
+  /// False where the card has no memory left.
+  bool make(size_t bytes, PipelineScratch& scratch);
+  /// Gives back what no query uses; false where there is nothing.
+  bool free_done();
+
   Context& context_;
   std::mutex mutex_;
+  size_t blocks_ = 0;                  ///< that there are
   std::vector<PipelineScratch> idle_;  ///< that nobody is putting a query together with
 };
 

@@ -87,6 +87,22 @@ void record_use(GpuDevice& device, GpuScene& scene, Stream stream) {
   context.record(event, stream);
 }
 
+/// Puts launches into the stream, and notes there that the scene is in use until they are done.
+template <class Launches>
+void put_noted(GpuDevice& device, GpuScene& scene, Stream stream, const Launches& launches) {
+  try {
+    launches();
+    record_use(device, scene, stream);
+  } catch (...) {
+    // Some may be under way, and nothing else would wait for them.
+    try {
+      device.context->wait_stream(stream);
+    } catch (const GpuError&) {
+    }
+    throw;
+  }
+}
+
 float value_at(const float* array, uint64_t stride, uint64_t i) {
   float value;
   // As an integer: a stride may be negative, as its two's complement.
@@ -316,8 +332,8 @@ void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query) {
   if (!scene.ready) refuse_scene();
   check_memory(*device.context, query);
   if (query.memory == NIF_HOST) return HostQuery(device, scene, query).answer();
-  put_query(device, scene, scene_query(query), query.count, query.stream);
-  record_use(device, scene, query.stream);
+  put_noted(device, scene, query.stream,
+            [&] { put_query(device, scene, scene_query(query), query.count, query.stream); });
 }
 
 void list_open_rays(GpuDevice& device, GpuScene& scene, const NifQuery& query, const NifOpenRays& open) {
@@ -336,8 +352,8 @@ void list_open_rays(GpuDevice& device, GpuScene& scene, const NifQuery& query, c
   constexpr uint64_t kMostRays = std::numeric_limits<uint32_t>::max();
   const kernels::gpu::OpenLists lists{bytes_of(open.rays), bytes_of(open.tmin), bytes_of(open.tmax),
                                       open.count, uint32_t(std::min(open.capacity, kMostRays))};
-  put_open_query(device, scene, scene_query(query), query.count, lists, query.stream);
-  record_use(device, scene, query.stream);
+  put_noted(device, scene, query.stream,
+            [&] { put_open_query(device, scene, scene_query(query), query.count, lists, query.stream); });
 }
 
 void find_hits(GpuDevice& device, GpuScene& scene, const NifQuery& query, const NifHits& hits) {
@@ -351,8 +367,8 @@ void find_hits(GpuDevice& device, GpuScene& scene, const NifQuery& query, const 
         to = bytes_of(array);
       },
       outputs, hits);
-  put_hit_query(device, scene, scene_query(query), query.count, outputs, query.stream);
-  record_use(device, scene, query.stream);
+  put_noted(device, scene, query.stream,
+            [&] { put_hit_query(device, scene, scene_query(query), query.count, outputs, query.stream); });
 }
 
 }  // namespace nif::gpu

@@ -171,6 +171,23 @@ TEST_F(GpuFaults, OutOfMemoryAtALaterCommit) {
   expect_same(query_all(twins.gpu(), rays), expected);
 }
 
+/// What a failed query has put into the stream is done when it returns: no commit would wait for it.
+TEST_F(GpuFaults, QueriesThatFailHalfWayAreWaitedFor) {
+  const std::vector<NifRay> rays = some_rays();
+  TwinScenes twins(config() + ",pipeline=off");
+  fill(twins);
+  twins.commit();
+  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  const CardAnswers answers(machine(), 0, rays.size());
+  NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
+  query.memory = NIF_DEVICE;
+  answers.ask(query);
+  machine().fail_record = 1;
+  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_UNKNOWN);
+  EXPECT_EQ(machine().fail_record, 0u);
+  expect_same(answers.get(), query_all(twins.cpu(), rays));
+}
+
 /// The query that meets it fails; after it the CPU answers. Nothing is freed on a card that is gone, and
 /// nothing hangs.
 TEST_F(GpuFaults, ALostCard) {

@@ -21,7 +21,7 @@ class GpuModuleTest : public testing::Test {
     machine.cards = uint32_t(std::size(kMatrixKinds));
     machine.processors = 3;
     machine.seconds_of_one_kernel = 0;
-    machine.fail_allocation = machine.fail_launch = 0;
+    machine.fail_allocation = machine.fail_launch = machine.fail_asking = machine.fail_record = 0;
     machine.most_rays = 1u << 20;
     machine.order = 0;
   }

@@ -117,6 +117,33 @@ TEST_F(GpuWays, AreChosenWithoutWaiting) {
   for (const CardAnswers& one : answers) expect_same(one.get(), expected);
 }
 
+/// What a query could not learn a later one learns.
+TEST_F(GpuWays, AreChosenInSpiteOfErrors) {
+  TwinScenes twins(config("pipeline=auto"));
+  fill(twins);
+  const std::vector<NifRay> rays = some_rays();
+  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  const CardAnswers answers(machine(), 0, rays.size());
+  NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
+  query.memory = NIF_DEVICE;
+  answers.ask(query);
+  void* streams[3];
+  for (void*& stream : streams) {
+    stream = machine().make_stream(0);
+    query.stream = stream;
+    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+  }
+  machine().wait_stream(streams[0]);
+  machine().fail_asking = 3;  // one is done, one is not, one cannot be asked
+  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_UNKNOWN);
+  EXPECT_EQ(machine().fail_asking, 0u);
+  for (void* stream : streams) machine().wait_stream(stream);
+  for (int i = 0; i < 3; ++i) ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+  for (void* stream : streams) machine().wait_stream(stream);
+  expect_same(answers.get(), query_all(twins.cpu(), rays));
+  for (void* stream : streams) machine().free_stream(stream);
+}
+
 /// Rays that meet more networks than there are rounds, and scenes without details.
 TEST_F(GpuWays, CrowdsOfInstances) {
   Random random(5);
@@ -176,6 +203,38 @@ TEST_F(GpuWays, MemoryIsSharedInTurns) {
   for (void* stream : streams) machine().wait_stream(stream);
   for (void* stream : streams) machine().free_stream(stream);
   expect_same(answers[3].get(), expected);
+}
+
+/// A scene that grows seldom needs larger memory, and what is too small is given back where memory is short.
+TEST_F(GpuWays, MemoryOfAGrowingScene) {
+  TwinScenes twins(config("pipeline=on"));
+  const std::vector<NifRay> rays = some_rays();
+  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  const CardAnswers answers(machine(), 0, rays.size());
+  NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
+  query.memory = NIF_DEVICE;
+  query.stream = machine().make_stream(0);
+  answers.ask(query);
+  uint32_t taken = 0, freed = 0;
+  Random random(3);
+  for (uint32_t i = 0; i < 40; ++i) {
+    const uint32_t asset = twins.load(random_asset(i, {.objects = 1, .sphericals = 1, .features = 2}));
+    for (uint32_t object = 0; object < 2; ++object) twins.add(asset, object, random_transform(random, 4));
+    twins.commit();
+    const uint32_t before = machine().allocations;
+    machine().fail_allocation = i == 0 ? 0 : 1;
+    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    const bool was_due = machine().fail_allocation.exchange(0) == 0;
+    taken += machine().allocations > before;
+    freed += i > 0 && was_due;
+    EXPECT_LE(machine().allocations, before + (i == 0));
+    machine().wait_stream(query.stream);
+  }
+  machine().free_stream(query.stream);
+  EXPECT_EQ(taken, 1u);
+  EXPECT_GT(freed, 1u);
+  EXPECT_LT(freed, 9u) << "a power of two of lists each";
+  expect_same(answers.get(), query_all(twins.cpu(), rays));
 }
 
 /// As docs/gpu.md says. What every scene has besides, a few words a list, does not count among so many rays.

@@ -143,7 +143,17 @@ bool Command::is_repeatable(const std::string& option) const {
 
 OwnCommand::OwnCommand() : Command(nullptr), own_(std::make_shared<CLI::App>()) { app_ = own_.get(); }
 
+void refuse_missing_values(std::span<const std::string> words) {
+  for (const std::string& word : words) {
+    if (word == "--") return;
+    if (word.starts_with("--") && word.find('=') == word.size() - 1)
+      throw Error(Status::usage,
+                  fmt::format("{} has no value behind its '='", word.substr(0, word.size() - 1)));
+  }
+}
+
 void OwnCommand::parse(const std::vector<std::string>& words) const {
+  refuse_missing_values(words);
   std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
   try {
     own_->parse(reversed);

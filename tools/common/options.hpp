@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -87,5 +88,8 @@ class OwnCommand : public Command {
  private:
   std::shared_ptr<CLI::App> own_;
 };
+
+/// Throws Error(usage) at a "--name=" with nothing behind it, whose value CLI11 would take from the next word.
+void refuse_missing_values(std::span<const std::string> words);
 
 }  // namespace nif::tools

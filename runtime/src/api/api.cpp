@@ -86,7 +86,6 @@ Request read_hit_request(const NifSceneObject& scene, const NifQuery* query, con
   request.query = read_structure(query, "query");
   request.hits = read_structure(hits, "hits", offsetof(NifHits, color));
   check_hit_query(scene, request.query, *request.hits);
-  if (request.query.memory == NIF_HOST) check_scratch(request.query);
   return request;
 }
 
@@ -323,10 +322,12 @@ NifError nifIntersect(NifScene scene, const NifQuery* query, const NifHits* hits
   return guarded([&] {
     auto& the_scene = get(scene);
     const Request request = read_hit_request(the_scene, query, hits);
-    if (request.query.memory == NIF_HOST)
+    if (request.query.memory == NIF_HOST) {
+      check_scratch(request.query);
       answer(the_scene, request);
-    else if (request.query.count != 0)
+    } else if (request.query.count != 0) {
       the_scene.device->gpu->intersect(the_scene, request.query, *request.hits);
+    }
   });
 }
 
@@ -358,7 +359,6 @@ NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job) {
     Request request;
     request.query = read_structure(query, "query");
     check_query(the_scene, request.query);
-    if (!answered_by_gpu(the_scene, request.query)) check_scratch(request.query);
     *job = reinterpret_cast<NifJob>(start_job(the_scene, request));
   });
 }

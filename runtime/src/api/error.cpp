@@ -6,7 +6,8 @@
 namespace nif::runtime {
 namespace {
 
-thread_local char message[2048] = "";
+// With room for a path of the greatest length, and why it is of no use.
+thread_local char message[5120] = "";
 
 }  // namespace
 

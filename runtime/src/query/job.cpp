@@ -100,6 +100,7 @@ void answer(NifSceneObject& scene, Request request) {
 
 uintptr_t start_job(NifSceneObject& scene, Request request) {
   NifDeviceObject& device = *scene.device.get();
+  request.query.scratch = nullptr;
   const bool on_gpu =
       request.hits ? request.query.memory == NIF_DEVICE : answered_by_gpu(scene, request.query);
   if (on_gpu && request.query.memory == NIF_HOST) {

@@ -261,6 +261,7 @@ class EmulatedContext final : public Context {
   void record(Event event, Stream stream) override {
     check_entered();
     check_lost();
+    if (is_due(machine.fail_record)) throw GpuError(NIF_ERROR_UNKNOWN, "GPU: recording an event: refused");
     auto& mark = *static_cast<Mark*>(event);
     mark.queue = ledger().share(queue_of(stream));
     mark.behind = ledger().length(*mark.queue);
@@ -270,6 +271,7 @@ class EmulatedContext final : public Context {
   bool is_done(Event event) override {
     check_entered();
     check_lost();
+    if (is_due(machine.fail_asking)) throw GpuError(NIF_ERROR_UNKNOWN, "GPU: asking for an event: refused");
     auto& mark = *static_cast<Mark*>(event);
     if (ledger().is_done(mark)) return true;
     if (++mark.asked < 10) return false;

@@ -37,6 +37,8 @@ struct EmulatedMachine {
   // Faults. Counted down with each such call; the call that finds 1 fails. 0: never.
   std::atomic<uint32_t> fail_allocation = 0;  ///< memory of a card
   std::atomic<uint32_t> fail_launch = 0;      ///< and with it the card is lost
+  std::atomic<uint32_t> fail_asking = 0;      ///< whether an event is done
+  std::atomic<uint32_t> fail_record = 0;      ///< of an event
   std::atomic<bool> lost = false;             ///< every call fails
 
   uint32_t most_rays = 1u << 20;       ///< of one launch; a multiple of 8
