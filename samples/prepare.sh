@@ -29,7 +29,7 @@ prepare_nifkit() {
 # mesh comes from, if it was chosen here. MESH is a mesh, an asset that is used as it is, or '': then the Stanford dragon if
 # samples/run.sh has fetched it or NIF_TEST_MESHES has it, else a generated torus knot.
 prepare_asset() {
-  local mesh=$1 name dragon
+  local mesh=$1 name dragon baked
   model='' origin=''
   if [[ -z $mesh ]]; then
     mkdir -p build/samples
@@ -55,9 +55,13 @@ prepare_asset() {
   name=$(basename "$mesh")
   name=${name%.gz} name=${name%.zst} name=${name%.*}
   asset=build/samples/$name.nif
-  if [[ ! $asset -nt $mesh || ! $asset -nt $nif ]]; then
+  # What the asset there is baked from: a mesh elsewhere may have the same name.
+  baked=$(stat -c '%n %s %y' -- "$(realpath -- "$mesh")")
+  if [[ ! $asset -nt $nif || $baked != "$(cat "$asset.source" 2>/dev/null)" ]]; then
     mkdir -p build/samples
     say "Baking $mesh"
+    rm -f "$asset.source"
     "$nif" bake "$mesh" -o "$asset" --preset fast --rays 0 --quiet
+    printf '%s\n' "$baked" >"$asset.source"
   fi
 }

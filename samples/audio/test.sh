@@ -69,6 +69,16 @@ for wrong in no_such_mesh.obj README.md; do
   fi
 done
 
+# A mesh elsewhere of the same name has an asset of its own, and so has the knot after it.
+mkdir "$scratch/elsewhere"
+printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 0 1 0' 'v 0 0 1' 'f 1 3 2' 'f 1 2 4' 'f 1 4 3' 'f 2 3 4' >"$scratch/elsewhere/knot.obj"
+touch -d 2001-01-01 "$scratch/elsewhere/knot.obj"
+cp build/samples/knot.nif "$scratch/knot.nif"
+prepare_asset "$scratch/elsewhere/knot.obj"
+! cmp -s "$asset" "$scratch/knot.nif" || fail 'a mesh got the asset of another'
+prepare_asset build/samples/knot.obj
+cmp "$asset" "$scratch/knot.nif" || fail 'the knot got the asset of another'
+
 cmake -S samples/audio -B "$scratch/build" -G Ninja -DCMAKE_PREFIX_PATH="$(realpath "$prefix")" -DCMAKE_BUILD_TYPE=Debug \
   '-DCMAKE_C_FLAGS=-Werror -fsanitize=address,undefined -fno-sanitize-recover=all' >/dev/null
 cmake --build "$scratch/build" >/dev/null

@@ -45,7 +45,8 @@ render() {
     || { cat "$name.$shadow.log" >&2 && return 1; }
   sed -n 's/^seconds //p' <<<"$said"
 }
-preload=(NIF_CYCLES_ASSET="$asset" LD_PRELOAD="$PWD/$out/build/libshadow_rays.so")
+# From here: LD_PRELOAD ends at a space or colon, and the path of this folder may have some.
+preload=(NIF_CYCLES_ASSET="$asset" LD_PRELOAD="$out/build/libshadow_rays.so")
 declare -A seconds
 for ((round = 0; round < rounds; ++round)); do
   for shadow in triangles asset none; do
@@ -60,7 +61,8 @@ psnr=$(blender -b --factory-startup -P samples/cycles/compare.py -- \
 psnr_of() { sed -n "s/^psnr $(basename "$name").$1.png //p" <<<"$psnr"; }
 
 [[ -z $origin ]] || say "$origin"
-grep '^shadow_rays: ' "$name.asset.log"
+grep '^shadow_rays: ' "$name.asset.log" \
+  || { say "samples/cycles/run.sh: the asset was not asked, because the library was not loaded:" && cat "$name.asset.log" >&2 && exit 1; }
 printf '\n%-28s %12s %12s\n' "shadow of the object by" "PSNR, dB" "CPU seconds"
 printf '%-28s %12s %12s\n' "triangles (Embree)" '' "${seconds[triangles]}" \
   "its asset" "$(psnr_of asset)" "${seconds[asset]}" "nothing" "$(psnr_of none)" "${seconds[none]}"

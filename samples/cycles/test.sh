@@ -48,6 +48,10 @@ else
   echo 'Skipped: the dragon, because NIF_TEST_MESHES does not name a folder that has it'
 fi
 
+# In a folder whose path has a space, where LD_PRELOAD would end.
+ln -s "$PWD" "$scratch/a folder"
+(cd "$scratch/a folder" && samples/cycles/run.sh 50 1 build/samples/knot.obj >/dev/null) || fail 'run.sh in a folder whose path has a space'
+
 # refuses TEXT COMMAND...: ends with 2, and says the text.
 refuses() {
   local code=0
@@ -55,7 +59,7 @@ refuses() {
   ((code == 2)) || fail "'${*:2}' ended with $code"
   grep -qF -- "$1" "$scratch/said" || fail "'${*:2}' did not say '$1', but: $(cat "$scratch/said")"
 }
-library=$PWD/build/cycles/build/libshadow_rays.so
+library=build/cycles/build/libshadow_rays.so
 # preloaded ASSET PROGRAM...: with the library
 preloaded() { NIF_CYCLES_ASSET=$1 LD_PRELOAD=$library "${@:2}"; }
 head -c 1000 build/samples/knot.nif >"$scratch/short.nif"

@@ -49,22 +49,38 @@ class BakeJob:
         self._cancelled = False
         if not geometry.placements:
             raise BakeError("Nothing to bake: the selected objects have no faces")
-        self._folder = Path(tempfile.mkdtemp(prefix="nifkit-"))
         try:
-            mesh = self._folder / "selection.glb"
+            self._folder = Path(tempfile.mkdtemp(prefix="nifkit-"))
+        except OSError as error:
+            raise BakeError(f"No temporary folder can be made: {error}") from None
+        try:
+            self._start(program, geometry, output, options)
+        except BaseException:
+            self._clean()
+            raise
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _start(self, program: str, geometry: Geometry, output: str, options: list[str]) -> None:
+        """Writes the mesh, and starts the program."""
+        part = mesh = self._folder / "selection.glb"
+        try:
             glb.write(geometry, mesh)
-            with open(self._folder / "report.json", "wb") as report:
+            part = self._folder / "report.json"
+            report = open(part, "wb")
+        except glb.Unfit as error:
+            raise BakeError(str(error)) from None
+        except OSError as error:
+            raise BakeError(f"{part}: {error.strerror or error}") from None
+        with report:
+            try:
                 self._process = subprocess.Popen(
                     # Whoever cancels wants nothing to be left, and the selection may be another one the next time.
                     [program, "bake", str(mesh), "-o", output, "--json", "--checkpoint", "0", *options],
                     stdin=subprocess.DEVNULL, stdout=report, stderr=subprocess.PIPE,
                 )
-        except (glb.TooLarge, OSError) as error:
-            self._clean()
-            where = f"{program}: {error.strerror}" if isinstance(error, OSError) and error.strerror else str(error)
-            raise BakeError(where) from None
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
+            except OSError as error:
+                raise BakeError(f"{program}: {error.strerror or error}") from None
 
     def _read(self) -> None:
         assert self._process.stderr is not None

@@ -56,6 +56,8 @@ class NIFKIT_OT_bake(LongOperator, bpy.types.Operator, ExportHelper):
     def work(self, context: bpy.types.Context) -> Iterator[tuple[float, str]]:
         yield 0, "triangles"
         output = bpy.path.abspath(self.filepath)
+        # By its name: it may be gone when the bake is done, and another one be shown.
+        scene = context.scene.name
         try:
             options = shlex.split(self.options)
         except ValueError as error:
@@ -74,7 +76,9 @@ class NIFKIT_OT_bake(LongOperator, bpy.types.Operator, ExportHelper):
             report = self.job.result()
         except BakeError as error:
             raise Failure(str(error)) from None
-        context.scene.nifkit.asset = output
+        baked = bpy.data.scenes.get(scene)
+        if baked is not None:
+            baked.nifkit.asset = output
         errors = [entry["error"] for entry in report.get("sets", {}).values()]
         worst = f", at most {100 * max(errors):.2f} % of answers wrong" if errors else ""
         self.report({"INFO"}, f"{os.path.basename(output)}: {triangles:,} triangles in {report['bytes']['file']:,} bytes{worst}")

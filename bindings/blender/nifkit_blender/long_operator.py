@@ -24,7 +24,7 @@ class LongOperator:
         raise NotImplementedError
 
     def undo(self) -> None:
-        """Called if the user stops it, or Blender closes."""
+        """Called if the user stops it, Blender closes, or it fails otherwise than by a Failure."""
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         self._steps = self.work(context)
@@ -48,6 +48,7 @@ class LongOperator:
         while time.perf_counter() < end:
             try:
                 fraction, text = next(self._steps)
+                self._show(context, fraction, text)
             except StopIteration:
                 self._leave(context)
                 return {"FINISHED"}
@@ -55,17 +56,18 @@ class LongOperator:
                 self._leave(context)
                 self.report({"ERROR"}, str(failure))
                 return {"CANCELLED"}
-            except Exception:  # a defect; the window must not stay as it is
-                self._leave(context)
+            except BaseException:  # a defect; the window must not stay as it is, nor anything go on in the background
+                self.cancel(context)
                 raise
-            self._show(context, fraction, text)
         return {"RUNNING_MODAL"}
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender calls this, too, when it closes meanwhile."""
-        self._steps.close()
-        self.undo()
-        self._leave(context)
+        try:
+            self._steps.close()
+            self.undo()
+        finally:
+            self._leave(context)
 
     def _run_to_end(self) -> set[str]:
         last = time.perf_counter()
@@ -80,6 +82,9 @@ class LongOperator:
         except Failure as failure:
             self.report({"ERROR"}, str(failure))
             return {"CANCELLED"}
+        except BaseException:  # a defect
+            self.undo()
+            raise
         return {"FINISHED"}
 
     def _show(self, context: bpy.types.Context, fraction: float, text: str) -> None:

@@ -1,25 +1,33 @@
 """Colours of a mesh's vertices, and the view that shows them."""
 from __future__ import annotations
 
-from typing import Any
+from contextlib import contextmanager
+from typing import Any, Iterator
 
 import bpy
 
 ASSET, BLENDER, ERRORS = "nifkit asset", "nifkit Blender", "nifkit errors"
 
 
-def canvas(context: bpy.types.Context, thing: bpy.types.Object) -> bpy.types.Object:
+@contextmanager
+def canvas(context: bpy.types.Context, thing: bpy.types.Object) -> Iterator[bpy.types.Object]:
     """The object whose vertices are coloured: `thing`, or, where modifiers change its vertices, a new one in its place that
-    has them applied; then `thing` is hidden."""
+    has them applied; then `thing` is hidden at the end. If something goes wrong before, the new one is removed."""
     evaluated = thing.evaluated_get(context.evaluated_depsgraph_get())
     if len(evaluated.data.vertices) == len(thing.data.vertices):
-        return thing
+        yield thing
+        return
     mesh = bpy.data.meshes.new_from_object(evaluated)
     result = bpy.data.objects.new(f"{thing.name} nifkit", mesh)
-    result.matrix_world = thing.matrix_world
-    context.collection.objects.link(result)
-    thing.hide_set(True)
-    return result
+    try:
+        result.matrix_world = thing.matrix_world
+        context.collection.objects.link(result)
+        yield result
+        thing.hide_set(True)
+    except BaseException:
+        bpy.data.objects.remove(result)
+        bpy.data.meshes.remove(mesh)
+        raise
 
 
 def paint(mesh: bpy.types.Mesh, name: str, colors: Any) -> None:

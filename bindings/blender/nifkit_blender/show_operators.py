@@ -1,5 +1,5 @@
 """The operators that show on a mesh what its asset answers, beside Blender's own rays: errors, and ambient occlusion."""
-from typing import Any, Iterator
+from typing import Any, Iterator, Optional
 
 import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty
@@ -37,7 +37,9 @@ class Measured(LongOperator):
 
         from . import sampling
 
-        thing = context.object
+        # By its name: while this works, the user may delete it, undo what made it, or edit it.
+        name = context.object.name if context.object else ""
+        thing = mesh_object(context, name)
         depsgraph = context.evaluated_depsgraph_get()
         with Asset(bpy.path.abspath(context.scene.nifkit.asset)) as asset:
             geometry = collect(depsgraph, context.selected_objects)
@@ -47,8 +49,8 @@ class Measured(LongOperator):
             tree = sampling.triangles_of(geometry)
             evaluated = thing.evaluated_get(depsgraph)
             points, normals = sampling.surface(evaluated.data, evaluated.matrix_world)
-            del geometry
-            shares = {name: np.zeros(len(points)) for name in (ASSET, BLENDER, ERRORS)}
+            del geometry, thing, depsgraph, evaluated
+            shares = {kind: np.zeros(len(points)) for kind in (ASSET, BLENDER, ERRORS)}
             step = max(CHUNK // self.rays, 1)
             for first in range(0, len(points), step):
                 part = slice(first, first + step)
@@ -58,15 +60,28 @@ class Measured(LongOperator):
                 origins, directions = origins.astype(np.float32), directions.astype(np.float32)
                 by_asset = asset.visible(origins, directions, self.distance or FAR)
                 by_blender = sampling.visible(tree, origins, directions, self.distance or FAR)
-                for name, seen in ((ASSET, by_asset), (BLENDER, by_blender), (ERRORS, by_asset != by_blender)):
-                    shares[name][part] = seen.reshape(-1, self.rays).mean(axis=1)
+                for kind, seen in ((ASSET, by_asset), (BLENDER, by_blender), (ERRORS, by_asset != by_blender)):
+                    shares[kind][part] = seen.reshape(-1, self.rays).mean(axis=1)
                 yield first / len(points), "rays"
         wrong = 100 * shares[ERRORS].mean()
-        self.show(context, thing, shares)
+        self.show(context, mesh_object(context, name, len(points)), shares)
         self.report({"INFO"}, f"{wrong:.3f} % of {len(points) * self.rays:,} rays answered otherwise than by Blender's own")
 
     def show(self, context: bpy.types.Context, thing: bpy.types.Object, shares: dict[str, Any]) -> None:
         raise NotImplementedError
+
+
+def mesh_object(context: bpy.types.Context, name: str, vertices: Optional[int] = None) -> bpy.types.Object:
+    """The mesh of this name, if it is still there, with as many vertices, and can be coloured. Raises Failure."""
+    thing = context.view_layer.objects.get(name)
+    if thing is None or thing.type != "MESH":
+        raise Failure(f"{name or 'The active object'} is not there any more")
+    if context.mode != "OBJECT":
+        raise Failure(f"{name} cannot be coloured in this mode; start again in object mode")
+    evaluated = thing.evaluated_get(context.evaluated_depsgraph_get())
+    if vertices not in (None, len(evaluated.data.vertices)):
+        raise Failure(f"{name} has other vertices than before; start again")
+    return thing
 
 
 def same_box(asset: Asset, box: tuple[Any, Any]) -> None:
@@ -94,9 +109,9 @@ class NIFKIT_OT_show_errors(Measured, bpy.types.Operator):
     )
 
     def show(self, context: bpy.types.Context, thing: bpy.types.Object, shares: dict[str, Any]) -> None:
-        target = canvas(context, thing)
-        paint(target.data, ERRORS, color_of_share(shares[ERRORS] / self.scale))
-        show(context, [(target, ERRORS)])
+        with canvas(context, thing) as target:
+            paint(target.data, ERRORS, color_of_share(shares[ERRORS] / self.scale))
+            show(context, [(target, ERRORS)])
 
 
 class NIFKIT_OT_show_asset(Measured, bpy.types.Operator):
@@ -111,18 +126,18 @@ class NIFKIT_OT_show_asset(Measured, bpy.types.Operator):
     def show(self, context: bpy.types.Context, thing: bpy.types.Object, shares: dict[str, Any]) -> None:
         import numpy as np
 
-        target = canvas(context, thing)
-        for name in (ASSET, BLENDER):
-            paint(target.data, name, np.repeat(shares[name][:, None], 3, axis=1))
-        shown = [(target, ASSET)]
-        if self.beside:
-            copy = target.copy()
-            copy.data = target.data.copy()
-            copy.name = f"{target.name} by Blender"
-            context.collection.objects.link(copy)
-            copy.matrix_world.translation.x += 1.2 * target.dimensions.x
-            shown.append((copy, BLENDER))
-        show(context, shown)
+        with canvas(context, thing) as target:
+            for name in (ASSET, BLENDER):
+                paint(target.data, name, np.repeat(shares[name][:, None], 3, axis=1))
+            shown = [(target, ASSET)]
+            if self.beside:
+                copy = target.copy()
+                copy.data = target.data.copy()
+                copy.name = f"{target.name} by Blender"
+                context.collection.objects.link(copy)
+                copy.matrix_world.translation.x += 1.2 * target.dimensions.x
+                shown.append((copy, BLENDER))
+            show(context, shown)
 
 
 CLASSES = (NIFKIT_OT_show_errors, NIFKIT_OT_show_asset)

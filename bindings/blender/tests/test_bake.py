@@ -1,13 +1,17 @@
 """Baking: what is baked, what is refused, and what is left when it is stopped."""
+import errno
 import math
 import os
+import tempfile
 import time
+from array import array
+from types import SimpleNamespace
 from unittest import mock
 
 import bpy
 from support import AddonTest, info, select, torus
 
-from nifkit_blender import bake_job, geometry
+from nifkit_blender import bake_job, bake_operator, geometry, glb, long_operator
 
 
 def selection() -> geometry.Geometry:
@@ -124,6 +128,34 @@ class Bake(AddonTest):
         self.bake()
         self.assertEqual(len(info(self.output)["objects"]), 3)
 
+    def test_names_that_are_no_text(self) -> None:
+        part = geometry.Part("a\udcff", array("f", (0, 0, 0, 1, 0, 0, 0, 1, 0)), array("i", range(3)))
+        placed = geometry.Geometry([part], [geometry.Placement(0, "b\udcff", torus().matrix_world.copy())])
+        bake_job.BakeJob(os.environ["NIF_PROGRAM"], placed, self.output, ["--encoding", "bvh", "--rays", "0"]).result()
+        self.assertEqual([thing["name"] for thing in info(self.output)["objects"]], ["a?"])
+
+    def test_another_scene_meanwhile(self) -> None:
+        """The one that was baked has the asset."""
+        select(torus())
+        scene = bpy.context.scene
+        operator = SimpleNamespace(
+            filepath=self.output, options="--rays 0", encoding="bvh", preset="fast", report=lambda kind, text: None
+        )
+        # In a window, bpy.context has another scene after that.
+        context = SimpleNamespace(
+            scene=scene,
+            evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
+            selected_objects=bpy.context.selected_objects,
+            preferences=bpy.context.preferences,
+        )
+        steps = bake_operator.NIFKIT_OT_bake.work(operator, context)
+        next(steps)
+        next(steps)
+        context.scene = bpy.data.scenes.new("other")
+        for _ in steps:
+            pass
+        self.assertEqual((scene.nifkit.asset, context.scene.nifkit.asset), (self.output, ""))
+
     def test_options_are_passed_on(self) -> None:
         select(torus())
         self.bake(encoding="segment", preset="fast", options="--seed 7 --rays 1000")
@@ -166,6 +198,14 @@ class Refused(AddonTest):
         thing.data.vertices[3].co.x = math.nan
         select(thing)
         self.fails("the selection", bpy.ops.nifkit.bake, filepath=self.output)
+
+    def test_place_that_is_no_number(self) -> None:
+        for matrix in ((math.inf, 0, 0, 0), (math.nan, 0, 0, 0)), ((1, 0, 0, math.inf), (0, 1, 0, 0)):
+            part = geometry.Part("part", array("f", range(9)), array("i", range(3)))
+            placed = geometry.Geometry([part], [geometry.Placement(0, "far", [*matrix, (0, 0, 1, 0), (0, 0, 0, 1)])])
+            with self.assertRaises(bake_job.BakeError) as caught:
+                bake_job.BakeJob(os.environ["NIF_PROGRAM"], placed, self.output, [])
+            self.assertIn("far: its place, turn or scale in the world is not finite", str(caught.exception))
 
     def test_folder_that_is_not_there(self) -> None:
         select(torus())
@@ -249,9 +289,50 @@ class Job(AddonTest):
         job.cancel()
         self.assertTrue(os.path.exists(self.output))
 
+    def test_nothing_is_left_if_it_does_not_start(self) -> None:
+        """A full disk is that of the temporary mesh, not of the program; and whatever happens, no folder stays."""
+        select(torus())
+        with mock.patch.object(tempfile, "tempdir", str(self.folder)):
+            for error, wanted in (
+                (OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), "selection.glb: No space left on device"),
+                (MemoryError("memory"), "memory"),
+            ):
+                with mock.patch.object(glb, "open", side_effect=error, create=True):
+                    with self.assertRaises((bake_job.BakeError, MemoryError)) as caught:
+                        bake_job.BakeJob("/no/such/nif", selection(), self.output, [])
+                self.assertIn(wanted, str(caught.exception))
+                self.assertNotIn("/no/such/nif", str(caught.exception))
+                self.assertEqual(list(self.folder.iterdir()), [])
+        with mock.patch.object(tempfile, "tempdir", str(self.folder / "no_such")):
+            with self.assertRaises(bake_job.BakeError) as caught:
+                bake_job.BakeJob(os.environ["NIF_PROGRAM"], selection(), self.output, [])
+        self.assertIn("No temporary folder can be made: ", str(caught.exception))
+
     def test_killed(self) -> None:
         job = self.start()
         job._process.kill()
         with self.assertRaises(bake_job.BakeError) as caught:
             job.result()
         self.assertIn("nif bake ended with", str(caught.exception))
+
+
+class Defect(AddonTest):
+    def test_undoes(self) -> None:
+        """What nobody has thought of: nothing goes on in the background, and the window is as it was."""
+        context = mock.MagicMock()
+        for run in (lambda operator: operator.modal(context, SimpleNamespace(type="TIMER", value="NOTHING")),
+                    lambda operator: operator._run_to_end()):
+            class Operator(long_operator.LongOperator):
+                bl_label, _timer = "Defect", None
+                undo = mock.Mock()
+
+                def work(self, context):
+                    yield 0, "work"
+                    raise ReferenceError("removed")
+
+            operator = Operator()
+            operator._steps = operator.work(context)
+            with self.assertRaises(ReferenceError):
+                run(operator)
+            operator.undo.assert_called_once()
+        context.workspace.status_text_set.assert_called_with(None)

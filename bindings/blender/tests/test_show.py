@@ -2,6 +2,7 @@
 missing is said."""
 import os
 import sys
+from types import SimpleNamespace
 from unittest import mock
 
 import bpy
@@ -9,7 +10,8 @@ import numpy as np
 from support import AddonTest, select, torus
 
 from nifkit_blender import asset as asset_module
-from nifkit_blender import geometry, paint, sampling
+from nifkit_blender import geometry, paint, sampling, show_operators
+from nifkit_blender.long_operator import Failure
 
 PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
 
@@ -85,6 +87,64 @@ class Show(AddonTest):
         (shown,) = set(bpy.data.objects) - before
         self.assertEqual(len(colors(shown, paint.ERRORS)), 4 * len(thing.data.vertices))
         self.assertTrue(thing.hide_get())
+
+    def test_modifiers_and_no_colours(self) -> None:
+        """All is as before if it goes wrong while colours are given."""
+        thing = torus(major_segments=12, minor_segments=6)
+        thing.modifiers.new("finer", "SUBSURF").levels = 1
+        self.baked(thing)
+        before = set(bpy.data.objects), set(bpy.data.meshes)
+        with mock.patch.object(show_operators, "paint", side_effect=MemoryError("no memory")):
+            for operator in (bpy.ops.nifkit.show_errors, bpy.ops.nifkit.show_asset):
+                self.assertRaisesRegex(RuntimeError, "no memory", operator, rays=4)
+        self.assertEqual((set(bpy.data.objects), set(bpy.data.meshes)), before)
+        self.assertFalse(thing.hide_get())
+
+    def test_what_the_user_does_meanwhile(self) -> None:
+        """In a window, events pass through: the object that is coloured may go away, or become another one."""
+
+        def edit(thing: bpy.types.Object) -> None:
+            bpy.ops.object.mode_set(mode="EDIT")
+
+        def remove(thing: bpy.types.Object) -> None:
+            bpy.data.objects.remove(thing)
+
+        def change(thing: bpy.types.Object) -> None:
+            thing.modifiers.new("finer", "SUBSURF").levels = 1
+
+        def replace(thing: bpy.types.Object) -> None:
+            """As an undo step may do it."""
+            name, copy = thing.name, thing.copy()
+            bpy.data.objects.remove(thing)
+            bpy.context.collection.objects.link(copy)
+            copy.name = name
+
+        for action, said in (
+            (edit, "cannot be coloured in this mode"),
+            (remove, "is not there any more"),
+            (change, "has other vertices than before"),
+            (replace, ""),
+        ):
+            with self.subTest(action.__name__):
+                bpy.ops.wm.read_homefile(use_empty=True)
+                thing = self.baked(torus(major_segments=12, minor_segments=6))
+                shown = []
+                operator = SimpleNamespace(
+                    rays=4, distance=0, report=lambda kind, text: None, show=lambda context, thing, shares: shown.append(thing.name)
+                )
+                steps = show_operators.Measured.work(operator, bpy.context)
+                next(steps)
+                next(steps)
+                action(thing)
+                bpy.context.view_layer.update()
+                if said:
+                    self.assertRaisesRegex(Failure, said, list, steps)
+                    self.assertEqual(shown, [])
+                    if bpy.context.mode != "OBJECT":
+                        bpy.ops.object.mode_set(mode="OBJECT")
+                else:
+                    list(steps)
+                    self.assertEqual(shown, ["Torus"])
 
     def test_answers_equal_blenders_over_instances(self) -> None:
         """5,000 rays through a scene of three placements."""

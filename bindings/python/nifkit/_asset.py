@@ -11,9 +11,9 @@ import numpy as np
 from ._abi import (
     LOAD_MAP, LOAD_READ, MEMORY_COPY, Encoding, ErrorCode, NifAssetInfo, NifInstanceInfo, NifObjectInfo, NifPartInfo,
 )
-from ._device import Device, default_device
+from ._device import Device, check_device, default_device
 from ._handle import Handle
-from ._library import Error, check, lib, text
+from ._library import Error, check, file_name, lib, text
 
 if TYPE_CHECKING:  # numpy.typing takes a while to load
     import numpy.typing as npt
@@ -200,12 +200,11 @@ def load(source: Union[str, os.PathLike[str], Buffer], *, device: Optional[Devic
     Raises:
         Error: with the code and sentence of the library, e.g. FILE_NOT_FOUND, NOT_A_NIF, DAMAGED_NIF.
     """
+    check_device(device)
     device = device or default_device()
     handle = ctypes.c_void_p()
     if isinstance(source, (str, os.PathLike)):
-        path = os.fsencode(source)
-        if b"\0" in path:
-            raise Error(ErrorCode.INVALID_ARGUMENT, "a path has no 0 in it")
+        path = file_name(source)
         with device._using() as owner:
             check(lib.nifLoadAssetFile(owner, path, LOAD_MAP if map else LOAD_READ, ctypes.byref(handle)))
     else:

@@ -10,9 +10,9 @@ import numpy as np
 
 from ._abi import ErrorCode
 from ._asset import Asset, load
-from ._device import Device
+from ._device import Device, check_device
 from ._library import Error
-from ._program import Progress, run
+from ._program import Progress, find_program, run
 
 if TYPE_CHECKING:  # numpy.typing takes a while to load
     import numpy.typing as npt
@@ -58,6 +58,7 @@ def bake(
             a vertex that is not finite, 50 if `max_bytes` or `max_error` cannot be reached.
         TypeError, ValueError: for arrays of wrong types and shapes.
     """
+    check_device(device)
     positions = _positions(vertices)
     corners = _corners(triangles, len(positions))
     paints = None if colors is None else _colors(colors, len(positions))
@@ -93,6 +94,8 @@ def bake_file(mesh: Path, path: Path, *, progress: Optional[Progress] = None, **
 def _run_bake(
     mesh: str, output: str, progress: Optional[Progress], options: dict[str, Option], hidden: str = ""
 ) -> dict[str, Any]:
+    if not mesh or not output:
+        raise Error(ErrorCode.INVALID_ARGUMENT, f"the path of the {'asset' if mesh else 'mesh'} is empty")
     arguments = ["bake", f"--output={output}", "--json"]
     for name, value in options.items():
         option = "--" + name.replace("_", "-")
@@ -102,14 +105,20 @@ def _run_bake(
             continue
         if value is True:
             arguments.append(option)
-        elif isinstance(value, (list, tuple)):
-            arguments += [f"{option}={item}" for item in value]
-        else:
-            arguments.append(f"{option}={value}")
+            continue
+        values = value if isinstance(value, (list, tuple)) else [value]
+        if any(not str(item) for item in values):
+            raise Error(ErrorCode.INVALID_ARGUMENT, f"{name}: its value is empty")
+        arguments += [f"{option}={item}" for item in values]
     if any("\0" in argument for argument in (*arguments, mesh)):
         raise ValueError("an option or path of nif has no 0 in it")
-    report = json.loads(run([*arguments, "--", mesh], progress, hidden))
-    assert isinstance(report, dict)
+    said = run([*arguments, "--", mesh], progress, hidden)
+    try:
+        report = json.loads(said)
+    except (ValueError, RecursionError):
+        report = None
+    if not isinstance(report, dict):
+        raise Error(ErrorCode.UNKNOWN, f"{find_program()} wrote no report that can be read; is it nifkit's program `nif`?")
     return report
 
 

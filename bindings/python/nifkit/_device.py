@@ -8,7 +8,7 @@ from typing import NamedTuple, Optional, Union
 
 from ._abi import ErrorCode, NifBackendInfo, NifCardInfo, NifDeviceInfo
 from ._handle import Handle
-from ._library import Error, check, lib, text
+from ._library import Error, check, file_name, lib, text
 
 
 class Device(Handle):
@@ -43,11 +43,13 @@ class Device(Handle):
         keys: dict[str, Union[int, str]] = {"threads": threads, "isa": isa, "queries": queries, "backend": backend}
         keys.update(options)
         for key, value in keys.items():
+            if any(sign in key for sign in ",=\0"):
+                raise Error(ErrorCode.INVALID_ARGUMENT, f"a key has no comma, no = and no 0 in it, as {key!r} has")
             if "," in str(value) or "\0" in str(value):
                 raise Error(ErrorCode.INVALID_ARGUMENT, f"{key}: a value has no comma and no 0 in it, as {value!r} has")
         handle = ctypes.c_void_p()
-        config = ",".join(f"{key}={value}" for key, value in keys.items())
-        check(lib.nifNewDevice(os.fsencode(config), None, ctypes.byref(handle)))
+        config = file_name(",".join(f"{key}={value}" for key, value in keys.items()))  # one value is a file's name
+        check(lib.nifNewDevice(config, None, ctypes.byref(handle)))
         assert handle.value is not None
         super().__init__(handle.value)
 
@@ -84,6 +86,11 @@ class Device(Handle):
         return f"<nifkit.Device: {backend}, {isa}, threads={threads}>"
 
 
+def check_device(device: Optional[Device]) -> None:
+    if device is not None and not isinstance(device, Device):
+        raise TypeError(f"device: a nifkit.Device or None is needed, not this {type(device).__name__}")
+
+
 _default: Optional[Device] = None
 _default_lock = threading.Lock()
 
@@ -101,8 +108,6 @@ def _forget_default() -> None:
     """In a forked process, which has none of the threads of its parent."""
     global _default, _default_lock
     _default_lock = threading.Lock()
-    if _default is not None:
-        _default._value = None  # the parent's to release
     _default = None
 
 

@@ -72,6 +72,17 @@ def text(value: bytes | None) -> str:
     return (value or b"").decode("utf-8", "backslashreplace")
 
 
+def file_name(path: str | os.PathLike[str]) -> bytes:
+    """A file's name for the library."""
+    try:
+        name = os.fsencode(path)
+    except UnicodeEncodeError:
+        raise Error(ErrorCode.INVALID_ARGUMENT, f"{path!r} cannot be the name of a file") from None
+    if b"\0" in name:
+        raise Error(ErrorCode.INVALID_ARGUMENT, "a path has no 0 in it")
+    return name
+
+
 def check(code: int) -> None:
     """Raises an `Error` with the sentence of the last call on this thread, unless `code` is OK."""
     if code != ErrorCode.OK:

@@ -72,7 +72,7 @@ def run(arguments: Sequence[str], progress: Optional[Progress] = None, hidden: s
             messages.finish()
         if process.returncode == 0:
             output.seek(0)
-            return output.read().decode("utf-8")
+            return output.read().decode("utf-8", "backslashreplace")
     if cancelled and process.returncode == _INTERRUPTED:
         raise Error(ErrorCode.CANCELLED, "the bake was cancelled")
     if process.returncode < 0:

@@ -2,17 +2,17 @@
 from __future__ import annotations
 
 import ctypes
+import operator
 import threading
-import weakref
 from typing import TYPE_CHECKING, Any, Callable, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
 from ._abi import ErrorCode, NifFallback, NifHits, NifOpenRays, NifSceneInfo
 from ._asset import Asset
-from ._device import Device, default_device
-from ._handle import Handle
-from ._job import Job
+from ._device import Device, check_device, default_device
+from ._handle import Handle, Use
+from ._job import Job, is_at_work, start
 from ._library import Error, check, lib
 from ._rays import Rays, make_outputs, point_at
 
@@ -143,8 +143,8 @@ class Scene(Handle):
     def __init__(self, *assets: Asset, device: Optional[Device] = None) -> None:
         for asset in assets:
             _check_asset(asset)
+        check_device(device)
         self._device = device or (assets[0].device if assets else default_device())
-        self._jobs: "weakref.WeakSet[Job[Any]]" = weakref.WeakSet()
         handle = ctypes.c_void_p()
         with self._device._using() as owner:
             check(lib.nifNewScene(owner, ctypes.byref(handle)))
@@ -162,11 +162,10 @@ class Scene(Handle):
 
     # ---- Changes
 
-    def _borrow(self, change: bool) -> int:
-        value = super()._borrow(change)
+    def _borrow(self, use: Use) -> int:
+        value = super()._borrow(use)
         # Afterwards: no other thread can start a job meanwhile.
-        if change and any(not job.done() for job in self._jobs):
-            self._give_back()
+        if use.change and is_at_work(value):
             raise Error(ErrorCode.INVALID_OPERATION, "a job of the scene is not done; wait for it first")
         return value
 
@@ -301,9 +300,10 @@ class Scene(Handle):
             if fallback is None:
                 check(lib.nifQuery(scene, ctypes.byref(rays.query)))
             else:
+                least = _float("confidence", confidence)
                 call = _FallbackCall(fallback, self._device)
                 function = NifFallback(call.answer)
-                code = lib.nifQueryWithFallback(scene, ctypes.byref(rays.query), confidence, function, None)
+                code = lib.nifQueryWithFallback(scene, ctypes.byref(rays.query), least, function, None)
                 call.raise_failure()
                 check(code)
         return Answers(**arrays)
@@ -411,10 +411,9 @@ class Scene(Handle):
         rays = self._rays(origins, directions, tmin, tmax)
         arrays = make_outputs(rays, _QUERY_KINDS, outputs, out)
         point_at(rays.query, arrays)
-        value = ctypes.c_void_p()
         with self._using() as scene:
-            check(lib.nifQueryAsync(scene, ctypes.byref(rays.query), ctypes.byref(value)))
-            return self._new_job(value, Answers(**arrays), rays)
+            query = lambda job: lib.nifQueryAsync(scene, ctypes.byref(rays.query), job)  # noqa: E731
+            return start(scene, query, Answers(**arrays), (rays, self._device))
 
     def intersect_async(
         self,
@@ -431,16 +430,9 @@ class Scene(Handle):
         arrays = make_outputs(rays, _HIT_KINDS, outputs, out)
         hits = NifHits()
         point_at(hits, arrays)
-        value = ctypes.c_void_p()
         with self._using() as scene:
-            check(lib.nifIntersectAsync(scene, ctypes.byref(rays.query), ctypes.byref(hits), ctypes.byref(value)))
-            return self._new_job(value, Hits(**arrays), rays)
-
-    def _new_job(self, value: ctypes.c_void_p, result: Any, rays: Rays) -> Job[Any]:
-        assert value.value is not None
-        job = Job(value.value, result, (rays, self._device))
-        self._jobs.add(job)
-        return job
+            query = lambda job: lib.nifIntersectAsync(scene, ctypes.byref(rays.query), ctypes.byref(hits), job)  # noqa: E731
+            return start(scene, query, Hits(**arrays), (rays, self._device))
 
 
 class _FallbackCall:
@@ -465,7 +457,7 @@ class _FallbackCall:
                 raise ValueError(
                     f"the fallback has to return {count} truth values, not {answers.dtype} of shape {answers.shape}"
                 )
-            ctypes.memmove(visible, answers.astype(np.bool_).ctypes.data, count)
+            ctypes.memmove(visible, answers.astype(np.bool_).tobytes(), count)  # an address would not keep them alive
         except BaseException as error:  # also KeyboardInterrupt: it must not be lost in the library
             self._failure = error
         finally:
@@ -506,7 +498,17 @@ def _address(matrix: Optional[Floats]) -> Optional[int]:
 
 def _number(name: str, value: int) -> int:
     """Checks what ctypes would cut off."""
-    number = int(value)
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: an integer is needed, not this {type(value).__name__}") from None
     if not 0 <= number < 2**32:
         raise Error(ErrorCode.INVALID_ARGUMENT, f"{name}: {number} is not a number from 0 to 2^32 - 1")
     return number
+
+
+def _float(name: str, value: float) -> ctypes.c_float:
+    try:
+        return ctypes.c_float(value)
+    except (TypeError, OverflowError):
+        raise TypeError(f"{name}: a number is needed, not this {type(value).__name__}") from None

@@ -211,6 +211,24 @@ def test_fallback(networks):
     assert got.visible[open_].all()
 
 
+def test_fallback_of_full_batches():
+    """1,024 answers at once are as many as numpy has no memory of its own for: what it frees, free() writes into."""
+    with nifkit.Device(threads=1) as device, nifkit.load(golden("networks"), device=device) as asset:
+        with nifkit.Scene(device=device) as scene:
+            scene.add_object(asset)
+            scene.commit()
+            origins, directions = some_rays(scene, 20_000)
+            open_ = np.resize(np.flatnonzero(~scene.certain(origins, directions)), 8 * 1024)
+            asked = []
+
+            def nothing(rays, visible):
+                asked.append(len(rays))
+                return np.zeros(len(rays), dtype=bool)
+
+            assert not scene.query(origins[open_], directions[open_], fallback=nothing).visible.any()
+            assert asked == [1024] * 8
+
+
 def test_open_rays(networks):
     origins, directions = some_rays(networks, 20_000)
     learned = networks.query(origins, directions, outputs=ALL)

@@ -145,6 +145,13 @@ def test_refusals(tmp_path):
     for wrong in ("json", "output", "j"):
         with pytest.raises(ValueError, match=f"{wrong} is no option here"):
             nifkit.bake(CORNERS, SIDES, out, **{wrong: "x"})
+    for wrong in ("", ["1", ""]):
+        with refused(ErrorCode.INVALID_ARGUMENT, "max_error: its value is empty"):
+            nifkit.bake(CORNERS, SIDES, out, max_error=wrong)
+    with refused(ErrorCode.INVALID_ARGUMENT, "the path of the asset is empty"):
+        nifkit.bake(CORNERS, SIDES, "")
+    with refused(ErrorCode.INVALID_ARGUMENT, "the path of the mesh is empty"):
+        nifkit.bake_file("", out)
     with refused(40, "no_such"):
         nifkit.bake(CORNERS, SIDES, tmp_path / "no_such/out.nif", **QUICK)
     with refused(10, "none.obj"):
@@ -256,4 +263,8 @@ def test_missing(tmp_path, monkeypatch):
     for script, code, text in (("kill -9 $$", 1, "nif was ended by signal 9"), ("exit 3", 3, "nif ended with 3")):
         fake.write_text(f"#!/bin/sh\n{script}\n")
         with refused(code, text):
+            nifkit.bake(CORNERS, SIDES)
+    for script in ("true", "echo []", "echo {", r"printf '\377'"):
+        fake.write_text(f"#!/bin/sh\n{script}\n")
+        with refused(ErrorCode.UNKNOWN, f"{fake} wrote no report that can be read"):
             nifkit.bake(CORNERS, SIDES)

@@ -1,5 +1,6 @@
 """Nothing leaks, and nothing that threads do at the same time ends the process."""
 import gc
+import linecache
 import os
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from conftest import golden, some_rays
 
 import nifkit
 from nifkit import ErrorCode
+from nifkit._job import Work
 
 
 def resident() -> int:
@@ -200,7 +202,7 @@ def test_jobs_keep_what_they_need():
 def test_no_changes_before_a_job_is_done(scene, monkeypatch):
     job = scene.query_async(*some_rays(scene, 100))
     with monkeypatch.context() as patch:
-        patch.setattr(nifkit.Job, "done", lambda self: False)  # however fast it was
+        patch.setattr(Work, "done", lambda self: False)  # however fast it was
         for change in (lambda: scene.set_transform(0, np.eye(4)), lambda: scene.commit()):
             with pytest.raises(nifkit.Error, match="a job of the scene is not done") as info:
                 change()
@@ -208,6 +210,96 @@ def test_no_changes_before_a_job_is_done(scene, monkeypatch):
     job.wait()
     scene.set_transform(0, np.eye(4))
     scene.commit()
+
+
+def test_no_changes_while_garbage_is_collected(scene, monkeypatch):
+    """A job in it is waited for, and threads go on meanwhile. Its weak references are gone by then."""
+
+    class Before:
+        def __del__(self):
+            try:
+                scene.commit()
+            except nifkit.Error as error:
+                said.append(str(error))
+
+    said = []
+    cycle = Before()
+    cycle.job = scene.query_async(*some_rays(scene, 100))
+    cycle.itself = cycle
+    with monkeypatch.context() as patch:
+        patch.setattr(Work, "done", lambda self: False)
+        del cycle
+        gc.collect()
+    assert said == ["a job of the scene is not done; wait for it first"]
+    assert not Work.running
+    scene.commit()
+
+
+def test_jobs_that_are_done_keep_nothing(scene):
+    """What may be at work is kept by the package itself, no longer than that."""
+    ways = (lambda job: job.wait(), lambda job: [None for _ in iter(job.done, True)], lambda job: None)
+    for way in ways:
+        out = np.empty(1000, dtype=bool)
+        gone = weakref.ref(out)
+        job = scene.query_async(*some_rays(scene, 1000), out={"visible": out})
+        way(job)
+        del out, job
+        assert gone() is None and not Work.running
+    job = scene.query_async(*some_rays(scene, 1000))
+    while scene.instance_count:
+        try:
+            scene.commit()
+        except nifkit.Error:
+            continue
+        break
+    assert not Work.running
+    # One that does not begin.
+    with nifkit.Scene(device=scene.device) as other, pytest.raises(nifkit.Error, match="commit"):
+        other.query_async(*some_rays(scene, 10))
+    assert not Work.running
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # in __del__
+def test_interrupted_anywhere(scene):
+    """A KeyboardInterrupt between any two lines leaves a handle as usable as before."""
+    files = ("_handle.py", "_scene.py", "_job.py", "contextlib.py")
+    left = 0  # lines before it
+
+    def trace(frame, event, argument):
+        nonlocal left
+        file = frame.f_code.co_filename
+        if os.path.basename(file) not in files:
+            return None
+        if linecache.getline(file, frame.f_lineno).strip() == "with self._lock:":
+            return trace  # at its end, where none comes before the lock is given back
+        left -= 1
+        if left < 0:
+            sys.settrace(None)
+            raise KeyboardInterrupt
+        return trace
+
+    def interrupted(call, lines: int) -> bool:
+        nonlocal left
+        left = lines
+        outer = sys.gettrace()
+        sys.settrace(trace)
+        try:
+            call()
+        except KeyboardInterrupt:
+            pass
+        finally:
+            sys.settrace(outer)
+        return left < 0
+
+    rays = some_rays(scene, 10)
+    for call in (lambda: scene.committed, lambda: scene.set_transform(0, np.eye(4)), lambda: scene.query_async(*rays).wait()):
+        scene.commit()
+        lines = 0
+        while interrupted(call, lines):
+            lines += 1
+            scene.set_transform(0, np.eye(4))  # is refused where a use is left
+            scene.commit()
+        assert lines > 10
 
 
 def test_process_ends(tmp_path):
@@ -227,6 +319,53 @@ print("end")
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (0, "end\n", "")
+
+
+def run(program: str, *arguments: str) -> tuple[int, str, str]:
+    """A program of its own: how it ended, and what it said."""
+    command = [sys.executable, "-c", program, str(golden("networks")), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=20)
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_process_ends_before_a_job():
+    """Which is kept by something that goes away after this package's modules have."""
+    program = """
+import numpy, sys, threading, nifkit
+scene = nifkit.Scene(nifkit.load(sys.argv[1], device=nifkit.Device(threads=2)))
+rays = numpy.random.default_rng(1).normal(size=(2, 1_000_000, 3)).astype("f4")
+def keeps(job=scene.query_async(*rays, outputs=("visible", "probability"))): pass
+threading.keeps = keeps
+del rays
+print("end")
+"""
+    assert run(program) == (0, "end\n", "")
+
+
+@pytest.mark.parametrize("does", ["nothing", "drops", "closes", "queries"])
+def test_fork_with_threads(does):
+    """A forked process has none of the threads that the device of its parent would end, and that its jobs wait for."""
+    program = """
+import numpy, os, sys, nifkit
+does = sys.argv[2]
+device = nifkit.Device(threads=4)
+scene = nifkit.Scene(nifkit.load(sys.argv[1], device=device))
+rays = numpy.random.default_rng(1).normal(size=(2, 200_000, 3)).astype("f4")
+if does != "queries":
+    job = scene.query_async(*rays)
+if os.fork():
+    sys.exit(os.waitstatus_to_exitcode(os.wait()[1]))
+assert not nifkit._job.Work.running
+if does == "drops":
+    del job, scene, device
+elif does == "closes":
+    scene.close()
+    device.close()
+elif does == "queries":
+    scene.query_async(*rays).wait()
+    scene.commit()
+"""
+    assert run(program, does) == (0, "", "")
 
 
 def test_fork():

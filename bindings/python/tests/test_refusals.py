@@ -138,6 +138,8 @@ def test_files(tmp_path):
                 nifkit.load((tmp_path / name).read_bytes())
     with refused(ErrorCode.INVALID_ARGUMENT, "a path has no 0 in it"):
         nifkit.load("a\0b.nif")
+    with refused(ErrorCode.INVALID_ARGUMENT, "cannot be the name of a file"):
+        nifkit.load("\ud800.nif")
     with refused(ErrorCode.INVALID_ARGUMENT, "only a file can be mapped"):
         nifkit.load(good, map=True)
     for wrong in (3, None, [1, 2], np.frombuffer(good, dtype=np.uint8)[::2]):
@@ -169,6 +171,9 @@ def test_devices():
         ({"what": 1}, ErrorCode.INVALID_ARGUMENT),
         ({"isa": "auto,threads=3"}, ErrorCode.INVALID_ARGUMENT),
         ({"isa": "auto\0"}, ErrorCode.INVALID_ARGUMENT),
+        ({"isa=scalar,memory": "auto"}, ErrorCode.INVALID_ARGUMENT),
+        ({"threads=1,isa": "auto"}, ErrorCode.INVALID_ARGUMENT),
+        ({"module": "\ud800"}, ErrorCode.INVALID_ARGUMENT),
         ({"isa": "neon"}, ErrorCode.NOT_AVAILABLE),
         ({"backend": "gpu", "module": "/no/such/module.so"}, ErrorCode.NOT_AVAILABLE),
     ):
@@ -180,6 +185,17 @@ def test_devices():
     assert [backend.name for backend in nifkit.backends()] == ["cpu", "hip"]
     assert nifkit.backends()[0].available
     assert bool(nifkit.cards()) or nifkit.backends()[1].reason
+
+
+def test_things_that_are_no_devices(scene):
+    for wrong in (5, 0, "cpu", scene):
+        for call in (
+            lambda: nifkit.load(golden("single"), device=wrong),
+            lambda: nifkit.Scene(device=wrong),
+            lambda: nifkit.bake(ZERO, [[0, 1, 2]], device=wrong),
+        ):
+            with pytest.raises(TypeError, match="^device: a nifkit.Device or None is needed, not this "):
+                call()
 
 
 def test_closed():
@@ -237,6 +253,11 @@ def test_scenes(scene):
         for wrong in (-1, 2**32):
             with refused(ErrorCode.INVALID_ARGUMENT, "is not a number from 0"):
                 other.add_object(asset, wrong)
+        for wrong in (0.7, np.float32(1), "0", None):
+            with pytest.raises(TypeError, match="^object: an integer is needed, not this "):
+                other.add_object(asset, wrong)
+            with pytest.raises(TypeError, match="^instance: an integer is needed, not this "):
+                other.set_transform(wrong, np.eye(4))
         with refused(ErrorCode.INVALID_ARGUMENT, ""):
             other.set_transform(0, np.eye(4))
         with refused(ErrorCode.SINGULAR_TRANSFORM, ""):
@@ -289,6 +310,10 @@ def test_fallbacks(networks):
     for wrong in (-1, float("nan")):
         with refused(ErrorCode.INVALID_ARGUMENT, ""):
             networks.query(*rays, fallback=lambda r, v: v, confidence=wrong)
+    for wrong in ("x", None, [1], 10**400):
+        with pytest.raises(TypeError, match="^confidence: a number is needed, not this "):
+            networks.query(*rays, fallback=lambda r, v: v, confidence=wrong)
+    networks.query(*rays, fallback=lambda r, v: v, confidence=np.float32(0.9))
     # Another device may be queried.
     with nifkit.Device(threads=1) as device, nifkit.load(golden("networks"), device=device) as asset:
         with nifkit.Scene(device=device) as other:

@@ -1,6 +1,6 @@
 // An asset: a .nif file, loaded.
 import { Device } from './device.js';
-import { isDetached, refuse, wholeNumber } from './errors.js';
+import { bytesIn, refuse, wholeNumber } from './errors.js';
 import { bytesOf, open } from './host.js';
 
 const kBrand = Symbol('nifkit');
@@ -9,11 +9,8 @@ const encodings = { 1: 'segment', 2: 'spherical', 3: 'bvh', 4: 'exact', 5: 'proo
 /** The bytes of a source, and what messages call it. */
 export async function readSource(source) {
   if (typeof source === 'string' || source instanceof URL) return { name: String(source), bytes: await bytesOf(await open(source), String(source)) };
-  const isBuffer = source instanceof ArrayBuffer || (typeof SharedArrayBuffer === 'function' && source instanceof SharedArrayBuffer);
-  if (isBuffer || ArrayBuffer.isView(source)) {
-    if (isDetached(isBuffer ? source : source.buffer)) refuse('the buffer of the asset is detached: it was given to a worker, or its memory has grown');
-    return { name: 'memory', bytes: isBuffer ? new Uint8Array(source) : new Uint8Array(source.buffer, source.byteOffset, source.byteLength) };
-  }
+  const isBuffer = source instanceof ArrayBuffer || source instanceof (globalThis.SharedArrayBuffer ?? ArrayBuffer);
+  if (isBuffer || ArrayBuffer.isView(source)) return { name: 'memory', bytes: bytesIn(source, 'the asset') };
   if (typeof source?.arrayBuffer === 'function') {
     const name = source.name ?? (source.url || 'memory'); // of a File, a Blob or a Response
     return { name, bytes: await bytesOf(source, name) };
@@ -53,6 +50,7 @@ export class Asset {
   get info() {
     this.#ask('_web_asset_info');
     const [objects, instances, networks, formatVersion, fileBytes, residentBytes, metadata, metadataBytes] = this.#device._said();
+    const text = this.#device._text(metadata, metadataBytes);
     return {
       name: this.#name,
       objects,
@@ -61,7 +59,14 @@ export class Asset {
       formatVersion,
       fileBytes,
       residentBytes,
-      metadata: metadataBytes === 0 ? undefined : JSON.parse(this.#device._text(metadata, metadataBytes)),
+      // Refused only when it is read: the rest is right whatever the baker has noted.
+      get metadata() {
+        try {
+          return text ? JSON.parse(text) : undefined;
+        } catch (error) {
+          return refuse(`the asset's metadata cannot be read as JSON: ${error.message}`, 'DAMAGED_NIF');
+        }
+      },
     };
   }
 

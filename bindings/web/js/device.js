@@ -1,5 +1,5 @@
 // A device: one instance of the module, its memory, and the way to call it.
-import { Code, NifError, refuse } from './errors.js';
+import { NifError, refuse } from './errors.js';
 import { hasSimd, instantiate } from './module.js';
 import { Staging } from './staging.js';
 
@@ -95,8 +95,9 @@ export class Device {
   }
   /** Calls use(pointer) with these bytes in the module's memory. */
   _withBytes(bytes, use) {
+    if (!this.#module) this._use();
     const at = this.#module._malloc(Math.max(bytes.byteLength, 1)) >>> 0;
-    if (at === 0) refuse('out of memory', Code.OUT_OF_MEMORY);
+    if (at === 0) refuse('out of memory', 'OUT_OF_MEMORY');
     try {
       this.#module.HEAPU8.set(new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength), at);
       return use(at);

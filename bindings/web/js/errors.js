@@ -1,12 +1,13 @@
 // What nifkit refuses.
 
 /** Numbers of nif.h that this package itself uses; they never change. */
-export const Code = {
+const codes = {
   INVALID_ARGUMENT: 2,
   NOT_AVAILABLE: 5,
   OUT_OF_MEMORY: 4,
   FILE_NOT_FOUND: 10,
   FILE_UNREADABLE: 11,
+  DAMAGED_NIF: 32,
 };
 
 export class NifError extends Error {
@@ -18,11 +19,12 @@ export class NifError extends Error {
   }
 }
 
-const nameOf = new Map(Object.entries(Code).map(([name, code]) => [code, `NIF_ERROR_${name}`]));
+/** An error of this package's own. */
+export const failure = (message, name = 'INVALID_ARGUMENT') => new NifError(codes[name], `NIF_ERROR_${name}`, message);
 
-/** Throws an error of this package's own. */
-export function refuse(message, code = Code.INVALID_ARGUMENT) {
-  throw new NifError(code, nameOf.get(code), message);
+/** Throws one. */
+export function refuse(message, name) {
+  throw failure(message, name);
 }
 
 /** `value` as a whole number from 0 to `most`. */
@@ -34,16 +36,16 @@ export function wholeNumber(value, name, most = 0xffffffff) {
 /** A typed array of this class whose buffer is there. */
 export function typedArray(value, Type, name) {
   if (!(value instanceof Type)) refuse(`${name} is no ${Type.name}`);
-  if (isDetached(value.buffer)) refuse(`the buffer of ${name} is detached: it was given to a worker, or its memory has grown`);
+  bytesIn(value, name);
   return value;
 }
 
-export function isDetached(buffer) {
-  if (buffer.byteLength > 0) return false;
+/** The bytes of a buffer, or of a view. One whose memory is gone would count as empty. */
+export function bytesIn(source, name) {
   try {
-    new Uint8Array(buffer);
-    return false;
+    source.keys?.(); // throws also where a buffer has become too small for its typed array
+    return new Uint8Array(source.buffer ?? source, source.byteOffset, source.byteLength);
   } catch {
-    return true;
+    return refuse(`the buffer of ${name} is detached or too small: it was given to a worker or resized, or its memory has grown`);
   }
 }

@@ -1,5 +1,5 @@
 // What differs between pages and node: reading files, and workers.
-import { Code, NifError, refuse } from './errors.js';
+import { NifError, refuse } from './errors.js';
 
 export const isNode = typeof process === 'object' && typeof process.versions?.node === 'string' && typeof document === 'undefined';
 
@@ -12,8 +12,8 @@ async function readLocal(url) {
     return await readFile(url);
   } catch (error) {
     const missing = error.code === 'ENOENT' || error.code === 'ENOTDIR';
-    if (missing) refuse(`${url}: there is no such file`, Code.FILE_NOT_FOUND);
-    refuse(`${url}: cannot be read: ${error.message}`, Code.FILE_UNREADABLE);
+    if (missing) refuse(`${url}: there is no such file`, 'FILE_NOT_FOUND');
+    refuse(`${url}: cannot be read: ${error.message}`, 'FILE_UNREADABLE');
   }
 }
 
@@ -27,10 +27,10 @@ export async function open(url) {
   try {
     response = await fetch(url, { credentials: 'same-origin' });
   } catch (error) {
-    refuse(`${url}: cannot be read: ${error.message}`, Code.FILE_UNREADABLE);
+    refuse(`${url}: cannot be read: ${error.message}`, 'FILE_UNREADABLE');
   }
-  if (response.status === 404 || response.status === 410) refuse(`${url}: there is no such file (HTTP ${response.status})`, Code.FILE_NOT_FOUND);
-  if (!response.ok) refuse(`${url}: cannot be read: HTTP ${response.status}`, Code.FILE_UNREADABLE);
+  if (response.status === 404 || response.status === 410) refuse(`${url}: there is no such file (HTTP ${response.status})`, 'FILE_NOT_FOUND');
+  if (!response.ok) refuse(`${url}: cannot be read: HTTP ${response.status}`, 'FILE_UNREADABLE');
   return response;
 }
 
@@ -41,7 +41,7 @@ export async function bytesOf(opened, name) {
     return new Uint8Array(await opened.arrayBuffer());
   } catch (error) {
     if (error instanceof NifError) throw error;
-    refuse(`${name}: cannot be read: ${error.message}`, Code.FILE_UNREADABLE);
+    refuse(`${name}: cannot be read: ${error.message}`, 'FILE_UNREADABLE');
   }
 }
 

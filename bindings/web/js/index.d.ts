@@ -56,8 +56,8 @@ export interface AssetInfo {
   formatVersion: number;
   fileBytes: number;
   residentBytes: number;
-  /** What the baker has noted, parsed; undefined where there is none. */
-  metadata: unknown;
+  /** What the baker has noted, parsed; undefined where there is none. Throws NIF_ERROR_DAMAGED_NIF where it is no JSON. */
+  readonly metadata: unknown;
 }
 
 export interface ObjectInfo {
@@ -202,7 +202,7 @@ export class Pool {
   readonly workers: number;
   /** Replaces all instances. Batches that were asked before have the ones before. */
   setInstances(instances: PoolInstance[]): Promise<void>;
-  /** As Scene.query(). Rays are copied before it returns; do not touch arrays to fill until it is done. */
+  /** As Scene.query(). Rays are copied before it returns; do not touch arrays to fill until it is done, or has failed. */
   query(rays: Rays): Promise<{ visible: Uint8Array }>;
   query<Some extends Wanting<Answers>>(rays: Rays, outputs: Some): Promise<Given<Answers, Some>>;
   /** As Scene.intersect(). */

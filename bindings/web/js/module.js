@@ -1,5 +1,5 @@
 // Loads one of the two builds of the runtime, and keeps what is compiled for the next device.
-import { Code, NifError, refuse } from './errors.js';
+import { NifError, failure, refuse } from './errors.js';
 import { bytesOf, open } from './host.js';
 
 /** A module of one function that returns a vector. */
@@ -31,18 +31,20 @@ const builds = {
 
 /** An instance of the module, with memory of its own. */
 export async function instantiate(simd) {
-  if (typeof WebAssembly !== 'object') refuse('this engine has no WebAssembly', Code.NOT_AVAILABLE);
-  if (simd && !hasSimd()) refuse('this engine has no vectors of 128 bits in WebAssembly: create the device with simd: false', Code.NOT_AVAILABLE);
+  if (typeof WebAssembly !== 'object') refuse('this engine has no WebAssembly', 'NOT_AVAILABLE');
+  if (simd && !hasSimd()) refuse('this engine has no vectors of 128 bits in WebAssembly: create the device with simd: false', 'NOT_AVAILABLE');
   const build = builds[simd ? 'nifkit-simd' : 'nifkit'];
   const [glue, wasm] = await Promise.all([build.glue(), compile(build.wasm())]);
-  return glue
-    .default({
-      instantiateWasm(imports, done) {
-        WebAssembly.instantiate(wasm, imports).then((instance) => done(instance, wasm));
-        return {};
-      },
-    })
-    .catch((error) => {
-      throw error instanceof NifError ? error : new NifError(Code.OUT_OF_MEMORY, 'NIF_ERROR_OUT_OF_MEMORY', `the module cannot be started: ${error.message}`);
-    });
+  // A promise of its own: that of the glue never settles where there is no instance.
+  return new Promise((resolve, reject) => {
+    const instantiateWasm = (imports, done) => {
+      WebAssembly.instantiate(wasm, imports)
+        .then((instance) => done(instance, wasm))
+        .catch(reject);
+      return {};
+    };
+    glue.default({ instantiateWasm }).then(resolve, reject);
+  }).catch((error) => {
+    throw error instanceof NifError ? error : failure(`the module cannot be started: ${error.message}`, 'OUT_OF_MEMORY');
+  });
 }

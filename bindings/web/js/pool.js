@@ -1,10 +1,11 @@
 // Several workers that answer batches together. Each has the module and the assets, so this needs no memory
 // that is shared, and no headers.
 import { readSource } from './asset.js';
-import { Code, NifError, refuse, wholeNumber } from './errors.js';
+import { NifError, failure, refuse, wholeNumber } from './errors.js';
 import { startWorker } from './host.js';
 import { hasSimd } from './module.js';
 import { ANSWERS, HITS, RAY, readOutputs, readRays } from './rays.js';
+import { readTransform } from './scene.js';
 
 /** Rays of one message: some milliseconds of work, so that all workers end at about the same time. */
 const kPiece = 16384;
@@ -14,6 +15,17 @@ const kBrand = Symbol('nifkit');
 /** A copy of the part of `array` that is about these rays; numbers for all rays stay as they are. */
 function part(array, each, count, first, rays) {
   return array.length === each && count !== 1 ? array.slice() : array.slice(first * each, (first + rays) * each);
+}
+
+/** Instances as workers get them: numbers alone, and as they are now. */
+function readInstances(instances) {
+  if (instances === undefined || instances === null) return undefined;
+  if (!Array.isArray(instances)) refuse('instances is no list');
+  return instances.map((instance) => ({
+    asset: wholeNumber(instance?.asset, 'asset'),
+    object: instance.object === undefined ? undefined : wholeNumber(instance.object, 'object'),
+    transform: readTransform(instance.transform),
+  }));
 }
 
 class Helper {
@@ -33,7 +45,7 @@ class Helper {
         if (error) reject(new NifError(error.code, error.codeName, error.message));
         else resolve(result);
       },
-      (error) => onFailure(new NifError(Code.NOT_AVAILABLE, 'NIF_ERROR_NOT_AVAILABLE', `a worker of the pool has failed: ${error.message}`)),
+      (error) => onFailure(failure(`a worker of the pool has failed: ${error.message}`, 'NOT_AVAILABLE')),
     );
     return helper;
   }
@@ -72,11 +84,12 @@ export class Pool {
     wholeNumber(workers, 'workers', 64);
     if (workers === 0) refuse('workers is 0');
     if (!Array.isArray(assets) || assets.length === 0) refuse('assets is no list of sources');
+    const placed = readInstances(instances);
     const sources = await Promise.all(assets.map(readSource));
     const pool = new Pool(kBrand);
     try {
       pool.#helpers = await Promise.all(Array.from({ length: workers }, () => Helper.start((error) => pool.#stop(error))));
-      const message = { simd, instances, assets: sources.map(({ name, bytes }) => ({ name, bytes: bytes.slice() })) };
+      const message = { simd, instances: placed, assets: sources.map(({ name, bytes }) => ({ name, bytes: new Uint8Array(bytes) })) };
       await Promise.all(pool.#helpers.map((helper) => helper.ask('open', message)));
     } catch (error) {
       pool.#stop(error);
@@ -93,6 +106,7 @@ export class Pool {
   /** Replaces all instances; see Pool.create(). */
   async setInstances(instances) {
     this.#use();
+    instances = readInstances(instances);
     const before = [this.#changed, ...this.#running];
     const change = Promise.allSettled(before).then(() => Promise.all(this.#helpers.map((helper) => helper.ask('instances', { instances }))));
     this.#changed = change.catch(() => {}); // what is asked from now on waits for it
@@ -112,7 +126,7 @@ export class Pool {
   }
 
   dispose() {
-    this.#stop(new NifError(Code.INVALID_ARGUMENT, 'NIF_ERROR_INVALID_ARGUMENT', 'the pool has been disposed of'));
+    this.#stop(failure('the pool has been disposed of'));
   }
 
   [Symbol.dispose ?? Symbol.for('dispose')]() {
@@ -158,6 +172,7 @@ export class Pool {
       this.#running.add(answered);
       pieces.push(answered);
     }
+    await Promise.allSettled(pieces); // until then the arrays are written to
     await Promise.all(pieces);
     return arrays;
   }

@@ -1,16 +1,16 @@
 // A scene: instances of assets' objects, committed, then asked.
 import { Asset } from './asset.js';
 import { Device } from './device.js';
-import { isDetached, refuse, wholeNumber } from './errors.js';
+import { bytesIn, refuse, wholeNumber } from './errors.js';
 import { ANSWERS, HITS, readOutputs, readRays } from './rays.js';
 
 /** 12 numbers: a row-major 3x4 matrix. Null or undefined: none. */
-function withTransform(device, transform, use) {
-  if (transform === undefined || transform === null) return use(0);
-  if (ArrayBuffer.isView(transform) && isDetached(transform.buffer)) refuse('the buffer of the transform is detached');
+export function readTransform(transform) {
+  if (transform === undefined || transform === null) return undefined;
+  if (ArrayBuffer.isView(transform)) bytesIn(transform, 'the transform');
   const numbers = Float32Array.from(transform);
   if (numbers.length !== 12) refuse(`a transform has 12 numbers, a row-major 3x4 matrix, not ${numbers.length}`);
-  return device._withBytes(numbers, use);
+  return numbers;
 }
 
 export class Scene {
@@ -30,7 +30,7 @@ export class Scene {
   }
 
   add(asset, transform) {
-    return withTransform(this.#device, transform, (at) => {
+    return this.#withTransform(transform, (at) => {
       this.#ask('_web_add_asset', this.#own(asset), at);
       const [first, count] = this.#device._said();
       return { first, count };
@@ -39,7 +39,7 @@ export class Scene {
 
   addInstance(asset, object, transform) {
     wholeNumber(object, 'object');
-    return withTransform(this.#device, transform, (at) => {
+    return this.#withTransform(transform, (at) => {
       this.#ask('_web_add_instance', this.#own(asset), object, at);
       return this.#device._said()[0];
     });
@@ -47,7 +47,7 @@ export class Scene {
 
   setTransform(instance, transform) {
     wholeNumber(instance, 'instance');
-    withTransform(this.#device, transform, (at) => this.#ask('_web_set_transform', instance, at));
+    this.#withTransform(transform, (at) => this.#ask('_web_set_transform', instance, at));
   }
 
   commit() {
@@ -95,13 +95,23 @@ export class Scene {
     return asset._handle;
   }
 
-  #ask(call, ...more) {
+  #use() {
     if (this.#handle === 0) refuse('the scene has been disposed of');
+  }
+
+  #withTransform(transform, use) {
+    const numbers = readTransform(transform);
+    this.#use(); // after the caller's own iterator
+    return numbers ? this.#device._withBytes(numbers, use) : use(0);
+  }
+
+  #ask(call, ...more) {
+    this.#use();
     this.#device._check(this.#device._module[call](this.#handle, ...more));
   }
 
   #batches(call, kinds, rays, outputs) {
-    if (this.#handle === 0) refuse('the scene has been disposed of');
+    this.#use();
     const batch = readRays(rays);
     const arrays = readOutputs(kinds, outputs, batch.count);
     const staging = this.#device._staging();

@@ -1,5 +1,5 @@
 // Where batches lie in the module's memory: rays go in and answers come out piece by piece, in room that is taken once.
-import { Code, refuse } from './errors.js';
+import { refuse } from './errors.js';
 import { ANSWERS, HITS, RAY } from './rays.js';
 
 /** Rays of a piece: few enough for phones (3 MB of room). A multiple of 8. */
@@ -23,7 +23,7 @@ export class Staging {
     const head = 256;
     const room = head + kPiece * RAY * 4 + Math.max(roomOf(ANSWERS), roomOf(HITS));
     this.#start = module._malloc(room) >>> 0;
-    if (this.#start === 0) refuse('out of memory', Code.OUT_OF_MEMORY);
+    if (this.#start === 0) refuse('out of memory', 'OUT_OF_MEMORY');
     this.rays = this.#start;
     this.outputs = this.#start + align(kRaysWords * 4);
     this.#numbers = this.#start + head;

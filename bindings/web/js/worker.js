@@ -1,7 +1,7 @@
 // A worker of a Pool: a device, the pool's assets, and a scene of them.
 import { Asset } from './asset.js';
 import { Device } from './device.js';
-import { Code, NifError } from './errors.js';
+import { refuse } from './errors.js';
 import { ownPort } from './host.js';
 import { Scene } from './scene.js';
 
@@ -13,7 +13,7 @@ function setInstances(instances) {
   const next = new Scene(device);
   try {
     for (const { asset, object, transform } of instances ?? assets.map((_, asset) => ({ asset }))) {
-      if (!assets[asset]) throw new NifError(Code.INVALID_ARGUMENT, 'NIF_ERROR_INVALID_ARGUMENT', `there is no asset ${asset}; the pool has ${assets.length}`);
+      if (!assets[asset]) refuse(`there is no asset ${asset}; the pool has ${assets.length}`);
       if (object === undefined) next.add(assets[asset], transform);
       else next.addInstance(assets[asset], object, transform);
     }

@@ -1,5 +1,10 @@
 // What is wrong is said in one sentence, with the library's code, and harms nothing.
 import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { writeFile } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { test } from 'node:test';
 
 import { Asset, Device, NifError, Pool, Scene, builds, golden, goldenBytes, nameOf, nifkit, someRays } from './common.mjs';
@@ -55,6 +60,37 @@ test('files that cannot be loaded', async () => {
   (await Asset.load(device, new Blob([goldenBytes('v2-single.nif')]))).dispose();
 });
 
+/** This file with the metadata's first character changed, and the checksums right. */
+function withoutJson(bytes) {
+  const crc = (part) => ~part.reduce((sum, byte) => {
+    sum ^= byte;
+    for (let bit = 0; bit < 8; ++bit) sum = (sum >>> 1) ^ (sum & 1 ? 0x82f63b78 : 0);
+    return sum;
+  }, -1);
+  const view = new DataView(bytes.buffer);
+  const end = 64 + 32 * view.getUint32(24, true);
+  for (let at = 64; at < end; at += 32) {
+    if (String.fromCharCode(...bytes.subarray(at, at + 4)) !== 'META') continue;
+    const first = view.getUint32(at + 8, true);
+    bytes[first] = 'x'.charCodeAt(0);
+    view.setInt32(at + 24, crc(bytes.subarray(first, first + view.getUint32(at + 16, true))), true);
+  }
+  view.setInt32(28, crc(bytes.subarray(64, end)), true);
+  view.setInt32(32, 0, true);
+  view.setInt32(32, crc(bytes.subarray(0, 64)), true);
+  return bytes;
+}
+
+test('metadata that is no JSON is refused, and the rest is there', async () => {
+  const name = 'v2-shapes.nif';
+  const whole = await Asset.load(device, golden(name)), noted = await Asset.load(device, withoutJson(goldenBytes(name)));
+  assert.equal(typeof whole.info.metadata, 'object');
+  const { info } = noted;
+  assert.deepEqual([info.objects, info.fileBytes], [whole.info.objects, whole.info.fileBytes]);
+  assert.throws(() => info.metadata, (error) => is('NIF_ERROR_DAMAGED_NIF', /^the asset's metadata cannot be read as JSON: /)(error) && error.code === 32);
+  whole.dispose(), noted.dispose();
+});
+
 test('batches that are wrong', () => {
   const f = (length) => new Float32Array(length);
   for (const [batch, text] of [
@@ -99,6 +135,26 @@ test('detached buffers', async () => {
   assert.deepEqual(scene.query(rays).visible, expected);
 });
 
+test('views of buffers that have shrunk', async () => {
+  const shrunk = (Type, length, left) => {
+    const buffer = new ArrayBuffer(length * (Type.BYTES_PER_ELEMENT ?? 1), { maxByteLength: 1e6 });
+    const view = new Type(buffer, 0, length);
+    buffer.resize(left);
+    return view;
+  };
+  assert.throws(() => scene.query(shrunk(Float32Array, 80, 316)), wrong(/^the buffer of rays is detached or too small/));
+  assert.throws(() => scene.query({ origins: shrunk(Float32Array, 3, 0), directions: shrunk(Float32Array, 3, 0) }), wrong(/^the buffer of origins is/));
+  assert.throws(() => scene.query(new Float32Array(0), { visible: shrunk(Uint8Array, 9, 8) }), wrong(/^the buffer of visible is/));
+  assert.throws(() => scene.setTransform(0, shrunk(Float32Array, 12, 40)), wrong(/^the buffer of the transform is/));
+  await assert.rejects(Asset.load(device, shrunk(Uint8Array, 99, 98)), wrong(/^the buffer of the asset is/));
+  await assert.rejects(Asset.load(device, shrunk(DataView, 99, 98)), wrong(/^the buffer of the asset is/));
+  // What is as long as its buffer follows it.
+  const buffer = new ArrayBuffer(64 * 4, { maxByteLength: 1e6 });
+  const following = new Float32Array(buffer);
+  buffer.resize(32 * 4);
+  assert.equal(scene.query(following).visible.length, 4);
+});
+
 test('scenes that are wrong', () => {
   const empty = new Scene(device);
   assert.throws(() => empty.query(rays), is('NIF_ERROR_INVALID_OPERATION', /./));
@@ -132,8 +188,14 @@ test('what has been disposed of', async () => {
   assert.throws(() => asset.info, wrong(/^the asset has been disposed of/));
   assert.throws(() => scene.add(asset), wrong(/^the asset has been disposed of/));
   scene.dispose(), scene.dispose();
-  for (const use of [() => scene.query(rays), () => scene.commit(), () => scene.info, () => scene.setTransform(0)])
+  const transform = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
+  const placing = [() => scene.add(asset, transform), () => scene.addInstance(asset, 0, transform), () => scene.setTransform(0, transform)];
+  for (const use of [() => scene.query(rays), () => scene.commit(), () => scene.info, () => scene.setTransform(0), ...placing])
     assert.throws(use, wrong(/^the scene has been disposed of/));
+  const other = await Device.create();
+  const loading = Asset.load(other, golden('v2-exact.nif'));
+  other.dispose();
+  await assert.rejects(loading, wrong(/^the device has been disposed of/));
   assert.ok(device.disposed && asset.disposed && scene.disposed);
 });
 
@@ -168,20 +230,72 @@ test('engines without vectors, or without WebAssembly', async () => {
   }
 });
 
+test('a module that cannot be instantiated', async () => {
+  const { instantiate } = WebAssembly;
+  try {
+    WebAssembly.instantiate = () => Promise.reject(new RangeError('Cannot allocate Wasm memory for new instance'));
+    await assert.rejects(Device.create(), is('NIF_ERROR_OUT_OF_MEMORY', /^the module cannot be started: Cannot allocate/));
+  } finally {
+    WebAssembly.instantiate = instantiate;
+  }
+  (await Device.create()).dispose();
+});
+
 test('pools', async () => {
   await assert.rejects(Pool.create({}), wrong(/^assets is no list/));
   await assert.rejects(Pool.create({ workers: 0, assets: [golden('v2-single.nif')] }), wrong(/^workers is 0/));
   await assert.rejects(Pool.create({ workers: 1, assets: ['no/such.nif'] }), is('NIF_ERROR_FILE_NOT_FOUND', /^no\/such\.nif/));
   await assert.rejects(Pool.create({ workers: 1, assets: [new Uint8Array(99)] }), is('NIF_ERROR_NOT_A_NIF', /^memory: /));
   await assert.rejects(Pool.create({ workers: 1, assets: [golden('v2-single.nif')], instances: [{ asset: 1 }] }), wrong(/no asset 1/));
+  for (const [instances, text] of [
+    [5, /^instances is no list/],
+    [[null], /^asset is undefined/],
+    [[{ asset: () => 0 }], /^asset is /],
+    [[{ asset: 0, object: () => 0 }], /^object is /],
+    [[{ asset: 0, transform: () => 0 }], /12 numbers/],
+  ])
+    await assert.rejects(Pool.create({ workers: 1, assets: [golden('v2-single.nif')], instances }), wrong(text));
   const pool = await Pool.create({ workers: 2, assets: [golden('v2-exact.nif')] });
   assert.deepEqual((await pool.query(rays)).visible, expected);
   await assert.rejects(pool.query(rays, { seen: true }), wrong(/no output 'seen'/));
   await assert.rejects(pool.setInstances([{ asset: 0, transform: new Float32Array(12) }]), is('NIF_ERROR_SINGULAR_TRANSFORM', /./));
+  await assert.rejects(pool.setInstances(5), wrong(/^instances is no list/));
+  await pool.setInstances([{ asset: 0, note: () => 0 }]);
   assert.deepEqual((await pool.query(rays)).visible, expected);
   const asked = pool.query(someRays(200000)), changed = pool.setInstances([{ asset: 0 }]);
   pool.dispose();
   await assert.rejects(asked, wrong(/^the pool has been disposed of/));
   await assert.rejects(changed, wrong(/^the pool has been disposed of/));
   await assert.rejects(pool.query(rays), wrong(/^the pool has been disposed of/));
+});
+
+test('a batch that fails is not written to any more', async () => {
+  const pool = await Pool.create({ workers: 2, assets: [golden('v2-exact.nif')] });
+  let writes = 0;
+  class Failing extends Uint8Array {
+    set(answers, first) {
+      if (++writes === 1) throw new Error('no more');
+      super.set(answers, first);
+    }
+  }
+  await assert.rejects(pool.query(someRays(200000), { visible: new Failing(200000) }), /^Error: no more$/);
+  const atEnd = writes;
+  await pool.query(rays); // comes after all that was asked before
+  assert.equal(writes, atEnd);
+  pool.dispose();
+});
+
+test('pools take files that node reads into its shared buffers', async () => {
+  const folder = mkdtempSync(join(tmpdir(), 'nifkit-'));
+  try {
+    const pipe = join(folder, 'pipe.nif');
+    execFileSync('mkfifo', [pipe]);
+    const writing = writeFile(pipe, goldenBytes('v2-single.nif'));
+    const pool = await Pool.create({ workers: 1, assets: [pipe] });
+    await writing;
+    assert.equal((await pool.query(rays)).visible.length, 100);
+    pool.dispose();
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
 });
