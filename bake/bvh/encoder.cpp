@@ -54,12 +54,20 @@ std::unique_ptr<Encoder> BvhBaking::make(const BakeOptions& options) {
 
 format::Bvh lay_out_bvh(const Prepared& prepared, const BakeOptions& options, format::Object& object,
                         uint64_t& bytes) {
+  // With slivers, which close what rounding opens between the triangles on both sides of them.
+  const mesh::CleanMesh& surface = prepared.surface;
+  std::vector<mesh::Triangle> all;
+  if (!surface.slivers.empty()) {
+    all = surface.triangles;
+    all.insert(all.end(), surface.slivers.begin(), surface.slivers.end());
+  }
   std::vector<uint32_t> order;
-  format::Bvh bvh = build_bvh(prepared.surface.positions, prepared.surface.triangles,
+  format::Bvh bvh = build_bvh(surface.positions, all.empty() ? surface.triangles : all,
                               options.source_triangles ? &order : nullptr);
   bytes = bvh.bytes();
   if (!options.source_triangles) return bvh;
-  const std::vector<uint32_t> numbers = mesh::source_triangles(prepared.surface);
+  std::vector<uint32_t> numbers = mesh::source_triangles(surface);
+  numbers.insert(numbers.end(), surface.sliver_numbers.begin(), surface.sliver_numbers.end());
   for (uint32_t& triangle : order) triangle = numbers[triangle];
   const auto triangles = uint32_t(prepared.source->triangles.size());
   bytes += format::source_bytes(order.size(), triangles);

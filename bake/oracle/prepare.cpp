@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "formats/base/status.hpp"
 #include "formats/mesh/alike.hpp"
@@ -14,8 +15,64 @@ float bias_of(const mesh::Mesh& mesh, const mesh::Box& box) {
   return kBiasFraction * (mesh.part_side > 0 ? mesh.part_side : box.longest_side());
 }
 
+namespace {
+
+/// The two corners of a sliver that the third lies between.
+std::pair<uint32_t, uint32_t> ends_of(const mesh::CleanMesh& surface, mesh::Triangle sliver) {
+  const auto extent = [&](size_t a) {
+    const auto [least, most] = std::ranges::minmax(
+        {surface.positions[sliver[0]][a], surface.positions[sliver[1]][a], surface.positions[sliver[2]][a]});
+    return double(most) - double(least);
+  };
+  size_t axis = extent(1) > extent(0) ? 1 : 0;
+  if (extent(2) > extent(axis)) axis = 2;
+  std::ranges::sort(sliver, {}, [&](uint32_t v) { return surface.positions[v][axis]; });
+  return std::minmax(sliver[0], sliver[2]);
+}
+
+/// Leaves out slivers that do not lie on triangles: on an edge of one, or on another sliver that does. So
+/// those that are left are no more than seams of the surface (docs/meshes.md, "Slivers").
+void keep_seams(mesh::CleanMesh& surface) {
+  if (surface.slivers.empty()) return;
+  using Edge = std::pair<uint32_t, uint32_t>;
+  std::vector<std::pair<Edge, uint32_t>> by_ends;
+  for (uint32_t s = 0; s < surface.slivers.size(); ++s)
+    by_ends.emplace_back(ends_of(surface, surface.slivers[s]), s);
+  std::ranges::sort(by_ends);
+  std::vector<bool> kept(surface.slivers.size());
+  std::vector<uint32_t> found;
+  const auto look_at_edges = [&](const mesh::Triangle& triangle) {
+    for (size_t k = 0; k < 3; ++k) {
+      const Edge edge = std::minmax(triangle[k], triangle[(k + 1) % 3]);
+      for (const auto& [ends, sliver] :
+           std::ranges::equal_range(by_ends, edge, {}, &decltype(by_ends)::value_type::first)) {
+        if (kept[sliver]) continue;
+        kept[sliver] = true;
+        found.push_back(sliver);
+      }
+    }
+  };
+  for (const mesh::Triangle& triangle : surface.triangles) look_at_edges(triangle);
+  while (!found.empty()) {
+    const mesh::Triangle sliver = surface.slivers[found.back()];
+    found.pop_back();
+    look_at_edges(sliver);
+  }
+  size_t count = 0;
+  for (uint32_t s = 0; s < surface.slivers.size(); ++s) {
+    if (!kept[s]) continue;
+    surface.slivers[count] = surface.slivers[s];
+    surface.sliver_numbers[count++] = surface.sliver_numbers[s];
+  }
+  surface.slivers.resize(count);
+  surface.sliver_numbers.resize(count);
+}
+
+}  // namespace
+
 Prepared prepare(const mesh::Mesh& mesh) {
   Prepared prepared{&mesh, mesh::clean(mesh), {}, {}, 0};
+  keep_seams(prepared.surface);
   prepared.closed = find_closed_components(prepared.surface);
   prepared.box = mesh::bounds(prepared.surface.positions, prepared.surface.triangles);
   const float longest = prepared.box.longest_side();

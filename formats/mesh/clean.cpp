@@ -106,7 +106,9 @@ CleanMesh clean_or_nothing(const Mesh& mesh, bool equal_ones_welded) {
     if (sliver || first != next) out.dropped.push_back(number);
     if (first == next) {
       distinct.push_back(t);
-      if (sliver) out.slivers.push_back(t);
+      if (!sliver) continue;
+      out.slivers.push_back(t);
+      out.sliver_numbers.push_back(number);
     } else if (!sliver) {
       ++out.report.duplicate;
     }

@@ -22,7 +22,8 @@ struct CleanMesh {
   std::vector<Triangle> slivers;    ///< three distinct but exactly collinear vertices, each once. They hide
                                     ///< nothing, but a test for closure must count their edges: without them,
                                     ///< the edges of their neighbours look open.
-  std::vector<uint32_t> dropped;    ///< triangles of the mesh that are not among `triangles`, ascending
+  std::vector<uint32_t> sliver_numbers;  ///< which ones of the mesh the slivers are: ascending
+  std::vector<uint32_t> dropped;         ///< triangles of the mesh that are not among `triangles`, ascending
   CleanReport report;
 };
 

@@ -46,9 +46,9 @@ NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_by_one_of(EncodingList<Encoding, O
 
 /// What one instance proves of a ray in world space.
 template <class Thread>
-NIF_HOST_DEVICE ObjectAnswer prove_instance(const Thread& thread, const SceneArrays& scene,
-                                            const PlacedInstance& instance, const Segment& ray, uint32_t* row,
-                                            OpenInterval& open) {
+NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_instance(const Thread& thread, const SceneArrays& scene,
+                                                       const PlacedInstance& instance, const Segment& ray,
+                                                       uint32_t* row, OpenInterval& open) {
   const SceneObject& object = scene.objects[instance.object];
   const Segment local = instance.identity ? ray : to_object(instance.to_object, ray);
   ObjectAnswer answer = prove_by_one_of(Encodings(), thread, object, local, row, open);
@@ -93,7 +93,8 @@ NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, cons
     };
     follow_scene<true>(scene, ray, prepared, with_probability, way, ask, proven.answer);
   }
-  proven.is_open = has_way && !proven.answer.certain;
+  // An only instance is asked of rays that are none in the world, too, and may leave them open.
+  proven.is_open = (has_way || proven.answer.logit < 0) && !proven.answer.certain;
   if (proven.is_open) {
     proven.answer.logit = kOpenLogit;
     proven.answer.probability = 0.5f;

@@ -36,8 +36,9 @@ NIF_HOST_DEVICE bool join_answer(const ObjectAnswer& answer, const Calibration& 
 /// Takes a ray on, from where it is on its way. ask(instance number, answer) asks an instance, or says no:
 /// then that one's answer is still missing, and so is the ray's. Else `result` is complete, and true.
 template <bool kDetails, class Ask>
-NIF_HOST_DEVICE bool follow_scene(const SceneArrays& scene, const Segment& ray, const BoxRay& prepared,
-                                  bool with_probability, SceneWay& way, const Ask& ask, SceneAnswer& result) {
+NIF_HOST_DEVICE NIF_INLINE bool follow_scene(const SceneArrays& scene, const Segment& ray,
+                                             const BoxRay& prepared, bool with_probability, SceneWay& way,
+                                             const Ask& ask, SceneAnswer& result) {
   const auto met = [&](const TopNode& node) { return children_met(node, ray, prepared); };
   for (;;) {
     const uint32_t number = next_instance(scene.nodes, way.cursor, met);

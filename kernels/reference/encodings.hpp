@@ -3,11 +3,14 @@
 // (docs/adding-an-encoding.md).
 #pragma once
 
+#include <algorithm>
 #include <concepts>
+#include <limits>
 #include <variant>
 
 #include "kernels/reference/bvh/encoding.hpp"
 #include "kernels/reference/exact/encoding.hpp"
+#include "kernels/reference/instance.hpp"
 #include "kernels/reference/proof/encoding.hpp"
 #include "kernels/reference/segment/encoding.hpp"
 #include "kernels/reference/spherical/encoding.hpp"
@@ -33,10 +36,16 @@ template <std::same_as<AnyField> Any>
 ObjectBox object_box(const Any& field) {
   return std::visit([](const auto& own) { return object_box(own); }, field);
 }
-/// Distances in object space, times this, are what kCertainReach limits.
+/// Distances in object space, times this, are what stays_certain() limits. Infinite where the object itself
+/// lies farther from the origin of its space than kMostOffset.
 template <std::same_as<AnyField> Any>
 float reach_scale(const Any& field) {
-  return std::visit([](const auto& own) { return reach_scale(own); }, field);
+  const float scale = std::visit([](const auto& own) { return reach_scale(own); }, field);
+  const ObjectBox box = object_box(field);
+  for (int a = 0; a < 3; ++a)
+    if (!(std::max(-box.low[a], box.high[a]) * double(scale) <= double(kMostOffset)))
+      return std::numeric_limits<float>::infinity();
+  return scale;
 }
 template <std::same_as<AnyField> Any>
 Calibration calibration(const Any& field) {

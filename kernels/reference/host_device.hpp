@@ -30,6 +30,13 @@
 /// processor, which runs slowly while wide registers are in use.
 #define NIF_PART_OF_KERNEL __attribute__((always_inline)) inline
 
+/// The same, of what is seldom needed. WebAssembly has one target, and counts bytes.
+#if defined(__wasm__)
+#define NIF_RARE_PART_OF_KERNEL __attribute__((noinline)) inline
+#else
+#define NIF_RARE_PART_OF_KERNEL NIF_PART_OF_KERNEL
+#endif
+
 /// Defined while code for a device is being made.
 #if defined(__CUDA_ARCH__) || (defined(__HIP__) && defined(__AMDGCN__))
 #define NIF_ON_DEVICE

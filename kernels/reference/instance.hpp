@@ -58,15 +58,18 @@ NIF_HOST_DEVICE inline Segment to_object(const WorldToObject& transform, const S
   return local;
 }
 
+/// How far the corners of an object's box may lie from the origin of its space, in the unit of kCertainReach.
+inline constexpr float kMostOffset = 0x1p+11f;
+
 /// Does an answer that is certain for the ray in object space hold for the ray in world space? Yes where
-/// rounding on the way moved it by less than 1/256 of a finest cell, a quarter of what cells are padded by:
+/// rounding on the way moved it by less than 1/218 of a finest cell, a third of what cells are padded by:
 /// - origin: at most 5 roundings of 2^-24, each of the sum of magnitudes, which is kept below 2^11 cells;
 /// - direction: at most 4, each of the sum of magnitudes, kept below 4 times the direction itself, over the
-///   at most 2^11 + 1024 cells that the ray travels along any axis until it leaves the grid.
-/// The walk's own rounding, at an eighth of its allowed reach, takes at most a fifth of the padding, and of
-/// the margin of planes (docs/encodings/segment.md, "Instances").
+///   at most 2^11 + kMostOffset cells that the ray travels along any axis until it leaves the grid.
+/// The walk's own rounding, at less than a third of its allowed reach, takes at most another third of the
+/// padding, and both together less than the margin of planes (docs/encodings/segment.md, "Instances").
 /// For a `bvh` object kBvhUnits to its extent stand for cells: nothing pads its triangles, and its answer is
-/// that of a ray moved by less than 2^-14 of the extent.
+/// that of a ray moved by less than 2^-14 of the extent (whose corners are at most 64 units away).
 /// So for a `spherical` one with kSphericalUnits to its diagonal, and kSphericalMargin.
 /// Presumes that the inverse is as good as its rounding to float; not for identity transforms: yes.
 NIF_HOST_DEVICE inline bool stays_certain(const WorldToObject& transform, float reach_scale,
@@ -95,6 +98,9 @@ NIF_HOST_DEVICE inline bool stays_certain(const WorldToObject& transform, float 
 // the object's own proofs and meets its grid, as the object sees it, is never stopped, because rounding on
 // the way to object space moves it by less than the margin.
 //
+// Where t is too small for that slack, kLeastSlack is more than what underflow takes. A t beyond kMostT
+// counts as kMostT, because it may overflow and a tmax that is finite may not.
+//
 // Along an axis where the direction is 0, the distances to the box's planes are infinities with the sign of
 // the side on which the origin lies, so that the ray is within for ever or never; NaN where it lies on a
 // plane, which the order in min_of and max_of makes a ray that misses, as it misses all boxes within. (Such a
@@ -102,6 +108,8 @@ NIF_HOST_DEVICE inline bool stays_certain(const WorldToObject& transform, float 
 // than kLeastComponent counts as 0. No difference of a plane and an origin overflows: both are limited.
 
 inline constexpr float kBoxSlack = 0x1p-16f;
+inline constexpr float kLeastSlack = 0x1p-130f;
+inline constexpr float kMostT = 0x1p+127f;
 inline constexpr float kLeastComponent = 0x1p-126f;
 inline constexpr float kMostPlane = 0x1p+127f;
 inline constexpr float kToOverflow = 4;  ///< times what is too far away: 2^126 and more
@@ -165,8 +173,9 @@ NIF_HOST_DEVICE inline BoxPassage pass_box(const WorldBox& box, const Segment& r
   }
   const float enter = max_of(max_of(near[0], near[1]), near[2]);
   const float leave = min_of(min_of(far[0], far[1]), far[2]);
-  return {max_of(min_of(enter * (1 - kBoxSlack), enter * (1 + kBoxSlack)), ray.tmin),
-          min_of(max_of(leave * (1 - kBoxSlack), leave * (1 + kBoxSlack)), ray.tmax)};
+  const float first = min_of(enter * (1 - kBoxSlack), enter * (1 + kBoxSlack)) - kLeastSlack;
+  const float last = max_of(leave * (1 - kBoxSlack), leave * (1 + kBoxSlack)) + kLeastSlack;
+  return {max_of(min_of(first, kMostT), ray.tmin), min_of(max_of(last, -kMostT), ray.tmax)};
 }
 
 NIF_HOST_DEVICE inline bool may_meet(const WorldBox& box, const Segment& ray, const BoxRay& prepared) {

@@ -35,7 +35,7 @@ NIF_HOST_DEVICE inline void forget_proof(Hit& hit) { hit.low = -kNoHit, hit.high
 /// begins beyond a proven hit changes nothing, and need not be asked. Where the box begins farther away than
 /// a float can say, nothing is proven of it.
 NIF_HOST_DEVICE inline void begin_in_box(Hit& hit, float enter) {
-  if (!is_finite(enter)) return;
+  if (!(enter < kMostT)) return;
   hit.low = max_of(hit.low, enter);
   if (hit.t < kNoHit) hit.t = max_of(hit.t, enter);
 }

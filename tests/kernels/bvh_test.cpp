@@ -47,6 +47,54 @@ TEST(Bvh, IsALoopOverItsTriangles) {
   EXPECT_LT(occluded, rays - rays / 20);
 }
 
+/// A ray in the plane of a triangle, on a lattice where all of this is exact: rounding may say that the ray
+/// meets it or does not, but not where it does not pass, nor where it passes beside.
+TEST(Triangles, SeenEdgeOnAreMetWhereTheyAre) {
+  test::Random random(4);
+  const auto integer = [&](int low, int high) { return low + int(random.below(uint32_t(high - low + 1))); };
+  uint64_t met = 0, beside = 0;
+  for (int i = 0; i < 2'000'000; ++i) {
+    float corners[3][3];
+    for (float(&corner)[3] : corners)
+      for (float& x : corner) x = float(integer(-100, 100));
+    // Where the ray is at t: at weights (k + 64 a (t - 2)) / 64 and (l + 64 b (t - 2)) / 64 of corners 1
+    // and 2.
+    const int a = integer(-9, 9), b = integer(-9, 9), k = integer(-64, 128), l = integer(-64, 128);
+    Segment segment{{}, {}, -100, 100};
+    for (int axis = 0; axis < 3; ++axis) {
+      const float first = corners[1][axis] - corners[0][axis], second = corners[2][axis] - corners[0][axis];
+      segment.direction[axis] = float(a) * first + float(b) * second;
+      segment.origin[axis] =
+          corners[0][axis] + (float(k) * first + float(l) * second) / 64 - 2 * segment.direction[axis];
+    }
+    if (segment.direction[0] == 0 && segment.direction[1] == 0 && segment.direction[2] == 0) continue;
+    double low = -1000, high = 1000;
+    const auto cut = [&](double weight, double slope) {  // to where the weight is not negative
+      if (slope > 0)
+        low = std::max(low, 2 - weight / slope);
+      else if (slope < 0)
+        high = std::min(high, 2 - weight / slope);
+      else if (weight < 0)
+        high = -1000;
+    };
+    cut(k / 64.0, a);
+    cut(l / 64.0, b);
+    cut(1 - (k + l) / 64.0, -a - b);
+    kernels::TriangleRay ray;
+    kernels::TriangleCrossing<double> crossing;
+    kernels::prepare_for_triangles(segment, ray);
+    const float* const vertices[3] = {corners[0], corners[1], corners[2]};
+    const bool found = kernels::meets_triangle(ray, vertices, crossing);
+    beside += low > high;
+    if (!found) continue;
+    ++met;
+    ASSERT_LT(low - 1e-9, crossing.t) << i;
+    ASSERT_GT(high + 1e-9, crossing.t) << i;
+  }
+  EXPECT_GT(met, 10'000u);
+  EXPECT_GT(beside, 100'000u);
+}
+
 /// The nearest triangle, by a loop over all of them.
 kernels::NearestTriangle nearest_of_all(const kernels::BvhField& field, const kernels::BvhRay& ray) {
   kernels::NearestTriangle nearest;

@@ -169,6 +169,34 @@ TEST(BoxRule, ARayAlongAWallMisses) {
       }
 }
 
+/// Nor because t is about as large as a float can be: what is computed of it overflows, and tmax does not.
+TEST(BoxRule, TheEndsOfTheFloatsAreNoWalls) {
+  constexpr float kSize = 0x1p50f;
+  const kernels::WorldBox box{{-kSize, -kSize, -kSize}, {kSize, kSize, kSize}};
+  Random random(3);
+  uint64_t met = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    // It is within at tmax, and then, the other way round, at tmin.
+    kernels::Segment ray{{}, {}, 0, std::numeric_limits<float>::max()};
+    bool within = true;
+    for (int a = 0; a < 3; ++a) {
+      ray.direction[a] = random.between(-0x1p-59f, 0x1p-59f);
+      const double way = double(ray.direction[a]) * double(ray.tmax);
+      ray.origin[a] = float(double(random.between(-kSize, kSize)) - way);
+      within = within && std::abs(double(ray.origin[a]) + way) <= double(kSize);
+    }
+    kernels::BoxRay prepared;
+    if (!within || !kernels::prepare_box_ray(ray, prepared)) continue;
+    ++met;
+    ASSERT_TRUE(kernels::may_meet(box, ray, prepared)) << i;
+    for (float& x : ray.direction) x = -x;
+    ray.tmin = -ray.tmax, ray.tmax = 0;
+    ASSERT_TRUE(kernels::prepare_box_ray(ray, prepared));
+    ASSERT_TRUE(kernels::may_meet(box, ray, prepared)) << i;
+  }
+  EXPECT_GT(met, 10'000u);
+}
+
 /// A box is not missed because a number overflows, or a direction's component is as good as 0: a ray that a
 /// triangle stops, wherever it starts and however slow it is, is not certain to be visible among others.
 TEST_F(Scenes, NoBoxIsMissedForWantOfNumbers) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "kernels/reference/bvh/field.hpp"
+#include "kernels/reference/hit.hpp"
 #include "kernels/reference/ray.hpp"
 
 namespace nif::kernels {
@@ -18,6 +19,9 @@ inline constexpr float kBvhPadding = 0x1p-20f;
 inline constexpr float kBvhFlattest = 0x1p-30f;
 /// Origins farther away than this many extents get answers that are not called certain.
 inline constexpr float kBvhReach = 0x1p20f;
+
+/// A triangle whose area, twice, is a smaller part of the square of its larger extent is seen edge-on.
+inline constexpr float kEdgeOn = 0x1p-8f;
 
 /// v[axis], without an array that is indexed by a variable.
 NIF_HOST_DEVICE constexpr float component(const float v[3], int axis) {
@@ -126,10 +130,49 @@ struct TriangleCrossing {
   Real t, weight[3], sum;
 };
 
+/// Keeps a triangle's depth to those that it has where a coordinate, given of its corners as the depths are,
+/// is 0. False where it has none.
+template <class Real>
+NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL bool keep_depth(const Real a[3], const Real z[3], Real& depth) {
+  // One corner is on one side, two are on the other.
+  bool side[3] = {a[0] <= 0, a[1] <= 0, a[2] <= 0};
+  if (side[0] == side[1] && side[0] == side[2]) {
+    NIF_UNROLL
+    for (int i = 0; i < 3; ++i) side[i] = a[i] < 0;
+    if (side[0] == side[1] && side[0] == side[2]) return false;
+  }
+  const bool first = side[1] == side[2], second = side[0] == side[2];
+  const Real from = first ? a[0] : second ? a[1] : a[2], at = first ? z[0] : second ? z[1] : z[2];
+  Real to = first ? a[1] : a[0], end = first ? z[1] : z[0];
+  const Real other = first || second ? a[2] : a[1], other_end = first || second ? z[2] : z[1];
+  Real least = static_cast<Real>(kNoHit), most = -least;
+  NIF_NO_UNROLL
+  for (int edge = 0; edge < 2; ++edge) {
+    const Real crossing = at + (end - at) * (from / (from - to));
+    least = crossing < least ? crossing : least;
+    most = crossing > most ? crossing : most;
+    to = other;
+    end = other_end;
+  }
+  depth = depth > least ? depth : least;
+  depth = depth < most ? depth : most;
+  return true;
+}
+
+template <class Real>
+NIF_HOST_DEVICE constexpr Real extent_of(const Real a[3]) {
+  const Real low = a[0] < a[1] ? a[0] : a[1], high = a[0] < a[1] ? a[1] : a[0];
+  return (a[2] > high ? a[2] : high) - (a[2] < low ? a[2] : low);
+}
+
 /// Does the ray meet the triangle? After Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT
 /// 2013): vertices are sheared so that the ray runs along one axis, and the signs of three edge functions
 /// decide. Both triangles at an edge compute it from the same numbers, with opposite sign, and points on it
 /// belong to both, so nothing leaks between them. A triangle seen exactly edge-on is not met.
+///
+/// Seen almost edge-on, the signs of a triangle beside the ray may agree by rounding, and the mean of the
+/// depths is noise. So the depth is kept to what the triangle has where its wider coordinate is 0, which is
+/// nothing where it lies beside the ray (docs/encodings/bvh.md, "Triangles seen edge-on").
 template <class Real>
 NIF_HOST_DEVICE NIF_PART_OF_KERNEL bool meets_triangle(const TriangleRayOf<Real>& ray,
                                                        const float* const vertices[3],
@@ -145,7 +188,14 @@ NIF_HOST_DEVICE NIF_PART_OF_KERNEL bool meets_triangle(const TriangleRayOf<Real>
   if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
   const Real sum = (u + v) + w;
   if (sum == 0) return false;
-  crossing = {((u * z[0] + v * z[1]) + w * z[2]) / sum / ray.length, {u, v, w}, sum};
+  Real depth = ((u * z[0] + v * z[1]) + w * z[2]) / sum;
+  const Real width = extent_of(x), height = extent_of(y), larger = height > width ? height : width;
+  if ((sum < 0 ? -sum : sum) < static_cast<Real>(kEdgeOn) * larger * larger) {
+    const bool by_y = height > width;
+    const Real wider[3] = {by_y ? y[0] : x[0], by_y ? y[1] : x[1], by_y ? y[2] : x[2]};
+    if (!keep_depth(wider, z, depth)) return false;
+  }
+  crossing = {depth / ray.length, {u, v, w}, sum};
   return ray.tmin <= crossing.t && crossing.t <= ray.tmax;
 }
 

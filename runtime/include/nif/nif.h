@@ -358,9 +358,9 @@ NIF_API NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info);
  *
  * Invalid rays are reported visible, and certain only if tmin > tmax (no points). A ray is invalid if tmin >
  * tmax, if a number is NaN, if the origin or direction is infinite, or if the direction's largest component
- * (in world space or in voxels of an object) is zero or outside 2^-60 .. 2^60. In a scene of several
- * instances, so is a ray whose origin has a component of 2^126 or more, and a component of its direction
- * below 2^-126 counts as 0. */
+ * (in voxels of an object) is zero or outside 2^-60 .. 2^60. In a scene of several instances, so is a ray
+ * whose direction is that in world space or whose origin has a component of 2^126 or more, and a component of
+ * its direction below 2^-126 counts as 0. */
 
 /* One ray, for programs without a ray layout of their own. */
 typedef struct NifRay {
@@ -410,7 +410,9 @@ typedef struct NifQuery {
   /* [count] 1: the answer is proven, not learned. Occluded is certain if one instance certainly blocks the
    * ray; visible is certain if all instances certainly do not. Nothing is certain for rays that start too far
    * from an object, or reach it through a transform too skewed, for a proof in single precision. In a scene
-   * of several instances, an instance whose box the ray misses is certainly not blocking, at any distance. */
+   * of several instances, an instance whose box the ray misses is certainly not blocking, at any distance.
+   * Where an instance has a transform that is not the identity, what its `bvh` or `exact` object says is true
+   * of a ray moved by less than 2^-14 of the object's extent. */
   uint8_t* certain;
   /* [count] The smallest network output of all instances: below 0 means occluded. NIF_LOGIT_CERTAIN if every
    * instance was decided without its network, -NIF_LOGIT_CERTAIN if one was decided to block. Networks of

@@ -116,7 +116,9 @@ void list_open_rays(const NifOpenRays& lists, uint64_t first, WorkArea& area) {
   for (uint32_t i = 0; i < area.rays.count; ++i) {
     if (area.answers.certain[i]) continue;
     kernels::BoxRay prepared;
-    if (!kernels::prepare_box_ray(kernels::segment_of(area.rays, i), prepared)) continue;
+    // An only instance is asked of rays that are none in the world, too, and may leave them open.
+    if (area.answers.logit[i] >= 0 && !kernels::prepare_box_ray(kernels::segment_of(area.rays, i), prepared))
+      continue;
     area.answers.logit[i] = kernels::kOpenLogit;
     area.probability[i] = 0.5f;
     area.open.begin[open] = area.open.begin[i];

@@ -33,8 +33,11 @@ inline uint32_t may_meet(const Node& node, const TraversalRay& ray) {
   const Float4 less = all_of(1 - kernels::kBoxSlack), more = all_of(1 + kernels::kBoxSlack);
   const Float4 enter = max_of(max_of(near[0], near[1]), near[2]);
   const Float4 leave = min_of(min_of(far[0], far[1]), far[2]);
-  return node.lanes & at_most(max_of(min_of(enter * less, enter * more), ray.tmin),
-                              min_of(max_of(leave * less, leave * more), ray.tmax));
+  const Float4 before = all_of(kernels::kLeastSlack), behind = all_of(-kernels::kLeastSlack);
+  const Float4 first = min_of(enter * less, enter * more) - before;
+  const Float4 last = max_of(leave * less, leave * more) - behind;
+  return node.lanes & at_most(max_of(min_of(first, all_of(kernels::kMostT)), ray.tmin),
+                              min_of(max_of(last, all_of(-kernels::kMostT)), ray.tmax));
 }
 
 inline Cursor start(const Node* nodes, const TraversalRay& ray) { return {may_meet(nodes[0], ray), 0}; }

@@ -128,10 +128,31 @@ class Tree:
             total = u + v + w
             if total == 0:
                 continue
-            t = divide(u * z0 + v * z1 + w * z2, total) / d2
+            depth = divide(u * z0 + v * z1 + w * z2, total)
+            x, y = (x0, x1, x2), (y0, y1, y2)
+            width, height = max(x) - min(x), max(y) - min(y)
+            larger = max(width, height)
+            if abs(total) < 2.0**-8 * larger * larger:
+                depth = kept(depth, y if height > width else x, (z0, z1, z2))
+                if depth is None:
+                    continue
+            t = depth / d2
             if tmin <= t <= tmax:
                 return True
         return False
+
+
+def kept(depth, a, z):
+    """The depth, kept to those that the triangle has where `a` is 0; None where it has none."""
+    side = [c <= 0 for c in a]
+    if len(set(side)) == 1:
+        side = [c < 0 for c in a]
+        if len(set(side)) == 1:
+            return None
+    p = next(i for i in range(3) if side.count(side[i]) == 1)
+    ends = [z[p] + (z[k] - z[p]) * (a[p] / (a[p] - a[k])) for k in range(3) if k != p]
+    depth = depth if depth > min(ends) else min(ends)
+    return depth if depth < max(ends) else max(ends)
 
 
 def contains(box, point):
