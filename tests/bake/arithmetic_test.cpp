@@ -2,6 +2,8 @@
 // for one ray and for many.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "bake/oracle/prepare.hpp"
@@ -125,6 +127,44 @@ TEST(Arithmetic, FarFromItsOwnOriginNothingIsCertainOnceSkewed) {
     for (const Said& said : ask(mesh, "proof", 160, ray, skew)) EXPECT_FALSE(said.certain);
   for (const Said& said : ask(mesh, "proof", 160, {{595, 595, 1010}, 0, {0, 0, -1}, 20}))
     EXPECT_TRUE(!said.visible && said.certain) << "where it is not skewed";
+}
+
+/// An only object is asked of rays that are too slow in the world, and fast enough in its cells. What it
+/// leaves open is listed.
+TEST(Arithmetic, OpenRaysAreListedHoweverSlowTheyAre) {
+  bake::BakeOptions options;
+  options.encoding = "proof";
+  options.resolution = 64;
+  options.evaluation_rays = 0;
+  const std::vector<std::byte> file = format::encode(bake_quietly(scene_of({icosphere(2)}), options).asset);
+  const nifkit::Device device;
+  nifkit::Scene scene(device);
+  scene.add(nifkit::Asset::copy(device, file));
+  scene.commit();
+  constexpr uint32_t kRays = 1000;
+  std::vector<uint32_t> listed[2];
+  for (const bool slow : {false, true}) {
+    const float by = slow ? 0x1p-61f : 1;  // all bits stay
+    nif::Random random(1, 0, 0);
+    std::vector<NifRay> rays(kRays);
+    for (NifRay& ray : rays) {  // at the silhouette, where much is open
+      const float angle = float(random.uniform() * 6.28);
+      ray = {{0.985f * std::cos(angle), 0.985f * std::sin(angle), -2}, 0, {0, 0, by}, 4 / by};
+    }
+    std::vector<uint8_t> certain(kRays);
+    std::vector<float> tmin(kRays), tmax(kRays);
+    listed[slow].resize(kRays);
+    uint32_t count = 0;
+    auto open = nifkit::sized<NifOpenRays>();
+    open.capacity = kRays;
+    open.rays = listed[slow].data(), open.tmin = tmin.data(), open.tmax = tmax.data(), open.count = &count;
+    nifkit::check(nifQueryOpen(scene.get(), &nifkit::rays(rays).certain(certain).get(), &open));
+    listed[slow].resize(count);
+    std::ranges::sort(listed[slow]);
+    EXPECT_EQ(uint64_t(count), uint64_t(std::ranges::count(certain, 0)));
+  }
+  EXPECT_GT(listed[0].size(), 50u);
+  EXPECT_EQ(listed[0], listed[1]);
 }
 
 }  // namespace

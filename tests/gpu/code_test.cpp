@@ -201,10 +201,11 @@ TEST_P(GpuCodeTest, StaysWithinBounds) {
 /// What is written to the stack is not needed, but where functions are called.
 TEST_P(GpuCodeTest, ReadsNoStack) {
   if (!amd_) return;  // there is none but in the kernels for all encodings: see StaysWithinBounds
+  // nif_scene_open, which asks BVHs from two places, has its answer there on gfx1100.
   const std::regex load("\n\t(buffer|scratch)_load_");
   for (const auto& [name, bounds] : kBounds)
     EXPECT_TRUE(!std::regex_search(assembly_of(assembly_, name, true), load) ||
-                name.starts_with("nif_scene_any"))
+                name.starts_with("nif_scene_any") || name == "nif_scene_open")
         << name;
 }
 
