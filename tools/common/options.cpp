@@ -1,5 +1,7 @@
 #include "tools/common/options.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cmath>
