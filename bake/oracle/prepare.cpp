@@ -44,11 +44,11 @@ void keep_seams(mesh::CleanMesh& surface) {
   const auto look_at_edges = [&](const mesh::Triangle& triangle) {
     for (size_t k = 0; k < 3; ++k) {
       const Edge edge = std::minmax(triangle[k], triangle[(k + 1) % 3]);
-      for (const auto& [ends, sliver] :
-           std::ranges::equal_range(by_ends, edge, {}, &decltype(by_ends)::value_type::first)) {
-        if (kept[sliver]) continue;
-        kept[sliver] = true;
-        found.push_back(sliver);
+      auto at = std::ranges::lower_bound(by_ends, edge, {}, [](const auto& known) { return known.first; });
+      for (; at != by_ends.end() && at->first == edge; ++at) {
+        if (kept[at->second]) continue;
+        kept[at->second] = true;
+        found.push_back(at->second);
       }
     }
   };
