@@ -20,7 +20,7 @@ namespace {
 /// The two corners of a sliver that the third lies between.
 std::pair<uint32_t, uint32_t> ends_of(const mesh::CleanMesh& surface, mesh::Triangle sliver) {
   const auto extent = [&](size_t a) {
-    const auto [least, most] = std::ranges::minmax(
+    const auto [least, most] = std::minmax(
         {surface.positions[sliver[0]][a], surface.positions[sliver[1]][a], surface.positions[sliver[2]][a]});
     return double(most) - double(least);
   };
