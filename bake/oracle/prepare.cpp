@@ -31,7 +31,7 @@ std::pair<uint32_t, uint32_t> ends_of(const mesh::CleanMesh& surface, mesh::Tria
 }
 
 /// Leaves out slivers that do not lie on triangles: on an edge of one, or on another sliver that does. So
-/// those that are left are no more than seams of the surface (docs/meshes.md, "Slivers").
+/// those that are left are no more than seams of the surface (docs/encodings/bvh.md, "Slivers").
 void keep_seams(mesh::CleanMesh& surface) {
   if (surface.slivers.empty()) return;
   using Edge = std::pair<uint32_t, uint32_t>;
