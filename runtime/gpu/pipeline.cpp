@@ -136,8 +136,7 @@ PipelineScratch ScratchPool::borrow(size_t bytes, Stream stream) {
   if (scratch.last_use) return scratch;
   if (make(bytes, scratch) || (free_done() && make(bytes, scratch))) return scratch;
   scratch = take([&](const PipelineScratch& idle) { return idle.memory.bytes() >= bytes; });
-  if (!scratch.last_use)
-    throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY, "GPU: the card has no memory left");
+  if (!scratch.last_use) throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY, "GPU: the card has no memory left");
   try {
     context_.hold_back(stream, scratch.last_use);
   } catch (...) {
