@@ -40,6 +40,8 @@ std::vector<std::string> bench(std::vector<std::string> more) {
 INSTANTIATE_TEST_SUITE_P(
     All, Options,
     testing::Values(
+        WrongOptions{"NoValueBehindAName", bake({"--report=", "--json"}), {"--report has no value"}},
+        WrongOptions{"MoreThreadsThanAnyMachineHas", bake({"-j", "1025"}), {"--threads", "1024"}},
         WrongOptions{"NoSubcommand", {}, {"--help"}},
         WrongOptions{"UnknownSubcommand", {"fry", "none.ply"}, {"fry", "bake", "render"}},
         WrongOptions{"NoVerb", {"mesh"}, {"--help"}},
