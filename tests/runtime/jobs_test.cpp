@@ -185,8 +185,11 @@ TEST_F(ThreadJobs, Asynchronous) {
     constexpr size_t kJobs = 5;
     std::vector<Answers> answers(kJobs, Answers(rays_.size()));
     NifJob jobs[kJobs];
+    char unused = 7;  // scratch that no query would take
     for (size_t k = 0; k < kJobs; ++k) {
       NifQuery query = query_of(answers[k], rays_.size());
+      query.scratch = &unused;
+      query.scratch_bytes = sizeof(unused);
       ASSERT_EQ(nifQueryAsync(scene, &query, &jobs[k]), NIF_OK);
     }
     // The first two by asking, the others by waiting, the last from two threads.
@@ -201,6 +204,7 @@ TEST_F(ThreadJobs, Asynchronous) {
       EXPECT_EQ(answers[k], *expected_);
     }
     other.join();
+    EXPECT_EQ(unused, 7);
     for (const NifJob job : jobs) nifReleaseJob(job);
     nifReleaseScene(scene);
   }
