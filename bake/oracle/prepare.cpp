@@ -45,8 +45,8 @@ void keep_seams(mesh::CleanMesh& surface) {
     for (size_t k = 0; k < 3; ++k) {
       const Edge edge = std::minmax(triangle[k], triangle[(k + 1) % 3]);
       auto at = std::ranges::lower_bound(by_ends, edge, {}, [](const auto& known) { return known.first; });
-      for (; at != by_ends.end() && at->first == edge; ++at) {
-        if (kept[at->second]) continue;
+      // Those of an edge are found together.
+      for (; at != by_ends.end() && at->first == edge && !kept[at->second]; ++at) {
         kept[at->second] = true;
         found.push_back(at->second);
       }
