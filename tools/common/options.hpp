@@ -89,7 +89,8 @@ class OwnCommand : public Command {
   std::shared_ptr<CLI::App> own_;
 };
 
-/// Throws Error(usage) at a "--name=" with nothing behind it, whose value CLI11 would take from the next word.
+/// Throws Error(usage) at a "--name=" with nothing behind it, whose value CLI11 would take from the next
+/// word.
 void refuse_missing_values(std::span<const std::string> words);
 
 }  // namespace nif::tools
