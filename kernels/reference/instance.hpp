@@ -104,8 +104,9 @@ NIF_HOST_DEVICE inline bool stays_certain(const WorldToObject& transform, float 
 // Along an axis where the direction is 0, the distances to the box's planes are infinities with the sign of
 // the side on which the origin lies, so that the ray is within for ever or never; NaN where it lies on a
 // plane, which the order in min_of and max_of makes a ray that misses, as it misses all boxes within. (Such a
-// ray without an end may pass the box, and yet miss one around it: it misses the object.) A smaller component
-// than kLeastComponent counts as 0. No difference of a plane and an origin overflows: both are limited.
+// ray with a tmin or tmax beyond kMostT may pass the box, and yet miss one around it: it misses the object.)
+// A smaller component than kLeastComponent counts as 0. No difference of a plane and an origin overflows:
+// both are limited.
 
 inline constexpr float kBoxSlack = 0x1p-16f;
 inline constexpr float kLeastSlack = 0x1p-130f;

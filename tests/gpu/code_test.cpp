@@ -205,7 +205,8 @@ TEST_P(GpuCodeTest, ReadsNoStack) {
   const std::regex load("\n\t(buffer|scratch)_load_");
   for (const auto& [name, bounds] : kBounds)
     EXPECT_TRUE(!std::regex_search(assembly_of(assembly_, name, true), load) ||
-                name.starts_with("nif_scene_any") || name == "nif_scene_open")
+                name.starts_with("nif_scene_any") ||
+                (name == "nif_scene_open" && GetParam().name == std::string("gfx1100")))
         << name;
 }
 
