@@ -38,7 +38,7 @@ struct BakeOptions : EncodingOptions {
   std::string encoding{kAutomatic};
   Preset preset = Preset::balanced;  ///< without meaning for `bvh`, which has no grid
   uint64_t seed = 1;
-  bool strict = false;  ///< refuse what preparation would change
+  bool strict = false;  ///< refuse what preparation would change, and what was not read whole
   /// Everything in the file as it is used in memory, for files that are mapped; else coded, which is smaller.
   bool uncoded = false;
   /// Objects with triangles keep which ones of the source mesh they are.

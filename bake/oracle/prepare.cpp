@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "formats/base/status.hpp"
@@ -87,6 +88,17 @@ Prepared prepare(const mesh::Mesh& mesh) {
 
 namespace {
 
+[[noreturn]] void refuse(const std::string& first, size_t more) {
+  throw Error(Status::needs_repair, more ? fmt::format("{}, and {} more", first, more) : first);
+}
+
+void refuse_losses(std::span<const mesh::Note> notes) {
+  std::vector<std::string> losses;
+  for (const mesh::Note& note : notes)
+    if (mesh::is_loss(note.kind)) losses.push_back(note.text);
+  if (!losses.empty()) refuse(losses.front(), losses.size() - 1);
+}
+
 /// What was changed in a mesh, after its name; empty where nothing was. Positions that were welded are where
 /// they were, so that is no change.
 std::string changes_of(const Prepared& prepared) {
@@ -106,6 +118,7 @@ std::string changes_of(const Prepared& prepared) {
 
 PreparedScene prepare(const mesh::Scene& scene, bool strict) {
   PreparedScene prepared;
+  if (strict) refuse_losses(scene.notes);
   const std::vector<uint32_t> firsts = mesh::first_alike(scene.meshes, true);
   for (uint32_t m = 0; m < scene.meshes.size(); ++m) {
     const mesh::Mesh& mesh = scene.meshes[m];
@@ -137,11 +150,7 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict) {
       prepared.instances.push_back(i);
     }
   }
-  if (strict && !prepared.notes.empty()) {
-    const size_t more = prepared.notes.size() - 1;
-    throw Error(Status::needs_repair,
-                fmt::format("{}{}", prepared.notes.front(), more ? fmt::format(", and {} more", more) : ""));
-  }
+  if (strict && !prepared.notes.empty()) refuse(prepared.notes.front(), prepared.notes.size() - 1);
   return prepared;
 }
 

@@ -36,7 +36,8 @@ struct PreparedScene {
 };
 
 /// Refers to the scene's meshes, which must outlive the result. Throws as prepare() of a mesh, all_degenerate
-/// only where no object is left; with `strict`, Error(needs_repair) with the first note where there are any.
+/// only where no object is left; with `strict`, Error(needs_repair) with the first note where there are any,
+/// or the first loss of the reader (mesh::is_loss).
 PreparedScene prepare(const mesh::Scene& scene, bool strict = false);
 
 /// The ground truth of one object, over its prepared mesh, which must outlive it.

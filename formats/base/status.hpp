@@ -32,7 +32,7 @@ enum class Status : int {
   malformed_scene = 23,        ///< not a valid scene file
   not_an_image = 24,           ///< an environment map that is not a picture, or has no light
   malformed_manifest = 25,     ///< not a valid manifest
-  needs_repair = 26,           ///< with --strict: a mesh that needs repair
+  needs_repair = 26,           ///< with --strict: a mesh that needs repair, or was not read whole
 
   // Reading an asset.
   not_a_nif = 30,

@@ -76,8 +76,9 @@ void FaceSink::polygon(std::span<const uint32_t> corners) {
 
 void FaceSink::report(Scene& scene) const {
   if (skipped_ == 0) return;
-  scene.warnings.push_back(
-      fmt::format("{}: left out {} faces with fewer than three corners", input_.file.string(), skipped_));
+  scene.notes.push_back(
+      {NoteKind::short_faces,
+       fmt::format("{}: left out {} faces with fewer than three corners", input_.file.string(), skipped_)});
 }
 
 void check_triangle_limit(const Input& input, uint64_t count) {

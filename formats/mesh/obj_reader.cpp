@@ -43,8 +43,9 @@ class ObjReader {
     Scene scene = scene_of(split());
     faces_.report(scene);
     if (skipped_curves_ != 0) {
-      scene.warnings.push_back(fmt::format("{}: left out {} points, lines and free-form shapes.",
-                                           input_.file.string(), skipped_curves_));
+      scene.notes.push_back(
+          {NoteKind::curves, fmt::format("{}: left out {} points, lines and free-form shapes.",
+                                         input_.file.string(), skipped_curves_)});
     }
     return scene;
   }

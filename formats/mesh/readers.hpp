@@ -49,7 +49,7 @@ class FaceSink {
   /// outline.
   void polygon(std::span<const uint32_t> corners);
 
-  /// Adds a warning to the scene where faces of fewer than three corners were left out.
+  /// Adds a note to the scene where faces of fewer than three corners were left out.
   void report(Scene& scene) const;
 
  private:

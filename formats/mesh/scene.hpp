@@ -10,6 +10,7 @@
 
 #include "formats/mesh/appearance.hpp"
 #include "formats/mesh/merging.hpp"
+#include "formats/mesh/note.hpp"
 
 namespace nif::mesh {
 
@@ -82,9 +83,9 @@ struct Scene {
   /// those that it had before.
   uint64_t source_hash = 0;
   std::vector<std::string>
-      files;  ///< that it was read from: the file, those of its buffers, and its pictures
-  std::vector<std::string> warnings;  ///< one sentence each: what was skipped and why
-  std::optional<Merging> merging;     ///< where instances of the file have been merged
+      files;                ///< that it was read from: the file, those of its buffers, and its pictures
+  std::vector<Note> notes;  ///< what was left out and why
+  std::optional<Merging> merging;  ///< where instances of the file have been merged
 };
 
 }  // namespace nif::mesh

@@ -163,10 +163,12 @@ Scene read_stl(const Input& input) {
   Scene scene = scene_of(read_binary(input));
   const uint64_t counted = kHeader + kRecord * announced_triangles(input.bytes);
   if (input.bytes.size() - counted >= kRecord)
-    scene.warnings.push_back(fmt::format(
-        "{}: {} bytes follow the {} triangles that its header counts, and were left out; files that "
-        "were joined read like this.",
-        input.file.string(), input.bytes.size() - counted, announced_triangles(input.bytes)));
+    scene.notes.push_back(
+        {NoteKind::bytes_after_end,
+         fmt::format(
+             "{}: {} bytes follow the {} triangles that its header counts, and were left out; files that "
+             "were joined read like this.",
+             input.file.string(), input.bytes.size() - counted, announced_triangles(input.bytes))});
   return scene;
 }
 

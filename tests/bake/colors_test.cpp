@@ -106,7 +106,7 @@ void expect_near(const Color& seen, const Color& expected, const char* what, flo
 
 TEST(Colors, OfPicturesAndFactors) {
   const mesh::Scene scene = mesh::read("squares.glb", two_squares(two_halves(64)).glb(), with_colors());
-  EXPECT_TRUE(scene.warnings.empty());
+  EXPECT_TRUE(scene.notes.empty());
   ASSERT_EQ(scene.meshes.size(), 1u);
   EXPECT_EQ(scene.meshes[0].look.materials, (std::vector<uint32_t>{1, 1, 4, 4}));
   for (const char* encoding : {"exact", "proof", "segment"}) {
@@ -166,8 +166,8 @@ TEST(Colors, OfPicturesThatCannotBeRead) {
                                    {std::string("no picture"), "is no PNG or JPEG"}}) {
     SCOPED_TRACE(why);
     const mesh::Scene scene = mesh::read("a.glb", two_squares(bytes).glb(), with_colors());
-    ASSERT_EQ(scene.warnings.size(), 1u);
-    EXPECT_NE(scene.warnings[0].find(why), std::string::npos) << scene.warnings[0];
+    ASSERT_EQ(scene.notes.size(), 1u);
+    EXPECT_NE(scene.notes[0].text.find(why), std::string::npos) << scene.notes[0].text;
     EXPECT_TRUE(scene.textures.empty());
     const Colors colors(bake_quietly(scene, options_for("exact")));
     expect_near(colors.at(0.5f, 0.5f), {1, 1, 1}, "the factor alone");
@@ -184,7 +184,7 @@ TEST(Colors, OfDamagedPictures) {
       damaged[random.below(uint32_t(damaged.size()))] = char(random.below(256));
     if (random.below(4) == 0) damaged.resize(random.below(uint32_t(damaged.size())));
     const mesh::Scene scene = mesh::read("a.glb", two_squares(damaged).glb(), with_colors());
-    EXPECT_EQ(scene.textures.size() + scene.warnings.size(), 1u);
+    EXPECT_EQ(scene.textures.size() + scene.notes.size(), 1u);
   }
 }
 
@@ -195,14 +195,14 @@ TEST(Colors, OfPicturesBesideTheFile) {
   folder.write("a b.png", two_halves(32));
   const auto file = folder.write("squares.glb", gltf.glb());
   const mesh::Scene scene = mesh::read(file, with_colors());
-  EXPECT_TRUE(scene.warnings.empty());
+  EXPECT_TRUE(scene.notes.empty());
   ASSERT_EQ(scene.files.size(), 2u);
   EXPECT_TRUE(scene.files[1].ends_with("a b.png"));
   EXPECT_EQ(scene.textures.size(), 1u);
   for (const char* uri : {"http://a.b/c.png", "missing.png", "data:image/png;base64,@@"}) {
     gltf.json["images"] = {{{"uri", uri}}};
     const mesh::Scene other = mesh::read(folder.write("squares.glb", gltf.glb()), with_colors());
-    EXPECT_EQ(other.warnings.size(), 1u) << uri;
+    EXPECT_EQ(other.notes.size(), 1u) << uri;
     EXPECT_TRUE(other.textures.empty());
   }
 }

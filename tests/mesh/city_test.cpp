@@ -85,7 +85,7 @@ TEST(City, IsReadAsItWasMade) {
   const std::vector<std::byte> bytes = mesh::encode_glb(city);
   const mesh::Scene read = mesh::read(
       folder.write("city.glb", std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size())));
-  EXPECT_TRUE(read.warnings.empty());
+  EXPECT_TRUE(read.notes.empty());
   ASSERT_EQ(read.meshes.size(), city.meshes.size());
   ASSERT_EQ(read.instances.size(), city.instances.size());
   for (size_t m = 0; m < city.meshes.size(); ++m) {

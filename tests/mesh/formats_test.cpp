@@ -39,7 +39,7 @@ void expect_same(const std::string& file, std::string_view bytes, const Mesh& wa
   EXPECT_EQ(scene.meshes[0].positions, wanted.positions);
   EXPECT_EQ(scene.meshes[0].triangles, wanted.triangles);
   EXPECT_EQ(scene.meshes[0].name, name);
-  EXPECT_TRUE(scene.warnings.empty()) << scene.warnings[0];
+  EXPECT_TRUE(scene.notes.empty()) << scene.notes[0].text;
 }
 
 /// Positions with every kind of float that a rounding error would show in.
@@ -83,9 +83,9 @@ TEST(Formats, BinaryStlsThatWereJoinedAreReadInPartWithANote) {
   const TempDir folder;
   const Scene scene = mesh::read(folder.write("a.stl", stl_binary(cube()) + stl_binary(cube())));
   EXPECT_EQ(scene.meshes[0].triangles.size(), 12u);
-  ASSERT_EQ(scene.warnings.size(), 1u);
-  EXPECT_NE(scene.warnings[0].find("684 bytes follow the 12 triangles"), std::string::npos)
-      << scene.warnings[0];
+  ASSERT_EQ(scene.notes.size(), 1u);
+  EXPECT_NE(scene.notes[0].text.find("684 bytes follow the 12 triangles"), std::string::npos)
+      << scene.notes[0].text;
 }
 
 TEST(Formats, EachSolidOfAnStlTextIsAMesh) {
@@ -200,7 +200,7 @@ TEST(Obj, ReadsRelativeIndicesPolygonsAndJoinedLines) {
                "usemtl m\ns off\nf 1/1/1 2//1 3/2 4\nf -4 -3 \\\n-2\nf 1 2\nl 1 2\n");
   EXPECT_EQ(scene.meshes[0].triangles, (std::vector<mesh::Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 1, 2}}));
   EXPECT_EQ(scene.meshes[0].name, "a");
-  EXPECT_EQ(scene.warnings.size(), 2u);
+  EXPECT_EQ(scene.notes.size(), 2u);
 }
 
 TEST(Obj, ABackslashJoinsLinesOnlyAsTheLastCharacter) {

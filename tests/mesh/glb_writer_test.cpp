@@ -41,7 +41,7 @@ Scene lively_scene() {
 
 TEST(GlbWriter, WhatIsReadIsWhatWasWritten) {
   const Scene scene = lively_scene(), read = round_trip(scene);
-  EXPECT_TRUE(read.warnings.empty());
+  EXPECT_TRUE(read.notes.empty());
   ASSERT_EQ(read.meshes.size(), scene.meshes.size());
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
     EXPECT_EQ(read.meshes[m].name, scene.meshes[m].name);

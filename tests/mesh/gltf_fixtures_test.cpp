@@ -32,11 +32,11 @@ class Fixtures : public testing::Test {
     EXPECT_EQ(scene.meshes.size(), 1u);
     EXPECT_TRUE(scene.cameras.empty());
     EXPECT_TRUE(scene.lights.empty());
-    ASSERT_EQ(scene.warnings.size(), 1u) << gltf_.json.dump();
-    EXPECT_NE(scene.warnings[0].find("file.glb: "), std::string::npos);
-    EXPECT_EQ(scene.warnings[0].find('\n'), std::string::npos);
+    ASSERT_EQ(scene.notes.size(), 1u) << gltf_.json.dump();
+    EXPECT_NE(scene.notes[0].text.find("file.glb: "), std::string::npos);
+    EXPECT_EQ(scene.notes[0].text.find('\n'), std::string::npos);
     for (const std::string& fragment : fragments)
-      EXPECT_NE(scene.warnings[0].find(fragment), std::string::npos) << scene.warnings[0];
+      EXPECT_NE(scene.notes[0].text.find(fragment), std::string::npos) << scene.notes[0].text;
   }
 
   const TempDir folder_;
@@ -54,7 +54,7 @@ TEST_F(Fixtures, CamerasStandWhereTheirNodesDo) {
   const int child = gltf_.node({{"camera", 0}, {"rotation", {0, std::sqrt(0.5), 0, std::sqrt(0.5)}}});
   gltf_.json["nodes"][size_t(parent)]["children"] = {child};
   const Scene scene = read();
-  EXPECT_TRUE(scene.warnings.empty());
+  EXPECT_TRUE(scene.notes.empty());
   ASSERT_EQ(scene.cameras.size(), 3u);
   EXPECT_EQ(scene.cameras[0].name, "front");
   EXPECT_EQ(scene.cameras[0].vertical_fov, 0.5);
@@ -71,7 +71,7 @@ TEST_F(Fixtures, LightsOfAllKinds) {
   gltf_.light({{"type", "spot"}, {"spot", json::object()}});
   gltf_.light({{"type", "spot"}, {"spot", {{"outerConeAngle", double(float(pi / 2))}}}});
   const Scene scene = read();
-  EXPECT_TRUE(scene.warnings.empty());
+  EXPECT_TRUE(scene.notes.empty());
   ASSERT_EQ(scene.lights.size(), 5u);
   EXPECT_EQ(scene.lights[0].kind, Light::Kind::directional);
   EXPECT_EQ(scene.lights[0].name, "sun");
@@ -95,7 +95,7 @@ TEST_F(Fixtures, WhatIsNotInTheSceneIsNotTaken) {
   gltf_.node({{"camera", 7}});
   const Scene scene = read();
   EXPECT_TRUE(scene.cameras.empty());
-  EXPECT_TRUE(scene.warnings.empty());
+  EXPECT_TRUE(scene.notes.empty());
 }
 
 TEST_F(Fixtures, OtherFormatsHaveNone) {
@@ -200,8 +200,8 @@ TEST_F(Fixtures, AtInfinity) {
 TEST_F(Fixtures, ManyFlawsMakeFewWarnings) {
   for (int i = 0; i < 1000; ++i) node({{"camera", 5}});
   const Scene scene = read();
-  ASSERT_LT(scene.warnings.size(), 30u);
-  EXPECT_NE(scene.warnings.back().find("980 more"), std::string::npos) << scene.warnings.back();
+  ASSERT_LT(scene.notes.size(), 30u);
+  EXPECT_NE(scene.notes.back().text.find("980 more"), std::string::npos) << scene.notes.back().text;
 }
 
 TEST_F(Fixtures, LongNamesAreCut) {

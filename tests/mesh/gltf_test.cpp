@@ -86,8 +86,8 @@ TEST(Gltf, MergesPrimitivesSharesVerticesAndSkipsLines) {
   const Scene scene = read_glb(gltf);
   EXPECT_EQ(scene.meshes[0].positions.size(), 7u);
   EXPECT_EQ(scene.meshes[0].triangles, (Triangles{{0, 1, 2}, {0, 2, 3}, {4, 5, 6}}));
-  ASSERT_EQ(scene.warnings.size(), 1u);
-  EXPECT_NE(scene.warnings[0].find("has 1 primitives of points or lines"), std::string::npos);
+  ASSERT_EQ(scene.notes.size(), 1u);
+  EXPECT_NE(scene.notes[0].text.find("has 1 primitives of points or lines"), std::string::npos);
 }
 
 TEST(Gltf, FollowsStridesAndOffsets) {
@@ -259,7 +259,7 @@ TEST(Gltf, ReadsSkinsAndMorphTargetsAtRestWithWarnings) {
   gltf.json["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", 0}}};
   const Scene scene = read_glb(gltf);
   EXPECT_EQ(scene.meshes[0].positions, cube().positions);
-  EXPECT_EQ(scene.warnings.size(), 2u);
+  EXPECT_EQ(scene.notes.size(), 2u);
 }
 
 TEST(Gltf, MorphsByTheWeightsThatTheFileSets) {
@@ -338,8 +338,8 @@ TEST(Gltf, PutsSkinsWhereTheirJointsHaveThem) {
   ASSERT_EQ(bound.instances.size(), 1u);
   const mesh::Transform wanted{0, -2, 0, 0, 2, 0, 0, 0, 0, 0, 2, 0};
   for (size_t k = 0; k < 12; ++k) EXPECT_NEAR(bound.instances[0].transform[k], wanted[k], 1e-6) << k;
-  ASSERT_EQ(bound.warnings.size(), 1u);
-  EXPECT_NE(bound.warnings[0].find("read in the bind pose"), std::string::npos);
+  ASSERT_EQ(bound.notes.size(), 1u);
+  EXPECT_NE(bound.notes[0].text.find("read in the bind pose"), std::string::npos);
 
   const Scene moved = read_glb(skinned({{5, 0, 0}, {5, 0, 0}}));  // all of it
   EXPECT_NEAR(moved.instances[0].transform[7], 10, 1e-5);
@@ -347,8 +347,8 @@ TEST(Gltf, PutsSkinsWhereTheirJointsHaveThem) {
   const mesh::Transform beside{1, 0, 0, 50, 0, 1, 0, 50, 0, 0, 1, 50};
   const Scene posed = read_glb(skinned({{0, 0, 0}, {0, 1, 0}}));
   EXPECT_EQ(posed.instances[0].transform, beside);
-  ASSERT_EQ(posed.warnings.size(), 1u);
-  EXPECT_NE(posed.warnings[0].find("a skin whose joints are not in the bind pose"), std::string::npos);
+  ASSERT_EQ(posed.notes.size(), 1u);
+  EXPECT_NE(posed.notes[0].text.find("a skin whose joints are not in the bind pose"), std::string::npos);
 
   // Malformed skins cost the pose, not the mesh.
   for (const json& skin : {json{{"joints", {2, 99}}}, json{{"joints", "all"}}, json(5), json{{"joints", {2}}},
@@ -448,8 +448,8 @@ TEST(Gltf, LeavesOutWhatNoSceneShows) {
   gltf.mesh(gltf.positions(kSquare), -1, "unused");
   const Scene scene = read_glb(gltf);
   EXPECT_EQ(scene.meshes.size(), 1u);
-  ASSERT_EQ(scene.warnings.size(), 1u);
-  EXPECT_NE(scene.warnings[0].find("mesh 1 is not in the scene"), std::string::npos);
+  ASSERT_EQ(scene.notes.size(), 1u);
+  EXPECT_NE(scene.notes[0].text.find("mesh 1 is not in the scene"), std::string::npos);
 }
 
 TEST(Gltf, KeepsTheHierarchyOfItsInstances) {

@@ -123,7 +123,7 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
 /// What preparation changed or could not do, a sentence each.
 std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeOptions& options,
                                   const bake::BakeResult& result) {
-  std::vector<std::string> notes = scene.warnings;
+  std::vector<std::string> notes = mesh::texts_of(scene.notes);
   if (scene.merging && scene.merging->merged.empty()) notes.push_back("--merge: " + summary(*scene.merging));
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   if (options.source_triangles &&
@@ -231,9 +231,10 @@ bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& ba
                             hint_for(error.limit(), options.encoding)));
   } catch (const Error& error) {
     if (error.status() != Status::needs_repair) throw;
-    throw Error(error.status(), fmt::format("--strict refuses what has to be repaired: {}; see nif mesh info "
-                                            "and nif mesh repair",
-                                            error.what()));
+    throw Error(error.status(),
+                fmt::format("--strict refuses what is left out or has to be repaired: {}; see nif "
+                            "mesh info and nif mesh repair",
+                            error.what()));
   }
 }
 

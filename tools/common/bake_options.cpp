@@ -256,10 +256,12 @@ void add_bake_options(Command command, BakeArguments& arguments) {
   command
       .add_option("--rays", arguments.rays, "Rays per ray set to measure the error with (0 = do not measure)")
       .capture_default_str();
-  command.add_flag(
-      "--strict", arguments.strict,
-      "Refuse a mesh that needs repair: triangles without area, covered by another one or facing against "
-      "their neighbours, or parts that cannot be used. By default it is repaired, with a note");
+  command.add_flag("--strict", arguments.strict,
+                   "Refuse a mesh that needs repair (triangles without area, covered by another one or "
+                   "facing against their "
+                   "neighbours), and a file of which something is left out. By default a note says what was "
+                   "changed or left "
+                   "out");
   add_spherical_options(command, arguments.spherical);
 }
 

@@ -49,7 +49,7 @@ class Side {
  public:
   Side(const std::string& file, Progress& progress, bool quiet) {
     const mesh::Scene scene = read_mesh(file, progress);
-    print_notes(scene.warnings, quiet);
+    print_notes(mesh::texts_of(scene.notes), quiet);
     naming(file, [&] {
       const mesh::FlatScene flat(scene);
       require_memory(flat.triangle_count() * kBytesToCompare, "comparing its triangles");

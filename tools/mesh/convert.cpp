@@ -77,15 +77,16 @@ mesh::Scene read_objects(const std::string& file, Progress& progress) {
                       "reading " + object.mesh);
       found = known.emplace(object.mesh, Known{read_mesh(object.mesh, progress), uint32_t(all.meshes.size())})
                   .first;
-      const std::vector<std::string>& warnings = found->second.scene.warnings;
-      all.warnings.insert(all.warnings.end(), warnings.begin(), warnings.end());
+      const std::vector<mesh::Note>& notes = found->second.scene.notes;
+      all.notes.insert(all.notes.end(), notes.begin(), notes.end());
     }
     append(all, found->second.scene, object.transform, found->second.first_mesh);
   }
   if (!description.lights.empty() || !description.cameras.empty())
-    all.warnings.push_back(fmt::format("{}: {} and {} of the scene file were left out", file,
-                                       count_of(description.lights.size(), "light"),
-                                       count_of(description.cameras.size(), "camera")));
+    all.notes.push_back(
+        {mesh::NoteKind::fixtures, fmt::format("{}: {} and {} of the scene file were left out", file,
+                                               count_of(description.lights.size(), "light"),
+                                               count_of(description.cameras.size(), "camera"))});
   return all;
 }
 
@@ -155,7 +156,7 @@ void run(const Arguments& arguments) {
                                                                   : read_mesh(arguments.input, progress);
   const mesh::Written written = write(arguments, scene, progress);
   progress.finish();
-  std::vector<std::string> notes = scene.warnings;
+  std::vector<std::string> notes = mesh::texts_of(scene.notes);
   notes.insert(notes.end(), written.notes.begin(), written.notes.end());
   print_notes(notes, arguments.quiet);
   print(arguments, scene, written, notes,

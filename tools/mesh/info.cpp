@@ -149,7 +149,7 @@ void run(const Arguments& arguments) {
   const mesh::Scene scene = read_mesh(arguments.input, progress);
   const Results results = look_at(arguments, scene, progress);
   progress.finish();
-  print_notes(scene.warnings, arguments.quiet);
+  print_notes(mesh::texts_of(scene.notes), arguments.quiet);
   arguments.json ? print_json(arguments, scene, results) : print(arguments, scene, results);
 }
 

@@ -141,7 +141,8 @@ mesh::Scene read_vdb(const std::string& file) {
     scene.instances.push_back({mesh.name, uint32_t(scene.meshes.size()), mesh::kIdentity});
     scene.meshes.push_back(std::move(mesh));
   }
-  for (uint64_t notes = listener.number(); notes > 0; --notes) scene.warnings.push_back(listener.text());
+  for (uint64_t notes = listener.number(); notes > 0; --notes)
+    scene.notes.push_back({mesh::NoteKind::volumes, listener.text()});
   scene.files.push_back(file);
   mesh::check(file, scene);
   return scene;

@@ -58,9 +58,9 @@ void run(const Arguments& a) {
       write_volume(scene, a.input, a.output, a.sampling,
                    a.kind == "occupancy" ? volume::Kind::occupancy : volume::Kind::level_set);
   progress.finish();
-  print_notes(scene.warnings, a.quiet);
-  print(a, written, scene.warnings,
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  const std::vector<std::string> notes = mesh::texts_of(scene.notes);
+  print_notes(notes, a.quiet);
+  print(a, written, notes, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ void work_on(const WorkArguments& a, const std::string& verb,
     before = triangles_of(scene);
     result = naming(a.input, [&] { return change(scene, progress); });
   }
-  std::vector<std::string> notes = scene.warnings;
+  std::vector<std::string> notes = mesh::texts_of(scene.notes);
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   drop_empty(scene, notes);
   if (scene.meshes.empty()) throw Error(Status::all_degenerate, a.input + ": no triangles are left");

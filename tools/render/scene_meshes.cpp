@@ -173,7 +173,7 @@ ObjectMeshes read_meshes(SceneDescription& scene, std::vector<std::string>& note
     if (!file) {
       progress.update(double(i) / double(scene.objects.size()), "reading " + object.mesh);
       file = std::make_shared<const mesh::Scene>(mesh::read(object.mesh));
-      notes.insert(notes.end(), file->warnings.begin(), file->warnings.end());
+      std::ranges::transform(file->notes, std::back_inserter(notes), &mesh::Note::text);
     }
     if (object.lights) add_lights(scene, object, *file, notes);
     if (object.cameras) add_cameras(scene, names, object, *file, notes);

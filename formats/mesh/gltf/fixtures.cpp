@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 using std::numbers::pi;
 
-constexpr uint64_t kMostWarnings = 20;  ///< a damaged file may have one for each of a million nodes
+constexpr uint64_t kMostNotes = 20;  ///< a damaged file may have one for each of a million nodes
 
 /// What a camera or light is refused for.
 struct Flaw {
@@ -144,9 +144,9 @@ void FixturePlacer::visit(size_t node, const std::optional<Transform>& world) {
   for (auto at = first; at != fixtures_.end() && at->node == node; ++at) {
     const GltfFixture& fixture = *at;
     if (const auto* flaw = std::get_if<std::string>(&fixture.what)) {
-      warn(*flaw);
+      note(*flaw);
     } else if (!world) {
-      warn(fmt::format("node {} is placed at infinity, so its camera and lights were left out", node));
+      note(fmt::format("node {} is placed at infinity, so its camera and lights were left out", node));
     } else if (const auto* camera = std::get_if<Camera>(&fixture.what)) {
       scene_.cameras.push_back(*camera);
       scene_.cameras.back().transform = *world;
@@ -157,15 +157,15 @@ void FixturePlacer::visit(size_t node, const std::optional<Transform>& world) {
   }
 }
 
-void FixturePlacer::warn(const std::string& sentence) {
-  if (++warnings_ <= kMostWarnings)
-    scene_.warnings.push_back(fmt::format("{}: {}", input_.file.string(), sentence));
+void FixturePlacer::note(const std::string& sentence) {
+  if (++notes_ <= kMostNotes)
+    scene_.notes.push_back({NoteKind::fixtures, fmt::format("{}: {}", input_.file.string(), sentence)});
 }
 
 void FixturePlacer::report() {
-  if (warnings_ > kMostWarnings)
-    scene_.warnings.push_back(fmt::format("{}: {} more cameras and lights were left out",
-                                          input_.file.string(), warnings_ - kMostWarnings));
+  if (notes_ > kMostNotes)
+    scene_.notes.push_back({NoteKind::fixtures, fmt::format("{}: {} more cameras and lights were left out",
+                                                            input_.file.string(), notes_ - kMostNotes)});
 }
 
 }  // namespace nif::mesh::detail

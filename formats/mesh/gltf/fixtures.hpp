@@ -24,7 +24,7 @@ struct GltfFixture {
 /// document holds.
 std::vector<GltfFixture> read_fixtures(const nlohmann::json& root);
 
-/// Adds cameras and lights of the nodes that are shown to a scene, and warnings.
+/// Adds cameras and lights of the nodes that are shown to a scene, and notes.
 class FixturePlacer {
  public:
   /// `fixtures` in the order of their nodes. The arguments must outlive the placer.
@@ -33,16 +33,16 @@ class FixturePlacer {
 
   /// A node that is shown; `world` is none where it is placed beyond what float reaches.
   void visit(size_t node, const std::optional<Transform>& world);
-  /// To be called once, at the end: says how many warnings were too many to be given.
+  /// To be called once, at the end: says how many notes were too many to be given.
   void report();
 
  private:
-  void warn(const std::string& sentence);
+  void note(const std::string& sentence);
 
   const Input& input_;
   std::span<const GltfFixture> fixtures_;
   Scene& scene_;
-  uint64_t warnings_ = 0;
+  uint64_t notes_ = 0;
 };
 
 }  // namespace nif::mesh::detail

@@ -83,8 +83,10 @@ void check_extensions(const Input& input, const json& root, GltfSource& source) 
   }
   if (const json* used = member(root, "extensionsUsed")) {
     if (std::ranges::find(*used, json("EXT_mesh_gpu_instancing")) != used->end()) {
-      source.warnings.push_back(input.file.string() +
-                                ": EXT_mesh_gpu_instancing is not supported; each of its nodes appears once");
+      source.notes.push_back(
+          {NoteKind::gpu_instances,
+           input.file.string() +
+               ": EXT_mesh_gpu_instancing is not supported; each of its nodes appears once"});
     }
   }
 }

@@ -77,7 +77,7 @@ struct GltfSource {
   std::vector<GltfSkin> skins;
   std::set<size_t> animated;  ///< nodes
   GltfLook look;              ///< with ReadLimits::colors
-  std::vector<std::string> warnings;
+  std::vector<Note> notes;
 };
 
 /// Throws an Error for everything that keeps a file from being read, missing buffers and extensions included.

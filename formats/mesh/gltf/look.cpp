@@ -115,9 +115,10 @@ class Pictures {
       texture = decode(look_.images[size_t(image)], why);
     if (!texture) {
       if (++notes_ <= kMostNotes)
-        scene_.warnings.push_back(fmt::format("{}: image{} {}; materials with it have their factor alone",
-                                              input_.file.string(),
-                                              image < 0 ? "" : fmt::format(" {}", image), why));
+        scene_.notes.push_back(
+            {NoteKind::pictures,
+             fmt::format("{}: image{} {}; materials with it have their factor alone", input_.file.string(),
+                         image < 0 ? "" : fmt::format(" {}", image), why)});
       return kNoTexture;
     }
     scene_.textures.push_back(std::move(*texture));
@@ -126,8 +127,8 @@ class Pictures {
 
   void report() const {
     if (notes_ > kMostNotes)
-      scene_.warnings.push_back(
-          fmt::format("{}: {} more images cannot be read", input_.file.string(), notes_ - kMostNotes));
+      scene_.notes.push_back({NoteKind::pictures, fmt::format("{}: {} more images cannot be read",
+                                                              input_.file.string(), notes_ - kMostNotes)});
   }
 
  private:

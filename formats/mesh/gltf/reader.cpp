@@ -59,27 +59,29 @@ class MeshReader {
         so_far_(so_far) {}
 
   /// All primitives as one mesh.
-  Mesh read(std::vector<std::string>& warnings) {
+  Mesh read(std::vector<Note>& notes) {
     mesh_.name = source_.name.empty() ? input_.stem : short_name(source_.name);
     for (size_t i = 0; i < source_.primitives.size(); ++i) {
       read_primitive(source_.primitives[i], i);
       if (input_.limits.colors) set_material(source_.primitives[i]);
     }
     mesh_.look.complete(mesh_.positions.size(), mesh_.triangles.size());
-    const std::string name = fmt::format("{}: mesh '{}' ", input_.file.string(), mesh_.name);
+    const auto note = [&](NoteKind kind, const std::string& text) {
+      notes.push_back({kind, fmt::format("{}: mesh '{}' {}", input_.file.string(), mesh_.name, text)});
+    };
     if (skipped_ != 0)
-      warnings.push_back(name +
-                         fmt::format("has {} primitives of points or lines, which were left out.", skipped_));
+      note(NoteKind::points_and_lines,
+           fmt::format("has {} primitives of points or lines, which were left out.", skipped_));
     if (loose_ != 0)
-      warnings.push_back(name + fmt::format("ends with {} indices that do not make a triangle.", loose_));
+      note(NoteKind::loose_indices, fmt::format("ends with {} indices that do not make a triangle.", loose_));
     if (morphs_)
-      warnings.push_back(name + (weights_.empty() ? "has morph targets; its rest shape is used."
-                                                  : "has morph targets; the weights in the file are used."));
+      note(NoteKind::morphs, weights_.empty() ? "has morph targets; its rest shape is used."
+                                              : "has morph targets; the weights in the file are used.");
     if (uncolored_)
-      warnings.push_back(name +
-                         "has colours or texture coordinates that do not fit its vertices, or of Draco "
-                         "data, which were left out.");
-    if (unmorphed_) warnings.push_back(name + "has morph targets of Draco data, which were left out.");
+      note(NoteKind::colors,
+           "has colours or texture coordinates that do not fit its vertices, or of Draco data, which were "
+           "left out.");
+    if (unmorphed_) note(NoteKind::draco_morphs, "has morph targets of Draco data, which were left out.");
     return std::move(mesh_);
   }
 
@@ -363,7 +365,7 @@ class Variants {
 /// Puts skinned meshes where their joints have them in the bind pose.
 void place_skins(const Input& input, const GltfData& data, const std::vector<GltfSkin>& skins,
                  const std::vector<std::optional<Affine>>& worlds, std::vector<GltfPlacement>& placements,
-                 std::vector<std::string>& warnings) {
+                 std::vector<Note>& notes) {
   std::map<size_t, std::optional<BindPlace>> places;  // by skin
   size_t posed = 0, deformed = 0;
   for (GltfPlacement& placement : placements) {
@@ -378,12 +380,15 @@ void place_skins(const Input& input, const GltfData& data, const std::vector<Glt
       placement.transform = *transform;
   }
   if (posed != 0)
-    warnings.push_back(input.file.string() + ": has skins; its meshes are read in the bind pose.");
+    notes.push_back(
+        {NoteKind::bind_pose, input.file.string() + ": has skins; its meshes are read in the bind pose."});
   if (deformed != 0)
-    warnings.push_back(
-        fmt::format("{}: has {} whose joints are not in the bind pose; each mesh is read in its shape before "
-                    "binding, at its node.",
-                    input.file.string(), deformed == 1 ? "a skin" : fmt::format("{} skins", deformed)));
+    notes.push_back(
+        {NoteKind::posed_skin,
+         fmt::format(
+             "{}: has {} whose joints are not in the bind pose; each mesh is read in its shape before "
+             "binding, at its node.",
+             input.file.string(), deformed == 1 ? "a skin" : fmt::format("{} skins", deformed))});
 }
 
 /// Collects nodes with all that is above them, parents first and each once.
@@ -431,7 +436,7 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   const tinygltf::Model model = parse_model(input, source.json);
   const GltfData data(input, source, model);
   Scene scene;
-  scene.warnings = std::move(source.warnings);
+  scene.notes = std::move(source.notes);
 
   if (input.limits.colors) add_materials(input, source.look, used_materials(model, source.look), data, scene);
 
@@ -447,7 +452,7 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
     for (size_t i = 0; i < model.meshes.size(); ++i)
       placements.push_back({GltfHierarchy::kNone, i, -1, kIdentity});
   }
-  place_skins(input, data, source.skins, worlds, placements, scene.warnings);
+  place_skins(input, data, source.skins, worlds, placements, scene.notes);
 
   Variants variants(model);
   std::vector<size_t> variant_of;
@@ -458,12 +463,13 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   ReadSoFar so_far;
   for (size_t i = 0; i < model.meshes.size(); ++i) {
     if (variants.of_mesh(i).empty()) {
-      scene.warnings.push_back(
-          fmt::format("{}: mesh {} is not in the scene and was left out", input.file.string(), i));
+      scene.notes.push_back(
+          {NoteKind::hidden_mesh,
+           fmt::format("{}: mesh {} is not in the scene and was left out", input.file.string(), i)});
     }
     for (const size_t variant : variants.of_mesh(i)) {
       Mesh mesh = MeshReader(input, data, source.look, model.meshes[i], i, variants.weights(variant), so_far)
-                      .read(scene.warnings);
+                      .read(scene.notes);
       if (mesh.triangles.empty()) continue;
       check_triangle_limit(input, triangles += mesh.triangles.size());
       mesh_of[variant] = static_cast<uint32_t>(scene.meshes.size());

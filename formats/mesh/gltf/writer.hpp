@@ -13,7 +13,7 @@
 namespace nif::mesh {
 
 /// Hands the bytes of a .glb to `sink`, piece by piece, that mesh::read() reads as the same scene, but for
-/// its hash and its warnings: positions and transforms bit by bit, names whole, cameras and lights
+/// its hash and its notes: positions and transforms bit by bit, names whole, cameras and lights
 /// (KHR_lights_punctual) in their order. Each mesh has one primitive, with positions and indices alone.
 ///
 /// With `draco_bits` the meshes are compressed (KHR_draco_mesh_compression), their positions rounded to so
