@@ -82,11 +82,13 @@ ExactCounts count_work(const kernels::ExactField& field, std::span<const kernels
     kernels::WalkResult walk;
     kernels::OpenInterval open;
     ++counts.walk.rays;
-    kernels::follow_segment(field.proof, segment, walk, kernels::KeepOpen{open},
+    const kernels::SeenSegment seen = kernels::seen_by_planes(field, segment);
+    kernels::follow_segment(field.proof, seen.segment, walk, kernels::KeepOpen{open},
                             CountPieces{field.proof, counts.walk.pieces});
     kernels::BvhRay ray;
     if (walk.certain || !kernels::prepare_ray(field.bvh, segment, ray)) return;
-    if (walk.verdict == kernels::Verdict::ambiguous) kernels::cull(field.proof, segment, open, ray);
+    if (walk.verdict == kernels::Verdict::ambiguous)
+      kernels::cull(field.proof, seen.segment, seen.start, open, ray);
     kernels::meets_bvh(field.bvh, ray, &counts.triangles.nodes);
   });
 }

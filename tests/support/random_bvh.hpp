@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <vector>
 
@@ -99,7 +100,9 @@ inline kernels::Segment random_segment(Random& random, const kernels::BvhField& 
   const auto vertex = [&] { return field.vertices[random.below(field.vertex_count)]; };
   const float *from = vertex(), *to = vertex(), *other = vertex();
   const uint32_t kind = random.below(8);
-  const float distance = kind == 0 ? 1e6f : kind == 1 ? 100.0f : 2.0f, share = random.unit();
+  // Up to where rays are too far away to meet anything, and a little more.
+  const float far = std::exp2(random.between(0.0f, 33.0f));
+  const float distance = kind == 0 ? far : kind == 1 ? 100.0f : 2.0f, share = random.unit();
   kernels::Segment segment{{}, {}, 0, kInfinity};
   for (int a = 0; a < 3; ++a) {
     const float target = random.below(4) ? to[a] + share * (other[a] - to[a]) : to[a];

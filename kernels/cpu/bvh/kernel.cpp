@@ -18,14 +18,19 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-static_assert(sizeof(BvhScratch) <= kKernelScratchBytes);
+struct BvhAnswerScratch {
+  BoxEnds ends;
+  BvhScratch bvh;
+};
+static_assert(sizeof(BvhAnswerScratch) <= kKernelScratchBytes);
 
 void answer_bvh(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
-  traverse(tree, batch, batch.tmin, batch.tmax, answers, *static_cast<BvhScratch*>(memory));
+  auto& s = *static_cast<BvhAnswerScratch*>(memory);
+  traverse_whole(tree, batch, answers, s.ends, s.bvh);
 }
 
 struct BvhIntersectScratch {
-  float leave[kBatchRays];
+  BoxEnds ends;
   BvhHitScratch hits;
 };
 static_assert(sizeof(BvhIntersectScratch) <= kKernelScratchBytes);
@@ -33,8 +38,7 @@ static_assert(sizeof(BvhIntersectScratch) <= kKernelScratchBytes);
 void intersect_bvh(const BvhTree& tree, const SegmentBatch& batch, const float* limit, HitBatch& hits,
                    void* memory) {
   auto& s = *static_cast<BvhIntersectScratch*>(memory);
-  for (uint32_t i = 0; i < batch.count; ++i) s.leave[i] = min_of(next_above(limit[i]), batch.tmax[i]);
-  traverse_to_hits(tree, batch, batch.tmin, s.leave, hits, s.hits);
+  traverse_whole_to_hits(tree, batch, limit, hits, s.ends, s.hits);
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

@@ -20,6 +20,7 @@
 
 #include "kernels/cpu/bvh/tree.hpp"
 #include "kernels/cpu/lanes-inl.hpp"
+#include "kernels/reference/batch.hpp"
 #include "kernels/reference/bvh/hit.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -57,8 +58,42 @@ struct ReadyRays {
   }
 };
 
+/// Rays of a vector, those from far away moved to the object. Of the others nothing changes.
+struct MovedLanes {
+  alignas(64) float origin[3][kLanes];
+  float tmin[kLanes], tmax[kLanes], reach[kLanes];
+};
+HWY_NOINLINE inline void move_lanes(const BvhField& field, const SegmentBatch& batch, uint32_t first,
+                                    uint32_t far, MovedLanes& lanes) {
+  for (; far != 0; far &= far - 1) {
+    const uint32_t lane = lowest_bit(far);
+    const Segment segment = segment_of(batch, first + lane);
+    const Segment near = moved_to(start_of(field, segment), segment);
+    for (uint32_t a = 0; a < 3; ++a) lanes.origin[a][lane] = near.origin[a];
+    lanes.tmin[lane] = near.tmin;
+    lanes.tmax[lane] = near.tmax;
+    lanes.reach[lane] =
+        moved_reach(max_of(largest_of(near.origin), field.extent), largest_of(segment.origin));
+  }
+}
+
+/// Whether any ray of a batch is moved.
+HWY_INLINE bool any_far(const BvhField& field, const SegmentBatch& batch) {
+  const Floats d;
+  const auto moved_from = hn::Set(d, field.extent * kBvhMovedFrom);
+  uint32_t far = 0;
+  for (uint32_t first = 0; first < batch.count; first += kLanes) {
+    auto far_off = hn::Zero(d);
+    for (uint32_t a = 0; a < 3; ++a)
+      far_off = hn::Max(far_off, hn::Abs(hn::LoadU(d, batch.origin[a] + first)));
+    const uint32_t present = batch.count - first < kLanes ? (1u << (batch.count - first)) - 1 : kAllLanes;
+    far |= bits_of(hn::Gt(far_off, moved_from)) & present;
+  }
+  return far != 0;
+}
+
 /// Makes the batch's rays from `first` on ready, and answers them as if they met nothing. Boxes count from
-/// `enter` to `leave`, triangles from the rays' tmin to tmax.
+/// `enter` to `leave`, which are counted from start_of() the ray; triangles from the rays' tmin to tmax.
 HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const float* from, const float* to,
                            uint32_t first, AnswerBatch& answers, ReadyRays& ready) {
   const Floats d;
@@ -78,10 +113,11 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   }
   // As prepare_ray().
   const auto extent = hn::Set(d, tree.field.extent);
-  const auto near_reach = hn::Max(far_off, extent);
-  const auto tmin = hn::LoadU(d, batch.tmin + first), tmax = hn::LoadU(d, batch.tmax + first);
+  auto near_reach = hn::Max(far_off, extent);
+  auto tmin = hn::LoadU(d, batch.tmin + first), tmax = hn::LoadU(d, batch.tmax + first);
   const auto ordered = hn::Le(tmin, tmax);
   auto askable = hn::And(finite, hn::Le(near_reach, hn::Set(d, kMaxBvhCoordinate)));
+  askable = hn::And(askable, hn::Le(far_off, hn::Mul(extent, hn::Set(d, kBvhFarthest))));
   askable = hn::And(askable, hn::And(hn::Ge(steepest, hn::Set(d, kMinDirection)),
                                      hn::Le(steepest, hn::Set(d, kMaxDirection))));
   askable = hn::And(askable, ordered);
@@ -92,6 +128,20 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const uint32_t certain = bits_of(hn::Or(hn::And(askable, near_enough), hn::AndNot(askable, empty)));
   for (uint32_t lane = 0; lane < kLanes; ++lane) answers.certain[first + lane] = uint8_t(certain >> lane & 1);
   hn::StoreU(hn::Set(di, kCertainLogit), di, answers.logit + first);
+
+  const auto moved = hn::And(askable, hn::Gt(far_off, hn::Mul(extent, hn::Set(d, kBvhMovedFrom))));
+  if (const uint32_t far = bits_of(moved) & present; HWY_UNLIKELY(far != 0)) {
+    MovedLanes lanes;
+    for (uint32_t a = 0; a < 3; ++a) hn::Store(origin[a], d, lanes.origin[a]);
+    hn::Store(tmin, d, lanes.tmin);
+    hn::Store(tmax, d, lanes.tmax);
+    hn::Store(near_reach, d, lanes.reach);
+    move_lanes(tree.field, batch, first, far, lanes);
+    for (uint32_t a = 0; a < 3; ++a) origin[a] = hn::Load(d, lanes.origin[a]);
+    tmin = hn::Load(d, lanes.tmin);
+    tmax = hn::Load(d, lanes.tmax);
+    near_reach = hn::Load(d, lanes.reach);
+  }
 
   // Powers of two: a division by one is exact.
   const auto power = hn::And(ints(steepest), hn::Set(di, 0x7f800000));

@@ -105,6 +105,7 @@ class FirstTriangle {
   struct State {
     NearestTriangle nearest;
     TriangleRay exact;
+    float start;  ///< start_of() the ray, from which boxes count t
     bool prepared;
   };
 
@@ -120,8 +121,12 @@ class FirstTriangle {
   HWY_INLINE bool look_at(const BvhField& field, Flight<FirstTriangle>& flight,
                           const OpenTriangles& found) const {
     State& state = flight.state;
-    if (!state.prepared) prepare_for_triangles(segment_of(batch_, flight.number), state.exact);
-    state.prepared = true;
+    if (!state.prepared) {
+      const Segment segment = segment_of(batch_, flight.number);
+      prepare_for_triangles(segment, state.exact);
+      state.start = start_of(field, segment);
+      state.prepared = true;
+    }
     const BvhNode& node = field.nodes[found.visit.node()];
     uint32_t ranks = found.ranks, open = found.open;
     for (; open != 0; open >>= 1, ranks &= ranks - 1) {
@@ -132,7 +137,7 @@ class FirstTriangle {
       float power = 0;
       for (uint32_t a = 0; a < 3; ++a) power = max_of(magnitude(batch_.direction[a][flight.number]), power);
       power = bits_as<float>(bits_as<uint32_t>(power) & 0x7f800000);
-      const float reached = next_above(static_cast<float>(state.nearest.crossing.t));
+      const float reached = next_above(static_cast<float>(state.nearest.crossing.t - double{state.start}));
       flight.ray.limits[1] = min_of(reached * power, flight.ray.limits[1]);
     }
     return false;
@@ -313,7 +318,8 @@ class Traversal {
 };
 
 /// Every ray of a batch. Boxes count only from `enter[i]` to `leave[i]`, so what a ray meets elsewhere may be
-/// missed; triangles from the ray's own tmin to its tmax. Both arrays have kBatchRays entries.
+/// missed; triangles from the ray's own tmin to its tmax. Both arrays have kBatchRays entries, and count t
+/// from start_of() the ray.
 template <class Goal>
 HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const SegmentBatch& batch,
                              const float* enter, const float* leave, TraversalScratch<Goal>& scratch) {
@@ -341,6 +347,24 @@ HWY_NOINLINE inline void traverse(const BvhTree& tree, const SegmentBatch& batch
   traverse_for(AnyTriangle(batch, answers), tree, batch, enter, leave, scratch);
 }
 
+/// The same without an interval.
+struct BoxEnds {
+  float enter[kBatchRays], leave[kBatchRays];
+};
+HWY_INLINE void traverse_whole(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers,
+                               BoxEnds& ends, BvhScratch& scratch) {
+  if (HWY_LIKELY(!any_far(tree.field, batch))) {
+    traverse(tree, batch, batch.tmin, batch.tmax, answers, scratch);
+    return;
+  }
+  for (uint32_t i = 0; i < batch.count; ++i) {
+    const float start = start_of(tree.field, segment_of(batch, i));
+    ends.enter[i] = from_start_down(batch.tmin[i], start);
+    ends.leave[i] = from_start_up(batch.tmax[i], start);
+  }
+  traverse(tree, batch, ends.enter, ends.leave, answers, scratch);
+}
+
 /// Finds their first hits.
 struct BvhHitScratch {
   AnswerBatch answers;
@@ -352,6 +376,22 @@ HWY_NOINLINE inline void traverse_to_hits(const BvhTree& tree, const SegmentBatc
   traverse_for(FirstTriangle(batch, scratch.answers, hits), tree, batch, enter, leave, scratch.traversal);
   for (uint32_t i = 0; i < batch.count; ++i)
     if (!(hits.t[i] < kNoHit) && scratch.answers.certain[i] != 0) hits.low[i] = kNoHit;
+}
+
+/// The same without an interval, up to `limit`, as intersect() has it.
+HWY_INLINE void traverse_whole_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* limit,
+                                       HitBatch& hits, BoxEnds& ends, BvhHitScratch& scratch) {
+  const float* enter = batch.tmin;
+  for (uint32_t i = 0; i < batch.count; ++i) ends.leave[i] = min_of(next_above(limit[i]), batch.tmax[i]);
+  if (HWY_UNLIKELY(any_far(tree.field, batch))) {
+    for (uint32_t i = 0; i < batch.count; ++i) {
+      const float start = start_of(tree.field, segment_of(batch, i));
+      ends.enter[i] = from_start_down(batch.tmin[i], start);
+      ends.leave[i] = from_start_up(ends.leave[i], start);
+    }
+    enter = ends.enter;
+  }
+  traverse_to_hits(tree, batch, enter, ends.leave, hits, scratch);
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

@@ -20,14 +20,41 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
+/// What planes see of a batch in which rays come from far away.
+struct SeenBatch {
+  SegmentBatch batch;
+  bool moved[kBatchRays];
+};
+HWY_NOINLINE void see(const ExactField& field, const SegmentBatch& batch, SeenBatch& seen) {
+  seen.batch.count = batch.count;
+  for (uint32_t i = 0; i < batch.count; ++i) {
+    const SeenSegment one = seen_by_planes(field, segment_of(batch, i));
+    set_segment(seen.batch, i, one.segment);
+    seen.moved[i] = one.start != 0;
+  }
+}
+
+/// A ray that is left to the triangles, and where boxes count for it: within an interval that a walk left
+/// open, if it is culled.
+HWY_INLINE void leave_to_triangles(const ExactField& field, const Segment& segment, float begin, float end,
+                                   SegmentBatch& left, BoxEnds& ends, uint32_t k) {
+  set_segment(left, k, segment);
+  const float start = start_of(field.bvh, segment);
+  const SeenSegment seen = start == 0 ? SeenSegment{segment, 0} : seen_by_planes(field, segment);
+  const bool culled = seen.start == start && is_culled(field.proof, seen.segment);
+  ends.enter[k] = culled ? begin : from_start_down(segment.tmin, start);
+  ends.leave[k] = culled ? end : from_start_up(segment.tmax, start);
+}
+
 struct ExactScratch {
   RayTable rays;
   HullLog log;
   HardRays hard;
   // Rays that are left to the triangles, and where boxes count for them.
   SegmentBatch left;
-  float enter[kBatchRays], leave[kBatchRays];
+  BoxEnds ends;
   AnswerBatch answers;
+  SeenBatch seen;
   BvhScratch bvh;
 };
 static_assert(sizeof(ExactScratch) <= kKernelScratchBytes);
@@ -38,12 +65,9 @@ HWY_INLINE void answer_left(const PackedExactField& packed, const SegmentBatch& 
   s.left.count = s.log.count;
   for (uint32_t k = 0; k < s.log.count; ++k) {
     const Segment segment = segment_of(batch, s.log.ray(k));
-    set_segment(s.left, k, segment);
-    const bool culled = is_culled(packed.field.proof, segment);
-    s.enter[k] = culled ? s.log.begin[k] : segment.tmin;
-    s.leave[k] = culled ? s.log.end[k] : segment.tmax;
+    leave_to_triangles(packed.field, segment, s.log.begin[k], s.log.end[k], s.left, s.ends, k);
   }
-  traverse(packed.tree, s.left, s.enter, s.leave, s.answers, s.bvh);
+  traverse(packed.tree, s.left, s.ends.enter, s.ends.leave, s.answers, s.bvh);
   for (uint32_t k = 0; k < s.log.count; ++k) {
     const uint32_t i = s.log.ray(k);
     answers.logit[i] = s.answers.logit[k];
@@ -57,9 +81,10 @@ struct ExactHitScratch {
   HardRays hard;
   // Rays that do not surely miss, and where boxes count for them.
   SegmentBatch left;
-  float enter[kBatchRays], leave[kBatchRays];
+  BoxEnds ends;
   HitBatch hits;
   BvhHitScratch bvh;
+  SeenBatch seen;
 };
 static_assert(sizeof(ExactHitScratch) <= kKernelScratchBytes);
 
@@ -75,23 +100,28 @@ void intersect_exact(const PackedExactField& packed, const SegmentBatch& batch, 
                      HitBatch& hits, void* memory) {
   auto& s = *static_cast<ExactHitScratch*>(memory);
   if (batch.count <= kFewRays) {
-    for (uint32_t i = 0; i < batch.count; ++i) s.leave[i] = min_of(next_above(limit[i]), batch.tmax[i]);
-    traverse_to_hits(packed.tree, batch, batch.tmin, s.leave, hits, s.bvh);
+    traverse_whole_to_hits(packed.tree, batch, limit, hits, s.ends, s.bvh);
     return;
   }
   fill_hits(hits, batch.count, no_hit(true));
-  Walker walker(packed.field.proof, packed.walk, batch, s.bvh.answers, s.rays, s.log, s.hard);
+  const bool far = any_far(packed.tree.field, batch);
+  if (HWY_UNLIKELY(far)) {
+    see(packed.field, batch, s.seen);
+    for (uint32_t i = 0; i < batch.count; ++i)
+      if (s.seen.moved[i]) set_hit(hits, i, no_hit(certain_bvh(packed.field.bvh, segment_of(batch, i))));
+  }
+  Walker walker(packed.field.proof, packed.walk, far ? s.seen.batch : batch, s.bvh.answers, s.rays, s.log,
+                s.hard);
   while (walker.walk()) {
     s.left.count = s.log.count;
     for (uint32_t k = 0; k < s.log.count; ++k) {
       const uint32_t i = s.log.ray(k);
       const Segment segment = segment_of(batch, i);
-      set_segment(s.left, k, segment);
-      const bool culled = is_culled(packed.field.proof, segment);
-      s.enter[k] = culled ? s.log.begin[k] : segment.tmin;
-      s.leave[k] = min_of(next_above(limit[i]), culled ? s.log.end[k] : segment.tmax);
+      leave_to_triangles(packed.field, segment, s.log.begin[k], s.log.end[k], s.left, s.ends, k);
+      const float start = start_of(packed.tree.field, segment);
+      s.ends.leave[k] = min_of(from_start_up(next_above(limit[i]), start), s.ends.leave[k]);
     }
-    traverse_to_hits(packed.tree, s.left, s.enter, s.leave, s.hits, s.bvh);
+    traverse_to_hits(packed.tree, s.left, s.ends.enter, s.ends.leave, s.hits, s.bvh);
     for (uint32_t k = 0; k < s.log.count; ++k) set_hit(hits, s.log.ray(k), hit_of(s.hits, k));
   }
   for (uint32_t k = 0; k < s.hard.count; ++k)
@@ -109,11 +139,15 @@ void answer_exact(const PackedExactField& packed, const SegmentBatch& batch, Ans
                   void* memory) {
   auto& s = *static_cast<ExactScratch*>(memory);
   if (batch.count <= kFewRays) {
-    traverse(packed.tree, batch, batch.tmin, batch.tmax, answers, s.bvh);
+    traverse_whole(packed.tree, batch, answers, s.ends, s.bvh);
     return;
   }
-  Walker walker(packed.field.proof, packed.walk, batch, answers, s.rays, s.log, s.hard);
+  const bool far = any_far(packed.tree.field, batch);
+  if (HWY_UNLIKELY(far)) see(packed.field, batch, s.seen);
+  Walker walker(packed.field.proof, packed.walk, far ? s.seen.batch : batch, answers, s.rays, s.log, s.hard);
   while (walker.walk()) answer_left(packed, batch, s, answers);
+  for (uint32_t i = 0; far && i < batch.count; ++i)
+    if (s.seen.moved[i]) answers.certain[i] = certain_bvh(packed.field.bvh, segment_of(batch, i));
   for (uint32_t k = 0; k < s.hard.count; ++k)
     answer_exact_by_reference(packed.field, batch, s.hard.ray[k], answers);
 }

@@ -26,7 +26,7 @@ NIF_HOST_DEVICE ObjectAnswer answer_exact_ray(const DeviceExactField& field, con
     return {none.logit, none.certain};
   }
   if (walk.certain) return {walk.verdict == Verdict::visible ? kCertainLogit : -kCertainLogit, true};
-  if (walk.verdict == Verdict::ambiguous) cull(field.proof, segment, open, ray);
+  if (walk.verdict == Verdict::ambiguous) cull(field.proof, segment, 0, open, ray);
   return {meets_nodes<kStride>(field.bvh, ray, stack) ? -kCertainLogit : kCertainLogit,
           certain_bvh(field.bvh, segment)};
 }
@@ -40,7 +40,7 @@ NIF_HOST_DEVICE Hit find_exact_hit(const DeviceExactField& field, const Segment&
   walk_object<true>(field.proof, field.walk, segment, walk, KeepOpen{open});
   BvhRay ray;
   if (!prepare_ray(field.bvh, segment, ray)) return no_hit(answer_no_ray(segment).certain);
-  if (!cull_to_hit(field.proof, segment, walk, open, ray)) return no_hit(true);
+  if (!cull_to_hit(field.proof, segment, 0, walk, open, ray)) return no_hit(true);
   return nearest_bvh_hit<kStride>(field.bvh, segment, limit, ray, stack);
 }
 

@@ -9,13 +9,6 @@
 
 namespace nif::kernels {
 
-/// The next float above x; of infinity itself.
-NIF_HOST_DEVICE inline float next_above(float x) {
-  if (!(x < kNoHit)) return x;
-  const uint32_t bits = bits_as<uint32_t>(x);
-  return bits_as<float>(x < 0 ? bits - 1 : (bits & 0x7fffffff) + 1);
-}
-
 /// The nearest triangle so far.
 struct NearestTriangle {
   TriangleCrossing<double> crossing{};
@@ -52,7 +45,8 @@ NIF_HOST_DEVICE inline void look_at_leaf(const BvhField& field, const BvhRay& ra
 /// From now on boxes behind the nearest triangle are left out, and none that holds one at the same t.
 NIF_HOST_DEVICE inline void leave_at(const NearestTriangle& nearest, BvhRay& ray) {
   if (nearest.triangle != kNoTriangle)
-    ray.leave = min_of(next_above(static_cast<float>(nearest.crossing.t)), ray.leave);
+    ray.leave = min_of(next_above(static_cast<float>(nearest.crossing.t - static_cast<double>(ray.start))),
+                       ray.leave);
 }
 
 /// Boxes beyond `ray.leave` are not looked at; it is moved to the nearest triangle.
@@ -106,7 +100,7 @@ NIF_HOST_DEVICE inline Hit hit_of(const BvhField& field, const NearestTriangle& 
 
 /// Boxes beyond the limit are left out. What lies a little beyond may round to the limit itself.
 NIF_HOST_DEVICE inline void leave_at(float limit, BvhRay& ray) {
-  ray.leave = min_of(next_above(limit), ray.leave);
+  ray.leave = min_of(from_start_up(next_above(limit), ray.start), ray.leave);
 }
 
 /// The first hit of a prepared segment, whose boxes may be culled. `limit` as for intersect().

@@ -5,6 +5,7 @@
 // how many boxes are tested at a time, cannot change the bit.
 #pragma once
 
+#include "kernels/reference/bvh/far.hpp"
 #include "kernels/reference/bvh/field.hpp"
 #include "kernels/reference/hit.hpp"
 #include "kernels/reference/ray.hpp"
@@ -44,8 +45,10 @@ using TriangleRay = TriangleRayOf<double>;
 template <class Real>
 struct BvhRayOf : TriangleRayOf<Real> {
   // Boxes, single precision. Entry planes are seen from `near`, exit planes from `far`: boxes seem larger.
+  // They count t from `start`, which is 0 unless the ray comes from far away.
   float near[3], far[3], inverse[3];
   float enter, leave;
+  float start;
   bool negative[3];
 };
 using BvhRay = BvhRayOf<double>;
@@ -69,19 +72,43 @@ NIF_HOST_DEVICE NIF_PART_OF_KERNEL void prepare_for_triangles(const Segment& seg
   ray.tmax = static_cast<Real>(segment.tmax);
 }
 
+/// Boxes see a ray that starts near them.
+template <class Real>
+NIF_HOST_DEVICE NIF_PART_OF_KERNEL void move_boxes(const BvhField& field, const Segment& segment, float far,
+                                                   float steepest, BvhRayOf<Real>& ray) {
+  float reach = field.extent;
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) {
+    ray.near[a] = moved_origin(segment, a, ray.start);
+    reach = max_of(magnitude(ray.near[a]), reach);
+  }
+  reach = moved_reach(reach, far);
+  const float padding = reach * kBvhPadding, farthest = 4 * reach / steepest;
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) {
+    const float outward = ray.negative[a] ? -padding : padding;
+    ray.far[a] = ray.near[a] - outward;
+    ray.near[a] += outward;
+  }
+  ray.enter = max_of(from_start_down(segment.tmin, ray.start), -farthest);
+  ray.leave = min_of(from_start_up(segment.tmax, ray.start), farthest);
+}
+
 /// False where the segment is none (docs/model.md); its answer is then visible.
 template <class Real>
 NIF_HOST_DEVICE bool prepare_ray(const BvhField& field, const Segment& segment, BvhRayOf<Real>& ray) {
   const float* d = segment.direction;
-  float reach = field.extent, steepest = 0;
+  float far = 0, steepest = 0;
   bool finite = true;
+  NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     finite = finite && is_finite(segment.origin[a]) && is_finite(d[a]);
-    reach = max_of(magnitude(segment.origin[a]), reach);
+    far = max_of(magnitude(segment.origin[a]), far);
     steepest = max_of(magnitude(d[a]), steepest);
   }
-  if (!finite || !(reach <= kMaxBvhCoordinate) || !(steepest >= kMinDirection) ||
-      !(steepest <= kMaxDirection))
+  float reach = max_of(far, field.extent);
+  if (!finite || !(reach <= kMaxBvhCoordinate) || !(far <= field.extent * kBvhFarthest) ||
+      !(steepest >= kMinDirection) || !(steepest <= kMaxDirection))
     return false;
   if (!(segment.tmin <= segment.tmax)) return false;
 
@@ -97,6 +124,8 @@ NIF_HOST_DEVICE bool prepare_ray(const BvhField& field, const Segment& segment, 
   const float farthest = 4 * reach / steepest;  // no triangle is met beyond
   ray.enter = max_of(segment.tmin, -farthest);
   ray.leave = min_of(segment.tmax, farthest);
+  ray.start = start_of(field, segment);
+  if (ray.start != 0) move_boxes(field, segment, far, steepest, ray);
 
   prepare_for_triangles(segment, ray);
   return true;

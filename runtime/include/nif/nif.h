@@ -353,12 +353,14 @@ NIF_API NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info);
 
 /* ---- Queries ----------------------------------------------------------------------------------------- */
 
-/* For each ray, a query asks: do the points origin + t direction with tmin <= t <= tmax meet anything? The
+/* For each ray, a query asks: does a triangle contain one of the points origin + t direction with tmin <= t
+ * <= tmax? Edges and corners belong to a triangle; one that the ray sees exactly edge-on does not count. The
  * direction need not have length 1. tmin and tmax may be infinite: -INFINITY .. INFINITY is the whole line.
  *
  * Invalid rays are reported visible, and certain only if tmin > tmax (no points). A ray is invalid if tmin >
  * tmax, if a number is NaN, if the origin or direction is infinite, or if the direction's largest component
- * (in voxels of an object) is zero or outside 2^-60 .. 2^60. In a scene of several instances, so is a ray
+ * (in voxels of an object) is zero or outside 2^-60 .. 2^60; for an object with triangles, also if the origin
+ * is more than 2^32 times its largest coordinate away. In a scene of several instances, so is a ray
  * whose direction is that in world space or whose origin has a component of 2^126 or more, and a component of
  * its direction below 2^-126 counts as 0. */
 

@@ -96,7 +96,8 @@ class Tree:
         """The answer to what is no ray for this tree, or None."""
         far, steep = max(map(abs, o)), max(map(abs, d))
         finite = all(x - x == 0 for x in (*o, *d))
-        if not finite or max(far, self.extent) > 2.0**61 or not 2.0**-60 <= steep <= 2.0**60 or not tmin <= tmax:
+        too_far = max(far, self.extent) > 2.0**61 or far > single(self.extent * 2.0**32)
+        if not finite or too_far or not 2.0**-60 <= steep <= 2.0**60 or not tmin <= tmax:
             return MAX, True, tmin > tmax
         return None
 
