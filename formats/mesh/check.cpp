@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "formats/base/quantities.hpp"
 #include "formats/base/utf8.hpp"
 #include "formats/mesh/readers.hpp"
 
@@ -42,8 +43,27 @@ bool all_fine(const Mesh& mesh) {
   return infinite == 0;
 }
 
-void check_mesh(const Input& input, const Mesh& mesh) {
-  if (all_fine(mesh)) return;
+/// Returns how many triangles use a vertex that is not finite, and were left out. The indices are in range.
+uint64_t drop_non_finite(Mesh& mesh) {
+  const auto usable = [&](const Triangle& t) {
+    return std::ranges::all_of(t, [&](uint32_t v) { return finite(mesh.positions[v]); });
+  };
+  size_t kept = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!usable(mesh.triangles[t])) continue;
+    mesh.triangles[kept] = mesh.triangles[t];
+    if (!mesh.look.materials.empty()) mesh.look.materials[kept] = mesh.look.materials[t];
+    ++kept;
+  }
+  const uint64_t dropped = mesh.triangles.size() - kept;
+  mesh.triangles.resize(kept);
+  if (!mesh.look.materials.empty()) mesh.look.materials.resize(kept);
+  return dropped;
+}
+
+/// Returns how many triangles were left out.
+uint64_t check_mesh(const Input& input, Mesh& mesh) {
+  if (all_fine(mesh)) return 0;
   const uint64_t vertices = mesh.positions.size();
   for (size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (const uint32_t v : mesh.triangles[t]) {
@@ -52,7 +72,7 @@ void check_mesh(const Input& input, const Mesh& mesh) {
                    fmt::format("triangle {} of mesh '{}' uses vertex {}, but there are only {}", t, mesh.name,
                                v, vertices));
       }
-      if (!finite(mesh.positions[v])) {
+      if (!finite(mesh.positions[v]) && !input.limits.drop_non_finite) {
         const Float3& p = mesh.positions[v];
         input.fail(Status::non_finite_vertex,
                    fmt::format("vertex {} of mesh '{}' is not finite: ({}, {}, {})", v, mesh.name, p[0], p[1],
@@ -60,6 +80,7 @@ void check_mesh(const Input& input, const Mesh& mesh) {
       }
     }
   }
+  return input.limits.drop_non_finite ? drop_non_finite(mesh) : 0;
 }
 
 }  // namespace
@@ -108,7 +129,40 @@ void check(const Input& input, Scene& scene) {
   for (const Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
   if (triangles == 0) input.fail(Status::no_triangles, "has no triangles");
   check_triangle_limit(input, triangles);
-  for (const Mesh& mesh : scene.meshes) check_mesh(input, mesh);
+  uint64_t dropped = 0;
+  for (Mesh& mesh : scene.meshes) dropped += check_mesh(input, mesh);
+  if (dropped == 0) return;
+  if (dropped == triangles)
+    input.fail(Status::non_finite_vertex,
+               fmt::format("each of its {} triangles uses a vertex that is not finite", triangles));
+  drop_empty_meshes(scene);
+  scene.notes.push_back(
+      {NoteKind::non_finite_faces,
+       fmt::format("{}: left out {} that {} a vertex that is not finite.", input.file.string(),
+                   count_of(dropped, "triangle"), dropped == 1 ? "uses" : "use")});
 }
 
 }  // namespace nif::mesh::detail
+
+namespace nif::mesh {
+
+std::vector<std::string> drop_empty_meshes(Scene& scene) {
+  std::vector<std::string> dropped;
+  std::vector<uint32_t> index(scene.meshes.size());
+  uint32_t kept = 0;
+  for (size_t m = 0; m < scene.meshes.size(); ++m) {
+    index[m] = UINT32_MAX;
+    if (scene.meshes[m].triangles.empty()) {
+      dropped.push_back(scene.meshes[m].name);
+      continue;
+    }
+    if (kept != m) scene.meshes[kept] = std::move(scene.meshes[m]);
+    index[m] = kept++;
+  }
+  scene.meshes.resize(kept);
+  std::erase_if(scene.instances, [&](const Instance& i) { return index[i.mesh] == UINT32_MAX; });
+  for (Instance& instance : scene.instances) instance.mesh = index[instance.mesh];
+  return dropped;
+}
+
+}  // namespace nif::mesh

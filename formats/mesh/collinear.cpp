@@ -9,7 +9,7 @@
 namespace nif::mesh {
 namespace {
 
-bool sum_vanishes(const std::array<double, 6>& terms) {
+int sign_of_sum(const std::array<double, 6>& terms) {
   std::array<double, 6> parts{};
   for (size_t n = 0; n < terms.size(); ++n) {
     double carry = terms[n];
@@ -21,26 +21,25 @@ bool sum_vanishes(const std::array<double, 6>& terms) {
     }
     parts[n] = carry;
   }
-  for (const double part : parts) {
-    if (part != 0) return false;
-  }
-  return true;
-}
-
-bool collinear_in_plane(const Float3& a, const Float3& b, const Float3& c, size_t x, size_t y) {
-  const double ax = a[x], ay = a[y], bx = b[x], by = b[y], cx = c[x], cy = c[y];
-  // Almost every triangle ends here: the rounding error of the plain determinant is below 3.4e-16 of this
-  // sum.
-  const double left = (bx - ax) * (cy - ay), right = (by - ay) * (cx - ax);
-  if (std::abs(left - right) > 4e-16 * (std::abs(left) + std::abs(right))) return false;
-  return sum_vanishes({ax * by, -(ay * bx), bx * cy, -(by * cx), cx * ay, -(cy * ax)});
+  // Each part outweighs all before it.
+  for (size_t i = parts.size(); i-- > 0;)
+    if (parts[i] != 0) return parts[i] > 0 ? 1 : -1;
+  return 0;
 }
 
 }  // namespace
 
+int turn(const Float3& a, const Float3& b, const Float3& c, size_t x, size_t y) {
+  const double ax = a[x], ay = a[y], bx = b[x], by = b[y], cx = c[x], cy = c[y];
+  // Almost every triangle ends here: the rounding error of the plain determinant is below 3.4e-16 of this
+  // sum.
+  const double left = (bx - ax) * (cy - ay), right = (by - ay) * (cx - ax);
+  if (std::abs(left - right) > 4e-16 * (std::abs(left) + std::abs(right))) return left > right ? 1 : -1;
+  return sign_of_sum({ax * by, -(ay * bx), bx * cy, -(by * cx), cx * ay, -(cy * ax)});
+}
+
 bool collinear(const Float3& a, const Float3& b, const Float3& c) {
-  return collinear_in_plane(a, b, c, 0, 1) && collinear_in_plane(a, b, c, 1, 2) &&
-         collinear_in_plane(a, b, c, 2, 0);
+  return turn(a, b, c, 0, 1) == 0 && turn(a, b, c, 1, 2) == 0 && turn(a, b, c, 2, 0) == 0;
 }
 
 }  // namespace nif::mesh

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "formats/base/status.hpp"
 #include "formats/mesh/scene.hpp"
@@ -19,6 +21,9 @@ struct ReadLimits {
   /// Also what colour surfaces have: Mesh::look. Of PLY and OBJ colours of vertices, of glTF also materials
   /// and their pictures (PNG and JPEG); other formats have none. Pictures have no part in Scene::source_hash.
   bool colors = false;
+  /// Leave out triangles that use a vertex that is not finite, with a note that counts them, where the file
+  /// would be refused else. A file of nothing but such is refused. Vertices stay, unused.
+  bool drop_non_finite = false;
 };
 
 /// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf; docs/meshes.md has its extensions) or DRC (Draco), each
@@ -34,6 +39,9 @@ Scene read(const std::filesystem::path& file, const ReadLimits& limits = {});
 
 /// The same for a file whose bytes are in memory, and not compressed.
 Scene read(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits = {});
+
+/// Leaves out meshes without triangles, and their instances; returns their names.
+std::vector<std::string> drop_empty_meshes(Scene& scene);
 
 /// The checks of read(), for a scene that was read from a file in another way. Throws as read().
 void check(const std::filesystem::path& file, Scene& scene, const ReadLimits& limits = {});

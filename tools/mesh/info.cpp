@@ -117,6 +117,7 @@ void print_json(const Arguments& arguments, const mesh::Scene& scene, const Resu
     mesh.update(json_of(results.meshes[m]));
     json["meshes"].push_back(std::move(mesh));
   }
+  json["notes"] = mesh::texts_of(scene.notes);
   write_json(json);
 }
 
@@ -146,7 +147,7 @@ void run(const Arguments& arguments) {
   if (arguments.self_intersections == "on") cgal::require("--self-intersections on");
   Progress progress(arguments.quiet);
   const EndAtOnce nothing_is_written;
-  const mesh::Scene scene = read_mesh(arguments.input, progress);
+  const mesh::Scene scene = read_mesh(arguments.input, progress, {.drop_non_finite = true});
   const Results results = look_at(arguments, scene, progress);
   progress.finish();
   print_notes(mesh::texts_of(scene.notes), arguments.quiet);

@@ -19,6 +19,7 @@ namespace nif::tools {
 struct WorkArguments : RunArguments {
   std::string input, output;
   mesh::WriteOptions write;
+  mesh::ReadLimits limits;  ///< a verb sets these, not its user
 };
 
 /// INPUT, -o, --draco, --draco-bits, --text, -j, --json and --quiet of `command`, whose results have the
