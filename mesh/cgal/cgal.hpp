@@ -51,8 +51,8 @@ Holes fill_holes(mesh::Mesh& mesh, uint64_t most_edges, const IsRim& is_rim, con
 
 /// Isotropic remeshing: triangles of about the edge length `edge`, in the units of the mesh, by splitting,
 /// collapsing and flipping edges and smoothing, `iterations` times; what is a boundary stays where it is. The
-/// mesh is as repair::orient() leaves it. Sharp edges, at which triangles meet by more than `sharp` degrees, stay (180:
-/// none does).
+/// mesh is as repair::orient() leaves it. Sharp edges, at which triangles meet by more than `sharp` degrees,
+/// stay (180: none does).
 mesh::Mesh remesh_isotropic(const mesh::Mesh& mesh, double edge, uint32_t iterations, double sharp);
 
 }  // namespace nif::cgal

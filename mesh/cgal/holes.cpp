@@ -70,7 +70,8 @@ class HoleFiller {
 
 }  // namespace
 
-Holes fill_holes(mesh::Mesh& mesh, uint64_t most_edges, const IsRim& is_rim, const std::atomic<bool>& cancel) {
+Holes fill_holes(mesh::Mesh& mesh, uint64_t most_edges, const IsRim& is_rim,
+                 const std::atomic<bool>& cancel) {
   Surface surface = to_surface(mesh);
   const Holes done = HoleFiller(surface, is_rim).fill(most_edges, cancel);
   if (done.filled == 0) return done;

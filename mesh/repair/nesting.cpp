@@ -1,8 +1,8 @@
-// A ray from the vertex of a solid that is farthest along x goes on along x. What it meets first, if anything,
-// reaches farther along x: it is around the solid, or beside it within the same ones. So solids are placed one
-// after the other, the farthest first, each by one ray, however deep they are nested. Which triangles the ray
-// meets is decided exactly, as if it were moved by a little along y and by much less along z, so that it meets
-// no edge.
+// A ray from the vertex of a solid that is farthest along x goes on along x. What it meets first, if
+// anything, reaches farther along x: it is around the solid, or beside it within the same ones. So solids are
+// placed one after the other, the farthest first, each by one ray, however deep they are nested. Which
+// triangles the ray meets is decided exactly, as if it were moved by a little along y and by much less along
+// z, so that it meets no edge.
 #include "mesh/repair/nesting.hpp"
 
 #include <algorithm>
@@ -49,7 +49,8 @@ bool surely_apart(const Corners& p, const Corners& q) {
   double size = 0;
   for (size_t i = 0; i < 3; ++i) {
     a[i] = to_double(p[i]) - to_double(p[0]), b[i] = to_double(q[i]) - to_double(p[0]);
-    for (size_t axis = 0; axis < 3; ++axis) size = std::max({size, std::abs(a[i][axis]), std::abs(b[i][axis])});
+    for (size_t axis = 0; axis < 3; ++axis)
+      size = std::max({size, std::abs(a[i][axis]), std::abs(b[i][axis])});
   }
   const auto separates = [&](const Double3& axis) {
     std::array<double, 3> x, y;
@@ -76,11 +77,11 @@ struct Solid {
   uint32_t top;    ///< its vertex that is farthest along x
   Box box;
   double volume = 0;
-  size_t begin = 0, end = 0;  ///< its triangles, in Nest::triangles_
-  bool nested = false;        ///< within the bounds of another one
-  uint32_t behind = kNone;    ///< the solid that the ray from its top meets first
-  bool odd = false;           ///< within an odd number of others
-  bool unclear = false;       ///< the ray does not tell
+  size_t begin = 0, end = 0;    ///< its triangles, in Nest::triangles_
+  bool nested = false;          ///< within the bounds of another one
+  uint32_t behind = kNone;      ///< the solid that the ray from its top meets first
+  bool odd = false;             ///< within an odd number of others
+  bool unclear = false;         ///< the ray does not tell
   std::optional<bool> apart{};  ///< neither crosses nor touches another one; once it was asked
   std::optional<bool> sure{};   ///< `odd` can be relied on; likewise
 };
@@ -196,12 +197,11 @@ class Nest {
     tree_.emplace(std::move(boxes));
     for (uint32_t s = 0; s < solids_.size(); ++s)
       for (size_t i = solids_[s].begin; i < solids_[s].end; ++i) owner_.push_back(s);
-    steps_left_ = 1'000'000 + 400 * uint64_t(triangles_.size());
+    steps_left_ = 1'000'000 + 1000 * uint64_t(triangles_.size());
     std::vector<uint32_t> order(solids_.size());
     std::iota(order.begin(), order.end(), 0u);
-    std::ranges::stable_sort(order, [&](uint32_t a, uint32_t b) {
-      return solids_[a].box.max[0] > solids_[b].box.max[0];
-    });
+    std::ranges::stable_sort(
+        order, [&](uint32_t a, uint32_t b) { return solids_[a].box.max[0] > solids_[b].box.max[0]; });
     for (const uint32_t s : order)
       if (solids_[s].nested) shoot(solids_[s]);
   }
@@ -219,8 +219,9 @@ class Nest {
     bool mixed = false;  // it may be another one that is nearest
     tree_->visit(
         [&](const Box& box) {
-          return step() && box.max[0] > p[0] && box.min[1] <= p[1] && box.max[1] >= p[1] && box.min[2] <= p[2] &&
-                 box.max[2] >= p[2] && (!nearest || double(box.min[0]) <= nearest->high);
+          return step() && box.max[0] > p[0] && box.min[1] <= p[1] && box.max[1] >= p[1] &&
+                 box.min[2] <= p[2] && box.max[2] >= p[2] &&
+                 (!nearest || double(box.min[0]) <= nearest->high);
         },
         [&](uint32_t i) {
           const std::optional<Meeting> met = meet(p, corners(triangles_[i]));
@@ -230,7 +231,8 @@ class Nest {
             nearest = met, behind = owner_[i], mixed = false;
           } else if (met->low <= nearest->high) {
             mixed = mixed || owner_[i] != behind || met->facing != nearest->facing;
-            nearest->low = std::min(nearest->low, met->low), nearest->high = std::max(nearest->high, met->high);
+            nearest->low = std::min(nearest->low, met->low),
+            nearest->high = std::max(nearest->high, met->high);
           }
           return true;
         },
@@ -259,7 +261,8 @@ class Nest {
     // The corners' share in the point, and how much rounding may change them.
     double sum = 0, error = 0, x = 0, low = t[0][0], high = low;
     for (size_t i = 0; i < 3; ++i) {
-      const Double3 a = to_double(t[(i + 1) % 3]) - to_double(p), b = to_double(t[(i + 2) % 3]) - to_double(p);
+      const Double3 a = to_double(t[(i + 1) % 3]) - to_double(p),
+                    b = to_double(t[(i + 2) % 3]) - to_double(p);
       const double share = a[1] * b[2] - a[2] * b[1];
       sum += share, x += share * t[i][0];
       error += 1e-15 * (std::abs(a[1] * b[2]) + std::abs(a[2] * b[1]));
@@ -267,7 +270,8 @@ class Nest {
     }
     if (std::abs(sum) <= 4 * error) return Meeting{low, high, facing};
     x /= sum;
-    const double off = 4 * error / std::abs(sum) * (high - low) + 1e-15 * std::max(std::abs(low), std::abs(high));
+    const double off =
+        4 * error / std::abs(sum) * (high - low) + 1e-15 * std::max(std::abs(low), std::abs(high));
     return Meeting{std::max(low, x - off), std::min(high, x + off), facing};
   }
 
@@ -280,7 +284,8 @@ class Nest {
       const Box& box = tree_->box(uint32_t(i));
       tree_->visit([&](const Box& other) { return step() && overlap(other, box); },
                    [&](uint32_t other) {
-                     if (owner_[other] != s && !surely_apart(own, corners(triangles_[other]))) solid.apart = false;
+                     if (owner_[other] != s && !surely_apart(own, corners(triangles_[other])))
+                       solid.apart = false;
                      return *solid.apart;
                    });
       if (steps_left_ == 0) solid.apart = false;

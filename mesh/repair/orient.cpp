@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <span>
-#include <tuple>
 #include <utility>
 
 #include "formats/base/disjoint_sets.hpp"
@@ -89,28 +88,33 @@ class Fans {
     fans_.unite(from(a), to(b));
     fans_.unite(to(a), from(b));
   }
-  /// The sides at an edge that was taken apart, without those that fans go over nevertheless, since they run
-  /// all around its ends. A fan ends at an edge twice at most, so that such sides are pairs.
-  std::vector<Side> loose(std::span<const Side> sides) {
-    using Place = std::tuple<uint32_t, uint32_t, size_t>;
-    std::vector<Place> places;
-    for (size_t i = 0; i < sides.size(); ++i) {
-      const Side& side = sides[i];
-      const uint32_t a = fans_.find(from(side)), b = fans_.find(to(side));
-      places.emplace_back(side.sign > 0 ? a : b, side.sign > 0 ? b : a, i);
+
+  /// Joins sides of edges that were taken apart, where it is clear which of them belong together: those of
+  /// one fan that begins and ends at the edge, and then those that are the only two left there, if they fit.
+  /// `apart` has these sides, in the order of their edges. Returns how many edges were joined.
+  uint64_t stitch(std::span<const Side> apart) {
+    if (apart.empty()) return 0;
+    apart_ = apart;
+    joined_.assign(apart.size(), false);
+    in_.assign(mesh_.triangles.size() * 3, kNone), out_ = in_;
+    for (uint32_t s = 0; s < apart.size(); ++s) {
+      out_[fans_.find(from(apart[s]))] = s;
+      in_[fans_.find(to(apart[s]))] = s;
     }
-    std::sort(places.begin(), places.end());
-    const auto same = [](const Place& a, const Place& b) {
-      return std::get<0>(a) == std::get<0>(b) && std::get<1>(a) == std::get<1>(b);
-    };
-    std::vector<Side> loose;
-    for (size_t i = 0; i < places.size(); ++i) {
-      if (i + 1 < places.size() && same(places[i], places[i + 1]))
-        ++i;
-      else
-        loose.push_back(sides[std::get<2>(places[i])]);
+    uint64_t stitched = 0;
+    for (const Side& side : apart) stitched += zip(fans_.find(to(side)));
+    for (size_t begin = 0, end; begin < apart.size(); begin = end) {
+      end = mesh::end_of_edge(apart, begin);
+      std::vector<uint32_t> left;
+      for (size_t s = begin; s < end; ++s)
+        if (!joined_[s]) left.push_back(uint32_t(s));
+      if (left.size() != 2 || apart[left[0]].sign == apart[left[1]].sign) continue;
+      joined_[left[0]] = joined_[left[1]] = true;
+      ++stitched;
+      const uint32_t one = close(left[0], left[1]), other = close(left[1], left[0]);
+      stitched += zip(one) + zip(other);
     }
-    return loose;
+    return stitched;
   }
   /// Gives each fan a vertex of its own.
   void split(Orienting& done) {
@@ -142,8 +146,41 @@ class Fans {
   static uint32_t from(const Side& side) { return side.triangle * 3 + side.corner; }
   static uint32_t to(const Side& side) { return side.triangle * 3 + (side.corner + 1) % 3; }
 
+  static constexpr uint32_t kNone = UINT32_MAX;
+
+  /// Makes one of the fan from which side a goes out and the one into which side b comes, at one end of their
+  /// edge, and returns it.
+  uint32_t close(uint32_t a, uint32_t b) {
+    const uint32_t first = fans_.find(from(apart_[a])), second = fans_.find(to(apart_[b]));
+    const bool whole = first == second;
+    const uint32_t in = whole ? kNone : in_[first], out = whole ? kNone : out_[second];
+    fans_.unite(first, second);
+    const uint32_t fan = fans_.find(first);
+    in_[fan] = in, out_[fan] = out;
+    return fan;
+  }
+
+  /// If a fan begins and ends at one edge, joins the edge, and goes on at its other end.
+  uint64_t zip(uint32_t fan) {
+    uint64_t count = 0;
+    for (;;) {
+      const uint32_t in = in_[fan], out = out_[fan];
+      if (in == kNone || out == kNone || apart_[in].edge != apart_[out].edge || joined_[in] || joined_[out])
+        return count;
+      joined_[in] = joined_[out] = true;
+      in_[fan] = out_[fan] = kNone;
+      // Where it is one fan at the other end, too, nothing was apart.
+      count += fans_.find(from(apart_[in])) != fans_.find(to(apart_[out]));
+      fan = close(in, out);
+    }
+  }
+
   Mesh& mesh_;
   DisjointSets fans_;
+  std::span<const Side> apart_;
+  std::vector<bool> joined_;  ///< of these sides
+  std::vector<uint32_t> in_,
+      out_;  ///< of a fan, by the corner that represents it: the sides at which it ends
 };
 
 }  // namespace
@@ -153,20 +190,15 @@ Orienting orient(Mesh& mesh) {
   std::vector<Side> sides = mesh::sorted_sides(mesh.triangles);
   done.turned = turn_triangles(mesh, sides);
   Fans fans(mesh);
-  std::vector<std::span<const Side>> apart;
+  std::vector<Side> apart;
   for (size_t begin = 0, end; begin < sides.size(); begin = end) {
     end = mesh::end_of_edge(sides, begin);
     if (end - begin == 2 && sides[begin].sign != sides[begin + 1].sign)
       fans.join(sides[begin], sides[begin + 1]);
     else if (end - begin > 2)
-      apart.push_back(std::span<const Side>(sides).subspan(begin, end - begin));
+      apart.insert(apart.end(), sides.begin() + std::ptrdiff_t(begin), sides.begin() + std::ptrdiff_t(end));
   }
-  for (const std::span<const Side> edge : apart) {
-    const std::vector<Side> loose = fans.loose(edge);
-    if (loose.size() != 2 || loose[0].sign == loose[1].sign) continue;
-    fans.join(loose[0], loose[1]);
-    ++done.stitched_edges;
-  }
+  done.stitched_edges = fans.stitch(apart);
   fans.split(done);
   return done;
 }

@@ -19,8 +19,9 @@ struct Orienting {
 /// Turns triangles to face like their neighbours, in the direction of the majority of their piece (if there
 /// is none, in that of its first triangle). Then each edge with more than two triangles, and each at which
 /// two face opposite ways, as somewhere on a Moebius strip, is taken apart, and so are the fans of triangles
-/// that meet at a vertex alone. Where that leaves two open edges at the same place that fit, they are joined.
-/// After it, each edge has two triangles at most, and these face the same way; each vertex has one fan.
+/// that meet at a vertex alone. What is apart and belongs together is joined again: two triangles at an edge
+/// that others connect around one of its ends, and two that are the only ones left, if they face the same
+/// way. After it, each edge has two triangles at most, and these face the same way; each vertex has one fan.
 /// Triangles keep their order; copies of vertices follow.
 Orienting orient(mesh::Mesh& mesh);
 

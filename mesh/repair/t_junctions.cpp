@@ -21,15 +21,13 @@ using mesh::Mesh;
 using mesh::Side;
 using mesh::Triangle;
 
-uint64_t edge_of(uint32_t a, uint32_t b) {
-  return a < b ? uint64_t{a} << 32 | b : uint64_t{b} << 32 | a;
-}
+uint64_t edge_of(uint32_t a, uint32_t b) { return a < b ? uint64_t{a} << 32 | b : uint64_t{b} << 32 | a; }
 
 /// An edge with one triangle, from a to b as that goes.
 struct OpenEdge {
   uint32_t a, b, triangle;
   uint16_t corner;
-  double distance;  ///< of vertices that count as on it
+  double distance;            ///< of vertices that count as on it
   size_t begin = 0, end = 0;  ///< of its hits
 };
 
@@ -55,9 +53,9 @@ class Seams {
     for (int round = 0; take_back(round >= kGentle); ++round)
       if (round == kRounds) return {.gave_up = true};
     for (const OpenEdge& edge : open_) {
-      const auto alive = std::count_if(hits_.begin() + std::ptrdiff_t(edge.begin),
-                                       hits_.begin() + std::ptrdiff_t(edge.end),
-                                       [](const Hit& hit) { return hit.alive; });
+      const auto alive =
+          std::count_if(hits_.begin() + std::ptrdiff_t(edge.begin), hits_.begin() + std::ptrdiff_t(edge.end),
+                        [](const Hit& hit) { return hit.alive; });
       done.edges += alive > 0;
       done.vertices += uint64_t(alive);
     }
@@ -192,8 +190,7 @@ class Seams {
       if (is_split(e)) order.emplace_back(open_[e].triangle, e);
     std::sort(order.begin(), order.end());
     for (const auto& [triangle, edge] : order) {
-      if (found.empty() || found.back().first != triangle)
-        found.push_back({triangle, {kNone, kNone, kNone}});
+      if (found.empty() || found.back().first != triangle) found.push_back({triangle, {kNone, kNone, kNone}});
       found.back().second[open_[edge].corner] = edge;
     }
     return found;
@@ -210,7 +207,8 @@ class Seams {
       chain_of(open_[edges[k]], chain);
       const size_t at = with[k];
       const Triangle part = parts[at];
-      const uint32_t tip = part[size_t(std::find(part.begin(), part.end(), chain.front()) - part.begin() + 2) % 3];
+      const uint32_t tip =
+          part[size_t(std::find(part.begin(), part.end(), chain.front()) - part.begin() + 2) % 3];
       parts[at] = {chain[0], chain[1], tip};
       for (size_t i = 1; i + 1 < chain.size(); ++i) parts.push_back({chain[i], chain[i + 1], tip});
       // The edge that follows begins where this one ends.
@@ -279,10 +277,11 @@ class Seams {
     for (size_t s = 0, begin = 0; s < split.size(); begin = ends[s++]) {
       const auto& [triangle, edges] = split[s];
       const std::span<const Triangle> made = std::span<const Triangle>(parts).subspan(begin, ends[s] - begin);
-      const bool harmful =
-          !is_sound(mesh_.triangles[triangle], made) || std::any_of(made.begin(), made.end(), [&](const Triangle& t) {
-            return count_at(t[0], t[1]).too_many || count_at(t[1], t[2]).too_many || count_at(t[2], t[0]).too_many;
-          });
+      const bool harmful = !is_sound(mesh_.triangles[triangle], made) ||
+                           std::any_of(made.begin(), made.end(), [&](const Triangle& t) {
+                             return count_at(t[0], t[1]).too_many || count_at(t[1], t[2]).too_many ||
+                                    count_at(t[2], t[0]).too_many;
+                           });
       for (const uint32_t e : edges) {
         if (e == kNone) continue;
         bool bad = harmful;
@@ -325,7 +324,7 @@ class Seams {
   std::vector<uint32_t> rim_;                  ///< vertices of open edges, ascending
   std::vector<uint64_t> at_vertex_, on_edge_;  ///< pairs of a vertex and an edge, of an edge and a vertex
   std::vector<Hit> hits_;                      ///< by edge, then along it
-  uint64_t steps_left_ = 0, most_hits_ = 0;  ///< most meshes need a tenth of it
+  uint64_t steps_left_ = 0, most_hits_ = 0;    ///< most meshes need a tenth of it
 };
 
 }  // namespace

@@ -7,15 +7,15 @@
 
 namespace nif::repair {
 
-/// A vertex rounded to floats is hardly ever on a slanted edge exactly: it counts as on it within this part of
-/// the largest coordinate of the edge's ends. That is 16 times what rounding moves a coordinate by, as much as
-/// a rotation in single precision may.
+/// A vertex rounded to floats is hardly ever on a slanted edge exactly: it counts as on it within this part
+/// of the largest coordinate of the edge's ends. That is 16 times what rounding moves a coordinate by, as
+/// much as a rotation in single precision may.
 inline constexpr double kOnEdge = 0x1p-20;
 
 struct TJunctions {
-  uint64_t edges = 0;      ///< that were split
-  uint64_t vertices = 0;   ///< at which they were, with one that lies on several edges counted for each
-  bool gave_up = false;    ///< too many vertices lie near too many edges; nothing was changed
+  uint64_t edges = 0;     ///< that were split
+  uint64_t vertices = 0;  ///< at which they were, with one that lies on several edges counted for each
+  bool gave_up = false;   ///< too many vertices lie near too many edges; nothing was changed
 };
 
 /// Splits open edges, those with one triangle, at vertices of other open edges that run along them, so that

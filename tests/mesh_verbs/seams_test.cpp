@@ -19,7 +19,8 @@ using repair::TJunctions;
 
 /// The unit cube whose top has `points` vertices on the edge that its front lacks, at these places along it.
 Mesh cube_with(const std::vector<float>& points) {
-  Mesh mesh{"cube", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}}, {}};
+  Mesh mesh{
+      "cube", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}}, {}};
   const uint32_t sides[][4] = {{0, 2, 3, 1}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
   for (const auto& [a, b, c, d] : sides) mesh.triangles.insert(mesh.triangles.end(), {{a, b, c}, {a, c, d}});
   uint32_t last = 4;
@@ -113,8 +114,17 @@ TEST(Seams, ChainsThatMissEachOther) {
 
 /// A triangle all of whose edges are split.
 TEST(Seams, AllEdgesOfATriangle) {
-  Mesh mesh{"star", {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {2, 0, 0}, {1, 0, 0}, {2, 2, 0}, {0, 2, 0}, {4, 4, 0},
-                     {-1, 1, 0}, {1, -1, 0}},
+  Mesh mesh{"star",
+            {{0, 0, 0},
+             {4, 0, 0},
+             {0, 4, 0},
+             {2, 0, 0},
+             {1, 0, 0},
+             {2, 2, 0},
+             {0, 2, 0},
+             {4, 4, 0},
+             {-1, 1, 0},
+             {1, -1, 0}},
             {{0, 1, 2}, {0, 9, 4}, {4, 9, 3}, {3, 9, 1}, {1, 7, 5}, {5, 7, 2}, {2, 8, 6}, {6, 8, 0}}};
   const double area = inspect::inspect(mesh).area;
   EXPECT_EQ(repair::close_t_junctions(mesh, 0).edges, 3u);
@@ -127,11 +137,14 @@ TEST(Seams, AllEdgesOfATriangle) {
 TEST(Seams, WhatClosesNothingStays) {
   // A corner that touches the edge of another sheet; a vertex within, not on an open edge; a fin on an edge
   // that is closed.
-  Mesh corner{"corner", {{0, 0, 0}, {2, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, -1, 0}, {2, -1, 0}}, {{0, 1, 2}, {3, 4, 5}}};
+  Mesh corner{
+      "corner", {{0, 0, 0}, {2, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, -1, 0}, {2, -1, 0}}, {{0, 1, 2}, {3, 4, 5}}};
   Mesh fin = cube();
   append(fin, Mesh{"fin", {{0, -1, -1}, {0.5f, -1, -1}, {0, -3, -3}}, {{0, 1, 2}}});
   // The vertex that faces the edge lies on it but for rounding: the fan would turn over.
-  Mesh sliver{"sliver", {{0, 0, 0}, {1, 0, 0}, {0.5f, 1e-9f, 0}, {0.5f, 2e-9f, 0}}, {{0, 1, 2}, {0, 2, 3}, {2, 1, 3}}};
+  Mesh sliver{"sliver",
+              {{0, 0, 0}, {1, 0, 0}, {0.5f, 1e-9f, 0}, {0.5f, 2e-9f, 0}},
+              {{0, 1, 2}, {0, 2, 3}, {2, 1, 3}}};
   for (Mesh* mesh : {&corner, &fin, &sliver}) {
     const std::vector<mesh::Triangle> before = mesh->triangles;
     EXPECT_EQ(repair::close_t_junctions(*mesh, 0).edges, 0u) << mesh->name;
@@ -178,7 +191,8 @@ TEST(Seams, ManyVertices) {
 
   Mesh heap{"heap", {}, {}};
   for (uint32_t i = 0; i < 20'000; ++i) {
-    heap.positions.insert(heap.positions.end(), {{float(i), 0, 0}, {float(i) + 50'000, 0, 0}, {float(i), 1, 0}});
+    heap.positions.insert(heap.positions.end(),
+                          {{float(i), 0, 0}, {float(i) + 50'000, 0, 0}, {float(i), 1, 0}});
     heap.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   }
   const std::vector<mesh::Triangle> before = heap.triangles;

@@ -20,8 +20,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Of CGAL's half-edge mesh, which holes are filled in, and what is built to make one, by trying: the dragon of
-/// 871,414 triangles takes 0.37 kB a triangle.
+/// Of CGAL's half-edge mesh, which holes are filled in, and what is built to make one, by trying: the dragon
+/// of 871,414 triangles takes 0.37 kB a triangle.
 constexpr uint64_t kBytesToRepair = 800;
 
 struct Arguments {
@@ -32,20 +32,13 @@ struct Arguments {
 };
 
 Json json_of(const repair::Report& r) {
-  return {{"welded_vertices", r.welded},
-          {"degenerate_dropped", r.degenerate},
-          {"duplicate_dropped", r.duplicate},
-          {"opposite_dropped", r.opposite},
-          {"edges_split", r.split_edges},
-          {"t_junctions_closed", r.t_junctions},
-          {"triangles_turned", r.turned},
-          {"vertices_split", r.split_vertices},
-          {"edges_stitched", r.stitched_edges},
-          {"holes_filled", r.holes.filled},
-          {"holes_not_filled", r.holes.unfilled},
-          {"fill_triangles", r.holes.triangles},
-          {"solids_turned", r.turned_solids},
-          {"solids_unclear", r.unclear_solids}};
+  return {{"welded_vertices", r.welded},          {"degenerate_dropped", r.degenerate},
+          {"duplicate_dropped", r.duplicate},     {"opposite_dropped", r.opposite},
+          {"edges_split", r.split_edges},         {"t_junctions_closed", r.t_junctions},
+          {"triangles_turned", r.turned},         {"vertices_split", r.split_vertices},
+          {"edges_stitched", r.stitched_edges},   {"holes_filled", r.holes.filled},
+          {"holes_not_filled", r.holes.unfilled}, {"fill_triangles", r.holes.triangles},
+          {"solids_turned", r.turned_solids},     {"solids_unclear", r.unclear_solids}};
 }
 
 std::string text_of(const repair::Report& r) {
