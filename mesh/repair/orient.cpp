@@ -103,16 +103,11 @@ class Fans {
     }
     uint64_t stitched = 0;
     for (const Side& side : apart) stitched += zip(fans_.find(to(side)));
-    for (size_t begin = 0, end; begin < apart.size(); begin = end) {
-      end = mesh::end_of_edge(apart, begin);
-      std::vector<uint32_t> left;
-      for (size_t s = begin; s < end; ++s)
-        if (!joined_[s]) left.push_back(uint32_t(s));
-      if (left.size() != 2 || apart[left[0]].sign == apart[left[1]].sign) continue;
-      joined_[left[0]] = joined_[left[1]] = true;
-      ++stitched;
-      const uint32_t one = close(left[0], left[1]), other = close(left[1], left[0]);
-      stitched += zip(one) + zip(other);
+    // What is joined may leave two at an edge that was looked at before; few meshes need a third pass.
+    uint64_t before = UINT64_MAX;
+    for (int pass = 0; pass < 16 && stitched != before; ++pass) {
+      before = stitched;
+      stitched += join_last_two();
     }
     return stitched;
   }
@@ -147,6 +142,22 @@ class Fans {
   static uint32_t to(const Side& side) { return side.triangle * 3 + (side.corner + 1) % 3; }
 
   static constexpr uint32_t kNone = UINT32_MAX;
+
+  uint64_t join_last_two() {
+    uint64_t count = 0;
+    std::vector<uint32_t> left;
+    for (size_t begin = 0, end; begin < apart_.size(); begin = end) {
+      end = mesh::end_of_edge(apart_, begin);
+      left.clear();
+      for (size_t s = begin; s < end; ++s)
+        if (!joined_[s]) left.push_back(uint32_t(s));
+      if (left.size() != 2 || apart_[left[0]].sign == apart_[left[1]].sign) continue;
+      joined_[left[0]] = joined_[left[1]] = true;
+      const uint32_t one = close(left[0], left[1]), other = close(left[1], left[0]);
+      count += 1 + zip(one) + zip(fans_.find(other));
+    }
+    return count;
+  }
 
   /// Makes one of the fan from which side a goes out and the one into which side b comes, at one end of their
   /// edge, and returns it.
