@@ -180,7 +180,7 @@ TEST_F(Query, ReadsJsonLines) {
   for (const auto& [text, why] : std::vector<std::pair<std::string, std::string>>{
            {"[1,2,3]", "6 or 8 numbers is needed, and there are 3"},
            {"[1,2,3,4,5,6", "']' is needed before the end of the line"},
-           {"[[1,2,3,4,5,6]]", "array [0]: '[[1' is not a number"},
+           {"[[1,2,3,4,5,6]]", "array [0]: '[1' is not a number"},
            {"[1,2,3,4,5,6] 7", "'7' follows the ray"},
            {"{\"origin\":[1,2,3]}", "there is no 'direction'"},
            {"{\"origin\":[1,2,3],\"direction\":[1,2]}", "direction has 2 numbers instead of 3"},
@@ -246,8 +246,11 @@ TEST_F(Query, RefusesArraysByName) {
             "a header of 4294967295 bytes"},
            {"\x93NUMPY", Status::file_truncated, "ends within its header"}}) {
     expect_refused(rays(bytes), status, why);
-    expect_refused(piped(bytes), status, why);
   }
+  // A pipe has no size to begin with.
+  expect_refused(piped(npy_of("<f4", "(9999999999999, 6)", six)), Status::file_truncated, "ends in row 2 of");
+  expect_refused(piped(npy_of("<f4", "(1, 6)", six + "x")), Status::malformed_rays,
+                 "goes on behind the 1 rows");
   const std::string by_columns = npy_of("<f4", "(9999999999999, 6)", six, true);
   expect_refused(piped(by_columns), Status::file_truncated,
                  "standard input: ends in row 1 of the 9999999999999");
@@ -274,13 +277,12 @@ TEST_F(Query, RefusesTablesByLineAndColumn) {
            {ray + std::string(100, 'x') + " 2 3 4 5 6\n", "'" + std::string(40, 'x') + "...' is not"},
            {"\x1f\x8b\x08", "is compressed"},
            {std::string("PK\x03\x04", 4), "an archive"},
-           {std::string("\x7f"
-                        "ELF\0\1",
-                        6),
-            "is neither text"}}) {
+           {std::string("1 2\0 3 4 5 6", 12), "is neither text"},
+           {std::string("\x7fqrstuv\0\1", 9), R"('\x7fqrstuv\x00\x01' is neither a number)"}}) {
     const Outcome outcome = rays(text);
     expect_refused(outcome, Status::malformed_rays, why);
     EXPECT_NE(outcome.err.find((folder_->path() / "rays").string() + ": "), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
   }
   const Outcome first = rays(ray + "1 2 3 4 5 y\n" + std::string(100'000, '\n') + "1 2 3 4 5 z\n");
   expect_refused(first, Status::malformed_rays, "line 2: column 6 (dz): 'y'");

@@ -43,7 +43,7 @@ std::string TimeLeft::text(double seconds, double fraction) {
   }
   if (!foreseen_) return "";
   const double left = end_ - seconds;
-  return left < 0.5 && fraction < 1 ? "takes longer" : format_duration(std::max(left, 0.0)) + " left";
+  return left < 0 && fraction < 1 ? "takes longer" : format_duration(std::max(left, 0.0)) + " left";
 }
 
 bool ProgressPace::due(double seconds, double fraction) {

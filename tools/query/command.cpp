@@ -65,11 +65,12 @@ void run(Arguments arguments) {
   const std::unique_ptr<RaySource> source =
       arguments.rays.empty() ? rays_of_words(arguments.ray) : open_rays(arguments.rays);
   AnswerStream out(arguments.output);
-  const auto writer = make_answer_writer(format, arguments.hits, source->count(), out);
   std::vector<NifRay> rays;
+  bool more = source->next(rays);  // before anything is written: most files that are none fail here
+  const auto writer = make_answer_writer(format, arguments.hits, source->count(), out);
   Answers answers;
   uint64_t count = 0, visible = 0, certain = 0;
-  while (source->next(rays)) {
+  for (; more; more = source->next(rays)) {
     asker.ask(rays, answers);
     writer->write(answers);
     count += rays.size();

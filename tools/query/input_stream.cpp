@@ -16,9 +16,10 @@ namespace nif::tools {
 namespace {
 
 [[noreturn]] void unreadable(const std::string& name, int error) {
-  const Status status =
-      error == ENOENT || error == ENOTDIR ? Status::file_not_found : Status::file_unreadable;
-  throw Error(status, name + ": cannot be read: " + std::strerror(error));
+  if (error == ENOENT || error == ENOTDIR)
+    throw Error(Status::file_not_found, name + ": there is no such file");
+  throw Error(Status::file_unreadable,
+              name + ": cannot be read: " + (error == EISDIR ? "it is a folder" : std::strerror(error)));
 }
 
 /// read() or pread(), until `to` is full or the end is reached.

@@ -9,6 +9,8 @@
 #include <limits>
 #include <span>
 
+#include "formats/base/printable.hpp"
+
 namespace nif::tools {
 namespace {
 
@@ -59,10 +61,10 @@ class Words {
 
 std::string shown(std::string_view word) {
   constexpr size_t kMost = 40;
-  if (word.size() <= kMost) return fmt::format("'{}'", word);
+  if (word.size() <= kMost) return fmt::format("'{}'", printable(word));
   size_t length = kMost;
   while (length > kMost - 4 && (word[length] & 0xc0) == 0x80) --length;  // not within a character of UTF-8
-  return fmt::format("'{}...'", word.substr(0, length));
+  return fmt::format("'{}...'", printable(word.substr(0, length)));
 }
 
 std::optional<float> parse_float(std::string_view word) {
