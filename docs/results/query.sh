@@ -15,8 +15,9 @@ mkdir -p "$out"
 
 for encoding in exact segment; do
   [[ -f $out/$encoding.nif ]] || "$nif" bake "$mesh" -o "$out/$encoding.nif" --encoding "$encoding" --preset fast --rays 0 --quiet
-  [[ -f $out/$encoding.json ]] \
-    || "$nif" bench "$out/$encoding.nif" --mesh "$mesh" --threads "$(nproc)" --set outer-lines --rays 1000000 --quiet --json >"$out/$encoding.json"
+  [[ -f $out/$encoding.json ]] && continue
+  "$nif" bench "$out/$encoding.nif" --mesh "$mesh" --threads "$(nproc)" --set outer-lines --rays 1000000 --quiet --json >"$out/bench"
+  mv "$out/bench" "$out/$encoding.json"
 done
 # Lines through two points of the sphere around the bounds, as outer-lines.
 [[ -f $out/rays.npy ]] || "$nif" info "$out/exact.nif" --json | "$python" -c '
@@ -30,12 +31,11 @@ def points(n):
 start, end = points(10_000_000), points(10_000_000)
 rays = np.hstack([start, end - start]).astype(np.float32)
 np.save(sys.argv[1] + "/rays.npy", rays)
-np.save(sys.argv[1] + "/short.npy", rays[:1_000_000])
 with open(sys.argv[1] + "/short.csv", "w") as csv, open(sys.argv[1] + "/short.jsonl", "w") as lines:
     csv.write("ox,oy,oz,dx,dy,dz\n")
-    for ray in rays[:1_000_000]:
-        csv.write(",".join(map(str, ray)) + "\n")
-        lines.write("{\"origin\": [%s, %s, %s], \"direction\": [%s, %s, %s]}\n" % tuple(map(str, ray)))
+    for ray in rays[:1_000_000].tolist():
+        csv.write("%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n" % tuple(ray))
+        lines.write("{\"origin\": [%.9g, %.9g, %.9g], \"direction\": [%.9g, %.9g, %.9g]}\n" % tuple(ray))
 ' "$out"
 
 # seconds COMMAND...: of the clock, and of all cores.
@@ -48,7 +48,7 @@ for ((round = 1; round <= rounds; ++round)); do
     asset=$out/$encoding.nif
     while read -r name rays file form options; do
       read -ra more <<<"$options"
-      echo "$encoding $name $rays $(seconds "$nif" query "$asset" --rays "$out/$file" -o "$out/answers.$form" --quiet ${more+"${more[@]}"})"
+      echo "$encoding $name $rays $(seconds "$nif" query "$asset" --rays "$out/$file" -o "$out/answers.$form" --quiet "${more[@]}")"
     done >>"$out/times" <<'ASKED'
 npy 10000000 rays.npy npy
 npy-hits 10000000 rays.npy npy --hits
@@ -83,7 +83,7 @@ npy-csv `.npy` to CSV
 csv CSV to CSV
 jsonl JSON lines to JSON lines
 ROWS
-  bench() { jq '.sets["outer-lines"].mrays_per_s * 10 | round / 10' "$out/$1.json"; }
+  bench() { jq '.sets["outer-lines"].nif.mrays_per_s * 10 | round / 10' "$out/$1.json"; }
   printf '| `nif bench`, `outer-lines` | %s | %s |\n' "$(bench exact)" "$(bench segment)"
 } >"$out/query.md"
 mv "$out/query.md" docs/results/query.md
