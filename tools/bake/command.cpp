@@ -344,6 +344,7 @@ void run(const Arguments& arguments, const Command& command) {
   if (arguments.bake.spherical.view) {
     view = std::make_unique<View>(read_view(arguments.bake.spherical), arguments.mesh, scene, progress);
     progress.finish();
+    progress.begin();
     refuse_overwriting_any(view->files);
     print_notes(view->notes, arguments.quiet);
     const render::PictureDescription& picture = view->scene.picture;

@@ -164,6 +164,7 @@ void complete(SceneDescription& scene, std::vector<std::string>& notes) {
 
 ObjectMeshes read_meshes(SceneDescription& scene, std::vector<std::string>& notes,
                          tools::Progress& progress) {
+  progress.begin();
   ObjectMeshes meshes;
   std::map<std::string, std::shared_ptr<const mesh::Scene>> known;  // by path
   Names names(scene);

@@ -168,7 +168,7 @@ def test_progress_and_cancel(tmp_path):
 
     def progress(fraction, text):
         seen.append((fraction, text))
-        # Lines come once a second.
+        # Nothing is said within the first second.
         return not any(text.startswith("training") for _, text in seen)
 
     start = time.monotonic()
