@@ -21,6 +21,7 @@ class Tally {
   }
 
   bool empty() const { return count_ == 0; }
+  bool one() const { return count_ == 1; }
 
   /// "3 polygons of 'wall' (2) and 'roof' (1)"
   std::string text() const {
@@ -95,14 +96,18 @@ void FaceSink::settle(Scene& scene, const std::function<std::string_view(uint64_
   if (!crossing.empty())
     scene.notes.push_back(
         {NoteKind::crossing_polygons,
-         fmt::format("{}: the outline of {} crosses itself; some of the triangles may lie outside of it",
-                     file, crossing.text())});
+         crossing.one()
+             ? fmt::format(
+                   "{}: the outline of {} crosses itself; some of its triangles may lie outside of it", file,
+                   crossing.text())
+             : fmt::format("{}: the outlines of {} cross themselves; some of their triangles may lie outside "
+                           "of them",
+                           file, crossing.text())});
   if (!bent.empty())
     scene.notes.push_back(
         {NoteKind::bent_polygons,
-         fmt::format("{}: {} are far from flat; where they are not convex, they were cut into triangles as "
-                     "seen along their mean normal",
-                     file, bent.text())});
+         fmt::format("{}: {} {} far from flat, and cut into triangles as seen along the mean normal", file,
+                     bent.text(), bent.one() ? "is" : "are")});
 }
 
 }  // namespace nif::mesh::detail

@@ -163,7 +163,8 @@ class RandomPolygons {
       const GridPoint at = point();
       const int64_t size = 1 + int64_t(below(kSide / 16));
       // Clockwise; sometimes a slit of no width, or a single point.
-      GridPolygon hole{at, {at.x, at.y + size}, {at.x + size, at.y + size}, {at.x + size / 2, at.y + size / 3}};
+      GridPolygon hole{
+          at, {at.x, at.y + size}, {at.x + size, at.y + size}, {at.x + size / 2, at.y + size / 3}};
       const uint64_t kind = below(8);
       if (kind == 0) hole.resize(2);
       if (kind == 1) hole.resize(1);

@@ -47,6 +47,7 @@ void add_work_options(Command command, WorkArguments& a, const std::string& verb
       .add_option("-o,--output", a.output,
                   "The file to write. Its ending sets the format: .obj, .ply, .stl, .off, .glb or .drc")
       .required();
+  add_format_option(command, a.format);
   add_write_options(command, a.write);
   add_run_options(command, a, schema_of(verb));
 }
@@ -64,14 +65,15 @@ void work_on(const WorkArguments& a, const std::string& verb,
   uint64_t before = 0;
   {
     const EndAtOnce nothing_is_written;
-    scene = read_mesh(a.input, progress);
+    scene = read_mesh(a.input, progress, a.format);
     before = triangles_of(scene);
     result = naming(a.input, [&] { return change(scene, progress); });
   }
   std::vector<std::string> notes = mesh::texts_of(scene.notes);
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   drop_empty(scene, notes);
-  if (scene.meshes.empty()) throw Error(Status::all_degenerate, a.input + ": no triangles are left");
+  if (scene.meshes.empty())
+    throw Error(Status::all_degenerate, shown_name(a.input) + ": no triangles are left");
   const mesh::Written written = naming(a.input, [&] {
     return mesh::write(
         a.output, scene, a.write, [&](double fraction) { progress.update(fraction, "writing " + a.output); },

@@ -17,12 +17,12 @@
 namespace nif::tools {
 
 struct WorkArguments : RunArguments {
-  std::string input, output;
+  std::string input, output, format;
   mesh::WriteOptions write;
 };
 
-/// INPUT, -o, --draco, --draco-bits, --text, -j, --json and --quiet of `command`, whose results have the
-/// schema nifkit.mesh-`verb`/1.
+/// INPUT, -o, --format, --draco, --draco-bits, --text, -j, --json and --quiet of `command`, whose results
+/// have the schema nifkit.mesh-`verb`/1.
 void add_work_options(Command command, WorkArguments& arguments, const std::string& verb);
 
 /// What a verb has to say of its work.
