@@ -1,4 +1,4 @@
-// What every reader shares: turning polygons into triangles, and the checks that make a Scene safe to use.
+// The checks that every reader shares, which make a Scene safe to use.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,22 +13,6 @@ namespace nif::mesh::detail {
 namespace {
 
 bool finite(const Float3& p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
-
-/// Names come from files in any encoding and go into JSON and onto terminals: without control characters.
-std::string clean_name(std::string_view name) {
-  std::string out;
-  while (!name.empty()) {
-    const size_t length = utf8_sequence(name);
-    if (length == 0) {
-      out += "\xEF\xBF\xBD";  // U+FFFD
-    } else if (length == 1 ? name[0] >= ' ' && name[0] != 0x7F
-                           : name[0] != '\xC2' || static_cast<unsigned char>(name[1]) >= 0xA0) {
-      out += name.substr(0, length);
-    }
-    name.remove_prefix(std::max<size_t>(length, 1));
-  }
-  return out;
-}
 
 /// Nothing is wrong with any index or any position, used or not: passes over memory in its order, which is
 /// what most meshes take.
@@ -85,21 +69,19 @@ uint64_t check_mesh(const Input& input, Mesh& mesh) {
 
 }  // namespace
 
-void FaceSink::polygon(std::span<const uint32_t> corners) {
-  if (corners.size() < 3) {
-    ++skipped_;
-    return;
+std::string clean_name(std::string_view name) {
+  std::string out;
+  while (!name.empty()) {
+    const size_t length = utf8_sequence(name);
+    if (length == 0) {
+      out += "\xEF\xBF\xBD";  // U+FFFD
+    } else if (length == 1 ? name[0] >= ' ' && name[0] != 0x7F
+                           : name[0] != '\xC2' || static_cast<unsigned char>(name[1]) >= 0xA0) {
+      out += name.substr(0, length);
+    }
+    name.remove_prefix(std::max<size_t>(length, 1));
   }
-  check_triangle_limit(input_, mesh_.triangles.size() + corners.size() - 2);
-  for (size_t i = 2; i < corners.size(); ++i)
-    mesh_.triangles.push_back({corners[0], corners[i - 1], corners[i]});
-}
-
-void FaceSink::report(Scene& scene) const {
-  if (skipped_ == 0) return;
-  scene.notes.push_back(
-      {NoteKind::short_faces,
-       fmt::format("{}: left out {} faces with fewer than three corners", input_.file.string(), skipped_)});
+  return out;
 }
 
 void check_triangle_limit(const Input& input, uint64_t count) {
@@ -109,8 +91,7 @@ void check_triangle_limit(const Input& input, uint64_t count) {
   }
 }
 
-Scene scene_of(std::vector<Mesh> meshes) {
-  Scene scene;
+Scene scene_of(std::vector<Mesh> meshes, Scene scene) {
   for (Mesh& mesh : meshes) {
     if (mesh.triangles.empty()) continue;
     scene.instances.push_back({mesh.name, static_cast<uint32_t>(scene.meshes.size()), kIdentity});

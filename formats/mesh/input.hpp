@@ -9,6 +9,9 @@
 
 namespace nif::mesh::detail {
 
+/// How many things of a kind notes name one by one: a damaged file may have millions. More are counted.
+inline constexpr size_t kMostNotes = 20;
+
 struct Input {
   std::filesystem::path file;  ///< as the caller wrote it
   std::string stem;            ///< the file's name without folder, .gz/.zst and extension

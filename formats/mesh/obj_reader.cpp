@@ -40,8 +40,13 @@ class ObjReader {
                   fmt::format("has {} vertices, more than 32-bit indices can address", vertices));
     }
     all_.look.complete(all_.positions.size(), all_.triangles.size());
-    Scene scene = scene_of(split());
-    faces_.report(scene);
+    Scene scene;
+    faces_.settle(scene, [&](uint64_t triangle) {
+      // The last of those that begin there: others have no triangles.
+      const auto after = std::ranges::upper_bound(objects_, triangle, {}, &Object::first_triangle);
+      return std::string_view(std::prev(after)->name);
+    });
+    scene = scene_of(split(), std::move(scene));
     if (skipped_curves_ != 0) {
       scene.notes.push_back(
           {NoteKind::curves, fmt::format("{}: left out {} points, lines and free-form shapes.",

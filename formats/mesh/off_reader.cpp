@@ -38,11 +38,11 @@ class OffReader {
     for (uint64_t i = 0; i < vertices; ++i) read_vertex(i);
     for (uint64_t i = 0; i < faces; ++i) read_face(i, vertices);
 
+    Scene scene;
+    faces_.settle(scene, [&](uint64_t) { return std::string_view(mesh_.name); });
     std::vector<Mesh> meshes;
     meshes.push_back(std::move(mesh_));
-    Scene scene = scene_of(std::move(meshes));
-    faces_.report(scene);
-    return scene;
+    return scene_of(std::move(meshes), std::move(scene));
   }
 
  private:

@@ -259,11 +259,11 @@ Scene read_ply(const Input& input) {
       break;
   }
 
+  Scene scene;
+  faces.settle(scene, [&](uint64_t) { return std::string_view(mesh.name); });
   std::vector<Mesh> meshes;
   meshes.push_back(std::move(mesh));
-  Scene scene = scene_of(std::move(meshes));
-  faces.report(scene);
-  return scene;
+  return scene_of(std::move(meshes), std::move(scene));
 }
 
 }  // namespace nif::mesh::detail

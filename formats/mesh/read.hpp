@@ -1,6 +1,7 @@
 // Reads a mesh file of any supported format into a Scene.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -14,6 +15,12 @@ namespace nif::mesh {
 /// What a .vdb begins with.
 inline constexpr std::string_view kVdbMagic{" BDV\0\0\0\0", 8};
 
+/// The formats that read() reads, for ReadLimits::format.
+inline constexpr std::array kFormats{"obj", "ply", "stl", "off", "gltf", "glb", "drc"};
+
+/// For read(): the mesh that is piped into the process.
+inline constexpr std::string_view kStandardInput = "-";
+
 /// Limits that keep a hostile or mistaken file from exhausting the machine, and what to read beyond geometry.
 struct ReadLimits {
   uint64_t max_decompressed_bytes = uint64_t{8} << 30;  ///< of the input, unpacked, and of each buffer file
@@ -24,10 +31,14 @@ struct ReadLimits {
   /// Leave out triangles that use a vertex that is not finite, with a note that counts them, where the file
   /// would be refused else. A file of nothing but such is refused. Vertices stay, unused.
   bool drop_non_finite = false;
+  /// What the file is, whatever its name and content say: one of kFormats. Empty: told by content, else name.
+  std::string format{};
 };
 
 /// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf; docs/meshes.md has its extensions) or DRC (Draco), each
 /// also as `.gz` or `.zst`. The format is told by content where it has a signature, else by extension.
+/// kStandardInput reads standard input, whose format content or ReadLimits::format has to tell; its name is
+/// 'stdin' where it has none, and it is not among Scene::files.
 /// Polygons are triangulated; several meshes in one file become several meshes with instances.
 ///
 /// The result is checked: every index in range, every position that a triangle uses finite, at least one

@@ -8,13 +8,13 @@
 namespace nif::mesh::detail {
 
 std::string_view TextCursor::rest_of_line() {
-  while (at_ != end_ && *at_ != '\n' && is_space(*at_)) ++at_;
+  while (at_ != end_ && !is_line_end(*at_) && is_space(*at_)) ++at_;
   const char* begin = at_;
-  while (at_ != end_ && *at_ != '\n') ++at_;
+  while (at_ != end_ && !is_line_end(*at_)) ++at_;
   const char* last = at_;
   while (last != begin && is_space(last[-1])) --last;
   if (at_ != end_) {
-    ++at_;
+    at_ += ends_line_here() ? 1 : 2;
     ++line_;
   }
   return {begin, static_cast<size_t>(last - begin)};

@@ -136,6 +136,11 @@ TEST_F(Errors, NoTriangles) {
   refused("a.obj", "v 0 0 0\n", Status::no_triangles);
   refused("a.stl", stl_binary({}), Status::no_triangles);
   refused("a.stl", "solid a\nendsolid a\n", Status::no_triangles);
+  refused("a.stl", stl_binary({}) + std::string(70, '\1'), Status::no_triangles, "the 70 bytes that follow");
+  refused("a.ply",
+          "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+          "element face 1\nproperty list uchar int indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+          Status::no_triangles, "'face' or 'tristrips', but 'indices' in 'face'");
   refused("a.off", "OFF\n1 0 0\n0 0 0\n", Status::no_triangles);
   refused("a.drc", draco_points(cube()), Status::no_triangles, "point cloud");
   refused("a.gltf", R"({"asset": {"version": "2.0"}})", Status::no_triangles);

@@ -51,7 +51,7 @@ namespace {
 constexpr const char* kSchema = "nifkit.bake/1";
 
 struct Arguments : RunArguments {
-  std::string mesh, output, depfile;
+  std::string mesh, output, depfile, format;
   double checkpoint = 30;  ///< seconds between two; 0: none
   bool resume = false, resume_if_possible = false;
   BatchArguments batch;
@@ -238,10 +238,11 @@ bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& ba
   }
 }
 
-mesh::Scene read_merged(const std::string& file, bool colors,
+mesh::Scene read_merged(const std::string& file, const std::string& format, bool colors,
                         const std::optional<mesh::MergeOptions>& options) {
   mesh::ReadLimits limits;
   limits.colors = colors;
+  limits.format = format;
   mesh::Scene scene = mesh::read(file, limits);
   if (!options) return scene;
   scene = naming(file, [&] { return mesh::merge(std::move(scene), *options); });
@@ -331,8 +332,9 @@ void run(const Arguments& arguments, const Command& command) {
   limit_threads(arguments.threads);
 
   Progress progress(arguments.quiet);
-  progress.update(0, "reading " + arguments.mesh);
-  const mesh::Scene scene = read_merged(arguments.mesh, options.colors, resolve_merging(arguments.bake));
+  progress.update(0, "reading " + shown_name(arguments.mesh));
+  const mesh::Scene scene =
+      read_merged(arguments.mesh, arguments.format, options.colors, resolve_merging(arguments.bake));
   const auto refuse_overwriting_any = [&](const std::vector<std::string>& files) {
     for (const std::string& file : files)
       for (const std::string& path : {arguments.output, arguments.depfile, arguments.batch.report})
@@ -425,6 +427,7 @@ void add_bake(Command app) {
   command.add_option("MESH", a->mesh,
                      "The mesh to bake: OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst");
   command.add_option("-o,--output", a->output, "The .nif file to write");
+  add_format_option(command, a->format);
   add_bake_options(command, a->bake);
   command.add_option("--depfile", a->depfile,
                      "Also write a dependency file for make and ninja, with all files that were read");

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "formats/mesh/read.hpp"
+
 namespace nif::tools {
 
 void add_run_options(Command command, RunArguments& arguments, const std::string& schema) {
@@ -22,6 +24,15 @@ void add_json_option(Command command, bool& json, const std::string& schema) {
 
 void add_quiet_option(Command command, bool& quiet) {
   command.add_flag("--quiet", quiet, "No progress or notes, and no summary of what was written");
+}
+
+void add_format_option(Command command, std::string& format) {
+  command
+      .add_option(
+          "--format", format,
+          "What the mesh file is, whatever its name and content say: obj, ply, stl, off, gltf, glb or "
+          "drc. MESH and INPUT may be -, standard input, where OBJ always needs this")
+      .one_of({mesh::kFormats.begin(), mesh::kFormats.end()});
 }
 
 void add_seed_option(Command command, uint64_t& seed) {

@@ -30,6 +30,8 @@ void add_run_options(Command command, RunArguments& arguments, const std::string
 void add_threads_option(Command command, uint32_t& threads);
 void add_json_option(Command command, bool& json, const std::string& schema);
 void add_quiet_option(Command command, bool& quiet);
+/// --format, of the mesh that a command reads: ReadLimits::format.
+void add_format_option(Command command, std::string& format);
 void add_seed_option(Command command, uint64_t& seed);
 /// --isa and --least-memory.
 void add_runtime_options(Command command, RuntimeArguments& arguments);

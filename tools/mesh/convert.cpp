@@ -35,7 +35,7 @@ constexpr const char* kSchema = "nifkit.mesh-convert/1";
 constexpr uint64_t kBytesOfInstance = 1000;
 
 struct Arguments : RunArguments {
-  std::string input, output;
+  std::string input, output, format;
   mesh::WriteOptions options;
   SamplingArguments sampling;
   bool sampling_given = false;
@@ -129,7 +129,7 @@ void check_arguments(const Arguments& arguments) {
 
 mesh::Written write(const Arguments& arguments, const mesh::Scene& scene, Progress& progress) {
   if (is_volume(arguments.output)) {
-    progress.update(0.3, "voxelizing " + arguments.input);
+    progress.update(0.3, "voxelizing " + shown_name(arguments.input));
     const WrittenVolume volume =
         write_volume(scene, arguments.input, arguments.output, arguments.sampling, volume::Kind::level_set);
     return {volume.bytes,
@@ -151,9 +151,10 @@ void run(const Arguments& arguments) {
   limit_threads(arguments.threads);
   Progress progress(arguments.quiet);
   interruption();
-  progress.update(0, "reading " + arguments.input);
-  const mesh::Scene scene = ending_of(arguments.input) == ".toml" ? read_objects(arguments.input, progress)
-                                                                  : read_mesh(arguments.input, progress);
+  progress.update(0, "reading " + shown_name(arguments.input));
+  const mesh::Scene scene = ending_of(arguments.input) == ".toml"
+                                ? read_objects(arguments.input, progress)
+                                : read_mesh(arguments.input, progress, {.format = arguments.format});
   const mesh::Written written = write(arguments, scene, progress);
   progress.finish();
   std::vector<std::string> notes = mesh::texts_of(scene.notes);
@@ -180,6 +181,7 @@ void add_mesh_convert(Command mesh) {
                   "The file to write. Its ending sets the format: .obj, .ply (binary), .stl (binary), .off, "
                   ".glb, .drc or .vdb")
       .required();
+  add_format_option(command, a.format);
   add_write_options(command, a.options);
   add_sampling_options(command, a.sampling);
   add_run_options(command, a, kSchema);

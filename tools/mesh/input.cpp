@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "formats/base/memory.hpp"
+#include "tools/common/naming.hpp"
 #include "tools/mesh/vdb.hpp"
 
 namespace nif::tools {
@@ -15,8 +16,8 @@ mesh::Scene read_mesh(const std::string& file, Progress& progress, const mesh::R
   // The text or the bytes of a file and the arrays they become take about as much as each other; what is
   // compressed takes more.
   if (!unknown) require_memory(2 * bytes, file + ": reading it");
-  progress.update(0, "reading " + file);
-  return is_vdb(file) ? read_vdb(file) : mesh::read(file, limits);
+  progress.update(0, "reading " + shown_name(file));
+  return limits.format.empty() && is_vdb(file) ? read_vdb(file) : mesh::read(file, limits);
 }
 
 uint64_t triangles_of(const mesh::Scene& scene) {

@@ -29,6 +29,7 @@ void add_work_options(Command command, WorkArguments& a, const std::string& verb
       .add_option("-o,--output", a.output,
                   "The file to write. Its ending sets the format: .obj, .ply, .stl, .off, .glb or .drc")
       .required();
+  add_format_option(command, a.limits.format);
   add_write_options(command, a.write);
   add_run_options(command, a, schema_of(verb));
 }
@@ -54,7 +55,8 @@ void work_on(const WorkArguments& a, const std::string& verb,
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   for (const std::string& name : mesh::drop_empty_meshes(scene))
     notes.push_back(fmt::format("mesh '{}' has no triangles left and was left out", name));
-  if (scene.meshes.empty()) throw Error(Status::all_degenerate, a.input + ": no triangles are left");
+  if (scene.meshes.empty())
+    throw Error(Status::all_degenerate, shown_name(a.input) + ": no triangles are left");
   const mesh::Written written = naming(a.input, [&] {
     return mesh::write(
         a.output, scene, a.write, [&](double fraction) { progress.update(fraction, "writing " + a.output); },

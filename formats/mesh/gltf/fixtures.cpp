@@ -17,7 +17,6 @@ namespace {
 using nlohmann::json;
 using std::numbers::pi;
 
-constexpr uint64_t kMostNotes = 20;  ///< a damaged file may have one for each of a million nodes
 
 /// What a camera or light is refused for.
 struct Flaw {
