@@ -15,6 +15,7 @@ namespace nif::mesh {
 /// the file was not read or not kept. `--strict` refuses files with a loss.
 enum class NoteKind : uint8_t {
   short_faces,       ///< faces with fewer than three corners
+  rounding,          ///< coordinates that floats cannot hold
   curves,            ///< OBJ: points, lines, curves and surfaces
   bytes_after_end,   ///< STL: what follows the triangles that the header counts
   points_and_lines,  ///< glTF: primitives that are not triangles, or have no positions

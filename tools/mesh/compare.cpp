@@ -8,6 +8,7 @@
 #include "bake/oracle/prepare.hpp"
 #include "formats/base/memory.hpp"
 #include "formats/base/quantities.hpp"
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "mesh/compare/compare.hpp"
 #include "tools/common/interruption.hpp"
@@ -47,10 +48,13 @@ struct Comparison {
 /// A file's objects as one mesh, made ready.
 class Side {
  public:
-  Side(const std::string& file, Progress& progress, bool quiet) {
-    const mesh::Scene scene = read_mesh(file, progress);
+  /// Without the offset of `beside`, else its own: floats shall be fine for it.
+  Side(const std::string& file, Progress& progress, bool quiet, const Side* beside) {
+    mesh::Scene scene = read_mesh(file, progress);
     print_notes(mesh::texts_of(scene.notes), quiet);
     naming(file, [&] {
+      offset_ = beside ? beside->offset_ : mesh::far_offset(scene);
+      mesh::move_instances(scene, offset_ * -1);
       const mesh::FlatScene flat(scene);
       require_memory(flat.triangle_count() * kBytesToCompare, "comparing its triangles");
       mesh_ = mesh::flatten(flat, file);
@@ -64,12 +68,13 @@ class Side {
   const bake::Prepared& prepared() const { return prepared_; }
 
  private:
+  Double3 offset_;
   mesh::Mesh mesh_;
   bake::Prepared prepared_{};
 };
 
 Comparison measure(const Arguments& a, Progress& progress) {
-  const Side first(a.first, progress, a.quiet), second(a.second, progress, a.quiet);
+  const Side first(a.first, progress, a.quiet, nullptr), second(a.second, progress, a.quiet, &first);
   const mesh::CleanMesh &from = first.prepared().surface, &to = second.prepared().surface;
   Comparison results{{first.mesh().triangles.size(), second.mesh().triangles.size()},
                      first.prepared().box.diagonal(),
