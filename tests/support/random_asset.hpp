@@ -290,10 +290,9 @@ inline void add_sources(uint64_t seed, uint32_t count, format::Asset& asset) {
   }
 }
 
-/// Likewise.
 /// By up to 2^20, with remainders that keep a 1024th.
 inline void move_far_away(uint64_t seed, format::Asset& asset) {
-  Random random(seed, 11);
+  Random random(seed + 0x7472616e);
   for (format::Instance& instance : asset.instances)
     for (size_t a = 0; a < 3; ++a) {
       const double exact = std::ldexp(double(1 + 2 * random.below(1u << 30)), -10) - std::ldexp(1.0, 20);
@@ -302,6 +301,7 @@ inline void move_far_away(uint64_t seed, format::Asset& asset) {
     }
 }
 
+/// As sources.
 inline void add_colors(uint64_t seed, uint32_t count, format::Asset& asset) {
   Random random(seed + 0x636f6c6f);
   for (format::Object& object : asset.objects) {
