@@ -26,7 +26,7 @@ uint32_t checksum_of(const mesh::Scene& scene) {
     add(counts), add(mesh.positions), add(mesh.triangles);
   }
   for (const mesh::Instance& instance : scene.instances)
-    add(std::array{instance.mesh}), add(instance.transform);
+    add(std::array{instance.mesh}), add(instance.transform), add(instance.remainder);
   return sum;
 }
 

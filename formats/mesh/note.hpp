@@ -16,6 +16,7 @@ namespace nif::mesh {
 enum class NoteKind : uint8_t {
   short_faces,        ///< faces with fewer than three corners
   non_finite_faces,   ///< triangles that use a vertex that is not finite, where these are dropped
+  rounding,           ///< coordinates that floats cannot hold
   crossing_polygons,  ///< OBJ, PLY, OFF: polygons whose outline crosses itself
   curves,             ///< OBJ: points, lines, curves and surfaces
   bytes_after_end,    ///< STL: what follows the triangles and is none

@@ -9,6 +9,7 @@
 #include <array>
 #include <limits>
 
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 
@@ -89,11 +90,14 @@ class ObjReader {
 
   void read_vertex(TextCursor& words) {
     Float3 position;
-    for (float& x : position) {
+    Double3 exact;
+    for (size_t a = 0; a < 3; ++a) {
       const std::string_view word = words.word();
-      if (!parse_float(word, x)) fail_word("vertex", word, "a number");
+      if (!parse_float(word, position[a])) fail_word("vertex", word, "a number");
+      if (input_.exact) parse_double(word, exact[a]);
     }
     all_.positions.push_back(position);  // a weight or a colour may follow
+    if (input_.exact) all_.exact.push_back(exact);
     if (input_.limits.colors) read_color(words);
   }
 
@@ -186,6 +190,7 @@ class ObjReader {
     for (const uint32_t v : used) {
       local_[v] = static_cast<uint32_t>(mesh.positions.size());
       mesh.positions.push_back(all_.positions[v]);
+      if (input_.exact) mesh.exact.push_back(all_.exact[v]);
       if (!all_.look.colors.empty()) mesh.look.colors.push_back(all_.look.colors[v]);
     }
     for (Triangle& triangle : mesh.triangles) {
@@ -218,6 +223,8 @@ class ObjReader {
 
 }  // namespace
 
-Scene read_obj(const Input& input) { return ObjReader(input).read(); }
+Scene read_obj(const Input& input) {
+  return read_exactly(input, [](const Input& given) { return ObjReader(given).read(); });
+}
 
 }  // namespace nif::mesh::detail

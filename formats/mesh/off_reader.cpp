@@ -7,6 +7,7 @@
 
 #include <limits>
 
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 
@@ -74,11 +75,14 @@ class OffReader {
 
   void read_vertex(uint64_t index) {
     Float3 position;
-    for (float& x : position) {
+    Double3 exact;
+    for (size_t a = 0; a < 3; ++a) {
       const std::string_view word = next("a vertex");
-      if (!parse_float(word, x)) fail_word(word, fmt::format("a coordinate of vertex {}", index));
+      if (!parse_float(word, position[a])) fail_word(word, fmt::format("a coordinate of vertex {}", index));
+      if (input_.exact) parse_double(word, exact[a]);
     }
     mesh_.positions.push_back(position);
+    if (input_.exact) mesh_.exact.push_back(exact);
     words_.rest_of_line();
   }
 
@@ -134,6 +138,8 @@ class OffReader {
 
 }  // namespace
 
-Scene read_off(const Input& input) { return OffReader(input).read(); }
+Scene read_off(const Input& input) {
+  return read_exactly(input, [](const Input& given) { return OffReader(given).read(); });
+}
 
 }  // namespace nif::mesh::detail

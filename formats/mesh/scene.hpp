@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/base/vector.hpp"
 #include "formats/mesh/appearance.hpp"
 #include "formats/mesh/merging.hpp"
 #include "formats/mesh/note.hpp"
@@ -28,6 +29,8 @@ struct Mesh {
   std::vector<Triangle> triangles;
   float part_side = 0;  ///< of a merged mesh: the longest side of its middle part, by size; else 0
   Appearance look{};    ///< only if it was asked for: ReadLimits::colors
+  /// Only within readers, and only if they were asked for (Input::exact): positions before rounding.
+  std::vector<Double3> exact{};
 };
 
 /// One placement of a mesh. Transforms may scale non-uniformly and mirror.
@@ -37,6 +40,7 @@ struct Instance {
   Transform transform = kIdentity;
   uint32_t node = kNoNode;  ///< that it stands for: index into Scene::nodes, or kNoNode
   bool moves = false;       ///< with its node (see there), or by the joints of a skin
+  Double3 remainder{};      ///< what rounding took from the transform's translation: add it
 };
 
 /// A node of a glTF. Its transform is in those of the instances.

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <limits>
 
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 
@@ -144,11 +145,14 @@ class TextReader {
     std::array<Float3, 3> corners;
     for (Float3& corner : corners) {
       expect("vertex");
-      for (float& x : corner) {
+      Double3 exact;
+      for (size_t a = 0; a < 3; ++a) {
         const std::string_view word = words_.word();
         if (word.empty()) fail_truncated();
-        if (!parse_float(word, x)) fail(word, "a number");
+        if (!parse_float(word, corner[a])) fail(word, "a number");
+        if (input_.exact) parse_double(word, exact[a]);
       }
+      if (input_.exact) meshes_.back().exact.push_back(exact);
     }
     expect_end("endloop");
     expect_end("endfacet");
@@ -206,7 +210,8 @@ bool looks_like_stl(std::string_view bytes) {
 }
 
 Scene read_stl(const Input& input) {
-  if (looks_like_text(input.bytes)) return scene_of(TextReader(input).read());
+  if (looks_like_text(input.bytes))
+    return read_exactly(input, [](const Input& given) { return scene_of(TextReader(given).read()); });
   // A text of another kind would pass for a binary file that announces an absurd number of triangles.
   if (input.bytes.size() > kHeader && !has_binary_size(input.bytes) &&
       input.bytes.substr(0, kHeader).find('\0') == std::string_view::npos) {

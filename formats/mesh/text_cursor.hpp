@@ -52,6 +52,8 @@ class TextCursor {
 /// Reads a whole word as a number, rounded to the nearest float. NaN and infinities are numbers too, in the
 /// spellings of C and of older Microsoft libraries; too large a number becomes an infinity.
 bool parse_float(std::string_view word, float& value);
+/// The same, rounded to the nearest double.
+bool parse_double(std::string_view word, double& value);
 
 bool parse_integer(std::string_view word, int64_t& value);
 

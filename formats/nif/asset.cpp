@@ -33,7 +33,7 @@ Asset to_asset(const AssetView& view) {
     asset.objects[from.object].source_triangles = to_source_triangles(from);
   for (const ColorsView& from : view.colors) asset.objects[from.object].colors = to_colors(from);
   for (const InstanceView& from : view.instances)
-    asset.instances.push_back({std::string(from.name), from.object, from.transform});
+    asset.instances.push_back({std::string(from.name), from.object, from.transform, from.remainder});
   return asset;
 }
 

@@ -45,6 +45,7 @@ struct Instance {
   std::string name;
   uint32_t object = 0;
   std::array<float, 12> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< object to world, row-major 3x4
+  std::array<float, 3> remainder{};  ///< what rounding took from its translation
 };
 
 /// With what its objects share: `networks`, `spherical_networks`.

@@ -39,6 +39,7 @@ enum SectionType : uint32_t {
   kObjects = fourcc("OBJS"),    ///< ObjectRecord[]
   kInstances = fourcc("INST"),  ///< InstanceRecord[]
   kNames = fourcc("NAME"),      ///< names in UTF-8, of all objects, then of all instances, each ended by a 0
+  kTranslations = fourcc("TRAN"),  ///< Translation[], one for each instance; optional
 };
 
 enum SectionFlags : uint32_t {
@@ -84,5 +85,12 @@ struct InstanceRecord {  // 64 bytes
   uint32_t reserved;  ///< 0
 };
 static_assert(sizeof(InstanceRecord) == 64);
+
+/// Of an instance, before rounding: the sum of the float in its transform and of another float, the
+/// remainder.
+struct Translation {  // 24 bytes
+  double along[3];
+};
+static_assert(sizeof(Translation) == 24);
 
 }  // namespace nif::format

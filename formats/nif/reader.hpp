@@ -57,6 +57,7 @@ struct InstanceView {
   std::string_view name;  ///< a 0 follows it in memory
   uint32_t object = 0;
   std::array<float, 12> transform{};  ///< object to world, row-major 3x4
+  std::array<float, 3> remainder{};   ///< what rounding took from its translation: to be added in double
 };
 
 /// Views into the bytes of one file; valid while those stay where they are, unchanged.

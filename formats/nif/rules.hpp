@@ -153,7 +153,10 @@ namespace nif::format {
   RULE(705, triangle_number, damaged_nif, "a triangle is none of the source mesh")                        \
   RULE(706, bits_after_numbers, damaged_nif, "bits after the last number are not zero")                   \
   RULE(707, no_voxels, damaged_nif, "its object has no voxels")                                           \
-  RULE(708, color_count, damaged_nif, "surface_voxels is not that of its object")
+  RULE(708, color_count, damaged_nif, "surface_voxels is not that of its object")                         \
+  RULE(709, translation_count, damaged_nif,                                                               \
+       "has not one translation for each instance, or none that floats cannot hold")                      \
+  RULE(710, translation_value, damaged_nif, "translation is not the one of the transform before rounding")
 
 enum class Rule : uint16_t {
 #define NIF_RULE_NUMBER(number, name, status, what) name = number,

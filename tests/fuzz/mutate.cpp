@@ -478,6 +478,10 @@ Bytes mutate_asset(const Bytes& file, Random& random) {
       for (float& x : instance.transform) x += random.between(-1.0f, 1.0f);
       float& x = instance.transform[random.below(12)];
       x = changed_float(x, random);
+      if (random.below(4) == 0) {
+        instance.transform[3] = 5411987.5f;
+        instance.remainder[0] = -0.125f;
+      }
       asset.instances.push_back(instance);
       break;
     }

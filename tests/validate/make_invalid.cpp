@@ -490,6 +490,21 @@ void break_optional(Collection& collection) {
                                                      [](auto& record) { record.object = 0; }));
 }
 
+/// Too few translations, and one of another place.
+void break_translations(Collection& collection) {
+  RandomAssetOptions options;
+  options.objects = 0;
+  options.instances = options.bvhs = 1;
+  options.translations = true;
+  const Bytes good = format::encode(random_asset(1, options));
+  std::vector<Part> parts = parts_of(good);
+  Bytes& content = section_of(parts, format::kTranslations).content;
+  store(content, 0, load<double>(content, 0) + 1e6);
+  collection.offer(file_of(good, parts));
+  content.clear();
+  collection.offer(file_of(good, parts));
+}
+
 void break_by_hand(Collection& collection) {
   RandomAssetOptions options;
   options.objects = options.instances = 0;
@@ -512,6 +527,7 @@ void break_by_hand(Collection& collection) {
   break_coded_cells<format::ProofRecord>(shell_of_voxels(), format::kProofRecords, format::kProofCells,
                                          collection);
   break_optional(collection);
+  break_translations(collection);
 }
 
 void make(const std::filesystem::path& folder, uint32_t tries) {

@@ -44,6 +44,11 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
   for (const format::InstanceView& instance : view.instances) {
     instances.push_back(
         {{"name", instance.name}, {"object", instance.object}, {"transform", instance.transform}});
+    if (instance.remainder != std::array<float, 3>{}) {
+      nlohmann::ordered_json& translation = instances.back()["translation"];
+      for (size_t a = 0; a < 3; ++a)
+        translation.push_back(double(instance.transform[4 * a + 3]) + double(instance.remainder[a]));
+    }
   }
   // Metadata is what its baker wrote: shown, never trusted.
   nlohmann::ordered_json metadata = parse_untrusted<nlohmann::ordered_json>(view.metadata);

@@ -9,6 +9,7 @@
 #include "formats/base/memory.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "mesh/compare/compare.hpp"
 #include "tools/common/interruption.hpp"
@@ -48,10 +49,14 @@ struct Comparison {
 /// A file's objects as one mesh, made ready.
 class Side {
  public:
-  Side(const std::string& file, const std::string& format, Progress& progress, bool quiet) {
-    const mesh::Scene scene = read_mesh(file, progress, {.format = format});
+  /// Without the offset of `beside`, else its own: floats shall be fine for it.
+  Side(const std::string& file, const std::string& format, Progress& progress, bool quiet,
+       const Side* beside) {
+    mesh::Scene scene = read_mesh(file, progress, {.format = format});
     print_notes(mesh::texts_of(scene.notes), quiet);
     naming(file, [&] {
+      offset_ = beside ? beside->offset_ : mesh::far_offset(scene);
+      mesh::move_instances(scene, offset_ * -1);
       const mesh::FlatScene flat(scene);
       require_memory(flat.triangle_count() * kBytesToCompare, "comparing its triangles");
       mesh_ = mesh::flatten(flat, file);
@@ -65,6 +70,7 @@ class Side {
   const bake::Prepared& prepared() const { return prepared_; }
 
  private:
+  Double3 offset_;
   mesh::Mesh mesh_;
   bake::Prepared prepared_{};
 };
@@ -77,8 +83,8 @@ Comparison measure(const Arguments& a, Progress& progress) {
   const auto format_of = [&](const std::string& file) {
     return !piped || file == "-" ? a.format : std::string();
   };
-  const Side first(a.first, format_of(a.first), progress, a.quiet),
-      second(a.second, format_of(a.second), progress, a.quiet);
+  const Side first(a.first, format_of(a.first), progress, a.quiet, nullptr),
+      second(a.second, format_of(a.second), progress, a.quiet, &first);
   const mesh::CleanMesh &from = first.prepared().surface, &to = second.prepared().surface;
   Comparison results{{first.mesh().triangles.size(), second.mesh().triangles.size()},
                      first.prepared().box.diagonal(),

@@ -53,7 +53,7 @@ void append(mesh::Scene& to, const mesh::Scene& file, const mesh::Transform& pla
     return thing;
   };
   for (const mesh::Instance& instance : file.instances) {
-    mesh::Instance& added = to.instances.emplace_back(placed(instance));
+    mesh::Instance& added = to.instances.emplace_back(mesh::placed(place, instance));
     added.mesh += first_mesh;
     added.node = mesh::kNoNode;  // nodes of several files are none of one
   }

@@ -59,7 +59,7 @@ class Instance(NamedTuple):
     name: str
     object: int
     transform: npt.NDArray[np.float32]
-    """[3, 4] from object space to that of the asset."""
+    """[3, 4] from object space to that of the asset, rounded to float32; `Scene.add(asset)` uses all digits of the file."""
 
 
 class Asset(Handle):

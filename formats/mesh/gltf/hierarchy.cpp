@@ -82,6 +82,12 @@ std::optional<Transform> to_transform(const Affine& world) {
   return out;
 }
 
+Double3 remainder_of(const Affine& world) {
+  Double3 out;
+  for (size_t a = 0; a < 3; ++a) out[a] = world[4 * a + 3] - double{static_cast<float>(world[4 * a + 3])};
+  return out;
+}
+
 GltfHierarchy flatten(const Input& input, const tinygltf::Model& model,
                       const std::function<void(size_t node, const Affine& world)>& visit_node) {
   struct Visit {
@@ -121,7 +127,8 @@ GltfHierarchy flatten(const Input& input, const tinygltf::Model& model,
       }
       const std::optional<Transform> transform = to_transform(world);
       if (!transform) input.fail(Status::malformed_mesh, fmt::format("node {} is placed at infinity", index));
-      out.placements.push_back({index, static_cast<size_t>(node.mesh), node.skin, *transform});
+      out.placements.push_back(
+          {index, static_cast<size_t>(node.mesh), node.skin, *transform, remainder_of(world)});
     }
     visit_node(index, world);
     for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)

@@ -23,6 +23,8 @@ Affine multiply(const Affine& a, const Affine& b);
 
 /// None where a number is beyond float.
 std::optional<Transform> to_transform(const Affine& world);
+/// What that takes from the translation. It must not be none.
+Double3 remainder_of(const Affine& world);
 
 /// A node that carries a mesh.
 struct GltfPlacement {
@@ -30,6 +32,7 @@ struct GltfPlacement {
   size_t mesh = 0;  ///< index into the file's meshes
   int skin = -1;    ///< index into the file's skins, not checked; -1: none
   Transform transform = kIdentity;
+  Double3 remainder{};  ///< what rounding took from its translation
 };
 
 /// What the default scene shows; all roots where there is no scene.

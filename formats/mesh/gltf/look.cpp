@@ -126,8 +126,9 @@ class Pictures {
 
   void report() const {
     if (notes_ > kMostNotes)
-      scene_.notes.push_back({NoteKind::pictures, fmt::format("{}: {} more images cannot be read",
-                                                              input_.file.string(), notes_ - kMostNotes)});
+      scene_.notes.push_back(
+          {NoteKind::pictures, fmt::format("{}: {} more images cannot be read", input_.file.string(),
+                                           notes_ - kMostNotes)});
   }
 
  private:

@@ -10,6 +10,7 @@
 #include <new>
 #include <set>
 
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/gltf/accessor.hpp"
 #include "formats/mesh/gltf/hierarchy.hpp"
 #include "formats/mesh/gltf/look.hpp"
@@ -376,8 +377,10 @@ void place_skins(const Input& input, const GltfData& data, const std::vector<Glt
     const std::optional<BindPlace>& place = places[skin];
     ++(place ? posed : deformed);
     if (!place || place->alike(*worlds[placement.node])) continue;  // as it is, without rounding
-    if (const std::optional<Transform> transform = to_transform(place->place))
+    if (const std::optional<Transform> transform = to_transform(place->place)) {
       placement.transform = *transform;
+      placement.remainder = remainder_of(place->place);
+    }
   }
   if (posed != 0)
     notes.push_back(
@@ -450,7 +453,7 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   std::vector<GltfPlacement>& placements = hierarchy.placements;
   if (model.nodes.empty()) {
     for (size_t i = 0; i < model.meshes.size(); ++i)
-      placements.push_back({GltfHierarchy::kNone, i, -1, kIdentity});
+      placements.push_back({GltfHierarchy::kNone, i, -1, kIdentity, {}});
   }
   place_skins(input, data, source.skins, worlds, placements, scene.notes);
 
@@ -484,9 +487,10 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
     const uint32_t node = nodes.add(placement.node, scene.nodes);
     const bool named = node != kNoNode && !scene.nodes[node].name.empty();
     const bool moves = placement.skin >= 0 || (node != kNoNode && scene.nodes[node].moves);
-    scene.instances.push_back(
-        {named ? scene.nodes[node].name : scene.meshes[mesh].name, mesh, placement.transform, node, moves});
+    scene.instances.push_back({named ? scene.nodes[node].name : scene.meshes[mesh].name, mesh,
+                               placement.transform, node, moves, placement.remainder});
   }
+  forget_small_remainders(scene);
   return scene;
 }
 

@@ -294,7 +294,8 @@ typedef struct NifInstanceInfo {
   const char* name; /* UTF-8, 0-terminated, may be "" */
   uint32_t object;  /* 0 .. object_count - 1 */
   uint32_t reserved;
-  float transform[12]; /* object to asset space, laid out as in nifAddInstance */
+  float transform[12]; /* object to asset space, laid out as in nifAddInstance; rounded to floats, while
+                          nifAddAsset places instances far from the origin in double (docs/meshes.md) */
 } NifInstanceInfo;
 
 /* Describes one instance of the file: instance = 0 .. instance_count - 1. Allocates nothing. */

@@ -6,6 +6,7 @@ import struct
 
 HEADER = 64
 ENTRY = 32
+MOST_FLOAT = (2 - 2.0**-23) * 2.0**127
 LIMIT_SECTIONS = 64
 IDENTIFIER = b"\xabNIF 10\xbb\r\n\x1a\n"
 
@@ -18,7 +19,7 @@ ENCODINGS = {
     5: "PROF POCC PCEL".split(),
 }
 REQUIRED = {"OBJS", "INST", "NAME", *sum(ENCODINGS.values(), [])}
-OPTIONAL = set("PRIM PVAL SRCT SNUM COLR CVAL META".split())
+OPTIONAL = set("PRIM PVAL SRCT SNUM COLR CVAL TRAN META".split())
 ENCODING_NAMES = {1: "segment", 2: "spherical", 3: "bvh", 4: "exact", 5: "proof"}
 
 # Exit codes of the statuses with which files are refused (docs/format.md, "The order of the checks").
@@ -112,6 +113,8 @@ class File:
         self.objects = _objects(self.sections["OBJS"], names)
         self.instances = _instances(self.sections["INST"], names, len(self.objects))
         names.finish()
+        if "TRAN" in self.sections:
+            _check_translations(self.sections["TRAN"], self.instances)
         encodings = {o.encoding for o in self.objects}
         for encoding, sections in ENCODINGS.items():
             for name in sections:
@@ -232,6 +235,23 @@ def _instances(section, names, objects):
         require(fields[15] == 0, place, "reserved bytes are not zero")
         instances.append(fields[:13])
     return instances
+
+
+def _check_translations(section, instances):
+    records = section.records("3d")
+    require(len(records) == len(instances), "TRAN", f"{len(records)} translations of {len(instances)} instances")
+    remainders = []
+    for number, (exact, fields) in enumerate(zip(records, instances)):
+        for value, rounded in zip(exact, fields[3:12:4]):
+            place = f"translation {number}"
+            require(abs(value) <= MOST_FLOAT and to_float(value) == rounded, place, "rounds to another float")
+            remainders.append(value - rounded)
+            require(to_float(remainders[-1]) == remainders[-1], place, "is no sum of two floats")
+    require(any(remainders), "TRAN", "floats hold all translations")
+
+
+def to_float(value):
+    return struct.unpack("<f", struct.pack("<f", value))[0]
 
 
 def _metadata(data):
