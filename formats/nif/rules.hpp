@@ -59,6 +59,7 @@ namespace nif::format {
   RULE(213, bytes_of_no_name, damaged_nif, "bytes that belong to no name")                                \
   RULE(214, object_range, damaged_nif, "object is out of range")                                          \
   RULE(215, transform_not_finite, damaged_nif, "transform is not finite")                                 \
+  RULE(216, places_after_all, damaged_nif, "has instances, though its header says that it places nothing") \
   RULE(301, origin_not_finite, damaged_nif, "origin is not finite")                                       \
   RULE(302, voxels_per_unit, damaged_nif, "voxels_per_unit is not a finite number above 0")               \
   RULE(303, voxels_per_unit_large, damaged_nif, "voxels_per_unit is too large")                           \

@@ -121,8 +121,7 @@ class MetadataCheck {
     return path.empty() ? kPlace : std::string(kPlace) + ", " + path;
   }
 
-  /// Without instances each object is placed once.
-  size_t placed() const { return asset_.instances.empty() ? asset_.objects.size() : asset_.instances.size(); }
+  size_t placed() const { return asset_.placed_count(); }
 
   /// Null where there is none; objects and arrays of another kind have been found fault with by check().
   static const Json* member(const Json& json, const char* name) {

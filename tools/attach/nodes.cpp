@@ -34,6 +34,11 @@ void refuse_merged(const json& metadata, const std::string& asset) {
                     asset));
 }
 
+void refuse_unplaced(const format::AssetView& view, const std::string& asset) {
+  if (view.places_nothing)
+    throw Error(Status::usage, asset + ": places nothing, so no node of a glTF can name an instance of it");
+}
+
 void note_unmatched(size_t nodes, NodeMatch& match) {
   if (nodes == 0) return;
   match.notes.push_back(fmt::format("{} with a mesh {} no instance in the asset and {} left as {}",
@@ -47,6 +52,7 @@ NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, c
                       const std::string& gltf) {
   const json metadata = parse_untrusted<json>(view.metadata);
   refuse_merged(metadata, asset);
+  refuse_unplaced(view, asset);
   const json source = member(member(metadata, "source"), "hash"),
              numbers = member(member(metadata, "hierarchy"), "instances");
   const std::string wanted = bake::source_hash_text(scene.source_hash);
@@ -78,6 +84,7 @@ NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, c
 NodeMatch match_names(const format::AssetView& view, const mesh::Scene& scene, const std::string& asset,
                       const std::string& gltf) {
   refuse_merged(parse_untrusted<json>(view.metadata), asset);
+  refuse_unplaced(view, asset);
   std::map<std::string_view, std::deque<uint32_t>> nodes;  // in the order of the hierarchy
   size_t unmatched_nodes = 0;
   for (const mesh::Instance& instance : scene.instances) {

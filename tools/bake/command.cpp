@@ -77,6 +77,7 @@ nlohmann::ordered_json bake_json(const Arguments& arguments, const mesh::Scene& 
                               {"file", arguments.output},
                               {"triangles", result.triangles},
                               {"instances", result.asset.instances.size()},
+                              {"places_nothing", result.asset.places_nothing},
                               {"seconds", seconds},
                               {"peak_memory", peak_memory()},
                               {"bytes", bytes},
@@ -98,7 +99,9 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
                    const nlohmann::ordered_json& bytes, double seconds) {
   fmt::print("{}: {} in {}, {}; baked in {:.1f} s, peak memory {}\n", arguments.output,
              count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
-             count_of(result.asset.instances.size(), "instance"), seconds,
+             result.asset.places_nothing ? "which it does not place"
+                                         : count_of(result.asset.instances.size(), "instance"),
+             seconds,
              format_bytes(double(peak_memory())));
   if (scene.merging && !scene.merging->merged.empty()) fmt::print("{}\n", summary(*scene.merging));
   const auto shown = [](uint64_t count) { return format_bytes(double(count)); };
