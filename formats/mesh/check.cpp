@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "formats/base/utf8.hpp"
+#include "formats/mesh/helpers.hpp"
 #include "formats/mesh/readers.hpp"
 
 namespace nif::mesh::detail {
@@ -106,9 +107,12 @@ void check(const Input& input, Scene& scene) {
   for (Light& light : scene.lights) light.name = clean_name(light.name);
   uint64_t triangles = 0;
   for (const Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
-  if (triangles == 0) input.fail(Status::no_triangles, "has no triangles");
+  if (triangles == 0)
+    input.fail(Status::no_triangles,
+               input.limits.choice.empty() ? "has no triangles" : "has no triangles that are chosen");
   check_triangle_limit(input, triangles);
   for (const Mesh& mesh : scene.meshes) check_mesh(input, mesh);
+  note_helpers(input, scene);
 }
 
 }  // namespace nif::mesh::detail

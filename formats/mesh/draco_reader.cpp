@@ -14,6 +14,7 @@
 #include <type_traits>
 
 #include "formats/base/memory.hpp"
+#include "formats/mesh/chooser.hpp"
 #include "formats/mesh/readers.hpp"
 
 namespace nif::mesh::detail {
@@ -200,6 +201,7 @@ void append_draco(const Input& input, const DracoData& data, Mesh& mesh) {
 }
 
 Scene read_draco(const Input& input) {
+  refuse_choice(input);
   Mesh mesh;
   append_draco(input, {.bytes = input.bytes, .where = "the Draco data"}, mesh);
   if (mesh.name.empty()) mesh.name = input.stem;

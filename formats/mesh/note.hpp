@@ -21,17 +21,23 @@ enum class NoteKind : uint8_t {
   loose_indices,     ///< glTF: those after the last whole triangle
   colors,            ///< glTF: colours or texture coordinates
   draco_morphs,      ///< glTF: morph targets of Draco data
-  posed_skin,        ///< glTF: joints that are not in the bind pose
+  posed_skin,        ///< glTF: joints or weights that cannot be read
   hidden_mesh,       ///< glTF: a mesh that the scene does not show
-  gpu_instances,     ///< glTF: EXT_mesh_gpu_instancing
+  gpu_instances,     ///< glTF: EXT_mesh_gpu_instancing of a skinned mesh
+  flattened,         ///< glTF: what a transform leaves without an area
+  empty_primitives,  ///< glTF: primitives without a vertex or an index
+  see_through,       ///< glTF: materials that let light through
   pictures,          ///< glTF: a picture that cannot be read
   fixtures,          ///< cameras and lights
   volumes,           ///< OpenVDB: grids that are no level sets
   // Remarks: nothing was lost.
   bind_pose,  ///< glTF: skins, in the bind pose
   morphs,     ///< glTF: morph targets, with the weights of the file
+  pose,       ///< glTF: skins, in another pose than the bind pose
+  hidden,     ///< glTF: nodes that KHR_node_visibility hides
+  helpers,    ///< names of collision shapes and of levels of detail
 };
-inline constexpr size_t kNoteKinds = size_t(NoteKind::morphs) + 1;
+inline constexpr size_t kNoteKinds = size_t(NoteKind::helpers) + 1;
 
 /// Whether something of the file was not read or not kept.
 constexpr bool is_loss(NoteKind kind) { return kind < NoteKind::bind_pose; }

@@ -7,6 +7,7 @@
 
 #include <limits>
 
+#include "formats/mesh/chooser.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 
@@ -134,6 +135,9 @@ class OffReader {
 
 }  // namespace
 
-Scene read_off(const Input& input) { return OffReader(input).read(); }
+Scene read_off(const Input& input) {
+  refuse_choice(input);
+  return OffReader(input).read();
+}
 
 }  // namespace nif::mesh::detail

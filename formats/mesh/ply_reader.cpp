@@ -11,6 +11,7 @@
 #include <cstring>
 #include <limits>
 
+#include "formats/mesh/chooser.hpp"
 #include "formats/mesh/ply_header.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
@@ -229,6 +230,7 @@ class BodyReader {
 }  // namespace
 
 Scene read_ply(const Input& input) {
+  refuse_choice(input);
   const PlyHeader header = read_ply_header(input);
   Mesh mesh;
   mesh.name = input.stem;

@@ -104,6 +104,7 @@ Scene read_checked(const std::filesystem::path& file, std::string_view bytes, co
   else
     source.refer(bytes);
   scene.source_hash = hash(source, external);
+  scene.choice = limits.choice;
   std::vector<std::string> files{file.string()};
   for (const ExternalFile& buffer : external) files.push_back(buffer.path.string());
   scene.files.insert(scene.files.begin(), files.begin(), files.end());  // before pictures

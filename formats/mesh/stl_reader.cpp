@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 
+#include "formats/mesh/chooser.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 
@@ -41,6 +42,7 @@ void add_corner_positions(Mesh& mesh, const std::array<Float3, 3>& corners) {
 }
 
 std::vector<Mesh> read_binary(const Input& input) {
+  refuse_choice(input);
   if (input.bytes.size() < kHeader) {
     input.fail(Status::file_truncated, fmt::format("has {} bytes, fewer than the {} of a binary STL header",
                                                    input.bytes.size(), kHeader));
@@ -72,7 +74,7 @@ std::vector<Mesh> read_binary(const Input& input) {
 
 class TextReader {
  public:
-  explicit TextReader(const Input& input) : input_(input), words_(input.bytes) {}
+  explicit TextReader(const Input& input) : input_(input), words_(input.bytes), chooser_(input) {}
 
   std::vector<Mesh> read() {
     for (std::string_view word = words_.word(); !word.empty(); word = words_.word()) {
@@ -89,6 +91,7 @@ class TextReader {
       }
     }
     if (open_) fail_truncated();
+    chooser_.require_used("solid");
     return std::move(meshes_);
   }
 
@@ -98,6 +101,7 @@ class TextReader {
     open_ = true;
     const std::string_view name = words_.rest_of_line();
     meshes_.emplace_back().name = name.empty() ? input_.stem : name;
+    taken_ = chooser_.takes(chooser_.look_up(name));
   }
 
   void read_facet() {
@@ -119,7 +123,7 @@ class TextReader {
     if (triangles_ > std::numeric_limits<uint32_t>::max() / 3) {
       input_.fail(Status::too_large, "has more triangles than 32-bit indices can address");
     }
-    add_corner_positions(meshes_.back(), corners);
+    if (taken_) add_corner_positions(meshes_.back(), corners);
   }
 
   void expect(std::string_view keyword) {
@@ -144,6 +148,8 @@ class TextReader {
   std::vector<Mesh> meshes_;
   uint64_t triangles_ = 0;
   bool open_ = false;
+  Chooser chooser_;
+  bool taken_ = true;  // the solid that is open
 };
 
 }  // namespace

@@ -128,6 +128,8 @@ Written write(const std::string& path, const Scene& scene, const WriteOptions& o
               const std::function<void(double)>& progress, const std::atomic<bool>& cancel) {
   const FileKind kind = file_kind(path);
   check_options(kind, options);
+  if (scene.instances.empty())
+    throw Error(Status::no_triangles, "places nothing, so there is nothing to write");
   Written written{0, losses(path, kind, scene, options)};
   const uint32_t bits = options.draco_bits.value_or(kDracoBits);
   if ((kind == FileKind::drc || options.draco) && bits != 0) written.notes.push_back(rounding(path, bits));

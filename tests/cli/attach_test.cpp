@@ -23,7 +23,7 @@ Gltf car() {
   const int tyre = gltf.mesh(gltf.positions(wheel.positions), gltf.indices(flat), "tyre");
   gltf.node({{"children", {4, 5}}, {"translation", {0, 1, 0}}});
   gltf.node({{"name", "body"}, {"mesh", 0}});
-  gltf.node({{"name", "wheel"}, {"mesh", tyre}, {"scale", {1, 1, 0}}});
+  gltf.node({{"name", "wheel"}, {"mesh", tyre}, {"scale", {1, 0, 0}}});
   gltf.node({{"name", "wheel"}, {"mesh", tyre}, {"scale", {-1, 1, 1}}});
   gltf.node({{"mesh", tyre}, {"translation", {1, 0, 0}}});
   return gltf;

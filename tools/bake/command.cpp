@@ -101,8 +101,7 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
              count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
              result.asset.places_nothing ? "which it does not place"
                                          : count_of(result.asset.instances.size(), "instance"),
-             seconds,
-             format_bytes(double(peak_memory())));
+             seconds, format_bytes(double(peak_memory())));
   if (scene.merging && !scene.merging->merged.empty()) fmt::print("{}\n", summary(*scene.merging));
   const auto shown = [](uint64_t count) { return format_bytes(double(count)); };
   fmt::print("{}\n", bytes_line(bytes, shown));
@@ -241,10 +240,11 @@ bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& ba
   }
 }
 
-mesh::Scene read_merged(const std::string& file, bool colors,
+mesh::Scene read_merged(const std::string& file, bool colors, const mesh::Choice& choice,
                         const std::optional<mesh::MergeOptions>& options) {
   mesh::ReadLimits limits;
   limits.colors = colors;
+  limits.choice = choice;
   mesh::Scene scene = mesh::read(file, limits);
   if (!options) return scene;
   scene = naming(file, [&] { return mesh::merge(std::move(scene), *options); });
@@ -305,7 +305,8 @@ void run_manifest(const Arguments& arguments, const Command& command) {
     if (name != "--threads" && name != "--depfile" && name != "--json" && name != "--quiet" &&
         name != "--resume")  // a batch always does that
       throw Error(Status::usage,
-                  fmt::format("--manifest and {} cannot be used together: set it in the manifest", name));
+                  fmt::format("--manifest and {} cannot be used together: set it in the manifest{}", name,
+                              name == "--only" ? "; --outputs FILE says which of its outputs to bake" : ""));
   }
   run_batch(batch);
 }
@@ -335,7 +336,8 @@ void run(const Arguments& arguments, const Command& command) {
 
   Progress progress(arguments.quiet);
   progress.update(0, "reading " + arguments.mesh);
-  const mesh::Scene scene = read_merged(arguments.mesh, options.colors, resolve_merging(arguments.bake));
+  const mesh::Scene scene =
+      read_merged(arguments.mesh, options.colors, arguments.bake.choice, resolve_merging(arguments.bake));
   const auto refuse_overwriting_any = [&](const std::vector<std::string>& files) {
     for (const std::string& file : files)
       for (const std::string& path : {arguments.output, arguments.depfile, arguments.batch.report})

@@ -40,7 +40,7 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   check(nifGetAssetInfo(asset_.handle, &info_));
 
   progress.update(0, "reading " + mesh);
-  scene_ = mesh::read(mesh, limits_as_baked(metadata_of(info_)));
+  scene_ = mesh::read(mesh, limits_as_baked(metadata_of(info_), asset));
   if (auto merged = merged_as_baked(scene_, metadata_of(info_), asset, mesh)) scene_ = *std::move(merged);
   prepared_ = naming(mesh, [&] { return bake::prepare(scene_); });
   const size_t count = prepared_.objects.size();

@@ -20,7 +20,7 @@ using nlohmann::json;
 
 constexpr int kInExtension = -2;  ///< as an image: only an extension says which
 
-constexpr size_t kMostNotes = 20;  ///< a damaged file may have one for each of a million pictures
+constexpr size_t kMostPictureNotes = 20;  ///< a damaged file may have one for each of a million pictures
 
 /// -1 where there is no such index.
 int index_in(const json& object, const char* name) {
@@ -114,7 +114,7 @@ class Pictures {
     else
       texture = decode(look_.images[size_t(image)], why);
     if (!texture) {
-      if (++notes_ <= kMostNotes)
+      if (++notes_ <= kMostPictureNotes)
         scene_.notes.push_back(
             {NoteKind::pictures,
              fmt::format("{}: image{} {}; materials with it have their factor alone", input_.file.string(),
@@ -126,9 +126,10 @@ class Pictures {
   }
 
   void report() const {
-    if (notes_ > kMostNotes)
-      scene_.notes.push_back({NoteKind::pictures, fmt::format("{}: {} more images cannot be read",
-                                                              input_.file.string(), notes_ - kMostNotes)});
+    if (notes_ > kMostPictureNotes)
+      scene_.notes.push_back(
+          {NoteKind::pictures, fmt::format("{}: {} more images cannot be read", input_.file.string(),
+                                           notes_ - kMostPictureNotes)});
   }
 
  private:
