@@ -350,8 +350,8 @@ TEST(Gltf, PutsSkinsWhereTheirJointsHaveThem) {
   EXPECT_EQ(posed.notes[0].kind, mesh::NoteKind::pose);
   EXPECT_EQ(posed.notes[1].kind, mesh::NoteKind::posed_skin);
   for (size_t k = 0; k < 12; ++k) EXPECT_NEAR(posed.instances[0].transform[k], k % 5 == 0 ? 1 : 0, 1e-6) << k;
-  for (size_t a = 0; a < 3; ++a)
-    EXPECT_NEAR(posed.meshes[0].positions[1][a], std::array{0, 2, 0}[a], 1e-6) << a;
+  const mesh::Float3 corner{0, 2, 0};
+  for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(posed.meshes[0].positions[1][a], corner[a], 1e-6) << a;
 
   // Malformed skins cost the pose, not the mesh.
   for (const json& skin : {json{{"joints", {2, 99}}}, json{{"joints", "all"}}, json(5), json{{"joints", {2}}},

@@ -171,10 +171,24 @@ void check_indices(const Input& input, const json& value, std::string_view name 
       value.is_number_unsigned() ? value.get<uint64_t>() <= INT32_MAX : value.get<int64_t>() >= INT32_MIN;
   if (!fits)
     input.fail(Status::malformed_mesh,
-               fmt::format("has {} as its {}, beyond 32 bits", value.dump(), name.substr(0, 40)));
+               fmt::format("has {} as its {}, beyond 32 bits", value.dump(),
+                           name == kIndicesAttribute ? "indices" : name.substr(0, 40)));
 }
 
-/// Keeps the geometry and the hierarchy. Draco primitives lose their index accessor, which has no data.
+/// Draco primitives lose their index accessor, which has no data.
+void move_indices(json& primitive) {
+  const json* extensions = member(primitive, "extensions");
+  if (extensions != nullptr && extensions->contains("KHR_draco_mesh_compression")) primitive.erase("indices");
+  const auto attributes = primitive.is_object() ? primitive.find("attributes") : primitive.end();
+  if (attributes == primitive.end() || !attributes->is_object()) return;
+  attributes->erase(kIndicesAttribute);
+  const auto indices = primitive.find("indices");
+  if (indices == primitive.end() || !indices->is_number_unsigned()) return;
+  (*attributes)[kIndicesAttribute] = *indices;
+  primitive.erase(indices);
+}
+
+/// Keeps the geometry and the hierarchy.
 json reduced(const json& root) {
   json kept = json::object();
   for (const char* name : {"asset", "scene", "scenes", "nodes", "meshes", "accessors", "bufferViews"}) {
@@ -183,11 +197,7 @@ json reduced(const json& root) {
   if (kept.contains("meshes")) {
     for (json& mesh : kept["meshes"]) {
       if (!mesh.is_object() || !mesh.contains("primitives")) continue;
-      for (json& primitive : mesh["primitives"]) {
-        const json* extensions = member(primitive, "extensions");
-        if (extensions != nullptr && extensions->contains("KHR_draco_mesh_compression"))
-          primitive.erase("indices");
-      }
+      for (json& primitive : mesh["primitives"]) move_indices(primitive);
     }
   }
   return kept;

@@ -108,8 +108,9 @@ class MeshReader {
     }
     const auto [base, count] = vertices(primitive, position->second, number);
     std::vector<uint32_t> indices;
-    if (primitive.indices >= 0) {
-      indices = data_.indices(primitive.indices);
+    const auto accessor = primitive.attributes.find(kIndicesAttribute);
+    if (accessor != primitive.attributes.end()) {
+      indices = data_.indices(accessor->second);
     } else {
       indices.resize(count);
       for (uint32_t i = 0; i < count; ++i) indices[i] = i;
