@@ -1,5 +1,7 @@
 #include "formats/mesh/flat_meshes.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -44,6 +46,9 @@ Extent extent_of(const Mesh& mesh, const Affine& linear) {
   return extent;
 }
 
+/// Beyond those that were read: a small file may flatten one large mesh in many ways.
+constexpr uint64_t kMostFlattened = uint64_t{1} << 25;
+
 /// Whether the triangle is higher than `least` above its longest side.
 bool is_higher(const Double3& a, const Double3& b, const Double3& c, double least) {
   const Double3 ab = b - a, ac = c - a, bc = c - b;
@@ -71,6 +76,10 @@ bool is_flat(const Affine& place) {
   return !(std::sqrt(norm) * std::sqrt(inverse) <= 4096.0 * 3);
 }
 
+FlatMeshes::FlatMeshes(const Input& input, Scene& scene) : input_(input), scene_(scene) {
+  for (const Mesh& mesh : scene.meshes) read_ += mesh.triangles.size();
+}
+
 std::optional<uint32_t> FlatMeshes::add(uint32_t mesh, const Affine& place) {
   Affine linear = place;
   for (size_t i = 0; i < linear.size(); ++i) linear[i] = i % 4 == 3 ? 0 : linear[i] + 0.0;  // -0 is 0
@@ -86,6 +95,11 @@ std::optional<uint32_t> FlatMeshes::make(uint32_t index, const Affine& linear) {
   if (std::ranges::all_of(linear, [](double x) { return x == 0; })) return std::nullopt;
   looked_at_ += std::max<uint64_t>(mesh.triangles.size(), mesh.positions.size() / 3);
   check_triangle_limit(input_, looked_at_);
+  if (looked_at_ > read_ + kMostFlattened)
+    input_.fail(
+        Status::too_large,
+        fmt::format("has more than {} triangles that transforms of nodes flatten, each in its own way",
+                    kMostFlattened));
   const Extent extent = extent_of(mesh, linear);
   if (!(extent.side >= 1e-15 && extent.side <= 1e15 && extent.reach <= 1e30)) return std::nullopt;
   // Half a unit in the last place of a coordinate is 2^-25 of the reach; twice that, twice along each edge.

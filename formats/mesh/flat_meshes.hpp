@@ -20,7 +20,7 @@ bool is_flat(const Affine& place);
 class FlatMeshes {
  public:
   /// Adds meshes to the scene. The arguments must outlive this.
-  FlatMeshes(const Input& input, Scene& scene) : input_(input), scene_(scene) {}
+  FlatMeshes(const Input& input, Scene& scene);
 
   /// The number of a mesh that has a mesh's positions taken through the linear part of a transform: rounded
   /// once, with all the rest of it. Equal ones are made once. None where it has no area: no triangle is
@@ -35,6 +35,7 @@ class FlatMeshes {
   const Input& input_;
   Scene& scene_;
   std::map<std::pair<uint32_t, Affine>, std::optional<uint32_t>> known_;
+  uint64_t read_ = 0;       ///< triangles of the scene as it was
   uint64_t looked_at_ = 0;  ///< triangles, or a third of the positions
 };
 

@@ -90,7 +90,8 @@ void note_helpers(const Input& input, Scene& scene) {
   uint64_t count = 0;
   for (const Instance& instance : scene.instances) {
     const bool by_node = instance.node != kNoNode && nodes[instance.node];
-    if (!by_node && !meshes[instance.mesh] && !names.has(instance.name)) continue;
+    const bool own_name = instance.node == kNoNode || instance.name != scene.nodes[instance.node].name;
+    if (!by_node && !meshes[instance.mesh] && !(own_name && names.has(instance.name))) continue;
     ++count;
     const std::string text = fmt::format("'{}'", instance.name.substr(0, 100));
     if (shown.size() < kNamed && std::ranges::find(shown, text) == shown.end()) shown.push_back(text);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <vector>
 
 #include "formats/mesh/clean.hpp"
 #include "formats/mesh/decompress.hpp"

@@ -4,6 +4,7 @@
 #include <meshoptimizer.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <numbers>
 #include <random>
 

@@ -16,6 +16,6 @@ void expand_instances(const Input& input, const GltfData& data, const tinygltf::
                       std::vector<GltfPlacement>& placements, std::vector<Note>& notes);
 
 /// Accessors without a buffer view, or with one that others share, cost a file next to nothing.
-inline constexpr uint64_t kMostGpuInstances = uint64_t{1} << 23;
+inline constexpr uint64_t kMostGpuInstances = uint64_t{1} << 22;
 
 }  // namespace nif::mesh::detail

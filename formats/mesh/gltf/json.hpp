@@ -79,8 +79,8 @@ struct GltfSurface {
   bool lets_light_through(bool colors_have_alpha) const;
 };
 
-/// The name under which a primitive of GltfSource::json has its indices among its attributes: tinygltf refuses
-/// files with indices that have no buffer view, which are empty or sparse.
+/// The name under which a primitive of GltfSource::json has its indices among its attributes: tinygltf
+/// refuses files with indices that have no buffer view, which are empty or sparse.
 inline constexpr const char* kIndicesAttribute = "_NIFKIT_INDICES";
 
 /// Of all materials of a document. What is malformed counts as not said. Throws nothing but bad_alloc.

@@ -184,21 +184,35 @@ class NodeCollector {
 class LeftOut {
  public:
   void add(std::string_view name) {
-    if (++count_ <= kNamed) names_.push_back(fmt::format("'{}'", short_name(name)));
+    ++count_;
+    if (names_.size() > kNamed) return;
+    std::string text = fmt::format("'{}'", short_name(name));
+    if (std::ranges::find(names_, text) == names_.end())
+      names_.push_back(names_.size() < kNamed ? std::move(text) : "...");
   }
   void note(const Input& input, std::vector<Note>& notes) const {
     if (count_ == 0) return;
     notes.push_back({NoteKind::flattened,
-                     fmt::format("{}: left out {} whose transform leaves no area: {}{}.", input.file.string(),
+                     fmt::format("{}: left out {} whose transform leaves no area: {}.", input.file.string(),
                                  count_ == 1 ? "an instance" : fmt::format("{} instances", count_),
-                                 fmt::join(names_, ", "), count_ > kNamed ? ", ..." : "")});
+                                 fmt::join(names_, ", "))});
   }
 
  private:
-  static constexpr uint64_t kNamed = 3;
+  static constexpr size_t kNamed = 3;
   uint64_t count_ = 0;
   std::vector<std::string> names_;
 };
+
+/// Of several variants of a mesh, which mostly have the same notes, each note once.
+void add_new(std::vector<Note> notes, std::vector<Note>& to) {
+  const auto first = std::ptrdiff_t(to.size());
+  for (Note& note : notes) {
+    const auto begin = to.begin() + first;
+    if (std::find_if(begin, to.end(), [&](const Note& known) { return known.text == note.text; }) == to.end())
+      to.push_back(std::move(note));
+  }
+}
 
 /// Meshes that nothing places, unless none is placed at all.
 void drop_unplaced(Scene& scene) {
@@ -313,14 +327,15 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
           {NoteKind::hidden_mesh,
            fmt::format("{}: mesh {} is not in the scene and was left out", input.file.string(), i)});
     }
+    std::vector<Note> notes;
     for (const size_t variant : variants.of_mesh(i)) {
-      Mesh mesh =
-          read_mesh(sources, model.meshes[i], i, variants.variant(variant, poses), so_far, scene.notes);
+      Mesh mesh = read_mesh(sources, model.meshes[i], i, variants.variant(variant, poses), so_far, notes);
       if (mesh.triangles.empty()) continue;
       check_triangle_limit(input, triangles += mesh.triangles.size());
       mesh_of[variant] = static_cast<uint32_t>(scene.meshes.size());
       scene.meshes.push_back(std::move(mesh));
     }
+    add_new(std::move(notes), scene.notes);
   }
   note_what_is_shown(input, hierarchy, source.surfaces, so_far, scene);
 
@@ -330,14 +345,15 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   for (size_t i = 0; i < placements.size(); ++i) {
     const GltfPlacement& placement = placements[i];
     if (mesh_of[variant_of[i]] == kAbsent) continue;
-    const std::string& node_name =
-        placement.node == GltfHierarchy::kNone ? std::string() : model.nodes[placement.node].name;
+    // Not a copy: a node may have many instances, and a long name.
+    const std::string_view node_name =
+        placement.node == GltfHierarchy::kNone ? std::string_view() : model.nodes[placement.node].name;
     uint32_t mesh = mesh_of[variant_of[i]];
     Affine place = placement.place;
     if (is_flat(place)) {
       const std::optional<uint32_t> moved = flat.add(mesh, place);
       if (!moved) {
-        gone.add(node_name.empty() ? scene.meshes[mesh].name : node_name);
+        gone.add(node_name.empty() ? std::string_view(scene.meshes[mesh].name) : node_name);
         continue;
       }
       if (*moved != mesh) place = {1, 0, 0, place[3], 0, 1, 0, place[7], 0, 0, 1, place[11]};
@@ -345,10 +361,10 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
     }
     const uint32_t node = nodes.add(placement.node, scene.nodes);
     const bool moves = placement.skin >= 0 || (node != kNoNode && scene.nodes[node].moves);
-    const std::string name = node_name.empty()     ? scene.meshes[mesh].name
-                             : placement.instanced ? short_name(node_name)
-                                                   : node_name;
-    scene.instances.push_back({name, mesh, *to_transform(place), node, moves});
+    std::string name = node_name.empty()     ? scene.meshes[mesh].name
+                       : placement.instanced ? short_name(node_name)
+                                             : std::string(node_name);
+    scene.instances.push_back({std::move(name), mesh, *to_transform(place), node, moves});
   }
   gone.note(input, scene.notes);
   drop_unplaced(scene);
