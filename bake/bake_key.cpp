@@ -45,6 +45,8 @@ BakeKey key_of(const mesh::Scene& scene, const BakeOptions& options, std::string
   if (options.lean) text += fmt::format(" lean {} {}", name_of(options.lean->mistake), options.lean->rate);
   if (options.mix)
     for (const double share : *options.mix) text += fmt::format(" mix {}", share);
+  for (const std::string& name : scene.choice.only) text += fmt::format(" only '{}'", name);
+  for (const std::string& name : scene.choice.except) text += fmt::format(" except '{}'", name);
   text += " spherical " + to_json(spherical).dump();
   if (spherical.given)
     text += fmt::format(" given {} {} {}", spherical.given->name, spherical.given->rounds,

@@ -7,6 +7,7 @@
 
 #include "formats/base/quantities.hpp"
 #include "formats/base/utf8.hpp"
+#include "formats/mesh/helpers.hpp"
 #include "formats/mesh/readers.hpp"
 
 namespace nif::mesh::detail {
@@ -108,19 +109,23 @@ void check(const Input& input, Scene& scene) {
   for (Light& light : scene.lights) light.name = clean_name(light.name);
   uint64_t triangles = 0;
   for (const Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
-  if (triangles == 0) input.fail(Status::no_triangles, "has no triangles");
+  if (triangles == 0)
+    input.fail(Status::no_triangles,
+               input.limits.choice.empty() ? "has no triangles" : "has no triangles that are chosen");
   check_triangle_limit(input, triangles);
   uint64_t dropped = 0;
   for (Mesh& mesh : scene.meshes) dropped += check_mesh(input, mesh);
-  if (dropped == 0) return;
   if (dropped == triangles)
     input.fail(Status::non_finite_vertex,
                fmt::format("each of its {} triangles uses a vertex that is not finite", triangles));
-  drop_empty_meshes(scene);
-  scene.notes.push_back(
-      {NoteKind::non_finite_faces,
-       fmt::format("{}: left out {} that {} a vertex that is not finite.", input.file.string(),
-                   count_of(dropped, "triangle"), dropped == 1 ? "uses" : "use")});
+  if (dropped != 0) {
+    drop_empty_meshes(scene);
+    scene.notes.push_back(
+        {NoteKind::non_finite_faces,
+         fmt::format("{}: left out {} that {} a vertex that is not finite.", input.file.string(),
+                     count_of(dropped, "triangle"), dropped == 1 ? "uses" : "use")});
+  }
+  note_helpers(input, scene);
 }
 
 }  // namespace nif::mesh::detail

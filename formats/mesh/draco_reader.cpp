@@ -14,6 +14,7 @@
 #include <type_traits>
 
 #include "formats/base/memory.hpp"
+#include "formats/mesh/chooser.hpp"
 #include "formats/mesh/far.hpp"
 #include "formats/mesh/readers.hpp"
 
@@ -202,6 +203,7 @@ void append_draco(const Input& input, const DracoData& data, Mesh& mesh) {
 }
 
 Scene read_draco(const Input& input) {
+  refuse_choice(input);
   return read_exactly(input, [](const Input& given) {
     Mesh mesh;
     append_draco(given, {.bytes = given.bytes, .where = "the Draco data"}, mesh);

@@ -24,15 +24,21 @@ enum class NoteKind : uint8_t {
   loose_indices,      ///< glTF: those after the last whole triangle
   colors,             ///< glTF: colours or texture coordinates
   draco_morphs,       ///< glTF: morph targets of Draco data
-  posed_skin,         ///< glTF: joints that are not in the bind pose
+  posed_skin,         ///< glTF: joints or weights that cannot be read
   hidden_mesh,        ///< glTF: a mesh that the scene does not show
-  gpu_instances,      ///< glTF: EXT_mesh_gpu_instancing
+  gpu_instances,      ///< glTF: EXT_mesh_gpu_instancing of a skinned mesh
+  flattened,          ///< glTF: what a transform leaves without an area
+  empty_primitives,   ///< glTF: primitives without a vertex or an index
+  see_through,        ///< glTF: materials that let light through
   pictures,           ///< glTF: a picture that cannot be read
   fixtures,           ///< cameras and lights
   volumes,            ///< OpenVDB: grids that are no level sets
   // Remarks: nothing was lost.
   bind_pose,          ///< glTF: skins, in the bind pose
   morphs,             ///< glTF: morph targets, with the weights of the file
+  pose,               ///< glTF: skins, in another pose than the bind pose
+  hidden,             ///< glTF: nodes that KHR_node_visibility hides
+  helpers,            ///< names of collision shapes and of levels of detail
   bent_polygons,      ///< OBJ, PLY, OFF: polygons of five corners and more that are far from flat
   counted_by_length,  ///< STL: triangles that follow those that the header counts
 };

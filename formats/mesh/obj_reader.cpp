@@ -9,6 +9,7 @@
 #include <array>
 #include <limits>
 
+#include "formats/mesh/chooser.hpp"
 #include "formats/mesh/far.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
@@ -24,7 +25,8 @@ struct Object {
 
 class ObjReader {
  public:
-  explicit ObjReader(const Input& input) : input_(input), text_(input.bytes), faces_(input, all_) {}
+  explicit ObjReader(const Input& input)
+      : input_(input), text_(input.bytes), faces_(input, all_), chooser_(input) {}
 
   Scene read() {
     objects_.push_back({input_.stem, 0});
@@ -32,6 +34,7 @@ class ObjReader {
       line_ = text_.line();
       read_line(next_line());
     }
+    chooser_.require_used("object, group or material");
     if (all_.positions.empty() && !saw_face_) {
       input_.fail(Status::not_a_mesh, "has no OBJ vertices or faces");
     }
@@ -81,6 +84,12 @@ class ObjReader {
       read_face(words);
     } else if (keyword == "o") {
       begin_object(words.rest_of_line());
+    } else if (keyword == "g" && chooser_.active()) {
+      group_ = {};
+      for (std::string_view name = words.word(); !name.empty(); name = words.word())
+        group_ = group_ | chooser_.look_up(name);
+    } else if (keyword == "usemtl" && chooser_.active()) {
+      material_ = chooser_.look_up(words.rest_of_line());
     } else if (keyword == "l" || keyword == "p" || keyword == "curv" || keyword == "curv2" ||
                keyword == "surf") {
       ++skipped_curves_;
@@ -129,13 +138,14 @@ class ObjReader {
       }
       corners_.push_back(static_cast<uint32_t>(vertex));
     }
-    faces_.polygon(corners_);
+    if (chooser_.takes(object_ | group_ | material_)) faces_.polygon(corners_);
   }
 
   /// An object goes on to the next "o" line; each such line starts a new one, even under a name seen before.
   void begin_object(std::string_view name) {
     objects_.push_back(
         {std::string(name.empty() ? std::string_view(input_.stem) : name), all_.triangles.size()});
+    object_ = chooser_.look_up(name);
   }
 
   std::vector<Mesh> split() {
@@ -214,6 +224,8 @@ class ObjReader {
   std::string joined_;
   Mesh all_;  // every object's triangles, over the one index space that the file has
   FaceSink faces_;
+  Chooser chooser_;
+  Named object_, group_, material_;  // those that a face has here
   std::vector<Object> objects_;
   std::vector<uint32_t> corners_;
   std::vector<uint32_t> local_;  // a vertex's index within the object being extracted

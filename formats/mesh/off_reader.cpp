@@ -7,6 +7,7 @@
 
 #include <limits>
 
+#include "formats/mesh/chooser.hpp"
 #include "formats/mesh/far.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
@@ -139,6 +140,7 @@ class OffReader {
 }  // namespace
 
 Scene read_off(const Input& input) {
+  refuse_choice(input);
   return read_exactly(input, [](const Input& given) { return OffReader(given).read(); });
 }
 

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <limits>
 
+#include "formats/mesh/chooser.hpp"
 #include "formats/mesh/far.hpp"
 #include "formats/mesh/ply_header.hpp"
 #include "formats/mesh/readers.hpp"
@@ -289,6 +290,7 @@ Scene read_body(const Input& input, const PlyHeader& header) {
 }  // namespace
 
 Scene read_ply(const Input& input) {
+  refuse_choice(input);
   const PlyHeader header = read_ply_header(input);
   const auto read = [&](const Input& given) { return read_body(given, header); };
   return rounds(header) ? read_exactly(input, read) : read(input);

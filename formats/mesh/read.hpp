@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "formats/base/status.hpp"
+#include "formats/mesh/choice.hpp"
 #include "formats/mesh/scene.hpp"
 
 namespace nif::mesh {
@@ -33,6 +34,7 @@ struct ReadLimits {
   bool drop_non_finite = false;
   /// What the file is, whatever its name and content say: one of kFormats. Empty: told by content, else name.
   std::string format{};
+  Choice choice{};  ///< what of the file is read, by name
 };
 
 /// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf; docs/meshes.md has its extensions) or DRC (Draco), each
@@ -42,10 +44,11 @@ struct ReadLimits {
 /// Polygons are triangulated; several meshes in one file become several meshes with instances.
 ///
 /// The result is checked: every index in range, every position that a triangle uses finite, at least one
-/// triangle in all. Meshes without triangles are left out. Degenerate and duplicate triangles are kept
-/// (clean() removes them, with a count).
+/// triangle in all. Meshes without triangles are left out. (A scene may have meshes and no instance: it
+/// places nothing.) Degenerate and duplicate triangles are kept (clean() removes them, with a count).
 ///
-/// Thread-safe; safe on untrusted input. Throws nif::Error with a sentence that names the file and the place.
+/// Thread-safe; safe on untrusted input. Throws nif::Error with a sentence that names the file and the place;
+/// Error(usage) where a pattern of ReadLimits::choice fits no name of the file.
 Scene read(const std::filesystem::path& file, const ReadLimits& limits = {});
 
 /// The same for a file whose bytes are in memory, and not compressed.

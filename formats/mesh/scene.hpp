@@ -10,6 +10,7 @@
 
 #include "formats/base/vector.hpp"
 #include "formats/mesh/appearance.hpp"
+#include "formats/mesh/choice.hpp"
 #include "formats/mesh/merging.hpp"
 #include "formats/mesh/note.hpp"
 
@@ -74,7 +75,7 @@ struct Light {
   double inner_cone = 0, outer_cone = 0;
 };
 
-/// A whole input file. Every mesh has at least one instance.
+/// A whole input file. Every mesh has at least one instance, or none has: then the scene places nothing.
 struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Instance> instances;
@@ -89,6 +90,7 @@ struct Scene {
   std::vector<std::string>
       files;                ///< that it was read from: the file, those of its buffers, and its pictures
   std::vector<Note> notes;  ///< what was left out and why
+  Choice choice;            ///< by which it was read
   std::optional<Merging> merging;  ///< where instances of the file have been merged
 };
 

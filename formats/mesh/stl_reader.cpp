@@ -10,6 +10,7 @@
 #include <cstring>
 #include <limits>
 
+#include "formats/mesh/chooser.hpp"
 #include "formats/mesh/far.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
@@ -111,7 +112,7 @@ std::vector<Mesh> read_binary(const Input& input, uint64_t count) {
 
 class TextReader {
  public:
-  explicit TextReader(const Input& input) : input_(input), words_(input.bytes) {}
+  explicit TextReader(const Input& input) : input_(input), words_(input.bytes), chooser_(input) {}
 
   std::vector<Mesh> read() {
     for (std::string_view word = words_.word(); !word.empty(); word = words_.word()) {
@@ -128,6 +129,7 @@ class TextReader {
       }
     }
     if (open_) fail_truncated();
+    chooser_.require_used("solid");
     return std::move(meshes_);
   }
 
@@ -137,6 +139,7 @@ class TextReader {
     open_ = true;
     const std::string_view name = words_.rest_of_line();
     meshes_.emplace_back().name = name.empty() ? input_.stem : name;
+    taken_ = chooser_.takes(chooser_.look_up(name));
   }
 
   void read_facet() {
@@ -161,7 +164,7 @@ class TextReader {
     if (triangles_ > std::numeric_limits<uint32_t>::max() / 3) {
       input_.fail(Status::too_large, "has more triangles than 32-bit indices can address");
     }
-    add_corner_positions(meshes_.back(), corners);
+    if (taken_) add_corner_positions(meshes_.back(), corners);
   }
 
   void expect(std::string_view keyword) {
@@ -201,6 +204,8 @@ class TextReader {
   std::vector<Mesh> meshes_;
   uint64_t triangles_ = 0;
   bool open_ = false;
+  Chooser chooser_;
+  bool taken_ = true;  // the solid that is open
 };
 
 }  // namespace
@@ -218,6 +223,7 @@ Scene read_stl(const Input& input) {
     input.fail(Status::not_a_mesh,
                "is named .stl but is neither a binary STL file nor a text that starts with 'solid'");
   }
+  refuse_choice(input);
   Scene scene;
   const uint64_t count = count_triangles(input, scene.notes);
   return scene_of(read_binary(input, count), std::move(scene));

@@ -9,6 +9,9 @@
 
 namespace nif::mesh {
 
+/// As Transform, in double precision.
+using Affine = std::array<double, 12>;
+
 inline Float3 transformed(const Transform& t, const Float3& p) {
   Float3 out;
   for (size_t row = 0; row < 3; ++row)

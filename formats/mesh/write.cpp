@@ -149,6 +149,8 @@ Written write(const std::string& path, const Scene& scene, const WriteOptions& o
               const std::function<void(double)>& progress, const std::atomic<bool>& cancel) {
   const FileKind kind = file_kind(path);
   check_options(kind, options);
+  if (scene.instances.empty())
+    throw Error(Status::no_triangles, "places nothing, so there is nothing to write");
   Written written;
   std::optional<FlatScene> flat;
   if (kind != FileKind::glb) {

@@ -13,6 +13,7 @@ kernels::AnyField field_of(const Asset& asset, const Object& object) {
 Asset to_asset(const AssetView& view) {
   Asset asset;
   asset.metadata = view.metadata;
+  asset.places_nothing = view.places_nothing;
   for_each_encoding([&](auto encoding) {
     using Encoding = decltype(encoding);
     static_cast<typename Encoding::Shared&>(asset) = Encoding::to_shared(view);

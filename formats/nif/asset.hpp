@@ -51,8 +51,9 @@ struct Instance {
 /// With what its objects share: `networks`, `spherical_networks`.
 struct Asset : Shared {
   std::vector<Object> objects;
-  std::vector<Instance> instances;
-  std::string metadata;  ///< JSON
+  std::vector<Instance> instances;  ///< none: each object is placed once, unless the asset places nothing
+  bool places_nothing = false;      ///< only without instances
+  std::string metadata;             ///< JSON
 };
 
 /// The kernels' view of an object; valid while the asset lives and is not changed. The bounds of a

@@ -24,9 +24,14 @@ struct Header {  // 64 bytes, at offset 0; the section table follows at once
   uint32_t section_count;
   uint32_t table_crc;    ///< CRC-32C of the section table
   uint32_t header_crc;   ///< CRC-32C of this header with header_crc as 0
-  uint32_t reserved[7];  ///< 0
+  uint32_t flags;        ///< HeaderFlags
+  uint32_t reserved[6];  ///< 0
 };
 static_assert(sizeof(Header) == 64);
+
+enum HeaderFlags : uint32_t {
+  kPlacesNothing = 1  ///< no object is placed; without it, a file without instances places each once
+};
 
 constexpr uint32_t fourcc(const char (&text)[5]) {
   return uint32_t(uint8_t(text[0])) | uint32_t(uint8_t(text[1])) << 8 | uint32_t(uint8_t(text[2])) << 16 |

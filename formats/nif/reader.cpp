@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <string>
@@ -45,6 +46,9 @@ class Reader {
       : file_(file), asset_(memory) {
     asset_.bytes = bytes;
     asset_.sections = open_container(bytes, file, memory);
+    Header header;
+    std::memcpy(&header, bytes.data(), sizeof(header));
+    asset_.places_nothing = header.flags & kPlacesNothing;
   }
 
   AssetView read() {
@@ -214,6 +218,7 @@ class Reader {
 
   void read_instances() {
     const Records<InstanceRecord> records(table()[kInstances], "INST", file_);
+    if (asset_.places_nothing && records.count() != 0) refuse(Rule::places_after_all, file_, "section INST");
     asset_.instances.reserve(records.count());
     for (uint32_t i = 0; i < records.count(); ++i) {
       const InstanceRecord record = records[i];

@@ -73,7 +73,8 @@ struct AssetView : SharedView {
         colors(memory) {}
 
   std::span<const std::byte> bytes;
-  std::string_view metadata;  ///< JSON, not parsed; empty where the file has none
+  std::string_view metadata;    ///< JSON, not parsed; empty where the file has none
+  bool places_nothing = false;  ///< as the file says; never with instances
   std::pmr::vector<SectionView> sections;
   std::pmr::vector<ObjectView> objects;
   std::pmr::vector<InstanceView> instances;
@@ -81,6 +82,11 @@ struct AssetView : SharedView {
   std::pmr::vector<SourceTrianglesView> source_triangles;  ///< likewise
   std::pmr::vector<ColorsView> colors;                     ///< likewise
 
+  /// How many instances the asset stands for: those of the file; without any each object once, unless it
+  /// places nothing.
+  size_t placed_count() const {
+    return instances.empty() && !places_nothing ? objects.size() : instances.size();
+  }
   /// What these views take themselves, without the file's bytes and what is decoded of them.
   uint64_t view_bytes() const;
   /// Null where the object has none.

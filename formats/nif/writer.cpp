@@ -171,6 +171,7 @@ EncodedAsset encode_and_view(const Asset& asset) {
   header.version = kVersion;
   header.file_bytes = file.size();
   header.section_count = uint32_t(sections.entries().size());
+  header.flags = asset.places_nothing ? uint32_t{kPlacesNothing} : 0;
   header.table_crc = crc32c(std::span(file).subspan(sizeof(Header), at - sizeof(Header)));
   header.header_crc = crc32c(std::as_bytes(std::span(&header, 1)));
   store(file, 0, header);

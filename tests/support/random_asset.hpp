@@ -36,6 +36,7 @@ struct RandomAssetOptions {
   uint32_t coded = 0;
   bool translations = false;  ///< instances are so far away that floats cannot hold their translations
   bool odd_corners = false;  ///< as no baker would: some at the surface have no features, some beside it have
+  bool places_nothing = false;  ///< where it has no instances
 };
 
 inline format::Network random_network(Random& random, uint32_t inputs) {
@@ -382,6 +383,7 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
       instance.transform[k] = random.between(-0.4f, 0.4f) + (k % 5 == 0 ? 1.0f : 0.0f);
     asset.instances.push_back(std::move(instance));
   }
+  asset.places_nothing = options.places_nothing && asset.instances.empty();
   for (uint32_t i = 0; i < std::min<uint32_t>(options.primaries, uint32_t(asset.objects.size())); ++i)
     asset.objects[i].primary =
         random_primary(random, 2 + options.max_voxels / 4, options.max_voxels > 8 ? 24 : 4);

@@ -119,6 +119,7 @@ void break_shell(const Bytes& good, Collection& collection) {
   with_header([](auto&) {}, false);
   with_header([](auto& h) { h.version = 3; }, true);
   with_header([](auto& h) { h.reserved[0] = 1; }, true);
+  with_header([](auto& h) { h.flags = format::kPlacesNothing; }, true);
   with_header([](auto& h) { h.section_count = 0; }, true);
   with_header([](auto& h) { h.table_crc ^= 1; }, true);
   Bytes short_file(good.begin(), good.begin() + sizeof(format::Header));

@@ -40,7 +40,7 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   check(nifGetAssetInfo(asset_.handle, &info_));
 
   progress.update(0, "reading " + shown_name(mesh));
-  mesh::ReadLimits limits = limits_as_baked(metadata_of(info_));
+  mesh::ReadLimits limits = limits_as_baked(metadata_of(info_), asset);
   limits.format = format;
   scene_ = mesh::read(mesh, limits);
   if (auto merged = merged_as_baked(scene_, metadata_of(info_), asset, mesh)) scene_ = *std::move(merged);

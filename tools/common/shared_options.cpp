@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
+#include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 
 namespace nif::tools {
@@ -10,6 +13,27 @@ void add_run_options(Command command, RunArguments& arguments, const std::string
   add_threads_option(command, arguments.threads);
   add_json_option(command, arguments.json, schema);
   add_quiet_option(command, arguments.quiet);
+}
+
+void add_choice_options(Command command, mesh::Choice& choice) {
+  command
+      .add_option(
+          "--only", choice.only,
+          "Read only what has this name: nodes (with what is below them), meshes and materials of glTF, "
+          "objects, groups and materials of OBJ, solids of STL. May contain *, ? and [...], and may be "
+          "repeated")
+      .one_word_each();
+  command
+      .add_option("--except", choice.except,
+                  "Leave out what has this name, e.g. collision shapes. As --only, and stronger")
+      .one_word_each();
+}
+
+void check_choice(const mesh::Choice& choice) {
+  for (const auto& [names, option] : {std::pair{&choice.only, "--only"}, {&choice.except, "--except"}})
+    if (names->size() > mesh::kMostPatterns)
+      throw Error(Status::usage, fmt::format("{} can be given {} times at most; use a pattern", option,
+                                             mesh::kMostPatterns));
 }
 
 void add_threads_option(Command command, uint32_t& threads) {

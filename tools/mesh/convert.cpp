@@ -39,6 +39,7 @@ struct Arguments : RunArguments {
   mesh::WriteOptions options;
   SamplingArguments sampling;
   bool sampling_given = false;
+  mesh::Choice choice;
 };
 
 /// Appends a file's scene, placed by a transform; its meshes only where `first_mesh` says that they are not
@@ -115,6 +116,9 @@ void print(const Arguments& arguments, const mesh::Scene& scene, const mesh::Wri
 bool is_volume(const std::string& path) { return ending_of(path) == ".vdb"; }
 
 void check_arguments(const Arguments& arguments) {
+  check_choice(arguments.choice);
+  if (!arguments.choice.empty() && ending_of(arguments.input) == ".toml")
+    throw Error(Status::usage, arguments.input + ": --only and --except are for mesh files, not for scenes");
   const mesh::WriteOptions& options = arguments.options;
   if (!is_volume(arguments.output)) {
     mesh::check_options(mesh::file_kind(arguments.output), options);
@@ -152,9 +156,12 @@ void run(const Arguments& arguments) {
   Progress progress(arguments.quiet);
   interruption();
   progress.update(0, "reading " + shown_name(arguments.input));
+  mesh::ReadLimits limits;
+  limits.format = arguments.format;
+  limits.choice = arguments.choice;
   const mesh::Scene scene = ending_of(arguments.input) == ".toml"
                                 ? read_objects(arguments.input, progress)
-                                : read_mesh(arguments.input, progress, {.format = arguments.format});
+                                : read_mesh(arguments.input, progress, limits);
   const mesh::Written written = write(arguments, scene, progress);
   progress.finish();
   std::vector<std::string> notes = mesh::texts_of(scene.notes);
@@ -184,6 +191,7 @@ void add_mesh_convert(Command mesh) {
   add_format_option(command, a.format);
   add_write_options(command, a.options);
   add_sampling_options(command, a.sampling);
+  add_choice_options(command, a.choice);
   add_run_options(command, a, kSchema);
   command.footer(
       "A .glb keeps every bit of positions, indices, names, transforms, cameras and lights. The other "

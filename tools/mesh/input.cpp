@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "formats/base/memory.hpp"
+#include "formats/base/status.hpp"
 #include "tools/common/naming.hpp"
 #include "tools/mesh/vdb.hpp"
 
@@ -17,7 +18,9 @@ mesh::Scene read_mesh(const std::string& file, Progress& progress, const mesh::R
   // compressed takes more.
   if (!unknown) require_memory(2 * bytes, file + ": reading it");
   progress.update(0, "reading " + shown_name(file));
-  return limits.format.empty() && is_vdb(file) ? read_vdb(file) : mesh::read(file, limits);
+  if (!limits.format.empty() || !is_vdb(file)) return mesh::read(file, limits);
+  if (!limits.choice.empty()) throw Error(Status::usage, file + ": --only and --except are not for .vdb");
+  return read_vdb(file);
 }
 
 uint64_t triangles_of(const mesh::Scene& scene) {

@@ -114,7 +114,7 @@ Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* trans
   const Transform outer = read_transform(transform);
   std::pmr::vector<Instance> added(scene.device->memory());
   std::pmr::vector<kernels::WorldBox> boxes(scene.device->memory());
-  const size_t count = view.instances.empty() ? view.objects.size() : view.instances.size();
+  const size_t count = view.placed_count();
   added.reserve(count);
   boxes.reserve(count);
   for (size_t i = 0; i < view.instances.size(); ++i) {
@@ -130,7 +130,7 @@ Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* trans
     boxes.push_back(world_box(view.objects[placed.object], whole));
   }
   if (view.instances.empty())
-    for (size_t i = 0; i < view.objects.size(); ++i) {
+    for (size_t i = 0; i < count; ++i) {
       added.push_back(make_instance({outer, {}}));
       boxes.push_back(world_box(view.objects[i], {outer, {}}));
     }

@@ -8,6 +8,7 @@ HEADER = 64
 ENTRY = 32
 MOST_FLOAT = (2 - 2.0**-23) * 2.0**127
 LIMIT_SECTIONS = 64
+PLACES_NOTHING = 1
 IDENTIFIER = b"\xabNIF 10\xbb\r\n\x1a\n"
 
 # Sections of each encoding are all present, or all absent.
@@ -115,6 +116,7 @@ class File:
         names.finish()
         if "TRAN" in self.sections:
             _check_translations(self.sections["TRAN"], self.instances)
+        require(not (data[36] & PLACES_NOTHING and self.instances), "INST", "not empty, though the file places nothing")
         encodings = {o.encoding for o in self.objects}
         for encoding, sections in ENCODINGS.items():
             for name in sections:
@@ -146,7 +148,9 @@ def _sections(data):
     require(crc32c(data[:32] + bytes(4) + data[36:HEADER]) == header_crc, "header", "checksum")
     if version != 2:
         raise Refused("header", f"version {version}", "unsupported_nif")
-    require(not any(data[36:HEADER]), "header", "reserved bytes are not zero")
+    flags = int.from_bytes(data[36:40], "little")
+    require(flags in (0, PLACES_NOTHING), "header", f"flags {flags}")
+    require(not any(data[40:HEADER]), "header", "reserved bytes are not zero")
     if len(data) < length:
         raise Refused("header", f"states {length} bytes, but there are {len(data)}", "file_truncated")
     require(len(data) == length, "header", f"states {length} bytes, but there are {len(data)}")
