@@ -114,6 +114,7 @@ class Driver {
     prepared_ = prepare(scene_, options_.strict);
     result_.notes = std::move(prepared_.notes);
     result_.asset.instances = instances_of(scene_, prepared_);
+    result_.asset.places_nothing = result_.asset.instances.empty();
     result_.placed = prepared_.instances;
     count_in(format::section_bytes(result_.asset));
     const size_t count = prepared_.objects.size();

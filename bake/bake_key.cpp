@@ -26,7 +26,7 @@ uint32_t checksum_of(const mesh::Scene& scene) {
     add(counts), add(mesh.positions), add(mesh.triangles);
   }
   for (const mesh::Instance& instance : scene.instances)
-    add(std::array{instance.mesh}), add(instance.transform);
+    add(std::array{instance.mesh}), add(instance.transform), add(instance.remainder);
   return sum;
 }
 
@@ -45,6 +45,8 @@ BakeKey key_of(const mesh::Scene& scene, const BakeOptions& options, std::string
   if (options.lean) text += fmt::format(" lean {} {}", name_of(options.lean->mistake), options.lean->rate);
   if (options.mix)
     for (const double share : *options.mix) text += fmt::format(" mix {}", share);
+  for (const std::string& name : scene.choice.only) text += fmt::format(" only '{}'", name);
+  for (const std::string& name : scene.choice.except) text += fmt::format(" except '{}'", name);
   text += " spherical " + to_json(spherical).dump();
   if (spherical.given)
     text += fmt::format(" given {} {} {}", spherical.given->name, spherical.given->rounds,

@@ -104,6 +104,11 @@ nlohmann::ordered_json hierarchy(const mesh::Scene& scene, const BakeResult& res
 /// What the scene is known for, but for its meshes.
 void add_scene(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result,
                nlohmann::ordered_json& json) {
+  if (!scene.choice.empty()) {
+    nlohmann::ordered_json& choice = json["choice"] = nlohmann::ordered_json::object();
+    if (!scene.choice.only.empty()) choice["only"] = scene.choice.only;
+    if (!scene.choice.except.empty()) choice["except"] = scene.choice.except;
+  }
   if (!scene.nodes.empty()) json["hierarchy"] = hierarchy(scene, result);
   nlohmann::ordered_json merge = merge_metadata(scene, result.placed, options.source_triangles);
   if (!merge.is_null()) json["merge"] = std::move(merge);

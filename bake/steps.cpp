@@ -29,8 +29,8 @@ std::vector<format::Instance> instances_of(const mesh::Scene& scene, const Prepa
   std::vector<format::Instance> instances;
   for (const uint32_t i : prepared.instances) {
     const mesh::Instance& instance = scene.instances[i];
-    instances.push_back(
-        {format::clean_name(instance.name), prepared.object_of[instance.mesh], instance.transform});
+    instances.push_back({format::clean_name(instance.name), prepared.object_of[instance.mesh],
+                         instance.transform, to_float(instance.remainder)});
   }
   return instances;
 }

@@ -34,7 +34,7 @@ namespace {
 constexpr const char* kSchema = "nifkit.eval/1";
 
 struct Arguments : MeasureArguments, RunArguments {
-  std::string asset, mesh;
+  std::string asset, mesh, format;
   bool bvh = false, reference = false, hits = false;
 };
 
@@ -65,7 +65,8 @@ struct Result {
 Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets) {
   Result result;
   Progress progress(arguments.quiet);
-  const MeasuredAsset asset(arguments.asset, arguments.mesh, arguments.configuration(), progress);
+  const MeasuredAsset asset(arguments.asset, arguments.mesh, arguments.configuration(), progress,
+                            arguments.format);
   const size_t count = asset.objects().size();
   const std::vector<double> voxels =
       arguments.hits ? voxels_per_unit(arguments.asset) : std::vector<double>();
@@ -222,6 +223,7 @@ void add_eval(Command app) {
   auto a = std::make_shared<Arguments>();
   command.add_option("ASSET", a->asset, "The .nif file to measure").required();
   command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
+  add_format_option(command, a->format);
   add_measure_options(command, *a, "all but camera");
   command.add_flag("--bvh", a->bvh, "Also build Embree's default and compact BVH, and print their size");
   command.add_flag(

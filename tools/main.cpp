@@ -25,7 +25,7 @@ namespace nif::tools {
 namespace {
 
 constexpr const char* kExitCodes =
-    "Exit codes: 0 success, 1 internal error, 2 wrong options, 10-26 an input file cannot be used,\n"
+    "Exit codes: 0 success, 1 internal error, 2 wrong options, 10-27 an input file cannot be used,\n"
     "30-35 an asset cannot be used, 40-41 the output cannot be written, 50-54 a bake failed, 130 "
     "interrupted.\n"
     "docs/command-line.md lists them all.\n";
@@ -66,6 +66,7 @@ int run(int argc, char** argv) {
                          "  nif validate dragon.nif\n"
                          "  nif attach crate.glb crate.nif -o both.glb\n"
                          "  nif devices\n"
+                         "  nif query dragon.nif --ray \"0 0 5  0 0 -1\"\n"
                          "  nif mesh generate statue -o statue.ply\n"
                          "  nif render scene.toml -o pictures\n"
                          "  nif sweep dragon.ply -o sizes\n"
@@ -80,6 +81,7 @@ int run(int argc, char** argv) {
   add_farm(command);
   add_info(command);
   add_mesh(command);
+  add_query(command);
   add_render(command);
   add_study(command);
   add_sweep(command);

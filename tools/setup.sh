@@ -34,7 +34,7 @@ build   libopenmesh-dev       nif mesh: decimation, subdivision; tests: a second
 build   libmeshoptimizer-dev  nif mesh: fast decimation; .glb files with EXT_meshopt_compression
 build   libopenvdb-dev        nif mesh: level sets
 build   libboost-iostreams-dev  what OpenVDB is linked with, and its package does not bring
-build   libcgal-dev           nif mesh: self-intersections, repair; tests: a second oracle of rays (NIF_WITH_CGAL)
+build   libcgal-dev           nif mesh: self-intersections, holes, remeshing; tests: a second oracle of rays (NIF_WITH_CGAL)
 sample  jq                    samples/run.sh reads the JSON that nif prints
 check   libgtest-dev          tests
 check   pkgconf               tests: the installed package through its .pc file

@@ -14,6 +14,7 @@ void add_eval(Command app);
 void add_farm(Command app);
 void add_info(Command app);
 void add_mesh(Command app);
+void add_query(Command app);
 void add_render(Command app);
 void add_study(Command app);
 void add_sweep(Command app);

@@ -9,7 +9,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
-cmake --build build/release --target nif read_speed >&2
+cmake --build build/release --target nif read_speed polygon_speed >&2
 nif=build/release/bin/nif read_speed=build/release/bin/read_speed
 out=build/reading rounds=7
 mkdir -p "$out"
@@ -65,6 +65,12 @@ readied() {
   compared OpenMesh dragon.obj 'dragon, OBJ'
   compared OpenMesh dragon.off 'dragon, OFF'
   compared Draco dragon.drc 'dragon, DRC'
+  read -r quads others < <(build/release/bin/polygon_speed 20000)
+  printf '\n## Polygons\n\n'
+  printf 'Faces of more than three corners of OBJ, PLY and OFF are looked at once more when all is read, and cut into triangles where\n'
+  printf 'they are not convex ([meshes.md](../meshes.md#polygons)). The command is `polygon_speed 20000`, on one core.\n\n'
+  printf '| polygons | million corners a second |\n| --- | ---: |\n'
+  printf '| convex quads | %s |\n| random, 3 to 200 corners, most concave, half with holes | %s |\n' "$quads" "$others"
   printf '\n## Time and memory before a bake\n\n'
   printf 'Large mesh: %s.\n' "$name"
   printf 'The command is `read_speed FILE`. The columns are: the bytes of the arrays of positions and indices; the time to read and check\n'

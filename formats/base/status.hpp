@@ -33,6 +33,7 @@ enum class Status : int {
   not_an_image = 24,           ///< an environment map that is not a picture, or has no light
   malformed_manifest = 25,     ///< not a valid manifest
   needs_repair = 26,           ///< with --strict: a mesh that needs repair, or was not read whole
+  malformed_rays = 27,         ///< not a valid file of rays
 
   // Reading an asset.
   not_a_nif = 30,

@@ -14,6 +14,7 @@ inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 struct Double3 : std::array<double, 3> {};
 
 inline Double3 to_double(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }
+inline std::array<float, 3> to_float(const Double3& a) { return {float(a[0]), float(a[1]), float(a[2])}; }
 inline Double3 operator+(const Double3& a, const Double3& b) {
   return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }

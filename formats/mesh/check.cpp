@@ -1,11 +1,13 @@
-// What every reader shares: turning polygons into triangles, and the checks that make a Scene safe to use.
+// The checks that every reader shares, which make a Scene safe to use.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
+#include "formats/base/quantities.hpp"
 #include "formats/base/utf8.hpp"
+#include "formats/mesh/helpers.hpp"
 #include "formats/mesh/readers.hpp"
 
 namespace nif::mesh::detail {
@@ -13,7 +15,61 @@ namespace {
 
 bool finite(const Float3& p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
 
-/// Names come from files in any encoding and go into JSON and onto terminals: without control characters.
+/// Nothing is wrong with any index or any position, used or not: passes over memory in its order, which is
+/// what most meshes take.
+bool all_fine(const Mesh& mesh) {
+  uint32_t largest = 0;
+  for (const Triangle& t : mesh.triangles) largest = std::max({largest, t[0], t[1], t[2]});
+  if (!mesh.triangles.empty() && largest >= mesh.positions.size()) return false;
+  constexpr uint32_t kExponent = 0x7f800000;  // all ones where a float is infinite or NaN
+  uint32_t infinite = 0;
+  for (const Float3& p : mesh.positions)
+    for (const float x : p) infinite |= (std::bit_cast<uint32_t>(x) & kExponent) == kExponent;
+  return infinite == 0;
+}
+
+/// Returns how many triangles use a vertex that is not finite, and were left out. The indices are in range.
+uint64_t drop_non_finite(Mesh& mesh) {
+  const auto usable = [&](const Triangle& t) {
+    return std::ranges::all_of(t, [&](uint32_t v) { return finite(mesh.positions[v]); });
+  };
+  size_t kept = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!usable(mesh.triangles[t])) continue;
+    mesh.triangles[kept] = mesh.triangles[t];
+    if (!mesh.look.materials.empty()) mesh.look.materials[kept] = mesh.look.materials[t];
+    ++kept;
+  }
+  const uint64_t dropped = mesh.triangles.size() - kept;
+  mesh.triangles.resize(kept);
+  if (!mesh.look.materials.empty()) mesh.look.materials.resize(kept);
+  return dropped;
+}
+
+/// Returns how many triangles were left out.
+uint64_t check_mesh(const Input& input, Mesh& mesh) {
+  if (all_fine(mesh)) return 0;
+  const uint64_t vertices = mesh.positions.size();
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const uint32_t v : mesh.triangles[t]) {
+      if (v >= vertices) {
+        input.fail(Status::index_out_of_range,
+                   fmt::format("triangle {} of mesh '{}' uses vertex {}, but there are only {}", t, mesh.name,
+                               v, vertices));
+      }
+      if (!finite(mesh.positions[v]) && !input.limits.drop_non_finite) {
+        const Float3& p = mesh.positions[v];
+        input.fail(Status::non_finite_vertex,
+                   fmt::format("vertex {} of mesh '{}' is not finite: ({}, {}, {})", v, mesh.name, p[0], p[1],
+                               p[2]));
+      }
+    }
+  }
+  return input.limits.drop_non_finite ? drop_non_finite(mesh) : 0;
+}
+
+}  // namespace
+
 std::string clean_name(std::string_view name) {
   std::string out;
   while (!name.empty()) {
@@ -29,58 +85,6 @@ std::string clean_name(std::string_view name) {
   return out;
 }
 
-/// Nothing is wrong with any index or any position, used or not: passes over memory in its order, which is
-/// what most meshes take.
-bool all_fine(const Mesh& mesh) {
-  uint32_t largest = 0;
-  for (const Triangle& t : mesh.triangles) largest = std::max({largest, t[0], t[1], t[2]});
-  if (!mesh.triangles.empty() && largest >= mesh.positions.size()) return false;
-  constexpr uint32_t kExponent = 0x7f800000;  // all ones where a float is infinite or NaN
-  uint32_t infinite = 0;
-  for (const Float3& p : mesh.positions)
-    for (const float x : p) infinite |= (std::bit_cast<uint32_t>(x) & kExponent) == kExponent;
-  return infinite == 0;
-}
-
-void check_mesh(const Input& input, const Mesh& mesh) {
-  if (all_fine(mesh)) return;
-  const uint64_t vertices = mesh.positions.size();
-  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const uint32_t v : mesh.triangles[t]) {
-      if (v >= vertices) {
-        input.fail(Status::index_out_of_range,
-                   fmt::format("triangle {} of mesh '{}' uses vertex {}, but there are only {}", t, mesh.name,
-                               v, vertices));
-      }
-      if (!finite(mesh.positions[v])) {
-        const Float3& p = mesh.positions[v];
-        input.fail(Status::non_finite_vertex,
-                   fmt::format("vertex {} of mesh '{}' is not finite: ({}, {}, {})", v, mesh.name, p[0], p[1],
-                               p[2]));
-      }
-    }
-  }
-}
-
-}  // namespace
-
-void FaceSink::polygon(std::span<const uint32_t> corners) {
-  if (corners.size() < 3) {
-    ++skipped_;
-    return;
-  }
-  check_triangle_limit(input_, mesh_.triangles.size() + corners.size() - 2);
-  for (size_t i = 2; i < corners.size(); ++i)
-    mesh_.triangles.push_back({corners[0], corners[i - 1], corners[i]});
-}
-
-void FaceSink::report(Scene& scene) const {
-  if (skipped_ == 0) return;
-  scene.notes.push_back(
-      {NoteKind::short_faces,
-       fmt::format("{}: left out {} faces with fewer than three corners", input_.file.string(), skipped_)});
-}
-
 void check_triangle_limit(const Input& input, uint64_t count) {
   if (count > input.limits.max_triangles) {
     input.fail(Status::too_large,
@@ -88,8 +92,7 @@ void check_triangle_limit(const Input& input, uint64_t count) {
   }
 }
 
-Scene scene_of(std::vector<Mesh> meshes) {
-  Scene scene;
+Scene scene_of(std::vector<Mesh> meshes, Scene scene) {
   for (Mesh& mesh : meshes) {
     if (mesh.triangles.empty()) continue;
     scene.instances.push_back({mesh.name, static_cast<uint32_t>(scene.meshes.size()), kIdentity});
@@ -106,9 +109,46 @@ void check(const Input& input, Scene& scene) {
   for (Light& light : scene.lights) light.name = clean_name(light.name);
   uint64_t triangles = 0;
   for (const Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
-  if (triangles == 0) input.fail(Status::no_triangles, "has no triangles");
+  if (triangles == 0)
+    input.fail(Status::no_triangles,
+               input.limits.choice.empty() ? "has no triangles" : "has no triangles that are chosen");
   check_triangle_limit(input, triangles);
-  for (const Mesh& mesh : scene.meshes) check_mesh(input, mesh);
+  uint64_t dropped = 0;
+  for (Mesh& mesh : scene.meshes) dropped += check_mesh(input, mesh);
+  if (dropped == triangles)
+    input.fail(Status::non_finite_vertex,
+               fmt::format("each of its {} triangles uses a vertex that is not finite", triangles));
+  if (dropped != 0) {
+    drop_empty_meshes(scene);
+    scene.notes.push_back(
+        {NoteKind::non_finite_faces,
+         fmt::format("{}: left out {} that {} a vertex that is not finite.", input.file.string(),
+                     count_of(dropped, "triangle"), dropped == 1 ? "uses" : "use")});
+  }
+  note_helpers(input, scene);
 }
 
 }  // namespace nif::mesh::detail
+
+namespace nif::mesh {
+
+std::vector<std::string> drop_empty_meshes(Scene& scene) {
+  std::vector<std::string> dropped;
+  std::vector<uint32_t> index(scene.meshes.size());
+  uint32_t kept = 0;
+  for (size_t m = 0; m < scene.meshes.size(); ++m) {
+    index[m] = UINT32_MAX;
+    if (scene.meshes[m].triangles.empty()) {
+      dropped.push_back(scene.meshes[m].name);
+      continue;
+    }
+    if (kept != m) scene.meshes[kept] = std::move(scene.meshes[m]);
+    index[m] = kept++;
+  }
+  scene.meshes.resize(kept);
+  std::erase_if(scene.instances, [&](const Instance& i) { return index[i.mesh] == UINT32_MAX; });
+  for (Instance& instance : scene.instances) instance.mesh = index[instance.mesh];
+  return dropped;
+}
+
+}  // namespace nif::mesh

@@ -14,6 +14,8 @@
 #include <type_traits>
 
 #include "formats/base/memory.hpp"
+#include "formats/mesh/chooser.hpp"
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/readers.hpp"
 
 namespace nif::mesh::detail {
@@ -96,7 +98,7 @@ class Positions {
                source_.buffer()->data_size();
   }
 
-  bool read(draco::PointIndex point, Float3& out) const {
+  bool read(draco::PointIndex point, Double3& out) const {
     const draco::AttributeValueIndex value = source_.mapped_index(point);
     if (value.value() >= source_.size()) return false;
     const uint8_t* at = source_.buffer()->data() + source_.GetBytePos(value);
@@ -124,14 +126,14 @@ class Positions {
 
  private:
   template <class T>
-  bool convert(const uint8_t* at, Float3& out) const {
-    for (float& x : out) {
+  bool convert(const uint8_t* at, Double3& out) const {
+    for (double& x : out) {
       T value;
       std::memcpy(&value, at, sizeof value);
       at += sizeof value;
-      x = static_cast<float>(value);
+      x = static_cast<double>(value);
       if (std::is_integral_v<T> && normalized_) {
-        x = std::max(x / static_cast<float>(std::numeric_limits<T>::max()), -1.0f);
+        x = std::max(static_cast<float>(value) / static_cast<float>(std::numeric_limits<T>::max()), -1.0f);
       }
     }
     return true;
@@ -177,11 +179,12 @@ void append_draco(const Input& input, const DracoData& data, Mesh& mesh) {
   const Positions positions(*attribute, data.normalized);
   mesh.positions.reserve(base + source.num_points());
   for (draco::PointIndex p(0); p < source.num_points(); ++p) {
-    Float3 position;
-    if (!positions.read(p, position)) {
+    Double3 exact;
+    if (!positions.read(p, exact)) {
       input.fail(Status::malformed_mesh, fmt::format("{} has no position for vertex {}", where, p.value()));
     }
-    mesh.positions.push_back(position);
+    mesh.positions.push_back(to_float(exact));
+    if (input.exact) mesh.exact.push_back(exact);
   }
   mesh.triangles.reserve(mesh.triangles.size() + source.num_faces());
   for (draco::FaceIndex f(0); f < source.num_faces(); ++f) {
@@ -200,12 +203,15 @@ void append_draco(const Input& input, const DracoData& data, Mesh& mesh) {
 }
 
 Scene read_draco(const Input& input) {
-  Mesh mesh;
-  append_draco(input, {.bytes = input.bytes, .where = "the Draco data"}, mesh);
-  if (mesh.name.empty()) mesh.name = input.stem;
-  std::vector<Mesh> meshes;
-  meshes.push_back(std::move(mesh));
-  return scene_of(std::move(meshes));
+  refuse_choice(input);
+  return read_exactly(input, [](const Input& given) {
+    Mesh mesh;
+    append_draco(given, {.bytes = given.bytes, .where = "the Draco data"}, mesh);
+    if (mesh.name.empty()) mesh.name = given.stem;
+    std::vector<Mesh> meshes;
+    meshes.push_back(std::move(mesh));
+    return scene_of(std::move(meshes));
+  });
 }
 
 }  // namespace nif::mesh::detail

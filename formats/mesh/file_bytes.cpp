@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -49,6 +50,28 @@ struct Condition {
   }
 };
 
+/// Reads to the end. `size`: what is expected; with `exact`, also the most.
+ByteBuffer drain(std::FILE* stream, const std::string& name, uint64_t size, bool exact, uint64_t max_bytes) {
+  ByteBuffer bytes;
+  bytes.reserve(size + 1);  // one more, so that the end of the file is seen without growing
+  for (;;) {
+    if (bytes.size() == bytes.capacity()) bytes.reserve(std::max<size_t>(1 << 16, bytes.capacity() * 2));
+    const size_t got = std::fread(bytes.data() + bytes.size(), 1, bytes.capacity() - bytes.size(), stream);
+    bytes.set_size(bytes.size() + got);
+    if (exact && bytes.size() > size)
+      throw Error(Status::file_unreadable,
+                  fmt::format("{}: has more than its length of {} bytes", name, size));
+    if (bytes.size() > max_bytes) {
+      throw Error(Status::too_large, fmt::format("{}: has more than the limit of {} bytes", name, max_bytes));
+    }
+    if (got == 0) break;
+  }
+  if (std::ferror(stream)) {
+    throw Error(Status::file_unreadable, name + ": cannot be read: " + std::strerror(errno));
+  }
+  return bytes;
+}
+
 ByteBuffer load_whole(const fs::path& file, uint64_t max_bytes, bool named) {
   const std::string name = file.string();
   std::error_code error;
@@ -69,29 +92,12 @@ ByteBuffer load_whole(const fs::path& file, uint64_t max_bytes, bool named) {
   if (!stream) throw Error(Status::file_unreadable, name + ": cannot be opened: " + std::strerror(errno));
 
   const Condition before(stream.get());
-  ByteBuffer bytes;
   const uint64_t size = status.type() == fs::file_type::regular ? fs::file_size(file, error) : 0;
   if (!error && size > max_bytes) {
     throw Error(Status::too_large,
                 fmt::format("{}: has {} bytes, more than the limit of {}", name, size, max_bytes));
   }
-  bytes.reserve(size + 1);  // one more, so that the end of the file is seen without growing
-  for (;;) {
-    if (bytes.size() == bytes.capacity()) bytes.reserve(std::max<size_t>(1 << 16, bytes.capacity() * 2));
-    const size_t got =
-        std::fread(bytes.data() + bytes.size(), 1, bytes.capacity() - bytes.size(), stream.get());
-    bytes.set_size(bytes.size() + got);
-    if (named && bytes.size() > size)
-      throw Error(Status::file_unreadable,
-                  fmt::format("{}: has more than its length of {} bytes", name, size));
-    if (bytes.size() > max_bytes) {
-      throw Error(Status::too_large, fmt::format("{}: has more than the limit of {} bytes", name, max_bytes));
-    }
-    if (got == 0) break;
-  }
-  if (std::ferror(stream.get())) {
-    throw Error(Status::file_unreadable, name + ": cannot be read: " + std::strerror(errno));
-  }
+  ByteBuffer bytes = drain(stream.get(), name, size, named, max_bytes);
   if (status.type() == fs::file_type::regular && Condition(stream.get()) != before)
     throw Error(Status::file_unreadable, name + ": changed while it was read; try again once it is complete");
   return bytes;
@@ -102,6 +108,13 @@ ByteBuffer load_whole(const fs::path& file, uint64_t max_bytes, bool named) {
 ByteBuffer load_file(const fs::path& file, uint64_t max_bytes) { return load_whole(file, max_bytes, false); }
 ByteBuffer load_named_file(const fs::path& file, uint64_t max_bytes) {
   return load_whole(file, max_bytes, true);
+}
+
+ByteBuffer load_standard_input(uint64_t max_bytes) {
+  if (isatty(STDIN_FILENO))
+    throw Error(Status::file_unreadable,
+                std::string(kStandardInputName) + ": is a terminal; pipe a file into it");
+  return drain(stdin, kStandardInputName, 0, false, max_bytes);
 }
 
 }  // namespace nif::mesh::detail

@@ -49,8 +49,15 @@ class ByteBuffer {
 /// meanwhile, or too_large beyond `max_bytes`.
 ByteBuffer load_file(const std::filesystem::path& file, uint64_t max_bytes);
 
-/// The same for a file that another file names, which may be a stranger's: regular files alone, since a pipe
-/// can wait for ever, and no more than the file's length, which files that the kernel makes up do not say.
+/// What messages call it.
+inline constexpr const char* kStandardInputName = "standard input";
+
+/// Reads standard input to its end. Throws file_unreadable, also where it is a terminal, or too_large.
+ByteBuffer load_standard_input(uint64_t max_bytes);
+
+/// The same as load_file() for a file that another file names, which may be a stranger's: regular files
+/// alone, since a pipe can wait for ever, and no more than the file's length, which files that the kernel
+/// makes up do not say.
 ByteBuffer load_named_file(const std::filesystem::path& file, uint64_t max_bytes);
 
 }  // namespace nif::mesh::detail

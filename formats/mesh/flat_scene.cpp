@@ -1,22 +1,16 @@
 #include "formats/mesh/flat_scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "formats/base/memory.hpp"
 #include "formats/base/status.hpp"
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/transform.hpp"
 
 namespace nif::mesh {
 namespace {
-
-Float3 placed(const Transform& t, const Float3& p) {
-  Float3 out;
-  for (size_t row = 0; row < 3; ++row)
-    out[row] = float(double(t[4 * row]) * p[0] + double(t[4 * row + 1]) * p[1] +
-                     double(t[4 * row + 2]) * p[2] + t[4 * row + 3]);
-  return out;
-}
 
 /// Calls `fill(instance, first, count)` for each instance's part of a stretch, in order.
 template <class Fill>
@@ -51,11 +45,51 @@ void FlatScene::vertices(uint64_t first, std::span<Float3> out) const {
         const Instance& instance = instances_[i];
         const auto begin = meshes_[instance.mesh].positions.begin() + std::ptrdiff_t(from),
                    end = begin + std::ptrdiff_t(count);
-        at = instance.transform == kIdentity ? std::copy(begin, end, at)
-                                             : std::transform(begin, end, at, [&](const Float3& p) {
-                                                 return placed(instance.transform, p);
-                                               });
+        at = unplaced(instance) ? std::copy(begin, end, at)
+                                : std::transform(begin, end, at, [&](const Float3& p) {
+                                    return to_float(placed(instance, p));
+                                  });
       });
+}
+
+void FlatScene::exact(uint64_t first, std::span<Double3> out) const {
+  cut(first_vertex_, first, out.size(),
+      [&, at = out.begin()](size_t i, uint64_t from, uint64_t count) mutable {
+        const Instance& instance = instances_[i];
+        const auto begin = meshes_[instance.mesh].positions.begin() + std::ptrdiff_t(from);
+        const bool known_as_floats = unplaced(instance), is_far = far(i);
+        at = std::transform(begin, begin + std::ptrdiff_t(count), at, [&](const Float3& p) {
+          if (known_as_floats) return to_double(p);
+          Double3 exact = placed(instance, p);
+          if (!is_far) return to_double(to_float(exact));
+          for (size_t a = 0; a < 3; ++a) exact[a] = shortest_near(exact[a], (*offsets_[i])[a]);
+          return exact;
+        });
+      });
+}
+
+void FlatScene::find_far() {
+  offsets_.clear();
+  for (const Instance& instance : instances_)
+    offsets_.push_back(far_offset(meshes_[instance.mesh], instance));
+}
+
+bool FlatScene::needs_doubles() const {
+  for (size_t i = 0; i < instances_.size(); ++i)
+    if (far(i) && !unplaced(instances_[i])) return true;
+  return false;
+}
+
+double FlatScene::rounding() const {
+  double most = 0;
+  for (size_t i = 0; i < instances_.size(); ++i) {
+    if (!far(i)) continue;
+    for (const Float3& p : meshes_[instances_[i].mesh].positions) {
+      const Double3 exact = placed(instances_[i], p), lost = exact - to_double(to_float(exact));
+      for (const double axis : lost) most = std::max(most, std::abs(axis));
+    }
+  }
+  return most;
 }
 
 void FlatScene::triangles(uint64_t first, std::span<Triangle> out) const {

@@ -1,6 +1,7 @@
 // Merges a scene into one mesh: the triangles of each instance at their places, one instance after the other.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,7 +21,16 @@ class FlatScene : public MeshSource {
   uint64_t vertex_count() const override { return first_vertex_.back(); }
   uint64_t triangle_count() const override { return first_triangle_.back(); }
   void vertices(uint64_t first, std::span<Float3> out) const override;
+  void exact(uint64_t first, std::span<Double3> out) const override;
+  bool needs_doubles() const override;
   void triangles(uint64_t first, std::span<Triangle> out) const override;
+
+  /// Finds instances that floats are too coarse for (far.hpp). From then on exact() says of those with few
+  /// digits where they stand, and of others as vertices().
+  void find_far();
+  bool far(size_t instance) const { return !offsets_.empty() && offsets_[instance].has_value(); }
+  /// How far vertices() rounds those that are far, at most.
+  double rounding() const;
 
   /// What is known of any of its meshes' colours, with white for all others.
   Appearance look() const;
@@ -35,6 +45,7 @@ class FlatScene : public MeshSource {
   std::span<const Instance> instances_;
   std::vector<uint64_t> first_vertex_, first_triangle_;
   std::vector<bool> mirrored_;
+  std::vector<std::optional<Double3>> offsets_;  // [instance] of one that is far, once they were looked for
 };
 
 /// The whole of it in memory, under a name.

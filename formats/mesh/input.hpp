@@ -9,12 +9,16 @@
 
 namespace nif::mesh::detail {
 
+/// How many things of a kind notes name one by one: a damaged file may have millions. More are counted.
+inline constexpr size_t kMostNotes = 20;
+
 struct Input {
   std::filesystem::path file;  ///< as the caller wrote it
   std::string stem;            ///< the file's name without folder, .gz/.zst and extension
   std::string extension;       ///< in lower case with its dot, without .gz/.zst; may be empty
   std::string_view bytes;      ///< the whole file, decompressed
   ReadLimits limits;
+  bool exact = false;  ///< readers fill Mesh::exact, too (far.hpp)
 
   /// Throws an Error whose sentence is "<file>: <reason>"
   [[noreturn]] void fail(Status status, const std::string& reason) const {

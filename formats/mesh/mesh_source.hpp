@@ -1,8 +1,10 @@
 // A mesh that is computed on demand, so that a mesh larger than memory can be written.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "formats/mesh/scene.hpp"
 
@@ -19,6 +21,14 @@ class MeshSource {
 
   /// Fills `out` with the vertices from `first` on; first + out.size() <= vertex_count().
   virtual void vertices(uint64_t first, std::span<Float3> out) const = 0;
+  /// The same in double, where it is known better than floats can say.
+  virtual void exact(uint64_t first, std::span<Double3> out) const {
+    std::vector<Float3> rounded(out.size());
+    vertices(first, rounded);
+    std::ranges::transform(rounded, out.begin(), to_double);
+  }
+  /// Whether floats are too coarse for any vertex.
+  virtual bool needs_doubles() const { return false; }
   /// Fills `out` with the triangles from `first` on; first + out.size() <= triangle_count(). Their indices
   /// are below vertex_count().
   virtual void triangles(uint64_t first, std::span<Triangle> out) const = 0;

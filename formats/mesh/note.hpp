@@ -14,24 +14,35 @@ namespace nif::mesh {
 /// docs/meshes.md, "What is not kept", lists them by format. Those before bind_pose are losses: something of
 /// the file was not read or not kept. `--strict` refuses files with a loss.
 enum class NoteKind : uint8_t {
-  short_faces,       ///< faces with fewer than three corners
-  curves,            ///< OBJ: points, lines, curves and surfaces
-  bytes_after_end,   ///< STL: what follows the triangles that the header counts
-  points_and_lines,  ///< glTF: primitives that are not triangles, or have no positions
-  loose_indices,     ///< glTF: those after the last whole triangle
-  colors,            ///< glTF: colours or texture coordinates
-  draco_morphs,      ///< glTF: morph targets of Draco data
-  posed_skin,        ///< glTF: joints that are not in the bind pose
-  hidden_mesh,       ///< glTF: a mesh that the scene does not show
-  gpu_instances,     ///< glTF: EXT_mesh_gpu_instancing
-  pictures,          ///< glTF: a picture that cannot be read
-  fixtures,          ///< cameras and lights
-  volumes,           ///< OpenVDB: grids that are no level sets
+  short_faces,        ///< faces with fewer than three corners
+  non_finite_faces,   ///< triangles that use a vertex that is not finite, where these are dropped
+  rounding,           ///< coordinates that floats cannot hold
+  crossing_polygons,  ///< OBJ, PLY, OFF: polygons whose outline crosses itself
+  curves,             ///< OBJ: points, lines, curves and surfaces
+  bytes_after_end,    ///< STL: what follows the triangles and is none
+  points_and_lines,   ///< glTF: primitives that are not triangles, or have no positions
+  loose_indices,      ///< glTF: those after the last whole triangle
+  colors,             ///< glTF: colours or texture coordinates
+  draco_morphs,       ///< glTF: morph targets of Draco data
+  posed_skin,         ///< glTF: joints or weights that cannot be read
+  hidden_mesh,        ///< glTF: a mesh that the scene does not show
+  gpu_instances,      ///< glTF: EXT_mesh_gpu_instancing of a skinned mesh
+  flattened,          ///< glTF: what a transform leaves without an area
+  empty_primitives,   ///< glTF: primitives without a vertex or an index
+  see_through,        ///< glTF: materials that let light through
+  pictures,           ///< glTF: a picture that cannot be read
+  fixtures,           ///< cameras and lights
+  volumes,            ///< OpenVDB: grids that are no level sets
   // Remarks: nothing was lost.
-  bind_pose,  ///< glTF: skins, in the bind pose
-  morphs,     ///< glTF: morph targets, with the weights of the file
+  bind_pose,          ///< glTF: skins, in the bind pose
+  morphs,             ///< glTF: morph targets, with the weights of the file
+  pose,               ///< glTF: skins, in another pose than the bind pose
+  hidden,             ///< glTF: nodes that KHR_node_visibility hides
+  helpers,            ///< names of collision shapes and of levels of detail
+  bent_polygons,      ///< OBJ, PLY, OFF: polygons of five corners and more that are far from flat
+  counted_by_length,  ///< STL: triangles that follow those that the header counts
 };
-inline constexpr size_t kNoteKinds = size_t(NoteKind::morphs) + 1;
+inline constexpr size_t kNoteKinds = size_t(NoteKind::counted_by_length) + 1;
 
 /// Whether something of the file was not read or not kept.
 constexpr bool is_loss(NoteKind kind) { return kind < NoteKind::bind_pose; }

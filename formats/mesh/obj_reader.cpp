@@ -9,6 +9,8 @@
 #include <array>
 #include <limits>
 
+#include "formats/mesh/chooser.hpp"
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 
@@ -23,7 +25,8 @@ struct Object {
 
 class ObjReader {
  public:
-  explicit ObjReader(const Input& input) : input_(input), text_(input.bytes), faces_(input, all_) {}
+  explicit ObjReader(const Input& input)
+      : input_(input), text_(input.bytes), faces_(input, all_), chooser_(input) {}
 
   Scene read() {
     objects_.push_back({input_.stem, 0});
@@ -31,6 +34,7 @@ class ObjReader {
       line_ = text_.line();
       read_line(next_line());
     }
+    chooser_.require_used("object, group or material");
     if (all_.positions.empty() && !saw_face_) {
       input_.fail(Status::not_a_mesh, "has no OBJ vertices or faces");
     }
@@ -40,8 +44,13 @@ class ObjReader {
                   fmt::format("has {} vertices, more than 32-bit indices can address", vertices));
     }
     all_.look.complete(all_.positions.size(), all_.triangles.size());
-    Scene scene = scene_of(split());
-    faces_.report(scene);
+    Scene scene;
+    faces_.settle(scene, [&](uint64_t triangle) {
+      // The last of those that begin there: others have no triangles.
+      const auto after = std::ranges::upper_bound(objects_, triangle, {}, &Object::first_triangle);
+      return std::string_view(std::prev(after)->name);
+    });
+    scene = scene_of(split(), std::move(scene));
     if (skipped_curves_ != 0) {
       scene.notes.push_back(
           {NoteKind::curves, fmt::format("{}: left out {} points, lines and free-form shapes.",
@@ -75,6 +84,12 @@ class ObjReader {
       read_face(words);
     } else if (keyword == "o") {
       begin_object(words.rest_of_line());
+    } else if (keyword == "g" && chooser_.active()) {
+      group_ = {};
+      for (std::string_view name = words.word(); !name.empty(); name = words.word())
+        group_ = group_ | chooser_.look_up(name);
+    } else if (keyword == "usemtl" && chooser_.active()) {
+      material_ = chooser_.look_up(words.rest_of_line());
     } else if (keyword == "l" || keyword == "p" || keyword == "curv" || keyword == "curv2" ||
                keyword == "surf") {
       ++skipped_curves_;
@@ -84,11 +99,14 @@ class ObjReader {
 
   void read_vertex(TextCursor& words) {
     Float3 position;
-    for (float& x : position) {
+    Double3 exact;
+    for (size_t a = 0; a < 3; ++a) {
       const std::string_view word = words.word();
-      if (!parse_float(word, x)) fail_word("vertex", word, "a number");
+      if (!parse_float(word, position[a])) fail_word("vertex", word, "a number");
+      if (input_.exact) parse_double(word, exact[a]);
     }
     all_.positions.push_back(position);  // a weight or a colour may follow
+    if (input_.exact) all_.exact.push_back(exact);
     if (input_.limits.colors) read_color(words);
   }
 
@@ -120,13 +138,14 @@ class ObjReader {
       }
       corners_.push_back(static_cast<uint32_t>(vertex));
     }
-    faces_.polygon(corners_);
+    if (chooser_.takes(object_ | group_ | material_)) faces_.polygon(corners_);
   }
 
   /// An object goes on to the next "o" line; each such line starts a new one, even under a name seen before.
   void begin_object(std::string_view name) {
     objects_.push_back(
         {std::string(name.empty() ? std::string_view(input_.stem) : name), all_.triangles.size()});
+    object_ = chooser_.look_up(name);
   }
 
   std::vector<Mesh> split() {
@@ -181,6 +200,7 @@ class ObjReader {
     for (const uint32_t v : used) {
       local_[v] = static_cast<uint32_t>(mesh.positions.size());
       mesh.positions.push_back(all_.positions[v]);
+      if (input_.exact) mesh.exact.push_back(all_.exact[v]);
       if (!all_.look.colors.empty()) mesh.look.colors.push_back(all_.look.colors[v]);
     }
     for (Triangle& triangle : mesh.triangles) {
@@ -204,6 +224,8 @@ class ObjReader {
   std::string joined_;
   Mesh all_;  // every object's triangles, over the one index space that the file has
   FaceSink faces_;
+  Chooser chooser_;
+  Named object_, group_, material_;  // those that a face has here
   std::vector<Object> objects_;
   std::vector<uint32_t> corners_;
   std::vector<uint32_t> local_;  // a vertex's index within the object being extracted
@@ -213,6 +235,8 @@ class ObjReader {
 
 }  // namespace
 
-Scene read_obj(const Input& input) { return ObjReader(input).read(); }
+Scene read_obj(const Input& input) {
+  return read_exactly(input, [](const Input& given) { return ObjReader(given).read(); });
+}
 
 }  // namespace nif::mesh::detail

@@ -7,6 +7,8 @@
 
 #include <limits>
 
+#include "formats/mesh/chooser.hpp"
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 
@@ -38,11 +40,11 @@ class OffReader {
     for (uint64_t i = 0; i < vertices; ++i) read_vertex(i);
     for (uint64_t i = 0; i < faces; ++i) read_face(i, vertices);
 
+    Scene scene;
+    faces_.settle(scene, [&](uint64_t) { return std::string_view(mesh_.name); });
     std::vector<Mesh> meshes;
     meshes.push_back(std::move(mesh_));
-    Scene scene = scene_of(std::move(meshes));
-    faces_.report(scene);
-    return scene;
+    return scene_of(std::move(meshes), std::move(scene));
   }
 
  private:
@@ -74,11 +76,14 @@ class OffReader {
 
   void read_vertex(uint64_t index) {
     Float3 position;
-    for (float& x : position) {
+    Double3 exact;
+    for (size_t a = 0; a < 3; ++a) {
       const std::string_view word = next("a vertex");
-      if (!parse_float(word, x)) fail_word(word, fmt::format("a coordinate of vertex {}", index));
+      if (!parse_float(word, position[a])) fail_word(word, fmt::format("a coordinate of vertex {}", index));
+      if (input_.exact) parse_double(word, exact[a]);
     }
     mesh_.positions.push_back(position);
+    if (input_.exact) mesh_.exact.push_back(exact);
     words_.rest_of_line();
   }
 
@@ -134,6 +139,9 @@ class OffReader {
 
 }  // namespace
 
-Scene read_off(const Input& input) { return OffReader(input).read(); }
+Scene read_off(const Input& input) {
+  refuse_choice(input);
+  return read_exactly(input, [](const Input& given) { return OffReader(given).read(); });
+}
 
 }  // namespace nif::mesh::detail

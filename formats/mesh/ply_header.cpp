@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 
 namespace nif::mesh::detail {
@@ -41,7 +42,8 @@ std::optional<PlyType> type_named(std::string_view word) {
 
 bool is_integer(PlyType type) { return type < PlyType::f32; }
 
-/// Hands out the header's lines; knows the three line endings, which also tell where a binary body starts.
+/// Hands out the header's lines, which may end in LF, CR LF or CR, also mixed. A binary body starts after the
+/// last: after a CR, an LF belongs to the body where the first line ends in a CR alone.
 class HeaderLines {
  public:
   explicit HeaderLines(const Input& input) : input_(input) {
@@ -49,18 +51,17 @@ class HeaderLines {
     if (end == std::string_view::npos) {
       input.fail(Status::file_truncated, "the PLY header ends in its first line");
     }
-    const std::string_view rest = input.bytes.substr(end);
-    ending_ = rest.starts_with("\r\n") ? "\r\n" : rest.starts_with('\n') ? "\n" : "\r";
+    cr_alone_ = input.bytes[end] == '\r' && !input.bytes.substr(end + 1).starts_with('\n');
   }
 
   std::string_view next() {
-    const size_t end = input_.bytes.find(ending_, at_);
+    const size_t end = input_.bytes.find_first_of("\r\n", at_);
     if (end == std::string_view::npos) {
       input_.fail(Status::file_truncated,
                   fmt::format("the PLY header ends in line {}, before 'end_header'", line_ + 1));
     }
     const std::string_view text = input_.bytes.substr(at_, end - at_);
-    at_ = end + ending_.size();
+    at_ = end + (!cr_alone_ && input_.bytes.substr(end).starts_with("\r\n") ? 2 : 1);
     ++line_;
     return text;
   }
@@ -73,7 +74,7 @@ class HeaderLines {
 
  private:
   const Input& input_;
-  std::string_view ending_;
+  bool cr_alone_ = false;
   size_t at_ = 0;
   uint64_t line_ = 0;
 };
@@ -126,6 +127,7 @@ void parse_property(TextCursor& words, const HeaderLines& lines, PlyHeader& head
   const auto known = type_named(type);
   const std::string_view name = words.word();
   if (!known || name.empty()) lines.fail("gives a property without a known type and a name");
+  property.name = name;
   property.type = *known;
   property.role = role_of(element, property, name);
   if (property.role == PlyProperty::Role::corners && !is_integer(property.type)) {
@@ -133,6 +135,24 @@ void parse_property(TextCursor& words, const HeaderLines& lines, PlyHeader& head
   }
   element.has_list |= property.is_list;
   element.properties.push_back(property);
+}
+
+/// Refuses a header without corners of faces, with what it has instead.
+void check_corners(const Input& input, const PlyHeader& header) {
+  std::vector<std::string> lists;
+  for (const PlyElement& element : header.elements)
+    for (const PlyProperty& p : element.properties) {
+      if (p.role == PlyProperty::Role::corners) return;
+      if (p.is_list && lists.size() < kMostNotes)
+        lists.push_back(fmt::format("'{}' in '{}'", clean_name(p.name.substr(0, 40)),
+                                    clean_name(element.name.substr(0, 40))));
+    }
+  input.fail(
+      Status::no_triangles,
+      fmt::format(
+          "has no triangles: the PLY header has no list 'vertex_indices' or 'vertex_index' in an "
+          "element 'face' or 'tristrips', {}",
+          lists.empty() ? std::string("and no other list") : fmt::format("but {}", fmt::join(lists, ", "))));
 }
 
 void check_elements(const Input& input, PlyHeader& header) {
@@ -220,6 +240,7 @@ PlyHeader read_ply_header(const Input& input) {
   if (!has_format) input.fail(Status::malformed_mesh, "the PLY header has no 'format' line");
   header.body = lines.at();
   check_elements(input, header);
+  check_corners(input, header);
   return header;
 }
 

@@ -16,6 +16,7 @@ uint32_t ply_size(PlyType type);
 struct PlyProperty {
   enum class Role : uint8_t { skip, x, y, z, red, green, blue, corners };
   Role role = Role::skip;
+  std::string name;
   PlyType type = PlyType::f32;
   bool is_list = false;
   PlyType count_type = PlyType::u8;  ///< of a list

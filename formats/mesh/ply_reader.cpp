@@ -11,6 +11,8 @@
 #include <cstring>
 #include <limits>
 
+#include "formats/mesh/chooser.hpp"
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/ply_header.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
@@ -37,10 +39,12 @@ class TextBody {
   explicit TextBody(const Place& place, size_t start)
       : place_(place), words_(place.input.bytes.substr(start)) {}
 
-  float real(PlyType) {
+  /// Where `exact` is not null, it is given the value before rounding.
+  float real(PlyType, double* exact = nullptr) {
     float value = 0;
     const std::string_view word = next();
     if (!parse_float(word, value)) fail_word(word);
+    if (exact) parse_double(word, *exact);
     return value;
   }
   int64_t integer(PlyType) {
@@ -79,14 +83,14 @@ class BinaryBody {
         at_(place.input.bytes.data() + start),
         end_(place.input.bytes.data() + place.input.bytes.size()) {}
 
-  float real(PlyType type) {
+  float real(PlyType type, double* exact = nullptr) {
     switch (type) {
       case PlyType::f32:
-        return take<float>();
+        return round_to_float(take<float>(), exact);
       case PlyType::f64:
-        return static_cast<float>(take<double>());
+        return round_to_float(take<double>(), exact);
       default:
-        return static_cast<float>(integer(type));
+        return round_to_float(integer(type), exact);
     }
   }
   int64_t integer(PlyType type) {
@@ -115,6 +119,11 @@ class BinaryBody {
 
  private:
   template <class T>
+  static float round_to_float(T value, double* exact) {
+    if (exact) *exact = static_cast<double>(value);
+    return static_cast<float>(value);
+  }
+  template <class T>
   T take() {
     if (static_cast<size_t>(end_ - at_) < sizeof(T)) place_.fail_truncated();
     std::array<char, sizeof(T)> raw;
@@ -131,7 +140,7 @@ class BinaryBody {
 class BodyReader {
  public:
   BodyReader(Place& place, Mesh& mesh, FaceSink& faces, uint64_t vertices)
-      : place_(place), mesh_(mesh), faces_(faces), vertices_(vertices) {}
+      : place_(place), mesh_(mesh), faces_(faces), vertices_(vertices), exact_(place.input.exact) {}
 
   template <class Body>
   void read(Body body, const std::vector<PlyElement>& elements) {
@@ -146,6 +155,7 @@ class BodyReader {
   template <class Body>
   void read_element(Body& body, const PlyElement& element) {
     Float3 position{}, color{};
+    Double3 exact{};
     bool colored = false;
     for (const PlyProperty& p : element.properties) {
       if (p.is_list) {
@@ -164,12 +174,14 @@ class BodyReader {
             static_cast<float>(linear_of(double(value)));
         colored = true;
       } else {
-        position[static_cast<size_t>(p.role) - static_cast<size_t>(PlyProperty::Role::x)] = body.real(p.type);
+        const size_t axis = static_cast<size_t>(p.role) - static_cast<size_t>(PlyProperty::Role::x);
+        position[axis] = body.real(p.type, exact_ ? &exact[axis] : nullptr);
       }
     }
     if (element.kind != PlyElement::Kind::vertex) return;
     if (colored) mesh_.look.set_color(mesh_.positions.size(), color);
     mesh_.positions.push_back(position);
+    if (exact_) mesh_.exact.push_back(exact);
   }
 
   /// What stands for all of a colour: sRGB, as programs write it.
@@ -223,13 +235,22 @@ class BodyReader {
   Mesh& mesh_;
   FaceSink& faces_;
   uint64_t vertices_;
+  bool exact_;
   std::vector<uint32_t> corners_;
 };
 
-}  // namespace
+/// Whether positions may be other numbers than floats.
+bool rounds(const PlyHeader& header) {
+  if (header.format == PlyHeader::Format::text) return true;
+  for (const PlyElement& element : header.elements)
+    for (const PlyProperty& p : element.properties)
+      if (p.role >= PlyProperty::Role::x && p.role <= PlyProperty::Role::z && p.type >= PlyType::i32 &&
+          p.type != PlyType::f32)
+        return true;
+  return false;
+}
 
-Scene read_ply(const Input& input) {
-  const PlyHeader header = read_ply_header(input);
+Scene read_body(const Input& input, const PlyHeader& header) {
   Mesh mesh;
   mesh.name = input.stem;
   uint64_t vertices = 0;
@@ -259,11 +280,20 @@ Scene read_ply(const Input& input) {
       break;
   }
 
+  Scene scene;
+  faces.settle(scene, [&](uint64_t) { return std::string_view(mesh.name); });
   std::vector<Mesh> meshes;
   meshes.push_back(std::move(mesh));
-  Scene scene = scene_of(std::move(meshes));
-  faces.report(scene);
-  return scene;
+  return scene_of(std::move(meshes), std::move(scene));
+}
+
+}  // namespace
+
+Scene read_ply(const Input& input) {
+  refuse_choice(input);
+  const PlyHeader header = read_ply_header(input);
+  const auto read = [&](const Input& given) { return read_body(given, header); };
+  return rounds(header) ? read_exactly(input, read) : read(input);
 }
 
 }  // namespace nif::mesh::detail

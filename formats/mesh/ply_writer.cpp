@@ -36,18 +36,20 @@ struct Block {
   }
 };
 
-std::string header(const MeshSource& source, const std::string& comment) {
+std::string header(const MeshSource& source, const std::string& comment, bool doubles) {
   return fmt::format(
-      "ply\nformat binary_little_endian 1.0\n{}element vertex {}\nproperty float x\nproperty float y\n"
-      "property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
-      comment.empty() ? "" : "comment " + comment + "\n", source.vertex_count(), source.triangle_count());
+      "ply\nformat binary_little_endian 1.0\n{0}element vertex {1}\nproperty {2} x\nproperty {2} y\n"
+      "property {2} z\nelement face {3}\nproperty list uchar int vertex_indices\nend_header\n",
+      comment.empty() ? "" : "comment " + comment + "\n", source.vertex_count(), doubles ? "double" : "float",
+      source.triangle_count());
 }
 
 /// The source cut into chunks, those of the vertices first.
 class Chunks {
  public:
-  explicit Chunks(const MeshSource& source)
+  Chunks(const MeshSource& source, bool doubles)
       : source_(source),
+        doubles_(doubles),
         of_vertices_((source.vertex_count() + kChunk - 1) / kChunk),
         count_(of_vertices_ + (source.triangle_count() + kChunk - 1) / kChunk) {}
 
@@ -63,7 +65,10 @@ class Chunks {
     source_.vertices(first, points);
     Block chunk;
     for (const Float3& point : points) chunk.include(point, point);
-    const std::span<const std::byte> bytes = std::as_bytes(std::span(points));
+    std::vector<Double3> wide(doubles_ ? points.size() : 0);
+    if (doubles_) source_.exact(first, wide);
+    const std::span<const std::byte> bytes =
+        doubles_ ? std::as_bytes(std::span(wide)) : std::as_bytes(std::span(points));
     chunk.bytes.assign(bytes.begin(), bytes.end());
     return chunk;
   }
@@ -83,6 +88,7 @@ class Chunks {
   }
 
   const MeshSource& source_;
+  bool doubles_;
   uint64_t of_vertices_, count_;
 };
 
@@ -101,10 +107,11 @@ PlyFile write_ply(const std::string& path, const MeshSource& source, const std::
     file.write(bytes);
     written.bytes += bytes.size();
   };
-  const std::string text = header(source, comment);
+  const bool doubles = source.needs_doubles();
+  const std::string text = header(source, comment, doubles);
   append(std::as_bytes(std::span(text)));
 
-  const Chunks chunks(source);
+  const Chunks chunks(source, doubles);
   // So many chunks are under way at once: enough that no thread waits while one is written. They end in
   // order, so that each has a place to itself. (As tokens of the pipeline they would leak where one of them
   // throws.)

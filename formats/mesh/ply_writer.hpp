@@ -16,10 +16,10 @@ struct PlyFile {
   Float3 low{}, high{};  ///< bounds of all vertices; zero where there are none
 };
 
-/// Writes `source` to `path`, whole or not at all (formats/base/output_file.hpp): vertices as three floats,
-/// faces as lists of three ints. `comment` is one line of ASCII for the header, or empty. Chunks are computed
-/// on the threads of TBB and written in order, so that the bytes do not depend on how many these are.
-/// `progress` is given what fraction is done, by one thread at a time.
+/// Writes `source` to `path`, whole or not at all (formats/base/output_file.hpp): vertices as three floats
+/// (doubles where the source needs them), faces as lists of three ints. `comment` is one line of ASCII for
+/// the header, or empty. Chunks are computed on the threads of TBB and written in order, so that the bytes do
+/// not depend on how many these are. `progress` is given what fraction is done, by one thread at a time.
 ///
 /// Throws nif::Error: output_folder_missing or output_not_writable; too_large beyond 2^31 - 1 vertices or
 /// triangles, which the format's ints end at; interrupted once `cancel` is set.

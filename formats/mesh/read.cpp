@@ -26,6 +26,7 @@ namespace {
 using namespace detail;
 
 Input describe(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits) {
+  if (file == kStandardInput) return {kStandardInputName, "stdin", "", bytes, limits};
   const std::filesystem::path name = unpacked_name(file);
   return {file, name.stem().string(), ending_of(name), bytes, limits};
 }
@@ -56,7 +57,18 @@ bool looks_like_gltf(std::string_view bytes) {
   return bytes.starts_with("glTF") || TextCursor(bytes.substr(0, 64)).word().starts_with('{');
 }
 
+Scene read_as(const std::string& format, const Input& input, std::vector<ExternalFile>& external) {
+  if (format == "gltf" || format == "glb") return read_gltf(input, external);
+  if (format == "drc") return read_draco(input);
+  if (format == "ply") return read_ply(input);
+  if (format == "off") return read_off(input);
+  if (format == "obj") return read_obj(input);
+  if (format == "stl") return read_stl(input);
+  throw Error(Status::usage, fmt::format("there is no mesh format '{}'", format));
+}
+
 Scene read_format(const Input& input, std::vector<ExternalFile>& external) {
+  if (!input.limits.format.empty()) return read_as(input.limits.format, input, external);
   const std::string_view bytes = input.bytes;
   if (looks_like_gltf(bytes)) return read_gltf(input, external);
   const std::string_view first_word = TextCursor(bytes.substr(0, 64)).word();
@@ -73,6 +85,9 @@ Scene read_format(const Input& input, std::vector<ExternalFile>& external) {
     input.fail(Status::not_a_mesh,
                fmt::format("is named {}, but its content is in another format", input.extension));
   }
+  if (input.file == kStandardInputName)
+    input.fail(Status::not_a_mesh,
+               "is in no format that its content tells; name it with --format (OBJ always needs that)");
   input.fail(Status::not_a_mesh,
              "is not in a known mesh format; nif reads PLY, OBJ, STL, OFF, glTF, GLB and Draco, also as .gz "
              "or .zst");
@@ -100,19 +115,26 @@ Scene read_checked(const std::filesystem::path& file, std::string_view bytes, co
   check(input, scene);
   FilePieces source;
   if (looks_like_gltf(input.bytes))
-    source = without_attachment(file, bytes);
+    source = without_attachment(input.file, bytes);
   else
     source.refer(bytes);
   scene.source_hash = hash(source, external);
-  std::vector<std::string> files{file.string()};
+  scene.choice = limits.choice;
+  std::vector<std::string> files;
+  if (file != kStandardInput) files.push_back(file.string());
   for (const ExternalFile& buffer : external) files.push_back(buffer.path.string());
   scene.files.insert(scene.files.begin(), files.begin(), files.end());  // before pictures
   return scene;
 }
 
+ByteBuffer load_input(const std::filesystem::path& file, uint64_t max_bytes) {
+  return file == kStandardInput ? load_standard_input(max_bytes) : load_file(file, max_bytes);
+}
+
 /// Libraries throw what they like; callers are promised an Error.
 template <class Work>
-Scene promised(const std::filesystem::path& file, Work&& work) {
+Scene promised(const std::filesystem::path& path, Work&& work) {
+  const std::filesystem::path file = path == kStandardInput ? kStandardInputName : path;
   try {
     return work();
   } catch (const Error&) {
@@ -130,7 +152,8 @@ Scene promised(const std::filesystem::path& file, Work&& work) {
 
 Scene read(const std::filesystem::path& file, const ReadLimits& limits) {
   return promised(file, [&] {
-    const ByteBuffer bytes = decompress(load_file(file, limits.max_decompressed_bytes), file, limits);
+    const std::filesystem::path name = file == kStandardInput ? kStandardInputName : file;
+    const ByteBuffer bytes = decompress(load_input(file, limits.max_decompressed_bytes), name, limits);
     return read_checked(file, bytes.view(), limits);
   });
 }

@@ -1,6 +1,7 @@
 // The readers of each format, and the checks that all of them share. Internal to formats/mesh.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,30 +33,42 @@ struct DracoData {
 /// Decodes a Draco mesh and appends it to `mesh`.
 void append_draco(const Input& input, const DracoData& data, Mesh& mesh);
 
-/// A scene of meshes that each stand once, untransformed. Meshes without triangles are left out.
-Scene scene_of(std::vector<Mesh> meshes);
+/// Adds meshes to a scene that each stand once, untransformed. Meshes without triangles are left out.
+Scene scene_of(std::vector<Mesh> meshes, Scene scene = {});
 
 /// Makes names valid UTF-8, then throws unless every index is in range, every used vertex finite and there is
 /// a triangle at all.
 void check(const Input& input, Scene& scene);
+
+/// Names come from files in any encoding and go into JSON and onto terminals: without control characters.
+std::string clean_name(std::string_view name);
 
 /// Adds the faces of a file to a mesh as triangles, within the limits.
 class FaceSink {
  public:
   FaceSink(const Input& input, Mesh& mesh) : input_(input), mesh_(mesh) {}
 
-  /// A polygon becomes a fan around its first corner. That covers a convex polygon exactly; a concave one
-  /// gets the right boundary and the right enclosed volume, but some of its triangles overlap outside the
-  /// outline.
+  /// A polygon becomes a fan around its first corner, which covers a convex one. Its corners may be vertices
+  /// that come later.
   void polygon(std::span<const uint32_t> corners);
 
-  /// Adds a note to the scene where faces of fewer than three corners were left out.
-  void report(Scene& scene) const;
+  /// Once all positions are known: cuts polygons that are not convex into triangles that cover them, in
+  /// place. Adds notes to the scene of faces that were left out or are not what a polygon is. `name_of` has
+  /// the name of the object that a triangle is of.
+  void settle(Scene& scene, const std::function<std::string_view(uint64_t triangle)>& name_of);
 
  private:
+  /// Polygons of as many corners whose triangles follow each other.
+  struct Run {
+    uint64_t first_triangle;
+    uint32_t corners, count;
+  };
+  void remember(size_t corners);
+
   const Input& input_;
   Mesh& mesh_;
   uint64_t skipped_ = 0;
+  std::vector<Run> runs_;  // those of four corners and more
 };
 
 /// Throws too_large where `count` more triangles exceed the limit.

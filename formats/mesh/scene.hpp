@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "formats/base/vector.hpp"
 #include "formats/mesh/appearance.hpp"
+#include "formats/mesh/choice.hpp"
 #include "formats/mesh/merging.hpp"
 #include "formats/mesh/note.hpp"
 
@@ -28,6 +30,8 @@ struct Mesh {
   std::vector<Triangle> triangles;
   float part_side = 0;  ///< of a merged mesh: the longest side of its middle part, by size; else 0
   Appearance look{};    ///< only if it was asked for: ReadLimits::colors
+  /// Only within readers, and only if they were asked for (Input::exact): positions before rounding.
+  std::vector<Double3> exact{};
 };
 
 /// One placement of a mesh. Transforms may scale non-uniformly and mirror.
@@ -37,6 +41,7 @@ struct Instance {
   Transform transform = kIdentity;
   uint32_t node = kNoNode;  ///< that it stands for: index into Scene::nodes, or kNoNode
   bool moves = false;       ///< with its node (see there), or by the joints of a skin
+  Double3 remainder{};      ///< what rounding took from the transform's translation: add it
 };
 
 /// A node of a glTF. Its transform is in those of the instances.
@@ -70,7 +75,7 @@ struct Light {
   double inner_cone = 0, outer_cone = 0;
 };
 
-/// A whole input file. Every mesh has at least one instance.
+/// A whole input file. Every mesh has at least one instance, or none has: then the scene places nothing.
 struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Instance> instances;
@@ -85,6 +90,7 @@ struct Scene {
   std::vector<std::string>
       files;                ///< that it was read from: the file, those of its buffers, and its pictures
   std::vector<Note> notes;  ///< what was left out and why
+  Choice choice;            ///< by which it was read
   std::optional<Merging> merging;  ///< where instances of the file have been merged
 };
 

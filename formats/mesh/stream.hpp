@@ -28,6 +28,7 @@ class Stream {
   void put(char c) { buffer_ += c; }
   /// The shortest digits that are read back as the same number.
   void put(float number) { put_number(number); }
+  void put(double number) { put_number(number); }
   void put(std::integral auto number) { put_number(number); }
   /// The bytes of a value, as they lie in memory.
   template <class T>

@@ -8,19 +8,22 @@
 namespace nif::mesh::detail {
 
 std::string_view TextCursor::rest_of_line() {
-  while (at_ != end_ && *at_ != '\n' && is_space(*at_)) ++at_;
+  while (at_ != end_ && !is_line_end(*at_) && is_space(*at_)) ++at_;
   const char* begin = at_;
-  while (at_ != end_ && *at_ != '\n') ++at_;
+  while (at_ != end_ && !is_line_end(*at_)) ++at_;
   const char* last = at_;
   while (last != begin && is_space(last[-1])) --last;
   if (at_ != end_) {
-    ++at_;
+    at_ += ends_line_here() ? 1 : 2;
     ++line_;
   }
   return {begin, static_cast<size_t>(last - begin)};
 }
 
-bool parse_float(std::string_view word, float& value) {
+namespace {
+
+template <class Real>
+bool parse_real(std::string_view word, Real& value) {
   const char* begin = word.data();
   const char* end = begin + word.size();
   if (word.size() > 1 && *begin == '+' && begin[1] != '-') ++begin;
@@ -29,7 +32,7 @@ bool parse_float(std::string_view word, float& value) {
   if (stop != end) {
     // "1.#QNAN", "1.#INF", "-1.#IND": what printf of older Microsoft libraries wrote.
     if (*stop == '#' && end - stop > 1) {
-      value = std::numeric_limits<float>::quiet_NaN();
+      value = std::numeric_limits<Real>::quiet_NaN();
       return true;
     }
     return false;
@@ -40,11 +43,16 @@ bool parse_float(std::string_view word, float& value) {
     const bool known = std::from_chars(begin, end, wide).ec == std::errc();
     const bool tiny =
         known ? std::abs(wide) < 1 : word.find("e-") != word.npos || word.find("E-") != word.npos;
-    value = std::copysign(tiny ? static_cast<float>(wide) : std::numeric_limits<float>::infinity(),
-                          *begin == '-' ? -1.0f : 1.0f);
+    value = std::copysign(tiny ? static_cast<Real>(wide) : std::numeric_limits<Real>::infinity(),
+                          *begin == '-' ? Real{-1} : Real{1});
   }
   return true;
 }
+
+}  // namespace
+
+bool parse_float(std::string_view word, float& value) { return parse_real(word, value); }
+bool parse_double(std::string_view word, double& value) { return parse_real(word, value); }
 
 bool parse_integer(std::string_view word, int64_t& value) {
   const char* begin = word.data();

@@ -1,5 +1,5 @@
 // Walks over the text of a mesh file word by word, without copies and without locales, because files have
-// tens of millions of words.
+// tens of millions of words. Lines end in LF, CR LF or CR, also mixed.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,8 @@ class TextCursor {
 
   /// The next word, on this or a later line; empty at the end of the text.
   std::string_view word() {
-    for (; at_ != end_ && is_space(*at_); ++at_) line_ += *at_ == '\n';
-    return take();
-  }
-
-  /// The next word on this line; empty where the line has no more.
-  std::string_view word_on_line() {
-    while (at_ != end_ && *at_ != '\n' && is_space(*at_)) ++at_;
+    for (; at_ != end_ && is_space(*at_); ++at_)
+      if (*at_ != ' ') line_ += ends_line_here();
     return take();
   }
 
@@ -37,6 +32,11 @@ class TextCursor {
   uint64_t bytes_left() const { return static_cast<uint64_t>(end_ - at_); }
 
  private:
+  /// Whether the last character of a line's end is here.
+  bool ends_line_here() const {
+    return *at_ == '\n' || (*at_ == '\r' && (at_ + 1 == end_ || at_[1] != '\n'));
+  }
+  static bool is_line_end(char c) { return c == '\n' || c == '\r'; }
   static bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
   std::string_view take() {
     const char* begin = at_;
@@ -52,6 +52,8 @@ class TextCursor {
 /// Reads a whole word as a number, rounded to the nearest float. NaN and infinities are numbers too, in the
 /// spellings of C and of older Microsoft libraries; too large a number becomes an infinity.
 bool parse_float(std::string_view word, float& value);
+/// The same, rounded to the nearest double.
+bool parse_double(std::string_view word, double& value);
 
 bool parse_integer(std::string_view word, int64_t& value);
 

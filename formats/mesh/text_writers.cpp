@@ -9,15 +9,25 @@ namespace {
 
 constexpr uint64_t kChunk = 1 << 14;
 
-/// Calls `put` for the vertices [first, last) of a flat scene, in order.
-template <class Put>
+void get(const FlatScene& flat, uint64_t first, std::span<Float3> out) { flat.vertices(first, out); }
+void get(const FlatScene& flat, uint64_t first, std::span<Double3> out) { flat.exact(first, out); }
+
+template <class Point, class Put>
 void each_vertex(const FlatScene& flat, uint64_t first, uint64_t last, Put put) {
-  std::vector<Float3> chunk;
+  std::vector<Point> chunk;
   for (; first < last; first += chunk.size()) {
     chunk.resize(std::min(kChunk, last - first));
-    flat.vertices(first, chunk);
-    for (const Float3& p : chunk) put(p);
+    get(flat, first, chunk);
+    for (const Point& p : chunk) put(p);
   }
+}
+
+/// Calls `put` for the vertices of an instance, in order: with doubles where floats are too coarse.
+template <class Put>
+void each_vertex(const FlatScene& flat, size_t instance, Put put) {
+  const uint64_t first = flat.first_vertex(instance), last = flat.first_vertex(instance + 1);
+  flat.far(instance) ? each_vertex<Double3>(flat, first, last, put)
+                     : each_vertex<Float3>(flat, first, last, put);
 }
 
 template <class Put>
@@ -30,7 +40,8 @@ void each_triangle(const FlatScene& flat, uint64_t first, uint64_t last, Put put
   }
 }
 
-void put_point(Stream& out, const Float3& p) {
+template <class Point>
+void put_point(Stream& out, const Point& p) {
   out.put(p[0]);
   for (size_t axis = 1; axis < 3; ++axis) {
     out.put(' ');
@@ -45,17 +56,22 @@ std::string line_of(std::string name) {
   return name;
 }
 
+template <class Point>
 struct Facet {
   Float3 normal;
-  std::array<Float3, 3> corners;
+  std::array<Point, 3> corners;
 };
 
-/// Calls `put` for the facets [first, last), whose vertices begin at `first_vertex`.
-template <class Put>
-void each_facet(const FlatScene& flat, std::span<const Float3> points, uint64_t first_vertex, uint64_t first,
-                uint64_t last, Put put) {
+/// Calls `put` for the facets of an instance.
+template <class Point, class Put>
+void each_facet(const FlatScene& flat, size_t instance, Put put) {
+  const uint64_t first_vertex = flat.first_vertex(instance);
+  std::vector<Point> points(flat.first_vertex(instance + 1) - first_vertex);
+  get(flat, first_vertex, points);
+  const uint64_t first = flat.first_triangle(instance), last = flat.first_triangle(instance + 1);
   each_triangle(flat, first, last, [&](const Triangle& t) {
-    Facet facet{{}, {points[t[0] - first_vertex], points[t[1] - first_vertex], points[t[2] - first_vertex]}};
+    Facet<Point> facet{
+        {}, {points[t[0] - first_vertex], points[t[1] - first_vertex], points[t[2] - first_vertex]}};
     std::array<double, 3> a, b, n;
     for (size_t axis = 0; axis < 3; ++axis) {
       a[axis] = double(facet.corners[1][axis]) - facet.corners[0][axis];
@@ -72,12 +88,6 @@ void each_facet(const FlatScene& flat, std::span<const Float3> points, uint64_t 
   });
 }
 
-std::vector<Float3> points_of(const FlatScene& flat, size_t instance) {
-  std::vector<Float3> points(flat.first_vertex(instance + 1) - flat.first_vertex(instance));
-  flat.vertices(flat.first_vertex(instance), points);
-  return points;
-}
-
 }  // namespace
 
 bool ends_in_backslash(std::string_view name) {
@@ -91,7 +101,7 @@ void write_obj(Stream& out, const Scene& scene, const FlatScene& flat) {
     out.put("o ");
     out.put(line_of(scene.instances[i].name));
     out.put('\n');
-    each_vertex(flat, flat.first_vertex(i), flat.first_vertex(i + 1), [&](const Float3& p) {
+    each_vertex(flat, i, [&](const auto& p) {
       out.put("v ");
       put_point(out, p);
       out.step();
@@ -114,10 +124,11 @@ void write_off(Stream& out, const FlatScene& flat) {
   out.put(' ');
   out.put(flat.triangle_count());
   out.put(" 0\n");
-  each_vertex(flat, 0, flat.vertex_count(), [&](const Float3& p) {
-    put_point(out, p);
-    out.step();
-  });
+  for (size_t i = 0; i < flat.instance_count(); ++i)
+    each_vertex(flat, i, [&](const auto& p) {
+      put_point(out, p);
+      out.step();
+    });
   each_triangle(flat, 0, flat.triangle_count(), [&](const Triangle& t) {
     out.put('3');
     for (const uint32_t v : t) {
@@ -135,12 +146,11 @@ void write_stl(Stream& out, const FlatScene& flat) {
   out.put_bytes(header);
   out.put_bytes(uint32_t(flat.triangle_count()));
   for (size_t i = 0; i < flat.instance_count(); ++i)
-    each_facet(flat, points_of(flat, i), flat.first_vertex(i), flat.first_triangle(i),
-               flat.first_triangle(i + 1), [&](const Facet& facet) {
-                 out.put_bytes(facet);
-                 out.put_bytes(uint16_t{0});
-                 out.step();
-               });
+    each_facet<Float3>(flat, i, [&](const Facet<Float3>& facet) {
+      out.put_bytes(facet);
+      out.put_bytes(uint16_t{0});
+      out.step();
+    });
 }
 
 void write_stl_text(Stream& out, const Scene& scene, const FlatScene& flat) {
@@ -148,18 +158,18 @@ void write_stl_text(Stream& out, const Scene& scene, const FlatScene& flat) {
     out.put("solid ");
     out.put(scene.instances[i].name);
     out.put('\n');
-    each_facet(flat, points_of(flat, i), flat.first_vertex(i), flat.first_triangle(i),
-               flat.first_triangle(i + 1), [&](const Facet& facet) {
-                 out.put("facet normal ");
-                 put_point(out, facet.normal);
-                 out.put("outer loop\n");
-                 for (const Float3& corner : facet.corners) {
-                   out.put("vertex ");
-                   put_point(out, corner);
-                 }
-                 out.put("endloop\nendfacet\n");
-                 out.step();
-               });
+    const auto put = [&](const auto& facet) {
+      out.put("facet normal ");
+      put_point(out, facet.normal);
+      out.put("outer loop\n");
+      for (const auto& corner : facet.corners) {
+        out.put("vertex ");
+        put_point(out, corner);
+      }
+      out.put("endloop\nendfacet\n");
+      out.step();
+    };
+    flat.far(i) ? each_facet<Double3>(flat, i, put) : each_facet<Float3>(flat, i, put);
     out.put("endsolid\n");
   }
 }

@@ -9,11 +9,30 @@
 
 namespace nif::mesh {
 
+/// As Transform, in double precision.
+using Affine = std::array<double, 12>;
+
 inline Float3 transformed(const Transform& t, const Float3& p) {
   Float3 out;
   for (size_t row = 0; row < 3; ++row)
     out[row] = t[4 * row] * p[0] + t[4 * row + 1] * p[1] + t[4 * row + 2] * p[2] + t[4 * row + 3];
   return out;
+}
+
+/// Where it puts a position, before rounding.
+inline Double3 placed(const Transform& t, const Double3& remainder, const Float3& p) {
+  Double3 out;
+  for (size_t row = 0; row < 3; ++row)
+    out[row] = double(t[4 * row]) * p[0] + double(t[4 * row + 1]) * p[1] + double(t[4 * row + 2]) * p[2] +
+               (double(t[4 * row + 3]) + remainder[row]);
+  return out;
+}
+inline Double3 placed(const Instance& instance, const Float3& p) {
+  return placed(instance.transform, instance.remainder, p);
+}
+/// Whether it stands where its mesh does.
+inline bool unplaced(const Instance& instance) {
+  return instance.transform == kIdentity && instance.remainder == Double3{};
 }
 
 /// First `inner`, then `outer`.
@@ -26,6 +45,22 @@ inline Transform compose(const Transform& outer, const Transform& inner) {
       out[4 * row + k] = float(sum);
     }
   return out;
+}
+
+/// The same for an instance: what is left of its translation stays, if anything was.
+inline Instance placed(const Transform& outer, Instance instance) {
+  const Double3 inner =
+      to_double(std::array{instance.transform[3], instance.transform[7], instance.transform[11]}) +
+      instance.remainder;
+  instance.transform = compose(outer, instance.transform);
+  if (instance.remainder == Double3{}) return instance;
+  for (size_t row = 0; row < 3; ++row) {
+    double sum = outer[4 * row + 3];
+    for (size_t k = 0; k < 3; ++k) sum += double(outer[4 * row + k]) * inner[k];
+    instance.transform[4 * row + 3] = float(sum);
+    instance.remainder[row] = sum - double(float(sum));
+  }
+  return instance;
 }
 
 inline std::array<Double3, 3> rows_of(const Transform& t) {

@@ -15,6 +15,7 @@
 #include "formats/mesh/ply_writer.hpp"
 #include "formats/mesh/stream.hpp"
 #include "formats/mesh/text_writers.hpp"
+#include "formats/mesh/transform.hpp"
 
 namespace nif::mesh {
 namespace {
@@ -22,12 +23,18 @@ namespace {
 using detail::Stream;
 namespace fs = std::filesystem;
 
+/// Whether it stands beside its mesh, but as large as that and not turned: readers move what is far.
+bool only_moved(const Instance& instance) {
+  Transform rest = instance.transform;
+  rest[3] = rest[7] = rest[11] = 0;
+  return rest == kIdentity;
+}
+
 /// What is to be said of a scene that a format cannot hold as it is.
 std::vector<std::string> losses(const std::string& path, FileKind kind, const Scene& scene,
-                                const WriteOptions& options) {
+                                const FlatScene& flat, const WriteOptions& options) {
   std::vector<std::string> notes;
   const auto note = [&](const std::string& text) { notes.push_back(path + ": " + text); };
-  if (kind == FileKind::glb) return notes;
   const bool objects = kind == FileKind::obj || (kind == FileKind::stl && options.text);
   const std::vector<Instance>& instances = scene.instances;
   if (instances.size() > 1 && !objects)
@@ -47,8 +54,22 @@ std::vector<std::string> losses(const std::string& path, FileKind kind, const Sc
     if (lost != 0)
       note(fmt::format("{} names are empty or end in a backslash, which the format cannot hold", lost));
   }
-  if (std::ranges::any_of(instances, [](const Instance& i) { return i.transform != kIdentity; }))
-    note("the format has no transforms: objects were written at their positions, rounded to floats");
+  const bool only_floats = kind == FileKind::drc || (kind == FileKind::stl && !options.text);
+  bool placed = false, in_doubles = false;
+  for (size_t i = 0; i < instances.size(); ++i) {
+    const bool written_wide = flat.far(i) && !only_floats;
+    (written_wide ? in_doubles : placed) |=
+        !unplaced(instances[i]) && !(written_wide && only_moved(instances[i]));
+  }
+  if (placed || in_doubles)
+    note(fmt::format("the format has no transforms: objects were written at their positions{}",
+                     placed ? ", rounded to floats" : ""));
+  const double rounded = only_floats ? flat.rounding() : 0;
+  if (rounded > 0)
+    note(
+        fmt::format("the format has floats only: positions were rounded by up to {:.3g}, which is much for "
+                    "the size of their objects; .obj, .ply and .glb keep them",
+                    rounded));
   if (instances.size() > scene.meshes.size())
     note(fmt::format("the format has no instances: {} meshes were written {} times in total",
                      scene.meshes.size(), instances.size()));
@@ -70,16 +91,16 @@ std::string rounding(const std::string& path, uint32_t bits) {
 }
 
 Mesh only_mesh(const Scene& scene) {
-  const bool as_it_is = scene.instances.size() == 1 && scene.instances[0].transform == kIdentity;
+  const bool as_it_is = scene.instances.size() == 1 && unplaced(scene.instances[0]);
   if (!as_it_is) return flatten(scene, scene.instances.size() == 1 ? scene.instances[0].name : "");
   Mesh mesh = scene.meshes[scene.instances[0].mesh];
   mesh.name = scene.instances[0].name;
   return mesh;
 }
 
-uint64_t write_stream(const std::string& path, FileKind kind, const Scene& scene, const WriteOptions& options,
-                      const std::function<void(double)>& progress, const std::atomic<bool>& cancel) {
-  const FlatScene flat(scene);
+uint64_t write_stream(const std::string& path, FileKind kind, const Scene& scene, const FlatScene& flat,
+                      const WriteOptions& options, const std::function<void(double)>& progress,
+                      const std::atomic<bool>& cancel) {
   if (kind == FileKind::ply) return write_ply(path, flat, "nifkit", progress, cancel).bytes;
   if (kind == FileKind::stl && flat.triangle_count() > std::numeric_limits<uint32_t>::max())
     throw Error(Status::too_large, fmt::format("{}: {} triangles are more than an STL file can hold", path,
@@ -128,11 +149,18 @@ Written write(const std::string& path, const Scene& scene, const WriteOptions& o
               const std::function<void(double)>& progress, const std::atomic<bool>& cancel) {
   const FileKind kind = file_kind(path);
   check_options(kind, options);
-  Written written{0, losses(path, kind, scene, options)};
+  if (scene.instances.empty())
+    throw Error(Status::no_triangles, "places nothing, so there is nothing to write");
+  Written written;
+  std::optional<FlatScene> flat;
+  if (kind != FileKind::glb) {
+    flat.emplace(scene).find_far();
+    written.notes = losses(path, kind, scene, *flat, options);
+  }
   const uint32_t bits = options.draco_bits.value_or(kDracoBits);
   if ((kind == FileKind::drc || options.draco) && bits != 0) written.notes.push_back(rounding(path, bits));
   if (kind != FileKind::glb && kind != FileKind::drc) {
-    written.bytes = write_stream(path, kind, scene, options, progress, cancel);
+    written.bytes = write_stream(path, kind, scene, *flat, options, progress, cancel);
     return written;
   }
   // What may be refused is looked at before the file is begun.

@@ -13,6 +13,7 @@ kernels::AnyField field_of(const Asset& asset, const Object& object) {
 Asset to_asset(const AssetView& view) {
   Asset asset;
   asset.metadata = view.metadata;
+  asset.places_nothing = view.places_nothing;
   for_each_encoding([&](auto encoding) {
     using Encoding = decltype(encoding);
     static_cast<typename Encoding::Shared&>(asset) = Encoding::to_shared(view);
@@ -33,7 +34,7 @@ Asset to_asset(const AssetView& view) {
     asset.objects[from.object].source_triangles = to_source_triangles(from);
   for (const ColorsView& from : view.colors) asset.objects[from.object].colors = to_colors(from);
   for (const InstanceView& from : view.instances)
-    asset.instances.push_back({std::string(from.name), from.object, from.transform});
+    asset.instances.push_back({std::string(from.name), from.object, from.transform, from.remainder});
   return asset;
 }
 

@@ -45,13 +45,15 @@ struct Instance {
   std::string name;
   uint32_t object = 0;
   std::array<float, 12> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< object to world, row-major 3x4
+  std::array<float, 3> remainder{};  ///< what rounding took from its translation
 };
 
 /// With what its objects share: `networks`, `spherical_networks`.
 struct Asset : Shared {
   std::vector<Object> objects;
-  std::vector<Instance> instances;
-  std::string metadata;  ///< JSON
+  std::vector<Instance> instances;  ///< none: each object is placed once, unless the asset places nothing
+  bool places_nothing = false;      ///< only without instances
+  std::string metadata;             ///< JSON
 };
 
 /// The kernels' view of an object; valid while the asset lives and is not changed. The bounds of a

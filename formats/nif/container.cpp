@@ -81,7 +81,8 @@ Header check_header(std::span<const std::byte> start, uint64_t file_bytes, std::
     refuse(Rule::other_version, file, "header",
            "format version " + std::to_string(header.version) + "; this build reads version " +
                std::to_string(kVersion));
-  if (std::any_of(std::begin(header.reserved), std::end(header.reserved), [](uint32_t r) { return r != 0; }))
+  if ((header.flags & ~uint32_t{kPlacesNothing}) != 0 ||
+      std::any_of(std::begin(header.reserved), std::end(header.reserved), [](uint32_t r) { return r != 0; }))
     refuse(Rule::reserved_not_zero, file, "header");
   if (header.section_count == 0 || header.section_count > kMaxSections)
     refuse(Rule::section_count, file, "header",

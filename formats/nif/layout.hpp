@@ -24,9 +24,14 @@ struct Header {  // 64 bytes, at offset 0; the section table follows at once
   uint32_t section_count;
   uint32_t table_crc;    ///< CRC-32C of the section table
   uint32_t header_crc;   ///< CRC-32C of this header with header_crc as 0
-  uint32_t reserved[7];  ///< 0
+  uint32_t flags;        ///< HeaderFlags
+  uint32_t reserved[6];  ///< 0
 };
 static_assert(sizeof(Header) == 64);
+
+enum HeaderFlags : uint32_t {
+  kPlacesNothing = 1  ///< no object is placed; without it, a file without instances places each once
+};
 
 constexpr uint32_t fourcc(const char (&text)[5]) {
   return uint32_t(uint8_t(text[0])) | uint32_t(uint8_t(text[1])) << 8 | uint32_t(uint8_t(text[2])) << 16 |
@@ -39,6 +44,7 @@ enum SectionType : uint32_t {
   kObjects = fourcc("OBJS"),    ///< ObjectRecord[]
   kInstances = fourcc("INST"),  ///< InstanceRecord[]
   kNames = fourcc("NAME"),      ///< names in UTF-8, of all objects, then of all instances, each ended by a 0
+  kTranslations = fourcc("TRAN"),  ///< Translation[], one for each instance; optional
 };
 
 enum SectionFlags : uint32_t {
@@ -84,5 +90,12 @@ struct InstanceRecord {  // 64 bytes
   uint32_t reserved;  ///< 0
 };
 static_assert(sizeof(InstanceRecord) == 64);
+
+/// Of an instance, before rounding: the sum of the float in its transform and of another float, the
+/// remainder.
+struct Translation {  // 24 bytes
+  double along[3];
+};
+static_assert(sizeof(Translation) == 24);
 
 }  // namespace nif::format

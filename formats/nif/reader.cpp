@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -44,6 +46,9 @@ class Reader {
       : file_(file), asset_(memory) {
     asset_.bytes = bytes;
     asset_.sections = open_container(bytes, file, memory);
+    Header header;
+    std::memcpy(&header, bytes.data(), sizeof(header));
+    asset_.places_nothing = header.flags & kPlacesNothing;
   }
 
   AssetView read() {
@@ -53,6 +58,7 @@ class Reader {
     read_source_triangles();
     read_colors();
     read_instances();
+    if (has_translations_) read_translations();
     if (names_end_ != names_.size()) refuse(Rule::bytes_of_no_name, file_, "section NAME");
     return std::move(asset_);
   }
@@ -75,7 +81,8 @@ class Reader {
       const bool primary = section.type == kPrimaries || section.type == kPrimaryValues,
                  source = section.type == kSourceRecords || section.type == kSourceNumbers,
                  color = section.type == kColorRecords || section.type == kColorValues,
-                 optional = primary || source || color;
+                 translation = section.type == kTranslations,
+                 optional = primary || source || color || translation;
       if (everywhere == std::end(kEverywhere) && !optional && !of_an_encoding(section.type)) {
         if (required) refuse(Rule::unknown_section, file_, place());
         continue;  // an optional section of a later version: skipped, as promised
@@ -87,6 +94,7 @@ class Reader {
       has_primaries_ = has_primaries_ || primary;
       has_sources_ = has_sources_ || source;
       has_colors_ = has_colors_ || color;
+      has_translations_ = has_translations_ || translation;
     }
     for (size_t i = 0; i < std::size(found); ++i)
       if (!found[i]) refuse(Rule::section_missing, file_, "section " + section_name(kEverywhere[i]));
@@ -210,6 +218,7 @@ class Reader {
 
   void read_instances() {
     const Records<InstanceRecord> records(table()[kInstances], "INST", file_);
+    if (asset_.places_nothing && records.count() != 0) refuse(Rule::places_after_all, file_, "section INST");
     asset_.instances.reserve(records.count());
     for (uint32_t i = 0; i < records.count(); ++i) {
       const InstanceRecord record = records[i];
@@ -225,11 +234,34 @@ class Reader {
     }
   }
 
+  /// Each is two floats: the one in the transform, and the remainder. Some remainder is not 0.
+  void read_translations() {
+    const Records<Translation> records(table()[kTranslations], "TRAN", file_);
+    if (records.count() != asset_.instances.size()) refuse(Rule::translation_count, file_, "section TRAN");
+    bool any = false;
+    for (uint32_t i = 0; i < records.count(); ++i) {
+      const Place place{file_, "TRAN", i};
+      InstanceView& instance = asset_.instances[i];
+      for (size_t a = 0; a < 3; ++a) {
+        const double exact = records[i].along[a];
+        const float rounded = instance.transform[4 * a + 3];
+        place.require(std::abs(exact) <= double(std::numeric_limits<float>::max()) &&
+                          static_cast<float>(exact) == rounded,
+                      Rule::translation_value);
+        const double remainder = exact - double(rounded);
+        instance.remainder[a] = static_cast<float>(remainder);
+        place.require(double(instance.remainder[a]) == remainder, Rule::translation_value);
+        any = any || remainder != 0;
+      }
+    }
+    if (!any) refuse(Rule::translation_count, file_, "section TRAN");
+  }
+
   std::string_view file_;
   AssetView asset_;
   Bytes names_;
   size_t names_end_ = 0;
-  bool has_primaries_ = false, has_sources_ = false, has_colors_ = false;
+  bool has_primaries_ = false, has_sources_ = false, has_colors_ = false, has_translations_ = false;
 };
 
 }  // namespace

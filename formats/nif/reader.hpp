@@ -57,6 +57,7 @@ struct InstanceView {
   std::string_view name;  ///< a 0 follows it in memory
   uint32_t object = 0;
   std::array<float, 12> transform{};  ///< object to world, row-major 3x4
+  std::array<float, 3> remainder{};   ///< what rounding took from its translation: to be added in double
 };
 
 /// Views into the bytes of one file; valid while those stay where they are, unchanged.
@@ -72,7 +73,8 @@ struct AssetView : SharedView {
         colors(memory) {}
 
   std::span<const std::byte> bytes;
-  std::string_view metadata;  ///< JSON, not parsed; empty where the file has none
+  std::string_view metadata;    ///< JSON, not parsed; empty where the file has none
+  bool places_nothing = false;  ///< as the file says; never with instances
   std::pmr::vector<SectionView> sections;
   std::pmr::vector<ObjectView> objects;
   std::pmr::vector<InstanceView> instances;
@@ -80,6 +82,11 @@ struct AssetView : SharedView {
   std::pmr::vector<SourceTrianglesView> source_triangles;  ///< likewise
   std::pmr::vector<ColorsView> colors;                     ///< likewise
 
+  /// How many instances the asset stands for: those of the file; without any each object once, unless it
+  /// places nothing.
+  size_t placed_count() const {
+    return instances.empty() && !places_nothing ? objects.size() : instances.size();
+  }
   /// What these views take themselves, without the file's bytes and what is decoded of them.
   uint64_t view_bytes() const;
   /// Null where the object has none.

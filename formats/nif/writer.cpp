@@ -61,6 +61,19 @@ void add_instance(const Instance& instance, Section& instances, Section& names) 
   instances.append(&record, 1);
 }
 
+/// If any is no float.
+void add_translations(const Asset& asset, Sections& sections) {
+  const auto remains = [](const Instance& instance) { return instance.remainder != std::array<float, 3>{}; };
+  if (!std::any_of(asset.instances.begin(), asset.instances.end(), remains)) return;
+  Section& translations = sections.add(kTranslations, 0);
+  for (const Instance& instance : asset.instances) {
+    Translation translation;
+    for (size_t a = 0; a < 3; ++a)
+      translation.along[a] = double(instance.transform[4 * a + 3]) + double(instance.remainder[a]);
+    translations.append(&translation, 1);
+  }
+}
+
 /// Small tables first: one page holds what a tool needs to describe the file.
 void fill(const Asset& asset, Sections& sections) {
   Section& objects = sections.add(kObjects);
@@ -69,6 +82,7 @@ void fill(const Asset& asset, Sections& sections) {
   OfEncodings<WritersOf> writers(asset, sections);
   for (const Object& object : asset.objects) add_object(object, writers, objects, names);
   for (const Instance& instance : asset.instances) add_instance(instance, instances, names);
+  add_translations(asset, sections);
   std::optional<PrimaryWriter> primaries;
   for (uint32_t i = 0; i < asset.objects.size(); ++i) {
     if (!asset.objects[i].primary) continue;
@@ -157,6 +171,7 @@ EncodedAsset encode_and_view(const Asset& asset) {
   header.version = kVersion;
   header.file_bytes = file.size();
   header.section_count = uint32_t(sections.entries().size());
+  header.flags = asset.places_nothing ? uint32_t{kPlacesNothing} : 0;
   header.table_crc = crc32c(std::span(file).subspan(sizeof(Header), at - sizeof(Header)));
   header.header_crc = crc32c(std::as_bytes(std::span(&header, 1)));
   store(file, 0, header);

@@ -72,7 +72,8 @@ class MetadataCheck {
     constexpr Member kMembers[] = {{"tool", Kind::object, true},       {"seed", Kind::count, true},
                                    {"options", Kind::object, true},    {"source", Kind::object, true},
                                    {"accuracy", Kind::object, true},   {"objects", Kind::array, true},
-                                   {"hierarchy", Kind::object, false}, {"merge", Kind::object, false}};
+                                   {"hierarchy", Kind::object, false}, {"merge", Kind::object, false},
+                                   {"choice", Kind::object, false}};
     check(root, "", kMembers);
     constexpr Member kTool[] = {{"name", Kind::text, true}, {"version", Kind::text, true}};
     check(*tool, "/tool", kTool);
@@ -87,6 +88,7 @@ class MetadataCheck {
     if (const Json* objects = member(root, "objects")) check_objects(*objects);
     if (const Json* hierarchy = member(root, "hierarchy")) check_hierarchy(*hierarchy);
     if (const Json* merge = member(root, "merge")) check_merge(*merge);
+    if (const Json* choice = member(root, "choice")) check_choice(*choice);
   }
 
  private:
@@ -121,8 +123,7 @@ class MetadataCheck {
     return path.empty() ? kPlace : std::string(kPlace) + ", " + path;
   }
 
-  /// Without instances each object is placed once.
-  size_t placed() const { return asset_.instances.empty() ? asset_.objects.size() : asset_.instances.size(); }
+  size_t placed() const { return asset_.placed_count(); }
 
   /// Null where there is none; objects and arrays of another kind have been found fault with by check().
   static const Json* member(const Json& json, const char* name) {
@@ -309,6 +310,16 @@ class MetadataCheck {
         findings_.add(Advice::metadata_merge, place_of("/merge/objects/" + std::to_string(i)),
                       "is no instance of the file");
     }
+  }
+
+  void check_choice(const Json& choice) {
+    constexpr Member kChoice[] = {{"only", Kind::array, false}, {"except", Kind::array, false}};
+    check(choice, "/choice", kChoice);
+    for (const Member& list : kChoice)
+      if (const Json* names = member(choice, list.name); names && names->is_array())
+        for (size_t i = 0; i < names->size(); ++i)
+          if (!(*names)[i].is_string())
+            wrong("/choice/" + std::string(list.name) + "/" + std::to_string(i), text_of(Kind::text));
   }
 
   const format::AssetView& asset_;

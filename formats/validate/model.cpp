@@ -140,7 +140,7 @@ void check_networks(const format::AssetView& asset, Findings& findings) {
 }
 
 void check_instances(const format::AssetView& asset, Findings& findings) {
-  std::vector<bool> placed(asset.objects.size(), asset.instances.empty());
+  std::vector<bool> placed(asset.objects.size(), asset.instances.empty() && !asset.places_nothing);
   for (uint32_t i = 0; i < asset.instances.size(); ++i) {
     const format::InstanceView& instance = asset.instances[i];
     placed[instance.object] = true;
@@ -168,7 +168,7 @@ void check_sections(const format::AssetView& asset, Findings& findings) {
   std::set<uint32_t> known = {format::kObjects,       format::kInstances,     format::kNames,
                               format::kMetadata,      format::kPrimaries,     format::kPrimaryValues,
                               format::kSourceRecords, format::kSourceNumbers, format::kColorRecords,
-                              format::kColorValues};
+                              format::kColorValues,   format::kTranslations};
   format::for_each_encoding([&](auto encoding) {
     for (const uint32_t own : encoding.kSections) known.insert(own);
   });

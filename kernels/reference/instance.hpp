@@ -12,15 +12,18 @@
 
 namespace nif::kernels {
 
-/// The way from world to object space: p -> inverse (p - translation).
+/// The way from world to object space: p -> inverse ((p - translation) - remainder).
 struct WorldToObject {
-  float inverse[9];  ///< of the transform's linear part, row-major, computed in double
-  float translation[3];
+  float inverse[9];      ///< of the transform's linear part, row-major, computed in double
+  float translation[3];  ///< rounded
+  float remainder[3];    ///< what that took from it; 0 where the translation is one of floats
 };
 
 /// Transforms are row-major 3x4, object to world. False where there is no inverse in single precision.
-/// well_conditioned: the inverse is as good as its rounding to float, up to a scale of 1 : 4096.
-inline bool invert(const float to_world[12], WorldToObject& transform, bool& well_conditioned) {
+/// well_conditioned: the inverse is as good as its rounding to float, up to a scale of 1 : 4096. `remainder`,
+/// where it is not null, is added to the translation; it is at most half a unit in that one's last place.
+inline bool invert(const float to_world[12], WorldToObject& transform, bool& well_conditioned,
+                   const float* remainder = nullptr) {
   double m[9], inverse[9], norm = 0, inverse_norm = 0;
   for (int i = 0; i < 9; ++i) m[i] = double(to_world[i / 3 * 4 + i % 3]);
   for (int row = 0; row < 3; ++row)
@@ -36,17 +39,27 @@ inline bool invert(const float to_world[12], WorldToObject& transform, bool& wel
     norm += m[i] * m[i];
     inverse_norm += inverse[i] * inverse[i];
   }
-  for (int row = 0; row < 3; ++row) transform.translation[row] = to_world[4 * row + 3];
+  for (int row = 0; row < 3; ++row) {
+    transform.translation[row] = to_world[4 * row + 3];
+    transform.remainder[row] = remainder ? remainder[row] : 0;
+  }
   well_conditioned = std::sqrt(norm) * std::sqrt(inverse_norm) <= 4096.0 * 3;
   return true;
+}
+
+/// A coordinate relative to the instance's origin. The first difference is exact, or the remainder is less
+/// than 2^-22 of it: so the second one rounds it no worse than the first would alone.
+NIF_HOST_DEVICE inline float from_instance(const WorldToObject& transform, int axis, float coordinate) {
+  return (coordinate - transform.translation[axis]) - transform.remainder[axis];
 }
 
 /// The ray in object space. The translation is taken off first, where it costs no precision near the
 /// instance, then the linear part. Not for identity transforms: they take rays as they are.
 NIF_HOST_DEVICE inline Segment to_object(const WorldToObject& transform, const Segment& world) {
   const float* m = transform.inverse;
-  const float o[3] = {world.origin[0] - transform.translation[0], world.origin[1] - transform.translation[1],
-                      world.origin[2] - transform.translation[2]};
+  const float o[3] = {from_instance(transform, 0, world.origin[0]),
+                      from_instance(transform, 1, world.origin[1]),
+                      from_instance(transform, 2, world.origin[2])};
   const float* d = world.direction;
   Segment local;
   for (int a = 0; a < 3; ++a) {
@@ -63,7 +76,8 @@ inline constexpr float kMostOffset = 0x1p+11f;
 
 /// Does an answer that is certain for the ray in object space hold for the ray in world space? Yes where
 /// rounding on the way moved it by less than 1/218 of a finest cell, a third of what cells are padded by:
-/// - origin: at most 5 roundings of 2^-24, each of the sum of magnitudes, which is kept below 2^11 cells;
+/// - origin: at most 5 roundings of 2^-24, each of the sum of magnitudes, which is kept below 2^11 cells; at
+///   most 6 where the translation has a remainder, of a sum that is kept below 2^11 / 1.25;
 /// - direction: at most 4, each of the sum of magnitudes, kept below 4 times the direction itself, over the
 ///   at most 2^11 + kMostOffset cells that the ray travels along any axis until it leaves the grid.
 /// The walk's own rounding, at less than a third of its allowed reach, takes at most another third of the
@@ -76,16 +90,19 @@ NIF_HOST_DEVICE inline bool stays_certain(const WorldToObject& transform, float 
                                           const Segment& world, const Segment& local) {
   const float* m = transform.inverse;
   float reach = 0, spread = 0, steepest = 0;
+  bool remains = false;
   for (int a = 0; a < 3; ++a) {
     float origin = 0, direction = 0;
+    remains = remains || transform.remainder[a] != 0;
     for (int b = 0; b < 3; ++b) {
-      origin += magnitude(m[3 * a + b]) * magnitude(world.origin[b] - transform.translation[b]);
+      origin += magnitude(m[3 * a + b]) * magnitude(from_instance(transform, b, world.origin[b]));
       direction += magnitude(m[3 * a + b]) * magnitude(world.direction[b]);
     }
     reach = max_of(origin, reach);
     spread = max_of(direction, spread);
     steepest = max_of(magnitude(local.direction[a]), steepest);
   }
+  if (remains) reach *= 1.25f;
   return world.tmin > world.tmax || (reach * reach_scale <= kCertainReach / 8 && spread <= 4 * steepest);
 }
 
@@ -119,11 +136,12 @@ struct WorldBox {
   float min[3], max[3];
 };
 
-inline WorldBox world_box(const ObjectBox& object, const float to_world[12]) {
+inline WorldBox world_box(const ObjectBox& object, const float to_world[12],
+                          const float* remainder = nullptr) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   WorldBox box;
   for (int row = 0; row < 3; ++row) {
-    double least = double(to_world[4 * row + 3]), most = least;
+    double least = double(to_world[4 * row + 3]) + (remainder ? double(remainder[row]) : 0), most = least;
     for (int a = 0; a < 3; ++a) {
       const double m = double(to_world[4 * row + a]);
       least += m * (m < 0 ? object.high[a] : object.low[a]);

@@ -30,7 +30,7 @@ struct PlacedInstance {
   uint32_t well_conditioned : 1;  ///< the inverse is as good as its rounding to float
   uint32_t place;                 ///< of its box in the hierarchy: kTopWidth * node + child
 };
-static_assert(sizeof(PlacedInstance) == 56);
+static_assert(sizeof(PlacedInstance) == 68);
 
 /// Does an answer that is certain for the ray in the instance's object space hold in the world? `reach_scale`
 /// is the object's.

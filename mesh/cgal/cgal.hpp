@@ -35,27 +35,24 @@ std::optional<SelfIntersections> find_self_intersections(
     const mesh::CleanMesh& mesh, const std::atomic<bool>& cancel,
     uint64_t most_pairs = std::numeric_limits<uint64_t>::max());
 
-/// What mend() did, in the order it was done.
-struct Mending {
-  uint64_t turned = 0;  ///< triangles, to face as their neighbours do
-  uint64_t split_vertices =
-      0;  ///< copies made, so that each edge has two triangles at most and each vertex one fan
-  uint64_t stitched_edges = 0;  ///< pairs of boundary edges at the same place that became one
-  uint64_t filled_holes = 0;    ///< boundary loops that were closed
-  uint64_t unfilled_holes = 0;  ///< that were small enough but could not be
-  uint64_t fill_triangles = 0;  ///< made for that
+struct Holes {
+  uint64_t filled = 0;     ///< boundary loops that were closed
+  uint64_t unfilled = 0;   ///< that were short enough but could not be
+  uint64_t triangles = 0;  ///< made for that
 };
 
-/// Makes of a welded mesh without degenerate and duplicate triangles one whose edges have two triangles at
-/// most, whose triangles face as their neighbours do as far as the surface allows it, and whose boundary
-/// loops of at most `hole_edges` edges are filled (0: none is). Triangles keep their order; those of holes
+/// Whether an edge, by its vertices, is one of a hole; else it is a cut where the surface was taken apart.
+using IsRim = std::function<bool(uint32_t, uint32_t)>;
+
+/// Fills boundary loops of at most `most_edges` edges, all of a hole. The rim of a sheet without a vertex
+/// within is none. The mesh is as repair::orient() leaves it. Triangles keep their order; those of holes
 /// follow. Throws Error(interrupted) once `cancel` is set.
-Mending mend(mesh::Mesh& mesh, uint64_t hole_edges, const std::atomic<bool>& cancel);
+Holes fill_holes(mesh::Mesh& mesh, uint64_t most_edges, const IsRim& is_rim, const std::atomic<bool>& cancel);
 
 /// Isotropic remeshing: triangles of about the edge length `edge`, in the units of the mesh, by splitting,
 /// collapsing and flipping edges and smoothing, `iterations` times; what is a boundary stays where it is. The
-/// mesh is as mend() leaves it. Sharp edges, at which triangles meet by more than `sharp` degrees, stay (180:
-/// none does).
+/// mesh is as repair::orient() leaves it. Sharp edges, at which triangles meet by more than `sharp` degrees,
+/// stay (180: none does).
 mesh::Mesh remesh_isotropic(const mesh::Mesh& mesh, double edge, uint32_t iterations, double sharp);
 
 }  // namespace nif::cgal

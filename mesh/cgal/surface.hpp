@@ -11,8 +11,8 @@ namespace nif::cgal {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
 
-/// The mesh must be one that a half-edge mesh can hold, as mend() sees to. Throws Error(internal) where it is
-/// not.
+/// The mesh must be one that a half-edge mesh can hold, as repair::orient() sees to. Throws Error(internal)
+/// where it is not.
 Surface to_surface(const mesh::Mesh& mesh);
 
 /// Faces and used vertices in their order; positions rounded to floats.

@@ -18,8 +18,8 @@ std::optional<SelfIntersections> find_self_intersections(const mesh::CleanMesh&,
   return {};
 }
 
-Mending mend(mesh::Mesh&, uint64_t, const std::atomic<bool>&) {
-  require("nif mesh repair");
+Holes fill_holes(mesh::Mesh&, uint64_t, const IsRim&, const std::atomic<bool>&) {
+  require("the filling of holes");
   return {};
 }
 

@@ -9,8 +9,6 @@
 
 namespace nif::generate {
 
-inline mesh::Float3 to_float(const Double3& p) { return {float(p[0]), float(p[1]), float(p[2])}; }
-
 /// `Formula` has vertex_count(), triangle_count(), vertex(i) (a Double3) and triangle(i); all const.
 template <class Formula>
 class Computed final : public mesh::MeshSource {

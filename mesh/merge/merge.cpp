@@ -1,7 +1,6 @@
 #include "mesh/merge/merge.hpp"
 
 #include <fmt/format.h>
-#include <fnmatch.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <span>
 #include <tuple>
 
+#include "formats/base/glob.hpp"
 #include "formats/base/memory.hpp"
 #include "formats/base/vector.hpp"
 #include "formats/mesh/alike.hpp"
@@ -43,7 +43,7 @@ class NamedNodes {
   bool has(const std::string& name) {
     bool any = false;
     for (size_t i = 0; i < names_.size(); ++i) {
-      if (names_[i] != name && fnmatch(names_[i].c_str(), name.c_str(), 0) != 0) continue;
+      if (!fits(name, names_[i])) continue;
       used_[i] = any = true;  // all that fit are used
     }
     return any;

@@ -1,19 +1,19 @@
 #include "mesh/repair/repair.hpp"
 
 #include <algorithm>
-#include <array>
-#include <limits>
+#include <span>
+#include <vector>
 
-#include "formats/base/disjoint_sets.hpp"
-#include "formats/base/vector.hpp"
 #include "formats/mesh/clean.hpp"
 #include "formats/mesh/sides.hpp"
+#include "mesh/repair/nesting.hpp"
+#include "mesh/repair/orient.hpp"
+#include "mesh/repair/t_junctions.hpp"
 #include "mesh/repair/weld.hpp"
 
 namespace nif::repair {
 namespace {
 
-using mesh::Float3;
 using mesh::Mesh;
 using mesh::Triangle;
 
@@ -40,87 +40,35 @@ uint64_t drop_opposite(std::vector<Triangle>& triangles) {
   return count;
 }
 
-/// A closed component of a mesh whose edges have two triangles at most.
-struct Solid {
-  uint32_t piece;
-  Float3 low, high;
-  double volume = 0;
-
-  bool within(const Solid& other) const {
-    for (size_t axis = 0; axis < 3; ++axis)
-      if (low[axis] < other.low[axis] || high[axis] > other.high[axis]) return false;
-    return low != other.low || high != other.high;
-  }
-};
-
-/// Turns the outermost of closed components to face outwards. The mesh is manifold and faces one way.
-uint64_t turn_outwards(Mesh& mesh) {
-  const std::vector<mesh::Side> sides = mesh::sorted_sides(mesh.triangles);
-  DisjointSets pieces(mesh.triangles.size());
-  for (size_t i = 1; i < sides.size(); ++i)
-    if (sides[i].edge == sides[i - 1].edge) pieces.unite(sides[i].triangle, sides[i - 1].triangle);
-  std::vector<bool> open(mesh.triangles.size());
-  for (size_t begin = 0, end; begin < sides.size(); begin = end) {
-    end = mesh::end_of_edge(sides, begin);
-    if (end - begin != 2) open[pieces.find(sides[begin].triangle)] = true;
-  }
-  std::vector<Solid> solids;
-  std::vector<uint32_t> solid_of(mesh.triangles.size());
-  constexpr float kHuge = std::numeric_limits<float>::max();
-  for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const uint32_t piece = pieces.find(t);
-    if (open[piece]) continue;
-    if (piece == t) {
-      solid_of[t] = uint32_t(solids.size());
-      solids.push_back({t, {kHuge, kHuge, kHuge}, {-kHuge, -kHuge, -kHuge}});
-    }
-    Solid& solid = solids[solid_of[piece]];
-    // From a vertex of its own, so that far from the origin no digits are lost.
-    const Double3 origin = to_double(mesh.positions[mesh.triangles[piece][0]]);
-    std::array<Double3, 3> corners;
-    for (size_t i = 0; i < 3; ++i) {
-      const Float3& p = mesh.positions[mesh.triangles[t][i]];
-      corners[i] = to_double(p) - origin;
-      for (size_t axis = 0; axis < 3; ++axis) {
-        solid.low[axis] = std::min(solid.low[axis], p[axis]);
-        solid.high[axis] = std::max(solid.high[axis], p[axis]);
-      }
-    }
-    solid.volume += dot(corners[0], cross(corners[1], corners[2])) / 6;
-  }
-  // What could lie around a solid starts no later along x.
-  std::sort(solids.begin(), solids.end(), [](const Solid& a, const Solid& b) {
-    return a.low[0] != b.low[0] ? a.low[0] < b.low[0] : a.piece < b.piece;
+/// The edges of a mesh that have one triangle, as pairs of vertices, sorted.
+std::vector<uint64_t> rims_of(const Mesh& mesh) {
+  std::vector<uint64_t> edges;
+  mesh::for_each_edge(mesh.triangles, {}, [&](std::span<const mesh::Side> sides) {
+    if (sides.size() == 1) edges.push_back(sides[0].edge);
   });
-  std::vector<bool> turned(mesh.triangles.size());
-  uint64_t count = 0;
-  for (const Solid& solid : solids) {
-    if (solid.volume >= 0) continue;
-    const auto last = std::upper_bound(solids.begin(), solids.end(), solid.low[0],
-                                       [](float x, const Solid& other) { return x < other.low[0]; });
-    if (std::any_of(solids.begin(), last, [&](const Solid& other) { return solid.within(other); })) continue;
-    turned[solid.piece] = true;
-    ++count;
-  }
-  for (uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    if (turned[pieces.find(t)]) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
-  return count;
+  std::sort(edges.begin(), edges.end());
+  return edges;
 }
 
 }  // namespace
 
 Report& Report::operator+=(const Report& other) {
   welded += other.welded, degenerate += other.degenerate, duplicate += other.duplicate;
-  opposite += other.opposite, turned_solids += other.turned_solids;
-  mending.turned += other.mending.turned, mending.split_vertices += other.mending.split_vertices;
-  mending.stitched_edges += other.mending.stitched_edges;
-  mending.filled_holes += other.mending.filled_holes;
-  mending.unfilled_holes += other.mending.unfilled_holes;
-  mending.fill_triangles += other.mending.fill_triangles;
+  opposite += other.opposite;
+  split_edges += other.split_edges, t_junctions += other.t_junctions;
+  unsearched_meshes += other.unsearched_meshes;
+  turned += other.turned, split_vertices += other.split_vertices, stitched_edges += other.stitched_edges;
+  holes.filled += other.holes.filled, holes.unfilled += other.holes.unfilled;
+  holes.triangles += other.holes.triangles;
+  turned_solids += other.turned_solids, unclear_solids += other.unclear_solids;
   return *this;
 }
 
 Report repair(Mesh& mesh, const Options& options, const std::atomic<bool>& cancel) {
+  if (options.hole_edges > 0) cgal::require("the filling of holes");
+  const auto stop_if_cancelled = [&] {
+    if (cancel) throw Error(Status::interrupted, "the repair was cancelled");
+  };
   Report report;
   if (options.weld > 0) snap_vertices(mesh.positions, options.weld);
   mesh::CleanMesh clean = mesh::clean(mesh);
@@ -132,10 +80,29 @@ Report repair(Mesh& mesh, const Options& options, const std::atomic<bool>& cance
   mesh.triangles.insert(mesh.triangles.end(), clean.slivers.begin(), clean.slivers.end());
   report.degenerate -= clean.slivers.size();
   mesh.positions = std::move(clean.positions);
+  mesh.look = {};
   if (!options.keep_opposite) report.opposite = drop_opposite(mesh.triangles);
-  if (cancel) throw Error(Status::interrupted, "the repair was cancelled");
-  report.mending = cgal::mend(mesh, options.hole_edges, cancel);
-  report.turned_solids = turn_outwards(mesh);
+  stop_if_cancelled();
+  if (!options.keep_t_junctions) {
+    const TJunctions closed = close_t_junctions(mesh, options.weld);
+    report.split_edges = closed.edges, report.t_junctions = closed.vertices;
+    report.unsearched_meshes = closed.gave_up;
+    stop_if_cancelled();
+  }
+  const std::vector<uint64_t> rims = options.hole_edges > 0 ? rims_of(mesh) : std::vector<uint64_t>();
+  const Orienting oriented = orient(mesh);
+  report.turned = oriented.turned, report.split_vertices = oriented.split_vertices;
+  report.stitched_edges = oriented.stitched_edges;
+  stop_if_cancelled();
+  if (options.hole_edges > 0) {
+    const auto is_rim = [&](uint32_t v, uint32_t w) {
+      const auto [a, b] = std::minmax(oriented.origin[v], oriented.origin[w]);
+      return std::binary_search(rims.begin(), rims.end(), uint64_t{a} << 32 | b);
+    };
+    report.holes = cgal::fill_holes(mesh, options.hole_edges, is_rim, cancel);
+  }
+  const Nesting placed = turn_solids(mesh, options.keep_nested);
+  report.turned_solids = placed.turned, report.unclear_solids = placed.unclear;
   return report;
 }
 

@@ -138,12 +138,13 @@ mesh::Mesh remesh(const mesh::Mesh& mesh, const Sampling& sampling, double adapt
   return out;
 }
 
-VolumeFile make_vdb(const mesh::Mesh& mesh, const Sampling& sampling, Kind kind) {
+VolumeFile make_vdb(const mesh::Mesh& mesh, const Sampling& sampling, Kind kind, const Double3& offset) {
   openvdb::GridBase::Ptr grid = level_set(mesh, sampling);
   if (kind == Kind::occupancy) {
     grid = openvdb::tools::sdfInteriorMask(*openvdb::gridPtrCast<openvdb::FloatGrid>(grid));
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
   }
+  if (offset != Double3{}) grid->transform().postTranslate({offset[0], offset[1], offset[2]});
   grid->setName(mesh.name);
   VolumeFile file;
   file.voxels = grid->activeVoxelCount();

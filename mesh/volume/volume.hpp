@@ -40,8 +40,8 @@ struct VolumeFile {
 };
 
 /// One grid as a .vdb, under the mesh's name. The same bytes each time: the random identifier of a .vdb is
-/// left zero. Throws as remesh().
-VolumeFile make_vdb(const mesh::Mesh& mesh, const Sampling& sampling, Kind kind);
+/// left zero. `offset` is added to the mesh, exactly. Throws as remesh().
+VolumeFile make_vdb(const mesh::Mesh& mesh, const Sampling& sampling, Kind kind, const Double3& offset = {});
 
 /// The level sets of a .vdb as meshes in world space, each under its grid's name, and a sentence for each
 /// grid that is none. OpenVDB trusts what it reads: a damaged file may crash this process, or take what

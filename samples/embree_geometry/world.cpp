@@ -73,7 +73,7 @@ std::vector<Part> parts_of(const nifkit::Asset& asset) {
     parts.push_back({instance.object, {}});
     std::copy_n(instance.transform, 12, parts.back().transform.begin());
   }
-  if (parts.empty()) {
+  if (parts.empty() && !info.places_nothing) {
     for (uint32_t object = 0; object < info.object_count; ++object)
       parts.push_back({object, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}});
   }

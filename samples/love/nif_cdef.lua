@@ -49,6 +49,8 @@ typedef struct NifAssetInfo {
   const char* metadata;
   uint64_t metadata_bytes;
   uint64_t gpu_bytes;
+  uint32_t places_nothing;
+  uint32_t reserved;
 } NifAssetInfo;
 NifError nifGetAssetInfo(NifAsset asset, NifAssetInfo* info);
 

@@ -449,9 +449,9 @@ TEST_F(Batch, PartsAreSummedUp) {
   EXPECT_NE(lost.out.find("2 baked, 0 up to date, 1 failed, 2 not baked"), std::string::npos) << lost.out;
 
   write("only.txt", "out/m0.nif\n\nout/m2.nif\n");
-  EXPECT_EQ(batch_json(file, {"--only", path("only.txt")})["assets"].size(), 2u);
+  EXPECT_EQ(batch_json(file, {"--outputs", path("only.txt")})["assets"].size(), 2u);
   write("none.txt", "out/m9.nif\n");
-  const Outcome none = batch(file, {"--only", path("none.txt")});
+  const Outcome none = batch(file, {"--outputs", path("none.txt")});
   EXPECT_EQ(none.code, int(Status::malformed_manifest));
   EXPECT_NE(none.err.find("has no output 'out/m9.nif'"), std::string::npos) << none.err;
   write("bad.obj", ball_);

@@ -27,6 +27,7 @@ TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
                                                                                        {"mesh", "remesh"},
                                                                                        {"mesh", "voxelize"},
                                                                                        {"mesh", "compare"},
+                                                                                       {"query"},
                                                                                        {"render"}}) {
     for (const char* option : {"--help", "-h"}) {
       std::vector<std::string> arguments = command;
@@ -45,7 +46,7 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
   const std::string all = nif({"--help"}).out, bake = nif({"bake", "--help"}).out,
                     bench = nif({"bench", "--help"}).out, eval = nif({"eval", "--help"}).out,
                     generate = nif({"mesh", "generate", "--help"}).out;
-  for (const char* word : {"attach", "bake", "bench", "devices", "eval", "info", "mesh", "render"})
+  for (const char* word : {"attach", "bake", "bench", "devices", "eval", "info", "mesh", "query", "render"})
     EXPECT_NE(all.find(word), std::string::npos) << word;
   for (const char* word :
        {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--uncoded", "--lean", "--mix",
@@ -62,7 +63,7 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
 }
 
 TEST(Help, NamesEachInstructionSet) {
-  for (const char* command : {"bench", "eval", "render"}) {
+  for (const char* command : {"bench", "eval", "query", "render"}) {
     const std::string help = nif({command, "--help"}).out;
     for (const char* isa : {"scalar", "sse4", "avx2", "avx512", "neon"})
       EXPECT_NE(help.find(isa), std::string::npos) << command << ' ' << isa;
@@ -87,6 +88,7 @@ TEST(Help, SaysTheSameOfAnOptionEverywhere) {
                                                                                        {"mesh", "info"},
                                                                                        {"mesh", "remesh"},
                                                                                        {"mesh", "voxelize"},
+                                                                                       {"query"},
                                                                                        {"render"}}) {
     const std::string help = words_of_help(command);
     for (const std::string option : {"--threads", "--quiet"}) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "formats/base/status.hpp"
@@ -53,8 +54,22 @@ class MeshVerbs : public testing::Test {
 };
 
 TEST_F(MeshVerbs, RepairSaysWhatItChanged) {
+  const std::string nested = path("nested.obj");
+  mesh::Mesh boxes = cube();
+  append(boxes, cube(), 0.5f);
+  boxes.positions.push_back({1, std::nanf(""), 0});
+  boxes.triangles.push_back({0, 1, uint32_t(boxes.positions.size() - 1)});
+  const json turned = result_of({"repair", obj("nested.obj", boxes), "-o", path("out.glb")});
+  EXPECT_EQ(turned["changes"]["solids_turned"], 1);
+  EXPECT_EQ(turned["after"]["volume"], 7);
+  ASSERT_EQ(turned["notes"].size(), 1u);
+  EXPECT_NE(turned["notes"][0].get<std::string>().find("1 triangle that uses"), std::string::npos);
+  EXPECT_EQ(result_of({"repair", nested, "-o", path("out.glb"), "--keep-nested"})["after"]["volume"], 9);
+  EXPECT_EQ(json::parse(run({"info", nested, "--json"}).out)["notes"].size(), 1u);
+  refused({"subdivide", nested, "-o", path("x.ply")}, Status::non_finite_vertex, "nested.obj");
   if (!has_cgal()) {
-    refused({"repair", obj("a.obj", cube()), "-o", path("b.obj")}, Status::usage, "lacks CGAL");
+    refused({"repair", obj("a.obj", cube()), "-o", path("b.obj"), "--fill-holes", "9"}, Status::usage,
+            "lacks CGAL");
     GTEST_SKIP() << "built without CGAL";
   }
   mesh::Mesh broken = icosphere(2);

@@ -88,5 +88,6 @@ fi
 
 "$bin/make_mesh_seeds" tests/corpus
 tests/corpus/make_api.py tests/corpus/api
+tests/corpus/make_rays.py tests/corpus/rays
 tests/corpus/make_scene.py tests/corpus/scene
 ls -l $golden/*.nif $corpus/*.nif

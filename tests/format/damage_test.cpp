@@ -24,6 +24,7 @@ Bytes small_file(uint64_t seed) {
   options.primaries = uint32_t(seed % 3);
   options.sources = uint32_t(seed % 2 + seed % 3);
   options.colors = uint32_t(seed % 4 / 2);
+  options.translations = seed % 5 == 1;
   return format::encode(test::random_asset(seed, options));
 }
 

@@ -76,6 +76,26 @@ TEST(Refusal, OtherVersions) {
   EXPECT_EQ(of_version(3).sentence, "x.nif: header: format version 3; this build reads version 2");
 }
 
+TEST(Refusal, FlagsOfTheHeader) {
+  const auto with_header = [](const Bytes& before, const std::function<void(format::Header&)>& change) {
+    Bytes file = before;
+    auto header = test::load<format::Header>(file, 0);
+    change(header);
+    test::store(file, 0, header);
+    test::fix_checksums(file);
+    return outcome_of(file);
+  };
+  const Bytes bare = format::encode(test::random_asset(21, {.instances = 0}));
+  const auto places_nothing = [](auto& h) { h.flags = format::kPlacesNothing; };
+  EXPECT_EQ(with_header(bare, places_nothing).status, Status::ok);
+  EXPECT_EQ(with_header(good(), places_nothing).sentence,
+            "x.nif: section INST: has instances, though its header says that it places nothing");
+  for (uint32_t bit = 1; bit < 32; ++bit)
+    EXPECT_EQ(with_header(bare, [&](auto& h) { h.flags = 1u << bit; }).status, Status::damaged_nif) << bit;
+  for (size_t i = 0; i < std::size(format::Header{}.reserved); ++i)
+    EXPECT_EQ(with_header(bare, [&](auto& h) { h.reserved[i] = 1; }).status, Status::damaged_nif) << i;
+}
+
 TEST(Refusal, UnknownSections) {
   for (const bool first : {true, false}) {
     const uint32_t type = format::fourcc("XTRA");

@@ -48,13 +48,16 @@ TEST(RoundTrip, SameBytes) {
     options.primaries = uint32_t(seed / 4 % 4);
     options.sources = uint32_t(seed / 2 % 3);
     options.colors = uint32_t(seed / 3 % 3);
+    options.translations = seed % 5 == 2;
     if (seed % 6 == 5) options.objects = 0;
+    options.places_nothing = seed % 8 == 4;
     format::Asset asset = test::random_asset(seed, options);
     if (seed % 3 == 0) asset.metadata.clear();
     if (seed % 7 == 0) asset.objects[0].name.clear();
     const auto once = format::encode(asset);
     EXPECT_EQ(once, format::encode(asset));
     const AssetView view = format::read_asset(once, "once");
+    EXPECT_EQ(view.places_nothing, options.places_nothing && options.instances == 0);
     EXPECT_EQ(once, format::encode(format::to_asset(view))) << "seed " << seed;
   }
 }

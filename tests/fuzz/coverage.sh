@@ -22,6 +22,7 @@ floors=(
   'api 72 runtime/src/(api|scene)/'
   'mesh 70 formats/mesh/([a-z]+_reader|ply_header|read|decompress|image|text_cursor)[.]cpp'
   'mesh 68 formats/mesh/gltf/(accessor|animation|fixtures|hierarchy|json|look|meshopt|reader|skin|uri)[.]cpp'
+  'rays 83 tools/query/(input_stream|ray_line|ray_npy|ray_text)[.]cpp'
   'scene 72 tools/batch/(glob|manifest)[.]cpp|tools/common/toml_table[.]cpp|tools/render/(scene_file|image)[.]cpp'
   'attach 80 formats/mesh/gltf/(attach|json_text)[.]cpp|tools/attach/nodes[.]cpp'
 )

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <vector>
 
 #include "formats/mesh/clean.hpp"
 #include "formats/mesh/decompress.hpp"
@@ -34,12 +35,15 @@ const mesh::ReadLimits& limits() {
 }
 
 void use(const mesh::Scene& scene) {
-  must(!scene.meshes.empty() && !scene.instances.empty());
+  must(!scene.meshes.empty());
+  std::vector<bool> placed(scene.meshes.size(), scene.instances.empty());
   for (const mesh::Instance& instance : scene.instances) {
     must(instance.mesh < scene.meshes.size());
+    placed[instance.mesh] = true;
     must(instance.node == mesh::kNoNode || instance.node < scene.nodes.size());
     for (const float x : instance.transform) must(std::isfinite(x));
   }
+  for (const bool one : placed) must(one);
   for (const mesh::Camera& camera : scene.cameras)
     must(camera.vertical_fov > 0 && camera.vertical_fov < std::numbers::pi);
   for (const mesh::Light& light : scene.lights)

@@ -461,6 +461,7 @@ void mutate_source(format::SourceTriangles& source, Random& random) {
 Bytes mutate_asset(const Bytes& file, Random& random) {
   format::Asset asset = format::to_asset(format::read_asset(file, "before"));
   format::Object& object = asset.objects[random.below(uint32_t(asset.objects.size()))];
+  if (asset.instances.empty() && random.below(8) == 0) asset.places_nothing = !asset.places_nothing;
   switch (random.below(8)) {
     case 0:
       if (asset.objects.size() < 64) {
@@ -478,7 +479,12 @@ Bytes mutate_asset(const Bytes& file, Random& random) {
       for (float& x : instance.transform) x += random.between(-1.0f, 1.0f);
       float& x = instance.transform[random.below(12)];
       x = changed_float(x, random);
+      if (random.below(4) == 0) {
+        instance.transform[3] = 5411987.5f;
+        instance.remainder[0] = -0.125f;
+      }
       asset.instances.push_back(instance);
+      asset.places_nothing = false;
       break;
     }
     case 3: {
@@ -531,6 +537,7 @@ Bytes join_assets(const Bytes& one, const Bytes& other) {
       instance.object += first;
       asset.instances.push_back(std::move(instance));
     }
+    asset.places_nothing = asset.places_nothing && more.places_nothing && asset.instances.empty();
     for (format::Network& network : more.networks) asset.networks.push_back(std::move(network));
     for (format::SphericalNetworks& networks : more.spherical_networks)
       asset.spherical_networks.push_back(std::move(networks));

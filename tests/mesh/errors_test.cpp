@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <fstream>
 #include <thread>
@@ -135,6 +136,11 @@ TEST_F(Errors, NoTriangles) {
   refused("a.obj", "v 0 0 0\n", Status::no_triangles);
   refused("a.stl", stl_binary({}), Status::no_triangles);
   refused("a.stl", "solid a\nendsolid a\n", Status::no_triangles);
+  refused("a.stl", stl_binary({}) + std::string(70, '\1'), Status::no_triangles, "the 70 bytes that follow");
+  refused("a.ply",
+          "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+          "element face 1\nproperty list uchar int indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+          Status::no_triangles, "'face' or 'tristrips', but 'indices' in 'face'");
   refused("a.off", "OFF\n1 0 0\n0 0 0\n", Status::no_triangles);
   refused("a.drc", draco_points(cube()), Status::no_triangles, "point cloud");
   refused("a.gltf", R"({"asset": {"version": "2.0"}})", Status::no_triangles);
@@ -151,6 +157,40 @@ TEST_F(Errors, NonFiniteVertices) {
   refused("a.stl", stl_text(bad), Status::non_finite_vertex);
   refused("b.stl", stl_binary(bad), Status::non_finite_vertex);
   refused("a.glb", gltf_of(bad).glb(), Status::non_finite_vertex, "'cube'");
+}
+
+/// A repair reads what is left of such a file.
+TEST_F(Errors, NonFiniteVerticesMayBeDropped) {
+  mesh::Mesh bad = cube();
+  bad.positions[3][1] = std::numeric_limits<float>::quiet_NaN();
+  const auto uses = uint64_t(std::count_if(bad.triangles.begin(), bad.triangles.end(), [](const auto& t) {
+    return std::find(t.begin(), t.end(), 3u) != t.end();
+  }));
+  for (const auto& [name, bytes] : {std::pair{"a.ply", ply_text(bad)}, std::pair{"b.ply", ply_binary(bad)},
+                                    std::pair{"a.obj", obj_text(bad)}, std::pair{"a.off", off_text(bad)},
+                                    std::pair{"a.stl", stl_text(bad)}, std::pair{"b.stl", stl_binary(bad)},
+                                    std::pair{"a.glb", gltf_of(bad).glb()}}) {
+    const mesh::Scene scene = mesh::read(folder_.write(name, bytes), {.drop_non_finite = true});
+    EXPECT_EQ(scene.meshes.at(0).triangles.size(), 12 - uses) << name;
+    ASSERT_EQ(scene.notes.size(), 1u) << name;
+    EXPECT_EQ(scene.notes[0].kind, mesh::NoteKind::non_finite_faces);
+    EXPECT_NE(scene.notes[0].text.find(std::to_string(uses) + " triangles that use"), std::string::npos)
+        << scene.notes[0].text;
+  }
+  // An object of which nothing is left goes, with its instance; a file of nothing else is refused.
+  const std::string first = "v nan 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\no a\nf 1 2 3\n";
+  const mesh::Scene scene =
+      mesh::read(folder_.write("two.obj", first + "o b\nf 2 3 4\n"), {.drop_non_finite = true});
+  ASSERT_EQ(scene.meshes.size(), 1u);
+  EXPECT_EQ(scene.meshes[0].name, "b");
+  ASSERT_EQ(scene.instances.size(), 1u);
+  EXPECT_EQ(scene.instances[0].mesh, 0u);
+  try {
+    mesh::read(folder_.write("one.obj", first), {.drop_non_finite = true});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), Status::non_finite_vertex);
+  }
 }
 
 TEST_F(Errors, IndicesOutOfRange) {

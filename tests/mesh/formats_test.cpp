@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 
 #include "formats/mesh/read.hpp"
 #include "tests/mesh/encode.hpp"
@@ -253,6 +254,86 @@ TEST(Formats, AByteOrderMarkHidesNothing) {
 TEST(Formats, NonFiniteVerticesThatNothingUsesAreIgnored) {
   const Scene scene = read_one("a.obj", "v nan 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4\n");
   EXPECT_EQ(scene.meshes[0].triangles.size(), 1u);
+}
+
+std::string with_ends(const std::string& text, std::string_view end) {
+  std::string out;
+  for (const char c : text) c == '\n' ? out += end : out += c;
+  return out;
+}
+
+std::string refusal_of(const std::string& name, const std::string& text) {
+  try {
+    mesh::read(name, text);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Formats, LinesEndAsTheyLike) {
+  const std::string obj = "# all\nv 0 0 0\nv 1 0 \\\n0\nv 0 1 0 # here\no a b\nf 1 2 3\n";
+  const std::string off = "OFF # key\n# all\n3 1 0\n0 0 0 9 9\n1 0 0\n0 1 0 # last\n3 0 1 2 7\n";
+  for (const std::string end : {"\n", "\r", "\r\n"}) {
+    SCOPED_TRACE(end.size() == 2 ? "CR LF" : end == "\r" ? "CR" : "LF");
+    const Scene a = read_one("a.obj", with_ends(obj, end));
+    EXPECT_EQ(a.meshes[0].name, "a b");
+    EXPECT_EQ(a.meshes[0].triangles, (std::vector<mesh::Triangle>{{0, 1, 2}}));
+    EXPECT_EQ(a.meshes[0].positions[1], (mesh::Float3{1, 0, 0}));
+    EXPECT_EQ(read_one("a.off", with_ends(off, end)).meshes[0].triangles, a.meshes[0].triangles);
+    const Mesh solid = read_one("a.stl", with_ends(stl_text(cube()), end)).meshes[0];
+    EXPECT_EQ(corners(solid), corners(cube()));
+    EXPECT_EQ(solid.name, "cube");
+    expect_same("a.ply", with_ends(ply_text(cube()), end), cube(), "a");
+    EXPECT_NE(refusal_of("a.off", with_ends("OFF\n3 1 0\n0 0 0\n\n1 x 0\n", end)).find("line 5 "),
+              std::string::npos);
+    EXPECT_NE(refusal_of("a.obj", with_ends("v 0 0 0\n\nv x 0 0\n", end)).find("line 3 "), std::string::npos);
+  }
+}
+
+TEST(Ply, HeadersMayMixLineEnds) {
+  const std::string text = ply_binary(cube());
+  const size_t body = text.find("end_header\n") + 11;
+  std::string mixed = text;
+  mixed.insert(3, "\r");
+  expect_same("a.ply", mixed, cube(), "a");
+  // After a CR, an LF is a line's end in one file and a coordinate's first byte in another.
+  Mesh odd = cube();
+  odd.positions[0][0] = std::bit_cast<float>(0x3f80000au);
+  const std::string bytes = ply_binary(odd).substr(body);
+  ASSERT_EQ(bytes[0], '\n');
+  for (const char* end : {"\n", "\r", "\r\n"})
+    expect_same("a.ply", with_ends(text.substr(0, body), end) + bytes, odd, "a");
+}
+
+TEST(Stl, EndsMayBeTwoWords) {
+  for (const std::string word : {"loop", "facet", "solid"}) {
+    std::string text = stl_text(cube());
+    for (size_t at = 0; (at = text.find("end" + word, at)) != text.npos;) text.insert(at + 3, " ");
+    EXPECT_EQ(corners(read_one("a.stl", text).meshes[0]), corners(cube())) << word;
+  }
+}
+
+TEST(Stl, TheLengthCountsWhereTheHeaderDoesNot) {
+  const Mesh mesh = cube();
+  for (const uint8_t count : {0, 7}) {
+    std::string bytes = stl_binary(mesh);
+    bytes[80] = char(count);
+    const Scene scene = mesh::read("a.stl", bytes);
+    EXPECT_EQ(corners(scene.meshes.at(0)), corners(mesh));
+    ASSERT_EQ(scene.notes.size(), 1u);
+    EXPECT_EQ(scene.notes[0].kind, mesh::NoteKind::counted_by_length);
+    EXPECT_EQ(scene.notes[0].text, "a.stl: its header counts " + std::to_string(count) +
+                                       " triangles, but 12 follow to its end; all were read");
+  }
+  // What follows is not triangles.
+  std::string bytes = stl_binary(mesh);
+  bytes[80] = 7;
+  EXPECT_EQ(mesh::read("a.stl", bytes + "x").notes.at(0).kind, mesh::NoteKind::bytes_after_end);
+  std::fill(bytes.end() - 50, bytes.end(), '\xFF');
+  const Scene scene = mesh::read("a.stl", bytes);
+  EXPECT_EQ(scene.meshes.at(0).triangles.size(), 7u);
+  EXPECT_EQ(scene.notes.at(0).kind, mesh::NoteKind::bytes_after_end);
 }
 
 }  // namespace

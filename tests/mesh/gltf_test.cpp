@@ -344,11 +344,14 @@ TEST(Gltf, PutsSkinsWhereTheirJointsHaveThem) {
   const Scene moved = read_glb(skinned({{5, 0, 0}, {5, 0, 0}}));  // all of it
   EXPECT_NEAR(moved.instances[0].transform[7], 10, 1e-5);
 
-  const mesh::Transform beside{1, 0, 0, 50, 0, 1, 0, 50, 0, 0, 1, 50};
+  // Without weights all of it moves with the first joint.
   const Scene posed = read_glb(skinned({{0, 0, 0}, {0, 1, 0}}));
-  EXPECT_EQ(posed.instances[0].transform, beside);
-  ASSERT_EQ(posed.notes.size(), 1u);
-  EXPECT_NE(posed.notes[0].text.find("a skin whose joints are not in the bind pose"), std::string::npos);
+  ASSERT_EQ(posed.notes.size(), 2u);
+  EXPECT_EQ(posed.notes[0].kind, mesh::NoteKind::pose);
+  EXPECT_EQ(posed.notes[1].kind, mesh::NoteKind::posed_skin);
+  for (size_t k = 0; k < 12; ++k) EXPECT_NEAR(posed.instances[0].transform[k], k % 5 == 0 ? 1 : 0, 1e-6) << k;
+  const mesh::Float3 corner{0, 2, 0};
+  for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(posed.meshes[0].positions[1][a], corner[a], 1e-6) << a;
 
   // Malformed skins cost the pose, not the mesh.
   for (const json& skin : {json{{"joints", {2, 99}}}, json{{"joints", "all"}}, json(5), json{{"joints", {2}}},

@@ -4,6 +4,7 @@
 #include <meshoptimizer.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <numbers>
 #include <random>
 
@@ -90,7 +91,9 @@ bool survives(const TempDir& folder, const Sample& sample, std::string_view byte
     const mesh::Scene scene = mesh::read(folder.write(sample.name, bytes),
                                          {.max_decompressed_bytes = 1 << 24, .max_triangles = 1 << 20});
     EXPECT_FALSE(scene.meshes.empty());
-    EXPECT_FALSE(scene.instances.empty());
+    std::vector<bool> placed(scene.meshes.size(), scene.instances.empty());
+    for (const mesh::Instance& instance : scene.instances) placed.at(instance.mesh) = true;
+    EXPECT_EQ(std::ranges::find(placed, false), placed.end());
     for (const mesh::Camera& camera : scene.cameras)
       EXPECT_TRUE(camera.vertical_fov > 0 && camera.vertical_fov < std::numbers::pi);
     for (const mesh::Light& light : scene.lights)

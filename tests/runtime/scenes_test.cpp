@@ -280,6 +280,26 @@ TEST_F(Scenes, WholeAssets) {
   EXPECT_EQ(count, 3u);
 }
 
+TEST_F(Scenes, AnAssetThatPlacesNothing) {
+  const format::AssetView& view = make(6, {.instances = 0, .places_nothing = true});
+  const NifAsset asset = load();
+  auto info = nifkit::sized<NifAssetInfo>();
+  ASSERT_EQ(nifGetAssetInfo(asset, &info), NIF_OK);
+  EXPECT_EQ(info.places_nothing, 1u);
+  EXPECT_EQ(info.reserved, 0u);
+  const NifScene scene = new_scene();
+  uint32_t first = 99, count = 99;
+  ASSERT_EQ(nifAddAsset(scene, asset, nullptr, &first, &count), NIF_OK);
+  EXPECT_EQ(first, 0u);
+  EXPECT_EQ(count, 0u);
+  ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+  Random random(6);
+  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 50);
+  const Answers answers = query_all(scene, rays);
+  EXPECT_EQ(std::count(answers.visible.begin(), answers.visible.end(), 1), 50);
+  ASSERT_EQ(nifAddInstance(scene, asset, 1, nullptr, nullptr), NIF_OK) << "its objects are there";
+}
+
 TEST_F(Scenes, MovingAnInstance) {
   const format::AssetView& view = make(7);
   const NifAsset asset = load();

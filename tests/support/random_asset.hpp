@@ -34,7 +34,9 @@ struct RandomAssetOptions {
   /// PayloadForm: what a file has coded. Features and planes are less random then, else they would take no
   /// less. Objects of an even number have all sides stated that are proven.
   uint32_t coded = 0;
+  bool translations = false;  ///< instances are so far away that floats cannot hold their translations
   bool odd_corners = false;  ///< as no baker would: some at the surface have no features, some beside it have
+  bool places_nothing = false;  ///< where it has no instances
 };
 
 inline format::Network random_network(Random& random, uint32_t inputs) {
@@ -289,7 +291,18 @@ inline void add_sources(uint64_t seed, uint32_t count, format::Asset& asset) {
   }
 }
 
-/// Likewise.
+/// By up to 2^20, with remainders that keep a 1024th.
+inline void move_far_away(uint64_t seed, format::Asset& asset) {
+  Random random(seed + 0x7472616e);
+  for (format::Instance& instance : asset.instances)
+    for (size_t a = 0; a < 3; ++a) {
+      const double exact = std::ldexp(double(1 + 2 * random.below(1u << 30)), -10) - std::ldexp(1.0, 20);
+      instance.transform[4 * a + 3] = static_cast<float>(exact);
+      instance.remainder[a] = static_cast<float>(exact - double(instance.transform[4 * a + 3]));
+    }
+}
+
+/// As sources.
 inline void add_colors(uint64_t seed, uint32_t count, format::Asset& asset) {
   Random random(seed + 0x636f6c6f);
   for (format::Object& object : asset.objects) {
@@ -370,9 +383,11 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
       instance.transform[k] = random.between(-0.4f, 0.4f) + (k % 5 == 0 ? 1.0f : 0.0f);
     asset.instances.push_back(std::move(instance));
   }
+  asset.places_nothing = options.places_nothing && asset.instances.empty();
   for (uint32_t i = 0; i < std::min<uint32_t>(options.primaries, uint32_t(asset.objects.size())); ++i)
     asset.objects[i].primary =
         random_primary(random, 2 + options.max_voxels / 4, options.max_voxels > 8 ? 24 : 4);
+  if (options.translations) move_far_away(seed, asset);
   add_sources(seed, options.sources, asset);
   add_colors(seed, options.colors, asset);
   asset.metadata = R"({"schema":"nifkit.test/1","seed":)" + std::to_string(seed) + "}";

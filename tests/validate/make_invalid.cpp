@@ -119,6 +119,7 @@ void break_shell(const Bytes& good, Collection& collection) {
   with_header([](auto&) {}, false);
   with_header([](auto& h) { h.version = 3; }, true);
   with_header([](auto& h) { h.reserved[0] = 1; }, true);
+  with_header([](auto& h) { h.flags = format::kPlacesNothing; }, true);
   with_header([](auto& h) { h.section_count = 0; }, true);
   with_header([](auto& h) { h.table_crc ^= 1; }, true);
   Bytes short_file(good.begin(), good.begin() + sizeof(format::Header));
@@ -490,6 +491,21 @@ void break_optional(Collection& collection) {
                                                      [](auto& record) { record.object = 0; }));
 }
 
+/// Too few translations, and one of another place.
+void break_translations(Collection& collection) {
+  RandomAssetOptions options;
+  options.objects = 0;
+  options.instances = options.bvhs = 1;
+  options.translations = true;
+  const Bytes good = format::encode(random_asset(1, options));
+  std::vector<Part> parts = parts_of(good);
+  Bytes& content = section_of(parts, format::kTranslations).content;
+  store(content, 0, load<double>(content, 0) + 1e6);
+  collection.offer(file_of(good, parts));
+  content.clear();
+  collection.offer(file_of(good, parts));
+}
+
 void break_by_hand(Collection& collection) {
   RandomAssetOptions options;
   options.objects = options.instances = 0;
@@ -512,6 +528,7 @@ void break_by_hand(Collection& collection) {
   break_coded_cells<format::ProofRecord>(shell_of_voxels(), format::kProofRecords, format::kProofCells,
                                          collection);
   break_optional(collection);
+  break_translations(collection);
 }
 
 void make(const std::filesystem::path& folder, uint32_t tries) {

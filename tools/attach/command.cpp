@@ -16,6 +16,7 @@
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
 #include "tools/attach/nodes.hpp"
+#include "tools/common/baked_scene.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/json_output.hpp"
 #include "tools/common/notes.hpp"
@@ -175,7 +176,9 @@ void run(const Arguments& arguments) {
   if (!unknown) require_memory(2 * bytes, arguments.gltf + ": reading it");
   progress.update(0, "reading " + arguments.gltf);
   const mesh::GltfFile file(arguments.gltf, mesh::ReadLimits{}.max_decompressed_bytes);
-  mesh::Scene scene = mesh::read(arguments.gltf, file.bytes());
+  const mesh::ReadLimits limits =
+      arguments.remove || arguments.force ? mesh::ReadLimits{} : limits_of_asset(arguments.asset);
+  mesh::Scene scene = mesh::read(arguments.gltf, file.bytes(), limits);
   scene.meshes.clear();
   check_kind(file, arguments.output);
   Result result;

@@ -34,6 +34,11 @@ void refuse_merged(const json& metadata, const std::string& asset) {
                     asset));
 }
 
+void refuse_unplaced(const format::AssetView& view, const std::string& asset) {
+  if (view.places_nothing)
+    throw Error(Status::usage, asset + ": places nothing, so no node of a glTF can name an instance of it");
+}
+
 void note_unmatched(size_t nodes, NodeMatch& match) {
   if (nodes == 0) return;
   match.notes.push_back(fmt::format("{} with a mesh {} no instance in the asset and {} left as {}",
@@ -47,6 +52,7 @@ NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, c
                       const std::string& gltf) {
   const json metadata = parse_untrusted<json>(view.metadata);
   refuse_merged(metadata, asset);
+  refuse_unplaced(view, asset);
   const json source = member(member(metadata, "source"), "hash"),
              numbers = member(member(metadata, "hierarchy"), "instances");
   const std::string wanted = bake::source_hash_text(scene.source_hash);
@@ -60,10 +66,21 @@ NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, c
   for (const mesh::Instance& instance : scene.instances)
     if (instance.node != mesh::kNoNode) unmatched.insert(scene.nodes[instance.node].number);
   NodeMatch match;
+  std::map<uint64_t, uint32_t> objects;  // by the nodes that are matched
   bool known = numbers.is_array() && numbers.size() == view.instances.size();
   for (uint32_t i = 0; known && i < view.instances.size(); ++i) {
-    known = numbers[i].is_number_unsigned() && unmatched.erase(numbers[i].get<uint64_t>()) == 1;
-    if (known) match.nodes.push_back({numbers[i].get<uint32_t>(), i});
+    known = numbers[i].is_number_unsigned();
+    if (!known) break;
+    const auto node = numbers[i].get<uint64_t>();
+    const auto [first, fresh] = objects.try_emplace(node, view.instances[i].object);
+    known = !fresh || unmatched.erase(node) == 1;
+    if (known && fresh) match.nodes.push_back({uint32_t(node), i});
+    // Of EXT_mesh_gpu_instancing: whoever shows the glTF places the object once for each.
+    if (first->second != view.instances[i].object)
+      throw Error(Status::usage,
+                  fmt::format("{}: has several objects for node {} (one of its instances is flattened by its "
+                              "transform), and a glTF can name one at a node",
+                              asset, node));
   }
   if (!known || match.nodes.empty()) {
     throw Error(Status::mesh_mismatch,
@@ -78,6 +95,7 @@ NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, c
 NodeMatch match_names(const format::AssetView& view, const mesh::Scene& scene, const std::string& asset,
                       const std::string& gltf) {
   refuse_merged(parse_untrusted<json>(view.metadata), asset);
+  refuse_unplaced(view, asset);
   std::map<std::string_view, std::deque<uint32_t>> nodes;  // in the order of the hierarchy
   size_t unmatched_nodes = 0;
   for (const mesh::Instance& instance : scene.instances) {

@@ -196,13 +196,15 @@ std::string bake_page(const nlohmann::ordered_json& report, std::string_view met
     render::SceneDescription alone = scene;  // the ground would answer for the asset
     alone.ground.reset();
     const render::World world(alone, meshes, "", progress);
+    progress.begin();
     constexpr uint32_t kRaysAPixel = 16;
     errors = measure_surface(alone, world, kRaysAPixel, leaves_open, cancel, [&](double share) {
-      progress.update(0.5 * share, "report: asking rays from the surface");
+      progress.update(share, "report: asking rays from the surface");
     });
   }
   const render::Lighting lighting(scene);
   const render::World world(scene, std::move(meshes), "", progress);
+  progress.begin();
   const double exposure = render::find_exposure(scene, world, lighting);
   const size_t cameras = scene.cameras.size();
 
@@ -213,7 +215,7 @@ std::string bake_page(const nlohmann::ordered_json& report, std::string_view met
     const render::Rendering rendering = render::render(
         world, lighting, camera, {scene.picture, exposure},
         [&](double share, const auto&) {
-          progress.update(0.5 + 0.5 * (double(i) + share) / double(cameras), "report: rendering");
+          progress.update((double(i) + share) / double(cameras), "report: rendering");
         },
         cancel);
     const Image reference = render::srgb_encoded(rendering.images[size_t(render::Mode::reference)]),

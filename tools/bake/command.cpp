@@ -51,7 +51,7 @@ namespace {
 constexpr const char* kSchema = "nifkit.bake/1";
 
 struct Arguments : RunArguments {
-  std::string mesh, output, depfile;
+  std::string mesh, output, depfile, format;
   double checkpoint = 30;  ///< seconds between two; 0: none
   bool resume = false, resume_if_possible = false;
   BatchArguments batch;
@@ -77,6 +77,7 @@ nlohmann::ordered_json bake_json(const Arguments& arguments, const mesh::Scene& 
                               {"file", arguments.output},
                               {"triangles", result.triangles},
                               {"instances", result.asset.instances.size()},
+                              {"places_nothing", result.asset.places_nothing},
                               {"seconds", seconds},
                               {"peak_memory", peak_memory()},
                               {"bytes", bytes},
@@ -98,8 +99,9 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
                    const nlohmann::ordered_json& bytes, double seconds) {
   fmt::print("{}: {} in {}, {}; baked in {:.1f} s, peak memory {}\n", arguments.output,
              count_of(result.triangles, "triangle"), count_of(result.objects.size(), "object"),
-             count_of(result.asset.instances.size(), "instance"), seconds,
-             format_bytes(double(peak_memory())));
+             result.asset.places_nothing ? "which it does not place"
+                                         : count_of(result.asset.instances.size(), "instance"),
+             seconds, format_bytes(double(peak_memory())));
   if (scene.merging && !scene.merging->merged.empty()) fmt::print("{}\n", summary(*scene.merging));
   const auto shown = [](uint64_t count) { return format_bytes(double(count)); };
   fmt::print("{}\n", bytes_line(bytes, shown));
@@ -238,10 +240,8 @@ bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& ba
   }
 }
 
-mesh::Scene read_merged(const std::string& file, bool colors,
+mesh::Scene read_merged(const std::string& file, const mesh::ReadLimits& limits,
                         const std::optional<mesh::MergeOptions>& options) {
-  mesh::ReadLimits limits;
-  limits.colors = colors;
   mesh::Scene scene = mesh::read(file, limits);
   if (!options) return scene;
   scene = naming(file, [&] { return mesh::merge(std::move(scene), *options); });
@@ -302,7 +302,8 @@ void run_manifest(const Arguments& arguments, const Command& command) {
     if (name != "--threads" && name != "--depfile" && name != "--json" && name != "--quiet" &&
         name != "--resume")  // a batch always does that
       throw Error(Status::usage,
-                  fmt::format("--manifest and {} cannot be used together: set it in the manifest", name));
+                  fmt::format("--manifest and {} cannot be used together: set it in the manifest{}", name,
+                              name == "--only" ? "; --outputs FILE says which of its outputs to bake" : ""));
   }
   run_batch(batch);
 }
@@ -331,8 +332,12 @@ void run(const Arguments& arguments, const Command& command) {
   limit_threads(arguments.threads);
 
   Progress progress(arguments.quiet);
-  progress.update(0, "reading " + arguments.mesh);
-  const mesh::Scene scene = read_merged(arguments.mesh, options.colors, resolve_merging(arguments.bake));
+  progress.update(0, "reading " + shown_name(arguments.mesh));
+  mesh::ReadLimits limits;
+  limits.colors = options.colors;
+  limits.format = arguments.format;
+  limits.choice = arguments.bake.choice;
+  const mesh::Scene scene = read_merged(arguments.mesh, limits, resolve_merging(arguments.bake));
   const auto refuse_overwriting_any = [&](const std::vector<std::string>& files) {
     for (const std::string& file : files)
       for (const std::string& path : {arguments.output, arguments.depfile, arguments.batch.report})
@@ -344,6 +349,7 @@ void run(const Arguments& arguments, const Command& command) {
   if (arguments.bake.spherical.view) {
     view = std::make_unique<View>(read_view(arguments.bake.spherical), arguments.mesh, scene, progress);
     progress.finish();
+    progress.begin();
     refuse_overwriting_any(view->files);
     print_notes(view->notes, arguments.quiet);
     const render::PictureDescription& picture = view->scene.picture;
@@ -424,6 +430,7 @@ void add_bake(Command app) {
   command.add_option("MESH", a->mesh,
                      "The mesh to bake: OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst");
   command.add_option("-o,--output", a->output, "The .nif file to write");
+  add_format_option(command, a->format);
   add_bake_options(command, a->bake);
   command.add_option("--depfile", a->depfile,
                      "Also write a dependency file for make and ninja, with all files that were read");

@@ -84,13 +84,13 @@ void write_text(const std::string& path, const std::string& text) {
 }  // namespace
 
 const char* BatchArguments::first_given() const {
-  return !memory.empty()  ? "--memory"
-         : !shard.empty() ? "--shard"
-         : !only.empty()  ? "--only"
-         : dry_run        ? "--dry-run"
-         : keep_going     ? "--keep-going"
-         : force          ? "--force"
-                          : nullptr;
+  return !memory.empty()    ? "--memory"
+         : !shard.empty()   ? "--shard"
+         : !outputs.empty() ? "--outputs"
+         : dry_run          ? "--dry-run"
+         : keep_going       ? "--keep-going"
+         : force            ? "--force"
+                            : nullptr;
 }
 
 void add_batch_options(Command command, BatchArguments& arguments) {
@@ -107,7 +107,7 @@ void add_batch_options(Command command, BatchArguments& arguments) {
   command.add_option(
       "--shard", arguments.shard,
       "With --manifest: bake only part i of n, written i/n, e.g. 2/8, to share the work between machines");
-  command.add_option("--only", arguments.only,
+  command.add_option("--outputs", arguments.outputs,
                      "With --manifest: bake only the outputs listed in this text file, one per line, "
                      "relative to the manifest's folder");
   command.add_flag("--dry-run", arguments.dry_run,
@@ -125,7 +125,7 @@ void run_batch(const BatchArguments& arguments) {
   options.force = arguments.force;
   if (!arguments.memory.empty()) options.memory = parse_bytes(arguments.memory, "--memory");
   if (!arguments.shard.empty()) parse_shard(arguments.shard, options);
-  if (!arguments.only.empty()) options.only = lines_of(arguments.only);
+  if (!arguments.outputs.empty()) options.only = lines_of(arguments.outputs);
   for (const std::string& path : {arguments.report, arguments.depfile})
     if (!path.empty()) check_output(path);
   interruption();

@@ -10,7 +10,7 @@
 namespace nif::tools {
 
 struct BatchArguments : RunArguments {
-  std::string manifest, memory, report, depfile, shard, only;
+  std::string manifest, memory, report, depfile, shard, outputs;
   bool dry_run = false, keep_going = false, force = false;
 
   // `report` and `depfile` have a meaning for a single bake, too.

@@ -119,7 +119,7 @@ Submitted submit(const Manifest& manifest, std::span<const TaskClass> classes, c
       write_script(
           stem.string() + ".sh",
           fmt::format(
-              "#!/bin/sh\nout={}\"$SLURM_ARRAY_TASK_ID\"\n{} bake --manifest {} --only {} --shard "
+              "#!/bin/sh\nout={}\"$SLURM_ARRAY_TASK_ID\"\n{} bake --manifest {} --outputs {} --shard "
               "\"$((SLURM_ARRAY_TASK_ID + 1))/{}\" --threads {} --memory {} --keep-going --json --quiet "
               ">\"$out.new\"\ncode=$?\nmv \"$out.new\" \"$out.json\"\nexit $code\n",
               quoted(stem.string() + "-"), nif, manifest_file, quoted(stem.string() + ".txt"), of.tasks,

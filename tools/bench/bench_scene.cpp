@@ -58,7 +58,10 @@ BenchScene::BenchScene(const std::string& path, const std::string& asset, const 
     }
   }
   if (instances_.empty())
-    throw Error(Status::malformed_scene, path + ": no object has an instance with a volume");
+    throw Error(Status::malformed_scene,
+                path +
+                    ": places nothing, or no instance that its transform does not flatten; give nif bench an "
+                    "asset and its mesh (--mesh) instead of a scene");
 }
 
 uint64_t BenchScene::triangles() const {

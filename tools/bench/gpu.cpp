@@ -13,6 +13,7 @@
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/writer.hpp"
 #include "tools/bench/report.hpp"
+#include "tools/common/baked_scene.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/measured_asset.hpp"
 #include "tools/common/runtime_handles.hpp"
@@ -31,8 +32,9 @@ class Other {
       bake::BakeOptions exact;
       exact.encoding = "bvh";
       exact.evaluation_rays = 0;
-      const std::vector<std::byte> file =
-          format::encode(bake::bake(mesh::read(options.mesh), exact, {}, interruption()).asset);
+      const std::vector<std::byte> file = format::encode(
+          bake::bake(mesh::read(options.mesh, limits_of_asset(options.asset)), exact, {}, interruption())
+              .asset);
       check(nifLoadAssetMemory(device_.handle, file.data(), file.size(), NIF_MEMORY_COPY, &asset_.handle));
     } else {
       check(nifLoadAssetFile(device_.handle, options.against.c_str(), NIF_LOAD_READ, &asset_.handle));

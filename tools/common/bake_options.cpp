@@ -85,6 +85,13 @@ std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments
 
 bake::BakeOptions resolve_options(const BakeArguments& arguments) {
   resolve_merging(arguments);
+  check_choice(arguments.choice);
+  if (arguments.spherical.view && !arguments.choice.empty())
+    throw Error(
+        Status::usage,
+        fmt::format("{} and --view cannot be used together: the rays of a view are for the meshes of the "
+                    "scene as they are",
+                    arguments.choice.only.empty() ? "--except" : "--only"));
   bake::BakeOptions options;
   const bool paper = arguments.preset == "paper";
   const std::string encoding_name = arguments.encoding.value_or(paper ? "spherical" : "auto");
@@ -227,6 +234,7 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       "Keep the mean base colour of the surface in each voxel, for first hits: glTF materials with their "
       "pictures, and colours of vertices. 2 bytes a surface voxel. auto and exact then make no bvh objects, "
       "which have no voxels");
+  add_choice_options(command, arguments.choice);
   command.add_flag(
       "--merge", arguments.merge,
       "Merge small meshes that do not move and lie near each other into few objects: thousands become "

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bake/bake.hpp"
+#include "formats/mesh/choice.hpp"
 #include "formats/mesh/merging.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/spherical_options.hpp"
@@ -22,6 +23,7 @@ struct BakeArguments {
   uint64_t rays = 1'000'000;
   bool strict = false, uncoded = false, source_triangles = false, colors = false, open_rays = false,
        merge = false;
+  mesh::Choice choice;
   std::vector<std::string> merge_nodes, merge_except;
   std::string merge_below, merge_triangles;
   SphericalArguments spherical;

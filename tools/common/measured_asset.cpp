@@ -25,7 +25,7 @@ bool match(const NifObjectInfo& object, const bake::Prepared& prepared) {
 }  // namespace
 
 MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
-                             const std::string& configuration, Progress& progress)
+                             const std::string& configuration, Progress& progress, const std::string& format)
     : path_(asset), configuration_(configuration) {
   const NifError error = nifNewDevice(configuration.c_str(), nullptr, &device_.handle);
   if (error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_NOT_AVAILABLE)
@@ -39,15 +39,17 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   info_.struct_size = sizeof(info_);
   check(nifGetAssetInfo(asset_.handle, &info_));
 
-  progress.update(0, "reading " + mesh);
-  scene_ = mesh::read(mesh, limits_as_baked(metadata_of(info_)));
+  progress.update(0, "reading " + shown_name(mesh));
+  mesh::ReadLimits limits = limits_as_baked(metadata_of(info_), asset);
+  limits.format = format;
+  scene_ = mesh::read(mesh, limits);
   if (auto merged = merged_as_baked(scene_, metadata_of(info_), asset, mesh)) scene_ = *std::move(merged);
   prepared_ = naming(mesh, [&] { return bake::prepare(scene_); });
   const size_t count = prepared_.objects.size();
   if (info_.object_count != count) {
     throw Error(Status::mesh_mismatch,
                 fmt::format("{} was not baked from {}: it has {} objects, but the mesh file has {}", asset,
-                            mesh, info_.object_count, count));
+                            shown_name(mesh), info_.object_count, count));
   }
   for (uint32_t i = 0; i < count; ++i) {
     NifObjectInfo object{};

@@ -17,9 +17,10 @@ namespace nif::tools {
 class MeasuredAsset {
  public:
   /// `configuration` is the runtime's, of a device. Throws Error(usage) where it has not what that asks for,
-  /// Error(mesh_mismatch) where an object was baked from another mesh, as far as one can tell.
+  /// Error(mesh_mismatch) where an object was baked from another mesh, as far as one can tell. `format`:
+  /// ReadLimits::format.
   MeasuredAsset(const std::string& asset, const std::string& mesh, const std::string& configuration,
-                Progress& progress);
+                Progress& progress, const std::string& format = "");
 
   const NifAssetInfo& info() const { return info_; }
   std::vector<NifPartInfo> parts() const { return parts_of(asset_.handle); }

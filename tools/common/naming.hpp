@@ -7,10 +7,14 @@
 
 namespace nif::tools {
 
+/// What messages call a file that is to be read.
+inline std::string shown_name(const std::string& file) { return file == "-" ? "standard input" : file; }
+
 /// Runs `work`; where that throws a nif::Error that does not name the file it is about, puts the file's name
 /// first. Errors of outputs name theirs.
 template <class Work>
-auto naming(const std::string& file, Work&& work) {
+auto naming(const std::string& path, Work&& work) {
+  const std::string file = shown_name(path);
   try {
     return work();
   } catch (const Error& error) {

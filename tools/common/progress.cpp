@@ -5,6 +5,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string_view>
 
 #include "formats/base/printable.hpp"
 
@@ -18,37 +21,63 @@ std::string format_duration(double seconds) {
   return fmt::format("{}:{:02} h", whole / 3600, whole / 60 % 60);
 }
 
+ProgressPace::Reader reader_of_standard_error() {
+  if (isatty(STDERR_FILENO) == 1) return ProgressPace::Reader::terminal;
+  const char* asked = std::getenv("NIF_PROGRESS");
+  return asked && std::string_view(asked) == "all" ? ProgressPace::Reader::program
+                                                   : ProgressPace::Reader::log;
+}
+
 }  // namespace
 
-Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()) {}
+std::string TimeLeft::text(double seconds, double fraction) {
+  constexpr double kEnough = 0.04;  // before, there is nothing to extrapolate from
+  if (fraction > kEnough) {
+    const double end = seconds / fraction;
+    const bool corrected = std::abs(fraction - fraction_) >= 0.1 - 1e-9;
+    if (!foreseen_ || end <= end_ || corrected) {
+      foreseen_ = true;
+      fraction_ = fraction;
+      end_ = end;
+    }
+  }
+  if (!foreseen_) return "";
+  const double left = end_ - seconds;
+  return left < 0 && fraction < 1 ? "takes longer" : format_duration(std::max(left, 0.0)) + " left";
+}
+
+bool ProgressPace::due(double seconds, double fraction) {
+  const int tenth = int(fraction * 10 + 1e-9);
+  if (reader_ != Reader::terminal && seconds < 1) return false;
+  if (seconds < next_ || (reader_ == Reader::log && tenth <= tenth_)) return false;
+  next_ = seconds + (reader_ == Reader::log ? 1 : 0.1);
+  tenth_ = tenth;
+  return true;
+}
+
+Progress::Progress(bool quiet)
+    : quiet_(quiet), reader_(reader_of_standard_error()), start_(Clock::now()), pace_(reader_) {}
 
 void Progress::update(double fraction, const std::string& text) {
   if (quiet_) return;
-  const auto now = Clock::now();
-  const auto interval = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(1000);
-  // In a log the first line comes after a second, too: what fails at once leaves nothing but its error there.
-  if (last_ == Clock::time_point{} && !terminal_) last_ = start_;
-  if (last_ != Clock::time_point{} && now - last_ < interval) return;
-  last_ = now;
-
+  const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
   fraction = std::clamp(fraction, 0.0, 1.0);
-  const double elapsed = std::chrono::duration<double>(now - start_).count();
-  // Too early there is nothing to extrapolate from.
-  const std::string left =
-      fraction > 0.04 ? format_duration(elapsed / fraction * (1 - fraction)) + " left" : "";
-  if (!terminal_) {
-    fmt::print(stderr, "{:3.0f} %  {:<15}{}\n", fraction * 100, left, printable(text));
+  if (!pace_.due(seconds, fraction)) return;
+  // Programs that show progress read lines of this form.
+  const std::string line =
+      fmt::format("{:3.0f} %  {:<15}{}", fraction * 100, left_.text(seconds, fraction), printable(text));
+  if (reader_ != ProgressPace::Reader::terminal) {
+    fmt::print(stderr, "{}\n", line);
     return;
   }
   constexpr int kBar = 24;
   const int filled = int(fraction * kBar);
-  std::string line = fmt::format("[{}{}] {:3.0f} %  {:<15}{}", std::string(filled, '#'),
-                                 std::string(kBar - filled, '.'), fraction * 100, left, printable(text));
+  std::string bar = fmt::format("[{}{}] {}", std::string(filled, '#'), std::string(kBar - filled, '.'), line);
   winsize size{};
-  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 && line.size() >= size.ws_col) {
-    line.resize(size.ws_col - 1);  // a line that wraps cannot be redrawn
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 && bar.size() >= size.ws_col) {
+    bar.resize(size.ws_col - 1);  // a line that wraps cannot be redrawn
   }
-  fmt::print(stderr, "\r\033[K{}", line);
+  fmt::print(stderr, "\r\033[K{}", bar);
   std::fflush(stderr);
   drawn_ = true;
 }
@@ -56,6 +85,12 @@ void Progress::update(double fraction, const std::string& text) {
 void Progress::finish() {
   if (drawn_) fmt::print(stderr, "\r\033[K");
   drawn_ = false;
+}
+
+void Progress::begin() {
+  start_ = Clock::now();
+  pace_ = ProgressPace(reader_);
+  left_ = {};
 }
 
 }  // namespace nif::tools

@@ -2,12 +2,38 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
+#include "formats/base/status.hpp"
+#include "formats/mesh/read.hpp"
+
 namespace nif::tools {
 
 void add_run_options(Command command, RunArguments& arguments, const std::string& schema) {
   add_threads_option(command, arguments.threads);
   add_json_option(command, arguments.json, schema);
   add_quiet_option(command, arguments.quiet);
+}
+
+void add_choice_options(Command command, mesh::Choice& choice) {
+  command
+      .add_option(
+          "--only", choice.only,
+          "Read only what has this name: nodes (with what is below them), meshes and materials of glTF, "
+          "objects, groups and materials of OBJ, solids of STL. May contain *, ? and [...], and may be "
+          "repeated")
+      .one_word_each();
+  command
+      .add_option("--except", choice.except,
+                  "Leave out what has this name, e.g. collision shapes. As --only, and stronger")
+      .one_word_each();
+}
+
+void check_choice(const mesh::Choice& choice) {
+  for (const auto& [names, option] : {std::pair{&choice.only, "--only"}, {&choice.except, "--except"}})
+    if (names->size() > mesh::kMostPatterns)
+      throw Error(Status::usage, fmt::format("{} can be given {} times at most; use a pattern", option,
+                                             mesh::kMostPatterns));
 }
 
 void add_threads_option(Command command, uint32_t& threads) {
@@ -22,6 +48,15 @@ void add_json_option(Command command, bool& json, const std::string& schema) {
 
 void add_quiet_option(Command command, bool& quiet) {
   command.add_flag("--quiet", quiet, "No progress or notes, and no summary of what was written");
+}
+
+void add_format_option(Command command, std::string& format) {
+  command
+      .add_option(
+          "--format", format,
+          "What the mesh file is, whatever its name and content say: obj, ply, stl, off, gltf, glb or "
+          "drc. MESH and INPUT may be -, standard input, where OBJ always needs this")
+      .one_of({mesh::kFormats.begin(), mesh::kFormats.end()});
 }
 
 void add_seed_option(Command command, uint64_t& seed) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "formats/mesh/choice.hpp"
 #include "tools/common/options.hpp"
 
 namespace nif::tools {
@@ -26,10 +27,17 @@ struct RuntimeArguments {
 /// -j, --threads, --json and --quiet. `schema` is what the printed JSON calls itself.
 void add_run_options(Command command, RunArguments& arguments, const std::string& schema);
 
+/// --only and --except; for check_choice() once they are parsed.
+void add_choice_options(Command command, mesh::Choice& choice);
+/// Throws Error(usage) where there are too many patterns.
+void check_choice(const mesh::Choice& choice);
+
 /// Each by itself. The variables hold the defaults, and must live until the words are parsed.
 void add_threads_option(Command command, uint32_t& threads);
 void add_json_option(Command command, bool& json, const std::string& schema);
 void add_quiet_option(Command command, bool& quiet);
+/// --format, of the mesh that a command reads: ReadLimits::format.
+void add_format_option(Command command, std::string& format);
 void add_seed_option(Command command, uint64_t& seed);
 /// --isa and --least-memory.
 void add_runtime_options(Command command, RuntimeArguments& arguments);

@@ -44,13 +44,24 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
   for (const format::InstanceView& instance : view.instances) {
     instances.push_back(
         {{"name", instance.name}, {"object", instance.object}, {"transform", instance.transform}});
+    if (instance.remainder != std::array<float, 3>{}) {
+      nlohmann::ordered_json& translation = instances.back()["translation"];
+      for (size_t a = 0; a < 3; ++a)
+        translation.push_back(double(instance.transform[4 * a + 3]) + double(instance.remainder[a]));
+    }
   }
   // Metadata is what its baker wrote: shown, never trusted.
   nlohmann::ordered_json metadata = parse_untrusted<nlohmann::ordered_json>(view.metadata);
   if (metadata.is_discarded()) metadata = nullptr;
-  return {{"schema", kSchema},         {"file", arguments.file},         {"version", format::kVersion},
-          {"experimental", true},      {"objects", std::move(objects)},  {"instances", std::move(instances)},
-          {"bytes", bytes_json(view)}, {"metadata", std::move(metadata)}};
+  return {{"schema", kSchema},
+          {"file", arguments.file},
+          {"version", format::kVersion},
+          {"experimental", true},
+          {"objects", std::move(objects)},
+          {"instances", std::move(instances)},
+          {"places_nothing", view.places_nothing},
+          {"bytes", bytes_json(view)},
+          {"metadata", std::move(metadata)}};
 }
 
 /// `metadata[a][b]` as text, or "unknown": metadata may hold anything, or be missing.
@@ -63,7 +74,8 @@ std::string text_at(const nlohmann::ordered_json& metadata, const std::string& p
 
 void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   fmt::print("{}: nif version {} (experimental), {}, {}\n", json["file"].get<std::string>(), format::kVersion,
-             count_of(view.objects.size(), "object"), count_of(view.instances.size(), "instance"));
+             count_of(view.objects.size(), "object"),
+             view.places_nothing ? "places nothing" : count_of(view.instances.size(), "instance"));
   fmt::print("bytes     {} as a file, {} resident\n", json["bytes"]["file"].get<uint64_t>(),
              json["bytes"]["resident"].get<uint64_t>());
   for (const auto& [name, part] : json["bytes"]["parts"].items()) {

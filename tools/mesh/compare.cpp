@@ -8,6 +8,8 @@
 #include "bake/oracle/prepare.hpp"
 #include "formats/base/memory.hpp"
 #include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "mesh/compare/compare.hpp"
 #include "tools/common/interruption.hpp"
@@ -32,7 +34,7 @@ constexpr uint64_t kBytesToCompare = 500;
 constexpr const char* kSchema = "nifkit.mesh-compare/1";
 
 struct Arguments : RunArguments {
-  std::string first, second;
+  std::string first, second, format;
   std::vector<std::string> sets;
   uint64_t samples = 1'000'000, rays = 1'000'000, seed = 1;
 };
@@ -47,10 +49,14 @@ struct Comparison {
 /// A file's objects as one mesh, made ready.
 class Side {
  public:
-  Side(const std::string& file, Progress& progress, bool quiet) {
-    const mesh::Scene scene = read_mesh(file, progress);
+  /// Without the offset of `beside`, else its own: floats shall be fine for it.
+  Side(const std::string& file, const std::string& format, Progress& progress, bool quiet,
+       const Side* beside) {
+    mesh::Scene scene = read_mesh(file, progress, {.format = format});
     print_notes(mesh::texts_of(scene.notes), quiet);
     naming(file, [&] {
+      offset_ = beside ? beside->offset_ : mesh::far_offset(scene);
+      mesh::move_instances(scene, offset_ * -1);
       const mesh::FlatScene flat(scene);
       require_memory(flat.triangle_count() * kBytesToCompare, "comparing its triangles");
       mesh_ = mesh::flatten(flat, file);
@@ -64,12 +70,21 @@ class Side {
   const bake::Prepared& prepared() const { return prepared_; }
 
  private:
+  Double3 offset_;
   mesh::Mesh mesh_;
   bake::Prepared prepared_{};
 };
 
 Comparison measure(const Arguments& a, Progress& progress) {
-  const Side first(a.first, progress, a.quiet), second(a.second, progress, a.quiet);
+  if (a.first == "-" && a.second == "-")
+    throw Error(Status::usage, "only one of the two meshes can be standard input");
+  // With standard input, the other one says by itself what it is.
+  const bool piped = a.first == "-" || a.second == "-";
+  const auto format_of = [&](const std::string& file) {
+    return !piped || file == "-" ? a.format : std::string();
+  };
+  const Side first(a.first, format_of(a.first), progress, a.quiet, nullptr),
+      second(a.second, format_of(a.second), progress, a.quiet, &first);
   const mesh::CleanMesh &from = first.prepared().surface, &to = second.prepared().surface;
   Comparison results{{first.mesh().triangles.size(), second.mesh().triangles.size()},
                      first.prepared().box.diagonal(),
@@ -169,6 +184,7 @@ void add_mesh_compare(Command mesh) {
   command.add_option("--rays", a.rays, "Rays per ray set (0 = none)").non_negative().capture_default_str();
   add_set_option(command, a.sets, "all but camera");
   add_seed_option(command, a.seed);
+  add_format_option(command, a.format);
   add_run_options(command, a, kSchema);
   command.footer(
       "Rays are generated for FIRST. 'opened' rays are blocked by FIRST but not by SECOND; 'closed' is the "

@@ -35,10 +35,11 @@ constexpr const char* kSchema = "nifkit.mesh-convert/1";
 constexpr uint64_t kBytesOfInstance = 1000;
 
 struct Arguments : RunArguments {
-  std::string input, output;
+  std::string input, output, format;
   mesh::WriteOptions options;
   SamplingArguments sampling;
   bool sampling_given = false;
+  mesh::Choice choice;
 };
 
 /// Appends a file's scene, placed by a transform; its meshes only where `first_mesh` says that they are not
@@ -53,7 +54,7 @@ void append(mesh::Scene& to, const mesh::Scene& file, const mesh::Transform& pla
     return thing;
   };
   for (const mesh::Instance& instance : file.instances) {
-    mesh::Instance& added = to.instances.emplace_back(placed(instance));
+    mesh::Instance& added = to.instances.emplace_back(mesh::placed(place, instance));
     added.mesh += first_mesh;
     added.node = mesh::kNoNode;  // nodes of several files are none of one
   }
@@ -115,6 +116,9 @@ void print(const Arguments& arguments, const mesh::Scene& scene, const mesh::Wri
 bool is_volume(const std::string& path) { return ending_of(path) == ".vdb"; }
 
 void check_arguments(const Arguments& arguments) {
+  check_choice(arguments.choice);
+  if (!arguments.choice.empty() && ending_of(arguments.input) == ".toml")
+    throw Error(Status::usage, arguments.input + ": --only and --except are for mesh files, not for scenes");
   const mesh::WriteOptions& options = arguments.options;
   if (!is_volume(arguments.output)) {
     mesh::check_options(mesh::file_kind(arguments.output), options);
@@ -129,7 +133,7 @@ void check_arguments(const Arguments& arguments) {
 
 mesh::Written write(const Arguments& arguments, const mesh::Scene& scene, Progress& progress) {
   if (is_volume(arguments.output)) {
-    progress.update(0.3, "voxelizing " + arguments.input);
+    progress.update(0.3, "voxelizing " + shown_name(arguments.input));
     const WrittenVolume volume =
         write_volume(scene, arguments.input, arguments.output, arguments.sampling, volume::Kind::level_set);
     return {volume.bytes,
@@ -151,9 +155,13 @@ void run(const Arguments& arguments) {
   limit_threads(arguments.threads);
   Progress progress(arguments.quiet);
   interruption();
-  progress.update(0, "reading " + arguments.input);
-  const mesh::Scene scene = ending_of(arguments.input) == ".toml" ? read_objects(arguments.input, progress)
-                                                                  : read_mesh(arguments.input, progress);
+  progress.update(0, "reading " + shown_name(arguments.input));
+  mesh::ReadLimits limits;
+  limits.format = arguments.format;
+  limits.choice = arguments.choice;
+  const mesh::Scene scene = ending_of(arguments.input) == ".toml"
+                                ? read_objects(arguments.input, progress)
+                                : read_mesh(arguments.input, progress, limits);
   const mesh::Written written = write(arguments, scene, progress);
   progress.finish();
   std::vector<std::string> notes = mesh::texts_of(scene.notes);
@@ -180,8 +188,10 @@ void add_mesh_convert(Command mesh) {
                   "The file to write. Its ending sets the format: .obj, .ply (binary), .stl (binary), .off, "
                   ".glb, .drc or .vdb")
       .required();
+  add_format_option(command, a.format);
   add_write_options(command, a.options);
   add_sampling_options(command, a.sampling);
+  add_choice_options(command, a.choice);
   add_run_options(command, a, kSchema);
   command.footer(
       "A .glb keeps every bit of positions, indices, names, transforms, cameras and lights. The other "

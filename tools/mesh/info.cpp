@@ -13,6 +13,7 @@
 #include "mesh/inspect/inspect.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/json_output.hpp"
+#include "tools/common/naming.hpp"
 #include "tools/common/notes.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
@@ -36,7 +37,7 @@ constexpr size_t kShown = 20;
 constexpr const char* kSchema = "nifkit.mesh-info/1";
 
 struct Arguments : RunArguments {
-  std::string input, self_intersections = "auto";
+  std::string input, format, self_intersections = "auto";
   bool by_index = false;
 };
 
@@ -117,6 +118,7 @@ void print_json(const Arguments& arguments, const mesh::Scene& scene, const Resu
     mesh.update(json_of(results.meshes[m]));
     json["meshes"].push_back(std::move(mesh));
   }
+  json["notes"] = mesh::texts_of(scene.notes);
   write_json(json);
 }
 
@@ -130,7 +132,8 @@ std::string intersections_of(const Results& results) {
 
 void print(const Arguments& arguments, const mesh::Scene& scene, const Results& results) {
   const size_t count = scene.meshes.size();
-  fmt::print("{}: {}, {}\n", arguments.input, count == 1 ? "1 mesh" : fmt::format("{} meshes", count),
+  fmt::print("{}: {}, {}\n", shown_name(arguments.input),
+             count == 1 ? "1 mesh" : fmt::format("{} meshes", count),
              count_of(scene.instances.size(), "instance"));
   fmt::print("{}{:<13}{}\n", to_text(results.all.mesh), "crossing", intersections_of(results));
   if (count == 1) return;
@@ -146,7 +149,8 @@ void run(const Arguments& arguments) {
   if (arguments.self_intersections == "on") cgal::require("--self-intersections on");
   Progress progress(arguments.quiet);
   const EndAtOnce nothing_is_written;
-  const mesh::Scene scene = read_mesh(arguments.input, progress);
+  const mesh::Scene scene =
+      read_mesh(arguments.input, progress, {.drop_non_finite = true, .format = arguments.format});
   const Results results = look_at(arguments, scene, progress);
   progress.finish();
   print_notes(mesh::texts_of(scene.notes), arguments.quiet);
@@ -171,6 +175,7 @@ void add_mesh_info(Command mesh) {
   command.add_flag("--by-index", a.by_index,
                    "Use the vertices as they are shared in the file. By default, vertices at the same "
                    "position count as one");
+  add_format_option(command, a.format);
   add_run_options(command, a, kSchema);
   command.footer(
       "Each mesh of a file is inspected in its own space, and the results are added up.\n"

@@ -5,18 +5,22 @@
 #include <filesystem>
 
 #include "formats/base/memory.hpp"
+#include "formats/base/status.hpp"
+#include "tools/common/naming.hpp"
 #include "tools/mesh/vdb.hpp"
 
 namespace nif::tools {
 
-mesh::Scene read_mesh(const std::string& file, Progress& progress) {
+mesh::Scene read_mesh(const std::string& file, Progress& progress, const mesh::ReadLimits& limits) {
   std::error_code unknown;  // of a pipe, or of nothing: the reader says so
   const uint64_t bytes = std::filesystem::file_size(file, unknown);
   // The text or the bytes of a file and the arrays they become take about as much as each other; what is
   // compressed takes more.
   if (!unknown) require_memory(2 * bytes, file + ": reading it");
-  progress.update(0, "reading " + file);
-  return is_vdb(file) ? read_vdb(file) : mesh::read(file);
+  progress.update(0, "reading " + shown_name(file));
+  if (!limits.format.empty() || !is_vdb(file)) return mesh::read(file, limits);
+  if (!limits.choice.empty()) throw Error(Status::usage, file + ": --only and --except are not for .vdb");
+  return read_vdb(file);
 }
 
 uint64_t triangles_of(const mesh::Scene& scene) {

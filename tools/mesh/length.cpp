@@ -7,20 +7,16 @@
 #include <cmath>
 
 #include "formats/base/status.hpp"
+#include "formats/mesh/box.hpp"
 
 namespace nif::tools {
 namespace {
 
 std::array<double, 3> extent(const mesh::Mesh& mesh) {
   std::array<double, 3> size{};
-  if (mesh.positions.empty()) return size;
-  mesh::Float3 low = mesh.positions[0], high = low;
-  for (const mesh::Float3& p : mesh.positions)
-    for (size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], p[axis]);
-      high[axis] = std::max(high[axis], p[axis]);
-    }
-  for (size_t axis = 0; axis < 3; ++axis) size[axis] = double(high[axis]) - low[axis];
+  if (mesh.triangles.empty()) return size;
+  const mesh::Box box = mesh::bounds(mesh.positions, mesh.triangles);
+  for (size_t axis = 0; axis < 3; ++axis) size[axis] = double(box.max[axis]) - box.min[axis];
   return size;
 }
 

@@ -7,7 +7,7 @@
 
 namespace nif::tools {
 
-/// The longest side of the bounds of a mesh; 0 where it has no vertices.
+/// The longest side of the bounds of a mesh, which are those of its triangles; 0 where it has none.
 double longest_side(const mesh::Mesh& mesh);
 /// The diagonal of these bounds.
 double diagonal(const mesh::Mesh& mesh);

@@ -8,6 +8,7 @@
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "mesh/inspect/inspect.hpp"
 #include "tools/common/interruption.hpp"
@@ -66,13 +67,18 @@ volume::Sampling sampling_of(const SamplingArguments& a, const mesh::Mesh& mesh)
 WrittenVolume write_volume(const mesh::Scene& scene, const std::string& input, const std::string& output,
                            const SamplingArguments& arguments, volume::Kind kind) {
   return naming(input, [&] {
+    const Double3 offset = mesh::far_offset(scene);
+    mesh::Scene places;
+    places.instances = scene.instances;
+    mesh::move_instances(places, offset * -1);
     const mesh::Mesh mesh =
-        mesh::flatten(scene, scene.instances.size() == 1 ? scene.instances[0].name
-                                                         : std::filesystem::path(output).stem().string());
+        mesh::flatten(mesh::FlatScene(scene.meshes, places.instances),
+                      scene.instances.size() == 1 ? scene.instances[0].name
+                                                  : std::filesystem::path(output).stem().string());
     const volume::Sampling sampling = sampling_of(arguments, mesh);
     volume::VolumeFile file = [&] {
       const EndAtOnce nothing_is_written;
-      return volume::make_vdb(mesh, sampling, kind);
+      return volume::make_vdb(mesh, sampling, kind, offset);
     }();
     write_output(output, std::as_bytes(std::span(file.bytes)));
     return WrittenVolume{file.bytes.size(), file.voxels, file.size, sampling.voxel};

@@ -10,6 +10,7 @@
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "tools/common/json_output.hpp"
+#include "tools/common/naming.hpp"
 #include "tools/common/notes.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
@@ -25,7 +26,7 @@ namespace {
 constexpr const char* kSchema = "nifkit.mesh-voxelize/1";
 
 struct Arguments : RunArguments {
-  std::string input, output, kind = "level-set";
+  std::string input, output, format, kind = "level-set";
   SamplingArguments sampling;
 };
 
@@ -52,8 +53,8 @@ void run(const Arguments& a) {
   check_output(a.output);
   limit_threads(a.threads);
   Progress progress(a.quiet);
-  const mesh::Scene scene = read_mesh(a.input, progress);
-  progress.update(0.3, "voxelizing " + a.input);
+  const mesh::Scene scene = read_mesh(a.input, progress, {.format = a.format});
+  progress.update(0.3, "voxelizing " + shown_name(a.input));
   const WrittenVolume written =
       write_volume(scene, a.input, a.output, a.sampling,
                    a.kind == "occupancy" ? volume::Kind::occupancy : volume::Kind::level_set);
@@ -78,6 +79,7 @@ void add_mesh_voxelize(Command mesh) {
                   "whose centre is inside")
       .one_of({"level-set", "occupancy"})
       .capture_default_str();
+  add_format_option(command, a.format);
   add_sampling_options(command, a.sampling);
   add_run_options(command, a, kSchema);
   command.footer(

@@ -21,24 +21,6 @@ namespace {
 
 std::string schema_of(const std::string& verb) { return "nifkit.mesh-" + verb + "/1"; }
 
-/// Meshes without triangles, and their instances, are left out.
-void drop_empty(mesh::Scene& scene, std::vector<std::string>& notes) {
-  std::vector<uint32_t> index(scene.meshes.size());
-  uint32_t kept = 0;
-  for (size_t m = 0; m < scene.meshes.size(); ++m) {
-    if (scene.meshes[m].triangles.empty()) {
-      notes.push_back(fmt::format("mesh '{}' has no triangles left and was left out", scene.meshes[m].name));
-      index[m] = UINT32_MAX;
-    } else {
-      if (kept != m) scene.meshes[kept] = std::move(scene.meshes[m]);
-      index[m] = kept++;
-    }
-  }
-  scene.meshes.resize(kept);
-  std::erase_if(scene.instances, [&](const mesh::Instance& i) { return index[i.mesh] == UINT32_MAX; });
-  for (mesh::Instance& instance : scene.instances) instance.mesh = index[instance.mesh];
-}
-
 }  // namespace
 
 void add_work_options(Command command, WorkArguments& a, const std::string& verb) {
@@ -47,6 +29,7 @@ void add_work_options(Command command, WorkArguments& a, const std::string& verb
       .add_option("-o,--output", a.output,
                   "The file to write. Its ending sets the format: .obj, .ply, .stl, .off, .glb or .drc")
       .required();
+  add_format_option(command, a.limits.format);
   add_write_options(command, a.write);
   add_run_options(command, a, schema_of(verb));
 }
@@ -64,14 +47,16 @@ void work_on(const WorkArguments& a, const std::string& verb,
   uint64_t before = 0;
   {
     const EndAtOnce nothing_is_written;
-    scene = read_mesh(a.input, progress);
+    scene = read_mesh(a.input, progress, a.limits);
     before = triangles_of(scene);
     result = naming(a.input, [&] { return change(scene, progress); });
   }
   std::vector<std::string> notes = mesh::texts_of(scene.notes);
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
-  drop_empty(scene, notes);
-  if (scene.meshes.empty()) throw Error(Status::all_degenerate, a.input + ": no triangles are left");
+  for (const std::string& name : mesh::drop_empty_meshes(scene))
+    notes.push_back(fmt::format("mesh '{}' has no triangles left and was left out", name));
+  if (scene.meshes.empty())
+    throw Error(Status::all_degenerate, shown_name(a.input) + ": no triangles are left");
   const mesh::Written written = naming(a.input, [&] {
     return mesh::write(
         a.output, scene, a.write, [&](double fraction) { progress.update(fraction, "writing " + a.output); },

@@ -19,10 +19,11 @@ namespace nif::tools {
 struct WorkArguments : RunArguments {
   std::string input, output;
   mesh::WriteOptions write;
+  mesh::ReadLimits limits;  ///< a verb sets these, and its user the format
 };
 
-/// INPUT, -o, --draco, --draco-bits, --text, -j, --json and --quiet of `command`, whose results have the
-/// schema nifkit.mesh-`verb`/1.
+/// INPUT, -o, --format, --draco, --draco-bits, --text, -j, --json and --quiet of `command`, whose results
+/// have the schema nifkit.mesh-`verb`/1.
 void add_work_options(Command command, WorkArguments& arguments, const std::string& verb);
 
 /// What a verb has to say of its work.

@@ -67,7 +67,7 @@ AssetScene::Added AssetScene::add(const ObjectDescription& object) {
     std::copy_n(about.transform, own.size(), own.begin());
     kinds_.push_back(kind_of(object, added.objects[about.object], mesh::compose(object.transform, own)));
   }
-  if (info.instance_count == 0)
+  if (info.instance_count == 0 && !info.places_nothing)
     for (const NifObjectInfo& about : added.objects)
       kinds_.push_back(kind_of(object, about, object.transform));
   asset_bytes_ += info.file_bytes;

@@ -304,6 +304,7 @@ void run(const Arguments& arguments) {
   const double exposure = render::find_exposure(scene, world, lighting);
 
   make_folder(arguments.folder);
+  progress.begin();
   std::vector<CameraResult> results;
   for (size_t i = 0; i < scene.cameras.size(); ++i) {
     using Clock = std::chrono::steady_clock;

@@ -36,7 +36,7 @@ void PrimaryObjects::add(const ObjectDescription& object, const std::string& pla
   };
   for (const format::InstanceView& instance : asset.instances)
     add_instance(instance.object, instance.transform);
-  if (asset.instances.empty())
+  if (asset.instances.empty() && !asset.places_nothing)
     for (uint32_t i = 0; i < asset.objects.size(); ++i) add_instance(i, mesh::kIdentity);
 }
 

@@ -7,9 +7,11 @@
 #include <numbers>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
+#include "tools/common/baked_scene.hpp"
 
 namespace nif::render {
 namespace {
@@ -164,15 +166,21 @@ void complete(SceneDescription& scene, std::vector<std::string>& notes) {
 
 ObjectMeshes read_meshes(SceneDescription& scene, std::vector<std::string>& notes,
                          tools::Progress& progress) {
+  progress.begin();
   ObjectMeshes meshes;
-  std::map<std::string, std::shared_ptr<const mesh::Scene>> known;  // by path
+  // By path and by what is chosen of it.
+  std::map<std::tuple<std::string, std::vector<std::string>, std::vector<std::string>>,
+           std::shared_ptr<const mesh::Scene>>
+      known;
   Names names(scene);
   for (size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectDescription& object = scene.objects[i];
-    std::shared_ptr<const mesh::Scene>& file = known[object.mesh];
+    mesh::ReadLimits limits;
+    if (object.nif) limits.choice = tools::limits_of_asset(*object.nif).choice;
+    std::shared_ptr<const mesh::Scene>& file = known[{object.mesh, limits.choice.only, limits.choice.except}];
     if (!file) {
       progress.update(double(i) / double(scene.objects.size()), "reading " + object.mesh);
-      file = std::make_shared<const mesh::Scene>(mesh::read(object.mesh));
+      file = std::make_shared<const mesh::Scene>(mesh::read(object.mesh, limits));
       std::ranges::transform(file->notes, std::back_inserter(notes), &mesh::Note::text);
     }
     if (object.lights) add_lights(scene, object, *file, notes);

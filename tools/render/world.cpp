@@ -86,6 +86,7 @@ World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const st
   box_.min.fill(kInfinity);
   box_.max.fill(-kInfinity);
 
+  progress.begin();
   for (size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectDescription& object = scene.objects[i];
     progress.update(double(i) / double(scene.objects.size()), "building a BVH over " + object.mesh);

@@ -12,6 +12,7 @@
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
+#include "formats/mesh/far.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "formats/mesh/read.hpp"
 #include "tools/bench/report.hpp"
@@ -46,8 +47,10 @@ mesh::Scene read_one_mesh(const std::string& path) {
   mesh::Scene scene = mesh::read(path);
   if (scene.meshes.size() == 1 && scene.instances.size() == 1) {
     scene.instances.front().transform = mesh::kIdentity;
+    scene.instances.front().remainder = {};
     return scene;
   }
+  mesh::move_instances(scene, mesh::far_offset(scene) * -1);
   mesh::Scene one;
   one.source_hash = scene.source_hash;
   one.meshes.push_back(mesh::flatten(scene, fs::path(path).stem().string()));

@@ -78,6 +78,7 @@ class BakeJob:
                     # Whoever cancels wants nothing to be left, and the selection may be another one the next time.
                     [program, "bake", str(mesh), "-o", output, "--json", "--checkpoint", "0", *options],
                     stdin=subprocess.DEVNULL, stdout=report, stderr=subprocess.PIPE,
+                    env={**os.environ, "NIF_PROGRESS": "all"},
                 )
             except OSError as error:
                 raise BakeError(f"{program}: {error.strerror or error}") from None

@@ -111,6 +111,8 @@ class NifAssetInfo(Structure):
         ("metadata", c_void_p),
         ("metadata_bytes", c_uint64),
         ("gpu_bytes", c_uint64),
+        ("places_nothing", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 

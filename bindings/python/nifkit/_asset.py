@@ -59,7 +59,7 @@ class Instance(NamedTuple):
     name: str
     object: int
     transform: npt.NDArray[np.float32]
-    """[3, 4] from object space to that of the asset."""
+    """[3, 4] from object space to that of the asset, rounded to float32; `Scene.add(asset)` uses all digits of the file."""
 
 
 class Asset(Handle):
@@ -91,8 +91,13 @@ class Asset(Handle):
 
     @property
     def instance_count(self) -> int:
-        """Placements of objects in the file; may be 0."""
+        """Placements of objects in the file. Without any, a scene places each object once, unless the file `places_nothing`."""
         return int(self._info().instance_count)
+
+    @property
+    def places_nothing(self) -> bool:
+        """Whether the file states that it places no object: `Scene.add()` of the asset adds nothing."""
+        return bool(self._info().places_nothing)
 
     @property
     def network_count(self) -> int:

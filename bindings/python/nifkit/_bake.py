@@ -37,7 +37,8 @@ def bake(
     """Bakes a mesh into an asset. Takes seconds to minutes, in a process of its own; the GIL is released.
 
     Args:
-        vertices: [n, 3] positions; become float32.
+        vertices: [n, 3] positions. Far from the origin for its size, a mesh of float64 or integers is kept relative to an
+            offset, so that nothing is lost; the asset's instance has it as its translation (docs/meshes.md).
         triangles: [m, 3] numbers of vertices, from 0 on.
         path: where to write the .nif file, too; None: it is not kept.
         colors: [n, 3] sRGB colours of the vertices, uint8 or floats from 0 to 1: first hits then return colours.
@@ -122,14 +123,16 @@ def _run_bake(
     return report
 
 
-def _positions(vertices: npt.ArrayLike) -> npt.NDArray[np.float32]:
+def _positions(vertices: npt.ArrayLike) -> npt.NDArray[Any]:
     array = np.asarray(vertices)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"vertices: an array of numbers is needed, not {array.dtype}")
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"vertices: an array of shape (n, 3) is needed, not {array.shape}")
-    with np.errstate(over="ignore"):
-        return array.astype("<f4")  # too large: infinite, which nif refuses
+    with np.errstate(over="ignore"):  # too large: infinite, which nif refuses
+        floats = array.astype("<f4")
+        wide = array.astype("<f8")
+    return wide if array.dtype.itemsize > 2 and not np.array_equal(floats, wide, equal_nan=True) else floats
 
 
 def _corners(triangles: npt.ArrayLike, vertices: int) -> npt.NDArray[np.int32]:
@@ -158,11 +161,11 @@ def _colors(colors: npt.ArrayLike, vertices: int) -> npt.NDArray[Any]:
 
 
 def _write_ply(
-    path: str, vertices: npt.NDArray[np.float32], triangles: npt.NDArray[np.int32], colors: Optional[npt.NDArray[Any]]
+    path: str, vertices: npt.NDArray[Any], triangles: npt.NDArray[np.int32], colors: Optional[npt.NDArray[Any]]
 ) -> None:
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
-    header += [f"property float {axis}" for axis in "xyz"]
-    columns: list[Any] = [("position", "<f4", 3)]
+    header += [f"property {'float' if vertices.dtype.itemsize == 4 else 'double'} {axis}" for axis in "xyz"]
+    columns: list[Any] = [("position", vertices.dtype, 3)]
     if colors is not None:
         kind = "uchar" if colors.dtype == np.uint8 else "float"
         header += [f"property {kind} {color}" for color in ("red", "green", "blue")]

@@ -60,7 +60,7 @@ def run(arguments: Sequence[str], progress: Optional[Progress] = None, hidden: s
         try:
             process = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.PIPE,
-                encoding="utf-8", errors="backslashreplace",
+                encoding="utf-8", errors="backslashreplace", env={**os.environ, "NIF_PROGRESS": "all"},
             )
         except OSError as error:
             raise Error(ErrorCode.NOT_AVAILABLE, f"cannot run {command[0]}: {error}") from None

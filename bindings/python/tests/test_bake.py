@@ -73,6 +73,26 @@ def test_cube(tmp_path):
         assert same.file_bytes == len(content)
 
 
+def test_far_from_the_origin():
+    """At coordinates of a survey, which float32 rounds by a quarter, as beside the origin."""
+    here = CORNERS * (4.175, 3.075, 1.525)
+    where = np.array([447330.312, 5411990.557, 513.835])
+    assert len(np.unique((here + where).astype(np.float32), axis=0)) == 8 and not np.allclose(
+        (here + where).astype(np.float32), here + where, rtol=0, atol=0.05
+    )
+    with nifkit.bake(here + where, SIDES, encoding="exact", **QUICK) as asset:
+        (thing,), (placed,) = asset.objects, asset.instances
+        assert thing.triangles == 12
+        offset = placed.transform[:, 3].astype(float)
+        assert np.allclose(thing.bounds + offset, [here[0] + where, here[-1] + where], rtol=0, atol=1e-6)
+        assert (placed.transform[:, :3] == np.eye(3)).all()
+    thousandths = np.round((here + where) * 1000).astype(np.int64)
+    with nifkit.bake(thousandths, SIDES, encoding="exact", **QUICK) as asset:
+        assert asset.objects[0].triangles == 12
+        low = asset.objects[0].bounds[0] + asset.instances[0].transform[:, 3].astype(float)
+        assert (low == thousandths[0]).all()
+
+
 def test_colors():
     red_and_blue = np.where(CORNERS[:, :1] < 0, np.uint8((255, 0, 0)), np.uint8((0, 0, 255)))
     for colors in (red_and_blue, red_and_blue / 255):
@@ -168,7 +188,7 @@ def test_progress_and_cancel(tmp_path):
 
     def progress(fraction, text):
         seen.append((fraction, text))
-        # Lines come once a second.
+        # Nothing is said within the first second.
         return not any(text.startswith("training") for _, text in seen)
 
     start = time.monotonic()

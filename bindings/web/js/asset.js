@@ -49,12 +49,14 @@ export class Asset {
 
   get info() {
     this.#ask('_web_asset_info');
-    const [objects, instances, networks, formatVersion, fileBytes, residentBytes, metadata, metadataBytes] = this.#device._said();
+    const [objects, instances, networks, formatVersion, fileBytes, residentBytes, metadata, metadataBytes, placesNothing] =
+      this.#device._said();
     const text = this.#device._text(metadata, metadataBytes);
     return {
       name: this.#name,
       objects,
       instances,
+      placesNothing: placesNothing !== 0,
       networks,
       formatVersion,
       fileBytes,

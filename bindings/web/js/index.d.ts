@@ -52,6 +52,8 @@ export interface AssetInfo {
   name: string;
   objects: number;
   instances: number;
+  /** The file states that it places no object; without instances each is placed once otherwise. */
+  placesNothing: boolean;
   networks: number;
   formatVersion: number;
   fileBytes: number;
@@ -160,7 +162,7 @@ type Given<All, Some> = { [Name in keyof Some & keyof All]: All[Name] };
 export class Scene {
   constructor(device: Device);
   readonly device: Device;
-  /** All instances of the asset's file, or each object once if it has none. Returns their numbers. */
+  /** All instances of the asset's file, or each object once if it has none and does not place nothing. Returns their numbers. */
   add(asset: Asset, transform?: Transform | null): { first: number; count: number };
   /** Returns the instance's number. */
   addInstance(asset: Asset, object: number, transform?: Transform | null): number;

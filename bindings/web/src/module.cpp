@@ -111,12 +111,13 @@ EMSCRIPTEN_KEEPALIVE int web_load_asset(NifDevice device, const void* bytes, uin
 EMSCRIPTEN_KEEPALIVE void web_release_asset(NifAsset asset) { nifReleaseAsset(asset); }
 
 /// objects, instances, networks, version of the format, bytes of the file, bytes in memory, metadata, its
-/// bytes
+/// bytes, whether it places nothing
 EMSCRIPTEN_KEEPALIVE int web_asset_info(NifAsset asset) {
   NifAssetInfo info = structure<NifAssetInfo>();
   const NifError error = nifGetAssetInfo(asset, &info);
   Saying() << info.object_count << info.instance_count << info.network_count << info.format_version
-           << info.file_bytes << info.resident_bytes << info.metadata << info.metadata_bytes;
+           << info.file_bytes << info.resident_bytes << info.metadata << info.metadata_bytes
+           << info.places_nothing;
   return error;
 }
 

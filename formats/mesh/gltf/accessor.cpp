@@ -191,122 +191,142 @@ uint64_t GltfData::stride_of(int view) const {
 
 bool GltfData::normalized(int index) const { return find(input_, model_, index).normalized; }
 
-std::vector<Float3> GltfData::positions(int index) const {
-  const tinygltf::Accessor& accessor = find(input_, model_, index);
-  const int type = accessor.componentType;
-  if (accessor.type != TINYGLTF_TYPE_VEC3 || component_size(type) == 0 ||
-      type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT) {
-    input_.fail(Status::malformed_mesh,
-                fmt::format("accessor {} has a type that positions cannot have", index));
-  }
-  std::vector<Float3> out = numbers<3>(index, 3, "positions");
-  if (accessor.sparse.isSparse) apply_sparse(index, out);
-  return out;
+uint64_t GltfData::count(int index) const { return find(input_, model_, index).count; }
+
+bool GltfData::has_alpha(int index) const { return find(input_, model_, index).type == TINYGLTF_TYPE_VEC4; }
+
+void GltfData::fail_type(int index, const char* what) const {
+  input_.fail(Status::malformed_mesh, fmt::format("accessor {} has a type that {} cannot have", index, what));
 }
 
-template <size_t kCount>
-std::vector<std::array<float, kCount>> GltfData::numbers(int index, int components, const char* what) const {
+template <class T, class Load>
+std::vector<T> GltfData::load_all(int index, int components, const char* what, uint64_t most,
+                                  Load&& load) const {
   const tinygltf::Accessor& accessor = find(input_, model_, index);
-  const int type = accessor.componentType;
   // Without a buffer view all elements are zero and cost the file nothing, so their number needs a bound,
   // over all that are read.
   constexpr uint64_t kMostZeros = uint64_t{1} << 25;
-  if (accessor.bufferView < 0) zeros_ += std::min<uint64_t>(accessor.count, kMostZeros + 1);
-  if (accessor.count > std::numeric_limits<uint32_t>::max() || zeros_ > kMostZeros) {
+  const uint64_t count = std::min<uint64_t>(accessor.count, most);
+  if (accessor.bufferView < 0)
+    zeros_ += std::min<uint64_t>(count, kMostZeros + 1) * std::max<uint64_t>(1, sizeof(T) / sizeof(Float3));
+  if (count > std::numeric_limits<uint32_t>::max() || zeros_ > kMostZeros)
     input_.fail(Status::too_large, fmt::format("accessor {} has {} {}", index, accessor.count, what));
+  std::vector<T> out;
+  if (accessor.bufferView >= 0) {
+    const Elements source =
+        elements(index, accessor.bufferView, accessor.byteOffset, stride_of(accessor.bufferView),
+                 {accessor.componentType, components, accessor.count});
+    out.resize(count);
+    for (uint64_t i = 0; i < count; ++i) load(source.at(i), out[i]);
+  } else {
+    out.resize(count);
   }
-  if (accessor.bufferView < 0) return std::vector<std::array<float, kCount>>(accessor.count);
-  const Elements source = elements(index, accessor.bufferView, accessor.byteOffset,
-                                   stride_of(accessor.bufferView), {type, components, accessor.count});
-  std::vector<std::array<float, kCount>> out(accessor.count);
-  for (uint64_t i = 0; i < accessor.count; ++i) {
-    for (size_t k = 0; k < kCount; ++k) {
-      out[i][k] = decode(source.at(i) + k * component_size(type), type, accessor.normalized);
-    }
-  }
+  if (accessor.sparse.isSparse) apply_sparse(index, components, out, load);
   return out;
 }
 
-std::vector<Float3> GltfData::colors(int index) const {
-  const tinygltf::Accessor& accessor = find(input_, model_, index);
-  const bool four = accessor.type == TINYGLTF_TYPE_VEC4;
-  if ((!four && accessor.type != TINYGLTF_TYPE_VEC3) || component_size(accessor.componentType) == 0 ||
-      accessor.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT || accessor.sparse.isSparse) {
-    input_.fail(Status::malformed_mesh,
-                fmt::format("accessor {} has a type that colours cannot have", index));
-  }
-  return numbers<3>(index, four ? 4 : 3, "colours");
-}
-
-std::vector<std::array<float, 2>> GltfData::coordinates(int index) const {
-  const tinygltf::Accessor& accessor = find(input_, model_, index);
-  if (accessor.type != TINYGLTF_TYPE_VEC2 || component_size(accessor.componentType) == 0 ||
-      accessor.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT || accessor.sparse.isSparse) {
-    input_.fail(Status::malformed_mesh,
-                fmt::format("accessor {} has a type that texture coordinates cannot have", index));
-  }
-  return numbers<2>(index, 2, "texture coordinates");
-}
-
-void GltfData::apply_sparse(int index, std::vector<Float3>& out) const {
+template <class T, class Load>
+void GltfData::apply_sparse(int index, int components, std::vector<T>& out, Load&& load) const {
   const tinygltf::Accessor& accessor = model_.accessors[static_cast<size_t>(index)];
   const auto& sparse = accessor.sparse;
-  if (sparse.count < 0 || sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0 ||
+  if (sparse.count < 0 || static_cast<uint64_t>(sparse.count) > accessor.count ||
+      sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0 ||
       !is_index_type(sparse.indices.componentType)) {
     input_.fail(Status::malformed_mesh, fmt::format("the sparse part of accessor {} is invalid", index));
   }
   const uint64_t count = static_cast<uint64_t>(sparse.count);
-  const int type = accessor.componentType;
   const Elements indices =
       elements(index, sparse.indices.bufferView, static_cast<uint64_t>(sparse.indices.byteOffset), 0,
                {sparse.indices.componentType, 1, count});
-  const Elements values = elements(index, sparse.values.bufferView,
-                                   static_cast<uint64_t>(sparse.values.byteOffset), 0, {type, 3, count});
+  const Elements values =
+      elements(index, sparse.values.bufferView, static_cast<uint64_t>(sparse.values.byteOffset), 0,
+               {accessor.componentType, components, count});
   for (uint64_t i = 0; i < count; ++i) {
     const uint32_t target = decode_index(indices.at(i), sparse.indices.componentType);
-    if (target >= out.size()) {
+    if (target >= accessor.count) {
       input_.fail(Status::index_out_of_range,
                   fmt::format("the sparse part of accessor {} uses element {}, but there are only {}", index,
-                              target, out.size()));
+                              target, accessor.count));
     }
-    for (size_t k = 0; k < 3; ++k) {
-      out[target][k] = decode(values.at(i) + k * component_size(type), type, accessor.normalized);
-    }
+    if (target < out.size()) load(values.at(i), out[target]);
   }
 }
 
-std::vector<Affine> GltfData::matrices(int index) const {
+template <size_t kCount>
+std::vector<std::array<float, kCount>> GltfData::numbers(int index, int components, const char* what,
+                                                         uint64_t most) const {
   const tinygltf::Accessor& accessor = find(input_, model_, index);
-  if (accessor.type != TINYGLTF_TYPE_MAT4 || accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT ||
-      accessor.bufferView < 0 || accessor.sparse.isSparse) {
-    input_.fail(Status::malformed_mesh,
-                fmt::format("accessor {} has a type that matrices cannot have", index));
-  }
-  const Elements source =
-      elements(index, accessor.bufferView, accessor.byteOffset, stride_of(accessor.bufferView),
-               {accessor.componentType, 16, accessor.count});
-  std::vector<Affine> out(accessor.count);
-  for (uint64_t i = 0; i < accessor.count; ++i) {
+  const int type = accessor.componentType;
+  if (component_size(type) == 0 || type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT) fail_type(index, what);
+  const uint64_t size = component_size(type);
+  return load_all<std::array<float, kCount>>(
+      index, components, what, most, [&](const char* at, std::array<float, kCount>& element) {
+        for (size_t k = 0; k < kCount; ++k) element[k] = decode(at + k * size, type, accessor.normalized);
+      });
+}
+
+std::vector<Float3> GltfData::positions(int index) const {
+  if (find(input_, model_, index).type != TINYGLTF_TYPE_VEC3) fail_type(index, "positions");
+  return numbers<3>(index, 3, "positions", UINT64_MAX);
+}
+
+std::vector<Float3> GltfData::colors(int index, uint64_t most) const {
+  const int type = find(input_, model_, index).type;
+  if (type != TINYGLTF_TYPE_VEC3 && type != TINYGLTF_TYPE_VEC4) fail_type(index, "colours");
+  return numbers<3>(index, type == TINYGLTF_TYPE_VEC4 ? 4 : 3, "colours", most);
+}
+
+std::vector<std::array<float, 2>> GltfData::coordinates(int index, uint64_t most) const {
+  if (find(input_, model_, index).type != TINYGLTF_TYPE_VEC2) fail_type(index, "texture coordinates");
+  return numbers<2>(index, 2, "texture coordinates", most);
+}
+
+std::vector<std::array<float, 4>> GltfData::rotations(int index) const {
+  const tinygltf::Accessor& accessor = find(input_, model_, index);
+  const bool fractions = accessor.normalized && (accessor.componentType == TINYGLTF_COMPONENT_TYPE_BYTE ||
+                                                 accessor.componentType == TINYGLTF_COMPONENT_TYPE_SHORT);
+  if (accessor.type != TINYGLTF_TYPE_VEC4 ||
+      (accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT && !fractions))
+    fail_type(index, "rotations");
+  return numbers<4>(index, 4, "rotations", UINT64_MAX);
+}
+
+std::vector<std::array<uint16_t, 4>> GltfData::joints(int index) const {
+  const tinygltf::Accessor& accessor = find(input_, model_, index);
+  const int type = accessor.componentType;
+  if (accessor.type != TINYGLTF_TYPE_VEC4 ||
+      (type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT))
+    fail_type(index, "joints");
+  const uint64_t size = component_size(type);
+  return load_all<std::array<uint16_t, 4>>(index, 4, "joints", UINT64_MAX,
+                                           [&](const char* at, std::array<uint16_t, 4>& element) {
+                                             for (size_t k = 0; k < 4; ++k)
+                                               element[k] = uint16_t(decode_index(at + k * size, type));
+                                           });
+}
+
+std::vector<std::array<float, 4>> GltfData::weights(int index) const {
+  if (find(input_, model_, index).type != TINYGLTF_TYPE_VEC4) fail_type(index, "weights");
+  return numbers<4>(index, 4, "weights", UINT64_MAX);
+}
+
+std::vector<Affine> GltfData::matrices(int index, uint64_t most) const {
+  const tinygltf::Accessor& accessor = find(input_, model_, index);
+  if (accessor.type != TINYGLTF_TYPE_MAT4 || accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT)
+    fail_type(index, "matrices");
+  return load_all<Affine>(index, 16, "matrices", most, [](const char* at, Affine& element) {
     for (size_t row = 0; row < 3; ++row)
       for (size_t column = 0; column < 4; ++column)
-        out[i][row * 4 + column] = load<float>(source.at(i) + (column * 4 + row) * sizeof(float));
-  }
-  return out;
+        element[row * 4 + column] = double{load<float>(at + (column * 4 + row) * sizeof(float))};
+  });
 }
 
 std::vector<uint32_t> GltfData::indices(int index) const {
   const tinygltf::Accessor& accessor = find(input_, model_, index);
-  if (accessor.type != TINYGLTF_TYPE_SCALAR || !is_index_type(accessor.componentType) ||
-      accessor.bufferView < 0 || accessor.sparse.isSparse) {
-    input_.fail(Status::malformed_mesh,
-                fmt::format("accessor {} has a type that indices cannot have", index));
-  }
-  const Elements source =
-      elements(index, accessor.bufferView, accessor.byteOffset, stride_of(accessor.bufferView),
-               {accessor.componentType, 1, accessor.count});
-  std::vector<uint32_t> out(accessor.count);
-  for (uint64_t i = 0; i < accessor.count; ++i) out[i] = decode_index(source.at(i), accessor.componentType);
-  return out;
+  const int type = accessor.componentType;
+  if (accessor.type != TINYGLTF_TYPE_SCALAR || !is_index_type(type)) fail_type(index, "indices");
+  return load_all<uint32_t>(index, 1, "indices", UINT64_MAX,
+                            [type](const char* at, uint32_t& element) { element = decode_index(at, type); });
 }
 
 }  // namespace nif::mesh::detail

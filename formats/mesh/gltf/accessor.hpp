@@ -26,12 +26,20 @@ class GltfData {
   GltfData(const Input& input, const GltfSource& source, const tinygltf::Model& model)
       : input_(input), source_(source), model_(model) {}
 
+  // Elements of accessors, also of sparse ones; those without a buffer view are zero. `most`: no more than
+  // that many of them, where an accessor may have more than there is a use for.
   std::vector<Float3> positions(int accessor) const;  ///< of float or quantised integer components
-  std::vector<Float3> colors(int accessor) const;     ///< of a vertex attribute, without alpha
-  std::vector<std::array<float, 2>> coordinates(int accessor) const;  ///< in textures
+  std::vector<Float3> colors(int accessor, uint64_t most) const;  ///< of a vertex attribute, without alpha
+  std::vector<std::array<float, 2>> coordinates(int accessor, uint64_t most) const;  ///< in textures
+  std::vector<std::array<float, 4>> rotations(int accessor) const;                   ///< unit quaternions
+  std::vector<std::array<uint16_t, 4>> joints(int accessor) const;
+  std::vector<std::array<float, 4>> weights(int accessor) const;
   std::vector<uint32_t> indices(int accessor) const;
-  std::vector<Affine> matrices(int accessor) const;  ///< 4x4 of floats, without the last row
+  std::vector<Affine> matrices(int accessor, uint64_t most) const;  ///< 4x4 of floats, without the last row
+
+  uint64_t count(int accessor) const;
   bool normalized(int accessor) const;
+  bool has_alpha(int accessor) const;            ///< of colours: whether they have four components
   std::string_view view(int buffer_view) const;  ///< the bytes of a buffer view
 
  private:
@@ -47,10 +55,16 @@ class GltfData {
   uint64_t stride_of(int buffer_view) const;  ///< 0 where it states none
   Elements elements(int accessor, int buffer_view, uint64_t offset, uint64_t stride,
                     const Layout& layout) const;
-  void apply_sparse(int accessor, std::vector<Float3>& out) const;
+  /// The elements of an accessor, which have so many components each; `load` makes one of their bytes.
+  template <class T, class Load>
+  std::vector<T> load_all(int accessor, int components, const char* what, uint64_t most, Load&& load) const;
+  template <class T, class Load>
+  void apply_sparse(int accessor, int components, std::vector<T>& out, Load&& load) const;
   /// The first kCount of so many components of each element.
   template <size_t kCount>
-  std::vector<std::array<float, kCount>> numbers(int accessor, int components, const char* what) const;
+  std::vector<std::array<float, kCount>> numbers(int accessor, int components, const char* what,
+                                                 uint64_t most) const;
+  [[noreturn]] void fail_type(int accessor, const char* what) const;
 
   const Input& input_;
   const GltfSource& source_;

@@ -17,8 +17,6 @@ namespace {
 using nlohmann::json;
 using std::numbers::pi;
 
-constexpr uint64_t kMostNotes = 20;  ///< a damaged file may have one for each of a million nodes
-
 /// What a camera or light is refused for.
 struct Flaw {
   std::string what;
@@ -138,7 +136,7 @@ std::vector<GltfFixture> read_fixtures(const json& root) {
   return fixtures;
 }
 
-void FixturePlacer::visit(size_t node, const std::optional<Transform>& world) {
+void FixturePlacer::visit(size_t node, const std::optional<Transform>& world, bool hidden) {
   // Not equal_range(): of its range clang 14 and libstdc++ 12 make nothing that can be gone through.
   const auto first = std::ranges::lower_bound(fixtures_, node, {}, &GltfFixture::node);
   for (auto at = first; at != fixtures_.end() && at->node == node; ++at) {
@@ -150,7 +148,7 @@ void FixturePlacer::visit(size_t node, const std::optional<Transform>& world) {
     } else if (const auto* camera = std::get_if<Camera>(&fixture.what)) {
       scene_.cameras.push_back(*camera);
       scene_.cameras.back().transform = *world;
-    } else {
+    } else if (!hidden) {
       scene_.lights.push_back(std::get<Light>(fixture.what));
       scene_.lights.back().transform = *world;
     }

@@ -31,8 +31,9 @@ class FixturePlacer {
   FixturePlacer(const Input& input, std::span<const GltfFixture> fixtures, Scene& scene)
       : input_(input), fixtures_(fixtures), scene_(scene) {}
 
-  /// A node that is shown; `world` is none where it is placed beyond what float reaches.
-  void visit(size_t node, const std::optional<Transform>& world);
+  /// A node of the scene; `world` is none where it is placed beyond what float reaches. Lights that are
+  /// hidden are left out; cameras stay, as KHR_node_visibility has it.
+  void visit(size_t node, const std::optional<Transform>& world, bool hidden);
   /// To be called once, at the end: says how many notes were too many to be given.
   void report();
 

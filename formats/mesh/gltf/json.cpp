@@ -61,17 +61,18 @@ void check_version(const Input& input, const json& root) {
 
 bool is_decoded(std::string_view extension) {
   if (extension == "KHR_draco_mesh_compression" || extension == "KHR_mesh_quantization" ||
-      extension == "EXT_meshopt_compression")
+      extension == "EXT_meshopt_compression" || extension == "EXT_mesh_gpu_instancing" ||
+      extension == "KHR_node_visibility")
     return true;
-  // Of appearance only: whether they are decoded or not, the surface is the same.
+  // Of appearance, or coarser than what is there: whether they are decoded or not, the surface is the same.
   static constexpr std::array kAppearance{"KHR_materials_",   "KHR_texture_", "EXT_texture_",
                                           "MSFT_texture_dds", "KHR_lights_",  "EXT_lights_",
-                                          "KHR_animation_",   "KHR_xmp"};
+                                          "KHR_animation_",   "KHR_xmp",      "MSFT_lod"};
   return std::ranges::any_of(kAppearance,
                              [&](std::string_view prefix) { return extension.starts_with(prefix); });
 }
 
-void check_extensions(const Input& input, const json& root, GltfSource& source) {
+void check_extensions(const Input& input, const json& root) {
   if (const json* required = member(root, "extensionsRequired")) {
     for (const json& name : *required) {
       if (name.is_string() && !is_decoded(name.get<std::string>())) {
@@ -79,14 +80,6 @@ void check_extensions(const Input& input, const json& root, GltfSource& source) 
                    fmt::format("requires the glTF extension {}, which is not supported",
                                name.get<std::string>().substr(0, 100)));
       }
-    }
-  }
-  if (const json* used = member(root, "extensionsUsed")) {
-    if (std::ranges::find(*used, json("EXT_mesh_gpu_instancing")) != used->end()) {
-      source.notes.push_back(
-          {NoteKind::gpu_instances,
-           input.file.string() +
-               ": EXT_mesh_gpu_instancing is not supported; each of its nodes appears once"});
     }
   }
 }
@@ -178,10 +171,24 @@ void check_indices(const Input& input, const json& value, std::string_view name 
       value.is_number_unsigned() ? value.get<uint64_t>() <= INT32_MAX : value.get<int64_t>() >= INT32_MIN;
   if (!fits)
     input.fail(Status::malformed_mesh,
-               fmt::format("has {} as its {}, beyond 32 bits", value.dump(), name.substr(0, 40)));
+               fmt::format("has {} as its {}, beyond 32 bits", value.dump(),
+                           name == kIndicesAttribute ? "indices" : name.substr(0, 40)));
 }
 
-/// Keeps the geometry and the hierarchy. Draco primitives lose their index accessor, which has no data.
+/// Draco primitives lose their index accessor, which has no data.
+void move_indices(json& primitive) {
+  const json* extensions = member(primitive, "extensions");
+  if (extensions != nullptr && extensions->contains("KHR_draco_mesh_compression")) primitive.erase("indices");
+  const auto attributes = primitive.is_object() ? primitive.find("attributes") : primitive.end();
+  if (attributes == primitive.end() || !attributes->is_object()) return;
+  attributes->erase(kIndicesAttribute);
+  const auto indices = primitive.find("indices");
+  if (indices == primitive.end() || !indices->is_number_unsigned()) return;
+  (*attributes)[kIndicesAttribute] = *indices;
+  primitive.erase(indices);
+}
+
+/// Keeps the geometry and the hierarchy.
 json reduced(const json& root) {
   json kept = json::object();
   for (const char* name : {"asset", "scene", "scenes", "nodes", "meshes", "accessors", "bufferViews"}) {
@@ -190,11 +197,7 @@ json reduced(const json& root) {
   if (kept.contains("meshes")) {
     for (json& mesh : kept["meshes"]) {
       if (!mesh.is_object() || !mesh.contains("primitives")) continue;
-      for (json& primitive : mesh["primitives"]) {
-        const json* extensions = member(primitive, "extensions");
-        if (extensions != nullptr && extensions->contains("KHR_draco_mesh_compression"))
-          primitive.erase("indices");
-      }
+      for (json& primitive : mesh["primitives"]) move_indices(primitive);
     }
   }
   return kept;
@@ -253,8 +256,8 @@ GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external) {
   const GltfContainer container = open_container(input);
   const json root = parse(input, container.text);
   check_version(input, root);
+  check_extensions(input, root);
   GltfSource source;
-  check_extensions(input, root, source);
   if (const json* buffers = member(root, "buffers")) {
     BufferOpener opener(input, container, external, source);
     for (const json& buffer : *buffers) opener.open(buffer);
@@ -262,6 +265,7 @@ GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external) {
   source.fixtures = read_fixtures(root);
   source.skins = read_skins(root);
   source.animated = read_animated_nodes(root);
+  source.surfaces = read_surfaces(root);
   if (input.limits.colors) source.look = read_look(root);
   const json kept = reduced(root);
   check_indices(input, kept);

@@ -65,6 +65,27 @@ struct GltfLook {
 /// holds.
 GltfLook read_look(const nlohmann::json& root);
 
+/// What of a material decides whether it lets light through, and its name.
+struct GltfSurface {
+  enum class Alpha : uint8_t { opaque, mask, blend };
+
+  std::string name;
+  Alpha alpha = Alpha::opaque;
+  double cutoff = 0.5, factor = 1;
+  bool textured = false;   ///< its base colour has a picture, which may have alpha
+  bool transmits = false;  ///< KHR_materials_transmission
+
+  /// Whether it may, somewhere: `colors_have_alpha` is of the vertices.
+  bool lets_light_through(bool colors_have_alpha) const;
+};
+
+/// The name under which a primitive of GltfSource::json has its indices among its attributes: tinygltf
+/// refuses files with indices that have no buffer view, which are empty or sparse.
+inline constexpr const char* kIndicesAttribute = "_NIFKIT_INDICES";
+
+/// Of all materials of a document. What is malformed counts as not said. Throws nothing but bad_alloc.
+std::vector<GltfSurface> read_surfaces(const nlohmann::json& root);
+
 struct GltfSource {
   std::string json;  ///< reduced to what the geometry depends on
 
@@ -75,8 +96,9 @@ struct GltfSource {
   std::deque<std::string> owned;      ///< what the views point into, where it is not the file itself
   std::vector<GltfFixture> fixtures;  ///< cameras and lights, by node
   std::vector<GltfSkin> skins;
-  std::set<size_t> animated;  ///< nodes
-  GltfLook look;              ///< with ReadLimits::colors
+  std::set<size_t> animated;          ///< nodes
+  GltfLook look;                      ///< with ReadLimits::colors
+  std::vector<GltfSurface> surfaces;  ///< [material]
   std::vector<Note> notes;
 };
 

@@ -88,11 +88,12 @@ uint64_t describe(const Mesh& mesh, const DracoMesh& compressed, uint64_t begin,
   return begin + padded(compressed.bytes.size());
 }
 
-Json node_of(const std::string& name, const Transform& m) {
+Json node_of(const std::string& name, const Transform& m, const Double3& remainder = {}) {
   Json node = Json::object();
   if (!name.empty()) node["name"] = name;
-  if (m != kIdentity)
-    node["matrix"] = {m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0, m[3], m[7], m[11], 1};
+  const Double3 t = to_double(std::array{m[3], m[7], m[11]}) + remainder;
+  if (m != kIdentity || remainder != Double3{})
+    node["matrix"] = {m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0, t[0], t[1], t[2], 1};
   return node;
 }
 
@@ -108,7 +109,7 @@ std::string encode_json(const Scene& scene, const Compressed& compressed, uint64
   Json document{{"asset", {{"version", "2.0"}, {"generator", "nifkit"}}}, {"scene", 0}};
   Json nodes = Json::array();
   for (const Instance& instance : scene.instances) {
-    Json& node = nodes.emplace_back(node_of(instance.name, instance.transform));
+    Json& node = nodes.emplace_back(node_of(instance.name, instance.transform, instance.remainder));
     node["mesh"] = instance.mesh;
   }
   for (const Camera& camera : scene.cameras) {

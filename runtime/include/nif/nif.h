@@ -226,7 +226,7 @@ NIF_API void nifReleaseAsset(NifAsset asset);
 typedef struct NifAssetInfo {
   uint64_t struct_size;
   uint32_t object_count;   /* at least 1 */
-  uint32_t instance_count; /* placements of objects in the file; may be 0 */
+  uint32_t instance_count; /* placements of objects in the file; may be 0: see nifAddAsset */
   uint32_t network_count;  /* objects may share networks */
   uint32_t format_version;
   uint64_t file_bytes;
@@ -236,6 +236,8 @@ typedef struct NifAssetInfo {
   const char* metadata; /* JSON, UTF-8, [metadata_bytes], not 0-terminated; null if there is none */
   uint64_t metadata_bytes;
   uint64_t gpu_bytes; /* GPU memory for this asset; 0 until a scene with it is committed on a GPU */
+  uint32_t places_nothing; /* 1: the file states that it places no object; then instance_count is 0 */
+  uint32_t reserved;       /* 0 */
 } NifAssetInfo;
 
 /* Allocates nothing. */
@@ -294,7 +296,8 @@ typedef struct NifInstanceInfo {
   const char* name; /* UTF-8, 0-terminated, may be "" */
   uint32_t object;  /* 0 .. object_count - 1 */
   uint32_t reserved;
-  float transform[12]; /* object to asset space, laid out as in nifAddInstance */
+  float transform[12]; /* object to asset space, laid out as in nifAddInstance; rounded to floats, while
+                          nifAddAsset places instances far from the origin in double (docs/meshes.md) */
 } NifInstanceInfo;
 
 /* Describes one instance of the file: instance = 0 .. instance_count - 1. Allocates nothing. */
@@ -317,8 +320,8 @@ NIF_API void nifReleaseScene(NifScene scene);
 NIF_API NifError nifAddInstance(NifScene scene, NifAsset asset, uint32_t object, const float* transform,
                                 uint32_t* instance);
 
-/* Adds a whole asset: all instances in its file, or each object once if the file has no instances.
- * `transform` (as in nifAddInstance) is applied after each instance's own transform. `first` receives the
+/* Adds a whole asset: all instances in its file; each object once if the file has no instances; nothing if
+ * the file states that it places nothing (NifAssetInfo::places_nothing). `transform` (as in nifAddInstance) is applied after each instance's own transform. `first` receives the
  * number of the first new instance, and `count` how many there are; they are numbered in a row. Both may be
  * null. */
 NIF_API NifError nifAddAsset(NifScene scene, NifAsset asset, const float* transform, uint32_t* first,

@@ -34,7 +34,8 @@ constexpr uint64_t gpu_layout() {
   using kernels::TopNode;
   using kernels::WorldToObject;
   hash.structure<TopNode>({&TopNode::min, &TopNode::max, &TopNode::child, &TopNode::lanes, &TopNode::parent});
-  hash.structure<WorldToObject>({&WorldToObject::inverse, &WorldToObject::translation});
+  hash.structure<WorldToObject>(
+      {&WorldToObject::inverse, &WorldToObject::translation, &WorldToObject::remainder});
   hash.structure<PlacedInstance>(
       {&PlacedInstance::to_object, LayoutHash::part<uint32_t>() /* bit fields */, &PlacedInstance::place});
   hash.structure<NifQuery>({&NifQuery::struct_size,   &NifQuery::count,       &NifQuery::origin,

@@ -136,6 +136,7 @@ NifAssetInfo describe(const NifAssetObject& asset) {
   info.metadata = view.metadata.empty() ? nullptr : view.metadata.data();
   info.metadata_bytes = view.metadata.size();
   info.gpu_bytes = asset.gpu_bytes;
+  info.places_nothing = view.places_nothing;
   return info;
 }
 

@@ -9,31 +9,38 @@
 
 namespace nif::runtime {
 
-NIF_COMPUTES Instance make_instance(const Transform& to_world) {
+NIF_COMPUTES Instance make_instance(const Placement& placement) {
+  const Transform& to_world = placement.to_world;
   for (const float value : to_world)
     if (!std::isfinite(value)) refuse_argument("the transform is not finite");
   Instance instance{};
   bool well_conditioned;
-  if (!kernels::invert(to_world.data(), instance.to_object, well_conditioned))
+  if (!kernels::invert(to_world.data(), instance.to_object, well_conditioned, placement.remainder.data()))
     throw Failure(NIF_ERROR_SINGULAR_TRANSFORM, "the transform has no inverse: it flattens space");
-  instance.identity = to_world == kIdentity;
+  instance.identity = to_world == kIdentity && placement.remainder == Remainder{};
   instance.well_conditioned = well_conditioned;
   return instance;
 }
 
-NIF_COMPUTES Transform combine(const Transform& second, const Transform& first) {
-  Transform result;
+NIF_COMPUTES Placement combine(const Transform& second, const Placement& first) {
+  Placement result;
+  const bool remains = first.remainder != Remainder{};
   for (size_t row = 0; row < 3; ++row)
     for (size_t column = 0; column < 4; ++column) {
       double sum = column == 3 ? double(second[4 * row + 3]) : 0.0;
-      for (size_t k = 0; k < 3; ++k) sum += double(second[4 * row + k]) * double(first[4 * k + column]);
-      result[4 * row + column] = static_cast<float>(sum);
+      for (size_t k = 0; k < 3; ++k)
+        sum += double(second[4 * row + k]) *
+               (double(first.to_world[4 * k + column]) + (column == 3 ? double(first.remainder[k]) : 0.0));
+      const auto rounded = static_cast<float>(sum);
+      result.to_world[4 * row + column] = rounded;
+      if (remains && column == 3) result.remainder[row] = static_cast<float>(sum - double(rounded));
     }
   return result;
 }
 
-NIF_COMPUTES kernels::WorldBox world_box(const format::ObjectView& object, const Transform& to_world) {
-  return kernels::world_box(object_box(field_of(object)), to_world.data());
+NIF_COMPUTES kernels::WorldBox world_box(const format::ObjectView& object, const Placement& placement) {
+  return kernels::world_box(object_box(field_of(object)), placement.to_world.data(),
+                            placement.remainder.data());
 }
 
 kernels::WorldBox empty_box() {

@@ -26,14 +26,23 @@ struct PlacedObject {
 using Instance = kernels::PlacedInstance;
 inline constexpr uint32_t kMaxPlacedObjects = 1u << 30;
 
-/// All but object and place. Throws Failure where the transform is not finite or has no inverse.
-Instance make_instance(const Transform& to_world);
+/// What is added to a transform's translation, because floats are too coarse for that.
+using Remainder = std::array<float, 3>;
 
-/// first, then second; computed in double.
-Transform combine(const Transform& second, const Transform& first);
+/// A transform with a translation of up to 48 bits.
+struct Placement {
+  Transform to_world = kIdentity;
+  Remainder remainder{};
+};
+
+/// All but object and place. Throws Failure where the transform is not finite or has no inverse.
+Instance make_instance(const Placement& placement);
+
+/// first, then second; computed in double. It has a remainder only if `first` has one.
+Placement combine(const Transform& second, const Placement& first);
 
 /// The box of the box rule (kernels/reference/instance.hpp).
-kernels::WorldBox world_box(const format::ObjectView& object, const Transform& to_world);
+kernels::WorldBox world_box(const format::ObjectView& object, const Placement& placement);
 
 inline void grow(kernels::WorldBox& box, const kernels::WorldBox& other) {
   for (int a = 0; a < 3; ++a) {

@@ -102,7 +102,7 @@ void release(NifSceneObject* scene) {
 
 Added add_instance(NifSceneObject& scene, NifAssetObject* asset, uint32_t object, const float* transform) {
   const format::ObjectView& view = object_of(*asset, object);
-  const Transform to_world = read_transform(transform);
+  const Placement to_world{read_transform(transform), {}};
   const Instance instance = make_instance(to_world);
   const kernels::WorldBox box = world_box(view, to_world);
   append(scene, instance, prepare(scene, asset, 1) + object, box);
@@ -114,12 +114,13 @@ Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* trans
   const Transform outer = read_transform(transform);
   std::pmr::vector<Instance> added(scene.device->memory());
   std::pmr::vector<kernels::WorldBox> boxes(scene.device->memory());
-  const size_t count = view.instances.empty() ? view.objects.size() : view.instances.size();
+  const size_t count = view.placed_count();
   added.reserve(count);
   boxes.reserve(count);
   for (size_t i = 0; i < view.instances.size(); ++i) {
     const format::InstanceView& placed = view.instances[i];
-    const Transform whole = transform ? combine(outer, placed.transform) : placed.transform;
+    const Placement own{placed.transform, placed.remainder};
+    const Placement whole = transform ? combine(outer, own) : own;
     try {
       added.push_back(make_instance(whole));
     } catch (const Failure& failure) {
@@ -129,9 +130,9 @@ Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* trans
     boxes.push_back(world_box(view.objects[placed.object], whole));
   }
   if (view.instances.empty())
-    for (size_t i = 0; i < view.objects.size(); ++i) {
-      added.push_back(make_instance(outer));
-      boxes.push_back(world_box(view.objects[i], outer));
+    for (size_t i = 0; i < count; ++i) {
+      added.push_back(make_instance({outer, {}}));
+      boxes.push_back(world_box(view.objects[i], {outer, {}}));
     }
   const uint32_t first_object = prepare(scene, asset, count);
   const auto first = uint32_t(scene.instances.size());
@@ -145,7 +146,7 @@ void set_transform(NifSceneObject& scene, uint32_t instance, const float* transf
   if (instance >= scene.instances.size())
     refuse_argument("no instance " + std::to_string(instance) + "; the scene has " +
                     std::to_string(scene.instances.size()));
-  const Transform to_world = read_transform(transform);
+  const Placement to_world{read_transform(transform), {}};
   Instance& changed = scene.instances[instance];
   Instance moved = make_instance(to_world);
   moved.object = changed.object;

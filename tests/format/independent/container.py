@@ -6,7 +6,9 @@ import struct
 
 HEADER = 64
 ENTRY = 32
+MOST_FLOAT = (2 - 2.0**-23) * 2.0**127
 LIMIT_SECTIONS = 64
+PLACES_NOTHING = 1
 IDENTIFIER = b"\xabNIF 10\xbb\r\n\x1a\n"
 
 # Sections of each encoding are all present, or all absent.
@@ -18,7 +20,7 @@ ENCODINGS = {
     5: "PROF POCC PCEL".split(),
 }
 REQUIRED = {"OBJS", "INST", "NAME", *sum(ENCODINGS.values(), [])}
-OPTIONAL = set("PRIM PVAL SRCT SNUM COLR CVAL META".split())
+OPTIONAL = set("PRIM PVAL SRCT SNUM COLR CVAL TRAN META".split())
 ENCODING_NAMES = {1: "segment", 2: "spherical", 3: "bvh", 4: "exact", 5: "proof"}
 
 # Exit codes of the statuses with which files are refused (docs/format.md, "The order of the checks").
@@ -112,6 +114,9 @@ class File:
         self.objects = _objects(self.sections["OBJS"], names)
         self.instances = _instances(self.sections["INST"], names, len(self.objects))
         names.finish()
+        if "TRAN" in self.sections:
+            _check_translations(self.sections["TRAN"], self.instances)
+        require(not (data[36] & PLACES_NOTHING and self.instances), "INST", "not empty, though the file places nothing")
         encodings = {o.encoding for o in self.objects}
         for encoding, sections in ENCODINGS.items():
             for name in sections:
@@ -143,7 +148,9 @@ def _sections(data):
     require(crc32c(data[:32] + bytes(4) + data[36:HEADER]) == header_crc, "header", "checksum")
     if version != 2:
         raise Refused("header", f"version {version}", "unsupported_nif")
-    require(not any(data[36:HEADER]), "header", "reserved bytes are not zero")
+    flags = int.from_bytes(data[36:40], "little")
+    require(flags in (0, PLACES_NOTHING), "header", f"flags {flags}")
+    require(not any(data[40:HEADER]), "header", "reserved bytes are not zero")
     if len(data) < length:
         raise Refused("header", f"states {length} bytes, but there are {len(data)}", "file_truncated")
     require(len(data) == length, "header", f"states {length} bytes, but there are {len(data)}")
@@ -232,6 +239,23 @@ def _instances(section, names, objects):
         require(fields[15] == 0, place, "reserved bytes are not zero")
         instances.append(fields[:13])
     return instances
+
+
+def _check_translations(section, instances):
+    records = section.records("3d")
+    require(len(records) == len(instances), "TRAN", f"{len(records)} translations of {len(instances)} instances")
+    remainders = []
+    for number, (exact, fields) in enumerate(zip(records, instances)):
+        for value, rounded in zip(exact, fields[3:12:4]):
+            place = f"translation {number}"
+            require(abs(value) <= MOST_FLOAT and to_float(value) == rounded, place, "rounds to another float")
+            remainders.append(value - rounded)
+            require(to_float(remainders[-1]) == remainders[-1], place, "is no sum of two floats")
+    require(any(remainders), "TRAN", "floats hold all translations")
+
+
+def to_float(value):
+    return struct.unpack("<f", struct.pack("<f", value))[0]
 
 
 def _metadata(data):

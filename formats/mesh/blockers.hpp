@@ -1,0 +1,81 @@
+// The corners of a polygon that can lie in the way of an ear, and a tree that finds those in a triangle: long
+// thin triangles, as of combs, meet few of its boxes. Internal to formats/mesh.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/mesh/orientation.hpp"
+
+namespace nif::mesh::detail {
+
+class Blockers {
+ public:
+  void clear(size_t corners);
+
+  /// What `corner` is from now on.
+  void set(uint32_t corner, bool blocks);
+
+  /// Sorts all corners into a tree, if many block. To be called once.
+  void sort(std::span<const Point2> points);
+
+  /// Whether `blocks` says so of a corner in the closed triangle; it may be asked of others. Subtracts the
+  /// work from `budget`.
+  template <class Blocks>
+  bool any_in(const std::array<Point2, 3>& triangle, int64_t& budget, const Blocks& blocks) const;
+
+ private:
+  static constexpr size_t kLeaf = 8;
+  // A tree pays from about this many on; measured with tools/measure/polygon_speed.
+  static constexpr size_t kFewest = 96;
+  static constexpr uint32_t kNone = UINT32_MAX;
+
+  struct Box {
+    Point2 min, max;
+    uint32_t first = 0, last = 0;  // of its items
+    uint32_t live = 0;             // corners that still block
+    bool leaf = true;
+  };
+
+  void build(std::span<const Point2> points, size_t box, uint32_t first, uint32_t last);
+  /// Certain where true.
+  static bool apart(const Box& box, const std::array<Point2, 3>& triangle);
+
+  std::vector<uint32_t> list_;     // those that block, in no order
+  std::vector<uint32_t> place_;    // of a corner in list_, or kNone
+  std::vector<uint32_t> items_;    // of the tree: all corners
+  std::vector<uint32_t> leaf_of_;  // of a corner
+  std::vector<Box> boxes_;         // children of i are 2 i and 2 i + 1; the first is 1
+};
+
+template <class Blocks>
+bool Blockers::any_in(const std::array<Point2, 3>& triangle, int64_t& budget, const Blocks& blocks) const {
+  if (boxes_.empty()) {
+    budget -= int64_t(list_.size());
+    for (const uint32_t corner : list_)
+      if (blocks(corner)) return true;
+    return false;
+  }
+  std::array<uint32_t, 64> stack;
+  size_t depth = 0;
+  stack[depth++] = 1;
+  while (depth != 0) {
+    const uint32_t at = stack[--depth];
+    const Box& box = boxes_[at];
+    --budget;
+    if (box.live == 0 || apart(box, triangle)) continue;
+    if (!box.leaf) {
+      stack[depth++] = 2 * at;
+      stack[depth++] = 2 * at + 1;
+      continue;
+    }
+    budget -= box.last - box.first;
+    for (uint32_t i = box.first; i < box.last; ++i)
+      if (place_[items_[i]] != kNone && blocks(items_[i])) return true;
+  }
+  return false;
+}
+
+}  // namespace nif::mesh::detail

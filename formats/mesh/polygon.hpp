@@ -1,0 +1,110 @@
+// Cuts a polygon into triangles that cover it and nothing else. Internal to formats/mesh.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/mesh/blockers.hpp"
+#include "formats/mesh/orientation.hpp"
+#include "formats/mesh/scene.hpp"
+
+namespace nif::mesh::detail {
+
+/// Polygons of four corners and more, one after another. Corners may repeat, lie on lines or on each other,
+/// and an edge may be used twice, once each way, as the bridge to a hole.
+///
+/// A polygon is looked at along the axis that its normal (Newell's) points along most, where its coordinates
+/// stay the floats of the file, so that every sign is certain. One that is convex there stays the fan that it
+/// is. Of others ears are cut off. What is cut off adds up to the polygon, whatever the order: if no triangle
+/// faces backwards, no point lies in more of them than the outline winds around it. So none of them leaves a
+/// polygon whose outline does not cross itself.
+class PolygonCutter {
+ public:
+  /// What is worth a note.
+  struct Found {
+    bool crosses = false;  ///< no triangles were found that all face forwards: the outline crosses itself
+    bool bent = false;     ///< five corners or more that are far from flat
+  };
+
+  /// Most corners of a polygon that is not taken to cross itself: more would need much memory.
+  static constexpr size_t kMostCorners = 1 << 22;
+
+  /// `fan` has the triangles of a polygon, as a fan around its first corner, with valid indices; they are
+  /// replaced where it is not convex. Their geometry then depends on that of the polygon, not on which corner
+  /// comes first. Takes time in proportion to the corners, nearly: work is bounded. A polygon with a corner
+  /// that is not finite stays a fan.
+  Found cut(std::span<const Float3> positions, std::span<Triangle> fan);
+
+ private:
+  struct Corner {
+    uint32_t before = 0, after = 0;
+    uint32_t stamp = 0;  ///< changes with its neighbours
+    bool gone = false;
+  };
+  struct Waiting {
+    uint32_t corner, stamp;
+  };
+  /// A corner that may be cut off where none is an ear.
+  struct Least {
+    double area;
+    uint32_t corner, stamp;
+  };
+  static constexpr auto kSooner = [](const Least& a, const Least& b) {  // of a heap
+    return a.area != b.area ? a.area > b.area : a.corner > b.corner;
+  };
+  // Boxes and corners that are looked at. Polygons of 200 corners take about 60 a corner, spirals of a
+  // million 165 (tools/measure/polygon_speed). Afterwards: once it is clear that the outline crosses itself.
+  static constexpr int64_t kFirstWork = 10'000, kWorkPerCorner = 500, kWorkAfterwards = 100;
+  /// Which corners are ears.
+  enum class Rule : uint8_t {
+    clear,     ///< those whose third side touches nothing
+    touching,  ///< also those where it touches what lies on its other side
+    straight,  ///< also those on a straight line
+  };
+
+  struct Plane {
+    std::array<double, 3> normal{};
+    int axis = 2;
+    bool certain_axis = false, certain_sign = false;
+  };
+
+  Plane plane_of(std::span<const Float3> positions) const;
+  void project(std::span<const Float3> positions, int axis);
+  bool is_convex();
+  bool is_bent(std::span<const Float3> positions, const Plane& plane) const;
+  bool is_clockwise() const;
+  void start_at_least(std::span<const Float3> positions);
+  bool clip(std::span<Triangle> out);
+
+  double turn(uint32_t b) const;
+  bool is_straight(uint32_t b) const;
+  bool is_ear(uint32_t b);
+  bool blocks(uint32_t p, uint32_t a, uint32_t b, uint32_t c) const;
+  void look_at(uint32_t corner);
+  void remove(uint32_t b, double area);
+  void refill();
+  void forget_straight();
+  uint32_t least();
+
+  std::vector<uint32_t> vertices_;         // of the corners, in the order that they are looked at
+  std::vector<Point2> points_, distinct_;  // the corners in the plane
+  std::vector<Corner> corners_;
+  std::vector<uint32_t> spikes_;
+  std::vector<Waiting> queue_;
+  std::vector<Least> heap_;
+  Blockers blockers_;
+  size_t next_ = 0;   // in queue_
+  uint32_t any_ = 0;  // a corner that is left
+  size_t left_ = 0;
+  int64_t budget_ = 0, half_budget_ = 0;
+  double forwards_ = 0, backwards_ = 0;  // twice the areas of the triangles that face so
+  bool straight_block_ = true;           // corners on a straight line are among the blockers
+  Rule rule_ = Rule::clear;
+  bool has_heap_ = false;
+  std::span<Triangle> out_;
+  size_t written_ = 0;
+};
+
+}  // namespace nif::mesh::detail

@@ -1,0 +1,144 @@
+// What of a glTF blocks, as the program bakes it: files that place nothing, parts that are chosen by name,
+// and notes; nif validate warns about none of it, and whoever compares reads the file alike.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "formats/base/status.hpp"
+#include "tests/cli/program.hpp"
+#include "tests/support/gltf.hpp"
+#include "tests/support/shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using nlohmann::json;
+
+class Shown : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  std::string write(const std::string& name, const Gltf& gltf) const {
+    return folder_.write(name, gltf.glb()).string();
+  }
+  Outcome bake(const std::string& mesh, const std::string& asset, std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"bake", mesh, "-o", asset, "--encoding", "bvh", "--rays", "0"});
+    return nif(more);
+  }
+  /// A cube, of two nodes: one of them is scaled.
+  static Gltf two_nodes(const json& scale) {
+    Gltf gltf = gltf_of(cube());
+    gltf.json["materials"] = {{{"name", "glass"},
+                               {"alphaMode", "BLEND"},
+                               {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.1}}}}}};
+    gltf.json["nodes"] = {{{"mesh", 0}, {"name", "one"}, {"scale", scale}},
+                          {{"mesh", 0}, {"name", "two"}, {"translation", {5, 0, 0}}}};
+    gltf.json["scenes"] = {{{"nodes", {0, 1}}}};
+    gltf.json["scene"] = 0;
+    return gltf;
+  }
+  static json info(const std::string& asset) { return json::parse(nif({"info", asset, "--json"}).out); }
+  static void expect_clean(const std::string& asset) {
+    const Outcome outcome = nif({"validate", asset, "--json"});
+    EXPECT_EQ(outcome.code, 0);
+    for (const json& finding : json::parse(outcome.out)["findings"])
+      EXPECT_NE(finding["severity"], "warning") << finding;
+  }
+
+  const TempDir folder_;
+};
+
+TEST_F(Shown, AnAssetThatPlacesNothingWorksEverywhere) {
+  Gltf gltf = two_nodes({0, 0, 0});
+  gltf.json["scenes"][0]["nodes"] = {0};
+  const std::string mesh = write("none.glb", gltf), asset = path("none.nif");
+  const Outcome baked = bake(mesh, asset);
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  EXPECT_NE(baked.err.find("leaves no area"), std::string::npos) << baked.err;
+  EXPECT_EQ(info(asset)["places_nothing"], true);
+  EXPECT_EQ(info(asset)["objects"].size(), 1u);
+  EXPECT_EQ(info(asset)["instances"].size(), 0u);
+  EXPECT_NE(nif({"info", asset}).out.find("1 object, places nothing"), std::string::npos);
+  expect_clean(asset);
+  const Outcome eval = nif({"eval", asset, "--mesh", mesh, "--rays", "1000", "--json"});
+  EXPECT_EQ(eval.code, 0) << eval.err;
+  const Outcome bench = nif({"bench", mesh, "--asset", asset});
+  EXPECT_EQ(bench.code, int(Status::malformed_scene));
+  EXPECT_NE(bench.err.find("places nothing"), std::string::npos) << bench.err;
+  const Outcome attach = nif({"attach", mesh, asset, "-o", path("both.glb")});
+  EXPECT_EQ(attach.code, int(Status::usage));
+  EXPECT_NE(attach.err.find("places nothing"), std::string::npos) << attach.err;
+  const Outcome convert = nif({"mesh", "convert", mesh, "-o", path("none.obj")});
+  EXPECT_EQ(convert.code, int(Status::no_triangles));
+  EXPECT_NE(convert.err.find("places nothing"), std::string::npos) << convert.err;
+  const Outcome strict = bake(mesh, path("strict.nif"), {"--strict"});
+  EXPECT_EQ(strict.code, int(Status::needs_repair)) << strict.err;
+}
+
+TEST_F(Shown, WhatIsFlattenedIsBakedBesideTheRest) {
+  const std::string mesh = write("flat.glb", two_nodes({1, 1, 0})), asset = path("flat.nif");
+  ASSERT_EQ(bake(mesh, asset).code, 0);
+  const json described = info(asset);
+  EXPECT_EQ(described["places_nothing"], false);
+  ASSERT_EQ(described["instances"].size(), 2u);
+  ASSERT_EQ(described["objects"].size(), 2u);
+  EXPECT_EQ(described["metadata"]["hierarchy"]["instances"], json({0, 1}));
+  expect_clean(asset);
+  const Outcome eval = nif({"eval", asset, "--mesh", mesh, "--rays", "1000"});
+  EXPECT_EQ(eval.code, 0) << eval.err;
+}
+
+TEST_F(Shown, WhatIsChosenIsRecordedAndReadAlike) {
+  const std::string mesh = write("two.glb", two_nodes({2, 1, 1})), asset = path("two.nif");
+  const Outcome baked = bake(mesh, asset, {"--only", "t*", "--only", "on[!e]", "--except", "nobody"});
+  EXPECT_EQ(baked.code, int(Status::usage));
+  EXPECT_NE(baked.err.find("matches 'on[!e]'"), std::string::npos) << baked.err;
+  ASSERT_EQ(bake(mesh, asset, {"--only", "t*"}).code, 0);
+  EXPECT_EQ(info(asset)["instances"].size(), 1u);
+  EXPECT_EQ(info(asset)["instances"][0]["name"], "two");
+  EXPECT_EQ(info(asset)["metadata"]["choice"], json({{"only", {"t*"}}}));
+  expect_clean(asset);
+  EXPECT_EQ(nif({"eval", asset, "--mesh", mesh, "--rays", "1000"}).code, 0);
+  EXPECT_EQ(nif({"attach", mesh, asset, "-o", path("both.glb")}).code, 0);
+  EXPECT_EQ(nif({"render", path("both.glb"), "-o", path("pictures"), "--help"}).code, 0);
+
+  // The same for a manifest, which is up to date then, and for a conversion.
+  const std::string manifest =
+      folder_
+          .write("m.toml",
+                 "[[asset]]\nmesh = \"two.glb\"\nencoding = \"bvh\"\nrays = 0\nexcept = [\"one\"]\n")
+          .string();
+  EXPECT_EQ(nif({"bake", "--manifest", manifest}).code, 0);
+  const Outcome mixed = nif({"bake", "--manifest", manifest, "--only", "one"});
+  EXPECT_EQ(mixed.code, int(Status::usage));
+  EXPECT_NE(mixed.err.find("--outputs FILE"), std::string::npos) << mixed.err;
+  EXPECT_EQ(nif({"mesh", "convert", mesh, "-o", path("one.glb"), "--except", "two", "--quiet"}).code, 0);
+  EXPECT_EQ(json::parse(nif({"mesh", "info", path("one.glb"), "--json"}).out)["meshes"].size(), 1u);
+  const std::string scene =
+      folder_.write("s.toml", "[[object]]\nmesh = \"two.glb\"\n[[light]]\ntype = \"sky\"\n").string();
+  EXPECT_EQ(nif({"mesh", "convert", scene, "-o", path("s.glb"), "--only", "two"}).code, int(Status::usage));
+}
+
+TEST_F(Shown, StrictRefusesWhatLetsLightThrough) {
+  Gltf gltf = two_nodes({1, 1, 1});
+  gltf.json["meshes"][0]["primitives"][0]["material"] = 0;
+  const std::string mesh = write("glass.glb", gltf);
+  const Outcome baked = bake(mesh, path("glass.nif"));
+  EXPECT_EQ(baked.code, 0);
+  EXPECT_NE(baked.err.find("'glass'"), std::string::npos) << baked.err;
+  EXPECT_EQ(bake(mesh, path("strict.nif"), {"--strict"}).code, int(Status::needs_repair));
+}
+
+TEST_F(Shown, SeveralInstancesOfANodeAreAttachedAsOne) {
+  Gltf gltf = two_nodes({1, 1, 1});
+  const int places = gltf.positions({{0, 0, 0}, {5, 0, 0}, {0, 7, 0}});
+  gltf.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
+  const std::string mesh = write("many.glb", gltf), asset = path("many.nif");
+  ASSERT_EQ(bake(mesh, asset).code, 0);
+  EXPECT_EQ(info(asset)["instances"].size(), 4u);
+  expect_clean(asset);
+  const Outcome attached = nif({"attach", mesh, asset, "-o", path("both.glb"), "--json"});
+  ASSERT_EQ(attached.code, 0) << attached.err;
+}
+
+}  // namespace
+}  // namespace nif::test
