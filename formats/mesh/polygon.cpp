@@ -8,18 +8,12 @@
 #include <cmath>
 #include <utility>
 
+#include "formats/base/vector.hpp"
+
 namespace nif::mesh::detail {
 namespace {
 
-using Double3 = std::array<double, 3>;
-
-Double3 from_to(const Float3& a, const Float3& b) {
-  return {double(b[0]) - double(a[0]), double(b[1]) - double(a[1]), double(b[2]) - double(a[2])};
-}
-
-Double3 cross(const Double3& u, const Double3& v) {
-  return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-}
+Double3 from_to(const Float3& a, const Float3& b) { return to_double(b) - to_double(a); }
 
 int longest(const Double3& v) {
   const double x = std::abs(v[0]), y = std::abs(v[1]), z = std::abs(v[2]);

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/base/vector.hpp"
 #include "formats/mesh/blockers.hpp"
 #include "formats/mesh/orientation.hpp"
 #include "formats/mesh/scene.hpp"
@@ -65,7 +66,7 @@ class PolygonCutter {
   };
 
   struct Plane {
-    std::array<double, 3> normal{};
+    Double3 normal{};
     int axis = 2;
     bool certain_axis = false, certain_sign = false;
   };

@@ -155,7 +155,7 @@ class TextReader {
         if (!parse_float(word, corner[a])) fail(word, "a number");
         if (input_.exact) parse_double(word, exact[a]);
       }
-      if (input_.exact) meshes_.back().exact.push_back(exact);
+      if (input_.exact && taken_) meshes_.back().exact.push_back(exact);
     }
     expect_end("endloop");
     expect_end("endfacet");

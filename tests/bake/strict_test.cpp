@@ -32,18 +32,38 @@ mesh::Scene changed(const std::function<void(Gltf&)>& change) {
 }
 json& first_primitive(Gltf& gltf) { return gltf.json["meshes"][0]["primitives"][0]; }
 
-/// A triangle under two joints, the second of them moved out of the bind pose by so much.
-mesh::Scene skinned(float moved) {
-  Gltf gltf;
-  const int shape = gltf.mesh(gltf.positions({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), gltf.indices({0, 1, 2}));
-  std::vector<float> identities;
+/// A cube whose upper half a second joint moves by so much out of the bind pose.
+Gltf skinned(float moved) {
+  Gltf gltf = gltf_of(cube());
+  std::vector<uint8_t> joints;
+  std::vector<float> weights, identities;
+  for (const mesh::Float3& p : cube().positions) {
+    joints.insert(joints.end(), {0, 1, 0, 0});
+    weights.insert(weights.end(), {p[2] > 0 ? 0.0f : 1.0f, p[2] > 0 ? 1.0f : 0.0f, 0, 0});
+  }
   for (int i = 0; i < 2; ++i)
     identities.insert(identities.end(), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
-  gltf.json["skins"] = {
-      {{"joints", {1, 2}}, {"inverseBindMatrices", gltf.accessor(raw(identities), 5126, "MAT4", 2)}}};
-  gltf.scene({gltf.node({{"mesh", shape}, {"skin", 0}}), gltf.node(json::object()),
-              gltf.node({{"translation", {moved, 0, 0}}})});
-  return mesh::read("a.glb", gltf.glb());
+  const size_t count = cube().positions.size();
+  const int places = gltf.accessor(raw(joints), 5121, "VEC4", count),
+            shares = gltf.accessor(raw(weights), 5126, "VEC4", count),
+            inverses = gltf.accessor(raw(identities), 5126, "MAT4", 2);
+  json& attributes = first_primitive(gltf)["attributes"];
+  attributes["JOINTS_0"] = places;
+  attributes["WEIGHTS_0"] = shares;
+  gltf.json["nodes"] = {{{"mesh", 0}, {"skin", 0}}, json::object(), {{"translation", {moved, 0, 0}}}};
+  gltf.json["scenes"] = {{{"nodes", {0, 1, 2}}}};
+  gltf.json["skins"] = {{{"joints", {1, 2}}, {"inverseBindMatrices", inverses}}};
+  return gltf;
+}
+mesh::Scene read(const Gltf& gltf) { return mesh::read("a.glb", gltf.glb()); }
+
+/// A cube placed by two nodes, the second of them with more members.
+mesh::Scene twice(const json& members) {
+  Gltf gltf = gltf_of(cube());
+  gltf.json["nodes"] = {{{"mesh", 0}}, {{"mesh", 0}}};
+  gltf.json["nodes"][1].update(members);
+  gltf.json["scenes"] = {{{"nodes", {0, 1}}}};
+  return read(gltf);
 }
 
 mesh::Scene with_morphs(bool draco_data) {
@@ -65,7 +85,21 @@ std::map<NoteKind, mesh::Scene> examples() {
   std::map<NoteKind, mesh::Scene> all;
   all[NoteKind::short_faces] = mesh::read("a.obj", kTriangle + "f 1 2\n");
   all[NoteKind::curves] = mesh::read("a.obj", kTriangle + "l 1 2\n");
-  all[NoteKind::bytes_after_end] = mesh::read("a.stl", stl_binary(cube()) + stl_binary(cube()));
+  mesh::ReadLimits dropping;
+  dropping.drop_non_finite = true;
+  all[NoteKind::non_finite_faces] = mesh::read("a.obj", kTriangle + "v nan 0 0\nf 1 2 4\n", dropping);
+  all[NoteKind::rounding] = mesh::read(
+      "a.obj", "v 5000000.20000001 0 0\nv 5000000.20000002 0 0\nv 5000000.20000001 1.1e-8 0\nf 1 2 3\n");
+  all[NoteKind::crossing_polygons] =
+      mesh::read("a.obj", kTriangle + "v 4 0 0\nv 6 2 0\nv 6 0 0\nv 4 2 0\nf 4 5 6 7\n");
+  all[NoteKind::bent_polygons] =
+      mesh::read("a.obj", "v 0 0 0\nv 2 0 1\nv 3 2 0\nv 1 3 1\nv -1 2 -1\nf 1 2 3 4 5\n");
+  all[NoteKind::bytes_after_end] = mesh::read("a.stl", stl_binary(cube()) + std::string(70, 'x'));
+  all[NoteKind::counted_by_length] = mesh::read("a.stl", [] {
+    std::string bytes = stl_binary(cube());
+    bytes[80] = 0;
+    return bytes;
+  }());
   all[NoteKind::points_and_lines] = changed([](Gltf& gltf) {
     json points = first_primitive(gltf);
     points["mode"] = 0;
@@ -81,12 +115,35 @@ std::map<NoteKind, mesh::Scene> examples() {
     first_primitive(gltf)["attributes"]["COLOR_0"] = colors;
   });
   all[NoteKind::draco_morphs] = with_morphs(true);
-  all[NoteKind::posed_skin] = skinned(1);
+  Gltf lost_joints = skinned(1);
+  lost_joints.json["skins"][0]["joints"] = {99};
+  all[NoteKind::posed_skin] = read(lost_joints);
+  all[NoteKind::pose] = read(skinned(1));
   all[NoteKind::hidden_mesh] = changed([](Gltf& gltf) {
     gltf.mesh(gltf.positions({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), -1, "unused");
   });
-  all[NoteKind::gpu_instances] =
-      changed([](Gltf& gltf) { gltf.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"}; });
+  Gltf many = skinned(0);
+  const int places = many.positions({{0, 0, 0}, {3, 0, 0}});
+  many.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"] = {
+      {"attributes", {{"TRANSLATION", places}}}};
+  many.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+  all[NoteKind::gpu_instances] = read(many);
+  std::erase_if(all[NoteKind::gpu_instances].notes,
+                [](const mesh::Note& note) { return note.kind == NoteKind::bind_pose; });
+  all[NoteKind::flattened] = twice({{"scale", {0, 0, 0}}});
+  all[NoteKind::hidden] = twice({{"extensions", {{"KHR_node_visibility", {{"visible", false}}}}}});
+  all[NoteKind::helpers] = twice({{"name", "UCX_wall"}});
+  all[NoteKind::empty_primitives] = changed([](Gltf& gltf) {
+    json more = first_primitive(gltf);
+    more["indices"] = gltf.json["accessors"].size();
+    gltf.json["accessors"].push_back({{"componentType", 5123}, {"type", "SCALAR"}, {"count", 0}});
+    gltf.json["meshes"][0]["primitives"].push_back(more);
+  });
+  all[NoteKind::see_through] = changed([](Gltf& gltf) {
+    first_primitive(gltf)["material"] = 0;
+    gltf.json["materials"] = {
+        {{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.5}}}}}};
+  });
   all[NoteKind::pictures] = changed([](Gltf& gltf) {
     const int places =
         gltf.accessor(std::string(8 * cube().positions.size(), '\0'), 5126, "VEC2", cube().positions.size());
@@ -102,7 +159,7 @@ std::map<NoteKind, mesh::Scene> examples() {
   // OpenVDB's reader runs in another process, and a bake does not accept volumes.
   all[NoteKind::volumes] = mesh::read("a.obj", kTriangle);
   all[NoteKind::volumes].notes.push_back({NoteKind::volumes, "a.vdb: a grid was left out"});
-  all[NoteKind::bind_pose] = skinned(0);
+  all[NoteKind::bind_pose] = read(skinned(0));
   all[NoteKind::morphs] = with_morphs(false);
   return all;
 }
