@@ -85,11 +85,9 @@ std::string clean_name(std::string_view name) {
   return out;
 }
 
-void check_triangle_limit(const Input& input, uint64_t count) {
-  if (count > input.limits.max_triangles) {
-    input.fail(Status::too_large,
-               fmt::format("has more than the limit of {} triangles", input.limits.max_triangles));
-  }
+void fail_triangle_limit(const Input& input) {
+  input.fail(Status::too_large,
+             fmt::format("has more than the limit of {} triangles", input.limits.max_triangles));
 }
 
 Scene scene_of(std::vector<Mesh> meshes, Scene scene) {

@@ -47,13 +47,13 @@ class Tally {
 
 }  // namespace
 
-void FaceSink::polygon(std::span<const uint32_t> corners) {
+void FaceSink::fan(std::span<const uint32_t> corners) {
   if (corners.size() < 3) {
     ++skipped_;
     return;
   }
   check_triangle_limit(input_, mesh_.triangles.size() + corners.size() - 2);
-  if (corners.size() > 3) remember(corners.size());
+  remember(corners.size());
   for (size_t i = 2; i < corners.size(); ++i)
     mesh_.triangles.push_back({corners[0], corners[i - 1], corners[i]});
 }

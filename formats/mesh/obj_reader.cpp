@@ -31,7 +31,7 @@ class ObjReader {
   Scene read() {
     objects_.push_back({input_.stem, 0});
     while (!text_.at_end()) {
-      line_ = text_.line();
+      line_start_ = text_;
       read_line(next_line());
     }
     chooser_.require_used("object, group or material");
@@ -133,8 +133,8 @@ class ObjReader {
       const int64_t vertex = index > 0 ? index - 1 : known + index;
       if (index == 0 || index < -known || vertex >= std::numeric_limits<uint32_t>::max()) {
         input_.fail(Status::index_out_of_range,
-                    fmt::format("the face in line {} uses vertex {}, but only {} vertices precede it", line_,
-                                index, known));
+                    fmt::format("the face in line {} uses vertex {}, but only {} vertices precede it",
+                                line_start_.line(), index, known));
       }
       corners_.push_back(static_cast<uint32_t>(vertex));
     }
@@ -212,15 +212,15 @@ class ObjReader {
 
   [[noreturn]] void fail_word(const char* what, std::string_view word, const char* wanted) const {
     const std::string found = word.empty() ? "ends" : fmt::format("has '{}'", word.substr(0, 40));
-    input_.fail(Status::malformed_mesh,
-                fmt::format("the {} in line {} {} where {} is expected", what, line_, found, wanted));
+    input_.fail(Status::malformed_mesh, fmt::format("the {} in line {} {} where {} is expected", what,
+                                                    line_start_.line(), found, wanted));
   }
 
   static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 
   const Input& input_;
   TextCursor text_;
-  uint64_t line_ = 0;
+  TextCursor line_start_{std::string_view()};
   std::string joined_;
   Mesh all_;  // every object's triangles, over the one index space that the file has
   FaceSink faces_;

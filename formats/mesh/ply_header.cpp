@@ -127,26 +127,25 @@ void parse_property(TextCursor& words, const HeaderLines& lines, PlyHeader& head
   const auto known = type_named(type);
   const std::string_view name = words.word();
   if (!known || name.empty()) lines.fail("gives a property without a known type and a name");
-  property.name = name;
   property.type = *known;
   property.role = role_of(element, property, name);
   if (property.role == PlyProperty::Role::corners && !is_integer(property.type)) {
     lines.fail("gives vertex indices that are not integers");
   }
-  element.has_list |= property.is_list;
+  if (property.is_list) element.lists.emplace_back(name);
   element.properties.push_back(property);
 }
 
 /// Refuses a header without corners of faces, with what it has instead.
 void check_corners(const Input& input, const PlyHeader& header) {
   std::vector<std::string> lists;
-  for (const PlyElement& element : header.elements)
-    for (const PlyProperty& p : element.properties) {
-      if (p.role == PlyProperty::Role::corners) return;
-      if (p.is_list && lists.size() < kMostNotes)
-        lists.push_back(fmt::format("'{}' in '{}'", clean_name(p.name.substr(0, 40)),
+  for (const PlyElement& element : header.elements) {
+    if (std::ranges::count(element.properties, PlyProperty::Role::corners, &PlyProperty::role) != 0) return;
+    for (const std::string& list : element.lists)
+      if (lists.size() < kMostNotes)
+        lists.push_back(fmt::format("'{}' in '{}'", clean_name(list.substr(0, 40)),
                                     clean_name(element.name.substr(0, 40))));
-    }
+  }
   input.fail(
       Status::no_triangles,
       fmt::format(

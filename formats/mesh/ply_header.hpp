@@ -16,7 +16,6 @@ uint32_t ply_size(PlyType type);
 struct PlyProperty {
   enum class Role : uint8_t { skip, x, y, z, red, green, blue, corners };
   Role role = Role::skip;
-  std::string name;
   PlyType type = PlyType::f32;
   bool is_list = false;
   PlyType count_type = PlyType::u8;  ///< of a list
@@ -28,8 +27,8 @@ struct PlyElement {
   std::string name;
   uint64_t count = 0;
   std::vector<PlyProperty> properties;
-  bool has_list = false;
-  uint64_t min_bytes = 0;  ///< of one element: exact in binary files without lists
+  std::vector<std::string> lists;  ///< names of those that are lists
+  uint64_t min_bytes = 0;          ///< of one element: exact in binary files without lists
 };
 
 struct PlyHeader {

@@ -43,6 +43,14 @@ void check(const Input& input, Scene& scene);
 /// Names come from files in any encoding and go into JSON and onto terminals: without control characters.
 std::string clean_name(std::string_view name);
 
+/// Throws too_large.
+[[noreturn]] void fail_triangle_limit(const Input& input);
+
+/// Throws too_large where so many triangles exceed the limit.
+inline void check_triangle_limit(const Input& input, uint64_t count) {
+  if (count > input.limits.max_triangles) fail_triangle_limit(input);
+}
+
 /// Adds the faces of a file to a mesh as triangles, within the limits.
 class FaceSink {
  public:
@@ -50,7 +58,11 @@ class FaceSink {
 
   /// A polygon becomes a fan around its first corner, which covers a convex one. Its corners may be vertices
   /// that come later.
-  void polygon(std::span<const uint32_t> corners);
+  void polygon(std::span<const uint32_t> corners) {
+    if (corners.size() != 3) return fan(corners);
+    check_triangle_limit(input_, mesh_.triangles.size() + 1);
+    mesh_.triangles.push_back({corners[0], corners[1], corners[2]});
+  }
 
   /// Once all positions are known: cuts polygons that are not convex into triangles that cover them, in
   /// place. Adds notes to the scene of faces that were left out or are not what a polygon is. `name_of` has
@@ -63,6 +75,7 @@ class FaceSink {
     uint64_t first_triangle;
     uint32_t corners, count;
   };
+  void fan(std::span<const uint32_t> corners);
   void remember(size_t corners);
 
   const Input& input_;
@@ -70,8 +83,5 @@ class FaceSink {
   uint64_t skipped_ = 0;
   std::vector<Run> runs_;  // those of four corners and more
 };
-
-/// Throws too_large where `count` more triangles exceed the limit.
-void check_triangle_limit(const Input& input, uint64_t count);
 
 }  // namespace nif::mesh::detail

@@ -1,23 +1,56 @@
 // Numbers and lines of text formats. std::from_chars is correctly rounded and knows no locale.
 #include "formats/mesh/text_cursor.hpp"
 
+#include <bit>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace nif::mesh::detail {
 
+namespace {
+
+bool is_line_end(char c) { return c == '\n' || c == '\r'; }
+
+/// The first LF or CR. Takes eight characters at once: most lines have some twenty.
+const char* line_end(const char* at, const char* end) {
+  constexpr uint64_t kOnes = 0x0101010101010101;
+  static_assert(std::endian::native == std::endian::little);
+  while (end - at >= 8) {
+    uint64_t eight;
+    std::memcpy(&eight, at, sizeof eight);
+    // The lowest bit that is set marks the first character up to '\r'.
+    const uint64_t low = (eight - kOnes * ('\r' + 1)) & ~eight & (kOnes * 0x80);
+    if (low == 0) {
+      at += 8;
+      continue;
+    }
+    at += std::countr_zero(low) / 8;
+    if (is_line_end(*at)) return at;
+    ++at;
+  }
+  while (at != end && !is_line_end(*at)) ++at;
+  return at;
+}
+
+}  // namespace
+
 std::string_view TextCursor::rest_of_line() {
   while (at_ != end_ && !is_line_end(*at_) && is_space(*at_)) ++at_;
   const char* begin = at_;
-  while (at_ != end_ && !is_line_end(*at_)) ++at_;
+  at_ = line_end(at_, end_);
   const char* last = at_;
   while (last != begin && is_space(last[-1])) --last;
-  if (at_ != end_) {
-    at_ += ends_line_here() ? 1 : 2;
-    ++line_;
-  }
+  if (at_ != end_ && *at_++ == '\r' && at_ != end_ && *at_ == '\n') ++at_;
   return {begin, static_cast<size_t>(last - begin)};
+}
+
+uint64_t TextCursor::line() const {
+  uint64_t line = 1;
+  for (const char* at = begin_; at != at_; ++at)
+    line += *at == '\n' || (*at == '\r' && (at + 1 == end_ || at[1] != '\n'));
+  return line;
 }
 
 namespace {

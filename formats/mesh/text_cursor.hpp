@@ -9,12 +9,12 @@ namespace nif::mesh::detail {
 
 class TextCursor {
  public:
-  explicit TextCursor(std::string_view text) : at_(text.data()), end_(text.data() + text.size()) {}
+  explicit TextCursor(std::string_view text)
+      : begin_(text.data()), at_(text.data()), end_(text.data() + text.size()) {}
 
   /// The next word, on this or a later line; empty at the end of the text.
   std::string_view word() {
-    for (; at_ != end_ && is_space(*at_); ++at_)
-      if (*at_ != ' ') line_ += ends_line_here();
+    while (at_ != end_ && is_space(*at_)) ++at_;
     return take();
   }
 
@@ -28,15 +28,11 @@ class TextCursor {
   }
 
   bool at_end() const { return at_ == end_; }
-  uint64_t line() const { return line_; }
+  /// The number of the line, from 1 on. Counts from the start of the text: for messages.
+  uint64_t line() const;
   uint64_t bytes_left() const { return static_cast<uint64_t>(end_ - at_); }
 
  private:
-  /// Whether the last character of a line's end is here.
-  bool ends_line_here() const {
-    return *at_ == '\n' || (*at_ == '\r' && (at_ + 1 == end_ || at_[1] != '\n'));
-  }
-  static bool is_line_end(char c) { return c == '\n' || c == '\r'; }
   static bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
   std::string_view take() {
     const char* begin = at_;
@@ -44,9 +40,9 @@ class TextCursor {
     return {begin, static_cast<size_t>(at_ - begin)};
   }
 
+  const char* begin_;
   const char* at_;
   const char* end_;
-  uint64_t line_ = 1;
 };
 
 /// Reads a whole word as a number, rounded to the nearest float. NaN and infinities are numbers too, in the

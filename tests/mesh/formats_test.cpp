@@ -316,7 +316,7 @@ TEST(Stl, EndsMayBeTwoWords) {
 
 TEST(Stl, TheLengthCountsWhereTheHeaderDoesNot) {
   const Mesh mesh = cube();
-  for (const uint8_t count : {0, 7}) {
+  for (const int count : {0, 7}) {
     std::string bytes = stl_binary(mesh);
     bytes[80] = char(count);
     const Scene scene = mesh::read("a.stl", bytes);
