@@ -2,11 +2,11 @@
 // that has an area opens the surface, and keeping one without an area divides by zero later.
 #pragma once
 
-#include "formats/mesh/scene.hpp"
+#include <array>
 
-namespace nif::mesh {
+namespace nif {
 
 /// Finite points only.
-bool collinear(const Float3& a, const Float3& b, const Float3& c);
+bool collinear(const std::array<float, 3>& a, const std::array<float, 3>& b, const std::array<float, 3>& c);
 
-}  // namespace nif::mesh
+}  // namespace nif

@@ -2,12 +2,15 @@
 // plane that is the vanishing of a determinant of six products of two floats. Each product is exact in double
 // (48 of 53 bits; the exponents fit by far), so only their sum needs care; it is kept as Shewchuk's expansion
 // ("Adaptive Precision Floating-Point Arithmetic", 1997), a sum of doubles that do not overlap.
-#include "formats/mesh/collinear.hpp"
+#include "formats/base/collinear.hpp"
 
 #include <cmath>
+#include <cstddef>
 
-namespace nif::mesh {
+namespace nif {
 namespace {
+
+using Float3 = std::array<float, 3>;
 
 bool sum_vanishes(const std::array<double, 6>& terms) {
   std::array<double, 6> parts{};
@@ -43,4 +46,4 @@ bool collinear(const Float3& a, const Float3& b, const Float3& c) {
          collinear_in_plane(a, b, c, 2, 0);
 }
 
-}  // namespace nif::mesh
+}  // namespace nif
