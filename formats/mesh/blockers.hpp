@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/mesh/orientation.hpp"
+#include "formats/base/orientation.hpp"
 
 namespace nif::mesh::detail {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "formats/mesh/collinear.hpp"
+#include "formats/base/collinear.hpp"
 
 namespace nif::mesh {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "formats/base/vector.hpp"
 #include "formats/mesh/blockers.hpp"
-#include "formats/mesh/orientation.hpp"
+#include "formats/base/orientation.hpp"
 #include "formats/mesh/scene.hpp"
 
 namespace nif::mesh::detail {

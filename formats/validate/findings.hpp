@@ -20,31 +20,31 @@ enum class Severity : uint8_t {
 };
 
 /// ADVICE(number, name, severity, what is so: a clause without an end). 8xx the metadata, 9xx the model.
-#define NIF_ADVICE(ADVICE)                                                                                 \
-  ADVICE(801, metadata_not_json, error,                                                                    \
-         "is no JSON object, is nested deeper than 128, or has two members of one name")                   \
-  ADVICE(802, metadata_missing, note, "there is no metadata: nothing says how it was baked")               \
-  ADVICE(803, metadata_key_missing, warning, "a member is missing")                                        \
-  ADVICE(804, metadata_value, warning, "a member is not of the type or in the range that it should be")    \
-  ADVICE(805, metadata_other_object, warning, "does not describe the objects of the file")                 \
-  ADVICE(806, metadata_hierarchy, warning, "the hierarchy does not describe the instances of the file")    \
-  ADVICE(807, metadata_merge, warning, "the merged objects are not instances of the file")                 \
-  ADVICE(808, metadata_certain_wrong, warning, "states that certain answers were wrong")                   \
-  ADVICE(901, transform_singular, warning,                                                                 \
-         "its transform has no inverse in single precision, so it cannot be placed")                       \
-  ADVICE(902, transform_skewed, note, "its transform is so skewed that none of its answers is certain")    \
-  ADVICE(903, grid_too_small, warning, "the bounds come closer to the border of the grid than 1/32 voxel") \
-  ADVICE(904, corner_without_features, warning, "a corner of a surface voxel has no features")             \
-  ADVICE(905, features_unused, note, "a corner that no surface voxel touches has features")                \
-  ADVICE(906, tree_out_of_bounds, warning, "its triangles reach out of the bounds")                        \
-  ADVICE(907, other_writer, note, "nifkit would write the same content as other bytes")                    \
-  ADVICE(908, object_not_placed, note, "no instance places it")                                            \
-  ADVICE(909, same_name, note, "has the name of one before it")                                            \
-  ADVICE(910, network_unused, warning, "no object uses it")                                                \
-  ADVICE(911, network_constant, warning, "gives every ray the same answer")                                \
-  ADVICE(912, bias_large, warning, "the bias is more than a tenth of the diagonal of the bounds")          \
-  ADVICE(913, triangle_count, warning, "holds more triangles than its record says of the mesh")            \
-  ADVICE(914, section_skipped, note, "optional, and newer than this build: not looked at")                 \
+#define NIF_ADVICE(ADVICE)                                                                                   \
+  ADVICE(801, metadata_not_json, error,                                                                      \
+         "is no JSON object, is nested deeper than 128, or has two members of one name")                     \
+  ADVICE(802, metadata_missing, note, "there is no metadata: nothing says how it was baked")                 \
+  ADVICE(803, metadata_key_missing, warning, "a member is missing")                                          \
+  ADVICE(804, metadata_value, warning, "a member is not of the type or in the range that it should be")      \
+  ADVICE(805, metadata_other_object, warning, "does not describe the objects of the file")                   \
+  ADVICE(806, metadata_hierarchy, warning, "the hierarchy does not describe the instances of the file")      \
+  ADVICE(807, metadata_merge, warning, "the merged objects are not instances of the file")                   \
+  ADVICE(808, metadata_certain_wrong, warning, "states that certain answers were wrong")                     \
+  ADVICE(901, transform_singular, warning,                                                                   \
+         "its transform has no inverse in single precision, so it cannot be placed")                         \
+  ADVICE(902, transform_skewed, note, "its transform is so skewed that none of its answers is certain")      \
+  ADVICE(903, grid_too_small, warning, "the bounds come closer to the border of the grid than 1/32 voxel")   \
+  ADVICE(904, corner_without_features, warning, "a corner of a surface voxel has no features")               \
+  ADVICE(905, features_unused, note, "a corner that no surface voxel touches has features")                  \
+  ADVICE(906, tree_out_of_bounds, warning, "its triangles reach out of the bounds")                          \
+  ADVICE(907, other_writer, note, "nifkit would write the same content as other bytes")                      \
+  ADVICE(908, object_not_placed, note, "no instance places it")                                              \
+  ADVICE(909, same_name, note, "has the name of one before it")                                              \
+  ADVICE(910, network_unused, warning, "no object uses it")                                                  \
+  ADVICE(911, network_constant, warning, "gives every ray the same answer")                                  \
+  ADVICE(912, bias_large, warning, "the bias is more than a tenth of the diagonal of the bounds")            \
+  ADVICE(913, triangle_count, warning, "holds more triangles with an area than its record says of the mesh") \
+  ADVICE(914, section_skipped, note, "optional, and newer than this build: not looked at")                   \
   ADVICE(915, kind_says_less, note, "a cell says less than its planes and its neighbours prove")
 
 enum class Advice : uint16_t {

@@ -15,7 +15,7 @@
 
 #include "formats/base/disjoint_sets.hpp"
 #include "formats/base/vector.hpp"
-#include "formats/mesh/collinear.hpp"
+#include "formats/base/collinear.hpp"
 #include "formats/mesh/sides.hpp"
 #include "mesh/repair/box_tree.hpp"
 

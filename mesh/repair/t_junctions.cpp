@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "formats/base/vector.hpp"
-#include "formats/mesh/collinear.hpp"
+#include "formats/base/collinear.hpp"
 #include "formats/mesh/sides.hpp"
 #include "mesh/repair/box_tree.hpp"
 

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "bake/oracle/prepare.hpp"
-#include "formats/mesh/collinear.hpp"
+#include "formats/base/collinear.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/writer.hpp"
 #include "kernels/reference/instance.hpp"
@@ -48,7 +48,7 @@ mesh::Mesh messy(const mesh::Mesh& mesh, uint64_t seed) {
       case 1: {  // a sliver
         const auto [p, q] = std::pair(out.positions[t[0]], out.positions[t[1]]);
         const mesh::Float3 beyond{q[0] + (q[0] - p[0]), q[1] + (q[1] - p[1]), q[2] + (q[2] - p[2])};
-        if (!mesh::collinear(p, q, beyond)) break;
+        if (!collinear(p, q, beyond)) break;
         out.triangles.push_back({t[0], t[1], uint32_t(out.positions.size())});
         out.positions.push_back(beyond);
         break;
@@ -80,7 +80,7 @@ std::vector<uint32_t> kept_of(const mesh::Mesh& mesh) {
   for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     const mesh::Triangle& t = mesh.triangles[i];
     Corners corners{mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]};
-    if (mesh::collinear(corners[0], corners[1], corners[2])) continue;
+    if (collinear(corners[0], corners[1], corners[2])) continue;
     std::ranges::rotate(corners, std::ranges::min_element(corners));
     if (seen.insert(corners).second) kept.push_back(i);
   }

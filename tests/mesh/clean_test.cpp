@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "formats/mesh/collinear.hpp"
+#include "formats/base/collinear.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {
@@ -102,7 +102,6 @@ TEST(Clean, RefusesAMeshWithoutArea) {
 }
 
 TEST(Collinear, IsExact) {
-  using mesh::collinear;
   EXPECT_TRUE(collinear({0, 0, 0}, {1, 2, 3}, {2, 4, 6}));
   EXPECT_FALSE(collinear({0, 0, 0}, {1, 2, 3}, {2, 4, std::nextafter(6.0f, 7.0f)}));
   EXPECT_TRUE(collinear({5, 5, 5}, {5, 5, 5}, {1, 2, 3}));
@@ -137,7 +136,7 @@ TEST(Collinear, AgreesWithIntegerArithmetic) {
       wanted &= (b[x] - a[x]) * (c[y] - a[y]) == (b[y] - a[y]) * (c[x] - a[x]);
     }
     on_a_line += wanted;
-    EXPECT_EQ(mesh::collinear(point(a), point(b), point(c)), wanted);
+    EXPECT_EQ(collinear(point(a), point(b), point(c)), wanted);
   }
   EXPECT_GT(on_a_line, 1000);
 }

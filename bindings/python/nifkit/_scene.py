@@ -170,7 +170,7 @@ class Scene(Handle):
         return value
 
     def add(self, asset: Asset, transform: Optional[npt.ArrayLike] = None) -> range:
-        """Adds a whole asset: all instances in its file, or each object once if it has none.
+        """Adds a whole asset: all instances in its file, or each object once if it has none (and does not place nothing).
 
         Args:
             asset: of the scene's device. The scene keeps what it needs of it.

@@ -1,12 +1,12 @@
 // The sign of a determinant of six products of two floats. Each product is exact in double (48 of 53 bits;
 // the exponents fit by far), so only their sum needs care; it is kept as Shewchuk's expansion ("Adaptive
 // Precision Floating-Point Arithmetic", 1997), a sum of doubles that do not overlap, the largest last.
-#include "formats/mesh/orientation.hpp"
+#include "formats/base/orientation.hpp"
 
 #include <array>
 #include <cstddef>
 
-namespace nif::mesh::detail {
+namespace nif {
 
 double exact_orientation(const Point2& a, const Point2& b, const Point2& c) {
   const std::array<double, 6> terms{a.x * b.y,    -(a.y * b.x), b.x * c.y,
@@ -27,4 +27,4 @@ double exact_orientation(const Point2& a, const Point2& b, const Point2& c) {
   return 0;
 }
 
-}  // namespace nif::mesh::detail
+}  // namespace nif

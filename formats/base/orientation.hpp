@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace nif::mesh::detail {
+namespace nif {
 
 /// Coordinates are floats, in double so that products of two are exact.
 struct Point2 {
@@ -26,4 +26,4 @@ inline double orientation(const Point2& a, const Point2& b, const Point2& c) {
   return exact_orientation(a, b, c);
 }
 
-}  // namespace nif::mesh::detail
+}  // namespace nif
