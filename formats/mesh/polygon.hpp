@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "formats/base/orientation.hpp"
 #include "formats/base/vector.hpp"
 #include "formats/mesh/blockers.hpp"
-#include "formats/base/orientation.hpp"
 #include "formats/mesh/scene.hpp"
 
 namespace nif::mesh::detail {

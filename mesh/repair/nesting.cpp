@@ -13,9 +13,9 @@
 #include <optional>
 #include <vector>
 
+#include "formats/base/collinear.hpp"
 #include "formats/base/disjoint_sets.hpp"
 #include "formats/base/vector.hpp"
-#include "formats/base/collinear.hpp"
 #include "formats/mesh/sides.hpp"
 #include "mesh/repair/box_tree.hpp"
 
@@ -250,7 +250,7 @@ class Nest {
   /// On which side of a line from a to b, seen along x, the ray from p is: never on it, unless a and b are at
   /// one place.
   static int side(const Float3& a, const Float3& b, const Float3& p) {
-    if (const int exact = mesh::turn(a, b, p, 1, 2); exact != 0) return exact;
+    if (const int exact = nif::turn(a, b, p, 1, 2); exact != 0) return exact;
     if (a[2] != b[2]) return a[2] > b[2] ? 1 : -1;
     return b[1] > a[1] ? 1 : b[1] < a[1] ? -1 : 0;
   }

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "formats/base/vector.hpp"
 #include "formats/base/collinear.hpp"
+#include "formats/base/vector.hpp"
 #include "formats/mesh/sides.hpp"
 #include "mesh/repair/box_tree.hpp"
 
@@ -221,7 +221,7 @@ class Seams {
     const Double3 whole = normal(source);
     return std::all_of(parts.begin(), parts.end(), [&](const Triangle& t) {
       return dot(whole, normal(t)) > 0 &&
-             !mesh::collinear(mesh_.positions[t[0]], mesh_.positions[t[1]], mesh_.positions[t[2]]);
+             !collinear(mesh_.positions[t[0]], mesh_.positions[t[1]], mesh_.positions[t[2]]);
     });
   }
 

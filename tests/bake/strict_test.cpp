@@ -80,6 +80,12 @@ mesh::Scene with_morphs(bool draco_data) {
   });
 }
 
+/// Of a file that has two notes, the other one.
+mesh::Scene without(NoteKind kind, mesh::Scene scene) {
+  std::erase_if(scene.notes, [&](const mesh::Note& note) { return note.kind == kind; });
+  return scene;
+}
+
 /// A scene that each kind of note is from.
 std::map<NoteKind, mesh::Scene> examples() {
   std::map<NoteKind, mesh::Scene> all;
@@ -89,7 +95,9 @@ std::map<NoteKind, mesh::Scene> examples() {
   dropping.drop_non_finite = true;
   all[NoteKind::non_finite_faces] = mesh::read("a.obj", kTriangle + "v nan 0 0\nf 1 2 4\n", dropping);
   all[NoteKind::rounding] = mesh::read(
-      "a.obj", "v 5000000.20000001 0 0\nv 5000000.20000002 0 0\nv 5000000.20000001 1.1e-8 0\nf 1 2 3\n");
+      "a.obj",
+      "o near\n" + kTriangle +
+          "o far\nv 5000000.20000001 0 0\nv 5000000.20000002 0 0\nv 5000000.20000001 1.1e-8 0\nf 4 5 6\n");
   all[NoteKind::crossing_polygons] =
       mesh::read("a.obj", kTriangle + "v 4 0 0\nv 6 2 0\nv 6 0 0\nv 4 2 0\nf 4 5 6 7\n");
   all[NoteKind::bent_polygons] =
@@ -114,7 +122,7 @@ std::map<NoteKind, mesh::Scene> examples() {
     const int colors = gltf.positions({{1, 0, 0}});
     first_primitive(gltf)["attributes"]["COLOR_0"] = colors;
   });
-  all[NoteKind::draco_morphs] = with_morphs(true);
+  all[NoteKind::draco_morphs] = without(NoteKind::morphs, with_morphs(true));
   Gltf lost_joints = skinned(1);
   lost_joints.json["skins"][0]["joints"] = {99};
   all[NoteKind::posed_skin] = read(lost_joints);
@@ -127,9 +135,7 @@ std::map<NoteKind, mesh::Scene> examples() {
   many.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"] = {
       {"attributes", {{"TRANSLATION", places}}}};
   many.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
-  all[NoteKind::gpu_instances] = read(many);
-  std::erase_if(all[NoteKind::gpu_instances].notes,
-                [](const mesh::Note& note) { return note.kind == NoteKind::bind_pose; });
+  all[NoteKind::gpu_instances] = without(NoteKind::bind_pose, read(many));
   all[NoteKind::flattened] = twice({{"scale", {0, 0, 0}}});
   all[NoteKind::hidden] = twice({{"extensions", {{"KHR_node_visibility", {{"visible", false}}}}}});
   all[NoteKind::helpers] = twice({{"name", "UCX_wall"}});

@@ -1,6 +1,7 @@
 // A study, not a test: how fast polygons are cut into triangles. docs/results/reading.sh runs it.
 //
-//   polygon_speed POLYGONS   millions of corners a second, of processor time: convex quads, and random polygons
+//   polygon_speed POLYGONS   millions of corners a second, of processor time: convex quads, and random
+//   polygons
 //                            of 3 to 200 corners, most of them concave, half of them with holes
 #include <fmt/format.h>
 
@@ -32,7 +33,8 @@ double speed(size_t polygons, const Next& next) {
     if (polygon.size() < 4) continue;
     const auto base = uint32_t(positions.size());
     each.push_back({triangles.size(), polygon.size()});
-    for (const test::GridPoint& p : polygon) positions.push_back({float(p.x), float(p.y), float(p.x - 2 * p.y)});
+    for (const test::GridPoint& p : polygon)
+      positions.push_back({float(p.x), float(p.y), float(p.x - 2 * p.y)});
     for (uint32_t k = 2; k < polygon.size(); ++k) triangles.push_back({base, base + k - 1, base + k});
     corners += polygon.size();
   }

@@ -20,7 +20,6 @@ using nlohmann::json;
 
 constexpr int kInExtension = -2;  ///< as an image: only an extension says which
 
-
 /// -1 where there is no such index.
 int index_in(const json& object, const char* name) {
   const json* value = member(object, name);
@@ -126,9 +125,8 @@ class Pictures {
 
   void report() const {
     if (notes_ > kMostNotes)
-      scene_.notes.push_back(
-          {NoteKind::pictures, fmt::format("{}: {} more images cannot be read", input_.file.string(),
-                                           notes_ - kMostNotes)});
+      scene_.notes.push_back({NoteKind::pictures, fmt::format("{}: {} more images cannot be read",
+                                                              input_.file.string(), notes_ - kMostNotes)});
   }
 
  private:

@@ -235,7 +235,7 @@ typedef struct NifAssetInfo {
   uint64_t resident_bytes;
   const char* metadata; /* JSON, UTF-8, [metadata_bytes], not 0-terminated; null if there is none */
   uint64_t metadata_bytes;
-  uint64_t gpu_bytes; /* GPU memory for this asset; 0 until a scene with it is committed on a GPU */
+  uint64_t gpu_bytes;      /* GPU memory for this asset; 0 until a scene with it is committed on a GPU */
   uint32_t places_nothing; /* 1: the file states that it places no object; then instance_count is 0 */
   uint32_t reserved;       /* 0 */
 } NifAssetInfo;
@@ -321,9 +321,9 @@ NIF_API NifError nifAddInstance(NifScene scene, NifAsset asset, uint32_t object,
                                 uint32_t* instance);
 
 /* Adds a whole asset: all instances in its file; each object once if the file has no instances; nothing if
- * the file states that it places nothing (NifAssetInfo::places_nothing). `transform` (as in nifAddInstance) is applied after each instance's own transform. `first` receives the
- * number of the first new instance, and `count` how many there are; they are numbered in a row. Both may be
- * null. */
+ * the file states that it places nothing (NifAssetInfo::places_nothing). `transform` (as in nifAddInstance)
+ * is applied after each instance's own transform. `first` receives the number of the first new instance, and
+ * `count` how many there are; they are numbered in a row. Both may be null. */
 NIF_API NifError nifAddAsset(NifScene scene, NifAsset asset, const float* transform, uint32_t* first,
                              uint32_t* count);
 
