@@ -223,6 +223,33 @@ TEST(Bvh, NothingLeaksAtEdgesAndVertices) {
   }
 }
 
+/// Boxes do not grow with the distance that a ray comes from.
+TEST(Bvh, FarRaysLookAtNoMoreNodes) {
+  test::Random random(8);
+  const format::Bvh bvh = test::random_bvh(random, 5000);
+  const kernels::BvhField field = format::field_of(bvh);
+  const auto nodes_from = [&](float extents) {
+    uint64_t nodes = 0;
+    for (int i = 0; i < 2000; ++i) {
+      Segment segment{{}, {}, 0, kInfinity};
+      for (size_t a = 0; a < 3; ++a) {
+        const float target = field.extent * random.between(-0.8f, 0.8f);
+        segment.origin[a] = target + field.extent * extents * random.between(-1.0f, 1.0f);
+        segment.direction[a] = target - segment.origin[a];
+      }
+      kernels::BvhRay ray;
+      EXPECT_TRUE(kernels::prepare_ray(field, segment, ray));
+      kernels::meets_bvh(field, ray, &nodes);
+    }
+    return double(nodes);
+  };
+  const double near = nodes_from(20);
+  for (const float extents : {1e3f, 2e6f, 1e9f}) EXPECT_LT(nodes_from(extents), 1.1 * near) << extents;
+  Segment too_far{{0, 0, field.extent * 0x1.1p32f}, {0, 0, -1}, 0, kInfinity};
+  EXPECT_TRUE(kernels::query(field, too_far).visible);
+  EXPECT_FALSE(kernels::query(field, too_far).certain);
+}
+
 TEST(Bvh, EndsOfTheSegmentBelongToIt) {
   test::Soup one;
   one.positions = {{-1, -1, 2}, {1, -1, 2}, {0, 1, 2}};
