@@ -21,10 +21,11 @@ class Blockers {
   /// Sorts all corners into a tree, if many block. To be called once.
   void sort(std::span<const Point2> points);
 
-  /// Whether `blocks` says so of a corner in the closed triangle; it may be asked of others. Subtracts the
-  /// work from `budget`.
+  /// Whether `blocks` says so of a corner in the closed triangle, or no farther from it than `slack`; it may
+  /// be asked of others. Subtracts the work from `budget`.
   template <class Blocks>
-  bool any_in(const std::array<Point2, 3>& triangle, int64_t& budget, const Blocks& blocks) const;
+  bool any_in(const std::array<Point2, 3>& triangle, double slack, int64_t& budget,
+              const Blocks& blocks) const;
 
  private:
   static constexpr size_t kLeaf = 8;
@@ -41,7 +42,7 @@ class Blockers {
 
   void build(std::span<const Point2> points, size_t box, uint32_t first, uint32_t last);
   /// Certain where true.
-  static bool apart(const Box& box, const std::array<Point2, 3>& triangle);
+  static bool apart(const Box& box, const std::array<Point2, 3>& triangle, double slack);
 
   std::vector<uint32_t> list_;     // those that block, in no order
   std::vector<uint32_t> place_;    // of a corner in list_, or kNone
@@ -51,7 +52,8 @@ class Blockers {
 };
 
 template <class Blocks>
-bool Blockers::any_in(const std::array<Point2, 3>& triangle, int64_t& budget, const Blocks& blocks) const {
+bool Blockers::any_in(const std::array<Point2, 3>& triangle, double slack, int64_t& budget,
+                      const Blocks& blocks) const {
   if (boxes_.empty()) {
     budget -= int64_t(list_.size());
     for (const uint32_t corner : list_)
@@ -65,7 +67,7 @@ bool Blockers::any_in(const std::array<Point2, 3>& triangle, int64_t& budget, co
     const uint32_t at = stack[--depth];
     const Box& box = boxes_[at];
     --budget;
-    if (box.live == 0 || apart(box, triangle)) continue;
+    if (box.live == 0 || apart(box, triangle, slack)) continue;
     if (!box.leaf) {
       stack[depth++] = 2 * at;
       stack[depth++] = 2 * at + 1;

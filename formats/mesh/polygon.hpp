@@ -99,6 +99,7 @@ class PolygonCutter {
   uint32_t any_ = 0;  // a corner that is left
   size_t left_ = 0;
   int64_t budget_ = 0, half_budget_ = 0;
+  double slack_ = 0;                     // how far rounding can have moved corners against each other
   double forwards_ = 0, backwards_ = 0;  // twice the areas of the triangles that face so
   bool straight_block_ = true;           // corners on a straight line are among the blockers
   Rule rule_ = Rule::clear;
