@@ -17,7 +17,6 @@ namespace {
 using nlohmann::json;
 using std::numbers::pi;
 
-
 /// What a camera or light is refused for.
 struct Flaw {
   std::string what;

@@ -20,7 +20,6 @@ using nlohmann::json;
 
 constexpr int kInExtension = -2;  ///< as an image: only an extension says which
 
-
 /// -1 where there is no such index.
 int index_in(const json& object, const char* name) {
   const json* value = member(object, name);
