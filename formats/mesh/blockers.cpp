@@ -66,10 +66,10 @@ void Blockers::build(std::span<const Point2> points, size_t at, uint32_t first, 
   box.live = boxes_[2 * at].live + boxes_[2 * at + 1].live;
 }
 
-bool Blockers::apart(const Box& box, const std::array<Point2, 3>& triangle) {
+bool Blockers::apart(const Box& box, const std::array<Point2, 3>& triangle, double slack) {
   const auto& [a, b, c] = triangle;
-  if (box.max.x < std::min({a.x, b.x, c.x}) || box.min.x > std::max({a.x, b.x, c.x}) ||
-      box.max.y < std::min({a.y, b.y, c.y}) || box.min.y > std::max({a.y, b.y, c.y}))
+  if (box.max.x < std::min({a.x, b.x, c.x}) - slack || box.min.x > std::max({a.x, b.x, c.x}) + slack ||
+      box.max.y < std::min({a.y, b.y, c.y}) - slack || box.min.y > std::max({a.y, b.y, c.y}) + slack)
     return true;
   // Corners that lie on one point, as at the middle of a star: at the ends of the third side they are never
   // in the way.
@@ -78,7 +78,8 @@ bool Blockers::apart(const Box& box, const std::array<Point2, 3>& triangle) {
     const Point2 &from = triangle[i], &to = triangle[(i + 1) % 3];
     // The box's corner that lies farthest to the left.
     const Point2 inmost{to.y > from.y ? box.min.x : box.max.x, to.x > from.x ? box.max.y : box.min.y};
-    if (orientation(from, to, inmost) < 0) return true;
+    if (orientation(from, to, inmost) < -slack * (std::abs(to.x - from.x) + std::abs(to.y - from.y)))
+      return true;
   }
   return false;
 }

@@ -61,7 +61,7 @@ class OffReader {
     if (parse_integer(keyword, count)) {
       pending_ = keyword;  // the keyword may be left out
     } else if (rest != "OFF") {
-      input_.fail(Status::not_a_mesh, "is named .off but does not start with 'OFF'");
+      input_.fail(Status::not_a_mesh, "is taken for OFF, but does not start with 'OFF'");
     }
   }
 

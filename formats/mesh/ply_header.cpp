@@ -206,7 +206,7 @@ uint32_t ply_size(PlyType type) {
 
 PlyHeader read_ply_header(const Input& input) {
   if (!input.bytes.starts_with("ply") && !input.bytes.starts_with("PLY")) {
-    input.fail(Status::not_a_mesh, "is named .ply but does not start with 'ply'");
+    input.fail(Status::not_a_mesh, "is taken for PLY, but does not start with 'ply'");
   }
   HeaderLines lines(input);
   lines.next();

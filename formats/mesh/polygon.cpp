@@ -218,9 +218,9 @@ bool PolygonCutter::is_ear(uint32_t b) {
   if (budget_ < half_budget_ && straight_block_) forget_straight();
   const uint32_t a = corners_[b].before, c = corners_[b].after;
   const std::array<Point2, 3> t{points_[a], points_[b], points_[c]};
-  const Point2 min{std::min({t[0].x, t[1].x, t[2].x}), std::min({t[0].y, t[1].y, t[2].y})};
-  const Point2 max{std::max({t[0].x, t[1].x, t[2].x}), std::max({t[0].y, t[1].y, t[2].y})};
-  return !blockers_.any_in(t, budget_, [&](uint32_t i) {
+  const Point2 min{std::min({t[0].x, t[1].x, t[2].x}) - slack_, std::min({t[0].y, t[1].y, t[2].y}) - slack_};
+  const Point2 max{std::max({t[0].x, t[1].x, t[2].x}) + slack_, std::max({t[0].y, t[1].y, t[2].y}) + slack_};
+  return !blockers_.any_in(t, slack_, budget_, [&](uint32_t i) {
     const Point2& p = points_[i];
     return p.x >= min.x && p.x <= max.x && p.y >= min.y && p.y <= max.y && blocks(i, a, b, c);
   });
@@ -230,7 +230,18 @@ bool PolygonCutter::blocks(uint32_t i, uint32_t a, uint32_t b, uint32_t c) const
   if (i == a || i == b || i == c) return false;
   const Point2 &p = points_[i], &pa = points_[a], &pb = points_[b], &pc = points_[c];
   const double ab = orientation(pa, pb, p), bc = orientation(pb, pc, p), ca = orientation(pc, pa, p);
-  if (ab < 0 || bc < 0 || ca < 0) return false;
+  if (ab < 0 || bc < 0 || ca < 0) {
+    // Rounding may have moved a corner that touches a side across it: its edges then cross the side.
+    const auto through = [&](const Point2& s, const Point2& t, double side) {
+      if (side >= 0 || side < -slack_ * (std::abs(t.x - s.x) + std::abs(t.y - s.y))) return false;
+      for (const uint32_t next : {corners_[i].before, corners_[i].after}) {
+        const Point2& q = points_[next];
+        if (orientation(s, t, q) > 0 && orientation(p, q, s) * orientation(p, q, t) < 0) return true;
+      }
+      return false;
+    };
+    return through(pa, pb, ab) || through(pb, pc, bc);
+  }
   if (ab > 0 && bc > 0 && ca > 0) return true;
   // On the rim it is in the way where its own edges go into the triangle. From the ends of the third side
   // none gets in that does not end there, at a corner that is in the way itself.
@@ -343,6 +354,7 @@ bool PolygonCutter::clip(std::span<Triangle> out) {
     length += std::abs(points_[next].x - points_[i].x) + std::abs(points_[next].y - points_[i].y);
     farthest = std::max({farthest, std::abs(points_[i].x), std::abs(points_[i].y)});
   }
+  slack_ = 0x1p-22 * farthest;
   for (uint32_t i = 0; i < count; ++i) look_at(i);
   blockers_.sort(points_);
   bool forced = false;

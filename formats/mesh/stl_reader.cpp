@@ -221,7 +221,7 @@ Scene read_stl(const Input& input) {
   if (input.bytes.size() > kHeader && !has_binary_size(input.bytes) &&
       input.bytes.substr(0, kHeader).find('\0') == std::string_view::npos) {
     input.fail(Status::not_a_mesh,
-               "is named .stl but is neither a binary STL file nor a text that starts with 'solid'");
+               "is taken for STL, but is neither a binary STL file nor a text that starts with 'solid'");
   }
   refuse_choice(input);
   Scene scene;

@@ -285,8 +285,9 @@ TEST(Formats, LinesEndAsTheyLike) {
     EXPECT_EQ(corners(solid), corners(cube()));
     EXPECT_EQ(solid.name, "cube");
     expect_same("a.ply", with_ends(ply_text(cube()), end), cube(), "a");
-    EXPECT_NE(refusal_of("a.off", with_ends("OFF\n3 1 0\n0 0 0\n\n1 x 0\n", end)).find("line 5 "),
-              std::string::npos);
+    EXPECT_NE(
+        refusal_of("a.off", with_ends("OFF\n3 1 0\n0 0 0\n\n1 x 0\n0 1 0\n3 0 1 2\n", end)).find("line 5 "),
+        std::string::npos);
     EXPECT_NE(refusal_of("a.obj", with_ends("v 0 0 0\n\nv x 0 0\n", end)).find("line 3 "), std::string::npos);
   }
 }

@@ -53,9 +53,10 @@ double area(const std::vector<Float3>& p, const std::vector<Triangle>& triangles
   return sum;
 }
 
-/// Whether triangles have the polygon's area, face its way, and none crosses its outline or has its middle
-/// outside: so they cover it once. Edges that are used twice bound nothing.
-void expect_covers(const GridPolygon& polygon, const std::vector<Triangle>& triangles) {
+/// Whether triangles have the polygon's area, face its way, and none has its middle outside or (in `detail`,
+/// which takes most of the time) crosses the outline: so they cover it once. Edges that are used twice bound
+/// nothing.
+void expect_covers(const GridPolygon& polygon, const std::vector<Triangle>& triangles, bool detail) {
   const size_t count = polygon.size();
   ASSERT_EQ(triangles.size(), count - 2);
   std::set<std::pair<GridPoint, GridPoint>> edges;
@@ -69,6 +70,7 @@ void expect_covers(const GridPolygon& polygon, const std::vector<Triangle>& tria
     if (size == 0) continue;
     ASSERT_EQ(sign_of(size), way);
     ASSERT_EQ(winding_around_middle(polygon, a, b, c), way);
+    if (!detail) continue;
     for (const auto& [from, to] : edges) {
       if (edges.contains({to, from})) continue;
       ASSERT_FALSE(cross(a, b, from, to) || cross(b, c, from, to) || cross(c, a, from, to));
@@ -101,7 +103,7 @@ void check_random(size_t polygons, uint64_t seed) {
     std::vector<Triangle> triangles = fan(count);
     const PolygonCutter::Found found = cutter.cut(positions, triangles);
     EXPECT_FALSE(found.crosses || found.bent);
-    ASSERT_NO_FATAL_FAILURE(expect_covers(polygon, triangles));
+    ASSERT_NO_FATAL_FAILURE(expect_covers(polygon, triangles, k % 10 == 0));
     if (triangles != fan(count)) {
       ++not_convex;
       std::vector<Triangle> other = fan(count, random.below(count));
@@ -197,11 +199,11 @@ TEST(Polygon, OutlinesThatCrossThemselvesAreNoted) {
   // A small kink changes little: the rest is cut as if it were not there.
   std::vector<Float3> plan{{0, 4, 0}, {0, 0, 0}, {4, 0, 0}, {4, 4, 0},
                            {3, 4, 0}, {3, 1, 0}, {1, 1, 0}, {1, 4, 0}};
-  plan.insert(plan.begin() + 2, {{2, 0, 0}, {1.9f, 0.01f, 0}, {1.9f, -0.01f, 0}, {2.1f, 0.01f, 0}});
+  plan.insert(plan.begin() + 2, {{2, 0, 0}, {1.9f, -0.01f, 0}, {1.95f, 0.02f, 0}});
   std::vector<size_t> face;
   for (size_t i = 0; i < plan.size(); ++i) face.push_back(i);
   const Scene kinked = read_text("a.obj", file_of("obj", plan, face));
-  EXPECT_NEAR(area(kinked), 10, 0.02);
+  EXPECT_NEAR(area(kinked), 10, 0.1);  // a fan has 13
   EXPECT_EQ(kinked.notes.size(), 1u);
 }
 
