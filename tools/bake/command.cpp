@@ -233,10 +233,12 @@ bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& ba
                             hint_for(error.limit(), options.encoding)));
   } catch (const Error& error) {
     if (error.status() != Status::needs_repair) throw;
+    std::string what = error.what();
+    if (what.ends_with('.')) what.pop_back();
     throw Error(error.status(),
                 fmt::format("--strict refuses what is left out or has to be repaired: {}; see nif "
                             "mesh info and nif mesh repair",
-                            error.what()));
+                            what));
   }
 }
 
