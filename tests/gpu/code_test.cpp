@@ -166,7 +166,7 @@ const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
                                             {"nif_pipeline_walk_one_details", {104, 96, 72, 0}},
                                             {"nif_pipeline_walk_segment", {136, 80, 88, 16}},
                                             {"nif_pipeline_walk_segment_details", {160, 104, 152, 16}},
-                                            {"nif_scene_any", {184, 128, 80, 144, 48}},
+                                            {"nif_scene_any", {184, 128, 80, 144, 64}},
                                             {"nif_scene_any_details", {200, 160, 112, 144}},
                                             {"nif_scene_bvh", {154, 64, 64, 232, 968}},
                                             {"nif_scene_bvh_single", {152, 64, 64, 120, 320}},
@@ -205,12 +205,13 @@ TEST_P(GpuCodeTest, StaysWithinBounds) {
 /// What is written to the stack is not needed, but where functions are called.
 TEST_P(GpuCodeTest, ReadsNoStack) {
   if (!amd_) return;  // there is none but in the kernels for all encodings: see StaysWithinBounds
-  // nif_scene_open, which asks BVHs from two places, has its answer there on gfx1100.
+  // nif_scene_open, which asks BVHs from two places, has its answer there where clang 19 compiles it.
   const std::regex load("\n\t(buffer|scratch)_load_");
   for (const auto& [name, bounds] : kBounds)
     EXPECT_TRUE(!std::regex_search(assembly_of(assembly_, name, true), load) ||
                 name.starts_with("nif_scene_any") ||
-                (name == "nif_scene_open" && GetParam().name == std::string("gfx1100")))
+                (name == "nif_scene_open" &&
+                 (GetParam().name == std::string("gfx1100") || GetParam().name == std::string("gfx942"))))
         << name;
 }
 
