@@ -13,7 +13,7 @@
 namespace nif::kernels {
 
 /// Rays that start more extents away than this are moved.
-inline constexpr float kBvhMovedFrom = 8;
+inline constexpr float kBvhMovedFrom = 64;
 /// Rays that start more extents away than this meet nothing: rounding in double precision would be as large
 /// as boxes.
 inline constexpr float kBvhFarthest = 0x1p32f;
