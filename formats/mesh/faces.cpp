@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "formats/base/vector.hpp"
 #include "formats/mesh/polygon.hpp"
 #include "formats/mesh/readers.hpp"
 
@@ -45,6 +46,25 @@ class Tally {
   uint64_t count_ = 0;
 };
 
+/// Cuts a polygon of a mesh that may be far from the origin: rounded positions may lie elsewhere than its
+/// corners do beside one another. So it is cut relative to its least corner, in double.
+PolygonCutter::Found cut_exactly(PolygonCutter& cutter, const Mesh& mesh, std::span<Triangle> fan) {
+  std::vector<uint32_t> corners;
+  for (const Triangle& t : fan) corners.insert(corners.end(), t.begin(), t.end());
+  std::ranges::sort(corners);
+  corners.erase(std::ranges::unique(corners).begin(), corners.end());
+  Double3 origin = mesh.exact[corners.front()];
+  for (const uint32_t v : corners) origin = std::min(origin, mesh.exact[v]);
+  std::vector<Float3> positions;
+  for (const uint32_t v : corners) positions.push_back(to_float(mesh.exact[v] - origin));
+  for (Triangle& t : fan)
+    for (uint32_t& v : t) v = uint32_t(std::ranges::lower_bound(corners, v) - corners.begin());
+  const PolygonCutter::Found found = cutter.cut(positions, fan);
+  for (Triangle& t : fan)
+    for (uint32_t& v : t) v = corners[v];
+  return found;
+}
+
 }  // namespace
 
 void FaceSink::fan(std::span<const uint32_t> corners) {
@@ -83,7 +103,8 @@ void FaceSink::settle(Scene& scene, const std::function<std::string_view(uint64_
     for (size_t first = 0; first < all.size(); first += each) {
       const std::span<Triangle> fan = all.subspan(first, each);
       if (!std::ranges::all_of(fan, is_known)) continue;  // check() says so
-      const PolygonCutter::Found found = cutter.cut(mesh_.positions, fan);
+      const PolygonCutter::Found found =
+          input_.exact ? cut_exactly(cutter, mesh_, fan) : cutter.cut(mesh_.positions, fan);
       if (found.crosses) crossing.add(name_of(run.first_triangle + first));
       if (found.bent) bent.add(name_of(run.first_triangle + first));
     }

@@ -172,6 +172,26 @@ TEST(Far, IsFoundWhereFloatsHideIt) {
   EXPECT_NE(point.instances[0].transform, mesh::kIdentity);
 }
 
+/// A U of a few centimetres: rounded corners would lie on one another.
+TEST(Far, PolygonsAreCutByTheirExactCorners) {
+  const int outline[8][2] = {{0, 4}, {0, 0}, {4, 0}, {4, 4}, {3, 4}, {3, 1}, {1, 1}, {1, 4}};
+  for (size_t first = 0; first < 8; ++first) {
+    std::string text, face = "f";
+    for (const auto& p : outline) text += "v " + point(kUtm + Double3{0.02 * p[0], 0.02 * p[1], 0});
+    for (size_t i = 0; i < 8; ++i) face += fmt::format(" {}", (first + i) % 8 + 1);
+    const Scene scene = read_text("a.obj", text + face + "\n");
+    EXPECT_TRUE(scene.notes.empty()) << scene.notes[0].text;
+    double area = 0;
+    for (const mesh::Triangle& t : scene.meshes.at(0).triangles) {
+      const auto at = [&](size_t k) { return to_double(scene.meshes[0].positions[t[k]]); };
+      const double z = cross(at(1) - at(0), at(2) - at(0))[2] / 2;
+      EXPECT_GE(z, 0);
+      area += z;
+    }
+    EXPECT_NEAR(area, 10 * 0.02 * 0.02, 1e-6 * 10 * 0.02 * 0.02);
+  }
+}
+
 TEST(Far, ANoteSaysWhatEvenAnOffsetLoses) {
   // Sides of a hundred-millionth, 5 million away: floats of a quarter say no more than 1e-8.
   const Scene scene = read_text(
