@@ -351,8 +351,8 @@ HWY_NOINLINE inline void traverse(const BvhTree& tree, const SegmentBatch& batch
 struct BoxEnds {
   float enter[kBatchRays], leave[kBatchRays];
 };
-HWY_INLINE void traverse_whole(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers,
-                               BoxEnds& ends, BvhScratch& scratch) {
+HWY_NOINLINE inline void traverse_whole(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers,
+                                        BoxEnds& ends, BvhScratch& scratch) {
   if (HWY_LIKELY(!any_far(tree.field, batch))) {
     traverse(tree, batch, batch.tmin, batch.tmax, answers, scratch);
     return;
@@ -379,8 +379,9 @@ HWY_NOINLINE inline void traverse_to_hits(const BvhTree& tree, const SegmentBatc
 }
 
 /// The same without an interval, up to `limit`, as intersect() has it.
-HWY_INLINE void traverse_whole_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* limit,
-                                       HitBatch& hits, BoxEnds& ends, BvhHitScratch& scratch) {
+HWY_NOINLINE inline void traverse_whole_to_hits(const BvhTree& tree, const SegmentBatch& batch,
+                                                const float* limit, HitBatch& hits, BoxEnds& ends,
+                                                BvhHitScratch& scratch) {
   const float* enter = batch.tmin;
   for (uint32_t i = 0; i < batch.count; ++i) ends.leave[i] = min_of(next_above(limit[i]), batch.tmax[i]);
   if (HWY_UNLIKELY(any_far(tree.field, batch))) {

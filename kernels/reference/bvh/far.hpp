@@ -43,7 +43,7 @@ NIF_HOST_DEVICE inline float from_start_up(float t, float start) {
 
 /// About the t at which a ray from far away is nearest to the origin of object space; 0 where it is not far
 /// away. Of what is no ray it means nothing.
-NIF_HOST_DEVICE inline float start_of(const BvhField& field, const Segment& segment) {
+NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL float start_of(const BvhField& field, const Segment& segment) {
   if (!(largest_of(segment.origin) > field.extent * kBvhMovedFrom)) return 0;
   float along = 0, square = 0;
   NIF_UNROLL
@@ -62,7 +62,7 @@ NIF_HOST_DEVICE inline float moved_origin(const Segment& segment, int axis, floa
 }
 
 /// The same points, with t counted from `start`; a little more of them at both ends.
-NIF_HOST_DEVICE inline Segment moved_to(float start, const Segment& segment) {
+NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL Segment moved_to(float start, const Segment& segment) {
   Segment near = segment;
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) near.origin[a] = moved_origin(segment, a, start);

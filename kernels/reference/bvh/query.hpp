@@ -74,8 +74,8 @@ NIF_HOST_DEVICE NIF_PART_OF_KERNEL void prepare_for_triangles(const Segment& seg
 
 /// Boxes see a ray that starts near them.
 template <class Real>
-NIF_HOST_DEVICE NIF_PART_OF_KERNEL void move_boxes(const BvhField& field, const Segment& segment, float far,
-                                                   float steepest, BvhRayOf<Real>& ray) {
+NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL void move_boxes(const BvhField& field, const Segment& segment,
+                                                        float far, float steepest, BvhRayOf<Real>& ray) {
   float reach = field.extent;
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
