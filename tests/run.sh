@@ -9,7 +9,7 @@
 #                              under the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each header by itself,
 #                              and bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
-#                              an hour, and its kernels; slow tests and CGAL under the sanitizers; hundreds of kills; 10^7
+#                              an hour, and its kernels; slow tests, the renderer and CGAL under the sanitizers; hundreds of kills; 10^7
 #                              segments of each mesh; the same bytes by clang++ and by code that is not optimised; a release
 #                              candidate made twice; bindings in a browser, in Blender, under Wine; what tests and fuzzers
 #                              reach; then fuzzes and bakes random meshes for so many hours (8), going on from the last time;
@@ -261,7 +261,7 @@ case $size in
   all)
     step 'check headers' tests/headers.sh || true
     step 'build the runtime alone' build_runtime || true
-    asan_tests bake cli format golden kernels mesh mesh_verbs render runtime validate || true
+    asan_tests bake cli format golden kernels mesh mesh_verbs runtime validate || true
     tsan_tests --exclude-regex "$kernels_alone" || true
     fuzz_tests tests/fuzz/all || true
     host_test 'Python' bindings/python/test.sh

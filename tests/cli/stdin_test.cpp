@@ -31,9 +31,9 @@ class Stdin : public testing::Test {
 };
 
 TEST_F(Stdin, IsBakedAndComparedAsTheFileIs) {
-  ASSERT_EQ(nif({"bake", obj_, "-o", path("a.nif"), "--encoding", "exact"}).code, 0);
+  ASSERT_EQ(nif({"bake", obj_, "-o", path("a.nif"), "--encoding", "exact", "--rays", "1000"}).code, 0);
   const Outcome baked = piped(obj_, "bake - --format obj -o '" + path("b.nif") + "' --depfile '" +
-                                        path("b.d") + "' --encoding exact --json");
+                                        path("b.d") + "' --encoding exact --rays 1000 --json");
   ASSERT_EQ(baked.code, 0) << baked.err;
   EXPECT_EQ(json::parse(baked.out)["sources"], json::array());
   EXPECT_EQ(read_bytes(path("a.nif")), read_bytes(path("b.nif")));
