@@ -52,7 +52,7 @@ PolygonCutter::Found cut_exactly(PolygonCutter& cutter, const Mesh& mesh, std::s
   std::vector<uint32_t> corners;
   for (const Triangle& t : fan) corners.insert(corners.end(), t.begin(), t.end());
   std::ranges::sort(corners);
-  corners.erase(std::ranges::unique(corners).begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
   Double3 origin = mesh.exact[corners.front()];
   for (const uint32_t v : corners) origin = std::min(origin, mesh.exact[v]);
   std::vector<Float3> positions;
