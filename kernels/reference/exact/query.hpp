@@ -23,7 +23,7 @@ struct SeenSegment {
 
 /// A segment from far away is moved, as for boxes, where what planes prove of it then is true of the segment
 /// as it is (docs/encodings/exact.md, "Rays from far away"). Not on GPUs, where that would take registers
-/// from all rays: planes prove nothing of rays from far away there, and triangles give the same answers.
+/// from all rays: planes see the ray as it is there, and triangles give the same answers.
 NIF_RARE_PART_OF_KERNEL SeenSegment seen_by_planes(const ExactField& field, const Segment& segment) {
   const float start = start_of(field.bvh, segment);
   if (start == 0) return {segment, 0};
