@@ -6,12 +6,12 @@
 #                              asset reader for a fixed number of inputs
 #   tests/run.sh --quick       the release build and its tests only
 #   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, the rest of the code
-#                              under the sanitizers, every fuzzer, code for all GPUs, the runtime alone, each header by itself,
+#                              under the sanitizers, every fuzzer, code for GPUs of each kind, the runtime alone, each header by itself,
 #                              and bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
 #                              an hour, and its kernels; slow tests, the renderer and CGAL under the sanitizers; hundreds of kills; 10^7
 #                              segments of each mesh; the same bytes by clang++ and by code that is not optimised; a release
-#                              candidate made twice; bindings in a browser, in Blender, under Wine; what tests and fuzzers
+#                              candidate made twice; code for every GPU; bindings in a browser, in Blender, under Wine; what tests and fuzzers
 #                              reach; then fuzzes and bakes random meshes for so many hours (8), going on from the last time;
 #                              see tests/nightly.sh
 #
@@ -113,10 +113,11 @@ fi
 configure() {
   cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON -DNIF_UNITY=ON "${launcher[@]}" "${@:2}" >/dev/null
 }
-# Code for one GPU of either maker shows what is wrong with the kernels most of the time.
+# Code for one GPU of either maker shows what is wrong with the kernels most of the time; for one of each kind, nearly
+# always: gfx942 and sm_90, which take long, are like gfx90a and sm_80.
 configure_release() {
   if [[ $size == all ]]; then
-    configure release -UNIF_GPU_TARGETS
+    configure release '-DNIF_GPU_TARGETS=gfx1030;gfx1100;gfx90a;sm_80'
   else
     configure release '-DNIF_GPU_TARGETS=gfx90a;sm_80'
   fi
@@ -224,6 +225,9 @@ if [[ $size == nightly ]]; then
   fi
   if step 'build tests of proofs' build_part release 'truth_test exact_object_test cli_test'; then
     step '10^7 segments of each mesh' many_segments || true
+  fi
+  if step 'build code for every GPU' build_part release gpu_test -UNIF_GPU_TARGETS; then
+    step 'test code for every GPU' run_tests build/release/tests/gpu -R GpuCodeTest || true
   fi
   asan_tests bake cli mesh_verbs render || true
   step 'the same bytes and bits by other compilers' tests/determinism.sh || true
