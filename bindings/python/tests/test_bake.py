@@ -218,7 +218,8 @@ def test_progress_and_cancel(tmp_path):
 def test_interrupted(tmp_path):
     """Ctrl-C ends a bake on the main thread, and its program with it."""
     program = f"""
-import sys, nifkit
+import signal, sys, nifkit
+signal.signal(signal.SIGINT, signal.default_int_handler)  # also where the tests' own shell ignores it
 sys.path.insert(0, {os.path.dirname(__file__)!r})
 from test_bake import LONG, ball
 def progress(fraction, text):
