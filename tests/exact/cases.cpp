@@ -112,7 +112,7 @@ bool is_moved(Placed placed) { return placed >= Placed::moved_bvh; }
 }  // namespace
 
 Tally& Tally::operator+=(const Tally& other) {
-  rays += other.rays, certain += other.certain, compared += other.compared, refused += other.refused;
+  rays += other.rays, certain += other.certain, answers += other.answers, refused += other.refused;
   return *this;
 }
 
@@ -179,6 +179,7 @@ std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32
         findings.push_back({placed, way.name, rays[first], error.what()});
         continue;
       }
+      tally.answers += kCalls * count;
       if (first_way) {
         for (size_t i = 0; i < rays.size(); ++i) {
           ++tally.rays;
@@ -192,7 +193,6 @@ std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32
         continue;
       }
       if (!base[p]) continue;
-      tally.compared += count;
       for (size_t j = 0; j < count; ++j)
         if (!agree(*base[p], first + j, *said, j))
           findings.push_back({placed, way.name, rays[first + j], both(*base[p], first + j, *said, j)});

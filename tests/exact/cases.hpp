@@ -29,10 +29,10 @@ struct Finding {
 };
 
 struct Tally {
-  uint64_t rays = 0;      ///< judged, each in one scene
-  uint64_t certain = 0;   ///< of them called certain
-  uint64_t compared = 0;  ///< answers of other ways compared with the judged ones
-  uint64_t refused = 0;   ///< meshes that cannot be baked
+  uint64_t rays = 0;     ///< judged, each in one scene
+  uint64_t certain = 0;  ///< of them called certain
+  uint64_t answers = 0;  ///< to these rays, by each way and each of kCalls
+  uint64_t refused = 0;  ///< meshes that cannot be baked
   Tally& operator+=(const Tally& other);
 };
 

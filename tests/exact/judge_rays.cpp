@@ -1,10 +1,12 @@
-// judge_rays [--seconds N] [--seed N] [--cases FIRST COUNT] [--rays N] [--threads N] [--gpu MODULE] [--keep
-// FOLDER]
+// judge_rays [--seconds N] [--seed N] [--cases FIRST COUNT] [--rays N] [--threads N] [--gpu MODULE]
+//            [--keep FOLDER] [--first]
 //
-// Judges answers in exact arithmetic until the time is over: hostile meshes, rays and transforms, every
-// encoding, call, instruction set and batch size. Of each thing that is wrong it prints the case, and writes
-// it, cut down to a few triangles, into the folder: move it to tests/exact/cases to have it tested. The last
-// line counts. Ends with 1 where an answer was wrong.
+// Judges answers in exact arithmetic: hostile meshes, rays and transforms, in every encoding, by every call,
+// instruction set and batch size, until so many cases are judged or the time is over (60 s). Cases have
+// numbers, and are the same in every run with the same seed. --gpu: also by the emulated GPU, which is slow.
+// Prints each case of which something is wrong; --keep writes it as a file, too, cut down to one ray and a
+// few triangles: moved to tests/exact/cases it is a test. --first: until something is wrong. The last line
+// counts. Ends with 1 where an answer was wrong.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -27,6 +29,7 @@ struct Options {
   uint64_t seed = 1, first = 0, count = UINT64_MAX;
   uint32_t rays = 1000, threads = 2, most_findings = 20;
   std::string module, keep;
+  bool until_wrong = false;
 };
 
 Options parse(int argc, char** argv) {
@@ -48,6 +51,8 @@ Options parse(int argc, char** argv) {
       options.rays = uint32_t(std::strtoul(next(), nullptr, 10));
     } else if (key == "--threads") {
       options.threads = uint32_t(std::strtoul(next(), nullptr, 10));
+    } else if (key == "--first") {
+      options.until_wrong = true;
     } else if (key == "--gpu") {
       options.module = next();
     } else if (key == "--keep") {
@@ -72,9 +77,9 @@ class Run {
     for (std::thread& thread : threads) thread.join();
     std::printf(
         "seed %llu: %llu cases in %.0f s, %llu meshes refused; %llu rays judged, %llu of them certain; "
-        "%llu answers compared; %llu wrong\n",
+        "%llu answers; %llu wrong\n",
         to_print(options_.seed), to_print(cases_), now() - start, to_print(tally_.refused),
-        to_print(tally_.rays), to_print(tally_.certain), to_print(tally_.compared), to_print(wrong_));
+        to_print(tally_.rays), to_print(tally_.certain), to_print(tally_.answers), to_print(wrong_));
     return wrong_ != 0;
   }
 
@@ -88,10 +93,11 @@ class Run {
     const std::vector<Way> ways = make_ways(options_.module);
     for (;;) {
       const uint64_t nth = next_++;
-      if (nth >= options_.count || now() > end_) return;
+      if (nth >= options_.count || now() > end_ || (options_.until_wrong && found_)) return;
       const Case one = draw_case(options_.seed, options_.first + nth, options_.rays);
       Tally tally;
       const std::vector<Finding> findings = judge(one, ways, 16, tally);
+      if (!findings.empty()) found_ = true;
       if (!findings.empty()) report(one, options_.first + nth, findings, ways);
       const std::lock_guard lock(mutex_);
       tally_ += tally;
@@ -124,6 +130,7 @@ class Run {
   const double end_;
   std::mutex mutex_;
   std::atomic<uint64_t> next_{0};
+  std::atomic<bool> found_{false};
   Tally tally_;
   uint64_t cases_ = 0, wrong_ = 0, kept_ = 0;
 };

@@ -28,6 +28,10 @@ enum class Placed {
 inline constexpr uint32_t kPlaced = 7;
 const char* name_of(Placed placed);
 
+/// Calls that a ray is asked by: a query of all outputs, one of visibility alone, first hits, what is open,
+/// and a query with a fallback. They must agree.
+inline constexpr uint32_t kCalls = 5;
+
 /// All that one scene says of some rays.
 struct Said {
   explicit Said(size_t count)
