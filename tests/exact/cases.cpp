@@ -136,8 +136,12 @@ std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32
   Random random(one.grid, 1, 1);
   try {
     subject.emplace(one.hostile.mesh, one.transform, random);
-  } catch (const nif::Error&) {  // too large or too small for an encoding
-    ++tally.refused;
+  } catch (const nif::Error& error) {
+    // Too large or too small for an encoding; not what the baker's own checks find.
+    if (error.status() == Status::internal)
+      findings.push_back({Placed::bvh, "bake", one.rays.at(0), error.what()});
+    else
+      ++tally.refused;
     return findings;
   }
   const Judge judge(one.hostile.mesh, one.hostile.closed);
