@@ -153,7 +153,7 @@ awk -v failures="$failures" '{ rays += $3; certain += $4 }
   END { printf "%d random meshes altogether, %d rays, %d of them certain and none of these wrong; %d meshes failed\n", NR, rays, certain, failures }' \
   "$state/meshes.tsv"
 awk -F '\t' '{ rays += $2; certain += $3; answers += $4; wrong += $5 }
-  END { printf "%d hostile rays judged altogether, %d of them certain, %d answers, %d wrong\n", rays, certain, answers, wrong }' "$state/judged.tsv"
+  END { printf "%.0f hostile rays judged altogether, %.0f of them certain, %.0f answers, %.0f wrong\n", rays, certain, answers, wrong }' "$state/judged.tsv"
 if ((findings + failures)); then
   find "$state/findings" "$state/judged" -type f | sed 's/^/finding: /' >&2
   sed 's/^/failed: random mesh /' "$state/failed" >&2
