@@ -23,11 +23,13 @@ inline constexpr float kBvhReach = 0x1p20f;
 
 /// A triangle whose area, twice, is a smaller part of the square of its larger extent is seen nearly edge-on.
 inline constexpr float kEdgeOn = 0x1p-2f;
-/// More than double precision may be off by in a sheared coordinate, as a part of the largest coordinate of
-/// the ray's origin or the root's frame.
-inline constexpr float kShearError = 0x1p-49f;
+/// More than rounding may be off by in a sheared coordinate, as a part of the largest coordinate of the ray's
+/// origin or the root's frame: 16 units in the last place.
+template <class Real>
+inline constexpr Real kShearError = static_cast<Real>(sizeof(Real) == 8 ? 0x1p-49 : 0x1p-20);
 /// Times the square of that error: more than a side is off by, however large the triangle is.
-inline constexpr float kSurelyApart = 0x1p56f;
+template <class Real>
+inline constexpr Real kSurelyApart = 128 / kShearError<Real>;
 
 /// v[axis], without an array that is indexed by a variable.
 NIF_HOST_DEVICE constexpr float component(const float v[3], int axis) {
@@ -74,8 +76,7 @@ NIF_HOST_DEVICE NIF_PART_OF_KERNEL void prepare_for_triangles(const BvhField& fi
   ray.length = static_cast<Real>(component(d, z));
   NIF_UNROLL
   for (int i = 0; i < 2; ++i) ray.shear[i] = static_cast<Real>(component(d, ray.axis[i])) / ray.length;
-  ray.error =
-      static_cast<Real>(max_of(largest_of(segment.origin), field.extent)) * static_cast<Real>(kShearError);
+  ray.error = static_cast<Real>(max_of(largest_of(segment.origin), field.extent)) * kShearError<Real>;
   ray.tmin = static_cast<Real>(segment.tmin);
   ray.tmax = static_cast<Real>(segment.tmax);
 }
@@ -305,7 +306,7 @@ NIF_HOST_DEVICE NIF_PART_OF_KERNEL bool meets_triangle(const TriangleRayOf<Real>
   Real side[3] = {x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]};
   // How far sides of both signs are from 0, at least; not above 0 where there is only one.
   const Real below = -least_of(side), above = most_of(side), apart = below < above ? below : above;
-  if (apart > static_cast<Real>(kSurelyApart) * ray.error * ray.error) return false;
+  if (apart > kSurelyApart<Real> * ray.error * ray.error) return false;
   const Real width = extent_of(x), height = extent_of(y), larger = height > width ? height : width;
   if (apart > 4 * ray.error * ((width + height) + 8 * ray.error)) return false;
   Real sum = (side[0] + side[1]) + side[2], depth = 0;
