@@ -47,10 +47,6 @@ function(nif_compile target)
     # Reports need lines and frames, no more; compiled with less, all is built in two thirds of the time.
     target_compile_options(${target} PRIVATE -fsanitize=${NIF_SANITIZE} -fno-sanitize-recover=all
                                              -fno-omit-frame-pointer -O1 -g1)
-    if(NIF_SANITIZE MATCHES "address.*undefined")
-      # The address sanitizer reports the same as these at the access; without them all is built in three quarters of the time.
-      target_compile_options(${target} PRIVATE -fno-sanitize=null,object-size,vptr)
-    endif()
     if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
       # GCC loses track of what is initialised in code that it has added checks to.
       target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
