@@ -5,15 +5,15 @@
 #                              but the long ones, runs those of format and runtime under the sanitizers, and fuzzes the
 #                              asset reader for a fixed number of inputs
 #   tests/run.sh --quick       the release build and its tests only
-#   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, all that reads files
-#                              under the sanitizers, every fuzzer, code for GPUs of each kind, the runtime alone, each header by itself,
+#   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, all that reads files under
+#                              the sanitizers, every fuzzer, code for GPUs of each kind, the runtime alone, each header by itself,
 #                              and bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
-#                              an hour, and its kernels; slow tests, the baker, the tools and CGAL under the sanitizers; hundreds of kills; 10^7
-#                              segments of each mesh; the same bytes by clang++ and by code that is not optimised; a release
-#                              candidate made twice; code for every GPU; bindings in a browser, in Blender, under Wine; what tests and fuzzers
-#                              reach; then fuzzes and bakes random meshes for so many hours (8), going on from the last time;
-#                              see tests/nightly.sh
+#                              an hour, and its kernels; slow tests, the baker, the tools, the renderer and CGAL under the
+#                              sanitizers; hundreds of kills; 10^7 segments of each mesh; code for every GPU; the same bytes by
+#                              clang++ and by code that is not optimised; a release candidate made twice; bindings in a browser,
+#                              in Blender, under Wine; what tests and fuzzers reach; then fuzzes and bakes random meshes for so
+#                              many hours (8), going on from the last time; see tests/nightly.sh
 #
 # Long tests have ctest's label `long`; those that take long under the sanitizers only, mostly because they train, have `slow`
 # there, and run with --nightly. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are skipped.
@@ -226,8 +226,8 @@ if [[ $size == nightly ]]; then
   if step 'build tests of proofs' build_part release 'truth_test exact_object_test cli_test'; then
     step '10^7 segments of each mesh' many_segments || true
   fi
-  if step 'build code for every GPU' build_part release gpu_test -UNIF_GPU_TARGETS; then
-    step 'test code for every GPU' run_tests build/release/tests/gpu -R GpuCodeTest || true
+  if step 'build code for every GPU' build_part release 'gpu_test gpu_proof' -UNIF_GPU_TARGETS; then
+    step 'test code for every GPU' run_tests build/release/tests/gpu -R 'GpuCodeTest|^gpu_fake' || true
   fi
   asan_tests bake cli mesh_verbs render || true
   step 'the same bytes and bits by other compilers' tests/determinism.sh || true
