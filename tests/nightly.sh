@@ -1,18 +1,19 @@
 #!/usr/bin/env bash
-# What takes hours, and goes on where it was the last time: fuzzes all that reads (tests/fuzz) from the corpora that it keeps,
-# and bakes random meshes, whose certain answers must never be wrong. tests/run.sh --nightly builds what it needs and runs it.
+# What takes hours, and goes on where it was the last time: fuzzes all that reads (tests/fuzz) from the corpora that it keeps;
+# bakes random meshes, whose certain answers must never be wrong; and judges answers about hostile ones in exact arithmetic
+# (tests/exact). tests/run.sh --nightly builds what it needs and runs it.
 #
-#   tests/nightly.sh HOURS     by the clock; on every core but one it fuzzes, on that one it bakes
+#   tests/nightly.sh HOURS     by the clock; on every core but one it fuzzes, on that one it bakes and judges by turns
 #
 # Each round goes to the fuzzer that has had the least CPU time. What is known is kept in build/nightly, or in NIF_NIGHTLY:
 # for each fuzzer a folder in corpus/ and one in findings/ (inputs that crashed; each is tried again at the start, and goes
-# into the corpus once it is mended), fuzz.tsv and meshes.tsv (a line for each round), failed (meshes that failed, tried again
-# at the start, too). It may be ended at any time. Ends with 1 where there is a finding, old or new, or a fuzzer does not start.
+# into the corpus once it is mended), fuzz.tsv, meshes.tsv and judged.tsv (a line for each round), failed (meshes that failed,
+# tried again at the start, too), judged (cases that were answered wrongly, as files). It may be ended at any time. Ends with 1 where there is a finding, old or new, or a fuzzer does not start.
 set -euo pipefail
 [[ ${1-} =~ ^[0-9]+(\.[0-9]+)?$ && $# == 1 ]] \
   || { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2 && exit 2; }
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-nif=build/release/bin/nif built=build/fuzz/tests/fuzz/limits
+nif=build/release/bin/nif judge=build/release/bin/judge_rays built=build/fuzz/tests/fuzz/limits
 [[ -r $built ]] || { echo "tests/nightly.sh: no fuzzers are built; tests/run.sh --nightly builds them" >&2 && exit 2; }
 # Of each fuzzer: which folders it starts with, and its limits.
 declare -A seeds limits
@@ -20,8 +21,8 @@ while IFS=$'\t' read -r name folders options; do
   seeds[$name]=$folders limits[$name]=$options
   [[ $folders != tests/corpus/asset* ]] || seeds[$name]+=' build/fuzz/tests/fuzz/seeds'
 done <"$built"
-for program in "$nif" "${!seeds[@]}"; do
-  [[ $program == "$nif" ]] || program=build/fuzz/bin/fuzz_$program
+for program in "$nif" "$judge" "${!seeds[@]}"; do
+  [[ $program == build/* ]] || program=build/fuzz/bin/fuzz_$program
   [[ -x $program ]] || { echo "tests/nightly.sh: $program is not built; tests/run.sh --nightly builds it" >&2 && exit 2; }
 done
 state=${NIF_NIGHTLY:-build/nightly}
@@ -29,7 +30,8 @@ for name in "${!seeds[@]}"; do mkdir -p "$state/corpus/$name" "$state/findings/$
 state=$(realpath "$state")
 # As it was while there was one fuzzer.
 for folder in corpus findings; do find "$state/$folder" -maxdepth 1 -type f -exec mv -t "$state/$folder/asset" {} +; done
-touch "$state/fuzz.tsv" "$state/meshes.tsv" "$state/failed"
+mkdir -p "$state/judged"
+touch "$state/fuzz.tsv" "$state/meshes.tsv" "$state/judged.tsv" "$state/failed"
 # What fuzzers write is read once: on a disk some of them would wait for it most of their time.
 [[ ! -w /dev/shm ]] || export TMPDIR=/dev/shm
 scratch=$(mktemp -d)
@@ -91,9 +93,19 @@ try_mesh() {
     && jq -e -r '[.sets[]] | if all(.certain_wrong == 0) then "\(map(.rays) | add)\t\(map(.rays * .certain) | add | round)"
                  else error("a certain answer is wrong") end' "$scratch/eval.json"
 }
+# judge_some: the next cases. A line of judged.tsv: date, rays judged, how many of them are certain, answers, wrong ones.
+judge_some() {
+  local n
+  n=$(cat "$state/next_case" 2>/dev/null || echo 0)
+  "$judge" --threads 1 --seed 2 --cases "$n" 200 --seconds 600 --keep "$state/judged" >"$scratch/judged" 2>&1 || true
+  sed -nE "s/.* ([0-9]+) rays judged, ([0-9]+) of them certain; ([0-9]+) answers; ([0-9]+) wrong$/$(date +%F)\t\1\t\2\t\3\t\4/p" \
+    "$scratch/judged" >>"$state/judged.tsv"
+  echo "$((n + 200))" >"$state/next_case.tmp" && mv "$state/next_case.tmp" "$state/next_case"
+}
 meshes() {
   local n counts
   while ((SECONDS < end)); do
+    judge_some
     n=$(($(cat "$state/next" 2>/dev/null || echo 0) + 1))
     if counts=$(try_mesh "$n" 2>"$scratch/said"); then
       printf '%s\t%d\t%s\n' "$(date +%F)" "$n" "$counts" >>"$state/meshes.tsv"
@@ -129,7 +141,7 @@ for ((worker = 0; worker < (workers > 0 ? workers : 1); ++worker)); do fuzz "$wo
 meshes
 wait
 
-findings=$(find "$state/findings" -type f | wc -l) failures=$(sort -u "$state/failed" | wc -l)
+findings=$(find "$state/findings" "$state/judged" -type f | wc -l) failures=$(sort -u "$state/failed" | wc -l)
 while read -r name; do
   awk -F '\t' -v name="fuzz_$name" -v findings="$(find "$state/findings/$name" -type f | wc -l)" \
     -v corpus="$(find "$state/corpus/$name" -type f | wc -l)" '(NF > 3 ? $4 : "fuzz_asset") == name { cpu += $2; inputs += $3 }
@@ -140,8 +152,10 @@ awk '{ cpu += $2 } END { printf "fuzzed for %.1f CPU hours altogether\n", cpu / 
 awk -v failures="$failures" '{ rays += $3; certain += $4 }
   END { printf "%d random meshes altogether, %d rays, %d of them certain and none of these wrong; %d meshes failed\n", NR, rays, certain, failures }' \
   "$state/meshes.tsv"
+awk -F '\t' '{ rays += $2; certain += $3; answers += $4; wrong += $5 }
+  END { printf "%.0f hostile rays judged altogether, %.0f of them certain, %.0f answers, %.0f wrong\n", rays, certain, answers, wrong }' "$state/judged.tsv"
 if ((findings + failures)); then
-  find "$state/findings" -type f | sed 's/^/finding: /' >&2
+  find "$state/findings" "$state/judged" -type f | sed 's/^/finding: /' >&2
   sed 's/^/failed: random mesh /' "$state/failed" >&2
   exit 1
 fi

@@ -37,6 +37,7 @@ build   libboost-iostreams-dev  what OpenVDB is linked with, and its package doe
 build   libcgal-dev           nif mesh: self-intersections, holes, remeshing; tests: a second oracle of rays (NIF_WITH_CGAL)
 sample  jq                    samples/run.sh reads the JSON that nif prints
 check   libgtest-dev          tests
+check   libgmp-dev            tests: the judge in exact arithmetic
 check   pkgconf               tests: the installed package through its .pc file
 check   slurm-wlm             tests: manifests on a cluster, of one node
 check   munge                 tests: the key of that cluster

@@ -45,6 +45,18 @@ if [[ -f $state/fuzz.tsv ]]; then
   echo "$lines" >"$state/recorded"
 fi
 
+# The same of what was judged: rays, how many of them certain, answers, wrong ones.
+touch "$kept/judged.tsv"
+if [[ -f $state/judged.tsv ]]; then
+  recorded=$(cat "$state/judged_recorded" 2>/dev/null || echo 0)
+  lines=$(wc -l <"$state/judged.tsv")
+  { cat "$kept/judged.tsv" && sed -n "$((recorded + 1)),${lines}p" "$state/judged.tsv"; } | LC_ALL=C awk -F '\t' '
+    { for (i = 2; i <= 5; ++i) sum[$1, i] += $i; days[$1] }
+    END { for (day in days) printf "%s\t%.0f\t%.0f\t%.0f\t%.0f\n", day, sum[day, 2], sum[day, 3], sum[day, 4], sum[day, 5] }' | LC_ALL=C sort >"$kept/judged.tsv.new"
+  mv "$kept/judged.tsv.new" "$kept/judged.tsv"
+  echo "$lines" >"$state/judged_recorded"
+fi
+
 # Thousands apart, in all numbers of more than four digits.
 grouped() { sed -E 's/(^|[^0-9.,])([0-9]{2,})([0-9]{3})([^0-9]|$)/\1\2,\3\4/g; :again; s/([0-9]+)([0-9]{3}),/\1,\2,/; t again'; }
 version() { sed -n 's/^version //p' "$out/$1"; }
@@ -69,6 +81,13 @@ version() { sed -n 's/^version //p' "$out/$1"; }
   git grep -h -A 4 '^/// Found by fuzzing' -- tests \
     | awk '/Found by fuzzing/ { wanted = 1 } /^TEST/ && wanted { wanted = 0; print }' \
     | sed -nE 's/^TEST(_F)?\((\w+), (\w+)\).*/- `\2.\3`/p'
+
+  printf '\n## Judged in exact arithmetic\n\n`tests/nightly.sh HOURS` goes on with new cases of `judge_rays`: hostile meshes, rays and transforms, each ray\n'
+  printf 'judged, and asked again by every instruction set, batch size and call ([how](../../CONTRIBUTING.md)).\n\n'
+  printf '| day | rays judged | of them certain | answers | wrong |\n| --- | ---: | ---: | ---: | ---: |\n'
+  awk -F '\t' '{ printf "| %s | %.0f | %.0f | %.0f | %.0f |\n", $1, $2, $3, $4, $5; for (i = 2; i <= 5; ++i) sum[i] += $i }
+    END { printf "| all | %.0f | %.0f | %.0f | %.0f |\n", sum[2], sum[3], sum[4], sum[5] }' "$kept/judged.tsv" | grouped
+  printf '\nCases that were answered wrongly once, and are a test each: %d (`tests/exact/cases`).\n' "$(find tests/exact/cases -type f | wc -l)"
 
   printf '\n## Damaged files\n\n`build/asan/bin/format_test --gtest_filter=GoldenDamage.*`, version %s: golden files, cut and changed.\n' "$(version damage)"
   awk '/damaged files refused/ { refused[$1] += $3; accepted[$1] += $7 }

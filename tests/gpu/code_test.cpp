@@ -140,9 +140,11 @@ struct Bounds {
 /// registers. What then is in memory costs less than twice as many warps gain: measured on an H200
 /// (kernel_list.hpp).
 ///
-/// A triangle seen edge-on is seldom met, but what keeps its depth (keep_depth()) takes registers wherever
-/// triangles are tested: up to 16 on NVIDIA, which is one warp of 14 in nif_scene_hits and in
-/// nif_scene_bvh_details, one of 17 in nif_scene_open, and more in memory where a thread has 64 registers.
+/// A ray seldom passes close to an edge, but what looks at that (passes_close()) takes registers wherever
+/// triangles are tested: up to 16 on AMD and 26 on NVIDIA, which is one wave of 3 in nif_scene_bvh and in
+/// nif_pipeline_walk_any on gfx90a, one warp of 17 in the latter, up to two of 14 in those with details, and
+/// 340 bytes more in memory where a thread has 64 registers. Called as a function, or with twice the digits,
+/// it took 50 to 90.
 ///
 /// A ray from far away is seldom met either. What moves it for boxes takes 2 registers in nif_scene_bvh on
 /// gfx90a, of which there is room for as many waves, and up to 180 bytes more in memory where a thread has 64
@@ -160,19 +162,19 @@ const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
                                             {"nif_pipeline_order", {16, 24, 0, 0}},
                                             {"nif_pipeline_segment_2", {120, 80, 40, 0}},
                                             {"nif_pipeline_segment_any", {128, 120, 32, 0}},
-                                            {"nif_pipeline_walk_any", {168, 120, 112, 168}},
-                                            {"nif_pipeline_walk_any_details", {192, 136, 160, 168}},
+                                            {"nif_pipeline_walk_any", {172, 128, 164, 168}},
+                                            {"nif_pipeline_walk_any_details", {194, 148, 210, 168}},
                                             {"nif_pipeline_walk_one", {96, 80, 56, 0}},
                                             {"nif_pipeline_walk_one_details", {104, 96, 72, 0}},
                                             {"nif_pipeline_walk_segment", {136, 80, 88, 16}},
                                             {"nif_pipeline_walk_segment_details", {160, 104, 152, 16}},
-                                            {"nif_scene_any", {184, 128, 80, 144, 64}},
-                                            {"nif_scene_any_details", {200, 160, 112, 144}},
-                                            {"nif_scene_bvh", {154, 64, 64, 232, 968}},
-                                            {"nif_scene_bvh_single", {152, 64, 64, 120, 320}},
-                                            {"nif_scene_bvh_details", {192, 160, 136, 16}},
-                                            {"nif_scene_hits", {212, 168, 136, 48}},
-                                            {"nif_scene_open", {168, 136, 128, 48}},
+                                            {"nif_scene_any", {184, 128, 93, 144, 216}},
+                                            {"nif_scene_any_details", {200, 186, 113, 144}},
+                                            {"nif_scene_bvh", {170, 64, 112, 352, 1302}},
+                                            {"nif_scene_bvh_single", {154, 64, 68, 200, 772}},
+                                            {"nif_scene_bvh_details", {208, 175, 170, 16}},
+                                            {"nif_scene_hits", {220, 172, 148, 48}},
+                                            {"nif_scene_open", {178, 146, 172, 48}},
                                             {"nif_scene_segment", {144, 64, 64, 112, 640}},
                                             {"nif_scene_segment_details", {176, 112, 112, 72}}};
 

@@ -82,7 +82,9 @@ TEST(Triangles, SeenEdgeOnAreMetWhereTheyAre) {
     cut(1 - (k + l) / 64.0, -a - b);
     kernels::TriangleRay ray;
     kernels::TriangleCrossing<double> crossing;
-    kernels::prepare_for_triangles(segment, ray);
+    kernels::BvhField field;
+    field.extent = 100;
+    kernels::prepare_for_triangles(field, segment, ray);
     const float* const vertices[3] = {corners[0], corners[1], corners[2]};
     const bool found = kernels::meets_triangle(ray, vertices, crossing);
     beside += low > high;

@@ -30,6 +30,9 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 constexpr float kSideError = 24 * 0x1p-24f;
 /// More than what underflow can do to the side of a triangle.
 constexpr float kSideUnderflow = 0x1p-110f;
+/// With coordinates beyond it the sum of a triangle's sides might overflow, or its inverse underflow: then
+/// every triangle is left to the reference.
+constexpr float kMaxSingleReach = 0x1p56f;
 
 /// What the tests read of one ray, in groups of four.
 struct ReadyRay {
@@ -200,7 +203,8 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
                                    hn::IfThenElse(hn::RebindMask(di, second), hn::Set(di, 1), hn::Zero(di)));
   const auto length = choose(direction, 0);
   const auto shear_x = hn::Div(choose(direction, 1), length), shear_y = hn::Div(choose(direction, 2), length);
-  const auto error = hn::Mul(near_reach, hn::Set(d, kSideError));
+  const auto error = hn::IfThenElse(hn::Le(near_reach, hn::Set(d, kMaxSingleReach)),
+                                    hn::Mul(near_reach, hn::Set(d, kSideError)), infinity);
   const auto least_error = hn::MulAdd(error, error, hn::Set(d, kSideUnderflow));
   const auto low = hn::Add(hn::Mul(clamp(tmin), steepest), padding);
   const auto high = hn::Sub(hn::Mul(clamp(tmax), steepest), padding);

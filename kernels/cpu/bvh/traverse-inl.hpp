@@ -123,7 +123,7 @@ class FirstTriangle {
     State& state = flight.state;
     if (!state.prepared) {
       const Segment segment = segment_of(batch_, flight.number);
-      prepare_for_triangles(segment, state.exact);
+      prepare_for_triangles(field, segment, state.exact);
       state.start = start_of(field, segment);
       state.prepared = true;
     }

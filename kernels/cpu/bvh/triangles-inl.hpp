@@ -212,8 +212,10 @@ HWY_INLINE Meets meets_within(const ReadyRay& ray, const float* const corners[3]
   const float u = found.side[0][i], v = found.side[1][i], w = found.side[2][i];
   const float sum = (u + v) + w;
   if (!(magnitude(sum) > 16 * found.error[i])) return Meets::perhaps;
-  const float inverse = 1 / sum, z_mean = ((u * z[0] + v * z[1]) + w * z[2]) * inverse;
-  const float error = 8 * found.error[i] * (most - least) * magnitude(inverse) + padding;
+  // Weights first, which are from 0 to 1: sides times depths may be too small for a float, or too large.
+  const float inverse = 1 / sum;
+  const float z_mean = ((u * inverse) * z[0] + (v * inverse) * z[1]) + (w * inverse) * z[2];
+  const float error = 8 * (found.error[i] * magnitude(inverse)) * (most - least) + padding;
   if (z_mean + error < begin - 2 * padding || end + 2 * padding < z_mean - error) return Meets::no;
   if (begin <= z_mean - error && z_mean + error <= end) return Meets::yes;
   return Meets::perhaps;
@@ -235,7 +237,7 @@ HWY_INLINE bool meets_open(const BvhField& field, const SegmentBatch& batch, uin
     if (HWY_UNLIKELY(meets == Meets::perhaps)) {
       TriangleRay exact;
       TriangleCrossing<double> crossing;
-      prepare_for_triangles(segment_of(batch, number), exact);
+      prepare_for_triangles(field, segment_of(batch, number), exact);
       if (meets_triangle(exact, corners, crossing)) return true;
     }
     if (meets == Meets::yes) return true;

@@ -18,9 +18,9 @@ inline constexpr float kBvhMovedFrom = 64;
 /// as boxes.
 inline constexpr float kBvhFarthest = 0x1p32f;
 /// What counts as the reach of a moved ray: more than its own, because its origin and its ends are rounded,
-/// too; and this part of the reach that it had, 2^5 times what triangles in double precision are off by
-/// there.
-inline constexpr float kMovedReach = 1.5f, kFarReach = 0x1p-25f;
+/// too; and this part of the reach that it had, so that the padding is twice what triangles in double
+/// precision may be off by there.
+inline constexpr float kMovedReach = 1.5f, kFarReach = 0x1p-21f;
 
 NIF_HOST_DEVICE inline float largest_of(const float v[3]) {
   return max_of(magnitude(v[2]), max_of(magnitude(v[1]), magnitude(v[0])));

@@ -21,8 +21,15 @@ inline constexpr float kBvhFlattest = 0x1p-30f;
 /// Origins farther away than this many extents get answers that are not called certain.
 inline constexpr float kBvhReach = 0x1p20f;
 
-/// A triangle whose area, twice, is a smaller part of the square of its larger extent is seen edge-on.
-inline constexpr float kEdgeOn = 0x1p-8f;
+/// A triangle whose area, twice, is a smaller part of the square of its larger extent is seen nearly edge-on.
+inline constexpr float kEdgeOn = 0x1p-2f;
+/// More than rounding may be off by in a sheared coordinate, as a part of the largest coordinate of the ray's
+/// origin or the root's frame: 16 units in the last place.
+template <class Real>
+inline constexpr Real kShearError = static_cast<Real>(sizeof(Real) == 8 ? 0x1p-49 : 0x1p-20);
+/// Times the square of that error: more than a side is off by, however large the triangle is.
+template <class Real>
+inline constexpr Real kSurelyApart = 128 / kShearError<Real>;
 
 /// v[axis], without an array that is indexed by a variable.
 NIF_HOST_DEVICE constexpr float component(const float v[3], int axis) {
@@ -37,6 +44,7 @@ struct TriangleRayOf {
   Real origin[3];  ///< by `axis`
   Real shear[2];   ///< slope of the other two axes against the longest
   Real length;     ///< the direction's longest component, with its sign
+  Real error;      ///< more than rounding moves a sheared coordinate by
   Real tmin, tmax;
 };
 using TriangleRay = TriangleRayOf<double>;
@@ -55,7 +63,7 @@ using BvhRay = BvhRayOf<double>;
 
 /// Of a segment that prepare_ray() takes.
 template <class Real>
-NIF_HOST_DEVICE NIF_PART_OF_KERNEL void prepare_for_triangles(const Segment& segment,
+NIF_HOST_DEVICE NIF_PART_OF_KERNEL void prepare_for_triangles(const BvhField& field, const Segment& segment,
                                                               TriangleRayOf<Real>& ray) {
   const float* d = segment.direction;
   int z = magnitude(d[1]) > magnitude(d[0]) ? 1 : 0;
@@ -68,6 +76,7 @@ NIF_HOST_DEVICE NIF_PART_OF_KERNEL void prepare_for_triangles(const Segment& seg
   ray.length = static_cast<Real>(component(d, z));
   NIF_UNROLL
   for (int i = 0; i < 2; ++i) ray.shear[i] = static_cast<Real>(component(d, ray.axis[i])) / ray.length;
+  ray.error = static_cast<Real>(max_of(largest_of(segment.origin), field.extent)) * kShearError<Real>;
   ray.tmin = static_cast<Real>(segment.tmin);
   ray.tmax = static_cast<Real>(segment.tmax);
 }
@@ -127,7 +136,7 @@ NIF_HOST_DEVICE bool prepare_ray(const BvhField& field, const Segment& segment, 
   ray.start = start_of(field, segment);
   if (ray.start != 0) move_boxes(field, segment, far, steepest, ray);
 
-  prepare_for_triangles(segment, ray);
+  prepare_for_triangles(field, segment, ray);
   return true;
 }
 
@@ -159,49 +168,129 @@ struct TriangleCrossing {
   Real t, weight[3], sum;
 };
 
-/// Keeps a triangle's depth to those that it has where a coordinate, given of its corners as the depths are,
-/// is 0. False where it has none.
 template <class Real>
-NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL bool keep_depth(const Real a[3], const Real z[3], Real& depth) {
-  // One corner is on one side, two are on the other.
-  bool side[3] = {a[0] <= 0, a[1] <= 0, a[2] <= 0};
-  if (side[0] == side[1] && side[0] == side[2]) {
-    NIF_UNROLL
-    for (int i = 0; i < 3; ++i) side[i] = a[i] < 0;
-    if (side[0] == side[1] && side[0] == side[2]) return false;
-  }
-  const bool first = side[1] == side[2], second = side[0] == side[2];
-  const Real from = first ? a[0] : second ? a[1] : a[2], at = first ? z[0] : second ? z[1] : z[2];
-  Real to = first ? a[1] : a[0], end = first ? z[1] : z[0];
-  const Real other = first || second ? a[2] : a[1], other_end = first || second ? z[2] : z[1];
-  Real least = static_cast<Real>(kNoHit), most = -least;
-  NIF_NO_UNROLL
-  for (int edge = 0; edge < 2; ++edge) {
-    const Real crossing = at + (end - at) * (from / (from - to));
-    least = crossing < least ? crossing : least;
-    most = crossing > most ? crossing : most;
-    to = other;
-    end = other_end;
-  }
-  depth = depth > least ? depth : least;
-  depth = depth < most ? depth : most;
-  return true;
+NIF_HOST_DEVICE constexpr Real least_of(const Real a[3]) {
+  const Real low = a[0] < a[1] ? a[0] : a[1];
+  return a[2] < low ? a[2] : low;
 }
-
+template <class Real>
+NIF_HOST_DEVICE constexpr Real most_of(const Real a[3]) {
+  const Real high = a[0] > a[1] ? a[0] : a[1];
+  return a[2] > high ? a[2] : high;
+}
 template <class Real>
 NIF_HOST_DEVICE constexpr Real extent_of(const Real a[3]) {
-  const Real low = a[0] < a[1] ? a[0] : a[1], high = a[0] < a[1] ? a[1] : a[0];
-  return (a[2] > high ? a[2] : high) - (a[2] < low ? a[2] : low);
+  return most_of(a) - least_of(a);
+}
+template <class Real>
+NIF_HOST_DEVICE constexpr Real size_of(Real x) {
+  return x < 0 ? -x : x;
+}
+template <class Real>
+NIF_HOST_DEVICE constexpr Real largest_of_two(Real x, Real y) {
+  return size_of(x) > size_of(y) ? size_of(x) : size_of(y);
+}
+
+/// A vertex seen from the ray's origin and sheared so that the ray runs along z.
+template <class Real>
+struct SeenVertex {
+  Real x, y, z;
+};
+template <class Real>
+NIF_HOST_DEVICE NIF_PART_OF_KERNEL SeenVertex<Real> see(const TriangleRayOf<Real>& ray, const float* vertex) {
+  const Real z = static_cast<Real>(vertex[ray.axis[2]]) - ray.origin[2];
+  return {(static_cast<Real>(vertex[ray.axis[0]]) - ray.origin[0]) - ray.shear[0] * z,
+          (static_cast<Real>(vertex[ray.axis[1]]) - ray.origin[1]) - ray.shear[1] * z, z};
+}
+/// How often weights are corrected, and how near, in errors of a sheared coordinate, the point of them must
+/// be to the ray.
+inline constexpr int kCorrections = 16;
+inline constexpr float kPointNear = 4;
+/// Triangles seen narrower than this many errors have edges that are this near.
+inline constexpr float kEdgeNear = 128;
+
+/// Where a ray passes a triangle that sides in double precision are not right enough for: the depth, and
+/// weights of the vertices p, q, r, which start as the sides. False where it does not.
+///
+/// Weights are corrected by how far beside the ray the point is that they give, which is known well. So they
+/// become right unless the triangle is seen so narrow that its nearest edge will do. That also does where the
+/// ray passes beside the triangle, by no more than rounding may have moved it. What is seldom needed is in
+/// loops, and vertices are seen again in each: so it takes few registers from GPUs' kernels.
+template <class Real>
+NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL bool passes_close(const TriangleRayOf<Real>& ray, const float* p,
+                                                          const float* q, const float* r, Real& a, Real& b,
+                                                          Real& c, Real& depth) {
+  // The three take turns: each loop gives them back as it found them.
+  const auto turn = [](auto& first, auto& second, auto& third) {
+    const auto was = first;
+    first = second;
+    second = third;
+    third = was;
+  };
+  if (a == 0 && b == 0 && c == 0) return false;  // the ray lies in its plane
+  const Real sum = (a + b) + c;
+  bool found = false;
+  if (sum != 0) {
+    NIF_NO_UNROLL
+    for (int n = 0; n < kCorrections && !found; ++n) {
+      const Real whole = (a + b) + c;
+      a /= whole;
+      b /= whole;
+      c /= whole;
+      SeenVertex<Real> mean{0, 0, 0};
+      NIF_NO_UNROLL
+      for (int i = 0; i < 3; ++i) {
+        const SeenVertex<Real> seen = see(ray, p);
+        mean.x += a * seen.x;
+        mean.y += a * seen.y;
+        mean.z += a * seen.z;
+        turn(p, q, r);
+        turn(a, b, c);
+      }
+      found = largest_of_two(mean.x, mean.y) <= static_cast<Real>(kPointNear) * ray.error;
+      depth = mean.z;
+      NIF_NO_UNROLL
+      for (int i = 0; i < 3 && !found; ++i) {
+        const SeenVertex<Real> from = see(ray, q), to = see(ray, r);
+        a -= (mean.x * (to.y - from.y) - mean.y * (to.x - from.x)) / sum;
+        turn(p, q, r);
+        turn(a, b, c);
+      }
+    }
+    found = found && a >= 0 && b >= 0 && c >= 0;
+  }
+  if (found) return true;
+  Real nearest = static_cast<Real>(kEdgeNear) * ray.error;
+  NIF_NO_UNROLL
+  for (int i = 0; i < 3; ++i) {
+    const SeenVertex<Real> from = see(ray, p), to = see(ray, q);
+    const Real along_x = to.x - from.x, along_y = to.y - from.y;
+    const Real square = along_x * along_x + along_y * along_y;
+    Real part = square > 0 ? -(from.x * along_x + from.y * along_y) / square : 0;
+    part = part < 0 ? 0 : part > 1 ? 1 : part;
+    const Real distance = largest_of_two(from.x + part * along_x, from.y + part * along_y);
+    if (distance <= nearest) {
+      nearest = distance;
+      found = true;
+      depth = from.z + part * (to.z - from.z);
+      a = 1 - part;
+      b = part;
+      c = 0;
+    }
+    turn(p, q, r);
+    turn(a, b, c);
+  }
+  return found;
 }
 
 /// Does the ray meet the triangle? After Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT
 /// 2013): vertices are sheared so that the ray runs along one axis, and the signs of three edge functions
-/// decide. Both triangles at an edge compute it from the same numbers, with opposite sign, and points on it
-/// belong to both, so nothing leaks between them. A triangle seen exactly edge-on is not met.
+/// decide. A triangle seen exactly edge-on is not met.
 ///
-/// Seen almost edge-on, the signs of a triangle beside the ray may agree by rounding, and the mean of the
-/// depths is noise. So the depth is kept to what the triangle has where its wider coordinate is 0, which is
-/// nothing where it lies beside the ray (docs/encodings/bvh.md, "Triangles seen edge-on").
+/// Sides are off by rounding. Where that may be what decides, or where the mean of the depths would be noise
+/// because the triangle is seen nearly edge-on, passes_close() does: no ray that meets a triangle misses it,
+/// so none slips through where triangles touch, whether or not they share an edge (docs/encodings/bvh.md,
+/// "Close to an edge").
 template <class Real>
 NIF_HOST_DEVICE NIF_PART_OF_KERNEL bool meets_triangle(const TriangleRayOf<Real>& ray,
                                                        const float* const vertices[3],
@@ -209,22 +298,27 @@ NIF_HOST_DEVICE NIF_PART_OF_KERNEL bool meets_triangle(const TriangleRayOf<Real>
   Real x[3], y[3], z[3];
   NIF_UNROLL
   for (int i = 0; i < 3; ++i) {
-    z[i] = static_cast<Real>(vertices[i][ray.axis[2]]) - ray.origin[2];
-    x[i] = (static_cast<Real>(vertices[i][ray.axis[0]]) - ray.origin[0]) - ray.shear[0] * z[i];
-    y[i] = (static_cast<Real>(vertices[i][ray.axis[1]]) - ray.origin[1]) - ray.shear[1] * z[i];
+    const SeenVertex<Real> seen = see(ray, vertices[i]);
+    x[i] = seen.x;
+    y[i] = seen.y;
+    z[i] = seen.z;
   }
-  const Real u = x[2] * y[1] - y[2] * x[1], v = x[0] * y[2] - y[0] * x[2], w = x[1] * y[0] - y[1] * x[0];
-  if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
-  const Real sum = (u + v) + w;
-  if (sum == 0) return false;
-  Real depth = ((u * z[0] + v * z[1]) + w * z[2]) / sum;
+  Real side[3] = {x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]};
+  // How far sides of both signs are from 0, at least; not above 0 where there is only one.
+  const Real below = -least_of(side), above = most_of(side), apart = below < above ? below : above;
+  if (apart > kSurelyApart<Real> * ray.error * ray.error) return false;
   const Real width = extent_of(x), height = extent_of(y), larger = height > width ? height : width;
-  if ((sum < 0 ? -sum : sum) < static_cast<Real>(kEdgeOn) * larger * larger) {
-    const bool by_y = height > width;
-    const Real wider[3] = {by_y ? y[0] : x[0], by_y ? y[1] : x[1], by_y ? y[2] : x[2]};
-    if (!keep_depth(wider, z, depth)) return false;
+  if (apart > 4 * ray.error * ((width + height) + 8 * ray.error)) return false;
+  Real sum = (side[0] + side[1]) + side[2], depth = 0;
+  if (apart > 0 || size_of(sum) < static_cast<Real>(kEdgeOn) * larger * larger) {
+    if (!passes_close(ray, vertices[0], vertices[1], vertices[2], side[0], side[1], side[2], depth))
+      return false;
+    sum = 1;
+  } else {
+    if (sum == 0) return false;
+    depth = ((side[0] * z[0] + side[1] * z[1]) + side[2] * z[2]) / sum;
   }
-  crossing = {depth / ray.length, {u, v, w}, sum};
+  crossing = {depth / ray.length, {side[0], side[1], side[2]}, sum};
   return ray.tmin <= crossing.t && crossing.t <= ray.tmax;
 }
 

@@ -13,7 +13,7 @@ namespace nif::kernels {
 
 /// Rays that start more extents away are not moved for planes: what triangles are off by there is no longer
 /// small beside a cell.
-inline constexpr float kPlanesFarthest = 0x1p24f;
+inline constexpr float kPlanesFarthest = kBvhReach;
 
 /// What planes see of a segment.
 struct SeenSegment {

@@ -117,43 +117,58 @@ class Tree:
         k0, k1 = (k2 + 1) % 3, (k2 + 2) % 3
         o0, o1, o2, d2 = o[k0], o[k1], o[k2], d[k2]
         sx, sy = d[k0] / d2, d[k1] / d2
-        for a, b, c in self.triangles:
-            z0, z1, z2 = a[k2] - o2, b[k2] - o2, c[k2] - o2
-            x0, x1, x2 = a[k0] - o0 - sx * z0, b[k0] - o0 - sx * z1, c[k0] - o0 - sx * z2
-            y0, y1, y2 = a[k1] - o1 - sy * z0, b[k1] - o1 - sy * z1, c[k1] - o1 - sy * z2
-            u = x2 * y1 - y2 * x1
-            v = x0 * y2 - y0 * x2
-            w = x1 * y0 - y1 * x0
-            if (u < 0 or v < 0 or w < 0) and (u > 0 or v > 0 or w > 0):
-                continue
-            total = u + v + w
-            if total == 0:
-                continue
-            depth = divide(u * z0 + v * z1 + w * z2, total)
-            x, y = (x0, x1, x2), (y0, y1, y2)
+        error = max(*map(abs, o), self.extent) * 2.0**-49
+        for corners in self.triangles:
+            z = [p[k2] - o2 for p in corners]
+            x = [p[k0] - o0 - sx * c for p, c in zip(corners, z)]
+            y = [p[k1] - o1 - sy * c for p, c in zip(corners, z)]
+            side = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]]
+            apart = min(-min(side), max(side))
             width, height = max(x) - min(x), max(y) - min(y)
+            if apart > 2.0**56 * error * error or apart > 4 * error * (width + height + 8 * error):
+                continue
             larger = max(width, height)
-            if abs(total) < 2.0**-8 * larger * larger:
-                depth = kept(depth, y if height > width else x, (z0, z1, z2))
-                if depth is None:
-                    continue
-            t = depth / d2
-            if tmin <= t <= tmax:
+            total = side[0] + side[1] + side[2]
+            if apart > 0 or abs(total) < 0.25 * larger * larger:
+                depth = close(side, x, y, z, error)
+            else:
+                depth = divide(mean(side, z), total) if total != 0 else None
+            if depth is not None and tmin <= depth / d2 <= tmax:
                 return True
         return False
 
 
-def kept(depth, a, z):
-    """The depth, kept to those that the triangle has where `a` is 0; None where it has none."""
-    side = [c <= 0 for c in a]
-    if len(set(side)) == 1:
-        side = [c < 0 for c in a]
-        if len(set(side)) == 1:
-            return None
-    p = next(i for i in range(3) if side.count(side[i]) == 1)
-    ends = [z[p] + (z[k] - z[p]) * (a[p] / (a[p] - a[k])) for k in range(3) if k != p]
-    depth = depth if depth > min(ends) else min(ends)
-    return depth if depth < max(ends) else max(ends)
+def mean(weights, values):
+    return weights[0] * values[0] + weights[1] * values[1] + weights[2] * values[2]
+
+
+def close(side, x, y, z, error):
+    """The depth at which the ray passes a triangle that is close to it, or seen edge-on; None where it does not."""
+    if side == [0, 0, 0]:
+        return None
+    total = side[0] + side[1] + side[2]
+    if total != 0:
+        weights = list(side)
+        for _ in range(16):
+            whole = weights[0] + weights[1] + weights[2]
+            weights = [divide(w, whole) for w in weights]
+            aside, across = mean(weights, x), mean(weights, y)
+            if max(abs(aside), abs(across)) <= 4 * error:
+                if min(weights) >= 0:
+                    return mean(weights, z)
+                break
+            for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+                weights[i] -= divide(aside * (y[k] - y[j]) - across * (x[k] - x[j]), total)
+    nearest, depth = 128 * error, None
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        along_x, along_y = x[j] - x[i], y[j] - y[i]
+        square = along_x * along_x + along_y * along_y
+        part = -(x[i] * along_x + y[i] * along_y) / square if square > 0 else 0.0
+        part = min(max(part, 0.0), 1.0)
+        distance = max(abs(x[i] + part * along_x), abs(y[i] + part * along_y))
+        if distance <= nearest:
+            nearest, depth = distance, z[i] + part * (z[j] - z[i])
+    return depth
 
 
 def contains(box, point):

@@ -1,0 +1,314 @@
+#include "tests/exact/cases.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "formats/base/status.hpp"
+#include "tests/exact/judge.hpp"
+
+namespace nif::test {
+namespace {
+
+bool is_finite(const float v[3]) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
+bool has_points(const NifRay& ray) {
+  return is_finite(ray.origin) && is_finite(ray.direction) && ray.tmin <= ray.tmax &&
+         (ray.direction[0] != 0 || ray.direction[1] != 0 || ray.direction[2] != 0);
+}
+
+/// What is wrong with what is said of ray i, which has points.
+std::string wrong(const Judge& judge, const Look& look, const Subject& subject, Placed placed,
+                  const Said& said, size_t i) {
+  const FirstHits& hits = said.hits;
+  const bool triangles =
+      placed != Placed::proof && placed != Placed::moved_proof && placed != Placed::all_three;
+  if (said.certain[i]) {
+    std::string what = said.visible[i] ? judge.visible(look) : judge.occluded(look);
+    if (!what.empty()) return what;
+  }
+  if (triangles && (hits.hit[i] != 0) == (said.visible[i] != 0)) return "visible and hit, or neither";
+  if (hits.certain[i] && hits.hit[i] && triangles) {
+    mesh::Float3 corners[3];
+    subject.corners_of(hits.triangle[i], corners);
+    std::string what = judge.first_hit(look, hits.t[i], corners);
+    if (!what.empty()) return what;
+  }
+  // Of triangles both are t, rounded to a float.
+  const bool rounded = placed != Placed::proof && placed != Placed::moved_proof;
+  std::string what =
+      judge.nothing_before(look, rounded ? std::nextafter(hits.low[i], -kEndless) : hits.low[i]);
+  if (!what.empty()) return what;
+  if (hits.high[i] < kEndless)
+    what = judge.something_until(look, rounded ? std::nextafter(hits.high[i], kEndless) : hits.high[i]);
+  if (!what.empty()) return what;
+  return said.listed[i] ? judge.only_between(look, said.begin[i], said.end[i]) : std::string();
+}
+
+/// Of a ray without points, or with numbers that are none.
+std::string wrong_of_none(const NifRay& ray, const Said& said, size_t i) {
+  const bool no_points = ray.tmin > ray.tmax;
+  const bool right = said.visible[i] && (said.certain[i] != 0) == no_points;
+  return right ? std::string() : "an invalid ray that is answered";
+}
+
+bool same_bits(const float* a, const float* b, size_t count) {
+  return std::memcmp(a, b, count * sizeof(float)) == 0;
+}
+/// Whether two ways say the same of a ray.
+bool agree(const Said& a, size_t i, const Said& b, size_t j) {
+  bool same = a.visible[i] == b.visible[j] && a.certain[i] == b.certain[j] && a.logit[i] == b.logit[j] &&
+              a.listed[i] == b.listed[j];
+  if (a.listed[i]) same = same && a.begin[i] == b.begin[j] && a.end[i] == b.end[j];
+  const FirstHits &p = a.hits, &q = b.hits;
+  return same && p.hit[i] == q.hit[j] && p.certain[i] == q.certain[j] && p.triangle[i] == q.triangle[j] &&
+         p.instance[i] == q.instance[j] && p.object[i] == q.object[j] && same_bits(&p.t[i], &q.t[j], 1) &&
+         same_bits(&p.low[i], &q.low[j], 1) && same_bits(&p.high[i], &q.high[j], 1) &&
+         same_bits(&p.u[i], &q.u[j], 1) && same_bits(&p.v[i], &q.v[j], 1) &&
+         same_bits(&p.normal[3 * i], &q.normal[3 * j], 3) && same_bits(&p.color[3 * i], &q.color[3 * j], 3);
+}
+std::string both(const Said& a, size_t i, const Said& b, size_t j) {
+  std::ostringstream text;
+  text << std::hexfloat;
+  for (const auto& [said, k] : {std::pair(&a, i), std::pair(&b, j)})
+    text << (k == i && said == &a ? "visible " : " but visible ") << int(said->visible[k]) << " certain "
+         << int(said->certain[k]) << " t " << said->hits.t[k] << " (" << said->hits.low[k] << ".."
+         << said->hits.high[k] << ") triangle " << int32_t(said->hits.triangle[k]) << " listed "
+         << int(said->listed[k]);
+  return text.str();
+}
+
+/// Rays of kinds that differ at random, so that batches have some of each.
+std::vector<NifRay> draw_rays(const mesh::Mesh& mesh, const mesh::Box& box, uint32_t count, Random& random) {
+  const auto generators = ray_generators();
+  std::vector<NifRay> rays;
+  for (uint32_t i = 0; i < count; ++i) {
+    // Few of what is invalid, the last one.
+    const size_t kind =
+        random.below(64) == 0 ? generators.size() - 1 : random.below(uint32_t(generators.size() - 1));
+    rays.push_back(generators[kind].draw(mesh, box, random));
+  }
+  return rays;
+}
+
+NifRay through(const Transform& m, const NifRay& ray) {
+  NifRay moved = ray;
+  for (size_t a = 0; a < 3; ++a) {
+    double origin = double(m[4 * a + 3]), direction = 0;
+    for (size_t b = 0; b < 3; ++b) {
+      origin += double(m[4 * a + b]) * double(ray.origin[b]);
+      direction += double(m[4 * a + b]) * double(ray.direction[b]);
+    }
+    moved.origin[a] = float(origin);
+    moved.direction[a] = float(direction);
+  }
+  return moved;
+}
+
+bool is_moved(Placed placed) { return placed >= Placed::moved_bvh; }
+
+}  // namespace
+
+Tally& Tally::operator+=(const Tally& other) {
+  rays += other.rays, certain += other.certain, answers += other.answers, refused += other.refused;
+  return *this;
+}
+
+Case draw_case(uint64_t seed, uint64_t number, uint32_t rays) {
+  Random random(seed, 0xca5e, number);
+  const auto meshes = mesh_generators();
+  const auto transforms = transform_generators();
+  const MeshGenerator& mesh = meshes[number % meshes.size()];
+  Case one{mesh.name, mesh.make(random), {}, {}, random.bits()};
+  const mesh::Box box = mesh::bounds(one.hostile.mesh.positions, one.hostile.mesh.triangles);
+  const TransformGenerator& transform = transforms[random.below(uint32_t(transforms.size()))];
+  one.name += std::string(", ") + transform.name;
+  one.transform = transform.draw(box, random);
+  one.rays = draw_rays(one.hostile.mesh, box, rays, random);
+  return one;
+}
+
+std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32_t gpu_rays, Tally& tally) {
+  std::vector<Finding> findings;
+  std::optional<Subject> subject;
+  Random random(one.grid, 1, 1);
+  try {
+    subject.emplace(one.hostile.mesh, one.transform, random);
+  } catch (const nif::Error& error) {
+    // Too large or too small for an encoding; not what the baker's own checks find.
+    if (error.status() == Status::internal)
+      findings.push_back({Placed::bvh, "bake", one.rays.at(0), error.what()});
+    else
+      ++tally.refused;
+    return findings;
+  }
+  const Judge judge(one.hostile.mesh, one.hostile.closed);
+  // In the world, and in a world that the transform leads to.
+  std::vector<NifRay> moved;
+  for (const NifRay& ray : one.rays) moved.push_back(through(one.transform, ray));
+  const double aside = 0x1.02p-14 * double(judge.extent());
+  std::vector<std::optional<Look>> looks(one.rays.size()), moved_looks(one.rays.size());
+  for (size_t i = 0; i < one.rays.size(); ++i) {
+    if (has_points(one.rays[i])) looks[i] = judge.look(one.rays[i]);
+    if (has_points(moved[i])) moved_looks[i] = judge.look(moved[i], one.transform, aside);
+  }
+  std::vector<std::optional<Said>> base(kPlaced);
+  for (const Way& way : ways) {
+    const nifkit::Asset asset = subject->load(way);
+    for (uint32_t p = 0; p < kPlaced; ++p) {
+      const auto placed = Placed(p);
+      if (!subject->has(placed)) continue;
+      const std::vector<NifRay>& rays = is_moved(placed) ? moved : one.rays;
+      // Of few rays at a time some do: calls are what takes the time.
+      const bool first_way = &way == ways.data();
+      const size_t most = first_way        ? rays.size()
+                          : way.gpu        ? gpu_rays
+                          : way.most <= 2  ? 32
+                          : way.most < 100 ? 200
+                                           : rays.size();
+      const size_t count = std::min(most, rays.size());
+      if (count == 0) continue;
+      const size_t first = random.below(uint32_t(rays.size() - count + 1));
+      std::optional<Said> said;
+      try {
+        said = subject->ask(
+            way, asset, placed,
+            {rays.begin() + std::ptrdiff_t(first), rays.begin() + std::ptrdiff_t(first + count)});
+      } catch (const nifkit::Error& error) {
+        if (error.code() != NIF_ERROR_SINGULAR_TRANSFORM) throw;
+        continue;
+      } catch (const std::runtime_error& error) {
+        findings.push_back({placed, way.name, rays[first], error.what()});
+        continue;
+      }
+      tally.answers += kCalls * count;
+      if (first_way) {
+        for (size_t i = 0; i < rays.size(); ++i) {
+          ++tally.rays;
+          tally.certain += said->certain[i];
+          const std::optional<Look>& look = (is_moved(placed) ? moved_looks : looks)[i];
+          std::string what =
+              look ? wrong(judge, *look, *subject, placed, *said, i) : wrong_of_none(rays[i], *said, i);
+          if (!what.empty()) findings.push_back({placed, way.name, rays[i], std::move(what)});
+        }
+        base[p] = std::move(said);
+        continue;
+      }
+      if (!base[p]) continue;
+      for (size_t j = 0; j < count; ++j)
+        if (!agree(*base[p], first + j, *said, j))
+          findings.push_back({placed, way.name, rays[first + j], both(*base[p], first + j, *said, j)});
+    }
+  }
+  return findings;
+}
+
+Case minimise(const Case& one, const Finding& finding, const std::vector<Way>& ways) {
+  Case least = one;
+  const auto still_wrong = [&](const Case& some) {
+    Tally tally;
+    const std::vector<Finding> found = judge(some, ways, 1000, tally);
+    return std::any_of(found.begin(), found.end(), [&](const Finding& f) {
+      return f.placed == finding.placed && (f.way == ways[0].name) == (finding.way == ways[0].name);
+    });
+  };
+  // The ray: by halves, because batches may matter.
+  for (size_t part = least.rays.size(); part > 0; part /= 2)
+    for (size_t first = 0; least.rays.size() > 1 && first < least.rays.size();) {
+      Case fewer = least;
+      const size_t last = std::min(first + part, fewer.rays.size());
+      fewer.rays.erase(fewer.rays.begin() + std::ptrdiff_t(first), fewer.rays.begin() + std::ptrdiff_t(last));
+      if (!fewer.rays.empty() && still_wrong(fewer))
+        least = std::move(fewer);
+      else
+        first += part;
+    }
+  auto& triangles = least.hostile.mesh.triangles;
+  for (size_t part = triangles.size() / 2; part > 0; part /= 2)
+    for (size_t first = 0; first < triangles.size();) {
+      Case fewer = least;
+      auto& rest = fewer.hostile.mesh.triangles;
+      fewer.hostile.closed = false;
+      rest.erase(rest.begin() + std::ptrdiff_t(first),
+                 rest.begin() + std::ptrdiff_t(std::min(first + part, rest.size())));
+      if (!rest.empty() && still_wrong(fewer))
+        least = std::move(fewer);
+      else
+        first += part;
+    }
+  return least;
+}
+
+std::string to_text(const Case& one, const std::vector<std::string>& remarks) {
+  std::ostringstream text;
+  for (const std::string& remark : remarks) text << "# " << remark << '\n';
+  text << std::hexfloat << "name " << one.name << "\nclosed " << one.hostile.closed << "\ngrid " << one.grid
+       << "\ntransform";
+  for (const float x : one.transform) text << ' ' << x;
+  text << '\n';
+  std::vector<uint32_t> number(one.hostile.mesh.positions.size(), 0);
+  uint32_t used = 0;
+  for (const mesh::Triangle& t : one.hostile.mesh.triangles) {
+    for (const uint32_t corner : t) {
+      if (number[corner]) continue;
+      number[corner] = ++used;
+      const mesh::Float3& p = one.hostile.mesh.positions[corner];
+      text << "v " << p[0] << ' ' << p[1] << ' ' << p[2] << '\n';
+    }
+    text << "f " << number[t[0]] << ' ' << number[t[1]] << ' ' << number[t[2]] << '\n';
+  }
+  for (const NifRay& r : one.rays)
+    text << "ray " << r.origin[0] << ' ' << r.origin[1] << ' ' << r.origin[2] << ' ' << r.direction[0] << ' '
+         << r.direction[1] << ' ' << r.direction[2] << ' ' << r.tmin << ' ' << r.tmax << '\n';
+  return text.str();
+}
+
+Case read_case(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  if (!stream) throw std::runtime_error(file.string() + ": cannot be read");
+  Case one;
+  one.hostile.mesh.name = file.stem().string();
+  std::string line;
+  for (int number = 1; std::getline(stream, line); ++number) {
+    std::istringstream words(line);
+    std::string key, word;
+    words >> key;
+    const auto refuse = [&] {
+      throw std::runtime_error(file.string() + ":" + std::to_string(number) + ": '" + line +
+                               "' is no line of a case");
+    };
+    const auto read = [&](float& x) {  // streams do not read hexadecimal floats
+      if (!(words >> word)) refuse();
+      size_t length = 0;
+      x = std::stof(word, &length);
+      if (length != word.size()) refuse();
+    };
+    if (key.empty() || key[0] == '#') continue;
+    if (key == "name") {
+      std::getline(words >> std::ws, one.name);
+    } else if (key == "closed") {
+      words >> one.hostile.closed;
+    } else if (key == "grid") {
+      words >> one.grid;
+    } else if (key == "transform") {
+      for (float& x : one.transform) read(x);
+    } else if (key == "v") {
+      for (float& x : one.hostile.mesh.positions.emplace_back()) read(x);
+    } else if (key == "f") {
+      for (uint32_t& corner : one.hostile.mesh.triangles.emplace_back())
+        if (!(words >> corner) || corner-- == 0 || corner >= one.hostile.mesh.positions.size()) refuse();
+    } else if (key == "ray") {
+      NifRay& r = one.rays.emplace_back();
+      for (float* x : {&r.origin[0], &r.origin[1], &r.origin[2], &r.direction[0], &r.direction[1],
+                       &r.direction[2], &r.tmin, &r.tmax})
+        read(*x);
+    } else {
+      refuse();
+    }
+  }
+  return one;
+}
+
+}  // namespace nif::test

@@ -1,0 +1,102 @@
+// Decides in exact arithmetic where a ray meets a mesh, and says of an answer what is wrong with it. It
+// shares no code with what it judges.
+//
+// Signs are exact: in double precision with a bound of its error, else in whole numbers of GMP's. Distances
+// are worked out with 113 bits, 2^60 times finer than the tolerances that they are compared with.
+#pragma once
+
+#include <nif/nif.h>
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/mesh/scene.hpp"
+
+namespace nif::test {
+
+/// 113 bits.
+#ifdef __SIZEOF_FLOAT128__
+using Quad = __float128;
+#else
+using Quad = long double;
+#endif
+
+inline constexpr float kEndless = std::numeric_limits<float>::infinity();
+
+struct Quad3 {
+  Quad x, y, z;
+};
+
+/// Where an exact line meets a triangle.
+struct Meeting {
+  uint32_t triangle;
+  Quad t;
+  Quad height, rate;  ///< of the origin above the triangle's plane, and how it changes with t
+  /// Seen so wide, and so far from its edges, that an answer may not miss it.
+  bool sure;
+};
+
+/// An answer may be that of a ray moved by less than `aside`: all it says must be true of the mesh then.
+struct Look {
+  Quad3 origin, direction;
+  float tmin, tmax;
+  Quad aside;
+  std::vector<Meeting> meetings;
+};
+
+class Judge {
+ public:
+  /// Copies what it needs.
+  Judge(const mesh::Mesh& mesh, bool closed);
+
+  /// The largest coordinate.
+  float extent() const { return extent_; }
+
+  /// Of a valid ray, as it is. Answers may be off by 2^-40 of the largest coordinate of origin and mesh
+  /// (docs/encodings/bvh.md).
+  Look look(const NifRay& ray) const;
+  /// Of a ray that reaches the mesh through a transform, object to world, and whose answers may be off by
+  /// `aside` in object space.
+  Look look(const NifRay& ray, const std::array<float, 12>& transform, double aside) const;
+
+  /// Does the ray start inside of the mesh, farther than `aside` from it? Only of closed ones.
+  bool starts_inside(const Look& look) const;
+
+  // Each returns what is wrong, or nothing.
+  std::string visible(const Look& look) const;   ///< nothing is met
+  std::string occluded(const Look& look) const;  ///< something is
+  /// Something is met at t, to a float's accuracy, and nothing before.
+  std::string first_hit(const Look& look, float t, const mesh::Float3 corners[3]) const;
+  /// Nothing is met before `low`.
+  std::string nothing_before(const Look& look, float low) const;
+  /// Something is met at `high` or before.
+  std::string something_until(const Look& look, float high) const;
+  /// Nothing is met before `begin` or after `end`.
+  std::string only_between(const Look& look, float begin, float end) const;
+
+ private:
+  struct Corners {
+    double at[3][3];
+    Quad3 normal;                              ///< of unit length; 0 of what has no area
+    double area = 0, centre[3]{}, radius = 0;  ///< area: twice that
+  };
+  void meet(Look& look, bool exact, const NifRay& ray) const;
+  bool sure_within(const Look& look, const Meeting& meeting, float from, float to) const;
+  const Meeting* first_sure(const Look& look, float from, float to) const;
+  Quad distance(const Look& look, Quad from, Quad to, const Corners& triangle) const;
+  bool near_any(const Look& look, Quad from, Quad to) const;
+  Quad end_of(const Look& look, float t) const;
+
+  std::vector<Corners> triangles_;
+  float extent_ = 0;
+  bool closed_;
+};
+
+/// The ray in hexadecimal floats, as docs and tests have it.
+std::string in_hex(const NifRay& ray);
+
+}  // namespace nif::test

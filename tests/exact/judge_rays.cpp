@@ -1,0 +1,148 @@
+// judge_rays [--seconds N] [--seed N] [--cases FIRST COUNT] [--rays N] [--threads N] [--gpu MODULE]
+//            [--keep FOLDER] [--first]
+//
+// Judges answers in exact arithmetic: hostile meshes, rays and transforms, in every encoding, by every call,
+// instruction set and batch size, until so many cases are judged or the time is over (60 s). Cases have
+// numbers, and are the same in every run with the same seed. --gpu: also by the emulated GPU, which is slow.
+// Prints each case of which something is wrong; --keep writes it as a file, too, cut down to one ray and a
+// few triangles: moved to tests/exact/cases it is a test. --first: until something is wrong. The last line
+// counts. Ends with 1 where an answer was wrong.
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include "tests/exact/cases.hpp"
+#include "tests/exact/judge.hpp"
+
+namespace {
+
+using namespace nif::test;
+
+struct Options {
+  double seconds = 60;
+  uint64_t seed = 1, first = 0, count = UINT64_MAX;
+  uint32_t rays = 1000, threads = 2, most_findings = 20;
+  std::string module, keep;
+  bool until_wrong = false;
+};
+
+Options parse(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string key = argv[i];
+    const auto next = [&] {
+      if (++i >= argc) throw std::invalid_argument(key + " wants a value");
+      return argv[i];
+    };
+    if (key == "--seconds") {
+      options.seconds = std::atof(next());
+    } else if (key == "--seed") {
+      options.seed = std::strtoull(next(), nullptr, 10);
+    } else if (key == "--cases") {
+      options.first = std::strtoull(next(), nullptr, 10);
+      options.count = std::strtoull(next(), nullptr, 10);
+    } else if (key == "--rays") {
+      options.rays = uint32_t(std::strtoul(next(), nullptr, 10));
+    } else if (key == "--threads") {
+      options.threads = uint32_t(std::strtoul(next(), nullptr, 10));
+    } else if (key == "--first") {
+      options.until_wrong = true;
+    } else if (key == "--gpu") {
+      options.module = next();
+    } else if (key == "--keep") {
+      options.keep = next();
+    } else {
+      throw std::invalid_argument("unknown option '" + key + "'");
+    }
+  }
+  return options;
+}
+
+class Run {
+ public:
+  explicit Run(const Options& options) : options_(options), end_(now() + options.seconds) {
+    if (!options_.keep.empty()) std::filesystem::create_directories(options_.keep);
+  }
+
+  int operator()() {
+    const double start = now();
+    std::vector<std::thread> threads;
+    for (uint32_t i = 0; i < options_.threads; ++i) threads.emplace_back([this] { work(); });
+    for (std::thread& thread : threads) thread.join();
+    std::printf(
+        "seed %llu: %llu cases in %.0f s, %llu meshes refused; %llu rays judged, %llu of them certain; "
+        "%llu answers; %llu wrong\n",
+        to_print(options_.seed), to_print(cases_), now() - start, to_print(tally_.refused),
+        to_print(tally_.rays), to_print(tally_.certain), to_print(tally_.answers), to_print(wrong_));
+    return wrong_ != 0;
+  }
+
+ private:
+  static unsigned long long to_print(uint64_t n) { return n; }
+  static double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  }
+
+  void work() {
+    const std::vector<Way> ways = make_ways(options_.module);
+    for (;;) {
+      const uint64_t nth = next_++;
+      if (nth >= options_.count || now() > end_ || (options_.until_wrong && found_)) return;
+      const Case one = draw_case(options_.seed, options_.first + nth, options_.rays);
+      Tally tally;
+      const std::vector<Finding> findings = judge(one, ways, 16, tally);
+      if (!findings.empty()) found_ = true;
+      if (!findings.empty()) report(one, options_.first + nth, findings, ways);
+      const std::lock_guard lock(mutex_);
+      tally_ += tally;
+      wrong_ += findings.size();
+      ++cases_;
+    }
+  }
+
+  void report(const Case& one, uint64_t number, const std::vector<Finding>& findings,
+              const std::vector<Way>& ways) {
+    const Finding& first = findings[0];
+    bool cut;
+    {
+      const std::lock_guard lock(mutex_);
+      std::printf("case %llu (%s): %zu wrong. %s, %s: %s: %s\n", to_print(number), one.name.c_str(),
+                  findings.size(), name_of(first.placed), first.way.c_str(), first.what.c_str(),
+                  in_hex(first.ray).c_str());
+      std::fflush(stdout);
+      cut = !options_.keep.empty() && kept_++ < options_.most_findings;
+    }
+    if (!cut) return;
+    const Case least = minimise(one, first, ways);
+    const std::string name =
+        "seed" + std::to_string(options_.seed) + "_case" + std::to_string(number) + ".txt";
+    std::ofstream(std::filesystem::path(options_.keep) / name)
+        << to_text(least, {std::string(name_of(first.placed)) + ", " + first.way + ": " + first.what});
+  }
+
+  const Options options_;
+  const double end_;
+  std::mutex mutex_;
+  std::atomic<uint64_t> next_{0};
+  std::atomic<bool> found_{false};
+  Tally tally_;
+  uint64_t cases_ = 0, wrong_ = 0, kept_ = 0;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  return Run(parse(argc, argv))();
+} catch (const std::invalid_argument& error) {
+  std::fprintf(stderr, "judge_rays: %s\n", error.what());
+  return 2;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "judge_rays: %s\n", error.what());
+  return 1;
+}

@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# Does the judge find what it is there for? Puts faults into a copy of the tree, one at a time, and judges for a minute.
+#
+#   tests/exact/mutations.sh [NAME...]     those named, or all; prints a line for each: how long it took to be found
+#
+# Each takes some two minutes to build on two cores. The copy lies in build/mutations, or in NIF_MUTATIONS. Ends with 1
+# where a fault is not found, or where the line that it changes is no longer there.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+copy=${NIF_MUTATIONS:-build/mutations} seconds=60
+
+# A name, a file, and what sed does to it.
+faults=(
+  'no padding of boxes|kernels/reference/bvh/query.hpp|s/kBvhPadding = 0x1p-20f/kBvhPadding = 0/'
+  'no padding of cells|bake/proof/cells.hpp|s/no_padding = false/no_padding = true/'
+  'planes moved inwards|bake/proof/cells.hpp|s/narrow_planes = false/narrow_planes = true/'
+  'walls everywhere|bake/proof/cells.hpp|s/walls_everywhere = false/walls_everywhere = true/'
+  'pockets called inside|bake/proof/cells.hpp|s/pockets_inside = false/pockets_inside = true/'
+  'parity miscounted|bake/proof/cells.hpp|s/doubles_counted = false/doubles_counted = true/'
+  'no tolerance at edges|kernels/reference/bvh/query.hpp|s/kSurelyApart = 128 /kSurelyApart = 0 /'
+  'nothing is looked at edge-on|kernels/reference/bvh/query.hpp|s/kEdgeOn = 0x1p-2f/kEdgeOn = 0/'
+  'sides times depths in single precision|kernels/cpu/bvh/triangles-inl.hpp|s/\(\(u \* inverse\) \* z\[0\] \+ \(v \* inverse\) \* z\[1\]\) \+ \(w \* inverse\) \* z\[2\]/((u * z[0] + v * z[1]) + w * z[2]) * inverse/'
+  'slivers that are no seams|bake/oracle/prepare.cpp|s/if \(surface.slivers.empty\(\)\) return;/return;/'
+  'skewed instances far from their own origin|kernels/reference/instance.hpp|s/kMostOffset = 0x1p\+11f/kMostOffset = 0x1p+40f/'
+  'boxes at the ends of floats|kernels/reference/instance.hpp|s/kMostT = 0x1p\+127f/kMostT = __builtin_inff()/; s/kLeastSlack = 0x1p-130f/kLeastSlack = 0/'
+)
+
+mkdir -p "$copy"
+copy=$(realpath "$copy")
+# What has not changed keeps its time, so that it is not built again.
+git ls-files -z | while IFS= read -r -d '' file; do
+  cmp -s "$file" "$copy/$file" || { mkdir -p "$copy/$(dirname "$file")" && cp "$file" "$copy/$file"; }
+done
+cd "$copy"
+launcher=()
+if command -v ccache >/dev/null; then
+  launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+fi
+cmake --preset release -DNIF_BUILD_TESTS=ON -DNIF_UNITY=ON -DNIF_WITH_CGAL=OFF -DNIF_GPU_TARGETS= "${launcher[@]}" >/dev/null
+
+missed=0
+for fault in "${faults[@]}"; do
+  IFS='|' read -r name file edit <<<"$fault"
+  if (($# > 0)); then
+    wanted=0
+    for one in "$@"; do [[ $one != "$name" ]] || wanted=1; done
+    ((wanted)) || continue
+  fi
+  cp -p "$file" "$file.right"
+  sed -E -i "$edit" "$file"
+  if cmp -s "$file" "$file.right"; then
+    echo "$name: nothing in $file is changed by $edit"
+    missed=1
+  elif ! cmake --build build/release --target judge_rays >build/log 2>&1; then
+    echo "$name: does not compile; see $copy/build/log"
+    missed=1
+  else
+    start=$EPOCHREALTIME
+    # Till the first that is wrong.
+    if build/release/bin/judge_rays --first --seed 3 --seconds "$seconds" >build/said; then
+      echo "$name: NOT FOUND: $(tail -n 1 build/said)"
+      missed=1
+    else
+      awk -v name="$name" -v from="$start" -v to="$EPOCHREALTIME" 'NR == 1 { sub(/ o -?0x.*/, "")
+        printf "%s: found in %.1f s: %s\n", name, to - from, $0 }' build/said
+    fi
+  fi
+  mv "$file.right" "$file"
+  touch "$file"
+done
+exit "$missed"

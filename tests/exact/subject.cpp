@@ -1,0 +1,188 @@
+#include "tests/exact/subject.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "bake/bvh/builder.hpp"
+#include "formats/nif/writer.hpp"
+#include "kernels/reference/exact/field.hpp"
+#include "tests/support/occupied_object.hpp"
+
+namespace nif::test {
+namespace {
+
+constexpr Transform kInPlace{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+std::vector<NifRay> part_of(const std::vector<NifRay>& rays, size_t first, size_t count) {
+  return {rays.begin() + std::ptrdiff_t(first), rays.begin() + std::ptrdiff_t(first + count)};
+}
+
+template <class T>
+void put(const std::vector<T>& from, std::vector<T>& to, size_t first, size_t each = 1) {
+  std::copy(from.begin(), from.end(), to.begin() + std::ptrdiff_t(first * each));
+}
+
+void expect(bool same, const char* what) {
+  if (!same) throw std::runtime_error(what);
+}
+
+/// One call of each kind.
+Said ask_once(const nifkit::Scene& scene, const std::vector<NifRay>& rays) {
+  const size_t count = rays.size();
+  Said said(count);
+  scene.query(nifkit::rays(rays).visible(said.visible).certain(said.certain).logit(said.logit));
+
+  std::vector<uint8_t> visible(count), bits((count + 7) / 8);
+  scene.query(nifkit::rays(rays).visible(visible).visible_bits(bits));
+  expect(visible == said.visible, "another answer where only visibility is asked for");
+  for (size_t i = 0; i < count; ++i)
+    expect((bits[i / 8] >> i % 8 & 1) == visible[i], "bits that are not those of the bytes");
+
+  const NifQuery query = nifQueryRays(rays.data(), count);
+  const NifHits hits = said.hits.outputs();
+  scene.intersect(nifkit::Query(query), hits);
+
+  std::vector<uint32_t> listed(count);
+  std::vector<float> begin(count), end(count);
+  std::vector<uint8_t> proven(count);
+  const uint32_t open =
+      scene.query_open(nifkit::rays(rays).visible(visible).certain(proven), listed, begin, end);
+  expect(open <= count, "more open rays than there are rays");
+  for (uint32_t k = 0; k < open; ++k) {
+    const uint32_t i = listed[k];
+    expect(i < count && !said.listed[i], "a ray that is listed twice");
+    said.listed[i] = 1;
+    said.begin[i] = begin[k];
+    said.end[i] = end[k];
+  }
+  for (size_t i = 0; i < count; ++i) {
+    expect(!said.listed[i] || (!visible[i] && !proven[i]), "a listed ray that is answered");
+    expect(said.listed[i] || visible[i] == said.visible[i], "another answer to a ray that is not listed");
+  }
+
+  std::vector<uint8_t> asked(count), decided(count);
+  scene.query_with_fallback(nifkit::rays(rays).visible(visible).certain(decided), 2,
+                            [&](std::span<const uint64_t> numbers, std::span<uint8_t> answers) {
+                              for (size_t k = 0; k < numbers.size(); ++k) {
+                                asked[numbers[k]] = 1;
+                                answers[k] = 1;
+                              }
+                            });
+  for (size_t i = 0; i < count; ++i) {
+    expect(asked[i] != said.certain[i], "a fallback for a certain ray, or none for an open one");
+    expect(decided[i] == 1, "an answer of a fallback that is not certain");
+    expect(visible[i] == (asked[i] ? 1 : said.visible[i]), "not the answer of the fallback");
+  }
+  return said;
+}
+
+}  // namespace
+
+const char* name_of(Placed placed) {
+  static const char* const names[kPlaced] = {"bvh",       "exact",       "proof",      "all three",
+                                             "moved bvh", "moved exact", "moved proof"};
+  return names[size_t(placed)];
+}
+
+std::vector<Way> make_ways(const std::string& module) {
+  std::vector<Way> ways;
+  const auto add = [&](const std::string& config, bool coded, uint64_t most) {
+    try {
+      ways.push_back({config + (coded ? " coded" : "") + " by " + std::to_string(most),
+                      nifkit::Device("threads=1," + config), coded, most});
+    } catch (const nifkit::Error& error) {  // a processor without it
+      if (error.code() != NIF_ERROR_NOT_AVAILABLE) throw;
+    }
+  };
+  add("isa=scalar", false, 1000);
+  bool coded = false;
+  for (const char* isa : {"isa=sse4", "isa=avx2", "isa=avx512", "isa=neon"})
+    for (const uint64_t most : {1000, 17, 16, 15, 2, 1}) add(isa, coded = !coded, most);
+  add("isa=auto,memory=least", true, 1000);
+  add("isa=scalar", true, 1);
+  if (!module.empty()) {
+    add("backend=gpu,module=" + module, true, 1000);
+    ways.back().gpu = true;
+  }
+  return ways;
+}
+
+Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& random) : transform_(transform) {
+  const uint32_t levels = random.below(3), resolution = 3 + random.below(levels == 0 ? 30u : 14u);
+  const bake::Prepared prepared = bake::prepare(mesh);
+  const mesh::CleanMesh& surface = prepared.surface;
+  if (!bake::fits_bvh(surface.positions)) throw Error(Status::too_large, mesh.name + ": too large for a BVH");
+  std::vector<uint32_t> order;
+  const format::Bvh bvh = bake::build_bvh(surface.positions, surface.triangles, &order);
+  for (const uint32_t number : order) {
+    const mesh::Triangle& t = surface.triangles[number];
+    triangles_.push_back({surface.positions[t[0]], surface.positions[t[1]], surface.positions[t[2]]});
+  }
+  const auto fits_planes = [](const mesh::Float3& p) {
+    return std::all_of(p.begin(), p.end(),
+                       [](float x) { return std::abs(x) <= kernels::kMaxExactCoordinate; });
+  };
+  format::ProofData proof;
+  planes_ = std::all_of(surface.positions.begin(), surface.positions.end(), fits_planes);
+  if (planes_) {
+    const OccupiedObject occupied(mesh, resolution, {.levels = levels});
+    bake::store_occupancy(occupied.occupancy, occupied.mesh.name, proof);
+    format::leave_bare(proof);  // numbers the voxels of bricks, of which there are fewer without corners
+    proof.voxel_records = occupied.data.voxel_records;
+    proof.parts = occupied.data.parts;
+  }
+  for (const bool coded : {false, true}) {
+    proof.coded = coded ? format::kCodedOccupancy | format::kCodedCells : 0;
+    format::Asset asset;
+    asset.objects.emplace_back().content = bvh;
+    if (planes_) {
+      asset.objects.emplace_back().content = format::ExactData{proof, bvh};
+      asset.objects.emplace_back().content = proof;
+    }
+    for (format::Object& object : asset.objects) {
+      object.name = "mesh";
+      for (size_t a = 0; a < 3; ++a) {
+        object.aabb_min[a] = prepared.box.min[a];
+        object.aabb_max[a] = prepared.box.max[a];
+      }
+      object.bias = prepared.bias;
+      object.triangles = uint32_t(surface.triangles.size());
+    }
+    (coded ? coded_ : plain_) = format::encode(asset);
+  }
+}
+
+nifkit::Asset Subject::load(const Way& way) const {
+  return nifkit::Asset::copy(way.device, way.coded ? coded_ : plain_);
+}
+
+Said Subject::ask(const Way& way, const nifkit::Asset& asset, Placed placed,
+                  const std::vector<NifRay>& rays) const {
+  nifkit::Scene scene(way.device);
+  const auto number = uint32_t(placed);
+  if (placed == Placed::all_three)
+    for (uint32_t object = 0; object < 3; ++object) scene.add(asset, object, kInPlace);
+  else
+    scene.add(asset, number < 3 ? number : number - 4, number < 3 ? kInPlace : transform_);
+  scene.commit();
+  if (rays.size() <= way.most) return ask_once(scene, rays);
+  Said all(rays.size());
+  for (size_t first = 0; first < rays.size(); first += way.most) {
+    const size_t count = std::min<size_t>(way.most, rays.size() - first);
+    Said said = ask_once(scene, part_of(rays, first, count));
+    put(said.visible, all.visible, first), put(said.certain, all.certain, first);
+    put(said.listed, all.listed, first), put(said.logit, all.logit, first);
+    put(said.begin, all.begin, first), put(said.end, all.end, first);
+    all.hits.visit_with(said.hits, [&](auto& to, const auto& from) {
+      put(from, const_cast<std::remove_cvref_t<decltype(from)>&>(to), first, to.size() / rays.size());
+    });
+  }
+  return all;
+}
+
+void Subject::corners_of(uint32_t triangle, mesh::Float3 corners[3]) const {
+  std::copy(triangles_.at(triangle).begin(), triangles_.at(triangle).end(), corners);
+}
+
+}  // namespace nif::test

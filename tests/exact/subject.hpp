@@ -1,0 +1,86 @@
+// One mesh in every form that the product has for it, asked in every way.
+#pragma once
+
+#include <nif/nif.hpp>
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "formats/base/random.hpp"
+#include "formats/mesh/scene.hpp"
+#include "tests/exact/generators.hpp"
+#include "tests/support/first_hits.hpp"
+
+namespace nif::test {
+
+/// What a scene has.
+enum class Placed {
+  bvh,
+  exact,
+  proof,
+  all_three,  ///< in the same place
+  moved_bvh,  ///< these three through a transform
+  moved_exact,
+  moved_proof
+};
+inline constexpr uint32_t kPlaced = 7;
+const char* name_of(Placed placed);
+
+/// Calls that a ray is asked by: a query of all outputs, one of visibility alone, first hits, what is open,
+/// and a query with a fallback. They must agree.
+inline constexpr uint32_t kCalls = 5;
+
+/// All that one scene says of some rays.
+struct Said {
+  explicit Said(size_t count)
+      : visible(count, 0xcc),
+        certain(count, 0xcc),
+        listed(count, 0),
+        logit(count),
+        begin(count),
+        end(count),
+        hits(count) {}
+  bool operator==(const Said&) const = default;
+
+  std::vector<uint8_t> visible, certain;
+  std::vector<uint8_t> listed;  ///< 1: it is among the open rays, from `begin` to `end`
+  std::vector<int32_t> logit;
+  std::vector<float> begin, end;
+  FirstHits hits;
+};
+
+/// A device, and how it is asked.
+struct Way {
+  std::string name;
+  nifkit::Device device;
+  bool coded;        ///< the file that it loads
+  uint64_t most;     ///< rays at a time
+  bool gpu = false;  ///< emulated
+};
+
+/// Those of this machine; the first is the reference's. `module`: the emulated GPU's, or empty.
+std::vector<Way> make_ways(const std::string& module);
+
+class Subject {
+ public:
+  /// A mesh too large or too small for planes has a BVH alone. Throws nif::Error where it cannot have that.
+  Subject(const mesh::Mesh& mesh, const Transform& transform, Random& random);
+
+  nifkit::Asset load(const Way& way) const;
+  /// What a scene of it says. `way.most` or fewer rays at a time; a query of a part of the outputs, too, must
+  /// say the same: else throws std::runtime_error.
+  Said ask(const Way& way, const nifkit::Asset& asset, Placed placed, const std::vector<NifRay>& rays) const;
+  /// Of the triangle that a hit has named.
+  void corners_of(uint32_t triangle, mesh::Float3 corners[3]) const;
+  bool has(Placed placed) const { return planes_ || placed == Placed::bvh || placed == Placed::moved_bvh; }
+
+ private:
+  std::vector<std::byte> plain_, coded_;
+  Transform transform_;
+  std::vector<std::array<mesh::Float3, 3>> triangles_;  ///< in the order of the object
+  bool planes_ = false;
+};
+
+}  // namespace nif::test
