@@ -39,7 +39,7 @@ struct Tally {
 /// Case `number` of a seed: always the same one. Generators take turns.
 Case draw_case(uint64_t seed, uint64_t number, uint32_t rays);
 
-/// Asks and judges. The emulated GPU is asked about `gpu_rays` of the rays.
+/// Asks and judges. A GPU is asked about `gpu_rays` of the rays.
 std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32_t gpu_rays, Tally& tally);
 
 /// The case with one ray, and as few triangles as it takes for the same kind of thing to be wrong.

@@ -1,12 +1,13 @@
-// judge_rays [--seconds N] [--seed N] [--cases FIRST COUNT] [--rays N] [--threads N] [--gpu MODULE]
-//            [--keep FOLDER] [--first]
+// judge_rays [--seconds N] [--seed N] [--cases FIRST COUNT] [--rays N] [--threads N]
+//            [--gpu MODULE [--gpu-rays N]] [--keep FOLDER] [--first]
 //
 // Judges answers in exact arithmetic: hostile meshes, rays and transforms, in every encoding, by every call,
 // instruction set and batch size, until so many cases are judged or the time is over (60 s). Cases have
-// numbers, and are the same in every run with the same seed. --gpu: also by the emulated GPU, which is slow.
-// Prints each case of which something is wrong; --keep writes it as a file, too, cut down to one ray and a
-// few triangles: moved to tests/exact/cases it is a test. --first: until something is wrong. The last line
-// counts. Ends with 1 where an answer was wrong.
+// numbers, and are the same in every run with the same seed. --gpu: also by a GPU, by this module; of each
+// case only so many rays (16), because the emulated one is slow. Prints each case of which something is
+// wrong; --keep writes it as a file, too, cut down to one ray and a few triangles: moved to tests/exact/cases
+// it is a test. --first: until something is wrong. The last line counts. Ends with 1 where an answer was
+// wrong.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -27,7 +28,7 @@ using namespace nif::test;
 struct Options {
   double seconds = 60;
   uint64_t seed = 1, first = 0, count = UINT64_MAX;
-  uint32_t rays = 1000, threads = 2, most_findings = 20;
+  uint32_t rays = 1000, threads = 2, gpu_rays = 16, most_findings = 20;
   std::string module, keep;
   bool until_wrong = false;
 };
@@ -55,6 +56,8 @@ Options parse(int argc, char** argv) {
       options.until_wrong = true;
     } else if (key == "--gpu") {
       options.module = next();
+    } else if (key == "--gpu-rays") {
+      options.gpu_rays = uint32_t(std::strtoul(next(), nullptr, 10));
     } else if (key == "--keep") {
       options.keep = next();
     } else {
@@ -96,7 +99,7 @@ class Run {
       if (nth >= options_.count || now() > end_ || (options_.until_wrong && found_)) return;
       const Case one = draw_case(options_.seed, options_.first + nth, options_.rays);
       Tally tally;
-      const std::vector<Finding> findings = judge(one, ways, 16, tally);
+      const std::vector<Finding> findings = judge(one, ways, options_.gpu_rays, tally);
       if (!findings.empty()) found_ = true;
       if (!findings.empty()) report(one, options_.first + nth, findings, ways);
       const std::lock_guard lock(mutex_);

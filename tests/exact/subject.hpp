@@ -57,10 +57,10 @@ struct Way {
   nifkit::Device device;
   bool coded;        ///< the file that it loads
   uint64_t most;     ///< rays at a time
-  bool gpu = false;  ///< emulated
+  bool gpu = false;
 };
 
-/// Those of this machine; the first is the reference's. `module`: the emulated GPU's, or empty.
+/// Those of this machine; the first is the reference's. `module`: a GPU's, or empty.
 std::vector<Way> make_ways(const std::string& module);
 
 class Subject {
