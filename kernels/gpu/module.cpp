@@ -29,7 +29,7 @@ NIF_PIPELINE_STAGES(NIF_STAGE)
 NIF_ENTRY(kSceneThreads, 16, nif_scene_bvh_single, SceneWork,
           scene_answer<kSingleBvh, false>)  // to measure it
 NIF_ENTRY(kSceneThreads, 1, nif_scene_open, OpenWork, scene_open)
-NIF_ENTRY(kSceneThreads, 1, nif_scene_hits, HitWork, scene_hits)
+NIF_ENTRY(kSceneThreads, 6, nif_scene_hits, HitWork, scene_hits)
 NIF_ENTRY(kBlockThreads, 6, nif_pipeline_walk_one, PipelineWork, pipeline_walk_one<false>)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_walk_one_details, PipelineWork, pipeline_walk_one<true>)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_offsets, PipelineWork, pipeline_offsets)

@@ -173,7 +173,7 @@ const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
                                             {"nif_scene_bvh", {170, 64, 112, 352, 1302}},
                                             {"nif_scene_bvh_single", {154, 64, 68, 200, 772}},
                                             {"nif_scene_bvh_details", {208, 175, 170, 16}},
-                                            {"nif_scene_hits", {220, 172, 148, 48}},
+                                            {"nif_scene_hits", {220, 168, 148, 48}},
                                             {"nif_scene_open", {178, 146, 172, 48}},
                                             {"nif_scene_segment", {144, 64, 64, 112, 640}},
                                             {"nif_scene_segment_details", {176, 112, 112, 72}}};
