@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <sstream>
 #include <stdexcept>
 
@@ -19,32 +20,101 @@ bool has_points(const NifRay& ray) {
          (ray.direction[0] != 0 || ray.direction[1] != 0 || ray.direction[2] != 0);
 }
 
+/// A ray as one instance of a scene has it.
+struct Part {
+  const Look* look;
+  bool triangles;
+};
+
+/// Looks at rays, which scenes have in common.
+class Looks {
+ public:
+  Looks(const Judge& judge, size_t rays) : judge_(judge) {
+    for (auto& known : known_) known.resize(rays);
+  }
+
+  /// Of a scene: `ray` is the i-th in place, or the i-th of those that were moved.
+  std::vector<Part> parts(const std::vector<Instance>& instances, bool moved, const NifRay& ray, size_t i) {
+    std::vector<Part> parts;
+    for (const Instance& one : instances) {
+      // What planes prove holds for the ray itself. Of triangles it is said of a ray that is moved by less
+      // than 2^-14 of the extent, but in place.
+      const bool loose = one.has_triangles() && one.transform != mesh::kIdentity;
+      const double aside = loose ? 0x1.02p-14 * double(judge_.extent()) : 0;
+      auto& known = known_[moved][i];
+      auto it = std::find_if(known.begin(), known.end(), [&](const Known& k) {
+        return k.loose == loose && k.transform == one.transform;
+      });
+      if (it == known.end()) {
+        const bool in_place = one.transform == mesh::kIdentity;
+        it = known.insert(
+            known.end(),
+            {loose, one.transform,
+             std::make_unique<Look>(in_place ? judge_.look(ray) : judge_.look(ray, one.transform, aside))});
+      }
+      parts.push_back({it->look.get(), one.has_triangles()});
+    }
+    return parts;
+  }
+
+ private:
+  struct Known {
+    bool loose;
+    Transform transform;
+    std::unique_ptr<Look> look;
+  };
+  const Judge& judge_;
+  std::vector<std::vector<Known>> known_[2];
+};
+
 /// What is wrong with what is said of ray i, which has points.
-std::string wrong(const Judge& judge, const Look& look, const Subject& subject, Placed placed,
+std::string wrong(const Judge& judge, const std::vector<Part>& parts, const Subject& subject,
                   const Said& said, size_t i) {
   const FirstHits& hits = said.hits;
-  const bool triangles =
-      placed != Placed::proof && placed != Placed::moved_proof && placed != Placed::all_three;
+  std::string what;
+  /// Is the question answered right for all instances, or for any?
+  const auto all = [&](const auto& ask) {
+    for (const Part& part : parts)
+      if (what = ask(*part.look); !what.empty()) return false;
+    return true;
+  };
+  const auto any = [&](const auto& ask) {
+    return std::any_of(parts.begin(), parts.end(),
+                       [&](const Part& part) { return (what = ask(*part.look)).empty(); });
+  };
   if (said.certain[i]) {
-    std::string what = said.visible[i] ? judge.visible(look) : judge.occluded(look);
-    if (!what.empty()) return what;
+    const bool right = said.visible[i] ? all([&](const Look& look) { return judge.visible(look); })
+                                       : any([&](const Look& look) { return judge.occluded(look); });
+    if (!right) return what;
   }
-  if (triangles && (hits.hit[i] != 0) == (said.visible[i] != 0)) return "visible and hit, or neither";
-  if (hits.certain[i] && hits.hit[i] && triangles) {
-    mesh::Float3 corners[3];
-    subject.corners_of(hits.triangle[i], corners);
-    std::string what = judge.first_hit(look, hits.t[i], corners);
-    if (!what.empty()) return what;
+  const auto has_triangles = [](const Part& part) { return part.triangles; };
+  const bool only_triangles = std::all_of(parts.begin(), parts.end(), has_triangles);
+  if (only_triangles && (hits.hit[i] != 0) == (said.visible[i] != 0)) return "visible and hit, or neither";
+  if (hits.certain[i] && hits.hit[i]) {
+    if (hits.instance[i] >= parts.size()) return "a hit of an instance that there is not";
+    const bool at_t = hits.low[i] == hits.t[i] && hits.t[i] == hits.high[i];
+    if (only_triangles && parts.size() == 1 && !at_t) return "bounds of a triangle's hit that are not its t";
+    const Part& met = parts[hits.instance[i]];
+    if (met.triangles && at_t) {
+      mesh::Float3 corners[3];
+      subject.corners_of(hits.triangle[i], corners);
+      what = judge.first_hit(*met.look, hits.t[i], corners);
+      const float before = std::nextafter(hits.t[i], -kEndless);
+      if (!what.empty() || !all([&](const Look& look) { return judge.nothing_before(look, before); }))
+        return what;
+    }
   }
   // Of triangles both are t, rounded to a float.
-  const bool rounded = placed != Placed::proof && placed != Placed::moved_proof;
-  std::string what =
-      judge.nothing_before(look, rounded ? std::nextafter(hits.low[i], -kEndless) : hits.low[i]);
-  if (!what.empty()) return what;
-  if (hits.high[i] < kEndless)
-    what = judge.something_until(look, rounded ? std::nextafter(hits.high[i], kEndless) : hits.high[i]);
-  if (!what.empty()) return what;
-  return said.listed[i] ? judge.only_between(look, said.begin[i], said.end[i]) : std::string();
+  const bool rounded = std::any_of(parts.begin(), parts.end(), has_triangles);
+  const float low = rounded ? std::nextafter(hits.low[i], -kEndless) : hits.low[i];
+  const float high = rounded ? std::nextafter(hits.high[i], kEndless) : hits.high[i];
+  if (!all([&](const Look& look) { return judge.nothing_before(look, low); })) return what;
+  if (hits.high[i] < kEndless && !any([&](const Look& look) { return judge.something_until(look, high); }))
+    return what;
+  if (said.listed[i] &&
+      !all([&](const Look& look) { return judge.only_between(look, said.begin[i], said.end[i]); }))
+    return what;
+  return {};
 }
 
 /// Of a ray without points, or with numbers that are none.
@@ -107,8 +177,6 @@ NifRay through(const Transform& m, const NifRay& ray) {
   return moved;
 }
 
-bool is_moved(Placed placed) { return placed >= Placed::moved_bvh; }
-
 }  // namespace
 
 Tally& Tally::operator+=(const Tally& other) {
@@ -148,29 +216,26 @@ std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32
   // In the world, and in a world that the transform leads to.
   std::vector<NifRay> moved;
   for (const NifRay& ray : one.rays) moved.push_back(through(one.transform, ray));
-  const double aside = 0x1.02p-14 * double(judge.extent());
-  std::vector<std::optional<Look>> looks(one.rays.size()), moved_looks(one.rays.size());
-  for (size_t i = 0; i < one.rays.size(); ++i) {
-    if (has_points(one.rays[i])) looks[i] = judge.look(one.rays[i]);
-    if (has_points(moved[i])) moved_looks[i] = judge.look(moved[i], one.transform, aside);
-  }
+  Looks looks(judge, one.rays.size());
   std::vector<std::optional<Said>> base(kPlaced);
   for (const Way& way : ways) {
     const nifkit::Asset asset = subject->load(way);
     for (uint32_t p = 0; p < kPlaced; ++p) {
       const auto placed = Placed(p);
-      if (!subject->has(placed)) continue;
+      const std::vector<Instance>& instances = subject->instances(placed);
+      if (instances.empty()) continue;
       const std::vector<NifRay>& rays = is_moved(placed) ? moved : one.rays;
       // Of few rays at a time some do: calls are what takes the time.
       const bool first_way = &way == ways.data();
-      const size_t most = first_way        ? rays.size()
+      const size_t asked = placed == Placed::crowd ? std::min<size_t>(rays.size(), 250) : rays.size();
+      const size_t most = first_way        ? asked
                           : way.gpu        ? gpu_rays
                           : way.most <= 2  ? 32
                           : way.most < 100 ? 200
-                                           : rays.size();
-      const size_t count = std::min(most, rays.size());
+                                           : asked;
+      const size_t count = std::min(most, asked);
       if (count == 0) continue;
-      const size_t first = random.below(uint32_t(rays.size() - count + 1));
+      const size_t first = random.below(uint32_t(asked - count + 1));
       std::optional<Said> said;
       try {
         said = subject->ask(
@@ -185,12 +250,15 @@ std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32
       }
       tally.answers += kCalls * count;
       if (first_way) {
-        for (size_t i = 0; i < rays.size(); ++i) {
-          ++tally.rays;
+        tally.rays += count;
+        for (size_t i = 0; i < count; ++i) {
           tally.certain += said->certain[i];
-          const std::optional<Look>& look = (is_moved(placed) ? moved_looks : looks)[i];
-          std::string what =
-              look ? wrong(judge, *look, *subject, placed, *said, i) : wrong_of_none(rays[i], *said, i);
+          std::string what;
+          if (has_points(rays[i])) {
+            what = wrong(judge, looks.parts(instances, is_moved(placed), rays[i], i), *subject, *said, i);
+          } else {
+            what = wrong_of_none(rays[i], *said, i);
+          }
           if (!what.empty()) findings.push_back({placed, way.name, rays[i], std::move(what)});
         }
         base[p] = std::move(said);

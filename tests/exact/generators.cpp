@@ -667,11 +667,13 @@ HostileMesh moved_far(nif::Random& random) {
   });
 }
 
-/// Times a power of two. Nothing is rounded, but products of coordinates may be very large or small; once in
-/// 16, coordinates themselves are too small for all their bits.
+/// Times a power of two. Nothing is rounded, but products of two or of three coordinates come to the ends of
+/// floats; once in 16, coordinates themselves are too small for all their bits.
 HostileMesh scaled(nif::Random& random) {
   return changed(random, [&] {
-    const double scale = chance(random, 16) ? power(random, -126, -100) : power(random, -100, 40);
+    constexpr int kRanges[][2] = {{-100, 40}, {-72, -55}, {-55, -38}, {36, 57}};
+    const auto& range = kRanges[random.below(4)];
+    const double scale = chance(random, 16) ? power(random, -126, -100) : power(random, range[0], range[1]);
     return [scale](const Double3& p) { return p * scale; };
   });
 }
@@ -779,13 +781,19 @@ void lengthen(NifRay& ray, int by) {
   ray.tmax = std::ldexp(ray.tmax, -by);
 }
 
-/// A direction that is out of what is valid is mostly brought back; and in a third of all it gets any length.
+/// A direction that is out of what is valid is mostly brought back; and in a third of all it gets any length,
+/// in a few one that makes t as large or as small as it can be.
 void finish(NifRay& ray, nif::Random& random) {
   double steep = 0;
   for (const float x : ray.direction) steep = std::max(steep, std::abs(double(x)));
   if (steep == 0) return set_direction(ray, random.direction());
   if (std::abs(std::ilogb(steep)) > 40 && random.below(8)) lengthen(ray, -std::ilogb(steep));
   if (chance(random, 3)) lengthen(ray, between(random, -20, 20));
+  if (chance(random, 24)) {
+    steep = 0;
+    for (const float x : ray.direction) steep = std::max(steep, std::abs(double(x)));
+    lengthen(ray, (random.below(2) ? 59 : -59) - std::ilogb(steep));
+  }
 }
 
 // ---- Rays -------------------------------------------------------------------------------------------------

@@ -129,6 +129,10 @@ Judge::Judge(const mesh::Mesh& mesh, bool closed) : closed_(closed) {
   }
 }
 
+Quad Judge::rounding(const Look& look) const {
+  return std::max(largest(look.origin), Quad(extent_)) * Quad(0x1p-40);
+}
+
 Look Judge::look(const NifRay& ray) const {
   Look look{{ray.origin[0], ray.origin[1], ray.origin[2]},
             {ray.direction[0], ray.direction[1], ray.direction[2]},
@@ -136,7 +140,7 @@ Look Judge::look(const NifRay& ray) const {
             ray.tmax,
             0,
             {}};
-  look.aside = std::max(largest(look.origin), Quad(extent_)) * Quad(0x1p-40);
+  look.aside = rounding(look);
   meet(look, true, ray);
   return look;
 }
@@ -153,6 +157,7 @@ Look Judge::look(const NifRay& ray, const std::array<float, 12>& m, double aside
   Look look{back(origin), back({ray.direction[0], ray.direction[1], ray.direction[2]}),
             ray.tmin,     ray.tmax,
             aside,        {}};
+  look.aside = std::max(look.aside, rounding(look));
   meet(look, false, ray);
   return look;
 }

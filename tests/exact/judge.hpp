@@ -60,7 +60,7 @@ class Judge {
   /// (docs/encodings/bvh.md).
   Look look(const NifRay& ray) const;
   /// Of a ray that reaches the mesh through a transform, object to world, and whose answers may be off by
-  /// `aside` in object space.
+  /// `aside` in object space, or by as much as those above if that is more.
   Look look(const NifRay& ray, const std::array<float, 12>& transform, double aside) const;
 
   /// Does the ray start inside of the mesh, farther than `aside` from it? Only of closed ones.
@@ -84,6 +84,7 @@ class Judge {
     Quad3 normal;                              ///< of unit length; 0 of what has no area
     double area = 0, centre[3]{}, radius = 0;  ///< area: twice that
   };
+  Quad rounding(const Look& look) const;
   void meet(Look& look, bool exact, const NifRay& ray) const;
   bool sure_within(const Look& look, const Meeting& meeting, float from, float to) const;
   const Meeting* first_sure(const Look& look, float from, float to) const;

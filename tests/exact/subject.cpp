@@ -1,10 +1,17 @@
 #include "tests/exact/subject.hpp"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <stdexcept>
 
 #include "bake/bvh/builder.hpp"
+#include "formats/mesh/transform.hpp"
 #include "formats/nif/writer.hpp"
 #include "kernels/reference/exact/field.hpp"
 #include "tests/support/occupied_object.hpp"
@@ -21,6 +28,32 @@ std::vector<NifRay> part_of(const std::vector<NifRay>& rays, size_t first, size_
 template <class T>
 void put(const std::vector<T>& from, std::vector<T>& to, size_t first, size_t each = 1) {
   std::copy(from.begin(), from.end(), to.begin() + std::ptrdiff_t(first * each));
+}
+
+/// Any answer to what is not proven.
+format::Network untrained(uint32_t inputs) {
+  format::Layer layer{.inputs = inputs, .outputs = 1, .shift = 0, .biases = {1}, .weights = {}};
+  for (uint32_t i = 0; i < inputs; ++i) layer.weights.push_back(i % 2 ? 3 : -3);
+  return {.layers = {layer}};
+}
+
+/// In object space, before what places the object: where it is, or beside, turned or mirrored.
+Transform beside(const mesh::Box& box, Random& random) {
+  Transform t = kInPlace;
+  const uint32_t kind = random.below(4);
+  for (size_t a = 0; a < 3; ++a) {
+    const double size = double(box.max[a]) - double(box.min[a]);
+    if (kind == 1) t[4 * a + 3] = float(random.uniform(-1, 1) * size);
+    if (kind == 2) t[4 * a + 3] = float(size);
+    if (kind == 3) {  // turned by a quarter about the middle, and mirrored
+      const size_t from = (a + 1) % 3;
+      t[4 * a + a] = 0;
+      t[4 * a + from] = random.below(2) ? 1 : -1;
+      const auto middle = [&](size_t k) { return (double(box.min[k]) + double(box.max[k])) / 2; };
+      t[4 * a + 3] = float(middle(a) - double(t[4 * a + from]) * middle(from));
+    }
+  }
+  return t;
 }
 
 void expect(bool same, const char* what) {
@@ -80,8 +113,9 @@ Said ask_once(const nifkit::Scene& scene, const std::vector<NifRay>& rays) {
 }  // namespace
 
 const char* name_of(Placed placed) {
-  static const char* const names[kPlaced] = {"bvh",       "exact",       "proof",      "all three",
-                                             "moved bvh", "moved exact", "moved proof"};
+  static const char* const names[kPlaced] = {"bvh",           "exact",     "proof",       "segment",
+                                             "all",           "moved bvh", "moved exact", "moved proof",
+                                             "moved segment", "crowd"};
   return names[size_t(placed)];
 }
 
@@ -100,6 +134,9 @@ std::vector<Way> make_ways(const std::string& module) {
   for (const char* isa : {"isa=sse4", "isa=avx2", "isa=avx512", "isa=neon"})
     for (const uint64_t most : {1000, 17, 16, 15, 2, 1}) add(isa, coded = !coded, most);
   add("isa=auto,memory=least", true, 1000);
+  add("isa=auto", false, 1000);
+  ways.back().name += " mapped";
+  ways.back().mapped = true;
   add("isa=scalar", true, 1);
   if (!module.empty()) {
     add("backend=gpu,module=" + module, true, 1000);
@@ -108,37 +145,45 @@ std::vector<Way> make_ways(const std::string& module) {
   return ways;
 }
 
-Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& random) : transform_(transform) {
+Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& random) {
   const uint32_t levels = random.below(3), resolution = 3 + random.below(levels == 0 ? 30u : 14u);
   const bake::Prepared prepared = bake::prepare(mesh);
   const mesh::CleanMesh& surface = prepared.surface;
   if (!bake::fits_bvh(surface.positions)) throw Error(Status::too_large, mesh.name + ": too large for a BVH");
+  // With slivers, as the baker has it, or without: a seam must be closed either way.
+  std::vector<mesh::Triangle> all = surface.triangles;
+  if (random.below(2)) all.insert(all.end(), surface.slivers.begin(), surface.slivers.end());
   std::vector<uint32_t> order;
-  const format::Bvh bvh = bake::build_bvh(surface.positions, surface.triangles, &order);
+  const format::Bvh bvh = bake::build_bvh(surface.positions, all, &order);
   for (const uint32_t number : order) {
-    const mesh::Triangle& t = surface.triangles[number];
+    const mesh::Triangle& t = all[number];
     triangles_.push_back({surface.positions[t[0]], surface.positions[t[1]], surface.positions[t[2]]});
   }
   const auto fits_planes = [](const mesh::Float3& p) {
     return std::all_of(p.begin(), p.end(),
                        [](float x) { return std::abs(x) <= kernels::kMaxExactCoordinate; });
   };
+  const bool planes = std::all_of(surface.positions.begin(), surface.positions.end(), fits_planes);
   format::ProofData proof;
-  planes_ = std::all_of(surface.positions.begin(), surface.positions.end(), fits_planes);
-  if (planes_) {
+  format::SegmentData segment;
+  if (planes) {
     const OccupiedObject occupied(mesh, resolution, {.levels = levels});
+    segment = occupied.data;
     bake::store_occupancy(occupied.occupancy, occupied.mesh.name, proof);
     format::leave_bare(proof);  // numbers the voxels of bricks, of which there are fewer without corners
-    proof.voxel_records = occupied.data.voxel_records;
-    proof.parts = occupied.data.parts;
+    proof.voxel_records = segment.voxel_records;
+    proof.parts = segment.parts;
   }
   for (const bool coded : {false, true}) {
-    proof.coded = coded ? format::kCodedOccupancy | format::kCodedCells : 0;
+    const uint32_t payloads = coded ? format::kCodedOccupancy | format::kCodedCells : 0;
+    proof.coded = segment.coded = payloads;
     format::Asset asset;
     asset.objects.emplace_back().content = bvh;
-    if (planes_) {
+    if (planes) {
       asset.objects.emplace_back().content = format::ExactData{proof, bvh};
       asset.objects.emplace_back().content = proof;
+      asset.objects.emplace_back().content = segment;
+      asset.networks.push_back(untrained(kernels::input_count(segment.samples, segment.features_per_corner)));
     }
     for (format::Object& object : asset.objects) {
       object.name = "mesh";
@@ -151,20 +196,40 @@ Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& ran
     }
     (coded ? coded_ : plain_) = format::encode(asset);
   }
+  place(transform, planes, prepared.box, random);
+}
+
+void Subject::place(const Transform& transform, bool planes, const mesh::Box& box, Random& random) {
+  for (uint32_t kind = 0; kind < (planes ? kKinds : 1); ++kind) {
+    scenes_[kind] = {{Kind(kind), kInPlace}};
+    scenes_[size_t(Placed::moved_bvh) + kind] = {{Kind(kind), transform}};
+    if (planes) scenes_[size_t(Placed::all)].push_back({Kind(kind), kInPlace});
+  }
+  std::vector<Instance>& crowd = scenes_[size_t(Placed::crowd)];
+  for (uint32_t count = 2 + random.below(4); crowd.size() < count;) {
+    const Kind kind = Kind(random.below(planes ? kKinds : 1));
+    const Transform near = beside(box, random);
+    crowd.push_back({kind, crowd.empty() ? transform : mesh::compose(transform, near)});
+  }
 }
 
 nifkit::Asset Subject::load(const Way& way) const {
-  return nifkit::Asset::copy(way.device, way.coded ? coded_ : plain_);
+  const std::vector<std::byte>& bytes = way.coded ? coded_ : plain_;
+  if (!way.mapped) return nifkit::Asset::copy(way.device, bytes);
+  static std::atomic<uint32_t> number{0};
+  const auto file =
+      std::filesystem::temp_directory_path() / fmt::format("nif-judge-{}-{}.nif", getpid(), number++);
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  nifkit::Asset asset = nifkit::Asset::load(way.device, file.string(), NIF_LOAD_MAP);
+  std::filesystem::remove(file);
+  return asset;
 }
 
 Said Subject::ask(const Way& way, const nifkit::Asset& asset, Placed placed,
                   const std::vector<NifRay>& rays) const {
   nifkit::Scene scene(way.device);
-  const auto number = uint32_t(placed);
-  if (placed == Placed::all_three)
-    for (uint32_t object = 0; object < 3; ++object) scene.add(asset, object, kInPlace);
-  else
-    scene.add(asset, number < 3 ? number : number - 4, number < 3 ? kInPlace : transform_);
+  for (const Instance& one : instances(placed)) scene.add(asset, uint32_t(one.kind), one.transform);
   scene.commit();
   if (rays.size() <= way.most) return ask_once(scene, rays);
   Said all(rays.size());

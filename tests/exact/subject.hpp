@@ -15,18 +15,33 @@
 
 namespace nif::test {
 
+/// The encodings, and the objects of an asset.
+enum class Kind : uint32_t { bvh, exact, proof, segment };
+inline constexpr uint32_t kKinds = 4;
+
 /// What a scene has.
 enum class Placed {
   bvh,
   exact,
   proof,
-  all_three,  ///< in the same place
-  moved_bvh,  ///< these three through a transform
+  segment,
+  all,        ///< in the same place
+  moved_bvh,  ///< these four through a transform
   moved_exact,
-  moved_proof
+  moved_proof,
+  moved_segment,
+  crowd  ///< several of any kinds, by transforms that differ a little
 };
-inline constexpr uint32_t kPlaced = 7;
+inline constexpr uint32_t kPlaced = 10;
 const char* name_of(Placed placed);
+inline bool is_moved(Placed placed) { return placed >= Placed::moved_bvh; }
+
+/// An object in a scene.
+struct Instance {
+  Kind kind;
+  Transform transform;
+  bool has_triangles() const { return kind == Kind::bvh || kind == Kind::exact; }
+};
 
 /// Calls that a ray is asked by: a query of all outputs, one of visibility alone, first hits, what is open,
 /// and a query with a fallback. They must agree.
@@ -55,9 +70,9 @@ struct Said {
 struct Way {
   std::string name;
   nifkit::Device device;
-  bool coded;        ///< the file that it loads
-  uint64_t most;     ///< rays at a time
-  bool gpu = false;
+  bool coded;     ///< the file that it loads
+  uint64_t most;  ///< rays at a time
+  bool gpu = false, mapped = false;
 };
 
 /// Those of this machine; the first is the reference's. `module`: a GPU's, or empty.
@@ -65,7 +80,8 @@ std::vector<Way> make_ways(const std::string& module);
 
 class Subject {
  public:
-  /// A mesh too large or too small for planes has a BVH alone. Throws nif::Error where it cannot have that.
+  /// A mesh too large or too small for planes has a BVH alone, with or without slivers. Throws nif::Error
+  /// where it cannot have that.
   Subject(const mesh::Mesh& mesh, const Transform& transform, Random& random);
 
   nifkit::Asset load(const Way& way) const;
@@ -74,13 +90,15 @@ class Subject {
   Said ask(const Way& way, const nifkit::Asset& asset, Placed placed, const std::vector<NifRay>& rays) const;
   /// Of the triangle that a hit has named.
   void corners_of(uint32_t triangle, mesh::Float3 corners[3]) const;
-  bool has(Placed placed) const { return planes_ || placed == Placed::bvh || placed == Placed::moved_bvh; }
+  /// In the scene's order; none where the mesh has no such objects.
+  const std::vector<Instance>& instances(Placed placed) const { return scenes_[size_t(placed)]; }
 
  private:
+  void place(const Transform& transform, bool planes, const mesh::Box& box, Random& random);
+
   std::vector<std::byte> plain_, coded_;
-  Transform transform_;
+  std::vector<Instance> scenes_[kPlaced];
   std::vector<std::array<mesh::Float3, 3>> triangles_;  ///< in the order of the object
-  bool planes_ = false;
 };
 
 }  // namespace nif::test

@@ -559,7 +559,7 @@ typedef struct NifHits {
   uint8_t* certain;
   /* [count] What is proven: nothing is met before t_low, and something at t_high or before. If nothing is
    * met, for certain, both are INFINITY. Where nothing is proven they are -INFINITY and INFINITY. Both are t
-   * where triangles are met. */
+   * where triangles are met, unless an instance about which nothing is proven may be met before. */
   float* t_low;
   float* t_high;
   /* [count][3] The base colour of the surface there, linear red, green and blue from 0 to 1: the mean over
