@@ -93,13 +93,11 @@ try_mesh() {
     && jq -e -r '[.sets[]] | if all(.certain_wrong == 0) then "\(map(.rays) | add)\t\(map(.rays * .certain) | add | round)"
                  else error("a certain answer is wrong") end' "$scratch/eval.json"
 }
-# judge_some: the next cases. A line of judged.tsv: date, rays judged, how many of them are certain, answers, wrong ones.
+# judge_some: the next cases, and a line of judged.tsv.
 judge_some() {
   local n
   n=$(cat "$state/next_case" 2>/dev/null || echo 0)
-  "$judge" --threads 1 --seed 2 --cases "$n" 200 --seconds 600 --keep "$state/judged" >"$scratch/judged" 2>&1 || true
-  sed -nE "s/.* ([0-9]+) rays judged, ([0-9]+) of them certain; ([0-9]+) answers; ([0-9]+) wrong$/$(date +%F)\t\1\t\2\t\3\t\4/p" \
-    "$scratch/judged" >>"$state/judged.tsv"
+  "$judge" --threads 1 --seed 2 --cases "$n" 200 --seconds 600 --keep "$state/judged" --log "$state/judged.tsv" >/dev/null 2>&1 || true
   echo "$((n + 200))" >"$state/next_case.tmp" && mv "$state/next_case.tmp" "$state/next_case"
 }
 meshes() {

@@ -10,6 +10,7 @@
 
 #include "formats/base/status.hpp"
 #include "tests/exact/judge.hpp"
+#include "tests/exact/skewed.hpp"
 
 namespace nif::test {
 namespace {
@@ -150,6 +151,8 @@ std::string both(const Said& a, size_t i, const Said& b, size_t j) {
   return text.str();
 }
 
+Random of_grid(uint64_t seed) { return Random(seed, 1, 1); }
+
 /// Rays of kinds that differ at random, so that batches have some of each.
 std::vector<NifRay> draw_rays(const mesh::Mesh& mesh, const mesh::Box& box, uint32_t count, Random& random) {
   const auto generators = ray_generators();
@@ -163,20 +166,6 @@ std::vector<NifRay> draw_rays(const mesh::Mesh& mesh, const mesh::Box& box, uint
   return rays;
 }
 
-NifRay through(const Transform& m, const NifRay& ray) {
-  NifRay moved = ray;
-  for (size_t a = 0; a < 3; ++a) {
-    double origin = double(m[4 * a + 3]), direction = 0;
-    for (size_t b = 0; b < 3; ++b) {
-      origin += double(m[4 * a + b]) * double(ray.origin[b]);
-      direction += double(m[4 * a + b]) * double(ray.direction[b]);
-    }
-    moved.origin[a] = float(origin);
-    moved.direction[a] = float(direction);
-  }
-  return moved;
-}
-
 }  // namespace
 
 Tally& Tally::operator+=(const Tally& other) {
@@ -188,7 +177,14 @@ Case draw_case(uint64_t seed, uint64_t number, uint32_t rays) {
   Random random(seed, 0xca5e, number);
   const auto meshes = mesh_generators();
   const auto transforms = transform_generators();
-  const MeshGenerator& mesh = meshes[number % meshes.size()];
+  if (number % (meshes.size() + 1) == meshes.size()) {
+    const uint64_t grid = random.bits();
+    Random drawn = of_grid(grid);
+    const GridShape shape = draw_grid(drawn);
+    SkewedSheet sheet = draw_skewed_sheet(1.0 / (shape.resolution << shape.levels), rays, random);
+    return {"skewed sheet", std::move(sheet.hostile), sheet.transform, std::move(sheet.rays), grid};
+  }
+  const MeshGenerator& mesh = meshes[number % (meshes.size() + 1)];
   Case one{mesh.name, mesh.make(random), {}, {}, random.bits()};
   const mesh::Box box = mesh::bounds(one.hostile.mesh.positions, one.hostile.mesh.triangles);
   const TransformGenerator& transform = transforms[random.below(uint32_t(transforms.size()))];
@@ -201,7 +197,7 @@ Case draw_case(uint64_t seed, uint64_t number, uint32_t rays) {
 std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32_t gpu_rays, Tally& tally) {
   std::vector<Finding> findings;
   std::optional<Subject> subject;
-  Random random(one.grid, 1, 1);
+  Random random = of_grid(one.grid);
   try {
     subject.emplace(one.hostile.mesh, one.transform, random);
   } catch (const nif::Error& error) {

@@ -678,6 +678,14 @@ HostileMesh scaled(nif::Random& random) {
   });
 }
 
+/// So large that t may be as large as a float is before a ray is there.
+HostileMesh large(nif::Random& random) {
+  return changed(random, [&] {
+    const double scale = power(random, 44, 57);
+    return [scale](const Double3& p) { return p * scale; };
+  });
+}
+
 /// Turned and rounded: what was exact is so no more, and walls are nearly in planes.
 HostileMesh rotated(nif::Random& random) {
   return changed(random, [&] {
@@ -950,6 +958,29 @@ NifRay from_far(const Mesh& mesh, const mesh::Box& box, nif::Random& random) {
   return ray;
 }
 
+/// Of an object that is far from where its space begins: what a transform rounds of such a ray's direction
+/// grows on the way.
+NifRay from_origin_of_space(const Mesh& mesh, const mesh::Box& box, nif::Random& random) {
+  NifRay ray{{}, 0, {}, kInfinity};
+  if (random.below(2)) set_origin(ray, arrow(random, 0.1, 10) * size_of(box));
+  const Double3 target = random.below(2) ? any_edge_point(mesh, random) : any_inner_point(mesh, random);
+  set_direction(ray, target - to_double(std::to_array(ray.origin)));
+  return ray;
+}
+
+/// It meets something at about the last t that is a float, or the first one, if the mesh is large.
+NifRay at_last_t(const Mesh& mesh, const mesh::Box& box, nif::Random& random) {
+  const double last = double(std::numeric_limits<float>::max()), side = sign(random);
+  const double length = std::min(0x1p-59, std::max(0x1p-60, extent_of(box) * power(random, 0, 20) / last));
+  NifRay ray{{}, 0, {}, 0};
+  set_direction(ray, random.direction() * length);
+  const Double3 target = any_point(mesh, random);
+  const double t = side * last * (random.below(2) ? 1 : random.uniform(0.9, 1));
+  for (size_t a = 0; a < 3; ++a) ray.origin[a] = float(target[a] - double(ray.direction[a]) * t);
+  (side > 0 ? ray.tmax : ray.tmin) = float(side * (random.below(4) ? last : double(kInfinity)));
+  return ray;
+}
+
 /// At the distances from which answers are computed in another way, no more called certain, or no more given,
 /// and an ulp before and behind. (A BVH's extent is up to twice that of the box.)
 NifRay from_limit(const Mesh& mesh, const mesh::Box& box, nif::Random& random) {
@@ -1127,6 +1158,8 @@ constexpr RayGenerator kRays[] = {
     {"from behind", of_any_length<from_behind>},
     {"corner to corner", of_any_length<corner_to_corner>},
     {"from far", of_any_length<from_far>},
+    {"from the origin of space", of_any_length<from_origin_of_space>},
+    {"at the last t", at_last_t},
     {"from a limit", of_any_length<from_limit>},
     {"in a side of the box", of_any_length<in_side_of_box>},
     {"in a plane of voxels", of_any_length<in_plane_of_voxels>},
@@ -1271,7 +1304,8 @@ constexpr TransformGenerator kTransforms[] = {
 std::span<const MeshGenerator> mesh_generators() {
   static const std::vector<MeshGenerator> all = [] {
     std::vector<MeshGenerator> meshes(std::begin(kPlainMeshes), std::end(kPlainMeshes));
-    meshes.insert(meshes.end(), {{"moved far", moved_far}, {"scaled", scaled}, {"rotated", rotated}});
+    meshes.insert(meshes.end(),
+                  {{"moved far", moved_far}, {"scaled", scaled}, {"large", large}, {"rotated", rotated}});
     return meshes;
   }();
   return all;

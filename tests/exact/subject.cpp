@@ -145,8 +145,13 @@ std::vector<Way> make_ways(const std::string& module) {
   return ways;
 }
 
+GridShape draw_grid(Random& random) {
+  const uint32_t levels = random.below(3);
+  return {levels, 3 + random.below(levels == 0 ? 30u : 14u)};
+}
+
 Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& random) {
-  const uint32_t levels = random.below(3), resolution = 3 + random.below(levels == 0 ? 30u : 14u);
+  const auto [levels, resolution] = draw_grid(random);
   const bake::Prepared prepared = bake::prepare(mesh);
   const mesh::CleanMesh& surface = prepared.surface;
   if (!bake::fits_bvh(surface.positions)) throw Error(Status::too_large, mesh.name + ": too large for a BVH");

@@ -78,6 +78,12 @@ struct Way {
 /// Those of this machine; the first is the reference's. `module`: a GPU's, or empty.
 std::vector<Way> make_ways(const std::string& module);
 
+/// Of the grid that planes lie in.
+struct GridShape {
+  uint32_t levels, resolution;
+};
+GridShape draw_grid(Random& random);
+
 class Subject {
  public:
   /// A mesh too large or too small for planes has a BVH alone, with or without slivers. Throws nif::Error
