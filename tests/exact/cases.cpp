@@ -156,11 +156,14 @@ Random of_grid(uint64_t seed) { return Random(seed, 1, 1); }
 /// Rays of kinds that differ at random, so that batches have some of each.
 std::vector<NifRay> draw_rays(const mesh::Mesh& mesh, const mesh::Box& box, uint32_t count, Random& random) {
   const auto generators = ray_generators();
+  const float extent = *std::max_element(box.max.begin(), box.max.end());
   std::vector<NifRay> rays;
   for (uint32_t i = 0; i < count; ++i) {
-    // Few of what is invalid, the last one.
-    const size_t kind =
-        random.below(64) == 0 ? generators.size() - 1 : random.below(uint32_t(generators.size() - 1));
+    // Few of what is invalid, the last one; and of what only large meshes are for, the one before, many
+    // there.
+    size_t kind = random.below(uint32_t(generators.size() - 2));
+    if (extent > 0x1p43f && random.below(3) == 0) kind = generators.size() - 2;
+    if (random.below(64) == 0) kind = generators.size() - 1;
     rays.push_back(generators[kind].draw(mesh, box, random));
   }
   return rays;

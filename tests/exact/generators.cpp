@@ -671,17 +671,17 @@ HostileMesh moved_far(nif::Random& random) {
 /// floats; once in 16, coordinates themselves are too small for all their bits.
 HostileMesh scaled(nif::Random& random) {
   return changed(random, [&] {
-    constexpr int kRanges[][2] = {{-100, 40}, {-72, -55}, {-55, -38}, {36, 57}};
+    constexpr int kRanges[][2] = {{-100, 40}, {-72, -55}, {-55, -38}, {36, 46}};
     const auto& range = kRanges[random.below(4)];
     const double scale = chance(random, 16) ? power(random, -126, -100) : power(random, range[0], range[1]);
     return [scale](const Double3& p) { return p * scale; };
   });
 }
 
-/// So large that t may be as large as a float is before a ray is there.
+/// About as large as what can be baked, so that t may be as large as a float is before a ray is there.
 HostileMesh large(nif::Random& random) {
   return changed(random, [&] {
-    const double scale = power(random, 44, 57);
+    const double scale = power(random, 42, 46);
     return [scale](const Double3& p) { return p * scale; };
   });
 }
@@ -968,16 +968,17 @@ NifRay from_origin_of_space(const Mesh& mesh, const mesh::Box& box, nif::Random&
   return ray;
 }
 
-/// It meets something at about the last t that is a float, or the first one, if the mesh is large.
+/// It meets something at about the last t that is a float, or the first one, from as far away as an answer
+/// may be certain, if the mesh is large.
 NifRay at_last_t(const Mesh& mesh, const mesh::Box& box, nif::Random& random) {
   const double last = double(std::numeric_limits<float>::max()), side = sign(random);
-  const double length = std::min(0x1p-59, std::max(0x1p-60, extent_of(box) * power(random, 0, 20) / last));
+  const double length = extent_of(box) * power(random, 17, 19) * random.uniform(1, 2) / last;
   NifRay ray{{}, 0, {}, 0};
-  set_direction(ray, random.direction() * length);
+  set_direction(ray, random.direction() * std::clamp(length, 0x1p-59, 0x1p-57));
   const Double3 target = any_point(mesh, random);
-  const double t = side * last * (random.below(2) ? 1 : random.uniform(0.9, 1));
+  const double t = side * last * (1 - random.uniform(0, 0x1p-22));
   for (size_t a = 0; a < 3; ++a) ray.origin[a] = float(target[a] - double(ray.direction[a]) * t);
-  (side > 0 ? ray.tmax : ray.tmin) = float(side * (random.below(4) ? last : double(kInfinity)));
+  (side > 0 ? ray.tmax : ray.tmin) = float(side * last);
   return ray;
 }
 
@@ -1159,7 +1160,6 @@ constexpr RayGenerator kRays[] = {
     {"corner to corner", of_any_length<corner_to_corner>},
     {"from far", of_any_length<from_far>},
     {"from the origin of space", of_any_length<from_origin_of_space>},
-    {"at the last t", at_last_t},
     {"from a limit", of_any_length<from_limit>},
     {"in a side of the box", of_any_length<in_side_of_box>},
     {"in a plane of voxels", of_any_length<in_plane_of_voxels>},
@@ -1168,6 +1168,7 @@ constexpr RayGenerator kRays[] = {
     {"from inside", of_any_length<from_inside>},
     {"from the middle", of_any_length<from_middle>},
     {"past an edge", of_any_length<past_edge>},
+    {"at the last t", at_last_t},
     {"invalid", invalid},
 };
 

@@ -37,14 +37,15 @@ format::Network untrained(uint32_t inputs) {
   return {.layers = {layer}};
 }
 
-/// In object space, before what places the object: where it is, or beside, turned or mirrored.
+/// In object space, before what places the object: where it is, or beside, apart, turned or mirrored.
 Transform beside(const mesh::Box& box, Random& random) {
   Transform t = kInPlace;
-  const uint32_t kind = random.below(4);
+  const uint32_t kind = random.below(5);
   for (size_t a = 0; a < 3; ++a) {
     const double size = double(box.max[a]) - double(box.min[a]);
     if (kind == 1) t[4 * a + 3] = float(random.uniform(-1, 1) * size);
     if (kind == 2) t[4 * a + 3] = float(size);
+    if (kind == 4) t[4 * a + 3] = float(8 * size);
     if (kind == 3) {  // turned by a quarter about the middle, and mirrored
       const size_t from = (a + 1) % 3;
       t[4 * a + a] = 0;
