@@ -417,7 +417,7 @@ typedef struct NifQuery {
    * from an object, or reach it through a transform too skewed, for a proof in single precision. In a scene
    * of several instances, an instance whose box the ray misses is certainly not blocking, at any distance.
    * Where an instance has a transform that is not the identity, what its `bvh` or `exact` object says is true
-   * of a ray moved by less than 2^-14 of the object's extent. */
+   * of a ray moved by less than 2^-14 of the largest coordinate of the object's box. */
   uint8_t* certain;
   /* [count] The smallest network output of all instances: below 0 means occluded. NIF_LOGIT_CERTAIN if every
    * instance was decided without its network, -NIF_LOGIT_CERTAIN if one was decided to block. Networks of
