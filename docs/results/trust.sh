@@ -44,8 +44,9 @@ count_judged() {
   echo "$lines" >"$state/judged_recorded"
 }
 judged() {
-  printf '## Judged in exact arithmetic\n\n`tests/nightly.sh HOURS` goes on with new cases of `judge_rays`: hostile meshes, rays and transforms, each ray\n'
-  printf 'judged, and asked again by every instruction set, batch size and call ([how](../../CONTRIBUTING.md)).\n\n'
+  printf '## Judged in exact arithmetic\n\nHostile meshes, rays and transforms ([how](../../CONTRIBUTING.md)): `tests/nightly.sh HOURS` goes on with new cases, as does\n'
+  printf '`judge_rays --seconds N --seed N --log build/nightly/judged.tsv`. Each ray is judged, and asked again by every instruction set,\n'
+  printf 'batch size and call; answers count these, and all must be the same.\n\n'
   printf '| day | rays judged | of them certain | answers | wrong |\n| --- | ---: | ---: | ---: | ---: |\n'
   awk -F '\t' '{ printf "| %s | %.0f | %.0f | %.0f | %.0f |\n", $1, $2, $3, $4, $5; for (i = 2; i <= 5; ++i) sum[i] += $i }
     END { printf "| all | %.0f | %.0f | %.0f | %.0f |\n", sum[2], sum[3], sum[4], sum[5] }' "$kept/judged.tsv" | grouped
