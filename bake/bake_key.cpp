@@ -1,3 +1,5 @@
+// Says in text which bake a checkpoint belongs to: the program, the mesh and the options. A bake that is
+// resumed compares these texts. So any option that can change the bytes of an asset must be named here.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>

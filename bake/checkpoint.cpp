@@ -1,3 +1,5 @@
+// The log that a bake keeps of its trainings, and its form in a file. A file is not trusted: its
+// checksum and the key of the bake must be right before any state in it is used.
 #include "bake/checkpoint.hpp"
 
 #include "formats/nif/crc32c.hpp"

@@ -1,3 +1,5 @@
+// Clips each triangle to the voxel, cuts the rest into a fan, and looks colours up there, in linear
+// light. They are stored in 16 bits as square roots, so that dark colours keep more steps.
 #include "bake/colors.hpp"
 
 #include <tbb/parallel_for.h>

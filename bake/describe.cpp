@@ -1,3 +1,5 @@
+// Writes what objects of all encodings have, then visits the variant for the rest: each encoding brings
+// its own describe(), summary() and details(). So a new encoding changes nothing here.
 #include "bake/describe.hpp"
 
 #include <nlohmann/json.hpp>

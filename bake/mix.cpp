@@ -1,3 +1,5 @@
+// Takes weights off one random number until it is used up. If rounding leaves a bit over, the last set
+// with a weight is taken, so a set of weight 0 is never drawn.
 #include "bake/mix.hpp"
 
 #include <numeric>

@@ -1,3 +1,5 @@
+// Names of presets and encodings, from and to text, and the help about encodings. What is said of
+// encodings comes from the list in bake/encodings.hpp, so a new one appears here by itself.
 #include "bake/options.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Turns the figures of a bake into JSON. Metadata is kept short, because files are small: it has few
+// digits, and only some of what is known of hits. scene_bytes() shares its code, so the two agree.
 #include "bake/report.hpp"
 
 #include <fmt/format.h>
@@ -5,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/encoder.hpp"
-#include "bake/merging.hpp"
+#include "bake/merge_metadata.hpp"
 
 namespace nif::bake {
 

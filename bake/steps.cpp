@@ -1,3 +1,5 @@
+// Describes objects, measures them, and checks the error that was asked for. Objects share the rays of
+// an evaluation, but each gets enough to say something. BakeClock makes one progress figure of them all.
 #include "bake/steps.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Embree's builder decides the tree, on one thread, so that the bytes do not vary; the boxes that it
+// computes are not used. Then order.cpp sorts the children of each node, and formats/nif packs the tree.
 #include "bake/bvh/builder.hpp"
 
 #include <embree3/rtcore.h>

@@ -1,3 +1,5 @@
+// Lays the BVH out, slivers and triangle numbers with it. Also counts the nodes that rays visit: from
+// that count `auto` estimates how long an answer takes.
 #include "bake/bvh/encoder.hpp"
 
 #include <fmt/format.h>

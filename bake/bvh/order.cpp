@@ -1,3 +1,5 @@
+// From the leaves up, estimates how likely a line through a box meets a triangle (Cauchy's formula), and
+// what that costs. Leaves stay first; then come inner children that block much at little cost.
 #include "bake/bvh/order.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Builds the BVH first, then grids until one fits the budget, which counts the grid alone. Work is
+// counted as answers are found: a walk through the planes, then the BVH for rays that they leave open.
 #include "bake/exact/encoder.hpp"
 
 #include <fmt/format.h>

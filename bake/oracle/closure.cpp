@@ -1,3 +1,5 @@
+// Disjoint sets join triangles over edges, and the balance of each edge says whether a component is
+// closed. Open components get a second try, with some triangles turned to face as their neighbours do.
 #include "bake/oracle/closure.hpp"
 
 #include <algorithm>

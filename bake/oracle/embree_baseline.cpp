@@ -1,3 +1,5 @@
+// Knows how each call wants its rays laid out. That is apart from asking, so that a measurement can time
+// Embree alone. Threads that ask flush denormals, as Embree wants it.
 #include "bake/oracle/embree_baseline.hpp"
 
 #include <embree3/rtcore.h>

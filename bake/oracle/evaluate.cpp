@@ -1,3 +1,5 @@
+// Counts chunks of rays in parallel and adds them up in order, so that sums repeat. Whether a label is
+// in doubt is slow to find out, so that is asked only where a certain answer is wrong.
 #include "bake/oracle/evaluate.hpp"
 
 #include <tbb/parallel_for.h>

@@ -1,3 +1,5 @@
+// Compares hits ray by ray. Before bounds are called wrong, rays a millionth beside this one are asked,
+// too, because rounding may decide where a ray meets the surface.
 #include "bake/oracle/hits.hpp"
 
 #include <tbb/parallel_for.h>

@@ -1,3 +1,5 @@
+// Asks Embree ray by ray. Meshes of extreme size are first scaled by a power of two, which is exact. A
+// point is inside where a ray from it passes more surfaces from one side than from the other.
 #include "bake/oracle/oracle.hpp"
 
 #include <embree3/rtcore.h>

@@ -1,3 +1,5 @@
+// The order of steps for a mesh: clean it, drop slivers that lie on no triangle, find closed parts,
+// bounds and bias. In a scene, equal meshes are prepared once, and each change is noted for the user.
 #include "bake/oracle/prepare.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// How each ray set is drawn: lines through the box, points on the surface, pictures of a sun or a
+// camera. Each chunk and each picture has its own random stream, so that threads change nothing.
 #include "bake/oracle/ray_sets.hpp"
 
 #include <tbb/parallel_for.h>

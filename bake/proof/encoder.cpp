@@ -1,3 +1,5 @@
+// Fits a grid to its budget, then asks whether planes are worth it: if they would not save a quarter of
+// the work of a BVH alone, as counted, they are left out and a very coarse grid remains.
 #include "bake/proof/encoder.hpp"
 
 #include <fmt/format.h>

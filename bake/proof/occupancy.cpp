@@ -1,3 +1,5 @@
+// A flood fill finds the regions between surface voxels. Sums of solid angles give the winding number of
+// the enclosed ones, which says inside or outside. Then voxels are stored brick by brick.
 #include "bake/proof/occupancy.hpp"
 
 #include <tbb/parallel_for.h>

@@ -1,3 +1,5 @@
+// The presets of grids without features, the budgets of all grids, and the steps that make one:
+// voxelise, classify, store, fit planes. `segment`, `exact` and `proof` go through these steps.
 #include "bake/proof/shape.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,3 +1,5 @@
+// Starts from the mean normal, the best fit and the largest faces, and climbs over the grid of normals.
+// For speed, a climb looks at a few extreme points, and those found outside of its slab are added.
 #include "bake/proof/thinnest.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Tests triangles against boxes by separating axes. It halves ranges of voxels, so that a large triangle
+// does not cost its whole box, and goes over all twice, to count and to write, to save memory.
 #include "bake/proof/voxelize.hpp"
 
 #include <tbb/parallel_for.h>

@@ -1,3 +1,5 @@
+// Numbers the corners brick by brick: the first of a brick is the count of all corners before it. A
+// kernel then finds any corner by a population count in the bits of its brick.
 #include "bake/segment/corners.hpp"
 
 #include <bit>

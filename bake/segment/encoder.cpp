@@ -1,3 +1,5 @@
+// What a preset means for `segment`, and the order of steps: lay out, train, lean. The size of a file is
+// measured before training, with a network of zeros and features uncoded: it takes no more in the end.
 #include "bake/segment/encoder.hpp"
 
 #include <algorithm>

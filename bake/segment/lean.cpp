@@ -1,3 +1,5 @@
+// Draws rays that training has not seen, and moves the decision threshold past as many mistakes as the
+// bound (Clopper and Pearson) asks for. Where no threshold will do, only the safe answer is given.
 #include "bake/segment/lean.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Adam moves floats, while the network runs with their quantised copies, as in the asset. If the loss is
+// not finite, or all answers become alike, training goes back to a snapshot with half the learning rate.
 #include "bake/segment/trainer.hpp"
 
 #include <tbb/cache_aligned_allocator.h>

@@ -1,3 +1,5 @@
+// Draws candidates in chunks, keeps those that OpenFilter finds open, and asks Embree about these alone.
+// Many candidates leave from one start in random directions, because to find a start takes rays, too.
 #include "bake/segment/training_rays.hpp"
 
 #include <tbb/parallel_for.h>

@@ -1,3 +1,5 @@
+// Trains in rounds: draw rays, label them with Embree, learn, perhaps keep a checkpoint. First comes
+// visibility, for objects that share networks together, then primary rays, for each object alone.
 #include "bake/spherical/encoder.hpp"
 
 #include <fmt/format.h>

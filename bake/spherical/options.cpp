@@ -1,3 +1,5 @@
+// Checks every option before anything is trained: what kernels can compute with, and what fills SIMD
+// lanes. The error names the option that is wrong.
 #include "bake/spherical/options.hpp"
 
 #include <fmt/format.h>

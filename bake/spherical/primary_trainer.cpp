@@ -1,3 +1,5 @@
+// One network learns hit, depth and normal together; the constants weigh them in the loss, with the
+// figures behind each choice. find_margin() keeps shadow rays from starting behind the surface.
 #include "bake/spherical/primary_trainer.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// A step: look latent vectors up, run the network on eight parts of a batch, sum gradients in order,
+// move by Adam. If the loss is not finite, all fields go back to their last save, with half the rate.
 #include "bake/spherical/trained_field.hpp"
 
 #include <algorithm>

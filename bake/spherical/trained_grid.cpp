@@ -1,3 +1,5 @@
+// An entry holds its latent vector with Adam's two moments behind it. A step gathers the entries that
+// the batch touches, moves them in one SIMD call and puts them back.
 #include "bake/spherical/trained_grid.hpp"
 
 namespace nif::bake {

@@ -1,3 +1,5 @@
+// Sorts rays by where they start, to the outer or the inner network, and gives each network its grids.
+// How they learn is in trained_field.cpp.
 #include "bake/spherical/trainer.hpp"
 
 #include <fmt/format.h>

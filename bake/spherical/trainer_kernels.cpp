@@ -1,3 +1,5 @@
+// A network with leaky ReLU and no biases, forwards and backwards, by Highway for each target. It also
+// gives the gradients of its inputs, from which the grids of latent vectors learn.
 #include "bake/spherical/trainer_kernels.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// The least of three limits: what the whole system has free, what the control group allows, and what the
+// address space has left. A limit that cannot be read does not count.
 #include "formats/base/memory.hpp"
 
 #include <sys/resource.h>

@@ -1,3 +1,4 @@
+// Decimals come from std::to_chars, which ignores the locale: printf writes a comma in some of them.
 #include "formats/base/quantities.hpp"
 
 #include <charconv>

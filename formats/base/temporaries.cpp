@@ -1,3 +1,5 @@
+// A fixed table of paths without locks, because a signal handler may read it at any moment. A path is
+// only written while its entry is marked as changing. Once the handler has begun, new entries wait.
 #include "formats/base/temporaries.hpp"
 
 #include <unistd.h>

@@ -1,3 +1,5 @@
+// Meshes are grouped by their counts and a hash (XXH3), then compared in full, so that two unlike meshes
+// with one hash stay apart. Zeros of both signs have to hash alike, because they compare as equal.
 #include "formats/mesh/alike.hpp"
 
 #define XXH_INLINE_ALL

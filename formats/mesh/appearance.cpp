@@ -1,3 +1,5 @@
+// The curve from sRGB to linear light, and the repairs that keep colours in range (NaN becomes 0) and
+// arrays as long as the mesh.
 #include "formats/mesh/appearance.hpp"
 
 #include <algorithm>

@@ -7,8 +7,8 @@
 
 #include "formats/base/quantities.hpp"
 #include "formats/base/utf8.hpp"
-#include "formats/mesh/helpers.hpp"
 #include "formats/mesh/readers.hpp"
+#include "formats/mesh/unseen_meshes.hpp"
 
 namespace nif::mesh::detail {
 namespace {

@@ -1,3 +1,5 @@
+// A name is tried against every pattern, also after one has fitted. So each pattern that fits something
+// is known, and one that fits nothing, mostly a typing error, can be reported.
 #include "formats/mesh/chooser.hpp"
 
 #include <fmt/format.h>

@@ -15,7 +15,7 @@
 
 #include "formats/base/memory.hpp"
 #include "formats/mesh/chooser.hpp"
-#include "formats/mesh/far.hpp"
+#include "formats/mesh/far_from_origin.hpp"
 #include "formats/mesh/readers.hpp"
 
 namespace nif::mesh::detail {

@@ -1,3 +1,5 @@
+// Two of Draco's methods. Edgebreaker packs best and reorders: it is for rounded positions. The
+// sequential one keeps the order: it is for exact ones. Bad meshes are refused before Draco sees them.
 #include "formats/mesh/draco_writer.hpp"
 
 #include <draco/compression/encode.h>

@@ -1,3 +1,5 @@
+// Flat is a transform whose condition number is too large, by the bound that kernels use for instances.
+// Vertices are moved in doubles and rounded once. What rounding alone could make is left out.
 #include "formats/mesh/flat_meshes.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Running sums over the instances tell which one a vertex or triangle belongs to. So any stretch of the
+// merged mesh can be made when a writer asks for it; only flatten() has all of it in memory.
 #include "formats/mesh/flat_scene.hpp"
 
 #include <algorithm>
@@ -6,7 +8,7 @@
 
 #include "formats/base/memory.hpp"
 #include "formats/base/status.hpp"
-#include "formats/mesh/far.hpp"
+#include "formats/mesh/far_from_origin.hpp"
 #include "formats/mesh/transform.hpp"
 
 namespace nif::mesh {

@@ -25,7 +25,7 @@ class FlatScene : public MeshSource {
   bool needs_doubles() const override;
   void triangles(uint64_t first, std::span<Triangle> out) const override;
 
-  /// Finds instances that floats are too coarse for (far.hpp). From then on exact() says of those with few
+  /// Finds instances that floats are too coarse for (far_from_origin.hpp). From then on exact() says of those with few
   /// digits where they stand, and of others as vertices().
   void find_far();
   bool far(size_t instance) const { return !offsets_.empty() && offsets_[instance].has_value(); }

@@ -1,3 +1,5 @@
+// Both libraries report errors by longjmp, so code that runs under succeeds() may make nothing that
+// needs a destructor. Limits on sides, text chunks and scans keep a small hostile file from taking long.
 #include "formats/mesh/image.hpp"
 
 #include <fmt/format.h>

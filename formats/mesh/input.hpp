@@ -18,7 +18,7 @@ struct Input {
   std::string extension;       ///< in lower case with its dot, without .gz/.zst; may be empty
   std::string_view bytes;      ///< the whole file, decompressed
   ReadLimits limits;
-  bool exact = false;  ///< readers fill Mesh::exact, too (far.hpp)
+  bool exact = false;  ///< readers fill Mesh::exact, too (far_from_origin.hpp)
 
   /// Throws an Error whose sentence is "<file>: <reason>"
   [[noreturn]] void fail(Status status, const std::string& reason) const {

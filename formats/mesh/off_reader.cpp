@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "formats/mesh/chooser.hpp"
-#include "formats/mesh/far.hpp"
+#include "formats/mesh/far_from_origin.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 

@@ -1,3 +1,5 @@
+// A TBB pipeline: chunks are computed in parallel and written in order. Finished chunks lie in a ring of
+// fixed places; as tokens of the pipeline they would leak when one throws.
 #include "formats/mesh/ply_writer.hpp"
 
 #include <fmt/format.h>

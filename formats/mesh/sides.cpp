@@ -1,3 +1,5 @@
+// One parallel sort, by edge and then by triangle. To save memory, edges can be taken in parts. A hash
+// picks the part of an edge, because neighbours in the mesh have numbers that lie close together.
 #include "formats/mesh/sides.hpp"
 
 #include <tbb/parallel_sort.h>

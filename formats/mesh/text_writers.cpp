@@ -1,3 +1,5 @@
+// Vertices and triangles are fetched in chunks, so memory does not grow with the scene; STL holds one
+// instance at a time. Numbers have the fewest digits that read back as the same value.
 #include "formats/mesh/text_writers.hpp"
 
 #include <algorithm>

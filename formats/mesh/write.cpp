@@ -1,3 +1,5 @@
+// First it looks at what the format will lose, and says so in notes. Then it hands the scene to the
+// writer of the format. Whatever may be refused is checked before the file is begun.
 #include "formats/mesh/write.hpp"
 
 #include <fmt/format.h>

@@ -39,7 +39,7 @@ struct Written {
 /// Writes a scene, whole or not at all (formats/base/output_file.hpp), as the kind that the path says.
 /// Formats without instances get each instance's triangles where they stand (FlatScene). Everything but Draco
 /// with bits keeps positions to the bit and triangles in their order: texts have the shortest digits that
-/// read back as the same float, or where floats are too coarse (far.hpp), as the same place beside the offset
+/// read back as the same float, or where floats are too coarse (far_from_origin.hpp), as the same place beside the offset
 /// of the mesh; PLY then has doubles. Memory beyond the scene does not grow with it, but for Draco.
 /// `progress` is given what fraction is done.
 ///

@@ -1,3 +1,5 @@
+// From the view of a loaded file back to an asset that owns its memory. `nif validate` writes that again
+// to see whether the bytes are the same. Each encoding is asked through one visit.
 #include "formats/nif/asset.hpp"
 
 #include "formats/nif/writer.hpp"

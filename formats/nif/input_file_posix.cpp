@@ -1,3 +1,5 @@
+// InputFile by POSIX calls. Traps: opening a FIFO would wait for a writer, signals interrupt reads, and
+// a folder opens like a file.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>

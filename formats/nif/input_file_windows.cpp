@@ -1,3 +1,5 @@
+// InputFile by calls of Windows. Traps: paths become UTF-16 whatever the code page is, folders must be
+// told from locked files, one read is below 4 GiB, and the system has messages in any language.
 #ifndef NOMINMAX
 #define NOMINMAX
 #endif

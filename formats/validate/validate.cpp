@@ -1,3 +1,5 @@
+// The reader comes first; if it refuses the file, that is the finding. Then metadata and the model are
+// looked at. Last the asset is written again, and other bytes mean that another program wrote the file.
 #include "formats/validate/validate.hpp"
 
 #include <cstring>

@@ -1,3 +1,5 @@
+// An instruction set counts if the build has kernels for it and the processor says that it can run them.
+// ARM and WebAssembly have one each, so there the build alone decides.
 #include "kernels/cpu/isa.hpp"
 
 // As the kernels are compiled: theirs are the targets to be known here.

@@ -1,3 +1,5 @@
+// Goes over the bricks twice. The first pass copies the features at the 5 x 5 x 5 corners of each brick;
+// the second looks whether a corner with features was missed, which makes the grid incomplete.
 #include "kernels/packed/feature_grid.hpp"
 
 #include <bit>

@@ -1,3 +1,5 @@
+// Isotropic remeshing by CGAL, for remesh_isotropic() of cgal.hpp. The relaxation is a call apart:
+// inside of CGAL's remeshing it would read beyond the end of a map where triangles have lost their area.
 #include <CGAL/Polygon_mesh_processing/detect_features.h>
 #include <CGAL/Polygon_mesh_processing/remesh.h>
 #include <CGAL/Polygon_mesh_processing/repair.h>

@@ -1,3 +1,5 @@
+// Distance: points drawn by area, Embree's BVH to find near triangles, double precision for how near.
+// Rays: evaluate() with the second mesh in the place of an asset, so leaks are rays that were opened.
 #include "mesh/compare/compare.hpp"
 
 #include <embree3/rtcore.h>

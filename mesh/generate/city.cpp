@@ -1,3 +1,5 @@
+// Makes each mesh from its own random stream, in parallel; then plans the places and deals the meshes
+// out to them like cards, so that all are used about as often. Three cameras look at the middle.
 #include "mesh/generate/city.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Finds the ring of a vertex or triangle by whole square roots: that of a double alone would be rounded.
+// The upper cap is the lower one turned upside down.
 #include "mesh/generate/stacked_rings.hpp"
 
 #include <algorithm>

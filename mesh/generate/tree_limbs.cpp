@@ -1,3 +1,5 @@
+// Grows the tree level by level: all first children, then all second ones, so a small count leaves no
+// part bare. The golden ratio spreads children along and around their parent.
 #include "mesh/generate/tree_limbs.hpp"
 
 #include <algorithm>

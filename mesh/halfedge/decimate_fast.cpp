@@ -1,3 +1,5 @@
+// decimate_fast() of decimate.hpp, by meshoptimizer: for meshes that OpenMesh would take too long for. A
+// trap: meshoptimizer's error is relative to the size of the mesh, so ours is scaled.
 #include <meshoptimizer.h>
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Loop and Catmull-Clark by OpenMesh. Its table of weights for Loop is made larger, because it reads
+// beyond it at valences of 50 and more. sqrt(3) is our own code, because OpenMesh's can end the process.
 #include "mesh/halfedge/subdivide.hpp"
 
 // CatmullClarkT.hh uses what this one declares.

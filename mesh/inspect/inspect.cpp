@@ -1,3 +1,5 @@
+// Sorts the sides of all triangles by edge, so that an edge's triangles lie together. Two disjoint sets
+// do the rest: one of triangles for pieces, one of corners for the fans around vertices.
 #include "mesh/inspect/inspect.hpp"
 
 #include <tbb/parallel_sort.h>

@@ -1,3 +1,5 @@
+// The order of steps: who may merge, whose copies fit the budget (small meshes first), cuts by space
+// until groups are small enough, a check of memory, then the copies.
 #include "mesh/merge/merge.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Disjoint sets that know who faces the other way decide which triangles to turn. Fans are joined over
+// edges of two triangles, other edges are stitched where it is clear how, and each fan gets a vertex.
 #include "mesh/repair/orient.hpp"
 
 #include <algorithm>

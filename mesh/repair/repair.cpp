@@ -1,3 +1,5 @@
+// The order of the repairs, which matters: each step needs what those before it leave. A trap: orient()
+// cuts the surface apart, so rims of true holes are noted before it, or the cuts would be filled, too.
 #include "mesh/repair/repair.hpp"
 
 #include <algorithm>
@@ -8,8 +10,8 @@
 #include "formats/mesh/sides.hpp"
 #include "mesh/repair/nesting.hpp"
 #include "mesh/repair/orient.hpp"
+#include "mesh/repair/snap.hpp"
 #include "mesh/repair/t_junctions.hpp"
-#include "mesh/repair/weld.hpp"
 
 namespace nif::repair {
 namespace {

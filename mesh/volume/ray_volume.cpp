@@ -1,3 +1,5 @@
+// A level set, traced by OpenVDB, and bits in voxels, walked by DDA traversal with leaps over empty
+// leaves. Both use a flat tree: OpenVDB's usual one takes more memory than such small volumes.
 #include "mesh/volume/ray_volume.hpp"
 
 #include <openvdb/math/DDA.h>

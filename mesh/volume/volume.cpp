@@ -1,3 +1,5 @@
+// Deals with OpenVDB's habits: it winds faces the other way, a shell is an unsigned distance that is
+// shifted, and a file holds a random UUID, which is set to zero so that the bytes repeat.
 #include "mesh/volume/volume.hpp"
 
 #include <openvdb/io/File.h>

@@ -1,3 +1,5 @@
+// Loads a driver's library with dlopen, makes the calls that CUDA and HIP share, and turns their results
+// into errors. It knows after which results a card is lost until the process ends.
 #include "library_driver.hpp"
 
 #include <dlfcn.h>

@@ -1,3 +1,5 @@
+// Lays out the scratch memory of a query; a block is lent again once the event of its last use is done.
+// Also times the first queries by the pipeline and by the one kernel, then keeps to the faster way.
 #include "pipeline.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+/* Hiss from a hash of the position, and a hum of 40 harmonics. There is no seam, because filters go
+ * through the loop twice and each frequency fits a whole number of times. */
 #include "loop.h"
 
 #include <math.h>

@@ -1,3 +1,5 @@
+/* 64 rays go from the listener to points spread evenly through a ball; the share of visible ones is the
+ * answer. The asset is measured in a scene by itself first, so that it can be scaled and centred. */
 #include "occlusion.h"
 
 #include <math.h>

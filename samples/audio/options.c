@@ -1,3 +1,5 @@
+/* A loop over the words of the command line. Letters of axes become numbers, limits are checked here,
+ * and each mistake ends with one sentence. */
 #include "options.h"
 
 #include <stdio.h>

@@ -1,3 +1,5 @@
+/* mkstemp makes the file beside its target, and rename puts it in place when all is written. The header
+ * of a WAV file is put together byte by byte, so the byte order of the CPU does not matter. */
 #define _POSIX_C_SOURCE 200809L
 #include "output.h"
 

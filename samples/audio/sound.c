@@ -1,3 +1,5 @@
+/* OpenAL Soft's loopback device renders into memory instead of playing. Its functions, and those of the
+ * low-pass filter, are extensions and have to be looked up. Without HRTF it refuses to start. */
 #include "sound.h"
 
 #include <AL/al.h>

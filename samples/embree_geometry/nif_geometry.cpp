@@ -1,3 +1,5 @@
+// Embree hands its callbacks packets with lanes that are switched off. The valid rays are gathered into
+// batches, each is one query, and the answers are written back to their lanes.
 #include "nif_geometry.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// A PNG by hand: stored blocks in place of compression, and both checksums. So the sample needs no
+// library for its pictures.
 #include "picture.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Builds both Embree scenes from the same instances, so that shadows can be compared. A rough look at
+// the bounds notices an asset that was baked from another mesh.
 #include "world.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+/* A job is 2,048 points and two queries. The sun's direction has stride 0: one for all rays. Each job
+ * keeps its own error, because the message can only be read on the thread that failed. */
 #include "frame.h"
 
 #include <math.h>

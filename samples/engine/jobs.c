@@ -1,3 +1,5 @@
+/* A thread pool with one mutex and two condition variables. The caller takes jobs, too, and then waits
+ * for those that are still running. */
 #define _POSIX_C_SOURCE 200809L
 #include "jobs.h"
 

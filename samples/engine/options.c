@@ -1,3 +1,5 @@
+/* A table of the options that take a number, and a loop over the words of the command line. Each mistake
+ * ends with one sentence. */
 #include "options.h"
 
 #include <errno.h>

@@ -1,3 +1,5 @@
+/* Reads 64 KiB at a time, as an engine's streaming would, then loads the asset from memory. nifkit
+ * copies the bytes, so the buffer is freed at once. */
 #include "stream.h"
 
 #include <errno.h>

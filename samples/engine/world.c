@@ -1,3 +1,5 @@
+/* The first copy is committed alone, to learn how much room one needs; then the others are placed by it.
+ * A frame sets the transforms of all instances and commits once. */
 #include "world.h"
 
 #include <math.h>

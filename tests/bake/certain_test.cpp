@@ -8,7 +8,7 @@
 #include "formats/mesh/read.hpp"
 #include "kernels/reference/proof/walk.hpp"
 #include "tests/bake/adversary.hpp"
-#include "tests/bake/exact.hpp"
+#include "tests/bake/exact_oracle.hpp"
 #include "tests/bake/hard_shapes.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/real_meshes.hpp"

@@ -13,7 +13,7 @@
 #include "nif/nif.hpp"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/support/gltf.hpp"
-#include "tests/support/png.hpp"
+#include "tests/support/pictures.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"

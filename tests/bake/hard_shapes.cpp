@@ -1,3 +1,5 @@
+// One function for each kind of trouble: cracks, doubled sheets, faces close to cell planes, pockets,
+// slivers, soup. Random numbers come from fixed seeds, so a test that fails can be run again.
 #include "tests/bake/hard_shapes.hpp"
 
 #include "bake/proof/voxelize.hpp"

@@ -21,7 +21,7 @@
 #include "formats/mesh/read.hpp"
 #include "formats/nif/bvh/encoding.hpp"
 #include "kernels/reference/bvh/hit.hpp"
-#include "tests/bake/exact.hpp"
+#include "tests/bake/exact_oracle.hpp"
 #include "tests/bake/hard_shapes.hpp"
 #include "tests/support/real_meshes.hpp"
 

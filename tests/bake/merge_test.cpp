@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bake/merging.hpp"
+#include "bake/merge_metadata.hpp"
 #include "bake/oracle/prepare.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "formats/nif/writer.hpp"

@@ -6,7 +6,7 @@
 
 #include "bake/oracle/prepare.hpp"
 #include "formats/base/vector.hpp"
-#include "tests/bake/exact.hpp"
+#include "tests/bake/exact_oracle.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {

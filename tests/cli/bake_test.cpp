@@ -551,10 +551,8 @@ TEST_F(Bake, InterruptedLeavesWhatWasThere) {
     Process process(nif_path(),
                     {"bake", ball_, "-o", path(name), "--preset", "high", "--encoding", "segment", "--json"});
     ASSERT_TRUE(process.wait_for_error_text("training"));
-    const auto start = std::chrono::steady_clock::now();
     process.send(SIGINT);
     const Outcome outcome = process.finish(60);
-    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
     EXPECT_EQ(outcome.code, int(Status::interrupted)) << outcome.err;
     EXPECT_EQ(outcome.out, "");
     EXPECT_EQ(without_progress(outcome.err).size(), 1u) << outcome.err;

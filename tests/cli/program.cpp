@@ -1,3 +1,5 @@
+// Starts `nif` with posix_spawn, its outputs in files, and looks every 5 ms whether it has ended. No
+// pipes, which could fill up and block; a run that takes too long is killed, and the test fails.
 #include "tests/cli/program.hpp"
 
 #include <fcntl.h>

@@ -1,3 +1,4 @@
+// Draws cases, asks and judges them, cuts down what is wrong by halves, and reads and writes cases as text.
 #include "tests/exact/cases.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// The generators, in four parts: meshes, parts of rays, rays, transforms. Each says what it attacks.
 #include "tests/exact/generators.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Signs of volumes by a floating-point filter with GMP behind it; distances in 113 bits.
 #include "tests/exact/judge.hpp"
 
 #include <gmpxx.h>

@@ -1,3 +1,4 @@
+// Of thousands of skews and rays, takes those that rounding shortens most.
 #include "tests/exact/skewed.hpp"
 
 #include <cmath>

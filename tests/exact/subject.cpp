@@ -1,3 +1,4 @@
+// Bakes one mesh into every encoding and asks scenes of it by every call, which must agree.
 #include "tests/exact/subject.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Starts `nif` through env, so that the library with the faults is loaded into `nif` and not into the
+// test. Also the commands that are tested for what they leave behind.
 #include "tests/faults/fault_run.hpp"
 
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "tests/mesh/encode.hpp"
-#include "tests/support/png.hpp"
+#include "tests/support/pictures.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {

@@ -1,3 +1,5 @@
+// Two ways. Sections are changed and checksums put right: readers mostly refuse that. Or the asset is
+// read, changed so that it still fits together, and written: most of these reach the kernels.
 #include "tests/fuzz/mutate.hpp"
 
 #include <algorithm>

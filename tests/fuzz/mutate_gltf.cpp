@@ -1,3 +1,5 @@
+// Takes the .glb apart into JSON and binary, changes one of them, and puts it together with the right
+// lengths. New values are often names and numbers that the reader looks for.
 #include "tests/fuzz/mutate_gltf.hpp"
 
 #include <algorithm>

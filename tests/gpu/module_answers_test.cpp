@@ -70,7 +70,8 @@ TEST_P(GpuAnswers, ScenesOfAllEncodings) {
     const uint32_t other = twins.load(random_asset(seed + 100, {.objects = 1, .max_voxels = 30}));
     for (uint32_t i = 0; i < 12 + seed * 5; ++i) {
       const bool from_other = random.below(4) == 0;
-      twins.add(from_other ? other : mixed, from_other ? 0 : random.below(6), random_transform(random, 8));
+      twins.add(from_other ? other : mixed, from_other ? 0 : random.below(twins.objects(mixed)),
+                random_transform(random, 8));
     }
     twins.commit();
     expect_twins(twins, rays_in_cube(random, 12, 3000 + seed));
@@ -82,10 +83,12 @@ TEST_P(GpuAnswers, ScenesOfOneEncoding) {
   Random random(2);
   for (const RandomAssetOptions& options :
        {RandomAssetOptions{.objects = 2, .features = 2}, RandomAssetOptions{.objects = 0, .bvhs = 2},
-        RandomAssetOptions{.objects = 0, .sphericals = 2}}) {
+        RandomAssetOptions{.objects = 0, .sphericals = 2}, RandomAssetOptions{.objects = 0, .exacts = 2},
+        RandomAssetOptions{.objects = 0, .proofs = 2}}) {
     TwinScenes twins(config());
     const uint32_t asset = twins.load(random_asset(7, options));
-    for (uint32_t i = 0; i < 9; ++i) twins.add(asset, random.below(2), random_transform(random, 6));
+    for (uint32_t i = 0; i < 9; ++i)
+      twins.add(asset, random.below(twins.objects(asset)), random_transform(random, 6));
     twins.commit();
     expect_twins(twins, rays_in_cube(random, 9, 3000));
   }
@@ -96,7 +99,7 @@ TEST_P(GpuAnswers, ScenesOfOneInstance) {
   Random random(3);
   const format::Asset asset =
       random_asset(3, {.objects = 1, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1});
-  for (uint32_t object = 0; object < 3; ++object)
+  for (uint32_t object = 0; object < asset.objects.size(); ++object)
     for (const bool identity : {true, false}) {
       TwinScenes twins(config());
       twins.add(twins.load(asset), object, identity ? kIdentity : random_transform(random, 4));

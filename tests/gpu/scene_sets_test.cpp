@@ -45,17 +45,20 @@ void for_each_part(const mesh::Mesh& mesh, const Part& part) {
 }
 
 TEST_P(GpuSceneSets, AnswerAsTheReference) {
-  const Baked field(torus(60, 30), "segment");
-  const Baked exact(torus(60, 30), "bvh");
+  const Baked field(torus(60, 30), "segment"), bvh(torus(60, 30), "bvh"), exact(torus(60, 30), "exact"),
+      proof(torus(60, 30), "proof");
   TwinScenes twins(config() + ",pipeline=" + GetParam());
-  const uint32_t learned = twins.load(field.file), proven = twins.load(exact.file),
+  const uint32_t learned = twins.load(field.file), proven = twins.load(bvh.file),
+                 whole = twins.load(exact.file), proves = twins.load(proof.file),
                  spherical = twins.load(random_asset(1, {.objects = 0, .sphericals = 1}));
-  // As it is; mirrored and half inside it; stretched across it; a small turned one; a spherical one beside.
+  // As it is; mirrored and half inside it; stretched across it; small turned ones; a spherical one beside.
   twins.add(learned, 0, kIdentity);
   twins.add(learned, 0, {-0.9f, 0, 0, 0.4f, 0, 0.8f, 0, 0.1f, 0, 0, 1.1f, 0.2f});
   twins.add(proven, 0, {1.2f, 0.3f, 0, -0.5f, -0.3f, 0.4f, 0, 0.3f, 0, 0, 2.0f, -0.1f});
   twins.add(learned, 0, {0.2f, 0, 0.2f, 0, 0, -0.3f, 0, 0, -0.2f, 0, 0.2f, 0.5f});
   twins.add(proven, 0, {0.1f, 0, 0, -0.6f, 0, 0.1f, 0, 0.6f, 0, 0, 0.1f, 0});
+  twins.add(whole, 0, {0, 0.2f, 0, 0.5f, -0.2f, 0, 0, 0.4f, 0, 0, 0.2f, 0.3f});
+  twins.add(proves, 0, {0.2f, 0, 0, 0.3f, 0, 0, 0.2f, -0.5f, 0, -0.2f, 0, -0.3f});
   twins.add(spherical, 0, {0.1f, 0, 0, 0.7f, 0, 0.1f, 0, -0.4f, 0, 0, 0.1f, 0.1f});
   twins.commit();
 

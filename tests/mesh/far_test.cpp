@@ -1,6 +1,6 @@
 // A house at coordinates of surveys, which floats round by up to half a metre: it is read as if it stood near
 // the origin, placed by its instance, and written back with the digits that it had.
-#include "formats/mesh/far.hpp"
+#include "formats/mesh/far_from_origin.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

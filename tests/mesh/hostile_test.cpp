@@ -12,7 +12,7 @@
 #include "formats/mesh/image.hpp"
 #include "formats/mesh/read.hpp"
 #include "tests/mesh/encode.hpp"
-#include "tests/support/png.hpp"
+#include "tests/support/pictures.hpp"
 #include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
 

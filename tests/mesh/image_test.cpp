@@ -6,7 +6,7 @@
 
 #include <cstdlib>
 
-#include "tests/support/png.hpp"
+#include "tests/support/pictures.hpp"
 
 namespace nif::test {
 namespace {

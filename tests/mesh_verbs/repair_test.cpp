@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "mesh/inspect/inspect.hpp"
-#include "mesh/repair/weld.hpp"
+#include "mesh/repair/snap.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {

@@ -274,6 +274,7 @@ TEST_F(BadInput, Queries) {
     change(query);
     return nifQuery(scene, &query);
   };
+  EXPECT_EQ(code_with([](NifQuery& query) { query.reserved = 1; }), NIF_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(code_with([](auto&) {}), NIF_OK);
   for (int a = 0; a < 3; ++a) {
     EXPECT_EQ(code_with([&](auto& q) { q.origin[a] = nullptr; }), NIF_ERROR_INVALID_ARGUMENT);

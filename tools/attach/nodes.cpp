@@ -1,3 +1,5 @@
+// Two ways to match instances to nodes: by the node numbers in the asset's metadata, if the source's
+// hash fits, or by name (--force). Metadata is not trusted, so every number in it is checked.
 #include "tools/attach/nodes.hpp"
 
 #include <fmt/format.h>

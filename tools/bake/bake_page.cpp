@@ -1,3 +1,5 @@
+// Renders the mesh from four sides by Embree and by the asset, and takes the tables from the JSON
+// report. A full LossCurve drops every second point, so its memory stays bounded.
 #include "tools/bake/bake_page.hpp"
 
 #include <fmt/format.h>

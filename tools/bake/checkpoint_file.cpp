@@ -1,3 +1,5 @@
+// The trap is a file of the same name that is not a checkpoint. Its first bytes are checked before
+// anything is replaced or removed. A checkpoint that cannot be written is a note and never ends a bake.
 #include "tools/bake/checkpoint_file.hpp"
 
 #include <fmt/format.h>

@@ -25,7 +25,7 @@
 #include "mesh/merge/merge.hpp"
 #include "tools/bake/bake_page.hpp"
 #include "tools/bake/checkpoint_file.hpp"
-#include "tools/bake/merging.hpp"
+#include "tools/bake/merge_report.hpp"
 #include "tools/batch/command.hpp"
 #include "tools/batch/report.hpp"
 #include "tools/common/accuracy_table.hpp"

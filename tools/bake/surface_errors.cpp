@@ -1,3 +1,5 @@
+// Asks Embree and the asset about random rays from each point that a camera sees, and from points above
+// it. Sums are whole numbers and each pixel has its own random numbers, so threads do not matter.
 #include "tools/bake/surface_errors.hpp"
 
 #include <tbb/blocked_range.h>

@@ -1,3 +1,5 @@
+// The scheduler: starts one `nif bake` process for each asset while threads and estimated memory last,
+// and stores a record as soon as one is done. If a source changed meanwhile, its bake counts as failed.
 #include "tools/batch/baking.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Locks one byte of the file for each asset, at a hash of its name. These are open file description
+// locks, so two Claims exclude each other within one process, too.
 #include "tools/batch/claims.hpp"
 
 #include <fcntl.h>

@@ -1,3 +1,5 @@
+// The order of steps: read the manifest, plan, refuse outputs that would overwrite an input, bake, then
+// write the dependency file and the report. Also escapes file names for make.
 #include "tools/batch/command.hpp"
 
 #include <fmt/format.h>

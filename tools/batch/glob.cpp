@@ -1,3 +1,5 @@
+// Goes down folder by folder, with one part of the pattern each; fnmatch judges single names. Each pair
+// of folder and part is visited once, because patterns with several ** would come back very often.
 #include "tools/batch/glob.hpp"
 
 #include <fnmatch.h>

@@ -1,3 +1,5 @@
+// Checks options by parsing them as `nif bake` does, and expands patterns to files. Paths are compared
+// in canonical form, so that an output that is also a mesh is found however it is spelt.
 #include "tools/batch/manifest.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Compares files by size and time first, and by an XXH3 hash only if these differ. A time that was less
+// than two seconds old when it was recorded proves nothing, so such a file is hashed again.
 #include "tools/batch/record.hpp"
 
 #include <fmt/format.h>

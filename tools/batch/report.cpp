@@ -1,3 +1,5 @@
+// Pictures come from `nif render` in child processes, on a small scene made for each asset. They are
+// kept in the state folder until the asset is baked again.
 #include "tools/batch/report.hpp"
 
 #include <fmt/format.h>

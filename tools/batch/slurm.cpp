@@ -1,3 +1,5 @@
+// Writes a list and a shell script for each class of need, and submits them with sbatch. The last job
+// depends on all others. Memory and time limits come from needs_of() in baking.hpp.
 #include "tools/batch/slurm.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Reads the scene by the code of `nif render`. Objects with the same mesh and asset are loaded once, and
+// instances that their transform flattens are left out, as in pictures.
 #include "tools/bench/bench_scene.hpp"
 
 #include <fmt/format.h>

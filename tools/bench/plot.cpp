@@ -1,3 +1,5 @@
+// Layout only, in pixels: a panel for each number of threads, bars for medians, and thin lines from the
+// lowest round to the highest.
 #include "tools/bench/plot.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Turns the asset and every way to call Embree into contenders, which rounds.hpp times. Rays are laid
+// out anew before each pass, off the clock, and the asset's timed answers must have the stated error.
 #include "tools/bench/race.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Pieces of JSON and text that the reports of an asset and of a scene share, so that both read alike.
+// The JSON keys are an interface: if one changes or goes, the schema needs a new version.
 #include "tools/bench/report.hpp"
 
 #include <fmt/format.h>

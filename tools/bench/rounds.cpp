@@ -1,3 +1,5 @@
+// Heats choose the fastest few of each group; only these run in the rounds that count. The order of
+// turns shifts and reverses from round to round, so that nobody always runs after the same contender.
 #include "tools/bench/rounds.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Races the scene as it stands, then times moves of some instances on all sides, then races again where
+// they ended. All sides make the same moves, or their answers could not be compared.
 #include "tools/bench/scene_measure.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Calls the kernels directly, because a query of the runtime cannot time its stages. The answers are
+// counted against the labels, so that what is timed is what the stated error is of.
 #include "tools/bench/stages.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// A number by std::stod, then a unit from a table. kB is 1000 bytes and KiB is 1024.
 #include "tools/common/amounts.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// The runtime loads the asset to tell its parts and what stays resident; the reader tells the flat list
+// of file bytes. The line for people leaves some entries out, and the JSON has all.
 #include "tools/common/asset_bytes.hpp"
 
 #include <fmt/format.h>

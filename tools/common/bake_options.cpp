@@ -1,3 +1,5 @@
+// Which options contradict each other is decided here, each with a sentence that says why. `nif bake`
+// and manifests both come through resolve_options(), so both refuse the same.
 #include "tools/common/bake_options.hpp"
 
 #include <fmt/format.h>
@@ -5,7 +7,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "bake/merging.hpp"
+#include "bake/merge_metadata.hpp"
 #include "formats/base/status.hpp"
 #include "mesh/merge/merge.hpp"
 #include "tools/common/amounts.hpp"

@@ -1,3 +1,5 @@
+// Repeats from the asset's metadata what was chosen by name and what was merged, so that the ground
+// truth is of the same meshes. Metadata is not trusted: what makes no sense is an error.
 #include "tools/common/baked_scene.hpp"
 
 #include <fmt/format.h>
@@ -6,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "bake/merging.hpp"
+#include "bake/merge_metadata.hpp"
 #include "formats/base/json_text.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"

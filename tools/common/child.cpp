@@ -1,3 +1,5 @@
+// fork and exec with the output in memory files (memfd), so that no pipe can fill up. The child gets
+// SIGTERM if its parent dies (PR_SET_PDEATHSIG). Nothing may allocate between fork and exec.
 #include "tools/common/child.hpp"
 
 #include <sys/mman.h>

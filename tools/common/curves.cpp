@@ -1,3 +1,5 @@
+// Linear and logarithmic axes with ticks at 1, 2 and 5 times powers of ten, curves of straight lines
+// between dots, and a legend beside each panel.
 #include "tools/common/curves.hpp"
 
 #include <algorithm>

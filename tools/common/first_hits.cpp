@@ -1,3 +1,4 @@
+// Asks nifIntersect for every output that it has, so that a comparison of two scenes misses no bit.
 #include "tools/common/first_hits.hpp"
 
 #include <tbb/parallel_for.h>

@@ -1,3 +1,5 @@
+// Misses and false hits first, then how far off hits are, by percentiles. The short form states
+// distances in voxels where the object has a grid, else in percent of its diagonal.
 #include "tools/common/hit_report.hpp"
 
 #include <fmt/format.h>

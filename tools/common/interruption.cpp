@@ -1,3 +1,5 @@
+// Signal handlers, so only what is safe in them: atomic flags, write() and _exit(). The first signal
+// sets a flag; a second one, or any during EndAtOnce, removes temporary files and ends the process.
 #include "tools/common/interruption.hpp"
 
 #include <unistd.h>

@@ -1,3 +1,5 @@
+// A file name may hold any bytes, and JSON must be UTF-8. Bytes that are not are replaced instead of
+// throwing.
 #include "tools/common/json_output.hpp"
 
 #include <fmt/format.h>

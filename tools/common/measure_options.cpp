@@ -1,3 +1,5 @@
+// One place for names, help texts and default values, so that `nif eval` and `nif bench` cannot drift
+// apart.
 #include "tools/common/measure_options.hpp"
 
 #include "tools/common/ray_set_option.hpp"

@@ -1,3 +1,5 @@
+// Reads the mesh as it was read for the bake, and refuses it if counts, triangles or bounds are not the
+// asset's: errors against another mesh would mean nothing.
 #include "tools/common/measured_asset.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// A note may quote a name from a file, so control characters are written out before they reach a
+// terminal.
 #include "tools/common/notes.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Thin wrappers around CLI11. Two traps are mended here: negative words for unsigned options, and NaN.
+// The types that options may have are instantiated at the end.
 #include "tools/common/options.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// The style sheet and the script of every page are strings in this file. Text from outside passes
+// through escaped() before it becomes HTML.
 #include "tools/common/page.hpp"
 
 #include <fmt/format.h>

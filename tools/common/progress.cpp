@@ -1,3 +1,5 @@
+// Extrapolates the time left from the fraction done. A bar wider than the terminal is cut, because a
+// line that wraps cannot be redrawn.
 #include "tools/common/progress.hpp"
 
 #include <fmt/format.h>

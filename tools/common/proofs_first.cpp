@@ -1,3 +1,5 @@
+// nifQueryOpen answers what is proven and lists the other rays, each with the interval of t that stays
+// open. Embree is asked about these intervals only.
 #include "tools/common/proofs_first.hpp"
 
 #include "tools/common/runtime_handles.hpp"

@@ -1,3 +1,4 @@
+// Only parses names. Without --set the list is empty, and each subcommand takes its own default sets.
 #include "tools/common/ray_set_option.hpp"
 
 #include <fmt/format.h>

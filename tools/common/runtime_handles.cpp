@@ -1,3 +1,5 @@
+// Which exit code a failed call of the runtime becomes: codes for files are the same numbers, out of
+// memory stays that, and any other one counts as a defect of nifkit.
 #include "tools/common/runtime_handles.hpp"
 
 #include "formats/base/status.hpp"

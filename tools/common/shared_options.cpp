@@ -1,3 +1,4 @@
+// The help texts stand here once. A change of wording shows in every subcommand.
 #include "tools/common/shared_options.hpp"
 
 #include <fmt/format.h>

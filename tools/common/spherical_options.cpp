@@ -1,3 +1,5 @@
+// The paper's hyperparameters as two tables, of counts and of reals: each row ties an option to the
+// field that it sets. After them, the rules about which options need which.
 #include "tools/common/spherical_options.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// Collects elements as text; document() puts the style sheet around them. Any text is escaped first.
 #include "tools/common/svg.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// A TBB global_control in a static variable, because the limit ends when the object does.
 #include "tools/common/threads.hpp"
 
 #include <tbb/global_control.h>

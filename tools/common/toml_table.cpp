@@ -1,3 +1,5 @@
+// toml++ 3.3 recurses once for each part of a dotted key, so check_keys() refuses keys of many parts
+// before the parser sees them. For a misspelt key the nearest known one is suggested (Levenshtein).
 #include "tools/common/toml_table.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Metadata is shown but never trusted: it may name parents in a circle. So depth, length and number of
+// lines are limited.
 #include "tools/info/hierarchy.hpp"
 
 #include <fmt/format.h>

@@ -9,7 +9,7 @@
 #include "formats/base/memory.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
-#include "formats/mesh/far.hpp"
+#include "formats/mesh/far_from_origin.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "mesh/compare/compare.hpp"
 #include "tools/common/interruption.hpp"

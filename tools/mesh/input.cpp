@@ -1,3 +1,5 @@
+// Checks first that there is memory for twice the file's bytes. Then a .vdb goes to another process, and
+// every other file to mesh::read().
 #include "tools/mesh/input.hpp"
 
 #include <fmt/format.h>

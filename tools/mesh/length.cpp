@@ -1,3 +1,5 @@
+// A number with or without a percent sign. Bounds are those of the triangles, so vertices that no
+// triangle uses do not count.
 #include "tools/mesh/length.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Refuses what cannot work before OpenVDB starts: open meshes, thin shells, more voxels or memory than
+// there may be. A mesh far from the origin is moved near it, and the offset goes into the file.
 #include "tools/mesh/sampling.hpp"
 
 #include <fmt/format.h>
@@ -8,7 +10,7 @@
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
-#include "formats/mesh/far.hpp"
+#include "formats/mesh/far_from_origin.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "mesh/inspect/inspect.hpp"
 #include "tools/common/interruption.hpp"

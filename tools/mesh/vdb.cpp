@@ -1,3 +1,5 @@
+// Both sides of a small protocol: a hidden verb reads the file with OpenVDB, under a limit of memory,
+// and prints meshes as raw bytes; the caller reads these, and turns a crash into an error.
 #include "tools/mesh/vdb.hpp"
 
 #include <fmt/format.h>

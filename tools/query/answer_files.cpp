@@ -1,3 +1,5 @@
+// All threads format rows of text, which are then written in order. A .npy states its length first: if
+// that is unknown, rows wait in a temporary file.
 #include "tools/query/answer_files.hpp"
 
 #include <fmt/format.h>

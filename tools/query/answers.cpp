@@ -1,3 +1,5 @@
+// Puts the asset, or one object of it, into a scene of the runtime. Each call asks nifQuery, and then
+// nifIntersect if first hits are wanted.
 #include "tools/query/answers.hpp"
 
 #include <fmt/format.h>

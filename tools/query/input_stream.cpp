@@ -1,3 +1,5 @@
+// Plain system calls, so that rays from a pipe are answered as they come: read() returns what is there.
+// peek() looks ahead to tell formats apart without losing bytes.
 #include "tools/query/input_stream.hpp"
 
 #include <fcntl.h>

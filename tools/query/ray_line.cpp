@@ -1,3 +1,5 @@
+// A small parser of one line, CSV or JSON, with no more JSON than a ray needs: strings have no escapes.
+// Trap: std::from_chars does not tell numbers too large from those too small, so strtof decides.
 #include "tools/query/ray_line.hpp"
 
 #include <fmt/format.h>

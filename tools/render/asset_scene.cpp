@@ -1,3 +1,5 @@
+// Hits name instances by number, so kinds_ must follow the order in which nifAddAsset() adds instances:
+// one for each instance of the file, or one for each object if it has no instances.
 #include "tools/render/asset_scene.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// An orbit finds its distance by bisection, until the box fills the wanted share of the picture's
+// height. A camera that looks straight along the up axis takes another axis instead.
 #include "tools/render/camera.hpp"
 
 #include <algorithm>

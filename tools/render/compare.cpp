@@ -1,3 +1,5 @@
+// SSIM as in Wang et al. 2004, with its Gaussian window as two passes; at the picture's edges weights
+// are scaled. Pictures are scaled down in linear light.
 #include "tools/render/compare.hpp"
 
 #include <algorithm>

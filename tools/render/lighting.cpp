@@ -1,3 +1,5 @@
+// One way to sample for each kind of light. Environment maps and glowing skies invert cumulative tables,
+// first of rows and then of texels. Samples are already divided by their density.
 #include "tools/render/lighting.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Cuts the picture into tiles for TBB. A tile gathers shadow rays with what they carry, and answers many
+// at a time. Each pixel belongs to one tile, so its sums do not depend on threads.
 #include "tools/render/renderer.hpp"
 
 #include <tbb/parallel_for.h>

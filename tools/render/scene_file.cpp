@@ -1,3 +1,5 @@
+// One function for each kind of table. Every value has a range, and TomlTable refuses what is unknown. A
+// glTF becomes a scene of one object, with a light and a camera by default.
 #include "tools/render/scene_file.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Places glTF lights and cameras by their own transform, then the object's; what has no direction left
+// is noted and left out. Each file is read once, with the choice of names that its asset was baked with.
 #include "tools/render/scene_meshes.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Follows the renderer's own paths, and keeps a ray once for each instance whose AABB it meets, in
+// object space. Rows are drawn in parallel and joined in order.
 #include "tools/render/view_rays.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Up to three Embree scenes: everything, what no asset answers for, what no primary field answers for.
+// Commits run on one thread: with more, which of two triangles is hit on their common edge may vary.
 #include "tools/render/world.hpp"
 
 #include <embree3/rtcore.h>

@@ -11,7 +11,7 @@
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
-#include "formats/mesh/far.hpp"
+#include "formats/mesh/far_from_origin.hpp"
 #include "formats/mesh/file_bytes.hpp"
 #include "formats/mesh/flat_scene.hpp"
 #include "formats/mesh/read.hpp"

@@ -1,3 +1,5 @@
+// Finds Embree's fastest call for each timed set first, in a few heats. Each rival is then timed in
+// rounds that alternate with it, so that what disturbs one disturbs the other.
 #include "tools/study/meter.hpp"
 
 #include <fmt/format.h>

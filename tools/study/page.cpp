@@ -1,3 +1,5 @@
+// The verdicts come first: at each number of bytes, does `segment` or the best simplified mesh answer
+// more rays wrongly? Then tables, curves and pictures, with one colour for each family.
 #include "tools/study/page.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// Reads study.json back with care: values are checked, and a study with another key is refused. Between
+// two sizes, families are compared by straight lines over logarithms of bytes, errors and speeds.
 #include "tools/study/study.hpp"
 
 #include <fmt/format.h>

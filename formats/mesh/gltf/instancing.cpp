@@ -1,3 +1,5 @@
+// Reads translations, rotations and scales, and makes one placement of each. The count is checked before
+// memory is taken: a small file may claim millions of instances.
 #include "formats/mesh/gltf/instancing.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// A scanner that only knows strings and brackets, and jumps over everything else. It has no recursion,
+// and stays within any text. Edits are sorted by position, then applied in one pass.
 #include "formats/mesh/gltf/json_text.hpp"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// In two steps: read_look() takes the materials out of the JSON, and add_materials() later decodes the
+// pictures that are used, each once. A fault in either costs the colour, never the mesh.
 #include "formats/mesh/gltf/look.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// meshoptimizer decodes; this file checks what it is given first. The size that a file claims is held
+// against the bytes that it has before memory is taken. The extension's filter is undone last.
 #include "formats/mesh/gltf/meshopt.hpp"
 
 #include <fmt/format.h>

@@ -9,7 +9,7 @@
 #include <new>
 #include <set>
 
-#include "formats/mesh/far.hpp"
+#include "formats/mesh/far_from_origin.hpp"
 #include "formats/mesh/flat_meshes.hpp"
 #include "formats/mesh/gltf/accessor.hpp"
 #include "formats/mesh/gltf/hierarchy.hpp"

@@ -1,3 +1,5 @@
+// Linear blend skinning in doubles. Joints agree if their transforms differ by a thousandth at most,
+// because exporters write about six digits. The JSON of skins is read here, too.
 #include "formats/mesh/gltf/skin.hpp"
 
 #include <algorithm>

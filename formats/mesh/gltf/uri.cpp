@@ -1,3 +1,5 @@
+// Decodes base64, in the usual and in the URL alphabet, and percent signs in file names. URIs with "://"
+// are refused: nothing is ever fetched.
 #include "formats/mesh/gltf/uri.hpp"
 
 #include <cctype>

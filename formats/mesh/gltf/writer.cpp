@@ -1,3 +1,5 @@
+// The JSON is made first, because a .glb starts with its length. Then positions and indices go to the
+// file straight from the meshes, without a copy. Draco runs before that: the JSON needs its sizes.
 #include "formats/mesh/gltf/writer.hpp"
 
 #include <fmt/format.h>

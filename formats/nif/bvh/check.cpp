@@ -1,3 +1,5 @@
+// One walk over the tree, with a stack of fixed size. Each node must name exactly the next numbers, so
+// no node or triangle is shared, left out or visited twice. Each box must hold what is below it.
 #include "formats/nif/bvh/check.hpp"
 
 #include <algorithm>

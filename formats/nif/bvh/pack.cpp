@@ -1,3 +1,5 @@
+// Boxes are measured from the leaves up, then nodes are packed from the root down. Planes take 8 bits
+// each and are rounded outwards. Some vertices are stored twice, so that an index takes one byte.
 #include "formats/nif/bvh/pack.hpp"
 
 #include <algorithm>

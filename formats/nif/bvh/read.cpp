@@ -1,3 +1,5 @@
+// The reader of `bvh` objects: a record and a payload each. How a tree is read and checked is in the
+// header, because `exact` objects have one, too.
 #include "formats/nif/bvh/read.hpp"
 
 #include "formats/nif/bvh/encoding.hpp"

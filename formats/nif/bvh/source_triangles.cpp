@@ -1,3 +1,5 @@
+// The reading side. Numbers lie packed in as few bits as the source mesh needs; each is checked, and so
+// are the bits left over. The writer is in write_source_triangles.cpp: the runtime goes without it.
 #include "formats/nif/bvh/source_triangles.hpp"
 
 #include "formats/nif/bvh/layout.hpp"

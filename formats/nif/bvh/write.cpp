@@ -1,3 +1,5 @@
+// The writer of `bvh` objects, and the two ways between a tree that owns its memory and the plain
+// pointers that kernels read.
 #include "formats/nif/bvh/write.hpp"
 
 namespace nif::format {

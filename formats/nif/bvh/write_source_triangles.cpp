@@ -1,3 +1,5 @@
+// Writes the numbers that triangles have in the source mesh, packed in as few bits as its count of
+// triangles needs. The reader is in source_triangles.cpp; they are apart because the runtime only reads.
 #include "formats/base/size.hpp"
 #include "formats/nif/bvh/layout.hpp"
 #include "formats/nif/bvh/source_triangles.hpp"

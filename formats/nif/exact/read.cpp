@@ -1,3 +1,5 @@
+// Reads `exact` objects: a grid as `proof` has it, and a BVH. Each is checked by itself first, then both
+// together: the tree must lie near the grid, and neither too far out for the arithmetic of the walk.
 #include "formats/nif/bvh/read.hpp"
 #include "formats/nif/exact/encoding.hpp"
 #include "formats/nif/proof/read.hpp"

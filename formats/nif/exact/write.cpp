@@ -1,3 +1,5 @@
+// Writes `exact` objects: the grid as `proof` objects have it, the BVH as `bvh` objects do, and one
+// record that names both payloads.
 #include "formats/nif/bvh/write.hpp"
 #include "formats/nif/exact/encoding.hpp"
 #include "formats/nif/proof/write.hpp"

@@ -1,3 +1,5 @@
+// Three passes, each trusting the one before: bricks, then the words of cells, then their sides. Links
+// must name all parts in order, so each part belongs to one cell and nothing goes in circles.
 #include "formats/nif/proof/check.hpp"
 
 #include <bit>

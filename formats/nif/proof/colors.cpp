@@ -1,3 +1,5 @@
+// The reading side: one 16-bit colour for each surface voxel. The writer is in write_colors.cpp, because
+// the runtime goes without it.
 #include "formats/nif/proof/colors.hpp"
 
 #include "formats/nif/proof/layout.hpp"

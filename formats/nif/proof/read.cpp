@@ -1,3 +1,5 @@
+// Coded payloads are decoded first, then checked like uncoded ones: a decoder is not trusted. Words come
+// before sides. What planes prove is worked out again, and a file may claim no more than that.
 #include "formats/nif/proof/read.hpp"
 
 #include "formats/nif/proof/check.hpp"

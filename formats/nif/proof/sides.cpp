@@ -1,3 +1,5 @@
+// Union-find over the pieces of all cells. Wherever two cells share a face, two pieces are joined if a
+// point of it lies beyond both planes. All in whole numbers, so baker and loader always agree.
 #include "formats/nif/proof/sides.hpp"
 
 #include <algorithm>

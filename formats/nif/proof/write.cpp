@@ -1,3 +1,5 @@
+// Grids are coded with a range coder, but only if a reader would take them and they get smaller; else
+// they stay as they are. Also the ways between an owned grid and the kernels' plain pointers.
 #include "formats/nif/proof/write.hpp"
 
 #include <algorithm>

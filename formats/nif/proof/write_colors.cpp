@@ -1,3 +1,5 @@
+// Writes the colours of surface voxels. The reader is in colors.cpp; the two are apart because the
+// runtime only reads.
 #include "formats/nif/proof/colors.hpp"
 #include "formats/nif/proof/layout.hpp"
 

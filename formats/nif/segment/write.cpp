@@ -1,3 +1,5 @@
+// Writes `segment` objects and the networks (MLPs) that they share. The order of sections matters:
+// features stand before occupancy, so that a vector load at the last feature stays inside the file.
 #include <algorithm>
 
 #include "formats/base/status.hpp"

@@ -1,3 +1,5 @@
+// Corners cost nothing if they follow from the surface voxels, so that form is tried first; if decoding
+// would not give the same corners back, they are stated.
 #include "formats/nif/segment/write_coded.hpp"
 
 #include "formats/nif/proof/write.hpp"

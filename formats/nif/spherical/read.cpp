@@ -1,3 +1,5 @@
+// Reads `spherical` objects, the pairs of networks (MLPs) that they share, and primary fields. NaN and
+// values that are too large are refused here, in every grid and network, so kernels need no checks.
 #include "formats/nif/spherical/encoding.hpp"
 #include "formats/nif/spherical/primary.hpp"
 

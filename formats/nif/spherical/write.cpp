@@ -1,3 +1,5 @@
+// Writes `spherical` objects, their pairs of networks (MLPs), and primary fields. Memory always has
+// floats; they become halves on their way to the file where that is asked for.
 #include "formats/nif/spherical/encoding.hpp"
 #include "formats/nif/spherical/primary.hpp"
 #include "kernels/reference/half.hpp"

@@ -1,3 +1,5 @@
+// Compiled once for each Highway target; the constructor picks the version for the instruction set. The
+// traversal is in traverse-inl.hpp, because `exact` uses it, too.
 #include "kernels/cpu/bvh/kernel.hpp"
 
 #include "kernels/reference/batch.hpp"

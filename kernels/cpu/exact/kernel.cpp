@@ -1,3 +1,6 @@
+// A batch goes through the grid; rays that stay open go through the BVH, within the interval that is
+// open. Traps: few rays skip the grid, those from far away are moved for the planes alone, and hard rays
+// go to the reference.
 #include "kernels/cpu/exact/kernel.hpp"
 
 #include "kernels/reference/batch.hpp"

@@ -1,3 +1,5 @@
+// Compiles the walk of prove-inl.hpp and hits-inl.hpp for each target. A trap: answer() has no use for
+// open intervals, and puts them at the end of the scratch memory, because stacks may be small.
 #include "kernels/cpu/proof/kernel.hpp"
 
 #include "kernels/reference/batch.hpp"

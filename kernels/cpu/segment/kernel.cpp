@@ -1,3 +1,5 @@
+// A batch walks through the grid, then the network answers what is open; hard rays and tiny batches go
+// to the reference. Processors with VNNI (dot products of small integers) get versions that use it.
 #include "kernels/cpu/segment/kernel.hpp"
 
 #include "kernels/reference/batch.hpp"

@@ -1,3 +1,5 @@
+// After packing, pointers into the asset become null, so that the asset's arrays can be freed. Fields
+// whose corners do not all fit the packed form are the exception: they go on reading the asset.
 #include "kernels/cpu/segment/packed_field.hpp"
 
 #include <algorithm>

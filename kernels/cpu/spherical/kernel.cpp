@@ -1,3 +1,5 @@
+// Only answers for several rays are in SIMD (answer-inl.hpp). A single ray and first hits are left to
+// the reference, ray by ray.
 #include "kernels/cpu/spherical/kernel.hpp"
 
 #include "kernels/cpu/spherical/single_weights.hpp"

@@ -425,8 +425,8 @@ typedef struct NifQuery {
    * then its outputs are less by a threshold, and its probabilities are not. */
   int32_t* logit;
 
-  NifMemory memory; /* where all the arrays are */
-  uint32_t reserved;
+  NifMemory memory;  /* where all the arrays are */
+  uint32_t reserved; /* must be 0 */
   /* Work memory for the calling thread: at least nifGetQueryScratchBytes bytes, aligned to 64. You may reuse
    * it after the call. Null: the device's own (see queries=N). Other threads that help always use the
    * device's. */

@@ -80,10 +80,17 @@ void release_one(Handle handle) {
     give_back(static_cast<typename About::Type&>(*object));
 }
 
+/// What is reserved must be 0, so that it can mean something one day.
+NifQuery read_query(const NifQuery* from) {
+  const NifQuery query = read_structure(from, "query");
+  if (query.reserved != 0) refuse_argument("query: reserved must be 0");
+  return query;
+}
+
 /// Checked: a query whose first hits are asked for.
 Request read_hit_request(const NifSceneObject& scene, const NifQuery* query, const NifHits* hits) {
   Request request;
-  request.query = read_structure(query, "query");
+  request.query = read_query(query);
   request.hits = read_structure(hits, "hits", offsetof(NifHits, color));
   check_hit_query(scene, request.query, *request.hits);
   return request;
@@ -259,7 +266,7 @@ NifError nifQuery(NifScene scene, const NifQuery* query) {
   return guarded([&] {
     auto& the_scene = get(scene);
     Request request;
-    request.query = read_structure(query, "query");
+    request.query = read_query(query);
     check_query(the_scene, request.query);
     if (!answered_by_gpu(the_scene, request.query)) {
       check_scratch(request.query);
@@ -290,7 +297,7 @@ NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confi
     require_argument(reinterpret_cast<const void*>(fallback), "fallback");
     if (!(confidence >= 0)) refuse_argument("confidence is negative or not a number");
     Request request;
-    request.query = read_structure(query, "query");
+    request.query = read_query(query);
     request.fallback = fallback;
     request.fallback_user = user;
     request.confidence = confidence;
@@ -307,7 +314,7 @@ NifError nifQueryOpen(NifScene scene, const NifQuery* query, const NifOpenRays* 
   return guarded([&] {
     auto& the_scene = get(scene);
     Request request;
-    request.query = read_structure(query, "query");
+    request.query = read_query(query);
     request.open = read_structure(open, "open");
     check_open_query(the_scene, request.query, *request.open);
     if (request.query.memory == NIF_DEVICE)
@@ -336,7 +343,7 @@ NifError nifMeasureQuery(NifScene scene, const NifQuery* query, NifMeasure measu
   return guarded([&] {
     auto& the_scene = get(scene);
     require_argument(seconds, "seconds");
-    const NifQuery asked = read_structure(query, "query");
+    const NifQuery asked = read_query(query);
     check_query(the_scene, asked);
     if (!the_scene.device->gpu)
       throw Failure(NIF_ERROR_NOT_AVAILABLE, "query: only a GPU can be measured; this device is a CPU");
@@ -357,7 +364,7 @@ NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job) {
     auto& the_scene = get(scene);
     require_argument(job, "job");
     Request request;
-    request.query = read_structure(query, "query");
+    request.query = read_query(query);
     check_query(the_scene, request.query);
     *job = reinterpret_cast<NifJob>(start_job(the_scene, request));
   });

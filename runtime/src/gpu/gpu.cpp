@@ -1,10 +1,12 @@
+// Forwards calls to the module and turns its codes and messages into Failure; once a card is lost, that
+// is noted. An asset is uploaded once, with the first scene that has it.
 #include "gpu/gpu.hpp"
 
 #include <string>
 #include <string_view>
 
 #include "api/error.hpp"
-#include "gpu/library.hpp"
+#include "gpu/load_module.hpp"
 #include "scene/scene.hpp"
 
 namespace nif::runtime {

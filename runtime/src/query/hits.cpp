@@ -1,3 +1,5 @@
+// One instance: its kernel is asked at once. Several: in rounds, and each proven hit shortens the ray,
+// so that boxes behind it are skipped. Then outputs are written, with colours looked up only if wanted.
 #include "query/hits.hpp"
 
 #include <algorithm>

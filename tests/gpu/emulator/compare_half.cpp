@@ -1,3 +1,5 @@
+// Compares logits: the reference in single precision against each matrix instruction in halves. What
+// differs by more than half_bound(), which must never happen, is counted apart from what may differ.
 #include "tests/gpu/emulator/compare_half.hpp"
 
 #include <tbb/parallel_for.h>

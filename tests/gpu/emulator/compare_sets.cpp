@@ -1,3 +1,5 @@
+// Compares logits and certain bits one by one, and they must be equal. A way is left out where the
+// encoding makes it the same as another: the emulator is slow.
 #include "tests/gpu/emulator/compare_sets.hpp"
 
 #include <tbb/parallel_for.h>

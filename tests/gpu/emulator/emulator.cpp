@@ -1,3 +1,5 @@
+// A thread is a fibre: ucontext starts it, setjmp and longjmp switch, which needs no system call. Fibres
+// run until they meet at a barrier, ballot, shuffle or product; the last to come completes it.
 #include "tests/gpu/emulator/emulator.hpp"
 
 #include <setjmp.h>

@@ -1,3 +1,5 @@
+// Most of the table is made by macros from the GPU module's own lists of kernels, so a kernel that is
+// added there is emulated, too. A few that are in no list stand here by name.
 #include "tests/gpu/emulator/kernels.hpp"
 
 #include <algorithm>

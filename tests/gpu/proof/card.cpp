@@ -1,3 +1,5 @@
+// The driver is loaded at run time and its calls are looked up by name, so no SDK is needed to build. A
+// second kind of card is emulated, in memory of the host, for tests without a GPU.
 #include "card.hpp"
 
 #include <dlfcn.h>

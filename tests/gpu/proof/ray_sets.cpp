@@ -1,3 +1,5 @@
+// A ray's numbers are a hash of the seed and the ray's place. So any part of a set can be made alone, in
+// any order, and its rays are the same.
 #include "ray_sets.hpp"
 
 #include <cmath>

@@ -1,4 +1,6 @@
-#include "formats/mesh/far.hpp"
+// A file is read as floats first. Only if these may be too coarse is it read again in doubles, and the
+// meshes that need it are moved near to the origin. Offsets are chosen so that floats hold them exactly.
+#include "formats/mesh/far_from_origin.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,6 @@
-#include "tests/support/png.hpp"
+// Good pictures come from libpng and libjpeg. Pictures that no encoder would write, with false sizes or
+// huge factors, are put together byte by byte.
+#include "tests/support/pictures.hpp"
 
 #include <cstdio>
 #include <cstdlib>

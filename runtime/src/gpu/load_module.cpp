@@ -1,4 +1,6 @@
-#include "gpu/library.hpp"
+// The order of the places where the module is looked for. A module of another version or with other
+// layouts of structures is refused. Systems without dlopen have no module.
+#include "gpu/load_module.hpp"
 
 #include <cstdlib>
 #include <string>

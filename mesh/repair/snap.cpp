@@ -1,4 +1,6 @@
-#include "mesh/repair/weld.hpp"
+// A hash table of grid cells as wide as the distance: near vertices are in 27 cells at most. Where
+// numbers are too large for that, floats are farther apart than the distance, and each has a cell.
+#include "mesh/repair/snap.hpp"
 
 #include <bit>
 #include <cmath>

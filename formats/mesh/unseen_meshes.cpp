@@ -1,7 +1,7 @@
 // Meshes that were not made to be seen: collision shapes, and coarser levels of detail beside the finest.
 // They block rays like all others, which few who bake them expect. Known by the names that engines and
 // exporters ask for.
-#include "formats/mesh/helpers.hpp"
+#include "formats/mesh/unseen_meshes.hpp"
 
 #include <fmt/format.h>
 

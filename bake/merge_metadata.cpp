@@ -1,4 +1,6 @@
-#include "bake/merging.hpp"
+// Writes the "merge" entry of the metadata, and reads it back when a program has to merge the same mesh
+// file in the same way again. What is read may hold anything, so every entry is checked.
+#include "bake/merge_metadata.hpp"
 
 #include <fmt/format.h>
 

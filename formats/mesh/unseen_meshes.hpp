@@ -1,3 +1,5 @@
+// The note that a scene gets where names look like those of collision shapes or of coarser levels of
+// detail. formats/mesh/check.cpp adds it; how such names are recognised is in unseen_meshes.cpp.
 #pragma once
 
 #include "formats/mesh/input.hpp"

@@ -1,11 +1,13 @@
-#include "tools/bake/merging.hpp"
+// A merge's counts as JSON and as one English sentence. Each reason to stay apart (mesh::Stays) needs a
+// key and a phrase here.
+#include "tools/bake/merge_report.hpp"
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "bake/merging.hpp"
+#include "bake/merge_metadata.hpp"
 #include "formats/base/quantities.hpp"
 
 namespace nif::tools {

@@ -1,4 +1,6 @@
-#include "tests/bake/exact.hpp"
+// CGAL's AABB tree with a kernel whose predicates are exact: no rounding in the intersection test. Only
+// the ends of the segments are rounded.
+#include "tests/bake/exact_oracle.hpp"
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
