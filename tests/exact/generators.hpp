@@ -32,7 +32,7 @@ struct RayGenerator {
   const char* name;
   NifRay (*draw)(const mesh::Mesh&, const mesh::Box& box, nif::Random&);
 };
-/// `box` is that of the mesh. The last but one is for meshes beyond 2^43, the last one for rays that are none.
+/// `box` is that of the mesh. The last but one is for meshes beyond 2^43, the last one draws invalid rays.
 std::span<const RayGenerator> ray_generators();
 
 /// Row-major 3x4, from object to world.
