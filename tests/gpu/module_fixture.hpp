@@ -147,7 +147,7 @@ class TwinScenes {
   const nifkit::Device& gpu_device() const { return gpu_device_; }
   const nifkit::Asset& gpu_asset(uint32_t asset) const { return gpu_assets_[asset]; }
   /// How many objects the asset has.
-  uint32_t objects(uint32_t asset) const { return gpu_assets_[asset].info().objects; }
+  uint32_t objects(uint32_t asset) const { return gpu_assets_[asset].info().object_count; }
 
  private:
   nifkit::Device cpu_device_, gpu_device_;
