@@ -8,7 +8,9 @@
 # Each round goes to the fuzzer that has had the least CPU time. What is known is kept in build/nightly, or in NIF_NIGHTLY:
 # for each fuzzer a folder in corpus/ and one in findings/ (inputs that crashed; each is tried again at the start, and goes
 # into the corpus once it is mended), fuzz.tsv, meshes.tsv and judged.tsv (a line for each round), failed (meshes that failed,
-# tried again at the start, too), judged (cases that were answered wrongly, as files). It may be ended at any time. Ends with 1 where there is a finding, old or new, or a fuzzer does not start.
+# tried again at the start, too), judged (cases that were answered wrongly, and what was said of them: once mended, move a case
+# to tests/exact/cases and empty the folder). It may be ended at any time. Ends with 1 where there is a finding, old or new, or a
+# fuzzer does not start.
 set -euo pipefail
 [[ ${1-} =~ ^[0-9]+(\.[0-9]+)?$ && $# == 1 ]] \
   || { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2 && exit 2; }
@@ -93,11 +95,12 @@ try_mesh() {
     && jq -e -r '[.sets[]] | if all(.certain_wrong == 0) then "\(map(.rays) | add)\t\(map(.rays * .certain) | add | round)"
                  else error("a certain answer is wrong") end' "$scratch/eval.json"
 }
-# judge_some: the next cases, and a line of judged.tsv.
+# judge_some: the next cases, and a line of judged.tsv. What it says is kept where answers are wrong, or where it fails.
 judge_some() {
   local n
   n=$(cat "$state/next_case" 2>/dev/null || echo 0)
-  "$judge" --threads 1 --seed 2 --cases "$n" 200 --seconds 600 --keep "$state/judged" --log "$state/judged.tsv" >/dev/null 2>&1 || true
+  "$judge" --threads 1 --seed 2 --cases "$n" 200 --seconds 600 --keep "$state/judged" --log "$state/judged.tsv" >"$scratch/judged" 2>&1 \
+    || cp "$scratch/judged" "$state/judged/cases_$n.said"
   echo "$((n + 200))" >"$state/next_case.tmp" && mv "$state/next_case.tmp" "$state/next_case"
 }
 meshes() {
