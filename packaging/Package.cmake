@@ -1,7 +1,7 @@
 # What `cpack` makes of a build: Debian packages, and one .tar.gz of all that is installed. Times in them are those of
 # SOURCE_DATE_EPOCH, so that the same build gives the same bytes (tools/release.sh sets it).
 #   nifkit      the nif program       libnif0.1   the runtime's shared library, by the version of its ABI
-#   nifkit-hip  the GPU module,       nifkit-dev  the runtime's static library, headers and CMake package
+#   nifkit-gpu  the GPU module,       nifkit-dev  the runtime's static library, headers and CMake package
 #               where it was built
 # For Windows: one .zip of the runtime.
 set(CPACK_PACKAGE_NAME nifkit)
@@ -36,7 +36,7 @@ file(CONFIGURE OUTPUT packaging/shlibs
 file(CONFIGURE OUTPUT packaging/lintian-overrides CONTENT "${nif_lib_package}: maintscript-calls-ldconfig\n")
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/packaging/lintian-overrides DESTINATION share/lintian/overrides
         RENAME ${nif_lib_package} COMPONENT lib)
-set(CPACK_DEBIAN_LIB_PACKAGE_SUGGESTS nifkit-hip)
+set(CPACK_DEBIAN_LIB_PACKAGE_SUGGESTS nifkit-gpu)
 set(CPACK_COMPONENT_LIB_DESCRIPTION "runtime library of nifkit, for programs linked with it
  Loads .nif assets and answers whether rays are blocked, and where they first
  meet something, on the CPU or a GPU. Programs and bindings load it.")
@@ -57,14 +57,14 @@ if(NIF_BUILD_TOOLS)
  blocked, measures and validates them, renders with them, and repairs and
  converts meshes.")
 endif()
-if(TARGET nif_hip)
+if(TARGET nif_gpu)
   list(APPEND nif_components gpu)
   # The runtime loads it by its name; nothing is ever linked with it, so it has no version of its own.
-  file(CONFIGURE OUTPUT packaging/lintian-overrides-hip
-       CONTENT "nifkit-hip: maintscript-calls-ldconfig\nnifkit-hip: sharedobject-in-library-directory-missing-soname\n")
-  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/packaging/lintian-overrides-hip DESTINATION share/lintian/overrides
-          RENAME nifkit-hip COMPONENT gpu)
-  set(CPACK_DEBIAN_GPU_PACKAGE_NAME nifkit-hip)
+  file(CONFIGURE OUTPUT packaging/lintian-overrides-gpu
+       CONTENT "nifkit-gpu: maintscript-calls-ldconfig\nnifkit-gpu: sharedobject-in-library-directory-missing-soname\n")
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/packaging/lintian-overrides-gpu DESTINATION share/lintian/overrides
+          RENAME nifkit-gpu COMPONENT gpu)
+  set(CPACK_DEBIAN_GPU_PACKAGE_NAME nifkit-gpu)
   set(CPACK_DEBIAN_GPU_PACKAGE_SECTION libs)
   set(CPACK_DEBIAN_GPU_PACKAGE_SHLIBDEPS ON)
   set(CPACK_COMPONENT_GPU_DESCRIPTION "GPU module of nifkit, for AMD and NVIDIA

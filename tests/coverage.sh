@@ -35,7 +35,7 @@ compile='<CMAKE_CXX_COMPILER> <DEFINES> <INCLUDES> <FLAGS> -Xclang -main-file-na
 highway=$(clang++ -H -fsyntax-only -x c++ - <<<'#include <hwy/base.h>' 2>&1 | sed -n '1s/^[.]* //p')
 mkdir -p "$build/highway"
 cp -r "$(dirname "$highway")" "$build/highway/"
-cmake --preset release -B "$build" -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DNIF_BUILD_TESTS=ON -DNIF_WITH_HIP=OFF \
+cmake --preset release -B "$build" -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DNIF_BUILD_TESTS=ON -DNIF_WITH_GPU=OFF \
   -DCMAKE_CXX_FLAGS="-fprofile-instr-generate -fcoverage-mapping -I$PWD/$build/highway" -DCMAKE_CXX_FLAGS_RELEASE=-O1 \
   -DCMAKE_CXX_COMPILE_OBJECT="$compile" "${launcher[@]}" >/dev/null
 cmake --build "$build" --parallel "$(nproc)" --target c99_test "${tests[@]}"
@@ -52,7 +52,7 @@ done
 # What was run: the programs, and the GPU module that some of them load.
 objects=()
 for name in "${tests[@]:1}"; do objects+=(-object "$build/bin/$name"); done
-while read -r module; do objects+=(-object "$module"); done < <(find "$build" -name 'libnif_hip_emulated.so')
+while read -r module; do objects+=(-object "$module"); done < <(find "$build" -name 'libnif_gpu_emulated.so')
 covered() {
   "$llvm/llvm-cov" "$1" "${@:2}" -instr-profile "$profiles/all" "$build/bin/${tests[0]}" "${objects[@]}" \
     "${floors[@]%% *}"

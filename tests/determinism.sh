@@ -27,7 +27,7 @@ fi
 
 # build NAME CMAKE OPTIONS...: leaves build/determinism/NAME/bin/nif.
 build() {
-  cmake -S . -B "$out/$1" -G Ninja -DNIF_WITH_HIP=OFF -DNIF_BUILD_TESTS=OFF "${launcher[@]}" "${@:2}" >"$out/$1.log"
+  cmake -S . -B "$out/$1" -G Ninja -DNIF_WITH_GPU=OFF -DNIF_BUILD_TESTS=OFF "${launcher[@]}" "${@:2}" >"$out/$1.log"
   cmake --build "$out/$1" --parallel "$(nproc)" --target nif >>"$out/$1.log" \
     || { echo "tests/determinism.sh: the build $1 failed; see $out/$1.log" >&2 && exit 1; }
 }

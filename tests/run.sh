@@ -130,7 +130,7 @@ check_style() {
 
 # The runtime needs a compiler and nothing else: its own folder is all that CMake is shown. Its GPU module has been built.
 build_runtime() {
-  cmake -S runtime -B build/runtime -G Ninja -DNIF_WERROR=ON -DNIF_WITH_HIP=OFF "${launcher[@]}" >/dev/null \
+  cmake -S runtime -B build/runtime -G Ninja -DNIF_WERROR=ON -DNIF_WITH_GPU=OFF "${launcher[@]}" >/dev/null \
     && cmake --build build/runtime --parallel "$jobs"
 }
 

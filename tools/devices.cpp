@@ -77,7 +77,7 @@ void add_devices(Command app) {
   command.footer(
       "To use a GPU, configure the runtime with \"backend=gpu,device=N\" (docs/runtime.md). If no GPU can be "
       "used, the\n"
-      "line says what is missing: the GPU module (libnif_hip.so, or the file that NIF_HIP_MODULE names), a "
+      "line says what is missing: the GPU module (libnif_gpu.so, or the file that NIF_GPU_MODULE names), a "
       "driver, a\n"
       "card, or code for the card.\n"
       "Examples:\n"

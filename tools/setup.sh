@@ -50,7 +50,7 @@ fuzz    clang                 preset fuzz: libFuzzer
 fuzz    libclang-rt-14-dev    preset fuzz: libFuzzer and the sanitizers of clang
 fuzz    llvm                  tests/fuzz/coverage.sh: llvm-cov and llvm-profdata
 fuzz    python3               tests/corpus/make.sh
-gpu     clang-15              GPU kernels for gfx1030 and gfx90a (NIF_WITH_HIP)
+gpu     clang-15              GPU kernels for gfx1030 and gfx90a (NIF_WITH_GPU)
 gpu     lld-15                links them
 gpu     clang-19              GPU kernels for gfx1100, which clang 15 gets wrong, and gfx942, which it does not know
 gpu     lld-19                links them

@@ -2,7 +2,7 @@
 // file that shrinks while it is read is an error, not a crash.
 #include "formats/nif/file_memory.hpp"
 
-#include <cstring>
+#include <algorithm>
 
 #include "formats/base/size.hpp"
 #include "formats/nif/container.hpp"
@@ -18,18 +18,15 @@ FileMemory FileMemory::load(const std::string& path, Mode mode, std::pmr::memory
   check_header({start, started}, size, path);
 
   if (mode == Mode::map) return {Kind::mapped, file.map(), memory};
-  FileMemory result(Kind::owned, {static_cast<std::byte*>(memory->allocate(size, kAlignment)), size}, memory);
-  auto* to = const_cast<std::byte*>(result.bytes_.data());
-  if (file.read_at(to, size, 0) != size)
-    throw Error(Status::file_unreadable, path + ": cannot be read: it shrank while it was read");
-  return result;
+  return filled(size, memory, [&](std::span<std::byte> to) {
+    if (file.read_at(to.data(), size, 0) != size)
+      throw Error(Status::file_unreadable, path + ": cannot be read: it shrank while it was read");
+  });
 }
 
 FileMemory FileMemory::copy(std::span<const std::byte> bytes, std::pmr::memory_resource* memory) {
-  if (bytes.empty()) return borrow(bytes);
-  auto* to = static_cast<std::byte*>(memory->allocate(bytes.size(), kAlignment));
-  std::memcpy(to, bytes.data(), bytes.size());
-  return {Kind::owned, {to, bytes.size()}, memory};
+  return filled(bytes.size(), memory,
+                [&](std::span<std::byte> to) { std::copy(bytes.begin(), bytes.end(), to.begin()); });
 }
 
 FileMemory FileMemory::borrow(std::span<const std::byte> bytes) { return {Kind::borrowed, bytes, nullptr}; }

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "formats/nif/layout.hpp"
+
 namespace nif::format {
 
 class FileMemory {
@@ -22,6 +24,15 @@ class FileMemory {
   static FileMemory load(const std::string& path, Mode mode,
                          std::pmr::memory_resource* memory = std::pmr::get_default_resource());
   static FileMemory copy(std::span<const std::byte> bytes, std::pmr::memory_resource* memory);
+  /// Memory of `size` bytes, which fill(span) writes.
+  template <class Fill>
+  static FileMemory filled(size_t size, std::pmr::memory_resource* memory, const Fill& fill) {
+    if (size == 0) return borrow({});
+    const std::span<std::byte> to(static_cast<std::byte*>(memory->allocate(size, kAlignment)), size);
+    FileMemory result(Kind::owned, to, memory);
+    fill(to);
+    return result;
+  }
   /// The caller keeps the bytes where they are, unchanged, for as long as this lives.
   static FileMemory borrow(std::span<const std::byte> bytes);
 

@@ -13,7 +13,7 @@ struct HitOutputs {
   unsigned char *hit, *certain;
   unsigned char *t, *t_low, *t_high, *normal, *u, *v;
   unsigned char *instance, *object, *triangle;
-  unsigned char* color;
+  unsigned char *color, *user;
 };
 
 /// What the kernel is given. Of the query only the rays count.
@@ -37,10 +37,12 @@ NIF_HOST_DEVICE NIF_INLINE Hit intersect_one_of(EncodingList<Encoding, Others...
 /// The first hit with a scene, by a ray in world space. What begins beyond a proven hit is not asked.
 template <class Thread>
 NIF_HOST_DEVICE NIF_LONG_INLINE SceneHit intersect_scene(const Thread& thread, const SceneArrays& scene,
-                                                         const Segment& ray, uint32_t* row) {
+                                                         const Segment& ray, const SceneQuery& query,
+                                                         uint32_t i, uint32_t* row) {
   SceneHit nearest;
   BoxRay prepared;
-  const bool askable = prepare_box_ray(ray, prepared), alone = scene.instance_count == 1;
+  const bool askable = prepare_box_ray(ray, prepared),
+             alone = scene.instance_count == 1 && lets_in(scene, query, i, scene.sole);
   if (!askable && !(ray.tmin > ray.tmax)) forget_proof(nearest);
   Cursor cursor{0, 0};
   if (!alone) {
@@ -50,7 +52,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneHit intersect_scene(const Thread& thread, c
   // An only instance is asked whether its box is met or not, and of rays that are none, too. In one place
   // with the others, because all of the objects' code is there.
   for (;;) {
-    uint32_t number = 0;
+    uint32_t number = scene.sole;
     if (!alone) {
       number = next_instance(scene.nodes, cursor, [&](const TopNode& node) {
         Segment shortened = ray;
@@ -58,6 +60,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneHit intersect_scene(const Thread& thread, c
         return children_met(node, shortened, prepared);
       });
       if (number == kNoPlace) return nearest;
+      if (!lets_in(scene, query, i, number)) continue;
     }
     const PlacedInstance& instance = scene.instances[number];
     const SceneObject& object = scene.objects[instance.object];
@@ -66,7 +69,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneHit intersect_scene(const Thread& thread, c
     if (!stays_certain(instance, object.reach_scale, ray, local)) forget_proof(hit);
     if (alone) {
       static_cast<Hit&>(nearest) = hit;
-      nearest.instance = hit.t < kNoHit ? 0 : kNoInstance;
+      nearest.instance = hit.t < kNoHit ? number : kNoInstance;
       return nearest;
     }
     const WorldBox box = box_of_child(scene.nodes[instance.place / kTopWidth], instance.place % kTopWidth);
@@ -90,6 +93,11 @@ NIF_HOST_DEVICE inline void store_hit(const SceneArrays& scene, const HitOutputs
   store(to.u, bits_as<uint32_t>(found.u));
   store(to.v, bits_as<uint32_t>(found.v));
   store(to.instance, found.instance);
+  if (to.user) {
+    const uint64_t user = hit && scene.users ? scene.users[found.instance] : 0;
+    store_unaligned(to.user + uint64_t(ray) * 8, uint32_t(user));
+    store_unaligned(to.user + uint64_t(ray) * 8 + 4, uint32_t(user >> 32));
+  }
   if (!to.object && !to.normal && !to.triangle && !to.color) return;
   uint32_t number = kNoInstance, triangle = kNoTriangle;
   float normal[3] = {0, 0, 0}, color[3] = {0, 0, 0};
@@ -127,7 +135,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE void scene_hits(const Thread& thread, const HitW
     if (thread.index() < left) {
       const uint32_t i = first + thread.index();
       const Segment ray = load_ray(work.query, i);
-      store_hit(scene, work.hits, i, ray, intersect_scene(thread, scene, ray, row));
+      store_hit(scene, work.hits, i, ray, intersect_scene(thread, scene, ray, work.query, i, row));
     }
     if (left <= step) return;  // first + step may be more than 32 bits
     first += step;

@@ -5,12 +5,13 @@
 
 #include "kernels/gpu/scene_kernels.hpp"
 #include "kernels/reference/proof/open.hpp"
+#include "kernels/reference/scene_hit.hpp"
 
 namespace nif::kernels::gpu {
 
 /// The lists of NifOpenRays (runtime/include/nif/nif.h): device memory of any alignment but for the count.
 struct OpenLists {
-  unsigned char *rays, *tmin, *tmax;  ///< tmin and tmax may be null, and all of them where capacity is 0
+  unsigned char *rays, *tmin, *tmax, *instance;  ///< any but rays may be null, and all if capacity is 0
   uint32_t* count;
   uint32_t capacity;
 };
@@ -65,33 +66,39 @@ NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_instance(const Thread& thread, con
 struct ProvenRay {
   SceneAnswer answer;
   OpenInterval open;
+  uint32_t instance;  ///< that leaves it open; kNoInstance: several
   bool is_open;
 };
 template <class Thread>
 NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, const SceneArrays& scene,
-                                                      const Segment& ray, bool with_probability,
-                                                      uint32_t* row) {
+                                                      const Segment& ray, const SceneQuery& query,
+                                                      uint32_t number, uint32_t* row) {
+  const bool with_probability = query.probability;
+  const auto meets = [&](uint32_t instance) { return lets_in(scene, query, number, instance); };
   ProvenRay proven;
   BoxRay prepared;
   SceneWay way;
   const bool has_way = start_way(scene, ray, prepared, way, proven.answer);
-  if (scene.instance_count == 1) {
-    const PlacedInstance& instance = scene.instances[0];
+  const bool alone = scene.instance_count == 1 && meets(scene.sole);
+  proven.instance = scene.sole;
+  if (alone) {
+    const PlacedInstance& instance = scene.instances[scene.sole];
     proven.answer = only_answer(prove_instance(thread, scene, instance, ray, row, proven.open),
                                 scene.objects[instance.object].calibration, with_probability);
   } else if (has_way) {
     const float infinity = bits_as<float>(0x7f800000u);
     proven.open = {infinity, -infinity};
-    const auto ask = [&](uint32_t number, ObjectAnswer& answer) {
+    const auto ask = [&](uint32_t instance, ObjectAnswer& answer) {
       OpenInterval open;
-      answer = prove_instance(thread, scene, scene.instances[number], ray, row, open);
+      answer = prove_instance(thread, scene, scene.instances[instance], ray, row, open);
       if (!answer.certain) {
+        proven.instance = proven.open.begin <= proven.open.end ? kNoInstance : instance;
         proven.open.begin = min_of(open.begin, proven.open.begin);
         proven.open.end = max_of(open.end, proven.open.end);
       }
       return true;
     };
-    follow_scene<true>(scene, ray, prepared, with_probability, way, ask, proven.answer);
+    follow_scene<true>(scene, ray, prepared, with_probability, way, meets, ask, proven.answer);
   }
   // An only instance is asked of rays that are none in the world, too, and may leave them open.
   proven.is_open = (has_way || proven.answer.logit < 0) && !proven.answer.certain;
@@ -117,7 +124,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE void scene_open(const Thread& thread, const Open
     ProvenRay proven;
     proven.is_open = false;
     if (present) {
-      proven = prove_scene(thread, scene, load_ray(query, i), query.probability != nullptr, row);
+      proven = prove_scene(thread, scene, load_ray(query, i), query, i, row);
       store_answer<true>(query, i, proven.answer);
     }
     if (query.visible_bits) {
@@ -131,6 +138,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE void scene_open(const Thread& thread, const Open
       store_unaligned(lists.rays + at, work.first + i);
       if (lists.tmin) store_unaligned(lists.tmin + at, bits_as<uint32_t>(proven.open.begin));
       if (lists.tmax) store_unaligned(lists.tmax + at, bits_as<uint32_t>(proven.open.end));
+      if (lists.instance) store_unaligned(lists.instance + at, proven.instance);
     }
     if (query.count - first <= step) return;  // first + step may be more than 32 bits
     first += step;

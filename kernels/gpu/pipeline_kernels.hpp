@@ -70,10 +70,10 @@ NIF_HOST_DEVICE bool walk_on(const PipelineWork& work, uint32_t at, uint32_t* co
   SceneAnswer result;
   if (scene.instance_count == 1) {
     ObjectAnswer answer;
-    if (!walk_instance<kKinds, kDetails>(scene, 0, ray, column, item, answer)) return false;
+    if (!walk_instance<kKinds, kDetails>(scene, scene.sole, ray, column, item, answer)) return false;
     store_answer<kDetails>(
         query, number,
-        only_answer(answer, scene.objects[scene.instances[0].object].calibration, with_probability));
+        only_answer(answer, scene.objects[scene.instances[scene.sole].object].calibration, with_probability));
     return true;
   }
   BoxRay prepared;
@@ -90,7 +90,8 @@ NIF_HOST_DEVICE bool walk_on(const PipelineWork& work, uint32_t at, uint32_t* co
   const auto ask = [&](uint32_t instance, ObjectAnswer& answer) {
     return walk_instance<kKinds, kDetails>(scene, instance, ray, column, item, answer);
   };
-  if (!done && !follow_scene<kDetails>(scene, ray, prepared, with_probability, way, ask, result))
+  const auto meets = [](uint32_t) { return true; };  // queries with masks go another way
+  if (!done && !follow_scene<kDetails>(scene, ray, prepared, with_probability, way, meets, ask, result))
     return false;
   store_answer<kDetails>(query, number, result);
   return true;

@@ -129,13 +129,13 @@ NIF_HOST_DEVICE inline void deliver(const PipelineWork& work, uint32_t item, int
     work.items.logit[item] = logit;
     return;
   }
-  const SceneObject& object = work.scene.objects[work.scene.instances[0].object];
+  const SceneObject& object = work.scene.objects[work.scene.instances[work.scene.sole].object];
   store_answer<true>(work.query, work.items.ray[item],
                      only_answer({logit, false}, object.calibration, work.query.probability));
 }
 
 NIF_HOST_DEVICE inline const PlacedInstance& instance_of(const PipelineWork& work, uint32_t item) {
-  return work.scene.instances[work.memory.order ? work.items.instance[item] : 0];
+  return work.scene.instances[work.memory.order ? work.items.instance[item] : work.scene.sole];
 }
 
 /// An item's ray in its object's space.

@@ -32,16 +32,18 @@ inline SceneLayout make_scene_layout(uint32_t words) {
 struct SceneArrays {
   const TopNode* nodes;
   const PlacedInstance* instances;
+  const uint64_t* users;  ///< [as instances] values that hits return; null: 0
   const SceneObject* objects;
-  uint32_t instance_count;
+  uint32_t instance_count;  ///< that rays can meet: 0, 1, or more
+  uint32_t sole;            ///< the instance, if there is 1
   SceneLayout layout;
 };
 
-/// A query as NifQuery has it (runtime/include/nif/nif.h): all arrays are device memory of any alignment, and
-/// those of tmin, tmax and outputs may be null.
+/// A query as NifRays and NifAnswers have it (runtime/include/nif/nif.h): all arrays are device memory of any
+/// alignment, and those of tmin, tmax, masks and outputs may be null.
 struct SceneQuery {
-  const unsigned char *origin[3], *direction[3], *tmin, *tmax;
-  uint64_t origin_stride, direction_stride, tmin_stride, tmax_stride;  ///< bytes
+  const unsigned char *origin[3], *direction[3], *tmin, *tmax, *mask;
+  uint64_t origin_stride, direction_stride, tmin_stride, tmax_stride, mask_stride;  ///< bytes
   unsigned char *visible, *visible_bits, *probability, *certain, *logit;
   uint32_t count;
   uint32_t whole_rays;  ///< 1 where inputs are an array of NifRay, from origin[0] on, aligned to 16 bytes
@@ -86,7 +88,13 @@ NIF_HOST_DEVICE inline Segment load_ray(const SceneQuery& query, uint32_t i) {
   return ray;
 }
 
-/// A ray's answer, as the outputs of NifQuery.
+/// Does the mask of ray i let it meet an instance?
+NIF_HOST_DEVICE NIF_INLINE bool lets_in(const SceneArrays& scene, const SceneQuery& query, uint32_t i,
+                                        uint32_t instance) {
+  return !query.mask || (scene.instances[instance].mask & load_unaligned(query.mask + i * query.mask_stride));
+}
+
+/// A ray's answer, as the outputs of NifAnswers.
 struct SceneAnswer {
   int32_t logit = kCertainLogit;  ///< of the rest only the sign counts where no details are asked for
   bool certain = false;

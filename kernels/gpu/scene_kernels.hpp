@@ -49,10 +49,11 @@ NIF_HOST_DEVICE ObjectAnswer ask_instance(const Thread& thread, const SceneArray
 template <uint32_t kKinds, bool kDetails, class Thread>
 NIF_HOST_DEVICE NIF_LONG_INLINE SceneAnswer ask_scene(const Thread& thread, const SceneArrays& scene,
                                                       const Segment& ray, const SceneQuery& query,
-                                                      uint32_t* row) {
+                                                      uint32_t number, uint32_t* row) {
   const bool with_probability = kDetails && query.probability;
-  if (scene.instance_count == 1) {
-    const PlacedInstance& instance = scene.instances[0];
+  const auto meets = [&](uint32_t instance) { return lets_in(scene, query, number, instance); };
+  if (scene.instance_count == 1 && meets(scene.sole)) {
+    const PlacedInstance& instance = scene.instances[scene.sole];
     return only_answer(ask_instance<kKinds, kDetails>(thread, scene, instance, ray, row),
                        scene.objects[instance.object].calibration, with_probability);
   }
@@ -60,11 +61,11 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneAnswer ask_scene(const Thread& thread, cons
   BoxRay prepared;
   SceneWay way;
   if (!start_way(scene, ray, prepared, way, result)) return result;
-  const auto ask = [&](uint32_t number, ObjectAnswer& answer) {
-    answer = ask_instance<kKinds, kDetails>(thread, scene, scene.instances[number], ray, row);
+  const auto ask = [&](uint32_t instance, ObjectAnswer& answer) {
+    answer = ask_instance<kKinds, kDetails>(thread, scene, scene.instances[instance], ray, row);
     return true;
   };
-  follow_scene<kDetails>(scene, ray, prepared, with_probability, way, ask, result);
+  follow_scene<kDetails>(scene, ray, prepared, with_probability, way, meets, ask, result);
   return result;
 }
 
@@ -84,7 +85,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE void scene_answer(const Thread& thread, const Sc
     SceneAnswer answer;
     if (present) {
       const uint32_t number = work.list.rays ? work.list.rays[i] : i;
-      answer = ask_scene<kKinds, kDetails>(thread, scene, load_ray(query, number), query, row);
+      answer = ask_scene<kKinds, kDetails>(thread, scene, load_ray(query, number), query, number, row);
       store_answer<kDetails>(query, number, answer);
     }
     if (query.visible_bits && !work.list.rays) {

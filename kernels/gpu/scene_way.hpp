@@ -33,16 +33,18 @@ NIF_HOST_DEVICE bool join_answer(const ObjectAnswer& answer, const Calibration& 
   return way.combined.blocked_for_certain();
 }
 
-/// Takes a ray on, from where it is on its way. ask(instance number, answer) asks an instance, or says no:
-/// then that one's answer is still missing, and so is the ray's. Else `result` is complete, and true.
-template <bool kDetails, class Ask>
+/// Takes a ray on, from where it is on its way, to instances that meets(instance number) lets it meet.
+/// ask(instance number, answer) asks an instance, or says no: then that one's answer is still missing, and so
+/// is the ray's. Else `result` is complete, and true.
+template <bool kDetails, class Meets, class Ask>
 NIF_HOST_DEVICE NIF_INLINE bool follow_scene(const SceneArrays& scene, const Segment& ray,
                                              const BoxRay& prepared, bool with_probability, SceneWay& way,
-                                             const Ask& ask, SceneAnswer& result) {
+                                             const Meets& meets, const Ask& ask, SceneAnswer& result) {
   const auto met = [&](const TopNode& node) { return children_met(node, ray, prepared); };
   for (;;) {
     const uint32_t number = next_instance(scene.nodes, way.cursor, met);
     if (number == kNoPlace) break;
+    if (!meets(number)) continue;
     ObjectAnswer answer;
     if (!ask(number, answer)) return false;
     if (join_answer<kDetails>(answer, scene.objects[scene.instances[number].object].calibration,

@@ -30,7 +30,7 @@ struct WalkingLane {
 template <bool kDetails, class Thread>
 NIF_HOST_DEVICE void pipeline_walk_one(const Thread& thread, const PipelineWork& work) {
   const SceneQuery& query = work.query;
-  const PlacedInstance& instance = work.scene.instances[0];
+  const PlacedInstance& instance = work.scene.instances[work.scene.sole];
   const SceneObject& object = work.scene.objects[instance.object];
   const auto& field = *static_cast<const DeviceSegmentField*>(object.field);
   uint32_t* const column = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index();

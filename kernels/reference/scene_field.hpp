@@ -28,9 +28,10 @@ struct PlacedInstance {
   uint32_t object : 30;           ///< index among the scene's objects
   uint32_t identity : 1;          ///< rays are taken as they are
   uint32_t well_conditioned : 1;  ///< the inverse is as good as its rounding to float
-  uint32_t place;                 ///< of its box in the hierarchy: kTopWidth * node + child
+  uint32_t place;  ///< of its box in the hierarchy: kTopWidth * node + child; kNoPlace: in none
+  uint32_t mask;   ///< a ray meets it only if their masks have a bit in common
 };
-static_assert(sizeof(PlacedInstance) == 68);
+static_assert(sizeof(PlacedInstance) == 72);
 
 /// Does an answer that is certain for the ray in the instance's object space hold in the world? `reach_scale`
 /// is the object's.

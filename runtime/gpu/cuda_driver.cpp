@@ -13,6 +13,7 @@ constexpr int kPointerMemoryType = 2, kPointerIsManaged = 8, kPointerDevice = 9;
 constexpr unsigned kHostMemory = 1;
 
 struct CudaCalls : SharedCalls {
+  PlaceCalls place;
   int (*init)(unsigned flags);
   int (*driver_version)(int* version);
   int (*device_count)(int* count);
@@ -50,6 +51,10 @@ struct CudaCalls : SharedCalls {
     library.get(query_event, "cuEventQuery");
     library.get(wait_event, "cuEventSynchronize");
     library.get(elapsed, "cuEventElapsedTime");
+    library.find(place.pci_bus_id, "cuDeviceGetPCIBusId");
+    library.find(place.uuid, "cuDeviceGetUuid_v2");
+    if (!place.uuid) library.find(place.uuid, "cuDeviceGetUuid");
+    library.find(place.luid, "cuDeviceGetLuid");
     library.get(init, "cuInit");
     library.get(driver_version, "cuDriverGetVersion");
     library.get(device_count, "cuDeviceGetCount");
@@ -161,6 +166,7 @@ class CudaDriver final : public Driver {
   CudaDriver(const CudaCalls& calls, uint32_t count, int version)
       : calls_(calls), count_(count), version_(version) {}
 
+  const char* backend() const override { return "cuda"; }
   uint32_t count() override { return count_; }
 
   CardDescription describe(uint32_t card) override {
@@ -175,6 +181,7 @@ class CudaDriver final : public Driver {
     const auto [major, minor] = capability(device);
     about.target = "sm_" + std::to_string(10 * major + minor);
     about.driver = "CUDA " + std::to_string(version_ / 1000) + "." + std::to_string(version_ % 1000 / 10);
+    about.place = calls_.place.ask(device);
     return about;
   }
 

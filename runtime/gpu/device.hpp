@@ -120,13 +120,14 @@ void put_hit_query(GpuDevice& device, GpuScene& scene, const kernels::gpu::Scene
 /// networks, and what does not go through the pipeline, counts as the last one.
 void time_stages(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
                  Stream stream, double* seconds);
-void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query);
+void answer_query(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers);
 /// Of memory of the card.
-void list_open_rays(GpuDevice& device, GpuScene& scene, const NifQuery& query, const NifOpenRays& open);
-void find_hits(GpuDevice& device, GpuScene& scene, const NifQuery& query, const NifHits& hits);
+void list_open_rays(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers,
+                    const NifOpenRays& open);
+void find_hits(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifHits& hits);
 /// Of host memory: on the card alone, once and then `rounds` times; then the answers are copied. seconds:
 /// [rounds], or, of the pipeline's stages, [rounds][kMeasuredStages].
-void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, runtime::GpuMeasure measure,
-                uint32_t rounds, double* seconds);
+void time_query(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers,
+                runtime::GpuMeasure measure, uint32_t rounds, double* seconds);
 
 }  // namespace nif::gpu

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "gpu/module.hpp"
 #include "nif/nif.h"
 
 namespace nif::gpu {
@@ -31,6 +32,7 @@ using Kernel = void*;
 struct CardDescription {
   std::string name, target, driver;
   uint64_t memory = 0;
+  runtime::GpuCardPlace place{};
 };
 
 enum class PointerKind {
@@ -119,6 +121,7 @@ void where_possible(Context& context, const Work& work) noexcept {
 class Driver {
  public:
   virtual ~Driver() = default;
+  virtual const char* backend() const = 0;  ///< "cuda" or "hip"
   virtual uint32_t count() = 0;
   virtual CardDescription describe(uint32_t card) = 0;
   /// Why the card cannot be used, as a sentence; empty where it can.

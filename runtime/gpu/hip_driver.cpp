@@ -9,6 +9,7 @@ namespace nif::gpu {
 namespace {
 
 struct HipCalls : SharedCalls {
+  PlaceCalls place;
   int (*init)(unsigned flags);
   int (*driver_version)(int* version);
   int (*device_count)(int* count);
@@ -44,6 +45,8 @@ struct HipCalls : SharedCalls {
     library.get(query_event, "hipEventQuery");
     library.get(wait_event, "hipEventSynchronize");
     library.get(elapsed, "hipEventElapsedTime");
+    library.find(place.pci_bus_id, "hipDeviceGetPCIBusId");
+    library.find(place.uuid, "hipDeviceGetUuid");
     library.get(init, "hipInit");
     library.get(driver_version, "hipRuntimeGetVersion");
     library.get(device_count, "hipGetDeviceCount");
@@ -150,6 +153,7 @@ class HipDriver final : public Driver {
   HipDriver(const HipCalls& calls, uint32_t count, int version)
       : calls_(calls), count_(count), version_(version) {}
 
+  const char* backend() const override { return "hip"; }
   uint32_t count() override { return count_; }
 
   CardDescription describe(uint32_t card) override {
@@ -163,6 +167,7 @@ class HipDriver final : public Driver {
     about.target = target_of(card);
     about.driver =
         "HIP " + std::to_string(version_ / 10'000'000) + "." + std::to_string(version_ / 100'000 % 100);
+    about.place = calls_.place.ask(int(card));
     return about;
   }
 

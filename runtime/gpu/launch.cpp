@@ -30,6 +30,7 @@ void skip(SceneQuery& query, uint64_t rays) {
   }
   advance(query.tmin, rays * query.tmin_stride);
   advance(query.tmax, rays * query.tmax_stride);
+  advance(query.mask, rays * query.mask_stride);
   runtime::visit_outputs(
       [&](const runtime::OutputArray& about, unsigned char*& array) { advance(array, about.bytes(rays)); },
       query);
@@ -292,7 +293,7 @@ void put_query(GpuDevice& device, GpuScene& scene, const SceneQuery& query, uint
   const GpuWay wanted = how == GpuMeasure::one_kernel ? GpuWay::one_kernel
                         : how == GpuMeasure::pipeline ? GpuWay::pipeline
                                                       : device.settings.way;
-  const bool possible = has_pipeline(scene);
+  const bool possible = has_pipeline(scene) && !query.mask;
   const bool by_choice = wanted == GpuWay::automatic && possible && !device.settings.half;
   WayChoice::Trial trial{possible && wanted != GpuWay::one_kernel, {}};
   if (by_choice) trial = scene.choice.choose(*device.context, count, query.details());

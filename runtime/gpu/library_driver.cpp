@@ -4,6 +4,9 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
+#include <cstdio>
+
 namespace nif::gpu {
 namespace {
 
@@ -42,6 +45,18 @@ Library::Library(std::initializer_list<const char*> names) {
 }
 
 void* Library::find(const char* name) const { return handle_ ? dlsym(handle_, name) : nullptr; }
+
+runtime::GpuCardPlace PlaceCalls::ask(int device) const {
+  runtime::GpuCardPlace place{};
+  char text[32] = "";
+  if (pci_bus_id && pci_bus_id(text, sizeof(text), device) == kSuccess)  // domain:bus:device.function
+    std::sscanf(text, "%x:%x:%x", &place.pci_domain, &place.pci_bus, &place.pci_device);
+  if (uuid && uuid(place.uuid, device) != kSuccess) std::fill(place.uuid, place.uuid + 16, uint8_t{0});
+  unsigned mask = 0;
+  place.has_luid = luid && luid(place.luid, &mask, device) == kSuccess;
+  if (!place.has_luid) std::fill(place.luid, place.luid + 8, uint8_t{0});
+  return place;
+}
 
 void LibraryContext::check(int result, const char* doing) const {
   if (result == kSuccess) return;

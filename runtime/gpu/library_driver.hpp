@@ -64,10 +64,14 @@ class Library {
 
   /// Null where the library has no such function.
   void* find(const char* name) const;
+  template <class Function>
+  void find(Function& function, const char* name) const {
+    function = reinterpret_cast<Function>(find(name));
+  }
   /// The same, and keeps the first name that is missing.
   template <class Function>
   void get(Function& function, const char* name) {
-    function = reinterpret_cast<Function>(find(name));
+    find(function, name);
     if (!function && missing_.empty()) missing_ = name;
   }
   /// A function that get() did not find; "" where it found all.
@@ -76,6 +80,15 @@ class Library {
  private:
   void* handle_ = nullptr;
   std::string name_, missing_;
+};
+
+/// Calls that tell where a card is, which both have; null in drivers that lack them.
+struct PlaceCalls {
+  int (*pci_bus_id)(char* text, int length, int device) = nullptr;
+  int (*uuid)(void* bytes, int device) = nullptr;
+  int (*luid)(void* bytes, unsigned* node_mask, int device) = nullptr;
+
+  runtime::GpuCardPlace ask(int device) const;
 };
 
 /// A card of either vendor.

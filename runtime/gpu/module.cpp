@@ -82,10 +82,12 @@ NifError describe_card(uint32_t card, GpuCard* about, GpuMessage* message) {
     const auto copy = [](auto& to, const std::string& from) {
       std::snprintf(to, sizeof(to), "%s", from.c_str());
     };
+    copy(about->backend, found.driver->backend());
     copy(about->name, description.name);
     copy(about->target, description.target);
     copy(about->driver, description.driver);
     about->memory = description.memory;
+    about->place = description.place;
     copy(about->trouble.text, found.driver->trouble(found.number));
   });
 }
@@ -132,36 +134,38 @@ void free_scene(GpuDevice* device, GpuScene* scene) {
   });
 }
 
-NifError query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMessage* message) {
-  return on_card(device, message, [&] { answer_query(*device, *scene, *query); });
+NifError query(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
+               GpuMessage* message) {
+  return on_card(device, message, [&] { answer_query(*device, *scene, *rays, *answers); });
 }
 
-NifError query_open(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifOpenRays* open,
-                    GpuMessage* message) {
-  return on_card(device, message, [&] { list_open_rays(*device, *scene, *query, *open); });
+NifError query_open(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
+                    const NifOpenRays* open, GpuMessage* message) {
+  return on_card(device, message, [&] { list_open_rays(*device, *scene, *rays, *answers, *open); });
 }
 
-NifError intersect(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifHits* hits,
+NifError intersect(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifHits* hits,
                    GpuMessage* message) {
-  return on_card(device, message, [&] { find_hits(*device, *scene, *query, *hits); });
+  return on_card(device, message, [&] { find_hits(*device, *scene, *rays, *hits); });
 }
 
-NifError measure_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMeasure measure,
-                       uint32_t rounds, double* seconds, GpuMessage* message) {
-  return on_card(device, message, [&] { time_query(*device, *scene, *query, measure, rounds, seconds); });
+NifError measure_query(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
+                       GpuMeasure measure, uint32_t rounds, double* seconds, GpuMessage* message) {
+  return on_card(device, message,
+                 [&] { time_query(*device, *scene, *rays, *answers, measure, rounds, seconds); });
 }
 
-NifError start_query(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifHits* hits,
-                     GpuJob** job, GpuMessage* message) {
+NifError start_query(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
+                     const NifHits* hits, GpuJob** job, GpuMessage* message) {
   return on_card(device, message, [&] {
     auto made = std::make_unique<GpuJob>();
     made->event = device->context->make_event(false);
     try {
       if (hits)
-        find_hits(*device, *scene, *query, *hits);
+        find_hits(*device, *scene, *rays, *hits);
       else
-        answer_query(*device, *scene, *query);
-      device->context->record(made->event, query->stream);
+        answer_query(*device, *scene, *rays, *answers);
+      device->context->record(made->event, rays->stream);
     } catch (...) {
       device->context->free_event(made->event);
       throw;
@@ -189,7 +193,7 @@ void free_job(GpuDevice* device, GpuJob* job) {
 }  // namespace
 }  // namespace nif::gpu
 
-extern "C" NIF_API const nif::runtime::GpuModule* nif_hip_module(void) {
+extern "C" NIF_API const nif::runtime::GpuModule* nif_gpu_module(void) {
   using namespace nif;
   static const runtime::GpuModule module{runtime::kGpuModuleVersion,
                                          runtime::kGpuLayout,

@@ -20,28 +20,37 @@ using runtime::OutputArray;
 using runtime::visit_outputs;
 
 /// `name` as messages call the array, which may be null.
-void check_array(Context& context, NifMemory promised, const void* array, const std::string& name) {
+void check_array(Context& context, uint32_t promised, const void* array, const std::string& name) {
   if (!array) return;
   const PointerKind kind = context.kind_of(array);
   const auto refuse = [&](const char* why) { throw GpuError(NIF_ERROR_WRONG_POINTER, name + why); };
-  if (promised == NIF_DEVICE && kind == PointerKind::host)
-    refuse(" is memory of the host, and NIF_DEVICE was promised");
-  if (promised == NIF_DEVICE && kind == PointerKind::other_device) refuse(" is memory of another card");
-  if (promised == NIF_HOST && (kind == PointerKind::device || kind == PointerKind::other_device))
-    refuse(" is memory of a card, and NIF_HOST was promised");
+  if (promised == NIF_MEMORY_DEVICE && kind == PointerKind::host)
+    refuse(" is memory of the host, and NIF_MEMORY_DEVICE was promised");
+  if (promised == NIF_MEMORY_DEVICE && kind == PointerKind::other_device)
+    refuse(" is memory of another card");
+  if (promised == NIF_MEMORY_HOST && (kind == PointerKind::device || kind == PointerKind::other_device))
+    refuse(" is memory of a card, and NIF_MEMORY_HOST was promised");
 }
 
-void check_memory(Context& context, const NifQuery& query) {
+void check_rays(Context& context, const NifRays& rays) {
   const auto check = [&](const void* array, const char* name) {
-    check_array(context, query.memory, array, std::string("query: ") + name);
+    check_array(context, rays.memory, array, std::string("rays: ") + name);
   };
-  for (const float* array : query.origin) check(array, "origin");
-  for (const float* array : query.direction) check(array, "direction");
-  check(query.tmin, "tmin");
-  check(query.tmax, "tmax");
-  visit_outputs([&](const OutputArray& about, const auto* array) { check(array, about.name); }, query);
-  if (query.stream && !context.owns(query.stream))
-    throw GpuError(NIF_ERROR_INVALID_ARGUMENT, "query: the stream is not of the device's card");
+  for (const float* array : rays.origin) check(array, "origin");
+  for (const float* array : rays.direction) check(array, "direction");
+  check(rays.tmin, "tmin");
+  check(rays.tmax, "tmax");
+  check(rays.mask, "mask");
+  if (rays.stream && !context.owns(rays.stream))
+    throw GpuError(NIF_ERROR_INVALID_ARGUMENT, "rays: the stream is not of the device's card");
+}
+
+void check_answers(Context& context, const NifRays& rays, const NifAnswers& answers) {
+  visit_outputs(
+      [&](const OutputArray& about, const auto* array) {
+        check_array(context, rays.memory, array, std::string("answers: ") + about.name);
+      },
+      answers);
 }
 
 [[noreturn]] void refuse_scene() {
@@ -49,12 +58,11 @@ void check_memory(Context& context, const NifQuery& query) {
 }
 
 template <class T>
-unsigned char* bytes_of(T* array) {
-  return reinterpret_cast<unsigned char*>(array);
+auto* bytes_of(T* array) {
+  return reinterpret_cast<std::conditional_t<std::is_const_v<T>, const unsigned char, unsigned char>*>(array);
 }
-const unsigned char* bytes_of(const float* array) { return reinterpret_cast<const unsigned char*>(array); }
 
-SceneQuery scene_query(const NifQuery& query) {
+SceneQuery scene_query(const NifRays& query, const NifAnswers& answers) {
   SceneQuery result{};
   for (int a = 0; a < 3; ++a) {
     result.origin[a] = bytes_of(query.origin[a]);
@@ -66,12 +74,14 @@ SceneQuery scene_query(const NifQuery& query) {
   result.direction_stride = query.direction_stride;
   result.tmin_stride = query.tmin_stride;
   result.tmax_stride = query.tmax_stride;
+  result.mask = bytes_of(query.mask);
+  result.mask_stride = query.mask_stride;
   // As kernels read them (load_ray() of kernels/gpu/scene_arrays.hpp).
   static_assert(sizeof(NifRay) == 32 && offsetof(NifRay, tmin) == 12 && offsetof(NifRay, direction) == 16 &&
                 offsetof(NifRay, tmax) == 28);
   result.whole_rays = runtime::are_nif_rays(query) && reinterpret_cast<uintptr_t>(query.origin[0]) % 16 == 0;
   visit_outputs([](const OutputArray&, unsigned char*& to, auto* from) { to = bytes_of(from); }, result,
-                query);
+                answers);
   return result;
 }
 
@@ -111,7 +121,7 @@ float value_at(const float* array, uint64_t stride, uint64_t i) {
   return value;
 }
 
-void read_rays(const NifQuery& query, uint64_t first, uint64_t count, unsigned char* to) {
+void read_rays(const NifRays& query, uint64_t first, uint64_t count, unsigned char* to) {
   if (runtime::are_nif_rays(query)) {
     std::memcpy(to, bytes_of(query.origin[0]) + first * sizeof(NifRay), count * sizeof(NifRay));
     return;
@@ -175,25 +185,25 @@ class OwnStream {
 /// of the next are put together and copied.
 class HostQuery {
  public:
-  HostQuery(GpuDevice& device, GpuScene& scene, const NifQuery& query)
-      : device_(device), context_(*device.context), scene_(scene), query_(query) {
+  HostQuery(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers)
+      : device_(device), context_(*device.context), scene_(scene), rays_(rays), answers_(answers) {
     size_t at = Staging::kRayBytes;
     visit_outputs(
         [&](const OutputArray& about, auto* to) {
           if (to) outputs_.push_back({about, bytes_of(to), at});
           at += about.bytes(Staging::kRays);
         },
-        query);
+        answers);
   }
 
   void answer() {
     std::optional<Place> places[2];
     try {
-      size_t turn = 0, turns = query_.count > Staging::kRays ? 2 : 1;
-      for (uint64_t first = 0; first < query_.count; first += Staging::kRays) {
+      size_t turn = 0, turns = rays_.count > Staging::kRays ? 2 : 1;
+      for (uint64_t first = 0; first < rays_.count; first += Staging::kRays) {
         if (!places[turn] && !take(places[turn], turn > 0)) turn = 0, turns = 1;
         if (places[turn]->count > 0) finish(*places[turn]);
-        start(*places[turn], first, std::min(query_.count - first, Staging::kRays));
+        start(*places[turn], first, std::min(rays_.count - first, Staging::kRays));
         turn = (turn + 1) % turns;
       }
       for (size_t left = 0; left < turns; ++left, turn = (turn + 1) % turns)
@@ -236,20 +246,20 @@ class HostQuery {
   }
 
   Stream stream_of(const Place& place) const {
-    return query_.stream ? query_.stream : (*place.staging).stream();
+    return rays_.stream ? rays_.stream : (*place.staging).stream();
   }
 
   /// The query about a part's rays, in memory of the card.
   SceneQuery on_card(const Staging& staging) const {
     SceneQuery query =
-        scene_query(nifQueryRays(reinterpret_cast<const NifRay*>(staging.card()), Staging::kRays));
+        scene_query(nifMakeRays(reinterpret_cast<const NifRay*>(staging.card()), Staging::kRays), {});
     size_t at = Staging::kRayBytes;
     visit_outputs(
         [&](const OutputArray& about, unsigned char*& array, const auto* wanted) {
           if (wanted) array = staging.card() + at;
           at += about.bytes(Staging::kRays);
         },
-        query, query_);
+        query, answers_);
     return query;
   }
 
@@ -258,7 +268,7 @@ class HostQuery {
     const Stream stream = stream_of(place);
     place.first = first;
     place.count = count;
-    read_rays(query_, first, count, staging.host());
+    read_rays(rays_, first, count, staging.host());
     context_.copy_in(staging.card(), staging.host(), count * sizeof(NifRay), stream);
     put_query(device_, scene_, on_card(staging), count, stream);
     for (const Output& output : outputs_)
@@ -278,19 +288,20 @@ class HostQuery {
   GpuDevice& device_;
   Context& context_;
   GpuScene& scene_;
-  const NifQuery& query_;
+  const NifRays& rays_;
+  const NifAnswers& answers_;
   std::vector<Output> outputs_;
 };
 
 }  // namespace
 
-void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, GpuMeasure measure,
-                uint32_t rounds, double* seconds) {
+void time_query(GpuDevice& device, GpuScene& scene, const NifRays& query, const NifAnswers& wanted_answers,
+                GpuMeasure measure, uint32_t rounds, double* seconds) {
   if (!scene.ready) refuse_scene();
   Context& context = *device.context;
   const uint64_t count = query.count;
   const Memory rays(context, count * sizeof(NifRay)), answers(context, runtime::output_bytes(count));
-  SceneQuery on_card = scene_query(nifQueryRays(reinterpret_cast<const NifRay*>(rays.data()), count));
+  SceneQuery on_card = scene_query(nifMakeRays(reinterpret_cast<const NifRay*>(rays.data()), count), {});
   struct Output {
     void* to;
     unsigned char* from;
@@ -305,7 +316,7 @@ void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, GpuMe
         outputs.push_back({wanted, at, about.bytes(count)});
         at += about.bytes(count);
       },
-      on_card, query);
+      on_card, wanted_answers);
 
   std::vector<unsigned char> packed(count * sizeof(NifRay));
   read_rays(query, 0, count, packed.data());
@@ -328,47 +339,53 @@ void time_query(GpuDevice& device, GpuScene& scene, const NifQuery& query, GpuMe
   context.wait_stream(stream.get());
 }
 
-void answer_query(GpuDevice& device, GpuScene& scene, const NifQuery& query) {
+void answer_query(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers) {
   if (!scene.ready) refuse_scene();
-  check_memory(*device.context, query);
-  if (query.memory == NIF_HOST) return HostQuery(device, scene, query).answer();
-  put_noted(device, scene, query.stream,
-            [&] { put_query(device, scene, scene_query(query), query.count, query.stream); });
+  check_rays(*device.context, rays);
+  check_answers(*device.context, rays, answers);
+  if (rays.memory == NIF_MEMORY_HOST) return HostQuery(device, scene, rays, answers).answer();
+  put_noted(device, scene, rays.stream,
+            [&] { put_query(device, scene, scene_query(rays, answers), rays.count, rays.stream); });
 }
 
-void list_open_rays(GpuDevice& device, GpuScene& scene, const NifQuery& query, const NifOpenRays& open) {
+void list_open_rays(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers,
+                    const NifOpenRays& open) {
   if (!scene.ready) refuse_scene();
   Context& context = *device.context;
-  check_memory(context, query);
+  check_rays(context, rays);
+  check_answers(context, rays, answers);
   const auto check = [&](const void* array, const char* name) {
-    check_array(context, query.memory, array, std::string("open: ") + name);
+    check_array(context, rays.memory, array, std::string("open: ") + name);
   };
   check(open.count, "count");
   if (open.capacity > 0) {  // else they are not looked at
     check(open.rays, "rays");
     check(open.tmin, "tmin");
     check(open.tmax, "tmax");
+    check(open.instance, "instance");
   }
   constexpr uint64_t kMostRays = std::numeric_limits<uint32_t>::max();
-  const kernels::gpu::OpenLists lists{bytes_of(open.rays), bytes_of(open.tmin), bytes_of(open.tmax),
-                                      open.count, uint32_t(std::min(open.capacity, kMostRays))};
-  put_noted(device, scene, query.stream,
-            [&] { put_open_query(device, scene, scene_query(query), query.count, lists, query.stream); });
+  const kernels::gpu::OpenLists lists{bytes_of(open.rays), bytes_of(open.tmin),
+                                      bytes_of(open.tmax), bytes_of(open.instance),
+                                      open.count,          uint32_t(std::min(open.capacity, kMostRays))};
+  put_noted(device, scene, rays.stream, [&] {
+    put_open_query(device, scene, scene_query(rays, answers), rays.count, lists, rays.stream);
+  });
 }
 
-void find_hits(GpuDevice& device, GpuScene& scene, const NifQuery& query, const NifHits& hits) {
+void find_hits(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifHits& hits) {
   if (!scene.ready) refuse_scene();
   Context& context = *device.context;
-  check_memory(context, query);
+  check_rays(context, rays);
   kernels::gpu::HitOutputs outputs{};
   runtime::visit_hit_outputs(
       [&](const OutputArray& about, unsigned char*& to, auto* array) {
-        check_array(context, query.memory, array, std::string("hits: ") + about.name);
+        check_array(context, rays.memory, array, std::string("hits: ") + about.name);
         to = bytes_of(array);
       },
       outputs, hits);
-  put_noted(device, scene, query.stream,
-            [&] { put_hit_query(device, scene, scene_query(query), query.count, outputs, query.stream); });
+  put_noted(device, scene, rays.stream,
+            [&] { put_hit_query(device, scene, scene_query(rays, {}), rays.count, outputs, rays.stream); });
 }
 
 }  // namespace nif::gpu

@@ -8,6 +8,7 @@
 #include "device.hpp"
 #include "kernels/gpu/upload.hpp"
 #include "kernels/reference/encodings.hpp"
+#include "kernels/reference/scene_hit.hpp"
 
 namespace nif::gpu {
 namespace {
@@ -104,14 +105,23 @@ void lay_out(Arena& arena, const GpuSceneView& view, GpuScene& scene) {
     scene.kinds |= object.object.kind;
   }
   std::vector<bool> used(objects.size());
-  for (uint64_t i = 0; i < view.instance_count; ++i) used[view.instances[i].object] = true;
+  for (uint64_t i = 0; i < view.instance_count; ++i)
+    if (view.instances[i].object < used.size()) used[view.instances[i].object] = true;  // else it was removed
   const std::vector<kernels::gpu::PipelineList> lists = make_lists(objects, placed, used, scene.lists);
-  scene.arrays = {view.nodes, view.instances, placed.data(), uint32_t(view.instance_count),
+  const bool alone = view.sole != kernels::kNoInstance;
+  const auto several = uint32_t(view.node_count > 0 ? std::max(view.instance_count, uint64_t{2}) : 0);
+  scene.arrays = {view.nodes,
+                  view.instances,
+                  view.users,
+                  placed.data(),
+                  alone ? 1 : several,
+                  alone ? view.sole : 0,
                   kernels::gpu::make_scene_layout(words)};
   scene.lists.shared_bytes[kernels::gpu::kAlone] = scene.arrays.layout.bytes;
   scene.lists.lists = lists.data();
   arena.move(scene.arrays.nodes, view.node_count);
   arena.move(scene.arrays.instances, view.instance_count);
+  if (view.users) arena.move(scene.arrays.users, view.instance_count);
   arena.move(scene.arrays.objects, placed.size());
   arena.move(scene.lists.lists, lists.size());
 }

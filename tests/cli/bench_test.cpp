@@ -87,7 +87,7 @@ class Bench : public testing::Test {
 /// How fast is for a real card to say; who takes part, and with what answers, is not.
 #ifdef NIF_EMULATED_MODULE
 TEST_F(Bench, OnAGpu) {
-  ASSERT_EQ(setenv("NIF_HIP_MODULE", NIF_EMULATED_MODULE, 1), 0);
+  ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
   Outcome outcome = nif(bench({"--device", "hip", "--json"}));
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json result = json::parse(outcome.out);
@@ -149,11 +149,11 @@ TEST_F(Bench, OnAGpu) {
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("on emulated card 0, against an exact BVH of the mesh"), std::string::npos)
       << outcome.out;
-  ASSERT_EQ(setenv("NIF_HIP_MODULE", "/no/such/module.so", 1), 0);
+  ASSERT_EQ(setenv("NIF_GPU_MODULE", "/no/such/module.so", 1), 0);
   outcome = nif(bench({"--device", "hip"}));
   EXPECT_EQ(outcome.code, int(Status::usage));
   EXPECT_NE(outcome.err.find("/no/such/module.so cannot be loaded"), std::string::npos) << outcome.err;
-  unsetenv("NIF_HIP_MODULE");
+  unsetenv("NIF_GPU_MODULE");
 }
 #endif
 

@@ -11,8 +11,8 @@ namespace {
 
 class Devices : public testing::Test {
  protected:
-  void use_module(const char* file) { ASSERT_EQ(setenv("NIF_HIP_MODULE", file, 1), 0); }
-  void TearDown() override { unsetenv("NIF_HIP_MODULE"); }
+  void use_module(const char* file) { ASSERT_EQ(setenv("NIF_GPU_MODULE", file, 1), 0); }
+  void TearDown() override { unsetenv("NIF_GPU_MODULE"); }
 };
 
 #ifdef NIF_EMULATED_MODULE

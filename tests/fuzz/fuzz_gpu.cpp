@@ -15,7 +15,7 @@
 #include "tests/gpu/emulator/machine.hpp"
 
 // The module is linked here, so that it is instrumented like the rest.
-extern "C" const nif::runtime::GpuModule* nif_hip_module(void);
+extern "C" const nif::runtime::GpuModule* nif_gpu_module(void);
 extern "C" nif::test::EmulatedMachine* nif_emulated_machine(void);
 
 namespace {
@@ -55,7 +55,7 @@ void must_succeed(NifError error, const GpuMessage& message) {
 class Card {
  public:
   Card(const kernels::AnyField& field, const kernels::HitDetails& details, uint32_t card, GpuWay way)
-      : module_(*nif_hip_module()), card_(card) {
+      : module_(*nif_gpu_module()), card_(card) {
     const GpuSettings settings{way, 0};
     must_succeed(module_.open_device(card, &settings, &device_, &message_), message_);
     uint64_t bytes = 0;

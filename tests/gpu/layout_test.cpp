@@ -72,7 +72,7 @@ TEST(LayoutHash, OfAnotherModuleIsRefused) {
   const auto code = [](const char* module) {
     NifDevice device = nullptr;
     const NifError error =
-        nifNewDevice((std::string("backend=hip,module=") + module).c_str(), nullptr, &device);
+        nifNewDevice((std::string("backend=gpu,module=") + module).c_str(), nullptr, &device);
     nifReleaseDevice(device);
     return error;
   };

@@ -39,12 +39,12 @@ class GpuFaults : public GpuModuleTest {
 };
 
 TEST_F(GpuFaults, OfTheModule) {
-  expect_unavailable("backend=hip,module=/no/such/module.so", "/no/such/module.so cannot be loaded");
-  expect_unavailable("backend=hip,module=/dev/null", "/dev/null cannot be loaded");
-  expect_unavailable("backend=hip,module=libc.so.6", "libc.so.6 is no GPU module");
+  expect_unavailable("backend=gpu,module=/no/such/module.so", "/no/such/module.so cannot be loaded");
+  expect_unavailable("backend=gpu,module=/dev/null", "/dev/null cannot be loaded");
+  expect_unavailable("backend=gpu,module=libc.so.6", "libc.so.6 is no GPU module");
   EXPECT_EQ(code_of("device=0"), NIF_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(code_of("module=" NIF_EMULATED_MODULE), NIF_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(code_of("backend=hip,device=x"), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(code_of("backend=gpu,device=x"), NIF_ERROR_INVALID_ARGUMENT);
 }
 
 TEST_F(GpuFaults, OfTheMachine) {
@@ -66,7 +66,7 @@ TEST_F(GpuFaults, OfTheMachine) {
 
 /// The same reasons in what tells about backends and cards, which looks anew each time.
 TEST_F(GpuFaults, AreToldBeforehand) {
-  ASSERT_EQ(setenv("NIF_HIP_MODULE", NIF_EMULATED_MODULE, 1), 0);
+  ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
   EXPECT_EQ(gpu_backend().available, 1u);
   EXPECT_STREQ(gpu_backend().reason, "");
   auto card = nifkit::sized<NifCardInfo>();
@@ -89,10 +89,10 @@ TEST_F(GpuFaults, AreToldBeforehand) {
   machine().no_driver = true;
   EXPECT_NE(std::string(gpu_backend().reason).find("no driver"), std::string::npos);
   EXPECT_EQ(nifGetCardInfo(0, &card), NIF_ERROR_NOT_AVAILABLE);
-  ASSERT_EQ(setenv("NIF_HIP_MODULE", "/no/such/module.so", 1), 0);
+  ASSERT_EQ(setenv("NIF_GPU_MODULE", "/no/such/module.so", 1), 0);
   EXPECT_NE(std::string(gpu_backend().reason).find("/no/such/module.so cannot be loaded"), std::string::npos);
   EXPECT_EQ(nifGetCardInfo(0, &card), NIF_ERROR_NOT_AVAILABLE);
-  unsetenv("NIF_HIP_MODULE");
+  unsetenv("NIF_GPU_MODULE");
 }
 
 TEST_F(GpuFaults, TellsWhatTheDeviceIs) {

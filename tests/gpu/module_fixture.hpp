@@ -35,7 +35,7 @@ class GpuModuleTest : public testing::Test {
 
   static EmulatedMachine& machine() { return emulated_machine(NIF_EMULATED_MODULE); }
   static std::string config(uint32_t card = 0) {
-    return std::string("isa=scalar,backend=hip,module=" NIF_EMULATED_MODULE ",device=") +
+    return std::string("isa=scalar,backend=gpu,module=" NIF_EMULATED_MODULE ",device=") +
            std::to_string(card);
   }
 };

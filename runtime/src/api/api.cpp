@@ -1,5 +1,5 @@
 // The C interface: checks of arguments, then the call, under one wrapper that turns exceptions into codes.
-#include <cstddef>
+#include <iterator>
 
 #include "api/error.hpp"
 #include "api/handles.hpp"
@@ -80,19 +80,21 @@ void release_one(Handle handle) {
     give_back(static_cast<typename About::Type&>(*object));
 }
 
-/// What is reserved must be 0, so that it can mean something one day.
-NifQuery read_query(const NifQuery* from) {
-  const NifQuery query = read_structure(from, "query");
-  if (query.reserved != 0) refuse_argument("query: reserved must be 0");
-  return query;
+/// Rays and where their answers go, both checked.
+Request read_query(const NifSceneObject& scene, const NifRays* rays, const NifAnswers* answers) {
+  Request request;
+  request.rays = read_structure(rays, "rays");
+  request.answers = read_structure(answers, "answers");
+  check_query(scene, request.rays, request.answers);
+  return request;
 }
 
-/// Checked: a query whose first hits are asked for.
-Request read_hit_request(const NifSceneObject& scene, const NifQuery* query, const NifHits* hits) {
+/// The same for first hits.
+Request read_hit_query(const NifSceneObject& scene, const NifRays* rays, const NifHits* hits) {
   Request request;
-  request.query = read_query(query);
-  request.hits = read_structure(hits, "hits", offsetof(NifHits, color));
-  check_hit_query(scene, request.query, *request.hits);
+  request.rays = read_structure(rays, "rays");
+  request.hits = read_structure(hits, "hits");
+  check_hit_query(scene, request.rays, *request.hits);
   return request;
 }
 
@@ -119,17 +121,19 @@ NifError nifGetDeviceInfo(NifDevice device, NifDeviceInfo* info) {
     auto& the_device = get(device);
     const Configuration& configuration = the_device.configuration;
     write_structure(info,
-                    {0, configuration.threads, 0, name_of(configuration.kernels.isa), configuration.backend,
-                     the_device.gpu ? the_device.gpu->card_name() : ""},
+                    {0, configuration.threads, 0, name_of(configuration.kernels.isa),
+                     the_device.gpu ? the_device.gpu->card().backend : "cpu",
+                     the_device.gpu ? the_device.gpu->card().name : ""},
                     "info");
   });
 }
 
 NifError nifGetBackendInfo(uint32_t index, NifBackendInfo* info) {
   return guarded([&] {
-    if (index > 1) refuse_argument("no backend has the number " + std::to_string(index));
-    const char* reason = index == 1 ? why_no_gpu() : "";
-    write_structure(info, {0, index == 1 ? "hip" : "cpu", *reason == 0, 0, reason}, "info");
+    static constexpr const char* kNames[] = {"cpu", "cuda", "hip"};
+    if (index >= std::size(kNames)) refuse_argument("no backend has the number " + std::to_string(index));
+    const char* reason = index == 0 ? "" : why_no_gpu(kNames[index]);
+    write_structure(info, {0, kNames[index], *reason == 0, 0, reason}, "info");
   });
 }
 
@@ -142,23 +146,47 @@ NifError nifGetCardInfo(uint32_t card, NifCardInfo* info) {
 
 // ---- Assets
 
+namespace {
+
+NifAsset hand_out_asset(NifAssetObject* asset) {
+  const NifAsset handle = hand_out<NifAsset>(asset);
+  asset->handle = reinterpret_cast<uintptr_t>(handle);
+  asset->device->log(NIF_LOG_INFO, [&] {
+    return std::string(asset->name) + ": loaded, " + std::to_string(asset->view.objects.size()) +
+           " objects, " + std::to_string(asset->file_bytes) + " bytes";
+  });
+  return handle;
+}
+
+}  // namespace
+
 NifError nifLoadAssetFile(NifDevice device, const char* path, NifLoadMode mode, NifAsset* asset) {
   return guarded([&] {
     auto& the_device = get(device);
     require_argument(path, "path");
     require_argument(asset, "asset");
     const FloatEnvironment environment;
-    *asset = hand_out<NifAsset>(load_file(&the_device, path, mode));
+    *asset = hand_out_asset(load_file(&the_device, path, mode));
   });
 }
 
-NifError nifLoadAssetMemory(NifDevice device, const void* bytes, uint64_t size, NifMemoryMode mode,
+NifError nifLoadAssetMemory(NifDevice device, const void* bytes, uint64_t size, NifLoadMode mode,
                             NifAsset* asset) {
   return guarded([&] {
     auto& the_device = get(device);
     require_argument(asset, "asset");
     const FloatEnvironment environment;
-    *asset = hand_out<NifAsset>(load_memory(&the_device, bytes, size, mode));
+    *asset = hand_out_asset(load_memory(&the_device, bytes, size, mode));
+  });
+}
+
+NifError nifLoadAssetReader(NifDevice device, const NifReader* reader, NifAsset* asset) {
+  return guarded([&] {
+    auto& the_device = get(device);
+    require_argument(asset, "asset");
+    const NifReader own = read_structure(reader, "reader");
+    const FloatEnvironment environment;
+    *asset = hand_out_asset(load_reader(&the_device, own));
   });
 }
 
@@ -186,7 +214,7 @@ NifError nifGetObjectInfo(NifAsset asset, uint32_t object, NifObjectInfo* info) 
   });
 }
 
-NifError nifGetInstanceInfo(NifAsset asset, uint32_t instance, NifInstanceInfo* info) {
+NifError nifGetAssetInstanceInfo(NifAsset asset, uint32_t instance, NifAssetInstanceInfo* info) {
   return guarded([&] {
     auto& the_asset = get(asset);
     write_structure(info, describe_instance(the_asset, instance), "info");
@@ -229,11 +257,65 @@ NifError nifAddAsset(NifScene scene, NifAsset asset, const float* transform, uin
   });
 }
 
+NifError nifRemoveInstance(NifScene scene, uint32_t instance) {
+  return guarded([&] { remove_instance(get(scene), instance); });
+}
+
 NifError nifSetInstanceTransform(NifScene scene, uint32_t instance, const float* transform) {
   return guarded([&] {
     auto& the_scene = get(scene);
     const FloatEnvironment environment;
-    set_transform(the_scene, instance, transform);
+    set_transforms(the_scene, 1, &instance, transform, 0);
+  });
+}
+
+NifError nifSetInstanceTransforms(NifScene scene, uint64_t count, const uint32_t* instances,
+                                  const float* transforms, uint64_t stride) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    if (count > 0) require_argument(transforms, "transforms");
+    const FloatEnvironment environment;
+    set_transforms(the_scene, count, instances, transforms, stride);
+  });
+}
+
+NifError nifSetInstanceOrigin(NifScene scene, uint32_t instance, const double* origin) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    const FloatEnvironment environment;
+    set_origin(the_scene, instance, origin);
+  });
+}
+
+NifError nifSetSceneOrigin(NifScene scene, const double* origin) {
+  return guarded([&] { set_scene_origin(get(scene), origin); });
+}
+
+NifError nifSetInstanceMask(NifScene scene, uint32_t instance, uint32_t mask) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    const FloatEnvironment environment;
+    set_mask(the_scene, instance, mask);
+  });
+}
+
+NifError nifSetInstanceFlags(NifScene scene, uint32_t instance, uint32_t flags) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    const FloatEnvironment environment;
+    set_flags(the_scene, instance, flags);
+  });
+}
+
+NifError nifSetInstanceUser(NifScene scene, uint32_t instance, uint64_t user) {
+  return guarded([&] { set_user(get(scene), instance, user); });
+}
+
+NifError nifGetInstanceInfo(NifScene scene, uint32_t instance, NifInstanceInfo* info) {
+  return guarded([&] {
+    NifInstanceInfo about = describe_instance(get(scene), instance);
+    if (!find_object(Kind::asset, reinterpret_cast<uintptr_t>(about.asset))) about.asset = nullptr;
+    write_structure(info, about, "info");
   });
 }
 
@@ -262,119 +344,120 @@ NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_t* bytes
   });
 }
 
-NifError nifQuery(NifScene scene, const NifQuery* query) {
+NifError nifQuery(NifScene scene, const NifRays* rays, const NifAnswers* answers) {
   return guarded([&] {
     auto& the_scene = get(scene);
-    Request request;
-    request.query = read_query(query);
-    check_query(the_scene, request.query);
-    if (!answered_by_gpu(the_scene, request.query)) {
-      check_scratch(request.query);
+    const Request request = read_query(the_scene, rays, answers);
+    if (!answered_by_gpu(the_scene, request.rays)) {
+      check_scratch(request.rays);
       answer(the_scene, request);
-    } else if (request.query.count != 0) {
-      the_scene.device->gpu->query(the_scene, request.query);
+    } else if (request.rays.count != 0) {
+      the_scene.device->gpu->query(the_scene, request.rays, request.answers);
     }
   });
 }
 
-NifError nifQueryRay(NifScene scene, const NifRay* ray, uint8_t* visible) {
+NifError nifQueryRay(NifScene scene, const NifRay* ray, const NifAnswers* answers) {
   return guarded([&] {
     auto& the_scene = get(scene);
     require_argument(ray, "ray");
-    require_argument(visible, "visible");
-    Request request;
-    request.query = nifQueryRays(ray, 1);
-    request.query.visible = visible;
-    check_query(the_scene, request.query);
-    answer(the_scene, request);
+    const NifRays rays = nifMakeRays(ray, 1);
+    answer(the_scene, read_query(the_scene, &rays, answers));
   });
 }
 
-NifError nifQueryWithFallback(NifScene scene, const NifQuery* query, float confidence, NifFallback fallback,
-                              void* user) {
+NifError nifQueryWithFallback(NifScene scene, const NifRays* rays, const NifAnswers* answers,
+                              float confidence, NifFallback fallback, void* user) {
   return guarded([&] {
     auto& the_scene = get(scene);
     require_argument(reinterpret_cast<const void*>(fallback), "fallback");
     if (!(confidence >= 0)) refuse_argument("confidence is negative or not a number");
-    Request request;
-    request.query = read_query(query);
+    Request request = read_query(the_scene, rays, answers);
     request.fallback = fallback;
     request.fallback_user = user;
     request.confidence = confidence;
-    check_query(the_scene, request.query);
-    if (request.query.memory == NIF_DEVICE || request.query.stream)
+    if (request.rays.memory == NIF_MEMORY_DEVICE || request.rays.stream)
       throw Failure(NIF_ERROR_NOT_AVAILABLE,
-                    "query: a fallback runs on the CPU, so it needs host memory and no stream");
-    check_scratch(request.query);
+                    "rays: a fallback runs on the CPU, so it needs host memory and no stream");
+    check_scratch(request.rays);
     answer(the_scene, request);
   });
 }
 
-NifError nifQueryOpen(NifScene scene, const NifQuery* query, const NifOpenRays* open) {
+NifError nifQueryOpen(NifScene scene, const NifRays* rays, const NifAnswers* answers,
+                      const NifOpenRays* open) {
   return guarded([&] {
     auto& the_scene = get(scene);
     Request request;
-    request.query = read_query(query);
+    request.rays = read_structure(rays, "rays");
+    if (answers) request.answers = read_structure(answers, "answers");
     request.open = read_structure(open, "open");
-    check_open_query(the_scene, request.query, *request.open);
-    if (request.query.memory == NIF_DEVICE)
-      return the_scene.device->gpu->query_open(the_scene, request.query, *request.open);
-    check_scratch(request.query);
+    check_open_query(the_scene, request.rays, *request.open);
+    if (request.rays.memory == NIF_MEMORY_DEVICE)
+      return the_scene.device->gpu->query_open(the_scene, request.rays, request.answers, *request.open);
+    check_scratch(request.rays);
     *request.open->count = 0;
     answer(the_scene, request);
   });
 }
 
-NifError nifIntersect(NifScene scene, const NifQuery* query, const NifHits* hits) {
+NifError nifIntersect(NifScene scene, const NifRays* rays, const NifHits* hits) {
   return guarded([&] {
     auto& the_scene = get(scene);
-    const Request request = read_hit_request(the_scene, query, hits);
-    if (request.query.memory == NIF_HOST) {
-      check_scratch(request.query);
+    const Request request = read_hit_query(the_scene, rays, hits);
+    if (request.rays.memory == NIF_MEMORY_HOST) {
+      check_scratch(request.rays);
       answer(the_scene, request);
-    } else if (request.query.count != 0) {
-      the_scene.device->gpu->intersect(the_scene, request.query, *request.hits);
+    } else if (request.rays.count != 0) {
+      the_scene.device->gpu->intersect(the_scene, request.rays, *request.hits);
     }
   });
 }
 
-NifError nifMeasureQuery(NifScene scene, const NifQuery* query, NifMeasure measure, uint32_t rounds,
-                         double* seconds) {
+NifError nifIntersectRay(NifScene scene, const NifRay* ray, const NifHits* hits) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    require_argument(ray, "ray");
+    const NifRays rays = nifMakeRays(ray, 1);
+    answer(the_scene, read_hit_query(the_scene, &rays, hits));
+  });
+}
+
+NifError nifMeasureQuery(NifScene scene, const NifRays* rays, const NifAnswers* answers, NifMeasure measure,
+                         uint32_t rounds, double* seconds) {
   return guarded([&] {
     auto& the_scene = get(scene);
     require_argument(seconds, "seconds");
-    const NifQuery asked = read_query(query);
-    check_query(the_scene, asked);
+    const Request request = read_query(the_scene, rays, answers);
     if (!the_scene.device->gpu)
-      throw Failure(NIF_ERROR_NOT_AVAILABLE, "query: only a GPU can be measured; this device is a CPU");
-    if (asked.memory != NIF_HOST || asked.stream)
-      refuse_argument("query: measuring needs host memory and no stream");
+      throw Failure(NIF_ERROR_NOT_AVAILABLE, "rays: only a GPU can be measured; this device is a CPU");
+    if (request.rays.memory != NIF_MEMORY_HOST || request.rays.stream || request.rays.mask)
+      refuse_argument("rays: measuring needs host memory, no stream and no masks");
     if (measure > NIF_MEASURE_SINGLE_BVH) refuse_argument("measure is not one of NifMeasure");
-    if (asked.count == 0 || rounds == 0) refuse_argument("query: there are no rays or no rounds to measure");
+    if (request.rays.count == 0 || rounds == 0)
+      refuse_argument("rays: there are no rays or no rounds to measure");
     if (!the_scene.ready_on_gpu)
       throw Failure(NIF_ERROR_INVALID_OPERATION, "the scene is not on the GPU, because its commit failed");
-    the_scene.device->gpu->measure(the_scene, asked, GpuMeasure(measure), rounds, seconds);
+    the_scene.device->gpu->measure(the_scene, request.rays, request.answers, GpuMeasure(measure), rounds,
+                                   seconds);
   });
 }
 
 // ---- Jobs
 
-NifError nifQueryAsync(NifScene scene, const NifQuery* query, NifJob* job) {
+NifError nifQueryAsync(NifScene scene, const NifRays* rays, const NifAnswers* answers, NifJob* job) {
   return guarded([&] {
     auto& the_scene = get(scene);
     require_argument(job, "job");
-    Request request;
-    request.query = read_query(query);
-    check_query(the_scene, request.query);
-    *job = reinterpret_cast<NifJob>(start_job(the_scene, request));
+    *job = reinterpret_cast<NifJob>(start_job(the_scene, read_query(the_scene, rays, answers)));
   });
 }
 
-NifError nifIntersectAsync(NifScene scene, const NifQuery* query, const NifHits* hits, NifJob* job) {
+NifError nifIntersectAsync(NifScene scene, const NifRays* rays, const NifHits* hits, NifJob* job) {
   return guarded([&] {
     auto& the_scene = get(scene);
     require_argument(job, "job");
-    *job = reinterpret_cast<NifJob>(start_job(the_scene, read_hit_request(the_scene, query, hits)));
+    *job = reinterpret_cast<NifJob>(start_job(the_scene, read_hit_query(the_scene, rays, hits)));
   });
 }
 
@@ -383,6 +466,15 @@ NifError nifWaitJob(NifJob job) {
     auto& the_job = get(job);
     if (the_job.on_gpu) the_job.device->gpu->wait(the_job);
     the_job.device->crew.finish(the_job, nullptr);
+    if (the_job.cancelled)
+      throw Failure(NIF_ERROR_CANCELLED, "the job was cancelled before all of its rays were answered");
+  });
+}
+
+NifError nifCancelJob(NifJob job) {
+  return guarded([&] {
+    auto& the_job = get(job);
+    if (!the_job.on_gpu) the_job.device->crew.cancel(the_job);
   });
 }
 

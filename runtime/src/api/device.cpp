@@ -14,6 +14,7 @@ namespace nif::runtime {
 namespace {
 
 constexpr uint32_t kMaxThreads = 1024, kMaxCards = 1024;
+constexpr std::initializer_list<const char*> kBackends = {"cpu", "gpu", "cuda", "hip"};
 
 uint32_t machine_threads() { return std::clamp(std::thread::hardware_concurrency(), 1u, kMaxThreads); }
 
@@ -44,8 +45,7 @@ Isa parse_isa(std::string_view value) {
 }
 
 /// The number of the name that the value is.
-size_t parse_name(std::string_view key, std::string_view value,
-                  std::initializer_list<std::string_view> names) {
+size_t parse_name(std::string_view key, std::string_view value, std::initializer_list<const char*> names) {
   const auto at = std::find(names.begin(), names.end(), value);
   if (at == names.end())
     refuse_argument("configuration: unknown value " + std::string(key) + "=" + std::string(value));
@@ -54,7 +54,7 @@ size_t parse_name(std::string_view key, std::string_view value,
 
 /// What is of no use without a GPU backend, or together, is a mistake.
 void check_backend(const Configuration& configuration, bool for_gpu) {
-  if (for_gpu && std::string_view(configuration.backend) != "hip")
+  if (for_gpu && std::string_view(configuration.backend) == "cpu")
     refuse_argument("configuration: device=, module=, pipeline= and precision= need backend=gpu");
   if (configuration.gpu.half && configuration.gpu.way == GpuWay::one_kernel)
     refuse_argument(
@@ -92,7 +92,7 @@ Configuration parse_configuration(std::string_view text) {
     else if (key == "memory")
       configuration.kernels.least_memory = parse_name(key, value, {"auto", "least"}) == 1;
     else if (key == "backend")
-      configuration.backend = parse_name(key, value, {"cpu", "hip", "gpu"}) == 0 ? "cpu" : "hip";
+      configuration.backend = kBackends.begin()[parse_name(key, value, kBackends)];
     else if (key == "device")
       configuration.card = parse_number(key, value, kMaxCards), for_gpu = true;
     else if (key == "module")
@@ -110,11 +110,12 @@ Configuration parse_configuration(std::string_view text) {
 }
 
 void open_gpu(const Configuration& configuration, std::optional<Gpu>& gpu) {
-  if (std::string_view(configuration.backend) != "hip") return;
+  const std::string backend = configuration.backend;
+  if (backend == "cpu") return;
   try {
-    gpu.emplace(configuration.module, configuration.card, configuration.gpu);
+    gpu.emplace(configuration.module, backend, configuration.card, configuration.gpu);
   } catch (const Failure& failure) {
-    throw Failure(failure.code(), std::string("configuration: backend=hip: ") + failure.what());
+    throw Failure(failure.code(), "configuration: backend=" + backend + ": " + failure.what());
   }
 }
 
@@ -124,7 +125,16 @@ NifDeviceObject* new_device(const char* configuration, const NifDeviceCallbacks*
     refuse_argument("callbacks: set both allocate and deallocate, or neither");
   const Configuration settings = parse_configuration(configuration ? configuration : "");
   CallbackMemory memory(own);
-  return create<NifDeviceObject>(own.allocate ? &memory : std::pmr::new_delete_resource(), settings, own);
+  auto* device =
+      create<NifDeviceObject>(own.allocate ? &memory : std::pmr::new_delete_resource(), settings, own);
+  device->log(NIF_LOG_INFO, [&] {
+    const std::string threads =
+        std::to_string(settings.threads) + " threads, isa=" + name_of(settings.kernels.isa);
+    return device->gpu ? "device: " + std::string(device->gpu->card().name) + " (" +
+                             device->gpu->card().backend + ", " + device->gpu->card().target + "), " + threads
+                       : "device: CPU, " + threads;
+  });
+  return device;
 }
 
 void release(NifDeviceObject* device) {

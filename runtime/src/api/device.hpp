@@ -1,9 +1,10 @@
-// A device: configuration, the caller's allocator and task runner.
+// A device: configuration, and the caller's allocator, task runner and log.
 #pragma once
 
 #include <cstdint>
 #include <memory_resource>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "api/object.hpp"
@@ -31,11 +32,11 @@ class CallbackMemory : public std::pmr::memory_resource {
 struct Configuration {
   uint32_t threads = 1;
   KernelChoice kernels;
-  uint32_t queries;  ///< that find memory to work in at the same time
-  const char* backend = "cpu";
-  uint32_t card = 0;        ///< of backend hip
-  GpuSettings gpu{};        ///< likewise
-  std::string_view module;  ///< its file, or ""; of the text that was parsed
+  uint32_t queries;              ///< that find memory to work in at the same time
+  const char* backend = "cpu";   ///< cpu, gpu, cuda or hip
+  std::optional<uint32_t> card;  ///< of a GPU backend
+  GpuSettings gpu{};             ///< likewise
+  std::string_view module;       ///< its file, or ""; of the text that was parsed
 };
 
 /// Parses "key=value,key=value". Throws Failure.
@@ -58,6 +59,12 @@ struct NifDeviceObject : nif::runtime::Object {
     for (NifJobObject& job : jobs) job.drop();  // nobody refers to them yet
     open_gpu(settings, gpu);
     configuration.module = {};
+  }
+
+  /// To the caller's log, if there is one. `sentence()` makes the text, only then.
+  template <class Sentence>
+  void log(NifLogLevel level, const Sentence& sentence) const {
+    if (own_callbacks.log) own_callbacks.log(own_callbacks.user, level, std::string(sentence()).c_str());
   }
 
   std::pmr::memory_resource* memory() {

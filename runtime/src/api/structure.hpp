@@ -2,15 +2,58 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstring>
 #include <string>
 
 #include "api/error.hpp"
+#include "nif/nif.h"
 
 namespace nif::runtime {
 
 /// A size beyond this is no newer header but memory that nobody has initialised.
 inline constexpr uint64_t kMaxStructure = 4096;
+
+/// Where pointers have 32 bits, as in WebAssembly, programs and library are always compiled together.
+template <class Structure>
+constexpr uint64_t on_64_bits(uint64_t bytes) {
+  return sizeof(void*) == 8 ? bytes : sizeof(Structure);
+}
+
+/// Size of a structure in the first frozen version of nif.h: what every program passes at least. These numbers
+/// never change. A structure that is added later has the size that it first had.
+template <class Structure>
+inline constexpr uint64_t kFirstSize = 0;
+template <>
+inline constexpr uint64_t kFirstSize<NifDeviceCallbacks> = on_64_bits<NifDeviceCallbacks>(48);
+template <>
+inline constexpr uint64_t kFirstSize<NifReader> = on_64_bits<NifReader>(40);
+template <>
+inline constexpr uint64_t kFirstSize<NifRays> = on_64_bits<NifRays>(160);
+template <>
+inline constexpr uint64_t kFirstSize<NifAnswers> = on_64_bits<NifAnswers>(48);
+template <>
+inline constexpr uint64_t kFirstSize<NifOpenRays> = on_64_bits<NifOpenRays>(56);
+template <>
+inline constexpr uint64_t kFirstSize<NifHits> = on_64_bits<NifHits>(112);
+template <>
+inline constexpr uint64_t kFirstSize<NifDeviceInfo> = on_64_bits<NifDeviceInfo>(40);
+template <>
+inline constexpr uint64_t kFirstSize<NifBackendInfo> = on_64_bits<NifBackendInfo>(32);
+template <>
+inline constexpr uint64_t kFirstSize<NifCardInfo> = on_64_bits<NifCardInfo>(104);
+template <>
+inline constexpr uint64_t kFirstSize<NifAssetInfo> = on_64_bits<NifAssetInfo>(72);
+template <>
+inline constexpr uint64_t kFirstSize<NifPartInfo> = on_64_bits<NifPartInfo>(32);
+template <>
+inline constexpr uint64_t kFirstSize<NifObjectInfo> = on_64_bits<NifObjectInfo>(80);
+template <>
+inline constexpr uint64_t kFirstSize<NifAssetInstanceInfo> = on_64_bits<NifAssetInstanceInfo>(72);
+template <>
+inline constexpr uint64_t kFirstSize<NifInstanceInfo> = on_64_bits<NifInstanceInfo>(112);
+template <>
+inline constexpr uint64_t kFirstSize<NifSceneInfo> = on_64_bits<NifSceneInfo>(80);
 
 /// `size` again, which it then fits.
 inline size_t check_structure_size(uint64_t size, uint64_t least, const char* name) {
@@ -21,11 +64,12 @@ inline size_t check_structure_size(uint64_t size, uint64_t least, const char* na
 }
 
 /// A copy of a structure that the caller passes in. What a newer header has beyond ours must be zero; what an
-/// older one lacks, which has at least `least` bytes, is zero in the copy.
+/// older one lacks is zero in the copy.
 template <class T>
-T read_structure(const T* from, const char* name, uint64_t least = sizeof(T)) {
+T read_structure(const T* from, const char* name) {
+  static_assert(kFirstSize<T> != 0 && kFirstSize<T> <= sizeof(T), "structures only grow");
   require_argument(from, name);
-  const size_t size = check_structure_size(from->struct_size, least, name);
+  const size_t size = check_structure_size(from->struct_size, kFirstSize<T>, name);
   T copy{};
   std::memcpy(static_cast<void*>(&copy), from, std::min(size, sizeof(T)));
   const char* bytes = reinterpret_cast<const char*>(from);
@@ -38,8 +82,9 @@ T read_structure(const T* from, const char* name, uint64_t least = sizeof(T)) {
 /// Fills a structure of the caller's as far as it goes; what a newer header has beyond ours becomes zero.
 template <class T>
 void write_structure(T* to, T value, const char* name) {
+  static_assert(kFirstSize<T> != 0 && kFirstSize<T> <= sizeof(T), "structures only grow");
   require_argument(to, name);
-  const size_t size = check_structure_size(to->struct_size, sizeof(uint64_t), name);
+  const size_t size = check_structure_size(to->struct_size, kFirstSize<T>, name);
   value.struct_size = size;
   std::memcpy(static_cast<void*>(to), &value, std::min(size, sizeof(T)));
   if (size > sizeof(T)) std::memset(reinterpret_cast<char*>(to) + sizeof(T), 0, size - sizeof(T));

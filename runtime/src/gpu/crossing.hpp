@@ -20,13 +20,16 @@ constexpr uint64_t gpu_layout() {
   LayoutHash hash;
   hash.number(sizeof(GpuModule));
   hash.structure<GpuMessage>({&GpuMessage::text});
-  hash.structure<GpuCard>(
-      {&GpuCard::name, &GpuCard::target, &GpuCard::driver, &GpuCard::memory, &GpuCard::trouble});
+  hash.structure<GpuCardPlace>({&GpuCardPlace::pci_domain, &GpuCardPlace::pci_bus, &GpuCardPlace::pci_device,
+                                &GpuCardPlace::has_luid, &GpuCardPlace::uuid, &GpuCardPlace::luid});
+  hash.structure<GpuCard>({&GpuCard::backend, &GpuCard::name, &GpuCard::target, &GpuCard::driver,
+                           &GpuCard::memory, &GpuCard::place, &GpuCard::trouble});
   hash.structure<GpuSettings>({&GpuSettings::way, &GpuSettings::half});
   hash.structure<GpuPlacedObject>({&GpuPlacedObject::asset, &GpuPlacedObject::object});
-  hash.structure<GpuSceneView>({&GpuSceneView::nodes, &GpuSceneView::instances, &GpuSceneView::objects,
-                                &GpuSceneView::node_count, &GpuSceneView::instance_count,
-                                &GpuSceneView::object_count});
+  hash.structure<GpuSceneView>({&GpuSceneView::nodes, &GpuSceneView::instances, &GpuSceneView::users,
+                                &GpuSceneView::objects, &GpuSceneView::node_count,
+                                &GpuSceneView::instance_count, &GpuSceneView::object_count,
+                                &GpuSceneView::sole});
   hash.number(sizeof(GpuMeasure));
   hash.number(kMeasuredStages);
 
@@ -36,22 +39,23 @@ constexpr uint64_t gpu_layout() {
   hash.structure<TopNode>({&TopNode::min, &TopNode::max, &TopNode::child, &TopNode::lanes, &TopNode::parent});
   hash.structure<WorldToObject>(
       {&WorldToObject::inverse, &WorldToObject::translation, &WorldToObject::remainder});
-  hash.structure<PlacedInstance>(
-      {&PlacedInstance::to_object, LayoutHash::part<uint32_t>() /* bit fields */, &PlacedInstance::place});
-  hash.structure<NifQuery>({&NifQuery::struct_size,   &NifQuery::count,       &NifQuery::origin,
-                            &NifQuery::origin_stride, &NifQuery::direction,   &NifQuery::direction_stride,
-                            &NifQuery::tmin,          &NifQuery::tmin_stride, &NifQuery::tmax,
-                            &NifQuery::tmax_stride,   &NifQuery::visible,     &NifQuery::visible_bits,
-                            &NifQuery::probability,   &NifQuery::certain,     &NifQuery::logit,
-                            &NifQuery::memory,        &NifQuery::reserved,    &NifQuery::scratch,
-                            &NifQuery::scratch_bytes, &NifQuery::stream});
-
+  hash.structure<PlacedInstance>({&PlacedInstance::to_object, LayoutHash::part<uint32_t>() /* bit fields */,
+                                  &PlacedInstance::place, &PlacedInstance::mask});
+  hash.structure<NifRays>({&NifRays::struct_size, &NifRays::count, &NifRays::origin, &NifRays::origin_stride,
+                           &NifRays::direction, &NifRays::direction_stride, &NifRays::tmin,
+                           &NifRays::tmin_stride, &NifRays::tmax, &NifRays::tmax_stride, &NifRays::mask,
+                           &NifRays::mask_stride, &NifRays::memory, &NifRays::flags, &NifRays::scratch,
+                           &NifRays::scratch_bytes, &NifRays::stream});
+  hash.structure<NifAnswers>({&NifAnswers::struct_size, &NifAnswers::visible, &NifAnswers::visible_bits,
+                              &NifAnswers::probability, &NifAnswers::certain, &NifAnswers::logit});
   hash.structure<NifOpenRays>({&NifOpenRays::struct_size, &NifOpenRays::capacity, &NifOpenRays::rays,
-                               &NifOpenRays::tmin, &NifOpenRays::tmax, &NifOpenRays::count});
+                               &NifOpenRays::tmin, &NifOpenRays::tmax, &NifOpenRays::count,
+                               &NifOpenRays::instance});
 
   hash.structure<NifHits>({&NifHits::struct_size, &NifHits::hit, &NifHits::t, &NifHits::normal,
                            &NifHits::instance, &NifHits::object, &NifHits::triangle, &NifHits::u, &NifHits::v,
-                           &NifHits::certain, &NifHits::t_low, &NifHits::t_high, &NifHits::color});
+                           &NifHits::certain, &NifHits::t_low, &NifHits::t_high, &NifHits::color,
+                           &NifHits::user});
 
   using kernels::HitDetails;
   using kernels::SourceTriangles;

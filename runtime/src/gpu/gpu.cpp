@@ -2,11 +2,13 @@
 // is noted. An asset is uploaded once, with the first scene that has it.
 #include "gpu/gpu.hpp"
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 
 #include "api/error.hpp"
 #include "gpu/load_module.hpp"
+#include "query/job.hpp"
 #include "scene/scene.hpp"
 
 namespace nif::runtime {
@@ -25,10 +27,26 @@ void Gpu::check(NifError code, const GpuMessage& message) {
   throw Failure(code, message.text);
 }
 
-Gpu::Gpu(std::string_view module, uint32_t card, const GpuSettings& settings)
+Gpu::Gpu(std::string_view module, std::string_view backend, std::optional<uint32_t> number,
+         const GpuSettings& settings)
     : module_(load_gpu_module(module)) {
   GpuMessage message;
+  const auto fits = [&] { return backend == "gpu" || backend == card_.backend; };
+  uint32_t card = number.value_or(0);
+  if (!number) {
+    const uint32_t count = module_.count_cards(&message);
+    for (uint32_t i = 0; i < count; ++i) {
+      check(module_.describe_card(i, &card_, &message), message);
+      if (!fits()) continue;
+      card = i;
+      break;
+    }
+  }
   check(module_.describe_card(card, &card_, &message), message);
+  if (!fits())
+    throw Failure(NIF_ERROR_NOT_AVAILABLE, "card " + std::to_string(card) + " (" + card_.name +
+                                               ") is one of " + card_.backend + ", not of " +
+                                               std::string(backend));
   check(module_.open_device(card, &settings, &device_, &message), message);
 }
 
@@ -59,8 +77,18 @@ void Gpu::upload(NifSceneObject& scene) {
     for (uint32_t i = 0; i < held.asset->view.objects.size(); ++i)
       objects[held.first_object + i] = {held.asset->on_gpu, i};
   const std::span<const Node> nodes = scene.hierarchy.nodes();
-  const GpuSceneView view{nodes.data(), scene.instances.data(), objects.data(),
-                          nodes.size(), scene.instances.size(), objects.size()};
+  std::pmr::vector<uint64_t> users(memory);
+  const auto has_user = [](const InstanceSettings& settings) { return settings.user != 0; };
+  if (std::any_of(scene.settings.begin(), scene.settings.end(), has_user))
+    for (const InstanceSettings& settings : scene.settings) users.push_back(settings.user);
+  const GpuSceneView view{nodes.data(),
+                          scene.instances.data(),
+                          users.empty() ? nullptr : users.data(),
+                          objects.data(),
+                          nodes.size(),
+                          scene.instances.size(),
+                          objects.size(),
+                          scene.sole};
   GpuMessage message;
   check(module_.upload_scene(device_, &view, &scene.on_gpu, &message), message);
   scene.ready_on_gpu = true;
@@ -69,33 +97,37 @@ void Gpu::upload(NifSceneObject& scene) {
 void Gpu::free(NifAssetObject& asset) noexcept { module_.free_asset(device_, asset.on_gpu); }
 void Gpu::free(NifSceneObject& scene) noexcept { module_.free_scene(device_, scene.on_gpu); }
 
-void Gpu::query(NifSceneObject& scene, const NifQuery& query) {
+void Gpu::query(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers) {
   GpuMessage message;
-  check(module_.query(device_, scene.on_gpu, &query, &message), message);
+  check(module_.query(device_, scene.on_gpu, &rays, &answers, &message), message);
 }
 
-void Gpu::query_open(NifSceneObject& scene, const NifQuery& query, const NifOpenRays& open) {
+void Gpu::query_open(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers,
+                     const NifOpenRays& open) {
   GpuMessage message;
-  check(module_.query_open(device_, scene.on_gpu, &query, &open, &message), message);
+  check(module_.query_open(device_, scene.on_gpu, &rays, &answers, &open, &message), message);
 }
 
-void Gpu::intersect(NifSceneObject& scene, const NifQuery& query, const NifHits& hits) {
+void Gpu::intersect(NifSceneObject& scene, const NifRays& rays, const NifHits& hits) {
   GpuMessage message;
-  check(module_.intersect(device_, scene.on_gpu, &query, &hits, &message), message);
+  check(module_.intersect(device_, scene.on_gpu, &rays, &hits, &message), message);
 }
 
 static_assert(uint32_t(GpuMeasure::single_bvh) == NIF_MEASURE_SINGLE_BVH &&
               kMeasuredStages == NIF_MEASURED_STAGES);
 
-void Gpu::measure(NifSceneObject& scene, const NifQuery& query, GpuMeasure measure, uint32_t rounds,
-                  double* seconds) {
+void Gpu::measure(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers, GpuMeasure measure,
+                  uint32_t rounds, double* seconds) {
   GpuMessage message;
-  check(module_.measure_query(device_, scene.on_gpu, &query, measure, rounds, seconds, &message), message);
+  check(module_.measure_query(device_, scene.on_gpu, &rays, &answers, measure, rounds, seconds, &message),
+        message);
 }
 
-void Gpu::start(NifSceneObject& scene, const NifQuery& query, const NifHits* hits, NifJobObject& job) {
+void Gpu::start(NifSceneObject& scene, const Request& request, NifJobObject& job) {
   GpuMessage message;
-  check(module_.start_query(device_, scene.on_gpu, &query, hits, &job.on_gpu, &message), message);
+  check(module_.start_query(device_, scene.on_gpu, &request.rays, &request.answers,
+                            request.hits ? &*request.hits : nullptr, &job.on_gpu, &message),
+        message);
 }
 
 void Gpu::wait(NifJobObject& job) {
@@ -119,16 +151,18 @@ void Gpu::let_go(NifJobObject& job) noexcept {
   job.on_gpu = nullptr;
 }
 
-const char* why_no_gpu() {
+const char* why_no_gpu(std::string_view backend) {
   static thread_local GpuMessage why;
   try {
     const GpuModule& module = load_gpu_module("");
     const uint32_t count = module.count_cards(&why);
     if (count == 0) return why.text;
+    set_text(why, "there is no card of " + std::string(backend));
     GpuCard card;
     GpuMessage message;
     for (uint32_t i = 0; i < count; ++i) {
       const NifError code = module.describe_card(i, &card, &message);
+      if (code == NIF_OK && backend != card.backend) continue;
       why = code == NIF_OK ? card.trouble : message;
       if (why.text[0] == 0) return "";
     }
@@ -148,8 +182,21 @@ NifCardInfo describe_card(uint32_t card) {
     refuse_argument("there is no card " + std::to_string(card) + " of " + std::to_string(count));
   if (const NifError code = module.describe_card(card, &about, &message); code != NIF_OK)
     throw Failure(code, message.text);
-  return {0, about.name,        about.target, about.driver, about.memory, about.trouble.text[0] == 0,
-          0, about.trouble.text};
+  NifCardInfo info{};
+  info.name = about.name;
+  info.target = about.target;
+  info.driver = about.driver;
+  info.backend = about.backend;
+  info.memory_bytes = about.memory;
+  info.available = about.trouble.text[0] == 0;
+  info.reason = about.trouble.text;
+  info.pci_domain = about.place.pci_domain;
+  info.pci_bus = about.place.pci_bus;
+  info.pci_device = about.place.pci_device;
+  std::copy_n(about.place.uuid, sizeof(info.uuid), info.uuid);
+  std::copy_n(about.place.luid, sizeof(info.luid), info.luid);
+  info.has_luid = about.place.has_luid;
+  return info;
 }
 
 }  // namespace nif::runtime

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -16,17 +17,21 @@ struct NifSceneObject;
 
 namespace nif::runtime {
 
+struct Request;
+
 /// A card in use by a device.
 class Gpu {
  public:
-  /// `module`: its file, or "" for the usual places. Throws Failure that says what is missing.
-  Gpu(std::string_view module, uint32_t card, const GpuSettings& settings);
+  /// `module`: its file, or "" for the usual places. `backend`: "gpu", or "cuda" or "hip", which the card must
+  /// then be of. No card: the first one of the backend. Throws Failure that says what is missing.
+  Gpu(std::string_view module, std::string_view backend, std::optional<uint32_t> card,
+      const GpuSettings& settings);
   Gpu(const Gpu&) = delete;
   Gpu& operator=(const Gpu&) = delete;
   /// Nothing may be left on the card.
   ~Gpu() { module_.close_device(device_); }
 
-  const char* card_name() const { return card_.name; }
+  const GpuCard& card() const { return card_; }
   /// Once a call has found that the card is lost. The CPU then answers what it can.
   bool lost() const { return lost_; }
 
@@ -35,15 +40,15 @@ class Gpu {
   void upload(NifSceneObject& scene);
   void free(NifAssetObject& asset) noexcept;
   void free(NifSceneObject& scene) noexcept;
-  void query(NifSceneObject& scene, const NifQuery& query);
-  void query_open(NifSceneObject& scene, const NifQuery& query, const NifOpenRays& open);
-  void intersect(NifSceneObject& scene, const NifQuery& query, const NifHits& hits);
-  void measure(NifSceneObject& scene, const NifQuery& query, GpuMeasure measure, uint32_t rounds,
-               double* seconds);
+  void query(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers);
+  void query_open(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers,
+                  const NifOpenRays& open);
+  void intersect(NifSceneObject& scene, const NifRays& rays, const NifHits& hits);
+  void measure(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers, GpuMeasure measure,
+               uint32_t rounds, double* seconds);
 
-  /// Of device memory; `hits`: null, or where first hits go. The job is not done before wait() or is_done()
-  /// has said so.
-  void start(NifSceneObject& scene, const NifQuery& query, const NifHits* hits, NifJobObject& job);
+  /// Of device memory. The job is not done before wait() or is_done() has said so.
+  void start(NifSceneObject& scene, const Request& request, NifJobObject& job);
   void wait(NifJobObject& job);
   void poll(NifJobObject& job);
   /// After this the job is done as far as the runtime goes; the card may still be at it.
@@ -59,9 +64,9 @@ class Gpu {
   std::mutex uploads_;  ///< of assets
 };
 
-/// Why there is no GPU backend, as one sentence; "" where a card can be used. Looks anew each time. Stays
-/// until the next call on this thread.
-const char* why_no_gpu();
+/// Why there is no card of a backend ("cuda" or "hip"), as one sentence; "" if a card can be used. Looks anew
+/// each time. Stays until the next call on this thread.
+const char* why_no_gpu(std::string_view backend);
 
 /// Throws Failure beyond the last card.
 NifCardInfo describe_card(uint32_t card);

@@ -20,7 +20,7 @@ namespace nif::runtime {
 #ifdef NIF_HAS_DLOPEN
 namespace {
 
-constexpr const char* kFile = "libnif_hip.so";
+constexpr const char* kFile = "libnif_gpu.so";
 
 [[noreturn]] void refuse(const std::string& sentence) { throw Failure(NIF_ERROR_NOT_AVAILABLE, sentence); }
 
@@ -60,7 +60,7 @@ const GpuModule& open(const std::string& file) {
 
 const GpuModule& load_gpu_module(std::string_view file) {
   if (!file.empty()) return open(std::string(file));
-  const char* named = std::getenv("NIF_HIP_MODULE");
+  const char* named = std::getenv("NIF_GPU_MODULE");
   if (named && *named) return open(named);
   const std::string folder = own_folder();
   if (!folder.empty())

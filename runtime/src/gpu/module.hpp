@@ -17,21 +17,30 @@
 namespace nif::runtime {
 
 /// Changes with anything in this file.
-inline constexpr uint32_t kGpuModuleVersion = 5;
-/// The module's only symbol: const GpuModule* nif_hip_module(void).
-inline constexpr const char* kGpuModuleSymbol = "nif_hip_module";
+inline constexpr uint32_t kGpuModuleVersion = 6;
+/// The module's only symbol: const GpuModule* nif_gpu_module(void).
+inline constexpr const char* kGpuModuleSymbol = "nif_gpu_module";
 
 /// One sentence, cut where it is longer.
 struct GpuMessage {
   char text[1024];
 };
 
+/// What tells a card from the others of the machine; zeros where its driver does not say.
+struct GpuCardPlace {
+  uint32_t pci_domain, pci_bus, pci_device;
+  uint32_t has_luid;
+  uint8_t uuid[16], luid[8];
+};
+
 /// A card, whether it can be used or not.
 struct GpuCard {
+  char backend[8];  ///< "cuda" or "hip"
   char name[256];
   char target[64];  ///< what code is made for, e.g. "gfx1100"
   char driver[64];
-  uint64_t memory;     ///< bytes
+  uint64_t memory;  ///< bytes
+  GpuCardPlace place;
   GpuMessage trouble;  ///< why it cannot be used; "" where it can
 };
 
@@ -68,9 +77,11 @@ struct GpuPlacedObject {
 
 struct GpuSceneView {
   const kernels::TopNode* nodes;
-  const kernels::PlacedInstance* instances;
+  const kernels::PlacedInstance* instances;  ///< of those that no ray can meet, place is kNoPlace
+  const uint64_t* users;                     ///< [as instances] the caller's values, or null: all 0
   const GpuPlacedObject* objects;
   uint64_t node_count, instance_count, object_count;
+  uint32_t sole;  ///< the only instance that rays can meet, or kernels::kNoInstance
 };
 
 struct GpuModule {
@@ -102,21 +113,23 @@ struct GpuModule {
   void (*free_scene)(GpuDevice* device, GpuScene* scene);
 
   /// Answers a query as nifQuery does; it has been checked but for what only the driver can tell.
-  NifError (*query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMessage* message);
+  NifError (*query)(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
+                    GpuMessage* message);
   /// Answers a query of device memory as nifQueryOpen does, likewise.
-  NifError (*query_open)(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifOpenRays* open,
-                         GpuMessage* message);
-  /// Finds the first hits of a query of device memory as nifIntersect does, likewise.
-  NifError (*intersect)(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifHits* hits,
+  NifError (*query_open)(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
+                         const NifOpenRays* open, GpuMessage* message);
+  /// Finds the first hits of rays in device memory as nifIntersect does, likewise.
+  NifError (*intersect)(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifHits* hits,
                         GpuMessage* message);
   /// Answers a query of host memory from memory of the device, once and then `rounds` times, and tells how
   /// long each of those took there: seconds[rounds], or [rounds][kMeasuredStages] of stages.
-  NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, GpuMeasure measure,
-                            uint32_t rounds, double* seconds, GpuMessage* message);
+  NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifRays* rays,
+                            const NifAnswers* answers, GpuMeasure measure, uint32_t rounds, double* seconds,
+                            GpuMessage* message);
   /// Answers a query of device memory, or finds its first hits where `hits` is not null; *job is done when
   /// that is.
-  NifError (*start_query)(GpuDevice* device, GpuScene* scene, const NifQuery* query, const NifHits* hits,
-                          GpuJob** job, GpuMessage* message);
+  NifError (*start_query)(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
+                          const NifHits* hits, GpuJob** job, GpuMessage* message);
   NifError (*wait_job)(GpuDevice* device, GpuJob* job, GpuMessage* message);
   NifError (*is_job_done)(GpuDevice* device, GpuJob* job, uint32_t* done, GpuMessage* message);
   /// Neither waits for it nor ends it.

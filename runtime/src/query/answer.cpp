@@ -1,4 +1,4 @@
-// A scene of one instance hands the batch to its kernel. Otherwise the batch is answered in rounds; a ray
+// A sole instance's kernel gets the whole batch. Otherwise the batch is answered in rounds; a ray
 // that is occluded drops out.
 #include "query/answer.hpp"
 
@@ -36,8 +36,8 @@ void keep_certain(const Instance& instance, const PlacedObject& object, const Wa
   open.end[i] = world.tmax;
 }
 
-void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
-  const Instance& instance = scene.instances[0];
+void answer_sole_instance(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
+  const Instance& instance = scene.instances[scene.sole];
   const PlacedObject& object = scene.objects[instance.object];
   const uint32_t count = area.rays.count;
   if (instance.identity) {
@@ -50,6 +50,12 @@ void answer_one_instance(const NifSceneObject& scene, const Wanted& wanted, Work
         keep_certain(instance, object, wanted, segment_of(area.rays, i), segment_of(area.object_rays, i), i,
                      area.answers, area.open);
   }
+  if (masked)
+    exclude_by_mask(instance, area, [&](uint32_t i, bool certain) {
+      area.answers.logit[i] = kernels::kCertainLogit;
+      area.answers.certain[i] = certain;
+    });
+  if (wanted.open) std::fill_n(area.open_instance, count, scene.sole);
   if (wanted.probability)
     for (uint32_t i = 0; i < count; ++i)
       area.probability[i] = kernels::visible_probability(area.answers.logit[i], object.calibration);
@@ -71,6 +77,8 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
       const bool certain = area.object_answers.certain[k] != 0;
       area.combined[i].add(logit, certain, object.calibration, wanted.probability);
       if (wanted.open && !certain) {
+        area.open_instance[i] =
+            area.open.begin[i] <= area.open.end[i] ? kernels::kNoInstance : pairs[k].instance;
         area.open.begin[i] = std::min(area.open.begin[i], area.object_open.begin[k]);
         area.open.end[i] = std::max(area.open.end[i], area.object_open.end[k]);
       }
@@ -91,7 +99,7 @@ void finish_details(const Wanted& wanted, WorkArea& area) {
   }
 }
 
-void answer_in_rounds(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
+void answer_in_rounds(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
   const uint32_t active = start_rays(scene, area, [&](uint32_t i, bool certain) {
     area.answers.logit[i] = kernels::kCertainLogit;
     area.answers.certain[i] = certain;
@@ -102,18 +110,19 @@ void answer_in_rounds(const NifSceneObject& scene, const Wanted& wanted, WorkAre
     }
   });
   go_in_rounds(
-      scene, area, active, [&](uint32_t i) { return TraversalRay(area, i); },
+      scene, masked, area, active, [&](uint32_t i) { return TraversalRay(area, i); },
       [&](const Pair* pairs, uint32_t count) { ask_object(scene, wanted, pairs, count, area); });
   if (wanted.details) finish_details(wanted, area);
 }
 
 }  // namespace
 
-NIF_COMPUTES void answer_batch(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area) {
-  if (scene.instances.size() == 1)
-    answer_one_instance(scene, wanted, area);
+NIF_COMPUTES void answer_batch(const NifSceneObject& scene, bool masked, const Wanted& wanted,
+                               WorkArea& area) {
+  if (scene.sole != kernels::kNoInstance)
+    answer_sole_instance(scene, masked, wanted, area);
   else
-    answer_in_rounds(scene, wanted, area);
+    answer_in_rounds(scene, masked, wanted, area);
 }
 
 }  // namespace nif::runtime

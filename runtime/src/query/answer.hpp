@@ -6,8 +6,8 @@
 
 namespace nif::runtime {
 
-/// From area.rays to area.answers, and area.probability where wanted. The answer to a ray does not depend on
-/// the other rays of the batch, nor on what else is wanted.
-void answer_batch(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area);
+/// From area.rays, and area.mask if `masked`, to area.answers, and area.probability where wanted. The answer to
+/// a ray does not depend on the other rays of the batch, nor on what else is wanted.
+void answer_batch(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area);
 
 }  // namespace nif::runtime

@@ -19,24 +19,25 @@ namespace nif::runtime {
 namespace {
 
 /// A stride may be negative, as its two's complement: pointers must not overflow, integers may.
-uintptr_t address(const float* array, uint64_t stride, uint64_t i) {
+uintptr_t address(const void* array, uint64_t stride, uint64_t i) {
   return reinterpret_cast<uintptr_t>(array) + uintptr_t(i * stride);
 }
-const char* at(const float* array, uint64_t stride, uint64_t i) {
+const char* at(const void* array, uint64_t stride, uint64_t i) {
   return reinterpret_cast<const char*>(address(array, stride, i));
 }
 
-void read_column(const float* array, uint64_t stride, uint64_t first, uint32_t count, float* column) {
-  if (stride == sizeof(float)) {
-    std::memcpy(column, at(array, stride, first), count * sizeof(float));
+template <class T>
+void read_column(const T* array, uint64_t stride, uint64_t first, uint32_t count, T* column) {
+  if (stride == sizeof(T)) {
+    std::memcpy(column, at(array, stride, first), count * sizeof(T));
   } else if (stride == 0) {
-    float value;
+    T value;
     std::memcpy(&value, array, sizeof(value));
     std::fill_n(column, count, value);
   } else {
     uintptr_t from = address(array, stride, first);
     for (uint32_t i = 0; i < count; ++i, from += uintptr_t(stride))
-      std::memcpy(column + i, reinterpret_cast<const char*>(from), sizeof(float));
+      std::memcpy(column + i, reinterpret_cast<const char*>(from), sizeof(T));
   }
 }
 
@@ -91,8 +92,10 @@ void copy_out(T* array, uint64_t first, const T* from, uint32_t count) {
 
 }  // namespace
 
-void read_rays(const NifQuery& query, uint64_t first, uint32_t count, kernels::SegmentBatch& rays) {
+void read_rays(const NifRays& query, uint64_t first, uint32_t count, WorkArea& area) {
+  kernels::SegmentBatch& rays = area.rays;
   rays.count = count;
+  if (query.mask) read_column(query.mask, query.mask_stride, first, count, area.mask);
   if (are_nif_rays(query)) {
     read_nif_rays(at(query.origin[0], sizeof(NifRay), first), count, rays);
     return;
@@ -123,6 +126,7 @@ void list_open_rays(const NifOpenRays& lists, uint64_t first, WorkArea& area) {
     area.probability[i] = 0.5f;
     area.open.begin[open] = area.open.begin[i];
     area.open.end[open] = area.open.end[i];
+    area.open_instance[open] = area.open_instance[i];
     area.open_rays[open++] = uint32_t(first) + i;
   }
   if (open == 0) return;
@@ -132,22 +136,23 @@ void list_open_rays(const NifOpenRays& lists, uint64_t first, WorkArea& area) {
   copy_out(lists.rays, at, area.open_rays, room);
   copy_out(lists.tmin, at, area.open.begin, room);
   copy_out(lists.tmax, at, area.open.end, room);
+  copy_out(lists.instance, at, area.open_instance, room);
 }
 
-void write_answers(const NifQuery& query, uint64_t first, uint32_t count, WorkArea& area) {
-  if (query.visible || query.visible_bits) {
+void write_answers(const NifAnswers& to, uint64_t first, uint32_t count, WorkArea& area) {
+  if (to.visible || to.visible_bits) {
     uint8_t* visible = area.visible;
     for (uint32_t i = 0; i < count; ++i) visible[i] = uint8_t(~uint32_t(area.answers.logit[i]) >> 31);
-    copy_out(query.visible, first, visible, count);
-    if (query.visible_bits) {
+    copy_out(to.visible, first, visible, count);
+    if (to.visible_bits) {
       std::fill(visible + count, visible + (count + 7) / 8 * 8, uint8_t{0});
-      uint8_t* bits = query.visible_bits + first / 8;
+      uint8_t* bits = to.visible_bits + first / 8;
       for (uint32_t i = 0; i < count; i += 8) *bits++ = pack(visible + i);
     }
   }
-  copy_out(query.probability, first, area.probability, count);
-  copy_out(query.certain, first, area.answers.certain, count);
-  copy_out(query.logit, first, area.answers.logit, count);
+  copy_out(to.probability, first, area.probability, count);
+  copy_out(to.certain, first, area.answers.certain, count);
+  copy_out(to.logit, first, area.answers.logit, count);
 }
 
 }  // namespace nif::runtime

@@ -136,6 +136,15 @@ void Crew::finish(NifJobObject& job, void* scratch) {
   release(scene);
 }
 
+void Crew::cancel(NifJobObject& job) {
+  const Lock lock(mutex_);  // who waits for the job looks at it under the lock, too
+  const uint64_t taken = job.next.exchange(job.batches);
+  if (taken >= job.batches) return;
+  job.cancelled = true;
+  job.done.fetch_add(job.batches - taken);
+  left_.notify_all();
+}
+
 void Crew::drop_handle(NifJobObject& job) {
   NifSceneObject* scene = nullptr;
   bool last;

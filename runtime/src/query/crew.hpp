@@ -35,6 +35,9 @@ class Crew {
   /// help(), after which the caller's reference to the job is given back.
   void help_and_drop(NifJobObject& job);
 
+  /// Leaves out the batches that nobody has taken. Not for jobs on a GPU.
+  void cancel(NifJobObject& job);
+
   /// The caller's handle is gone: its reference is given back; of a job that is done, after everyone has left
   /// it, so that nothing happens behind the caller's back.
   void drop_handle(NifJobObject& job);

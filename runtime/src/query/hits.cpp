@@ -1,4 +1,4 @@
-// One instance: its kernel is asked at once. Several: in rounds, and each proven hit shortens the ray,
+// A sole instance: its kernel is asked at once. Several: in rounds, and each proven hit shortens the ray,
 // so that boxes behind it are skipped. Then outputs are written, with colours looked up only if wanted.
 #include "query/hits.hpp"
 
@@ -58,8 +58,8 @@ TraversalRay shortened_ray(const WorkArea& area, uint32_t i) {
   return ray;
 }
 
-void intersect_one_instance(const NifSceneObject& scene, WorkArea& area) {
-  const Instance& instance = scene.instances[0];
+void intersect_sole_instance(const NifSceneObject& scene, bool masked, WorkArea& area) {
+  const Instance& instance = scene.instances[scene.sole];
   const PlacedObject& object = scene.objects[instance.object];
   const uint32_t count = area.rays.count;
   std::fill_n(area.hit_limit, count, kNoHit);
@@ -76,17 +76,24 @@ void intersect_one_instance(const NifSceneObject& scene, WorkArea& area) {
       area.hits.high[i] = kNoHit;
     }
   }
-  for (uint32_t i = 0; i < count; ++i) area.hit_instance[i] = area.hits.t[i] < kNoHit ? 0 : kNoInstance;
+  for (uint32_t i = 0; i < count; ++i)
+    area.hit_instance[i] = area.hits.t[i] < kNoHit ? scene.sole : kNoInstance;
+  if (masked)
+    exclude_by_mask(instance, area, [&](uint32_t i, bool certain) {
+      SceneHit none;
+      if (!certain) kernels::forget_proof(none);
+      set_scene_hit(area, i, none);
+    });
 }
 
-void intersect_in_rounds(const NifSceneObject& scene, WorkArea& area) {
+void intersect_in_rounds(const NifSceneObject& scene, bool masked, WorkArea& area) {
   const uint32_t active = start_rays(scene, area, [&](uint32_t i, bool certain) {
     SceneHit hit;
     if (!certain) kernels::forget_proof(hit);
     set_scene_hit(area, i, hit);
   });
   go_in_rounds(
-      scene, area, active, [&](uint32_t i) { return shortened_ray(area, i); },
+      scene, masked, area, active, [&](uint32_t i) { return shortened_ray(area, i); },
       [&](const Pair* pairs, uint32_t count) { intersect_object(scene, pairs, count, area); });
 }
 
@@ -131,11 +138,11 @@ void write_each(T* array, uint64_t first, uint32_t count, const Value& value) {
 
 }  // namespace
 
-NIF_COMPUTES void intersect_batch(const NifSceneObject& scene, bool normals, WorkArea& area) {
-  if (scene.instances.size() == 1)
-    intersect_one_instance(scene, area);
+NIF_COMPUTES void intersect_batch(const NifSceneObject& scene, bool masked, bool normals, WorkArea& area) {
+  if (scene.sole != kNoInstance)
+    intersect_sole_instance(scene, masked, area);
   else
-    intersect_in_rounds(scene, area);
+    intersect_in_rounds(scene, masked, area);
   if (normals) turn_normals(scene, area);
 }
 
@@ -162,6 +169,10 @@ NIF_COMPUTES void write_hits(const NifSceneObject& scene, const NifHits& hits, u
   write_each(hits.object, first, count, [&](uint32_t i) {
     const uint32_t instance = area.hit_instance[i];
     return instance == kNoInstance ? kNoInstance : scene.objects[scene.instances[instance].object].number;
+  });
+  write_each(hits.user, first, count, [&](uint32_t i) {
+    const uint32_t instance = area.hit_instance[i];
+    return instance == kNoInstance ? 0 : scene.settings[instance].user;
   });
   for (uint32_t i = 0; hits.normal && i < count; ++i) {
     const float normal[3] = {found.normal[0][i], found.normal[1][i], found.normal[2][i]};

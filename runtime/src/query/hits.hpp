@@ -7,9 +7,9 @@
 
 namespace nif::runtime {
 
-/// Finds the first hits of area.rays: area.hits. Where there is one, its normal is in world space if
-/// `normals`, and else means nothing.
-void intersect_batch(const NifSceneObject& scene, bool normals, WorkArea& area);
+/// Finds the first hits of area.rays, with area.mask if `masked`: area.hits. Where there is one, its normal is
+/// in world space if `normals`, and else means nothing.
+void intersect_batch(const NifSceneObject& scene, bool masked, bool normals, WorkArea& area);
 
 /// Writes those of rays first, first + 1, ... to the outputs that are asked for.
 void write_hits(const NifSceneObject& scene, const NifHits& hits, uint64_t first, WorkArea& area);

@@ -38,6 +38,7 @@ void set_up(NifJobObject& job, NifSceneObject& scene, const Request& request) {
   job.batches = request.batches();
   job.next = 0;
   job.done = 0;
+  job.cancelled = false;
 }
 
 /// Gives a job to at most `helpers` other threads.
@@ -55,7 +56,7 @@ void share(NifJobObject& job, uint64_t helpers) {
 /// On the calling thread alone.
 void answer_alone(const NifSceneObject& scene, const Request& request) {
   const FloatEnvironment environment;
-  const ClaimedArea area(scene.device->areas, request.query.scratch);
+  const ClaimedArea area(scene.device->areas, request.rays.scratch);
   for (uint64_t batch = 0; batch < request.batches(); ++batch) answer_batch_of(scene, request, batch, *area);
 }
 
@@ -85,30 +86,30 @@ void answer(NifSceneObject& scene, Request request) {
   NifDeviceObject& device = *scene.device.get();
   const uint32_t threads = device.configuration.threads;
   uint32_t number = Claims::kNone;
-  if (threads > 1 && request.query.count >= kWorthSharing) number = device.free_jobs.try_claim();
+  if (threads > 1 && request.rays.count >= kWorthSharing) number = device.free_jobs.try_claim();
   if (number == Claims::kNone) return answer_alone(scene, request);
 
-  request.batch_rays = batch_size(request.query.count, threads);
+  request.batch_rays = batch_size(request.rays.count, threads);
   NifJobObject& job = device.jobs[number];
   job.number = number;
   job.retain();
   set_up(job, scene, request);
   share(job, std::min<uint64_t>(threads, job.batches) - 1);
-  device.crew.finish(job, request.query.scratch);
+  device.crew.finish(job, request.rays.scratch);
   if (job.drop()) dispose(job);
 }
 
 uintptr_t start_job(NifSceneObject& scene, Request request) {
   NifDeviceObject& device = *scene.device.get();
-  request.query.scratch = nullptr;
+  request.rays.scratch = nullptr;
   const bool on_gpu =
-      request.hits ? request.query.memory == NIF_DEVICE : answered_by_gpu(scene, request.query);
-  if (on_gpu && request.query.memory == NIF_HOST) {
-    device.gpu->query(scene, request.query);
-    request.query.count = 0;  // there is nothing left to do
+      request.hits ? request.rays.memory == NIF_MEMORY_DEVICE : answered_by_gpu(scene, request.rays);
+  if (on_gpu && request.rays.memory == NIF_MEMORY_HOST) {
+    device.gpu->query(scene, request.rays, request.answers);
+    request.rays.count = 0;  // there is nothing left to do
   }
   const uint32_t threads = device.configuration.threads;
-  if (threads > 1) request.batch_rays = batch_size(request.query.count, threads);
+  if (threads > 1) request.batch_rays = batch_size(request.rays.count, threads);
   auto* job = create<NifJobObject>(device.memory());
   uintptr_t handle;
   try {
@@ -118,9 +119,9 @@ uintptr_t start_job(NifSceneObject& scene, Request request) {
     throw;
   }
   set_up(*job, scene, request);
-  if (on_gpu && request.query.memory == NIF_DEVICE && request.query.count != 0) {
+  if (on_gpu && request.rays.memory == NIF_MEMORY_DEVICE && request.rays.count != 0) {
     try {
-      device.gpu->start(scene, request.query, request.hits ? &*request.hits : nullptr, *job);
+      device.gpu->start(scene, request, *job);
     } catch (...) {
       release_handle(Kind::job, handle);
       dispose(*job);
@@ -133,7 +134,7 @@ uintptr_t start_job(NifSceneObject& scene, Request request) {
   job->has_handle = true;
   if (job->on_gpu) return handle;
   if (job->batches == 0 || (device.crew.empty() && device.own_callbacks.submit == nullptr))
-    device.crew.finish(*job, request.query.scratch);
+    device.crew.finish(*job, request.rays.scratch);
   else
     share(*job, std::min<uint64_t>(threads, job->batches));
   return handle;

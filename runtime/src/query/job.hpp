@@ -21,8 +21,10 @@ struct NifJobObject : nif::runtime::Object {
   uint64_t batches = 0;
   // Each in a cache line of its own: threads write them while others read the request.
   alignas(64) std::atomic<uint64_t> next = 0;  ///< batch that nobody has taken
-  alignas(64) std::atomic<uint64_t> done = 0;  ///< batches that are answered
+  alignas(64) std::atomic<uint64_t> done = 0;  ///< batches that are answered, or left out
   bool is_done() const { return done.load() == batches; }
+
+  std::atomic<bool> cancelled = false;  ///< some batch was left out
 
   // The rest is guarded by the crew.
   alignas(64) uint32_t inside = 0;    ///< threads that work on it

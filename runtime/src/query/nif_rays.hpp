@@ -7,18 +7,18 @@
 
 namespace nif::runtime {
 
-/// Whether the rays are an array of NifRay, which then starts at origin[0]: as nifQueryRays() describes it.
-inline bool are_nif_rays(const NifQuery& query) {
-  const char* start = reinterpret_cast<const char*>(query.origin[0]);
+/// Whether the rays are an array of NifRay, which then starts at origin[0]: as nifMakeRays() describes it.
+inline bool are_nif_rays(const NifRays& rays) {
+  const char* start = reinterpret_cast<const char*>(rays.origin[0]);
   const auto is_at = [&](const float* member, size_t offset) {
     return reinterpret_cast<const char*>(member) == start + offset;
   };
-  bool all = query.origin_stride == sizeof(NifRay) && query.direction_stride == sizeof(NifRay) &&
-             query.tmin_stride == sizeof(NifRay) && query.tmax_stride == sizeof(NifRay);
+  bool all = rays.origin_stride == sizeof(NifRay) && rays.direction_stride == sizeof(NifRay) &&
+             rays.tmin_stride == sizeof(NifRay) && rays.tmax_stride == sizeof(NifRay);
   for (size_t a = 0; a < 3; ++a)
-    all = all && is_at(query.origin[a], offsetof(NifRay, origin) + a * sizeof(float)) &&
-          is_at(query.direction[a], offsetof(NifRay, direction) + a * sizeof(float));
-  return all && is_at(query.tmin, offsetof(NifRay, tmin)) && is_at(query.tmax, offsetof(NifRay, tmax));
+    all = all && is_at(rays.origin[a], offsetof(NifRay, origin) + a * sizeof(float)) &&
+          is_at(rays.direction[a], offsetof(NifRay, direction) + a * sizeof(float));
+  return all && is_at(rays.tmin, offsetof(NifRay, tmin)) && is_at(rays.tmax, offsetof(NifRay, tmax));
 }
 
 }  // namespace nif::runtime

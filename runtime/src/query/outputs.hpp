@@ -14,16 +14,16 @@ struct OutputArray {
   }
 };
 
-/// Calls visit(about, array...) for each output, with its array in each of the queries: NifQuery, or whatever
+/// Calls visit(about, array...) for each output, with its array in each of the structures: NifAnswers, or whatever
 /// else has members of these names. An array is null where it is not asked for. Those of whole words come
 /// first: laid one behind the other, all are aligned.
-template <class Visit, class... Query>
-constexpr void visit_outputs(const Visit& visit, Query&&... queries) {
-  visit(OutputArray{"probability", 32}, queries.probability...);
-  visit(OutputArray{"logit", 32}, queries.logit...);
-  visit(OutputArray{"visible", 8}, queries.visible...);
-  visit(OutputArray{"certain", 8}, queries.certain...);
-  visit(OutputArray{"visible_bits", 1}, queries.visible_bits...);
+template <class Visit, class... Answers>
+constexpr void visit_outputs(const Visit& visit, Answers&&... answers) {
+  visit(OutputArray{"probability", 32}, answers.probability...);
+  visit(OutputArray{"logit", 32}, answers.logit...);
+  visit(OutputArray{"visible", 8}, answers.visible...);
+  visit(OutputArray{"certain", 8}, answers.certain...);
+  visit(OutputArray{"visible_bits", 1}, answers.visible_bits...);
 }
 
 /// The same of the outputs of first hits: NifHits, or whatever else has members of these names.
@@ -41,6 +41,7 @@ constexpr void visit_hit_outputs(const Visit& visit, Hits&&... hits) {
   visit(OutputArray{"t_low", 32}, hits.t_low...);
   visit(OutputArray{"t_high", 32}, hits.t_high...);
   visit(OutputArray{"color", 96}, hits.color...);
+  visit(OutputArray{"user", 64}, hits.user...);
 }
 
 /// Of all outputs of a query together.

@@ -34,23 +34,24 @@ void ask_fallback(const Request& request, uint64_t first, WorkArea& area) {
 }  // namespace
 
 void answer_batch_of(const NifSceneObject& scene, const Request& request, uint64_t batch, WorkArea& area) {
-  const NifQuery& query = request.query;
+  const NifRays& rays = request.rays;
   const uint64_t first = batch * request.batch_rays;
-  const auto count = uint32_t(std::min<uint64_t>(request.batch_rays, query.count - first));
-  read_rays(query, first, count, area.rays);
+  const auto count = uint32_t(std::min<uint64_t>(request.batch_rays, rays.count - first));
+  read_rays(rays, first, count, area);
+  const bool masked = rays.mask != nullptr;
   if (request.hits) {
-    intersect_batch(scene, request.hits->normal != nullptr, area);
+    intersect_batch(scene, masked, request.hits->normal != nullptr, area);
     write_hits(scene, *request.hits, first, area);
     return;
   }
-  answer_batch(scene,
+  answer_batch(scene, masked,
                request.open       ? Wanted::proofs()
                : request.fallback ? Wanted::everything()
-                                  : Wanted(query),
+                                  : Wanted(request.answers),
                area);
   if (request.fallback) ask_fallback(request, first, area);
   if (request.open) list_open_rays(*request.open, first, area);
-  write_answers(query, first, count, area);
+  write_answers(request.answers, first, count, area);
 }
 
 }  // namespace nif::runtime

@@ -9,15 +9,16 @@
 namespace nif::runtime {
 
 struct Request {
-  NifQuery query{};
+  NifRays rays{};
+  NifAnswers answers{};
   NifFallback fallback = nullptr;
   void* fallback_user = nullptr;
   float confidence = 0;
   std::optional<NifOpenRays> open;   ///< where rays go that proofs leave open
-  std::optional<NifHits> hits;       ///< what is asked for in place of the query's own outputs
+  std::optional<NifHits> hits;       ///< what is asked for in place of answers
   uint32_t batch_rays = kBatchRays;  ///< a multiple of 8
 
-  uint64_t batches() const { return query.count / batch_rays + (query.count % batch_rays != 0); }
+  uint64_t batches() const { return rays.count / batch_rays + (rays.count % batch_rays != 0); }
 };
 
 /// Reads, answers and writes one batch. Threads may answer different batches at the same time.

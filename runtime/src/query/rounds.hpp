@@ -38,15 +38,31 @@ uint32_t start_rays(const NifSceneObject& scene, WorkArea& area, const Begin& be
   return active;
 }
 
-/// Takes each active ray to its next instance; rays that have no other are no longer active. Returns how many
-/// are.
+/// Calls exclude(ray, certain) for each ray that the mask of a sole instance does not let in: for it the scene
+/// is empty. certain: as in start_rays().
+template <class Exclude>
+void exclude_by_mask(const Instance& sole, const WorkArea& area, const Exclude& exclude) {
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    if (sole.mask & area.mask[i]) continue;
+    const kernels::Segment ray = kernels::segment_of(area.rays, i);
+    kernels::BoxRay prepared;
+    exclude(i, kernels::prepare_box_ray(ray, prepared) || ray.tmin > ray.tmax);
+  }
+}
+
+/// Takes each active ray to its next instance that its mask lets in; rays that have no other are no longer
+/// active. Returns how many are.
 template <class RayOf>
-uint32_t advance(const NifSceneObject& scene, WorkArea& area, uint32_t active, const RayOf& ray_of) {
+uint32_t advance(const NifSceneObject& scene, bool masked, WorkArea& area, uint32_t active,
+                 const RayOf& ray_of) {
   const Node* nodes = scene.hierarchy.nodes().data();
   uint32_t pairs = 0;
   for (uint32_t k = 0; k < active; ++k) {
     const uint32_t i = area.active[k];
-    const uint32_t instance = next_instance(nodes, ray_of(i), area.cursors[i]);
+    const auto ray = ray_of(i);
+    uint32_t instance = next_instance(nodes, ray, area.cursors[i]);
+    while (masked && instance != kernels::kNoPlace && !(scene.instances[instance].mask & area.mask[i]))
+      instance = next_instance(nodes, ray, area.cursors[i]);
     if (instance == kernels::kNoPlace) continue;
     area.active[pairs] = uint16_t(i);
     area.pairs[0][pairs++] = {scene.instances[instance].object, instance, i};
@@ -57,9 +73,9 @@ uint32_t advance(const NifSceneObject& scene, WorkArea& area, uint32_t active, c
 /// All rounds. `ray_of(ray)` is the ray as boxes see it; `ask(pairs, count)` asks one object. A ray is left
 /// out once its cursor has no trail.
 template <class RayOf, class Ask>
-void go_in_rounds(const NifSceneObject& scene, WorkArea& area, uint32_t active, const RayOf& ray_of,
-                  const Ask& ask) {
-  while ((active = advance(scene, area, active, ray_of)) != 0) {
+void go_in_rounds(const NifSceneObject& scene, bool masked, WorkArea& area, uint32_t active,
+                  const RayOf& ray_of, const Ask& ask) {
+  while ((active = advance(scene, masked, area, active, ray_of)) != 0) {
     const Pair* pairs = sort_by_object(scene, area, active);
     for (uint32_t begin = 0, end; begin < active; begin = end) {
       for (end = begin + 1; end < active && pairs[end].object == pairs[begin].object; ++end) continue;

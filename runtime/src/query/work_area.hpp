@@ -20,6 +20,7 @@ struct Pair {
 /// Nothing in it is initialised, and only what a batch needs is touched.
 struct alignas(64) WorkArea {
   kernels::SegmentBatch rays;  ///< the batch, in world space
+  uint32_t mask[kBatchRays];   ///< of each ray, if the query has masks
 
   // The batch's answers. Of the logits the sign always counts, the rest where details are asked for.
   kernels::AnswerBatch answers;
@@ -40,7 +41,8 @@ struct alignas(64) WorkArea {
 
   // For rays that stay open: the part of each that has to be looked at, and what one object says of that.
   kernels::OpenBatch open, object_open;
-  uint32_t open_rays[kBatchRays];  ///< numbers within the query
+  uint32_t open_rays[kBatchRays];      ///< numbers within the query
+  uint32_t open_instance[kBatchRays];  ///< the one that leaves the ray open; kernels::kNoInstance: several
 
   // For first hits: of the batch, and of one object.
   kernels::HitBatch hits, object_hits;

@@ -1,6 +1,7 @@
 // Loading assets and telling what is in them.
 #include "scene/asset.hpp"
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <string_view>
@@ -29,29 +30,60 @@ void NifAssetObject::drop_bytes() {
 
 namespace nif::runtime {
 
+namespace {
+
+void check_mode(const char* name, NifLoadMode mode) {
+  if (mode != NIF_LOAD_COPY && mode != NIF_LOAD_IN_PLACE)
+    refuse_argument(std::string(name) + ": unknown load mode " + std::to_string(int(mode)));
+}
+
+}  // namespace
+
 NifAssetObject* load_file(NifDeviceObject* device, const char* path, NifLoadMode mode) {
   using Mode = format::FileMemory::Mode;
-  if (mode != NIF_LOAD_READ && mode != NIF_LOAD_MAP)
-    refuse_argument(std::string(path) + ": unknown load mode " + std::to_string(int(mode)));
+  check_mode(path, mode);
   auto* memory = device->memory();
   return create<NifAssetObject>(
-      memory, device, format::FileMemory::load(path, mode == NIF_LOAD_MAP ? Mode::map : Mode::read, memory),
+      memory, device, format::FileMemory::load(path, mode == NIF_LOAD_COPY ? Mode::read : Mode::map, memory),
       path);
 }
 
-NifAssetObject* load_memory(NifDeviceObject* device, const void* bytes, uint64_t size, NifMemoryMode mode) {
+NifAssetObject* load_memory(NifDeviceObject* device, const void* bytes, uint64_t size, NifLoadMode mode) {
   if (bytes == nullptr && size != 0) refuse_argument("memory: bytes is null");
-  if (mode != NIF_MEMORY_COPY && mode != NIF_MEMORY_BORROW)
-    refuse_argument("memory: unknown memory mode " + std::to_string(int(mode)));
-  if (mode == NIF_MEMORY_BORROW && reinterpret_cast<uintptr_t>(bytes) % NIF_ASSET_ALIGNMENT != 0)
-    refuse_argument("memory: borrowed bytes must be aligned to " + std::to_string(NIF_ASSET_ALIGNMENT));
+  check_mode("memory", mode);
+  if (mode == NIF_LOAD_IN_PLACE && reinterpret_cast<uintptr_t>(bytes) % NIF_ASSET_ALIGNMENT != 0)
+    refuse_argument("memory: bytes that are used in place must be aligned to " +
+                    std::to_string(NIF_ASSET_ALIGNMENT));
   const std::span<const std::byte> given(static_cast<const std::byte*>(bytes), memory_size(size));
   auto* memory = device->memory();
-  if (mode == NIF_MEMORY_BORROW)
+  if (mode == NIF_LOAD_IN_PLACE)
     return create<NifAssetObject>(memory, device, format::FileMemory::borrow(given), "memory");
   // Before the copy, so that a wrong size takes no memory.
   format::check_header(given.first(std::min<size_t>(given.size(), sizeof(format::Header))), size, "memory");
   return create<NifAssetObject>(memory, device, format::FileMemory::copy(given, memory), "memory");
+}
+
+NifAssetObject* load_reader(NifDeviceObject* device, const NifReader& reader) {
+  const char* name = reader.name ? reader.name : "reader";
+  if (reader.read == nullptr) refuse_argument(std::string(name) + ": read is null");
+  const auto read = [&](uint64_t offset, void* to, uint64_t size) {
+    if (size != 0 && !reader.read(reader.user, offset, to, size))
+      throw Failure(
+          NIF_ERROR_FILE_UNREADABLE,
+          std::string(name) + ": the caller's read function failed at byte " + std::to_string(offset));
+  };
+  // The header first, so that a wrong size takes no memory.
+  std::array<std::byte, sizeof(format::Header)> header;
+  const size_t start = std::min<size_t>(memory_size(reader.size), header.size());
+  read(0, header.data(), start);
+  format::check_header({header.data(), start}, reader.size, name);
+  auto* memory = device->memory();
+  format::FileMemory bytes =
+      format::FileMemory::filled(memory_size(reader.size), memory, [&](std::span<std::byte> to) {
+        std::copy(header.begin(), header.end(), to.begin());
+        read(start, to.data() + start, to.size() - start);
+      });
+  return create<NifAssetObject>(memory, device, std::move(bytes), name);
 }
 
 void release(NifAssetObject* asset) {
@@ -144,7 +176,7 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   const format::ObjectView& view = object_of(asset, object);
   NifObjectInfo info{};
   info.name = view.name.data();
-  info.encoding = NifEncoding(format::encoding_number(view.content));
+  info.encoding = format::encoding_number(view.content);
   info.network = asset.view.network_of(view);
   std::copy(view.aabb_min.begin(), view.aabb_min.end(), info.bounds_min);
   std::copy(view.aabb_max.begin(), view.aabb_max.end(), info.bounds_max);
@@ -165,12 +197,12 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   return info;
 }
 
-NifInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t instance) {
+NifAssetInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t instance) {
   if (instance >= asset.view.instances.size())
     refuse_argument(std::string(asset.name) + ": no instance " + std::to_string(instance) +
                     "; there are only " + std::to_string(asset.view.instances.size()));
   const format::InstanceView& view = asset.view.instances[instance];
-  NifInstanceInfo info{};
+  NifAssetInstanceInfo info{};
   info.name = view.name.data();
   info.object = view.object;
   std::copy(view.transform.begin(), view.transform.end(), info.transform);

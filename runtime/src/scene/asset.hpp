@@ -39,6 +39,7 @@ struct NifAssetObject : nif::runtime::Object {
   }
 
   nif::runtime::Ref<NifDeviceObject> device;
+  uintptr_t handle = 0;   ///< the caller's
   std::pmr::string name;  ///< what messages call it: its file, or "memory"
   nif::format::FileMemory memory;
   nif::format::AssetView view;
@@ -58,7 +59,8 @@ struct NifAssetObject : nif::runtime::Object {
 namespace nif::runtime {
 
 NifAssetObject* load_file(NifDeviceObject* device, const char* path, NifLoadMode mode);
-NifAssetObject* load_memory(NifDeviceObject* device, const void* bytes, uint64_t size, NifMemoryMode mode);
+NifAssetObject* load_memory(NifDeviceObject* device, const void* bytes, uint64_t size, NifLoadMode mode);
+NifAssetObject* load_reader(NifDeviceObject* device, const NifReader& reader);
 void release(NifAssetObject* asset);
 
 /// Checked access; throws Failure where the asset has no such object.
@@ -67,6 +69,6 @@ NifAssetInfo describe(const NifAssetObject& asset);
 /// Checked access; throws Failure where there is no such part.
 NifPartInfo describe_part(const NifAssetObject& asset, uint32_t part);
 NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object);
-NifInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t instance);
+NifAssetInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t instance);
 
 }  // namespace nif::runtime

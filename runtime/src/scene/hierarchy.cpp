@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
-#include <numeric>
 
 #include "query/float_environment.hpp"
 
@@ -31,11 +30,18 @@ uint64_t capacity(uint32_t levels) { return uint64_t{1} << std::min(2 * levels, 
 class Builder {
  public:
   Builder(std::span<const WorldBox> boxes, std::pmr::vector<Node>& nodes, std::span<uint32_t> places)
-      : boxes_(boxes), order_(boxes.size(), nodes.get_allocator()), nodes_(nodes), places_(places) {
-    std::iota(order_.begin(), order_.end(), 0u);
+      : boxes_(boxes), order_(nodes.get_allocator()), nodes_(nodes), places_(places) {
+    order_.reserve(boxes.size());
+    for (uint32_t i = 0; i < boxes.size(); ++i)
+      if (is_empty(boxes[i]))
+        places[i] = kNoPlace;
+      else
+        order_.push_back(i);
   }
 
   void build() {
+    if (order_.empty()) return;
+    nodes_.reserve(order_.size() / 2 + 1);
     WorldBox all;
     build_node({0, uint32_t(order_.size())}, kNoPlace, 0, all);
   }
@@ -197,11 +203,8 @@ class Builder {
 
 NIF_COMPUTES void Hierarchy::build(std::span<const WorldBox> boxes, std::span<uint32_t> places) {
   std::pmr::vector<Node> built(nodes_.get_allocator());
-  if (!boxes.empty()) {
-    built.reserve(boxes.size() / 2 + 1);
-    Builder(boxes, built, places).build();
-    built.shrink_to_fit();
-  }
+  Builder(boxes, built, places).build();
+  built.shrink_to_fit();
   nodes_ = std::move(built);
   built_cost_ = cost();
 }
@@ -222,13 +225,15 @@ void Hierarchy::set_box(uint32_t place, const WorldBox& box) {
     node.min[a][place % kWidth] = box.min[a];
     node.max[a][place % kWidth] = box.max[a];
   }
+  const uint32_t lane =
+      1u << place % kWidth;  // rays would meet an empty box: they do not see which way it is
+  node.lanes = is_empty(box) ? node.lanes & ~lane : node.lanes | lane;
 }
 
 NIF_COMPUTES bool Hierarchy::refit() {
   for (auto i = uint32_t(nodes_.size()); i-- > 1;) {
     WorldBox around = empty_box();
-    for (uint32_t lane = 0; lane < uint32_t(std::popcount(nodes_[i].lanes)); ++lane)
-      grow(around, box(kWidth * i + lane));
+    for (uint32_t lane = 0; lane < kWidth; ++lane) grow(around, box(kWidth * i + lane));
     set_box(nodes_[i].parent, around);
   }
   return cost() <= kWorthRebuilding * built_cost_;
@@ -237,7 +242,7 @@ NIF_COMPUTES bool Hierarchy::refit() {
 WorldBox Hierarchy::bounds() const {
   WorldBox around = empty_box();
   if (!nodes_.empty())
-    for (uint32_t lane = 0; lane < uint32_t(std::popcount(nodes_[0].lanes)); ++lane) grow(around, box(lane));
+    for (uint32_t lane = 0; lane < kWidth; ++lane) grow(around, box(lane));
   return around;
 }
 

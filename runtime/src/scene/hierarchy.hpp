@@ -24,10 +24,11 @@ class Hierarchy {
  public:
   explicit Hierarchy(std::pmr::memory_resource* memory) : nodes_(memory) {}
 
-  /// Builds anew, the same nodes for the same boxes; places[i] receives where box i is.
+  /// Builds anew, the same nodes for the same boxes; places[i] receives where box i is: kNoPlace if it is
+  /// empty.
   void build(std::span<const kernels::WorldBox> boxes, std::span<uint32_t> places);
 
-  /// A place is 4 * node + child. Changed boxes count after refit().
+  /// A place is 4 * node + child. Changed boxes count after refit(). No ray meets an empty one.
   kernels::WorldBox box(uint32_t place) const;
   void set_box(uint32_t place, const kernels::WorldBox& box);
 

@@ -22,6 +22,18 @@ NIF_COMPUTES Instance make_instance(const Placement& placement) {
   return instance;
 }
 
+NIF_COMPUTES Placement placement_of(const InstanceSettings& settings, const Origin& from) {
+  Placement placement{settings.transform, settings.remainder};
+  if (settings.origin == Origin{} && from == Origin{}) return placement;
+  for (size_t a = 0; a < 3; ++a) {
+    float& translation = placement.to_world[4 * a + 3];
+    const double at = (double(translation) + double(settings.remainder[a])) + (settings.origin[a] - from[a]);
+    translation = static_cast<float>(at);
+    placement.remainder[a] = static_cast<float>(at - double(translation));
+  }
+  return placement;
+}
+
 NIF_COMPUTES Placement combine(const Transform& second, const Placement& first) {
   Placement result;
   const bool remains = first.remainder != Remainder{};

@@ -7,6 +7,7 @@
 #include "kernels/reference/hit_details.hpp"
 #include "kernels/reference/object_kernel.hpp"
 #include "kernels/reference/scene_field.hpp"
+#include "nif/nif.h"
 
 namespace nif::runtime {
 
@@ -35,8 +36,28 @@ struct Placement {
   Remainder remainder{};
 };
 
-/// All but object and place. Throws Failure where the transform is not finite or has no inverse.
+/// All but object, place and mask. Throws Failure where the transform is not finite or has no inverse.
 Instance make_instance(const Placement& placement);
+
+/// A place in the world, or of the world, in double precision.
+using Origin = std::array<double, 3>;
+
+/// What the caller has set about an instance.
+struct InstanceSettings {
+  Transform transform = kIdentity;
+  Remainder remainder{};  ///< of the translation, for instances of a file
+  uint32_t mask = 0xffffffffu;
+  Origin origin{};
+  uint64_t user = 0;
+  uint32_t flags = 0;
+  bool exists = true;  ///< false: removed, and its number free
+
+  /// Some ray can meet it.
+  bool awake() const { return exists && !(flags & NIF_INSTANCE_DISABLED) && mask != 0; }
+};
+
+/// Where an instance is, seen from an origin: in double precision, if either has an origin.
+Placement placement_of(const InstanceSettings& settings, const Origin& from);
 
 /// first, then second; computed in double. It has a remainder only if `first` has one.
 Placement combine(const Transform& second, const Placement& first);
@@ -53,5 +74,7 @@ inline void grow(kernels::WorldBox& box, const kernels::WorldBox& other) {
 
 /// Around nothing; min > max.
 kernels::WorldBox empty_box();
+/// Is it empty_box()?
+inline bool is_empty(const kernels::WorldBox& box) { return box.min[0] > box.max[0]; }
 
 }  // namespace nif::runtime

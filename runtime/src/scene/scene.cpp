@@ -1,8 +1,10 @@
-// Building scenes and committing them.
+// Building scenes and committing them. An instance that no ray can meet (removed, disabled, or of mask 0) has
+// an empty box: so it stays in the hierarchy without costing more than its place, until that is built anew.
 #include "scene/scene.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
+#include <cstring>
 
 #include "api/error.hpp"
 
@@ -23,6 +25,14 @@ void make_room(std::pmr::vector<T>& values, size_t more) {
   if (needed > values.capacity()) values.reserve(std::max(needed, values.capacity() * 2));
 }
 
+/// From now until the next commit, boxes are kept aside, because the hierarchy has to be built anew.
+void keep_boxes_aside(NifSceneObject& scene, size_t more) {
+  if (!scene.new_boxes.empty()) return make_room(scene.new_boxes, more);
+  scene.new_boxes.reserve(scene.instances.size() + more);
+  for (const Instance& instance : scene.instances)
+    scene.new_boxes.push_back(instance.place == kNoPlace ? empty_box() : scene.hierarchy.box(instance.place));
+}
+
 /// What is needed to add `count` instances of the asset: room, so that nothing later can fail, and a
 /// reference to it. Returns the index of its first object.
 uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
@@ -31,12 +41,8 @@ uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   if (count > kMaxInstances - scene.instances.size())
     refuse_argument("a scene holds at most 2^31 - 1 instances");
   make_room(scene.instances, count);
-  if (scene.new_boxes.empty()) {
-    scene.new_boxes.reserve(scene.instances.size() + count);
-    for (const Instance& instance : scene.instances)
-      scene.new_boxes.push_back(scene.hierarchy.box(instance.place));
-  }
-  make_room(scene.new_boxes, count);
+  make_room(scene.settings, count);
+  keep_boxes_aside(scene, count);
 
   const auto by_address = [](const HeldAsset& held, const NifAssetObject* wanted) {
     return std::less<const NifAssetObject*>()(held.asset.get(), wanted);
@@ -58,33 +64,178 @@ uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   return uint32_t(first);
 }
 
-/// After prepare(); cannot fail.
-void append(NifSceneObject& scene, Instance instance, uint32_t object, const kernels::WorldBox& box) {
-  instance.object = object & (kMaxPlacedObjects - 1);
-  scene.instances.push_back(instance);
-  scene.new_boxes.push_back(box);
+/// An instance as queries see it, and its box.
+struct Placed {
+  Instance instance;
+  kernels::WorldBox box;
+};
+
+/// All but object and place. Throws Failure where there is no such instance.
+Placed place(const NifSceneObject& scene, const format::ObjectView& object,
+             const InstanceSettings& settings) {
+  const Placement placement = placement_of(settings, scene.origin);
+  for (const int a : {3, 7, 11})
+    if (std::isfinite(settings.transform[size_t(a)]) && !std::isfinite(placement.to_world[size_t(a)]))
+      refuse_argument("the instance is too far from the scene's origin for single precision");
+  Placed placed{make_instance(placement), world_box(object, placement)};
+  placed.instance.mask = settings.mask;
+  return placed;
+}
+
+/// After prepare(); cannot fail. number: of a free instance, or one more than there are.
+void put(NifSceneObject& scene, uint32_t number, uint32_t object, const InstanceSettings& settings,
+         const Placed& placed) {
+  if (number == scene.instances.size()) {
+    scene.instances.emplace_back();
+    scene.settings.emplace_back();
+    scene.new_boxes.emplace_back();
+  }
+  scene.instances[number] = placed.instance;
+  scene.instances[number].object = object & (kMaxPlacedObjects - 1);
+  scene.instances[number].place = kNoPlace;
+  scene.settings[number] = settings;
+  scene.new_boxes[number] = placed.box;
+  ++scene.live;
   scene.committed = false;
+}
+
+/// The first of the lowest `count` numbers in a row that no instance has.
+uint32_t free_numbers(NifSceneObject& scene, size_t count) {
+  const auto end = uint32_t(scene.settings.size());
+  uint32_t& first = scene.first_free;
+  while (first < end && scene.settings[first].exists) ++first;
+  for (uint32_t at = first, begin = first; at < end; ++at) {
+    if (scene.settings[at].exists)
+      begin = at + 1;
+    else if (at + 1 - begin == count)
+      return begin;
+  }
+  return end;  // the last number is never free
+}
+
+void check_instance(const NifSceneObject& scene, uint32_t instance) {
+  if (instance >= scene.settings.size() || !scene.settings[instance].exists)
+    refuse_argument("no instance " + std::to_string(instance) + "; the scene has " +
+                    std::to_string(scene.live) +
+                    (scene.live < scene.settings.size() ? ", and others were removed" : ""));
+}
+
+void set_box(NifSceneObject& scene, uint32_t instance, const kernels::WorldBox& box) {
+  const uint32_t place = scene.instances[instance].place;
+  if (!scene.new_boxes.empty())
+    scene.new_boxes[instance] = box;
+  else if (place != kNoPlace)
+    scene.hierarchy.set_box(place, box);
+}
+
+/// Makes new settings those of an instance: all or nothing.
+void change(NifSceneObject& scene, uint32_t instance, const InstanceSettings& settings) {
+  const Instance& before = scene.instances[instance];
+  Placed placed = place(scene, *scene.objects[before.object].view, settings);
+  if (settings.awake() && before.place == kNoPlace) keep_boxes_aside(scene, 0);
+  placed.instance.object = before.object;
+  placed.instance.place = before.place;
+  scene.instances[instance] = placed.instance;
+  scene.settings[instance] = settings;
+  set_box(scene, instance, settings.awake() ? placed.box : empty_box());
+  scene.committed = false;
+}
+
+Origin read_origin(const double* origin) {
+  if (origin == nullptr) return {};
+  for (int a = 0; a < 3; ++a)
+    if (!std::isfinite(origin[a])) refuse_argument("the origin is not finite");
+  return {origin[0], origin[1], origin[2]};
+}
+
+/// Computes all instances anew, as the scene's new origin has them. All or nothing.
+void move_instances(NifSceneObject& scene) {
+  std::pmr::vector<Placed> placed(scene.device->memory());
+  placed.reserve(scene.instances.size());
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    const InstanceSettings& settings = scene.settings[i];
+    if (!settings.exists) {
+      placed.push_back({scene.instances[i], empty_box()});
+      continue;
+    }
+    try {
+      placed.push_back(place(scene, *scene.objects[scene.instances[i].object].view, settings));
+    } catch (const Failure& failure) {
+      throw Failure(failure.code(), "instance " + std::to_string(i) + ": " + failure.what());
+    }
+  }
+  for (uint32_t i = 0; i < placed.size(); ++i) {
+    placed[i].instance.object = scene.instances[i].object;
+    placed[i].instance.place = scene.instances[i].place;
+    scene.instances[i] = placed[i].instance;
+    set_box(scene, i, scene.settings[i].awake() ? placed[i].box : empty_box());
+  }
+  scene.moved = false;
+}
+
+/// Lets go of assets that no instance uses any more.
+void drop_unused_assets(NifSceneObject& scene) {
+  scene.has_removed = false;
+  std::pmr::vector<bool> used(scene.objects.size(), false, scene.device->memory());
+  for (size_t i = 0; i < scene.instances.size(); ++i)
+    if (scene.settings[i].exists) used[scene.instances[i].object] = true;
+  std::pmr::vector<HeldAsset> kept(scene.device->memory());
+  std::pmr::vector<PlacedObject> objects(scene.device->memory());
+  std::pmr::vector<uint32_t> renumbered(scene.objects.size(), 0, scene.device->memory());
+  scene.dropped.reserve(scene.dropped.size() + scene.assets.size());
+  kept.reserve(scene.assets.size());
+  objects.reserve(scene.objects.size());
+  for (const HeldAsset& held : scene.assets) {
+    const auto begin = held.first_object, end = begin + uint32_t(held.asset->view.objects.size());
+    if (std::none_of(used.begin() + begin, used.begin() + end, [](bool is) { return is; })) continue;
+    kept.push_back({held.asset, uint32_t(objects.size())});
+    for (uint32_t i = begin; i < end; ++i) {
+      renumbered[i] = uint32_t(objects.size());
+      objects.push_back(scene.objects[i]);
+    }
+  }
+  // From here on nothing fails.
+  if (kept.size() == scene.assets.size()) return;
+  for (size_t i = 0; i < scene.instances.size(); ++i)
+    scene.instances[i].object = renumbered[scene.instances[i].object] & (kMaxPlacedObjects - 1);
+  size_t k = 0;
+  for (HeldAsset& held : scene.assets) {
+    if (k < kept.size() && kept[k].asset.get() == held.asset.get())
+      ++k;
+    else
+      scene.dropped.push_back(std::move(held.asset));
+  }
+  scene.assets.swap(kept);
+  scene.objects.swap(objects);
+}
+
+/// The instance that alone can be met, or kNoInstance.
+uint32_t find_sole(const NifSceneObject& scene) {
+  uint32_t sole = kernels::kNoInstance, awake = 0;
+  for (uint32_t i = 0; i < scene.settings.size() && awake < 2; ++i)
+    if (scene.settings[i].awake()) sole = i, ++awake;
+  return awake == 1 ? sole : kernels::kNoInstance;
 }
 
 /// All of a commit but the GPU's part.
 void commit_instances(NifSceneObject& scene) {
   auto* memory = scene.device->memory();
   scene.ready_on_gpu = false;
+  if (scene.moved) move_instances(scene);
+  if (scene.has_removed) drop_unused_assets(scene);
   if (!scene.new_boxes.empty() || !scene.hierarchy.refit()) {
     const size_t count = scene.instances.size();
-    std::pmr::vector<kernels::WorldBox> boxes(memory);
     std::pmr::vector<uint32_t> places(count, memory);
-    if (scene.new_boxes.empty()) {
-      boxes.reserve(count);
-      for (const Instance& instance : scene.instances) boxes.push_back(scene.hierarchy.box(instance.place));
-    }
+    keep_boxes_aside(scene, 0);
     scene.instances.shrink_to_fit();
+    scene.settings.shrink_to_fit();
     scene.objects.shrink_to_fit();
-    scene.hierarchy.build(scene.new_boxes.empty() ? boxes : scene.new_boxes, places);
+    scene.hierarchy.build(scene.new_boxes, places);
     for (size_t i = 0; i < count; ++i) scene.instances[i].place = places[i];
     std::pmr::vector<kernels::WorldBox>(memory).swap(scene.new_boxes);
   }
   scene.bounds = scene.hierarchy.bounds();
+  scene.sole = find_sole(scene);
   scene.committed = true;
 }
 
@@ -101,80 +252,163 @@ void release(NifSceneObject* scene) {
 }
 
 Added add_instance(NifSceneObject& scene, NifAssetObject* asset, uint32_t object, const float* transform) {
-  const format::ObjectView& view = object_of(*asset, object);
-  const Placement to_world{read_transform(transform), {}};
-  const Instance instance = make_instance(to_world);
-  const kernels::WorldBox box = world_box(view, to_world);
-  append(scene, instance, prepare(scene, asset, 1) + object, box);
-  return {uint32_t(scene.instances.size() - 1), 1};
+  InstanceSettings settings;
+  settings.transform = read_transform(transform);
+  const Placed placed = place(scene, object_of(*asset, object), settings);
+  const uint32_t first_object = prepare(scene, asset, 1), number = free_numbers(scene, 1);
+  put(scene, number, first_object + object, settings, placed);
+  return {number, 1};
 }
 
 Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* transform) {
   const format::AssetView& view = asset->view;
   const Transform outer = read_transform(transform);
-  std::pmr::vector<Instance> added(scene.device->memory());
-  std::pmr::vector<kernels::WorldBox> boxes(scene.device->memory());
+  std::pmr::vector<InstanceSettings> settings(scene.device->memory());
+  std::pmr::vector<Placed> placed(scene.device->memory());
   const size_t count = view.placed_count();
-  added.reserve(count);
-  boxes.reserve(count);
-  for (size_t i = 0; i < view.instances.size(); ++i) {
-    const format::InstanceView& placed = view.instances[i];
-    const Placement own{placed.transform, placed.remainder};
-    const Placement whole = transform ? combine(outer, own) : own;
+  settings.resize(count);
+  placed.reserve(count);
+  const auto object = [&](size_t i) {
+    return view.instances.empty() ? uint32_t(i) : view.instances[i].object;
+  };
+  for (size_t i = 0; i < count; ++i) {
+    Placement whole{outer, {}};
+    if (!view.instances.empty()) {
+      whole = {view.instances[i].transform, view.instances[i].remainder};
+      if (transform) whole = combine(outer, whole);
+    }
+    settings[i].transform = whole.to_world;
+    settings[i].remainder = whole.remainder;
     try {
-      added.push_back(make_instance(whole));
+      placed.push_back(place(scene, view.objects[object(i)], settings[i]));
     } catch (const Failure& failure) {
+      if (view.instances.empty()) throw;
       throw Failure(failure.code(), std::string(asset->name) + ": instance " + std::to_string(i) + " (" +
-                                        std::string(placed.name) + "): " + failure.what());
+                                        std::string(view.instances[i].name) + "): " + failure.what());
     }
-    boxes.push_back(world_box(view.objects[placed.object], whole));
   }
-  if (view.instances.empty())
-    for (size_t i = 0; i < count; ++i) {
-      added.push_back(make_instance({outer, {}}));
-      boxes.push_back(world_box(view.objects[i], {outer, {}}));
-    }
   const uint32_t first_object = prepare(scene, asset, count);
-  const auto first = uint32_t(scene.instances.size());
-  for (size_t i = 0; i < count; ++i)
-    append(scene, added[i], first_object + (view.instances.empty() ? uint32_t(i) : view.instances[i].object),
-           boxes[i]);
+  const uint32_t first = free_numbers(scene, count);
+  for (uint32_t i = 0; i < count; ++i)
+    put(scene, first + i, first_object + object(i), settings[i], placed[i]);
   return {first, uint32_t(count)};
 }
 
-void set_transform(NifSceneObject& scene, uint32_t instance, const float* transform) {
-  if (instance >= scene.instances.size())
-    refuse_argument("no instance " + std::to_string(instance) + "; the scene has " +
-                    std::to_string(scene.instances.size()));
-  const Placement to_world{read_transform(transform), {}};
-  Instance& changed = scene.instances[instance];
-  Instance moved = make_instance(to_world);
-  moved.object = changed.object;
-  moved.place = changed.place;
-  changed = moved;
-  const kernels::WorldBox box = world_box(*scene.objects[moved.object].view, to_world);
-  if (scene.new_boxes.empty())
-    scene.hierarchy.set_box(moved.place, box);
-  else
-    scene.new_boxes[instance] = box;
+void remove_instance(NifSceneObject& scene, uint32_t instance) {
+  check_instance(scene, instance);
+  scene.settings[instance].exists = false;
+  set_box(scene, instance, empty_box());
+  scene.first_free = std::min(scene.first_free, instance);
+  while (!scene.settings.empty() && !scene.settings.back().exists) {
+    scene.settings.pop_back();
+    scene.instances.pop_back();
+    if (!scene.new_boxes.empty()) scene.new_boxes.pop_back();
+  }
+  --scene.live;
+  scene.has_removed = true;
   scene.committed = false;
+}
+
+void set_transforms(NifSceneObject& scene, uint64_t count, const uint32_t* instances, const float* transforms,
+                    uint64_t stride) {
+  const auto number = [&](uint64_t k) { return instances ? instances[k] : uint32_t(k); };
+  const auto changed = [&](uint64_t k) {
+    InstanceSettings settings = scene.settings[number(k)];
+    settings.remainder = {};
+    settings.transform = kIdentity;
+    // As an integer: a stride may be negative, as its two's complement.
+    if (transforms)
+      std::memcpy(
+          settings.transform.data(),
+          reinterpret_cast<const void*>(reinterpret_cast<uintptr_t>(transforms) + uintptr_t(k * stride)),
+          sizeof(settings.transform));
+    return settings;
+  };
+  if (!instances && count > scene.settings.size()) check_instance(scene, uint32_t(scene.settings.size()));
+  for (uint64_t k = 0; k < count; ++k) check_instance(scene, number(k));
+  if (count > 1)  // all of them are looked at before the first is changed
+    for (uint64_t k = 0; k < count; ++k) {
+      try {
+        place(scene, *scene.objects[scene.instances[number(k)].object].view, changed(k));
+      } catch (const Failure& failure) {
+        throw Failure(failure.code(), "instance " + std::to_string(number(k)) + ": " + failure.what());
+      }
+    }
+  for (uint64_t k = 0; k < count; ++k) change(scene, number(k), changed(k));
+}
+
+void set_origin(NifSceneObject& scene, uint32_t instance, const double* origin) {
+  check_instance(scene, instance);
+  InstanceSettings settings = scene.settings[instance];
+  settings.origin = read_origin(origin);
+  change(scene, instance, settings);
+}
+
+void set_scene_origin(NifSceneObject& scene, const double* origin) {
+  scene.origin = read_origin(origin);
+  scene.moved = true;
+  scene.committed = false;
+}
+
+void set_mask(NifSceneObject& scene, uint32_t instance, uint32_t mask) {
+  check_instance(scene, instance);
+  InstanceSettings settings = scene.settings[instance];
+  settings.mask = mask;
+  change(scene, instance, settings);
+}
+
+void set_flags(NifSceneObject& scene, uint32_t instance, uint32_t flags) {
+  check_instance(scene, instance);
+  if (flags & ~uint32_t(NIF_INSTANCE_DISABLED))
+    throw Failure(NIF_ERROR_NOT_AVAILABLE,
+                  "instance flags " + std::to_string(flags) + " are more than this version has");
+  InstanceSettings settings = scene.settings[instance];
+  settings.flags = flags;
+  change(scene, instance, settings);
+}
+
+void set_user(NifSceneObject& scene, uint32_t instance, uint64_t user) {
+  check_instance(scene, instance);
+  scene.settings[instance].user = user;
+  scene.committed = false;
+}
+
+NifInstanceInfo describe_instance(const NifSceneObject& scene, uint32_t instance) {
+  check_instance(scene, instance);
+  const InstanceSettings& settings = scene.settings[instance];
+  const uint32_t object = scene.instances[instance].object;
+  NifInstanceInfo info{};
+  for (const HeldAsset& held : scene.assets)
+    if (object - held.first_object < held.asset->view.objects.size())
+      info.asset = reinterpret_cast<NifAsset>(held.asset->handle);
+  info.object = scene.objects[object].number;
+  info.mask = settings.mask;
+  info.flags = settings.flags;
+  info.user = settings.user;
+  std::copy(settings.origin.begin(), settings.origin.end(), info.origin);
+  std::copy(settings.transform.begin(), settings.transform.end(), info.transform);
+  return info;
 }
 
 void commit(NifSceneObject& scene) {
   std::optional<Gpu>& gpu = scene.device->gpu;
   if (!scene.committed) commit_instances(scene);
   if (gpu && !scene.ready_on_gpu) gpu->upload(scene);
+  scene.dropped.clear();
 }
 
 NifSceneInfo describe(const NifSceneObject& scene) {
   NifSceneInfo info{};
-  info.instance_count = uint32_t(scene.instances.size());
+  info.instance_count = scene.live;
+  info.instance_end = uint32_t(scene.settings.size());
   info.committed = scene.committed;
   std::copy_n(scene.bounds.min, 3, info.bounds_min);
   std::copy_n(scene.bounds.max, 3, info.bounds_max);
+  std::copy(scene.origin.begin(), scene.origin.end(), info.origin);
   info.resident_bytes =
       sizeof(NifSceneObject) + scene.assets.capacity() * sizeof(HeldAsset) +
       scene.objects.capacity() * sizeof(PlacedObject) + scene.instances.capacity() * sizeof(Instance) +
+      scene.settings.capacity() * sizeof(InstanceSettings) +
       scene.new_boxes.capacity() * sizeof(kernels::WorldBox) + scene.hierarchy.resident_bytes();
   return info;
 }

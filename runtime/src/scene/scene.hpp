@@ -4,6 +4,7 @@
 #include <memory_resource>
 #include <vector>
 
+#include "kernels/reference/scene_hit.hpp"
 #include "scene/asset.hpp"
 #include "scene/hierarchy.hpp"
 #include "scene/instance.hpp"
@@ -22,8 +23,10 @@ struct NifSceneObject : nif::runtime::Object {
   explicit NifSceneObject(NifDeviceObject* owner)
       : device(owner),
         assets(owner->memory()),
+        dropped(owner->memory()),
         objects(owner->memory()),
         instances(owner->memory()),
+        settings(owner->memory()),
         hierarchy(owner->memory()),
         new_boxes(owner->memory()) {}
   ~NifSceneObject() {
@@ -32,13 +35,23 @@ struct NifSceneObject : nif::runtime::Object {
 
   nif::runtime::Ref<NifDeviceObject> device;
   std::pmr::vector<nif::runtime::HeldAsset> assets;  ///< each once, sorted by address
+  /// Assets that no instance uses any more, while the scene on the GPU may still read them.
+  std::pmr::vector<nif::runtime::Ref<NifAssetObject>> dropped;
   std::pmr::vector<nif::runtime::PlacedObject> objects;
-  std::pmr::vector<nif::runtime::Instance> instances;
+  std::pmr::vector<nif::runtime::Instance> instances;         ///< as queries see them
+  std::pmr::vector<nif::runtime::InstanceSettings> settings;  ///< [as instances]
+  uint32_t live = 0;                                          ///< instances that exist
+  uint32_t first_free = 0;                                    ///< no instance below it is free
   nif::runtime::Hierarchy hierarchy;
-  /// [instance] its box, from the first instance added after a commit until the next commit; else empty, and
-  /// the hierarchy has the boxes.
+  /// [instance] its box, from the first change after a commit that the hierarchy cannot be refitted to until
+  /// the next commit; else empty, and the hierarchy has the boxes.
   std::pmr::vector<nif::kernels::WorldBox> new_boxes;
+  nif::runtime::Origin origin{};
+  bool moved = false;        ///< the origin has changed since the last commit
+  bool has_removed = false;  ///< so has an instance gone
   bool committed = false;
+  /// The instance that alone can be met, at the last commit; kNoInstance: there are none or several.
+  uint32_t sole = nif::kernels::kNoInstance;
   nif::runtime::GpuScene* on_gpu = nullptr;
   bool ready_on_gpu = false;  ///< what is there is what was committed
   nif::kernels::WorldBox bounds{{1, 1, 1}, {-1, -1, -1}};
@@ -56,7 +69,17 @@ void release(NifSceneObject* scene);
 /// Null transforms are the identity. All or nothing: where one throws, the scene is as before.
 Added add_instance(NifSceneObject& scene, NifAssetObject* asset, uint32_t object, const float* transform);
 Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* transform);
-void set_transform(NifSceneObject& scene, uint32_t instance, const float* transform);
+void remove_instance(NifSceneObject& scene, uint32_t instance);
+/// instances: null for 0 .. count - 1. transforms: null for the identity, for all.
+void set_transforms(NifSceneObject& scene, uint64_t count, const uint32_t* instances, const float* transforms,
+                    uint64_t stride);
+/// Null origins are 0 0 0.
+void set_origin(NifSceneObject& scene, uint32_t instance, const double* origin);
+void set_scene_origin(NifSceneObject& scene, const double* origin);
+void set_mask(NifSceneObject& scene, uint32_t instance, uint32_t mask);
+void set_flags(NifSceneObject& scene, uint32_t instance, uint32_t flags);
+void set_user(NifSceneObject& scene, uint32_t instance, uint64_t user);
+NifInstanceInfo describe_instance(const NifSceneObject& scene, uint32_t instance);
 void commit(NifSceneObject& scene);
 NifSceneInfo describe(const NifSceneObject& scene);
 

@@ -1,5 +1,5 @@
 // A driver for cards that are not there: the kernels run in the emulator, memory of a card is the host's.
-// Together with the GPU module's own sources this makes libnif_hip_emulated.so.
+// Together with the GPU module's own sources this makes libnif_gpu_emulated.so.
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -317,10 +317,13 @@ thread_local const Context* EmulatedContext::entered_ = nullptr;
 
 class EmulatedDriver final : public Driver {
  public:
+  const char* backend() const override { return "hip"; }
   uint32_t count() override { return machine.cards; }
   CardDescription describe(uint32_t card) override {
-    return {"emulated card " + std::to_string(card), name_of(kind_of_card(card)), "emulated 1.0",
-            uint64_t{1} << 30};
+    CardDescription about{"emulated card " + std::to_string(card), name_of(kind_of_card(card)), "emulated 1.0",
+                          uint64_t{1} << 30};
+    about.place = {1, card + 2, 3, 1, {0xab, uint8_t(card)}, {0xcd, uint8_t(card)}};
+    return about;
   }
   std::string trouble(uint32_t card) override {
     if (!machine.no_image) return "";

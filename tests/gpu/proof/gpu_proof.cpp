@@ -347,7 +347,7 @@ std::vector<std::byte> read_file(const std::string& path) {
 }
 
 int run(const Options& options) {
-  std::string config = "backend=hip,device=" + std::to_string(options.device);
+  std::string config = "backend=gpu,device=" + std::to_string(options.device);
   if (!options.module.empty()) config += ",module=" + options.module;
   {
     NifDevice device = nullptr;
