@@ -17,30 +17,44 @@ namespace {
 constexpr const char* kSchema = "nifkit.devices/1";
 
 struct Card {
-  std::string name, target, driver, reason;
+  std::string name, target, driver, reason, backend, pci, uuid;
   uint64_t memory;
 };
+
+/// As other tools write it: the address of a PCI device, and the hexadecimal digits of a UUID.
+std::string pci_of(const NifCardInfo& card) {
+  return fmt::format("{:04x}:{:02x}:{:02x}.0", card.pci_domain, card.pci_bus, card.pci_device);
+}
+std::string uuid_of(const NifCardInfo& card) {
+  std::string text;
+  for (const size_t i : {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15}) {
+    text += fmt::format("{:02x}", card.uuid[i]);
+    if (i == 3 || i == 5 || i == 7 || i == 9) text += '-';
+  }
+  return text;
+}
 
 /// None where there are none; the backend's reason then says why.
 std::vector<Card> find_cards() {
   std::vector<Card> cards;
   auto info = nifkit::sized<NifCardInfo>();
   while (nifGetCardInfo(uint32_t(cards.size()), &info) == NIF_OK)
-    cards.push_back({info.name, info.target, info.driver, info.reason, info.memory_bytes});
+    cards.push_back({info.name, info.target, info.driver, info.reason, info.backend, pci_of(info),
+                     uuid_of(info), info.memory_bytes});
   return cards;
 }
 
 void print_text() {
   const NifDeviceInfo cpu = nifkit::Device().info();
   fmt::print("cpu  isa {}\n", cpu.isa);
-  auto hip = nifkit::sized<NifBackendInfo>();
-  nifkit::check(nifGetBackendInfo(1, &hip));
+  auto gpu = nifkit::sized<NifBackendInfo>();
+  nifkit::check(nifGetBackendInfo(1, &gpu));
   const std::vector<Card> cards = find_cards();
-  if (cards.empty()) fmt::print("hip  not available: {}\n", hip.reason);
+  if (cards.empty()) fmt::print("gpu  not available: {}\n", gpu.reason);
   for (size_t i = 0; i < cards.size(); ++i) {
     const Card& card = cards[i];
-    fmt::print("hip  device={}: {}, {}, {}, {}", i, card.name, card.target, format_bytes(double(card.memory)),
-               card.driver);
+    fmt::print("gpu  device={}: {}, {}, {}, {}, PCI {}", i, card.name, card.target,
+               format_bytes(double(card.memory)), card.driver, card.pci);
     fmt::print("{}\n", card.reason.empty() ? "" : "; cannot be used: " + card.reason);
   }
 }
@@ -54,7 +68,10 @@ void print_json() {
   Json cards = Json::array();
   for (const Card& card : find_cards())
     cards.push_back({{"device", cards.size()},
+                     {"backend", card.backend},
                      {"name", card.name},
+                     {"pci", card.pci},
+                     {"uuid", card.uuid},
                      {"target", card.target},
                      {"driver", card.driver},
                      {"memory", card.memory},

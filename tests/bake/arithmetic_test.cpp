@@ -39,7 +39,7 @@ std::vector<Said> ask(const mesh::Mesh& mesh, const std::string& encoding, uint3
       EXPECT_EQ(error.code(), NIF_ERROR_NOT_AVAILABLE) << error.what();
       continue;
     }
-    const nifkit::Asset asset = nifkit::Asset::copy(*device, file);
+    const nifkit::Asset asset = nifkit::Asset::load(*device, file);
     nifkit::Scene scene(*device);
     nifkit::check(nifAddAsset(scene.get(), asset.get(), transform, nullptr, nullptr));
     scene.commit();
@@ -47,8 +47,8 @@ std::vector<Said> ask(const mesh::Mesh& mesh, const std::string& encoding, uint3
       const std::vector<NifRay> rays(count, ray);
       std::vector<uint8_t> visible(count), certain(count), hit(count), hit_certain(count);
       std::vector<float> t(count);
-      nifkit::check(nifQuery(scene.get(), &nifkit::rays(rays).visible(visible).certain(certain).get()));
-      const NifQuery query = nifQueryRays(rays.data(), count);
+      scene.query(rays, nifkit::Answers().visible(visible).certain(certain));
+      const NifRays query = nifMakeRays(rays.data(), count);
       auto hits = nifkit::sized<NifHits>();
       hits.hit = hit.data(), hits.certain = hit_certain.data(), hits.t = t.data();
       nifkit::check(nifIntersect(scene.get(), &query, &hits));
@@ -139,7 +139,7 @@ TEST(Arithmetic, OpenRaysAreListedHoweverSlowTheyAre) {
   const std::vector<std::byte> file = format::encode(bake_quietly(scene_of({icosphere(2)}), options).asset);
   const nifkit::Device device;
   nifkit::Scene scene(device);
-  scene.add(nifkit::Asset::copy(device, file));
+  scene.add_asset(nifkit::Asset::load(device, file));
   scene.commit();
   constexpr uint32_t kRays = 1000;
   std::vector<uint32_t> listed[2];
@@ -158,7 +158,7 @@ TEST(Arithmetic, OpenRaysAreListedHoweverSlowTheyAre) {
     auto open = nifkit::sized<NifOpenRays>();
     open.capacity = kRays;
     open.rays = listed[slow].data(), open.tmin = tmin.data(), open.tmax = tmax.data(), open.count = &count;
-    nifkit::check(nifQueryOpen(scene.get(), &nifkit::rays(rays).certain(certain).get(), &open));
+    scene.query_open(rays, nifkit::Answers().certain(certain), open);
     listed[slow].resize(count);
     std::ranges::sort(listed[slow]);
     EXPECT_EQ(uint64_t(count), uint64_t(std::ranges::count(certain, 0)));

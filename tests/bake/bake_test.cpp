@@ -163,7 +163,7 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
   NifDevice device = nullptr;
   NifAsset asset = nullptr;
   ASSERT_EQ(nifNewDevice(nullptr, nullptr, &device), NIF_OK);
-  ASSERT_EQ(nifLoadAssetMemory(device, file.data(), file.size(), NIF_MEMORY_COPY, &asset), NIF_OK);
+  ASSERT_EQ(nifLoadAssetMemory(device, file.data(), file.size(), NIF_LOAD_COPY, &asset), NIF_OK);
   const bake::PreparedScene prepared = bake::prepare(scene);
   for (uint32_t i = 0; i < result.asset.objects.size(); ++i) {
     NifScene alone = nullptr;
@@ -179,7 +179,8 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
       std::vector<uint8_t> visible(count), certain(count);
       std::vector<int32_t> logits(count);
       const kernels::Segment& first = rays.segments.front();
-      NifQuery query{};
+      NifRays query{};
+      auto outputs = nifkit::sized<NifAnswers>();
       query.struct_size = sizeof(query);
       query.count = count;
       for (int a = 0; a < 3; ++a)
@@ -187,8 +188,8 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
       query.tmin = &first.tmin, query.tmax = &first.tmax;
       query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride =
           sizeof(kernels::Segment);
-      query.visible = visible.data(), query.certain = certain.data(), query.logit = logits.data();
-      ASSERT_EQ(nifQuery(alone, &query), NIF_OK);
+      outputs.visible = visible.data(), outputs.certain = certain.data(), outputs.logit = logits.data();
+      ASSERT_EQ(nifQuery(alone, &query, &outputs), NIF_OK);
       size_t differing = 0;
       for (size_t r = 0; r < count; ++r) {
         const kernels::Answer own = kernels::query(field, rays.segments[r]);

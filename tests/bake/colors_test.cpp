@@ -77,7 +77,7 @@ Gltf two_squares(const std::string& picture) {
 class Colors {
  public:
   explicit Colors(const bake::BakeResult& result) : device_("threads=1"), scene_(device_) {
-    scene_.add(nifkit::Asset::copy(device_, format::encode(result.asset)));
+    scene_.add(nifkit::Asset::load(device_, format::encode(result.asset)));
     scene_.commit();
   }
   Color at(float x, float y) const {
@@ -86,7 +86,7 @@ class Colors {
     NifHits hits{};
     hits.struct_size = sizeof(hits);
     hits.color = color.data();
-    const NifQuery query = nifQueryRays(&ray, 1);
+    const NifRays query = nifMakeRays(&ray, 1);
     nifkit::check(nifIntersect(scene_.get(), &query, &hits));
     return color;
   }

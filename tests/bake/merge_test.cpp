@@ -54,12 +54,13 @@ bake::BakeOptions exact() {
 std::vector<uint8_t> answers_of(const bake::BakeResult& result, std::span<const kernels::Segment> rays) {
   const nifkit::Device device("threads=1");
   nifkit::Scene scene(device);
-  scene.add(nifkit::Asset::copy(device, format::encode(result.asset)));
+  scene.add_asset(nifkit::Asset::load(device, format::encode(result.asset)));
   scene.commit();
   std::vector<uint8_t> visible(rays.size());
-  NifQuery query = tools::query_of(rays);
-  query.visible = visible.data();
-  nifkit::check(nifQuery(scene.get(), &query));
+  NifRays query = tools::rays_of(rays);
+  auto outputs = nifkit::sized<NifAnswers>();
+  outputs.visible = visible.data();
+  nifkit::check(nifQuery(scene.get(), &query, &outputs));
   return visible;
 }
 

@@ -138,7 +138,7 @@ void compare(const mesh::Scene& scene, const bake::BakeResult& result, uint32_t 
   const std::vector<std::byte> file = format::encode(result.asset);
   const format::AssetView view = format::read_asset(file, "file");
   const nifkit::Device device("threads=1");
-  const nifkit::Asset asset = nifkit::Asset::copy(device, file);
+  const nifkit::Asset asset = nifkit::Asset::load(device, file);
   nifkit::Scene placed(device);
   placed.add(asset);
   placed.commit();
@@ -183,7 +183,7 @@ void compare(const mesh::Scene& scene, const bake::BakeResult& result, uint32_t 
     NifHits hits{};
     hits.struct_size = sizeof(hits);
     hits.hit = &hit, hits.instance = &instance, hits.triangle = &triangle, hits.u = &u, hits.v = &v;
-    const NifQuery query = nifQueryRays(&ray, 1);
+    const NifRays query = nifMakeRays(&ray, 1);
     nifkit::check(nifIntersect(placed.get(), &query, &hits));
     if (!hit) {
       ASSERT_EQ(triangle, NIF_NONE);
@@ -303,7 +303,7 @@ TEST(SourceTriangles, OfGltfRunOverThePrimitivesOfAMesh) {
   const bake::BakeResult result = bake_quietly(scene, with_sources("bvh"));
   const nifkit::Device device("threads=1");
   nifkit::Scene placed(device);
-  placed.add(nifkit::Asset::copy(device, format::encode(result.asset)));
+  placed.add(nifkit::Asset::load(device, format::encode(result.asset)));
   placed.commit();
   const auto triangle_at = [&](float x, float y) {
     const NifRay ray{{x, y, 5}, 0, {0, 0, -1}, 10};
@@ -311,7 +311,7 @@ TEST(SourceTriangles, OfGltfRunOverThePrimitivesOfAMesh) {
     NifHits hits{};
     hits.struct_size = sizeof(hits);
     hits.triangle = &triangle;
-    const NifQuery query = nifQueryRays(&ray, 1);
+    const NifRays query = nifMakeRays(&ray, 1);
     nifkit::check(nifIntersect(placed.get(), &query, &hits));
     return triangle;
   };
@@ -340,7 +340,7 @@ TEST(SourceTriangles, AreLeftOutUnlessAskedFor) {
   EXPECT_EQ(one.bvh.vertices, other.bvh.vertices);
   EXPECT_EQ(one.proof.parts, other.proof.parts);
   const nifkit::Device device("threads=1");
-  const nifkit::Asset asset = nifkit::Asset::copy(device, format::encode(without.asset));
+  const nifkit::Asset asset = nifkit::Asset::load(device, format::encode(without.asset));
   EXPECT_EQ(asset.object(0).source_triangles, 0u);
   // What is counted while sizes are planned is what a file takes.
   EXPECT_EQ(format::encode(with.asset).size(), format::encoded_bytes(with.asset));

@@ -88,7 +88,7 @@ class Bench : public testing::Test {
 #ifdef NIF_EMULATED_MODULE
 TEST_F(Bench, OnAGpu) {
   ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
-  Outcome outcome = nif(bench({"--device", "hip", "--json"}));
+  Outcome outcome = nif(bench({"--device", "gpu", "--json"}));
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json result = json::parse(outcome.out);
   const json on_cpu = json::parse(nif(bench({"--threads", "1", "--json"})).out);
@@ -120,7 +120,7 @@ TEST_F(Bench, OnAGpu) {
   for (const char* bytes : {"file", "card", "other"})
     EXPECT_GT(result["bytes"][bytes].get<uint64_t>(), 1000u) << bytes;
 
-  outcome = nif(bench({"--device", "hip", "--set", "inner-surface", "--stages", "--batches", "--json"}));
+  outcome = nif(bench({"--device", "gpu", "--set", "inner-surface", "--stages", "--batches", "--json"}));
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json more = json::parse(outcome.out)["sets"]["inner-surface"];
   ASSERT_EQ(more["stages"].size(), 7u);
@@ -134,14 +134,14 @@ TEST_F(Bench, OnAGpu) {
   EXPECT_EQ(more["batches"][2]["rays"], 4096);
 
   // In half precision there is only the pipeline.
-  outcome = nif(bench({"--device", "hip", "--set", "sun", "--precision", "half", "--json"}));
+  outcome = nif(bench({"--device", "gpu", "--set", "sun", "--precision", "half", "--json"}));
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json half = json::parse(outcome.out);
   EXPECT_EQ(half["precision"], "half");
   EXPECT_FALSE(half["sets"]["sun"].contains("one_kernel"));
   EXPECT_EQ(half["sets"]["sun"]["way"], "pipeline");
 
-  outcome = nif(bench({"--device", "hip", "--set", "sun", "--stages", "--batches"}));
+  outcome = nif(bench({"--device", "gpu", "--set", "sun", "--stages", "--batches"}));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("in each stage of the pipeline"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("by rays per query"), std::string::npos) << outcome.out;
@@ -150,7 +150,7 @@ TEST_F(Bench, OnAGpu) {
   EXPECT_NE(outcome.out.find("on emulated card 0, against an exact BVH of the mesh"), std::string::npos)
       << outcome.out;
   ASSERT_EQ(setenv("NIF_GPU_MODULE", "/no/such/module.so", 1), 0);
-  outcome = nif(bench({"--device", "hip"}));
+  outcome = nif(bench({"--device", "gpu"}));
   EXPECT_EQ(outcome.code, int(Status::usage));
   EXPECT_NE(outcome.err.find("/no/such/module.so cannot be loaded"), std::string::npos) << outcome.err;
   unsetenv("NIF_GPU_MODULE");

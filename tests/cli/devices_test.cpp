@@ -23,8 +23,8 @@ TEST_F(Devices, AreListed) {
   const auto lines = lines_of(outcome.out);
   ASSERT_EQ(lines.size(), 7u) << outcome.out;
   EXPECT_TRUE(lines[0].starts_with("cpu  isa ")) << lines[0];
-  EXPECT_TRUE(lines[1].starts_with("hip  device=0: emulated card 0, wmma, ")) << lines[1];
-  EXPECT_TRUE(lines[2].starts_with("hip  device=1: emulated card 1, imma, ")) << lines[2];
+  EXPECT_TRUE(lines[1].starts_with("gpu  device=0: emulated card 0, wmma, ")) << lines[1];
+  EXPECT_TRUE(lines[2].starts_with("gpu  device=1: emulated card 1, imma, ")) << lines[2];
   EXPECT_EQ(outcome.err, "");
 
   const auto result = nlohmann::json::parse(nif({"devices", "--json"}).out);
@@ -42,7 +42,7 @@ TEST_F(Devices, AreToldWhyThereAreNone) {
   use_module("/no/such/module.so");
   const Outcome outcome = nif({"devices"});
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("hip  not available: the GPU module /no/such/module.so cannot be loaded"),
+  EXPECT_NE(outcome.out.find("gpu  not available: the GPU module /no/such/module.so cannot be loaded"),
             std::string::npos)
       << outcome.out;
   const auto result = nlohmann::json::parse(nif({"devices", "--json"}).out);

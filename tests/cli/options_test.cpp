@@ -197,13 +197,13 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{"BenchOfUnknownEmbree", bench({"--embree", "some"}), {"--embree", "some"}},
         WrongOptions{"BenchOnUnknownDevice", bench({"--device", "tpu"}), {"--device", "tpu"}},
         WrongOptions{
-            "ThreadsOfAGpu", bench({"--device", "hip", "--threads", "1"}), {"--device gpu", "--threads"}},
+            "ThreadsOfAGpu", bench({"--device", "gpu", "--threads", "1"}), {"--device gpu", "--threads"}},
         WrongOptions{"IsaOfAGpu", bench({"--device", "gpu", "--isa", "auto"}), {"--device gpu", "--isa"}},
         WrongOptions{
             "MemoryOfAGpu", bench({"--device", "gpu", "--least-memory"}), {"--device gpu", "--least-memory"}},
         WrongOptions{"PrecisionOfTheCpu", bench({"--precision", "half"}), {"--precision", "--device gpu"}},
         WrongOptions{"BatchesOfTheCpu", bench({"--batches"}), {"--batches", "--device gpu"}},
-        WrongOptions{"PlotOfAGpu", bench({"--device", "hip", "--plot", "a.svg"}), {"--device gpu", "--plot"}},
+        WrongOptions{"PlotOfAGpu", bench({"--device", "gpu", "--plot", "a.svg"}), {"--device gpu", "--plot"}},
         WrongOptions{"PlotAsStream", bench({"--plot", "-"}), {"--plot -"}},
         WrongOptions{"InfoOfNothing", {"info"}, {"ASSET"}}),
     [](const auto& instance) { return std::string(instance.param.name); });

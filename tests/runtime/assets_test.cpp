@@ -55,18 +55,18 @@ class Assets : public RuntimeTest {
 TEST_F(Assets, SameAnswersHoweverLoaded) {
   const format::AssetView& view = make(1);
   const fs::path path = write("a.nif", text());
-  ASSERT_EQ(load_file(path, NIF_LOAD_READ), NIF_OK);
-  ASSERT_EQ(load_file(path, NIF_LOAD_MAP), NIF_OK);
+  ASSERT_EQ(load_file(path, NIF_LOAD_COPY), NIF_OK);
+  ASSERT_EQ(load_file(path, NIF_LOAD_IN_PLACE), NIF_OK);
   load();
   const AlignedBytes aligned(file_.size());
   std::memcpy(aligned.get(), file_.data(), file_.size());
   NifAsset borrowed = nullptr;
-  ASSERT_EQ(nifLoadAssetMemory(device_, aligned.get(), file_.size(), NIF_MEMORY_BORROW, &borrowed), NIF_OK);
+  ASSERT_EQ(nifLoadAssetMemory(device_, aligned.get(), file_.size(), NIF_LOAD_IN_PLACE, &borrowed), NIF_OK);
   assets_.push_back(borrowed);
   std::vector<std::byte> shifted(file_.size() + 3);
   std::memcpy(shifted.data() + 3, file_.data(), file_.size());
   NifAsset copied = nullptr;
-  ASSERT_EQ(nifLoadAssetMemory(device_, shifted.data() + 3, file_.size(), NIF_MEMORY_COPY, &copied), NIF_OK);
+  ASSERT_EQ(nifLoadAssetMemory(device_, shifted.data() + 3, file_.size(), NIF_LOAD_COPY, &copied), NIF_OK);
   assets_.push_back(copied);
 
   Random random(1);
@@ -92,7 +92,7 @@ TEST_F(Assets, AnswerAfterTheirBytesWereLetGo) {
   const AlignedBytes borrowed(file_.size());
   std::memcpy(borrowed.get(), file_.data(), file_.size());
   NifAsset asset = nullptr;
-  ASSERT_EQ(nifLoadAssetMemory(device_, borrowed.get(), file_.size(), NIF_MEMORY_BORROW, &asset), NIF_OK);
+  ASSERT_EQ(nifLoadAssetMemory(device_, borrowed.get(), file_.size(), NIF_LOAD_IN_PLACE, &asset), NIF_OK);
   assets_.push_back(asset);
   std::memset(borrowed.get(), 0xff, file_.size());
 
@@ -165,8 +165,8 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
     }
   }
   for (uint32_t i = 0; i < info.instance_count; ++i) {
-    auto instance = nifkit::sized<NifInstanceInfo>();
-    ASSERT_EQ(nifGetInstanceInfo(asset, i, &instance), NIF_OK);
+    auto instance = nifkit::sized<NifAssetInstanceInfo>();
+    ASSERT_EQ(nifGetAssetInstanceInfo(asset, i, &instance), NIF_OK);
     EXPECT_EQ(instance.name, source.instances[i].name);
     EXPECT_EQ(instance.object, source.instances[i].object);
     EXPECT_TRUE(std::equal(source.instances[i].transform.begin(), source.instances[i].transform.end(),
@@ -192,7 +192,7 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
       options.coded = coded;
       const format::AssetView& view = make(5, options);
       const nifkit::Device device(isa);
-      const nifkit::Asset asset = nifkit::Asset::copy(device, file_);
+      const nifkit::Asset asset = nifkit::Asset::load(device, file_);
       const std::vector<NifPartInfo> parts = asset.parts();
       const NifAssetInfo info = asset.info();
       uint64_t in_file = 0, resident = 0;
@@ -235,7 +235,7 @@ TEST_F(Assets, CodedAndUncodedAnswerAlike) {
       sizes[coded != 0] = file_.size();
       // A name of its own: Windows overwrites no file that is mapped.
       const fs::path path = write(std::to_string(seed) + (coded ? "-coded.nif" : ".nif"), text());
-      for (const NifLoadMode mode : {NIF_LOAD_READ, NIF_LOAD_MAP}) {
+      for (const NifLoadMode mode : {NIF_LOAD_COPY, NIF_LOAD_IN_PLACE}) {
         ASSERT_EQ(load_file(path, mode), NIF_OK);
         const NifScene scene = new_scene();
         ASSERT_EQ(nifAddAsset(scene, assets_.back(), nullptr, nullptr, nullptr), NIF_OK);
@@ -253,7 +253,7 @@ TEST_F(Assets, CodedAndUncodedAnswerAlike) {
 
 TEST_F(Assets, BadFilesEachHaveTheirCode) {
   make(3);
-  for (const NifLoadMode mode : {NIF_LOAD_READ, NIF_LOAD_MAP}) {
+  for (const NifLoadMode mode : {NIF_LOAD_COPY, NIF_LOAD_IN_PLACE}) {
     EXPECT_EQ(load_file(folder_ / "missing.nif", mode), NIF_ERROR_FILE_NOT_FOUND);
     EXPECT_EQ(load_file(folder_ / "missing" / "a.nif", mode), NIF_ERROR_FILE_NOT_FOUND);
     EXPECT_EQ(load_file(folder_, mode), NIF_ERROR_FILE_UNREADABLE);
@@ -276,7 +276,7 @@ TEST_F(Assets, BadFilesEachHaveTheirCode) {
 TEST_F(Assets, NamesInAnyScript) {
   make(6);
   for (const char8_t* name : {u8"dragón.nif", u8"дракон.nif", u8"龍.nif", u8"\U0001F409.nif"})
-    for (const NifLoadMode mode : {NIF_LOAD_READ, NIF_LOAD_MAP}) {
+    for (const NifLoadMode mode : {NIF_LOAD_COPY, NIF_LOAD_IN_PLACE}) {
       const fs::path file = folder_ / name;
       fs::remove(file);
       EXPECT_EQ(load_file(file, mode), NIF_ERROR_FILE_NOT_FOUND);
@@ -288,19 +288,19 @@ TEST_F(Assets, NamesInAnyScript) {
 TEST_F(Assets, BadMemory) {
   make(4);
   NifAsset asset = nullptr;
-  const auto load_bytes = [&](const void* bytes, uint64_t size, NifMemoryMode mode) {
+  const auto load_bytes = [&](const void* bytes, uint64_t size, NifLoadMode mode) {
     return nifLoadAssetMemory(device_, bytes, size, mode, &asset);
   };
-  for (const NifMemoryMode mode : {NIF_MEMORY_COPY, NIF_MEMORY_BORROW}) {
+  for (const NifLoadMode mode : {NIF_LOAD_COPY, NIF_LOAD_IN_PLACE}) {
     EXPECT_EQ(load_bytes(nullptr, 0, mode), NIF_ERROR_FILE_EMPTY);
     EXPECT_STREQ(nifGetErrorMessage(), "memory: the file is empty");
     EXPECT_EQ(load_bytes(nullptr, 10, mode), NIF_ERROR_INVALID_ARGUMENT);
   }
-  EXPECT_EQ(load_bytes(file_.data(), file_.size() - 1, NIF_MEMORY_COPY), NIF_ERROR_FILE_TRUNCATED);
+  EXPECT_EQ(load_bytes(file_.data(), file_.size() - 1, NIF_LOAD_COPY), NIF_ERROR_FILE_TRUNCATED);
   std::vector<std::byte> padded(file_.size() + 128);
   auto* at = reinterpret_cast<std::byte*>((reinterpret_cast<uintptr_t>(padded.data()) + 63) / 64 * 64 + 8);
   std::memcpy(at, file_.data(), file_.size());
-  EXPECT_EQ(load_bytes(at, file_.size(), NIF_MEMORY_BORROW), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(load_bytes(at, file_.size(), NIF_LOAD_IN_PLACE), NIF_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(asset, nullptr);
 }
 
@@ -344,8 +344,8 @@ TEST_F(Assets, EverythingGoesThroughTheAllocator) {
     NifAsset asset = nullptr, mapped = nullptr;
     NifScene scene = nullptr;
     NifError error = nifNewDevice("", &callbacks, &device);
-    if (error == NIF_OK) error = nifLoadAssetFile(device, path.c_str(), NIF_LOAD_READ, &asset);
-    if (error == NIF_OK) error = nifLoadAssetFile(device, path.c_str(), NIF_LOAD_MAP, &mapped);
+    if (error == NIF_OK) error = nifLoadAssetFile(device, path.c_str(), NIF_LOAD_COPY, &asset);
+    if (error == NIF_OK) error = nifLoadAssetFile(device, path.c_str(), NIF_LOAD_IN_PLACE, &mapped);
     if (error == NIF_OK) error = nifNewScene(device, &scene);
     if (error == NIF_OK) error = nifAddAsset(scene, asset, nullptr, nullptr, nullptr);
     if (error == NIF_OK) error = nifAddInstance(scene, mapped, 1, nullptr, nullptr);
@@ -372,6 +372,88 @@ TEST_F(Assets, EverythingGoesThroughTheAllocator) {
       break;
     }
   }
+}
+
+/// A file in an archive of the caller's.
+struct Archive {
+  std::vector<std::byte> bytes;
+  uint64_t next = 0, fail_at = ~uint64_t{0}, calls = 0;
+
+  NifReader reader() {
+    auto reader = nifkit::sized<NifReader>();
+    reader.user = this;
+    reader.name = "rock.pak";
+    reader.size = bytes.size();
+    reader.read = [](void* user, uint64_t offset, void* to, uint64_t size) -> uint32_t {
+      auto& self = *static_cast<Archive*>(user);
+      EXPECT_EQ(offset, self.next) << "offsets ascend without gaps";
+      EXPECT_LE(offset + size, self.bytes.size());
+      ++self.calls;
+      if (offset + size > self.fail_at) return 0;
+      self.next = offset + size;
+      std::memcpy(to, self.bytes.data() + offset, size);
+      return 1;
+    };
+    return reader;
+  }
+};
+
+TEST_F(RuntimeTest, ReadersLoadWhatMemoryDoes) {
+  make(3);
+  Archive archive{file_};
+  NifAsset asset = nullptr;
+  NifReader reader = archive.reader();
+  ASSERT_EQ(nifLoadAssetReader(device_, &reader, &asset), NIF_OK) << nifGetErrorMessage();
+  EXPECT_EQ(archive.next, file_.size());
+  assets_.push_back(asset);
+  const auto rays = std::vector<NifRay>(50, NifRay{{-3, 0.1f, 0.2f}, 0, {1, 0, 0}, 9});
+  EXPECT_EQ(query_all(scene_of(asset, 0), rays), query_all(scene_of(load(), 0), rays));
+
+  NifAsset none = nullptr;
+  const auto refused = [&](Archive& from, const NifReader& by, NifError error, const char* because) {
+    from.next = 0;
+    EXPECT_EQ(nifLoadAssetReader(device_, &by, &none), error);
+    EXPECT_NE(std::string(nifGetErrorMessage()).find(because), std::string::npos) << nifGetErrorMessage();
+  };
+  for (const uint64_t fail_at : {uint64_t{0}, uint64_t{63}, uint64_t{64}, uint64_t(file_.size() - 1)}) {
+    archive.fail_at = fail_at;
+    refused(archive, reader, NIF_ERROR_FILE_UNREADABLE, "rock.pak: the caller's read function failed");
+  }
+  archive.fail_at = ~uint64_t{0};
+  // A size that is not the file's: refused by its header, before memory is taken.
+  Archive longer{file_};
+  longer.bytes.resize(file_.size() + 1);
+  NifReader by = longer.reader();
+  by.size = uint64_t{1} << 60;
+  refused(longer, by, NIF_ERROR_DAMAGED_NIF, "rock.pak");
+  Archive shorter{std::vector<std::byte>(file_.begin(), file_.begin() + 100)};
+  refused(shorter, shorter.reader(), NIF_ERROR_FILE_TRUNCATED, "rock.pak");
+  Archive empty{{}};
+  refused(empty, empty.reader(), NIF_ERROR_FILE_EMPTY, "rock.pak");
+  by = archive.reader();
+  by.read = nullptr;
+  refused(archive, by, NIF_ERROR_INVALID_ARGUMENT, "read is null");
+  EXPECT_EQ(none, nullptr);
+}
+
+TEST_F(RuntimeTest, TheLogSaysWhatWasDone) {
+  make(3);
+  std::vector<std::string> lines;
+  auto callbacks = nifkit::sized<NifDeviceCallbacks>();
+  callbacks.user = &lines;
+  callbacks.log = [](void* user, uint32_t level, const char* message) {
+    EXPECT_EQ(level, uint32_t(NIF_LOG_INFO));
+    static_cast<std::vector<std::string>*>(user)->emplace_back(message);
+  };
+  NifDevice device = nullptr;
+  NifAsset asset = nullptr;
+  ASSERT_EQ(nifNewDevice("threads=2,isa=scalar", &callbacks, &device), NIF_OK);
+  ASSERT_EQ(nifLoadAssetMemory(device, file_.data(), file_.size(), NIF_LOAD_COPY, &asset), NIF_OK);
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(lines[0], "device: CPU, 2 threads, isa=scalar");
+  EXPECT_EQ(lines[1], "memory: loaded, 3 objects, " + std::to_string(file_.size()) + " bytes");
+  nifReleaseAsset(asset);
+  nifReleaseDevice(device);
 }
 
 }  // namespace

@@ -28,7 +28,9 @@ int main(int argc, char** argv) {
   NifObjectInfo object = {.struct_size = sizeof(object)};
   NifSceneInfo info = {.struct_size = sizeof(info)};
   NifRay rays[kRays];
-  NifQuery query;
+  NifRays query;
+  NifAnswers answers = {.struct_size = sizeof(answers)}, single = {.struct_size = sizeof(single)};
+  NifHits first = {.struct_size = sizeof(first)};
   NifOpenRays open;
   uint32_t open_count = 0;
   uint8_t visible[kRays], bits[(kRays + 7) / 8], later[kRays], one;
@@ -40,9 +42,9 @@ int main(int argc, char** argv) {
   CHECK(nifGetVersion() == NIF_VERSION);
   CHECK(strcmp(nifGetErrorMessage(), "") == 0);
   CHECK(nifNewDevice("threads=2,isa=auto,backend=cpu", NULL, &device) == NIF_OK);
-  CHECK(nifLoadAssetFile(device, "no such file", NIF_LOAD_READ, &asset) == NIF_ERROR_FILE_NOT_FOUND);
+  CHECK(nifLoadAssetFile(device, "no such file", NIF_LOAD_COPY, &asset) == NIF_ERROR_FILE_NOT_FOUND);
   CHECK(strstr(nifGetErrorMessage(), "no such file") != NULL);
-  CHECK(nifLoadAssetFile(device, argv[1], NIF_LOAD_MAP, &asset) == NIF_OK);
+  CHECK(nifLoadAssetFile(device, argv[1], NIF_LOAD_IN_PLACE, &asset) == NIF_OK);
   CHECK(nifGetAssetInfo(asset, &about) == NIF_OK && about.object_count == 3);
   CHECK(nifGetObjectInfo(asset, 0, &object) == NIF_OK && strcmp(object.name, "object 0") == 0);
   CHECK(object.encoding == NIF_ENCODING_SEGMENT && sizeof(object.encoding) == sizeof(uint32_t));
@@ -61,32 +63,35 @@ int main(int argc, char** argv) {
     rays[i].tmin = 0;
     rays[i].tmax = 1;
   }
-  query = nifQueryRays(rays, kRays);
-  query.visible = visible;
-  query.visible_bits = bits;
-  CHECK(nifQuery(scene, &query) == NIF_OK);
+  query = nifMakeRays(rays, kRays);
+  answers.visible = visible;
+  answers.visible_bits = bits;
+  CHECK(nifQuery(scene, &query, &answers) == NIF_OK);
   for (i = 0; i < kRays; ++i) {
     CHECK(visible[i] <= 1);
     CHECK(visible[i] == ((bits[i / 8] >> (i % 8)) & 1));
-    CHECK(nifQueryRay(scene, &rays[i], &one) == NIF_OK && one == visible[i]);
+    single.visible = &one;
+    CHECK(nifQueryRay(scene, &rays[i], &single) == NIF_OK && one == visible[i]);
+    first.hit = &one;
+    CHECK(nifIntersectRay(scene, &rays[i], &first) == NIF_OK && one == !visible[i]);
   }
   CHECK(nifGetQueryScratchBytes(scene, kRays, &bytes) == NIF_OK && bytes > 0);
 
-  query.visible = later;
-  query.visible_bits = NULL;
-  CHECK(nifQueryAsync(scene, &query, &job) == NIF_OK);
+  answers.visible = later;
+  answers.visible_bits = NULL;
+  CHECK(nifQueryAsync(scene, &query, &answers, &job) == NIF_OK);
   CHECK(nifWaitJob(job) == NIF_OK);
   CHECK(nifIsJobDone(job, &done) == NIF_OK && done == 1);
   CHECK(memcmp(later, visible, kRays) == 0);
   nifRetainJob(job);
   nifReleaseJob(job);
   nifReleaseJob(job);
-  CHECK(nifQueryWithFallback(scene, &query, 2.0f, occlude, &asked) == NIF_OK);
+  CHECK(nifQueryWithFallback(scene, &query, &answers, 2.0f, occlude, &asked) == NIF_OK);
   for (i = 0; i < kRays; ++i) CHECK(later[i] <= visible[i]);
   memset(&open, 0, sizeof(open));
   open.struct_size = sizeof(open);
   open.count = &open_count;
-  CHECK(nifQueryOpen(scene, &query, &open) == NIF_OK && open_count <= kRays);
+  CHECK(nifQueryOpen(scene, &query, &answers, &open) == NIF_OK && open_count <= kRays);
   nifReleaseScene(scene);
   return 0;
 }

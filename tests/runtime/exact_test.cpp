@@ -17,7 +17,7 @@ class TwinObjects : public RuntimeTest, public testing::WithParamInterface<const
 
   NifAsset load_bytes(const std::vector<std::byte>& bytes) {
     NifAsset asset = nullptr;
-    EXPECT_EQ(nifLoadAssetMemory(device_, bytes.data(), bytes.size(), NIF_MEMORY_COPY, &asset), NIF_OK);
+    EXPECT_EQ(nifLoadAssetMemory(device_, bytes.data(), bytes.size(), NIF_LOAD_COPY, &asset), NIF_OK);
     assets_.push_back(asset);
     return asset;
   }

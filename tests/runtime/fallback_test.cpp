@@ -45,9 +45,9 @@ TEST_P(ThreadFallback, ReplacesUncertainAnswers) {
       SCOPED_TRACE(confidence);
       Contrary contrary(rays.size());
       Answers answers(rays.size());
-      NifQuery query = nifQueryRays(rays.data(), rays.size());
-      answers.ask(query);
-      ASSERT_EQ(nifQueryWithFallback(scene, &query, confidence, Contrary::call, &contrary), NIF_OK);
+      NifRays query = nifMakeRays(rays.data(), rays.size());
+      NifAnswers outputs = answers.outputs();
+      ASSERT_EQ(nifQueryWithFallback(scene, &query, &outputs, confidence, Contrary::call, &contrary), NIF_OK);
       size_t asked = 0;
       for (size_t i = 0; i < rays.size(); ++i) {
         const float p = plain.probability[i];
@@ -76,9 +76,9 @@ TEST_P(ThreadFallback, ReplacesUncertainAnswers) {
       // One output alone is the same.
       Contrary again(rays.size());
       std::vector<uint8_t> bits((rays.size() + 7) / 8);
-      query = nifQueryRays(rays.data(), rays.size());
-      query.visible_bits = bits.data();
-      ASSERT_EQ(nifQueryWithFallback(scene, &query, confidence, Contrary::call, &again), NIF_OK);
+      outputs = nifkit::sized<NifAnswers>();
+      outputs.visible_bits = bits.data();
+      ASSERT_EQ(nifQueryWithFallback(scene, &query, &outputs, confidence, Contrary::call, &again), NIF_OK);
       EXPECT_EQ(bits, answers.bits);
     }
     most = std::max(most, before);

@@ -158,7 +158,7 @@ TEST_F(RuntimeTest, FirstHitsDoNotDependOnThreadsOrInstructions) {
     if (nifNewDevice(config, nullptr, &device) == NIF_ERROR_NOT_AVAILABLE) continue;
     SCOPED_TRACE(config);
     NifAsset asset = nullptr;
-    ASSERT_EQ(nifLoadAssetMemory(device, file_.data(), file_.size(), NIF_MEMORY_COPY, &asset), NIF_OK);
+    ASSERT_EQ(nifLoadAssetMemory(device, file_.data(), file_.size(), NIF_LOAD_COPY, &asset), NIF_OK);
     NifScene scene = nullptr;
     ASSERT_EQ(nifNewScene(device, &scene), NIF_OK);
     ASSERT_EQ(nifAddAsset(scene, asset, nullptr, nullptr, nullptr), NIF_OK);
@@ -168,7 +168,7 @@ TEST_F(RuntimeTest, FirstHitsDoNotDependOnThreadsOrInstructions) {
     EXPECT_TRUE(hits == *first);
 
     FirstHits later(rays.size());
-    const NifQuery query = nifQueryRays(rays.data(), rays.size());
+    const NifRays query = nifMakeRays(rays.data(), rays.size());
     const NifHits outputs = later.outputs();
     NifJob job = nullptr;
     ASSERT_EQ(nifIntersectAsync(scene, &query, &outputs, &job), NIF_OK) << nifGetErrorMessage();
@@ -188,7 +188,7 @@ TEST_F(RuntimeTest, FirstHitsOneOutputAtATime) {
   ASSERT_EQ(nifAddAsset(scene, load(), nullptr, nullptr, nullptr), NIF_OK);
   ASSERT_EQ(nifCommitScene(scene), NIF_OK);
   const FirstHits all = intersect_all(scene, rays);
-  const NifQuery query = nifQueryRays(rays.data(), rays.size());
+  const NifRays query = nifMakeRays(rays.data(), rays.size());
   const auto alone = [&](auto NifHits::*member, const auto& expected) {
     auto array = expected;
     std::fill(array.begin(), array.end(), typename std::decay_t<decltype(array)>::value_type{});
@@ -210,6 +210,7 @@ TEST_F(RuntimeTest, FirstHitsOneOutputAtATime) {
   alone(&NifHits::object, all.object);
   alone(&NifHits::triangle, all.triangle);
   alone(&NifHits::color, all.color);
+  alone(&NifHits::user, all.user);
 }
 
 TEST_F(RuntimeTest, FirstHitsOfAnEmptySceneAndOfNoRays) {
@@ -228,7 +229,7 @@ TEST_F(RuntimeTest, FirstHitsRefuseWhatIsWrong) {
   const NifScene scene = scene_of(load(), 0);
   const std::vector<NifRay> rays(5, NifRay{{0, 0, 0}, 0, {1, 0, 0}, 1});
   FirstHits arrays(rays.size());
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
+  NifRays query = nifMakeRays(rays.data(), rays.size());
   NifHits hits = arrays.outputs();
   const auto refused = [&](const char* because, NifError error = NIF_ERROR_INVALID_ARGUMENT) {
     EXPECT_EQ(nifIntersect(scene, &query, &hits), error);
@@ -239,26 +240,18 @@ TEST_F(RuntimeTest, FirstHitsRefuseWhatIsWrong) {
   EXPECT_EQ(nifIntersectAsync(scene, &query, &hits, nullptr), NIF_ERROR_INVALID_ARGUMENT);
   hits.struct_size = 3;
   refused("struct_size");
-  hits.struct_size = offsetof(NifHits, color) - 8;
+  hits.struct_size = offsetof(NifHits, user);
   refused("struct_size");
-  // A program of before colours: what lies behind its structure is not looked at.
-  hits.struct_size = offsetof(NifHits, color);
-  hits.color = reinterpret_cast<float*>(8);
-  EXPECT_EQ(nifIntersect(scene, &query, &hits), NIF_OK) << nifGetErrorMessage();
   hits = {};
   hits.struct_size = sizeof(hits);
   refused("all outputs are null");
   hits = arrays.outputs();
-  uint8_t visible[5];
-  query.visible = visible;
-  refused("visible is set");
-  query.visible = nullptr;
-  query.memory = NIF_DEVICE;
+  query.memory = NIF_MEMORY_DEVICE;
   refused("device memory", NIF_ERROR_NOT_AVAILABLE);
-  query.memory = NIF_HOST;
+  query.memory = NIF_MEMORY_HOST;
   query.direction[1] = nullptr;
   refused("direction");
-  query = nifQueryRays(rays.data(), rays.size());
+  query = nifMakeRays(rays.data(), rays.size());
   EXPECT_EQ(nifIntersect(scene, &query, &hits), NIF_OK);
   const NifScene changed = new_scene();
   EXPECT_EQ(nifIntersect(changed, &query, &hits), NIF_ERROR_INVALID_OPERATION);

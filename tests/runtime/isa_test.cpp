@@ -171,7 +171,7 @@ TEST_P(IsaTest, AnyBatchAndAlignment) {
     const auto member = [&](size_t offset) {
       return reinterpret_cast<const float*>(bytes.data() + 1 + offset);
     };
-    NifQuery query = nifQueryRays(rays.data(), count);
+    NifRays query = nifMakeRays(rays.data(), count);
     for (size_t a = 0; a < 3; ++a) {
       query.origin[a] = member(offsetof(NifRay, origin) + 4 * a);
       query.direction[a] = member(offsetof(NifRay, direction) + 4 * a);
@@ -180,8 +180,8 @@ TEST_P(IsaTest, AnyBatchAndAlignment) {
     query.tmax = member(offsetof(NifRay, tmax));
     query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = kStride;
     Answers answers(count);
-    answers.ask(query);
-    ASSERT_EQ(nifQuery(scene, &query), NIF_OK);
+    const NifAnswers outputs = answers.outputs();
+    ASSERT_EQ(nifQuery(scene, &query, &outputs), NIF_OK);
     for (size_t i = 0; i < count; ++i) {
       ASSERT_EQ(answers.logit[i], whole.logit[i]) << count;
       ASSERT_EQ(answers.certain[i], whole.certain[i]) << count;

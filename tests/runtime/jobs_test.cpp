@@ -125,18 +125,13 @@ class ThreadJobs : public RuntimeTest {
     NifAsset asset = nullptr;
     NifScene scene = nullptr;
     EXPECT_EQ(nifNewDevice(config, callbacks, &device), NIF_OK) << nifGetErrorMessage();
-    EXPECT_EQ(nifLoadAssetMemory(device, file_.data(), file_.size(), NIF_MEMORY_COPY, &asset), NIF_OK);
+    EXPECT_EQ(nifLoadAssetMemory(device, file_.data(), file_.size(), NIF_LOAD_COPY, &asset), NIF_OK);
     EXPECT_EQ(nifNewScene(device, &scene), NIF_OK);
     EXPECT_EQ(nifAddAsset(scene, asset, nullptr, nullptr, nullptr), NIF_OK);
     EXPECT_EQ(nifCommitScene(scene), NIF_OK);
     nifReleaseAsset(asset);
     nifReleaseDevice(device);
     return scene;
-  }
-  NifQuery query_of(Answers& answers, size_t count) const {
-    NifQuery query = nifQueryRays(rays_.data(), count);
-    answers.ask(query);
-    return query;
   }
 
   std::vector<NifRay> rays_;
@@ -149,8 +144,9 @@ TEST_F(ThreadJobs, AnyNumberOfThreadsSaysTheSame) {
     for (int round = 0; round < 5; ++round) EXPECT_EQ(query_all(scene, rays_), *expected_);
     for (const size_t count : {1, 7, 2047, 2048, 2049, 5000, 10007}) {
       Answers answers(count);
-      NifQuery query = query_of(answers, count);
-      ASSERT_EQ(nifQuery(scene, &query), NIF_OK);
+      NifRays query = nifMakeRays(rays_.data(), count);
+      const NifAnswers outputs = answers.outputs();
+      ASSERT_EQ(nifQuery(scene, &query, &outputs), NIF_OK);
       EXPECT_TRUE(std::equal(answers.logit.begin(), answers.logit.end(), expected_->logit.begin()));
       EXPECT_TRUE(std::equal(answers.certain.begin(), answers.certain.end(), expected_->certain.begin()));
       EXPECT_TRUE(std::equal(answers.bits.begin(), answers.bits.end() - 1, expected_->bits.begin()));
@@ -165,12 +161,13 @@ TEST_F(ThreadJobs, QueriesAllocateNothing) {
   memory.install(callbacks);
   const NifScene scene = scene_on("threads=3", &callbacks);
   Answers answers(rays_.size());
-  NifQuery query = query_of(answers, rays_.size());
+  NifRays query = nifMakeRays(rays_.data(), rays_.size());
+  const NifAnswers outputs = answers.outputs();
   const int64_t before = memory.calls;
-  ASSERT_EQ(nifQuery(scene, &query), NIF_OK);
+  ASSERT_EQ(nifQuery(scene, &query, &outputs), NIF_OK);
   EXPECT_EQ(memory.calls, before);
   NifJob job = nullptr;
-  ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+  ASSERT_EQ(nifQueryAsync(scene, &query, &outputs, &job), NIF_OK);
   ASSERT_EQ(nifWaitJob(job), NIF_OK);
   EXPECT_EQ(memory.calls, before + 1) << "the job";
   EXPECT_EQ(answers, *expected_);
@@ -187,10 +184,11 @@ TEST_F(ThreadJobs, Asynchronous) {
     NifJob jobs[kJobs];
     char unused = 7;  // scratch that no query would take
     for (size_t k = 0; k < kJobs; ++k) {
-      NifQuery query = query_of(answers[k], rays_.size());
+      NifRays query = nifMakeRays(rays_.data(), rays_.size());
+      const NifAnswers outputs = answers[k].outputs();
       query.scratch = &unused;
       query.scratch_bytes = sizeof(unused);
-      ASSERT_EQ(nifQueryAsync(scene, &query, &jobs[k]), NIF_OK);
+      ASSERT_EQ(nifQueryAsync(scene, &query, &outputs, &jobs[k]), NIF_OK);
     }
     // The first two by asking, the others by waiting, the last from two threads.
     for (size_t k = 0; k < 2; ++k) {
@@ -216,10 +214,11 @@ TEST_F(ThreadJobs, EverythingReleasedBeforeItIsDone) {
   memory.install(callbacks);
   for (int round = 0; round < 10; ++round) {
     Answers answers(rays_.size());
-    NifQuery query = query_of(answers, rays_.size());
+    NifRays query = nifMakeRays(rays_.data(), rays_.size());
+    const NifAnswers outputs = answers.outputs();
     const NifScene scene = scene_on("threads=3", &callbacks);
     NifJob job = nullptr;
-    ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+    ASSERT_EQ(nifQueryAsync(scene, &query, &outputs, &job), NIF_OK);
     nifReleaseJob(job);
     nifReleaseScene(scene);
     // The device's own threads end the job, and with it scene and device.
@@ -236,12 +235,13 @@ TEST_F(ThreadJobs, ManyCallersShareTheThreads) {
     callers.emplace_back([&, t] {
       for (int round = 0; round < 4; ++round) {
         Answers answers(rays_.size());
-        NifQuery query = query_of(answers, rays_.size());
+        NifRays query = nifMakeRays(rays_.data(), rays_.size());
+        const NifAnswers outputs = answers.outputs();
         if ((t + round) % 2) {
-          wrong += nifQuery(scene, &query) != NIF_OK;
+          wrong += nifQuery(scene, &query, &outputs) != NIF_OK;
         } else {
           NifJob job = nullptr;
-          wrong += nifQueryAsync(scene, &query, &job) != NIF_OK;
+          wrong += nifQueryAsync(scene, &query, &outputs, &job) != NIF_OK;
           wrong += nifWaitJob(job) != NIF_OK;
           nifReleaseJob(job);
         }
@@ -264,10 +264,11 @@ TEST_F(ThreadJobs, ScratchOfTheCaller) {
     callers.emplace_back([&] {
       const AlignedBytes scratch(bytes);
       Answers answers(rays_.size());
-      NifQuery query = query_of(answers, rays_.size());
+      NifRays query = nifMakeRays(rays_.data(), rays_.size());
+      const NifAnswers outputs = answers.outputs();
       query.scratch = scratch.get();
       query.scratch_bytes = bytes;
-      wrong += nifQuery(scene, &query) != NIF_OK;
+      wrong += nifQuery(scene, &query, &outputs) != NIF_OK;
       wrong += !(answers == *expected_);
     });
   for (std::thread& caller : callers) caller.join();
@@ -290,9 +291,10 @@ TEST_F(ThreadJobs, RunnersOfTheCaller) {
     EXPECT_EQ(runner.calls, before);
 
     Answers answers(rays_.size());
-    NifQuery query = query_of(answers, rays_.size());
+    NifRays query = nifMakeRays(rays_.data(), rays_.size());
+    const NifAnswers outputs = answers.outputs();
     NifJob job = nullptr;
-    ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+    ASSERT_EQ(nifQueryAsync(scene, &query, &outputs, &job), NIF_OK);
     uint32_t done = 7;
     ASSERT_EQ(nifIsJobDone(job, &done), NIF_OK);
     if (when == When::inside) {
@@ -324,8 +326,9 @@ TEST_F(ThreadJobs, RunnerThatIsOutOfOrder) {
   std::vector<Answers> answers(kJobs, Answers(rays_.size()));
   NifJob jobs[kJobs];
   for (size_t k = 0; k < kJobs; ++k) {
-    NifQuery query = query_of(answers[k], rays_.size());
-    ASSERT_EQ(nifQueryAsync(scene, &query, &jobs[k]), NIF_OK);
+    NifRays query = nifMakeRays(rays_.data(), rays_.size());
+    const NifAnswers outputs = answers[k].outputs();
+    ASSERT_EQ(nifQueryAsync(scene, &query, &outputs, &jobs[k]), NIF_OK);
   }
   const Runner::Given latest = runner.given.back();
   runner.given.pop_back();
@@ -361,10 +364,10 @@ TEST_F(ThreadJobs, BadRays) {
   const NifScene scene = scene_on("threads=3", nullptr);
   EXPECT_EQ(query_all(scene, noise), expected);
   Answers answers(noise.size());
-  NifQuery query = nifQueryRays(noise.data(), noise.size());
-  answers.ask(query);
+  NifRays query = nifMakeRays(noise.data(), noise.size());
+  const NifAnswers outputs = answers.outputs();
   NifJob job = nullptr;
-  ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+  ASSERT_EQ(nifQueryAsync(scene, &query, &outputs, &job), NIF_OK);
   ASSERT_EQ(nifWaitJob(job), NIF_OK);
   EXPECT_EQ(answers, expected);
   nifReleaseJob(job);
@@ -376,9 +379,10 @@ TEST_F(ThreadJobs, RunnerAfterEverythingIsReleased) {
   const NifDeviceCallbacks callbacks = runner.callbacks();
   const NifScene scene = scene_on("threads=3", &callbacks);
   Answers answers(rays_.size());
-  NifQuery query = query_of(answers, rays_.size());
+  NifRays query = nifMakeRays(rays_.data(), rays_.size());
+  const NifAnswers outputs = answers.outputs();
   NifJob job = nullptr;
-  ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+  ASSERT_EQ(nifQueryAsync(scene, &query, &outputs, &job), NIF_OK);
   nifReleaseJob(job);
   nifReleaseScene(scene);
   runner.run_what_was_given();
@@ -394,11 +398,81 @@ TEST_F(ThreadJobs, RunnerOfOneThread) {
   EXPECT_EQ(query_all(scene, rays_), *expected_);
   EXPECT_EQ(runner.submitted, 0u);
   Answers answers(rays_.size());
-  NifQuery query = query_of(answers, rays_.size());
+  NifRays query = nifMakeRays(rays_.data(), rays_.size());
+  const NifAnswers outputs = answers.outputs();
   NifJob job = nullptr;
-  ASSERT_EQ(nifQueryAsync(scene, &query, &job), NIF_OK);
+  ASSERT_EQ(nifQueryAsync(scene, &query, &outputs, &job), NIF_OK);
   for (uint32_t done = 0; !done; std::this_thread::yield()) ASSERT_EQ(nifIsJobDone(job, &done), NIF_OK);
   EXPECT_EQ(runner.submitted, 1u);
+  EXPECT_EQ(answers, *expected_);
+  nifReleaseJob(job);
+  nifReleaseScene(scene);
+}
+
+TEST_F(ThreadJobs, CancelledJobsLeaveOutWhatNobodyHasBegun) {
+  // Nobody runs the tasks, so nothing is begun before the job is cancelled.
+  Runner runner(Runner::When::later);
+  const NifDeviceCallbacks callbacks = runner.callbacks();
+  const NifScene scene = scene_on("threads=3", &callbacks);
+  Answers answers(rays_.size());
+  const std::vector<uint8_t> untouched = answers.visible;
+  const NifRays rays = nifMakeRays(rays_.data(), rays_.size());
+  const NifAnswers outputs = answers.outputs();
+  NifJob job = nullptr;
+  ASSERT_EQ(nifQueryAsync(scene, &rays, &outputs, &job), NIF_OK);
+  ASSERT_EQ(nifCancelJob(job), NIF_OK);
+  ASSERT_EQ(nifCancelJob(job), NIF_OK) << "twice does no harm";
+  uint32_t done = 0;
+  EXPECT_EQ(nifIsJobDone(job, &done), NIF_OK);
+  EXPECT_EQ(done, 1u);
+  EXPECT_EQ(nifWaitJob(job), NIF_ERROR_CANCELLED);
+  EXPECT_EQ(answers.visible, untouched);
+  runner.run_what_was_given();
+  EXPECT_EQ(answers.visible, untouched);
+  nifReleaseJob(job);
+  nifReleaseScene(scene);
+  EXPECT_EQ(runner.live, 0);
+}
+
+TEST_F(ThreadJobs, JobsAreCancelledWhileThreadsWorkOnThem) {
+  const NifScene scene = scene_on("threads=3", nullptr);
+  const NifRays rays = nifMakeRays(rays_.data(), rays_.size());
+  for (int round = 0; round < 200; ++round) {
+    Answers answers(rays_.size());
+    const NifAnswers outputs = answers.outputs();
+    NifJob job = nullptr;
+    ASSERT_EQ(nifQueryAsync(scene, &rays, &outputs, &job), NIF_OK);
+    std::thread waits;
+    NifError waited = NIF_OK;
+    if (round % 3 == 0) waits = std::thread([&] { waited = nifWaitJob(job); });
+    for (int i = 0; i < round * 20; ++i) std::atomic_signal_fence(std::memory_order_seq_cst);
+    ASSERT_EQ(nifCancelJob(job), NIF_OK);
+    const NifError error = nifWaitJob(job);
+    if (waits.joinable()) {
+      waits.join();
+      EXPECT_EQ(waited, error);
+    }
+    ASSERT_TRUE(error == NIF_OK || error == NIF_ERROR_CANCELLED);
+    if (error == NIF_OK) {
+      EXPECT_EQ(answers, *expected_);
+    } else {
+      for (size_t i = 0; i < rays_.size(); ++i)
+        ASSERT_TRUE(answers.visible[i] == 0xcc || answers.visible[i] == expected_->visible[i]);
+    }
+    nifReleaseJob(job);
+  }
+  nifReleaseScene(scene);
+}
+
+TEST_F(ThreadJobs, ACancelledJobThatIsDoneStaysDone) {
+  const NifScene scene = scene_on("threads=1", nullptr);
+  Answers answers(rays_.size());
+  const NifRays rays = nifMakeRays(rays_.data(), rays_.size());
+  const NifAnswers outputs = answers.outputs();
+  NifJob job = nullptr;
+  ASSERT_EQ(nifQueryAsync(scene, &rays, &outputs, &job), NIF_OK);
+  ASSERT_EQ(nifCancelJob(job), NIF_OK);
+  EXPECT_EQ(nifWaitJob(job), NIF_OK);
   EXPECT_EQ(answers, *expected_);
   nifReleaseJob(job);
   nifReleaseScene(scene);

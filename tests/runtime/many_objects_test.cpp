@@ -37,7 +37,7 @@ TEST(ManyObjects, ShareTheirNetworksInMemory) {
   ASSERT_EQ(nifNewDevice("threads=1", &callbacks, &device), NIF_OK);
   const uint64_t before = held.now;
   NifAsset asset = nullptr;
-  ASSERT_EQ(nifLoadAssetMemory(device, file.data(), file.size(), NIF_MEMORY_COPY, &asset), NIF_OK)
+  ASSERT_EQ(nifLoadAssetMemory(device, file.data(), file.size(), NIF_LOAD_COPY, &asset), NIF_OK)
       << nifGetErrorMessage();
   EXPECT_LT(held.most - before, 8 * file.size());
   NifAssetInfo info{};

@@ -84,7 +84,7 @@ TEST_F(RuntimeTest, OpenRaysDoNotDependOnThreadsOrInstructions) {
     if (nifNewDevice(config, nullptr, &device) == NIF_ERROR_NOT_AVAILABLE) continue;
     SCOPED_TRACE(config);
     NifAsset asset = nullptr;
-    ASSERT_EQ(nifLoadAssetMemory(device, file_.data(), file_.size(), NIF_MEMORY_COPY, &asset), NIF_OK);
+    ASSERT_EQ(nifLoadAssetMemory(device, file_.data(), file_.size(), NIF_LOAD_COPY, &asset), NIF_OK);
     NifScene scene = nullptr;
     ASSERT_EQ(nifNewScene(device, &scene), NIF_OK);
     ASSERT_EQ(nifAddAsset(scene, asset, nullptr, nullptr, nullptr), NIF_OK);
@@ -148,16 +148,17 @@ TEST_F(RuntimeTest, OpenQueriesOfWrongArgumentsAreRefused) {
   make(3, {.objects = 0, .instances = 0, .proofs = 1});
   const NifScene scene = scene_of(load(), 0), uncommitted = new_scene();
   const NifRay ray{};
-  NifQuery query = nifQueryRays(&ray, 1);
+  NifRays query = nifMakeRays(&ray, 1);
+  const auto outputs = nifkit::sized<NifAnswers>();
   uint32_t number = 0, count[2] = {};
   NifOpenRays open{};
   open.struct_size = sizeof(open);
   open.capacity = 1;
   open.rays = &number;
   open.count = count;
-  EXPECT_EQ(nifQueryOpen(scene, &query, &open), NIF_OK) << "no outputs, and no tmin and tmax";
-  const auto refused = [&](NifError error, const NifQuery& asked, const NifOpenRays& lists) {
-    EXPECT_EQ(nifQueryOpen(scene, &asked, &lists), error) << nifGetErrorMessage();
+  EXPECT_EQ(nifQueryOpen(scene, &query, &outputs, &open), NIF_OK) << "no outputs, and no tmin and tmax";
+  const auto refused = [&](NifError error, const NifRays& asked, const NifOpenRays& lists) {
+    EXPECT_EQ(nifQueryOpen(scene, &asked, &outputs, &lists), error) << nifGetErrorMessage();
   };
   NifOpenRays wrong = open;
   wrong.count = nullptr;
@@ -171,19 +172,20 @@ TEST_F(RuntimeTest, OpenQueriesOfWrongArgumentsAreRefused) {
   refused(NIF_OK, query, wrong);
   wrong.struct_size = 0;
   refused(NIF_ERROR_INVALID_ARGUMENT, query, wrong);
-  NifQuery more = query;
+  NifRays more = query;
   more.count = uint64_t{1} << 32;
   refused(NIF_ERROR_INVALID_ARGUMENT, more, open);
   more = query;
-  more.memory = NIF_DEVICE;
+  more.memory = NIF_MEMORY_DEVICE;
   refused(NIF_ERROR_NOT_AVAILABLE, more, open);
-  EXPECT_EQ(nifQueryOpen(scene, nullptr, &open), NIF_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(nifQueryOpen(scene, &query, nullptr), NIF_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(nifQueryOpen(nullptr, &query, &open), NIF_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(nifQueryOpen(uncommitted, &query, &open), NIF_ERROR_INVALID_OPERATION);
+  EXPECT_EQ(nifQueryOpen(scene, &query, nullptr, &open), NIF_OK) << "no answers at all";
+  EXPECT_EQ(nifQueryOpen(scene, nullptr, &outputs, &open), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifQueryOpen(scene, &query, &outputs, nullptr), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifQueryOpen(nullptr, &query, &outputs, &open), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifQueryOpen(uncommitted, &query, &outputs, &open), NIF_ERROR_INVALID_OPERATION);
   query.count = 0;
   count[0] = 7;
-  EXPECT_EQ(nifQueryOpen(scene, &query, &open), NIF_OK);
+  EXPECT_EQ(nifQueryOpen(scene, &query, &outputs, &open), NIF_OK);
   EXPECT_EQ(count[0], 0u);
 }
 

@@ -61,13 +61,14 @@ TEST_F(Outputs, DoNotDependOnEachOther) {
   const Answers all = query_all(scene, rays);
   for (int alone = 0; alone < 5; ++alone) {
     Answers answers(rays.size());
-    NifQuery query = nifQueryRays(rays.data(), rays.size());
-    if (alone == 0) query.visible = answers.visible.data();
-    if (alone == 1) query.visible_bits = answers.bits.data();
-    if (alone == 2) query.certain = answers.certain.data();
-    if (alone == 3) query.probability = answers.probability.data();
-    if (alone == 4) query.logit = answers.logit.data();
-    ASSERT_EQ(nifQuery(scene, &query), NIF_OK);
+    const NifRays query = nifMakeRays(rays.data(), rays.size());
+    auto outputs = nifkit::sized<NifAnswers>();
+    if (alone == 0) outputs.visible = answers.visible.data();
+    if (alone == 1) outputs.visible_bits = answers.bits.data();
+    if (alone == 2) outputs.certain = answers.certain.data();
+    if (alone == 3) outputs.probability = answers.probability.data();
+    if (alone == 4) outputs.logit = answers.logit.data();
+    ASSERT_EQ(nifQuery(scene, &query, &outputs), NIF_OK);
     if (alone == 0) {
       EXPECT_EQ(answers.visible, all.visible);
     }
@@ -86,7 +87,8 @@ TEST_F(Outputs, DoNotDependOnEachOther) {
   }
   for (size_t i = 0; i < rays.size(); ++i) {
     uint8_t visible = 9;
-    ASSERT_EQ(nifQueryRay(scene, &rays[i], &visible), NIF_OK);
+    const NifAnswers one = only_visible(&visible);
+    ASSERT_EQ(nifQueryRay(scene, &rays[i], &one), NIF_OK);
     ASSERT_EQ(visible, all.visible[i]);
   }
 }
@@ -97,10 +99,10 @@ TEST_F(Outputs, EveryLayout) {
   Random random(21);
   const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 301);
   const Answers expected = query_all(scene, rays);
-  const auto check = [&](NifQuery query) {
+  const auto check = [&](NifRays query) {
     Answers answers(rays.size());
-    answers.ask(query);
-    ASSERT_EQ(nifQuery(scene, &query), NIF_OK);
+    const NifAnswers outputs = answers.outputs();
+    ASSERT_EQ(nifQuery(scene, &query, &outputs), NIF_OK);
     EXPECT_EQ(answers, expected);
   };
 
@@ -114,7 +116,7 @@ TEST_F(Outputs, EveryLayout) {
     columns[6].push_back(ray.tmin);
     columns[7].push_back(ray.tmax);
   }
-  auto soa = nifkit::sized<NifQuery>();
+  auto soa = nifkit::sized<NifRays>();
   soa.count = rays.size();
   for (int a = 0; a < 3; ++a) {
     soa.origin[a] = columns[a].data();
@@ -142,7 +144,7 @@ TEST_F(Outputs, EveryLayout) {
   std::vector<char> packed(1 + rays.size() * 33);
   for (size_t i = 0; i < rays.size(); ++i) std::memcpy(packed.data() + 1 + i * 33, &rays[i], sizeof(NifRay));
   const auto at = [&](size_t offset) { return reinterpret_cast<const float*>(packed.data() + 1 + offset); };
-  auto odd = nifkit::sized<NifQuery>();
+  auto odd = nifkit::sized<NifRays>();
   odd.count = rays.size();
   for (size_t a = 0; a < 3; ++a) {
     odd.origin[a] = at(offsetof(NifRay, origin) + 4 * a);
@@ -166,13 +168,13 @@ TEST_F(Outputs, SharedValuesAndDefaults) {
     ray.tmax = std::numeric_limits<float>::infinity();
   }
   const Answers expected = query_all(scene, rays);
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
+  NifRays query = nifMakeRays(rays.data(), rays.size());
   for (int a = 0; a < 3; ++a) query.direction[a] = &first.direction[a];
   query.direction_stride = 0;
   query.tmin = query.tmax = nullptr;
   Answers answers(rays.size());
-  answers.ask(query);
-  ASSERT_EQ(nifQuery(scene, &query), NIF_OK);
+  const NifAnswers outputs = answers.outputs();
+  ASSERT_EQ(nifQuery(scene, &query, &outputs), NIF_OK);
   EXPECT_EQ(answers, expected);
 }
 
@@ -183,13 +185,14 @@ TEST_F(Outputs, UnalignedOutputs) {
   const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 50);
   const Answers expected = query_all(scene, rays);
   std::vector<char> memory(1 + 4 * rays.size());
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
-  query.logit = reinterpret_cast<int32_t*>(memory.data() + 1);
-  ASSERT_EQ(nifQuery(scene, &query), NIF_OK);
+  NifRays query = nifMakeRays(rays.data(), rays.size());
+  auto outputs = nifkit::sized<NifAnswers>();
+  outputs.logit = reinterpret_cast<int32_t*>(memory.data() + 1);
+  ASSERT_EQ(nifQuery(scene, &query, &outputs), NIF_OK);
   EXPECT_EQ(std::memcmp(memory.data() + 1, expected.logit.data(), 4 * rays.size()), 0);
-  query.logit = nullptr;
-  query.probability = reinterpret_cast<float*>(memory.data() + 1);
-  ASSERT_EQ(nifQuery(scene, &query), NIF_OK);
+  outputs.logit = nullptr;
+  outputs.probability = reinterpret_cast<float*>(memory.data() + 1);
+  ASSERT_EQ(nifQuery(scene, &query, &outputs), NIF_OK);
   EXPECT_EQ(std::memcmp(memory.data() + 1, expected.probability.data(), 4 * rays.size()), 0);
 }
 
@@ -211,8 +214,9 @@ TEST_F(Outputs, FloatingPointEnvironment) {
     const NifScene scene = scene_of(asset, 0, transform.data());
     const Answers answers = query_all(scene, rays);
     uint8_t visible;
-    EXPECT_EQ(nifQueryRay(scene, &rays[0], &visible), NIF_OK);
-    EXPECT_EQ(nifQueryRay(scene, nullptr, &visible), NIF_ERROR_INVALID_ARGUMENT);
+    const NifAnswers one = only_visible(&visible);
+    EXPECT_EQ(nifQueryRay(scene, &rays[0], &one), NIF_OK);
+    EXPECT_EQ(nifQueryRay(scene, nullptr, &one), NIF_ERROR_INVALID_ARGUMENT);
     EXPECT_EQ(std::fegetround(), rounding);
 #if defined(__SSE__)
     EXPECT_EQ(_mm_getcsr(), wanted);

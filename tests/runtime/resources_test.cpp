@@ -77,30 +77,30 @@ class ThreadResources : public RuntimeTest, public testing::WithParamInterface<c
       std::memset(visible, 0, count);
     };
     for (const NifScene scene : test.scenes_) {
-      NifQuery query = nifQueryRays(test.rays_.data(), test.rays_.size());
-      answers.ask(query);
-      check(nifQuery(scene, &query));
+      NifRays query = nifMakeRays(test.rays_.data(), test.rays_.size());
+      NifAnswers outputs = answers.outputs();
+      check(nifQuery(scene, &query, &outputs));
       query.scratch = scratch;
       query.scratch_bytes = scratch_bytes;
-      check(nifQuery(scene, &query));
-      check(nifQueryWithFallback(scene, &query, 0.9f, occlude, nullptr));
+      check(nifQuery(scene, &query, &outputs));
+      check(nifQueryWithFallback(scene, &query, &outputs, 0.9f, occlude, nullptr));
       uint32_t open_ray = 0, open_count = 0;
       NifOpenRays open{};
       open.struct_size = sizeof(open);
       open.capacity = 1;
       open.rays = &open_ray;
       open.count = &open_count;
-      check(nifQueryOpen(scene, &query, &open));
-      query = nifQueryRays(test.rays_.data(), test.rays_.size());
+      check(nifQueryOpen(scene, &query, &outputs, &open));
+      query = nifMakeRays(test.rays_.data(), test.rays_.size());
       NifHits hits{};
       hits.struct_size = sizeof(hits);
       hits.t = answers.probability.data();
       hits.hit = answers.visible.data();
       check(nifIntersect(scene, &query, &hits));
-      query = nifQueryRays(test.rays_.data(), 100);
-      query.visible = answers.visible.data();
-      check(nifQuery(scene, &query));
-      check(nifQueryRay(scene, &test.rays_[0], answers.visible.data()));
+      query = nifMakeRays(test.rays_.data(), 100);
+      outputs = only_visible(answers.visible.data());
+      check(nifQuery(scene, &query, &outputs));
+      check(nifQueryRay(scene, &test.rays_[0], &outputs));
     }
   }
   static void check(NifError error) {
@@ -120,10 +120,10 @@ TEST_P(ThreadResources, NothingIsAllocated) {
   ASSERT_EQ(nifGetQueryScratchBytes(scenes_[0], rays_.size(), &bytes), NIF_OK);
   void* scratch = std::aligned_alloc(64, (bytes + 63) / 64 * 64);
   std::memset(scratch, 0, bytes);
-  NifQuery query = nifQueryRays(rays_.data(), rays_.size());
-  answers.ask(query);
+  NifRays query = nifMakeRays(rays_.data(), rays_.size());
+  const NifAnswers outputs = answers.outputs();
   NifJob job = nullptr;
-  ASSERT_EQ(nifQueryAsync(scenes_[2], &query, &job), NIF_OK);
+  ASSERT_EQ(nifQueryAsync(scenes_[2], &query, &outputs, &job), NIF_OK);
   auto device_info = nifkit::sized<NifDeviceInfo>();
   auto asset_info = nifkit::sized<NifAssetInfo>();
   auto scene_info = nifkit::sized<NifSceneInfo>();

@@ -64,7 +64,7 @@ class Worker {
                    transform = random_.below(uint32_t(shared_.transforms.size()));
     bool good =
         nifLoadAssetMemory(shared_.device, shared_.file, shared_.file_bytes,
-                           random_.below(2) ? NIF_MEMORY_COPY : NIF_MEMORY_BORROW, &asset) == NIF_OK &&
+                           random_.below(2) ? NIF_LOAD_COPY : NIF_LOAD_IN_PLACE, &asset) == NIF_OK &&
         nifNewScene(shared_.device, &scene) == NIF_OK &&
         nifAddInstance(scene, asset, object, shared_.transforms[transform].data(), nullptr) == NIF_OK &&
         nifCommitScene(scene) == NIF_OK;
@@ -93,11 +93,10 @@ class Worker {
     Answers first(shared_.rays.size()), second(shared_.rays.size());
     bool good = true;
     NifJob jobs[2] = {};
-    NifQuery queries[2] = {nifQueryRays(shared_.rays.data(), shared_.rays.size()),
-                           nifQueryRays(shared_.rays.data(), shared_.rays.size())};
-    first.ask(queries[0]);
-    second.ask(queries[1]);
-    for (int i = 0; i < 2; ++i) good = good && nifQueryAsync(shared_.scene, &queries[i], &jobs[i]) == NIF_OK;
+    const NifRays rays = nifMakeRays(shared_.rays.data(), shared_.rays.size());
+    const NifAnswers outputs[2] = {first.outputs(), second.outputs()};
+    for (int i = 0; i < 2; ++i)
+      good = good && nifQueryAsync(shared_.scene, &rays, &outputs[i], &jobs[i]) == NIF_OK;
     for (const NifJob job : jobs) good = job != nullptr && nifWaitJob(job) == NIF_OK && good;
     for (const NifJob job : jobs) nifReleaseJob(job);
     return good && first == shared_.answers && second == shared_.answers;
@@ -122,7 +121,7 @@ class Worker {
   bool fail() {
     NifAsset asset = nullptr;
     const bool refused = nifLoadAssetMemory(shared_.device, shared_.file, shared_.file_bytes - 1,
-                                            NIF_MEMORY_COPY, &asset) == NIF_ERROR_FILE_TRUNCATED &&
+                                            NIF_LOAD_COPY, &asset) == NIF_ERROR_FILE_TRUNCATED &&
                          std::string(nifGetErrorMessage()).starts_with("memory: ends after");
     NifScene scene = nullptr;
     const bool made = nifNewScene(shared_.device, &scene) == NIF_OK;

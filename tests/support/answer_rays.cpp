@@ -54,19 +54,20 @@ void run(const std::string& mode, const char* file, const char* path, const std:
   for (size_t done = 0; done < count; done += most) {
     const size_t rays = std::min(most, count - done);
     if (!speed || done == 0) piece = nif::test::make_box_rays(object, rays, uint32_t(done / most + 1));
-    NifQuery query = nifQueryRays(piece.data(), rays);
-    query.visible = visible.data();
+    NifRays query = nifMakeRays(piece.data(), rays);
+    auto outputs = nifkit::sized<NifAnswers>();
+    outputs.visible = visible.data();
     const auto start = std::chrono::steady_clock::now();
-    nifkit::check(nifQuery(scene.get(), &query));
+    nifkit::check(nifQuery(scene.get(), &query, &outputs));
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     fastest = std::max(fastest, 1e-6 * double(rays) / seconds.count());
     if (speed) continue;
 
-    query.visible = nullptr;
-    query.logit = logit.data();
-    query.certain = certain.data();
-    nifkit::check(nifQuery(scene.get(), &query));
-    query = nifQueryRays(piece.data(), rays);
+    outputs.visible = nullptr;
+    outputs.logit = logit.data();
+    outputs.certain = certain.data();
+    nifkit::check(nifQuery(scene.get(), &query, &outputs));
+    query = nifMakeRays(piece.data(), rays);
     auto hits = nifkit::sized<NifHits>();
     hits.t = t.data();
     nifkit::check(nifIntersect(scene.get(), &query, &hits));

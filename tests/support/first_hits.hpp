@@ -24,7 +24,8 @@ struct FirstHits {
         v(count, -1),
         instance(count, 0xcccccccc),
         object(count, 0xcccccccc),
-        triangle(count, 0xcccccccc) {}
+        triangle(count, 0xcccccccc),
+        user(count, 0xcccccccc) {}
   NifHits outputs() {
     NifHits hits{};
     hits.struct_size = sizeof(hits);
@@ -40,6 +41,7 @@ struct FirstHits {
     hits.object = object.data();
     hits.triangle = triangle.data();
     hits.color = color.data();
+    hits.user = user.data();
     return hits;
   }
   bool operator==(const FirstHits&) const = default;
@@ -51,11 +53,13 @@ struct FirstHits {
     visit(color, other.color);
     visit(u, other.u), visit(v, other.v);
     visit(instance, other.instance), visit(object, other.object), visit(triangle, other.triangle);
+    visit(user, other.user);
   }
 
   std::vector<uint8_t> hit, certain;
   std::vector<float> t, low, high, normal, color, u, v;
   std::vector<uint32_t> instance, object, triangle;
+  std::vector<uint64_t> user;
 };
 
 /// Rays for which a bit of any output differs.

@@ -83,7 +83,7 @@ Scene BenchScene::scene(uint32_t threads) const {
   check(nifNewDevice(fmt::format("{},threads={}", configuration_, threads).c_str(), nullptr, &device.handle));
   std::vector<Asset> loaded(assets_.size());
   for (size_t i = 0; i < assets_.size(); ++i)
-    check(nifLoadAssetFile(device.handle, assets_[i]->path().c_str(), NIF_LOAD_READ, &loaded[i].handle));
+    check(nifLoadAssetFile(device.handle, assets_[i]->path().c_str(), NIF_LOAD_COPY, &loaded[i].handle));
   Scene scene;
   check(nifNewScene(device.handle, &scene.handle));
   for (const bake::Placed& placed : instances_) {

@@ -231,10 +231,9 @@ void add_bench(Command app) {
   command.add_flag("--stages", a->stages,
                    "Also time the stages: of spherical objects on one thread, or of the pipeline on a GPU");
   command
-      .add_option(
-          "--device", a->device,
-          "cpu: compare with Embree; gpu (or hip): compare with an exact BVH of the mesh on the same card")
-      .one_of({"cpu", "gpu", "hip"})
+      .add_option("--device", a->device,
+                  "cpu: compare with Embree; gpu: compare with an exact BVH of the mesh on the same card")
+      .one_of({"cpu", "gpu"})
       .capture_default_str();
   command.add_option("--precision", a->precision, "On a GPU: precision of the networks of spherical objects")
       .one_of({"single", "half"})

@@ -37,9 +37,9 @@ class Other {
       const std::vector<std::byte> file = format::encode(
           bake::bake(mesh::read(options.mesh, limits_of_asset(options.asset)), exact, {}, interruption())
               .asset);
-      check(nifLoadAssetMemory(device_.handle, file.data(), file.size(), NIF_MEMORY_COPY, &asset_.handle));
+      check(nifLoadAssetMemory(device_.handle, file.data(), file.size(), NIF_LOAD_COPY, &asset_.handle));
     } else {
-      check(nifLoadAssetFile(device_.handle, options.against.c_str(), NIF_LOAD_READ, &asset_.handle));
+      check(nifLoadAssetFile(device_.handle, options.against.c_str(), NIF_LOAD_COPY, &asset_.handle));
     }
     for (uint32_t i = 0; i < objects; ++i) {
       Scene scene;
@@ -92,10 +92,11 @@ std::vector<NifRay> to_rays(const bake::LabelledRays& labelled) {
 void add_times(NifScene scene, std::span<const NifRay> rays, NifMeasure measure, size_t rounds,
                std::span<double> seconds) {
   std::vector<uint8_t> visible(rays.size());
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
-  query.visible = visible.data();
+  const NifRays asked = nifMakeRays(rays.data(), rays.size());
+  auto answers = nifkit::sized<NifAnswers>();
+  answers.visible = visible.data();
   std::vector<double> times(seconds.size());
-  check(nifMeasureQuery(scene, &query, measure, uint32_t(rounds), times.data()));
+  check(nifMeasureQuery(scene, &asked, &answers, measure, uint32_t(rounds), times.data()));
   for (size_t i = 0; i < times.size(); ++i) seconds[i] += times[i];
 }
 

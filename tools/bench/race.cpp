@@ -43,10 +43,10 @@ class Asked {
 
   /// One call for all rays, whatever the threads: they are the device's.
   void ask(NifScene scene) {
-    NifQuery query = nifQueryRays(rays_.data(), rays_.size());
+    const NifRays rays = nifMakeRays(rays_.data(), rays_.size());
     if (!first_hits_) {
-      query.visible = answers_.data();
-      return check(nifQuery(scene, &query));
+      const NifAnswers answers = visible_answers();
+      return check(nifQuery(scene, &rays, &answers));
     }
     NifHits hits{};
     hits.struct_size = sizeof(hits);
@@ -54,12 +54,12 @@ class Asked {
     hits.t = t_.data();
     hits.normal = normal_.front().data();
     hits.triangle = triangle_.data();
-    check(nifIntersect(scene, &query, &hits));
+    check(nifIntersect(scene, &rays, &hits));
   }
   /// Proofs first.
   void ask(NifScene scene, const bake::EmbreeScene& embree, bake::EmbreeCall call) {
-    proofs_first_.ask(scene, nifQueryRays(rays_.data(), rays_.size()), source_.segments, embree, call,
-                      answers_.data());
+    proofs_first_.ask(scene, nifMakeRays(rays_.data(), rays_.size()), visible_answers(), source_.segments,
+                      embree, call);
   }
 
   /// Of first hits, those that hit or miss wrongly.
@@ -71,10 +71,16 @@ class Asked {
   }
 
  private:
+  NifAnswers visible_answers() {
+    auto answers = nifkit::sized<NifAnswers>();
+    answers.visible = answers_.data();
+    return answers;
+  }
+
   const bake::LabelledRays& source_;
   bool first_hits_;
   std::vector<NifRay> rays_;
-  std::vector<uint8_t> answers_;  ///< NifQuery::visible, or NifHits::hit
+  std::vector<uint8_t> answers_;  ///< NifAnswers::visible, or NifHits::hit
   std::vector<float> t_;
   std::vector<std::array<float, 3>> normal_;
   std::vector<uint32_t> triangle_;

@@ -39,8 +39,8 @@ struct RuntimeHits : bake::FirstHits {
     hits.t_low = low.data();
     hits.t_high = high.data();
     hits.color = color.front().data();
-    const NifQuery query = query_of(segments);
-    check(nifIntersect(scene, &query, &hits));
+    const NifRays rays = rays_of(segments);
+    check(nifIntersect(scene, &rays, &hits));
   }
 
   /// Whether ray i has the same bits.

@@ -35,9 +35,9 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   check(error);
   device_info_.struct_size = sizeof(device_info_);
   check(nifGetDeviceInfo(device_.handle, &device_info_));
-  check(nifLoadAssetFile(device_.handle, asset.c_str(), NIF_LOAD_READ, &asset_.handle));
+  check(nifLoadAssetFile(device_.handle, asset.c_str(), NIF_LOAD_COPY, &asset_.handle));
   check(nifNewDevice("isa=scalar", nullptr, &reference_device_.handle));
-  check(nifLoadAssetFile(reference_device_.handle, asset.c_str(), NIF_LOAD_READ, &reference_asset_.handle));
+  check(nifLoadAssetFile(reference_device_.handle, asset.c_str(), NIF_LOAD_COPY, &reference_asset_.handle));
   info_.struct_size = sizeof(info_);
   check(nifGetAssetInfo(asset_.handle, &info_));
 
@@ -110,11 +110,12 @@ struct ExactAnswers {
   std::vector<int32_t> logit;
   ExactAnswers(NifScene scene, std::span<const kernels::Segment> segments)
       : visible(segments.size()), certain(segments.size()), logit(segments.size()) {
-    NifQuery query = query_of(segments);
-    query.visible = visible.data();
-    query.certain = certain.data();
-    query.logit = logit.data();
-    check(nifQuery(scene, &query));
+    const NifRays rays = rays_of(segments);
+    auto answers = nifkit::sized<NifAnswers>();
+    answers.visible = visible.data();
+    answers.certain = certain.data();
+    answers.logit = logit.data();
+    check(nifQuery(scene, &rays, &answers));
   }
 };
 
@@ -126,7 +127,7 @@ std::vector<Scene> MeasuredAsset::each_alone(uint32_t threads) const {
   Device device;
   Asset asset;
   check(nifNewDevice(configuration.c_str(), nullptr, &device.handle));
-  check(nifLoadAssetFile(device.handle, path_.c_str(), NIF_LOAD_READ, &asset.handle));
+  check(nifLoadAssetFile(device.handle, path_.c_str(), NIF_LOAD_COPY, &asset.handle));
   std::vector<Scene> scenes;
   for (size_t object = 0; object < info_.object_count; ++object)
     scenes.push_back(scene_of(device, asset, object));
@@ -141,11 +142,12 @@ Scene MeasuredAsset::alone_by_reference(size_t object) const {
 
 bake::Answerer runtime_answerer(NifScene scene) {
   return [scene](std::span<const kernels::Segment> segments, const bake::Answers& answers) {
-    NifQuery query = query_of(segments);
-    query.visible = answers.visible;
-    query.certain = answers.certain;
-    query.probability = answers.probability;
-    check(nifQuery(scene, &query));
+    const NifRays rays = rays_of(segments);
+    auto to = nifkit::sized<NifAnswers>();
+    to.visible = answers.visible;
+    to.certain = answers.certain;
+    to.probability = answers.probability;
+    check(nifQuery(scene, &rays, &to));
   };
 }
 

@@ -14,10 +14,11 @@ namespace nif::tools {
 /// Memory for such queries of as many rays as the first had; not for several threads at once.
 class ProofsFirst {
  public:
-  /// Answers a query of these rays; `query` has them and all outputs but `visible`. Returns how many Embree
-  /// was asked about.
-  size_t ask(NifScene scene, NifQuery query, std::span<const kernels::Segment> segments,
-             const bake::EmbreeScene& embree, bake::EmbreeCall call, uint8_t* visible);
+  /// Answers rays, which `segments` are, too; answers.visible must be set. Returns how many Embree was asked
+  /// about.
+  size_t ask(NifScene scene, const NifRays& rays, NifAnswers answers,
+             std::span<const kernels::Segment> segments, const bake::EmbreeScene& embree,
+             bake::EmbreeCall call);
 
  private:
   std::vector<uint32_t> rays_;

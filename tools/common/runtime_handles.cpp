@@ -38,7 +38,7 @@ std::vector<NifPartInfo> parts_of(std::span<const std::byte> file) {
   Device device;
   Asset asset;
   check(nifNewDevice(nullptr, nullptr, &device.handle));
-  check(nifLoadAssetMemory(device.handle, file.data(), file.size(), NIF_MEMORY_COPY, &asset.handle));
+  check(nifLoadAssetMemory(device.handle, file.data(), file.size(), NIF_LOAD_COPY, &asset.handle));
   return parts_of(asset.handle);
 }
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "nif/nif.h"
+#include "nif/nif.hpp"
 
 namespace nif::tools {
 

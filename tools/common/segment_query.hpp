@@ -4,25 +4,23 @@
 #include <span>
 
 #include "kernels/reference/ray.hpp"
-#include "nif/nif.h"
+#include "nif/nif.hpp"
 
 namespace nif::tools {
 
-/// A query of these segments, of which there are some, without outputs.
-inline NifQuery query_of(std::span<const kernels::Segment> segments) {
+/// These segments, of which there are some.
+inline NifRays rays_of(std::span<const kernels::Segment> segments) {
   const kernels::Segment& first = segments.front();
-  NifQuery query{};
-  query.struct_size = sizeof(query);
-  query.count = segments.size();
+  auto rays = nifkit::sized<NifRays>();
+  rays.count = segments.size();
   for (int a = 0; a < 3; ++a) {
-    query.origin[a] = &first.origin[a];
-    query.direction[a] = &first.direction[a];
+    rays.origin[a] = &first.origin[a];
+    rays.direction[a] = &first.direction[a];
   }
-  query.tmin = &first.tmin;
-  query.tmax = &first.tmax;
-  query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride =
-      sizeof(kernels::Segment);
-  return query;
+  rays.tmin = &first.tmin;
+  rays.tmax = &first.tmax;
+  rays.origin_stride = rays.direction_stride = rays.tmin_stride = rays.tmax_stride = sizeof(kernels::Segment);
+  return rays;
 }
 
 }  // namespace nif::tools

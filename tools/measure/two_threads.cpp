@@ -53,9 +53,10 @@ void wait_for(sem_t& semaphore) {
 double ask(NifScene scene, const std::vector<NifRay>& rays, std::vector<uint8_t>& visible) {
   const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < kQueries; ++i) {
-    NifQuery query = nifQueryRays(rays.data(), rays.size());
-    query.visible = visible.data();
-    tools::check(nifQuery(scene, &query));
+    const NifRays asked = nifMakeRays(rays.data(), rays.size());
+    auto answers = nifkit::sized<NifAnswers>();
+    answers.visible = visible.data();
+    tools::check(nifQuery(scene, &asked, &answers));
   }
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }

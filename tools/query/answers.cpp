@@ -6,6 +6,7 @@
 
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
+#include "nif/nif.hpp"
 
 namespace nif::tools {
 
@@ -16,7 +17,7 @@ Asker::Asker(const std::string& asset, const std::string& configuration, const u
     throw Error(Status::usage, nifGetErrorMessage());
   check(error);
   Asset loaded;
-  check(nifLoadAssetFile(device_.handle, asset.c_str(), NIF_LOAD_READ, &loaded.handle));
+  check(nifLoadAssetFile(device_.handle, asset.c_str(), NIF_LOAD_COPY, &loaded.handle));
   NifAssetInfo info{};
   info.struct_size = sizeof(info);
   check(nifGetAssetInfo(loaded.handle, &info));
@@ -33,25 +34,24 @@ void Asker::ask(std::span<const NifRay> rays, Answers& answers) const {
   answers.visible.resize(rays.size());
   answers.certain.resize(rays.size());
   answers.probability.resize(rays.size());
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
-  query.visible = answers.visible.data();
-  query.certain = answers.certain.data();
-  query.probability = answers.probability.data();
-  check(nifQuery(scene_.handle, &query));
+  const NifRays asked = nifMakeRays(rays.data(), rays.size());
+  auto to = nifkit::sized<NifAnswers>();
+  to.visible = answers.visible.data();
+  to.certain = answers.certain.data();
+  to.probability = answers.probability.data();
+  check(nifQuery(scene_.handle, &asked, &to));
   if (!hits_) return;
   answers.t.resize(rays.size());
   answers.normal.resize(3 * rays.size());
   for (std::vector<uint32_t>* numbers : {&answers.instance, &answers.object, &answers.triangle})
     numbers->resize(rays.size());
-  query = nifQueryRays(rays.data(), rays.size());
-  NifHits found{};
-  found.struct_size = sizeof(found);
+  auto found = nifkit::sized<NifHits>();
   found.t = answers.t.data();
   found.normal = answers.normal.data();
   found.instance = answers.instance.data();
   found.object = answers.object.data();
   found.triangle = answers.triangle.data();
-  check(nifIntersect(scene_.handle, &query, &found));
+  check(nifIntersect(scene_.handle, &asked, &found));
 }
 
 }  // namespace nif::tools

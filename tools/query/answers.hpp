@@ -11,7 +11,7 @@
 
 namespace nif::tools {
 
-/// Entry i is about ray i; the values are those of NifQuery and NifHits.
+/// Entry i is about ray i; the values are those of NifAnswers and NifHits.
 struct Answers {
   std::vector<uint8_t> visible, certain;
   std::vector<float> probability;

@@ -117,8 +117,8 @@ void add_query(Command app) {
                    "triangle");
   command.add_option("--object", a->object,
                      "Ask this object of the asset alone, in its own space. The first is 0");
-  command.add_option("--device", a->device, "cpu, or gpu (or hip); first hits come from the CPU")
-      .one_of({"cpu", "gpu", "hip"})
+  command.add_option("--device", a->device, "cpu, or gpu; first hits come from the CPU")
+      .one_of({"cpu", "gpu"})
       .capture_default_str();
   add_threads_option(command, a->threads);
   add_runtime_options(command, *a);

@@ -16,7 +16,7 @@
 namespace nif::render {
 namespace {
 
-bool knows_first_hits(NifEncoding encoding) {
+bool knows_first_hits(uint32_t encoding) {
   return encoding == NIF_ENCODING_SEGMENT || encoding == NIF_ENCODING_BVH || encoding == NIF_ENCODING_EXACT;
 }
 
@@ -46,7 +46,7 @@ AssetScene::AssetScene(const std::string& configuration) {
 
 AssetScene::Added AssetScene::add(const ObjectDescription& object) {
   tools::Asset asset;
-  tools::check(nifLoadAssetFile(runtime_.handle, object.nif->c_str(), NIF_LOAD_READ, &asset.handle));
+  tools::check(nifLoadAssetFile(runtime_.handle, object.nif->c_str(), NIF_LOAD_COPY, &asset.handle));
   NifAssetInfo info{};
   info.struct_size = sizeof(info);
   tools::check(nifGetAssetInfo(asset.handle, &info));
@@ -62,9 +62,9 @@ AssetScene::Added AssetScene::add(const ObjectDescription& object) {
   }
   tools::check(nifAddAsset(scene_.handle, asset.handle, object.transform.data(), nullptr, nullptr));
   for (uint32_t i = 0; i < info.instance_count; ++i) {
-    NifInstanceInfo about{};
+    NifAssetInstanceInfo about{};
     about.struct_size = sizeof(about);
-    tools::check(nifGetInstanceInfo(asset.handle, i, &about));
+    tools::check(nifGetAssetInstanceInfo(asset.handle, i, &about));
     mesh::Transform own;
     std::copy_n(about.transform, own.size(), own.begin());
     kinds_.push_back(kind_of(object, added.objects[about.object], mesh::compose(object.transform, own)));
@@ -82,11 +82,12 @@ void AssetScene::commit() { tools::check(nifCommitScene(scene_.handle)); }
 
 void AssetScene::ask(std::span<const Segment> rays, const Answers& answers) const {
   if (rays.empty()) return;
-  NifQuery query = tools::query_of(rays);
-  query.visible = answers.visible;
-  query.probability = answers.probability;
-  query.certain = answers.certain;
-  tools::check(nifQuery(scene_.handle, &query));
+  const NifRays asked = tools::rays_of(rays);
+  auto to = nifkit::sized<NifAnswers>();
+  to.visible = answers.visible;
+  to.probability = answers.probability;
+  to.certain = answers.certain;
+  tools::check(nifQuery(scene_.handle, &asked, &to));
 }
 
 void AssetScene::intersect(std::span<const Segment> rays, std::span<std::optional<SurfacePoint>> hits) const {
@@ -99,8 +100,8 @@ void AssetScene::intersect(std::span<const Segment> rays, std::span<std::optiona
   found.t = t.data();
   found.normal = normal.front().data();
   found.instance = instance.data();
-  const NifQuery query = tools::query_of(rays);
-  tools::check(nifIntersect(scene_.handle, &query, &found));
+  const NifRays asked = tools::rays_of(rays);
+  tools::check(nifIntersect(scene_.handle, &asked, &found));
   for (size_t i = 0; i < rays.size(); ++i) {
     hits[i].reset();
     if (instance[i] == NIF_NONE) continue;

@@ -41,7 +41,7 @@ class AssetScene {
   /// met. None: they do.
   const std::optional<std::string>& no_first_hits() const { return no_first_hits_; }
 
-  /// What the assets say of each ray; the arrays are as those of NifQuery, and may be null.
+  /// What the assets say of each ray; the arrays are as those of NifAnswers, and may be null.
   struct Answers {
     uint8_t* visible;
     float* probability;

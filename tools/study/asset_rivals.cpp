@@ -24,7 +24,7 @@ class LoadedAsset {
   explicit LoadedAsset(const std::vector<std::byte>& file)
       : file_bytes_(file.size()), resident_bytes_(resident_bytes(file)) {
     check(nifNewDevice("threads=1", nullptr, &device_.handle));
-    check(nifLoadAssetMemory(device_.handle, file.data(), file.size(), NIF_MEMORY_COPY, &asset_.handle));
+    check(nifLoadAssetMemory(device_.handle, file.data(), file.size(), NIF_LOAD_COPY, &asset_.handle));
     check(nifNewScene(device_.handle, &scene_.handle));
     check(nifAddAsset(scene_.handle, asset_.handle, nullptr, nullptr, nullptr));
     check(nifCommitScene(scene_.handle));
@@ -64,9 +64,10 @@ class AssetRival : public Rival {
                            s.tmax});
     auto visible = std::make_shared<std::vector<uint8_t>>(rays.segments.size());
     return {[scene = asset_.scene(), laid_out, visible] {
-      NifQuery query = nifQueryRays(laid_out->data(), laid_out->size());
-      query.visible = visible->data();
-      return seconds_of([&] { check(nifQuery(scene, &query)); });
+      const NifRays asked = nifMakeRays(laid_out->data(), laid_out->size());
+      auto answers = nifkit::sized<NifAnswers>();
+      answers.visible = visible->data();
+      return seconds_of([&] { check(nifQuery(scene, &asked, &answers)); });
     }};
   }
 
@@ -94,10 +95,11 @@ class ProofsThenEmbree : public Rival {
     for (const EmbreeCall call : {EmbreeCall::occluded1, EmbreeCall::occluded16, EmbreeCall::occluded1M})
       ways.push_back([this, asked, visible, call, &rays] {
         tbb::task_arena arena(1);
+        auto answers = nifkit::sized<NifAnswers>();
+        answers.visible = visible->data();
         return seconds_of([&] {
           arena.execute([&] {
-            asked->ask(asset_.scene(), query_of(rays.segments), rays.segments, embree_, call,
-                       visible->data());
+            asked->ask(asset_.scene(), rays_of(rays.segments), answers, rays.segments, embree_, call);
           });
         });
       });

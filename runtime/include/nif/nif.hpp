@@ -159,8 +159,12 @@ class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
 /// Rays to ask about. The arrays belong to the caller.
 class Rays {
  public:
-  /// An array of NifRay.
-  Rays(std::span<const NifRay> rays) : rays_(nifMakeRays(rays.data(), rays.size())) {}
+  /// An array of NifRay: a span, or what converts to one.
+  template <class Array>
+  requires std::is_convertible_v<const Array&, std::span<const NifRay>> Rays(const Array& rays) {
+    const std::span<const NifRay> array(rays);
+    rays_ = nifMakeRays(array.data(), array.size());
+  }
   /// Any other layout.
   explicit Rays(const NifRays& rays) : rays_(rays) {}
 
