@@ -36,6 +36,7 @@ build   libopenvdb-dev        nif mesh: level sets
 build   libboost-iostreams-dev  what OpenVDB is linked with, and its package does not bring
 build   libcgal-dev           nif mesh: self-intersections, holes, remeshing; tests: a second oracle of rays (NIF_WITH_CGAL)
 sample  jq                    samples/run.sh reads the JSON that nif prints
+check   abigail-tools         compares the binary interface with the one that is kept
 check   libgtest-dev          tests
 check   libgmp-dev            tests: the judge in exact arithmetic
 check   pkgconf               tests: the installed package through its .pc file

@@ -1,0 +1,759 @@
+/* nif.h: load .nif assets and ask whether segments are blocked. C99. nif.hpp wraps it for C++20.
+ *
+ *   NifDevice device;  NifAsset asset;  NifScene scene;
+ *   nifNewDevice(NULL, NULL, &device);
+ *   nifLoadAssetFile(device, "dragon.nif", NIF_LOAD_COPY, &asset);
+ *   nifNewScene(device, &scene);
+ *   nifAddAsset(scene, asset, NULL, NULL, NULL);
+ *   nifCommitScene(scene);
+ *
+ *   NifRays rays = nifMakeRays(my_rays, count);      // NifRay my_rays[count]
+ *   NifAnswers answers = {.struct_size = sizeof(answers), .visible = visible};
+ *   if (nifQuery(scene, &rays, &answers) != NIF_OK)  // uint8_t visible[count]: 1 visible, 0 occluded
+ *     puts(nifGetErrorMessage());
+ *
+ *   nifReleaseScene(scene);  nifReleaseAsset(asset);  nifReleaseDevice(device);
+ *
+ * docs/runtime.md in the source tree explains devices, queries on GPUs, jobs and the ABI at more length.
+ *
+ * Rules for every function, unless its comment says otherwise:
+ * - Errors: it returns NIF_OK or an error code. After an error, nifGetErrorMessage() returns one sentence.
+ *   A call that fails changes nothing, except that the output arrays of a query may hold anything.
+ * - Null: handles and pointers must not be null, unless the comment says what null means. Null, a handle
+ *   whose last reference was released, and a value that never was a handle give NIF_ERROR_INVALID_ARGUMENT.
+ *   Handle values are never reused. But the release of the last reference must not run at the same time as
+ *   another call with that handle.
+ * - Threads: calls on different scenes may run at the same time, and so may calls on one device or one asset.
+ *   Calls that change a scene (nifAdd..., nifRemove..., nifSet..., nifCommitScene) must not run at the same
+ *   time as any other call on that scene. Any number of threads may query one committed scene.
+ * - Memory: a call may allocate, through the device's allocator. Queries do not allocate, except that
+ *   nifQueryAsync allocates its job, and a query on a GPU may allocate memory for copies. Always from the
+ *   system come threads, error messages, handles beyond 1,024 at once, and host memory of the GPU module.
+ * - Ownership: pointers in a returned structure belong to nifkit. They stay valid as long as the object that
+ *   the call was made on.
+ * - Floating point: the caller's rounding mode, denormal mode and exception flags affect no result, and are
+ *   unchanged after the call.
+ *
+ * Structures start with struct_size. Set it to sizeof(the structure): then a program compiled with an older
+ * header works with a newer library. In a structure that you pass in, set members that you do not use to
+ * zero: NifAnswers answers = {.struct_size = sizeof(answers)}; does that. Flags that this header does not
+ * name and members called "reserved" must be zero. Members that hold one of an enum are uint32_t. */
+#ifndef NIF_NIF_H
+#define NIF_NIF_H
+
+#include <stdint.h>
+#include <string.h>
+
+/* Version of this header. Before 1.0.0 a new minor version may change calls; later only a new major one. */
+#define NIF_VERSION_MAJOR 0
+#define NIF_VERSION_MINOR 1
+#define NIF_VERSION_PATCH 0
+#define NIF_VERSION (NIF_VERSION_MAJOR * 10000 + NIF_VERSION_MINOR * 100 + NIF_VERSION_PATCH)
+
+/* On Windows: define NIF_STATIC to link the static library in place of nif.dll. The target nifkit::runtime of
+ * the CMake package does it. */
+#if !defined(_WIN32)
+#define NIF_API __attribute__((visibility("default")))
+#elif defined(NIF_STATIC)
+#define NIF_API
+#else
+#define NIF_API __declspec(dllimport)
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Errors ------------------------------------------------------------------------------------------ */
+
+/* The numbers never change. Codes for files are also exit codes of the program `nif`. */
+typedef enum NifError {
+  NIF_OK = 0,
+  NIF_ERROR_UNKNOWN = 1,           /* a bug in nifkit */
+  NIF_ERROR_INVALID_ARGUMENT = 2,  /* null, out of range, not finite, misaligned */
+  NIF_ERROR_INVALID_OPERATION = 3, /* not in this state, e.g. a query of a scene that is not committed */
+  NIF_ERROR_OUT_OF_MEMORY = 4,
+  NIF_ERROR_NOT_AVAILABLE = 5,      /* not in this build or on this machine; the message says which */
+  NIF_ERROR_CANCELLED = 6,          /* nifWaitJob, of a job that nifCancelJob stopped before its end */
+  NIF_ERROR_SINGULAR_TRANSFORM = 7, /* the transform has no inverse: it flattens space */
+
+  NIF_ERROR_FILE_NOT_FOUND = 10,
+  NIF_ERROR_FILE_UNREADABLE = 11, /* no permission, a folder, or an I/O error */
+  NIF_ERROR_FILE_EMPTY = 12,
+  NIF_ERROR_FILE_TRUNCATED = 13, /* shorter than its header says */
+  NIF_ERROR_NOT_A_NIF = 30,
+  NIF_ERROR_FOREIGN_NIF = 31,     /* a NetImmerse/Gamebryo model: same extension, different format */
+  NIF_ERROR_DAMAGED_NIF = 32,     /* wrong checksum or structure */
+  NIF_ERROR_UNSUPPORTED_NIF = 33, /* needs a newer library */
+
+  NIF_ERROR_DEVICE_LOST = 60, /* this and the next two: GPU backends only */
+  NIF_ERROR_OUT_OF_DEVICE_MEMORY = 61,
+  NIF_ERROR_WRONG_POINTER = 62, /* host memory where NifRays.memory says device memory, or the reverse */
+
+  NIF_ERROR_ENUM_IS_32_BITS = 0x7fffffff
+} NifError;
+
+/* Returns the library's version, encoded like NIF_VERSION. Allocates nothing; cannot fail. */
+NIF_API uint32_t nifGetVersion(void);
+
+/* Returns one sentence about the last failed call on this thread, or "" if none failed. Errors of a file name
+ * the file; errors of an asset loaded from memory say "memory". The text is valid until the next failed call
+ * on this thread. Needs no device. Allocates nothing; cannot fail. */
+NIF_API const char* nifGetErrorMessage(void);
+
+/* Returns the name of a code, e.g. "NIF_ERROR_FILE_NOT_FOUND". Allocates nothing; cannot fail. */
+NIF_API const char* nifGetErrorName(NifError error);
+
+/* ---- Device ------------------------------------------------------------------------------------------ */
+
+/* Handles are opaque and reference-counted. nifNew... and nifLoad... return one reference, nifRetain... adds
+ * one, and nifRelease... removes one; the last release destroys the object. A scene keeps its assets alive;
+ * scenes and assets keep their device alive. Retaining or releasing null or a dead handle does nothing. */
+typedef struct NifDeviceHandle* NifDevice;
+typedef struct NifAssetHandle* NifAsset;
+typedef struct NifSceneHandle* NifScene;
+
+/* One task of a query, for the caller's task runner. */
+typedef void (*NifTask)(void* argument, uint64_t index);
+
+typedef enum NifLogLevel {
+  NIF_LOG_WARNING = 1, /* something was not done as asked, e.g. a scene could not be copied to the GPU */
+  NIF_LOG_INFO = 2,    /* what was done: a device was made, an asset loaded */
+  NIF_LOG_LEVEL_IS_32_BITS = 0x7fffffff
+} NifLogLevel;
+
+/* The caller's own allocator, task runner and log. A null member selects nifkit's own; nifkit's own log keeps
+ * nothing. Callbacks may be called from any thread that calls nifkit and from the device's threads, also at
+ * the same time, until the device is destroyed. They must not throw, and must not call nifkit. */
+typedef struct NifDeviceCallbacks {
+  uint64_t struct_size;
+  void* user; /* passed to each callback */
+
+  /* allocate returns `bytes` > 0 bytes, aligned to `alignment` (a power of 2, at most 64), or null when it
+   * has no memory. deallocate gets the same bytes and alignment. Set both or neither. */
+  void* (*allocate)(void* user, uint64_t bytes, uint64_t alignment);
+  void (*deallocate)(void* user, void* memory, uint64_t bytes, uint64_t alignment);
+
+  /* Replaces the device's own threads. submit arranges that task(argument, i) is called once for each i in
+   * 0 .. count - 1, on any threads, in any order, now or later. It may return before the tasks have run.
+   * count is at most the device's threads. A query does not wait for tasks that have not started: a late task
+   * finds nothing to do. Still, every task must run at some time, because the device lives until then. A task
+   * needs as much stack as nifQuery. */
+  void (*submit)(void* user, NifTask task, void* argument, uint64_t count);
+
+  /* Receives one sentence at a time, 0-terminated, valid during the call. `level` is a NifLogLevel; levels
+   * may be added. Queries log nothing, except that a GPU is lost. */
+  void (*log)(void* user, uint32_t level, const char* message);
+} NifDeviceCallbacks;
+
+/* Creates a device: the CPU or a GPU, with its threads and work memory. `config` is null or a list such as
+ * "threads=2,isa=avx2". docs/runtime.md describes each key.
+ * - threads=N: threads that work on one query (default 1; 0: as many as the machine has).
+ * - queries=N: queries that can run at once without scratch of the caller (default 0: the machine's threads).
+ * - isa=NAME: the CPU's instruction set: auto (default), scalar, sse4, avx2, avx512, neon or wasm.
+ * - memory=NAME: auto (default), or least: smaller tables for grids, and slower rays. CPU only.
+ * - backend=NAME: cpu (default), gpu: a GPU of NVIDIA or AMD, or one of the two: cuda or hip.
+ * - device=N: with a GPU, the card, as numbered by nifGetCardInfo (default: the first of the backend).
+ * - module=PATH: with a GPU, the file of the GPU module.
+ * - pipeline=NAME: with a GPU, how it answers: auto (default), on or off. The answers are the same.
+ * - precision=NAME: with a GPU, single (default), or half for networks of `spherical` objects.
+ *
+ * An unknown key or value gives NIF_ERROR_INVALID_ARGUMENT. NIF_ERROR_NOT_AVAILABLE means that this build or
+ * this machine lacks what `config` asks for. `callbacks` may be null; the structure is copied. */
+NIF_API NifError nifNewDevice(const char* config, const NifDeviceCallbacks* callbacks, NifDevice* device);
+NIF_API void nifRetainDevice(NifDevice device);
+NIF_API void nifReleaseDevice(NifDevice device);
+
+typedef struct NifDeviceInfo {
+  uint64_t struct_size;
+  uint32_t threads; /* that one query uses, at most */
+  uint32_t reserved;
+  const char* isa;     /* in use, e.g. "avx512" */
+  const char* backend; /* "cpu", "cuda" or "hip" */
+  const char* card;    /* the GPU's name; "" for the CPU */
+} NifDeviceInfo;
+
+/* Allocates nothing. */
+NIF_API NifError nifGetDeviceInfo(NifDevice device, NifDeviceInfo* info);
+
+typedef struct NifBackendInfo {
+  uint64_t struct_size;
+  const char* name;   /* "cpu", "cuda" or "hip", as in backend=NAME */
+  uint32_t available; /* 1: yes, 0: no */
+  uint32_t reserved;
+  const char* reason; /* one sentence on why it is not available; "" if it is */
+} NifBackendInfo;
+
+/* Lists the backends of this version: index = 0, 1, ... until NIF_ERROR_INVALID_ARGUMENT. For GPUs each call
+ * loads the GPU module and the drivers and looks for cards. The reason names what is wrong: no module, no
+ * driver, a driver that is too old, no card, or no code for the cards in the module. The text is valid until
+ * the next call of this function on this thread. Needs no device. */
+NIF_API NifError nifGetBackendInfo(uint32_t index, NifBackendInfo* info);
+
+typedef struct NifCardInfo {
+  uint64_t struct_size;
+  const char* name;
+  const char* target; /* what its code is compiled for, e.g. "gfx1100" or "sm_90" */
+  const char* driver; /* e.g. "CUDA 13.0" */
+  uint64_t memory_bytes;
+  uint32_t available; /* 1: yes, 0: no */
+  uint32_t pci_domain;
+  const char* reason;  /* one sentence on why it cannot be used; "" if it can */
+  const char* backend; /* "cuda" or "hip" */
+  /* To find the card that a graphics API renders on. PCI address: all graphics APIs on Linux. UUID: as
+   * VkPhysicalDeviceIDProperties::deviceUUID; 0 if the driver does not tell. LUID: as DXGI_ADAPTER_DESC and
+   * deviceLUID have it; has_luid is 0 where there is none, which is everywhere but on Windows. */
+  uint32_t pci_bus;
+  uint32_t pci_device;
+  uint8_t uuid[16];
+  uint8_t luid[8];
+  uint32_t has_luid; /* 1: yes, 0: no */
+  uint32_t reserved;
+} NifCardInfo;
+
+/* Lists the GPUs of backend=gpu: card = 0, 1, ... as in device=N, until NIF_ERROR_INVALID_ARGUMENT. If there
+ * is no GPU, it returns NIF_ERROR_NOT_AVAILABLE. Each call looks for cards again. The texts are valid until
+ * the next call of this function on this thread. Needs no device. */
+NIF_API NifError nifGetCardInfo(uint32_t card, NifCardInfo* info);
+
+/* ---- Assets ------------------------------------------------------------------------------------------ */
+
+typedef enum NifLoadMode {
+  NIF_LOAD_COPY = 0, /* the asset has bytes of its own: a file is read and closed, memory is copied */
+  /* The bytes are used where they are, until the asset is destroyed; coded payloads are decoded beside them. A
+   * file is mapped, and must not change. Memory starts at a multiple of NIF_ASSET_ALIGNMENT, and must not
+   * move or change. */
+  NIF_LOAD_IN_PLACE = 1,
+  NIF_LOAD_MODE_IS_32_BITS = 0x7fffffff
+} NifLoadMode;
+
+#define NIF_ASSET_ALIGNMENT 64 /* bytes */
+
+/* Loads a .nif file. `path` is 0-terminated; on Windows in UTF-8, elsewhere in the system's encoding. Safe on
+ * untrusted files: checksums cover every byte, every table is checked, and the memory used is at most a small
+ * multiple of the file's size. (With NIF_LOAD_IN_PLACE this holds only if the file does not change meanwhile.) */
+NIF_API NifError nifLoadAssetFile(NifDevice device, const char* path, NifLoadMode mode, NifAsset* asset);
+
+/* Loads a .nif file from memory: `bytes` holds the whole file, `size` bytes. Safe on untrusted bytes. With
+ * NIF_LOAD_COPY, `bytes` may have any alignment. */
+NIF_API NifError nifLoadAssetMemory(NifDevice device, const void* bytes, uint64_t size, NifLoadMode mode,
+                                    NifAsset* asset);
+
+/* Where a .nif file's bytes come from, e.g. an archive of the caller's. */
+typedef struct NifReader {
+  uint64_t struct_size;
+  void* user;       /* passed to read */
+  const char* name; /* what messages call the file; null: "reader" */
+  uint64_t size;    /* of the whole file, in bytes */
+  /* Writes the file's bytes offset .. offset + size - 1 to `to`. Returns 1, or 0 if it cannot. Called on the
+   * calling thread, with offsets that ascend without gaps. It must not throw, and must not call nifkit. */
+  uint32_t (*read)(void* user, uint64_t offset, void* to, uint64_t size);
+} NifReader;
+
+/* Loads a .nif file through a function of the caller's, which is not called again after this returns. The
+ * file's own length is compared with `size` before memory is taken. Safe on untrusted bytes. If a read fails:
+ * NIF_ERROR_FILE_UNREADABLE. */
+NIF_API NifError nifLoadAssetReader(NifDevice device, const NifReader* reader, NifAsset* asset);
+NIF_API void nifRetainAsset(NifAsset asset);
+NIF_API void nifReleaseAsset(NifAsset asset);
+
+typedef struct NifAssetInfo {
+  uint64_t struct_size;
+  uint32_t object_count;   /* at least 1 */
+  uint32_t instance_count; /* placements of objects in the file; may be 0: see nifAddAsset */
+  uint32_t network_count;  /* objects may share networks */
+  uint32_t format_version;
+  uint64_t file_bytes;
+  /* All memory that the library keeps for this asset: what is decoded or built at load, and the file's bytes
+   * (borrowed and mapped bytes too), unless tables built at load replace them. */
+  uint64_t resident_bytes;
+  const char* metadata; /* JSON, UTF-8, [metadata_bytes], not 0-terminated; null if there is none */
+  uint64_t metadata_bytes;
+  uint64_t gpu_bytes;      /* GPU memory for this asset; 0 until a scene with it is committed on a GPU */
+  uint32_t places_nothing; /* 1: the file states that it places no object; then instance_count is 0 */
+  uint32_t reserved;       /* 0 */
+} NifAssetInfo;
+
+/* Allocates nothing. */
+NIF_API NifError nifGetAssetInfo(NifAsset asset, NifAssetInfo* info);
+
+typedef struct NifPartInfo {
+  uint64_t struct_size;
+  const char* name; /* e.g. "planes"; docs/runtime.md lists all */
+  uint64_t file_bytes;
+  uint64_t resident_bytes; /* may be more, if it is coded in the file, or built at load; or less, if tables
+                              built at load replace it */
+} NifPartInfo;
+
+/* Lists what an asset consists of: part = 0, 1, ... until NIF_ERROR_INVALID_ARGUMENT. The bytes of all parts
+ * add up to those of NifAssetInfo. Allocates nothing. */
+NIF_API NifError nifGetPartInfo(NifAsset asset, uint32_t part, NifPartInfo* info);
+
+/* How an object stores what blocks rays. The numbers are those of the file format. */
+typedef enum NifEncoding {
+  NIF_ENCODING_SEGMENT = 1,   /* voxels, and a small network where they do not decide; compact, may err */
+  NIF_ENCODING_SPHERICAL = 2, /* the published Neural Intersection Function, for comparison; may err */
+  NIF_ENCODING_BVH = 3,       /* the triangles in a compressed hierarchy; exact */
+  NIF_ENCODING_EXACT = 4,     /* planes that prove most answers, and the triangles for the others; exact */
+  NIF_ENCODING_PROOF = 5,     /* the planes alone: what they do not prove stays open, for a BVH of yours */
+  NIF_ENCODING_IS_32_BITS = 0x7fffffff
+} NifEncoding;
+
+typedef struct NifObjectInfo {
+  uint64_t struct_size;
+  const char* name;    /* UTF-8, 0-terminated, may be "" */
+  uint32_t encoding;   /* a NifEncoding */
+  uint32_t network;    /* 0 .. network_count - 1; ignore it for encodings without networks */
+  float bounds_min[3]; /* of the source mesh, in object space */
+  float bounds_max[3];
+  float bias;         /* start shadow rays this far from the surface, in object units */
+  uint32_t triangles; /* of the source mesh */
+  /* This object's own data: voxels, features, grids, BVH, numbers of triangles, colours, tables built at
+   * load. */
+  uint64_t resident_bytes;
+  /* 0: an object of NIF_ENCODING_PROOF without planes, because the baker found that they would save too
+   * little. It only knows which rays miss it: ask your own BVH alone. 1: all others. */
+  uint32_t proves;
+  /* 0: NifHits.triangle is the object's own number of a triangle, which says nothing about the source mesh.
+   * Else (nif bake --source-triangles) the number of triangles of the source mesh, and NifHits.triangle is
+   * one of them, from 0 on. */
+  uint32_t source_triangles;
+  uint32_t colors; /* 1: hits have the colours of its surface (nif bake --colors); 0: it has none */
+  uint32_t reserved;
+} NifObjectInfo;
+
+/* Describes one object: object = 0 .. object_count - 1. Allocates nothing. */
+NIF_API NifError nifGetObjectInfo(NifAsset asset, uint32_t object, NifObjectInfo* info);
+
+typedef struct NifAssetInstanceInfo {
+  uint64_t struct_size;
+  const char* name; /* UTF-8, 0-terminated, may be "" */
+  uint32_t object;  /* 0 .. object_count - 1 */
+  uint32_t reserved;
+  float transform[12]; /* object to asset space, laid out as in nifAddInstance; rounded to floats, while
+                          nifAddAsset places instances far from the origin in double (docs/meshes.md) */
+} NifAssetInstanceInfo;
+
+/* Describes one instance of the file: instance = 0 .. instance_count - 1. Allocates nothing. */
+NIF_API NifError nifGetAssetInstanceInfo(NifAsset asset, uint32_t instance, NifAssetInstanceInfo* info);
+
+/* ---- Scenes ------------------------------------------------------------------------------------------ */
+
+/* A scene is a list of instances. An instance is an object of an asset with a transform. Build the scene,
+ * commit it, then query it; after a change, commit again. A scene without instances can be committed too:
+ * every ray is visible in it. */
+NIF_API NifError nifNewScene(NifDevice device, NifScene* scene);
+NIF_API void nifRetainScene(NifScene scene);
+NIF_API void nifReleaseScene(NifScene scene);
+
+/* Adds one instance of an object. `transform` maps object to world space: [12], a row-major 3x4 matrix,
+ * world_x = t[0] x + t[1] y + t[2] z + t[3] and so on. It may scale non-uniformly and mirror. Null: identity.
+ * A value that is not finite gives NIF_ERROR_INVALID_ARGUMENT; a matrix without an inverse in single
+ * precision gives NIF_ERROR_SINGULAR_TRANSFORM. The asset must belong to the scene's device. `instance` (may
+ * be null) receives the instance's number, for later changes: the lowest number that is free. The instance
+ * has the mask 0xffffffff, no flags, the user value 0 and the origin 0 0 0. */
+NIF_API NifError nifAddInstance(NifScene scene, NifAsset asset, uint32_t object, const float* transform,
+                                uint32_t* instance);
+
+/* Adds a whole asset: all instances in its file; each object once if the file has no instances; nothing if
+ * the file states that it places nothing (NifAssetInfo::places_nothing). `transform` (as in nifAddInstance)
+ * is applied after each instance's own transform. `first` receives the number of the first new instance, and
+ * `count` how many there are; they are numbered in a row, after all others. Both may be null. */
+NIF_API NifError nifAddAsset(NifScene scene, NifAsset asset, const float* transform, uint32_t* first,
+                             uint32_t* count);
+
+/* Removes one instance. Its number is free for the next nifAddInstance; the others keep theirs. The scene
+ * keeps the asset until the next commit, and longer if other instances use it. */
+NIF_API NifError nifRemoveInstance(NifScene scene, uint32_t instance);
+
+/* Replaces the transform of one instance. `transform` as in nifAddInstance. Allocates nothing. */
+NIF_API NifError nifSetInstanceTransform(NifScene scene, uint32_t instance, const float* transform);
+
+/* Replaces the transforms of many instances: that of instances[k] by the 12 floats at
+ * (const char*)transforms + k * stride, for each k below count. `instances` null: 0 .. count - 1. All or
+ * nothing. Allocates nothing. */
+NIF_API NifError nifSetInstanceTransforms(NifScene scene, uint64_t count, const uint32_t* instances,
+                                          const float* transforms, uint64_t stride);
+
+/* Sets an instance's origin: [3], finite, added to its transform's translation in double precision. Null:
+ * 0 0 0. For worlds in which floats are too coarse for places: give a place here, and leave the transform
+ * small. See nifSetSceneOrigin. Allocates nothing. */
+NIF_API NifError nifSetInstanceOrigin(NifScene scene, uint32_t instance, const double* origin);
+
+/* Sets the scene's origin: [3], finite; null: 0 0 0. Rays, hits and bounds are relative to it: an instance's
+ * place is its translation plus its origin minus the scene's, computed in double precision and rounded to 48
+ * bits. Move it with the camera, and rays stay as exact near the camera as they are near 0, in a world of any
+ * size. Takes effect at the next commit, which then computes the transforms of all instances anew. */
+NIF_API NifError nifSetSceneOrigin(NifScene scene, const double* origin);
+
+/* Sets an instance's mask. A ray meets the instance only if they have a bit in common (NifRays.mask). */
+NIF_API NifError nifSetInstanceMask(NifScene scene, uint32_t instance, uint32_t mask);
+
+typedef enum NifInstanceFlags {
+  NIF_INSTANCE_DISABLED = 1, /* no ray meets it; answers are as if it were removed */
+  NIF_INSTANCE_FLAGS_ARE_32_BITS = 0x7fffffff
+} NifInstanceFlags;
+
+/* Sets an instance's flags: the sum of some NifInstanceFlags. Others give NIF_ERROR_NOT_AVAILABLE. */
+NIF_API NifError nifSetInstanceFlags(NifScene scene, uint32_t instance, uint32_t flags);
+
+/* Sets a value of the caller's, which hits return (NifHits.user), e.g. an entity's number or address. */
+NIF_API NifError nifSetInstanceUser(NifScene scene, uint32_t instance, uint64_t user);
+
+typedef struct NifInstanceInfo {
+  uint64_t struct_size;
+  NifAsset asset;  /* not retained for the caller */
+  uint32_t object; /* of the asset */
+  uint32_t mask;
+  uint64_t user;
+  double origin[3];
+  float transform[12]; /* as it was set; of what nifAddAsset added, rounded to floats */
+  uint32_t flags;      /* the sum of some NifInstanceFlags */
+  uint32_t reserved;
+} NifInstanceInfo;
+
+/* Tells what an instance is, as it was last set, committed or not. A number that no instance has gives
+ * NIF_ERROR_INVALID_ARGUMENT. Allocates nothing. */
+NIF_API NifError nifGetInstanceInfo(NifScene scene, uint32_t instance, NifInstanceInfo* info);
+
+/* Makes all changes since the last commit visible to queries. If only transforms, origins, masks and user
+ * values changed, the hierarchy over the instances is refitted, unless that makes it much worse. Otherwise it
+ * is rebuilt, in O(n log n) for n instances: some 5 ms for 10,000. Without changes the call does nothing.
+ *
+ * On a GPU it also copies the scene and its new assets to the card, after the scene's own queries there have
+ * finished. If that fails (NIF_ERROR_OUT_OF_DEVICE_MEMORY, NIF_ERROR_DEVICE_LOST), the scene is committed for
+ * the CPU, which then answers queries of host memory; another commit tries the GPU again. */
+NIF_API NifError nifCommitScene(NifScene scene);
+
+typedef struct NifSceneInfo {
+  uint64_t struct_size;
+  uint32_t instance_count; /* that the scene has */
+  uint32_t instance_end;   /* all their numbers are below this */
+  /* Box around everything that can block a ray, at the last commit, relative to the scene's origin. It is a
+   * little larger than the objects' bounds: their grids plus 1/8 voxel. min > max: nothing can block. */
+  float bounds_min[3];
+  float bounds_max[3];
+  uint64_t resident_bytes; /* of the scene without its assets; after a commit at most 256 for each instance,
+                              and a few for each object */
+  double origin[3];
+  uint32_t committed; /* 1: no changes since the last commit; 0: changed, or never committed */
+  uint32_t reserved;
+} NifSceneInfo;
+
+/* Allocates nothing. */
+NIF_API NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info);
+
+/* ---- Queries ----------------------------------------------------------------------------------------- */
+
+/* For each ray, a query asks: does a triangle contain one of the points origin + t direction with tmin <= t
+ * <= tmax? Edges and corners belong to a triangle; one that the ray sees exactly edge-on does not count. The
+ * direction need not have length 1. tmin and tmax may be infinite: -INFINITY .. INFINITY is the whole line.
+ *
+ * Invalid rays are reported visible, and certain only if tmin > tmax (no points). A ray is invalid if tmin >
+ * tmax, if a number is NaN, if the origin or direction is infinite, or if the direction's largest component
+ * (in voxels of an object) is zero or outside 2^-60 .. 2^60; for an object with triangles, also if the origin
+ * is more than 2^32 times its largest coordinate away. In a scene of several instances, so is a ray
+ * whose direction is that in world space or whose origin has a component of 2^126 or more, and a component of
+ * its direction below 2^-126 counts as 0. */
+
+/* One ray, for programs without a ray layout of their own. */
+typedef struct NifRay {
+  float origin[3];
+  float tmin;
+  float direction[3];
+  float tmax;
+} NifRay;
+
+typedef enum NifMemory {
+  NIF_MEMORY_HOST = 0,
+  NIF_MEMORY_DEVICE = 1, /* GPU backends only: the GPU can read and write all arrays of the query */
+  NIF_MEMORY_IS_32_BITS = 0x7fffffff
+} NifMemory;
+
+/* A batch of rays, and how to answer it.
+ *
+ * Each component has a pointer and a stride in bytes, so every layout fits. The value for ray i is at (const
+ * char*)pointer + i * stride. For an array of structures, point at members of the first structure and set the
+ * stride to the structure's size. For separate arrays, the stride is sizeof(float). For one value for all
+ * rays (a sun's direction, one tmin, one mask), the stride is 0; backwards it is (uint64_t)-4. No alignment
+ * needed. */
+typedef struct NifRays {
+  uint64_t struct_size;
+  uint64_t count; /* with 0, nothing is read or written */
+
+  const float* origin[3]; /* x, y, z, relative to the scene's origin */
+  uint64_t origin_stride; /* strides are in bytes */
+  const float* direction[3];
+  uint64_t direction_stride;
+  const float* tmin; /* null: 0 for all rays */
+  uint64_t tmin_stride;
+  const float* tmax; /* null: +infinity for all rays */
+  uint64_t tmax_stride;
+  /* A ray of mask m meets the instances whose own mask has a bit in common with m. Null: 0xffffffff for all
+   * rays. For a ray that no instance's mask lets in, the scene is empty. */
+  const uint32_t* mask;
+  uint64_t mask_stride;
+
+  uint32_t memory; /* a NifMemory: where all arrays of the query are, outputs too */
+  uint32_t flags;  /* must be 0 */
+  /* Work memory for the calling thread: at least nifGetQueryScratchBytes bytes, aligned to 64. You may reuse
+   * it after the call. Null: the device's own (see queries=N). Other threads that help always use the
+   * device's. */
+  void* scratch;
+  uint64_t scratch_bytes;
+  void* stream; /* the hipStream_t or cudaStream_t to run in, null: the default stream; CPU: null */
+} NifRays;
+
+/* Where to write the answers: dense arrays. Set at least one; leave the others null. Which ones you set does
+ * not change the answers. They need no alignment, and must not overlap each other or the rays. */
+typedef struct NifAnswers {
+  uint64_t struct_size;
+  /* [count] 1: visible, 0: occluded. A ray is occluded if any instance blocks it. If only this and
+   * visible_bits are set, the search stops at the first instance that does. */
+  uint8_t* visible;
+  /* [(count + 7) / 8] The same answers as bits: ray i is bit i % 8 (0 is the lowest) of byte i / 8. Unused
+   * bits of the last byte are 0. */
+  uint8_t* visible_bits;
+  /* [count] Calibrated probability that the ray is visible: the product over the instances; exactly 0 or 1
+   * for certain rays. The last bits may differ between machines; the other outputs never differ. */
+  float* probability;
+  /* [count] 1: the answer is proven, not learned. Occluded is certain if one instance certainly blocks the
+   * ray; visible is certain if all instances certainly do not. Nothing is certain for rays that start too far
+   * from an object, or reach it through a transform too skewed, for a proof in single precision. In a scene
+   * of several instances, an instance whose box the ray misses is certainly not blocking, at any distance.
+   * Where an instance has a transform that is not the identity, what its `bvh` or `exact` object says is true
+   * of a ray moved by less than 2^-14 of the largest coordinate of the object's box. */
+  uint8_t* certain;
+  /* [count] The smallest network output of all instances: below 0 means occluded. NIF_LOGIT_CERTAIN if every
+   * instance was decided without its network, -NIF_LOGIT_CERTAIN if one was decided to block. Networks of
+   * different objects may have different scales. An asset may be baked to lean to one side (nif bake --lean):
+   * then its outputs are less by a threshold, and its probabilities are not. */
+  int32_t* logit;
+} NifAnswers;
+
+#define NIF_LOGIT_CERTAIN 0x7fffffff
+
+/* Returns the scratch bytes that a query of `count` rays needs. On the CPU this is less than a megabyte, and
+ * the same for every count except 0. A GPU does not use scratch. Allocates nothing. */
+NIF_API NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_t* bytes);
+
+/* Answers a batch of rays, and returns when the answers are written. Any number of threads may query one
+ * committed scene. Allocates nothing. Needs at most 16 kB of stack, with or without scratch. Ray values are
+ * untrusted: any bits are safe. Pointers and strides are trusted. A scene that is not committed gives
+ * NIF_ERROR_INVALID_OPERATION; device memory or a stream on a CPU device gives NIF_ERROR_NOT_AVAILABLE.
+ *
+ * On a GPU, a query of device memory (NIF_MEMORY_DEVICE) is put into the stream, and the call returns at
+ * once: do not change the arrays or the scene until the stream has passed it. A query of host memory is
+ * copied to the card and back, and returns when the answers are there; it may allocate. Arrays of the wrong
+ * kind of memory give NIF_ERROR_WRONG_POINTER. If the card is lost, the CPU answers queries of host memory.
+ * docs/runtime.md has the rules for pointers, streams and lost cards. */
+NIF_API NifError nifQuery(NifScene scene, const NifRays* rays, const NifAnswers* answers);
+
+/* Describes an array of NifRay: my_rays[count] (null if count is 0), in host memory. */
+static inline NifRays nifMakeRays(const NifRay* my_rays, uint64_t count) {
+  NifRays rays;
+  int axis;
+  memset(&rays, 0, sizeof(rays));
+  rays.struct_size = sizeof(rays);
+  if (count == 0) return rays;
+  rays.count = count;
+  for (axis = 0; axis < 3; ++axis) {
+    rays.origin[axis] = &my_rays->origin[axis];
+    rays.direction[axis] = &my_rays->direction[axis];
+  }
+  rays.tmin = &my_rays->tmin;
+  rays.tmax = &my_rays->tmax;
+  rays.origin_stride = rays.direction_stride = rays.tmin_stride = rays.tmax_stride = sizeof(NifRay);
+  return rays;
+}
+
+/* Asks for one ray, with the mask 0xffffffff: `answers` has arrays of one element. The CPU answers it, also
+ * with a GPU backend. Otherwise like nifQuery. */
+NIF_API NifError nifQueryRay(NifScene scene, const NifRay* ray, const NifAnswers* answers);
+
+/* ---- Exact answers for uncertain rays ---------------------------------------------------------------- */
+
+/* Answers rays exactly, e.g. with a triangle BVH. For each k below count, it sets visible[k] to 1 or 0 for
+ * ray number rays[k] of the query. On entry, visible[k] is the learned answer. count is 1 to 1024, and the
+ * ray numbers ascend. It is called on every thread that works on the query, also at the same time, in the
+ * default floating-point environment. It must not throw, and must not query on the same device. The stack
+ * that it uses comes on top of what nifQuery uses. */
+typedef void (*NifFallback)(void* user, uint64_t count, const uint64_t* rays, uint8_t* visible);
+
+/* Like nifQuery, but passes uncertain rays to the fallback, in batches: rays that are not certain and whose
+ * probability p has max(p, 1 - p) < confidence. Its answers replace the learned ones in all outputs and count
+ * as certain: probability 0 or 1, certain 1, logit -NIF_LOGIT_CERTAIN or NIF_LOGIT_CERTAIN. A confidence of
+ * 0.5 or less passes no rays, one above 1 passes every ray that is not certain; a negative one or NaN gives
+ * NIF_ERROR_INVALID_ARGUMENT. `user` is passed on. Allocates nothing. The CPU answers it; device memory or a
+ * stream gives NIF_ERROR_NOT_AVAILABLE. */
+NIF_API NifError nifQueryWithFallback(NifScene scene, const NifRays* rays, const NifAnswers* answers,
+                                      float confidence, NifFallback fallback, void* user);
+
+/* ---- Rays that proofs leave open ---------------------------------------------------------------------- */
+
+/* Lists of the rays that a query leaves open, for a BVH of the caller's: entry k is about ray number rays[k]
+ * of the query. What blocks that ray, if anything does, meets its part from tmin[k] to tmax[k], which lies
+ * within the query's own tmin .. tmax and is not NaN. */
+typedef struct NifOpenRays {
+  uint64_t struct_size;
+  uint64_t capacity; /* entries that each list has room for; may be 0 */
+  uint32_t* rays;    /* [capacity] */
+  float* tmin;       /* [capacity], in the query's t, or null */
+  float* tmax;       /* [capacity], likewise */
+  uint32_t* count;   /* receives how many rays are open, which may be more than capacity; aligned to 4 */
+  /* [capacity] or null. The instance, if only one of them leaves the ray open: ask about it alone. NIF_NONE
+   * if several do. */
+  uint32_t* instance;
+} NifOpenRays;
+
+/* Answers what is proven, asks no network of `segment` objects, and lists the other rays. For objects of
+ * the encoding `proof` this is the query that they are made for; of any others the lists have the rays that
+ * nifQuery would not call certain. For listed rays the outputs are visible 0, certain 0, probability 0.5 and
+ * logit -1. Rays that are invalid are answered as by nifQuery, and not listed.
+ *
+ * Which rays are listed, and with which tmin and tmax, depends on neither threads nor instruction set, nor on
+ * whether a GPU lists them; their order does. If the lists are too small, they are filled, and the rest is
+ * only counted. Outputs may all be null, and so may `answers`. At most 2^32 - 1 rays. Otherwise like nifQuery.
+ * Allocates nothing.
+ *
+ * The CPU answers queries of host memory, also on a GPU device; with a stream they give
+ * NIF_ERROR_NOT_AVAILABLE. Of device memory, all arrays of `open` are device memory, too, and the call
+ * returns at once: the stream sets the count to 0, then lists the rays, ready for what is put into it next.
+ */
+NIF_API NifError nifQueryOpen(NifScene scene, const NifRays* rays, const NifAnswers* answers,
+                              const NifOpenRays* open);
+
+/* ---- First hits --------------------------------------------------------------------------------------- */
+
+/* Where rays first meet the scene: dense arrays, as in NifAnswers. Set at least one; leave the others null.
+ *
+ * A ray meets something exactly where nifQuery says occluded. Objects with triangles (`bvh`, `exact`) give
+ * the exact first hit. `segment` and `proof` objects give the middle between two planes around the surface,
+ * some hundredths to tenths of a voxel off. A `spherical` object only knows that it is met: t is where the
+ * ray enters its box. */
+typedef struct NifHits {
+  uint64_t struct_size;
+  uint8_t* hit; /* [count] 1: the ray meets something; 0: it does not, or is invalid */
+  /* [count] Where, in units of the ray's direction. Finite, and from tmin to tmax (of a triangle: computed in
+   * double precision and rounded once). INFINITY if hit is 0. */
+  float* t;
+  /* [count][3] The geometric normal there, in world space: of unit length, on the side that the ray comes
+   * from. Where an object knows none, against the ray. 0 if hit is 0. */
+  float* normal;
+  /* [count] The scene's number of the instance that is met; of several at the same t the lowest. NIF_NONE if
+   * hit is 0. */
+  uint32_t* instance;
+  uint32_t* object; /* [count] that instance's object, as numbered in its asset; NIF_NONE if hit is 0 */
+  /* [count] The triangle that is met. If the object has source triangles (NifObjectInfo.source_triangles),
+   * its number in the source mesh, as docs/meshes.md counts; else its place among the triangles that the
+   * object stores: in another order than the source mesh's, and without those that the bake dropped. Of
+   * several at the same t, the one that comes first in the object. NIF_NONE if hit is 0, and of objects
+   * without triangles. */
+  uint32_t* triangle;
+  /* [count] The hit is 1 - u - v of the triangle's first vertex, u of its second, v of its third, in the
+   * order of the source mesh. 0 if there is no triangle. */
+  float* u;
+  float* v;
+  /* [count] 1: it is proven that something is met, or that nothing is. As NifAnswers.certain. */
+  uint8_t* certain;
+  /* [count] What is proven: nothing is met before t_low, and something at t_high or before. If nothing is
+   * met, for certain, both are INFINITY. Where nothing is proven they are -INFINITY and INFINITY. Both are t
+   * where triangles are met, unless an instance about which nothing is proven may be met before. */
+  float* t_low;
+  float* t_high;
+  /* [count][3] The base colour of the surface there, linear red, green and blue from 0 to 1: the mean over
+   * the voxel that the hit is in. If the object has no colours (NifObjectInfo.colors), 0.5 0.5 0.5. 0 if hit
+   * is 0. */
+  float* color;
+  uint64_t* user; /* [count] the user value of the instance (nifSetInstanceUser); 0 if hit is 0 */
+} NifHits;
+
+#define NIF_NONE 0xffffffffu
+
+/* Finds the first hit of each ray. The answers depend on
+ * neither threads nor instruction set, nor on whether a GPU finds them. Otherwise like nifQuery; scratch as
+ * nifGetQueryScratchBytes says.
+ *
+ * The CPU finds first hits of host memory, also on a GPU device; with a stream they give
+ * NIF_ERROR_NOT_AVAILABLE. Of device memory, all arrays of `hits` are device memory, too, of any alignment,
+ * and the call returns at once: the stream finds them, with networks in single precision. */
+NIF_API NifError nifIntersect(NifScene scene, const NifRays* rays, const NifHits* hits);
+
+/* Finds the first hit of one ray, with the mask 0xffffffff: `hits` has arrays of one element. The CPU finds
+ * it, also with a GPU backend. Otherwise like nifIntersect. */
+NIF_API NifError nifIntersectRay(NifScene scene, const NifRay* ray, const NifHits* hits);
+
+/* ---- Asynchronous queries ---------------------------------------------------------------------------- */
+
+/* A query that runs in the background. Reference-counted like all handles. */
+typedef struct NifJobHandle* NifJob;
+
+/* Starts a query and returns a job for it. The arguments are checked first, as in nifQuery; if that fails,
+ * there is no job. Do not change the arrays or the scene until the job is done. The structures are
+ * copied; scratch is not used. The job is allocated with the device's allocator.
+ *
+ * Who answers it: the caller's task runner, if the device has one; otherwise the device's own threads
+ * (threads - 1 of them); with threads=1 the calling thread, before this returns. On a GPU, a query of device
+ * memory runs in its stream, and one of host memory is answered before this returns. */
+NIF_API NifError nifQueryAsync(NifScene scene, const NifRays* rays, const NifAnswers* answers, NifJob* job);
+
+/* The same for first hits: nifIntersect in the background. The structures are copied. On a GPU device too,
+ * those of host memory are found by the CPU, as on a CPU device. */
+NIF_API NifError nifIntersectAsync(NifScene scene, const NifRays* rays, const NifHits* hits, NifJob* job);
+
+/* Waits until the job is done and returns the query's code. The calling thread first helps with the rays that
+ * nobody has started on, so this returns even if a task runner never runs its tasks. Thread-safe; allocates
+ * nothing; needs as much stack as nifQuery. */
+NIF_API NifError nifWaitJob(NifJob job);
+
+/* *done receives 1 if the job is done, else 0, without waiting. After a 1, the calling thread sees all that
+ * the job wrote. Thread-safe; allocates nothing. */
+NIF_API NifError nifIsJobDone(NifJob job, uint32_t* done);
+
+/* Stops a job early: rays that nobody has started on are left as they are. The job is done when the threads
+ * that work on it have finished theirs, at most 1,024 rays each. Then nifWaitJob returns NIF_ERROR_CANCELLED,
+ * unless all rays were answered before. Returns at once. A job on a GPU is not stopped. Thread-safe;
+ * allocates nothing. */
+NIF_API NifError nifCancelJob(NifJob job);
+
+/* A job keeps its scene alive until it is done, and its device until the caller's runner has run all tasks.
+ * Releasing a job does not wait for it and does not stop it. */
+NIF_API void nifRetainJob(NifJob job);
+NIF_API void nifReleaseJob(NifJob job);
+
+/* ---- Experimental: may change or go away. --------------------------------------------------------------
+ * Define NIF_EXPERIMENTAL to see it. The shared library has it only if it was built with the CMake option
+ * NIF_EXPERIMENTAL; the static one always has. */
+
+#ifdef NIF_EXPERIMENTAL
+typedef enum NifMeasure {
+  NIF_MEASURE_QUERY = 0,      /* the way the device answers it */
+  NIF_MEASURE_ONE_KERNEL = 1, /* one kernel, as with pipeline=off */
+  NIF_MEASURE_PIPELINE = 2,   /* the pipeline, as with pipeline=on; one kernel if there is no network */
+  NIF_MEASURE_STAGES = 3,     /* each stage of the pipeline */
+  /* For scenes of `bvh` objects and `visible` only: triangles tested in single precision, to see what the
+   * proofs in double precision cost. The answers are not those of a query. */
+  NIF_MEASURE_SINGLE_BVH = 4,
+  NIF_MEASURE_IS_32_BITS = 0x7fffffff
+} NifMeasure;
+
+/* The stages of NIF_MEASURE_STAGES, in order: the walk through the top level and the voxels ("ray cast");
+ * sorting the items; inputs, then networks, of `segment` objects and of outer `spherical` items; inputs, then
+ * networks, of inner `spherical` items; the rest, which single threads do alone. Inputs are timed by a launch
+ * without networks; the time of the networks is how much longer a full launch takes. */
+#define NIF_MEASURED_STAGES 7
+
+/* Measures how long the GPU takes for a query, without copies. It copies the rays to the GPU, answers them
+ * there once and then `rounds` times more, each timed by the GPU's clock, and copies the answers to
+ * `answers`. `seconds` receives [rounds] values, or [rounds][NIF_MEASURED_STAGES] with
+ * NIF_MEASURE_STAGES. The query must be of host memory, without a stream. It uses GPU memory for all rays,
+ * and frees it before it returns. NIF_ERROR_NOT_AVAILABLE on the CPU. */
+NIF_API NifError nifMeasureQuery(NifScene scene, const NifRays* rays, const NifAnswers* answers,
+                                 NifMeasure measure, uint32_t rounds, double* seconds);
+#endif
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* NIF_NIF_H */
