@@ -1,5 +1,5 @@
 // First hits (nifIntersect): a thread takes its ray through the top level, asks each object that it may meet
-// for its first hit, joins these, and writes what is asked for. As runtime/src/query/hits.cpp does on the
+// for its first hit, joins these, and writes what is asked for. As runtime/src/query/first_hits.cpp does on the
 // CPU, in the same steps, to the same bits.
 #pragma once
 

@@ -1,5 +1,5 @@
 // A whole scene by one kernel: a thread takes its ray through the top level, asks each object whose box it
-// may meet, and joins their answers, as runtime/src/query/answer.cpp does on the CPU, to the same bits. (But
+// may meet, and joins their answers, as runtime/src/query/visibility.cpp does on the CPU, to the same bits. (But
 // for the last bits of probabilities.)
 //
 // Objects of all encodings may be asked by threads of one wave at the same time. So each thread has a row of

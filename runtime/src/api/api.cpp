@@ -5,7 +5,7 @@
 #include "api/handles.hpp"
 #include "api/structure.hpp"
 #include "query/float_environment.hpp"
-#include "query/query.hpp"
+#include "query/validate.hpp"
 
 using namespace nif::runtime;
 
@@ -70,7 +70,7 @@ void give_back(NifAssetObject& asset) { release(&asset); }
 void give_back(NifSceneObject& scene) { release(&scene); }
 void give_back(NifJobObject& job) {
   if (job.on_gpu) job.device->gpu->let_go(job);
-  job.device->crew.drop_handle(job);
+  job.device->pool.drop_handle(job);
 }
 
 template <class Handle>
@@ -465,7 +465,7 @@ NifError nifWaitJob(NifJob job) {
   return guarded([&] {
     auto& the_job = get(job);
     if (the_job.on_gpu) the_job.device->gpu->wait(the_job);
-    the_job.device->crew.finish(the_job, nullptr);
+    the_job.device->pool.finish(the_job, nullptr);
     if (the_job.cancelled)
       throw Failure(NIF_ERROR_CANCELLED, "the job was cancelled before all of its rays were answered");
   });
@@ -474,7 +474,7 @@ NifError nifWaitJob(NifJob job) {
 NifError nifCancelJob(NifJob job) {
   return guarded([&] {
     auto& the_job = get(job);
-    if (!the_job.on_gpu) the_job.device->crew.cancel(the_job);
+    if (!the_job.on_gpu) the_job.device->pool.cancel(the_job);
   });
 }
 

@@ -10,7 +10,7 @@
 #include "api/object.hpp"
 #include "gpu/gpu.hpp"
 #include "nif/nif.h"
-#include "query/crew.hpp"
+#include "query/thread_pool.hpp"
 #include "query/work_areas.hpp"
 #include "scene/kernel.hpp"
 
@@ -55,7 +55,7 @@ struct NifDeviceObject : nif::runtime::Object {
         areas(settings.queries, memory()),
         jobs(settings.threads > 1 ? settings.queries : 0, memory()),
         free_jobs(uint32_t(jobs.size()), memory()),
-        crew(callbacks.submit ? 0 : settings.threads - 1, memory()) {
+        pool(callbacks.submit ? 0 : settings.threads - 1, memory()) {
     for (NifJobObject& job : jobs) job.drop();  // nobody refers to them yet
     open_gpu(settings, gpu);
     configuration.module = {};
@@ -78,7 +78,7 @@ struct NifDeviceObject : nif::runtime::Object {
   nif::runtime::WorkAreas areas;
   std::pmr::vector<NifJobObject> jobs;  ///< for queries that return when they are answered
   nif::runtime::Claims free_jobs;
-  nif::runtime::Crew crew;
+  nif::runtime::ThreadPool pool;
 };
 
 namespace nif::runtime {

@@ -5,8 +5,9 @@
 
 #include "api/device.hpp"
 #include "api/handles.hpp"
+#include "query/batch.hpp"
 #include "query/float_environment.hpp"
-#include "query/query.hpp"
+#include "query/validate.hpp"
 #include "scene/scene.hpp"
 
 namespace nif::runtime {
@@ -27,7 +28,7 @@ uint32_t batch_size(uint64_t rays, uint32_t threads) {
 /// What a runner of the caller's calls, once for each thread that may help.
 void run_task(void* argument, uint64_t) {
   auto* job = static_cast<NifJobObject*>(argument);
-  job->device->crew.help_and_drop(*job);
+  job->device->pool.help_and_drop(*job);
 }
 
 void set_up(NifJobObject& job, NifSceneObject& scene, const Request& request) {
@@ -46,7 +47,7 @@ void share(NifJobObject& job, uint64_t helpers) {
   NifDeviceObject& device = *job.device;
   if (helpers == 0) return;
   if (device.own_callbacks.submit == nullptr) {
-    device.crew.offer(job);
+    device.pool.offer(job);
     return;
   }
   for (uint64_t i = 0; i < helpers; ++i) job.retain();
@@ -95,7 +96,7 @@ void answer(NifSceneObject& scene, Request request) {
   job.retain();
   set_up(job, scene, request);
   share(job, std::min<uint64_t>(threads, job.batches) - 1);
-  device.crew.finish(job, request.rays.scratch);
+  device.pool.finish(job, request.rays.scratch);
   if (job.drop()) dispose(job);
 }
 
@@ -133,8 +134,8 @@ uintptr_t start_job(NifSceneObject& scene, Request request) {
   job->holds_scene = true;
   job->has_handle = true;
   if (job->on_gpu) return handle;
-  if (job->batches == 0 || (device.crew.empty() && device.own_callbacks.submit == nullptr))
-    device.crew.finish(*job, request.rays.scratch);
+  if (job->batches == 0 || (device.pool.empty() && device.own_callbacks.submit == nullptr))
+    device.pool.finish(*job, request.rays.scratch);
   else
     share(*job, std::min<uint64_t>(threads, job->batches));
   return handle;

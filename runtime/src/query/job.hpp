@@ -1,7 +1,7 @@
 // A query that several threads work on: each takes batches until none is left.
 //
 // A job lives as long as anyone refers to it: the thread that waits for it, each thread that works on it, the
-// crew's queue, and each task that the caller's runner was given. A task may run long after the last batch is
+// pool's queue, and each task that the caller's runner was given. A task may run long after the last batch is
 // done, and then finds nothing to do. So a job can outlive its query.
 #pragma once
 
@@ -26,11 +26,11 @@ struct NifJobObject : nif::runtime::Object {
 
   std::atomic<bool> cancelled = false;  ///< some batch was left out
 
-  // The rest is guarded by the crew.
+  // The rest is guarded by the pool.
   alignas(64) uint32_t inside = 0;    ///< threads that work on it
   bool has_handle = false;            ///< the caller knows it: an asynchronous job
   bool holds_scene = false;           ///< a reference, while the job is not done
-  bool queued = false;                ///< in the crew's queue
+  bool queued = false;                ///< in the pool's queue
   NifJobObject* following = nullptr;  ///< in the queue
 
   /// The reference to the scene, to be released by the caller, once the job is done; else null.

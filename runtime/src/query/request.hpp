@@ -1,10 +1,10 @@
-// A query, cut into batches, with or without a fallback for its uncertain rays.
+// What a caller asks for, of whichever kind: checked, and cut into batches.
 #pragma once
 
 #include <optional>
 
-#include "api/object.hpp"
-#include "query/batch.hpp"
+#include "kernels/reference/batch.hpp"
+#include "nif/nif.h"
 
 namespace nif::runtime {
 
@@ -14,14 +14,11 @@ struct Request {
   NifFallback fallback = nullptr;
   void* fallback_user = nullptr;
   float confidence = 0;
-  std::optional<NifOpenRays> open;   ///< where rays go that proofs leave open
-  std::optional<NifHits> hits;       ///< what is asked for in place of answers
-  uint32_t batch_rays = kBatchRays;  ///< a multiple of 8
+  std::optional<NifOpenRays> open;            ///< where rays go that proofs leave open
+  std::optional<NifHits> hits;                ///< what is asked for in place of answers
+  uint32_t batch_rays = kernels::kBatchRays;  ///< a multiple of 8
 
   uint64_t batches() const { return rays.count / batch_rays + (rays.count % batch_rays != 0); }
 };
-
-/// Reads, answers and writes one batch. Threads may answer different batches at the same time.
-void answer_batch_of(const NifSceneObject& scene, const Request& request, uint64_t batch, WorkArea& area);
 
 }  // namespace nif::runtime

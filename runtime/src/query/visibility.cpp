@@ -1,6 +1,6 @@
 // A sole instance's kernel gets the whole batch. Otherwise the batch is answered in rounds; a ray
 // that is occluded drops out.
-#include "query/answer.hpp"
+#include "query/visibility.hpp"
 
 #include <algorithm>
 #include <limits>

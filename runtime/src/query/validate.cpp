@@ -1,5 +1,5 @@
 // Checks what a query asks for, before any ray is read.
-#include "query/query.hpp"
+#include "query/validate.hpp"
 
 #include <limits>
 

@@ -11,15 +11,15 @@
 
 namespace nif::runtime {
 
-class Crew {
+class ThreadPool {
  public:
   /// Starts the threads. They sleep while there is nothing to do.
-  Crew(uint32_t threads, std::pmr::memory_resource* memory);
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
-  /// No job may be left. May be called on one of the crew's own threads, where that gave back the last
+  ThreadPool(uint32_t threads, std::pmr::memory_resource* memory);
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
+  /// No job may be left. May be called on one of the pool's own threads, where that gave back the last
   /// reference to the device.
-  ~Crew();
+  ~ThreadPool();
 
   bool empty() const { return threads_.empty(); }
 

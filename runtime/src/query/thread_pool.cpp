@@ -1,5 +1,5 @@
 // Who works on what is kept under one lock, which is taken a few times a job, not a batch.
-#include "query/crew.hpp"
+#include "query/thread_pool.hpp"
 
 #include <system_error>
 
@@ -10,12 +10,12 @@
 namespace nif::runtime {
 namespace {
 
-/// Set on a thread of a crew that it has itself destroyed: it must not touch the crew any more.
-thread_local bool crew_is_gone = false;
+/// Set on a thread of a pool that it has itself destroyed: it must not touch the pool any more.
+thread_local bool pool_is_gone = false;
 
 }  // namespace
 
-Crew::Crew(uint32_t threads, std::pmr::memory_resource* memory) : threads_(memory) {
+ThreadPool::ThreadPool(uint32_t threads, std::pmr::memory_resource* memory) : threads_(memory) {
   threads_.reserve(threads);
   try {
     for (uint32_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
@@ -30,9 +30,9 @@ Crew::Crew(uint32_t threads, std::pmr::memory_resource* memory) : threads_(memor
   }
 }
 
-Crew::~Crew() { stop(); }
+ThreadPool::~ThreadPool() { stop(); }
 
-void Crew::stop() {
+void ThreadPool::stop() {
   {
     const Lock lock(mutex_);
     stopping_ = true;
@@ -40,7 +40,7 @@ void Crew::stop() {
   }
   for (std::thread& thread : threads_) {
     if (thread.get_id() == std::this_thread::get_id()) {
-      crew_is_gone = true;
+      pool_is_gone = true;
       thread.detach();
     } else {
       thread.join();
@@ -48,7 +48,7 @@ void Crew::stop() {
   }
 }
 
-void Crew::work() {
+void ThreadPool::work() {
   for (;;) {
     NifJobObject* job;
     {
@@ -61,11 +61,11 @@ void Crew::work() {
     }
     take_blocks(*job, nullptr);
     leave_and_drop(*job);
-    if (crew_is_gone) return;
+    if (pool_is_gone) return;
   }
 }
 
-void Crew::offer(NifJobObject& job) {
+void ThreadPool::offer(NifJobObject& job) {
   const Lock lock(mutex_);
   job.retain();
   job.queued = true;
@@ -77,7 +77,7 @@ void Crew::offer(NifJobObject& job) {
 }
 
 /// Nobody leaves a job that has batches to be taken, so it need not be in the queue any more.
-void Crew::leave(NifJobObject& job, const Lock&) {
+void ThreadPool::leave(NifJobObject& job, const Lock&) {
   if (job.queued) {
     NifJobObject** at = &first_;
     while (*at != &job) at = &(*at)->following;
@@ -88,7 +88,7 @@ void Crew::leave(NifJobObject& job, const Lock&) {
   if (--job.inside == 0) left_.notify_all();
 }
 
-void Crew::help(NifJobObject& job, void* scratch) {
+void ThreadPool::help(NifJobObject& job, void* scratch) {
   {
     const Lock lock(mutex_);
     ++job.inside;
@@ -98,7 +98,7 @@ void Crew::help(NifJobObject& job, void* scratch) {
   leave(job, lock);
 }
 
-void Crew::help_and_drop(NifJobObject& job) {
+void ThreadPool::help_and_drop(NifJobObject& job) {
   {
     const Lock lock(mutex_);
     ++job.inside;
@@ -108,7 +108,7 @@ void Crew::help_and_drop(NifJobObject& job) {
 }
 
 /// All under one lock: who has waited for this thread to leave may then count on its being done with the job.
-void Crew::leave_and_drop(NifJobObject& job) {
+void ThreadPool::leave_and_drop(NifJobObject& job) {
   NifSceneObject* scene = nullptr;
   bool last;
   {
@@ -121,11 +121,11 @@ void Crew::leave_and_drop(NifJobObject& job) {
   if (last) dispose(job);
 }
 
-void Crew::wait_until_left(NifJobObject& job, Lock& lock) {
+void ThreadPool::wait_until_left(NifJobObject& job, Lock& lock) {
   left_.wait(lock, [&] { return job.inside == 0 && job.is_done(); });
 }
 
-void Crew::finish(NifJobObject& job, void* scratch) {
+void ThreadPool::finish(NifJobObject& job, void* scratch) {
   help(job, scratch);
   NifSceneObject* scene;
   {
@@ -136,7 +136,7 @@ void Crew::finish(NifJobObject& job, void* scratch) {
   release(scene);
 }
 
-void Crew::cancel(NifJobObject& job) {
+void ThreadPool::cancel(NifJobObject& job) {
   const Lock lock(mutex_);  // who waits for the job looks at it under the lock, too
   const uint64_t taken = job.next.exchange(job.batches);
   if (taken >= job.batches) return;
@@ -145,7 +145,7 @@ void Crew::cancel(NifJobObject& job) {
   left_.notify_all();
 }
 
-void Crew::drop_handle(NifJobObject& job) {
+void ThreadPool::drop_handle(NifJobObject& job) {
   NifSceneObject* scene = nullptr;
   bool last;
   {

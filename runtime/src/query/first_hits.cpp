@@ -1,6 +1,6 @@
 // A sole instance: its kernel is asked at once. Several: in rounds, and each proven hit shortens the ray,
-// so that boxes behind it are skipped. Then outputs are written, with colours looked up only if wanted.
-#include "query/hits.hpp"
+// so that boxes behind it are skipped.
+#include "query/first_hits.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -110,32 +110,6 @@ void turn_normals(const NifSceneObject& scene, WorkArea& area) {
   }
 }
 
-/// Of the surface that ray i meets.
-void find_color(const NifSceneObject& scene, const WorkArea& area, uint32_t i, float (&color)[3]) {
-  color[0] = color[1] = color[2] = 0;
-  if (area.hit_instance[i] == kNoInstance) return;
-  const Instance& instance = scene.instances[area.hit_instance[i]];
-  const Segment ray = segment_of(area.rays, i);
-  color_at(scene.objects[instance.object].details.colors,
-           instance.identity ? ray : kernels::to_object(instance.to_object, ray), area.hits.t[i], color);
-}
-
-/// A column of the batch, as it is.
-template <class T>
-void write(T* array, uint64_t first, uint32_t count, const T* column) {
-  if (array) std::memcpy(reinterpret_cast<char*>(array) + first * sizeof(T), column, count * sizeof(T));
-}
-/// value(0), value(1), ...
-template <class T, class Value>
-void write_each(T* array, uint64_t first, uint32_t count, const Value& value) {
-  if (!array) return;
-  char* to = reinterpret_cast<char*>(array) + first * sizeof(T);
-  for (uint32_t i = 0; i < count; ++i, to += sizeof(T)) {
-    const T one = value(i);
-    std::memcpy(to, &one, sizeof(T));
-  }
-}
-
 }  // namespace
 
 NIF_COMPUTES void intersect_batch(const NifSceneObject& scene, bool masked, bool normals, WorkArea& area) {
@@ -144,45 +118,6 @@ NIF_COMPUTES void intersect_batch(const NifSceneObject& scene, bool masked, bool
   else
     intersect_in_rounds(scene, masked, area);
   if (normals) turn_normals(scene, area);
-}
-
-NIF_COMPUTES void write_hits(const NifSceneObject& scene, const NifHits& hits, uint64_t first,
-                             WorkArea& area) {
-  const uint32_t count = area.rays.count;
-  const kernels::HitBatch& found = area.hits;
-  write(hits.t, first, count, found.t);
-  write(hits.t_low, first, count, found.low);
-  write(hits.t_high, first, count, found.high);
-  write(hits.u, first, count, found.u);
-  write(hits.v, first, count, found.v);
-  write(hits.instance, first, count, area.hit_instance);
-  write_each(hits.hit, first, count, [&](uint32_t i) { return uint8_t(found.t[i] < kNoHit); });
-  write_each(hits.certain, first, count,
-             [&](uint32_t i) { return uint8_t(found.high[i] < kNoHit || found.low[i] == kNoHit); });
-  write_each(hits.triangle, first, count, [&](uint32_t i) {
-    const uint32_t instance = area.hit_instance[i];
-    return instance == kNoInstance
-               ? kernels::kNoTriangle
-               : source_triangle(scene.objects[scene.instances[instance].object].details.source_triangles,
-                                 found.triangle[i]);
-  });
-  write_each(hits.object, first, count, [&](uint32_t i) {
-    const uint32_t instance = area.hit_instance[i];
-    return instance == kNoInstance ? kNoInstance : scene.objects[scene.instances[instance].object].number;
-  });
-  write_each(hits.user, first, count, [&](uint32_t i) {
-    const uint32_t instance = area.hit_instance[i];
-    return instance == kNoInstance ? 0 : scene.settings[instance].user;
-  });
-  for (uint32_t i = 0; hits.normal && i < count; ++i) {
-    const float normal[3] = {found.normal[0][i], found.normal[1][i], found.normal[2][i]};
-    std::memcpy(reinterpret_cast<char*>(hits.normal) + (first + i) * sizeof(normal), normal, sizeof(normal));
-  }
-  for (uint32_t i = 0; hits.color && i < count; ++i) {
-    float color[3];
-    find_color(scene, area, i, color);
-    std::memcpy(reinterpret_cast<char*>(hits.color) + (first + i) * sizeof(color), color, sizeof(color));
-  }
 }
 
 }  // namespace nif::runtime
