@@ -8,7 +8,7 @@ namespace nif::test {
 
 inline FirstHits intersect_all(NifScene scene, const std::vector<NifRay>& rays) {
   FirstHits hits(rays.size());
-  const NifQuery query = nifQueryRays(rays.data(), rays.size());
+  const NifRays query = nifMakeRays(rays.data(), rays.size());
   const NifHits outputs = hits.outputs();
   EXPECT_EQ(nifIntersect(scene, &query, &outputs), NIF_OK) << nifGetErrorMessage();
   return hits;

@@ -23,8 +23,8 @@ struct OpenAnswers : Answers {
 
 inline OpenAnswers query_open(NifScene scene, const std::vector<NifRay>& rays, size_t capacity) {
   OpenAnswers answers(rays.size());
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
-  answers.ask(query);
+  NifRays query = nifMakeRays(rays.data(), rays.size());
+  const NifAnswers outputs = answers.outputs();
   std::vector<uint32_t> numbers(capacity);
   std::vector<float> tmin(capacity), tmax(capacity);
   NifOpenRays open{};
@@ -34,7 +34,7 @@ inline OpenAnswers query_open(NifScene scene, const std::vector<NifRay>& rays, s
   open.tmin = tmin.data();
   open.tmax = tmax.data();
   open.count = &answers.count;
-  EXPECT_EQ(nifQueryOpen(scene, &query, &open), NIF_OK) << nifGetErrorMessage();
+  EXPECT_EQ(nifQueryOpen(scene, &query, &outputs, &open), NIF_OK) << nifGetErrorMessage();
   for (size_t k = 0; k < std::min<size_t>(capacity, answers.count); ++k)
     answers.open.push_back({numbers[k], tmin[k], tmax[k]});
   std::sort(answers.open.begin(), answers.open.end());

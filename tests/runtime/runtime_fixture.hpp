@@ -32,7 +32,7 @@ class RuntimeTest : public testing::Test {
   }
   NifAsset load() {
     NifAsset asset = nullptr;
-    EXPECT_EQ(nifLoadAssetMemory(device_, file_.data(), file_.size(), NIF_MEMORY_COPY, &asset), NIF_OK)
+    EXPECT_EQ(nifLoadAssetMemory(device_, file_.data(), file_.size(), NIF_LOAD_COPY, &asset), NIF_OK)
         << nifGetErrorMessage();
     assets_.push_back(asset);
     return asset;
@@ -85,12 +85,14 @@ struct Answers {
         certain(count, 0xcc),
         probability(count, -1),
         logit(count) {}
-  void ask(NifQuery& query) {
-    query.visible = visible.data();
-    query.visible_bits = bits.data();
-    query.certain = certain.data();
-    query.probability = probability.data();
-    query.logit = logit.data();
+  NifAnswers outputs() {
+    auto to = nifkit::sized<NifAnswers>();
+    to.visible = visible.data();
+    to.visible_bits = bits.data();
+    to.certain = certain.data();
+    to.probability = probability.data();
+    to.logit = logit.data();
+    return to;
   }
   bool operator==(const Answers&) const = default;
 
@@ -101,9 +103,9 @@ struct Answers {
 
 inline Answers query_all(NifScene scene, const std::vector<NifRay>& rays) {
   Answers answers(rays.size());
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
-  answers.ask(query);
-  EXPECT_EQ(nifQuery(scene, &query), NIF_OK) << nifGetErrorMessage();
+  NifRays query = nifMakeRays(rays.data(), rays.size());
+  const NifAnswers outputs = answers.outputs();
+  EXPECT_EQ(nifQuery(scene, &query, &outputs), NIF_OK) << nifGetErrorMessage();
   return answers;
 }
 
