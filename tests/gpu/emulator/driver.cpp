@@ -320,9 +320,9 @@ class EmulatedDriver final : public Driver {
   const char* backend() const override { return "hip"; }
   uint32_t count() override { return machine.cards; }
   CardDescription describe(uint32_t card) override {
-    CardDescription about{"emulated card " + std::to_string(card), name_of(kind_of_card(card)), "emulated 1.0",
-                          uint64_t{1} << 30};
-    about.place = {1, card + 2, 3, 1, {0xab, uint8_t(card)}, {0xcd, uint8_t(card)}};
+    CardDescription about{"emulated card " + std::to_string(card), name_of(kind_of_card(card)),
+                          "emulated 1.0", uint64_t{1} << 30};
+    if (!machine.no_place) about.place = {1, card + 2, 3, 1, {0xab, uint8_t(card)}, {0xcd, uint8_t(card)}};
     return about;
   }
   std::string trouble(uint32_t card) override {
