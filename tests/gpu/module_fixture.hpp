@@ -194,6 +194,7 @@ class TwinScenes {
   }
 
   const nifkit::Scene& cpu_scene() const { return cpu_; }
+  nifkit::Scene& gpu_scene() { return gpu_; }
   NifScene cpu() const { return cpu_.get(); }
   NifScene gpu() const { return gpu_.get(); }
   const nifkit::Device& gpu_device() const { return gpu_device_; }

@@ -231,6 +231,21 @@ TEST_P(GpuInstances, OneInstanceWithAMask) {
     }
 }
 
+/// One takes the lowest number that is free; those of an asset are in a row behind all others, also where a
+/// hole would have room for them.
+TEST_P(GpuInstances, NumbersOfNewOnes) {
+  TwinScenes twins(config());
+  const uint32_t asset = fill(twins, 34, 5);
+  twins.both([](nifkit::Scene& scene) {
+    for (const uint32_t i : {0u, 2u, 3u}) scene.remove_instance(i);
+  });
+  const uint32_t count = twins.objects(asset);
+  EXPECT_EQ(twins.gpu_scene().add_asset(twins.gpu_asset(asset)), 5u);
+  EXPECT_EQ(twins.gpu_scene().add_instance(twins.gpu_asset(asset), 0), 0u);
+  EXPECT_EQ(twins.gpu_scene().add_instance(twins.gpu_asset(asset), 1), 2u);
+  EXPECT_EQ(twins.gpu_scene().info().instance_end, 5 + count);
+}
+
 TEST_P(GpuInstances, NoneWithMasks) {
   TwinScenes twins(config());
   twins.commit();

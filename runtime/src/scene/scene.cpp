@@ -99,18 +99,11 @@ void put(NifSceneObject& scene, uint32_t number, uint32_t object, const Instance
   scene.committed = false;
 }
 
-/// The first of the lowest `count` numbers in a row that no instance has.
-uint32_t free_numbers(NifSceneObject& scene, size_t count) {
-  const auto end = uint32_t(scene.settings.size());
+/// The lowest number that no instance has.
+uint32_t free_number(NifSceneObject& scene) {
   uint32_t& first = scene.first_free;
-  while (first < end && scene.settings[first].exists) ++first;
-  for (uint32_t at = first, begin = first; at < end; ++at) {
-    if (scene.settings[at].exists)
-      begin = at + 1;
-    else if (at + 1 - begin == count)
-      return begin;
-  }
-  return end;  // the last number is never free
+  while (first < scene.settings.size() && scene.settings[first].exists) ++first;
+  return first;
 }
 
 void check_instance(const NifSceneObject& scene, uint32_t instance) {
@@ -255,7 +248,7 @@ Added add_instance(NifSceneObject& scene, NifAssetObject* asset, uint32_t object
   InstanceSettings settings;
   settings.transform = read_transform(transform);
   const Placed placed = place(scene, object_of(*asset, object), settings);
-  const uint32_t first_object = prepare(scene, asset, 1), number = free_numbers(scene, 1);
+  const uint32_t first_object = prepare(scene, asset, 1), number = free_number(scene);
   put(scene, number, first_object + object, settings, placed);
   return {number, 1};
 }
@@ -288,7 +281,7 @@ Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* trans
     }
   }
   const uint32_t first_object = prepare(scene, asset, count);
-  const uint32_t first = free_numbers(scene, count);
+  const auto first = uint32_t(scene.settings.size());
   for (uint32_t i = 0; i < count; ++i)
     put(scene, first + i, first_object + object(i), settings[i], placed[i]);
   return {first, uint32_t(count)};
