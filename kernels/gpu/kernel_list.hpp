@@ -13,10 +13,10 @@
   KERNEL(bvh, kBvhObject, 16)       \
   KERNEL(any, kAnyKind, 8)
 
-/// KERNEL(name, kinds): nif_pipeline_walk_NAME and nif_pipeline_walk_NAME_details likewise.
+/// KERNEL(name, kinds, blocks): nif_pipeline_walk_NAME and nif_pipeline_walk_NAME_details likewise.
 #define NIF_WALK_KERNELS(KERNEL) \
-  KERNEL(segment, kSegments)     \
-  KERNEL(any, kAnyKind)
+  KERNEL(segment, kSegments, 6)  \
+  KERNEL(any, kAnyKind, 1)
 
 /// STAGE(number, name, threads, blocks, inner, function): the kernel nif_pipeline_NAME answers the items of a
 /// stage's lists. `threads` of a block; `blocks` that an NVIDIA multiprocessor has room for at least;

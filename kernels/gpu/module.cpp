@@ -17,8 +17,8 @@ using HalfMatrix = DeviceHalfMatrix;
 #define NIF_SCENE(name, kinds, blocks)                                                      \
   NIF_ENTRY(kSceneThreads, blocks, nif_scene_##name, SceneWork, scene_answer<kinds, false>) \
   NIF_ENTRY(kSceneThreads, 1, nif_scene_##name##_details, SceneWork, scene_answer<kinds, true>)
-#define NIF_WALK(name, kinds)                                                                      \
-  NIF_ENTRY(kBlockThreads, 1, nif_pipeline_walk_##name, PipelineWork, pipeline_walk<kinds, false>) \
+#define NIF_WALK(name, kinds, blocks)                                                                   \
+  NIF_ENTRY(kBlockThreads, blocks, nif_pipeline_walk_##name, PipelineWork, pipeline_walk<kinds, false>) \
   NIF_ENTRY(kBlockThreads, 1, nif_pipeline_walk_##name##_details, PipelineWork, pipeline_walk<kinds, true>)
 #define NIF_STAGE(number, name, threads, blocks, inner, ...) \
   NIF_ENTRY(threads, blocks, nif_pipeline_##name, PipelineWork, __VA_ARGS__)
@@ -29,7 +29,7 @@ NIF_PIPELINE_STAGES(NIF_STAGE)
 NIF_ENTRY(kSceneThreads, 16, nif_scene_bvh_single, SceneWork,
           scene_answer<kSingleBvh, false>)  // to measure it
 NIF_ENTRY(kSceneThreads, 1, nif_scene_open, OpenWork, scene_open)
-NIF_ENTRY(kSceneThreads, 6, nif_scene_hits, HitWork, scene_hits)
+NIF_ENTRY(kSceneThreads, 8, nif_scene_hits, HitWork, scene_hits)
 NIF_ENTRY(kBlockThreads, 6, nif_pipeline_walk_one, PipelineWork, pipeline_walk_one<false>)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_walk_one_details, PipelineWork, pipeline_walk_one<true>)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_offsets, PipelineWork, pipeline_offsets)

@@ -43,7 +43,8 @@ const KindKernels& kernels_for(const std::vector<KindKernels>& kernels, uint32_t
 PipelineKernels::PipelineKernels(Context& context)
     : walk_one(context, kernels::gpu::kSegments, "nif_pipeline_walk_one") {
   const auto find = [&](const char* name) { return context.find_kernel(name); };
-#define NIF_WALK(name, kinds) walks.emplace_back(context, kernels::gpu::kinds, "nif_pipeline_walk_" #name);
+#define NIF_WALK(name, kinds, blocks) \
+  walks.emplace_back(context, kernels::gpu::kinds, "nif_pipeline_walk_" #name);
   NIF_WALK_KERNELS(NIF_WALK)
 #undef NIF_WALK
   offsets = find("nif_pipeline_offsets");

@@ -26,6 +26,7 @@ bool has_points(const NifRay& ray) {
 struct Part {
   const Look* look;
   bool triangles;
+  bool met;  ///< false: it is as if it were not there
 };
 
 /// Looks at rays, which scenes have in common.
@@ -41,20 +42,20 @@ class Looks {
     for (const Instance& one : instances) {
       // What planes prove holds for the ray itself. Of triangles it is said of a ray that is moved by less
       // than 2^-14 of the extent, but in place.
-      const bool loose = one.has_triangles() && one.transform != mesh::kIdentity;
+      const bool in_place = one.in_place(), loose = one.has_triangles() && !in_place;
       const double aside = loose ? 0x1.02p-14 * double(judge_.extent()) : 0;
       auto& known = known_[moved][i];
       auto it = std::find_if(known.begin(), known.end(), [&](const Known& k) {
-        return k.loose == loose && k.transform == one.transform;
+        return k.loose == loose && k.transform == one.placed && k.remainder == one.remainder;
       });
       if (it == known.end()) {
-        const bool in_place = one.transform == mesh::kIdentity;
         it = known.insert(
             known.end(),
-            {loose, one.transform,
-             std::make_unique<Look>(in_place ? judge_.look(ray) : judge_.look(ray, one.transform, aside))});
+            {loose, one.placed, one.remainder,
+             std::make_unique<Look>(in_place ? judge_.look(ray)
+                                             : judge_.look(ray, one.placed, aside, one.remainder))});
       }
-      parts.push_back({it->look.get(), one.has_triangles()});
+      parts.push_back({it->look.get(), one.has_triangles(), one.met});
     }
     return parts;
   }
@@ -63,6 +64,7 @@ class Looks {
   struct Known {
     bool loose;
     Transform transform;
+    std::array<float, 3> remainder;
     std::unique_ptr<Look> look;
   };
   const Judge& judge_;
@@ -77,30 +79,35 @@ std::string wrong(const Judge& judge, const std::vector<Part>& parts, const Subj
   /// Is the question answered right for all instances, or for any?
   const auto all = [&](const auto& ask) {
     for (const Part& part : parts)
-      if (what = ask(*part.look); !what.empty()) return false;
+      if (part.met)
+        if (what = ask(*part.look); !what.empty()) return false;
     return true;
   };
   const auto any = [&](const auto& ask) {
+    what = "something, but there is nothing that rays can meet";
     return std::any_of(parts.begin(), parts.end(),
-                       [&](const Part& part) { return (what = ask(*part.look)).empty(); });
+                       [&](const Part& part) { return part.met && (what = ask(*part.look)).empty(); });
   };
   if (said.certain[i]) {
     const bool right = said.visible[i] ? all([&](const Look& look) { return judge.visible(look); })
                                        : any([&](const Look& look) { return judge.occluded(look); });
     if (!right) return what;
   }
-  const auto has_triangles = [](const Part& part) { return part.triangles; };
-  const bool only_triangles = std::all_of(parts.begin(), parts.end(), has_triangles);
+  const auto has_triangles = [](const Part& part) { return part.met && part.triangles; };
+  const bool only_triangles =
+      std::all_of(parts.begin(), parts.end(), [](const Part& part) { return !part.met || part.triangles; });
+  const auto met = std::count_if(parts.begin(), parts.end(), [](const Part& part) { return part.met; });
   if (only_triangles && (hits.hit[i] != 0) == (said.visible[i] != 0)) return "visible and hit, or neither";
+  if (hits.hit[i] && (hits.instance[i] >= parts.size() || !parts[hits.instance[i]].met))
+    return "a hit of an instance that there is not";
   if (hits.certain[i] && hits.hit[i]) {
-    if (hits.instance[i] >= parts.size()) return "a hit of an instance that there is not";
     const bool at_t = hits.low[i] == hits.t[i] && hits.t[i] == hits.high[i];
-    if (only_triangles && parts.size() == 1 && !at_t) return "bounds of a triangle's hit that are not its t";
-    const Part& met = parts[hits.instance[i]];
-    if (met.triangles && at_t) {
+    if (only_triangles && met == 1 && !at_t) return "bounds of a triangle's hit that are not its t";
+    const Part& of = parts[hits.instance[i]];
+    if (of.triangles && at_t) {
       mesh::Float3 corners[3];
       subject.corners_of(hits.triangle[i], corners);
-      what = judge.first_hit(*met.look, hits.t[i], corners);
+      what = judge.first_hit(*of.look, hits.t[i], corners);
       const float before = std::nextafter(hits.t[i], -kEndless);
       if (!what.empty() || !all([&](const Look& look) { return judge.nothing_before(look, before); }))
         return what;
@@ -116,6 +123,13 @@ std::string wrong(const Judge& judge, const std::vector<Part>& parts, const Subj
   if (said.listed[i] &&
       !all([&](const Look& look) { return judge.only_between(look, said.begin[i], said.end[i]); }))
     return what;
+  if (said.listed[i] && said.open[i] != NIF_NONE) {
+    if (said.open[i] >= parts.size() || !parts[said.open[i]].met)
+      return "left open by an instance that there is not";
+    for (uint32_t k = 0; k < parts.size(); ++k)
+      if (k != said.open[i] && parts[k].met)
+        if (what = judge.visible(*parts[k].look); !what.empty()) return "left open by another alone; " + what;
+  }
   return {};
 }
 
@@ -132,7 +146,7 @@ bool same_bits(const float* a, const float* b, size_t count) {
 /// Whether two ways say the same of a ray.
 bool agree(const Said& a, size_t i, const Said& b, size_t j) {
   bool same = a.visible[i] == b.visible[j] && a.certain[i] == b.certain[j] && a.logit[i] == b.logit[j] &&
-              a.listed[i] == b.listed[j];
+              a.listed[i] == b.listed[j] && a.open[i] == b.open[j];
   if (a.listed[i]) same = same && a.begin[i] == b.begin[j] && a.end[i] == b.end[j];
   const FirstHits &p = a.hits, &q = b.hits;
   return same && p.hit[i] == q.hit[j] && p.certain[i] == q.certain[j] && p.triangle[i] == q.triangle[j] &&
@@ -227,7 +241,7 @@ std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32
       const std::vector<NifRay>& rays = is_moved(placed) ? moved : one.rays;
       // Of few rays at a time some do: calls are what takes the time.
       const bool first_way = &way == ways.data();
-      const size_t asked = placed == Placed::crowd ? std::min<size_t>(rays.size(), 250) : rays.size();
+      const size_t asked = placed >= Placed::crowd ? std::min<size_t>(rays.size(), 250) : rays.size();
       const size_t most = first_way        ? asked
                           : way.gpu        ? gpu_rays
                           : way.most <= 2  ? 32

@@ -146,7 +146,8 @@ Look Judge::look(const NifRay& ray) const {
   return look;
 }
 
-Look Judge::look(const NifRay& ray, const std::array<float, 12>& m, double aside) const {
+Look Judge::look(const NifRay& ray, const std::array<float, 12>& m, double aside,
+                 const std::array<float, 3>& remainder) const {
   const auto row = [&](size_t i) { return Quad3{m[4 * i], m[4 * i + 1], m[4 * i + 2]}; };
   const Quad3 a = row(0), b = row(1), c = row(2);
   const Quad determinant = dot(a, cross(b, c));
@@ -154,7 +155,8 @@ Look Judge::look(const NifRay& ray, const std::array<float, 12>& m, double aside
   const auto back = [&](const Quad3& p) {
     return (columns[0] * p.x + columns[1] * p.y + columns[2] * p.z) * (1 / determinant);
   };
-  const Quad3 origin{Quad(ray.origin[0]) - m[3], Quad(ray.origin[1]) - m[7], Quad(ray.origin[2]) - m[11]};
+  const auto origin_on = [&](size_t a) { return Quad(ray.origin[a]) - m[4 * a + 3] - remainder[a]; };
+  const Quad3 origin{origin_on(0), origin_on(1), origin_on(2)};
   Look look{back(origin), back({ray.direction[0], ray.direction[1], ray.direction[2]}),
             ray.tmin,     ray.tmax,
             aside,        {}};

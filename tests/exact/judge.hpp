@@ -61,7 +61,9 @@ class Judge {
   Look look(const NifRay& ray) const;
   /// Of a ray that reaches the mesh through a transform, object to world, and whose answers may be off by
   /// `aside` in object space, or by as much as those above if that is more.
-  Look look(const NifRay& ray, const std::array<float, 12>& transform, double aside) const;
+  /// `remainder` is added to the translation.
+  Look look(const NifRay& ray, const std::array<float, 12>& transform, double aside,
+            const std::array<float, 3>& remainder = {}) const;
 
   /// Does the ray start inside of the mesh, farther than `aside` from it? Only of closed ones.
   bool starts_inside(const Look& look) const;

@@ -62,27 +62,43 @@ void expect(bool same, const char* what) {
   if (!same) throw std::runtime_error(what);
 }
 
-/// One call of each kind.
-Said ask_once(const nifkit::Scene& scene, const std::vector<NifRay>& rays) {
+uint64_t user_of(uint32_t instance) { return 0x123456789abcdef0u + instance; }
+
+/// One call of each kind. `mask`: of all rays, or 0.
+Said ask_once(const nifkit::Scene& scene, const std::vector<NifRay>& rays, const uint32_t& mask) {
   const size_t count = rays.size();
   Said said(count);
-  scene.query(nifkit::rays(rays).visible(said.visible).certain(said.certain).logit(said.logit));
+  nifkit::Rays query(rays);
+  if (mask) query.mask(mask);
+  scene.query(query, nifkit::Answers().visible(said.visible).certain(said.certain).logit(said.logit));
 
   std::vector<uint8_t> visible(count), bits((count + 7) / 8);
-  scene.query(nifkit::rays(rays).visible(visible).visible_bits(bits));
+  scene.query(query, nifkit::Answers().visible(visible).visible_bits(bits));
   expect(visible == said.visible, "another answer where only visibility is asked for");
   for (size_t i = 0; i < count; ++i)
     expect((bits[i / 8] >> i % 8 & 1) == visible[i], "bits that are not those of the bytes");
 
-  const NifQuery query = nifQueryRays(rays.data(), count);
-  const NifHits hits = said.hits.outputs();
-  scene.intersect(nifkit::Query(query), hits);
+  std::vector<uint64_t> users(count, 7);
+  NifHits hits = said.hits.outputs();
+  hits.user = users.data();
+  nifkit::check(nifIntersect(scene.get(), &query.get(), &hits));
+  for (size_t i = 0; i < count; ++i)
+    expect(users[i] == (said.hits.hit[i] ? user_of(said.hits.instance[i]) : 0),
+           "not the instance's user value");
 
   std::vector<uint32_t> listed(count);
   std::vector<float> begin(count), end(count);
   std::vector<uint8_t> proven(count);
-  const uint32_t open =
-      scene.query_open(nifkit::rays(rays).visible(visible).certain(proven), listed, begin, end);
+  std::vector<uint32_t> instances(count);
+  uint32_t open = 0;
+  auto lists = nifkit::sized<NifOpenRays>();
+  lists.capacity = count;
+  lists.rays = listed.data();
+  lists.tmin = begin.data();
+  lists.tmax = end.data();
+  lists.instance = instances.data();
+  lists.count = &open;
+  scene.query_open(query, nifkit::Answers().visible(visible).certain(proven), lists);
   expect(open <= count, "more open rays than there are rays");
   for (uint32_t k = 0; k < open; ++k) {
     const uint32_t i = listed[k];
@@ -90,6 +106,7 @@ Said ask_once(const nifkit::Scene& scene, const std::vector<NifRay>& rays) {
     said.listed[i] = 1;
     said.begin[i] = begin[k];
     said.end[i] = end[k];
+    said.open[i] = instances[k];
   }
   for (size_t i = 0; i < count; ++i) {
     expect(!said.listed[i] || (!visible[i] && !proven[i]), "a listed ray that is answered");
@@ -97,7 +114,7 @@ Said ask_once(const nifkit::Scene& scene, const std::vector<NifRay>& rays) {
   }
 
   std::vector<uint8_t> asked(count), decided(count);
-  scene.query_with_fallback(nifkit::rays(rays).visible(visible).certain(decided), 2,
+  scene.query_with_fallback(query, nifkit::Answers().visible(visible).certain(decided), 2,
                             [&](std::span<const uint64_t> numbers, std::span<uint8_t> answers) {
                               for (size_t k = 0; k < numbers.size(); ++k) {
                                 asked[numbers[k]] = 1;
@@ -112,12 +129,23 @@ Said ask_once(const nifkit::Scene& scene, const std::vector<NifRay>& rays) {
   return said;
 }
 
+/// As nif.h says: computed in double precision, and rounded to a float and the float that is left.
+void put_in_place(Instance& one, const Origin& scene) {
+  one.placed = one.transform;
+  if (one.origin == Origin{} && scene == Origin{}) return;
+  for (size_t a = 0; a < 3; ++a) {
+    const double at = double(one.transform[4 * a + 3]) + (one.origin[a] - scene[a]);
+    one.placed[4 * a + 3] = float(at);
+    one.remainder[a] = float(at - double(float(at)));
+  }
+}
+
 }  // namespace
 
 const char* name_of(Placed placed) {
   static const char* const names[kPlaced] = {"bvh",           "exact",     "proof",       "segment",
                                              "all",           "moved bvh", "moved exact", "moved proof",
-                                             "moved segment", "crowd"};
+                                             "moved segment", "crowd",     "changed"};
   return names[size_t(placed)];
 }
 
@@ -218,34 +246,97 @@ void Subject::place(const Transform& transform, bool planes, const mesh::Box& bo
     const Transform near = beside(box, random);
     crowd.push_back({kind, crowd.empty() ? transform : mesh::compose(transform, near)});
   }
+  draw_changed(transform, planes, box, random);
+  for (std::vector<Instance>& scene : scenes_)
+    for (Instance& one : scene)
+      put_in_place(one, &scene == &scenes_[size_t(Placed::changed)] ? origin_ : Origin{});
+}
+
+/// Some instances are removed, disabled, or behind the mask of the rays; in a third of the scenes one is left.
+void Subject::draw_changed(const Transform& transform, bool planes, const mesh::Box& box, Random& random) {
+  std::vector<Instance>& scene = scenes_[size_t(Placed::changed)];
+  const uint32_t count = 2 + random.below(5), left = random.below(3) == 0 ? random.below(count) : count;
+  ray_mask_ = random.below(2) ? 1u << random.below(32) : 0;
+  committed_before_ = random.below(2) != 0;
+  const double extent = std::max({std::abs(double(box.max[0])), std::abs(double(box.max[1])),
+                                  std::abs(double(box.max[2])), std::abs(double(box.min[0]))});
+  const double far[] = {0, extent, std::ldexp(extent, 20), std::ldexp(extent, 40)};
+  const double away = far[random.below(4)];
+  for (double& x : origin_) x = random.uniform(-1, 1) * away;
+  for (uint32_t i = 0; i < count; ++i) {
+    Instance one{Kind(random.below(planes ? kKinds : 1)),
+                 i == 0 ? transform : mesh::compose(transform, beside(box, random))};
+    const uint32_t beside_origin = random.below(3);
+    for (size_t a = 0; a < 3; ++a) {
+      one.origin[a] = origin_[a];
+      if (beside_origin == 1) one.origin[a] += random.uniform(-1, 1) * extent * 1e-3;
+      if (beside_origin == 2) one.origin[a] = std::nextafter(one.origin[a], 2 * extent);
+    }
+    if (random.below(3) == 0)
+      one.state = random.below(2) ? Instance::State::disabled : Instance::State::removed;
+    if (ray_mask_ && random.below(3) == 0) one.mask = random.below(2) ? ~ray_mask_ : 0;
+    if (left < count) one.mask = 0xffffffffu;
+    if (left < count && i == left) one.state = Instance::State::enabled;
+    if (left < count && i != left && one.state == Instance::State::enabled)
+      one.state = random.below(2) ? Instance::State::disabled : Instance::State::removed;
+    one.met =
+        one.state == Instance::State::enabled && (one.mask & (ray_mask_ ? ray_mask_ : 0xffffffffu)) != 0;
+    scene.push_back(one);
+  }
+}
+
+nifkit::Scene Subject::make_scene(const Way& way, const nifkit::Asset& asset, Placed placed) const {
+  nifkit::Scene scene(way.device);
+  const std::vector<Instance>& instances = this->instances(placed);
+  for (uint32_t i = 0; i < instances.size(); ++i) {
+    const uint32_t number = scene.add_instance(asset, uint32_t(instances[i].kind), instances[i].transform);
+    expect(number == i, "another number than the next one");
+    scene.set_instance_user(i, user_of(i));
+  }
+  if (placed == Placed::changed) {
+    if (committed_before_) scene.commit();
+    scene.set_origin(origin_);
+    for (uint32_t i = 0; i < instances.size(); ++i) {
+      const Instance& one = instances[i];
+      if (one.state == Instance::State::removed) {
+        scene.remove_instance(i);
+        continue;
+      }
+      scene.set_instance_origin(i, one.origin);
+      scene.set_instance_mask(i, one.mask);
+      if (one.state == Instance::State::disabled) scene.set_instance_flags(i, NIF_INSTANCE_DISABLED);
+    }
+  }
+  scene.commit();
+  return scene;
 }
 
 nifkit::Asset Subject::load(const Way& way) const {
   const std::vector<std::byte>& bytes = way.coded ? coded_ : plain_;
-  if (!way.mapped) return nifkit::Asset::copy(way.device, bytes);
+  if (!way.mapped) return nifkit::Asset::load(way.device, bytes);
   static std::atomic<uint32_t> number{0};
   const auto file =
       std::filesystem::temp_directory_path() / fmt::format("nif-judge-{}-{}.nif", getpid(), number++);
   std::ofstream(file, std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
-  nifkit::Asset asset = nifkit::Asset::load(way.device, file.string(), NIF_LOAD_MAP);
+  nifkit::Asset asset = nifkit::Asset::load(way.device, file.string(), NIF_LOAD_IN_PLACE);
   std::filesystem::remove(file);
   return asset;
 }
 
 Said Subject::ask(const Way& way, const nifkit::Asset& asset, Placed placed,
                   const std::vector<NifRay>& rays) const {
-  nifkit::Scene scene(way.device);
-  for (const Instance& one : instances(placed)) scene.add(asset, uint32_t(one.kind), one.transform);
-  scene.commit();
-  if (rays.size() <= way.most) return ask_once(scene, rays);
+  const nifkit::Scene scene = make_scene(way, asset, placed);
+  const uint32_t mask = placed == Placed::changed ? ray_mask_ : 0;
+  if (rays.size() <= way.most) return ask_once(scene, rays, mask);
   Said all(rays.size());
   for (size_t first = 0; first < rays.size(); first += way.most) {
     const size_t count = std::min<size_t>(way.most, rays.size() - first);
-    Said said = ask_once(scene, part_of(rays, first, count));
+    Said said = ask_once(scene, part_of(rays, first, count), mask);
     put(said.visible, all.visible, first), put(said.certain, all.certain, first);
     put(said.listed, all.listed, first), put(said.logit, all.logit, first);
     put(said.begin, all.begin, first), put(said.end, all.end, first);
+    put(said.open, all.open, first);
     all.hits.visit_with(said.hits, [&](auto& to, const auto& from) {
       put(from, const_cast<std::remove_cvref_t<decltype(from)>&>(to), first, to.size() / rays.size());
     });

@@ -30,17 +30,30 @@ enum class Placed {
   moved_exact,
   moved_proof,
   moved_segment,
-  crowd  ///< several of any kinds, by transforms that differ a little
+  crowd,   ///< several of any kinds, by transforms that differ a little
+  changed  ///< such a crowd with origins, of which rays do not meet all
 };
-inline constexpr uint32_t kPlaced = 10;
+inline constexpr uint32_t kPlaced = 11;
 const char* name_of(Placed placed);
 inline bool is_moved(Placed placed) { return placed >= Placed::moved_bvh; }
+
+using Origin = std::array<double, 3>;
 
 /// An object in a scene.
 struct Instance {
   Kind kind;
   Transform transform;
+  Origin origin{};
+  uint32_t mask = 0xffffffffu;
+  enum class State { enabled, disabled, removed } state = State::enabled;
+  bool met = true;  ///< by rays of the scene's mask
+
+  /// Where it must be, as its origin and the scene's have it: a translation of up to 48 bits.
+  Transform placed{};
+  std::array<float, 3> remainder{};
+
   bool has_triangles() const { return kind == Kind::bvh || kind == Kind::exact; }
+  bool in_place() const { return placed == mesh::kIdentity && remainder == std::array<float, 3>{}; }
 };
 
 /// Calls that a ray is asked by: a query of all outputs, one of visibility alone, first hits, what is open,
@@ -53,6 +66,7 @@ struct Said {
       : visible(count, 0xcc),
         certain(count, 0xcc),
         listed(count, 0),
+        open(count, NIF_NONE),
         logit(count),
         begin(count),
         end(count),
@@ -61,6 +75,7 @@ struct Said {
 
   std::vector<uint8_t> visible, certain;
   std::vector<uint8_t> listed;  ///< 1: it is among the open rays, from `begin` to `end`
+  std::vector<uint32_t> open;   ///< the instance that alone leaves it open, or NIF_NONE
   std::vector<int32_t> logit;
   std::vector<float> begin, end;
   FirstHits hits;
@@ -101,9 +116,15 @@ class Subject {
 
  private:
   void place(const Transform& transform, bool planes, const mesh::Box& box, Random& random);
+  void draw_changed(const Transform& transform, bool planes, const mesh::Box& box, Random& random);
+  nifkit::Scene make_scene(const Way& way, const nifkit::Asset& asset, Placed placed) const;
 
   std::vector<std::byte> plain_, coded_;
   std::vector<Instance> scenes_[kPlaced];
+  // Of the scene that is changed.
+  Origin origin_{};
+  uint32_t ray_mask_ = 0;                               ///< of all rays; 0: they have none
+  bool committed_before_ = false;                       ///< instances are changed after a commit
   std::vector<std::array<mesh::Float3, 3>> triangles_;  ///< in the order of the object
 };
 

@@ -1,87 +1,30 @@
 // The C API as a sequence of calls that the input spells: devices, assets, scenes, queries and jobs, in any
-// order, with handles that are null or released, in one thread. Calls that the header allows succeed, those
-// that it calls an error give the code that it names, all memory comes back, and what different calls say of
-// the same rays agrees.
+// order, with handles that are null or released, in one thread; instances are changed, removed and asked back,
+// and the caller's callbacks fail, or run late. Calls that the header allows succeed, those that it calls an
+// error give the code that it names, all memory comes back, and what different calls say of the same rays
+// agrees.
 #include <nif/nif.h>
 
-#include <array>
+#include <cmath>
 #include <vector>
 
-#include "formats/nif/writer.hpp"
-#include "tests/fuzz/fuzz.hpp"
+#include "tests/fuzz/api_model.hpp"
 #include "tests/support/first_hits.hpp"
-#include "tests/support/random_asset.hpp"
 
 namespace {
 
-using nif::test::Budget, nif::test::Choices, nif::test::must;
+using namespace nif::test;
 
-constexpr uint32_t kSlots = 4, kMostCalls = 200, kMostRays = 24, kMostInstances = 64;
+constexpr uint32_t kSlots = 4, kMostCalls = 200, kMostInstances = 64;
 
-using File = std::vector<std::byte>;
-
-/// Files of every encoding, coded and not.
-const std::vector<File>& files() {
-  static const std::vector<File> files = [] {
-    using Options = nif::test::RandomAssetOptions;
-    std::vector<File> made;
-    for (const Options& options :
-         {Options{.objects = 1, .instances = 2, .max_voxels = 6, .features = 2},
-          Options{
-              .objects = 0, .instances = 3, .max_voxels = 6, .bvhs = 2, .sources = 1, .translations = true},
-          Options{.objects = 0, .instances = 1, .max_voxels = 6, .exacts = 1, .colors = 1},
-          Options{.objects = 0, .instances = 0, .max_voxels = 6, .proofs = 2},
-          Options{.objects = 0, .instances = 1, .max_voxels = 6, .sphericals = 1, .primaries = 1},
-          Options{.objects = 1,
-          .instances = 5,
-          .max_voxels = 9,
-          .bvhs = 1,
-          .sphericals = 1,
-          .exacts = 1,
-          .proofs = 1,
-          .coded = nif::format::kCodedPayloads}})
-      made.push_back(nif::format::encode(nif::test::random_asset(made.size(), options)));
-    return made;
-  }();
-  return files;
-}
-
-/// Borrowed bytes, at the alignment that this takes, which must outlive all handles.
-const void* borrowed(uint32_t which) {
-  struct alignas(NIF_ASSET_ALIGNMENT) Line {
-    std::byte bytes[NIF_ASSET_ALIGNMENT];
-  };
-  static std::array<std::vector<Line>, 6> copies;
-  std::vector<Line>& copy = copies[which];
-  if (copy.empty()) {
-    copy.resize(files()[which].size() / sizeof(Line) + 1);
-    std::memcpy(copy.data(), files()[which].data(), files()[which].size());
-  }
-  return copy.data();
-}
-
-/// A handle, and how many references of it we hold. It may be dead: then the value stays.
-template <class Handle>
-struct Slot {
-  Handle handle = nullptr;
-  uint32_t references = 0;
-  int device = -1;  ///< which of ours it belongs to, by serial number
-  bool alive() const { return references > 0; }
-};
-
-struct SceneSlot : Slot<NifScene> {
-  uint32_t instances = 0;
-  bool committed = false;
-};
-
-class Session {
+class Session : Drawn {
  public:
-  explicit Session(Choices choices) : choices_(choices) {
+  explicit Session(Choices choices) : Drawn(choices) {
     callbacks_.struct_size = sizeof(callbacks_);
-    callbacks_.user = &budget_;
-    callbacks_.allocate = Budget::allocate;
-    callbacks_.deallocate = Budget::deallocate;
-    budget_.limit = 256 << 20;
+    callbacks_.user = &caller_;
+    callbacks_.allocate = Caller::allocate;
+    callbacks_.deallocate = Caller::deallocate;
+    caller_.budget.limit = 256 << 20;
   }
 
   void run() {
@@ -94,7 +37,8 @@ class Session {
       while (asset.alive()) release(asset, nifReleaseAsset);
     for (auto& device : devices_)
       while (device.alive()) release(device, nifReleaseDevice);
-    must(budget_.held == 0);
+    caller_.runner.run(~size_t{0});  // a device lives until its tasks have run
+    must(caller_.budget.held == 0);
   }
 
  private:
@@ -115,7 +59,7 @@ class Session {
   }
 
   void call() {
-    switch (choices_.below(22)) {
+    switch (choices_.below(40)) {
       case 0:
         return new_device();
       case 1:
@@ -145,6 +89,33 @@ class Session {
         return retain();
       case 17:
         return load_damaged();
+      case 22:
+      case 23:
+      case 24:
+        return change();
+      case 25:
+      case 26:
+        return remove();
+      case 27:
+        return move_many();
+      case 28:
+      case 29:
+        return set_origin();
+      case 30:
+        return set_scene_origin();
+      case 31:
+      case 32:
+        return ask_back();
+      case 33:
+        return load_piecewise();
+      case 34:
+        return caller_.runner.run(1 + choices_.below(4));
+      case 35:
+      case 36:
+        return commit();
+      case 37:
+      case 38:
+        return ask();
       default:
         return let_go();
     }
@@ -161,7 +132,12 @@ class Session {
                                                "isa=nonsense", "backend=vulkan",
                                                "queries=-1",   "threads=1,threads=1"};
     NifDevice device = nullptr;
-    const NifError error = nifNewDevice(kConfigs[choices_.below(std::size(kConfigs))], &callbacks_, &device);
+    const char* config = kConfigs[choices_.below(std::size(kConfigs))];
+    NifDeviceCallbacks callbacks = callbacks_;
+    const uint32_t more = choices_.below(8);
+    if (more & 1) callbacks.log = Caller::log;
+    if (more & 2) callbacks.submit = Caller::submit, config = more & 4 ? "threads=2" : config;
+    const NifError error = nifNewDevice(config, &callbacks, &device);
     must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_NOT_AVAILABLE);
     if (error == NIF_OK) slot = {device, 1, ++serial_};
   }
@@ -176,7 +152,7 @@ class Session {
     const bool borrow = choices_.below(2);
     const NifError error =
         nifLoadAssetMemory(device.handle, borrow ? borrowed(which) : file.data(), file.size(),
-                           borrow ? NIF_MEMORY_BORROW : NIF_MEMORY_COPY, &asset);
+                           borrow ? NIF_LOAD_IN_PLACE : NIF_LOAD_COPY, &asset);
     if (!device.alive()) return must_be_dead(error);
     must(error == NIF_OK);
     slot = {asset, 1, device.device};
@@ -193,10 +169,40 @@ class Session {
       file.resize(at);
     file.shrink_to_fit();
     NifAsset asset = nullptr;
-    const NifError error =
-        nifLoadAssetMemory(device.handle, file.data(), file.size(), NIF_MEMORY_COPY, &asset);
+    const NifError error = nifLoadAssetMemory(device.handle, file.data(), file.size(), NIF_LOAD_COPY, &asset);
     if (!device.alive()) return must_be_dead(error);
     must(error >= NIF_ERROR_FILE_EMPTY && error <= NIF_ERROR_UNSUPPORTED_NIF && asset == nullptr);
+  }
+
+  /// By a reader that is said to have so many bytes, and may fail.
+  void load_piecewise() {
+    const Slot<NifDevice>& device = pick(devices_);
+    Slot<NifAsset>& slot = pick(assets_);
+    if (slot.alive()) return;
+    const File& file = files()[choices_.below(uint32_t(files().size()))];
+    Piecewise piecewise{&file};
+    piecewise.reads = choices_.below(4) ? 1000 : choices_.below(3);
+    NifReader reader{};
+    reader.struct_size = sizeof(reader);
+    reader.user = &piecewise;
+    reader.name = choices_.below(2) ? "piecewise" : nullptr;
+    reader.size = file.size();
+    const uint32_t lie = choices_.below(6);
+    if (lie == 0) reader.size = choices_.word() % file.size();
+    if (lie == 1) reader.size += 1 + choices_.word();
+    if (lie == 2) reader.size = ~uint64_t{0} - choices_.below(9);
+    reader.read = Piecewise::read;
+    NifAsset asset = nullptr;
+    const NifError error = nifLoadAssetReader(device.handle, &reader, &asset);
+    if (!device.alive()) return must_be_dead(error);
+    if (piecewise.failed) must(error == NIF_ERROR_FILE_UNREADABLE);
+    if (error != NIF_OK) {
+      must(asset == nullptr && error >= NIF_ERROR_FILE_UNREADABLE && error <= NIF_ERROR_UNSUPPORTED_NIF);
+      must(std::strstr(nifGetErrorMessage(), reader.name ? "piecewise" : "reader") != nullptr);
+      return must(piecewise.failed || reader.size != file.size());
+    }
+    must(reader.size == file.size() && piecewise.next == file.size());
+    slot = {asset, 1, device.device};
   }
 
   void new_scene() {
@@ -213,22 +219,10 @@ class Session {
     slot.device = device.device;
   }
 
-  std::array<float, 12> matrix() {
-    std::array<float, 12> rows{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-    for (uint32_t changes = choices_.below(4); changes > 0; --changes)
-      rows[choices_.below(12)] = choices_.number();
-    return rows;
-  }
-  static bool is_finite(const std::array<float, 12>& rows) {
-    for (const float x : rows)
-      if (!std::isfinite(x)) return false;
-    return true;
-  }
-
   void add() {
     SceneSlot& scene = pick(scenes_);
     const Slot<NifAsset>& asset = pick(assets_);
-    if (scene.instances > kMostInstances) return;
+    if (scene.instances.size() > kMostInstances) return;
     const bool whole = choices_.below(2), placed = choices_.below(2);
     const std::array<float, 12> transform = matrix();
     const float* where = placed ? transform.data() : nullptr;
@@ -241,9 +235,10 @@ class Session {
     if (scene.device != asset.device || (placed && !is_finite(transform))) must(error != NIF_OK);
     must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_SINGULAR_TRANSFORM);
     if (error != NIF_OK) return;
-    must(first == scene.instances);
-    scene.instances += count;
-    scene.committed = false;
+    must(first == (whole ? scene.instances.size() : scene.lowest_free()));
+    if (scene.instances.size() < first + count) scene.instances.resize(first + count);
+    std::fill_n(scene.instances.begin() + first, count, Known());
+    if (count > 0) scene.committed = false;
   }
 
   void move() {
@@ -252,110 +247,265 @@ class Session {
     const std::array<float, 12> transform = matrix();
     const NifError error = nifSetInstanceTransform(scene.handle, instance, transform.data());
     if (!scene.alive()) return must_be_dead(error);
-    if (instance >= scene.instances || !is_finite(transform)) must(error != NIF_OK);
-    must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_SINGULAR_TRANSFORM);
+    if (!scene.has(instance) || !is_finite(transform)) must(error != NIF_OK);
+    must_be_placed(error);
     if (error == NIF_OK) scene.committed = false;
+  }
+
+  /// Or refused for what its place is.
+  static void must_be_placed(NifError error) {
+    must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_SINGULAR_TRANSFORM);
+  }
+
+  uint32_t any_instance(const SceneSlot& scene) {
+    return choices_.below(uint32_t(scene.instances.size()) + 2);
+  }
+
+  /// Of many at once: of some, or of the first ones; dense, apart, backwards, all the same, and unaligned.
+  void move_many() {
+    SceneSlot& scene = pick(scenes_);
+    static constexpr uint64_t kStrides[] = {48, 0, 64, uint64_t(-48), 49};
+    constexpr uint32_t kMost = 6;
+    const uint64_t stride = kStrides[choices_.below(5)];
+    const bool first_ones = choices_.below(2);
+    const uint32_t count = choices_.below(kMost + 1);
+    std::vector<char> bytes(64 * kMost);
+    char* const start = bytes.data() + (stride == uint64_t(-48) ? 48 * (kMost - 1) : 0);
+    uint32_t numbers[kMost];
+    bool fine = true;
+    for (uint32_t k = 0; k < count; ++k) {
+      numbers[k] = any_instance(scene);
+      fine = fine && scene.has(first_ones ? k : numbers[k]);
+      const std::array<float, 12> transform = matrix();
+      std::memcpy(start + std::ptrdiff_t(int64_t(k * stride)), transform.data(), sizeof(transform));
+    }
+    for (uint32_t k = 0; k < count; ++k) {
+      std::array<float, 12> transform;
+      std::memcpy(transform.data(), start + std::ptrdiff_t(int64_t(k * stride)), sizeof(transform));
+      fine = fine && is_finite(transform);
+    }
+    NifInstanceInfo before = instance_info(scene, 0), after;
+    const NifError error = nifSetInstanceTransforms(scene.handle, count, first_ones ? nullptr : numbers,
+                                                    reinterpret_cast<const float*>(start), stride);
+    if (!scene.alive()) return must_be_dead(error);
+    if (!fine) must(error != NIF_OK);
+    must_be_placed(error);
+    if (error == NIF_OK && count > 0) scene.committed = false;
+    if (error == NIF_OK) return;
+    after = instance_info(scene, 0);
+    must(std::memcmp(&before, &after, sizeof(before)) == 0);
+  }
+
+  /// Zeros where there is none.
+  static NifInstanceInfo instance_info(const SceneSlot& scene, uint32_t number) {
+    NifInstanceInfo info{};
+    info.struct_size = sizeof(info);
+    if (nifGetInstanceInfo(scene.handle, number, &info) != NIF_OK) info = {};
+    return info;
+  }
+
+  /// Its mask, flags or user value.
+  void change() {
+    SceneSlot& scene = pick(scenes_);
+    const uint32_t number = any_instance(scene);
+    Known known = scene.has(number) ? scene.instances[number] : Known();
+    NifError error;
+    bool fine = scene.has(number);
+    switch (choices_.below(3)) {
+      case 0:
+        known.mask = any_mask();
+        error = nifSetInstanceMask(scene.handle, number, known.mask);
+        break;
+      case 1:
+        known.flags = choices_.below(8) ? choices_.below(2) : choices_.word();
+        fine = fine && known.flags <= NIF_INSTANCE_DISABLED;
+        error = nifSetInstanceFlags(scene.handle, number, known.flags);
+        break;
+      default:
+        known.user = uint64_t{choices_.word()} << choices_.below(33);
+        error = nifSetInstanceUser(scene.handle, number, known.user);
+    }
+    if (!scene.alive()) return must_be_dead(error);
+    // One that the scene's new origin has left too far away is refused whatever is changed.
+    if (!fine || !scene.moved) must((error == NIF_OK) == fine);
+    must_be_placed(error == NIF_ERROR_NOT_AVAILABLE && !fine ? NIF_OK : error);
+    if (error != NIF_OK) return;
+    scene.instances[number] = known;
+    scene.committed = false;
+  }
+
+  void remove() {
+    SceneSlot& scene = pick(scenes_);
+    const uint32_t number = any_instance(scene);
+    const NifError error = nifRemoveInstance(scene.handle, number);
+    if (!scene.alive()) return must_be_dead(error);
+    must(error == (scene.has(number) ? NIF_OK : NIF_ERROR_INVALID_ARGUMENT));
+    if (error != NIF_OK) return;
+    scene.instances[number].exists = false;
+    while (!scene.instances.empty() && !scene.instances.back().exists) scene.instances.pop_back();
+    scene.committed = false;
+  }
+
+  void set_origin() {
+    SceneSlot& scene = pick(scenes_);
+    const uint32_t number = any_instance(scene);
+    const std::array<double, 3> at = place();
+    const bool none = choices_.below(8) == 0;
+    const NifError error = nifSetInstanceOrigin(scene.handle, number, none ? nullptr : at.data());
+    if (!scene.alive()) return must_be_dead(error);
+    if (!scene.has(number) || (!none && !is_finite(at))) must(error != NIF_OK);
+    must_be_placed(error);
+    if (error != NIF_OK) return;
+    scene.instances[number].origin = none ? std::array<double, 3>{} : at;
+    scene.committed = false;
+  }
+
+  void set_scene_origin() {
+    SceneSlot& scene = pick(scenes_);
+    const std::array<double, 3> at = place();
+    const bool none = choices_.below(4) == 0;
+    const NifError error = nifSetSceneOrigin(scene.handle, none ? nullptr : at.data());
+    if (!scene.alive()) return must_be_dead(error);
+    must(error == (none || is_finite(at) ? NIF_OK : NIF_ERROR_INVALID_ARGUMENT));
+    if (error != NIF_OK) return;
+    scene.origin = none ? std::array<double, 3>{} : at;
+    scene.committed = false;
+    scene.moved = true;
+  }
+
+  /// All of a scene's instances are what we have set.
+  void ask_back() {
+    const SceneSlot& scene = pick(scenes_);
+    for (uint32_t number = 0; number < scene.instances.size() + 2; ++number) {
+      NifInstanceInfo info{};
+      info.struct_size = sizeof(info);
+      const NifError error = nifGetInstanceInfo(scene.handle, number, &info);
+      if (!scene.alive()) return must_be_dead(error);
+      must(error == (scene.has(number) ? NIF_OK : NIF_ERROR_INVALID_ARGUMENT));
+      if (error != NIF_OK) continue;
+      const Known& known = scene.instances[number];
+      must(info.mask == known.mask && info.flags == known.flags && info.user == known.user);
+      must(std::equal(known.origin.begin(), known.origin.end(), info.origin));
+    }
   }
 
   void commit() {
     SceneSlot& scene = pick(scenes_);
     const NifError error = nifCommitScene(scene.handle);
     if (!scene.alive()) return must_be_dead(error);
-    must(error == NIF_OK);
+    // Instances may be too far from the scene's new origin.
+    if (scene.moved) must_be_placed(error);
+    if (!scene.moved) must(error == NIF_OK);
+    if (error != NIF_OK) return must(!scene.committed);
     scene.committed = true;
+    scene.moved = false;
   }
-
-  std::vector<NifRay> rays() {
-    std::vector<NifRay> rays(1 + choices_.below(kMostRays));
-    for (NifRay& ray : rays) {
-      for (float& x : ray.origin) x = choices_.number();
-      for (float& x : ray.direction) x = choices_.number();
-      ray.tmin = choices_.below(3) ? 0 : choices_.number();
-      ray.tmax = choices_.below(3) ? INFINITY : choices_.number();
-    }
-    return rays;
-  }
-
-  struct Answers {
-    explicit Answers(size_t count)
-        : visible(count), bits(count / 8 + 1), certain(count), probability(count), logit(count) {}
-    void ask(NifQuery& query) {
-      query.visible = visible.data();
-      query.visible_bits = bits.data();
-      query.certain = certain.data();
-      query.probability = probability.data();
-      query.logit = logit.data();
-    }
-    bool operator==(const Answers&) const = default;
-    std::vector<uint8_t> visible, bits, certain;
-    std::vector<float> probability;
-    std::vector<int32_t> logit;
-  };
 
   /// Each way to ask about the same rays.
   void ask() {
     const SceneSlot& scene = pick(scenes_);
     const std::vector<NifRay> asked = rays();
     const size_t count = asked.size();
+    const std::vector<uint32_t> masks = this->masks(count);
+    const auto mask_of = [&](size_t i) {
+      return masks.empty() ? 0xffffffffu : masks.size() == 1 ? masks[0] : masks[i];
+    };
     Answers answers(count);
-    NifQuery query = nifQueryRays(asked.data(), count);
-    answers.ask(query);
-    const NifError error = nifQuery(scene.handle, &query);
+    NifRays query = nifMakeRays(asked.data(), count);
+    query.mask = masks.empty() ? nullptr : masks.data();
+    query.mask_stride = masks.size() == 1 ? 0 : sizeof(uint32_t);
+    NifAnswers outputs = answers.outputs();
+    const NifError error = nifQuery(scene.handle, &query, &outputs);
     if (!scene.alive()) return must_be_dead(error);
     if (!scene.committed) return must(error == NIF_ERROR_INVALID_OPERATION);
     must(error == NIF_OK);
 
-    std::vector<uint32_t> open(count);
+    std::vector<uint32_t> open(count), open_instance(count);
     uint32_t open_count = 0;
     NifOpenRays lists{};
     lists.struct_size = sizeof(lists);
     lists.capacity = count;
     lists.rays = open.data();
+    lists.instance = open_instance.data();
     lists.count = &open_count;
-    NifQuery plain = nifQueryRays(asked.data(), count);
-    must(nifQueryOpen(scene.handle, &plain, &lists) == NIF_OK);
+    must(nifQueryOpen(scene.handle, &query, nullptr, &lists) == NIF_OK);
     must(open_count <= count);
     std::vector<bool> is_open(count);
     for (uint32_t k = 0; k < open_count; ++k) {
-      must(open[k] < count && !is_open[open[k]]);
-      is_open[open[k]] = true;
+      const uint32_t ray = open[k], instance = open_instance[k];
+      must(ray < count && !is_open[ray]);
+      is_open[ray] = true;
+      must(instance == NIF_NONE ||
+           (instance < scene.instances.size() && scene.instances[instance].lets_in(mask_of(ray))));
     }
 
-    nif::test::FirstHits hits(count);
-    const NifHits outputs = hits.outputs();
-    must(nifIntersect(scene.handle, &plain, &outputs) == NIF_OK);
+    FirstHits hits(count);
+    std::vector<uint64_t> users(count);
+    NifHits to_hits = hits.outputs();
+    to_hits.user = users.data();
+    must(nifIntersect(scene.handle, &query, &to_hits) == NIF_OK);
 
     for (size_t i = 0; i < count; ++i) {
       must(answers.visible[i] <= 1 && (answers.bits[i / 8] >> i % 8 & 1) == answers.visible[i]);
       must(answers.probability[i] >= 0 && answers.probability[i] <= 1);
-      uint8_t one = 7;
-      must(nifQueryRay(scene.handle, &asked[i], &one) == NIF_OK && one == answers.visible[i]);
+      if (masks.empty()) ask_alone(scene, asked[i], answers.visible[i]);
       must(hits.hit[i] == 1 - answers.visible[i]);
-      must(hits.hit[i] ? hits.instance[i] < scene.instances
-                       : hits.instance[i] == NIF_NONE && hits.t[i] == INFINITY);
+      if (hits.hit[i]) {
+        const uint32_t instance = hits.instance[i];
+        must(instance < scene.instances.size() && scene.instances[instance].lets_in(mask_of(i)));
+        must(users[i] == scene.instances[instance].user);
+      } else {
+        must(hits.instance[i] == NIF_NONE && hits.t[i] == INFINITY && users[i] == 0);
+      }
       must(!(hits.high[i] < hits.low[i]));
       must(!is_open[i] || !answers.certain[i]);
     }
   }
 
+  static void ask_alone(const SceneSlot& scene, const NifRay& ray, uint8_t visible) {
+    uint8_t one = 7, hit = 7;
+    NifAnswers answers{};
+    answers.struct_size = sizeof(answers);
+    answers.visible = &one;
+    must(nifQueryRay(scene.handle, &ray, &answers) == NIF_OK && one == visible);
+    NifHits hits{};
+    hits.struct_size = sizeof(hits);
+    hits.hit = &hit;
+    must(nifIntersectRay(scene.handle, &ray, &hits) == NIF_OK && hit == 1 - visible);
+  }
+
   void ask_in_background() {
     const SceneSlot& scene = pick(scenes_);
     Slot<NifJob>& slot = pick(jobs_);
-    if (slot.alive()) return;
+    if (slot.alive()) return cancel(slot);
     const std::vector<NifRay> asked = rays();
     Answers background(asked.size()), plain(asked.size());
-    NifQuery query = nifQueryRays(asked.data(), asked.size());
-    background.ask(query);
+    const NifRays query = nifMakeRays(asked.data(), asked.size());
+    NifAnswers outputs = background.outputs();
     NifJob job = nullptr;
-    const NifError error = nifQueryAsync(scene.handle, &query, &job);
+    const NifError error = nifQueryAsync(scene.handle, &query, &outputs, &job);
     if (!scene.alive()) return must_be_dead(error);
     if (!scene.committed) return must(error == NIF_ERROR_INVALID_OPERATION && job == nullptr);
-    must(error == NIF_OK && nifWaitJob(job) == NIF_OK);
+    must(error == NIF_OK);
+    // Tasks may run before the job is waited for, or never do before it is done.
+    const uint32_t what = choices_.below(4);
+    if (what & 1) caller_.runner.run(1);
+    if (what == 3) must(nifCancelJob(job) == NIF_OK);
+    const NifError waited = nifWaitJob(job);
+    must(waited == NIF_OK || (what == 3 && waited == NIF_ERROR_CANCELLED));
+    must(nifWaitJob(job) == waited);
     uint32_t done = 0;
     must(nifIsJobDone(job, &done) == NIF_OK && done == 1);
-    plain.ask(query);
-    must(nifQuery(scene.handle, &query) == NIF_OK && background == plain);
+    outputs = plain.outputs();
+    must(nifQuery(scene.handle, &query, &outputs) == NIF_OK);
+    must(waited == NIF_ERROR_CANCELLED || background == plain);
     slot = {job, 1, scene.device};
+  }
+
+  /// A job that is done stays what it is.
+  static void cancel(const Slot<NifJob>& job) {
+    const NifError before = nifWaitJob(job.handle);
+    must(nifCancelJob(job.handle) == NIF_OK && nifWaitJob(job.handle) == before);
   }
 
   void info() {
@@ -369,9 +519,10 @@ class Session {
     NifObjectInfo object{};
     object.struct_size = sizeof(object);
     must((nifGetObjectInfo(asset.handle, number, &object) == NIF_OK) == (number < about.object_count));
-    NifInstanceInfo instance{};
+    NifAssetInstanceInfo instance{};
     instance.struct_size = sizeof(instance);
-    must((nifGetInstanceInfo(asset.handle, number, &instance) == NIF_OK) == (number < about.instance_count));
+    must((nifGetAssetInstanceInfo(asset.handle, number, &instance) == NIF_OK) ==
+         (number < about.instance_count));
     uint64_t resident = 0, in_file = 0;
     NifPartInfo part{};
     part.struct_size = sizeof(part);
@@ -385,8 +536,9 @@ class Session {
     of_scene.struct_size = sizeof(of_scene);
     const NifError answer = nifGetSceneInfo(scene.handle, &of_scene);
     if (!scene.alive()) return must_be_dead(answer);
-    must(answer == NIF_OK && of_scene.instance_count == scene.instances &&
-         of_scene.committed == uint32_t(scene.committed));
+    must(answer == NIF_OK && of_scene.instance_count == scene.count() &&
+         std::equal(scene.origin.begin(), scene.origin.end(), of_scene.origin) &&
+         of_scene.instance_end == scene.instances.size() && of_scene.committed == uint32_t(scene.committed));
   }
 
   /// Retaining what is dead does nothing.
@@ -421,8 +573,7 @@ class Session {
     }
   }
 
-  Choices choices_;
-  Budget budget_;
+  Caller caller_;
   NifDeviceCallbacks callbacks_{};
   int serial_ = 0;
   std::array<Slot<NifDevice>, kSlots> devices_;

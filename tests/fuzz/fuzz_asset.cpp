@@ -29,20 +29,21 @@ void query(NifScene scene, const nif::kernels::AnyField* field) {
   uint8_t visible[kRays], certain[kRays];
   float probability[kRays];
   int32_t logit[kRays];
-  NifQuery description = nifQueryRays(rays.data(), kRays);
-  description.visible = visible;
-  description.certain = certain;
-  description.probability = probability;
-  description.logit = logit;
-  must(nifQuery(scene, &description) == NIF_OK);
+  const NifRays asked = nifMakeRays(rays.data(), kRays);
+  NifAnswers answers{};
+  answers.struct_size = sizeof(answers);
+  answers.visible = visible;
+  answers.certain = certain;
+  answers.probability = probability;
+  answers.logit = logit;
+  must(nifQuery(scene, &asked, &answers) == NIF_OK);
   uint32_t triangle[kRays];
   float color[kRays][3];
-  NifQuery plain = nifQueryRays(rays.data(), kRays);
   NifHits hits{};
   hits.struct_size = sizeof(hits);
   hits.triangle = triangle;
   hits.color = color[0];
-  must(nifIntersect(scene, &plain, &hits) == NIF_OK);
+  must(nifIntersect(scene, &asked, &hits) == NIF_OK);
   for (const auto& one : color)
     for (const float c : one) must(c >= 0 && c <= 1);
   for (int i = 0; i < kRays; ++i) {
@@ -119,7 +120,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   must(nifNewDevice(size % 2 ? "memory=least" : nullptr, &callbacks, &device) == NIF_OK);
   budget.limit = budget.held + nif::test::most_memory(size);
   NifAsset asset = nullptr;
-  if (nifLoadAssetMemory(device, data, size, NIF_MEMORY_COPY, &asset) == NIF_OK) {
+  if (nifLoadAssetMemory(device, data, size, NIF_LOAD_COPY, &asset) == NIF_OK) {
     nif::test::Bytes bytes(size);
     std::memcpy(bytes.data(), data, size);
     const auto view = nif::format::read_asset(bytes, "input");

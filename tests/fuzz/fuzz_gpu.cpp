@@ -62,8 +62,9 @@ class Card {
     must_succeed(module_.upload_asset(device_, &field, &details, 1, &asset_, &bytes, &message_), message_);
     kernels::PlacedInstance instance{};
     instance.identity = 1;
+    instance.mask = 0xffffffffu;
     const GpuPlacedObject placed{asset_, 0};
-    const GpuSceneView scene{nullptr, &instance, &placed, 0, 1, 1};
+    const GpuSceneView scene{nullptr, &instance, nullptr, &placed, 0, 1, 1, 0};
     must_succeed(module_.upload_scene(device_, &scene, &scene_, &message_), message_);
   }
   ~Card() {
@@ -78,10 +79,12 @@ class Card {
   void compare_answers(const kernels::AnyField& field, const std::vector<NifRay>& rays) {
     std::vector<int32_t> logit(rays.size());
     std::vector<uint8_t> certain(rays.size());
-    NifQuery query = nifQueryRays(rays.data(), rays.size());
-    query.logit = logit.data();
-    query.certain = certain.data();
-    must_succeed(module_.query(device_, scene_, &query, &message_), message_);
+    NifRays query = nifMakeRays(rays.data(), rays.size());
+    NifAnswers outputs{};
+    outputs.struct_size = sizeof(outputs);
+    outputs.logit = logit.data();
+    outputs.certain = certain.data();
+    must_succeed(module_.query(device_, scene_, &query, &outputs, &message_), message_);
     // Planes that contradict the triangles: kernels may differ in which of the two they ask.
     if (std::holds_alternative<kernels::ExactField>(field)) return;
     for (size_t i = 0; i < rays.size(); ++i) {
@@ -94,8 +97,8 @@ class Card {
   void ask_for_more(const std::vector<NifRay>& rays) {
     const size_t count = rays.size();
     const OnCard on_card(card_, rays.data(), count * sizeof(NifRay));
-    NifQuery query = nifQueryRays(on_card.as<NifRay>(), count);
-    query.memory = NIF_DEVICE;
+    NifRays query = nifMakeRays(on_card.as<NifRay>(), count);
+    query.memory = NIF_MEMORY_DEVICE;
     query.stream = nif_emulated_machine()->make_stream(card_);
     const OnCard hit(card_, nullptr, count), t(card_, nullptr, 4 * count), normal(card_, nullptr, 12 * count),
         triangle(card_, nullptr, 4 * count), color(card_, nullptr, 12 * count);
@@ -108,12 +111,14 @@ class Card {
     hits.color = color.as<float>();
     must_succeed(module_.intersect(device_, scene_, &query, &hits, &message_), message_);
     const OnCard list(card_, nullptr, 4 * count), open_count(card_, nullptr, 4);
+    NifAnswers no_answers{};
+    no_answers.struct_size = sizeof(no_answers);
     NifOpenRays open{};
     open.struct_size = sizeof(open);
     open.capacity = count;
     open.rays = list.as<uint32_t>();
     open.count = open_count.as<uint32_t>();
-    must_succeed(module_.query_open(device_, scene_, &query, &open, &message_), message_);
+    must_succeed(module_.query_open(device_, scene_, &query, &no_answers, &open, &message_), message_);
     nif_emulated_machine()->wait_stream(query.stream);
     nif_emulated_machine()->free_stream(query.stream);
     must(*open.count <= count);

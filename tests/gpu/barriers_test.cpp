@@ -117,11 +117,11 @@ class GpuBarriersOfNetworks : public GpuModuleTest {
   static Answers ask(const std::string& config, const format::Asset& asset, const std::vector<NifRay>& rays) {
     const nifkit::Device device(config);
     const auto file = format::encode(asset);
-    const nifkit::Asset loaded = nifkit::Asset::copy(device, file);
+    const nifkit::Asset loaded = nifkit::Asset::load(device, file);
     nifkit::Scene scene(device);
     for (uint32_t i = 0; i < asset.objects.size(); ++i) {
       const float x = 2 * static_cast<float>(i % 5) - 4, y = 2 * static_cast<float>(i / 5) - 4;
-      scene.add(loaded, i, Matrix{0.5f, 0, 0, x, 0, 0.5f, 0, y, 0, 0, 0.5f, 0});
+      scene.add_instance(loaded, i, Matrix{0.5f, 0, 0, x, 0, 0.5f, 0, y, 0, 0, 0.5f, 0});
     }
     scene.commit();
     return query_all(scene.get(), rays);

@@ -11,9 +11,9 @@ class CardHitQuery {
  public:
   CardHitQuery(EmulatedMachine& machine, uint32_t card, const std::vector<NifRay>& rays)
       : rays_(machine, card, rays.data(), rays.size() * sizeof(NifRay)),
-        query(nifQueryRays(rays_.as<NifRay>(), rays.size())),
+        query(nifMakeRays(rays_.as<NifRay>(), rays.size())),
         hits(nifkit::sized<NifHits>()) {
-    query.memory = NIF_DEVICE;
+    query.memory = NIF_MEMORY_DEVICE;
     const auto place = [&](auto*& member, size_t each) {
       arrays_.emplace_back(machine, card, nullptr, each * sizeof(*member) * rays.size());
       member = reinterpret_cast<std::remove_reference_t<decltype(member)>>(arrays_.back().as<char>() + 1);
@@ -22,6 +22,7 @@ class CardHitQuery {
     place(hits.t, 1), place(hits.t_low, 1), place(hits.t_high, 1), place(hits.normal, 3);
     place(hits.u, 1), place(hits.v, 1);
     place(hits.instance, 1), place(hits.object, 1), place(hits.triangle, 1), place(hits.color, 3);
+    place(hits.user, 1);
   }
 
   /// After the stream has passed it.
@@ -37,13 +38,18 @@ class CardHitQuery {
     copy(found.triangle, hits.triangle), copy(found.color, hits.color);
     return found;
   }
+  std::vector<uint64_t> users() const {
+    std::vector<uint64_t> values(query.count);
+    std::memcpy(values.data(), hits.user, 8 * values.size());
+    return values;
+  }
 
  private:
   CardArray rays_;
   std::vector<CardArray> arrays_;
 
  public:
-  NifQuery query;
+  NifRays query;
   NifHits hits;
 };
 

@@ -17,15 +17,17 @@ class CardOpenQuery {
         tmin_(machine, card, nullptr, 4 * capacity),
         tmax_(machine, card, nullptr, 4 * capacity),
         count_(machine, card, nullptr, 4),
-        query(nifQueryRays(rays_.as<NifRay>(), rays.size())),
+        instances_(machine, card, nullptr, 4 * capacity),
+        query(nifMakeRays(rays_.as<NifRay>(), rays.size())),
+        outputs(answers_.outputs()),
         open(nifkit::sized<NifOpenRays>()) {
-    query.memory = NIF_DEVICE;
-    answers_.ask(query);
+    query.memory = NIF_MEMORY_DEVICE;
     open.capacity = capacity;
     open.rays = reinterpret_cast<uint32_t*>(numbers_.as<char>() + 1);
     open.tmin = reinterpret_cast<float*>(tmin_.as<char>() + 1);
     open.tmax = reinterpret_cast<float*>(tmax_.as<char>() + 1);
     open.count = count_.as<uint32_t>();
+    open.instance = reinterpret_cast<uint32_t*>(instances_.as<char>() + 1);
   }
 
   /// After the stream has passed it.
@@ -43,15 +45,26 @@ class CardOpenQuery {
     std::sort(answers.open.begin(), answers.open.end());
     return answers;
   }
+  /// Of each ray the instance that the list names; of others 0xcccccccc.
+  std::vector<uint32_t> instances() const {
+    std::vector<uint32_t> of_rays(query.count, 0xcccccccc);
+    for (size_t k = 0; k < std::min<size_t>(capacity_, *open.count); ++k) {
+      uint32_t ray;
+      std::memcpy(&ray, open.rays + k, 4);
+      std::memcpy(&of_rays.at(ray), open.instance + k, 4);
+    }
+    return of_rays;
+  }
 
  private:
   size_t capacity_;
   CardArray rays_;
   CardAnswers answers_;
-  CardArray numbers_, tmin_, tmax_, count_;
+  CardArray numbers_, tmin_, tmax_, count_, instances_;
 
  public:
-  NifQuery query;
+  NifRays query;
+  NifAnswers outputs;
   NifOpenRays open;
 };
 
@@ -59,7 +72,8 @@ inline OpenAnswers query_open_on_card(EmulatedMachine& machine, uint32_t card, N
                                       const std::vector<NifRay>& rays, size_t capacity) {
   CardOpenQuery on_card(machine, card, rays, capacity);
   void* stream = on_card.query.stream = machine.make_stream(card);
-  EXPECT_EQ(nifQueryOpen(scene, &on_card.query, &on_card.open), NIF_OK) << nifGetErrorMessage();
+  EXPECT_EQ(nifQueryOpen(scene, &on_card.query, &on_card.outputs, &on_card.open), NIF_OK)
+      << nifGetErrorMessage();
   EXPECT_EQ(*on_card.open.count, 0xa5a5a5a5) << "nothing is done before the stream is waited for";
   machine.wait_stream(stream);
   machine.free_stream(stream);

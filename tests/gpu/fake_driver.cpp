@@ -31,7 +31,7 @@ namespace {
 namespace gpu = nif::kernels::gpu;
 
 constexpr int kOk = 0, kInvalidValue = 1, kOutOfMemory = 2, kNoDevice = 100, kInvalidContext = 201,
-              kNoBinary = 209, kNotFound = 500;
+              kNoBinary = 209, kNotFound = 500, kNotSupported = 801;
 
 std::string setting(const char* variable, const char* otherwise) {
   const char* text = std::getenv(variable);
@@ -63,11 +63,12 @@ void check_arrays(const gpu::SceneArrays& scene, const gpu::SceneQuery& query) {
     if (array && !is_of_card(array)) std::abort();
   };
   for (const void* array : {static_cast<const void*>(scene.nodes), static_cast<const void*>(scene.instances),
-                            static_cast<const void*>(scene.objects)})
+                            static_cast<const void*>(scene.users), static_cast<const void*>(scene.objects)})
     check(array);
   for (int a = 0; a < 3; ++a) check(query.origin[a]), check(query.direction[a]);
   check(query.tmin);
   check(query.tmax);
+  check(query.mask);
   nif::runtime::visit_outputs([&](const auto&, const auto* array) { check(array); }, query);
 }
 
@@ -106,6 +107,12 @@ NIF_FAKE int hipGetDeviceCount(int* count) {
 }
 NIF_FAKE int hipDeviceGetName(char* name, int length, int device) {
   return device < 2 ? (std::snprintf(name, size_t(length), "fake card"), kOk) : kNoDevice;
+}
+NIF_FAKE int hipDeviceGetPCIBusId(char* text, int length, int device) {
+  return device < 2 ? (std::snprintf(text, size_t(length), "0001:a%d:1f.0", device), kOk) : kNoDevice;
+}
+NIF_FAKE int hipDeviceGetUuid(void* uuid, int device) {
+  return device < 2 ? (std::memcpy(uuid, "a fake AMD card", 16), kOk) : kNoDevice;
 }
 NIF_FAKE int hipDeviceTotalMem(size_t* bytes, int device) {
   return device < 2 ? (*bytes = size_t{1} << 33, kOk) : kNoDevice;
@@ -155,6 +162,14 @@ NIF_FAKE int cuDeviceGet(int* device, int ordinal) {
 NIF_FAKE int cuDeviceGetName(char* name, int length, int device) {
   return device == kDevice ? (std::snprintf(name, size_t(length), "fake card"), kOk) : kNoDevice;
 }
+NIF_FAKE int cuDeviceGetPCIBusId(char* text, int length, int device) {
+  return device == kDevice ? (std::snprintf(text, size_t(length), "10000:C1:00.0"), kOk) : kNoDevice;
+}
+NIF_FAKE int cuDeviceGetUuid_v2(void* uuid, int device) {
+  return device == kDevice ? (std::memcpy(uuid, "fake NVIDIA one", 16), kOk) : kNoDevice;
+}
+/// There are none but on Windows.
+NIF_FAKE int cuDeviceGetLuid(char*, unsigned*, int) { return kNotSupported; }
 NIF_FAKE int cuDeviceTotalMem_v2(size_t* bytes, int device) {
   return device == kDevice ? (*bytes = size_t{1} << 33, kOk) : kNoDevice;
 }

@@ -15,25 +15,6 @@ struct Way {
 constexpr Way kWays[] = {{0, "on"}, {1, "on"},  {2, "on"},  {3, "on"},  {4, "on"},
                          {5, "on"}, {0, "off"}, {2, "off"}, {0, "auto"}};
 
-/// A query about rays in memory of a card.
-class CardQuery {
- public:
-  CardQuery(EmulatedMachine& machine, uint32_t card, const std::vector<NifRay>& rays)
-      : rays_(machine, card, rays.data(), rays.size() * sizeof(NifRay)),
-        answers(machine, card, rays.size()),
-        query(nifQueryRays(rays_.as<NifRay>(), rays.size())) {
-    query.memory = NIF_DEVICE;
-    answers.ask(query);
-  }
-
- private:
-  CardArray rays_;
-
- public:
-  CardAnswers answers;
-  NifQuery query;
-};
-
 class GpuAnswers : public GpuModuleTest, public testing::WithParamInterface<Way> {
  protected:
   uint32_t card() const { return GetParam().card; }
@@ -46,7 +27,7 @@ class GpuAnswers : public GpuModuleTest, public testing::WithParamInterface<Way>
     expect_same(query_all(twins.gpu(), rays), expected);
     CardQuery on_card(machine(), card(), rays);
     void* stream = on_card.query.stream = machine().make_stream(card());
-    ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query), NIF_OK) << nifGetErrorMessage();
+    ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query, &on_card.outputs), NIF_OK) << nifGetErrorMessage();
     machine().wait_stream(stream);
     machine().free_stream(stream);
     expect_same(on_card.answers.get(), expected);
@@ -183,52 +164,50 @@ TEST_P(GpuAnswers, LayoutsAndOutputs) {
     // Bit 5: no tmin and tmax, and one direction for all.
     const auto describe = [&](const char* start) {
       const auto* ray = reinterpret_cast<const NifRay*>(start + offset);
-      NifQuery query = nifQueryRays(ray, kCount);
+      NifRays query = nifMakeRays(ray, kCount);
       query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = stride;
       if (which & 32) query.tmin = query.tmax = nullptr, query.direction_stride = 0;
       return query;
     };
-    const auto choose = [&](NifQuery& query) {
-      if (!(which & 1)) query.visible = nullptr;
-      if (!(which & 2)) query.visible_bits = nullptr;
-      if (!(which & 4)) query.certain = nullptr;
-      if (!(which & 8)) query.probability = nullptr;
-      if (!(which & 16)) query.logit = nullptr;
+    const auto choose = [&](NifAnswers outputs) {
+      if (!(which & 1)) outputs.visible = nullptr;
+      if (!(which & 2)) outputs.visible_bits = nullptr;
+      if (!(which & 4)) outputs.certain = nullptr;
+      if (!(which & 8)) outputs.probability = nullptr;
+      if (!(which & 16)) outputs.logit = nullptr;
+      return outputs;
     };
     if ((which & 31) == 0) continue;
     Answers expected(kCount), got(kCount);
-    NifQuery query = describe(packed.data());
-    expected.ask(query);
-    choose(query);
-    ASSERT_EQ(nifQuery(twins.cpu(), &query), NIF_OK);
-    got.ask(query);
-    choose(query);
-    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    NifRays query = describe(packed.data());
+    NifAnswers outputs = choose(expected.outputs());
+    ASSERT_EQ(nifQuery(twins.cpu(), &query, &outputs), NIF_OK);
+    outputs = choose(got.outputs());
+    ASSERT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
     expect_same(got, expected);
 
     query = describe(on_card.as<char>());
     const CardAnswers answers(machine(), card(), kCount);
-    answers.ask(query);
-    choose(query);
-    query.memory = NIF_DEVICE;
+    outputs = choose(answers.outputs());
+    query.memory = NIF_MEMORY_DEVICE;
     query.stream = machine().make_stream(card());
-    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    ASSERT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
     machine().wait_stream(query.stream);
     machine().free_stream(query.stream);
     const Answers there = answers.get();
-    if (query.visible) {
+    if (outputs.visible) {
       EXPECT_EQ(there.visible, expected.visible);
     }
-    if (query.visible_bits) {
+    if (outputs.visible_bits) {
       EXPECT_EQ(there.bits, expected.bits);
     }
-    if (query.certain) {
+    if (outputs.certain) {
       EXPECT_EQ(there.certain, expected.certain);
     }
-    if (query.logit) {
+    if (outputs.logit) {
       EXPECT_EQ(there.logit, expected.logit);
     }
-    if (!query.visible) {
+    if (!outputs.visible) {
       EXPECT_EQ(there.visible, std::vector<uint8_t>(kCount, 0xa5)) << "not asked for";
     }
   }
@@ -247,7 +226,7 @@ TEST_P(GpuAnswers, QueriesAreCutIntoLaunches) {
   CardQuery on_card(machine(), card(), rays);
   on_card.query.stream = machine().make_stream(card());
   const uint32_t before = machine().launches;
-  ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query), NIF_OK) << nifGetErrorMessage();
+  ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query, &on_card.outputs), NIF_OK) << nifGetErrorMessage();
   if (by_one_kernel()) {
     EXPECT_EQ(machine().launches - before, 10u);
   }
@@ -269,7 +248,7 @@ TEST_P(GpuAnswers, QueriesMayHaveMoreRaysThan32BitsCount) {
   const uint32_t before = machine().launches;
   const uint64_t rays = machine().rays_launched;
   machine().discard = true;
-  ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query), NIF_OK) << nifGetErrorMessage();
+  ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query, &on_card.outputs), NIF_OK) << nifGetErrorMessage();
   if (by_one_kernel()) {
     EXPECT_EQ(machine().launches - before, 5u);
   }
@@ -292,7 +271,7 @@ TEST_P(GpuAnswers, NothingIsWaitedForBehindTheCallersBack) {
   second.query.stream = third.query.stream = machine().make_stream(card());
   const uint32_t waits = machine().waits, uploads = machine().uploads;
   for (CardQuery* one : {&first, &second, &third})
-    ASSERT_EQ(nifQuery(twins.gpu(), &one->query), NIF_OK) << nifGetErrorMessage();
+    ASSERT_EQ(nifQuery(twins.gpu(), &one->query, &one->outputs), NIF_OK) << nifGetErrorMessage();
   EXPECT_EQ(machine().waits, waits);
   EXPECT_EQ(machine().uploads, uploads);
   EXPECT_TRUE(first.answers.untouched() && second.answers.untouched() && third.answers.untouched());
@@ -317,14 +296,14 @@ TEST_P(GpuAnswers, NothingIsWaitedForBehindTheCallersBack) {
 TEST_P(GpuAnswers, AssetsAreUploadedOnce) {
   nifkit::Device device(config());
   const auto file = format::encode(random_asset(11, {.objects = 2, .bvhs = 1, .sphericals = 1, .exacts = 1}));
-  nifkit::Asset asset = nifkit::Asset::copy(device, file);
+  nifkit::Asset asset = nifkit::Asset::load(device, file);
   EXPECT_EQ(asset.info().gpu_bytes, 0u);
   const uint32_t uploads = machine().uploads;
   EXPECT_EQ(machine().allocations, 0u);
   {
     nifkit::Scene first(device), second(device);
     for (nifkit::Scene* scene : {&first, &second}) {
-      scene->add(asset);
+      scene->add_asset(asset);
       scene->commit();
     }
     EXPECT_EQ(machine().allocations, 3u) << "the asset and two scenes";
@@ -361,9 +340,9 @@ TEST_P(GpuAnswers, WhatObjectsShareIsUploadedOnce) {
   outer.weights = random_halves(random, kernels::spherical_weights(outer.inputs, outer.width, 2), 0.1f);
   const auto file = format::encode(asset);
   const nifkit::Device device(config());
-  const nifkit::Asset loaded = nifkit::Asset::copy(device, file);
+  const nifkit::Asset loaded = nifkit::Asset::load(device, file);
   nifkit::Scene scene(device);
-  scene.add(loaded);
+  scene.add_asset(loaded);
   scene.commit();
   EXPECT_GT(loaded.info().gpu_bytes, 2 * outer.weights.size());
   EXPECT_LT(loaded.info().gpu_bytes, file.size() + 8192);
@@ -386,7 +365,8 @@ TEST_P(GpuAnswers, Jobs) {
   CardQuery* queries[] = {&polled, &awaited, &dropped};
   for (int i = 0; i < 3; ++i) {
     queries[i]->query.stream = stream;
-    ASSERT_EQ(nifQueryAsync(twins.gpu(), &queries[i]->query, &jobs[i]), NIF_OK) << nifGetErrorMessage();
+    ASSERT_EQ(nifQueryAsync(twins.gpu(), &queries[i]->query, &queries[i]->outputs, &jobs[i]), NIF_OK)
+        << nifGetErrorMessage();
   }
   uint32_t done = 7;
   ASSERT_EQ(nifIsJobDone(jobs[0], &done), NIF_OK);
@@ -409,10 +389,10 @@ TEST_P(GpuAnswers, Jobs) {
 
   // Of the host's memory: answered when the call returns.
   Answers answers(rays.size());
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
-  answers.ask(query);
+  NifRays query = nifMakeRays(rays.data(), rays.size());
+  const NifAnswers outputs = answers.outputs();
   NifJob job = nullptr;
-  ASSERT_EQ(nifQueryAsync(twins.gpu(), &query, &job), NIF_OK) << nifGetErrorMessage();
+  ASSERT_EQ(nifQueryAsync(twins.gpu(), &query, &outputs, &job), NIF_OK) << nifGetErrorMessage();
   ASSERT_EQ(nifIsJobDone(job, &done), NIF_OK);
   EXPECT_EQ(done, 1u);
   expect_same(answers, expected);
@@ -428,18 +408,18 @@ TEST_P(GpuAnswers, MeasuredOnes) {
   twins.commit();
   const std::vector<NifRay> rays = rays_in_cube(random, 6, 1001);
   Answers answers(rays.size());
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
-  answers.ask(query);
+  NifRays query = nifMakeRays(rays.data(), rays.size());
+  const NifAnswers outputs = answers.outputs();
   const Answers expected = query_all(twins.cpu(), rays);
   double seconds[3 * NIF_MEASURED_STAGES] = {};
   machine().most_rays = 504;
-  ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_ONE_KERNEL, 3, seconds), NIF_OK);
+  ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, &outputs, NIF_MEASURE_ONE_KERNEL, 3, seconds), NIF_OK);
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(seconds[i], 2e-6, 1e-9) << "two launches, and no copies";
   expect_same(answers, expected);
-  ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_PIPELINE, 3, seconds), NIF_OK);
+  ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, &outputs, NIF_MEASURE_PIPELINE, 3, seconds), NIF_OK);
   for (int i = 0; i < 3; ++i) EXPECT_GT(seconds[i], 10e-6);
   expect_same(answers, expected);
-  ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_STAGES, 3, seconds), NIF_OK);
+  ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, &outputs, NIF_MEASURE_STAGES, 3, seconds), NIF_OK);
   expect_same(answers, expected);
   // Walk, order, inputs, networks, nothing of inner fields, the rest. A launch takes a microsecond, and one
   // for inputs alone as long as one with the networks: so these take none.
@@ -451,11 +431,14 @@ TEST_P(GpuAnswers, MeasuredOnes) {
     EXPECT_EQ(stages[4] + stages[5], 0);
     EXPECT_GT(stages[6], 0);
   }
-  EXPECT_EQ(nifMeasureQuery(twins.cpu(), &query, NIF_MEASURE_QUERY, 3, seconds), NIF_ERROR_NOT_AVAILABLE);
-  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_QUERY, 0, seconds), NIF_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, NifMeasure(5), 1, seconds), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifMeasureQuery(twins.cpu(), &query, &outputs, NIF_MEASURE_QUERY, 3, seconds),
+            NIF_ERROR_NOT_AVAILABLE);
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, &outputs, NIF_MEASURE_QUERY, 0, seconds),
+            NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, &outputs, NifMeasure(5), 1, seconds),
+            NIF_ERROR_INVALID_ARGUMENT);
   machine().fail_allocation = 2;
-  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_QUERY, 3, seconds),
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, &outputs, NIF_MEASURE_QUERY, 3, seconds),
             NIF_ERROR_OUT_OF_DEVICE_MEMORY);
 }
 
@@ -469,10 +452,11 @@ TEST_P(GpuAnswers, MeasuredOnesOfSinglePrecision) {
   twins.commit();
   const std::vector<NifRay> rays = rays_in_cube(random, 6, 5000);
   std::vector<uint8_t> visible(rays.size(), 7), expected(rays.size());
-  nifkit::check(nifQuery(twins.cpu(), &nifkit::rays(rays).visible(expected).get()));
-  NifQuery query = nifkit::rays(rays).visible(visible).get();
+  query_visible(twins.cpu(), rays, expected);
+  const NifRays query = nifMakeRays(rays.data(), rays.size());
+  NifAnswers outputs = nifkit::Answers().visible(visible).get(rays.size());
   double seconds[2];
-  ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_SINGLE_BVH, 2, seconds), NIF_OK)
+  ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, &outputs, NIF_MEASURE_SINGLE_BVH, 2, seconds), NIF_OK)
       << nifGetErrorMessage();
   size_t different = 0, blocked = 0;
   for (size_t i = 0; i < rays.size(); ++i) {
@@ -482,13 +466,13 @@ TEST_P(GpuAnswers, MeasuredOnesOfSinglePrecision) {
   EXPECT_LT(different, rays.size() / 500);
   EXPECT_GT(blocked, 20u);
   std::vector<int32_t> logit(rays.size());
-  query.logit = logit.data();
-  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_SINGLE_BVH, 2, seconds),
+  outputs.logit = logit.data();
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, &outputs, NIF_MEASURE_SINGLE_BVH, 2, seconds),
             NIF_ERROR_INVALID_ARGUMENT);
-  query.logit = nullptr;
+  outputs.logit = nullptr;
   twins.add(asset, 0, kIdentity);
   twins.commit();
-  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, NIF_MEASURE_SINGLE_BVH, 2, seconds),
+  EXPECT_EQ(nifMeasureQuery(twins.gpu(), &query, &outputs, NIF_MEASURE_SINGLE_BVH, 2, seconds),
             NIF_ERROR_INVALID_ARGUMENT)
       << "a segment object is among them";
 }
@@ -503,22 +487,21 @@ TEST_P(GpuAnswers, WhatTheCpuAnswers) {
   const Answers expected = query_all(twins.cpu(), rays);
   const uint32_t launches = machine().launches;
   for (size_t i = 0; i < rays.size(); ++i) {
-    uint8_t visible = 9;
-    ASSERT_EQ(nifQueryRay(twins.gpu(), &rays[i], &visible), NIF_OK);
-    ASSERT_EQ(visible, expected.visible[i]);
+    ASSERT_EQ(query_alone(twins.gpu(), rays[i]), expected.visible[i]);
   }
   uint64_t asked = 0;
   const NifFallback count = [](void* user, uint64_t n, const uint64_t*, uint8_t*) {
     *static_cast<uint64_t*>(user) += n;
   };
   Answers answers(rays.size());
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
-  answers.ask(query);
-  ASSERT_EQ(nifQueryWithFallback(twins.gpu(), &query, 2, count, &asked), NIF_OK) << nifGetErrorMessage();
+  NifRays query = nifMakeRays(rays.data(), rays.size());
+  const NifAnswers outputs = answers.outputs();
+  ASSERT_EQ(nifQueryWithFallback(twins.gpu(), &query, &outputs, 2, count, &asked), NIF_OK)
+      << nifGetErrorMessage();
   EXPECT_GT(asked, 0u);
   EXPECT_EQ(machine().launches, launches);
-  query.memory = NIF_DEVICE;
-  EXPECT_EQ(nifQueryWithFallback(twins.gpu(), &query, 2, count, &asked), NIF_ERROR_NOT_AVAILABLE);
+  query.memory = NIF_MEMORY_DEVICE;
+  EXPECT_EQ(nifQueryWithFallback(twins.gpu(), &query, &outputs, 2, count, &asked), NIF_ERROR_NOT_AVAILABLE);
 }
 
 }  // namespace

@@ -21,9 +21,11 @@ class GpuFaults : public GpuModuleTest {
     EXPECT_EQ(code_of(config), NIF_ERROR_NOT_AVAILABLE) << config;
     EXPECT_NE(std::string(nifGetErrorMessage()).find(why), std::string::npos) << nifGetErrorMessage();
   }
-  static NifBackendInfo gpu_backend() {
+  /// 1: cuda; 2: hip, which the emulated cards are of.
+  static NifBackendInfo gpu_backend(uint32_t index = 2) {
     auto info = nifkit::sized<NifBackendInfo>();
-    EXPECT_EQ(nifGetBackendInfo(1, &info), NIF_OK);
+    EXPECT_EQ(nifGetBackendInfo(index, &info), NIF_OK);
+    EXPECT_STREQ(info.name, index == 1 ? "cuda" : "hip");
     return info;
   }
 
@@ -64,6 +66,47 @@ TEST_F(GpuFaults, OfTheMachine) {
   EXPECT_EQ(code_of(config(1)), NIF_OK) << nifGetErrorMessage();
 }
 
+/// What an engine finds the card that it renders on by.
+TEST_F(GpuFaults, CardsAreToldApart) {
+  ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
+  for (uint32_t number = 0; number < machine().cards; ++number) {
+    const NifCardInfo card = nifkit::card(number);
+    EXPECT_EQ(card.pci_domain, 1u);
+    EXPECT_EQ(card.pci_bus, number + 2);
+    EXPECT_EQ(card.pci_device, 3u);
+    uint8_t uuid[16] = {0xab, uint8_t(number)}, luid[8] = {0xcd, uint8_t(number)};
+    EXPECT_EQ(std::memcmp(card.uuid, uuid, sizeof(uuid)), 0);
+    EXPECT_EQ(std::memcmp(card.luid, luid, sizeof(luid)), 0);
+    EXPECT_EQ(card.has_luid, 1u);
+    EXPECT_EQ(card.reserved, 0u);
+    EXPECT_EQ(card.struct_size, sizeof(card));
+  }
+  machine().no_place = true;
+  const NifCardInfo card = nifkit::card(1);
+  const uint8_t zeros[16] = {};
+  EXPECT_EQ(std::memcmp(card.uuid, zeros, sizeof(zeros)), 0);
+  EXPECT_EQ(card.has_luid, 0u);
+  EXPECT_STREQ(card.name, "emulated card 1");
+  unsetenv("NIF_GPU_MODULE");
+}
+
+/// Its cards are HIP's alone.
+TEST_F(GpuFaults, OfABackendWithoutCards) {
+  const std::string module = ",module=" NIF_EMULATED_MODULE;
+  expect_unavailable("backend=cuda,device=0" + module, "card 0 (emulated card 0) is one of hip, not of cuda");
+  expect_unavailable("backend=cuda" + module, "there is no card of cuda");
+  EXPECT_EQ(code_of("backend=hip" + module), NIF_OK) << nifGetErrorMessage();
+  EXPECT_EQ(code_of("backend=hip,device=1" + module), NIF_OK) << nifGetErrorMessage();
+  machine().cards = 0;
+  expect_unavailable("backend=cuda" + module, "finds no card");
+  machine().cards = 2;
+  ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
+  EXPECT_EQ(gpu_backend(1).available, 0u);
+  EXPECT_STREQ(gpu_backend(1).reason, "there is no card of cuda");
+  EXPECT_EQ(gpu_backend(2).available, 1u);
+  unsetenv("NIF_GPU_MODULE");
+}
+
 /// The same reasons in what tells about backends and cards, which looks anew each time.
 TEST_F(GpuFaults, AreToldBeforehand) {
   ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
@@ -77,6 +120,7 @@ TEST_F(GpuFaults, AreToldBeforehand) {
   EXPECT_EQ(card.memory_bytes, uint64_t{1} << 30);
   EXPECT_EQ(card.available, 1u);
   EXPECT_STREQ(card.reason, "");
+  EXPECT_STREQ(card.backend, "hip");
   EXPECT_EQ(nifGetCardInfo(6, &card), NIF_ERROR_INVALID_ARGUMENT);
 
   machine().no_image = true;
@@ -123,11 +167,12 @@ TEST_F(GpuFaults, OutOfMemoryAtACommit) {
     const uint32_t launches = machine().launches;
     EXPECT_EQ(query_all(twins.gpu(), rays), expected);
     EXPECT_EQ(machine().launches, launches);
-    NifQuery query = nifQueryRays(rays.data(), rays.size());
+    NifRays query = nifMakeRays(rays.data(), rays.size());
     uint8_t visible;
-    query.visible = &visible;
-    query.memory = NIF_DEVICE;
-    EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_INVALID_OPERATION);
+    auto outputs = nifkit::sized<NifAnswers>();
+    outputs.visible = &visible;
+    query.memory = NIF_MEMORY_DEVICE;
+    EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_INVALID_OPERATION);
     // And the next commit tries again.
     ASSERT_EQ(nifCommitScene(twins.gpu()), NIF_OK) << nifGetErrorMessage();
     expect_same(query_all(twins.gpu(), rays), expected);
@@ -142,15 +187,15 @@ TEST_F(GpuFaults, OutOfMemoryAtAQuery) {
   fill(twins);
   twins.commit();
   Answers answers(rays.size());
-  NifQuery query = nifQueryRays(rays.data(), rays.size());
-  answers.ask(query);
+  NifRays query = nifMakeRays(rays.data(), rays.size());
+  const NifAnswers outputs = answers.outputs();
   machine().fail_allocation = 1;
-  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
+  EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
   NifJob job = nullptr;
   machine().fail_allocation = 1;
-  EXPECT_EQ(nifQueryAsync(twins.gpu(), &query, &job), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
+  EXPECT_EQ(nifQueryAsync(twins.gpu(), &query, &outputs, &job), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
   EXPECT_EQ(job, nullptr);
-  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_OK);
+  EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK);
   expect_same(answers, query_all(twins.cpu(), rays));
 }
 
@@ -179,11 +224,11 @@ TEST_F(GpuFaults, QueriesThatFailHalfWayAreWaitedFor) {
   twins.commit();
   const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
   const CardAnswers answers(machine(), 0, rays.size());
-  NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
-  query.memory = NIF_DEVICE;
-  answers.ask(query);
+  NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+  query.memory = NIF_MEMORY_DEVICE;
+  const NifAnswers outputs = answers.outputs();
   machine().fail_record = 1;
-  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_UNKNOWN);
+  EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_UNKNOWN);
   EXPECT_EQ(machine().fail_record, 0u);
   expect_same(answers.get(), query_all(twins.cpu(), rays));
 }
@@ -197,25 +242,26 @@ TEST_F(GpuFaults, ALostCard) {
     fill(twins);
     twins.commit();
     Answers answers(rays.size());
-    NifQuery query = nifQueryRays(rays.data(), rays.size());
-    answers.ask(query);
+    NifRays query = nifMakeRays(rays.data(), rays.size());
+    const NifAnswers outputs = answers.outputs();
     const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
     const CardArray visible(machine(), 0, nullptr, rays.size());
-    NifQuery card_query = nifQueryRays(on_card.as<NifRay>(), rays.size());
-    card_query.memory = NIF_DEVICE;
-    card_query.visible = visible.as<uint8_t>();
+    NifRays card_query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+    card_query.memory = NIF_MEMORY_DEVICE;
+    auto card_outputs = nifkit::sized<NifAnswers>();
+    card_outputs.visible = visible.as<uint8_t>();
     if (by_job) {
       NifJob job = nullptr;
-      ASSERT_EQ(nifQueryAsync(twins.gpu(), &card_query, &job), NIF_OK) << nifGetErrorMessage();
+      ASSERT_EQ(nifQueryAsync(twins.gpu(), &card_query, &card_outputs, &job), NIF_OK) << nifGetErrorMessage();
       machine().lost = true;
       EXPECT_EQ(nifWaitJob(job), NIF_ERROR_DEVICE_LOST);
       nifReleaseJob(job);
     } else {
       machine().fail_launch = 1;
-      EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_DEVICE_LOST);
+      EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_DEVICE_LOST);
       EXPECT_NE(std::string(nifGetErrorMessage()).find("lost"), std::string::npos);
     }
-    EXPECT_EQ(nifQuery(twins.gpu(), &card_query), NIF_ERROR_DEVICE_LOST);
+    EXPECT_EQ(nifQuery(twins.gpu(), &card_query, &card_outputs), NIF_ERROR_DEVICE_LOST);
     EXPECT_EQ(query_all(twins.gpu(), rays), query_all(twins.cpu(), rays));
     // Changed, the scene can still be committed for the CPU.
     twins.move(0, kIdentity);
@@ -237,59 +283,59 @@ TEST_F(GpuFaults, WrongPointers) {
   const size_t count = rays.size();
   const CardArray here(machine(), 0, rays.data(), count * sizeof(NifRay));
   const CardArray there(machine(), 1, rays.data(), count * sizeof(NifRay));
-  const CardArray outputs(machine(), 0, nullptr, 16 * count);
+  const CardArray memory(machine(), 0, nullptr, 16 * count);
   Answers answers(count);
-  const auto expect_wrong = [&](NifQuery query, const char* name) {
-    EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_WRONG_POINTER);
+  const auto expect_wrong = [&](const NifRays& query, const NifAnswers& outputs, const char* name) {
+    EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_WRONG_POINTER);
     EXPECT_NE(std::string(nifGetErrorMessage()).find(name), std::string::npos) << nifGetErrorMessage();
     NifJob job = nullptr;
-    EXPECT_EQ(nifQueryAsync(twins.gpu(), &query, &job), NIF_ERROR_WRONG_POINTER);
+    EXPECT_EQ(nifQueryAsync(twins.gpu(), &query, &outputs, &job), NIF_ERROR_WRONG_POINTER);
   };
   // Each array by itself, of the host in place of the card and the reverse.
-  NifQuery query = nifQueryRays(here.as<NifRay>(), count);
-  query.memory = NIF_DEVICE;
-  query.visible = outputs.as<uint8_t>();
+  NifRays query = nifMakeRays(here.as<NifRay>(), count);
+  query.memory = NIF_MEMORY_DEVICE;
+  auto outputs = nifkit::sized<NifAnswers>();
+  outputs.visible = memory.as<uint8_t>();
   void* const stream = query.stream = machine().make_stream(0);
-  ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+  ASSERT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
   machine().wait_stream(stream);
   machine().free_stream(stream);
   query.stream = nullptr;
   for (int a = 0; a < 3; ++a) {
-    NifQuery wrong = query;
+    NifRays wrong = query;
     wrong.origin[a] = &rays[0].origin[a];
-    expect_wrong(wrong, "query: origin is memory of the host");
+    expect_wrong(wrong, outputs, "rays: origin is memory of the host");
     wrong = query;
     wrong.direction[a] = &there.as<NifRay>()->direction[a];
-    expect_wrong(wrong, "query: direction is memory of another card");
+    expect_wrong(wrong, outputs, "rays: direction is memory of another card");
   }
-  NifQuery wrong = query;
+  NifRays wrong = query;
   wrong.tmin = &rays[0].tmin;
-  expect_wrong(wrong, "tmin");
+  expect_wrong(wrong, outputs, "tmin");
   wrong = query;
   wrong.tmax = &rays[0].tmax;
-  expect_wrong(wrong, "tmax");
+  expect_wrong(wrong, outputs, "tmax");
   wrong = query;
-  wrong.visible = answers.visible.data();
-  expect_wrong(wrong, "visible");
-  wrong = query;
-  wrong.visible_bits = answers.bits.data();
-  expect_wrong(wrong, "visible_bits");
-  wrong = query;
-  wrong.probability = answers.probability.data();
-  expect_wrong(wrong, "probability");
-  wrong = query;
-  wrong.certain = answers.certain.data();
-  expect_wrong(wrong, "certain");
-  wrong = query;
-  wrong.logit = answers.logit.data();
-  expect_wrong(wrong, "logit");
-  wrong = nifQueryRays(rays.data(), count);
-  wrong.visible = outputs.as<uint8_t>();
-  expect_wrong(wrong, "query: visible is memory of a card");
+  const uint32_t mask = 1;
+  wrong.mask = &mask;
+  expect_wrong(wrong, outputs, "rays: mask is memory of the host");
+  const NifAnswers wrong_ones = answers.outputs();
+  const auto expect_wrong_output = [&](auto NifAnswers::*member, const char* name) {
+    NifAnswers some = outputs;
+    some.*member = wrong_ones.*member;
+    expect_wrong(query, some, name);
+  };
+  expect_wrong_output(&NifAnswers::visible, "visible");
+  expect_wrong_output(&NifAnswers::visible_bits, "visible_bits");
+  expect_wrong_output(&NifAnswers::probability, "probability");
+  expect_wrong_output(&NifAnswers::certain, "certain");
+  expect_wrong_output(&NifAnswers::logit, "logit");
+  wrong = nifMakeRays(rays.data(), count);
+  expect_wrong(wrong, outputs, "answers: visible is memory of a card");
 
   // A stream of the other card.
   query.stream = machine().make_stream(1);
-  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_INVALID_ARGUMENT);
   machine().free_stream(query.stream);
 }
 
@@ -297,13 +343,14 @@ TEST_F(GpuFaults, QueriesOfNothing) {
   TwinScenes twins(config());
   fill(twins);
   twins.commit();
-  auto query = nifkit::sized<NifQuery>();
+  auto query = nifkit::sized<NifRays>();
+  const auto outputs = nifkit::sized<NifAnswers>();
   const uint32_t launches = machine().launches;
-  for (const NifMemory memory : {NIF_HOST, NIF_DEVICE}) {
+  for (const NifMemory memory : {NIF_MEMORY_HOST, NIF_MEMORY_DEVICE}) {
     query.memory = memory;
-    EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
     NifJob job = nullptr;
-    ASSERT_EQ(nifQueryAsync(twins.gpu(), &query, &job), NIF_OK);
+    ASSERT_EQ(nifQueryAsync(twins.gpu(), &query, &outputs, &job), NIF_OK);
     uint32_t done = 0;
     EXPECT_EQ(nifIsJobDone(job, &done), NIF_OK);
     EXPECT_EQ(done, 1u);
@@ -311,19 +358,19 @@ TEST_F(GpuFaults, QueriesOfNothing) {
   }
   EXPECT_EQ(machine().launches, launches);
   query.count = 1;
-  query.memory = NIF_DEVICE;
-  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_INVALID_ARGUMENT) << "no origins";
+  query.memory = NIF_MEMORY_DEVICE;
+  EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_INVALID_ARGUMENT) << "no origins";
 }
 
 /// Several threads, each with scenes and queries of its own, on one device.
 TEST_F(GpuFaults, NoneOfManyThreads) {
   const nifkit::Device device(config());
   const auto file = format::encode(random_asset(3, {.objects = 2, .bvhs = 1}));
-  const nifkit::Asset asset = nifkit::Asset::copy(device, file);
+  const nifkit::Asset asset = nifkit::Asset::load(device, file);
   const std::vector<NifRay> rays = some_rays();
   const auto answer = [&] {
     nifkit::Scene scene(device);
-    scene.add(asset);
+    scene.add_asset(asset);
     scene.commit();
     return query_all(scene.get(), rays);
   };
@@ -342,11 +389,11 @@ TEST_F(GpuFaults, OfSurfaceBitsBeyondTheGrid) {
   for (const BeyondGrid& kind : kBeyondGrid) {
     const FileBeyondGrid file = file_beyond_grid(kind);
     NifAsset asset = nullptr;
-    EXPECT_EQ(nifLoadAssetMemory(device.get(), file.bad.data(), file.bad.size(), NIF_MEMORY_COPY, &asset),
+    EXPECT_EQ(nifLoadAssetMemory(device.get(), file.bad.data(), file.bad.size(), NIF_LOAD_COPY, &asset),
               NIF_ERROR_DAMAGED_NIF);
     EXPECT_EQ(nifGetErrorMessage(), std::string("memory: ") + kind.sentence);
     nifkit::Scene scene(device);
-    scene.add(nifkit::Asset::copy(device, file.good));
+    scene.add_asset(nifkit::Asset::load(device, file.good));
     scene.commit();
   }
   EXPECT_EQ(machine().allocations, 0u);

@@ -17,7 +17,7 @@ class GpuModuleTest : public testing::Test {
  protected:
   void SetUp() override {
     EmulatedMachine& machine = this->machine();
-    machine.no_driver = machine.driver_too_old = machine.no_image = machine.lost = false;
+    machine.no_driver = machine.driver_too_old = machine.no_image = machine.no_place = machine.lost = false;
     machine.cards = uint32_t(std::size(kMatrixKinds));
     machine.processors = 3;
     machine.seconds_of_one_kernel = 0;
@@ -72,12 +72,14 @@ class CardAnswers {
         certain_(machine, card, nullptr, count),
         probability_(machine, card, nullptr, 4 * count),
         logit_(machine, card, nullptr, 4 * count) {}
-  void ask(NifQuery& query) const {
-    query.visible = visible_.as<uint8_t>() + 1;
-    query.visible_bits = bits_.as<uint8_t>() + 1;
-    query.certain = certain_.as<uint8_t>() + 1;
-    query.probability = reinterpret_cast<float*>(probability_.as<char>() + 1);
-    query.logit = reinterpret_cast<int32_t*>(logit_.as<char>() + 1);
+  NifAnswers outputs() const {
+    auto outputs = nifkit::sized<NifAnswers>();
+    outputs.visible = visible_.as<uint8_t>() + 1;
+    outputs.visible_bits = bits_.as<uint8_t>() + 1;
+    outputs.certain = certain_.as<uint8_t>() + 1;
+    outputs.probability = reinterpret_cast<float*>(probability_.as<char>() + 1);
+    outputs.logit = reinterpret_cast<int32_t*>(logit_.as<char>() + 1);
+    return outputs;
   }
   /// Whether nothing was written yet.
   bool untouched() const {
@@ -100,6 +102,26 @@ class CardAnswers {
   CardArray visible_, bits_, certain_, probability_, logit_;
 };
 
+/// A query about rays in memory of a card.
+class CardQuery {
+ public:
+  CardQuery(EmulatedMachine& machine, uint32_t card, const std::vector<NifRay>& rays)
+      : rays_(machine, card, rays.data(), rays.size() * sizeof(NifRay)),
+        answers(machine, card, rays.size()),
+        query(nifMakeRays(rays_.as<NifRay>(), rays.size())),
+        outputs(answers.outputs()) {
+    query.memory = NIF_MEMORY_DEVICE;
+  }
+
+ private:
+  CardArray rays_;
+
+ public:
+  CardAnswers answers;
+  NifRays query;
+  NifAnswers outputs;
+};
+
 /// All bits alike, but for the last ones of probabilities that are neither 0 nor 1.
 inline void expect_same(const Answers& got, const Answers& expected) {
   EXPECT_EQ(got.visible, expected.visible);
@@ -116,6 +138,24 @@ inline void expect_same(const Answers& got, const Answers& expected) {
   }
 }
 
+/// What is visible alone, by other kernels and loops than all answers.
+inline void query_visible(NifScene scene, const std::vector<NifRay>& rays, std::vector<uint8_t>& visible) {
+  nifkit::check(
+      nifQuery(scene, &nifkit::Rays(rays).get(), &nifkit::Answers().visible(visible).get(rays.size())));
+}
+inline void query_visible_bits(NifScene scene, const std::vector<NifRay>& rays, std::vector<uint8_t>& bits) {
+  nifkit::check(
+      nifQuery(scene, &nifkit::Rays(rays).get(), &nifkit::Answers().visible_bits(bits).get(rays.size())));
+}
+/// What is visible, of a ray alone.
+inline uint8_t query_alone(NifScene scene, const NifRay& ray) {
+  uint8_t visible = 9;
+  auto outputs = nifkit::sized<NifAnswers>();
+  outputs.visible = &visible;
+  nifkit::check(nifQueryRay(scene, &ray, &outputs));
+  return visible;
+}
+
 /// The same scene twice: on the CPU and on a card.
 class TwinScenes {
  public:
@@ -125,23 +165,36 @@ class TwinScenes {
   uint32_t load(const format::Asset& asset) { return load(format::encode(asset)); }
   uint32_t load(std::vector<std::byte> file) {
     files_.push_back(std::move(file));
-    cpu_assets_.push_back(nifkit::Asset::copy(cpu_device_, files_.back()));
-    gpu_assets_.push_back(nifkit::Asset::copy(gpu_device_, files_.back()));
+    cpu_assets_.push_back(nifkit::Asset::load(cpu_device_, files_.back()));
+    gpu_assets_.push_back(nifkit::Asset::load(gpu_device_, files_.back()));
     return uint32_t(files_.size() - 1);
   }
   void add(uint32_t asset, uint32_t object, const Matrix& transform) {
-    cpu_.add(cpu_assets_[asset], object, transform);
-    gpu_.add(gpu_assets_[asset], object, transform);
+    cpu_.add_instance(cpu_assets_[asset], object, transform);
+    gpu_.add_instance(gpu_assets_[asset], object, transform);
   }
   void move(uint32_t instance, const Matrix& transform) {
-    cpu_.set_transform(instance, transform);
-    gpu_.set_transform(instance, transform);
+    cpu_.set_instance_transform(instance, transform);
+    gpu_.set_instance_transform(instance, transform);
+  }
+  /// Makes the same changes to both.
+  template <class Change>
+  void both(const Change& change) {
+    change(cpu_);
+    change(gpu_);
+  }
+  /// Lets go of the caller's reference to an asset; the scenes keep theirs.
+  void forget(uint32_t asset) {
+    cpu_assets_[asset] = {};
+    gpu_assets_[asset] = {};
   }
   void commit() {
     cpu_.commit();
     gpu_.commit();
   }
 
+  const nifkit::Scene& cpu_scene() const { return cpu_; }
+  nifkit::Scene& gpu_scene() { return gpu_; }
   NifScene cpu() const { return cpu_.get(); }
   NifScene gpu() const { return gpu_.get(); }
   const nifkit::Device& gpu_device() const { return gpu_device_; }

@@ -315,7 +315,7 @@ TEST_F(GpuModuleTest, FirstHitsOfHostMemoryAreFoundByTheCpu) {
   const FirstHits expected = intersect_all(twins.cpu(), rays);
   EXPECT_EQ(count_different_hits(intersect_all(twins.gpu(), rays), expected), 0u);
   FirstHits later(rays.size());
-  const NifQuery query = nifQueryRays(rays.data(), rays.size());
+  const NifRays query = nifMakeRays(rays.data(), rays.size());
   const NifHits outputs = later.outputs();
   NifJob job = nullptr;
   ASSERT_EQ(nifIntersectAsync(twins.gpu(), &query, &outputs, &job), NIF_OK);
@@ -332,7 +332,7 @@ TEST_F(GpuModuleTest, FirstHitsOfWrongArgumentsAreRefused) {
   twins.commit();
   const std::vector<NifRay> rays = rays_near(format::read_asset(file, "test"), 3, 100);
   const CardHitQuery good(machine(), 0, rays);
-  const auto refused = [&](NifError error, const NifQuery& query, const NifHits& hits,
+  const auto refused = [&](NifError error, const NifRays& query, const NifHits& hits,
                            const char* because = "") {
     EXPECT_EQ(nifIntersect(twins.gpu(), &query, &hits), error) << nifGetErrorMessage();
     EXPECT_NE(std::string(nifGetErrorMessage()).find(because), std::string::npos) << nifGetErrorMessage();
@@ -360,6 +360,7 @@ TEST_F(GpuModuleTest, FirstHitsOfWrongArgumentsAreRefused) {
   refuse_of_host(&NifHits::certain, "hits: certain is");
   refuse_of_host(&NifHits::t_low, "hits: t_low is");
   refuse_of_host(&NifHits::t_high, "hits: t_high is");
+  refuse_of_host(&NifHits::color, "hits: color is");
   const CardArray elsewhere(machine(), 1, nullptr, 1200);
   NifHits hits = good.hits;
   hits.normal = elsewhere.as<float>();
@@ -367,13 +368,10 @@ TEST_F(GpuModuleTest, FirstHitsOfWrongArgumentsAreRefused) {
   hits = nifkit::sized<NifHits>();
   refused(NIF_ERROR_INVALID_ARGUMENT, good.query, hits, "all outputs are null");
 
-  NifQuery query = good.query;
+  NifRays query = good.query;
   query.tmin = &rays[0].tmin;
-  refused(NIF_ERROR_WRONG_POINTER, query, good.hits, "query: tmin");
-  query = good.query;
-  query.certain = here.certain.data();
-  refused(NIF_ERROR_INVALID_ARGUMENT, query, good.hits, "query: certain is set");
-  query = nifQueryRays(rays.data(), rays.size());
+  refused(NIF_ERROR_WRONG_POINTER, query, good.hits, "rays: tmin");
+  query = nifMakeRays(rays.data(), rays.size());
   query.stream = machine().make_stream(0);
   refused(NIF_ERROR_NOT_AVAILABLE, query, outputs, "host memory");
   machine().free_stream(query.stream);

@@ -118,47 +118,48 @@ TEST_F(GpuModuleTest, OpenQueriesOfWrongArgumentsAreRefused) {
   twins.commit();
   const std::vector<NifRay> rays = rays_near(format::read_asset(file, "test"), 3, 100);
   const CardOpenQuery good(machine(), 0, rays, rays.size());
-  const auto refused = [&](NifError error, const NifQuery& query, const NifOpenRays& open) {
-    EXPECT_EQ(nifQueryOpen(twins.gpu(), &query, &open), error) << nifGetErrorMessage();
+  const auto refused = [&](NifError error, const NifRays& query, const NifAnswers& outputs,
+                           const NifOpenRays& open) {
+    EXPECT_EQ(nifQueryOpen(twins.gpu(), &query, &outputs, &open), error) << nifGetErrorMessage();
   };
   const uint32_t launches = machine().launches;
 
   uint32_t here[100];
   NifOpenRays open = good.open;
   open.count = here;
-  refused(NIF_ERROR_WRONG_POINTER, good.query, open);
+  refused(NIF_ERROR_WRONG_POINTER, good.query, good.outputs, open);
   EXPECT_NE(std::string(nifGetErrorMessage()).find("open: count"), std::string::npos);
   open = good.open;
   open.rays = here;
-  refused(NIF_ERROR_WRONG_POINTER, good.query, open);
+  refused(NIF_ERROR_WRONG_POINTER, good.query, good.outputs, open);
   EXPECT_NE(std::string(nifGetErrorMessage()).find("open: rays"), std::string::npos);
   const CardArray elsewhere(machine(), 1, nullptr, 400);
   open = good.open;
   open.tmax = elsewhere.as<float>();
-  refused(NIF_ERROR_WRONG_POINTER, good.query, open);
+  refused(NIF_ERROR_WRONG_POINTER, good.query, good.outputs, open);
   EXPECT_NE(std::string(nifGetErrorMessage()).find("open: tmax"), std::string::npos);
   open = good.open;
   open.count = reinterpret_cast<uint32_t*>(reinterpret_cast<char*>(open.count) + 1);
-  refused(NIF_ERROR_INVALID_ARGUMENT, good.query, open);
+  refused(NIF_ERROR_INVALID_ARGUMENT, good.query, good.outputs, open);
 
-  NifQuery query = good.query;
+  NifAnswers outputs = good.outputs;
   uint8_t visible[100];
-  query.visible = visible;
-  refused(NIF_ERROR_WRONG_POINTER, query, good.open);
-  query = nifQueryRays(rays.data(), rays.size());
+  outputs.visible = visible;
+  refused(NIF_ERROR_WRONG_POINTER, good.query, outputs, good.open);
+  NifRays query = nifMakeRays(rays.data(), rays.size());
   query.stream = machine().make_stream(0);
   open.rays = here;
   open.tmin = open.tmax = nullptr;
   open.count = here;
-  refused(NIF_ERROR_NOT_AVAILABLE, query, open);
+  refused(NIF_ERROR_NOT_AVAILABLE, query, nifkit::sized<NifAnswers>(), open);
   machine().free_stream(query.stream);
   EXPECT_EQ(machine().launches, launches);
 
   query = good.query;
   query.stream = machine().make_stream(0);
   machine().fail_launch = 1;
-  refused(NIF_ERROR_DEVICE_LOST, query, good.open);
-  refused(NIF_ERROR_DEVICE_LOST, query, good.open);
+  refused(NIF_ERROR_DEVICE_LOST, query, good.outputs, good.open);
+  refused(NIF_ERROR_DEVICE_LOST, query, good.outputs, good.open);
   machine().free_stream(query.stream);
   machine().lost = false;
 }

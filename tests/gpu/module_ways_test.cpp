@@ -81,12 +81,13 @@ TEST_F(GpuWays, AreChosenByMeasuring) {
       for (int i = 0; i < 3; ++i) EXPECT_EQ(pipelined(twins, rays) > 0, slow) << size << " rays";
       // Queries without details are others: they end sooner.
       uint8_t visible[600];
-      NifQuery query = nifQueryRays(rays.data(), rays.size());
-      query.visible = visible;
+      const NifRays query = nifMakeRays(rays.data(), rays.size());
+      auto outputs = nifkit::sized<NifAnswers>();
+      outputs.visible = visible;
       by_pipeline = 0;
       for (int i = 0; i < 4; ++i) {
         const uint32_t before = machine().pipelined;
-        ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK);
+        ASSERT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK);
         by_pipeline += machine().pipelined > before;
       }
       EXPECT_EQ(by_pipeline, 2u);
@@ -105,11 +106,11 @@ TEST_F(GpuWays, AreChosenWithoutWaiting) {
   const uint32_t waits = machine().waits;
   for (int i = 0; i < 8; ++i) {
     answers.emplace_back(machine(), 0, rays.size());
-    NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
-    query.memory = NIF_DEVICE;
+    NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+    query.memory = NIF_MEMORY_DEVICE;
     query.stream = stream;
-    answers.back().ask(query);
-    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    const NifAnswers outputs = answers.back().outputs();
+    ASSERT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
   }
   EXPECT_EQ(machine().waits, waits);
   machine().wait_stream(stream);
@@ -125,21 +126,22 @@ TEST_F(GpuWays, AreChosenInSpiteOfErrors) {
   const std::vector<NifRay> rays = some_rays();
   const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
   const CardAnswers answers(machine(), 0, rays.size());
-  NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
-  query.memory = NIF_DEVICE;
-  answers.ask(query);
+  NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+  query.memory = NIF_MEMORY_DEVICE;
+  const NifAnswers outputs = answers.outputs();
   void* streams[3];
   for (void*& stream : streams) {
     stream = machine().make_stream(0);
     query.stream = stream;
-    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    ASSERT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
   }
   machine().wait_stream(streams[0]);
   machine().fail_asking = 3;  // one is done, one is not, one cannot be asked
-  EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_ERROR_UNKNOWN);
+  EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_UNKNOWN);
   EXPECT_EQ(machine().fail_asking, 0u);
   for (void* stream : streams) machine().wait_stream(stream);
-  for (int i = 0; i < 3; ++i) ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+  for (int i = 0; i < 3; ++i)
+    ASSERT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
   for (void* stream : streams) machine().wait_stream(stream);
   expect_same(answers.get(), query_all(twins.cpu(), rays));
   for (void* stream : streams) machine().free_stream(stream);
@@ -157,10 +159,10 @@ TEST_F(GpuWays, CrowdsOfInstances) {
   EXPECT_GT(pipelined(twins, rays), 0u);
   EXPECT_GT(machine().launches - before, machine().pipelined ? 20u : 0u);
   std::vector<uint8_t> visible(rays.size()), expected(rays.size()), bits((rays.size() + 7) / 8);
-  nifkit::check(nifQuery(twins.gpu(), &nifkit::rays(rays).visible(visible).get()));
-  nifkit::check(nifQuery(twins.cpu(), &nifkit::rays(rays).visible(expected).get()));
+  query_visible(twins.gpu(), rays, visible);
+  query_visible(twins.cpu(), rays, expected);
   EXPECT_EQ(visible, expected);
-  nifkit::check(nifQuery(twins.gpu(), &nifkit::rays(rays).visible_bits(bits).get()));
+  query_visible_bits(twins.gpu(), rays, bits);
   for (size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(bits[i / 8] >> i % 8 & 1, expected[i]) << i;
 }
 
@@ -172,11 +174,11 @@ TEST_F(GpuWays, MemoryIsSharedInTurns) {
   const Answers expected = query_all(twins.cpu(), rays);
   const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
   const auto ask = [&](const CardAnswers& answers, void* stream) {
-    NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
-    query.memory = NIF_DEVICE;
+    NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+    query.memory = NIF_MEMORY_DEVICE;
     query.stream = stream;
-    answers.ask(query);
-    return nifQuery(twins.gpu(), &query);
+    const NifAnswers outputs = answers.outputs();
+    return nifQuery(twins.gpu(), &query, &outputs);
   };
   const CardAnswers answers[] = {{machine(), 0, rays.size()},
                                  {machine(), 0, rays.size()},
@@ -212,10 +214,10 @@ TEST_F(GpuWays, MemoryOfAGrowingScene) {
   const std::vector<NifRay> rays = some_rays();
   const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
   const CardAnswers answers(machine(), 0, rays.size());
-  NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
-  query.memory = NIF_DEVICE;
+  NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+  query.memory = NIF_MEMORY_DEVICE;
   query.stream = machine().make_stream(0);
-  answers.ask(query);
+  const NifAnswers outputs = answers.outputs();
   uint32_t taken = 0, freed = 0;
   Random random(3);
   for (uint32_t i = 0; i < 40; ++i) {
@@ -224,7 +226,7 @@ TEST_F(GpuWays, MemoryOfAGrowingScene) {
     twins.commit();
     const uint32_t before = machine().allocations;
     machine().fail_allocation = i == 0 ? 0 : 1;
-    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    ASSERT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
     const bool was_due = machine().fail_allocation.exchange(0) == 0;
     taken += machine().allocations > before;
     freed += i > 0 && was_due;
@@ -247,13 +249,14 @@ TEST_F(GpuWays, MemoryOfARay) {
   for (const bool several : {false, true}) {
     TwinScenes twins(config("pipeline=on"));
     fill(twins, several ? 2 : 1);
-    NifQuery query = nifQueryRays(on_card.as<NifRay>(), kRays);
+    NifRays query = nifMakeRays(on_card.as<NifRay>(), kRays);
     query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = 0;
-    query.memory = NIF_DEVICE;
-    query.visible = visible.as<uint8_t>();
+    query.memory = NIF_MEMORY_DEVICE;
+    auto outputs = nifkit::sized<NifAnswers>();
+    outputs.visible = visible.as<uint8_t>();
     const uint64_t before = machine().allocated;
     machine().discard = true;
-    ASSERT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    ASSERT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
     machine().discard = false;
     EXPECT_NEAR(double(machine().allocated - before) / kRays, several ? 181 : 69, 0.1);
   }
@@ -273,18 +276,18 @@ TEST_F(GpuWays, WithoutMemoryForThePipeline) {
   for (const auto& [text, error] : cases) {
     TwinScenes twins(config(text));
     fill(twins);
-    NifQuery query = nifQueryRays(on_card.as<NifRay>(), rays.size());
-    query.memory = NIF_DEVICE;
+    NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+    query.memory = NIF_MEMORY_DEVICE;
     query.stream = machine().make_stream(0);
-    answers.ask(query);
+    const NifAnswers outputs = answers.outputs();
     machine().fail_allocation = 1;
-    EXPECT_EQ(nifQuery(twins.gpu(), &query), error) << text;
+    EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), error) << text;
     EXPECT_EQ(machine().fail_allocation, 0u) << "it was asked for";
     machine().wait_stream(query.stream);
     if (error == NIF_OK) {
       expect_same(answers.get(), query_all(twins.cpu(), rays));
     }
-    EXPECT_EQ(nifQuery(twins.gpu(), &query), NIF_OK) << nifGetErrorMessage();
+    EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
     machine().wait_stream(query.stream);
     machine().free_stream(query.stream);
   }
@@ -298,13 +301,13 @@ TEST_F(GpuWays, PartsOfHostQueries) {
   const std::vector<NifRay> rays = some_rays(3 * 262144 + 77);
   std::vector<uint8_t> visible(rays.size(), 7), expected(rays.size());
   std::vector<uint8_t> bits((rays.size() + 7) / 8);
-  nifkit::check(nifQuery(twins.cpu(), &nifkit::rays(rays).visible(expected).get()));
+  query_visible(twins.cpu(), rays, expected);
   const uint32_t before = machine().allocations;
   machine().fail_allocation = 2;
-  nifkit::check(nifQuery(twins.gpu(), &nifkit::rays(rays).visible(visible).get()));
+  query_visible(twins.gpu(), rays, visible);
   EXPECT_EQ(machine().allocations, before + 1);
   EXPECT_EQ(visible, expected);
-  nifkit::check(nifQuery(twins.gpu(), &nifkit::rays(rays).visible_bits(bits).get()));
+  query_visible_bits(twins.gpu(), rays, bits);
   EXPECT_EQ(machine().allocations, before + 2);
   for (size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(bits[i / 8] >> i % 8 & 1, expected[i]) << i;
 }
@@ -342,9 +345,7 @@ TEST_F(GpuWays, HalfPrecision) {
       for (int i = 0; i < 5; ++i) EXPECT_EQ(query_all(twins.gpu(), rays), got);
       // Single rays are the CPU's.
       for (size_t i = 0; i < 50; ++i) {
-        uint8_t visible = 9;
-        ASSERT_EQ(nifQueryRay(twins.gpu(), &rays[i], &visible), NIF_OK);
-        ASSERT_EQ(visible, expected.visible[i]);
+        ASSERT_EQ(query_alone(twins.gpu(), rays[i]), expected.visible[i]);
       }
     }
 }

@@ -52,8 +52,9 @@ class ObjectOnCard {
     check(module_.upload_asset(device_, &object, nullptr, 1, &asset_, &bytes, &message));
     kernels::PlacedInstance instance{};
     instance.identity = 1;
+    instance.mask = 0xffffffffu;
     const runtime::GpuPlacedObject placed{asset_, 0};
-    const runtime::GpuSceneView scene{nullptr, &instance, &placed, 0, 1, 1};
+    const runtime::GpuSceneView scene{nullptr, &instance, nullptr, &placed, 0, 1, 1, 0};
     check(module_.upload_scene(device_, &scene, &scene_, &message));
   }
   ~ObjectOnCard() {
@@ -70,7 +71,7 @@ class ObjectOnCard {
                           std::vector<uint8_t>(segments.size(), 2)};
     if (segments.empty()) return answers;
     const kernels::Segment& first = segments[0];
-    NifQuery query{};
+    NifRays query{};
     query.struct_size = sizeof(query);
     query.count = segments.size();
     for (int a = 0; a < 3; ++a) {
@@ -81,10 +82,13 @@ class ObjectOnCard {
     query.tmax = &first.tmax;
     query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride =
         sizeof(kernels::Segment);
-    query.logit = answers.logit.data();
-    query.certain = answers.certain.data();
+    NifAnswers outputs{};
+    outputs.struct_size = sizeof(outputs);
+    outputs.logit = answers.logit.data();
+    outputs.certain = answers.certain.data();
     runtime::GpuMessage message;
-    if (module_.query(device_, scene_, &query, &message) != NIF_OK) throw std::runtime_error(message.text);
+    if (module_.query(device_, scene_, &query, &outputs, &message) != NIF_OK)
+      throw std::runtime_error(message.text);
     return answers;
   }
 

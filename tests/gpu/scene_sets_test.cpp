@@ -23,8 +23,8 @@ void expect_part(const TwinScenes& twins, std::span<const kernels::Segment> segm
   for (const kernels::Segment& segment : segments) rays.push_back(to_ray(segment));
   if (all) return expect_same(query_all(twins.gpu(), rays), query_all(twins.cpu(), rays));
   std::vector<uint8_t> got(rays.size(), 7), expected(rays.size(), 8);
-  nifkit::check(nifQuery(twins.gpu(), &nifkit::rays(rays).visible(got).get()));
-  nifkit::check(nifQuery(twins.cpu(), &nifkit::rays(rays).visible(expected).get()));
+  query_visible(twins.gpu(), rays, got);
+  query_visible(twins.cpu(), rays, expected);
   EXPECT_EQ(got, expected);
 }
 

@@ -16,7 +16,7 @@ struct Loaded {
   NifAsset asset = nullptr;
   bool open(const char* configuration, const char* path) {
     if (nifNewDevice(configuration, nullptr, &device) == NIF_OK &&
-        nifLoadAssetFile(device, path, NIF_LOAD_READ, &asset) == NIF_OK)
+        nifLoadAssetFile(device, path, NIF_LOAD_COPY, &asset) == NIF_OK)
       return true;
     std::fprintf(stderr, "%s\n", nifGetErrorMessage());
     return false;
@@ -25,12 +25,14 @@ struct Loaded {
     NifScene scene = nullptr;
     std::vector<int32_t> logits(rays.size());
     std::vector<uint8_t> certain(rays.size());
-    NifQuery query = nifQueryRays(rays.data(), rays.size());
-    query.logit = logits.data();
-    query.certain = certain.data();
+    const NifRays query = nifMakeRays(rays.data(), rays.size());
+    NifAnswers outputs{};
+    outputs.struct_size = sizeof(outputs);
+    outputs.logit = logits.data();
+    outputs.certain = certain.data();
     if (nifNewScene(device, &scene) != NIF_OK ||
         nifAddInstance(scene, asset, object, nullptr, nullptr) != NIF_OK || nifCommitScene(scene) != NIF_OK ||
-        nifQuery(scene, &query) != NIF_OK) {
+        nifQuery(scene, &query, &outputs) != NIF_OK) {
       std::fprintf(stderr, "%s\n", nifGetErrorMessage());
       return {};
     }

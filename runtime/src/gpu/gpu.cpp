@@ -33,16 +33,15 @@ Gpu::Gpu(std::string_view module, std::string_view backend, std::optional<uint32
   GpuMessage message;
   const auto fits = [&] { return backend == "gpu" || backend == card_.backend; };
   uint32_t card = number.value_or(0);
-  if (!number) {
-    const uint32_t count = module_.count_cards(&message);
-    for (uint32_t i = 0; i < count; ++i) {
-      check(module_.describe_card(i, &card_, &message), message);
-      if (!fits()) continue;
-      card = i;
-      break;
-    }
-  }
   check(module_.describe_card(card, &card_, &message), message);
+  if (!number && !fits()) {
+    const uint32_t count = module_.count_cards(&message);
+    do {
+      if (++card >= count)
+        throw Failure(NIF_ERROR_NOT_AVAILABLE, "there is no card of " + std::string(backend));
+      check(module_.describe_card(card, &card_, &message), message);
+    } while (!fits());
+  }
   if (!fits())
     throw Failure(NIF_ERROR_NOT_AVAILABLE, "card " + std::to_string(card) + " (" + card_.name +
                                                ") is one of " + card_.backend + ", not of " +

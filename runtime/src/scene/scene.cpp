@@ -99,17 +99,23 @@ void put(NifSceneObject& scene, uint32_t number, uint32_t object, const Instance
   scene.committed = false;
 }
 
-/// The first of the lowest `count` numbers in a row that no instance has.
+/// The first of the lowest `count` numbers in a row that no instance has. Gaps that were found too short are
+/// not looked at again until an instance is removed: so adding many takes no more than a look at each number.
 uint32_t free_numbers(NifSceneObject& scene, size_t count) {
   const auto end = uint32_t(scene.settings.size());
   uint32_t& first = scene.first_free;
   while (first < end && scene.settings[first].exists) ++first;
+  if (count > scene.longest_gap) return end;
+  uint32_t longest = 0;
   for (uint32_t at = first, begin = first; at < end; ++at) {
-    if (scene.settings[at].exists)
+    if (scene.settings[at].exists) {
       begin = at + 1;
-    else if (at + 1 - begin == count)
-      return begin;
+      continue;
+    }
+    longest = std::max(longest, at + 1 - begin);
+    if (longest == count) return begin;
   }
+  scene.longest_gap = longest;
   return end;  // the last number is never free
 }
 
@@ -299,6 +305,7 @@ void remove_instance(NifSceneObject& scene, uint32_t instance) {
   scene.settings[instance].exists = false;
   set_box(scene, instance, empty_box());
   scene.first_free = std::min(scene.first_free, instance);
+  scene.longest_gap = kMaxInstances;
   while (!scene.settings.empty() && !scene.settings.back().exists) {
     scene.settings.pop_back();
     scene.instances.pop_back();

@@ -41,6 +41,7 @@ struct NifSceneObject : nif::runtime::Object {
   std::pmr::vector<nif::runtime::Instance> instances;         ///< as queries see them
   std::pmr::vector<nif::runtime::InstanceSettings> settings;  ///< [as instances]
   uint32_t live = 0;                                          ///< instances that exist
+  uint32_t longest_gap = 0;                                   ///< free numbers in a row, at most
   uint32_t first_free = 0;                                    ///< no instance below it is free
   nif::runtime::Hierarchy hierarchy;
   /// [instance] its box, from the first change after a commit that the hierarchy cannot be refitted to until

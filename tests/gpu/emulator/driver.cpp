@@ -322,7 +322,7 @@ class EmulatedDriver final : public Driver {
   CardDescription describe(uint32_t card) override {
     CardDescription about{"emulated card " + std::to_string(card), name_of(kind_of_card(card)),
                           "emulated 1.0", uint64_t{1} << 30};
-    about.place = {1, card + 2, 3, 1, {0xab, uint8_t(card)}, {0xcd, uint8_t(card)}};
+    if (!machine.no_place) about.place = {1, card + 2, 3, 1, {0xab, uint8_t(card)}, {0xcd, uint8_t(card)}};
     return about;
   }
   std::string trouble(uint32_t card) override {

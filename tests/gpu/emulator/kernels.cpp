@@ -22,7 +22,7 @@ EmulatedRun bind_kernel(const void* argument) {
 #define NIF_SCENE(name, kinds, blocks)                                    \
   NIF_EMULATED("nif_scene_" #name, SceneWork, scene_answer<kinds, false>) \
   NIF_EMULATED("nif_scene_" #name "_details", SceneWork, scene_answer<kinds, true>)
-#define NIF_WALK(name, kinds)                                                         \
+#define NIF_WALK(name, kinds, blocks)                                                 \
   NIF_EMULATED("nif_pipeline_walk_" #name, PipelineWork, pipeline_walk<kinds, false>) \
   NIF_EMULATED("nif_pipeline_walk_" #name "_details", PipelineWork, pipeline_walk<kinds, true>)
 #define NIF_STAGE(number, name, threads, blocks, inner, ...) \

@@ -33,6 +33,7 @@ struct EmulatedMachine {
   bool no_driver = false, driver_too_old = false;
   uint32_t cards = 6;
   bool no_image = false;  ///< for any card
+  bool no_place = false;  ///< drivers do not say where a card is, nor its UUID
 
   // Faults. Counted down with each such call; the call that finds 1 fails. 0: never.
   std::atomic<uint32_t> fail_allocation = 0;  ///< memory of a card

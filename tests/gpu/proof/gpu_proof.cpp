@@ -47,14 +47,13 @@ struct Outputs {
 
   explicit Outputs(size_t count)
       : visible(count), bits((count + 7) / 8), certain(count), probability(count), logit(count) {}
-  NifQuery about(const std::vector<NifRay>& rays) {
-    return nifkit::rays(rays)
+  nifkit::Answers answers() {
+    return nifkit::Answers()
         .visible(visible)
         .visible_bits(bits)
         .probability(probability)
         .certain(certain)
-        .logit(logit)
-        .get();
+        .logit(logit);
   }
 };
 
@@ -138,14 +137,14 @@ class Proof {
 
   void add_asset(const std::string& name, std::span<const std::byte> file) {
     std::vector<nifkit::Asset> assets;
-    for (const nifkit::Device& device : devices_) assets.push_back(nifkit::Asset::copy(device, file));
+    for (const nifkit::Device& device : devices_) assets.push_back(nifkit::Asset::load(device, file));
     const uint32_t count = assets[0].info().object_count;
     double size = 0;
     for (uint32_t object = 0; object < count; ++object) {
       const NifObjectInfo info = assets[0].object(object);
       for (int a = 0; a < 3; ++a) size = std::max(size, double(info.bounds_max[a]) - info.bounds_min[a]);
       Scenes scenes(devices_);
-      for (size_t d = 0; d < 3; ++d) scenes.of[d].add(assets[d], object, placed(0, 0));
+      for (size_t d = 0; d < 3; ++d) scenes.of[d].add_instance(assets[d], object, placed(0, 0));
       std::string encoding;
       format::for_each_encoding([&](auto known) {
         if (known.kNumber == uint32_t(info.encoding)) encoding = known.kName;
@@ -155,7 +154,7 @@ class Proof {
     Scenes crowd(devices_);
     const uint32_t members = std::max(24u, 3 * count);
     for (size_t d = 0; d < 3; ++d)
-      for (uint32_t i = 0; i < members; ++i) crowd.of[d].add(assets[d], i % count, placed(i, size));
+      for (uint32_t i = 0; i < members; ++i) crowd.of[d].add_instance(assets[d], i % count, placed(i, size));
     ask(name + ": " + std::to_string(members) + " instances", crowd);
   }
 
@@ -172,17 +171,14 @@ class Proof {
         const std::vector<NifRay> rays =
             make_rays(set, info.bounds_min, info.bounds_max, 1, first, count, options_.rays);
         Outputs expected(count), copied(count);
-        NifQuery query = expected.about(rays);
-        nifkit::check(nifQuery(scenes.of[0].get(), &query));
-        query = copied.about(rays);
-        nifkit::check(nifQuery(scenes.of[2].get(), &query));
+        scenes.of[0].query(nifkit::Rays(rays), expected.answers());
+        scenes.of[2].query(nifkit::Rays(rays), copied.answers());
         different += count_different(copied, expected);
         // And by memory of the card, in a stream, by either way.
         for (const NifMeasure way : {NIF_MEASURE_ONE_KERNEL, NIF_MEASURE_PIPELINE}) {
           Outputs there(count);
-          query = there.about(rays);
           double once;
-          nifkit::check(nifMeasureQuery(scenes.of[2].get(), &query, way, 1, &once));
+          measure(scenes, rays, there.answers(), way, 1, &once);
           different += count_different(there, expected);
         }
         different_open += compare_open(scenes, rays, first == 0 ? &open : nullptr);
@@ -226,30 +222,31 @@ class Proof {
     std::vector<uint32_t> numbers(count), counted;
     std::vector<float> from(count), to(count);
     OpenOutputs expected(count), got(count);
-    expected.count = scenes.of[0].query_open(nifkit::Query(expected.about(rays)), numbers, from, to);
+    expected.count = scenes.of[0].query_open(nifkit::Rays(rays), expected.answers(), numbers, from, to);
     expected.take(numbers, from, to);
 
     CardArrays arrays(*card_);
-    NifQuery query = nifQueryRays(arrays.copy(rays), count);
-    query.memory = NIF_DEVICE;
+    NifRays query = nifMakeRays(arrays.copy(rays), count);
+    query.memory = NIF_MEMORY_DEVICE;
     query.stream = card_->stream();
-    query.visible = arrays.output(got.visible, count);
-    query.visible_bits = arrays.output(got.bits, got.bits.size());
-    query.probability = arrays.output(got.probability, count);
-    query.certain = arrays.output(got.certain, count);
-    query.logit = arrays.output(got.logit, count);
+    auto outputs = nifkit::sized<NifAnswers>();
+    outputs.visible = arrays.output(got.visible, count);
+    outputs.visible_bits = arrays.output(got.bits, got.bits.size());
+    outputs.probability = arrays.output(got.probability, count);
+    outputs.certain = arrays.output(got.certain, count);
+    outputs.logit = arrays.output(got.logit, count);
     auto open = nifkit::sized<NifOpenRays>();
     open.capacity = count;
     open.rays = arrays.output(numbers, count);
     open.tmin = arrays.output(from, count);
     open.tmax = arrays.output(to, count);
     open.count = arrays.copy(std::vector<uint32_t>{0xa5a5a5a5});
-    in_stream(seconds, [&] { return nifQueryOpen(scenes.of[2].get(), &query, &open); });
-    arrays.fetch(got.visible, query.visible);
-    arrays.fetch(got.bits, query.visible_bits);
-    arrays.fetch(got.probability, query.probability);
-    arrays.fetch(got.certain, query.certain);
-    arrays.fetch(got.logit, query.logit);
+    in_stream(seconds, [&] { return nifQueryOpen(scenes.of[2].get(), &query, &outputs, &open); });
+    arrays.fetch(got.visible, outputs.visible);
+    arrays.fetch(got.bits, outputs.visible_bits);
+    arrays.fetch(got.probability, outputs.probability);
+    arrays.fetch(got.certain, outputs.certain);
+    arrays.fetch(got.logit, outputs.logit);
     arrays.fetch(numbers, open.rays);
     arrays.fetch(from, open.tmin);
     arrays.fetch(to, open.tmax);
@@ -262,13 +259,13 @@ class Proof {
 
   uint64_t compare_hits(Scenes& scenes, const std::vector<NifRay>& rays, std::vector<double>* seconds) {
     FirstHits expected(rays.size()), got(rays.size());
-    NifQuery query = nifQueryRays(rays.data(), rays.size());
+    NifRays query = nifMakeRays(rays.data(), rays.size());
     NifHits outputs = expected.outputs();
     nifkit::check(nifIntersect(scenes.of[0].get(), &query, &outputs));
 
     CardArrays arrays(*card_);
-    query = nifQueryRays(arrays.copy(rays), rays.size());
-    query.memory = NIF_DEVICE;
+    query = nifMakeRays(arrays.copy(rays), rays.size());
+    query.memory = NIF_MEMORY_DEVICE;
     query.stream = card_->stream();
     const auto each = [&](const auto& visit) {
       visit(outputs.hit, got.hit), visit(outputs.certain, got.certain);
@@ -284,21 +281,27 @@ class Proof {
     return count_different_hits(got, expected);
   }
 
+  /// By the card's clock; `seconds` as nifMeasureQuery writes them.
+  static void measure(const Scenes& scenes, const std::vector<NifRay>& rays, const nifkit::Answers& answers,
+                      NifMeasure way, uint32_t rounds, double* seconds) {
+    nifkit::check(nifMeasureQuery(scenes.of[2].get(), &nifkit::Rays(rays).get(), &answers.get(rays.size()),
+                                  way, rounds, seconds));
+  }
+
   /// Only what is visible is asked for, as by a renderer.
   void time(Scenes& scenes, const std::vector<NifRay>& rays, std::vector<double>& pipeline,
             std::vector<double>& one_kernel, std::vector<double>& cpu) const {
     if (options_.rounds == 0) return;
     std::vector<uint8_t> visible(rays.size());
-    const NifQuery query = nifkit::rays(rays).visible(visible).get();
-    const auto measure = [&](NifMeasure way, std::vector<double>& seconds) {
-      seconds.resize(options_.rounds);
-      nifkit::check(nifMeasureQuery(scenes.of[2].get(), &query, way, options_.rounds, seconds.data()));
-    };
-    measure(NIF_MEASURE_PIPELINE, pipeline);
-    measure(NIF_MEASURE_ONE_KERNEL, one_kernel);
+    const nifkit::Answers answers = nifkit::Answers().visible(visible);
+    for (const auto& [way, seconds] :
+         {std::pair(NIF_MEASURE_PIPELINE, &pipeline), std::pair(NIF_MEASURE_ONE_KERNEL, &one_kernel)}) {
+      seconds->resize(options_.rounds);
+      measure(scenes, rays, answers, way, options_.rounds, seconds->data());
+    }
     for (uint32_t round = 0; round <= options_.rounds; ++round) {
       const auto start = std::chrono::steady_clock::now();
-      nifkit::check(nifQuery(scenes.of[1].get(), &query));
+      scenes.of[1].query(nifkit::Rays(rays), answers);
       if (round > 0)
         cpu.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     }
@@ -308,14 +311,11 @@ class Proof {
   void time_stages(const std::string& what, Scenes& scenes, const std::vector<NifRay>& rays) {
     if (rays.size() < kFewRays) return;
     std::vector<uint8_t> visible(rays.size());
-    const NifQuery query = nifkit::rays(rays).visible(visible).get();
+    const nifkit::Answers answers = nifkit::Answers().visible(visible);
     const uint32_t rounds = options_.rounds;
     std::vector<double> whole(rounds), stages(size_t(rounds) * NIF_MEASURED_STAGES);
-    const auto measure = [&](NifMeasure measured, std::vector<double>& seconds) {
-      nifkit::check(nifMeasureQuery(scenes.of[2].get(), &query, measured, rounds, seconds.data()));
-    };
-    measure(NIF_MEASURE_PIPELINE, whole);
-    measure(NIF_MEASURE_STAGES, stages);
+    measure(scenes, rays, answers, NIF_MEASURE_PIPELINE, rounds, whole.data());
+    measure(scenes, rays, answers, NIF_MEASURE_STAGES, rounds, stages.data());
     const double microseconds = 1e6 * 1e6 / double(rays.size());
     char text[64];
     const auto add = [&](const char* format, double value) {
@@ -346,6 +346,20 @@ std::vector<std::byte> read_file(const std::string& path) {
   return {memory.bytes().begin(), memory.bytes().end()};
 }
 
+/// Where a card is in the machine, and which one it is.
+std::string place_of(uint32_t device) {
+  const NifCardInfo card = nifkit::card(device);
+  char text[64];
+  std::snprintf(text, sizeof(text), " at %04x:%02x:%02x, UUID ", card.pci_domain, card.pci_bus,
+                card.pci_device);
+  std::string place = text;
+  for (const uint8_t byte : card.uuid) {
+    std::snprintf(text, sizeof(text), "%02x", byte);
+    place += text;
+  }
+  return place + (card.has_luid ? ", with a LUID" : "");
+}
+
 int run(const Options& options) {
   std::string config = "backend=gpu,device=" + std::to_string(options.device);
   if (!options.module.empty()) config += ",module=" + options.module;
@@ -359,7 +373,8 @@ int run(const Options& options) {
     }
   }
   Proof proof(options, config);
-  std::printf("%s, beside a CPU with `%s`.", proof.gpu().info().card, nifkit::Device().info().isa);
+  std::printf("%s%s, beside a CPU with `%s`.", proof.gpu().info().card,
+              options.module.empty() ? place_of(options.device).c_str() : "", nifkit::Device().info().isa);
   if (options.rounds > 0)
     std::printf(
         " Millions of rays a second, median of %u rounds of %llu rays, rays and answers\n"

@@ -185,14 +185,15 @@ struct Check {
   /// tmax, are left to Embree in streams: it may drop them before it asks about them.
   void compare(const char* what, RTCScene scene, const std::vector<Placement>& placements, double allowed) {
     nifkit::Scene nif(device);
-    for (const Placement& placement : placements) nif.add(asset, placement.object, placement.transform);
+    for (const Placement& placement : placements)
+      nif.add_instance(asset, placement.object, placement.transform);
     nif.commit();
     std::vector<NifRay> rays;
     std::vector<uint8_t> expected;
     const auto draw = [&](bool parallel) {
       rays = make_rays(nif.info(), parallel);
       expected.resize(rays.size());
-      nif.query(nifkit::rays(rays).visible(expected));
+      nif.query(nifkit::Rays(rays), nifkit::Answers().visible(expected));
       const auto blocked = std::count(expected.begin(), expected.end(), 0);
       std::printf("%s: %zu %srays, %td blocked\n", what, rays.size(), parallel ? "parallel " : "", blocked);
       if (blocked < 200 || blocked > std::ptrdiff_t(rays.size()) - 200) {
@@ -220,9 +221,7 @@ struct Check {
     // Embree asks about an object only up to the nearest hit so far. What a network then says of where it is
     // met may differ; whether something is met does not.
     std::vector<float> t(rays.size());
-    auto hits = nifkit::sized<NifHits>();
-    hits.t = t.data();
-    nif.intersect(nifkit::rays(rays), hits);
+    nif.intersect(nifkit::Rays(rays), nifkit::Hits().t(t));
     const auto see_hits = [&](const char* call, const std::vector<float>& got) {
       size_t wrong = 0, met = 0, same = 0;
       for (size_t i = 0; i < rays.size(); ++i) {

@@ -358,7 +358,7 @@ NIF_API NifError nifAddInstance(NifScene scene, NifAsset asset, uint32_t object,
 /* Adds a whole asset: all instances in its file; each object once if the file has no instances; nothing if
  * the file states that it places nothing (NifAssetInfo::places_nothing). `transform` (as in nifAddInstance)
  * is applied after each instance's own transform. `first` receives the number of the first new instance, and
- * `count` how many there are; they are numbered in a row, after all others. Both may be null. */
+ * `count` how many there are; they are numbered in a row, the lowest that is free. Both may be null. */
 NIF_API NifError nifAddAsset(NifScene scene, NifAsset asset, const float* transform, uint32_t* first,
                              uint32_t* count);
 
