@@ -4,11 +4,12 @@ from __future__ import annotations
 import ctypes
 import operator
 import threading
-from typing import TYPE_CHECKING, Any, Callable, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
 from ._abi import ErrorCode, InstanceFlags, NifAnswers, NifFallback, NifHits, NifInstanceInfo, NifOpenRays, NifSceneInfo
+from ._answers import ANSWER_KINDS, HIT_KINDS, Answers, Hits, Instance, OpenRays
 from ._asset import Asset
 from ._device import Device, check_device, default_device
 from ._handle import Handle, Use
@@ -19,115 +20,12 @@ from ._rays import Rays, make_outputs, point_at
 if TYPE_CHECKING:  # numpy.typing takes a while to load
     import numpy.typing as npt
 
-    from ._rays import Kinds
+    from ._answers import Bools, Floats, Numbers
 
-    Bools = npt.NDArray[np.bool_]
-    Floats = npt.NDArray[np.float32]
-    Numbers = npt.NDArray[np.uint32]
     Out = Optional[Mapping[str, npt.NDArray[Any]]]
     Fallback = Callable[[npt.NDArray[np.int64], Bools], npt.ArrayLike]
 
 
-class Instance(NamedTuple):
-    """An instance of a scene, as it was last set, committed or not."""
-
-    asset: Asset
-    object: int
-    """Its number in the asset."""
-    transform: Floats
-    """[3, 4] from object to world space; of what `Scene.add_asset()` added, rounded to float32."""
-    origin: npt.NDArray[np.float64]
-    """[3] what `Scene.set_instance_origin()` set."""
-    mask: int
-    flags: InstanceFlags
-    user: int
-
-
-class Answers(NamedTuple):
-    """What a query says of its rays. Outputs that were not asked for are None. `...` is the shape of the batch."""
-
-    visible: Optional[Bools] = None
-    """[...] True: visible, False: occluded."""
-    visible_bits: Optional[npt.NDArray[np.uint8]] = None
-    """[(count + 7) // 8] The same as bits: ray i is bit i % 8 (0 is the lowest) of byte i // 8."""
-    probability: Optional[Floats] = None
-    """[...] Calibrated probability that the ray is visible, 0 to 1; exactly 0 or 1 for certain rays."""
-    certain: Optional[Bools] = None
-    """[...] True: the answer is proven, not learned."""
-    logit: Optional[npt.NDArray[np.int32]] = None
-    """[...] The smallest network output of all instances: below 0 means occluded; plus or minus `LOGIT_CERTAIN` where
-    no network decided."""
-
-
-class Hits(NamedTuple):
-    """Where rays first meet a scene. Outputs that were not asked for are None. `...` is the shape of the batch."""
-
-    hit: Optional[Bools] = None
-    """[...] True: the ray meets something."""
-    t: Optional[Floats] = None
-    """[...] Where, in units of the ray's direction; infinite if nothing is hit."""
-    normal: Optional[Floats] = None
-    """[..., 3] Geometric normal, in world space, of unit length, on the side that the ray comes from; 0 if nothing is hit."""
-    instance: Optional[Numbers] = None
-    """[...] The scene's number of the instance; `NONE` if nothing is hit."""
-    object: Optional[Numbers] = None
-    """[...] That instance's object, as numbered in its asset; `NONE` if nothing is hit."""
-    triangle: Optional[Numbers] = None
-    """[...] The triangle, where the object has triangles (see `Object.source_triangles`); else `NONE`."""
-    u: Optional[Floats] = None
-    """[...] Weight of the triangle's second vertex."""
-    v: Optional[Floats] = None
-    """[...] Weight of its third."""
-    certain: Optional[Bools] = None
-    """[...] True: it is proven that something is hit, or that nothing is."""
-    t_low: Optional[Floats] = None
-    """[...] Proven: nothing is met before."""
-    t_high: Optional[Floats] = None
-    """[...] Proven: something is met here or before."""
-    color: Optional[Floats] = None
-    """[..., 3] Base colour of the surface, linear RGB, 0 to 1; 0.5 where the object has no colours."""
-    user: Optional[npt.NDArray[np.uint64]] = None
-    """[...] What `Scene.set_instance_user()` gave the instance; 0 if nothing is hit."""
-
-
-class OpenRays(NamedTuple):
-    """Rays that proofs leave open, for a BVH of yours: entry k is about ray number `rays[k]` of the batch (in C order), of
-    which only the part from `tmin[k]` to `tmax[k]` matters. The order may differ from run to run."""
-
-    rays: Numbers
-    """[count] Numbers of rays."""
-    tmin: Floats
-    """[count] In units of the ray's direction."""
-    tmax: Floats
-    """[count] Likewise."""
-    instance: Numbers
-    """[count] The instance, if only one of them leaves the ray open: ask about it alone. `NONE` if several do."""
-    answers: Answers
-    """Of all rays. An open ray has visible False, certain False, probability 0.5 and logit -1."""
-
-
-_ANSWER_KINDS: Kinds = {
-    "visible": (np.bool_, ()),
-    "visible_bits": (np.uint8, ()),
-    "probability": (np.float32, ()),
-    "certain": (np.bool_, ()),
-    "logit": (np.int32, ()),
-}
-_HIT_KINDS: Kinds = {
-    "hit": (np.bool_, ()),
-    "t": (np.float32, ()),
-    "normal": (np.float32, (3,)),
-    "instance": (np.uint32, ()),
-    "object": (np.uint32, ()),
-    "triangle": (np.uint32, ()),
-    "u": (np.float32, ()),
-    "v": (np.float32, ()),
-    "certain": (np.bool_, ()),
-    "t_low": (np.float32, ()),
-    "t_high": (np.float32, ()),
-    "color": (np.float32, (3,)),
-    "user": (np.uint64, ()),
-}
 # Whose fallback runs on this thread.
 _in_fallback = threading.local()
 
@@ -385,7 +283,7 @@ class Scene(Handle):
             the answers, None for those not asked for.
         """
         rays = self._rays(origins, directions, tmin, tmax, mask)
-        arrays = make_outputs(rays, _ANSWER_KINDS, outputs, out)
+        arrays = make_outputs(rays, ANSWER_KINDS, outputs, out)
         answers = point_at(NifAnswers(), arrays)
         with self._using() as scene:
             check(lib.nifQuery(scene, ctypes.byref(rays.rays), ctypes.byref(answers)))
@@ -416,7 +314,7 @@ class Scene(Handle):
             outputs, out: as in `query()`.
         """
         rays = self._rays(origins, directions, tmin, tmax, mask)
-        arrays = make_outputs(rays, _ANSWER_KINDS, outputs, out)
+        arrays = make_outputs(rays, ANSWER_KINDS, outputs, out)
         answers = point_at(NifAnswers(), arrays)
         least = _float("confidence", confidence)
         call = _FallbackCall(fallback, self._device)
@@ -484,7 +382,7 @@ class Scene(Handle):
         """Answers what is proven, asks no network, and lists the other rays. At most 2^32 - 1 rays. `outputs` as in
         `query()`. For assets of the encoding `proof` this is the query that they are made for."""
         rays = self._rays(origins, directions, tmin, tmax, mask)
-        arrays = make_outputs(rays, _ANSWER_KINDS, outputs, None)
+        arrays = make_outputs(rays, ANSWER_KINDS, outputs, None)
         answers = point_at(NifAnswers(), arrays)
         numbers, instances = np.empty(rays.count, dtype=np.uint32), np.empty(rays.count, dtype=np.uint32)
         low, high = np.empty(rays.count, dtype=np.float32), np.empty(rays.count, dtype=np.float32)
@@ -519,7 +417,7 @@ class Scene(Handle):
             the hits, None for outputs not asked for.
         """
         rays = self._rays(origins, directions, tmin, tmax, mask)
-        arrays = make_outputs(rays, _HIT_KINDS, outputs, out)
+        arrays = make_outputs(rays, HIT_KINDS, outputs, out)
         hits = point_at(NifHits(), arrays)
         with self._using() as scene:
             check(lib.nifIntersect(scene, ctypes.byref(rays.rays), ctypes.byref(hits)))
@@ -539,7 +437,7 @@ class Scene(Handle):
         """Starts `query()` in the background. With a device of one thread it is answered before this returns. Do not
         change the arrays until the job is done."""
         rays = self._rays(origins, directions, tmin, tmax, mask)
-        arrays = make_outputs(rays, _ANSWER_KINDS, outputs, out)
+        arrays = make_outputs(rays, ANSWER_KINDS, outputs, out)
         answers = point_at(NifAnswers(), arrays)
         with self._using() as scene:
             query = lambda job: lib.nifQueryAsync(scene, ctypes.byref(rays.rays), ctypes.byref(answers), job)  # noqa: E731
@@ -558,7 +456,7 @@ class Scene(Handle):
     ) -> Job[Hits]:
         """Starts `intersect()` in the background, as `query_async()` does."""
         rays = self._rays(origins, directions, tmin, tmax, mask)
-        arrays = make_outputs(rays, _HIT_KINDS, outputs, out)
+        arrays = make_outputs(rays, HIT_KINDS, outputs, out)
         hits = point_at(NifHits(), arrays)
         with self._using() as scene:
             query = lambda job: lib.nifIntersectAsync(scene, ctypes.byref(rays.rays), ctypes.byref(hits), job)  # noqa: E731
@@ -619,8 +517,10 @@ def _matrices(transforms: npt.ArrayLike, name: str = "transforms") -> Floats:
     if matrices.dtype.kind not in "fiu":
         raise TypeError(f"{name}: numbers are needed, not {matrices.dtype}")
     if matrices.ndim != 3 or matrices.shape[1:] not in ((3, 4), (4, 4)):
-        shapes, got = ("(3, 4) or (4, 4)", matrices.shape[1:]) if name == "transform" else ("(n, 3, 4) or (n, 4, 4)", matrices.shape)
-        raise ValueError(f"{name}: a matrix of shape {shapes} is needed, not {got}")
+        shape, got = ("(3, 4) or (4, 4)", matrices.shape[1:])
+        if name == "transforms":
+            shape, got = ("(n, 3, 4) or (n, 4, 4)", matrices.shape)
+        raise ValueError(f"{name}: a matrix of shape {shape} is needed, not {got}")
     if (matrices[:, 3:] != (0, 0, 0, 1)).any():
         raise ValueError(f"{name}: the last row of a 4x4 matrix has to be 0 0 0 1")
     with np.errstate(over="ignore"):

@@ -292,7 +292,8 @@ def test_interrupted_anywhere(scene):
         return left < 0
 
     rays = some_rays(scene, 10)
-    for call in (lambda: scene.committed, lambda: scene.set_instance_transform(0, np.eye(4)), lambda: scene.query_async(*rays).wait()):
+    move = lambda: scene.set_instance_transform(0, np.eye(4))  # noqa: E731
+    for call in (lambda: scene.committed, move, lambda: scene.query_async(*rays).wait()):
         scene.commit()
         lines = 0
         while interrupted(call, lines):
