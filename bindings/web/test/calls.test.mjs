@@ -176,7 +176,11 @@ test('ending early', async () => {
     const rays = someRays(400000);
     const wanted = { visible: true };
     const { visible } = await pool.query(rays);
-    for (const ask of [(signal) => pool.query(rays, wanted, { signal }), (signal) => pool.queryOpen(rays, wanted, { signal }), (signal) => pool.intersect(rays, { t: true }, { signal })]) {
+    for (const ask of [
+      (signal) => pool.query(rays, wanted, { signal }),
+      (signal) => pool.queryOpen(rays, wanted, { signal }),
+      (signal) => pool.intersect(rays, { t: true }, { signal }),
+    ]) {
       await assert.rejects(ask(AbortSignal.abort(reason)), isReason);
       const controller = new AbortController();
       const asked = ask(controller.signal);
