@@ -62,7 +62,7 @@ int occlusion_open(Occlusion* occlusion, const char* path, int up, int front, co
   fill_ball(occlusion->spread, RAYS);
   if (nifNewDevice(NULL, NULL, &occlusion->device) != NIF_OK) return failed("device");
   /* The message names the file. */
-  if (nifLoadAssetFile(occlusion->device, path, NIF_LOAD_READ, &occlusion->asset) != NIF_OK)
+  if (nifLoadAssetFile(occlusion->device, path, NIF_LOAD_COPY, &occlusion->asset) != NIF_OK)
     return failed("asset");
   if (!answers_all(occlusion, path) || !measure(occlusion, low, high)) return 0;
   for (row = 0; row < 3; ++row) longest = fmaxf(longest, high[row] - low[row]);
@@ -94,7 +94,8 @@ int occlusion_open(Occlusion* occlusion, const char* path, int up, int front, co
 }
 
 double occlusion_share(Occlusion* occlusion, const float* listener, const float* source, float radius) {
-  NifQuery query = nifQueryRays(occlusion->rays, RAYS);
+  const NifRays rays = nifMakeRays(occlusion->rays, RAYS);
+  const NifAnswers answers = {.struct_size = sizeof(answers), .visible = occlusion->visible};
   int i, axis, count = 0;
   for (i = 0; i < RAYS; ++i) {
     NifRay* ray = &occlusion->rays[i];
@@ -105,8 +106,7 @@ double occlusion_share(Occlusion* occlusion, const float* listener, const float*
       ray->direction[axis] = source[axis] + radius * occlusion->spread[i][axis] - listener[axis];
     }
   }
-  query.visible = occlusion->visible;
-  if (nifQuery(occlusion->scene, &query) != NIF_OK) {
+  if (nifQuery(occlusion->scene, &rays, &answers) != NIF_OK) {
     failed("query");
     return -1;
   }

@@ -50,7 +50,7 @@ static void load(const char* path) {
   NifAsset asset = NULL;
   NifAssetInfo info = {.struct_size = sizeof(info)};
   if (nifNewDevice(NULL, NULL, &device) != NIF_OK) give_up("device", nifGetErrorMessage());
-  if (nifLoadAssetFile(device, path, NIF_LOAD_READ, &asset) != NIF_OK) give_up("asset", nifGetErrorMessage());
+  if (nifLoadAssetFile(device, path, NIF_LOAD_COPY, &asset) != NIF_OK) give_up("asset", nifGetErrorMessage());
   if (nifGetAssetInfo(asset, &info) != NIF_OK) give_up("asset", nifGetErrorMessage());
   for (uint32_t i = 0; i < info.object_count; ++i) {
     NifObjectInfo object = {.struct_size = sizeof(object)};
@@ -222,10 +222,11 @@ static int blocked_by_asset(Thread* t, const struct RTCRay* r) {
   const float away[3] = {ray.origin[0] - t->point[0], ray.origin[1] - t->point[1],
                          ray.origin[2] - t->point[2]};
   uint8_t visible = 1;
+  const NifAnswers answers = {.struct_size = sizeof(answers), .visible = &visible};
   if (t->met && dot(away, away) < bias * bias) {
     for (int axis = 0; axis < 3; ++axis) ray.origin[axis] += bias * t->normal[axis];
   }
-  if (nifQueryRay(asset_scene, &ray, &visible) != NIF_OK) give_up("query", nifGetErrorMessage());
+  if (nifQueryRay(asset_scene, &ray, &answers) != NIF_OK) give_up("query", nifGetErrorMessage());
   ++t->asked;
   t->blocked += !visible;
   return !visible;

@@ -11,7 +11,6 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // Rays per query. Embree asks for at most 16 at once, except for streams.
 constexpr unsigned kBatch = 64;
-constexpr nifkit::Transform kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
 /// Hands over the valid rays of a packet, with their lanes, some at a time.
 template <class Ask>
@@ -36,7 +35,7 @@ void in_batches(RTCRayN* rays, unsigned n, const int* valid, const Ask& ask) {
 NifGeometry::NifGeometry(RTCDevice embree, const nifkit::Device& device, const nifkit::Asset& asset,
                          uint32_t object)
     : scene_(device) {
-  scene_.add(asset, object, kIdentity);
+  scene_.add_instance(asset, object);
   scene_.commit();
   geometry_ = rtcNewGeometry(embree, RTC_GEOMETRY_TYPE_USER);
   if (geometry_ == nullptr) throw std::runtime_error("Embree created no geometry");
@@ -75,8 +74,8 @@ void NifGeometry::intersect(const RTCIntersectFunctionNArguments* args) {
   auto hits = nifkit::sized<NifHits>();
   hits.hit = hit, hits.t = t, hits.normal = normal[0], hits.triangle = triangle, hits.u = u, hits.v = v;
   in_batches(rays, n, args->valid, [&](const NifRay* batch, const unsigned* lane, unsigned count) {
-    const NifQuery query = nifQueryRays(batch, count);
-    if (const NifError error = nifIntersect(self.scene_.get(), &query, &hits); error != NIF_OK) {
+    const NifRays asked = nifMakeRays(batch, count);
+    if (const NifError error = nifIntersect(self.scene_.get(), &asked, &hits); error != NIF_OK) {
       self.failure_ = error;
       return;
     }
@@ -101,10 +100,11 @@ void NifGeometry::occluded(const RTCOccludedFunctionNArguments* args) {
   auto& self = *static_cast<NifGeometry*>(args->geometryUserPtr);
   const unsigned n = args->N;
   uint8_t visible[kBatch];
+  auto answers = nifkit::sized<NifAnswers>();
+  answers.visible = visible;
   in_batches(args->ray, n, args->valid, [&](const NifRay* batch, const unsigned* lane, unsigned count) {
-    NifQuery query = nifQueryRays(batch, count);
-    query.visible = visible;
-    if (const NifError error = nifQuery(self.scene_.get(), &query); error != NIF_OK) {
+    const NifRays asked = nifMakeRays(batch, count);
+    if (const NifError error = nifQuery(self.scene_.get(), &asked, &answers); error != NIF_OK) {
       self.failure_ = error;
       return;
     }

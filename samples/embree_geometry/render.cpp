@@ -156,7 +156,8 @@ Asked ask_proofs_first(const nifkit::Scene& proofs, RTCScene triangles, const st
   std::vector<float> tmin(rays.size()), tmax(rays.size());
   Asked result{Answers(rays.size()), 0};
   result.seconds = seconds_of([&] {
-    open = proofs.query_open(nifkit::rays(rays).visible(result.visible), numbers, tmin, tmax);
+    open =
+        proofs.query_open(nifkit::Rays(rays), nifkit::Answers().visible(result.visible), numbers, tmin, tmax);
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     for (size_t first = 0; first < open; first += 16) {
@@ -173,7 +174,8 @@ Asked ask_proofs_first(const nifkit::Scene& proofs, RTCScene triangles, const st
 
 Asked ask_directly(const nifkit::Scene& scene, const std::vector<NifRay>& rays) {
   Asked result{Answers(rays.size()), 0};
-  result.seconds = seconds_of([&] { scene.query(nifkit::rays(rays).visible(result.visible)); });
+  result.seconds =
+      seconds_of([&] { scene.query(nifkit::Rays(rays), nifkit::Answers().visible(result.visible)); });
   return result;
 }
 

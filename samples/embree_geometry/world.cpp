@@ -71,7 +71,7 @@ std::vector<Part> parts_of(const nifkit::Asset& asset) {
   std::vector<Part> parts;
   const NifAssetInfo info = asset.info();
   for (uint32_t i = 0; i < info.instance_count; ++i) {
-    const NifInstanceInfo instance = asset.instance(i);
+    const NifAssetInstanceInfo instance = asset.instance(i);
     parts.push_back({instance.object, {}});
     std::copy_n(instance.transform, 12, parts.back().transform.begin());
   }
@@ -146,7 +146,7 @@ World::World(RTCDevice embree, const nifkit::Device& device, const nifkit::Asset
     place(embree, own_.get(), model_.get(), copy);
     for (const Part& part : parts)
       place(embree, shadow_.get(), assets_[part.object].get(), multiply(copy, part.transform));
-    direct_.add(asset, copy);
+    direct_.add_asset(asset, copy);
   }
   rtcCommitScene(own_.get());
   rtcCommitScene(shadow_.get());

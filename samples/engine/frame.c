@@ -54,13 +54,14 @@ typedef struct Batch {
   Result* results; /* [jobs] */
 } Batch;
 
-static int ask(const World* world, const NifQuery* query, Result* result) {
+static int ask(const World* world, const NifRays* rays, uint8_t* visible, Result* result) {
+  const NifAnswers answers = {.struct_size = sizeof(answers), .visible = visible};
   uint64_t i;
-  if (nifQuery(world->scene, query) != NIF_OK) {
+  if (nifQuery(world->scene, rays, &answers) != NIF_OK) {
     snprintf(result->message, sizeof(result->message), "%s", nifGetErrorMessage());
     return 0;
   }
-  for (i = 0; i < query->count; ++i) result->lit += query->visible[i];
+  for (i = 0; i < rays->count; ++i) result->lit += visible[i];
   return 1;
 }
 
@@ -72,7 +73,7 @@ static void ask_range(void* argument, int index) {
   Frame* frame = batch->frame;
   int first = index * kRaysPerJob, axis;
   int count = frame->points - first < kRaysPerJob ? frame->points - first : kRaysPerJob;
-  NifQuery sun = {.struct_size = sizeof(sun)}, lamp;
+  NifRays sun = {.struct_size = sizeof(sun)}, lamp;
 
   sun.count = (uint64_t)count;
   for (axis = 0; axis < 3; ++axis) {
@@ -87,9 +88,8 @@ static void ask_range(void* argument, int index) {
   lamp.direction_stride = sizeof(float);
   lamp.tmax = &whole; /* the direction's length reaches the lamp */
 
-  sun.visible = frame->sun_lit + first;
-  lamp.visible = frame->lamp_lit + first;
-  if (ask(world, &sun, &batch->results[index])) ask(world, &lamp, &batch->results[index]);
+  if (ask(world, &sun, frame->sun_lit + first, &batch->results[index]))
+    ask(world, &lamp, frame->lamp_lit + first, &batch->results[index]);
 }
 
 int ask_frame(const World* world, Jobs* jobs, Frame* frame) {

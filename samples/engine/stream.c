@@ -48,9 +48,9 @@ int stream_asset(NifDevice device, const char* path, NifAsset* asset) {
   NifError error;
   unsigned char* bytes = read_in_chunks(path, &size);
   if (bytes == NULL) return 0;
-  /* The asset keeps a copy. With NIF_MEMORY_BORROW it would use the engine's memory, aligned to
+  /* The asset keeps a copy. With NIF_LOAD_IN_PLACE it would use the engine's memory, aligned to
    * NIF_ASSET_ALIGNMENT. */
-  error = nifLoadAssetMemory(device, bytes, size, NIF_MEMORY_COPY, asset);
+  error = nifLoadAssetMemory(device, bytes, size, NIF_LOAD_COPY, asset);
   free(bytes);
   if (error == NIF_OK) return 1;
   fprintf(stderr, "engine: %s: %s\n", path, nifGetErrorMessage());

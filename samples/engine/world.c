@@ -61,17 +61,17 @@ int make_world(NifDevice device, NifAsset asset, uint32_t copies, int scatter, W
   world->copies = copies;
   world->scatter = scatter;
   world->per_copy = about.instance_count > 0 ? about.instance_count : about.object_count;
-  world->first = calloc(copies, sizeof(*world->first));
   world->own = calloc(world->per_copy, sizeof(*world->own));
-  if (world->first == NULL || world->own == NULL) {
+  world->transforms = calloc((size_t)copies * world->per_copy, sizeof(*world->transforms));
+  if (world->own == NULL || world->transforms == NULL) {
     fputs("engine: out of memory\n", stderr);
     return 0;
   }
   for (i = 0; i < world->per_copy; ++i) {
-    NifInstanceInfo instance = {.struct_size = sizeof(instance)};
+    NifAssetInstanceInfo instance = {.struct_size = sizeof(instance)};
     if (about.instance_count == 0) {
       world->own[i][0] = world->own[i][5] = world->own[i][10] = 1;
-    } else if (nifGetInstanceInfo(asset, i, &instance) == NIF_OK) {
+    } else if (nifGetAssetInstanceInfo(asset, i, &instance) == NIF_OK) {
       memcpy(world->own[i], instance.transform, sizeof(world->own[i]));
     } else {
       return failed("asset");
@@ -80,7 +80,7 @@ int make_world(NifDevice device, NifAsset asset, uint32_t copies, int scatter, W
 
   /* One copy shows how much room each needs. */
   if (nifNewScene(device, &world->scene) != NIF_OK ||
-      nifAddAsset(world->scene, asset, NULL, &world->first[0], NULL) != NIF_OK ||
+      nifAddAsset(world->scene, asset, NULL, NULL, NULL) != NIF_OK ||
       nifCommitScene(world->scene) != NIF_OK || nifGetSceneInfo(world->scene, &info) != NIF_OK) {
     return failed("scene");
   }
@@ -97,7 +97,7 @@ int make_world(NifDevice device, NifAsset asset, uint32_t copies, int scatter, W
   world->spacing = 1.5f * extent;
   for (i = 1; i < copies; ++i) {
     place(world, i, 0, transform);
-    if (nifAddAsset(world->scene, asset, transform, &world->first[i], NULL) != NIF_OK) return failed("scene");
+    if (nifAddAsset(world->scene, asset, transform, NULL, NULL) != NIF_OK) return failed("scene");
   }
 
   world->sun[0] = 0.5f, world->sun[1] = 0.8f, world->sun[2] = 0.33f;
@@ -117,20 +117,21 @@ int commit_world(World* world) { return nifCommitScene(world->scene) == NIF_OK ?
 int move_world(World* world, int frame) {
   uint32_t copy, i;
   for (copy = 0; copy < world->copies; ++copy) {
-    float placed[12], transform[12];
+    float placed[12];
     place(world, copy, frame, placed);
-    for (i = 0; i < world->per_copy; ++i) {
-      multiply(placed, world->own[i], transform);
-      if (nifSetInstanceTransform(world->scene, world->first[copy] + i, transform) != NIF_OK)
-        return failed("move");
-    }
+    for (i = 0; i < world->per_copy; ++i)
+      multiply(placed, world->own[i], world->transforms[(size_t)copy * world->per_copy + i]);
   }
+  /* All instances of the scene, in the order in which they were added. */
+  if (nifSetInstanceTransforms(world->scene, (uint64_t)world->copies * world->per_copy, NULL,
+                               world->transforms[0], sizeof(world->transforms[0])) != NIF_OK)
+    return failed("move");
   return commit_world(world);
 }
 
 void free_world(World* world) {
   nifReleaseScene(world->scene);
-  free(world->first);
   free(world->own);
+  free(world->transforms);
   memset(world, 0, sizeof(*world));
 }

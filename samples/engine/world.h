@@ -6,8 +6,8 @@
 
 typedef struct World {
   NifScene scene;
-  uint32_t* first;  /* [copies] number of each copy's first instance in the scene */
-  float (*own)[12]; /* [per_copy] where the asset's file places its instances */
+  float (*own)[12];        /* [per_copy] where the asset's file places its instances */
+  float (*transforms)[12]; /* [copies * per_copy] of all instances in the scene */
   uint32_t copies, per_copy;
   int scatter;           /* copies at random places instead of a grid */
   float low[3], high[3]; /* box of one copy */

@@ -100,7 +100,7 @@ function museum.build(device, asset, up)
   local alone
   alone, why = device:scene()
   if not alone then return nil, why end
-  fine, why = alone:add(asset)
+  fine, why = alone:add_asset(asset)
   if fine then fine, why = alone:commit() end
   if not fine then return nil, why end
   local low, high = alone:bounds()
@@ -112,7 +112,7 @@ function museum.build(device, asset, up)
   scene, why = device:scene()
   if not scene then return nil, why end
   for _, cell in ipairs(museum.find("#")) do
-    fine, why = scene:add(asset, place(low, high, up, cell[1], cell[2]))
+    fine, why = scene:add_asset(asset, place(low, high, up, cell[1], cell[2]))
     if not fine then return nil, why end
   end
   fine, why = scene:commit()
@@ -134,7 +134,7 @@ function museum.free(scene, x, z)
       i = i + 1
     end
   end
-  assert(scene:see(room, i))
+  assert(scene:query(room, i))
   for k = 0, i - 1 do
     if room.visible[k] == 0 then return false end
   end

@@ -54,7 +54,7 @@ end
 -- Loads a .nif file.
 function Device:asset(path)
   local out = ffi.new("NifAsset[1]")
-  if C.nifLoadAssetFile(self.handle, path, C.NIF_LOAD_READ, out) ~= C.NIF_OK then return nil, sentence() end
+  if C.nifLoadAssetFile(self.handle, path, C.NIF_LOAD_COPY, out) ~= C.NIF_OK then return nil, sentence() end
   return setmetatable({ handle = ffi.gc(out[0], C.nifReleaseAsset) }, Asset)
 end
 
@@ -84,7 +84,7 @@ function Device:scene()
 end
 
 -- Adds an asset. `transform` is a table of 12 numbers, a row-major 3x4 matrix, or nil.
-function Scene:add(asset, transform)
+function Scene:add_asset(asset, transform)
   local matrix = transform and ffi.new("float[12]", transform)
   if C.nifAddAsset(self.handle, asset.handle, matrix, nil, nil) ~= C.NIF_OK then return nil, sentence() end
   return true
@@ -113,20 +113,20 @@ function nif.rays(capacity)
     visible = ffi.new("uint8_t[?]", capacity),
     t = ffi.new("float[?]", capacity),
     normal = ffi.new("float[?]", 3 * capacity),
-    query = ffi.new("NifQuery"),
-    hits = ffi.new("NifHits"),
+    batch = ffi.new("NifRays", { struct_size = ffi.sizeof("NifRays") }),
+    answers = ffi.new("NifAnswers", { struct_size = ffi.sizeof("NifAnswers") }),
+    hits = ffi.new("NifHits", { struct_size = ffi.sizeof("NifHits") }),
   }, Rays)
-  local query, first = rays.query, rays.ray[0]
-  query.struct_size = ffi.sizeof("NifQuery")
+  local batch, first = rays.batch, rays.ray[0]
   for axis = 0, 2 do
-    query.origin[axis] = first.origin + axis
-    query.direction[axis] = first.direction + axis
+    batch.origin[axis] = first.origin + axis
+    batch.direction[axis] = first.direction + axis
   end
   local base, size = ffi.cast("const char*", rays.ray), ffi.sizeof("NifRay")
-  query.tmin = ffi.cast("const float*", base + ffi.offsetof("NifRay", "tmin"))
-  query.tmax = ffi.cast("const float*", base + ffi.offsetof("NifRay", "tmax"))
-  query.origin_stride, query.direction_stride, query.tmin_stride, query.tmax_stride = size, size, size, size
-  rays.hits.struct_size = ffi.sizeof("NifHits")
+  batch.tmin = ffi.cast("const float*", base + ffi.offsetof("NifRay", "tmin"))
+  batch.tmax = ffi.cast("const float*", base + ffi.offsetof("NifRay", "tmax"))
+  batch.origin_stride, batch.direction_stride, batch.tmin_stride, batch.tmax_stride = size, size, size, size
+  rays.answers.visible = rays.visible
   rays.hits.t, rays.hits.normal = rays.t, rays.normal
   return rays
 end
@@ -144,23 +144,21 @@ nif.asked = 0
 
 local function prepare(rays, count)
   assert(count <= rays.capacity, "more rays than there is room for")
-  rays.query.count = count
+  rays.batch.count = count
   nif.asked = nif.asked + count
 end
 
 -- Answers the first `count` rays: writes rays.visible.
-function Scene:see(rays, count)
+function Scene:query(rays, count)
   prepare(rays, count)
-  rays.query.visible = rays.visible
-  if C.nifQuery(self.handle, rays.query) ~= C.NIF_OK then return nil, sentence() end
+  if C.nifQuery(self.handle, rays.batch, rays.answers) ~= C.NIF_OK then return nil, sentence() end
   return true
 end
 
 -- Finds the first hits of the first `count` rays: writes rays.t and rays.normal.
-function Scene:hit(rays, count)
+function Scene:intersect(rays, count)
   prepare(rays, count)
-  rays.query.visible = nil
-  if C.nifIntersect(self.handle, rays.query, rays.hits) ~= C.NIF_OK then return nil, sentence() end
+  if C.nifIntersect(self.handle, rays.batch, rays.hits) ~= C.NIF_OK then return nil, sentence() end
   return true
 end
 

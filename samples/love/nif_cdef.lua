@@ -31,8 +31,8 @@ typedef struct NifDeviceInfo {
 NifError nifGetDeviceInfo(NifDevice device, NifDeviceInfo* info);
 
 typedef enum NifLoadMode {
-  NIF_LOAD_READ = 0,
-  NIF_LOAD_MAP = 1,
+  NIF_LOAD_COPY = 0,
+  NIF_LOAD_IN_PLACE = 1,
   NIF_LOAD_MODE_IS_32_BITS = 0x7fffffff
 } NifLoadMode;
 NifError nifLoadAssetFile(NifDevice device, const char* path, NifLoadMode mode, NifAsset* asset);
@@ -62,7 +62,7 @@ typedef enum NifEncoding {
 typedef struct NifObjectInfo {
   uint64_t struct_size;
   const char* name;
-  NifEncoding encoding;
+  uint32_t encoding;
   uint32_t network;
   float bounds_min[3];
   float bounds_max[3];
@@ -84,10 +84,13 @@ NifError nifCommitScene(NifScene scene);
 typedef struct NifSceneInfo {
   uint64_t struct_size;
   uint32_t instance_count;
-  uint32_t committed;
+  uint32_t instance_end;
   float bounds_min[3];
   float bounds_max[3];
   uint64_t resident_bytes;
+  double origin[3];
+  uint32_t committed;
+  uint32_t reserved;
 } NifSceneInfo;
 NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info);
 
@@ -99,12 +102,12 @@ typedef struct NifRay {
 } NifRay;
 
 typedef enum NifMemory {
-  NIF_HOST = 0,
-  NIF_DEVICE = 1,
+  NIF_MEMORY_HOST = 0,
+  NIF_MEMORY_DEVICE = 1,
   NIF_MEMORY_IS_32_BITS = 0x7fffffff
 } NifMemory;
 
-typedef struct NifQuery {
+typedef struct NifRays {
   uint64_t struct_size;
   uint64_t count;
   const float* origin[3];
@@ -115,18 +118,24 @@ typedef struct NifQuery {
   uint64_t tmin_stride;
   const float* tmax;
   uint64_t tmax_stride;
+  const uint32_t* mask;
+  uint64_t mask_stride;
+  uint32_t memory;
+  uint32_t flags;
+  void* scratch;
+  uint64_t scratch_bytes;
+  void* stream;
+} NifRays;
+
+typedef struct NifAnswers {
+  uint64_t struct_size;
   uint8_t* visible;
   uint8_t* visible_bits;
   float* probability;
   uint8_t* certain;
   int32_t* logit;
-  NifMemory memory;
-  uint32_t reserved;
-  void* scratch;
-  uint64_t scratch_bytes;
-  void* stream;
-} NifQuery;
-NifError nifQuery(NifScene scene, const NifQuery* query);
+} NifAnswers;
+NifError nifQuery(NifScene scene, const NifRays* rays, const NifAnswers* answers);
 
 typedef struct NifHits {
   uint64_t struct_size;
@@ -142,6 +151,7 @@ typedef struct NifHits {
   float* t_low;
   float* t_high;
   float* color;
+  uint64_t* user;
 } NifHits;
-NifError nifIntersect(NifScene scene, const NifQuery* query, const NifHits* hits);
+NifError nifIntersect(NifScene scene, const NifRays* rays, const NifHits* hits);
 ]]

@@ -55,7 +55,7 @@ local function new_line(scene, count, scale)
   function line.ask(row)
     local z = (row + 0.5) / scale
     for i = 0, count - 1 do down:set(i, (i + 0.5) / scale, CAMERA, z, 0, -1, 0, CAMERA) end
-    assert(scene:hit(down, count))
+    assert(scene:intersect(down, count))
     local k = 0
     for i = 0, count - 1 do
       local x, y, _, nx, ny, nz, statue = landing(i, z)
@@ -79,7 +79,7 @@ local function new_line(scene, count, scale)
         k = k + 1
       end
     end
-    assert(scene:see(up, k))
+    assert(scene:query(up, k))
     line.z = z
   end
 

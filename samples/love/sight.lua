@@ -21,7 +21,7 @@ function sight.share(scene, from_x, from_z, x, z)
       i = i + 1
     end
   end
-  assert(scene:see(body, i))
+  assert(scene:query(body, i))
   local count = 0
   for k = 0, i - 1 do count = count + body.visible[k] end
   return count / i
@@ -54,7 +54,7 @@ function sight.cone(scene, from_x, from_z, heading, put)
       end
     end
   end
-  assert(scene:see(cone, i))
+  assert(scene:query(cone, i))
   i = 0
   for a = 0, sight.ANGLES - 1 do
     local side = sight.HALF * (2 * a / (sight.ANGLES - 1) - 1)

@@ -41,7 +41,7 @@ change '/int32_t\* logit;/d'
 change 's/uint32_t instance_count;/uint64_t instance_count;/'
 change 's/uint8_t\* certain;/int8_t* certain;/'
 change '/float\* u;/{h;d};/float\* v;/{p;x}'
-change 's/NIF_LOAD_MAP = 1/NIF_LOAD_MAP = 2/'
+change 's/NIF_LOAD_IN_PLACE = 1/NIF_LOAD_IN_PLACE = 2/'
 change 's/nifLoadAssetFile(NifDevice device, const char\* path/nifLoadAssetFile(NifDevice device, char* path/'
 change 's/void nifReleaseScene(NifScene scene)/void nifReleaseScene(NifAsset scene)/'
 

@@ -51,7 +51,7 @@ for row = 1, museum.rows do
       for i = -5, 5 do
         for k = -5, 5 do
           down:set(0, x + 0.2 * i, 20, z + 0.2 * k, 0, -1, 0, 20)
-          assert(scene:hit(down, 1))
+          assert(scene:intersect(down, 1))
           met = met or down.t[0] < 20
         end
       end
@@ -71,10 +71,10 @@ for i = 0, rays.capacity - 1 do
   local x, z, angle = math.random() * museum.width, math.random() * museum.depth, 2 * math.pi * math.random()
   rays:set(i, x, 2 * math.random(), z, math.cos(angle), 0.2 * (math.random() - 0.5), math.sin(angle), 6)
 end
-assert(scene:see(rays, rays.capacity))
+assert(scene:query(rays, rays.capacity))
 local visible = ffi.new("uint8_t[?]", rays.capacity)
 ffi.copy(visible, rays.visible, rays.capacity)
-assert(scene:hit(rays, rays.capacity))
+assert(scene:intersect(rays, rays.capacity))
 local differ, hidden = 0, 0
 for i = 0, rays.capacity - 1 do
   if (rays.t[i] == math.huge) ~= (visible[i] == 1) then differ = differ + 1 end
@@ -184,7 +184,7 @@ local function load_and_drop(times)
   for i = 1, times do
     local one = assert(device:asset(small_path))
     local hall = assert(device:scene())
-    assert(hall:add(one))
+    assert(hall:add_asset(one))
     assert(hall:commit())
     if i % 50 == 0 then collectgarbage() end
   end

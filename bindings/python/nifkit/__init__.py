@@ -6,22 +6,24 @@
         scene = nifkit.Scene(asset)
     visible = scene.visible(origins, directions)     # float32 [n, 3] each -> bool [n]
 
-Queries release the GIL, and read arrays of any strides without a copy. `Error` has the code and the sentence of what was
-refused. bindings/python/README.md in the source tree says more.
+Queries release the GIL, and read arrays of float32 of any strides without a copy. `Error` has the code and the sentence of what
+was refused. bindings/python/README.md in the source tree says more.
 """
-from ._abi import LOGIT_CERTAIN, NONE, Encoding, ErrorCode
-from ._asset import Asset, Instance, Object, Part, load
+from ._abi import LOGIT_CERTAIN, NONE, Encoding, ErrorCode, InstanceFlags
+from ._answers import Answers, Hits, Instance, OpenRays
+from ._asset import Asset, AssetInstance, Object, Part, load
 from ._bake import bake, bake_file
 from ._device import BackendInfo, CardInfo, Device, backends, cards, default_device
 from ._job import Job
 from ._library import Error, library_version
 from ._program import find_program
-from ._scene import Answers, Hits, OpenRays, Scene
+from ._scene import Scene
 
 __version__ = library_version()
 __all__ = [
     "Answers",
     "Asset",
+    "AssetInstance",
     "BackendInfo",
     "CardInfo",
     "Device",
@@ -30,6 +32,7 @@ __all__ = [
     "ErrorCode",
     "Hits",
     "Instance",
+    "InstanceFlags",
     "Job",
     "LOGIT_CERTAIN",
     "NONE",

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import ctypes
 import enum
-from ctypes import POINTER, c_char_p, c_float, c_int32, c_uint32, c_uint64, c_void_p
+from ctypes import POINTER, c_char_p, c_double, c_float, c_int32, c_uint32, c_uint64, c_uint8, c_void_p
 from typing import Any
 
 # Version of nif.h that these are made from. Before 1.0 a library of another minor version may differ.
@@ -52,8 +52,14 @@ class Encoding(enum.IntEnum):
     """The planes alone: what they do not prove stays open, for a BVH of yours."""
 
 
-LOAD_READ, LOAD_MAP = 0, 1
-MEMORY_COPY = 0
+class InstanceFlags(enum.IntFlag):
+    """Flags of an instance of a scene."""
+
+    DISABLED = 1
+    """No ray meets it; answers are as if it were removed."""
+
+
+LOAD_COPY, LOAD_IN_PLACE = 0, 1
 NONE = 0xFFFFFFFF
 LOGIT_CERTAIN = 0x7FFFFFFF
 
@@ -94,8 +100,15 @@ class NifCardInfo(Structure):
         ("driver", c_char_p),
         ("memory_bytes", c_uint64),
         ("available", c_uint32),
-        ("reserved", c_uint32),
+        ("pci_domain", c_uint32),
         ("reason", c_char_p),
+        ("backend", c_char_p),
+        ("pci_bus", c_uint32),
+        ("pci_device", c_uint32),
+        ("uuid", c_uint8 * 16),
+        ("luid", c_uint8 * 8),
+        ("has_luid", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -129,7 +142,7 @@ class NifObjectInfo(Structure):
     _fields_ = [
         ("struct_size", c_uint64),
         ("name", c_char_p),
-        ("encoding", c_int32),
+        ("encoding", c_uint32),
         ("network", c_uint32),
         ("bounds_min", c_float * 3),
         ("bounds_max", c_float * 3),
@@ -143,7 +156,7 @@ class NifObjectInfo(Structure):
     ]
 
 
-class NifInstanceInfo(Structure):
+class NifAssetInstanceInfo(Structure):
     _fields_ = [
         ("struct_size", c_uint64),
         ("name", c_char_p),
@@ -153,18 +166,35 @@ class NifInstanceInfo(Structure):
     ]
 
 
+class NifInstanceInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("asset", c_void_p),
+        ("object", c_uint32),
+        ("mask", c_uint32),
+        ("user", c_uint64),
+        ("origin", c_double * 3),
+        ("transform", c_float * 12),
+        ("flags", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 class NifSceneInfo(Structure):
     _fields_ = [
         ("struct_size", c_uint64),
         ("instance_count", c_uint32),
-        ("committed", c_uint32),
+        ("instance_end", c_uint32),
         ("bounds_min", c_float * 3),
         ("bounds_max", c_float * 3),
         ("resident_bytes", c_uint64),
+        ("origin", c_double * 3),
+        ("committed", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
-class NifQuery(Structure):
+class NifRays(Structure):
     _fields_ = [
         ("struct_size", c_uint64),
         ("count", c_uint64),
@@ -176,16 +206,24 @@ class NifQuery(Structure):
         ("tmin_stride", c_uint64),
         ("tmax", c_void_p),
         ("tmax_stride", c_uint64),
+        ("mask", c_void_p),
+        ("mask_stride", c_uint64),
+        ("memory", c_uint32),
+        ("flags", c_uint32),
+        ("scratch", c_void_p),
+        ("scratch_bytes", c_uint64),
+        ("stream", c_void_p),
+    ]
+
+
+class NifAnswers(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
         ("visible", c_void_p),
         ("visible_bits", c_void_p),
         ("probability", c_void_p),
         ("certain", c_void_p),
         ("logit", c_void_p),
-        ("memory", c_int32),
-        ("reserved", c_uint32),
-        ("scratch", c_void_p),
-        ("scratch_bytes", c_uint64),
-        ("stream", c_void_p),
     ]
 
 
@@ -197,6 +235,7 @@ class NifOpenRays(Structure):
         ("tmin", c_void_p),
         ("tmax", c_void_p),
         ("count", c_void_p),
+        ("instance", c_void_p),
     ]
 
 
@@ -215,6 +254,7 @@ class NifHits(Structure):
         ("t_low", c_void_p),
         ("t_high", c_void_p),
         ("color", c_void_p),
+        ("user", c_void_p),
     ]
 
 
@@ -231,25 +271,35 @@ FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "nifGetCardInfo": (c_int32, (c_uint32, POINTER(NifCardInfo))),
     "nifLoadAssetFile": (c_int32, (c_void_p, c_char_p, c_int32, POINTER(c_void_p))),
     "nifLoadAssetMemory": (c_int32, (c_void_p, c_void_p, c_uint64, c_int32, POINTER(c_void_p))),
+    "nifRetainAsset": (None, (c_void_p,)),
     "nifReleaseAsset": (None, (c_void_p,)),
     "nifGetAssetInfo": (c_int32, (c_void_p, POINTER(NifAssetInfo))),
     "nifGetPartInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifPartInfo))),
     "nifGetObjectInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifObjectInfo))),
-    "nifGetInstanceInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifInstanceInfo))),
+    "nifGetAssetInstanceInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifAssetInstanceInfo))),
     "nifNewScene": (c_int32, (c_void_p, POINTER(c_void_p))),
     "nifReleaseScene": (None, (c_void_p,)),
     "nifAddInstance": (c_int32, (c_void_p, c_void_p, c_uint32, c_void_p, POINTER(c_uint32))),
     "nifAddAsset": (c_int32, (c_void_p, c_void_p, c_void_p, POINTER(c_uint32), POINTER(c_uint32))),
+    "nifRemoveInstance": (c_int32, (c_void_p, c_uint32)),
     "nifSetInstanceTransform": (c_int32, (c_void_p, c_uint32, c_void_p)),
+    "nifSetInstanceTransforms": (c_int32, (c_void_p, c_uint64, c_void_p, c_void_p, c_uint64)),
+    "nifSetInstanceOrigin": (c_int32, (c_void_p, c_uint32, c_void_p)),
+    "nifSetSceneOrigin": (c_int32, (c_void_p, c_void_p)),
+    "nifSetInstanceMask": (c_int32, (c_void_p, c_uint32, c_uint32)),
+    "nifSetInstanceFlags": (c_int32, (c_void_p, c_uint32, c_uint32)),
+    "nifSetInstanceUser": (c_int32, (c_void_p, c_uint32, c_uint64)),
+    "nifGetInstanceInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifInstanceInfo))),
     "nifCommitScene": (c_int32, (c_void_p,)),
     "nifGetSceneInfo": (c_int32, (c_void_p, POINTER(NifSceneInfo))),
-    "nifQuery": (c_int32, (c_void_p, POINTER(NifQuery))),
-    "nifQueryWithFallback": (c_int32, (c_void_p, POINTER(NifQuery), c_float, NifFallback, c_void_p)),
-    "nifQueryOpen": (c_int32, (c_void_p, POINTER(NifQuery), POINTER(NifOpenRays))),
-    "nifIntersect": (c_int32, (c_void_p, POINTER(NifQuery), POINTER(NifHits))),
-    "nifQueryAsync": (c_int32, (c_void_p, POINTER(NifQuery), POINTER(c_void_p))),
-    "nifIntersectAsync": (c_int32, (c_void_p, POINTER(NifQuery), POINTER(NifHits), POINTER(c_void_p))),
+    "nifQuery": (c_int32, (c_void_p, POINTER(NifRays), POINTER(NifAnswers))),
+    "nifQueryWithFallback": (c_int32, (c_void_p, POINTER(NifRays), POINTER(NifAnswers), c_float, NifFallback, c_void_p)),
+    "nifQueryOpen": (c_int32, (c_void_p, POINTER(NifRays), POINTER(NifAnswers), POINTER(NifOpenRays))),
+    "nifIntersect": (c_int32, (c_void_p, POINTER(NifRays), POINTER(NifHits))),
+    "nifQueryAsync": (c_int32, (c_void_p, POINTER(NifRays), POINTER(NifAnswers), POINTER(c_void_p))),
+    "nifIntersectAsync": (c_int32, (c_void_p, POINTER(NifRays), POINTER(NifHits), POINTER(c_void_p))),
     "nifWaitJob": (c_int32, (c_void_p,)),
     "nifIsJobDone": (c_int32, (c_void_p, POINTER(c_uint32))),
+    "nifCancelJob": (c_int32, (c_void_p,)),
     "nifReleaseJob": (None, (c_void_p,)),
 }

@@ -4,12 +4,12 @@ from __future__ import annotations
 import ctypes
 import json
 import os
-from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
+from typing import IO, TYPE_CHECKING, Any, Callable, NamedTuple, Optional, TypeVar, Union
 
 import numpy as np
 
 from ._abi import (
-    LOAD_MAP, LOAD_READ, MEMORY_COPY, Encoding, ErrorCode, NifAssetInfo, NifInstanceInfo, NifObjectInfo, NifPartInfo,
+    LOAD_COPY, LOAD_IN_PLACE, Encoding, ErrorCode, NifAssetInfo, NifAssetInstanceInfo, NifObjectInfo, NifPartInfo, Structure,
 )
 from ._device import Device, check_device, default_device
 from ._handle import Handle
@@ -19,6 +19,9 @@ if TYPE_CHECKING:  # numpy.typing takes a while to load
     import numpy.typing as npt
 
     Buffer = Union[bytes, bytearray, memoryview, npt.NDArray[np.uint8]]
+
+Item = TypeVar("Item")
+Info = TypeVar("Info", bound=Structure)
 
 
 class Part(NamedTuple):
@@ -53,18 +56,18 @@ class Object(NamedTuple):
     """Whether first hits have the colours of its surface."""
 
 
-class Instance(NamedTuple):
+class AssetInstance(NamedTuple):
     """A placement of an object in an asset's file."""
 
     name: str
     object: int
     transform: npt.NDArray[np.float32]
-    """[3, 4] from object space to that of the asset, rounded to float32; `Scene.add(asset)` uses all digits of the file."""
+    """[3, 4] from object space to that of the asset, rounded to float32; `Scene.add_asset()` uses all digits of the file."""
 
 
 class Asset(Handle):
     """A loaded .nif file, made by `load()`. Immutable and thread-safe; any number of scenes of its device can use it. A
-    context manager: a scene keeps what it needs of it, also after `close()`."""
+    context manager: a scene keeps what it needs of it, also after `close()`. Equal to another if both are of one load."""
 
     _kind = "asset"
     _release = lib.nifReleaseAsset
@@ -72,6 +75,14 @@ class Asset(Handle):
     def __init__(self, value: int, device: Device) -> None:
         super().__init__(value)
         self._device = device
+        self._number = value  # is never that of another
+        self._lists: dict[str, tuple[Any, ...]] = {}
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Asset) and self._number == other._number
+
+    def __hash__(self) -> int:
+        return hash(self._number)
 
     @property
     def device(self) -> Device:
@@ -96,7 +107,7 @@ class Asset(Handle):
 
     @property
     def places_nothing(self) -> bool:
-        """Whether the file states that it places no object: `Scene.add()` of the asset adds nothing."""
+        """Whether the file states that it places no object: `Scene.add_asset()` adds nothing."""
         return bool(self._info().places_nothing)
 
     @property
@@ -142,51 +153,32 @@ class Asset(Handle):
         except (ValueError, RecursionError) as error:
             raise Error(ErrorCode.DAMAGED_NIF, f"the asset's metadata cannot be read as JSON: {error}") from None
 
+    def _list(self, call: Callable[[int, int, Any], int], info: Info, make: Callable[[Info], Item]) -> tuple[Item, ...]:
+        """All that `call` tells one by one. An asset never changes, so it is asked once."""
+        with self._using() as handle:
+            kind = type(info).__name__
+            if kind not in self._lists:
+                found: list[Item] = []
+                while (code := call(handle, len(found), ctypes.byref(info))) != ErrorCode.INVALID_ARGUMENT:
+                    check(code)
+                    found.append(make(info))
+                self._lists[kind] = tuple(found)
+            return self._lists[kind]
+
     @property
-    def parts(self) -> list[Part]:
+    def parts(self) -> tuple[Part, ...]:
         """What it consists of."""
-        found: list[Part] = []
-        info = NifPartInfo()
-        with self._using() as handle:
-            while True:
-                code = lib.nifGetPartInfo(handle, len(found), ctypes.byref(info))
-                if code == ErrorCode.INVALID_ARGUMENT:
-                    return found
-                check(code)
-                found.append(Part(text(info.name), int(info.file_bytes), int(info.resident_bytes)))
+        return self._list(lib.nifGetPartInfo, NifPartInfo(), _part)
 
     @property
-    def objects(self) -> list[Object]:
-        """Its objects, in order of their numbers."""
-        found = []
-        info = NifObjectInfo()
-        with self._using() as handle:
-            for number in range(self.object_count):
-                check(lib.nifGetObjectInfo(handle, number, ctypes.byref(info)))
-                try:
-                    encoding: Union[Encoding, int] = Encoding(info.encoding)
-                except ValueError:
-                    encoding = int(info.encoding)
-                bounds = np.array([info.bounds_min, info.bounds_max], dtype=np.float32)
-                found.append(
-                    Object(
-                        text(info.name), encoding, int(info.network), bounds, float(info.bias), int(info.triangles),
-                        int(info.resident_bytes), bool(info.proves), int(info.source_triangles), bool(info.colors),
-                    )
-                )
-        return found
+    def objects(self) -> tuple[Object, ...]:
+        """Its objects, in order of their numbers. Listed once, and kept."""
+        return self._list(lib.nifGetObjectInfo, NifObjectInfo(), _object)
 
     @property
-    def instances(self) -> list[Instance]:
-        """The placements in its file, in order of their numbers."""
-        found = []
-        info = NifInstanceInfo()
-        with self._using() as handle:
-            for number in range(self.instance_count):
-                check(lib.nifGetInstanceInfo(handle, number, ctypes.byref(info)))
-                transform = np.array(info.transform, dtype=np.float32).reshape(3, 4)
-                found.append(Instance(text(info.name), int(info.object), transform))
-        return found
+    def instances(self) -> tuple[AssetInstance, ...]:
+        """The placements in its file, in order of their numbers. Listed once, and kept."""
+        return self._list(lib.nifGetAssetInstanceInfo, NifAssetInstanceInfo(), _instance)
 
     def __repr__(self) -> str:
         if self.closed:
@@ -194,13 +186,42 @@ class Asset(Handle):
         return f"<nifkit.Asset: {self.object_count} objects, {self.resident_bytes} bytes>"
 
 
-def load(source: Union[str, os.PathLike[str], Buffer], *, device: Optional[Device] = None, map: bool = False) -> Asset:
+def _part(info: NifPartInfo) -> Part:
+    return Part(text(info.name), int(info.file_bytes), int(info.resident_bytes))
+
+
+def _object(info: NifObjectInfo) -> Object:
+    try:
+        encoding: Union[Encoding, int] = Encoding(info.encoding)
+    except ValueError:
+        encoding = int(info.encoding)
+    return Object(
+        text(info.name), encoding, int(info.network), kept([info.bounds_min, info.bounds_max]), float(info.bias),
+        int(info.triangles), int(info.resident_bytes), bool(info.proves), int(info.source_triangles), bool(info.colors),
+    )
+
+
+def _instance(info: NifAssetInstanceInfo) -> AssetInstance:
+    return AssetInstance(text(info.name), int(info.object), kept(info.transform).reshape(3, 4))
+
+
+def kept(numbers: Any) -> npt.NDArray[np.float32]:
+    """An array that does not change: others get it, too."""
+    array = np.array(numbers, dtype=np.float32)
+    array.flags.writeable = False
+    return array
+
+
+def load(
+    source: Union[str, os.PathLike[str], Buffer, IO[bytes]], *, device: Optional[Device] = None, in_place: bool = False
+) -> Asset:
     """Loads a .nif file. Safe on untrusted files. Thread-safe.
 
     Args:
-        source: a path (str or os.PathLike), or the content of a file: bytes or any other contiguous buffer, which is copied.
+        source: a path (str or os.PathLike); or the content of a file: bytes or any other contiguous buffer, which is copied,
+            or a binary file that is open, which is read to its end.
         device: what will answer; by default the CPU with all its threads.
-        map: the file is mapped instead of read, and must not change while the asset lives. Not for buffers.
+        in_place: the file is mapped instead of read, and must not change while the asset lives. Only with a path.
 
     Raises:
         Error: with the code and sentence of the library, e.g. FILE_NOT_FOUND, NOT_A_NIF, DAMAGED_NIF.
@@ -211,19 +232,21 @@ def load(source: Union[str, os.PathLike[str], Buffer], *, device: Optional[Devic
     if isinstance(source, (str, os.PathLike)):
         path = file_name(source)
         with device._using() as owner:
-            check(lib.nifLoadAssetFile(owner, path, LOAD_MAP if map else LOAD_READ, ctypes.byref(handle)))
+            check(lib.nifLoadAssetFile(owner, path, LOAD_IN_PLACE if in_place else LOAD_COPY, ctypes.byref(handle)))
     else:
-        if map:
-            raise Error(ErrorCode.INVALID_ARGUMENT, "map: only a file can be mapped, not a buffer")
+        if in_place:
+            raise Error(ErrorCode.INVALID_ARGUMENT, "in_place: only a path's file can be used in place, not a buffer")
+        name = getattr(source, "name", None)
+        content: Any = source.read() if hasattr(source, "read") else source
         try:
-            content: Any = source
             view = memoryview(content).cast("B")
         except (TypeError, ValueError) as error:
-            kind = type(source).__name__
-            raise TypeError(f"load() takes a path or a contiguous buffer, not this {kind}: {error}") from None
+            kind = type(content).__name__
+            raise TypeError(f"load() takes a path, a contiguous buffer or a binary file, not this {kind}: {error}") from None
         # numpy knows addresses of buffers that cannot be written to, and of empty ones nothing.
         array = np.frombuffer(view, dtype=np.uint8) if view.nbytes else np.zeros(1, dtype=np.uint8)
         with device._using() as owner:
-            check(lib.nifLoadAssetMemory(owner, array.ctypes.data, view.nbytes, MEMORY_COPY, ctypes.byref(handle)))
+            code = lib.nifLoadAssetMemory(owner, array.ctypes.data, view.nbytes, LOAD_COPY, ctypes.byref(handle))
+            check(code, name if isinstance(name, str) else "memory")
     assert handle.value is not None
     return Asset(handle.value, device)

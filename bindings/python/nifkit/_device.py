@@ -19,7 +19,7 @@ class Device(Handle):
         isa: instruction set of the CPU's kernels: "auto", "scalar", "sse4", "avx2", "avx512" or "neon". It never changes
             an answer, and no setting below but `precision` does.
         queries: queries that can run at the same time without waiting; 0: as many as the machine has threads.
-        backend: "cpu", or "gpu" (of AMD or NVIDIA).
+        backend: "cpu"; "gpu", of AMD or NVIDIA; or one of the two: "cuda" or "hip".
         options: other keys of the library's configuration string. For the CPU: `memory` ("auto" or "least": smaller tables,
             slower rays). For GPUs: `device` (number of the card), `module` (file of the GPU module), `pipeline` ("auto",
             "on" or "off"), `precision` ("single" or "half").
@@ -71,7 +71,7 @@ class Device(Handle):
 
     @property
     def backend(self) -> str:
-        """"cpu" or "hip"."""
+        """"cpu", "cuda" or "hip"."""
         return self._info()[2]
 
     @property
@@ -118,7 +118,7 @@ class BackendInfo(NamedTuple):
     """A backend of this version of the library."""
 
     name: str
-    """"cpu" or "hip"."""
+    """"cpu", "cuda" or "hip"."""
     available: bool
     reason: str
     """One sentence on why it is not available; "" if it is."""
@@ -135,6 +135,14 @@ class CardInfo(NamedTuple):
     available: bool
     reason: str
     """One sentence on why it cannot be used; "" if it can."""
+    backend: str
+    """"cuda" or "hip"."""
+    pci_address: str
+    """E.g. "0000:3b:00.0", as lspci writes it."""
+    uuid: Optional[bytes]
+    """[16] As Vulkan's deviceUUID; None if the driver does not tell."""
+    luid: Optional[bytes]
+    """[8] As Vulkan's deviceLUID; None everywhere but on Windows."""
 
 
 def backends() -> list[BackendInfo]:
@@ -162,6 +170,9 @@ def cards() -> list[CardInfo]:
         found.append(
             CardInfo(
                 text(info.name), text(info.target), text(info.driver),
-                int(info.memory_bytes), bool(info.available), text(info.reason),
+                int(info.memory_bytes), bool(info.available), text(info.reason), text(info.backend),
+                f"{info.pci_domain:04x}:{info.pci_bus:02x}:{info.pci_device:02x}.0",
+                bytes(info.uuid) if any(info.uuid) else None,
+                bytes(info.luid) if info.has_luid else None,
             )
         )

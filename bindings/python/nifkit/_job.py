@@ -39,6 +39,10 @@ class Work:
             self.running.discard(self)
         return bool(done.value)
 
+    def cancel(self) -> None:
+        if self._process == self._process_id():
+            check(lib.nifCancelJob(self.value))
+
     def end(self) -> None:
         """Waits, unless it is the parent's of a forked process, which has none of the threads that are at work on it."""
         if self.value and self._process == self._process_id():
@@ -96,7 +100,7 @@ class Job(Generic[Result]):
             what `query()` or `intersect()` would have returned.
 
         Raises:
-            Error: as these.
+            Error: as these; CANCELLED after a `cancel()`.
         """
         check(self._work.wait())
         return self._result
@@ -104,6 +108,11 @@ class Job(Generic[Result]):
     def done(self) -> bool:
         """Whether it is done. Does not wait."""
         return self._work.done()
+
+    def cancel(self) -> None:
+        """Stops it early, without waiting for that: rays that nobody has started on are left as they are, and `wait()` then
+        raises an Error with CANCELLED. A job that is done, and one on a GPU, is not stopped."""
+        self._work.cancel()
 
     def __reduce__(self) -> Any:
         raise TypeError("a Job cannot be copied or pickled")

@@ -83,7 +83,11 @@ def file_name(path: str | os.PathLike[str]) -> bytes:
     return name
 
 
-def check(code: int) -> None:
-    """Raises an `Error` with the sentence of the last call on this thread, unless `code` is OK."""
+def check(code: int, memory: str = "memory") -> None:
+    """Raises an `Error` with the sentence of the last call on this thread, unless `code` is OK. `memory`: what to call an
+    asset that is loaded from memory."""
     if code != ErrorCode.OK:
-        raise Error(code, text(lib.nifGetErrorMessage()))
+        message = text(lib.nifGetErrorMessage())
+        if message.startswith("memory: "):
+            message = memory + message[len("memory") :]
+        raise Error(code, message)

@@ -1,13 +1,14 @@
-"""Arrays of numpy as the library's queries: rays in any strides, without copies, and arrays for the answers."""
+"""Arrays of numpy as the library's rays, in any strides and without copies, and arrays for the answers."""
 from __future__ import annotations
 
 import ctypes
 import math
-from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, TypeVar, Union
 
 import numpy as np
 
-from ._abi import NifQuery, Structure
+from ._abi import ErrorCode, NifRays, Structure
+from ._library import Error
 
 if TYPE_CHECKING:  # numpy.typing takes a while to load
     import numpy.typing as npt
@@ -16,23 +17,39 @@ if TYPE_CHECKING:  # numpy.typing takes a while to load
     Kinds = Mapping[str, tuple[npt.DTypeLike, tuple[int, ...]]]
 
 
+To = TypeVar("To", bound=Structure)
 _Pointers = ctypes.c_void_p * 3
 
 
 def _as_floats(name: str, value: Any) -> npt.NDArray[np.float32]:
-    """`value` as it is if it is an array of float32. Numbers, lists and tuples have no memory of their own: converted."""
+    """`value` as it is if it is an array of float32. Of float64, and of numbers, lists and tuples, a copy."""
     if isinstance(value, (int, float, np.generic, list, tuple)):
         try:
             return np.asarray(value, dtype=np.float32)
         except (ValueError, TypeError):
             raise ValueError(f"{name}: a list or tuple of numbers, in equal lengths, is needed") from None
     array = np.asarray(value)
+    if array.dtype == np.float64:
+        with np.errstate(over="ignore"):  # becomes infinite
+            return array.astype(np.float32, order="C")
     if array.dtype != np.float32:
-        raise TypeError(f"{name}: an array of float32 is needed, not {array.dtype} (a.astype(numpy.float32) makes a copy)")
+        raise TypeError(f"{name}: an array of float32 or float64 is needed, not {array.dtype}")
     return array
 
 
-def _stride(name: str, array: npt.NDArray[np.float32], shape: tuple[int, ...]) -> int:
+def _as_masks(value: Any) -> npt.NDArray[np.uint32]:
+    """`value` as it is if it is an array of uint32. Of other integers a copy."""
+    array = np.asarray(value)
+    if array.dtype == np.uint32:
+        return array
+    if array.dtype.kind not in "iu" and not (array.dtype.kind == "O" and isinstance(value, int)):
+        raise TypeError(f"mask: integers are needed, not {array.dtype}")
+    if array.size and not (0 <= array.min() and array.max() < 2**32):
+        raise Error(ErrorCode.INVALID_ARGUMENT, "mask: a mask is a number from 0 to 2^32 - 1")
+    return array.astype(np.uint32, order="C")
+
+
+def _stride(name: str, array: npt.NDArray[Any], shape: tuple[int, ...]) -> int:
     """Bytes from one ray to the next, where array has the rays' shape in front. Refuses layouts without such a number."""
     if len(shape) == 1:
         return array.strides[0] if shape[0] > 1 else 0
@@ -58,10 +75,11 @@ class Rays:
     Attributes:
         shape: that of the batch, of which outputs have an entry each.
         count: rays.
-        query: the structure, without outputs.
+        rays: the structure.
     """
 
-    def __init__(self, origins: Any, directions: Any, tmin: Any, tmax: Any) -> None:
+    def __init__(self, origins: Any, directions: Any, tmin: Any, tmax: Any, mask: Any) -> None:
+        inputs: dict[str, npt.NDArray[Any]]
         inputs = {"origins": _as_floats("origins", origins), "directions": _as_floats("directions", directions)}
         for name, array in inputs.items():
             if array.ndim == 0 or array.shape[-1] != 3:
@@ -71,6 +89,9 @@ class Rays:
             if limit is not None:
                 inputs[name] = _as_floats(name, limit)
                 shapes.append(inputs[name].shape)
+        if mask is not None:
+            inputs["mask"] = _as_masks(mask)
+            shapes.append(inputs["mask"].shape)
         self.shape = shapes[0]
         if any(shape != self.shape for shape in shapes):
             try:
@@ -80,22 +101,22 @@ class Rays:
                 raise ValueError(f"the numbers of rays do not fit each other: {got}") from None
         self.count = math.prod(self.shape)
         self.inputs = list(inputs.values())
-        self.query = query = NifQuery()
-        query.count = self.count
+        self.rays = rays = NifRays()
+        rays.count = self.count
         if self.count == 0:
             return
-        query.origin, query.origin_stride = self._vectors("origins", inputs["origins"])
-        query.direction, query.direction_stride = self._vectors("directions", inputs["directions"])
-        for name in ("tmin", "tmax"):
+        rays.origin, rays.origin_stride = self._vectors("origins", inputs["origins"])
+        rays.direction, rays.direction_stride = self._vectors("directions", inputs["directions"])
+        for name in ("tmin", "tmax", "mask"):
             if name in inputs:
-                setattr(query, name, inputs[name].ctypes.data)
-                setattr(query, f"{name}_stride", self._stride(name, inputs[name], self.shape))
+                setattr(rays, name, inputs[name].ctypes.data)
+                setattr(rays, f"{name}_stride", self._stride(name, inputs[name], self.shape))
 
     def _vectors(self, name: str, array: npt.NDArray[np.float32]) -> tuple[Any, int]:
         base, step = array.ctypes.data, array.strides[-1]
         return _Pointers(base, base + step, base + 2 * step), self._stride(name, array, (*self.shape, 3))
 
-    def _stride(self, name: str, array: npt.NDArray[np.float32], shape: tuple[int, ...]) -> int:
+    def _stride(self, name: str, array: npt.NDArray[Any], shape: tuple[int, ...]) -> int:
         if array.shape != shape:
             array = np.broadcast_to(array, shape)
         # A negative stride, as the 64 bits of its two's complement.
@@ -144,7 +165,8 @@ def _refuse_overlap(rays: Rays, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
             raise ValueError(f"out: {name} lies in memory of the rays or of another output")
 
 
-def point_at(structure: Structure, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Sets the structure's pointers of these names."""
+def point_at(structure: To, arrays: Mapping[str, npt.NDArray[Any]]) -> To:
+    """Sets the structure's pointers of these names, and returns it."""
     for name, array in arrays.items():
         setattr(structure, name, array.ctypes.data)
+    return structure

@@ -4,11 +4,12 @@ from __future__ import annotations
 import ctypes
 import operator
 import threading
-from typing import TYPE_CHECKING, Any, Callable, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
-from ._abi import ErrorCode, NifFallback, NifHits, NifOpenRays, NifSceneInfo
+from ._abi import ErrorCode, InstanceFlags, NifAnswers, NifFallback, NifHits, NifInstanceInfo, NifOpenRays, NifSceneInfo
+from ._answers import ANSWER_KINDS, HIT_KINDS, Answers, Hits, Instance, OpenRays
 from ._asset import Asset
 from ._device import Device, check_device, default_device
 from ._handle import Handle, Use
@@ -19,95 +20,12 @@ from ._rays import Rays, make_outputs, point_at
 if TYPE_CHECKING:  # numpy.typing takes a while to load
     import numpy.typing as npt
 
-    from ._rays import Kinds
+    from ._answers import Bools, Floats, Numbers
 
-    Bools = npt.NDArray[np.bool_]
-    Floats = npt.NDArray[np.float32]
-    Numbers = npt.NDArray[np.uint32]
     Out = Optional[Mapping[str, npt.NDArray[Any]]]
     Fallback = Callable[[npt.NDArray[np.int64], Bools], npt.ArrayLike]
 
 
-class Answers(NamedTuple):
-    """What a query says of its rays. Outputs that were not asked for are None. `...` is the shape of the batch."""
-
-    visible: Optional[Bools] = None
-    """[...] True: visible, False: occluded."""
-    visible_bits: Optional[npt.NDArray[np.uint8]] = None
-    """[(count + 7) // 8] The same as bits: ray i is bit i % 8 (0 is the lowest) of byte i // 8."""
-    probability: Optional[Floats] = None
-    """[...] Calibrated probability that the ray is visible, 0 to 1; exactly 0 or 1 for certain rays."""
-    certain: Optional[Bools] = None
-    """[...] True: the answer is proven, not learned."""
-    logit: Optional[npt.NDArray[np.int32]] = None
-    """[...] The smallest network output of all instances: below 0 means occluded; plus or minus `LOGIT_CERTAIN` where
-    no network decided."""
-
-
-class Hits(NamedTuple):
-    """Where rays first meet a scene. Outputs that were not asked for are None. `...` is the shape of the batch."""
-
-    hit: Optional[Bools] = None
-    """[...] True: the ray meets something."""
-    t: Optional[Floats] = None
-    """[...] Where, in units of the ray's direction; infinite if nothing is hit."""
-    normal: Optional[Floats] = None
-    """[..., 3] Geometric normal, in world space, of unit length, on the side that the ray comes from; 0 if nothing is hit."""
-    instance: Optional[Numbers] = None
-    """[...] The scene's number of the instance; `NONE` if nothing is hit."""
-    object: Optional[Numbers] = None
-    """[...] That instance's object, as numbered in its asset; `NONE` if nothing is hit."""
-    triangle: Optional[Numbers] = None
-    """[...] The triangle, where the object has triangles (see `Object.source_triangles`); else `NONE`."""
-    u: Optional[Floats] = None
-    """[...] Weight of the triangle's second vertex."""
-    v: Optional[Floats] = None
-    """[...] Weight of its third."""
-    certain: Optional[Bools] = None
-    """[...] True: it is proven that something is hit, or that nothing is."""
-    t_low: Optional[Floats] = None
-    """[...] Proven: nothing is met before."""
-    t_high: Optional[Floats] = None
-    """[...] Proven: something is met here or before."""
-    color: Optional[Floats] = None
-    """[..., 3] Base colour of the surface, linear RGB, 0 to 1; 0.5 where the object has no colours."""
-
-
-class OpenRays(NamedTuple):
-    """Rays that proofs leave open, for a BVH of yours: entry k is about ray number `rays[k]` of the batch (in C order), of
-    which only the part from `tmin[k]` to `tmax[k]` matters. The order may differ from run to run."""
-
-    rays: Numbers
-    """[count] Numbers of rays."""
-    tmin: Floats
-    """[count] In units of the ray's direction."""
-    tmax: Floats
-    """[count] Likewise."""
-    answers: Answers
-    """Of all rays. An open ray has visible False, certain False, probability 0.5 and logit -1."""
-
-
-_QUERY_KINDS: Kinds = {
-    "visible": (np.bool_, ()),
-    "visible_bits": (np.uint8, ()),
-    "probability": (np.float32, ()),
-    "certain": (np.bool_, ()),
-    "logit": (np.int32, ()),
-}
-_HIT_KINDS: Kinds = {
-    "hit": (np.bool_, ()),
-    "t": (np.float32, ()),
-    "normal": (np.float32, (3,)),
-    "instance": (np.uint32, ()),
-    "object": (np.uint32, ()),
-    "triangle": (np.uint32, ()),
-    "u": (np.float32, ()),
-    "v": (np.float32, ()),
-    "certain": (np.bool_, ()),
-    "t_low": (np.float32, ()),
-    "t_high": (np.float32, ()),
-    "color": (np.float32, (3,)),
-}
 # Whose fallback runs on this thread.
 _in_fallback = threading.local()
 
@@ -119,22 +37,26 @@ class Scene(Handle):
     another thread queries it, or before its jobs are done, is refused (INVALID_OPERATION).
 
     Args:
-        assets: added as by `add()`, and committed.
+        assets: added as by `add_asset()`, and committed.
         device: what answers; by default that of the first asset, or the CPU with all its threads.
 
     Every query takes these:
 
-    - `origins`, `directions`: float32, [..., 3], world units. A direction need not have length 1.
+    - `origins`, `directions`: float32, [..., 3], world units, relative to the scene's origin. A direction need not have
+      length 1.
     - `tmin`, `tmax`: float32, [...] or a number: the points origin + t direction with tmin <= t <= tmax are asked about. By
       default 0 and infinity.
+    - `mask`: uint32, [...] or a number: a ray meets the instances whose own mask has a bit in common with its mask. By
+      default all.
 
     The shapes in front are broadcast against each other, as numpy does, and outputs have the resulting shape. Arrays are
     read where they lie, at any strides: of a batch with more than one dimension, all rays must lie at one distance from
-    each other. Lists, tuples and numbers are taken for small things, such as one direction for all rays. The GIL is released
-    meanwhile; the arrays must not change. Invalid rays (NaN, no direction, tmin > tmax) are visible.
+    each other. The GIL is released meanwhile; the arrays must not change. Arrays of float64 are converted to float32 first,
+    which copies them, and so are masks of other integers. Lists, tuples and numbers are taken for small things, such as one
+    direction for all rays. Invalid rays (NaN, no direction, tmin > tmax) are visible.
 
     Every query raises `Error` where the library refuses it (e.g. INVALID_OPERATION: not committed), TypeError for an array
-    that is not of float32, and ValueError for shapes and layouts that do not fit.
+    of another type, and ValueError for shapes and layouts that do not fit.
     """
 
     _kind = "scene"
@@ -151,7 +73,7 @@ class Scene(Handle):
         assert handle.value is not None
         super().__init__(handle.value)
         for asset in assets:
-            self.add(asset)
+            self.add_asset(asset)
         if assets:
             self.commit()
 
@@ -169,7 +91,7 @@ class Scene(Handle):
             raise Error(ErrorCode.INVALID_OPERATION, "a job of the scene is not done; wait for it first")
         return value
 
-    def add(self, asset: Asset, transform: Optional[npt.ArrayLike] = None) -> range:
+    def add_asset(self, asset: Asset, transform: Optional[npt.ArrayLike] = None) -> range:
         """Adds a whole asset: all instances in its file, or each object once if it has none (and does not place nothing).
 
         Args:
@@ -190,16 +112,16 @@ class Scene(Handle):
             check(lib.nifAddAsset(scene, handle, _address(matrix), ctypes.byref(first), ctypes.byref(count)))
         return range(first.value, first.value + count.value)
 
-    def add_object(self, asset: Asset, object: int = 0, transform: Optional[npt.ArrayLike] = None) -> int:
+    def add_instance(self, asset: Asset, object: int = 0, transform: Optional[npt.ArrayLike] = None) -> int:
         """Adds one instance of one object.
 
         Args:
-            asset: as in `add()`.
+            asset: as in `add_asset()`.
             object: its number, below `Asset.object_count`.
-            transform: as in `add()`, from object to world space.
+            transform: as in `add_asset()`, from object to world space.
 
         Returns:
-            the instance's number.
+            the instance's number: the lowest that is free.
         """
         _check_asset(asset)
         matrix = _matrix(transform)
@@ -209,11 +131,65 @@ class Scene(Handle):
             check(lib.nifAddInstance(scene, handle, number, _address(matrix), ctypes.byref(instance)))
         return int(instance.value)
 
-    def set_transform(self, instance: int, transform: npt.ArrayLike) -> None:
-        """Replaces the transform of one instance. `transform` as in `add_object()`."""
+    def remove_instance(self, instance: int) -> None:
+        """Removes one instance. Its number is free for the next `add_instance()`; the others keep theirs."""
+        with self._using(change=True) as scene:
+            check(lib.nifRemoveInstance(scene, _number("instance", instance)))
+
+    def set_instance_transform(self, instance: int, transform: npt.ArrayLike) -> None:
+        """Replaces the transform of one instance. `transform` as in `add_instance()`."""
         matrix = _matrix(transform)
         with self._using(change=True) as scene:
             check(lib.nifSetInstanceTransform(scene, _number("instance", instance), _address(matrix)))
+
+    def set_instance_transforms(self, instances: Optional[npt.ArrayLike], transforms: npt.ArrayLike) -> None:
+        """Replaces the transforms of many instances, or of none if one of them is wrong.
+
+        Args:
+            instances: [n] their numbers; None: 0 .. n - 1.
+            transforms: [n, 3, 4] or [n, 4, 4] matrices, as in `add_instance()`.
+        """
+        matrices = _matrices(transforms)
+        numbers = None if instances is None else _numbers(instances)
+        if numbers is not None and numbers.shape != matrices.shape[:1]:
+            raise ValueError(f"instances: {len(matrices)} numbers are needed, as many as transforms, not {numbers.shape}")
+        with self._using(change=True) as scene:
+            if len(matrices):
+                check(lib.nifSetInstanceTransforms(scene, len(matrices), _address(numbers), _address(matrices), 48))
+
+    def set_instance_origin(self, instance: int, origin: Optional[npt.ArrayLike]) -> None:
+        """Sets an instance's origin, which is added to its transform's translation in double precision.
+
+        Args:
+            origin: float64, [3]; None: 0 0 0. For worlds in which float32 is too coarse for places: give a place here,
+                and leave the transform small. See `set_origin()`.
+        """
+        place = _place(origin)
+        with self._using(change=True) as scene:
+            check(lib.nifSetInstanceOrigin(scene, _number("instance", instance), _address(place)))
+
+    def set_origin(self, origin: Optional[npt.ArrayLike]) -> None:
+        """Sets the scene's origin: float64, [3]; None: 0 0 0. Rays, hits and bounds are relative to it. Move it with the
+        camera, and rays stay as exact near the camera as they are near 0, in a world of any size."""
+        place = _place(origin)
+        with self._using(change=True) as scene:
+            check(lib.nifSetSceneOrigin(scene, _address(place)))
+
+    def set_instance_mask(self, instance: int, mask: int) -> None:
+        """Sets an instance's mask, 0 to 2^32 - 1. A ray meets the instance only if their masks have a bit in common. A new
+        instance has all bits."""
+        with self._using(change=True) as scene:
+            check(lib.nifSetInstanceMask(scene, _number("instance", instance), _number("mask", mask)))
+
+    def set_instance_flags(self, instance: int, flags: int) -> None:
+        """Sets an instance's flags, e.g. `InstanceFlags.DISABLED`. A new instance has none."""
+        with self._using(change=True) as scene:
+            check(lib.nifSetInstanceFlags(scene, _number("instance", instance), _number("flags", flags)))
+
+    def set_instance_user(self, instance: int, user: int) -> None:
+        """Sets a value of yours, 0 to 2^64 - 1, which hits return (`Hits.user`). A new instance has 0."""
+        with self._using(change=True) as scene:
+            check(lib.nifSetInstanceUser(scene, _number("instance", instance), _number("user", user, 64)))
 
     def commit(self) -> None:
         """Makes all changes since the last commit visible to queries."""
@@ -230,8 +206,29 @@ class Scene(Handle):
 
     @property
     def instance_count(self) -> int:
-        """Instances."""
+        """Instances that the scene has."""
         return int(self._info().instance_count)
+
+    @property
+    def instance_end(self) -> int:
+        """All their numbers are below this. After `remove_instance()` some may be free."""
+        return int(self._info().instance_end)
+
+    def instance(self, instance: int) -> Instance:
+        """What an instance is, as it was last set, committed or not."""
+        info = NifInstanceInfo()
+        with self._using() as scene:
+            check(lib.nifGetInstanceInfo(scene, _number("instance", instance), ctypes.byref(info)))
+            lib.nifRetainAsset(info.asset)  # while the scene keeps it
+        return Instance(
+            Asset(info.asset, self._device), int(info.object), np.array(info.transform, dtype=np.float32).reshape(3, 4),
+            np.array(info.origin), int(info.mask), InstanceFlags(info.flags), int(info.user),
+        )
+
+    @property
+    def origin(self) -> npt.NDArray[np.float64]:
+        """float64, [3]: the scene's origin. See `set_origin()`."""
+        return np.array(self._info().origin)
 
     @property
     def committed(self) -> bool:
@@ -240,8 +237,8 @@ class Scene(Handle):
 
     @property
     def bounds(self) -> Optional[Floats]:
-        """[2, 3] lowest and highest corner of everything that can block a ray, in world space, at the last commit. A little
-        larger than the objects' bounds. None if the scene is empty."""
+        """[2, 3] lowest and highest corner of everything that can block a ray, at the last commit, relative to the
+        scene's origin. A little larger than the objects' bounds. None if nothing can block a ray."""
         info = self._info()
         bounds = np.array([info.bounds_min, info.bounds_max], dtype=np.float32)
         return bounds if (bounds[0] <= bounds[1]).all() else None
@@ -258,10 +255,10 @@ class Scene(Handle):
 
     # ---- Queries
 
-    def _rays(self, origins: Any, directions: Any, tmin: Any, tmax: Any) -> Rays:
+    def _rays(self, origins: Any, directions: Any, tmin: Any, tmax: Any, mask: Any) -> Rays:
         if getattr(_in_fallback, "device", None) is self._device:
             raise Error(ErrorCode.INVALID_OPERATION, "a fallback cannot query the device that called it")
-        return Rays(origins, directions, tmin, tmax)
+        return Rays(origins, directions, tmin, tmax, mask)
 
     def query(
         self,
@@ -270,10 +267,9 @@ class Scene(Handle):
         tmin: Optional[npt.ArrayLike] = None,
         tmax: Optional[npt.ArrayLike] = None,
         *,
+        mask: Optional[npt.ArrayLike] = None,
         outputs: Union[str, Sequence[str]] = ("visible",),
         out: Out = None,
-        fallback: Optional[Fallback] = None,
-        confidence: float = 2.0,
     ) -> Answers:
         """Asks for each ray whether anything is in its way. Rays as in the class's text.
 
@@ -282,30 +278,53 @@ class Scene(Handle):
                 the same.
             out: arrays to write to, by these names, instead of new ones: C-contiguous, of the type and shape that
                 `Answers` says (uint8 where it says bool is right, too). Then `outputs` means nothing.
-            fallback: answers rays that are not certain: `fallback(rays, visible)` gets up to 1,024 numbers of rays
-                (int64, [k], ascending; numbers in the batch in C order) with the learned answers (bool, [k]), both
-                read-only, and returns k truth values: whether each is visible. They count as certain. It is called on the
-                device's threads, which take turns in Python, and must not query the same device. If it raises, so does
-                the query.
-            confidence: a ray is passed on if it is not certain and its probability p has max(p, 1 - p) < confidence. 0.5
-                or less: none; above 1: every ray that is not certain.
 
         Returns:
             the answers, None for those not asked for.
         """
-        rays = self._rays(origins, directions, tmin, tmax)
-        arrays = make_outputs(rays, _QUERY_KINDS, outputs, out)
-        point_at(rays.query, arrays)
+        rays = self._rays(origins, directions, tmin, tmax, mask)
+        arrays = make_outputs(rays, ANSWER_KINDS, outputs, out)
+        answers = point_at(NifAnswers(), arrays)
         with self._using() as scene:
-            if fallback is None:
-                check(lib.nifQuery(scene, ctypes.byref(rays.query)))
-            else:
-                least = _float("confidence", confidence)
-                call = _FallbackCall(fallback, self._device)
-                function = NifFallback(call.answer)
-                code = lib.nifQueryWithFallback(scene, ctypes.byref(rays.query), least, function, None)
-                call.raise_failure()
-                check(code)
+            check(lib.nifQuery(scene, ctypes.byref(rays.rays), ctypes.byref(answers)))
+        return Answers(**arrays)
+
+    def query_with_fallback(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        tmin: Optional[npt.ArrayLike] = None,
+        tmax: Optional[npt.ArrayLike] = None,
+        *,
+        fallback: Fallback,
+        confidence: float = 2.0,
+        mask: Optional[npt.ArrayLike] = None,
+        outputs: Union[str, Sequence[str]] = ("visible",),
+        out: Out = None,
+    ) -> Answers:
+        """As `query()`, but a function of yours answers rays that are not certain.
+
+        Args:
+            fallback: `fallback(rays, visible)` gets up to 1,024 numbers of rays (int64, [k], ascending; numbers in the
+                batch in C order) with the learned answers (bool, [k]), both read-only, and returns k truth values: whether
+                each is visible. They count as certain. It is called on the device's threads, which take turns in Python,
+                and must not query the same device. If it raises, so does the query.
+            confidence: a ray is passed on if it is not certain and its probability p has max(p, 1 - p) < confidence. 0.5
+                or less: none; above 1: every ray that is not certain.
+            outputs, out: as in `query()`.
+        """
+        rays = self._rays(origins, directions, tmin, tmax, mask)
+        arrays = make_outputs(rays, ANSWER_KINDS, outputs, out)
+        answers = point_at(NifAnswers(), arrays)
+        least = _float("confidence", confidence)
+        call = _FallbackCall(fallback, self._device)
+        function = NifFallback(call.answer)
+        with self._using() as scene:
+            code = lib.nifQueryWithFallback(
+                scene, ctypes.byref(rays.rays), ctypes.byref(answers), least, function, None
+            )
+            call.raise_failure()
+            check(code)
         return Answers(**arrays)
 
     def visible(
@@ -314,9 +333,11 @@ class Scene(Handle):
         directions: npt.ArrayLike,
         tmin: Optional[npt.ArrayLike] = None,
         tmax: Optional[npt.ArrayLike] = None,
+        *,
+        mask: Optional[npt.ArrayLike] = None,
     ) -> Bools:
         """bool, [...]: True where nothing is in the way. Rays as in the class's text."""
-        answer = self.query(origins, directions, tmin, tmax, outputs="visible").visible
+        answer = self.query(origins, directions, tmin, tmax, mask=mask, outputs="visible").visible
         assert answer is not None
         return answer
 
@@ -326,9 +347,11 @@ class Scene(Handle):
         directions: npt.ArrayLike,
         tmin: Optional[npt.ArrayLike] = None,
         tmax: Optional[npt.ArrayLike] = None,
+        *,
+        mask: Optional[npt.ArrayLike] = None,
     ) -> Floats:
         """float32, [...]: calibrated probability that nothing is in the way. Rays as in the class's text."""
-        answer = self.query(origins, directions, tmin, tmax, outputs="probability").probability
+        answer = self.query(origins, directions, tmin, tmax, mask=mask, outputs="probability").probability
         assert answer is not None
         return answer
 
@@ -338,36 +361,40 @@ class Scene(Handle):
         directions: npt.ArrayLike,
         tmin: Optional[npt.ArrayLike] = None,
         tmax: Optional[npt.ArrayLike] = None,
+        *,
+        mask: Optional[npt.ArrayLike] = None,
     ) -> Bools:
         """bool, [...]: True where the answer is proven. Rays as in the class's text."""
-        answer = self.query(origins, directions, tmin, tmax, outputs="certain").certain
+        answer = self.query(origins, directions, tmin, tmax, mask=mask, outputs="certain").certain
         assert answer is not None
         return answer
 
-    def open_rays(
+    def query_open(
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
         tmin: Optional[npt.ArrayLike] = None,
         tmax: Optional[npt.ArrayLike] = None,
         *,
+        mask: Optional[npt.ArrayLike] = None,
         outputs: Union[str, Sequence[str]] = ("visible",),
     ) -> OpenRays:
         """Answers what is proven, asks no network, and lists the other rays. At most 2^32 - 1 rays. `outputs` as in
         `query()`. For assets of the encoding `proof` this is the query that they are made for."""
-        rays = self._rays(origins, directions, tmin, tmax)
-        arrays = make_outputs(rays, _QUERY_KINDS, outputs, None)
-        point_at(rays.query, arrays)
-        numbers = np.empty(rays.count, dtype=np.uint32)
+        rays = self._rays(origins, directions, tmin, tmax, mask)
+        arrays = make_outputs(rays, ANSWER_KINDS, outputs, None)
+        answers = point_at(NifAnswers(), arrays)
+        numbers, instances = np.empty(rays.count, dtype=np.uint32), np.empty(rays.count, dtype=np.uint32)
         low, high = np.empty(rays.count, dtype=np.float32), np.empty(rays.count, dtype=np.float32)
         count = ctypes.c_uint32()
         lists = NifOpenRays()
         lists.capacity = rays.count
         lists.rays, lists.tmin, lists.tmax = numbers.ctypes.data, low.ctypes.data, high.ctypes.data
-        lists.count = ctypes.addressof(count)
+        lists.count, lists.instance = ctypes.addressof(count), instances.ctypes.data
         with self._using() as scene:
-            check(lib.nifQueryOpen(scene, ctypes.byref(rays.query), ctypes.byref(lists)))
-        return OpenRays(numbers[: count.value], low[: count.value], high[: count.value], Answers(**arrays))
+            check(lib.nifQueryOpen(scene, ctypes.byref(rays.rays), ctypes.byref(answers), ctypes.byref(lists)))
+        n = count.value
+        return OpenRays(numbers[:n], low[:n], high[:n], instances[:n], Answers(**arrays))
 
     def intersect(
         self,
@@ -376,6 +403,7 @@ class Scene(Handle):
         tmin: Optional[npt.ArrayLike] = None,
         tmax: Optional[npt.ArrayLike] = None,
         *,
+        mask: Optional[npt.ArrayLike] = None,
         outputs: Union[str, Sequence[str]] = ("hit", "t", "normal", "instance", "object", "triangle"),
         out: Out = None,
     ) -> Hits:
@@ -388,12 +416,11 @@ class Scene(Handle):
         Returns:
             the hits, None for outputs not asked for.
         """
-        rays = self._rays(origins, directions, tmin, tmax)
-        arrays = make_outputs(rays, _HIT_KINDS, outputs, out)
-        hits = NifHits()
-        point_at(hits, arrays)
+        rays = self._rays(origins, directions, tmin, tmax, mask)
+        arrays = make_outputs(rays, HIT_KINDS, outputs, out)
+        hits = point_at(NifHits(), arrays)
         with self._using() as scene:
-            check(lib.nifIntersect(scene, ctypes.byref(rays.query), ctypes.byref(hits)))
+            check(lib.nifIntersect(scene, ctypes.byref(rays.rays), ctypes.byref(hits)))
         return Hits(**arrays)
 
     def query_async(
@@ -403,16 +430,17 @@ class Scene(Handle):
         tmin: Optional[npt.ArrayLike] = None,
         tmax: Optional[npt.ArrayLike] = None,
         *,
+        mask: Optional[npt.ArrayLike] = None,
         outputs: Union[str, Sequence[str]] = ("visible",),
         out: Out = None,
     ) -> Job[Answers]:
         """Starts `query()` in the background. With a device of one thread it is answered before this returns. Do not
         change the arrays until the job is done."""
-        rays = self._rays(origins, directions, tmin, tmax)
-        arrays = make_outputs(rays, _QUERY_KINDS, outputs, out)
-        point_at(rays.query, arrays)
+        rays = self._rays(origins, directions, tmin, tmax, mask)
+        arrays = make_outputs(rays, ANSWER_KINDS, outputs, out)
+        answers = point_at(NifAnswers(), arrays)
         with self._using() as scene:
-            query = lambda job: lib.nifQueryAsync(scene, ctypes.byref(rays.query), job)  # noqa: E731
+            query = lambda job: lib.nifQueryAsync(scene, ctypes.byref(rays.rays), ctypes.byref(answers), job)  # noqa: E731
             return start(scene, query, Answers(**arrays), (rays, self._device))
 
     def intersect_async(
@@ -422,16 +450,16 @@ class Scene(Handle):
         tmin: Optional[npt.ArrayLike] = None,
         tmax: Optional[npt.ArrayLike] = None,
         *,
+        mask: Optional[npt.ArrayLike] = None,
         outputs: Union[str, Sequence[str]] = ("hit", "t", "normal", "instance", "object", "triangle"),
         out: Out = None,
     ) -> Job[Hits]:
         """Starts `intersect()` in the background, as `query_async()` does."""
-        rays = self._rays(origins, directions, tmin, tmax)
-        arrays = make_outputs(rays, _HIT_KINDS, outputs, out)
-        hits = NifHits()
-        point_at(hits, arrays)
+        rays = self._rays(origins, directions, tmin, tmax, mask)
+        arrays = make_outputs(rays, HIT_KINDS, outputs, out)
+        hits = point_at(NifHits(), arrays)
         with self._using() as scene:
-            query = lambda job: lib.nifIntersectAsync(scene, ctypes.byref(rays.query), ctypes.byref(hits), job)  # noqa: E731
+            query = lambda job: lib.nifIntersectAsync(scene, ctypes.byref(rays.rays), ctypes.byref(hits), job)  # noqa: E731
             return start(scene, query, Hits(**arrays), (rays, self._device))
 
 
@@ -480,30 +508,59 @@ def _matrix(transform: Optional[npt.ArrayLike]) -> Optional[Floats]:
     if transform is None:
         return None
     matrix = np.asarray(transform)
-    if matrix.dtype.kind not in "fiu":
-        raise TypeError(f"transform: numbers are needed, not {matrix.dtype}")
-    if matrix.shape == (4, 4):
-        if (matrix[3] != (0, 0, 0, 1)).any():
-            raise ValueError("transform: the last row of a 4x4 matrix has to be 0 0 0 1")
-        matrix = matrix[:3]
-    if matrix.shape not in ((3, 4), (12,)):
-        raise ValueError(f"transform: a matrix of shape (3, 4) or (4, 4) is needed, not {matrix.shape}")
+    return _matrices((matrix.reshape(3, 4) if matrix.shape == (12,) else matrix)[None], "transform").reshape(12)
+
+
+def _matrices(transforms: npt.ArrayLike, name: str = "transforms") -> Floats:
+    """[n, 12], row by row."""
+    matrices = np.asarray(transforms)
+    if matrices.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: numbers are needed, not {matrices.dtype}")
+    if matrices.ndim != 3 or matrices.shape[1:] not in ((3, 4), (4, 4)):
+        shape, got = ("(3, 4) or (4, 4)", matrices.shape[1:])
+        if name == "transforms":
+            shape, got = ("(n, 3, 4) or (n, 4, 4)", matrices.shape)
+        raise ValueError(f"{name}: a matrix of shape {shape} is needed, not {got}")
+    if (matrices[:, 3:] != (0, 0, 0, 1)).any():
+        raise ValueError(f"{name}: the last row of a 4x4 matrix has to be 0 0 0 1")
     with np.errstate(over="ignore"):
-        return np.ascontiguousarray(matrix, dtype=np.float32).reshape(12)
+        return np.ascontiguousarray(matrices[:, :3], dtype=np.float32).reshape(-1, 12)
 
 
-def _address(matrix: Optional[Floats]) -> Optional[int]:
-    return None if matrix is None else matrix.ctypes.data
+def _place(origin: Optional[npt.ArrayLike]) -> Optional[npt.NDArray[np.float64]]:
+    """[3]"""
+    if origin is None:
+        return None
+    place = np.asarray(origin)
+    if place.dtype.kind not in "fiu":
+        raise TypeError(f"origin: numbers are needed, not {place.dtype}")
+    if place.shape != (3,):
+        raise ValueError(f"origin: an array of shape (3,) is needed, not {place.shape}")
+    return np.ascontiguousarray(place, dtype=np.float64)
 
 
-def _number(name: str, value: int) -> int:
+def _address(array: Optional[npt.NDArray[Any]]) -> Optional[int]:
+    return None if array is None else array.ctypes.data
+
+
+def _numbers(instances: npt.ArrayLike) -> Numbers:
+    """[n]"""
+    numbers = np.asarray(instances)
+    if numbers.dtype.kind not in "iu" and numbers.size:
+        raise TypeError(f"instances: integers are needed, not {numbers.dtype}")
+    if numbers.size and not 0 <= numbers.min() <= numbers.max() < 2**32:
+        raise Error(ErrorCode.INVALID_ARGUMENT, "instances: a number is not one from 0 to 2^32 - 1")
+    return np.ascontiguousarray(numbers, dtype=np.uint32)
+
+
+def _number(name: str, value: int, bits: int = 32) -> int:
     """Checks what ctypes would cut off."""
     try:
         number = operator.index(value)
     except TypeError:
         raise TypeError(f"{name}: an integer is needed, not this {type(value).__name__}") from None
-    if not 0 <= number < 2**32:
-        raise Error(ErrorCode.INVALID_ARGUMENT, f"{name}: {number} is not a number from 0 to 2^32 - 1")
+    if not 0 <= number < 2**bits:
+        raise Error(ErrorCode.INVALID_ARGUMENT, f"{name}: {number} is not a number from 0 to 2^{bits} - 1")
     return number
 
 

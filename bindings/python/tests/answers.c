@@ -28,38 +28,42 @@ static double now(clockid_t clock) {
   return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
+#define HITS 13
+
 static void answer(NifScene scene, const NifRay* rays, size_t n, FILE* out) {
-  /* Size of an element, in the order of NifQuery's and NifHits' members. */
-  const size_t query_bytes[5] = {1, 0, 4, 1, 4}, hit_bytes[12] = {1, 4, 12, 4, 4, 4, 4, 4, 1, 4, 4, 12};
-  void *query_array[5], *hit_array[12];
-  NifQuery query = nifQueryRays(rays, n);
-  NifHits hits = {.struct_size = sizeof(hits)};
-  for (int i = 0; i < 5; ++i) query_array[i] = get(i == 1 ? (n + 7) / 8 : n * query_bytes[i]);
-  for (int i = 0; i < 12; ++i) hit_array[i] = get(n * hit_bytes[i]);
-  hits.hit = hit_array[0];
-  hits.t = hit_array[1];
-  hits.normal = hit_array[2];
-  hits.instance = hit_array[3];
-  hits.object = hit_array[4];
-  hits.triangle = hit_array[5];
-  hits.u = hit_array[6];
-  hits.v = hit_array[7];
-  hits.certain = hit_array[8];
-  hits.t_low = hit_array[9];
-  hits.t_high = hit_array[10];
-  hits.color = hit_array[11];
-  must(nifIntersect(scene, &query, &hits));
-  query.visible = query_array[0];
-  query.visible_bits = query_array[1];
-  query.probability = query_array[2];
-  query.certain = query_array[3];
-  query.logit = query_array[4];
-  must(nifQuery(scene, &query));
+  /* Size of an element, in the order of NifAnswers' and NifHits' members. */
+  const size_t answer_bytes[5] = {1, 0, 4, 1, 4}, hit_bytes[HITS] = {1, 4, 12, 4, 4, 4, 4, 4, 1, 4, 4, 12, 8};
+  void *answer_array[5], *hit_array[HITS];
+  const NifRays batch = nifMakeRays(rays, n);
+  for (int i = 0; i < 5; ++i) answer_array[i] = get(i == 1 ? (n + 7) / 8 : n * answer_bytes[i]);
+  for (int i = 0; i < HITS; ++i) hit_array[i] = get(n * hit_bytes[i]);
+  const NifHits hits = {.struct_size = sizeof(hits),
+                        .hit = hit_array[0],
+                        .t = hit_array[1],
+                        .normal = hit_array[2],
+                        .instance = hit_array[3],
+                        .object = hit_array[4],
+                        .triangle = hit_array[5],
+                        .u = hit_array[6],
+                        .v = hit_array[7],
+                        .certain = hit_array[8],
+                        .t_low = hit_array[9],
+                        .t_high = hit_array[10],
+                        .color = hit_array[11],
+                        .user = hit_array[12]};
+  must(nifIntersect(scene, &batch, &hits));
+  const NifAnswers answers = {.struct_size = sizeof(answers),
+                              .visible = answer_array[0],
+                              .visible_bits = answer_array[1],
+                              .probability = answer_array[2],
+                              .certain = answer_array[3],
+                              .logit = answer_array[4]};
+  must(nifQuery(scene, &batch, &answers));
   for (int i = 0; i < 5; ++i) {
-    fwrite(query_array[i], 1, i == 1 ? (n + 7) / 8 : n * query_bytes[i], out);
-    free(query_array[i]);
+    fwrite(answer_array[i], 1, i == 1 ? (n + 7) / 8 : n * answer_bytes[i], out);
+    free(answer_array[i]);
   }
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < HITS; ++i) {
     fwrite(hit_array[i], 1, n * hit_bytes[i], out);
     free(hit_array[i]);
   }
@@ -68,23 +72,23 @@ static void answer(NifScene scene, const NifRay* rays, size_t n, FILE* out) {
 static void measure(NifScene scene, const NifRay* rays, size_t n, int rounds, FILE* out) {
   float *origins = get(12 * n), *directions = get(12 * n);
   uint8_t* visible = get(n);
-  NifQuery query = {.struct_size = sizeof(query), .count = n, .origin_stride = 12, .direction_stride = 12};
+  const NifAnswers answers = {.struct_size = sizeof(answers), .visible = visible};
+  NifRays batch = {.struct_size = sizeof(batch), .count = n, .origin_stride = 12, .direction_stride = 12};
   for (int a = 0; a < 3; ++a) {
-    query.origin[a] = origins + a;
-    query.direction[a] = directions + a;
+    batch.origin[a] = origins + a;
+    batch.direction[a] = directions + a;
     for (size_t i = 0; i < n; ++i) {
       origins[3 * i + (size_t)a] = rays[i].origin[a];
       directions[3 * i + (size_t)a] = rays[i].direction[a];
     }
   }
-  query.visible = visible;
   /* A small batch takes less than the clock's steps; as in measure.py. */
   const size_t calls = 200000 / n + 1 < 2000 ? 200000 / n + 1 : 2000;
   for (int round = 0; round < rounds; ++round) {
     /* Commands come from a pipe, so that rounds of C and of Python can take turns. */
     if (getchar() == EOF) break;
     const double processor = now(CLOCK_PROCESS_CPUTIME_ID), wall = now(CLOCK_MONOTONIC);
-    for (size_t call = 0; call < calls; ++call) must(nifQuery(scene, &query));
+    for (size_t call = 0; call < calls; ++call) must(nifQuery(scene, &batch, &answers));
     printf("%.9f %.9f\n", (now(CLOCK_PROCESS_CPUTIME_ID) - processor) / (double)calls,
            (now(CLOCK_MONOTONIC) - wall) / (double)calls);
     fflush(stdout);
@@ -103,7 +107,7 @@ int main(int argc, char** argv) {
   if (argc != 4 && argc != 7) return 2;
   snprintf(config, sizeof(config), "threads=%d", argc == 7 ? atoi(argv[6]) : 1);
   must(nifNewDevice(config, NULL, &device));
-  must(nifLoadAssetFile(device, argv[1], NIF_LOAD_READ, &asset));
+  must(nifLoadAssetFile(device, argv[1], NIF_LOAD_COPY, &asset));
   must(nifNewScene(device, &scene));
   must(nifAddAsset(scene, asset, NULL, NULL, NULL));
   must(nifCommitScene(scene));

@@ -43,7 +43,7 @@ def scene():
 def networks():
     """Objects that do not answer every ray for certain."""
     with nifkit.load(golden("networks")) as asset, nifkit.Scene(device=asset.device) as made:
-        made.add_object(asset, 0)
+        made.add_instance(asset, 0)
         made.commit()
         yield made
 

@@ -37,7 +37,10 @@ def test_structures(kind, tmp_path):
     )
 
 
-@pytest.mark.parametrize("kind, prefix", [(_abi.ErrorCode, "NIF_ERROR_"), (_abi.Encoding, "NIF_ENCODING_")])
+@pytest.mark.parametrize(
+    "kind, prefix",
+    [(_abi.ErrorCode, "NIF_ERROR_"), (_abi.Encoding, "NIF_ENCODING_"), (_abi.InstanceFlags, "NIF_INSTANCE_")],
+)
 def test_enumerators(kind, prefix):
     written = dict(re.findall(rf"\b{prefix}(\w+) = (\d+)\b", TEXT))
     assert {name: int(number) for name, number in written.items()} == {
@@ -46,9 +49,9 @@ def test_enumerators(kind, prefix):
 
 
 def test_constants(tmp_path):
-    names = ["NIF_LOAD_READ", "NIF_LOAD_MAP", "NIF_MEMORY_COPY", "NIF_NONE", "NIF_LOGIT_CERTAIN"]
+    names = ["NIF_LOAD_COPY", "NIF_LOAD_IN_PLACE", "NIF_NONE", "NIF_LOGIT_CERTAIN"]
     names += ["NIF_VERSION_MAJOR", "NIF_VERSION_MINOR"]
-    here = [_abi.LOAD_READ, _abi.LOAD_MAP, _abi.MEMORY_COPY, _abi.NONE, _abi.LOGIT_CERTAIN, *_abi.ABI]
+    here = [_abi.LOAD_COPY, _abi.LOAD_IN_PLACE, _abi.NONE, _abi.LOGIT_CERTAIN, *_abi.ABI]
     assert compiled(tmp_path, names) == here
 
 

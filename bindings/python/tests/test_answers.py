@@ -28,7 +28,7 @@ def test_golden(path):
         for number in range(asset.object_count):
             wanted = answers[answers["object"] == number]
             with nifkit.Scene(device=asset.device) as scene:
-                assert scene.add_object(asset, number) == 0
+                assert scene.add_instance(asset, number) == 0
                 scene.commit()
                 # Columns of the file's records, where they lie.
                 rays = (wanted["origin"], wanted["direction"], wanted["tmin"], wanted["tmax"])
@@ -173,7 +173,7 @@ def test_isa_and_threads(networks):
     for options in ({"isa": "scalar"}, {"threads": 1}, {"threads": 3, "queries": 2}, {"memory": "least"}):
         with nifkit.Device(**options) as device, nifkit.load(path, device=device) as asset:
             with nifkit.Scene(device=device) as scene:
-                scene.add_object(asset)
+                scene.add_instance(asset)
                 scene.commit()
                 same(scene.query(*rays, outputs=ALL[:2] + ALL[3:]), wanted)
                 same(scene.intersect(*rays, outputs=HITS), hits)
@@ -192,22 +192,22 @@ def test_fallback(networks):
         asked.append(rays)
         return ~visible
 
-    got = networks.query(origins, directions, outputs=ALL, fallback=other)
+    got = networks.query_with_fallback(origins, directions, outputs=ALL, fallback=other)
     assert np.array_equal(np.sort(np.concatenate(asked)), open_)
     assert got.certain.all()
     assert (got.visible != learned.visible).nonzero()[0].tolist() == open_.tolist()
     assert (got.probability == got.visible).all()
     asked.clear()
     p = learned.probability
-    networks.query(origins, directions, fallback=other, confidence=0.9)
+    networks.query_with_fallback(origins, directions, fallback=other, confidence=0.9)
     unsure = np.flatnonzero(~learned.certain & (np.maximum(p, 1 - p) < np.float32(0.9)))
     assert 0 < len(unsure) < len(open_)
     assert np.array_equal(np.sort(np.concatenate(asked)), unsure)
     asked.clear()
-    same(networks.query(origins, directions, outputs=ALL, fallback=other, confidence=0.5), learned)
+    same(networks.query_with_fallback(origins, directions, outputs=ALL, fallback=other, confidence=0.5), learned)
     assert not asked
     # Lists of 0 and 1 will do.
-    got = networks.query(origins, directions, fallback=lambda rays, visible: [1] * len(rays))
+    got = networks.query_with_fallback(origins, directions, fallback=lambda rays, visible: [1] * len(rays))
     assert got.visible[open_].all()
 
 
@@ -215,7 +215,7 @@ def test_fallback_of_full_batches():
     """1,024 answers at once are as many as numpy has no memory of its own for: what it frees, free() writes into."""
     with nifkit.Device(threads=1) as device, nifkit.load(golden("networks"), device=device) as asset:
         with nifkit.Scene(device=device) as scene:
-            scene.add_object(asset)
+            scene.add_instance(asset)
             scene.commit()
             origins, directions = some_rays(scene, 20_000)
             open_ = np.resize(np.flatnonzero(~scene.certain(origins, directions)), 8 * 1024)
@@ -225,22 +225,23 @@ def test_fallback_of_full_batches():
                 asked.append(len(rays))
                 return np.zeros(len(rays), dtype=bool)
 
-            assert not scene.query(origins[open_], directions[open_], fallback=nothing).visible.any()
+            assert not scene.query_with_fallback(origins[open_], directions[open_], fallback=nothing).visible.any()
             assert asked == [1024] * 8
 
 
-def test_open_rays(networks):
+def test_query_open(networks):
     origins, directions = some_rays(networks, 20_000)
     learned = networks.query(origins, directions, outputs=ALL)
-    found = networks.open_rays(origins, directions, 0, 5, outputs=ALL)
+    found = networks.query_open(origins, directions, 0, 5, outputs=ALL)
     everything = networks.query(origins, directions, 0, 5, outputs=ALL)
     assert np.array_equal(np.sort(found.rays), np.flatnonzero(~everything.certain))
     assert len(found.rays) == len(found.tmin) == len(found.tmax) > 100
     assert (found.tmin >= 0).all() and (found.tmax <= 5).all() and (found.tmin <= found.tmax).all()
     assert (found.answers.probability[found.rays] == 0.5).all()
+    assert (found.instance == 0).all()
     closed = found.answers.certain
     assert (found.answers.visible[closed] == everything.visible[closed]).all()
-    assert len(networks.open_rays(origins[:0], directions[:0]).rays) == 0
+    assert len(networks.query_open(origins[:0], directions[:0]).rays) == 0
     assert learned.visible.any()
 
 
@@ -267,15 +268,113 @@ def test_transforms(scene):
         assert moved.bounds is None and not moved.committed
         moved.commit()
         assert moved.committed and moved.visible(origins, directions).all()
-        assert moved.add(asset, np.vstack([turn, [0, 0, 0, 1]])) == range(0, 1)
+        assert moved.add_asset(asset, np.vstack([turn, [0, 0, 0, 1]])) == range(0, 1)
         assert not moved.committed
         moved.commit()
         there = (origins @ turn[:, :3].T + turn[:, 3]).astype(np.float32)
         ways = np.ascontiguousarray(directions @ turn[:, :3].T)
         assert (moved.visible(there, ways) != wanted).mean() < 0.02  # rounding of the origins
-        moved.set_transform(0, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
+        moved.set_instance_transform(0, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
         moved.commit()
         assert (moved.visible(origins, directions) == wanted).all()
-        assert moved.add_object(asset, 0, turn) == 1
+        assert moved.add_instance(asset, 0, turn) == 1
         moved.commit()
         assert moved.instance_count == 2 and moved.resident_bytes > 0
+
+
+def test_float64(networks):
+    """Is converted; also in layouts that are read where they lie in float32."""
+    origins, directions = some_rays(networks, 60)
+    wanted = networks.query(origins, directions, 0.25, np.full(60, 3, "f4"), outputs=ALL)
+    wide = (origins.astype("f8"), np.asfortranarray(directions, dtype="f8"), np.float64(0.25), np.full(60, 3.0))
+    same(networks.query(*wide, outputs=ALL), wanted)
+    cut = np.repeat(wide[0].reshape(6, 10, 3), 2, axis=1)[:, ::2]
+    got = networks.query(cut, wide[1].reshape(6, 10, 3), 0.25, 3, outputs="logit").logit
+    assert (got.ravel() == wanted.logit).all()
+    assert networks.visible(np.full(3, 1e300), (0, 0, 1))  # is infinite: invalid
+
+
+def test_masks(scene):
+    origins, directions = some_rays(scene, 1000)
+    wanted = scene.visible(origins, directions)
+    scene.set_instance_mask(0, 0b110)
+    scene.commit()
+    assert (scene.visible(origins, directions) == wanted).all()
+    assert (scene.visible(origins, directions, mask=2) == wanted).all()
+    assert scene.visible(origins, directions, mask=1).all() and not scene.intersect(origins, directions, mask=1).hit.any()
+    masks = np.arange(1000) % 4
+    for kind in ("u4", "i8", "u1"):
+        assert (scene.visible(origins, directions, mask=masks.astype(kind)) == (wanted | (masks < 2))).all()
+    assert (scene.query_async(origins, directions, mask=masks).wait().visible == (wanted | (masks < 2))).all()
+    assert scene.certain(origins, directions, mask=8).all() and (scene.probability(origins, directions, mask=8) == 1).all()
+    assert len(scene.query_open(origins, directions, mask=1).rays) == 0
+    scene.set_instance_mask(0, 2**32 - 1)
+    scene.set_instance_flags(0, nifkit.InstanceFlags.DISABLED)
+    scene.commit()
+    assert scene.visible(origins, directions).all() and scene.instance(0).flags == nifkit.InstanceFlags.DISABLED
+
+
+def test_instances(scene):
+    """Numbers stay, and what was set is told."""
+    origins, directions = some_rays(scene, 1000)
+    wanted = scene.intersect(origins, directions, outputs=HITS)
+    asset = scene.instance(0).asset
+    assert asset == scene.instance(0).asset and asset.file_bytes == golden("single").stat().st_size
+    assert [scene.add_instance(asset) for _ in range(3)] == [1, 2, 3]
+    scene.remove_instance(0)
+    scene.remove_instance(2)
+    assert (scene.instance_count, scene.instance_end) == (2, 4)
+    assert scene.add_instance(asset) == 0
+    for number in (1, 3, *scene.add_asset(asset)):
+        scene.remove_instance(number)
+    far = np.eye(4)
+    far[0, 3] = 5
+    scene.set_instance_transforms(None, [far])
+    scene.set_instance_transforms([], np.zeros((0, 3, 4)))
+    scene.set_instance_user(0, 2**64 - 1)
+    scene.set_instance_mask(0, 5)
+    # In double precision: 2^40 + 0.125 - 5 is no float32, and neither is what is near it.
+    scene.set_instance_origin(0, (2.0**40 + 0.125, -3, 0))
+    scene.set_origin((2.0**40 + 5.125, -3, 0))
+    told = scene.instance(0)
+    assert (told.object, told.mask, told.flags, told.user) == (0, 5, 0, 2**64 - 1)
+    assert told.asset == asset and told.asset != nifkit.load(golden("single"))
+    assert (told.transform == far[:3]).all() and told.origin.tolist() == [2.0**40 + 0.125, -3, 0]
+    assert scene.origin.tolist() == [2.0**40 + 5.125, -3, 0]
+    scene.commit()
+    got = scene.intersect(origins, directions, outputs=HITS)
+    same(got._replace(user=wanted.user), wanted)
+    assert (got.user == np.where(got.hit, np.uint64(2**64 - 1), np.uint64(0))).all() and got.hit.any()
+    scene.set_instance_origin(0, None)
+    scene.set_origin(None)
+    assert not scene.instance(0).origin.any() and not scene.origin.any() and not scene.committed
+
+
+def test_lists_of_an_asset_are_made_once():
+    with nifkit.load(golden("shapes")) as asset:
+        assert asset.objects is asset.objects and asset.instances is asset.instances and asset.parts is asset.parts
+        assert len(asset.objects) == asset.object_count and len(asset.instances) == asset.instance_count
+        assert sum(part.file_bytes for part in asset.parts) == asset.file_bytes
+        with pytest.raises(ValueError, match="read-only"):
+            asset.objects[0].bounds[0] = 0
+
+
+def test_cancel(networks):
+    """What nobody has started on is left, and is said to be."""
+    rays = some_rays(networks, 200_000)
+    wanted = networks.visible(*rays)
+    done = networks.query_async(*rays)
+    done.wait()
+    done.cancel()
+    assert (done.wait().visible == wanted).all()
+    cancelled = 0
+    for _ in range(20):
+        job = networks.query_async(*rays, outputs=ALL)
+        job.cancel()
+        try:
+            assert (job.wait().visible == wanted).all()
+        except nifkit.Error as error:
+            assert error.code == nifkit.ErrorCode.CANCELLED
+            cancelled += 1
+        assert job.done()
+    assert cancelled or networks.device.threads == 1

@@ -85,6 +85,12 @@ def test_far_from_the_origin():
         assert thing.triangles == 12
         offset = placed.transform[:, 3].astype(float)
         assert np.allclose(thing.bounds + offset, [here[0] + where, here[-1] + where], rtol=0, atol=1e-6)
+        with nifkit.Scene(asset) as scene:
+            scene.set_origin(offset)
+            scene.commit()
+            assert np.allclose(scene.bounds, thing.bounds, rtol=0, atol=0.2)
+            middle = here.mean(axis=0) + where
+            assert not scene.visible(middle - offset, np.eye(3)).any()
         assert (placed.transform[:, :3] == np.eye(3)).all()
     thousandths = np.round((here + where) * 1000).astype(np.int64)
     with nifkit.bake(thousandths, SIDES, encoding="exact", **QUICK) as asset:

@@ -64,12 +64,12 @@ def test_refusals_leak_nothing(networks):
             (nifkit.Error, lambda: nifkit.load("/no/such.nif")),
             (nifkit.Error, lambda: nifkit.Device(isa="what")),
             (ValueError, lambda: networks.query(*rays, out={"visible": out, "certain": out})),
-            (KeyError, lambda: networks.query(*rays, fallback=raising)),
+            (KeyError, lambda: networks.query_with_fallback(*rays, fallback=raising)),
         ):
             with pytest.raises(kind):
                 call()
         networks.query_async(*rays)
-        networks.query(*rays, fallback=lambda rays, visible: visible)
+        networks.query_with_fallback(*rays, fallback=lambda rays, visible: visible)
 
     # pytest.raises() makes cycles; a leak of one answer, job or exception for each round would be more than this.
     assert grows(work, 3_000) < 1_000_000
@@ -94,7 +94,7 @@ def test_drops_without_collection():
         scene = nifkit.Scene(asset)
         job = scene.query_async(*some_rays(scene, 100))
         fallback = lambda rays, visible: visible  # noqa: E731
-        scene.query(*some_rays(scene, 100), fallback=fallback)
+        scene.query_with_fallback(*some_rays(scene, 100), fallback=fallback)
         gone = [weakref.ref(thing) for thing in (asset, scene, job, fallback)]
         del asset, scene, job, fallback
         assert [thing() for thing in gone] == [None] * 4
@@ -145,7 +145,7 @@ def while_querying(scene: nifkit.Scene, action):
         assert leave.wait(30)
         return visible
 
-    thread = threading.Thread(target=lambda: result.append(scene.query(*rays, fallback=wait)))
+    thread = threading.Thread(target=lambda: result.append(scene.query_with_fallback(*rays, fallback=wait)))
     thread.start()
     try:
         assert inside.wait(30)
@@ -159,7 +159,7 @@ def while_querying(scene: nifkit.Scene, action):
 def test_changes_while_it_is_queried(networks):
     def action():
         for change in (
-            lambda: networks.set_transform(0, np.eye(4)),
+            lambda: networks.set_instance_transform(0, np.eye(4)),
             lambda: networks.commit(),
         ):
             with pytest.raises(nifkit.Error, match="the scene is in use by another thread") as info:
@@ -168,13 +168,13 @@ def test_changes_while_it_is_queried(networks):
 
     got, rays = while_querying(networks, action)
     assert (got == networks.visible(*rays)).all()
-    networks.set_transform(0, np.eye(4))
+    networks.set_instance_transform(0, np.eye(4))
 
 
 def test_close_while_it_is_queried():
     asset = nifkit.load(golden("networks"))
     scene = nifkit.Scene(device=asset.device)
-    scene.add_object(asset)
+    scene.add_instance(asset)
     scene.commit()
 
     def action():
@@ -203,12 +203,12 @@ def test_no_changes_before_a_job_is_done(scene, monkeypatch):
     job = scene.query_async(*some_rays(scene, 100))
     with monkeypatch.context() as patch:
         patch.setattr(Work, "done", lambda self: False)  # however fast it was
-        for change in (lambda: scene.set_transform(0, np.eye(4)), lambda: scene.commit()):
+        for change in (lambda: scene.set_instance_transform(0, np.eye(4)), lambda: scene.commit()):
             with pytest.raises(nifkit.Error, match="a job of the scene is not done") as info:
                 change()
             assert info.value.code == ErrorCode.INVALID_OPERATION
     job.wait()
-    scene.set_transform(0, np.eye(4))
+    scene.set_instance_transform(0, np.eye(4))
     scene.commit()
 
 
@@ -292,12 +292,13 @@ def test_interrupted_anywhere(scene):
         return left < 0
 
     rays = some_rays(scene, 10)
-    for call in (lambda: scene.committed, lambda: scene.set_transform(0, np.eye(4)), lambda: scene.query_async(*rays).wait()):
+    move = lambda: scene.set_instance_transform(0, np.eye(4))  # noqa: E731
+    for call in (lambda: scene.committed, move, lambda: scene.query_async(*rays).wait()):
         scene.commit()
         lines = 0
         while interrupted(call, lines):
             lines += 1
-            scene.set_transform(0, np.eye(4))  # is refused where a use is left
+            scene.set_instance_transform(0, np.eye(4))  # is refused where a use is left
             scene.commit()
         assert lines > 10
 

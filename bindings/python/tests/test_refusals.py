@@ -34,18 +34,18 @@ def refused(code: ErrorCode, text: str):
 
 
 @pytest.mark.parametrize("name", ["origins", "directions", "tmin", "tmax"])
-@pytest.mark.parametrize("dtype", ["f8", "f2", ">f4", "i4", "u1", "?", "c8", "O", "U3", "M8[s]"])
+@pytest.mark.parametrize("dtype", ["f2", ">f4", ">f8", "i4", "u1", "?", "c8", "O", "U3", "M8[s]"])
 def test_types(scene, name, dtype):
     values = {"origins": ZERO, "directions": ZERO + UP, "tmin": ZERO[:, 0], "tmax": ZERO[:, 0] + 1}
     assert scene.visible(**values).all()
     values[name] = np.zeros(values[name].shape, dtype=dtype)
-    with pytest.raises(TypeError, match=f"^{name}: an array of float32 is needed, not "):
+    with pytest.raises(TypeError, match=f"^{name}: an array of float32 or float64 is needed, not "):
         scene.visible(**values)
 
 
 def test_things_that_are_no_arrays(scene):
     for wrong in (None, "abc", {}, object(), b"123456789012"):
-        with pytest.raises(TypeError, match="^origins: an array of float32 is needed"):
+        with pytest.raises(TypeError, match="^origins: an array of float32 or float64 is needed"):
             scene.visible(wrong, UP)
     for wrong in ([[1, 2, 3], [1, 2]], ["a", "b", "c"]):
         with pytest.raises(ValueError, match="^origins: a list or tuple of numbers"):
@@ -107,7 +107,7 @@ def test_rays_that_are_none(scene):
         limits = [random.integers(0, 2**32, 1000, dtype=np.uint32).view(np.float32) for _ in range(2)]
         scene.query(*bits, *limits, outputs=("visible", "probability"))
         scene.intersect(*bits, *limits)
-        scene.open_rays(*bits, *limits)
+        scene.query_open(*bits, *limits)
     nan = np.full((4, 3), np.nan, dtype=np.float32)
     got = scene.query(nan, UP, outputs=("visible", "certain"))
     assert got.visible.all() and not got.certain.any()
@@ -130,9 +130,9 @@ def test_files(tmp_path):
         ".": ErrorCode.FILE_UNREADABLE,
     }.items():
         for path in (tmp_path / name, str(tmp_path / name)):
-            for map in (False, True):
+            for in_place in (False, True):
                 with refused(code, str(tmp_path)):
-                    nifkit.load(path, map=map)
+                    nifkit.load(path, in_place=in_place)
         if (tmp_path / name).is_file():
             with refused(code, "memory"):
                 nifkit.load((tmp_path / name).read_bytes())
@@ -140,10 +140,10 @@ def test_files(tmp_path):
         nifkit.load("a\0b.nif")
     with refused(ErrorCode.INVALID_ARGUMENT, "cannot be the name of a file"):
         nifkit.load("\ud800.nif")
-    with refused(ErrorCode.INVALID_ARGUMENT, "only a file can be mapped"):
-        nifkit.load(good, map=True)
+    with refused(ErrorCode.INVALID_ARGUMENT, "only a path's file can be used in place"):
+        nifkit.load(good, in_place=True)
     for wrong in (3, None, [1, 2], np.frombuffer(good, dtype=np.uint8)[::2]):
-        with pytest.raises(TypeError, match="a path or a contiguous buffer"):
+        with pytest.raises(TypeError, match="a path, a contiguous buffer or a binary file"):
             nifkit.load(wrong)
     view = memoryview(good)
     view.release()
@@ -159,6 +159,12 @@ def test_sources(tmp_path):
     for source in (golden("shapes"), str(odd), good, bytearray(good), memoryview(good), array):
         with nifkit.load(source) as asset:
             assert asset.file_bytes == len(good)
+    with open(odd, "rb") as file, nifkit.load(file) as asset:
+        assert asset.file_bytes == len(good)
+    with open(__file__, "rb") as file, refused(ErrorCode.NOT_A_NIF, f"{__file__}: "):
+        nifkit.load(file)
+    with open(__file__) as file, pytest.raises(TypeError, match="a binary file, not this str"):
+        nifkit.load(file)
     odd.unlink()
     with refused(ErrorCode.FILE_NOT_FOUND, "gr\u00fc\u00df \u7269"):
         nifkit.load(odd)
@@ -182,9 +188,11 @@ def test_devices():
     with nifkit.Device(threads=1, isa="scalar") as device:
         assert (device.threads, device.isa, device.backend, device.card) == (1, "scalar", "cpu", "")
         assert "scalar" in repr(device)
-    assert [backend.name for backend in nifkit.backends()] == ["cpu", "hip"]
+    assert [backend.name for backend in nifkit.backends()] == ["cpu", "cuda", "hip"]
     assert nifkit.backends()[0].available
-    assert bool(nifkit.cards()) or nifkit.backends()[1].reason
+    assert bool(nifkit.cards()) or all(backend.reason for backend in nifkit.backends()[1:])
+    for card in nifkit.cards():
+        assert card.backend in ("cuda", "hip") and len(card.pci_address) == 12 and card.luid is None
 
 
 def test_things_that_are_no_devices(scene):
@@ -214,18 +222,27 @@ def test_closed():
         "scene": [
             lambda: scene.visible(*rays),
             lambda: scene.intersect(*rays),
-            lambda: scene.open_rays(*rays),
+            lambda: scene.query_open(*rays),
             lambda: scene.query_async(*rays),
-            lambda: scene.query(*rays, fallback=lambda rays, visible: visible),
+            lambda: scene.query_with_fallback(*rays, fallback=lambda rays, visible: visible),
             lambda: scene.bounds,
             lambda: scene.commit(),
-            lambda: scene.set_transform(0, np.eye(4)),
+            lambda: scene.set_instance_transform(0, np.eye(4)),
+            lambda: scene.set_instance_transforms(None, [np.eye(4)]),
+            lambda: scene.set_instance_origin(0, (0, 0, 0)),
+            lambda: scene.set_origin((0, 0, 0)),
+            lambda: scene.set_instance_mask(0, 1),
+            lambda: scene.set_instance_flags(0, 0),
+            lambda: scene.set_instance_user(0, 0),
+            lambda: scene.remove_instance(0),
+            lambda: scene.instance(0),
             lambda: scene.__enter__(),
         ],
         "asset": [
             lambda: asset.resident_bytes,
             lambda: asset.metadata,
             lambda: asset.objects,
+            lambda: asset.instances,
             lambda: nifkit.Scene(asset, device=nifkit.default_device()),
         ],
         "device": [
@@ -249,38 +266,76 @@ def test_scenes(scene):
         with refused(ErrorCode.INVALID_OPERATION, "commit"):
             other.visible(*rays)
         with refused(ErrorCode.INVALID_ARGUMENT, ""):
-            other.add_object(asset, 99)
+            other.add_instance(asset, 99)
         for wrong in (-1, 2**32):
             with refused(ErrorCode.INVALID_ARGUMENT, "is not a number from 0"):
-                other.add_object(asset, wrong)
+                other.add_instance(asset, wrong)
         for wrong in (0.7, np.float32(1), "0", None):
             with pytest.raises(TypeError, match="^object: an integer is needed, not this "):
-                other.add_object(asset, wrong)
+                other.add_instance(asset, wrong)
             with pytest.raises(TypeError, match="^instance: an integer is needed, not this "):
-                other.set_transform(wrong, np.eye(4))
+                other.set_instance_transform(wrong, np.eye(4))
         with refused(ErrorCode.INVALID_ARGUMENT, ""):
-            other.set_transform(0, np.eye(4))
+            other.set_instance_transform(0, np.eye(4))
         with refused(ErrorCode.SINGULAR_TRANSFORM, ""):
-            other.add(asset, np.zeros((3, 4)))
+            other.add_asset(asset, np.zeros((3, 4)))
         for value in (np.nan, np.inf, 1e300):
             with refused(ErrorCode.INVALID_ARGUMENT, ""):
-                other.add(asset, np.diag([value, 1, 1, 1]))
+                other.add_asset(asset, np.diag([value, 1, 1, 1]))
         with refused(ErrorCode.INVALID_ARGUMENT, ""):
             nifkit.Scene(asset, device=device)  # an asset of another device
         for wrong in (np.eye(3), np.ones(16), [[1]]):
             with pytest.raises(ValueError, match=r"transform: a matrix of shape \(3, 4\)"):
-                other.add(asset, wrong)
+                other.add_asset(asset, wrong)
         with pytest.raises(ValueError, match="the last row"):
-            other.add(asset, np.ones((4, 4)))
+            other.add_asset(asset, np.ones((4, 4)))
         for wrong in ("abc", np.eye(4, dtype=complex), object()):
             with pytest.raises(TypeError, match="transform: numbers are needed"):
-                other.add(asset, wrong)
+                other.add_asset(asset, wrong)
         for wrong in (None, "dragon.nif", scene):
             with pytest.raises(TypeError, match=r"an asset that load\(\) made is needed"):
-                other.add(wrong)
+                other.add_asset(wrong)
             with pytest.raises(TypeError, match=r"an asset that load\(\) made is needed"):
                 nifkit.Scene(wrong)
         assert other.instance_count == 0
+
+
+def test_instances(scene):
+    """What is refused changes nothing."""
+    for call in (
+        lambda: scene.remove_instance(1),
+        lambda: scene.instance(1),
+        lambda: scene.set_instance_origin(1, (0, 0, 0)),
+        lambda: scene.set_instance_origin(0, (0, np.inf, 0)),
+        lambda: scene.set_origin((np.nan, 0, 0)),
+        lambda: scene.set_instance_mask(0, 2**32),
+        lambda: scene.set_instance_user(0, 2**64),
+        lambda: scene.set_instance_user(0, -1),
+        lambda: scene.set_instance_transforms([0, 1], [np.eye(4)] * 2),
+        lambda: scene.set_instance_transforms([2**32], [np.eye(4)]),
+        lambda: scene.visible(ZERO, UP, mask=2**32),
+        lambda: scene.visible(ZERO, UP, mask=[0, 1, 2, -1]),
+    ):
+        with refused(ErrorCode.INVALID_ARGUMENT, ""):
+            call()
+    with refused(ErrorCode.NOT_AVAILABLE, ""):
+        scene.set_instance_flags(0, 2)
+    with refused(ErrorCode.SINGULAR_TRANSFORM, ""):
+        scene.set_instance_transforms([0], np.zeros((1, 3, 4)))
+    for kind, call, text in (
+        (ValueError, lambda: scene.set_instance_transforms([0, 0], [np.eye(4)]), "instances: 1 numbers are needed"),
+        (ValueError, lambda: scene.set_instance_transforms(None, np.eye(4)), r"transforms: a matrix of shape \(n, 3, 4\)"),
+        (TypeError, lambda: scene.set_instance_transforms([0.5], [np.eye(4)]), "instances: integers are needed"),
+        (ValueError, lambda: scene.set_origin((0, 0)), r"origin: an array of shape \(3,\)"),
+        (TypeError, lambda: scene.set_origin("abc"), "origin: numbers are needed"),
+        (TypeError, lambda: scene.set_instance_mask(0, 0.5), "mask: an integer is needed"),
+        (TypeError, lambda: scene.visible(ZERO, UP, mask=0.5), "mask: integers are needed"),
+        (TypeError, lambda: scene.visible(ZERO, UP, mask=[True] * 4), "mask: integers are needed"),
+        (ValueError, lambda: scene.visible(ZERO, UP, mask=[1, 2]), "do not fit each other"),
+    ):
+        with pytest.raises(kind, match=text):
+            call()
+    assert scene.committed
 
 
 def test_fallbacks(networks):
@@ -297,30 +352,30 @@ def test_fallbacks(networks):
 
     for _ in range(20):
         with pytest.raises(Mine, match="^mine$"):
-            networks.query(*rays, fallback=raising)
+            networks.query_with_fallback(*rays, fallback=raising)
     for wrong in (lambda r, v: None, lambda r, v: v[:-1], lambda r, v: v.astype("f4"), lambda r, v: "visible"):
         with pytest.raises(ValueError, match="the fallback has to return"):
-            networks.query(*rays, fallback=wrong)
+            networks.query_with_fallback(*rays, fallback=wrong)
     with pytest.raises(TypeError):
-        networks.query(*rays, fallback=lambda: None)
+        networks.query_with_fallback(*rays, fallback=lambda: None)
     with pytest.raises(TypeError, match="not callable"):
-        networks.query(*rays, fallback=3)
+        networks.query_with_fallback(*rays, fallback=3)
     with refused(ErrorCode.INVALID_OPERATION, "a fallback cannot query the device that called it"):
-        networks.query(*rays, fallback=querying)
+        networks.query_with_fallback(*rays, fallback=querying)
     for wrong in (-1, float("nan")):
         with refused(ErrorCode.INVALID_ARGUMENT, ""):
-            networks.query(*rays, fallback=lambda r, v: v, confidence=wrong)
+            networks.query_with_fallback(*rays, fallback=lambda r, v: v, confidence=wrong)
     for wrong in ("x", None, [1], 10**400):
         with pytest.raises(TypeError, match="^confidence: a number is needed, not this "):
-            networks.query(*rays, fallback=lambda r, v: v, confidence=wrong)
-    networks.query(*rays, fallback=lambda r, v: v, confidence=np.float32(0.9))
+            networks.query_with_fallback(*rays, fallback=lambda r, v: v, confidence=wrong)
+    networks.query_with_fallback(*rays, fallback=lambda r, v: v, confidence=np.float32(0.9))
     # Another device may be queried.
     with nifkit.Device(threads=1) as device, nifkit.load(golden("networks"), device=device) as asset:
         with nifkit.Scene(device=device) as other:
-            other.add_object(asset)
+            other.add_instance(asset)
             other.commit()
             answer = lambda r, v: other.visible(rays[0][r], rays[1][r])  # noqa: E731
-            assert (networks.query(*rays, fallback=answer).visible == networks.visible(*rays)).all()
+            assert (networks.query_with_fallback(*rays, fallback=answer).visible == networks.visible(*rays)).all()
 
 
 def test_errors_are_plain_exceptions():

@@ -1,19 +1,20 @@
 // An asset: a .nif file, loaded.
 import { Device } from './device.js';
-import { bytesIn, refuse, wholeNumber } from './errors.js';
+import { bytesIn, readSignal, refuse, wholeNumber } from './errors.js';
 import { bytesOf, open } from './host.js';
 
 const kBrand = Symbol('nifkit');
 const encodings = { 1: 'segment', 2: 'spherical', 3: 'bvh', 4: 'exact', 5: 'proof' };
 
 /** The bytes of a source, and what messages call it. */
-export async function readSource(source) {
-  if (typeof source === 'string' || source instanceof URL) return { name: String(source), bytes: await bytesOf(await open(source), String(source)) };
+export async function readSource(source, signal) {
+  if (typeof source === 'string' || source instanceof URL)
+    return { name: String(source), bytes: await bytesOf(await open(source, signal), String(source), signal) };
   const isBuffer = source instanceof ArrayBuffer || source instanceof (globalThis.SharedArrayBuffer ?? ArrayBuffer);
   if (isBuffer || ArrayBuffer.isView(source)) return { name: 'memory', bytes: bytesIn(source, 'the asset') };
   if (typeof source?.arrayBuffer === 'function') {
     const name = source.name ?? (source.url || 'memory'); // of a File, a Blob or a Response
-    return { name, bytes: await bytesOf(source, name) };
+    return { name, bytes: await bytesOf(source, name, signal) };
   }
   return refuse('an asset is loaded from a URL, an ArrayBuffer, a typed array, a Blob or a Response');
 }
@@ -32,10 +33,11 @@ export class Asset {
     device._enter();
   }
 
-  static async load(device, source) {
+  static async load(device, source, { signal } = {}) {
     if (!(device instanceof Device)) refuse('the first argument of Asset.load() is no Device');
     device._use();
-    const { name, bytes } = await readSource(source);
+    const { name, bytes } = await readSource(source, readSignal(signal));
+    signal?.throwIfAborted();
     const handle = device._withBytes(bytes, (at) => {
       device._check(device._use()._web_load_asset(device._handle, at, bytes.byteLength), name);
       return device._said()[0];
@@ -91,7 +93,7 @@ export class Asset {
   }
 
   instance(instance) {
-    this.#ask('_web_instance_info', wholeNumber(instance, 'instance'));
+    this.#ask('_web_asset_instance_info', wholeNumber(instance, 'instance'));
     const said = Array.from(this.#device._said());
     return { name: this.#device._text(said[0]), object: said[1], transform: said.slice(2, 14) };
   }

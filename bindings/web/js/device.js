@@ -11,6 +11,7 @@ export class Device {
   #staging;
   #users = 1;
   #disposed = false;
+  _inFallback = false; // while a fallback runs, scenes are not to be used
 
   /** Use Device.create(). */
   constructor(brand, module) {

@@ -3,6 +3,7 @@
 /** Numbers of nif.h that this package itself uses; they never change. */
 const codes = {
   INVALID_ARGUMENT: 2,
+  INVALID_OPERATION: 3,
   NOT_AVAILABLE: 5,
   OUT_OF_MEMORY: 4,
   FILE_NOT_FOUND: 10,
@@ -38,6 +39,13 @@ export function typedArray(value, Type, name) {
   if (!(value instanceof Type)) refuse(`${name} is no ${Type.name}`);
   bytesIn(value, name);
   return value;
+}
+
+/** `signal`, which may be undefined, as an AbortSignal. Throws its reason where it has been given. */
+export function readSignal(signal) {
+  if (signal !== undefined && !(signal instanceof AbortSignal)) refuse('signal is no AbortSignal');
+  signal?.throwIfAborted();
+  return signal;
 }
 
 /** The bytes of a buffer, or of a view. One whose memory is gone would count as empty. */

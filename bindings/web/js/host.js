@@ -6,11 +6,12 @@ export const isNode = typeof process === 'object' && typeof process.versions?.no
 /** A module of node's; bundlers for pages are to leave it alone. */
 const ofNode = (name) => import(/* webpackIgnore: true */ /* @vite-ignore */ `node:${name}`);
 
-async function readLocal(url) {
+async function readLocal(url, signal) {
   const { readFile } = await ofNode('fs/promises');
   try {
-    return await readFile(url);
+    return await readFile(url, { signal });
   } catch (error) {
+    signal?.throwIfAborted();
     const missing = error.code === 'ENOENT' || error.code === 'ENOTDIR';
     if (missing) refuse(`${url}: there is no such file`, 'FILE_NOT_FOUND');
     refuse(`${url}: cannot be read: ${error.message}`, 'FILE_UNREADABLE');
@@ -18,15 +19,16 @@ async function readLocal(url) {
 }
 
 /** A Response, or in node the bytes of a local file. `url`: a URL, or a text; in node that may be a path. */
-export async function open(url) {
+export async function open(url, signal) {
   if (isNode) {
-    if (url instanceof URL ? url.protocol === 'file:' : !/^[a-z][a-z+.-]+:/i.test(url)) return readLocal(url);
-    if (String(url).startsWith('file:')) return readLocal(new URL(url));
+    if (url instanceof URL ? url.protocol === 'file:' : !/^[a-z][a-z+.-]+:/i.test(url)) return readLocal(url, signal);
+    if (String(url).startsWith('file:')) return readLocal(new URL(url), signal);
   }
   let response;
   try {
-    response = await fetch(url, { credentials: 'same-origin' });
+    response = await fetch(url, { credentials: 'same-origin', signal });
   } catch (error) {
+    signal?.throwIfAborted();
     refuse(`${url}: cannot be read: ${error.message}`, 'FILE_UNREADABLE');
   }
   if (response.status === 404 || response.status === 410) refuse(`${url}: there is no such file (HTTP ${response.status})`, 'FILE_NOT_FOUND');
@@ -35,11 +37,12 @@ export async function open(url) {
 }
 
 /** All bytes of what open() gave. */
-export async function bytesOf(opened, name) {
+export async function bytesOf(opened, name, signal) {
   if (opened instanceof Uint8Array) return opened;
   try {
     return new Uint8Array(await opened.arrayBuffer());
   } catch (error) {
+    signal?.throwIfAborted();
     if (error instanceof NifError) throw error;
     refuse(`${name}: cannot be read: ${error.message}`, 'FILE_UNREADABLE');
   }

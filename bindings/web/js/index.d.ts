@@ -33,7 +33,7 @@ export interface DeviceOptions {
 /** One instance of the runtime with memory of its own. */
 export class Device {
   private constructor();
-  /** Loads the module, 126 kB compressed (without vectors 96 kB), where no device has yet. */
+  /** Loads the module, 138 kB compressed (without vectors 106 kB), where no device has yet. */
   static create(options?: DeviceOptions): Promise<Device>;
   /** "wasm" (vectors) or "scalar". */
   readonly isa: string;
@@ -79,22 +79,31 @@ export interface ObjectInfo {
   colors: boolean;
 }
 
-export interface InstanceInfo {
+/** A placement of an object in the asset's file. */
+export interface AssetInstanceInfo {
   name: string;
   object: number;
   /** 12 numbers, as a Transform. */
   transform: number[];
 }
 
+export interface SignalOptions {
+  /**
+   * Ends the call early: its promise is rejected with the signal's reason, unless all was done before. What a worker has
+   * already begun is finished first, some milliseconds.
+   */
+  signal?: AbortSignal;
+}
+
 /** An immutable asset, for any number of scenes of its device. */
 export class Asset {
   private constructor();
   /** Safe on untrusted bytes: what is damaged is refused. */
-  static load(device: Device, source: Source): Promise<Asset>;
+  static load(device: Device, source: Source, options?: SignalOptions): Promise<Asset>;
   readonly device: Device;
   readonly info: AssetInfo;
   object(object: number): ObjectInfo;
-  instance(instance: number): InstanceInfo;
+  instance(instance: number): AssetInstanceInfo;
   readonly disposed: boolean;
   dispose(): void;
   [Symbol.dispose](): void;
@@ -105,11 +114,12 @@ export type Transform = ArrayLike<number>;
 
 /**
  * A batch of rays. Either 8 numbers a ray: origin x, y, z, tmin, direction x, y, z, tmax. Or arrays of their own, in each of
- * which there is one value for all rays, or one for each.
+ * which there is one value for all rays, or one for each. A ray meets the instances whose own mask has a bit in common with its
+ * mask; all where none is given.
  */
 export type Rays =
   | Float32Array
-  | { rays: Float32Array }
+  | { rays: Float32Array; mask?: number | Uint32Array }
   | {
       origins: Float32Array;
       directions: Float32Array;
@@ -117,6 +127,7 @@ export type Rays =
       tmin?: number | Float32Array;
       /** Infinity where it is not given. */
       tmax?: number | Float32Array;
+      mask?: number | Uint32Array;
       /** Where origins and directions do not say. */
       count?: number;
     };
@@ -153,7 +164,41 @@ export interface Hits {
   tHigh: Float32Array;
   /** [3] Linear red, green and blue. */
   color: Float32Array;
+  /** What setInstanceUser() gave the instance; 0 if nothing is met. */
+  user: BigUint64Array;
 }
+
+/** Rays that proofs leave open: entry k is about ray number rays[k], of which only the part from tmin[k] to tmax[k] matters. */
+export interface OpenRays {
+  rays: Uint32Array;
+  tmin: Float32Array;
+  tmax: Float32Array;
+  /** The instance, if only one of them leaves the ray open; 0xffffffff if several do. */
+  instance: Uint32Array;
+}
+
+/** An instance, as it was last set, committed or not. */
+export interface InstanceInfo {
+  asset: Asset;
+  object: number;
+  mask: number;
+  /** The sum of some flags, such as INSTANCE_DISABLED. */
+  flags: number;
+  user: bigint;
+  origin: number[];
+  /** 12 numbers, as a Transform. */
+  transform: number[];
+}
+
+/** A flag of an instance: no ray meets it. */
+export const INSTANCE_DISABLED: 1;
+
+/**
+ * Answers rays exactly: sets visible[k] to 1 or 0 for ray number rays[k] of the query. At first visible[k] is the learned
+ * answer. Gets 1 to 1,024 rays, in ascending order. It must not use scenes of the device that calls it, and is not asynchronous.
+ * What it throws, the query throws.
+ */
+export type Fallback = (rays: Uint32Array, visible: Uint8Array) => void;
 
 type Wanting<All> = { [Name in keyof All]?: Wanted<All[Name]> };
 type Given<All, Some> = { [Name in keyof Some & keyof All]: All[Name] };
@@ -163,15 +208,46 @@ export class Scene {
   constructor(device: Device);
   readonly device: Device;
   /** All instances of the asset's file, or each object once if it has none and does not place nothing. Returns their numbers. */
-  add(asset: Asset, transform?: Transform | null): { first: number; count: number };
-  /** Returns the instance's number. */
+  addAsset(asset: Asset, transform?: Transform | null): { first: number; count: number };
+  /** Returns the instance's number: the lowest that is free. */
   addInstance(asset: Asset, object: number, transform?: Transform | null): number;
-  setTransform(instance: number, transform?: Transform | null): void;
+  /** Its number is free for the next addInstance(); the others keep theirs. */
+  removeInstance(instance: number): void;
+  setInstanceTransform(instance: number, transform?: Transform | null): void;
+  /** 12 numbers for each instance. Null: instances 0, 1, ... All or nothing. */
+  setInstanceTransforms(instances: ArrayLike<number> | null, transforms: ArrayLike<number>): void;
+  /** Three numbers, added to the transform's translation in double precision. Null: 0 0 0. */
+  setInstanceOrigin(instance: number, origin: ArrayLike<number> | null): void;
+  /** Rays, hits and bounds are relative to it. Move it with the camera, in worlds too large for 32-bit floats. */
+  setOrigin(origin: ArrayLike<number> | null): void;
+  /** A ray meets the instance only if their masks have a bit in common. 0xffffffff for a new one. */
+  setInstanceMask(instance: number, mask: number): void;
+  setInstanceFlags(instance: number, flags: number): void;
+  /** A value of yours, 0 to 2^64 - 1, which hits return. */
+  setInstanceUser(instance: number, user: number | bigint): void;
+  instance(instance: number): InstanceInfo;
   commit(): void;
-  readonly info: { instances: number; committed: boolean; boundsMin: number[]; boundsMax: number[]; residentBytes: number };
+  readonly info: {
+    instances: number;
+    /** All their numbers are below this. */
+    instanceEnd: number;
+    committed: boolean;
+    boundsMin: number[];
+    boundsMax: number[];
+    residentBytes: number;
+    origin: number[];
+  };
   /** Which rays are visible. Returns the arrays; { visible: true } is wanted where nothing else is named. */
   query(rays: Rays): { visible: Uint8Array };
   query<Some extends Wanting<Answers>>(rays: Rays, outputs: Some): Given<Answers, Some>;
+  /**
+   * As query(), but `fallback` answers rays that are not certain and whose probability p has max(p, 1 - p) < confidence: 0.5 or
+   * less passes none, a number above 1 every ray that is not certain. Its answers count as certain.
+   */
+  queryWithFallback<Some extends Wanting<Answers>>(rays: Rays, outputs: Some, confidence: number, fallback: Fallback): Given<Answers, Some>;
+  /** Answers what is proven, asks no network, and lists the other rays. Their answers are visible 0 and certain 0. */
+  queryOpen(rays: Rays): OpenRays & { answers: { visible: Uint8Array } };
+  queryOpen<Some extends Wanting<Answers>>(rays: Rays, outputs: Some): OpenRays & { answers: Given<Answers, Some> };
   /** Where rays first meet the scene; { hit: true, t: true } is wanted where nothing else is named. */
   intersect(rays: Rays): { hit: Uint8Array; t: Float32Array };
   intersect<Some extends Wanting<Hits>>(rays: Rays, outputs: Some): Given<Hits, Some>;
@@ -186,9 +262,12 @@ export interface PoolInstance {
   /** One object; without it all instances of the asset. */
   object?: number;
   transform?: Transform;
+  mask?: number;
+  flags?: number;
+  user?: number | bigint;
 }
 
-export interface PoolOptions {
+export interface PoolOptions extends SignalOptions {
   /** 1 to 64; as many as the machine has threads, at most 8, where it is not given. */
   workers?: number;
   assets: Source[];
@@ -206,10 +285,13 @@ export class Pool {
   setInstances(instances: PoolInstance[]): Promise<void>;
   /** As Scene.query(). Rays are copied before it returns; do not touch arrays to fill until it is done, or has failed. */
   query(rays: Rays): Promise<{ visible: Uint8Array }>;
-  query<Some extends Wanting<Answers>>(rays: Rays, outputs: Some): Promise<Given<Answers, Some>>;
+  query<Some extends Wanting<Answers>>(rays: Rays, outputs: Some, options?: SignalOptions): Promise<Given<Answers, Some>>;
+  /** As Scene.queryOpen(). */
+  queryOpen(rays: Rays): Promise<OpenRays & { answers: { visible: Uint8Array } }>;
+  queryOpen<Some extends Wanting<Answers>>(rays: Rays, outputs: Some, options?: SignalOptions): Promise<OpenRays & { answers: Given<Answers, Some> }>;
   /** As Scene.intersect(). */
   intersect(rays: Rays): Promise<{ hit: Uint8Array; t: Float32Array }>;
-  intersect<Some extends Wanting<Hits>>(rays: Rays, outputs: Some): Promise<Given<Hits, Some>>;
+  intersect<Some extends Wanting<Hits>>(rays: Rays, outputs: Some, options?: SignalOptions): Promise<Given<Hits, Some>>;
   readonly disposed: boolean;
   /** Ends the workers. What is being asked fails. */
   dispose(): void;

@@ -1,11 +1,11 @@
 // Several workers that answer batches together. Each has the module and the assets, so this needs no memory
 // that is shared, and no headers.
 import { readSource } from './asset.js';
-import { NifError, failure, refuse, wholeNumber } from './errors.js';
+import { NifError, failure, readSignal, refuse, wholeNumber } from './errors.js';
 import { startWorker } from './host.js';
 import { hasSimd } from './module.js';
-import { ANSWERS, HITS, RAY, readOutputs, readRays } from './rays.js';
-import { readTransform } from './scene.js';
+import { ANSWERS, HITS, OPEN, RAY, readOutputs, readRays } from './rays.js';
+import { readTransform, readUser } from './scene.js';
 
 /** Rays of one message: some milliseconds of work, so that all workers end at about the same time. */
 const kPiece = 16384;
@@ -25,6 +25,9 @@ function readInstances(instances) {
     asset: wholeNumber(instance?.asset, 'asset'),
     object: instance.object === undefined ? undefined : wholeNumber(instance.object, 'object'),
     transform: readTransform(instance.transform),
+    mask: instance.mask === undefined ? undefined : wholeNumber(instance.mask, 'mask'),
+    flags: instance.flags === undefined ? undefined : wholeNumber(instance.flags, 'flags'),
+    user: instance.user === undefined ? undefined : readUser(instance.user),
   }));
 }
 
@@ -80,17 +83,20 @@ export class Pool {
     if (brand !== kBrand) refuse('a pool is made by await Pool.create()');
   }
 
-  static async create({ workers = Math.min(globalThis.navigator?.hardwareConcurrency ?? 2, 8), assets, instances, simd = hasSimd() } = {}) {
+  static async create({ workers = Math.min(globalThis.navigator?.hardwareConcurrency ?? 2, 8), assets, instances, simd = hasSimd(), signal } = {}) {
     wholeNumber(workers, 'workers', 64);
     if (workers === 0) refuse('workers is 0');
     if (!Array.isArray(assets) || assets.length === 0) refuse('assets is no list of sources');
     const placed = readInstances(instances);
-    const sources = await Promise.all(assets.map(readSource));
+    readSignal(signal);
+    const sources = await Promise.all(assets.map((source) => readSource(source, signal)));
     const pool = new Pool(kBrand);
     try {
       pool.#helpers = await Promise.all(Array.from({ length: workers }, () => Helper.start((error) => pool.#stop(error))));
       const message = { simd, instances: placed, assets: sources.map(({ name, bytes }) => ({ name, bytes: new Uint8Array(bytes) })) };
+      signal?.throwIfAborted();
       await Promise.all(pool.#helpers.map((helper) => helper.ask('open', message)));
+      signal?.throwIfAborted();
     } catch (error) {
       pool.#stop(error);
       throw error;
@@ -113,12 +119,27 @@ export class Pool {
     await change;
   }
 
-  query(rays, outputs = { visible: true }) {
-    return this.#batches('query', ANSWERS, rays, outputs);
+  query(rays, outputs = { visible: true }, { signal } = {}) {
+    return this.#batches('query', ANSWERS, rays, outputs, signal);
   }
 
-  intersect(rays, outputs = { hit: true, t: true }) {
-    return this.#batches('intersect', HITS, rays, outputs);
+  async queryOpen(rays, outputs = { visible: true }, { signal } = {}) {
+    const pieces = [];
+    const answers = await this.#batches('queryOpen', ANSWERS, rays, outputs, signal, (piece, first) => {
+      for (let i = 0; i < piece.rays.length; ++i) piece.rays[i] += first;
+      pieces[first / kPiece] = piece;
+    });
+    const open = {};
+    for (const [name, [Type]] of Object.entries(OPEN)) {
+      open[name] = new Type(pieces.reduce((sum, piece) => sum + piece[name].length, 0));
+      let at = 0;
+      for (const piece of pieces) open[name].set(piece[name], (at += piece[name].length) - piece[name].length);
+    }
+    return { ...open, answers };
+  }
+
+  intersect(rays, outputs = { hit: true, t: true }, { signal } = {}) {
+    return this.#batches('intersect', HITS, rays, outputs, signal);
   }
 
   get disposed() {
@@ -145,11 +166,14 @@ export class Pool {
     for (const helper of this.#helpers) helper.stop(error);
   }
 
-  async #batches(task, kinds, rays, outputs) {
+  /** `take`, where it is given, gets the rest of what is answered about each piece. */
+  async #batches(task, kinds, rays, outputs, signal, take) {
     this.#use();
+    readSignal(signal);
     const batch = readRays(rays);
     const arrays = readOutputs(kinds, outputs, batch.count);
     const names = Object.keys(arrays);
+    const wanted = Object.fromEntries(names.map((name) => [name, true]));
     const pieces = [];
     for (let first = 0; first < batch.count; first += kPiece) {
       const count = Math.min(kPiece, batch.count - first);
@@ -162,10 +186,13 @@ export class Pool {
             tmin: part(batch.tmin, 1, batch.count, first, count),
             tmax: part(batch.tmax, 1, batch.count, first, count),
           };
+      if (batch.mask) piece.mask = part(batch.mask, 1, batch.count, first, count);
       const transfer = Object.values(piece).flatMap((array) => array.buffer ?? []);
       const answered = this.#changed
-        .then(() => this.#ask(task, { rays: piece, names }, transfer))
-        .then((answers) => {
+        .then(() => this.#ask(task, { rays: piece, wanted }, transfer, signal))
+        .then((result) => {
+          take?.(result, first);
+          const answers = result.answers ?? result;
           for (const name of names) arrays[name].set(answers[name], first * kinds[name][1]);
         })
         .finally(() => this.#running.delete(answered));
@@ -177,19 +204,23 @@ export class Pool {
     return arrays;
   }
 
-  /** To the next helper that is idle. */
-  #ask(task, message, transfer) {
+  /** To the next helper that is idle, unless the signal has come by then. */
+  #ask(task, message, transfer, signal) {
     this.#use();
     return new Promise((resolve, reject) => {
-      this.#queue.push({ task, message, transfer, resolve, reject });
+      this.#queue.push({ task, message, transfer, signal, resolve, reject });
       this.#serve();
     });
   }
 
   #serve() {
     while (this.#idle.length > 0 && this.#queue.length > 0) {
+      const { task, message, transfer, signal, resolve, reject } = this.#queue.shift();
+      if (signal?.aborted) {
+        reject(signal.reason);
+        continue;
+      }
       const helper = this.#idle.pop();
-      const { task, message, transfer, resolve, reject } = this.#queue.shift();
       helper
         .ask(task, message, transfer)
         .then(resolve, reject)

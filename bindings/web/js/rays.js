@@ -1,7 +1,7 @@
 // Batches of rays, and what is answered about them, as typed arrays.
 import { refuse, typedArray, wholeNumber } from './errors.js';
 
-/** What query() and intersect() write: class of the array, and numbers for each ray. In the order of the C++ structures. */
+/** What queries write: class of the array, and numbers for each ray. In the order of the C++ structures. */
 export const ANSWERS = {
   visible: [Uint8Array, 1],
   visibleBits: [Uint8Array, 1 / 8],
@@ -22,7 +22,10 @@ export const HITS = {
   tLow: [Float32Array, 1],
   tHigh: [Float32Array, 1],
   color: [Float32Array, 3],
+  user: [BigUint64Array, 1],
 };
+/** Lists of the rays that queryOpen() leaves open. */
+export const OPEN = { rays: [Uint32Array, 1], tmin: [Float32Array, 1], tmax: [Float32Array, 1], instance: [Uint32Array, 1] };
 
 /** Numbers of a ray in the layout of NifRay: origin, tmin, direction, tmax. */
 export const RAY = 8;
@@ -34,14 +37,25 @@ function limits(value, name, fallback) {
   return typedArray(value, Float32Array, name);
 }
 
-/** Checks a batch. Gives `count`, and either `rays`, or origins, directions, tmin and tmax. */
+/** One mask for all rays, or one for each; undefined where there is none. */
+function masks(value) {
+  if (value === undefined || value === null) return undefined;
+  return typeof value === 'number' ? Uint32Array.of(wholeNumber(value, 'mask')) : typedArray(value, Uint32Array, 'mask');
+}
+
+/** Checks a batch. Gives `count`, `mask` (may be undefined), and either `rays`, or origins, directions, tmin and tmax. */
 export function readRays(batch) {
   if (batch instanceof Float32Array) batch = { rays: batch };
-  if (typeof batch !== 'object' || batch === null) refuse('rays are a Float32Array, or { origins, directions, tmin, tmax }');
+  if (typeof batch !== 'object' || batch === null) refuse('rays are a Float32Array, or { origins, directions, tmin, tmax, mask }');
+  const mask = masks(batch.mask);
+  const one = (count) => {
+    if (mask && mask.length !== 1 && mask.length !== count && count > 0) refuse(`mask has ${mask.length} numbers for ${count} rays, neither 1 for all nor ${count}`);
+    return { count, mask };
+  };
   if (batch.rays !== undefined) {
     const rays = typedArray(batch.rays, Float32Array, 'rays');
     if (rays.length % RAY !== 0) refuse(`rays has ${rays.length} numbers, which is no multiple of ${RAY}`);
-    return { count: rays.length / RAY, rays };
+    return { ...one(rays.length / RAY), rays };
   }
   const arrays = {
     origins: typedArray(batch.origins, Float32Array, 'origins'),
@@ -55,7 +69,7 @@ export function readRays(batch) {
   for (const [name, array] of Object.entries(arrays))
     if (array.length !== each[name] && array.length !== each[name] * count && count > 0)
       refuse(`${name} has ${array.length} numbers for ${count} rays, neither ${each[name]} for all nor ${each[name] * count}`);
-  return { count, ...arrays };
+  return { ...one(count), ...arrays };
 }
 
 /** Arrays to fill, by name: those given, and new ones where `true` is given. */

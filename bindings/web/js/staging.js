@@ -1,12 +1,12 @@
 // Where batches lie in the module's memory: rays go in and answers come out piece by piece, in room that is taken once.
 import { refuse } from './errors.js';
-import { ANSWERS, HITS, RAY } from './rays.js';
+import { ANSWERS, HITS, OPEN, RAY } from './rays.js';
 
 /** Rays of a piece: few enough for phones (3 MB of room). A multiple of 8. */
 const kPiece = 32768;
 
 /** Words of the structure Rays in src/module.cpp. */
-const kRaysWords = 9;
+const kRaysWords = 11;
 
 const align = (bytes) => (bytes + 15) & ~15;
 const bytesOf = ([Type, each]) => align(Math.ceil(kPiece * each) * Type.BYTES_PER_ELEMENT);
@@ -21,13 +21,13 @@ export class Staging {
   constructor(module) {
     this.#module = module;
     const head = 256;
-    const room = head + kPiece * RAY * 4 + Math.max(roomOf(ANSWERS), roomOf(HITS));
+    const room = head + kPiece * (RAY + 1) * 4 + Math.max(roomOf(ANSWERS) + roomOf(OPEN), roomOf(HITS));
     this.#start = module._malloc(room) >>> 0;
     if (this.#start === 0) refuse('out of memory', 'OUT_OF_MEMORY');
     this.rays = this.#start;
     this.outputs = this.#start + align(kRaysWords * 4);
     this.#numbers = this.#start + head;
-    this.#answers = this.#numbers + kPiece * RAY * 4;
+    this.#answers = this.#numbers + kPiece * (RAY + 1) * 4;
   }
 
   free() {
@@ -39,9 +39,9 @@ export class Staging {
     const { HEAPF32, HEAPU32 } = this.#module;
     const count = Math.min(kPiece, batch.count - first);
     let at = this.#numbers;
-    const put = (array, each) => {
+    const put = (array, each, heap = HEAPF32) => {
       const forAll = array.length === each && batch.count !== 1;
-      HEAPF32.set(forAll ? array.subarray(0, each) : array.subarray(first * each, (first + count) * each), at / 4);
+      heap.set(forAll ? array.subarray(0, each) : array.subarray(first * each, (first + count) * each), at / 4);
       const place = [at, forAll ? 0 : each * 4];
       at += kPiece * each * 4;
       return place;
@@ -54,10 +54,11 @@ export class Staging {
     } else {
       places = [put(batch.origins, 3), put(batch.directions, 3), put(batch.tmin, 1), put(batch.tmax, 1)];
     }
+    places.push(batch.mask ? put(batch.mask, 1, HEAPU32) : [0, 0]);
     HEAPU32[this.rays / 4] = count;
     places.forEach(([start, stride], i) => {
       HEAPU32[this.rays / 4 + 1 + i] = start;
-      HEAPU32[this.rays / 4 + 5 + i] = stride;
+      HEAPU32[this.rays / 4 + 6 + i] = stride;
     });
     let to = this.#answers;
     Object.keys(kinds).forEach((name, i) => {
@@ -67,14 +68,14 @@ export class Staging {
     return count;
   }
 
-  /** Takes the answers about those rays. */
-  store(first, count, kinds, arrays) {
+  /** Takes `count` answers of these kinds, which lie at `from`; returns where they end. */
+  store(first, count, kinds, arrays, from = this.#answers) {
     const buffer = this.#module.HEAPU8.buffer;
-    let from = this.#answers;
     for (const [name, kind] of Object.entries(kinds)) {
       const [Type, each] = kind;
       arrays[name]?.set(new Type(buffer, from, Math.ceil(count * each)), first * each);
       from += bytesOf(kind);
     }
+    return from;
   }
 }

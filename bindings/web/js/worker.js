@@ -12,10 +12,17 @@ const assets = [];
 function setInstances(instances) {
   const next = new Scene(device);
   try {
-    for (const { asset, object, transform } of instances ?? assets.map((_, asset) => ({ asset }))) {
+    for (const { asset, object, transform, mask, flags, user } of instances ?? assets.map((_, asset) => ({ asset }))) {
       if (!assets[asset]) refuse(`there is no asset ${asset}; the pool has ${assets.length}`);
-      if (object === undefined) next.add(assets[asset], transform);
-      else next.addInstance(assets[asset], object, transform);
+      const one = object !== undefined;
+      const { first, count } = one
+        ? { first: next.addInstance(assets[asset], object, transform), count: 1 }
+        : next.addAsset(assets[asset], transform);
+      for (let i = first; i < first + count; ++i) {
+        if (mask !== undefined) next.setInstanceMask(i, mask);
+        if (flags !== undefined) next.setInstanceFlags(i, flags);
+        if (user !== undefined) next.setInstanceUser(i, user);
+      }
     }
     next.commit();
   } catch (error) {
@@ -33,15 +40,16 @@ const tasks = {
     setInstances(instances);
   },
   instances: ({ instances }) => setInstances(instances),
-  query: ({ rays, names }) => scene.query(rays, Object.fromEntries(names.map((name) => [name, true]))),
-  intersect: ({ rays, names }) => scene.intersect(rays, Object.fromEntries(names.map((name) => [name, true]))),
+  query: ({ rays, wanted }) => scene.query(rays, wanted),
+  queryOpen: ({ rays, wanted }) => scene.queryOpen(rays, wanted),
+  intersect: ({ rays, wanted }) => scene.intersect(rays, wanted),
 };
 
 const port = await ownPort();
 port.onmessage = async ({ data: { id, task, message } }) => {
   try {
     const result = await tasks[task](message);
-    port.postMessage({ id, result }, result ? Object.values(result).map((array) => array.buffer) : []);
+    port.postMessage({ id, result }, result ? Object.values({ ...result, ...result.answers }).flatMap((array) => array.buffer ?? []) : []);
   } catch (error) {
     port.postMessage({ id, error: { code: error.code ?? 1, codeName: error.codeName ?? 'NIF_ERROR_UNKNOWN', message: error.message } });
   }

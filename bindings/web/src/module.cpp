@@ -26,6 +26,11 @@ class Saying {
     for (const float value : values) *this << value;
     return *this;
   }
+  template <size_t kCount>
+  Saying& operator<<(const double (&values)[kCount]) {
+    for (const double value : values) *this << value;
+    return *this;
+  }
   template <class Object>
   Saying& handle(Object* object) {
     return *this << reinterpret_cast<uintptr_t>(object);
@@ -42,13 +47,13 @@ T structure() {
   return value;
 }
 
-/// Rays as JavaScript lays them out; the offsets of its members are in js/layout.js. A stride of 0: one for
-/// all rays.
+/// Rays as JavaScript lays them out (js/staging.js). A stride of 0: one for all rays.
 struct Rays {
   uint32_t count;
-  const float *origin, *direction, *tmin,
-      *tmax;  ///< of the first two: x, y and z in a row; the others may be null
-  uint32_t origin_stride, direction_stride, tmin_stride, tmax_stride;  ///< bytes
+  const float *origin, *direction;  ///< x, y and z in a row
+  const float *tmin, *tmax;
+  const uint32_t* mask;                                                             ///< may be null
+  uint32_t origin_stride, direction_stride, tmin_stride, tmax_stride, mask_stride;  ///< bytes
 };
 struct Answers {
   uint8_t *visible, *visible_bits;
@@ -63,23 +68,47 @@ struct Hits {
   float *u, *v;
   uint8_t* certain;
   float *t_low, *t_high, *color;
+  uint64_t* user;
+};
+/// Each list has room for all rays.
+struct AnswersAndOpenRays {
+  Answers answers;
+  uint32_t* rays;
+  float *tmin, *tmax;
+  uint32_t* instance;
 };
 
-NifQuery query_of(const Rays& rays) {
-  NifQuery query = structure<NifQuery>();
-  query.count = rays.count;
+NifRays rays_of(const Rays& rays) {
+  NifRays batch = structure<NifRays>();
+  batch.count = rays.count;
   for (int axis = 0; axis < 3; ++axis) {
-    query.origin[axis] = rays.origin + axis;
-    query.direction[axis] = rays.direction + axis;
+    batch.origin[axis] = rays.origin + axis;
+    batch.direction[axis] = rays.direction + axis;
   }
-  query.origin_stride = rays.origin_stride;
-  query.direction_stride = rays.direction_stride;
-  query.tmin = rays.tmin;
-  query.tmin_stride = rays.tmin_stride;
-  query.tmax = rays.tmax;
-  query.tmax_stride = rays.tmax_stride;
-  return query;
+  batch.origin_stride = rays.origin_stride;
+  batch.direction_stride = rays.direction_stride;
+  batch.tmin = rays.tmin;
+  batch.tmin_stride = rays.tmin_stride;
+  batch.tmax = rays.tmax;
+  batch.tmax_stride = rays.tmax_stride;
+  batch.mask = rays.mask;
+  batch.mask_stride = rays.mask_stride;
+  return batch;
 }
+
+NifAnswers answers_of(const Answers& wanted) {
+  NifAnswers answers = structure<NifAnswers>();
+  answers.visible = wanted.visible;
+  answers.visible_bits = wanted.visible_bits;
+  answers.probability = wanted.probability;
+  answers.certain = wanted.certain;
+  answers.logit = wanted.logit;
+  return answers;
+}
+
+/// What scene.js has set: it answers these rays, and throws nothing.
+EM_JS(void, ask_fallback, (uint32_t count, const uint64_t* rays, uint8_t* visible),
+      { Module['fallback'](count, rays, visible); });
 
 }  // namespace
 
@@ -104,7 +133,7 @@ EMSCRIPTEN_KEEPALIVE void web_release_device(NifDevice device) { nifReleaseDevic
 /// handle
 EMSCRIPTEN_KEEPALIVE int web_load_asset(NifDevice device, const void* bytes, uint32_t size) {
   NifAsset asset = nullptr;
-  const NifError error = nifLoadAssetMemory(device, bytes, size, NIF_MEMORY_COPY, &asset);
+  const NifError error = nifLoadAssetMemory(device, bytes, size, NIF_LOAD_COPY, &asset);
   Saying().handle(asset);
   return error;
 }
@@ -133,9 +162,9 @@ EMSCRIPTEN_KEEPALIVE int web_object_info(NifAsset asset, uint32_t object) {
 }
 
 /// name, object, 12 of the transform
-EMSCRIPTEN_KEEPALIVE int web_instance_info(NifAsset asset, uint32_t instance) {
-  NifInstanceInfo info = structure<NifInstanceInfo>();
-  const NifError error = nifGetInstanceInfo(asset, instance, &info);
+EMSCRIPTEN_KEEPALIVE int web_asset_instance_info(NifAsset asset, uint32_t instance) {
+  NifAssetInstanceInfo info = structure<NifAssetInstanceInfo>();
+  const NifError error = nifGetAssetInstanceInfo(asset, instance, &info);
   Saying() << info.name << info.object << info.transform;
   return error;
 }
@@ -164,32 +193,89 @@ EMSCRIPTEN_KEEPALIVE int web_add_asset(NifScene scene, NifAsset asset, const flo
   Saying() << first << count;
   return error;
 }
+EMSCRIPTEN_KEEPALIVE int web_remove_instance(NifScene scene, uint32_t instance) {
+  return nifRemoveInstance(scene, instance);
+}
 EMSCRIPTEN_KEEPALIVE int web_set_transform(NifScene scene, uint32_t instance, const float* transform) {
   return nifSetInstanceTransform(scene, instance, transform);
 }
+/// instances may be null
+EMSCRIPTEN_KEEPALIVE int web_set_transforms(NifScene scene, uint32_t count, const uint32_t* instances,
+                                            const float* transforms) {
+  return nifSetInstanceTransforms(scene, count, instances, transforms, 12 * sizeof(float));
+}
+EMSCRIPTEN_KEEPALIVE int web_set_instance_origin(NifScene scene, uint32_t instance, double x, double y,
+                                                 double z) {
+  const double origin[3] = {x, y, z};
+  return nifSetInstanceOrigin(scene, instance, origin);
+}
+EMSCRIPTEN_KEEPALIVE int web_set_origin(NifScene scene, double x, double y, double z) {
+  const double origin[3] = {x, y, z};
+  return nifSetSceneOrigin(scene, origin);
+}
+EMSCRIPTEN_KEEPALIVE int web_set_mask(NifScene scene, uint32_t instance, uint32_t mask) {
+  return nifSetInstanceMask(scene, instance, mask);
+}
+EMSCRIPTEN_KEEPALIVE int web_set_flags(NifScene scene, uint32_t instance, uint32_t flags) {
+  return nifSetInstanceFlags(scene, instance, flags);
+}
+EMSCRIPTEN_KEEPALIVE int web_set_user(NifScene scene, uint32_t instance, uint32_t low, uint32_t high) {
+  return nifSetInstanceUser(scene, instance, uint64_t{high} << 32 | low);
+}
+/// object, mask, flags, low and high half of the user value, 3 of the origin, 12 of the transform
+EMSCRIPTEN_KEEPALIVE int web_instance_info(NifScene scene, uint32_t instance) {
+  NifInstanceInfo info = structure<NifInstanceInfo>();
+  const NifError error = nifGetInstanceInfo(scene, instance, &info);
+  Saying() << info.object << info.mask << info.flags << uint32_t(info.user) << uint32_t(info.user >> 32)
+           << info.origin << info.transform;
+  return error;
+}
 EMSCRIPTEN_KEEPALIVE int web_commit(NifScene scene) { return nifCommitScene(scene); }
 
-/// instances, committed, 6 bounds, bytes in memory
+/// instances, committed, 6 bounds, bytes in memory, end of their numbers, 3 of the origin
 EMSCRIPTEN_KEEPALIVE int web_scene_info(NifScene scene) {
   NifSceneInfo info = structure<NifSceneInfo>();
   const NifError error = nifGetSceneInfo(scene, &info);
   Saying() << info.instance_count << info.committed << info.bounds_min << info.bounds_max
-           << info.resident_bytes;
+           << info.resident_bytes << info.instance_end << info.origin;
   return error;
 }
 
-EMSCRIPTEN_KEEPALIVE int web_query(NifScene scene, const Rays* rays, const Answers* answers) {
-  NifQuery query = query_of(*rays);
-  query.visible = answers->visible;
-  query.visible_bits = answers->visible_bits;
-  query.probability = answers->probability;
-  query.certain = answers->certain;
-  query.logit = answers->logit;
-  return nifQuery(scene, &query);
+EMSCRIPTEN_KEEPALIVE int web_query(NifScene scene, const Rays* rays, const Answers* wanted) {
+  const NifRays batch = rays_of(*rays);
+  const NifAnswers answers = answers_of(*wanted);
+  return nifQuery(scene, &batch, &answers);
+}
+
+EMSCRIPTEN_KEEPALIVE int web_query_with_fallback(NifScene scene, const Rays* rays, const Answers* wanted,
+                                                 float confidence) {
+  const NifRays batch = rays_of(*rays);
+  const NifAnswers answers = answers_of(*wanted);
+  const NifFallback fallback = [](void*, uint64_t count, const uint64_t* numbers, uint8_t* visible) {
+    ask_fallback(uint32_t(count), numbers, visible);
+  };
+  return nifQueryWithFallback(scene, &batch, &answers, confidence, fallback, nullptr);
+}
+
+/// how many rays are open
+EMSCRIPTEN_KEEPALIVE int web_query_open(NifScene scene, const Rays* rays, const AnswersAndOpenRays* wanted) {
+  const NifRays batch = rays_of(*rays);
+  const NifAnswers answers = answers_of(wanted->answers);
+  uint32_t count = 0;
+  NifOpenRays open = structure<NifOpenRays>();
+  open.capacity = rays->count;
+  open.rays = wanted->rays;
+  open.tmin = wanted->tmin;
+  open.tmax = wanted->tmax;
+  open.instance = wanted->instance;
+  open.count = &count;
+  const NifError error = nifQueryOpen(scene, &batch, &answers, &open);
+  Saying() << count;
+  return error;
 }
 
 EMSCRIPTEN_KEEPALIVE int web_intersect(NifScene scene, const Rays* rays, const Hits* wanted) {
-  const NifQuery query = query_of(*rays);
+  const NifRays batch = rays_of(*rays);
   NifHits hits = structure<NifHits>();
   hits.hit = wanted->hit;
   hits.t = wanted->t;
@@ -203,7 +289,8 @@ EMSCRIPTEN_KEEPALIVE int web_intersect(NifScene scene, const Rays* rays, const H
   hits.t_low = wanted->t_low;
   hits.t_high = wanted->t_high;
   hits.color = wanted->color;
-  return nifIntersect(scene, &query, &hits);
+  hits.user = wanted->user;
+  return nifIntersect(scene, &batch, &hits);
 }
 
 }  // extern "C"

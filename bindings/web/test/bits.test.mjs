@@ -16,7 +16,7 @@ function same(ours, theirs, what) {
 
 const all = (...names) => Object.fromEntries(names.map((name) => [name, true]));
 const wantedAnswers = all('visible', 'visibleBits', 'probability', 'certain', 'logit');
-const wantedHits = all('hit', 't', 'normal', 'instance', 'object', 'triangle', 'u', 'v', 'certain', 'tLow', 'tHigh', 'color');
+const wantedHits = all('hit', 't', 'normal', 'instance', 'object', 'triangle', 'u', 'v', 'certain', 'tLow', 'tHigh', 'color', 'user');
 
 /** The next case of the file; ask(rays) gives answers and hits. Returns how many rays it has. */
 async function compare(cursor, what, ask) {
@@ -35,6 +35,7 @@ async function compare(cursor, what, ask) {
   hits.certain = cursor.take(Uint8Array, n);
   for (const name of ['tLow', 'tHigh']) hits[name] = cursor.take(Float32Array, n);
   hits.color = cursor.take(Float32Array, 3 * n);
+  hits.user = cursor.take(BigUint64Array, n);
 
   const ours = await ask(rays);
   // nif.h: the last bits of the probability may differ between machines, the other outputs never.
@@ -60,7 +61,7 @@ for (const build of builds)
       for (let object = 0; object <= asset.info.objects; ++object) {
         const scene = new Scene(device);
         if (object < asset.info.objects) scene.addInstance(asset, object);
-        else scene.add(asset, transform);
+        else scene.addAsset(asset, transform);
         scene.commit();
         rays += await compare(cursor, `${name}, object ${object}`, askScene(scene));
         scene.dispose();
@@ -87,7 +88,7 @@ test('every layout of rays gives the same answers', async () => {
   const device = await Device.create();
   const asset = await Asset.load(device, golden('v2-exact.nif'));
   const scene = new Scene(device);
-  scene.add(asset);
+  scene.addAsset(asset);
   scene.commit();
   const rays = new Cursor(nativeAnswers('v2-exact.nif')).take(Float32Array, 8 * nativeRays);
   const column = (first, count) => Float32Array.from({ length: nativeRays * count }, (_, i) => rays[8 * Math.floor(i / count) + first + (i % count)]);

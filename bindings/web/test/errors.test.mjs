@@ -20,7 +20,7 @@ const wrong = (text) => is('NIF_ERROR_INVALID_ARGUMENT', text);
 const device = await Device.create();
 const asset = await Asset.load(device, golden('v2-exact.nif'));
 const scene = new Scene(device);
-scene.add(asset);
+scene.addAsset(asset);
 scene.commit();
 const rays = someRays(100);
 const expected = scene.query(rays).visible;
@@ -119,6 +119,11 @@ test('batches that are wrong', () => {
     [{ toString: true }, /^there is no output/],
   ])
     assert.throws(() => scene.query(rays, outputs), wrong(text));
+  const both = { origins: f(6), directions: f(6) };
+  assert.throws(() => scene.query({ ...both, mask: new Uint32Array(3) }), wrong(/^mask has 3 numbers for 2 rays/));
+  assert.throws(() => scene.query({ ...both, mask: f(2) }), wrong(/^mask is no Uint32Array/));
+  assert.throws(() => scene.query({ rays, mask: -1 }), wrong(/^mask is -1/));
+  assert.throws(() => scene.queryOpen(rays, { seen: true }), wrong(/^there is no output 'seen'/));
   assert.deepEqual(scene.query(rays).visible, expected);
 });
 
@@ -130,7 +135,7 @@ test('detached buffers', async () => {
   assert.throws(() => scene.query(detached(someRays(10))), wrong(/^the buffer of rays is detached/));
   assert.throws(() => scene.query({ origins: new Float32Array(3), directions: detached(new Float32Array(3)) }), wrong(/^the buffer of directions is detached/));
   assert.throws(() => scene.query(rays, { visible: detached(new Uint8Array(100)) }), wrong(/^the buffer of visible is detached/));
-  assert.throws(() => scene.setTransform(0, detached(new Float32Array(12))), wrong(/transform is detached/));
+  assert.throws(() => scene.setInstanceTransform(0, detached(new Float32Array(12))), wrong(/transform is detached/));
   await assert.rejects(Asset.load(device, detached(goldenBytes('v2-single.nif')).buffer), wrong(/asset is detached/));
   assert.deepEqual(scene.query(rays).visible, expected);
 });
@@ -145,7 +150,7 @@ test('views of buffers that have shrunk', async () => {
   assert.throws(() => scene.query(shrunk(Float32Array, 80, 316)), wrong(/^the buffer of rays is detached or too small/));
   assert.throws(() => scene.query({ origins: shrunk(Float32Array, 3, 0), directions: shrunk(Float32Array, 3, 0) }), wrong(/^the buffer of origins is/));
   assert.throws(() => scene.query(new Float32Array(0), { visible: shrunk(Uint8Array, 9, 8) }), wrong(/^the buffer of visible is/));
-  assert.throws(() => scene.setTransform(0, shrunk(Float32Array, 12, 40)), wrong(/^the buffer of the transform is/));
+  assert.throws(() => scene.setInstanceTransform(0, shrunk(Float32Array, 12, 40)), wrong(/^the buffer of the transform is/));
   await assert.rejects(Asset.load(device, shrunk(Uint8Array, 99, 98)), wrong(/^the buffer of the asset is/));
   await assert.rejects(Asset.load(device, shrunk(DataView, 99, 98)), wrong(/^the buffer of the asset is/));
   // What is as long as its buffer follows it.
@@ -161,13 +166,30 @@ test('scenes that are wrong', () => {
   assert.throws(() => empty.addInstance(asset, 99), wrong(/./));
   assert.throws(() => empty.addInstance(asset, -1), wrong(/^object is -1/));
   assert.throws(() => empty.addInstance({}, 0), wrong(/no Asset/));
-  assert.throws(() => empty.add(asset, [1, 2, 3]), wrong(/12 numbers/));
-  assert.throws(() => empty.add(asset, new Float32Array(12)), is('NIF_ERROR_SINGULAR_TRANSFORM', /./));
-  assert.throws(() => empty.add(asset, Array(12).fill(NaN)), wrong(/finite/));
-  assert.throws(() => empty.setTransform(0), wrong(/no instance 0/));
+  assert.throws(() => empty.addAsset(asset, [1, 2, 3]), wrong(/12 numbers/));
+  assert.throws(() => empty.addAsset(asset, new Float32Array(12)), is('NIF_ERROR_SINGULAR_TRANSFORM', /./));
+  assert.throws(() => empty.addAsset(asset, Array(12).fill(NaN)), wrong(/finite/));
+  assert.throws(() => empty.setInstanceTransform(0), wrong(/no instance 0/));
   assert.throws(() => asset.object(1000), wrong(/./));
   assert.throws(() => asset.instance(1000), wrong(/./));
   assert.throws(() => new Scene(), wrong(/no Device/));
+  for (const call of [
+    () => empty.removeInstance(0),
+    () => empty.instance(0),
+    () => empty.setInstanceTransforms(null, Array(12).fill(1)),
+    () => empty.setInstanceTransforms([0, 1], Array(12).fill(1)),
+    () => empty.setInstanceTransforms([-1], Array(12).fill(1)),
+    () => empty.setInstanceTransforms(null, Array(13).fill(1)),
+    () => empty.setInstanceOrigin(0, [0, 0, 0]),
+    () => empty.setOrigin([0, NaN, 0]),
+    () => empty.setOrigin([0, 0]),
+    () => empty.setInstanceMask(0, 1),
+    () => empty.setInstanceMask(0, 2 ** 32),
+    () => empty.setInstanceFlags(0, 1),
+    () => empty.setInstanceUser(0, 1),
+    ...[-1, 0.5, 2n ** 64n, NaN, 'one', {}, undefined].map((user) => () => empty.setInstanceUser(0, user)),
+  ])
+    assert.throws(call, wrong(/./));
   assert.equal(empty.info.instances, 0);
   empty.commit();
   assert.ok(empty.query(rays).visible.every((bit) => bit === 1));
@@ -178,7 +200,7 @@ test('what has been disposed of', async () => {
   const device = await Device.create();
   const asset = await Asset.load(device, golden('v2-exact.nif'));
   const scene = new Scene(device);
-  scene.add(asset);
+  scene.addAsset(asset);
   scene.commit();
   device.dispose(), asset.dispose();
   // The scene keeps both alive.
@@ -186,11 +208,12 @@ test('what has been disposed of', async () => {
   assert.throws(() => new Scene(device), wrong(/^the device has been disposed of/));
   await assert.rejects(Asset.load(device, golden('v2-exact.nif')), wrong(/^the device has been disposed of/));
   assert.throws(() => asset.info, wrong(/^the asset has been disposed of/));
-  assert.throws(() => scene.add(asset), wrong(/^the asset has been disposed of/));
+  assert.throws(() => scene.addAsset(asset), wrong(/^the asset has been disposed of/));
   scene.dispose(), scene.dispose();
   const transform = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
-  const placing = [() => scene.add(asset, transform), () => scene.addInstance(asset, 0, transform), () => scene.setTransform(0, transform)];
-  for (const use of [() => scene.query(rays), () => scene.commit(), () => scene.info, () => scene.setTransform(0), ...placing])
+  const placing = [() => scene.addAsset(asset, transform), () => scene.addInstance(asset, 0, transform), () => scene.setInstanceTransform(0, transform)];
+  const others = [() => scene.query(rays), () => scene.commit(), () => scene.info, () => scene.setOrigin(null), () => scene.instance(0)];
+  for (const use of [...others, () => scene.setInstanceTransform(0), ...placing])
     assert.throws(use, wrong(/^the scene has been disposed of/));
   const other = await Device.create();
   const loading = Asset.load(other, golden('v2-exact.nif'));
@@ -205,7 +228,7 @@ test('things that are not made by new', async () => {
   assert.throws(() => new Pool(), wrong(/Pool.create/));
   const other = await Device.create();
   const theirs = new Scene(other);
-  assert.throws(() => theirs.add(asset), wrong(/another device/));
+  assert.throws(() => theirs.addAsset(asset), wrong(/another device/));
   theirs.dispose(), other.dispose();
 });
 
@@ -253,6 +276,8 @@ test('pools', async () => {
     [[{ asset: () => 0 }], /^asset is /],
     [[{ asset: 0, object: () => 0 }], /^object is /],
     [[{ asset: 0, transform: () => 0 }], /12 numbers/],
+    [[{ asset: 0, mask: -1 }], /^mask is -1/],
+    [[{ asset: 0, user: 0.5 }], /^user is 0.5/],
   ])
     await assert.rejects(Pool.create({ workers: 1, assets: [golden('v2-single.nif')], instances }), wrong(text));
   const pool = await Pool.create({ workers: 2, assets: [golden('v2-exact.nif')] });

@@ -52,7 +52,8 @@ void answer(NifScene scene, size_t count, std::FILE* out) {
       high(count), color(3 * count);
   std::vector<int32_t> logit(count);
   std::vector<uint32_t> instance(count), object(count), triangle(count);
-  NifQuery query = nifQueryRays(rays.data(), count);
+  std::vector<uint64_t> user(count);
+  const NifRays batch = nifMakeRays(rays.data(), count);
   NifHits hits{};
   hits.struct_size = sizeof(hits);
   hits.hit = hit.data();
@@ -67,18 +68,22 @@ void answer(NifScene scene, size_t count, std::FILE* out) {
   hits.t_low = low.data();
   hits.t_high = high.data();
   hits.color = color.data();
-  must(nifIntersect(scene, &query, &hits));
-  query.visible = visible.data();
-  query.visible_bits = bits.data();
-  query.probability = probability.data();
-  query.certain = certain.data();
-  query.logit = logit.data();
-  must(nifQuery(scene, &query));
+  hits.user = user.data();
+  must(nifIntersect(scene, &batch, &hits));
+  NifAnswers answers{};
+  answers.struct_size = sizeof(answers);
+  answers.visible = visible.data();
+  answers.visible_bits = bits.data();
+  answers.probability = probability.data();
+  answers.certain = certain.data();
+  answers.logit = logit.data();
+  must(nifQuery(scene, &batch, &answers));
   write(out, rays);
   write(out, visible), write(out, bits), write(out, probability), write(out, certain), write(out, logit);
   write(out, hit), write(out, t), write(out, normal), write(out, instance), write(out, object),
       write(out, triangle);
   write(out, u), write(out, v), write(out, proven), write(out, low), write(out, high), write(out, color);
+  write(out, user);
 }
 
 }  // namespace
@@ -89,7 +94,7 @@ int main(int argc, char** argv) {
   NifDevice device = nullptr;
   NifAsset asset = nullptr;
   must(nifNewDevice("threads=0", nullptr, &device));
-  must(nifLoadAssetFile(device, argv[1], NIF_LOAD_READ, &asset));
+  must(nifLoadAssetFile(device, argv[1], NIF_LOAD_COPY, &asset));
   NifAssetInfo info{};
   info.struct_size = sizeof(info);
   must(nifGetAssetInfo(asset, &info));

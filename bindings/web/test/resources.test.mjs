@@ -14,7 +14,7 @@ test('10,000 loads and disposals keep memory flat', async () => {
   for (let i = 0; i < 10000; ++i) {
     const asset = await Asset.load(device, bytes);
     const scene = new Scene(device);
-    scene.add(asset);
+    scene.addAsset(asset);
     scene.commit();
     scene.query(rays);
     scene.dispose();

@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
   NifAsset asset = nullptr;
   NifScene scene = nullptr;
   must(nifNewDevice("isa=sse4,queries=1", nullptr, &device));
-  must(nifLoadAssetFile(device, argv[1], NIF_LOAD_READ, &asset));
+  must(nifLoadAssetFile(device, argv[1], NIF_LOAD_COPY, &asset));
   must(nifNewScene(device, &scene));
   must(nifAddAsset(scene, asset, nullptr, nullptr, nullptr));
   must(nifCommitScene(scene));
@@ -47,10 +47,12 @@ int main(int argc, char** argv) {
   std::vector<uint8_t> visible(count);
   double best = 0;
   for (int round = 0; round < 5; ++round) {
-    NifQuery query = nifQueryRays(rays.data(), count);
-    query.visible = visible.data();
+    const NifRays batch = nifMakeRays(rays.data(), count);
+    NifAnswers answers{};
+    answers.struct_size = sizeof(answers);
+    answers.visible = visible.data();
     const auto start = std::chrono::steady_clock::now();
-    must(nifQuery(scene, &query));
+    must(nifQuery(scene, &batch, &answers));
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     best = std::fmax(best, static_cast<double>(count) / seconds.count() / 1e6);
   }

@@ -47,7 +47,7 @@ for (const [name, device] of Object.entries(devices)) {
   const asset = await Asset.load(device, assetFile);
   assetMs ??= performance.now() - start;
   const scene = (scenes[name] = new Scene(device));
-  scene.add(asset);
+  scene.addAsset(asset);
   scene.commit();
 }
 const rays = makeRays(scenes.vectors.info);

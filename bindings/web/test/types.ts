@@ -1,5 +1,5 @@
 // What TypeScript makes of the package's types: npm's users see no more of the code. types.test.mjs compiles this file.
-import { Asset, Device, NifError, Pool, Scene, hasSimd, type AssetInfo, type ObjectInfo, type Rays } from 'nifkit';
+import { Asset, Device, INSTANCE_DISABLED, NifError, Pool, Scene, hasSimd, type AssetInfo, type InstanceInfo, type ObjectInfo, type Rays } from 'nifkit';
 
 type Same<A, B> = (<T>() => T extends A ? 1 : 2) extends <T>() => T extends B ? 1 : 2 ? true : false;
 function same<A, B>(_: Same<A, B>): void {}
@@ -11,9 +11,13 @@ export async function inOneThread(url: URL, bytes: Uint8Array, file: Blob): Prom
   const info: AssetInfo = asset.info;
   const object: ObjectInfo = asset.object(0);
   const scene = new Scene(device);
-  const { first, count } = scene.add(asset);
+  const { first, count } = scene.addAsset(asset);
   scene.addInstance(asset, 0, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]);
-  scene.setTransform(first + count - 1, new Float32Array(12));
+  scene.setInstanceTransform(first + count - 1, new Float32Array(12));
+  scene.setInstanceFlags(first, INSTANCE_DISABLED);
+  scene.setInstanceUser(first, 5n);
+  const placed: InstanceInfo = scene.instance(first);
+  same<typeof placed.user, bigint>(true);
   scene.commit();
 
   const rays: Rays = { origins: new Float32Array(3), directions: Float32Array.of(0, 0, 1), tmin: object.bias };
@@ -25,6 +29,11 @@ export async function inOneThread(url: URL, bytes: Uint8Array, file: Blob): Prom
   same<keyof typeof some, 'probability' | 'certain'>(true);
   const hits = scene.intersect({ rays: new Float32Array(8) }, { t: true, triangle: true });
   same<typeof hits.triangle, Uint32Array>(true);
+  const exact = scene.queryWithFallback(rays, { visible: true }, 2, (numbers, visible) => visible.fill(numbers[0]! % 2));
+  same<keyof typeof exact, 'visible'>(true);
+  const open = scene.queryOpen(rays, { certain: true });
+  same<typeof open.answers.certain, Uint8Array>(true);
+  same<typeof open.tmin, Float32Array>(true);
 
   // @ts-expect-error It was not asked for.
   some.visible;
@@ -48,7 +57,7 @@ export async function inOneThread(url: URL, bytes: Uint8Array, file: Blob): Prom
 export async function inWorkers(asset: string): Promise<Uint8Array> {
   const pool = await Pool.create({ workers: 2, assets: [asset], instances: [{ asset: 0, object: 0 }] });
   try {
-    const { visible } = await pool.query({ rays: new Float32Array(8) }, { visible: true });
+    const { visible } = await pool.query({ rays: new Float32Array(8) }, { visible: true }, { signal: new AbortController().signal });
     // @ts-expect-error Answers come later.
     pool.query(new Float32Array(8)).visible;
     return visible;

@@ -31,7 +31,7 @@ export async function open(bytes, name, { simd }) {
   const device = await Device.create(simd === undefined ? {} : { simd });
   const asset = await Asset.load(device, { name, arrayBuffer: async () => bytes.buffer }); // so that errors have the name
   const scene = new Scene(device);
-  scene.add(asset);
+  scene.addAsset(asset);
   scene.commit();
   const { objects, instances, residentBytes } = asset.info;
   for (let i = 0; i < objects; ++i) {
