@@ -1,4 +1,4 @@
-// `nif devices`: lists what can answer queries on this machine, and what is missing.
+// `nif devices`: lists the devices of this machine that can answer queries, and what others lack.
 #include <fmt/format.h>
 
 #include <memory>
@@ -21,7 +21,7 @@ struct Card {
   uint64_t memory;
 };
 
-/// None where there are none; the backend's reason then says why.
+/// Empty if there are none; then the backend's reason says why.
 std::vector<Card> find_cards() {
   std::vector<Card> cards;
   auto info = nifkit::sized<NifCardInfo>();
@@ -79,7 +79,7 @@ void add_devices(Command app) {
       "used, the\n"
       "line says what is missing: the GPU module (libnif_hip.so, or the file that NIF_HIP_MODULE names), a "
       "driver, a\n"
-      "card, or code for the card.\n"
+      "GPU, or code for the GPU.\n"
       "Examples:\n"
       "  nif devices\n"
       "  nif devices --json");

@@ -1,5 +1,5 @@
-// Which options contradict each other is decided here, each with a sentence that says why. `nif bake`
-// and manifests both come through resolve_options(), so both refuse the same.
+// Decides which options contradict each other, with a sentence that says why. Both `nif bake` and manifests
+// go through resolve_options(), so both refuse the same.
 #include "tools/common/bake_options.hpp"
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@
 namespace nif::tools {
 namespace {
 
-/// "outer-lines=0.5,segments=0.5", or names alone for equal shares.
+/// "outer-lines=0.5,segments=0.5", or only names for equal shares.
 bake::Mix parse_mix(const std::string& text) {
   bake::Mix mix{};
   std::istringstream parts(text);
@@ -216,13 +216,12 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       "the object becomes exact");
   command.add_flag(
       "--open-rays", arguments.open_rays,
-      "Who asks has a BVH for rays that stay open (nifQueryOpen): auto then takes proof where it would "
-      "take segment");
+      "The caller has a BVH for open rays (nifQueryOpen): auto then chooses proof instead of segment");
   command.add_option(
       "--lean", arguments.lean,
       "leak=RATE: at most that share of the rays of each set is blocked but answered visible; spurious=RATE: "
       "visible but answered blocked; with 99% confidence, e.g. spurious=0.05%. The other kind of error "
-      "grows. 0: never, where the network is asked");
+      "grows. 0: never, if the network decides");
   command.add_flag(
       "--uncoded", arguments.uncoded,
       "Store fields as they are used in memory: larger files, which load faster, and are used in "

@@ -1,5 +1,5 @@
-// Repeats from the asset's metadata what was chosen by name and what was merged, so that the ground
-// truth is of the same meshes. Metadata is not trusted: what makes no sense is an error.
+// Repeats the choice by name and the merge that the asset's metadata records, so that the ground truth comes
+// from the same meshes. Metadata is not trusted: if it makes no sense, that is an error.
 #include "tools/common/baked_scene.hpp"
 
 #include <fmt/format.h>

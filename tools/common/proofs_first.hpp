@@ -1,4 +1,4 @@
-// Queries that are answered by proofs first, and by a BVH of Embree's where those leave them open.
+// Answers queries with proofs first, and with an Embree BVH for the rays that they leave open.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@
 
 namespace nif::tools {
 
-/// Memory for such queries of as many rays as the first had; not for several threads at once.
+/// Memory for such queries, for as many rays as the first query had. Not thread-safe.
 class ProofsFirst {
  public:
-  /// Answers a query of these rays; `query` has them and all outputs but `visible`. Returns how many Embree
-  /// was asked about.
+  /// Answers a query; `query` has the rays and all outputs but `visible`. Returns the number of rays that
+  /// Embree traced.
   size_t ask(NifScene scene, NifQuery query, std::span<const kernels::Segment> segments,
              const bake::EmbreeScene& embree, bake::EmbreeCall call, uint8_t* visible);
 
@@ -24,7 +24,7 @@ class ProofsFirst {
   std::vector<float> tmin_, tmax_;
 };
 
-/// Answers so; certain are the rays that are proven. Both scenes must outlive the answerer.
+/// Answers this way; the proven rays are certain. Both scenes must outlive the answerer.
 bake::Answerer proofs_first_answerer(NifScene scene, const bake::EmbreeScene& embree);
 
 }  // namespace nif::tools

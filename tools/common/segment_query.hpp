@@ -1,4 +1,4 @@
-// Queries of rays as the baker has them.
+// Builds queries of the runtime from the rays of the baker.
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace nif::tools {
 
-/// A query of these segments, of which there are some, without outputs.
+/// A query of these segments, without outputs. `segments` must not be empty.
 inline NifQuery query_of(std::span<const kernels::Segment> segments) {
   const kernels::Segment& first = segments.front();
   NifQuery query{};

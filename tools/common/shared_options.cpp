@@ -1,4 +1,4 @@
-// The help texts stand here once. A change of wording shows in every subcommand.
+// Keeps the shared help texts in one place, so that a change of wording shows in every subcommand.
 #include "tools/common/shared_options.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
-// The verdicts come first: at each number of bytes, does `segment` or the best simplified mesh answer
-// more rays wrongly? Then tables, curves and pictures, with one colour for each family.
+// The verdicts come first: at each number of bytes, which of `segment` and the best simplified mesh answers
+// fewer rays wrongly? Then tables, curves and pictures, with one colour for each family.
 #include "tools/study/page.hpp"
 
 #include <fmt/format.h>
@@ -15,13 +15,14 @@
 namespace nif::tools {
 namespace {
 
-/// Close to these many resident bytes pictures are compared.
+/// Resident bytes near which pictures are compared.
 constexpr double kPictured = 300e3;
 
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 std::string times(double ratio) { return fmt::format("{:.2f} x", ratio); }
 
-/// nifkit's own in warm colours, simplified meshes in cold ones, volumes in green, the rest in grey.
+/// nifkit's own encodings in warm colours, simplified meshes in cold ones, volumes in green, the rest in
+/// grey.
 std::string_view colour_of(const std::string& family) {
   static const std::map<std::string, std::string_view, std::less<>> kColours{
       {"segment", "#c2410c"},
@@ -87,7 +88,7 @@ std::string curves_section(const Study& study) {
                   data_address("image/svg+xml", plot)));
 }
 
-/// What the reader wants to know first: ours and the best simplified mesh, and so where ours loses.
+/// What the reader wants to know first: our encoding against the best simplified mesh, and where ours loses.
 std::string verdicts(const Study& study) {
   std::string html;
   for (const double bytes : kBudgets) {
