@@ -231,7 +231,7 @@ void add_eval(Command app) {
       "Also compare first hits (nifIntersect): rays that hit or miss wrongly, places, normals, proven "
       "bounds, and triangles where the asset knows those of the mesh");
   command.add_flag("--reference", a->reference,
-                   "Also ask the scalar reference, and fail if any bit of an answer differs");
+                   "Also query the scalar reference, and fail if any bit of an answer differs");
   add_run_options(command, *a, kSchema);
   command.footer(
       "Examples:\n"

@@ -109,7 +109,7 @@ void check(const Input& input, Scene& scene) {
   for (const Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
   if (triangles == 0)
     input.fail(Status::no_triangles,
-               input.limits.choice.empty() ? "has no triangles" : "has no triangles that are chosen");
+               input.limits.choice.empty() ? "has no triangles" : "has no chosen triangles");
   check_triangle_limit(input, triangles);
   uint64_t dropped = 0;
   for (Mesh& mesh : scene.meshes) dropped += check_mesh(input, mesh);

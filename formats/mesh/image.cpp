@@ -203,7 +203,7 @@ std::optional<Texture> decode(std::string_view bytes, uint64_t& texels, std::str
   if (!decoder.read_header()) return refused();
   const uint64_t wanted = uint64_t{decoder.width} * decoder.height;
   if (wanted > texels) {
-    why = fmt::format("has {} x {} pixels, more than are read ({} of a file)", decoder.width, decoder.height,
+    why = fmt::format("has {} x {} pixels, more than the limit ({} per file)", decoder.width, decoder.height,
                       kMostTexels);
     return std::nullopt;
   }
@@ -218,7 +218,7 @@ std::optional<Texture> decode(std::string_view bytes, uint64_t& texels, std::str
 std::optional<Texture> decode_image(std::string_view bytes, uint64_t& texels, std::string& why) {
   if (PngDecoder::is_one(bytes)) return decode<PngDecoder>(bytes, texels, why);
   if (JpegDecoder::is_one(bytes)) return decode<JpegDecoder>(bytes, texels, why);
-  why = "is no PNG or JPEG";
+  why = "is neither PNG nor JPEG";
   return std::nullopt;
 }
 

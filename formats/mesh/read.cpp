@@ -87,7 +87,7 @@ Scene read_format(const Input& input, std::vector<ExternalFile>& external) {
   }
   if (input.file == kStandardInputName)
     input.fail(Status::not_a_mesh,
-               "is in no format that its content tells; name it with --format (OBJ always needs that)");
+               "does not reveal its format by its content; name it with --format (OBJ always needs that)");
   input.fail(Status::not_a_mesh,
              "is not in a known mesh format; nif reads PLY, OBJ, STL, OFF, glTF, GLB and Draco, also as .gz "
              "or .zst");

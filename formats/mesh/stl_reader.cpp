@@ -69,8 +69,8 @@ uint64_t count_triangles(const Input& input, std::vector<Note>& notes) {
   const bool whole = after % kRecord == 0;
   if (announced == 0 && after != 0 && !whole)
     input.fail(Status::no_triangles,
-               fmt::format("has no triangles: its header counts none, and the {} bytes that follow are no "
-                           "whole number of triangles of {} bytes",
+               fmt::format("has no triangles: its header counts none, and the {} bytes that follow are not "
+                           "a multiple of a triangle's {} bytes",
                            after, kRecord));
   if (after < kRecord) return announced;
   const auto is_finite = [&](uint64_t t) {
@@ -90,7 +90,7 @@ uint64_t count_triangles(const Input& input, std::vector<Note>& notes) {
   }
   notes.push_back({NoteKind::bytes_after_end,
                    fmt::format("{}: {} bytes follow the {} triangles that its header counts, and were left "
-                               "out; files that were joined read like this.",
+                               "out; concatenated files look like this.",
                                input.file.string(), after, announced)});
   return announced;
 }

@@ -67,7 +67,7 @@ Report& Report::operator+=(const Report& other) {
 }
 
 Report repair(Mesh& mesh, const Options& options, const std::atomic<bool>& cancel) {
-  if (options.hole_edges > 0) cgal::require("the filling of holes");
+  if (options.hole_edges > 0) cgal::require("hole filling");
   const auto stop_if_cancelled = [&] {
     if (cancel) throw Error(Status::interrupted, "the repair was cancelled");
   };

@@ -247,7 +247,7 @@ std::string bake_page(const nlohmann::ordered_json& report, std::string_view met
   body += html_section(
       "Pictures",
       "Shadows of a sun and a dim sky, 16 rays a pixel. The map is grey where all 16 rays from a pixel "
-      "into the half space above it are answered rightly, yellow where one is not, red where many are not.",
+      "into the half space above it are answered correctly, yellow where one is not, red where many are not.",
       pictures);
   body += sets_section(report);
   body += html_section("Errors by angle", "Rays from the surface, by their angle to its normal.",

@@ -58,11 +58,11 @@ std::vector<std::string> notes_of(const repair::Report& r) {
   std::vector<std::string> notes;
   if (r.unsearched_meshes > 0)
     notes.push_back(fmt::format(
-        "T-junctions of {} were left: too many vertices lie near too many open edges to look at all of them",
+        "T-junctions of {} were left: too many vertices are near too many open edges to check all of them",
         r.unsearched_meshes == 1 ? "1 mesh" : fmt::format("{} meshes", r.unsearched_meshes)));
   if (r.unclear_solids > 0)
     notes.push_back(fmt::format(
-        "{} may face the wrong way, but what lies around {} crosses or touches others: left as {}",
+        "{} may face the wrong way, but something around {} crosses or touches others: left as {}",
         count_of(r.unclear_solids, "solid"), r.unclear_solids == 1 ? "it" : "them",
         r.unclear_solids == 1 ? "it is" : "they are"));
   return notes;

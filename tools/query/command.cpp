@@ -102,15 +102,15 @@ void add_query(Command app) {
           .one_word_each();
   command
       .add_option("--rays", a->rays,
-                  "A file of rays; - is standard input. By its content CSV, JSON lines, or .npy (an array of "
-                  "N x 6 or N x 8 floats)")
+                  "A file of rays: CSV, JSON lines, or .npy (an array of N x 6 or N x 8 floats), detected by "
+                  "content; - is standard input")
       .excludes(ray);
   command.add_option("-o,--output", a->output,
                      "The file to write the answers to; without it they go to standard output");
   command
       .add_option("--format", a->format,
-                  "How to write the answers: csv (with a header), jsonl or npy. By default what the output's "
-                  "name ends with, else csv")
+                  "Format of the answers: csv (with a header), jsonl or npy (default: the ending of the "
+                  "output's name, else csv)")
       .one_of({"csv", "jsonl", "npy"});
   command.add_flag("--hits", a->hits,
                    "Also report first hits (nifIntersect): t, nx, ny, nz, instance, object, "

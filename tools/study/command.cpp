@@ -269,11 +269,9 @@ void add_study(Command app) {
   add_seed_option(command, a->seed);
   add_run_options(command, *a, kStudySchema);
   command.footer(
-      "Compared are segment, exact, bvh, proof with Embree behind it, and spherical; Embree on the whole "
-      "mesh;\n"
-      "meshes simplified by OpenMesh and meshoptimizer, with Embree and as exact; distance fields and voxels "
-      "of\n"
-      "OpenVDB. docs/study.md says how.\n"
+      "Compares segment, exact, bvh, proof with Embree behind it, and spherical; Embree on the whole mesh;\n"
+      "meshes simplified by OpenMesh and meshoptimizer, with Embree and as exact; and distance fields and\n"
+      "voxels of OpenVDB. docs/study.md explains how.\n"
       "Examples:\n"
       "  nif study statue.ply -o statue-study --quick\n"
       "  nif study dragon.ply.gz -o dragon-study");

@@ -82,7 +82,7 @@ std::string curves_section(const Study& study) {
   }
   const std::string plot = curves_plot(study.key.mesh, panels);
   return html_section(
-      "Curves", "Over bytes in memory, both axes logarithmic. An error of none has no point.",
+      "Curves", "Over bytes in memory, both axes logarithmic. An error of 0 has no point.",
       fmt::format("<img class=\"plot\" alt=\"Error and speed over bytes, by rival; the table below has all "
                   "figures\" src=\"{}\">\n",
                   data_address("image/svg+xml", plot)));
@@ -103,9 +103,9 @@ std::string verdicts(const Study& study) {
     if (!own && !other) continue;
     std::string said;
     if (!own) {
-      said = "segment has no size as small as that";
+      said = "segment has no size that small";
     } else if (!other) {
-      said = fmt::format("segment: {} wrong; no simplified mesh is as small as that", percent(own->error));
+      said = fmt::format("segment: {} wrong; no simplified mesh is that small", percent(own->error));
     } else {
       said = fmt::format("{}: segment answers {} wrongly, the best simplified mesh ({}) {}",
                          own->error < other->error ? "segment wins" : "segment loses", percent(own->error),

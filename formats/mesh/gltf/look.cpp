@@ -117,7 +117,7 @@ class Pictures {
       if (++notes_ <= kMostNotes)
         scene_.notes.push_back(
             {NoteKind::pictures,
-             fmt::format("{}: image{} {}; materials with it have their factor alone", input_.file.string(),
+             fmt::format("{}: image{} {}; materials with it only have their factor", input_.file.string(),
                          image < 0 ? "" : fmt::format(" {}", image), why)});
       return kNoTexture;
     }

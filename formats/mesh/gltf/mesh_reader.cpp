@@ -55,14 +55,13 @@ class MeshReader {
                                               : "has morph targets; the weights in the file are used.");
     if (uncolored_)
       note(NoteKind::colors,
-           "has colours or texture coordinates that do not fit its vertices, or of Draco data, which were "
+           "has colours or texture coordinates that do not fit its vertices or are in Draco data; they were "
            "left out.");
     if (unposed_)
-      note(
-          NoteKind::posed_skin,
-          "has joints and weights that cannot be read, or are of Draco data; what they should move is placed "
-          "by the first joint.");
-    if (unmorphed_) note(NoteKind::draco_morphs, "has morph targets of Draco data, which were left out.");
+      note(NoteKind::posed_skin,
+           "has joints and weights that cannot be read or are in Draco data; the first joint places what "
+           "they should move.");
+    if (unmorphed_) note(NoteKind::draco_morphs, "has morph targets in Draco data, which were left out.");
     return std::move(mesh_);
   }
 
