@@ -1,4 +1,4 @@
-// The page: an object, a sun, and two who answer its rays.
+// The page: an object, a sun, and two engines that answer its rays.
 import { compare } from './compare.js';
 import { Engine } from './engine.js';
 import { areAlike, listen, sorted } from './files.js';
@@ -56,10 +56,10 @@ function show(sums, { width, height }, samples, goal) {
   document.body.dataset.samples = samples;
   document.body.dataset.pictures = 1 + Number(document.body.dataset.pictures ?? 0);
   if (document.body.dataset.interactive) return;
-  // Listeners are there, and this is the first picture.
+  // Listeners are set up, and this is the first picture.
   const milliseconds = Math.round(performance.now());
   document.body.dataset.interactive = milliseconds;
-  element('interactive').textContent = `The first picture was there ${milliseconds} ms after the page was asked for.`;
+  element('interactive').textContent = `The first picture appeared ${milliseconds} ms after the page was requested.`;
 }
 
 function lightBy(kind) {
@@ -184,10 +184,10 @@ async function begin() {
   const { triangles: url, triangleBytes } = document.body.dataset;
   if (!url) return;
   loadTriangles.textContent = `Load the triangles, ${bytes(Number(triangleBytes))}`;
-  // They are many bytes. Who has few to spend asks for them.
+  // They are large, so users with limited data ask for them.
   loadTriangles.addEventListener('click', () => {
     loadTriangles.hidden = true;
-    if (engines.asset !== asset) return; // people have brought another object meanwhile
+    if (engines.asset !== asset) return; // the user has opened another object meanwhile
     open({ triangles: { url } });
   });
   const isSmall = matchMedia('(max-width: 800px)').matches || navigator.connection?.saveData;

@@ -29,14 +29,14 @@ function boundsOf(asset, placed) {
 /** Throws nifkit's sentence where the bytes are no asset. */
 export async function open(bytes, name, { simd }) {
   const device = await Device.create(simd === undefined ? {} : { simd });
-  const asset = await Asset.load(device, { name, arrayBuffer: async () => bytes.buffer }); // so that errors have the name
+  const asset = await Asset.load(device, { name, arrayBuffer: async () => bytes.buffer }); // so that errors contain the name
   const scene = new Scene(device);
   scene.add(asset);
   scene.commit();
   const { objects, instances, residentBytes } = asset.info;
   for (let i = 0; i < objects; ++i) {
     const { encoding } = asset.object(i);
-    if (!kShown.includes(encoding)) throw new Error(`${name} has a ${encoding} object, which does not say where rays meet it; this page shows ${kShown.join(', ')}`);
+    if (!kShown.includes(encoding)) throw new Error(`${name} has a ${encoding} object, which does not report where rays hit it; this page shows ${kShown.join(', ')}`);
   }
   const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
   const placed =

@@ -1,4 +1,4 @@
-// Asks both of those who answer rays the same ones.
+// Gives both engines the same rays, to compare their answers and speeds.
 
 const kPixels = 150000;
 const kRounds = 3;

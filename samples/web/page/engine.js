@@ -1,4 +1,4 @@
-// One of those who answer rays, in workers of its own: a .nif asset with nifkit, or triangles with three-mesh-bvh.
+// An engine that answers rays in its own workers: a .nif asset with nifkit, or triangles with three-mesh-bvh.
 
 /** A worker, and the promises of what it has been asked. */
 class Helper {

@@ -1,4 +1,4 @@
-// Files from people: dropped, or chosen.
+// Files from users: dropped, or chosen.
 
 /** { asset, triangles } of a list of files. Throws a sentence where they cannot be meant. */
 export function sorted(files) {
@@ -33,7 +33,7 @@ export function listen({ hint, choose, input }, onFiles) {
   choose.addEventListener('click', () => input.click());
   input.addEventListener('change', () => {
     const files = [...input.files];
-    input.value = ''; // so that the same can be chosen again
+    input.value = ''; // so that the same file can be chosen again
     if (files.length > 0) onFiles(files);
   });
 }

@@ -1,4 +1,4 @@
-// What lights the object: sun, sky, and how bright they are shown. The same numbers make the picture of `nif render` in test.sh.
+// The lights: sun, sky, and exposure. test.sh uses the same numbers for the picture of `nif render`.
 
 export const kLight = {
   /** Its diameter in degrees: softer shadows than the real sun's, which has half a degree. */

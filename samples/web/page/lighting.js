@@ -1,11 +1,11 @@
-// Goes on with the picture: a coarse one at once after each change, then sample after sample of all pixels, in bands of rows so
+// Refines the picture: a coarse one immediately after each change, then sample after sample of all pixels, in bands of rows, so
 // that a change need not wait.
 
 const kSamples = 256;
 const kBandPixels = 12000;
-const kCoarseMilliseconds = 60; // what a coarse picture may take
-const kFirstScale = 8; // of an engine's first picture: coarser by so much each way
-const kStill = 150; // milliseconds without a change, until all pixels are traced
+const kCoarseMilliseconds = 60; // time for a coarse picture
+const kFirstScale = 8; // for an engine's first picture: coarser by this factor in each direction
+const kStill = 150; // milliseconds without a change before all pixels are traced
 
 export class Lighting {
   #engine;
@@ -82,9 +82,9 @@ export class Lighting {
     const isSame = () => changes === this.#changes;
     const coarse = this.#makeView(this.#scale);
     const start = performance.now();
-    // To its end, also where there are changes meanwhile: who drags something is to see it.
+    // Completes the picture even if there are changes meanwhile, so that dragging is visible.
     await this.#sample(coarse, 0, () => true, 0);
-    // As fine as the time allows the next time.
+    // The next one is as fine as the time allows.
     const ratio = (performance.now() - start) / kCoarseMilliseconds;
     this.#scale = Math.min(10, Math.max(2, this.#scale * Math.sqrt(ratio)));
     while (isSame() && performance.now() < this.#changed + kStill) await this.#sleep(this.#changed + kStill - performance.now());

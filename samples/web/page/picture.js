@@ -1,13 +1,13 @@
-// Shows what has been traced: a three.js scene with one triangle over all of the canvas, whose colours are the traced sums.
+// Shows the traced picture: a three.js scene with one triangle that covers the canvas, coloured by the traced sums.
 import { BufferAttribute, BufferGeometry, Camera, DataTexture, FloatType, Mesh, RGBAFormat, Scene, ShaderMaterial, Vector2, Vector3 } from './three/three.core.js';
 import { WebGLRenderer } from './three/three.module.js';
 import { kLight } from './light.js';
 
-const kCamera = new Camera(); // three.js wants one; the shader does not
+const kCamera = new Camera(); // three.js needs one; the shader does not
 
 const kVertex = 'void main() { gl_Position = vec4(position, 1.0); }';
 
-// Bilinear by hand: few phones filter textures of floats.
+// Bilinear in the shader, because few phones filter float textures.
 const kFragment = `
 uniform sampler2D traced;
 uniform vec2 size;

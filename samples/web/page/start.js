@@ -1,4 +1,4 @@
-// Asks for the object before anything else, so that it loads in workers while the page still reads three.js.
+// Requests the object before anything else, so that it loads in workers while the page still loads three.js.
 import { Engine } from './engine.js';
 
 /** For those who try: ?simd=off takes the build of nifkit without vectors. */
@@ -8,4 +8,4 @@ export const simd = new URLSearchParams(location.search).get('simd') === 'off' ?
 export const workers = Math.max(1, Math.min((navigator.hardwareConcurrency ?? 2) - 1, 4));
 
 export const started = Engine.open('asset', { url: 'object.nif' }, { workers, simd });
-started.catch(() => {}); // app.js says what is wrong
+started.catch(() => {}); // app.js reports errors

@@ -1,4 +1,4 @@
-// The table of what both cost.
+// The table with the costs of both engines.
 
 const kColumns = { asset: 0, triangles: 1 };
 const cell = (row, kind) => document.querySelector(`#${row}`).cells[1 + (kColumns[kind] ?? 0)];

@@ -12,7 +12,7 @@ async function meshesOf(bytes, name) {
     if (/^(blob|data):/.test(url)) return url;
     throw new Error('it refers to other files; a .glb with everything in it is needed');
   });
-  if (String.fromCharCode(...bytes.subarray(0, 4)) !== 'glTF') throw new Error(`${name} is no .glb: it does not begin as one`);
+  if (String.fromCharCode(...bytes.subarray(0, 4)) !== 'glTF') throw new Error(`${name} is not a .glb: it does not begin like one`);
   let gltf;
   try {
     gltf = await new GLTFLoader(manager).register(withoutMaterials).parseAsync(bytes.buffer, '');
@@ -49,7 +49,7 @@ function merged(meshes, name) {
     }
     vertex += position.count;
   }
-  if (!positions.every(Number.isFinite)) throw new Error(`${name} has corners that are no numbers`);
+  if (!positions.every(Number.isFinite)) throw new Error(`${name} has corners that are not numbers`);
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(positions, 3));
   geometry.setIndex(new BufferAttribute(index.subarray(0, corner), 1));

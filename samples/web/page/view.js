@@ -1,4 +1,4 @@
-// Where one looks from: three.js' camera and its controls, and how the traced picture lies in it.
+// The viewpoint: three.js' camera and its controls, and how the traced picture is placed in it.
 import { PerspectiveCamera, Spherical, Vector3 } from './three/three.core.js';
 import { OrbitControls } from './three/controls/OrbitControls.js';
 
