@@ -229,7 +229,7 @@ void add_eval(Command app) {
   command.add_flag(
       "--hits", a->hits,
       "Also compare first hits (nifIntersect): rays that hit or miss wrongly, places, normals, proven "
-      "bounds, and triangles where the asset knows those of the mesh");
+      "bounds, and triangles if the asset stores their numbers");
   command.add_flag("--reference", a->reference,
                    "Also query the scalar reference, and fail if any bit of an answer differs");
   add_run_options(command, *a, kSchema);

@@ -334,7 +334,8 @@ TEST_F(Bake, TurnsTrianglesForTheInsideToBeKnownAndStrictRefuses) {
 
   const Outcome strict = bake(file, path("strict.nif"), {"--strict"});
   EXPECT_EQ(strict.code, int(Status::needs_repair));
-  EXPECT_NE(strict.err.find("turned.obj: --strict refuses what is left out or has to be repaired: " + note),
+  EXPECT_NE(strict.err.find(
+                "turned.obj: --strict refuses meshes that need repair or are not read completely: " + note),
             std::string::npos)
       << strict.err;
   EXPECT_FALSE(std::filesystem::exists(path("strict.nif")));

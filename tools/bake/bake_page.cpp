@@ -246,7 +246,7 @@ std::string bake_page(const nlohmann::ordered_json& report, std::string_view met
       percent(surface.rays ? double(surface.leak + surface.spurious) / double(surface.rays) : 0));
   body += html_section(
       "Pictures",
-      "Shadows of a sun and a dim sky, 16 rays a pixel. The map is grey where all 16 rays from a pixel "
+      "Shadows of a sun and a dim sky, 16 rays per pixel. The map is grey where all 16 rays from a pixel "
       "into the half space above it are answered correctly, yellow where one is not, red where many are not.",
       pictures);
   body += sets_section(report);

@@ -236,10 +236,11 @@ bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& ba
     if (error.status() != Status::needs_repair) throw;
     std::string what = error.what();
     if (what.ends_with('.')) what.pop_back();
-    throw Error(error.status(),
-                fmt::format("--strict refuses what is left out or has to be repaired: {}; see nif "
-                            "mesh info and nif mesh repair",
-                            what));
+    throw Error(
+        error.status(),
+        fmt::format("--strict refuses meshes that need repair or are not read completely: {}; see nif "
+                    "mesh info and nif mesh repair",
+                    what));
   }
 }
 
@@ -439,7 +440,7 @@ void add_bake(Command app) {
                      "Also write a dependency file for make and ninja, with all files that were read");
   command
       .add_option("--checkpoint", a->checkpoint,
-                  "Seconds between checkpoints of a long bake, in a file beside the asset that is removed in "
+                  "Seconds between checkpoints of a long bake, in a file beside the asset that is removed at "
                   "the end (0 = none)")
       .range(0.0, 1e6)
       .capture_default_str();

@@ -76,7 +76,7 @@ void draw_sets(const SceneBenchOptions& options, std::span<const bake::Placed> i
                const BenchScene& scene, Subject& subject, const GoOn& go_on) {
   subject.sets.clear();
   subject.accuracies.clear();
-  go_on(0, "building the scene that labels the rays");
+  go_on(0, "building the scene for the ground truth");
   const bake::SceneTruth truth(scene.objects(), instances);
   for (const bake::RaySet set : options.sets) {
     go_on(0, fmt::format("drawing {}", bake::name_of(set)));

@@ -178,12 +178,12 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
       throw Error(
           Status::usage,
           fmt::format("--encoding {} and --max-error cannot be used together: no answer is wrong, and rays "
-                      "that stay open have none",
+                      "that stay open have no answer",
                       encoding_name));
     if (options.max_error == 0.0 && learned)
       throw Error(
           Status::usage,
-          fmt::format("--max-error 0 and --encoding {} contradict each other: what is learned is wrong "
+          fmt::format("--max-error 0 and --encoding {} contradict each other: learned answers are wrong "
                       "for some rays; use --encoding exact, or auto",
                       encoding_name));
   }
@@ -251,7 +251,7 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       .add_option("--merge-triangles", arguments.merge_triangles,
                   "With --merge: limit for the triangles that it adds, e.g. 500k, because each copy of a "
                   "mesh takes memory again. 0: only meshes that are placed once")
-      .default_str("1M if that is enough for all, else 0");
+      .default_str("1M if that is enough for all, otherwise 0");
   command.add_option("--mix", arguments.mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");
   add_seed_option(command, arguments.seed);
   command

@@ -29,7 +29,7 @@ std::vector<std::string> patterns_of(const nlohmann::json& choice, const char* n
   if (!fine)
     throw Error(
         Status::mesh_mismatch,
-        fmt::format("{}: its metadata does not say what was chosen: '{}' is no list of names, or has more "
+        fmt::format("{}: its metadata does not say what was chosen: '{}' is not a list of names, or has more "
                     "than {}",
                     asset, name, mesh::kMostPatterns));
   for (const nlohmann::json& word : listed) patterns.push_back(word.get<std::string>());

@@ -152,7 +152,7 @@ void refuse_missing_values(std::span<const std::string> words) {
     if (word == "--") return;
     if (word.starts_with("--") && word.find('=') == word.size() - 1)
       throw Error(Status::usage,
-                  fmt::format("{} has no value behind its '='", word.substr(0, word.size() - 1)));
+                  fmt::format("{} has no value after its '='", word.substr(0, word.size() - 1)));
   }
 }
 

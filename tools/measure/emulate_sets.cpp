@@ -83,7 +83,7 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
     const format::ObjectView& object = asset.objects[i];
     if (!object.is<format::SegmentView>()) continue;
     if (!any)
-      std::printf("\n%-16s %-14s %-16s %9s %9s %9s %9s %9s\n", "object", "set", "walk", "steps", "of 32",
+      std::printf("\n%-16s %-14s %-16s %9s %9s %9s %9s %9s\n", "object", "set", "traversal", "steps", "of 32",
                   "of 64", "loads", "bytes");
     any = true;
     const kernels::SegmentField& field = object.as<format::SegmentView>().field;
@@ -93,7 +93,7 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
     for (const bake::RaySet set : bake::kRaySets) {
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
       uint64_t open = 0, hard = 0, runs = 0;
-      WalkCost pieces{"cell by cell"}, leaps{"leaps"};
+      WalkCost pieces{"cell by cell"}, leaps{"skipping"};
       const auto no_run = [](uint32_t, const kernels::Run&) {};
       for (const kernels::Segment& segment : labelled.segments) {
         kernels::WalkResult walk;

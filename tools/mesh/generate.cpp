@@ -122,7 +122,7 @@ void run(Arguments arguments) {
   if (city && arguments.triangles)
     throw Error(Status::usage,
                 fmt::format("--triangles is not for {}: its {} objects have {} to {} triangles each; "
-                            "--instances says how large it is",
+                            "--instances sets its size",
                             arguments.shape, generate::kCityObjects, generate::kCityFewestTriangles,
                             generate::kCityMostTriangles));
   if (!city && arguments.instances)

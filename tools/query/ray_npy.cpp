@@ -58,7 +58,7 @@ class Header {
       break;
     }
     skip_blanks();
-    if (!rest_.empty()) refuse("the header has text behind its '}'");
+    if (!rest_.empty()) refuse("the header has text after its '}'");
     if (!type || !order || !shape) refuse("the header lacks 'descr', 'fortran_order' or 'shape'");
     return layout;
   }

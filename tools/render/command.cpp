@@ -379,7 +379,7 @@ void add_render(Command app) {
   command
       .add_option("--exact", a.exact,
                   "Rays that Embree answers in all pictures: none, or those that start inside or outside an "
-                  "asset's box. Shows the error of the other rays alone")
+                  "asset's box. Shows only the error of the other rays")
       .capture_default_str()
       .one_of({"none", "inside", "outside"});
   add_runtime_options(command, a);

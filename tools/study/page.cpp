@@ -172,8 +172,8 @@ std::string pictures_section(const Study& study,
   }
   return html_section(
       "Pictures",
-      fmt::format("Each rival at the size nearest to {}. A sun and ambient light, 16 rays a pixel, "
-                  "and where these are answered wrongly: from yellow to red, the more of them are.",
+      fmt::format("Each rival at the size nearest to {}. A sun and ambient light, 16 rays per pixel, "
+                  "and where these are answered wrongly, from yellow (few) to red (many).",
                   format_bytes(kPictured)),
       "<div class=\"gallery\">\n" + html + "</div>\n");
 }

@@ -153,11 +153,13 @@ Study read_study(const std::string& path, const std::string& text, const StudyKe
     if (!kept.is_object()) throw Error(Status::checkpoint_refused, "");
     for (const Json& point : json.at("points")) study.points.push_back(to_point(point));
   } catch (const nlohmann::json::exception&) {
-    throw Error(Status::checkpoint_refused,
-                path + ": not what nif study writes, or damaged; choose another folder, or remove the file");
+    throw Error(
+        Status::checkpoint_refused,
+        path + ": is not a file of nif study, or is damaged; choose another folder, or remove the file");
   } catch (const Error&) {
-    throw Error(Status::checkpoint_refused,
-                path + ": not what nif study writes, or damaged; choose another folder, or remove the file");
+    throw Error(
+        Status::checkpoint_refused,
+        path + ": is not a file of nif study, or is damaged; choose another folder, or remove the file");
   }
   const Json now = to_json(key);
   for (const auto& [name, value] : now.items()) {
