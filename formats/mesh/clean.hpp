@@ -12,7 +12,7 @@ namespace nif::mesh {
 
 struct CleanReport {
   uint64_t degenerate = 0;  ///< triangles without area, including slivers
-  /// triangles that another one with the same corners and facing already covers
+  /// Triangles that another one with the same corners and facing already covers.
   uint64_t duplicate = 0;
   uint64_t welded_positions = 0;  ///< used positions that were equal to an earlier one
 };

@@ -25,7 +25,7 @@ class PolygonCutter {
  public:
   /// Properties that are worth a note.
   struct Found {
-    /// no triangulation was found in which all face forwards: the outline crosses itself
+    /// No triangulation was found in which all face forwards: the outline crosses itself.
     bool crosses = false;
     bool bent = false;  ///< five or more corners that are far from flat
   };

@@ -38,7 +38,7 @@ struct Inspection {
   uint64_t distinct_vertices = 0;        ///< distinct positions that triangles use
   mesh::Float3 low{}, high{};            ///< their bounds; zero if there are none
   uint64_t degenerate = 0;               ///< triangles without area, decided exactly
-  uint64_t duplicate = 0;                ///< triangles that cover the same corners as another one
+  uint64_t duplicate = 0;                ///< triangles that repeat another one, facing the same way
   uint64_t opposite = 0;                 ///< the same, but facing the other way
   uint64_t edges = 0, boundary_edges = 0, non_manifold_edges = 0, inconsistent_edges = 0;
   /// Vertices where fans of triangles meet that share no edge, like the tip of two cones.

@@ -28,6 +28,7 @@ inline constexpr uint64_t kAddedTriangles = 1'000'000;
 /// mesh that no longer fits keeps all of its instances. The instances that merge are then cut in two along
 /// the longest axis, by the centres of their boxes and by triangles, until each part is within the limit for
 /// a merged mesh. Equal meshes count as one.
+///
 /// `scene` must come from read() and must not be merged yet. The result does not depend on the number of
 /// threads. Throws Error(too_large) if there is not enough memory.
 Scene merge(Scene scene, const MergeOptions& options);

@@ -9,7 +9,7 @@ namespace nif::repair {
 
 struct Nesting {
   uint64_t turned = 0;  ///< solids that faced the wrong way
-  /// seem to face the wrong way, but are left, because it is not certain what contains them
+  /// Seem to face the wrong way, but are left, because it is not certain what contains them.
   uint64_t unclear = 0;
 };
 

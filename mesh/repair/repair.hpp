@@ -27,7 +27,7 @@ struct Options {
 struct Report {
   uint64_t welded = 0;      ///< vertices that were merged into another one
   uint64_t degenerate = 0;  ///< triangles without area that were dropped
-  /// triangles that cover the same corners as another one and face the same way; dropped
+  /// Triangles that cover the same corners as another one and face the same way; dropped.
   uint64_t duplicate = 0;
   uint64_t opposite = 0;           ///< the same, but facing the other way
   uint64_t split_edges = 0;        ///< open edges that were split at vertices on them
@@ -38,7 +38,7 @@ struct Report {
   uint64_t stitched_edges = 0;     ///< edges that were taken apart for that and joined again
   cgal::Holes holes;
   uint64_t turned_solids = 0;  ///< solids that faced the wrong way for what they are within
-  /// seem to, but were left because they, or solids around them, cross or touch others
+  /// Seem to, but were left because they, or solids around them, cross or touch others.
   uint64_t unclear_solids = 0;
 
   Report& operator+=(const Report& other);

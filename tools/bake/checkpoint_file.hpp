@@ -11,7 +11,7 @@ namespace nif::tools {
 enum class Resume {
   never,
   if_possible,  ///< if there is no usable checkpoint, starts from the beginning, with a note that says why
-  /// an existing checkpoint must be usable; if there is none, starts from the beginning, with a note
+  /// An existing checkpoint must be usable; if there is none, starts from the beginning, with a note.
   required
 };
 

@@ -60,7 +60,7 @@ struct Bake {
   uint32_t threads;
   uint64_t memory;
   fs::file_time_type started;
-  /// of the files that it is known to read, taken before it started
+  /// Of the files that it is known to read, taken before it started.
   std::map<std::string, std::string> stamps;
   std::unique_ptr<Child> child;
 };

@@ -58,7 +58,7 @@ struct SetSpeeds {
   std::optional<Behind> behind;       ///< if proofs are in front of Embree
   std::optional<StageTimes> stages;   ///< if requested and the asset has `spherical` objects
   std::optional<AssetSpeed> against;  ///< of the other asset, if there is one
-  /// cores that the threads used while the clock ran, from the system's account of processor time
+  /// Cores that the threads used while the clock ran, from the system's account of processor time.
   double cores = 0;
   std::vector<EmbreeVariant> embree;  ///< fastest first, by median; eliminated ones last
 

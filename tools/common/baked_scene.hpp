@@ -9,9 +9,9 @@
 
 namespace nif::tools {
 
-/// The limits with which a mesh file gives the meshes of an asset with this metadata: what was chosen by name;
-/// and if the asset keeps colours, meshes that differ only in colour are separate objects. `asset` is its name
-/// for messages. Throws Error(mesh_mismatch) if the metadata makes no sense.
+/// The limits with which a mesh file gives the meshes of an asset with this metadata: what was chosen by
+/// name; and if the asset keeps colours, meshes that differ only in colour are separate objects. `asset` is
+/// its name for messages. Throws Error(mesh_mismatch) if the metadata makes no sense.
 mesh::ReadLimits limits_as_baked(std::string_view metadata, const std::string& asset);
 /// The same for an asset file. Also throws what reading it throws.
 mesh::ReadLimits limits_of_asset(const std::string& asset);

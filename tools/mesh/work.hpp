@@ -28,7 +28,7 @@ void add_work_options(Command command, WorkArguments& arguments, const std::stri
 
 /// The results of a verb.
 struct WorkResult {
-  /// added to the members that all verbs have
+  /// Added to the members that all verbs have.
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   std::string text;                ///< lines after the first one; may be empty
   std::vector<std::string> notes;  ///< one sentence each

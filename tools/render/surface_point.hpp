@@ -17,7 +17,7 @@ struct SurfaceKind {
 
 struct SurfacePoint {
   Double3 position;  ///< for a hit found by a field for primary rays, in front of it by the field's margin
-  /// unit length, on the side that the ray came from; geometric if triangles were intersected
+  /// Unit length, on the side that the ray came from; geometric if triangles were intersected.
   Double3 normal;
   double distance;  ///< to the hit, in lengths of the ray's direction
   SurfaceKind kind;

@@ -62,7 +62,7 @@ Study read_study(const std::string& path, const std::string& text, const StudyKe
 struct AtBytes {
   double error;
   std::optional<double> outer, inner, sun;  ///< ratios to Embree on the whole mesh
-  /// no size of the family takes that many bytes, so this is its largest
+  /// No size of the family takes that many bytes, so this is its largest.
   bool largest = false;
 };
 std::optional<AtBytes> at_bytes(const Study& study, const std::string& family, double bytes);

@@ -38,7 +38,7 @@ struct GltfPlacement {
   size_t mesh = 0;  ///< index into the file's meshes
   int skin = -1;    ///< index into the file's skins, not checked; -1: none
   Affine place{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  /// only the parts with a chosen material; the names of node and mesh are not chosen
+  /// Only the parts with a chosen material; the names of node and mesh are not chosen.
   bool by_material = false;
   size_t pose = SIZE_MAX;  ///< the pose that deforms it; SIZE_MAX: none
   bool instanced = false;  ///< one of several instances of its node

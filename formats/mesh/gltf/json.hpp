@@ -47,7 +47,7 @@ std::string short_name(std::string_view name);
 /// A material's base colour.
 struct GltfMaterial {
   Material material;  ///< its texture is set later
-  /// index into GltfLook::images; -1: none; other negative values: one that is not available
+  /// Index into GltfLook::images; -1: none; other negative values: one that is not available.
   int image = -1;
   int coordinates = 0;  ///< TEXCOORD_n
 };
