@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Measures what samples/audio rendered: the level of a sound against the share of visible rays.
+"""Measures the sound of samples/audio: its level against the share of visible rays.
 
     levels.py SOUND.wav OPEN.wav LOG.csv [--svg PICTURE.svg] [--title TEXT] [--check]
 
 SOUND.wav is the sound with the object, OPEN.wav the one without (--no-occlusion), LOG.csv the log of the first. Each 10 ms
-of the first are compared with the same 10 ms of the second, so that the sound's own ups and downs cancel out. Prints the
-figures. With --check it ends with 1, and says why, unless the level falls behind the object, comes back, and follows the
-share of visible rays.
+of the first are compared with the same 10 ms of the second, so that variations of the sound itself cancel out. Prints the
+figures. With --check it exits with 1 and a reason unless the level falls behind the object, recovers, and follows the share
+of visible rays.
 """
 import argparse
 import array

@@ -2,8 +2,8 @@
 
     blender -b --factory-startup -P scene.py -- MESH.obj PICTURE.png SIZE SAMPLES asset|none|triangles
 
-SIZE is the picture's width and height in pixels, SAMPLES how many paths each pixel gets. The last word says what casts the
-mesh's shadow: its triangles; nothing; or an asset, by the library that is preloaded: then, too, the mesh itself casts none.
+SIZE is the picture's width and height in pixels, SAMPLES the paths per pixel. The last word says what casts the mesh's shadow:
+its triangles; nothing; or an asset, through the preloaded library, in which case the mesh itself casts none, either.
 Prints "seconds N": processor time of all threads, from the scene to the picture. The mesh's y axis points up.
 """
 import math

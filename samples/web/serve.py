@@ -3,7 +3,7 @@
 
     samples/web/serve.py FOLDER [--host HOST] [--port PORT]
 
-Prints the address when it listens. Port 0 takes a free one. Pages may load files of this server alone.
+Prints the address once it listens. Port 0 takes a free one. Pages may only load files of this server.
 """
 from __future__ import annotations
 

@@ -3,8 +3,8 @@
 
     samples/web/test_page.py --page FOLDER --nif PROGRAM --mesh MESH --asset ASSET.nif --other ASSET.nif --pictures FOLDER
 
-FOLDER is what build.sh makes of MESH and ASSET; --other is an asset of another object. Prints what it measures, and writes
-pictures of the page. Ends with 1, and says what is wrong.
+FOLDER is the output of build.sh for MESH and ASSET; --other is an asset of another object. Prints its measurements, and writes
+pictures of the page. On failure, exits with 1 and says what is wrong.
 """
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ const element = (id) => document.getElementById(id);
 const stage = element('stage'), message = element('message'), progress = element('progress'), loadTriangles = element('triangles');
 const radios = Object.fromEntries(kinds.map((kind) => [kind, document.querySelector(`input[value=${kind}]`)]));
 
-/** What there is of { asset, triangles }: engines of the same object, one of which lights the picture. */
+/** The available engines { asset, triangles } of the same object, one of which lights the picture. */
 const engines = {};
 let lit;
 
@@ -41,7 +41,7 @@ function makeView(scale) {
   return { width, height, camera: view.traced(), ground: groundOf(engines[lit].info), sun: { direction: sun.direction, angle }, albedo };
 }
 
-/** Something moved: the picture starts again. */
+/** Restarts the picture after something moved. */
 function change() {
   if (!lit) return;
   document.body.dataset.samples = 0;
@@ -70,7 +70,7 @@ function lightBy(kind) {
 }
 
 let measuring = 0;
-/** The table's measured rows, when the picture has come so far. */
+/** Measures the rows of the table, once the picture is complete enough. */
 async function measure() {
   const number = ++measuring;
   const { asset, triangles } = engines;
@@ -92,7 +92,7 @@ function sayWhat(names) {
   say([what, engines.asset?.info.note].filter(Boolean).join(' '));
 }
 
-/** What is new takes the place of its kind; what was there stays where it is the same object. */
+/** New engines replace those of their kind; the other one stays if it has the same object. */
 function take(opened) {
   const before = { ...engines };
   for (const kind of kinds) {
@@ -110,7 +110,7 @@ function take(opened) {
 }
 
 let opening = Promise.resolve();
-/** Opens sources { asset, triangles } one after the other; where one cannot be opened, all stays as it was. */
+/** Opens sources { asset, triangles } one after the other; if one cannot be opened, everything stays as it was. */
 function open(sources) {
   opening = opening.then(async () => {
     const names = Object.values(sources).map(({ file, url }) => file?.name ?? url);
@@ -195,7 +195,7 @@ async function begin() {
   else lighting.between(() => {}).then(() => loadTriangles.click());
 }
 
-/** For tests and the console: what nif render needs for the same picture. */
+/** For tests and the console: the parameters with which nif render makes the same picture. */
 globalThis.sample = {
   picture: () => ({ size, camera: view.traced(), target: view.middle.toArray(), sun: sun.direction, light: kLight }),
   openFiles,

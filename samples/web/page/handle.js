@@ -29,7 +29,7 @@ export class SunHandle {
     });
   }
 
-  /** To where the sun is. */
+  /** Moves the button to the sun. */
   place() {
     const { direction, azimuth, elevation } = this.#sun;
     const at = new Vector3(...direction).multiplyScalar(this.#view.radius).add(this.#view.middle);

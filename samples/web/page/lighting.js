@@ -20,8 +20,8 @@ export class Lighting {
   #tasks = [];
 
   /**
-   * makeView(scale): the view for tracer.js, with so many times fewer pixels each way. onShow(sums, view, samples, goal) gets each
-   * picture; samples is 0 for a coarse one. onError(error): tracing has ended until the next change.
+   * makeView(scale): the view for tracer.js, with that many times fewer pixels in each direction. onShow(sums, view, samples, goal)
+   * gets each picture; samples is 0 for a coarse one. onError(error): tracing has stopped until the next change.
    */
   constructor({ makeView, onShow, onError }) {
     this.#makeView = makeView;
@@ -41,7 +41,7 @@ export class Lighting {
     this.#wake();
   }
 
-  /** Runs a task between two samples, when nothing else is traced; resolves with what it gives. */
+  /** Runs a task between two samples, while nothing else is traced; resolves with its result. */
   between(task) {
     return new Promise((resolve, reject) => {
       this.#tasks.push(async () => {
@@ -92,12 +92,12 @@ export class Lighting {
     const view = this.#makeView(1);
     for (let pass = 0; pass < kSamples && isSame(); ++pass) {
       if (!(await this.#sample(view, pass, isSame, pass + 1))) return;
-      // Tasks wait for a picture that can be seen.
+      // Tasks wait until there is a picture to see.
       while (pass >= 3 && this.#tasks.length > 0 && isSame()) await this.#tasks.shift()();
     }
   }
 
-  /** One sample of each pixel. False if there was a change meanwhile. */
+  /** Traces one sample of each pixel. Returns false if there was a change meanwhile. */
   async #sample(view, pass, isSame, samples) {
     const engine = this.#engine, { width, height } = view;
     const rows = Math.max(1, Math.floor(kBandPixels / width));

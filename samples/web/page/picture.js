@@ -34,7 +34,7 @@ export class Picture {
   #material;
   #texture;
 
-  /** Throws where there is no WebGL 2. */
+  /** Throws if there is no WebGL 2. */
   constructor(canvas) {
     if (!canvas.getContext('webgl2', { antialias: false })) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
     this.#renderer = new WebGLRenderer({ canvas, antialias: false });
@@ -59,14 +59,14 @@ export class Picture {
     this.show(Float32Array.of(0, 0, 1, 1), 1, 1); // the sky; and the shader is compiled while the object loads
   }
 
-  /** The canvas has so many pixels. */
+  /** Sets the number of pixels of the canvas. */
   resize(width, height) {
     this.#renderer.setSize(width, height, false);
     this.#material.uniforms.screen.value.set(width, height);
     this.draw();
   }
 
-  /** Shows sums of tracer.js, four numbers a pixel, of any size. */
+  /** Shows sums of tracer.js, four numbers per pixel, in any size. */
   show(sums, width, height) {
     if (this.#texture?.image.width !== width || this.#texture?.image.height !== height) {
       this.#texture?.dispose();

@@ -45,7 +45,7 @@ export class Tracer {
     this.#answerer = answerer;
   }
 
-  /** Throws where the object cannot answer what pictures need. */
+  /** Throws if the object cannot answer the queries of pictures. */
   try() {
     this.#reserve(1);
     this.#rays.set([0, 0, 0, 0, 0, 0, 1, Infinity]);
@@ -60,7 +60,7 @@ export class Tracer {
 
   /**
    * One more sample of each pixel in `rows` rows from `first`, number `pass`. Returns the means so far, four numbers per pixel:
-   * what reflects of the sun, of the sky, how much sky is behind, and 1. Sun: 1 is what falls on a surface that faces it.
+   * reflected sunlight, reflected skylight, how much sky is seen, and 1. A surface that faces the sun receives 1.
    */
   trace({ first, rows, pass }) {
     const { width } = this.#view;
@@ -82,8 +82,8 @@ export class Tracer {
   }
 
   /**
-   * Makes #shadows with #pixels and #weights (negative: of the sky) for `count` pixels from `start`, each `stride`th. Returns how
-   * many. `behind(i)`: pixel i of these sees the sky.
+   * Makes #shadows with #pixels and #weights (negative: of the sky) for `count` pixels from `start`, every `stride`th. Returns
+   * their number. Calls `behind(i)` if pixel i of these sees the sky.
    */
   #shadowRays(view, { start, count, stride }, pass, behind) {
     this.#reserve(count);
@@ -141,7 +141,7 @@ export class Tracer {
     return asked;
   }
 
-  /** How far a ray is from the ground, Infinity where it does not meet it. */
+  /** The distance along a ray to the ground, or Infinity. */
   #meetsGround(ground, rays, at) {
     const t = (ground.height - rays[at + 1]) / rays[at + 5];
     if (!(t > 0)) return Infinity;

@@ -3,7 +3,7 @@ import { BufferAttribute, BufferGeometry, DoubleSide, LoadingManager, MeshBasicM
 import { GLTFLoader } from './three/loaders/GLTFLoader.js';
 import { MeshBVH } from './three/three-mesh-bvh.js';
 
-/** Rays need no materials, and so no pictures. */
+/** Rays need no materials, so pictures are dropped. */
 const withoutMaterials = () => ({ name: 'none', loadMaterial: () => Promise.resolve(new MeshBasicMaterial()) });
 
 async function meshesOf(bytes, name) {
@@ -73,7 +73,7 @@ export async function open(bytes, name) {
     bounds: [min.toArray(), max.toArray()],
     memoryBytes: nodes + geometry.attributes.position.array.byteLength + geometry.index.array.byteLength,
     note: '',
-    /** As that of asset.js. */
+    /** Like that of asset.js. */
     intersect(rays, count, { t, normal, bias }) {
       for (let i = 0; i < count; ++i) {
         const hit = first(rays, i);
@@ -87,7 +87,7 @@ export async function open(bytes, name) {
         normal[3 * i + 2] = side * z;
       }
     },
-    /** As that of asset.js. There is no call for any hit; a shapecast that ends at the first triangle is slower than this. */
+    /** Like that of asset.js. There is no any-hit call, and a shapecast that stops at the first triangle is slower than this. */
     visible(rays, count, visible) {
       for (let i = 0; i < count; ++i) visible[i] = first(rays, i) ? 0 : 1;
     },
