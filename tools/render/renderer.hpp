@@ -41,9 +41,9 @@ struct ShadowRays {
 /// that these answer for.
 struct CameraRays {
   uint64_t rays = 0;    ///< all camera rays
-  uint64_t hits = 0;    ///< rays whose first hit is on an object
+  uint64_t hits = 0;    ///< rays whose first hit by Embree is on an object
   uint64_t differ = 0;  ///< rays whose first hit is on an object for one side only
-  /// rays whose first hit is on an object for both sides; the errors are summed over these:
+  /// Rays whose first hit is on an object for both sides; the errors are summed over these:
   uint64_t both = 0;
   double depth_error = 0;   ///< difference of the distances, over the diagonal of the object's AABB
   double normal_error = 0;  ///< angle between the normals, degrees
