@@ -445,8 +445,8 @@ void add_bake(Command app) {
       .range(0.0, 1e6)
       .capture_default_str();
   command.add_flag("--resume", a->resume,
-                   "Continue a killed bake of the same mesh with the same options from its checkpoint. "
-                   "killed. The asset is the same as of a bake that was not");
+                   "Continue a killed bake of the same mesh with the same options from its checkpoint. The "
+                   "asset is the same as without the interruption");
   command.add_flag("--resume-if-possible", a->resume_if_possible, "For internal use").group("");
   add_batch_options(command, a->batch);
   add_run_options(command, *a, fmt::format("{}; with --manifest {}", kSchema, kBatchSchema));
