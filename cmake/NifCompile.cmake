@@ -12,12 +12,12 @@ set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE Release)
 endif()
-# Programs lie in one folder whatever target makes them.
+# All programs go to one folder, whichever target builds them.
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 
-# Most of the time that a source takes to compile goes into headers, which its neighbours include, too.
-option(NIF_UNITY "Compile the sources of a target together: half the time from nothing, more after a change" OFF)
-# Each subcommand of nif has these of its own. Where sources are compiled together they get the source's id in their names.
+# Most of the compile time of a source is spent on headers that its neighbours include, too.
+option(NIF_UNITY "Compile the sources of a target together: a clean build takes half the time, a change takes more" OFF)
+# Each subcommand of nif defines its own. If sources are compiled together, the source's id becomes part of these names.
 set(nif_own_names "#define NIF_PASTE(a, b) a##b\n#define NIF_OWN(a, b) NIF_PASTE(a, b)\n")
 foreach(name Arguments kSchema)
   string(APPEND nif_own_names "#undef ${name}\n#define ${name} NIF_OWN(${name}_, NIF_SOURCE)\n")
@@ -25,30 +25,30 @@ endforeach()
 set_property(GLOBAL PROPERTY NIF_OWN_NAMES "${nif_own_names}")
 
 function(nif_compile target)
-  # No contraction anywhere: the answer of a query is defined without fused multiply-add, and a
-  # compiler that fuses behind our back would change bits from one machine to the next.
+  # No contraction anywhere: the answer of a query is defined without fused multiply-add, and a compiler that fuses silently
+  # would change bits from one machine to the next.
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion
                                            -ffp-contract=off)
   if(MINGW)
-    # Code of GCC's for Windows takes vectors on the stack to be aligned where they are not (GCC's bug 54412).
+    # GCC's code for Windows assumes that vectors on the stack are aligned, but they are not (GCC bug 54412).
     target_compile_options(${target} PRIVATE -Wa,-muse-unaligned-vector-move)
   endif()
   if(NIF_UNITY)
     get_property(own_names GLOBAL PROPERTY NIF_OWN_NAMES)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 15
       UNITY_BUILD_UNIQUE_ID NIF_SOURCE UNITY_BUILD_CODE_BEFORE_INCLUDE "${own_names}")
-    # One source's locals may have the names of another's globals.
+    # A source's local names may equal another's global names.
     target_compile_options(${target} PRIVATE -Wno-shadow)
   endif()
   if(NIF_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
   if(NIF_SANITIZE)
-    # Reports need lines and frames, no more; compiled with less, all is built in two thirds of the time.
+    # Reports only need lines and frames; with less debug information, everything builds in two thirds of the time.
     target_compile_options(${target} PRIVATE -fsanitize=${NIF_SANITIZE} -fno-sanitize-recover=all
                                              -fno-omit-frame-pointer -O1 -g1)
     if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-      # GCC loses track of what is initialised in code that it has added checks to.
+      # GCC loses track of what is initialised in code with added checks.
       target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
     endif()
     target_compile_definitions(${target} PRIVATE NIF_SANITIZED)

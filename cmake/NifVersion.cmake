@@ -1,4 +1,4 @@
-# Sets nif_version, "major.minor.patch", to what the public header says: the version is written there and nowhere else.
+# Sets nif_version, "major.minor.patch", from the public header, the only place where the version is written.
 set(nif_header ${CMAKE_CURRENT_LIST_DIR}/../runtime/include/nif/nif.h)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${nif_header})
 file(STRINGS ${nif_header} nif_version REGEX "^#define NIF_VERSION_(MAJOR|MINOR|PATCH) [0-9]+$")

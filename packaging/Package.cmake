@@ -1,14 +1,14 @@
-# What `cpack` makes of a build: Debian packages, and one .tar.gz of all that is installed. Times in them are those of
+# Configures `cpack`: it makes Debian packages, and one .tar.gz of everything that is installed. Their times are
 # SOURCE_DATE_EPOCH, so that the same build gives the same bytes (tools/release.sh sets it).
 #   nifkit      the nif program       libnif0.1   the runtime's shared library, by the version of its ABI
 #   nifkit-gpu  the GPU module,       nifkit-dev  the runtime's static library, headers and CMake package
-#               where it was built
+#               if it was built
 # For Windows: one .zip of the runtime.
 set(CPACK_PACKAGE_NAME nifkit)
 set(CPACK_PACKAGE_VENDOR "the nifkit authors")
 set(CPACK_PACKAGE_CONTACT "the nifkit authors <nifkit@example.org>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "visibility queries from small neural assets")
-if(WIN32)  # one archive of all that is installed
+if(WIN32)  # one archive of everything that is installed
   set(CPACK_GENERATOR ZIP)
   set(CPACK_STRIP_FILES ON)
   set(CPACK_SYSTEM_NAME windows-${CMAKE_SYSTEM_PROCESSOR})
@@ -32,20 +32,20 @@ set(CPACK_DEBIAN_LIB_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_BINARY_DIR}/packaging
 file(CONFIGURE OUTPUT packaging/triggers CONTENT "activate-noawait ldconfig\n")
 file(CONFIGURE OUTPUT packaging/shlibs
      CONTENT "libnif ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} ${nif_lib_package} (>= ${PROJECT_VERSION})\n")
-# cpack also has packages of shared libraries call ldconfig themselves, where Debian's own tools leave that to dpkg.
+# cpack makes packages of shared libraries call ldconfig themselves, while Debian's own tools leave that to dpkg.
 file(CONFIGURE OUTPUT packaging/lintian-overrides CONTENT "${nif_lib_package}: maintscript-calls-ldconfig\n")
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/packaging/lintian-overrides DESTINATION share/lintian/overrides
         RENAME ${nif_lib_package} COMPONENT lib)
 set(CPACK_DEBIAN_LIB_PACKAGE_SUGGESTS nifkit-gpu)
 set(CPACK_COMPONENT_LIB_DESCRIPTION "runtime library of nifkit, for programs linked with it
  Loads .nif assets and answers whether rays are blocked, and where they first
- meet something, on the CPU or a GPU. Programs and bindings load it.")
+ hit something, on the CPU or a GPU. Programs and bindings load it.")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${nif_lib_package} (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME nifkit-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEV_DESCRIPTION "static library and headers of nifkit's runtime
  Loads .nif assets and answers whether rays are blocked, and where they first
- meet something, on the CPU or a GPU. Has a C interface, a C++ wrapper, and
+ hit something, on the CPU or a GPU. Has a C interface, a C++ wrapper, and
  packages for CMake and pkg-config.")
 if(NIF_BUILD_TOOLS)
   list(APPEND nif_components tools)
@@ -59,7 +59,7 @@ if(NIF_BUILD_TOOLS)
 endif()
 if(TARGET nif_gpu)
   list(APPEND nif_components gpu)
-  # The runtime loads it by its name; nothing is ever linked with it, so it has no version of its own.
+  # The runtime loads it by name; nothing links it, so it has no version of its own.
   file(CONFIGURE OUTPUT packaging/lintian-overrides-gpu
        CONTENT "nifkit-gpu: maintscript-calls-ldconfig\nnifkit-gpu: sharedobject-in-library-directory-missing-soname\n")
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/packaging/lintian-overrides-gpu DESTINATION share/lintian/overrides
@@ -68,8 +68,8 @@ if(TARGET nif_gpu)
   set(CPACK_DEBIAN_GPU_PACKAGE_SECTION libs)
   set(CPACK_DEBIAN_GPU_PACKAGE_SHLIBDEPS ON)
   set(CPACK_COMPONENT_GPU_DESCRIPTION "GPU module of nifkit, for AMD and NVIDIA
- The runtime of nifkit loads this module where there is a GPU. It loads the
- driver of the card itself and needs no toolkit.")
+ The runtime of nifkit loads this module if there is a GPU. The module loads
+ the GPU's driver itself and needs no toolkit.")
 endif()
 set(CPACK_COMPONENTS_ALL ${nif_components})
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -77,15 +77,15 @@ set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
-# The documents that Debian wants of each package, and who it is made of.
-string(TIMESTAMP nif_changelog_date "%a, %d %b %Y %H:%M:%S +0000" UTC)  # of SOURCE_DATE_EPOCH, where it is set
+# The documents that Debian requires in each package.
+string(TIMESTAMP nif_changelog_date "%a, %d %b %Y %H:%M:%S +0000" UTC)  # from SOURCE_DATE_EPOCH, if it is set
 configure_file(${CMAKE_CURRENT_LIST_DIR}/changelog.in ${CMAKE_CURRENT_BINARY_DIR}/packaging/changelog.in.txt @ONLY)
 set(nif_changelog ${CMAKE_CURRENT_BINARY_DIR}/packaging/changelog.gz)
 set(nif_manual ${CMAKE_CURRENT_BINARY_DIR}/packaging/nif.1.gz)
 set(nif_news ${CMAKE_CURRENT_BINARY_DIR}/packaging/CHANGELOG.md.gz)
 set(nif_sbom ${CMAKE_CURRENT_BINARY_DIR}/packaging/nifkit.spdx.json)
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
-# compressed(FROM TO): the file, compressed without its name and time.
+# compressed(FROM TO): compresses a file, without its name and time.
 function(compressed from to)
   string(REGEX REPLACE "\\.gz$" "" plain ${to})
   add_custom_command(OUTPUT ${to} COMMAND ${CMAKE_COMMAND} -E copy ${from} ${plain} COMMAND gzip -9nf ${plain}
@@ -94,7 +94,7 @@ endfunction()
 compressed(${CMAKE_CURRENT_BINARY_DIR}/packaging/changelog.in.txt ${nif_changelog})
 compressed(${CMAKE_CURRENT_LIST_DIR}/nif.1 ${nif_manual})
 compressed(${PROJECT_SOURCE_DIR}/CHANGELOG.md ${nif_news})
-# A software bill of materials: what the programs are built with, as it is installed here.
+# A software bill of materials: the libraries of the programs, as they are installed here.
 add_custom_command(
   OUTPUT ${nif_sbom}
   COMMAND Python3::Interpreter ${CMAKE_CURRENT_LIST_DIR}/sbom.py --version ${PROJECT_VERSION} --cgal ${NIF_WITH_CGAL}

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Writes a software bill of materials of nifkit: SPDX 2.3 as JSON.
 
-It lists what the programs are built with: the libraries that tools/setup.sh installs for the group `build`, in the versions
-that are installed here, under the licences that NOTICE states. The runtime alone (--tools OFF) is compiled with Highway's headers and nothing else.
+It lists the libraries that the programs are built with: those that tools/setup.sh installs for the group `build`, in the
+versions that are installed here, under the licences that NOTICE states. The runtime alone (--tools OFF) is only compiled with
+Highway's headers.
 
   packaging/sbom.py --version 0.1.0 --cgal ON --tools ON --output nifkit.spdx.json
 
-The time in it is that of SOURCE_DATE_EPOCH, or now.
+Its time is SOURCE_DATE_EPOCH, or now.
 """
 import argparse
 import datetime
@@ -19,7 +20,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
-# Debian's package, and the line in NOTICE that names its licence. What is not here is a compiler or a build tool.
+# Debian's package, and the line in NOTICE that names its licence. Compilers and build tools are in BUILD_TOOLS.
 LIBRARIES = {
     "libembree-dev": "Embree",
     "libtbb-dev": "oneTBB",
@@ -45,7 +46,7 @@ LIBRARIES = {
 }
 BUILD_TOOLS = {"g++", "cmake", "ninja-build", "python3"}
 
-# NOTICE says it for people; these are SPDX's names.
+# NOTICE's wording and the names in SPDX.
 LICENCES = {
     "IJG and BSD": "IJG AND BSD-3-Clause AND Zlib",
     "MIT, exception": "MIT",
@@ -72,7 +73,7 @@ def licences():
 
 
 def installed_version(package):
-    """Debian's version; None where it is not installed, or this is no Debian."""
+    """Debian's version; None if it is not installed, or this is not Debian."""
     try:
         answer = subprocess.run(
             ["dpkg-query", "-W", "-f=${Version}", package], capture_output=True, text=True, check=False)
@@ -112,11 +113,11 @@ def library(package, licence):
 def bill(version, cgal, tools):
     unknown = [p for p in build_packages() if p not in LIBRARIES and p not in BUILD_TOOLS]
     if unknown:
-        sys.exit("packaging/sbom.py: tools/setup.sh installs what this does not know: " + ", ".join(unknown))
+        sys.exit("packaging/sbom.py: tools/setup.sh installs packages that this script does not know: " + ", ".join(unknown))
     known = licences()
     missing = [name for name in LIBRARIES.values() if name not in known]
     if missing:
-        sys.exit("packaging/sbom.py: NOTICE states no licence of " + ", ".join(missing))
+        sys.exit("packaging/sbom.py: NOTICE states no licence for " + ", ".join(missing))
     used = [p for p in build_packages() if p in LIBRARIES and (tools or p == "libhwy-dev") and (cgal or p != "libcgal-dev")]
     licence = "GPL-3.0-or-later" if cgal and tools else "Apache-2.0"
     own = {

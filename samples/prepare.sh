@@ -1,7 +1,7 @@
 # shellcheck shell=bash disable=SC2034
-# What the run.sh of samples share: nifkit built and installed for them, and a mesh baked. To be sourced from nifkit's root.
+# Shared by the run.sh of the samples: builds and installs nifkit for them, and bakes a mesh. To be sourced from nifkit's root.
 #
-# NIFKIT names a folder that nifkit is installed in; then nothing is built.
+# If NIFKIT names a folder in which nifkit is installed, nothing is built.
 
 say() { printf '%s\n' "$*" >&2; }
 
@@ -25,9 +25,9 @@ prepare_nifkit() {
   done
 }
 
-# prepare_asset MESH: sets asset, model, the mesh that it is baked from ('' if it was given as an asset), and origin: where that
-# mesh comes from, if it was chosen here. MESH is a mesh, an asset that is used as it is, or '': then the Stanford dragon if
-# samples/run.sh has fetched it or NIF_TEST_MESHES has it, else a generated torus knot.
+# prepare_asset MESH: sets asset; model, the mesh that it is baked from ('' if MESH is an asset); and origin, where that mesh
+# comes from, if it was chosen here. MESH is a mesh, an asset that is used as it is, or '': then the Stanford dragon if
+# samples/run.sh has fetched it or NIF_TEST_MESHES has it, otherwise a generated torus knot.
 prepare_asset() {
   local mesh=$1 name dragon baked
   model='' origin=''
@@ -55,7 +55,7 @@ prepare_asset() {
   name=$(basename "$mesh")
   name=${name%.gz} name=${name%.zst} name=${name%.*}
   asset=build/samples/$name.nif
-  # What the asset there is baked from: a mesh elsewhere may have the same name.
+  # Identifies the mesh of the asset, because a mesh elsewhere may have the same name.
   baked=$(stat -c '%n %s %y' -- "$(realpath -- "$mesh")")
   if [[ ! $asset -nt $nif || $baked != "$(cat "$asset.source" 2>/dev/null)" ]]; then
     mkdir -p build/samples

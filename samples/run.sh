@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Bakes a mesh into an asset, starting from a clean clone. Checks a million answers of each kind against Embree, and
-# prints the asset's cost and error.
+# Bakes a mesh into an asset, starting from a clean clone. Compares a million answers of each kind with Embree's, and prints the
+# asset's cost and error.
 #
 #   samples/run.sh [MESH]     OBJ, PLY, STL, OFF, glTF, GLB or DRC, also as .gz or .zst
 #

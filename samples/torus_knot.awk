@@ -1,4 +1,4 @@
-# Writes a closed mesh of 144,000 triangles as OBJ text: a (2,3) torus knot with a tube that has ribs and bumps.
+# Writes a closed mesh of 144,000 triangles as OBJ text: a (2,3) torus knot whose tube has ribs and bumps.
 # For samples/run.sh, if no scanned model is available. Run with LC_ALL=C, so that numbers have a decimal point.
 
 function knot(u, p,    r) {
@@ -23,7 +23,7 @@ BEGIN {
     u = turn * i / around
     knot(u, p); knot(u + 1e-4, q); knot(u - 1e-4, o)
     for (a = 0; a < 3; ++a) tangent[a] = q[a] - o[a]
-    # A frame that depends on u alone, so that the tube closes.
+    # A frame that only depends on u, so that the tube closes.
     cross(tangent, p, side); normalise(side)
     cross(side, tangent, up); normalise(up)
     for (k = 0; k < across; ++k) {

@@ -1,4 +1,4 @@
-// `nif devices`: lists what can answer queries on this machine, and what is missing.
+// `nif devices`: lists the devices of this machine that can answer queries, and what others lack.
 #include <fmt/format.h>
 
 #include <memory>
@@ -34,7 +34,7 @@ std::string uuid_of(const NifCardInfo& card) {
   return text;
 }
 
-/// None where there are none; the backend's reason then says why.
+/// Empty if there are none; then the backend's reason says why.
 std::vector<Card> find_cards() {
   std::vector<Card> cards;
   auto info = nifkit::sized<NifCardInfo>();
@@ -96,7 +96,7 @@ void add_devices(Command app) {
       "used, the\n"
       "line says what is missing: the GPU module (libnif_gpu.so, or the file that NIF_GPU_MODULE names), a "
       "driver, a\n"
-      "card, or code for the card.\n"
+      "GPU, or code for the GPU.\n"
       "Examples:\n"
       "  nif devices\n"
       "  nif devices --json");

@@ -1,5 +1,5 @@
-// `nif eval`: asks an asset the named ray sets through the runtime, and compares every answer with Embree's;
-// with --hits every first hit, too.
+// `nif eval`: queries an asset with the named ray sets through the runtime, and compares every answer with
+// Embree's; with --hits also every first hit.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,13 +53,13 @@ struct Result {
   std::string isa;
   bool any_spherical = false;
   uint64_t compared = 0, different = 0;  ///< rays also answered by the reference
-  uint64_t different_hits = 0;           ///< of those
+  uint64_t different_hits = 0;           ///< of the compared ones
   NifAssetInfo info{};
   EmbreeBytes embree;
   bake::SetAccuracies sets{};
   bake::SetHits hits;
   std::vector<ObjectResult> objects;
-  nlohmann::ordered_json metadata;  ///< what its baker wrote: shown, never trusted
+  nlohmann::ordered_json metadata;  ///< written by its baker: shown, never trusted
 };
 
 Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets) {
@@ -125,7 +125,7 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
   return result;
 }
 
-/// What the baker says of how an object's answers lean; null where it says nothing.
+/// The baker's note on an object's decision threshold (--lean), or null if there is none.
 const nlohmann::ordered_json* lean_of(const Result& result, size_t object) {
   const nlohmann::ordered_json::json_pointer at(fmt::format("/objects/{}/lean", object));
   if (!result.metadata.is_object() || !result.metadata.contains(at)) return nullptr;
@@ -133,7 +133,7 @@ const nlohmann::ordered_json* lean_of(const Result& result, size_t object) {
   return lean.is_object() ? &lean : nullptr;
 }
 
-/// Each set's accuracy, with that of first hits.
+/// Each set's accuracy, including that of first hits.
 nlohmann::ordered_json sets_with_hits(const Arguments& arguments, const bake::SetAccuracies& sets,
                                       const bake::SetHits& hits) {
   nlohmann::ordered_json json = bake::to_json(sets);
@@ -224,14 +224,14 @@ void add_eval(Command app) {
   command.add_option("ASSET", a->asset, "The .nif file to measure").required();
   command.add_option("--mesh", a->mesh, "The mesh that it was baked from").required();
   add_format_option(command, a->format);
-  add_measure_options(command, *a, "all but camera");
+  add_measure_options(command, *a, "all except camera");
   command.add_flag("--bvh", a->bvh, "Also build Embree's default and compact BVH, and print their size");
   command.add_flag(
       "--hits", a->hits,
       "Also compare first hits (nifIntersect): rays that hit or miss wrongly, places, normals, proven "
-      "bounds, and triangles where the asset knows those of the mesh");
+      "bounds, and triangles if the asset stores their numbers");
   command.add_flag("--reference", a->reference,
-                   "Also ask the scalar reference, and fail if any bit of an answer differs");
+                   "Also query the scalar reference, and fail if any bit of an answer differs");
   add_run_options(command, *a, kSchema);
   command.footer(
       "Examples:\n"

@@ -1,5 +1,5 @@
-// The `nif` executable: picks the subcommand, and turns every failure into one sentence and an exit code.
-// Called as `nif-bake` it is `nif bake`.
+// The `nif` executable: selects the subcommand, and turns every failure into one sentence and an exit code.
+// Called as `nif-bake`, it runs `nif bake`.
 #include <cxxabi.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -30,7 +30,7 @@ constexpr const char* kExitCodes =
     "interrupted.\n"
     "docs/command-line.md lists them all.\n";
 
-/// Refuses words that name no subcommand, of which CLI11 would only say that a subcommand is missing.
+/// Refuses words that name no subcommand. CLI11 would only say that a subcommand is missing.
 void check_subcommands(const CLI::App& app, std::span<const std::string> arguments) {
   const std::vector<const CLI::App*> subcommands = app.get_subcommands([](const CLI::App*) { return true; });
   if (subcommands.empty() || arguments.empty() || arguments[0].starts_with('-')) return;
@@ -87,7 +87,7 @@ int run(int argc, char** argv) {
   add_sweep(command);
   add_validate(command);
 
-  // The command line is handed over reversed, as CLI11 wants it.
+  // CLI11 expects the command line in reverse.
   std::vector<std::string> arguments(argv + 1, argv + argc);
   if (std::filesystem::path(argc > 0 ? argv[0] : "nif").filename() == "nif-bake") {
     arguments.insert(arguments.begin(), "bake");
@@ -106,7 +106,7 @@ int run(int argc, char** argv) {
   return int(Status::ok);
 }
 
-/// Without taking memory: there may be none left.
+/// Does not allocate: there may be no memory left.
 int fail(Status status, const char* sentence, const char* defect = "") {
   for (const char* part : {"nif: ", defect}) std::fputs(part, stderr);
   put_printable(sentence, [](char c) { std::fputc(c, stderr); });
@@ -116,7 +116,7 @@ int fail(Status status, const char* sentence, const char* defect = "") {
 
 std::terminate_handler usual_end;
 
-/// Libraries may need memory where they must not throw; nlohmann::json does in its destructors.
+/// Libraries may need memory where they must not throw, like nlohmann::json in its destructors.
 [[noreturn]] void on_terminate() {
   const std::type_info* type = abi::__cxa_current_exception_type();
   if (type && (*type == typeid(std::bad_alloc) || *type == typeid(std::bad_array_new_length))) {

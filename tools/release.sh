@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes a release candidate of the commit that is checked out: the source as a .tar.gz, Debian packages of the runtime, the
-# program and the GPU module, all that is installed as a .tar.gz, a wheel for Python, a bill of materials (SPDX), and SHA256SUMS.
+# program and the GPU module, everything that is installed as a .tar.gz, a wheel for Python, a bill of materials (SPDX), and SHA256SUMS.
 # A second run on the same commit and the same system makes the same bytes.
 #
 #   tools/release.sh [--output FOLDER] [-- CMAKE OPTIONS]      FOLDER: build/candidate
@@ -10,7 +10,8 @@
 #   tools/release.sh -- -DNIF_WITH_CGAL=OFF                    a program without GPL code
 #   tools/release.sh -- -DNIF_BUILD_TOOLS=OFF                  the runtime alone
 #
-# Builds in a folder of its own, from nothing, and takes as long as that. Where lintian is installed, the packages must pass.
+# Builds from scratch in a separate folder, which takes as long as a clean build. If lintian is installed, the packages must
+# pass it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -24,7 +25,7 @@ while (($#)); do
     *) fail "unknown option '$1'; see --help" 2 ;;
   esac
 done
-[[ -z $(git status --porcelain) ]] || fail 'there are changes that are not committed'
+[[ -z $(git status --porcelain) ]] || fail 'there are uncommitted changes'
 for program in cmake cpack ninja dpkg-shlibdeps python3; do
   command -v "$program" >/dev/null || fail "$program is not installed"
 done
@@ -43,7 +44,7 @@ git archive --prefix="$name/" --mtime="@$SOURCE_DATE_EPOCH" HEAD 2>/dev/null >"$
 gzip -9n <"$work/source.tar" >"$work/made/$name-source.tar.gz"
 tar -xf "$work/source.tar" -C "$work"
 
-# No path of this machine gets into what is built.
+# Keeps paths of this machine out of the binaries.
 flags="-ffile-prefix-map=$work/$name=. -ffile-prefix-map=$work/build=build"
 cmake -S "$work/$name" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=/usr \
   -DNIF_BUILD_TESTS=OFF "-DCMAKE_C_FLAGS=$flags" "-DCMAKE_CXX_FLAGS=$flags" "$@" >/dev/null
@@ -52,7 +53,7 @@ cmake --build "$work/build" --parallel "$(nproc)"
 mv "$work"/build/*.deb "$work/made/"
 cp "$work/build/packaging/nifkit.spdx.json" "$work/made/$name.spdx.json"
 
-# cpack packs files in the order of the folder, with the times at which they were made.
+# cpack packs files in directory order, with the times at which they were made.
 mkdir "$work/tree"
 tar -xzf "$work/build/$name-Linux.tar.gz" -C "$work/tree"
 tar -c --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner --format=gnu -C "$work/tree" \
@@ -63,7 +64,7 @@ source bindings/python/python.sh
 if find_python pip setuptools wheel >/dev/null; then
   NIFKIT=$work/tree/$name-Linux/usr "$work/$name/bindings/python/build.sh" "$work/made" >/dev/null
 else
-  echo 'tools/release.sh: no Python with pip, setuptools and wheel (tools/setup.sh python); there is no wheel' >&2
+  echo 'tools/release.sh: no Python with pip, setuptools and wheel (tools/setup.sh python); no wheel was made' >&2
 fi
 
 if command -v lintian >/dev/null; then

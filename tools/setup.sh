@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
-# Installs what nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
+# Installs the packages that nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
 #
-#   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu, arm; all of these where none is named
-#                                only where they are named: audio, bits32, blender, love, pages, python, web, windows
+#   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu, arm; all of these if none is named
+#                                only if named: audio, bits32, blender, love, pages, python, web, windows
 #
-# Does nothing, without output and without the network, where nothing is missing. Where it may not install, it names
-# the missing packages in one line and ends with 1.
+# If nothing is missing, it does nothing, prints nothing and needs no network. If it may not install packages, it names the
+# missing ones in one line and exits with 1.
 set -euo pipefail
 
-# Group, package, reason. Everything else comes with these as their dependencies.
+# Group, package, reason. Everything else is a dependency of these.
 packages='
 build   g++                   C++20 compiler
 build   cmake                 configures; 3.25 or newer
 build   ninja-build           builds; the generator of every preset
 build   python3               makes the bill of materials; tests: the independent reader of assets
-build   libembree-dev         ray oracle of the baker, and the BVH that it is compared to
+build   libembree-dev         ground truth of the baker, and the BVH that assets are compared with
 build   libtbb-dev            threads of the baker
 build   libhwy-dev            SIMD in the trainer
 build   libdraco-dev          .drc files and KHR_draco_mesh_compression
@@ -33,16 +33,16 @@ build   libstb-dev            environment maps (.hdr)
 build   libopenmesh-dev       nif mesh: decimation, subdivision; tests: a second reader of meshes
 build   libmeshoptimizer-dev  nif mesh: fast decimation; .glb files with EXT_meshopt_compression
 build   libopenvdb-dev        nif mesh: level sets
-build   libboost-iostreams-dev  what OpenVDB is linked with, and its package does not bring
-build   libcgal-dev           nif mesh: self-intersections, holes, remeshing; tests: a second oracle of rays (NIF_WITH_CGAL)
+build   libboost-iostreams-dev  OpenVDB links it, but its package does not depend on it
+build   libcgal-dev           nif mesh: self-intersections, holes, remeshing; tests: a second ground truth of rays (NIF_WITH_CGAL)
 sample  jq                    samples/run.sh reads the JSON that nif prints
 check   abigail-tools         compares the binary interface with the one that is kept
 check   libgtest-dev          tests
 check   libgmp-dev            tests: the judge in exact arithmetic
 check   pkgconf               tests: the installed package through its .pc file
-check   slurm-wlm             tests: manifests on a cluster, of one node
+check   slurm-wlm             tests: manifests on a cluster of one node
 check   munge                 tests: the key of that cluster
-check   jq                    tests: what that cluster reports
+check   jq                    tests: reads the reports of that cluster
 check   clang-format          style of C++
 check   lintian               tests: the Debian packages
 check   shellcheck            style of scripts
@@ -65,7 +65,7 @@ bits32  lib32stdc++-12-dev    tests/fuzz/bits32: the runtime for 32-bit x86
 bits32  libc6-dev-i386        the same
 love    love                  samples/love: the engine of the game
 love    luajit                samples/love: tests of its declarations of nif.h
-love    xvfb                  samples/love: tests, on a screen that nobody sees
+love    xvfb                  samples/love: tests, on a virtual screen
 love    xauth                 samples/love: xvfb-run needs it
 pages   chromium              tests/pages: shows the pages that nif writes; samples/web: tests
 pages   chromium-driver       tests/pages: drives it; samples/web: the same
@@ -73,15 +73,15 @@ python  python3-numpy         bindings/python: arrays
 python  python3-pip           bindings/python: builds and installs the wheel
 python  python3-setuptools    bindings/python: builds the wheel
 python  python3-wheel         bindings/python: builds the wheel
-python  python3-venv          bindings/python: tests, in an environment of their own
+python  python3-venv          bindings/python: tests, in their own environment
 python  python3-pytest        bindings/python: tests
 python  python3-mypy          bindings/python: tests of its types
 web     emscripten            bindings/web: the runtime as WebAssembly; brings node
 web     node-typescript       bindings/web: tests of its types
 blender blender               bindings/blender; samples/cycles: the renderer whose shadow rays an asset answers
-blender libembree-dev         samples/cycles: headers of what that renderer links
-blender python3-numpy         bindings/blender: shows what an asset answers
-blender xvfb                  bindings/blender: tests, on a screen that nobody sees
+blender libembree-dev         samples/cycles: headers of the Embree that the renderer links
+blender python3-numpy         bindings/blender: shows the answers of an asset
+blender xvfb                  bindings/blender: tests, on a virtual screen
 blender xauth                 bindings/blender: xvfb-run needs it
 blender libgl1-mesa-dri       bindings/blender: draws on that screen
 '
@@ -98,7 +98,7 @@ for group in "${groups[@]}"; do
   found=$(awk -v group="$group" '$1 == group { print $2 }' <<<"$packages")
   if [[ -z $found ]]; then
     known=$(awk 'NF && !seen[$1]++ { printf "%s%s", sep, $1; sep = ", " }' <<<"$packages")
-    echo "tools/setup.sh: there is no group '$group'; there are $known" >&2
+    echo "tools/setup.sh: there is no group '$group'; the groups are $known" >&2
     exit 2
   fi
   mapfile -t -O "${#wanted[@]}" wanted <<<"$found"
@@ -118,7 +118,7 @@ done
 
 as_root=()
 if ((EUID != 0)); then
-  # sudo may ask for a password only where somebody is there to answer.
+  # sudo may ask for a password only if somebody is there to answer.
   if command -v sudo >/dev/null && { sudo -n true 2>/dev/null || [[ -t 0 ]]; }; then
     as_root=(sudo)
   else

@@ -1,4 +1,4 @@
-// The subcommands of `nif`, each in the file or the folder of its name.
+// Declares the subcommands of `nif`, each in the file or the folder of its name.
 #pragma once
 
 #include "tools/common/options.hpp"

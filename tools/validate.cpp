@@ -1,4 +1,4 @@
-// `nif validate`: says what is wrong with assets, by numbers that programs can rely on.
+// `nif validate`: reports what is wrong with assets, with numbers that programs can rely on.
 #include <fmt/format.h>
 
 #include <memory>
@@ -30,7 +30,7 @@ struct Arguments {
 
 struct Checked {
   std::string file;
-  std::string unreadable;  ///< why it could not be looked at; empty where it was
+  std::string unreadable;  ///< why it could not be read; empty if it was
   Findings findings;
   Status status = Status::ok;
 };
@@ -40,7 +40,7 @@ Checked check(const std::string& file, bool strict) {
   try {
     const format::FileMemory memory = format::FileMemory::load(file, format::FileMemory::Mode::read);
     checked.findings = validate::validate(memory.bytes(), file);
-  } catch (const format::Refusal& refusal) {  // by its header, before the rest is read
+  } catch (const format::Refusal& refusal) {  // from the header, before the rest is read
     checked.findings.add(uint16_t(refusal.rule()), refusal.place(), refusal.what_is_wrong());
   } catch (const Error& error) {
     checked.unreadable = error.what();
@@ -55,7 +55,7 @@ Checked check(const std::string& file, bool strict) {
 
 constexpr Severity kSeverities[] = {Severity::error, Severity::warning, Severity::note};
 
-/// How many of a number there were beyond those that were kept.
+/// How many findings of a number there were beyond those that were kept.
 uint64_t more_of(const Findings& findings, uint16_t number) {
   const uint64_t count = findings.count_of(number);
   return count > Findings::kKept ? count - Findings::kKept : 0;
@@ -125,7 +125,7 @@ void list_rules(bool json) {
   if (json) write_json({{"schema", kSchema}, {"rules", std::move(list)}});
 }
 
-/// What made a file fail, as a sentence.
+/// The reason why a file failed, as a sentence.
 std::string reason(const Checked& checked) {
   if (!checked.unreadable.empty()) return checked.unreadable;
   for (const Finding& finding : checked.findings.kept()) {
@@ -165,11 +165,11 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_validate(Command app) {
-  const Command command = app.add_subcommand("validate", "Say what is wrong with assets");
+  const Command command = app.add_subcommand("validate", "Report what is wrong with assets");
   auto a = std::make_shared<Arguments>();
-  command.add_option("ASSET", a->files, "The .nif files to look at");
+  command.add_option("ASSET", a->files, "The .nif files to check");
   command.add_flag("--strict", a->strict, "Warnings fail, too (code 35)");
-  command.add_flag("--list", a->list, "List all that can be found, by number, and end");
+  command.add_flag("--list", a->list, "List all possible findings by number, and exit");
   add_json_option(command, a->json, kSchema);
   add_quiet_option(command, a->quiet);
   command.footer(

@@ -1,4 +1,4 @@
-// Points of space are collinear where all three of their projections onto the coordinate planes are.
+// Three points in space are collinear if all of their projections onto the coordinate planes are.
 #include "formats/base/collinear.hpp"
 
 #include "formats/base/orientation.hpp"

@@ -7,11 +7,11 @@
 
 namespace nif {
 
-/// Finite points only.
+/// Points must be finite.
 bool collinear(const std::array<float, 3>& a, const std::array<float, 3>& b, const std::array<float, 3>& c);
 
-/// Which way a path turns at b that runs from a over b to c, seen in the plane of the axes `x` and `y`: 1 to
-/// the left, -1 to the right, 0 not at all. Exact, of finite points.
+/// Which way the path from a over b to c turns at b, seen in the plane of the axes `x` and `y`: 1 to the
+/// left, -1 to the right, 0 not at all. Exact for finite points.
 int turn(const std::array<float, 3>& a, const std::array<float, 3>& b, const std::array<float, 3>& c,
          size_t x, size_t y);
 

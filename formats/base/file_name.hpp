@@ -1,4 +1,4 @@
-// What a file's name tells about its format. Letters may be large or small: ".PLY.GZ" is ".ply.gz".
+// Finds what a file's name tells about its format. Case does not matter: ".PLY.GZ" is ".ply.gz".
 #pragma once
 
 #include <filesystem>
@@ -6,7 +6,7 @@
 
 namespace nif {
 
-/// ".ply" of "dragon.PLY", "" where there is none.
+/// ".ply" for "dragon.PLY", "" if there is no ending.
 inline std::string ending_of(const std::filesystem::path& file) {
   std::string ending = file.extension().string();
   for (char& c : ending)
@@ -14,8 +14,7 @@ inline std::string ending_of(const std::filesystem::path& file) {
   return ending;
 }
 
-/// The last part of a path, without the ending that says how the file is compressed: "dragon.ply" of
-/// "meshes/dragon.ply.gz".
+/// The last part of a path, without an ending for compression: "dragon.ply" for "meshes/dragon.ply.gz".
 inline std::filesystem::path unpacked_name(const std::filesystem::path& file) {
   const std::string packing = ending_of(file);
   return packing == ".gz" || packing == ".zst" ? file.stem() : file.filename();

@@ -1,5 +1,5 @@
-// Greedy matching. Where it fails, only the last * takes one more character, so the time stays below the
-// product of both lengths, and there is no recursion that a hostile pattern could drive deep.
+// Greedy matching. On failure, only the last * takes one more character, so the time is below the product of
+// both lengths, and a hostile pattern cannot cause deep recursion.
 #include "formats/base/glob.hpp"
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 namespace nif {
 namespace {
 
-/// Takes one character off the front of a text that has one. Of UTF-8 the order of bytes is that of code
-/// points, so ranges compare as text.
+/// Removes and returns the first character of a text, which must not be empty. The byte order of UTF-8 is
+/// that of code points, so ranges can be compared as text.
 std::string_view take(std::string_view& text) {
   const size_t length = std::max<size_t>(1, utf8_sequence(text));
   const std::string_view character = text.substr(0, length);
@@ -26,11 +26,11 @@ bool in_order(std::string_view a, std::string_view b) {
 }
 
 struct Set {
-  std::string_view rest;  ///< of the pattern, after it
+  std::string_view rest;  ///< the pattern after the set
   bool holds = false;
 };
 
-/// What a pattern has after a [. Not closed: a set without a rest, at null.
+/// Parses a set after its [. If it is not closed, `rest` is null.
 Set read_set(std::string_view pattern, std::string_view character) {
   const bool negated = pattern.starts_with('!') || pattern.starts_with('^');
   if (negated) pattern.remove_prefix(1);
@@ -50,7 +50,7 @@ Set read_set(std::string_view pattern, std::string_view character) {
   return {};
 }
 
-/// Whether one character fits what a pattern begins with, which is taken off it.
+/// Whether one character matches the front of a pattern, which is removed from it.
 bool fits_one(std::string_view character, std::string_view& pattern) {
   std::string_view wanted = take(pattern);
   if (wanted == "?") return true;
@@ -69,7 +69,7 @@ bool fits_one(std::string_view character, std::string_view& pattern) {
 
 bool fits(std::string_view name, std::string_view pattern) {
   if (name == pattern) return true;
-  // Only the last * has to be tried again: what came before it fits as early as it can.
+  // Only the last * has to be retried: everything before it already matches as early as it can.
   bool starred = false;
   std::string_view name_then, pattern_then;
   while (!name.empty() || !pattern.empty()) {

@@ -1,4 +1,4 @@
-// JSON that others wrote, how deep it may be nested, and how wide.
+// Parses untrusted JSON, with limits on depth and width that protect recursive and quadratic libraries.
 #pragma once
 
 #include <array>
@@ -7,18 +7,18 @@
 
 namespace nif {
 
-/// nlohmann's JSON calls itself for each level of a value to copy and to write it, and tinygltf does to read
-/// it. No real file comes near.
+/// nlohmann's JSON recurses for each level of a value to copy and to write it, and tinygltf does to read it.
+/// No real file comes close to this.
 inline constexpr size_t kMostJsonDepth = 128;
 
-/// nlohmann's ordered_json compares each key of an object with all before it.
+/// nlohmann's ordered_json compares each key of an object with all keys before it.
 inline constexpr size_t kMostOrderedMembers = 10000;
 
-/// The byte at which JSON opens a level beyond kMostJsonDepth, or has a member more than `most_members` in
-/// one object; npos where it does neither. Text that is no JSON is looked at as if it were: a parser that
-/// stops at the first fault does not get deeper.
+/// The byte at which JSON exceeds kMostJsonDepth levels or an object exceeds `most_members` members; npos if
+/// neither happens. Invalid JSON is scanned as if it were valid: a parser that stops at the first error gets
+/// no deeper.
 inline size_t too_large_at(std::string_view json, size_t most_members) {
-  std::array<size_t, kMostJsonDepth + 1> members{};  // of the objects that are open
+  std::array<size_t, kMostJsonDepth + 1> members{};  // of the open objects
   size_t depth = 0;
   bool in_string = false;
   for (size_t i = 0; i < json.size(); ++i) {
@@ -46,8 +46,8 @@ inline constexpr bool kIsOrdered = requires(typename Json::object_t list) {
   list.reserve(1);
 };
 
-/// As nlohmann's basic_json; a discarded value where it is no JSON, nested deeper than kMostJsonDepth or,
-/// read in its order, wider than kMostOrderedMembers.
+/// Parses like nlohmann's basic_json. Returns a discarded value if the text is not JSON, is nested deeper
+/// than kMostJsonDepth or, for ordered JSON, has objects with more than kMostOrderedMembers members.
 template <class Json>
 Json parse_untrusted(std::string_view json) {
   if (too_large_at(json, kIsOrdered<Json> ? kMostOrderedMembers : json.npos) != json.npos)

@@ -1,5 +1,5 @@
-// The least of three limits: what the whole system has free, what the control group allows, and what the
-// address space has left. A limit that cannot be read does not count.
+// Free memory is the least of three limits: what the system has free, what the control group allows, and what
+// is left of the address space. A limit that cannot be read is ignored.
 #include "formats/base/memory.hpp"
 
 #include <sys/resource.h>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr uint64_t kAll = std::numeric_limits<uint64_t>::max();
 
-/// A file that holds one number; kAll where it does not ("max"), or is not there.
+/// The number in a file; kAll if it has none ("max") or does not exist.
 uint64_t number_in(const char* file) {
   uint64_t value = 0;
   return std::ifstream(file) >> value ? value : kAll;
@@ -33,8 +33,8 @@ uint64_t free_in_machine() {
   return kAll;
 }
 
-/// Of the control group that a container shows as the root. What it has cached counts as used; a tenth of the
-/// truth too little is better than to be killed.
+/// Free memory in the control group that a container shows as the root. Its caches count as used: estimating
+/// a tenth too little is better than being killed.
 uint64_t free_in_group() {
   const uint64_t limit = number_in("/sys/fs/cgroup/memory.max"),
                  used = number_in("/sys/fs/cgroup/memory.current");

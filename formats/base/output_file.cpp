@@ -1,4 +1,5 @@
-// Temporary, flush, close, rename; each of these can fail (a full disk shows at the flush or the close).
+// Writes a temporary, flushes, closes and renames it; each step can fail (a full disk shows at the flush or
+// the close).
 #include "formats/base/output_file.hpp"
 
 #include <fcntl.h>
@@ -22,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A target's name, this, and eight hexadecimal digits are the name of its temporary file.
+/// The name of a temporary file is the target's name, this, and eight hexadecimal digits.
 constexpr std::string_view kTemporary = ".tmp-";
 constexpr size_t kDigits = 8;
 
@@ -30,7 +31,7 @@ constexpr size_t kDigits = 8;
   throw Error(Status::output_not_writable, path + ": cannot be written: " + why);
 }
 
-/// Is there something at the path that is written to as it stands, because it is no file?
+/// Whether the path is not a regular file and is therefore written in place.
 bool is_stream(const std::string& path) {
   struct stat about;
   if (::stat(path.c_str(), &about) != 0 || S_ISREG(about.st_mode) || S_ISDIR(about.st_mode)) return false;
@@ -38,7 +39,7 @@ bool is_stream(const std::string& path) {
   return true;
 }
 
-/// Where the bytes of a file really go: a link is followed, so that it stays a link. Throws where there is no
+/// The file that is really written: links are followed, so that they stay links. Throws if there is no such
 /// folder.
 fs::path resolve(const std::string& path) {
   std::error_code error;
@@ -71,8 +72,8 @@ class Descriptor {
   int fd_;
 };
 
-/// Random, so that a machine that shares the folder does not take the name of a file that it has just removed
-/// for its own.
+/// Random, so that another machine that shares the folder does not use the name of a file that was just
+/// removed.
 std::string temporary_name(const std::string& target) {
   uint32_t number = 0;
   if (::getrandom(&number, sizeof(number), 0) != ssize_t(sizeof(number))) number = uint32_t(::getpid());
@@ -81,7 +82,7 @@ std::string temporary_name(const std::string& target) {
   return target + std::string(kTemporary) + digits;
 }
 
-/// The target of a temporary file; empty where it is another one.
+/// The target of a temporary file; empty if the name is not that of a temporary.
 std::string target_of(const std::string& name) {
   constexpr size_t kEnding = kTemporary.size() + kDigits;
   if (name.size() <= kEnding) return {};
@@ -91,8 +92,8 @@ std::string target_of(const std::string& name) {
   return digits && ending.starts_with(kTemporary) ? name.substr(0, name.size() - kEnding) : "";
 }
 
-/// Removes a temporary file whose writer has died: those who live hold a lock on theirs, which ends with
-/// them. Where nothing can be locked, nothing is removed.
+/// Removes a temporary file whose writer has died. Living writers hold a lock on theirs, which ends with
+/// them. If the file system has no locks, nothing is removed.
 void remove_if_abandoned(const fs::path& file) {
   const Descriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   struct stat about;
@@ -100,7 +101,7 @@ void remove_if_abandoned(const fs::path& file) {
   if (::flock(opened.get(), LOCK_EX | LOCK_NB) == 0) ::unlink(file.c_str());
 }
 
-/// So that the new name outlasts a loss of power. What the file system cannot do is not asked of it.
+/// So that the rename survives a loss of power. Errors are ignored, because some file systems cannot do it.
 void flush_folder(const std::string& file) {
   const fs::path folder = fs::path(file).parent_path();
   const Descriptor opened(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_CLOEXEC | O_DIRECTORY));
@@ -120,7 +121,7 @@ void remove_abandoned(const std::string& folder, const std::function<bool(const 
 bool is_written_in_place(const std::string& path) { return is_stream(path); }
 
 OutputFile::OutputFile(const std::string& path) : path_(path) {
-  if (is_stream(path)) {  // by the name given: what /dev/stdout leads to may have none of its own
+  if (is_stream(path)) {  // by the given name: what /dev/stdout leads to may have no name
     fd_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     if (fd_ < 0) not_writable(path, std::strerror(errno));
     return;
@@ -128,7 +129,7 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
   target_ = resolve(path).string();
   remove_abandoned(fs::path(target_).parent_path(), [name = fs::path(target_).filename().string()](
                                                         const std::string& other) { return other == name; });
-  // What others may not read, they may not read in its next version, nor while that is written.
+  // A file keeps its permissions when it is replaced, and its temporary has them already while it is written.
   struct stat replaced;
   const bool replaces = ::stat(target_.c_str(), &replaced) == 0;
   const mode_t mode = replaces ? replaced.st_mode & 0777 : 0666;
@@ -142,7 +143,7 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
       continue;
     }
     number_ = number;
-    // Whoever looks for abandoned files may have seen this one before it was locked.
+    // A process that looks for abandoned files may have seen this one before it was locked.
     struct stat about;
     const bool locked = ::flock(fd_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
     if (!locked || ::fstat(fd_, &about) != 0 || about.st_nlink == 0)
@@ -176,7 +177,7 @@ void OutputFile::commit() {
     return;
   }
   if (::fsync(fd_) != 0) not_writable(path_, std::strerror(errno));
-  // It stays locked until it has its name.
+  // The lock is kept until the file has its name.
   const Descriptor locked(::fcntl(fd_, F_DUPFD_CLOEXEC, 0));
   if (::close(std::exchange(fd_, -1)) != 0) not_writable(path_, std::strerror(errno));
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) not_writable(path_, std::strerror(errno));

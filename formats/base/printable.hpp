@@ -1,4 +1,4 @@
-// Text of others on a terminal.
+// Makes untrusted text safe for a terminal.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace nif {
 
-/// Calls `put` for each byte of the text with control characters written out ("\x1b"), so that a name in a
-/// file cannot move the cursor, change colours or end a line. UTF-8 stays as it is. Takes no memory.
+/// Calls `put` for each byte of the text, with control characters escaped ("\x1b"), so that a name in a file
+/// cannot move the cursor, change colours or end a line. UTF-8 is unchanged. Does not allocate.
 template <class Put>
 void put_printable(std::string_view text, Put put) {
   constexpr char kDigits[] = "0123456789abcdef";

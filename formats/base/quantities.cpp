@@ -1,4 +1,4 @@
-// Decimals come from std::to_chars, which ignores the locale: printf writes a comma in some of them.
+// Decimals come from std::to_chars, which ignores the locale: in some locales, printf writes a comma.
 #include "formats/base/quantities.hpp"
 
 #include <charconv>
@@ -6,7 +6,7 @@
 namespace nif {
 namespace {
 
-/// Whatever the locale is.
+/// Independent of the locale.
 std::string with_decimals(double value, int decimals) {
   char text[512];  // the largest double has 309 digits
   const auto [end, error] =

@@ -1,4 +1,4 @@
-// Quantities as messages and reports say them.
+// Formats quantities for messages and reports.
 #pragma once
 
 #include <cstdint>

@@ -8,8 +8,8 @@
 
 namespace nif {
 
-/// PCG-XSH-RR 64/32. Streams keyed by (seed, purpose, chunk) are independent for our needs, so that work may
-/// be cut into chunks and done by any number of threads with the same result.
+/// PCG-XSH-RR 64/32. Streams keyed by (seed, purpose, chunk) are independent enough for our needs, so that
+/// work can be split into chunks and done by any number of threads with the same result.
 class Random {
  public:
   Random(uint64_t seed, uint64_t purpose, uint64_t chunk) {
@@ -29,7 +29,8 @@ class Random {
   /// Uniform in 0..count-1 (count > 0); the bias of at most count / 2^32 does not matter here.
   uint32_t below(uint32_t count) { return uint32_t((uint64_t{bits()} * count) >> 32); }
 
-  /// Uniform on the unit sphere, by rejection: only correctly rounded operations, so the same everywhere.
+  /// Uniform on the unit sphere, by rejection: it uses only correctly rounded operations, so it is the same
+  /// everywhere.
   Double3 direction() {
     for (;;) {
       const double x = uniform(-1, 1), y = uniform(-1, 1), z = uniform(-1, 1);

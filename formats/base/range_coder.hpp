@@ -1,9 +1,9 @@
 // Entropy coding of bits: an adaptive binary range coder (after Martin 1979, and Pavlov's LZMA). A bit that
-// its model expects takes little, and models learn as they go. All of it is in integers, so that the bytes
-// are the same everywhere.
+// its model expects takes little space, and models learn as they go. Everything is in integers, so that the
+// bytes are the same on every machine.
 //
-// An encoder and a decoder have the same functions, so that what models a kind of data is written once, for
-// both: bit(model, value) returns `value` when it encodes, and the value that was encoded when it decodes.
+// The encoder and the decoder have the same functions, so that the models of a kind of data are written once,
+// for both: bit(model, value) returns `value` when it encodes, and the encoded value when it decodes.
 #pragma once
 
 #include <array>
@@ -16,11 +16,11 @@
 
 namespace nif {
 
-/// How likely a bit is to be 1, from those that came before: the mean of two estimates. One soon forgets; the
-/// other weighs all bits alike until it has seen many.
+/// The probability that a bit is 1, estimated from the bits before it: the mean of two estimates. One forgets
+/// quickly; the other weighs all bits equally until it has seen many.
 class BitModel {
  public:
-  /// Of 2^16; never 0, and never 2^16.
+  /// In units of 2^-16; never 0 or 2^16.
   uint32_t probability() const { return (uint32_t{quick_} + steady_) >> 1; }
   void learn(bool bit) {
     const uint32_t share = kShares[seen_];
@@ -36,7 +36,7 @@ class BitModel {
 
  private:
   static constexpr uint32_t kOne = 1 << 16, kQuick = 4;
-  /// How much of 2^16 the next bit counts, by how many there were: 1 / (bits + 1.5).
+  /// Weight of the next bit in units of 2^-16, by the number of bits so far: 1 / (bits + 1.5).
   static constexpr std::array<uint16_t, 255> kShares = [] {
     std::array<uint16_t, 255> shares{};
     for (uint32_t bits = 0; bits < shares.size(); ++bits) shares[bits] = uint16_t(2 * kOne / (2 * bits + 3));
@@ -47,7 +47,7 @@ class BitModel {
   uint8_t seen_ = 0;
 };
 
-/// Appends to the bytes it is given. Not thread-safe, as all here.
+/// Appends to the bytes that it is given. Like everything here, not thread-safe.
 class RangeEncoder {
  public:
   bool bit(BitModel& model, bool value) {
@@ -65,7 +65,7 @@ class RangeEncoder {
     }
     return value;
   }
-  /// The bytes; nothing can be encoded after this.
+  /// Returns the bytes; nothing can be encoded after this.
   std::vector<std::byte> finish() {
     for (int i = 0; i < 5; ++i) shift();
     bytes_.erase(bytes_.begin());  // a 0, which a carry never reaches
@@ -76,7 +76,7 @@ class RangeEncoder {
   friend class RangeDecoder;
   static constexpr uint32_t kLeastRange = 1 << 24;
 
-  /// Moves the highest byte of low_ out. Bytes of 255 wait, because a carry may still come.
+  /// Shifts the highest byte of low_ out. Bytes of 255 wait, because a carry may still come.
   void shift() {
     if (low_ < 0xff000000u || low_ > 0xffffffffu) {
       const auto carry = uint8_t(low_ >> 32);
@@ -95,7 +95,7 @@ class RangeEncoder {
   uint8_t held_ = 0;
 };
 
-/// Any bytes decode to something; complete() says whether an encoder made them. Never reads beyond them.
+/// Any bytes decode to something; complete() tells whether an encoder made them. Never reads beyond them.
 class RangeDecoder {
  public:
   explicit RangeDecoder(std::span<const std::byte> bytes) : bytes_(bytes) {
@@ -118,12 +118,12 @@ class RangeDecoder {
     }
     return value;
   }
-  /// After the last bit: these are the bytes that an encoder makes of the bits, and all of them. There is one
-  /// such string of bytes, because an encoder ends with the lowest number of its range.
+  /// To be called after the last bit: whether these are exactly the bytes that an encoder makes of the bits.
+  /// They are unique, because an encoder ends with the lowest number of its range.
   bool complete() const { return possible_ && code_ == 0 && at_ == bytes_.size(); }
 
  private:
-  /// Bytes beyond the end count as 0.
+  /// Bytes beyond the end are 0.
   void shift() {
     code_ = code_ << 8 | (at_ < bytes_.size() ? uint32_t(bytes_[at_]) : 0u);
     ++at_;
@@ -135,7 +135,7 @@ class RangeDecoder {
   bool possible_ = false;
 };
 
-/// A number of so many bits, the highest first, each in the context of those before it.
+/// A number of kBits bits, the highest first, each in the context of those before it.
 template <uint32_t kBits>
 class SymbolModel {
  public:
@@ -150,8 +150,8 @@ class SymbolModel {
   std::array<BitModel, 1u << kBits> models_;
 };
 
-/// A number from 0 on, small as a rule: how many bits it takes, then these (exponential Golomb code). It is
-/// below 2^kMostBits - 1.
+/// An unsigned number that is usually small: its number of bits, then these (exponential Golomb code). It
+/// must be below 2^kMostBits - 1.
 template <uint32_t kMostBits>
 class NumberModel {
  public:
@@ -162,7 +162,7 @@ class NumberModel {
     while (bits + 1 < kMostBits && coder.bit(widths_[bits], bits < width)) ++bits;
     uint32_t node = 1;
     for (uint32_t b = bits; b-- > 0;) {
-      // The highest two matter; those below are nearly random.
+      // The highest two are worth modelling; those below are nearly random.
       BitModel& model = bits - b <= 2 ? high_[bits][node & 3] : low_[b];
       node = node << 1 | uint32_t(coder.bit(model, (value + 1) >> b & 1));
     }
@@ -175,7 +175,7 @@ class NumberModel {
   std::array<BitModel, kMostBits> low_;
 };
 
-/// A difference, small as a rule: from -2^kMostBits + 1 to 2^kMostBits - 1.
+/// A difference that is usually small: from -2^kMostBits + 1 to 2^kMostBits - 1.
 template <uint32_t kMostBits>
 class DifferenceModel {
  public:

@@ -1,4 +1,5 @@
-// Sizes in memory. Files count in 64 bits on every machine, and memory in as many as its addresses have.
+// Converts sizes to memory sizes. Files use 64 bits on every machine, but memory only as many as its
+// addresses have.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +9,7 @@
 
 namespace nif {
 
-/// A size, count or offset in memory. Throws std::bad_alloc where addresses do not reach so far.
+/// A size, count or offset in memory. Throws std::bad_alloc if it exceeds the address space.
 inline size_t memory_size(uint64_t size) {
   if (size > std::numeric_limits<size_t>::max()) throw std::bad_alloc();
   return size_t(size);

@@ -1,5 +1,5 @@
-// A fixed table of paths without locks, because a signal handler may read it at any moment. A path is
-// only written while its entry is marked as changing. Once the handler has begun, new entries wait.
+// A fixed table of paths without locks, because a signal handler may read it at any moment. A path is written
+// only while its entry is marked as changing. Once the handler has begun, new entries wait.
 #include "formats/base/temporaries.hpp"
 
 #include <unistd.h>
@@ -12,7 +12,7 @@
 namespace nif {
 namespace {
 
-/// A handler may read them at any time, so a path is changed only while nobody may read it.
+/// A handler may read entries at any time, so a path changes only while nobody may read it.
 struct Entry {
   enum State : int { none, changing, there };
   std::atomic<int> state{none};

@@ -1,4 +1,4 @@
-// The temporary files of this process, such that a signal's handler can remove them.
+// Records the temporary files of this process, so that a signal handler can remove them.
 #pragma once
 
 #include <functional>
@@ -6,21 +6,21 @@
 
 namespace nif {
 
-/// Removes from a folder what killed processes have left there: the temporary files of those targets, given
-/// by their names in the folder, to which `which` says yes. Those that a living process writes stay.
+/// Removes the temporary files that killed processes left in a folder, for those targets, given by their
+/// names in the folder, for which `which` returns true. Temporary files of living processes stay.
 void remove_abandoned(const std::string& folder, const std::function<bool(const std::string&)>& which);
 
-/// Removes the temporary files of all OutputFiles that are under way. For handlers of signals, just before
-/// the process ends: nothing else may be written after it, and an OutputFile that is begun then waits for
-/// ever. Async-signal-safe; leaves errno alone.
+/// Removes the temporary files of all open OutputFiles. For signal handlers, just before the process ends:
+/// nothing else may be written afterwards, and an OutputFile that is created then waits for ever.
+/// Async-signal-safe; keeps errno.
 void remove_temporaries() noexcept;
 
-/// For OutputFile alone.
+/// Only for OutputFile.
 namespace temporaries {
-/// Before the file is made. Returns a number for remove(), or -1 where there are too many: these are left for
-/// the next run to remove. Thread-safe.
+/// To be called before the file is created. Returns a number for remove(), or -1 if there are too many; such
+/// files are left for the next run to remove. Thread-safe.
 int add(const char* path) noexcept;
-/// Once the file has another name, or is gone.
+/// To be called once the file was renamed or removed.
 void remove(int number) noexcept;
 }  // namespace temporaries
 

@@ -1,5 +1,5 @@
-// Is this text valid UTF-8? Names and metadata of an asset are promised to be, and names in meshes are made
-// so.
+// Validates UTF-8. Names and metadata of an asset are promised to be valid, and names in meshes are made
+// valid.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace nif {
 
-/// Bytes of the well-formed UTF-8 sequence at the start of the text (Unicode 15, table 3-7: no overlong
-/// forms, no surrogates, nothing beyond U+10FFFF), or 0 where there is none.
+/// Length in bytes of the well-formed UTF-8 sequence at the start of the text (Unicode 15, table 3-7: no
+/// overlong forms, no surrogates, nothing beyond U+10FFFF), or 0 if there is none.
 constexpr size_t utf8_sequence(std::string_view text) {
   const auto byte = [&](size_t i) { return i < text.size() ? uint32_t(uint8_t(text[i])) : 0u; };
   const auto follows = [&](size_t i) { return (byte(i) & 0xc0) == 0x80; };

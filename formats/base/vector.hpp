@@ -1,4 +1,4 @@
-// Double-precision 3-vectors, for geometry that is not timed.
+// Double-precision 3-vectors, for geometry that is not critical for speed.
 #pragma once
 
 #include <array>
@@ -7,10 +7,10 @@
 
 namespace nif {
 
-/// Where a ray ends that nothing ends.
+/// The end of an unbounded ray.
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// A type of its own, so that its operators are found from every namespace.
+/// A distinct type, so that its operators are found from every namespace.
 struct Double3 : std::array<double, 3> {};
 
 inline Double3 to_double(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }

@@ -1,5 +1,5 @@
-// Meshes are grouped by their counts and a hash (XXH3), then compared in full, so that two unlike meshes
-// with one hash stay apart. Zeros of both signs have to hash alike, because they compare as equal.
+// Groups meshes by their counts and a hash (XXH3), then compares them in full, so that two different meshes
+// with the same hash stay apart. Zeros of both signs must have the same hash, because they compare as equal.
 #include "formats/mesh/alike.hpp"
 
 #define XXH_INLINE_ALL
@@ -14,7 +14,7 @@
 namespace nif::mesh {
 namespace {
 
-/// Equal for lists that are equal as `==` has it: -0 is 0.
+/// Equal for lists that `==` calls equal: -0 is 0.
 template <size_t kCount>
 uint64_t hash_of(std::span<const std::array<float, kCount>> list, uint64_t seed) {
   std::array<std::array<float, kCount>, 1024> part;
@@ -41,7 +41,7 @@ uint64_t hash_of(const Mesh& mesh, bool looks) {
 
 std::vector<uint32_t> first_alike(std::span<const Mesh> meshes, bool looks) {
   if (meshes.size() == 1) return {0};
-  std::map<std::tuple<size_t, size_t, uint64_t>, std::vector<uint32_t>> alike;  // one of each content
+  std::map<std::tuple<size_t, size_t, uint64_t>, std::vector<uint32_t>> alike;  // one mesh of each content
   std::vector<uint32_t> firsts;
   for (uint32_t m = 0; m < meshes.size(); ++m) {
     const Mesh& mesh = meshes[m];

@@ -1,4 +1,4 @@
-// Finds meshes of a file that are the same.
+// Finds equal meshes in a file, so that they can share one object.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace nif::mesh {
 
-/// Of each mesh, the index of the first with equal positions and triangles: its own where there is none
-/// before. With `looks` these must be equal, too.
+/// For each mesh, the index of the first one with equal positions and triangles, which may be its own. With
+/// `looks`, their looks must be equal, too.
 std::vector<uint32_t> first_alike(std::span<const Mesh> meshes, bool looks = false);
 
 }  // namespace nif::mesh

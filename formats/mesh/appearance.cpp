@@ -1,4 +1,4 @@
-// The curve from sRGB to linear light, and the repairs that keep colours in range (NaN becomes 0) and
+// The conversion from sRGB to linear light, and the repairs that keep colours in range (NaN becomes 0) and
 // arrays as long as the mesh.
 #include "formats/mesh/appearance.hpp"
 
@@ -15,7 +15,7 @@ double linear_of(double srgb) {
 void Appearance::set_color(size_t vertex, const std::array<float, 3>& color) {
   if (colors.size() <= vertex) colors.resize(vertex + 1, {1, 1, 1});
   for (size_t c = 0; c < 3; ++c)
-    colors[vertex][c] = color[c] >= 0 ? std::min(color[c], 1.0f) : 0;  // of NaN, too
+    colors[vertex][c] = color[c] >= 0 ? std::min(color[c], 1.0f) : 0;  // also for NaN
 }
 
 void Appearance::complete(size_t vertices, size_t triangles) {

@@ -1,4 +1,4 @@
-// What colour a surface has: materials with a factor and a texture, and colours of vertices. Colours are
+// Describes the colour of a surface: materials with a factor and a texture, and vertex colours. Colours are
 // linear RGB with the primaries of sRGB, from 0 to 1.
 #pragma once
 
@@ -9,39 +9,40 @@
 
 namespace nif::mesh {
 
-/// 8 bits for each of red, green and blue, as sRGB has them; rows from the top.
+/// 8 bits each for red, green and blue, in sRGB; rows from the top.
 struct Texture {
   uint32_t width = 0, height = 0;  ///< at least 1
   std::vector<uint8_t> texels;     ///< [height][width][3]
 };
 
-/// What a value of sRGB, limited to 0 to 1, is in linear light. NaN is anything.
+/// Converts a value of sRGB, clamped to 0..1, to linear light. NaN gives an arbitrary value.
 double linear_of(double srgb);
 
-/// What is beyond 0 to 1 of texture coordinates.
+/// How texture coordinates outside 0..1 are treated.
 enum class Wrap : uint8_t { repeat, mirror, clamp };
 
 inline constexpr uint32_t kNoTexture = 0xffffffffu;
 
 struct Material {
-  std::array<float, 3> factor{1, 1, 1};  ///< times the texture, times the vertices' colour
+  std::array<float, 3> factor{1, 1, 1};  ///< multiplied by the texture and the vertex colour
   uint32_t texture = kNoTexture;         ///< index into Scene::textures
   std::array<Wrap, 2> wrap{};
-  /// Row-major 2x3: takes texture coordinates to where the texture is looked up.
+  /// Row-major 2x3: maps texture coordinates to where the texture is sampled.
   std::array<float, 6> transform{1, 0, 0, 0, 1, 0};
 
   bool operator==(const Material&) const = default;
 };
 
-/// Of one mesh. All empty: nothing is known of its colour.
+/// Of one mesh. If everything is empty, its colour is unknown.
 struct Appearance {
   std::vector<std::array<float, 3>> colors;       ///< [positions]; empty: all are white
-  std::vector<std::array<float, 2>> coordinates;  ///< [positions], in textures; empty: all are 0
-  std::vector<uint32_t> materials;  ///< [triangles], in Scene::materials; empty: all are the first
+  std::vector<std::array<float, 2>> coordinates;  ///< [positions], texture coordinates; empty: all are 0
+  std::vector<uint32_t> materials;  ///< [triangles], index into Scene::materials; empty: all use the first
 
-  /// Those before it that have none become white. What is no number from 0 up is 0, and at most 1.
+  /// Earlier vertices without a colour become white. Values that are not >= 0 become 0, and values above 1
+  /// become 1.
   void set_color(size_t vertex, const std::array<float, 3>& color);
-  /// Of a mesh with so many: fills up what is there.
+  /// Extends the arrays that exist to the size of the mesh.
   void complete(size_t vertices, size_t triangles);
 
   bool known() const { return !colors.empty() || !materials.empty(); }

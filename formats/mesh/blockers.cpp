@@ -1,4 +1,4 @@
-// Sorting and searching of the corners that can lie in the way of an ear.
+// Sorts and searches the corners that can block an ear.
 #include "formats/mesh/blockers.hpp"
 
 #include <algorithm>
@@ -71,12 +71,11 @@ bool Blockers::apart(const Box& box, const std::array<Point2, 3>& triangle, doub
   if (box.max.x < std::min({a.x, b.x, c.x}) - slack || box.min.x > std::max({a.x, b.x, c.x}) + slack ||
       box.max.y < std::min({a.y, b.y, c.y}) - slack || box.min.y > std::max({a.y, b.y, c.y}) + slack)
     return true;
-  // Corners that lie on one point, as at the middle of a star: at the ends of the third side they are never
-  // in the way.
+  // Several corners at one point, as at the centre of a star: at the ends of the third side they never block.
   if (box.min == box.max && (box.min == a || box.min == c)) return true;
   for (size_t i = 0; i < 3; ++i) {
     const Point2 &from = triangle[i], &to = triangle[(i + 1) % 3];
-    // The box's corner that lies farthest to the left.
+    // The box's corner that is farthest to the left.
     const Point2 inmost{to.y > from.y ? box.min.x : box.max.x, to.x > from.x ? box.max.y : box.min.y};
     if (orientation(from, to, inmost) < -slack * (std::abs(to.x - from.x) + std::abs(to.y - from.y)))
       return true;

@@ -1,5 +1,5 @@
-// The corners of a polygon that can lie in the way of an ear, and a tree that finds those in a triangle: long
-// thin triangles, as of combs, meet few of its boxes. Internal to formats/mesh.
+// The corners of a polygon that can block an ear, and a tree that finds those inside a triangle. Long thin
+// triangles, as in combs, meet few of its boxes. Internal to formats/mesh.
 #pragma once
 
 #include <algorithm>
@@ -16,41 +16,42 @@ class Blockers {
  public:
   void clear(size_t corners);
 
-  /// What `corner` is from now on.
+  /// Sets whether `corner` blocks from now on.
   void set(uint32_t corner, bool blocks);
 
   /// Sorts all corners into a tree, if many block. To be called once.
   void sort(std::span<const Point2> points);
 
-  /// Whether `blocks` says so of a corner in the closed triangle, or no farther from it than `slack`; it may
-  /// be asked of others. Subtracts the work from `budget`.
+  /// Whether `blocks` returns true for a corner in the closed triangle, or within `slack` of it; it may also
+  /// be called for other corners. Subtracts the work from `budget`.
   template <class Blocks>
   bool any_in(const std::array<Point2, 3>& triangle, double slack, int64_t& budget,
               const Blocks& blocks) const;
 
  private:
   static constexpr size_t kLeaf = 8;
-  // With polygon_speed (tools/measure), of polygons of 3 to 200 corners: 1.9 million corners a second with 24
-  // here, 2.5 with 48, 3.2 with 96, 3.7 with 200. Without a tree the work of a corner is up to twice as many.
+  // Measured with polygon_speed (tools/measure) on polygons of 3 to 200 corners: 1.9 million corners per
+  // second with 24 here, 2.5 with 48, 3.2 with 96, 3.7 with 200. Without a tree, the work for a corner is up
+  // to twice this number.
   static constexpr size_t kFewest = 128;
   static constexpr uint32_t kNone = UINT32_MAX;
 
   struct Box {
     Point2 min, max;
-    uint32_t first = 0, last = 0;  // of its items
+    uint32_t first = 0, last = 0;  // range of its items
     uint32_t live = 0;             // corners that still block
     bool leaf = true;
   };
 
   void build(std::span<const Point2> points, size_t box, uint32_t first, uint32_t last);
-  /// Certain where true.
+  /// If true, they are certainly apart.
   static bool apart(const Box& box, const std::array<Point2, 3>& triangle, double slack);
 
-  std::vector<uint32_t> list_;     // those that block, in no order
+  std::vector<uint32_t> list_;     // blocking corners, in no order
   std::vector<uint32_t> place_;    // of a corner in list_, or kNone
   std::vector<uint32_t> items_;    // of the tree: all corners
   std::vector<uint32_t> leaf_of_;  // of a corner
-  std::vector<Box> boxes_;         // children of i are 2 i and 2 i + 1; the first is 1
+  std::vector<Box> boxes_;         // children of i are 2 i and 2 i + 1; the root is 1
 };
 
 template <class Blocks>

@@ -1,5 +1,5 @@
-// A placed AABB is the box around its eight moved corners, so it may be too large. A scene's AABB is
-// exact: it moves each vertex of each instance, and takes longer.
+// A placed AABB is the box around its eight transformed corners, so it may be too large. A scene's AABB is
+// exact: it transforms each vertex of each instance, which takes longer.
 #include "formats/mesh/box.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Axis-aligned boxes around triangles.
+// Computes axis-aligned boxes around triangles.
 #pragma once
 
 #include <array>
@@ -17,13 +17,13 @@ struct Box {
   double diagonal() const;
 };
 
-/// Box of all positions that a triangle uses.
+/// The box of all positions that triangles use.
 Box bounds(std::span<const Float3> positions, std::span<const Triangle> triangles);
 
-/// Box around a box that is placed.
+/// The box around a transformed box.
 Box bounds(const Box& box, const Transform& transform);
 
-/// Box of all instances of a scene, to the float.
+/// The exact box of all instances of a scene.
 Box bounds(const Scene& scene);
 
 }  // namespace nif::mesh

@@ -1,4 +1,4 @@
-// The checks that every reader shares, which make a Scene safe to use.
+// The checks that every reader shares. After them, a Scene is safe to use.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,20 +15,20 @@ namespace {
 
 bool finite(const Float3& p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
 
-/// Nothing is wrong with any index or any position, used or not: passes over memory in its order, which is
-/// what most meshes take.
+/// Whether all indices and positions, used or not, are valid. One pass over memory in order, which is all
+/// that most meshes need.
 bool all_fine(const Mesh& mesh) {
   uint32_t largest = 0;
   for (const Triangle& t : mesh.triangles) largest = std::max({largest, t[0], t[1], t[2]});
   if (!mesh.triangles.empty() && largest >= mesh.positions.size()) return false;
-  constexpr uint32_t kExponent = 0x7f800000;  // all ones where a float is infinite or NaN
+  constexpr uint32_t kExponent = 0x7f800000;  // all ones if a float is infinite or NaN
   uint32_t infinite = 0;
   for (const Float3& p : mesh.positions)
     for (const float x : p) infinite |= (std::bit_cast<uint32_t>(x) & kExponent) == kExponent;
   return infinite == 0;
 }
 
-/// Returns how many triangles use a vertex that is not finite, and were left out. The indices are in range.
+/// Returns the number of dropped triangles, which use a vertex that is not finite. Indices must be in range.
 uint64_t drop_non_finite(Mesh& mesh) {
   const auto usable = [&](const Triangle& t) {
     return std::ranges::all_of(t, [&](uint32_t v) { return finite(mesh.positions[v]); });
@@ -46,7 +46,7 @@ uint64_t drop_non_finite(Mesh& mesh) {
   return dropped;
 }
 
-/// Returns how many triangles were left out.
+/// Returns the number of dropped triangles.
 uint64_t check_mesh(const Input& input, Mesh& mesh) {
   if (all_fine(mesh)) return 0;
   const uint64_t vertices = mesh.positions.size();
@@ -109,7 +109,7 @@ void check(const Input& input, Scene& scene) {
   for (const Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
   if (triangles == 0)
     input.fail(Status::no_triangles,
-               input.limits.choice.empty() ? "has no triangles" : "has no triangles that are chosen");
+               input.limits.choice.empty() ? "has no triangles" : "has no chosen triangles");
   check_triangle_limit(input, triangles);
   uint64_t dropped = 0;
   for (Mesh& mesh : scene.meshes) dropped += check_mesh(input, mesh);

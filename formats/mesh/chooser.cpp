@@ -1,5 +1,5 @@
-// A name is tried against every pattern, also after one has fitted. So each pattern that fits something
-// is known, and one that fits nothing, mostly a typing error, can be reported.
+// Tries a name against every pattern, even after one has matched. So each pattern that matches something is
+// known, and one that matches nothing, usually a typing error, can be reported.
 #include "formats/mesh/chooser.hpp"
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@ namespace {
 bool any_fits(std::string_view name, const std::vector<std::string>& patterns, std::vector<bool>& used) {
   bool any = false;
   for (size_t i = 0; i < patterns.size(); ++i)
-    if (fits(name, patterns[i])) used[i] = any = true;  // all that fit are used
+    if (fits(name, patterns[i])) used[i] = any = true;  // marks every pattern that matches as used
   return any;
 }
 

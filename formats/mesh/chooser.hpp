@@ -1,5 +1,5 @@
-// How readers apply a Choice: each name of a file is looked up once, and what was found for the names that a
-// triangle has (of its nodes, mesh and material) decides together whether it is read.
+// Applies a Choice in readers: each name of a file is looked up once, and the results for a triangle's names
+// (of its nodes, mesh and material) together decide whether it is read.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace nif::mesh::detail {
 
-/// What the names of something say.
+/// The result of looking up a name.
 struct Named {
   bool only = false, except = false;
 
@@ -25,14 +25,14 @@ class Chooser {
         only_used_(input.limits.choice.only.size()),
         except_used_(input.limits.choice.except.size()) {}
 
-  /// Whether there is anything to choose.
+  /// Whether there are any patterns.
   bool active() const { return !input_.limits.choice.empty(); }
   Named look_up(std::string_view name);
   bool takes(const Named& named) const {
     return (named.only || input_.limits.choice.only.empty()) && !named.except;
   }
-  /// To be called after all names were looked up: throws Error(usage) where a pattern has fitted none.
-  /// `things` is what has names: "node, mesh or material".
+  /// To be called after all names were looked up: throws Error(usage) if a pattern matched none. `things`
+  /// says what has names: "node, mesh or material".
   void require_used(std::string_view things) const;
 
  private:
@@ -40,7 +40,7 @@ class Chooser {
   std::vector<bool> only_used_, except_used_;
 };
 
-/// For formats without names. Throws Error(usage) where there is something to choose.
+/// For formats without names. Throws Error(usage) if there are any patterns.
 void refuse_choice(const Input& input);
 
 }  // namespace nif::mesh::detail

@@ -1,5 +1,5 @@
-// Welding and removal of duplicates through open-addressing hash tables, which hold nothing but indices:
-// seven million triangles take a few dozen megabytes and about a second.
+// Welds and removes duplicates with open-addressing hash tables that store only indices: seven million
+// triangles take a few dozen megabytes and about a second.
 #include "formats/mesh/clean.hpp"
 
 #include <array>
@@ -20,12 +20,12 @@ uint64_t mix(uint32_t a, uint32_t b, uint32_t c) {
   return h ^ (h >> 32);
 }
 
-/// A set of indices into some array, told apart by what they stand for.
+/// A set of indices into an array, compared by the elements that they refer to.
 class IndexSet {
  public:
   explicit IndexSet(size_t most) : slots_(std::bit_ceil(most * 2 + 2), kNone) {}
 
-  /// The member that `equal` says `index` equals; else inserts `index` and returns it.
+  /// Returns the member that `equal` calls equal to `index`; otherwise inserts `index` and returns it.
   template <class Equal>
   uint32_t insert(uint64_t hash, uint32_t index, Equal equal) {
     const size_t mask = slots_.size() - 1;
@@ -47,8 +47,8 @@ Float3 without_negative_zero(Float3 p) {
 using Bits = std::array<uint32_t, 3>;
 Bits bits(const Float3& p) { return std::bit_cast<Bits>(p); }
 
-/// Maps every used position to its index in `out`, equal ones to the same where they are to be welded;
-/// positions that no triangle uses map to kNone.
+/// Maps every used position to its index in `out`; with `equal_ones`, equal positions get the same index.
+/// Positions that no triangle uses map to kNone.
 std::vector<uint32_t> weld(const Mesh& mesh, bool equal_ones, CleanMesh& out) {
   std::vector<bool> used(mesh.positions.size());
   for (const Triangle& triangle : mesh.triangles) {
@@ -85,7 +85,7 @@ CleanMesh clean_or_nothing(const Mesh& mesh, bool equal_ones_welded) {
   CleanMesh out;
   const std::vector<uint32_t> welded = weld(mesh, equal_ones_welded, out);
 
-  // Slivers are told apart from triangles afterwards: both are in one list, in the same order.
+  // Slivers are separated from triangles afterwards: until then, both are in one list, in the same order.
   std::vector<Triangle> distinct;
   distinct.reserve(mesh.triangles.size());
   IndexSet seen(mesh.triangles.size());

@@ -1,4 +1,5 @@
-// Prepares a mesh for geometry: merges equal positions, removes triangles without area and duplicates.
+// Prepares a mesh for geometric algorithms: merges equal positions, removes triangles without area and
+// duplicates.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +11,10 @@
 namespace nif::mesh {
 
 struct CleanReport {
-  uint64_t degenerate = 0;        ///< triangles without area, the slivers among them
-  uint64_t duplicate = 0;         ///< triangles that another one, facing the same way, already covers
-  uint64_t welded_positions = 0;  ///< used positions that equalled an earlier one
+  uint64_t degenerate = 0;  ///< triangles without area, including slivers
+  /// Triangles that another one with the same corners and facing already covers.
+  uint64_t duplicate = 0;
+  uint64_t welded_positions = 0;  ///< used positions that were equal to an earlier one
 };
 
 struct CleanMesh {
@@ -22,20 +24,20 @@ struct CleanMesh {
   std::vector<Triangle> slivers;    ///< three distinct but exactly collinear vertices, each once. They hide
                                     ///< nothing, but a test for closure must count their edges: without them,
                                     ///< the edges of their neighbours look open.
-  std::vector<uint32_t> sliver_numbers;  ///< which ones of the mesh the slivers are: ascending
-  std::vector<uint32_t> dropped;         ///< triangles of the mesh that are not among `triangles`, ascending
+  std::vector<uint32_t> sliver_numbers;  ///< numbers of the slivers in the mesh, ascending
+  std::vector<uint32_t> dropped;         ///< triangles of the mesh that are not in `triangles`, ascending
   CleanReport report;
 };
 
-/// Of each triangle of the clean mesh, which one of the mesh it is: ascending.
+/// For each triangle of the clean mesh, its number in the mesh: ascending.
 std::vector<uint32_t> source_triangles(const CleanMesh& clean);
 
-/// Welding compares bits and collinearity is decided exactly, so the result depends on nothing but the mesh.
-/// `mesh` must have passed the checks of read(). Throws Error all_degenerate where no triangle has an area.
+/// Welding compares bits and collinearity is decided exactly, so the result depends only on the mesh. `mesh`
+/// must have passed the checks of read(). Throws Error(all_degenerate) if no triangle has an area.
 CleanMesh clean(const Mesh& mesh);
 
-/// The same for those that take a mesh as it is: where no triangle has an area, the result has none. With
-/// `welded` off, positions stay apart that are equal, as the mesh has them.
+/// The same for callers that accept any mesh: if no triangle has an area, the result has none. Without
+/// `welded`, equal positions stay separate, as in the mesh.
 CleanMesh clean_or_nothing(const Mesh& mesh, bool welded = true);
 
 }  // namespace nif::mesh

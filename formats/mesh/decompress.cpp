@@ -1,4 +1,4 @@
-// gzip through zlib and Zstandard through libzstd, with the limit enforced while the output grows: a few
+// Unpacks gzip with zlib and Zstandard with libzstd, and enforces the limit while the output grows: a few
 // kilobytes may claim to unpack to terabytes.
 #include "formats/mesh/decompress.hpp"
 
@@ -18,14 +18,14 @@ class Output {
   Output(const std::string& name, uint64_t limit)
       : name_(name), limit_(std::min(limit, std::numeric_limits<uint64_t>::max() - 1)) {}
 
-  /// Makes room for at least one more byte, or refuses.
+  /// Makes room for at least one more byte, or throws.
   void grow(size_t first_guess) {
     if (bytes.size() < bytes.capacity()) return;
     if (bytes.size() > limit_) {
       throw Error(Status::too_large,
                   fmt::format("{}: unpacks to more than the limit of {} bytes", name_, limit_));
     }
-    // One byte beyond the limit is allowed in the buffer, so that exceeding it can be seen.
+    // The buffer may hold one byte more than the limit, so that exceeding it can be detected.
     const uint64_t wanted = std::max<uint64_t>({first_guess, uint64_t{bytes.capacity()} * 2, 1 << 16});
     bytes.reserve(static_cast<size_t>(std::min(wanted, limit_ + 1)));
   }
@@ -75,7 +75,7 @@ ByteBuffer gunzip(std::string_view packed, const std::string& name, uint64_t lim
     done += feed - stream.avail_in;
     out.bytes.set_size(out.bytes.size() + room - stream.avail_out);
     if (code == Z_STREAM_END) {
-      // gzip files may be joined; what follows a member and is not another one is padding.
+      // gzip files may be concatenated; anything after a member that is not another member is padding.
       if (!is_gzip(packed.substr(done))) return out.finish();
       inflateReset(&stream);
     } else if (code == Z_MEM_ERROR) {
@@ -93,7 +93,7 @@ ByteBuffer unzstd(std::string_view packed, const std::string& name, uint64_t lim
                                                                         &ZSTD_freeDStream);
   if (!stream) throw std::bad_alloc();
   Output out(name, limit);
-  // The frame may state its size; it is believed only as far as an ordinary mesh compresses.
+  // The frame may state its size. It is trusted only up to the compression that ordinary meshes reach.
   const unsigned long long stated = ZSTD_getFrameContentSize(packed.data(), packed.size());
   const uint64_t guess = std::min<uint64_t>(stated < ZSTD_CONTENTSIZE_ERROR ? stated + 1 : packed.size() * 4,
                                             packed.size() * 16);

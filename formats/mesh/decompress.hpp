@@ -1,4 +1,4 @@
-// Unpacks gzip and Zstandard files. Their first bytes tell what they are, whatever the file is called.
+// Unpacks gzip and Zstandard files, detected by their first bytes, whatever their names are.
 #pragma once
 
 #include "formats/mesh/file_bytes.hpp"
@@ -6,7 +6,7 @@
 
 namespace nif::mesh::detail {
 
-/// Returns `packed` itself where it is not compressed. Throws file_truncated, malformed_mesh or too_large.
+/// Returns `packed` itself if it is not compressed. Throws file_truncated, malformed_mesh or too_large.
 ByteBuffer decompress(ByteBuffer packed, const std::filesystem::path& file, const ReadLimits& limits);
 
 }  // namespace nif::mesh::detail

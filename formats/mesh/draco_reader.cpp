@@ -1,4 +1,4 @@
-// Draco: whole .drc files, and the compressed primitives of glTF.
+// Reads Draco: whole .drc files, and the compressed primitives of glTF.
 #include <draco/compression/config/compression_shared.h>
 #include <draco/compression/decode.h>
 #include <draco/compression/point_cloud/point_cloud_decoder.h>
@@ -21,7 +21,7 @@
 namespace nif::mesh::detail {
 namespace {
 
-/// A name in the file's metadata, as Draco's own encoder writes it; else empty.
+/// The name in the file's metadata, as Draco's own encoder writes it, or "".
 std::string name_in(const draco::Mesh& decoded) {
   std::string name;
   if (const draco::GeometryMetadata* metadata = decoded.GetMetadata())
@@ -29,13 +29,13 @@ std::string name_in(const draco::Mesh& decoded) {
   return name;
 }
 
-/// What the header says of the size. Draco takes memory for so many before it looks at any of them, so that
-/// a hundred bytes can make it ask for tens of gigabytes.
+/// The counts in the header. Draco allocates memory for them before it reads any data, so a hundred bytes can
+/// make it request tens of gigabytes.
 struct Counts {
   uint32_t faces = 0, points = 0;
 };
 
-/// None where that is cut off or of an unknown kind: Draco itself says what is wrong.
+/// Returns nothing if the header is truncated or of an unknown kind; then Draco itself reports what is wrong.
 std::optional<Counts> stated_counts(std::string_view bytes) {
   draco::DecoderBuffer buffer;
   buffer.Init(bytes.data(), bytes.size());
@@ -62,20 +62,20 @@ std::optional<Counts> stated_counts(std::string_view bytes) {
     const bool fixed = version < DRACO_BITSTREAM_VERSION(2, 0);
     uint8_t traversal = 0;
     good = buffer.Decode(&traversal);
-    if (version < DRACO_BITSTREAM_VERSION(2, 2)) number(fixed);  // of vertices that came by splits
+    if (version < DRACO_BITSTREAM_VERSION(2, 2)) number(fixed);  // vertices that came from splits
     counts.points = number(fixed);
     counts.faces = number(fixed);
   }
   return good ? std::optional(counts) : std::nullopt;
 }
 
-/// Before anything is decoded. `so_far`: triangles that are read already.
+/// Called before anything is decoded. `so_far`: number of triangles already read.
 void check_counts(const Input& input, const DracoData& data, uint64_t so_far) {
   const std::optional<Counts> counts = stated_counts(data.bytes);
   if (!counts) return;
   check_triangle_limit(input, so_far + counts->faces);
-  // Of a flat grid of squares, about the easiest mesh that there is, our own writer needs a byte for four of
-  // these; other settings may need less. Draco keeps about 150 bytes for each.
+  // For a flat grid of squares, about the easiest mesh that there is, our own writer needs a byte for four of
+  // these; other settings may need less. Draco stores about 150 bytes for each.
   constexpr uint64_t kMostPerByte = 512, kBytesEach = 200;
   const uint64_t both = uint64_t{counts->faces} + counts->points;
   if (both > kMostPerByte * data.bytes.size() || both > available_memory() / kBytesEach)
@@ -83,8 +83,8 @@ void check_counts(const Input& input, const DracoData& data, uint64_t so_far) {
                                               data.where, counts->faces, counts->points, data.bytes.size()));
 }
 
-/// Reads positions of the types that make sense. Draco's own conversion also reads them as bools where a
-/// damaged file says so, and loading a byte that is no bool is undefined.
+/// Reads positions of sensible types. Draco's own conversion also reads them as bools if a damaged file says
+/// so, and loading a byte that is not a bool is undefined.
 class Positions {
  public:
   Positions(const draco::PointAttribute& source, bool normalized)

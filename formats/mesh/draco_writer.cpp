@@ -1,5 +1,6 @@
-// Two of Draco's methods. Edgebreaker packs best and reorders: it is for rounded positions. The
-// sequential one keeps the order: it is for exact ones. Bad meshes are refused before Draco sees them.
+// Uses two of Draco's methods. Edgebreaker compresses best and reorders, so it is for rounded positions. The
+// sequential method keeps the order, so it is for exact ones. Invalid meshes are refused before Draco sees
+// them.
 #include "formats/mesh/draco_writer.hpp"
 
 #include <draco/compression/encode.h>

@@ -1,5 +1,5 @@
-// Turns the faces of a file into triangles: fans at first, because an OBJ may name vertices that come later,
-// then what covers them.
+// Turns the faces of a file into triangles. They are fans at first, because an OBJ may refer to vertices that
+// come later; then polygons are triangulated properly.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace nif::mesh::detail {
 namespace {
 
-/// Polygons that deserve a note, by object.
+/// Counts polygons that deserve a note, by object.
 class Tally {
  public:
   void add(std::string_view name) {
@@ -46,8 +46,8 @@ class Tally {
   uint64_t count_ = 0;
 };
 
-/// Cuts a polygon of a mesh that may be far from the origin: rounded positions may lie elsewhere than its
-/// corners do beside one another. So it is cut relative to its least corner, in double.
+/// Triangulates a polygon of a mesh that may be far from the origin, where rounding may move corners relative
+/// to each other. So it is done relative to the smallest corner, in double.
 PolygonCutter::Found cut_exactly(PolygonCutter& cutter, const Mesh& mesh, std::span<Triangle> fan) {
   std::vector<uint32_t> corners;
   for (const Triangle& t : fan) corners.insert(corners.end(), t.begin(), t.end());
@@ -102,7 +102,7 @@ void FaceSink::settle(Scene& scene, const std::function<std::string_view(uint64_
     const std::span<Triangle> all = std::span(mesh_.triangles).subspan(run.first_triangle, run.count * each);
     for (size_t first = 0; first < all.size(); first += each) {
       const std::span<Triangle> fan = all.subspan(first, each);
-      if (!std::ranges::all_of(fan, is_known)) continue;  // check() says so
+      if (!std::ranges::all_of(fan, is_known)) continue;  // check() reports it
       const PolygonCutter::Found found =
           input_.exact ? cut_exactly(cutter, mesh_, fan) : cutter.cut(mesh_.positions, fan);
       if (found.crosses) crossing.add(name_of(run.first_triangle + first));

@@ -1,5 +1,5 @@
-// A file is read as floats first. Only if these may be too coarse is it read again in doubles, and the
-// meshes that need it are moved near to the origin. Offsets are chosen so that floats hold them exactly.
+// A file is first read as floats. Only if these may be too coarse, it is read again in doubles, and the
+// meshes that need it are moved near the origin. Offsets are chosen so that floats represent them exactly.
 #include "formats/mesh/far_from_origin.hpp"
 
 #include <fmt/format.h>
@@ -15,15 +15,15 @@
 namespace nif::mesh {
 namespace {
 
-/// A part of the smallest side, and of the longest.
+/// Fractions of the smallest side and of the longest side.
 constexpr double kParts = 4096, kPartsOfLongest = 65536;
-/// Sides are taken for this part of the longest side at least: what is thinner may be noise.
+/// Sides count as at least this fraction of the longest side, because thinner ones may be noise.
 constexpr double kThinnest = 1.0 / 256;
-/// A box is far from the origin along an axis where it reaches so many times farther than it is long. Then
-/// all of it is, and nothing gets coarser by the offset.
+/// A box is far from the origin along an axis if it extends this many times farther than it is long. Then all
+/// of it is far, and an offset makes nothing coarser.
 constexpr double kFar = 2;
 
-/// Half the distance of floats of this size, which is what rounding moves at most.
+/// Half the spacing of floats of this size, which is the most that rounding moves them.
 double rounding_of(double size) { return std::ldexp(1.0, std::max(std::ilogb(size), -126) - 24); }
 
 WideBox no_box() {
@@ -31,7 +31,7 @@ WideBox no_box() {
   return {{kMost, kMost, kMost}, {-kMost, -kMost, -kMost}};
 }
 
-/// What is no number changes nothing.
+/// NaN is ignored.
 void add(WideBox& box, const Double3& p) {
   for (size_t a = 0; a < 3; ++a) {
     box.low[a] = std::min(box.low[a], p[a]);
@@ -39,12 +39,12 @@ void add(WideBox& box, const Double3& p) {
   }
 }
 
-/// What of a box the rule needs.
+/// The properties of a box that the rule needs.
 struct Reach {
   Double3 side, farthest;
   double longest = 0;
 
-  /// `doubt`: how many roundings its sides may be longer or shorter by.
+  /// `doubt`: by how many roundings its sides may be longer or shorter.
   explicit Reach(const WideBox& box) {
     for (size_t a = 0; a < 3; ++a) {
       side[a] = box.high[a] - box.low[a];
@@ -62,7 +62,7 @@ struct Reach {
   }
   bool far_anywhere(double doubt) const { return far(0, doubt) || far(1, doubt) || far(2, doubt); }
 
-  /// What a corner may be moved by; for the sake of all others in the mesh, or of other meshes.
+  /// How far a corner may move, in relation to the others of the mesh (`within`) or to other meshes.
   double allowed(double doubt, bool within = true) const {
     double least = within ? longest / kPartsOfLongest * kParts : longest;
     for (size_t a = 0; a < 3; ++a) {
@@ -73,7 +73,7 @@ struct Reach {
     return least / kParts;
   }
 
-  /// `doubt`: by how many roundings each side may be longer or shorter than the box says.
+  /// `doubt`: by how many roundings each side may be longer or shorter than in the box.
   bool coarse(double doubt) const {
     if (!finite()) return false;
     const double least = allowed(doubt);
@@ -86,8 +86,8 @@ struct Reach {
 /// Both ends of a side are rounded.
 constexpr double kRoundedSides = 2;
 
-/// Whether floats may be too coarse, by positions that are rounded. Looks at no more than it must: a box that
-/// is near the origin stays so, whatever is added to it.
+/// Whether floats may be too coarse, judged by rounded positions. Stops as early as possible: a box that is
+/// near the origin stays so, whatever is added to it.
 bool may_be_coarse(const Mesh& mesh) {
   constexpr size_t kStep = 256;
   WideBox box = no_box();
@@ -101,7 +101,7 @@ bool may_be_coarse(const Mesh& mesh) {
   return Reach(box).coarse(kRoundedSides);
 }
 
-/// The way of all offsets: whole multiples of a power of two, about half the box's longest side.
+/// All offsets are multiples of a power of two, about half the box's longest side.
 Double3 offset_of(const WideBox& box, const Reach& reach) {
   Double3 offset{};
   for (size_t a = 0; a < 3; ++a) {
@@ -116,15 +116,15 @@ Double3 offset_of(const WideBox& box, const Reach& reach) {
   return offset;
 }
 
-/// What rounding made of the meshes of a file.
+/// What the meshes of a file lost by rounding.
 struct Loss {
   uint64_t meshes = 0;
   double most = 0;
-  std::string name;  ///< of the mesh that it is of
+  std::string name;  ///< of the mesh with the largest loss
 };
 
-/// Moves a mesh to its offset, if floats are too coarse for it. Positions are then those of the file minus
-/// the offset, in double, rounded once.
+/// Moves a mesh to its offset, if floats are too coarse for it. Its positions are then those of the file
+/// minus the offset, in double, rounded once.
 Double3 take_near(Mesh& mesh, Loss& loss) {
   const std::vector<Double3> exact = std::exchange(mesh.exact, {});
   WideBox box = no_box();
@@ -194,7 +194,7 @@ double shortest_near(double value, double offset) {
   if (wanted == 0 || !std::isfinite(wanted)) return value;
   std::array<char, 64> text;
   double read = value;
-  // Numbers with one digit fewer than tell two neighbours apart are tried, too.
+  // Also tries numbers with one digit fewer than needed to tell two neighbours apart.
   const double distance = 2 * rounding_of(std::abs(double{wanted}));
   const int digits = std::max(0, static_cast<int>(std::floor(-std::log10(distance))));
   for (int more = 0; more < 3 && digits + more < 20; ++more) {

@@ -1,4 +1,4 @@
-// Reading a whole file, with a clear refusal for everything that is not a readable file.
+// Reads a whole file, and clearly refuses everything that is not a readable file.
 #include "formats/mesh/file_bytes.hpp"
 
 #include <fmt/format.h>
@@ -35,7 +35,7 @@ void ByteBuffer::shrink() {
 
 namespace {
 
-/// What tells that somebody writes to a file: its length, and when it was last written.
+/// Shows whether somebody writes to a file: its length, and the time of the last write.
 struct Condition {
   off_t size = 0;
   timespec written{};
@@ -50,10 +50,10 @@ struct Condition {
   }
 };
 
-/// Reads to the end. `size`: what is expected; with `exact`, also the most.
+/// Reads to the end. `size`: the expected size; with `exact`, also the maximum.
 ByteBuffer drain(std::FILE* stream, const std::string& name, uint64_t size, bool exact, uint64_t max_bytes) {
   ByteBuffer bytes;
-  bytes.reserve(size + 1);  // one more, so that the end of the file is seen without growing
+  bytes.reserve(size + 1);  // one more, so that the end of the file is detected without growing
   for (;;) {
     if (bytes.size() == bytes.capacity()) bytes.reserve(std::max<size_t>(1 << 16, bytes.capacity() * 2));
     const size_t got = std::fread(bytes.data() + bytes.size(), 1, bytes.capacity() - bytes.size(), stream);
@@ -84,7 +84,9 @@ ByteBuffer load_whole(const fs::path& file, uint64_t max_bytes, bool named) {
   }
   // A device such as /dev/zero never ends; a pipe does.
   if (status.type() != fs::file_type::regular && (named || status.type() != fs::file_type::fifo)) {
-    const std::string why = error ? error.message() : named ? "is no file" : "is neither a file nor a pipe";
+    const std::string why = error   ? error.message()
+                            : named ? "is not a file"
+                                    : "is neither a file nor a pipe";
     throw Error(Status::file_unreadable, name + ": " + why);
   }
 

@@ -10,8 +10,8 @@
 
 namespace nif::mesh::detail {
 
-/// Grows by realloc, which remaps large chunks instead of copying them, and never writes what is overwritten
-/// anyway: a std::vector would do both and double the peak memory of a large file.
+/// Grows by realloc, which remaps large blocks instead of copying them, and never initialises memory that is
+/// overwritten anyway. A std::vector would do both, and double the peak memory for a large file.
 class ByteBuffer {
  public:
   ByteBuffer() = default;
@@ -45,19 +45,19 @@ class ByteBuffer {
   size_t capacity_ = 0;
 };
 
-/// Reads a regular file or a pipe. Throws file_not_found, file_unreadable, also where the file changes
-/// meanwhile, or too_large beyond `max_bytes`.
+/// Reads a regular file or a pipe. Throws file_not_found, file_unreadable (also if the file changes
+/// meanwhile), or too_large beyond `max_bytes`.
 ByteBuffer load_file(const std::filesystem::path& file, uint64_t max_bytes);
 
-/// What messages call it.
+/// Its name in messages.
 inline constexpr const char* kStandardInputName = "standard input";
 
-/// Reads standard input to its end. Throws file_unreadable, also where it is a terminal, or too_large.
+/// Reads standard input to its end. Throws file_unreadable (also if it is a terminal), or too_large.
 ByteBuffer load_standard_input(uint64_t max_bytes);
 
-/// The same as load_file() for a file that another file names, which may be a stranger's: regular files
-/// alone, since a pipe can wait for ever, and no more than the file's length, which files that the kernel
-/// makes up do not say.
+/// Like load_file(), for a file that another, possibly untrusted file refers to. Reads only regular files,
+/// because a pipe can wait for ever, and no more than the file's length, because files that the kernel
+/// generates do not state theirs.
 ByteBuffer load_named_file(const std::filesystem::path& file, uint64_t max_bytes);
 
 }  // namespace nif::mesh::detail

@@ -1,4 +1,4 @@
-// A file as a sequence of pieces, so that a large file can be changed without a copy.
+// Represents a file as a sequence of pieces, so that a large file can be edited without a copy.
 #pragma once
 
 #include <cstdint>
@@ -10,19 +10,19 @@
 
 namespace nif::mesh {
 
-/// Most pieces are views of bytes that somebody else keeps. Can be moved, not copied.
+/// Most pieces are views of bytes that somebody else owns. Can be moved, not copied.
 class FilePieces {
  public:
   FilePieces() = default;
   FilePieces(FilePieces&&) = default;
   FilePieces& operator=(FilePieces&&) = default;
 
-  /// The bytes must stay where they are for as long as this lives.
+  /// The bytes must stay valid as long as this object.
   void refer(std::string_view bytes) {
     if (!bytes.empty()) pieces_.push_back(bytes);
   }
   void own(std::string bytes) { refer(hold(std::move(bytes))); }
-  /// Keeps bytes that a piece may refer to later.
+  /// Owns bytes for a piece that is added later.
   std::string_view hold(std::string bytes) { return owned_.emplace_back(std::move(bytes)); }
 
   const std::vector<std::string_view>& pieces() const { return pieces_; }
@@ -41,7 +41,7 @@ class FilePieces {
   }
 
  private:
-  std::deque<std::string> owned_;  // whose strings do not move when it grows
+  std::deque<std::string> owned_;  // a deque, so that the strings do not move when it grows
   std::vector<std::string_view> pieces_;
 };
 

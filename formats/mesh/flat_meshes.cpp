@@ -1,5 +1,6 @@
-// Flat is a transform whose condition number is too large, by the bound that kernels use for instances.
-// Vertices are moved in doubles and rounded once. What rounding alone could make is left out.
+// A transform is flat if its condition number is too large, by the bound that kernels use for instances.
+// Vertices are transformed in doubles and rounded once. Triangles that rounding alone could produce are
+// dropped.
 #include "formats/mesh/flat_meshes.hpp"
 
 #include <fmt/format.h>
@@ -23,7 +24,7 @@ Double3 moved(const Affine& linear, const Float3& p) {
   return out;
 }
 
-/// How far the corners of a mesh reach from its origin, and the longest side of their box.
+/// The distance of a mesh's corners from its origin, and the longest side of their box.
 struct Extent {
   double reach = 0, side = 0;
 };
@@ -48,10 +49,10 @@ Extent extent_of(const Mesh& mesh, const Affine& linear) {
   return extent;
 }
 
-/// Beyond those that were read: a small file may flatten one large mesh in many ways.
+/// In addition to the triangles that were read: a small file may flatten one large mesh in many ways.
 constexpr uint64_t kMostFlattened = uint64_t{1} << 25;
 
-/// Whether the triangle is higher than `least` above its longest side.
+/// Whether the triangle's height above its longest side exceeds `least`.
 bool is_higher(const Double3& a, const Double3& b, const Double3& c, double least) {
   const Double3 ab = b - a, ac = c - a, bc = c - b;
   const double longest = std::max({length(ab), length(ac), length(bc)});
@@ -74,7 +75,7 @@ bool is_flat(const Affine& place) {
     norm += dot(rows[a], rows[a]);
     inverse += dot(cofactors, cofactors);
   }
-  // As kernels::invert() has it. Written so that NaN is flat.
+  // As in kernels::invert(). Written so that NaN counts as flat.
   return !(std::sqrt(norm) * std::sqrt(inverse) <= 4096.0 * 3);
 }
 
@@ -93,7 +94,7 @@ std::optional<uint32_t> FlatMeshes::add(uint32_t mesh, const Affine& place) {
 std::optional<uint32_t> FlatMeshes::make(uint32_t index, const Affine& linear) {
   const Mesh& mesh = scene_.meshes[index];
   const auto is_beyond = [&](const Triangle& t) { return std::ranges::max(t) >= mesh.positions.size(); };
-  if (std::ranges::any_of(mesh.triangles, is_beyond)) return index;  // as it is: check() refuses it
+  if (std::ranges::any_of(mesh.triangles, is_beyond)) return index;  // unchanged: check() refuses it
   if (std::ranges::all_of(linear, [](double x) { return x == 0; })) return std::nullopt;
   looked_at_ += std::max<uint64_t>(mesh.triangles.size(), mesh.positions.size() / 3);
   check_triangle_limit(input_, looked_at_);
@@ -104,7 +105,8 @@ std::optional<uint32_t> FlatMeshes::make(uint32_t index, const Affine& linear) {
                     kMostFlattened));
   const Extent extent = extent_of(mesh, linear);
   if (!(extent.side >= 1e-15 && extent.side <= 1e15 && extent.reach <= 1e30)) return std::nullopt;
-  // Half a unit in the last place of a coordinate is 2^-25 of the reach; twice that, twice along each edge.
+  // Half a unit in the last place of a coordinate is 2^-25 of the reach; this is twice that, twice along each
+  // edge.
   const double least = std::ldexp(extent.reach, -22);
   const bool any = std::ranges::any_of(mesh.triangles, [&](const Triangle& t) {
     return is_higher(moved(linear, mesh.positions[t[0]]), moved(linear, mesh.positions[t[1]]),

@@ -1,6 +1,6 @@
-// What is left of a mesh where a transform flattens it. A scale of 0 along one axis makes a floor of a cube:
-// it blocks, but the transform has no inverse, so no instance can stand for it. Its vertices are moved
-// instead, and the instance has only their translation.
+// Makes the mesh that is left if a transform flattens it. A scale of 0 along one axis turns a cube into a
+// floor: it blocks rays, but the transform has no inverse, so no instance can represent it. Instead, its
+// vertices are transformed, and the instance has only the translation.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace nif::mesh::detail {
 
-/// Whether a transform needs that: it has no inverse in single precision, or one that is so skewed that
-/// answers by it are not certain (beyond a scale of 1 : 4096).
+/// Whether a transform needs this: it has no inverse in single precision, or one so skewed that answers with
+/// it are not certain (beyond a scale of 1 : 4096).
 bool is_flat(const Affine& place);
 
 class FlatMeshes {
@@ -22,10 +22,10 @@ class FlatMeshes {
   /// Adds meshes to the scene. The arguments must outlive this.
   FlatMeshes(const Input& input, Scene& scene);
 
-  /// The number of a mesh that has a mesh's positions taken through the linear part of a transform: rounded
-  /// once, with all the rest of it. Equal ones are made once. None where it has no area: no triangle is
-  /// higher than what rounding of its positions alone could make it, or all of it is too small or too large
-  /// to be baked. Throws too_large where so many would have to be looked at or kept that they exceed the
+  /// The number of a mesh with the positions of `mesh` transformed by the linear part of a transform and
+  /// rounded once. Equal ones are made once. Returns nothing if it has no area: no triangle is higher than
+  /// rounding of its positions alone could make it, or all of it is too small or too large to be baked.
+  /// Throws too_large if the triangles to examine or to keep exceed the limits.
   /// limits.
   std::optional<uint32_t> add(uint32_t mesh, const Affine& place);
 
@@ -35,7 +35,7 @@ class FlatMeshes {
   const Input& input_;
   Scene& scene_;
   std::map<std::pair<uint32_t, Affine>, std::optional<uint32_t>> known_;
-  uint64_t read_ = 0;       ///< triangles of the scene as it was
+  uint64_t read_ = 0;       ///< triangles of the original scene
   uint64_t looked_at_ = 0;  ///< triangles, or a third of the positions
 };
 

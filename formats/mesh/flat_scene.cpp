@@ -1,5 +1,5 @@
-// Running sums over the instances tell which one a vertex or triangle belongs to. So any stretch of the
-// merged mesh can be made when a writer asks for it; only flatten() has all of it in memory.
+// Running sums over the instances tell to which one a vertex or triangle belongs. So any range of the merged
+// mesh can be made when a writer requests it; only flatten() has all of it in memory.
 #include "formats/mesh/flat_scene.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace nif::mesh {
 namespace {
 
-/// Calls `fill(instance, first, count)` for each instance's part of a stretch, in order.
+/// Calls `fill(instance, first, count)` for each instance's part of a range, in order.
 template <class Fill>
 void cut(const std::vector<uint64_t>& firsts, uint64_t first, uint64_t count, Fill fill) {
   size_t instance = size_t(std::upper_bound(firsts.begin(), firsts.end(), first) - firsts.begin()) - 1;

@@ -1,4 +1,4 @@
-// Merges a scene into one mesh: the triangles of each instance at their places, one instance after the other.
+// Merges a scene into one mesh: the transformed triangles of each instance, one instance after the other.
 #pragma once
 
 #include <optional>
@@ -10,11 +10,11 @@
 
 namespace nif::mesh {
 
-/// Positions of instances that stand where their mesh does are its own, to the bit; others are rounded once.
-/// Mirrored instances have their triangles turned, so that they face as before.
+/// Instances with the identity keep their mesh's positions to the bit; others are rounded once. The triangles
+/// of mirrored instances are flipped, so that they face as before.
 class FlatScene : public MeshSource {
  public:
-  /// Refers to the arrays, which must outlive it. Throws Error(too_large) where 32-bit indices do not reach.
+  /// Refers to the arrays, which must outlive it. Throws Error(too_large) if 32-bit indices are too small.
   FlatScene(std::span<const Mesh> meshes, std::span<const Instance> instances);
   explicit FlatScene(const Scene& scene) : FlatScene(scene.meshes, scene.instances) {}
 
@@ -25,18 +25,18 @@ class FlatScene : public MeshSource {
   bool needs_doubles() const override;
   void triangles(uint64_t first, std::span<Triangle> out) const override;
 
-  /// Finds instances that floats are too coarse for (far_from_origin.hpp). From then on exact() says of those with few
-  /// digits where they stand, and of others as vertices().
+  /// Finds instances that floats are too coarse for (far_from_origin.hpp). From then on, exact() gives the
+  /// positions of these with few digits, and those of others like vertices().
   void find_far();
   bool far(size_t instance) const { return !offsets_.empty() && offsets_[instance].has_value(); }
-  /// How far vertices() rounds those that are far, at most.
+  /// The most by which vertices() rounds the far ones.
   double rounding() const;
 
-  /// What is known of any of its meshes' colours, with white for all others.
+  /// The colours of its meshes, as far as they are known, with white for all others.
   Appearance look() const;
 
   size_t instance_count() const { return mirrored_.size(); }
-  /// Where the vertices and triangles of an instance start; [instances]: where they end.
+  /// Number of the first vertex or triangle of an instance; for [instances]: the end.
   uint64_t first_vertex(size_t instance) const { return first_vertex_[instance]; }
   uint64_t first_triangle(size_t instance) const { return first_triangle_[instance]; }
 
@@ -45,10 +45,10 @@ class FlatScene : public MeshSource {
   std::span<const Instance> instances_;
   std::vector<uint64_t> first_vertex_, first_triangle_;
   std::vector<bool> mirrored_;
-  std::vector<std::optional<Double3>> offsets_;  // [instance] of one that is far, once they were looked for
+  std::vector<std::optional<Double3>> offsets_;  // [instance] set for those that are far, after find_far()
 };
 
-/// The whole of it in memory, under a name.
+/// All of it in memory, with a name.
 Mesh flatten(const FlatScene& flat, const std::string& name);
 inline Mesh flatten(const Scene& scene, const std::string& name) { return flatten(FlatScene(scene), name); }
 

@@ -1,5 +1,5 @@
-// Both libraries report errors by longjmp, so code that runs under succeeds() may make nothing that
-// needs a destructor. Limits on sides, text chunks and scans keep a small hostile file from taking long.
+// Both libraries report errors by longjmp, so code that runs under succeeds() must not create anything that
+// needs a destructor. Limits on sides, text chunks and scans prevent a small hostile file from taking long.
 #include "formats/mesh/image.hpp"
 
 #include <fmt/format.h>
@@ -18,18 +18,18 @@
 namespace nif::mesh::detail {
 namespace {
 
-/// A side of a picture, which no texture comes near.
+/// Limit for a picture's side; no texture comes close.
 constexpr uint32_t kMostSide = 65535;
 
-/// What both decoders have: where they go on after the library has failed, and what it said.
+/// The common part of both decoders: where to continue after the library has failed, and its message.
 class Decoder {
  public:
   uint32_t width = 0, height = 0;
   char said[JMSG_LENGTH_MAX] = "";
 
  protected:
-  /// Calls `steps`; false where the library failed in between. It comes back from there by longjmp, so
-  /// nothing that `steps` makes may need a destructor.
+  /// Calls `steps`; returns false if the library failed in between. It returns from there by longjmp, so
+  /// nothing that `steps` creates may need a destructor.
   template <class Steps>
   bool succeeds(const Steps& steps) {
     if (setjmp(back_) != 0) return false;
@@ -66,7 +66,8 @@ class PngDecoder : public Decoder {
     });
   }
 
-  /// As 8 bits of red, green and blue, whatever it has. glTF wants neither its gamma nor its profile heard.
+  /// As 8 bits each of red, green and blue, whatever the format. glTF requires that gamma and profiles are
+  /// ignored.
   bool read_texels(uint8_t* texels) {
     std::vector<uint8_t*> rows(height);
     for (size_t row = 0; row < height; ++row) rows[row] = texels + row * 3 * width;
@@ -156,7 +157,7 @@ class JpegDecoder : public Decoder {
     decoder.fail();
   }
 
-  /// Of a level below 0 are warnings: the picture would be grey in part, but for these four kinds.
+  /// Levels below 0 are warnings. With any but these four kinds, part of the picture would be grey.
   static void on_message(j_common_ptr jpeg, int level) {
     const int code = jpeg->err->msg_code;
     const bool harmless = code == JWRN_EXTRANEOUS_DATA || code == JWRN_TOO_MUCH_DATA ||
@@ -164,7 +165,8 @@ class JpegDecoder : public Decoder {
     if (level < 0 && !harmless) on_error(jpeg);
   }
 
-  /// Each scan of a progressive picture costs as much as the picture is large, and may be a few bytes.
+  /// Each scan of a progressive picture takes time proportional to the picture's size, and may have just a
+  /// few bytes.
   static void on_progress(j_common_ptr jpeg) {
     constexpr int kMostScans = 500;  // an encoder makes some ten
     if (!jpeg->is_decompressor || reinterpret_cast<j_decompress_ptr>(jpeg)->input_scan_number <= kMostScans)
@@ -173,7 +175,7 @@ class JpegDecoder : public Decoder {
     of(jpeg).fail();
   }
 
-  /// Without a profile of the inks. Adobe's programs, which write most of these, store what is left white.
+  /// Ignores the profile of the inks. Adobe's programs, which write most of these, store inverted values.
   void to_rgb(const uint8_t* inks, uint8_t* texels) const {
     const uint32_t flip = jpeg_.saw_Adobe_marker ? 0 : 255;
     for (size_t x = 0; x < width; ++x)
@@ -191,7 +193,7 @@ template <class OneDecoder>
 std::optional<Texture> decode(std::string_view bytes, uint64_t& texels, std::string& why) {
   OneDecoder decoder(bytes);
   const auto refused = [&] {
-    // Both say it in words alone.
+    // Both only report it as text.
     if (std::strcmp(decoder.said, "Out of memory") == 0 ||
         std::string_view(decoder.said).starts_with("Insufficient memory"))
       throw std::bad_alloc();
@@ -201,11 +203,11 @@ std::optional<Texture> decode(std::string_view bytes, uint64_t& texels, std::str
   if (!decoder.read_header()) return refused();
   const uint64_t wanted = uint64_t{decoder.width} * decoder.height;
   if (wanted > texels) {
-    why = fmt::format("has {} x {} pixels, more than are read ({} of a file)", decoder.width, decoder.height,
+    why = fmt::format("has {} x {} pixels, more than the limit ({} per file)", decoder.width, decoder.height,
                       kMostTexels);
     return std::nullopt;
   }
-  texels -= wanted;  // also where it is damaged: it costs as much
+  texels -= wanted;  // also if it is damaged: it takes as long
   Texture texture{decoder.width, decoder.height, std::vector<uint8_t>(3 * wanted)};
   if (!decoder.read_texels(texture.texels.data())) return refused();
   return texture;
@@ -216,7 +218,7 @@ std::optional<Texture> decode(std::string_view bytes, uint64_t& texels, std::str
 std::optional<Texture> decode_image(std::string_view bytes, uint64_t& texels, std::string& why) {
   if (PngDecoder::is_one(bytes)) return decode<PngDecoder>(bytes, texels, why);
   if (JpegDecoder::is_one(bytes)) return decode<JpegDecoder>(bytes, texels, why);
-  why = "is no PNG or JPEG";
+  why = "is neither PNG nor JPEG";
   return std::nullopt;
 }
 

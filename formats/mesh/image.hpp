@@ -1,4 +1,4 @@
-// Pictures as textures use them: PNG by libpng and JPEG by libjpeg-turbo.
+// Decodes textures: PNG with libpng and JPEG with libjpeg-turbo.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 
 namespace nif::mesh::detail {
 
-/// Of all pictures of a file together: 2^28 texels take 768 MB.
+/// Limit for all pictures of a file together: 2^28 texels take 768 MB.
 inline constexpr uint64_t kMostTexels = uint64_t{1} << 28;
 
-/// Decodes a picture. Its size is asked before anything is decoded, and taken off `texels`, what is left of
-/// kMostTexels. None where that is not enough, or where it is no PNG or JPEG, or a damaged one; then `why`
-/// says so: "cannot be decoded (...)". 16 bits become 8, inks become light; alpha, gamma and profiles are
-/// left out. Throws std::bad_alloc.
+/// Decodes a picture. Before that, its size is subtracted from `texels`, the rest of kMostTexels. Returns
+/// nothing if that is not enough, or if it is not a valid PNG or JPEG; then `why` states the reason: "cannot
+/// be decoded (...)". 16 bits become 8, and inks become RGB; alpha, gamma and profiles are ignored. Throws
+/// std::bad_alloc.
 std::optional<Texture> decode_image(std::string_view bytes, uint64_t& texels, std::string& why);
 
 }  // namespace nif::mesh::detail

@@ -1,4 +1,4 @@
-// What every format reader gets: the bytes of one file, its name for messages, and a way to refuse it.
+// The input of every format reader: the bytes of one file, its name for messages, and a way to refuse it.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,8 @@
 
 namespace nif::mesh::detail {
 
-/// How many things of a kind notes name one by one: a damaged file may have millions. More are counted.
+/// The number of things that notes list individually for each kind, because a damaged file may have millions.
+/// The rest are counted.
 inline constexpr size_t kMostNotes = 20;
 
 struct Input {
@@ -18,7 +19,7 @@ struct Input {
   std::string extension;       ///< in lower case with its dot, without .gz/.zst; may be empty
   std::string_view bytes;      ///< the whole file, decompressed
   ReadLimits limits;
-  bool exact = false;  ///< readers fill Mesh::exact, too (far_from_origin.hpp)
+  bool exact = false;  ///< readers also fill Mesh::exact (far_from_origin.hpp)
 
   /// Throws an Error whose sentence is "<file>: <reason>"
   [[noreturn]] void fail(Status status, const std::string& reason) const {
@@ -26,7 +27,7 @@ struct Input {
   }
 };
 
-/// A file that another one names.
+/// A file that another one refers to.
 struct ExternalFile {
   std::filesystem::path path;
   std::string bytes;

@@ -10,8 +10,8 @@
 
 namespace nif::mesh {
 
-/// Any stretch of its vertices and triangles can be had, in any order, from any thread; the same stretch is
-/// the same each time. Nothing here throws but for want of memory.
+/// Any range of its vertices and triangles can be computed, in any order, from any thread; the same range is
+/// always the same. Nothing here throws, except for lack of memory.
 class MeshSource {
  public:
   virtual ~MeshSource() = default;
@@ -21,7 +21,7 @@ class MeshSource {
 
   /// Fills `out` with the vertices from `first` on; first + out.size() <= vertex_count().
   virtual void vertices(uint64_t first, std::span<Float3> out) const = 0;
-  /// The same in double, where it is known better than floats can say.
+  /// The same in double, if it is known more precisely than floats can represent.
   virtual void exact(uint64_t first, std::span<Double3> out) const {
     std::vector<Float3> rounded(out.size());
     vertices(first, rounded);

@@ -1,8 +1,8 @@
 // Wavefront OBJ: polygons with positive or relative indices. Each object ("o") becomes a mesh.
 //
-// Our own, because the reader of OpenMesh 9 opens whatever file a "mtllib" line names (a device blocks it for
-// ever), leaves out vertices it cannot parse, "nan" among them, so that every later index means another
-// vertex, and removes repeated corners, so that degenerate triangles vanish uncounted.
+// This is our own code, because the reader of OpenMesh 9 opens any file that a "mtllib" line names (a device
+// blocks it for ever), skips vertices that it cannot parse, such as "nan", so that every later index refers
+// to another vertex, and removes repeated corners, so that degenerate triangles disappear uncounted.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ class ObjReader {
     all_.look.complete(all_.positions.size(), all_.triangles.size());
     Scene scene;
     faces_.settle(scene, [&](uint64_t triangle) {
-      // The last of those that begin there: others have no triangles.
+      // The last of those that begin there: the others have no triangles.
       const auto after = std::ranges::upper_bound(objects_, triangle, {}, &Object::first_triangle);
       return std::string_view(std::prev(after)->name);
     });
@@ -60,8 +60,8 @@ class ObjReader {
   }
 
  private:
-  /// A line, with those that a backslash joins to it: it has to be the last character, since a name may end
-  /// in one and a space.
+  /// Returns a line, joined with those that follow a backslash. The backslash must be the last character,
+  /// because a name may end in one and a space.
   std::string_view next_line() {
     std::string_view line = text_.rest_of_line();
     const auto goes_on = [&] { return line.ends_with('\\') && text_.ends_line(line); };
@@ -94,7 +94,7 @@ class ObjReader {
                keyword == "surf") {
       ++skipped_curves_;
     }
-    // Everything else (normals, texture coordinates, groups, materials) does not change the surface.
+    // Everything else (normals, texture coordinates, groups, materials) does not affect the surface.
   }
 
   void read_vertex(TextCursor& words) {
@@ -110,7 +110,7 @@ class ObjReader {
     if (input_.limits.colors) read_color(words);
   }
 
-  /// "v x y z r g b": sRGB, as programs write it that have it from 8 bits.
+  /// "v x y z r g b": programs that have 8-bit colours write them as sRGB.
   void read_color(TextCursor& words) {
     std::array<float, 3> color;
     for (float& c : color) {
@@ -127,8 +127,8 @@ class ObjReader {
     for (std::string_view word = words.word(); !word.empty() && word[0] != '#'; word = words.word()) {
       int64_t index = 0;
       if (!parse_integer(word.substr(0, word.find('/')), index)) fail_word("face", word, "a vertex index");
-      // Positive indices count from 1 and may name vertices that come later; negative ones count back from
-      // here.
+      // Positive indices count from 1 and may refer to vertices that come later; negative ones count back
+      // from here.
       const int64_t known = static_cast<int64_t>(all_.positions.size());
       const int64_t vertex = index > 0 ? index - 1 : known + index;
       if (index == 0 || index < -known || vertex >= std::numeric_limits<uint32_t>::max()) {
@@ -141,7 +141,7 @@ class ObjReader {
     if (chooser_.takes(object_ | group_ | material_)) faces_.polygon(corners_);
   }
 
-  /// An object goes on to the next "o" line; each such line starts a new one, even under a name seen before.
+  /// An object extends to the next "o" line; each such line starts a new one, even with a repeated name.
   void begin_object(std::string_view name) {
     objects_.push_back(
         {std::string(name.empty() ? std::string_view(input_.stem) : name), all_.triangles.size()});
@@ -171,7 +171,7 @@ class ObjReader {
     return meshes;
   }
 
-  /// The shared check comes too late for extract(), which looks vertices up.
+  /// The shared check comes too late for extract(), which looks up vertices.
   void check_range() const {
     for (size_t t = 0; t < all_.triangles.size(); ++t) {
       const uint32_t v = std::ranges::max(all_.triangles[t]);
@@ -222,10 +222,10 @@ class ObjReader {
   TextCursor text_;
   TextCursor line_start_{std::string_view()};
   std::string joined_;
-  Mesh all_;  // every object's triangles, over the one index space that the file has
+  Mesh all_;  // every object's triangles, in the file's common index space
   FaceSink faces_;
   Chooser chooser_;
-  Named object_, group_, material_;  // those that a face has here
+  Named object_, group_, material_;  // the current ones for faces
   std::vector<Object> objects_;
   std::vector<uint32_t> corners_;
   std::vector<uint32_t> local_;  // a vertex's index within the object being extracted

@@ -1,8 +1,8 @@
-// OFF text files, also with normals, colours or texture coordinates (NOFF, COFF, STOFF), which are skipped.
+// OFF text files. Normals, colours and texture coordinates (NOFF, COFF, STOFF) are skipped.
 //
-// Our own, because the reader of OpenMesh 9, given a stream, never looks at the header: it parses a file by
-// the flags of the file before. It knows no comments, takes a face's colour for the next face, and loops over
-// an announced count of faces whether or not the file goes on.
+// This is our own code, because the reader of OpenMesh 9, given a stream, never looks at the header: it uses
+// the flags of the previous file. It does not support comments, takes a face's colour for the next face, and
+// loops over the announced number of faces whether or not the file continues.
 #include <fmt/format.h>
 
 #include <limits>
@@ -23,8 +23,8 @@ class OffReader {
     read_keyword();
     const uint64_t vertices = read_count("the number of vertices");
     const uint64_t faces = read_count("the number of faces");
-    words_.rest_of_line();  // the number of edges, which nobody fills in reliably
-    // A vertex takes three digits and three spaces at least, a face a digit and a line end.
+    words_.rest_of_line();  // the number of edges, which is not reliable
+    // A vertex takes at least three digits and three spaces, a face a digit and a line end.
     if (vertices > words_.bytes_left() / 5 || faces > words_.bytes_left() / 2 + 1) {
       input_.fail(Status::file_truncated,
                   fmt::format("announces {} vertices and {} faces, but {} bytes follow", vertices, faces,
@@ -59,7 +59,7 @@ class OffReader {
     }
     int64_t count = 0;
     if (parse_integer(keyword, count)) {
-      pending_ = keyword;  // the keyword may be left out
+      pending_ = keyword;  // the keyword is optional
     } else if (rest != "OFF") {
       input_.fail(Status::not_a_mesh, "is taken for OFF, but does not start with 'OFF'");
     }
@@ -108,7 +108,7 @@ class OffReader {
     words_.rest_of_line();
   }
 
-  /// The next word that is not in a comment.
+  /// The next word outside of comments.
   std::string_view next(const char* wanted) {
     if (!pending_.empty()) return std::exchange(pending_, {});
     for (;;) {

@@ -1,4 +1,4 @@
-// Parsing of PLY headers, strict about everything that the layout of the body depends on.
+// Parses PLY headers, strictly for everything that the layout of the body depends on.
 #include "formats/mesh/ply_header.hpp"
 
 #include <fmt/format.h>
@@ -42,8 +42,8 @@ std::optional<PlyType> type_named(std::string_view word) {
 
 bool is_integer(PlyType type) { return type < PlyType::f32; }
 
-/// Hands out the header's lines, which may end in LF, CR LF or CR, also mixed. A binary body starts after the
-/// last: after a CR, an LF belongs to the body where the first line ends in a CR alone.
+/// Returns the header's lines, which may end in LF, CR LF or CR, also mixed. A binary body starts after the
+/// last line. If the first line ends in a CR alone, an LF after the last CR belongs to the body.
 class HeaderLines {
  public:
   explicit HeaderLines(const Input& input) : input_(input) {
@@ -136,7 +136,7 @@ void parse_property(TextCursor& words, const HeaderLines& lines, PlyHeader& head
   element.properties.push_back(property);
 }
 
-/// Refuses a header without corners of faces, with what it has instead.
+/// Refuses a header without corners of faces, and names the lists that it has instead.
 void check_corners(const Input& input, const PlyHeader& header) {
   std::vector<std::string> lists;
   for (const PlyElement& element : header.elements) {
@@ -159,7 +159,7 @@ void check_elements(const Input& input, PlyHeader& header) {
   bool seen_vertices = false;
   for (PlyElement& element : header.elements) {
     for (const PlyProperty& p : element.properties) {
-      // A number of a text file takes a digit and, but for the very last one, a space.
+      // A number in a text file takes a digit and, except for the last one, a space.
       element.min_bytes +=
           header.format == PlyHeader::Format::text ? 2 : ply_size(p.is_list ? p.count_type : p.type);
     }
@@ -181,7 +181,7 @@ void check_elements(const Input& input, PlyHeader& header) {
       if (has(Role::x) != 1 || has(Role::y) != 1 || has(Role::z) != 1) {
         input.fail(Status::malformed_mesh, "the PLY header does not give each vertex one x, y and z");
       }
-      // Colours are read where they are asked for and whole.
+      // Colours are read only if requested and complete.
       if (!input.limits.colors || has(Role::red) != 1 || has(Role::green) != 1 || has(Role::blue) != 1)
         for (PlyProperty& p : element.properties)
           if (p.role >= Role::red && p.role <= Role::blue) p.role = Role::skip;

@@ -1,4 +1,4 @@
-// The header of a PLY file: which elements follow, how many, and how each one is laid out.
+// Parses the header of a PLY file: the elements that follow, their number, and their layout.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct PlyElement {
   std::string name;
   uint64_t count = 0;
   std::vector<PlyProperty> properties;
-  std::vector<std::string> lists;  ///< names of those that are lists
+  std::vector<std::string> lists;  ///< names of the properties that are lists
   uint64_t min_bytes = 0;          ///< of one element: exact in binary files without lists
 };
 
@@ -35,11 +35,11 @@ struct PlyHeader {
   enum class Format : uint8_t { text, little_endian, big_endian };
   Format format = Format::text;
   std::vector<PlyElement> elements;
-  size_t body = 0;  ///< byte at which the elements start
+  size_t body = 0;  ///< byte offset of the elements
 };
 
 /// Throws not_a_mesh, file_truncated, malformed_mesh or too_large. The counts are checked against the bytes
-/// that follow, so that memory for them may be reserved.
+/// that follow, so that memory for them can be reserved safely.
 PlyHeader read_ply_header(const Input& input);
 
 }  // namespace nif::mesh::detail

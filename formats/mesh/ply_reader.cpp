@@ -1,9 +1,9 @@
 // PLY, text and binary, in any layout of properties that the header describes.
 //
-// Our own, because the reader of OpenMesh 9 cannot be guarded from outside. It assumes that the list of
-// corners is a face's first and only list: the "texcoord" list that MeshLab adds shifts everything after it,
-// silently. It loses the first byte of binary data where the header ends in a comment, crashes where a
-// property precedes the first element, reads for ever where 'end_header' is missing, and keeps its state in
+// This is our own code, because the reader of OpenMesh 9 cannot be made safe from outside. It assumes that
+// the list of corners is a face's first and only list: the "texcoord" list that MeshLab adds silently shifts
+// everything after it. It loses the first byte of binary data if the header ends in a comment, crashes if a
+// property precedes the first element, reads for ever if 'end_header' is missing, and keeps its state in
 // globals.
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@
 namespace nif::mesh::detail {
 namespace {
 
-/// Says at which element a body breaks off or contradicts itself.
+/// Reports the element at which a body ends early or is inconsistent.
 struct Place {
   const Input& input;
   const PlyElement* element = nullptr;
@@ -39,7 +39,7 @@ class TextBody {
   explicit TextBody(const Place& place, size_t start)
       : place_(place), words_(place.input.bytes.substr(start)) {}
 
-  /// Where `exact` is not null, it is given the value before rounding.
+  /// If `exact` is not null, it receives the value before rounding.
   float real(PlyType, double* exact = nullptr) {
     float value = 0;
     const std::string_view word = next();
@@ -56,7 +56,7 @@ class TextBody {
   void skip(PlyType, uint64_t count) {
     for (; count != 0; --count) next();
   }
-  /// An upper bound of the values that can still follow.
+  /// An upper bound of the number of values that can follow.
   uint64_t values_left(PlyType) const { return words_.bytes_left(); }
 
  private:
@@ -184,7 +184,7 @@ class BodyReader {
     if (exact_) mesh_.exact.push_back(exact);
   }
 
-  /// What stands for all of a colour: sRGB, as programs write it.
+  /// The value of a full colour component; colours are sRGB, as programs write them.
   static float largest_of(PlyType type) {
     switch (type) {
       case PlyType::i8:
@@ -220,11 +220,11 @@ class BodyReader {
     kind == PlyElement::Kind::strip ? add_strip() : faces_.polygon(corners_);
   }
 
-  /// A strip is a row of triangles, every second of them turned; -1 starts a new one.
+  /// A strip is a sequence of triangles, every second of them reversed; -1 starts a new one.
   void add_strip() {
     for (size_t i = 2; i < corners_.size(); ++i) {
       const std::array<uint32_t, 3> triangle{corners_[i - 2 + i % 2], corners_[i - 1 - i % 2], corners_[i]};
-      // Strips are joined through triangles that name a vertex twice; they were never part of the surface.
+      // Strips are connected by triangles that use a vertex twice; these are not part of the surface.
       if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) continue;
       faces_.polygon(triangle);
     }
@@ -239,7 +239,7 @@ class BodyReader {
   std::vector<uint32_t> corners_;
 };
 
-/// Whether positions may be other numbers than floats.
+/// Whether positions may be numbers that are not floats.
 bool rounds(const PlyHeader& header) {
   if (header.format == PlyHeader::Format::text) return true;
   for (const PlyElement& element : header.elements)

@@ -1,5 +1,5 @@
-// A TBB pipeline: chunks are computed in parallel and written in order. Finished chunks lie in a ring of
-// fixed places; as tokens of the pipeline they would leak when one throws.
+// A TBB pipeline: chunks are computed in parallel and written in order. Finished chunks are in a ring of
+// fixed slots; as tokens of the pipeline, they would leak if one throws.
 #include "formats/mesh/ply_writer.hpp"
 
 #include <fmt/format.h>
@@ -25,7 +25,7 @@ constexpr size_t kFaceBytes = 1 + sizeof(Triangle);
 
 constexpr Float3 kLowest{-kHuge, -kHuge, -kHuge}, kHighest{kHuge, kHuge, kHuge};
 
-/// A chunk as it stands in the file, and its bounds.
+/// A chunk as it is in the file, and its bounds.
 struct Block {
   std::vector<std::byte> bytes;
   Float3 low = kHighest, high = kLowest;
@@ -46,7 +46,7 @@ std::string header(const MeshSource& source, const std::string& comment, bool do
       source.triangle_count());
 }
 
-/// The source cut into chunks, those of the vertices first.
+/// The source split into chunks, those of the vertices first.
 class Chunks {
  public:
   Chunks(const MeshSource& source, bool doubles)
@@ -114,9 +114,8 @@ PlyFile write_ply(const std::string& path, const MeshSource& source, const std::
   append(std::as_bytes(std::span(text)));
 
   const Chunks chunks(source, doubles);
-  // So many chunks are under way at once: enough that no thread waits while one is written. They end in
-  // order, so that each has a place to itself. (As tokens of the pipeline they would leak where one of them
-  // throws.)
+  // The number of concurrent chunks: enough that no thread waits while one is written. They finish in order,
+  // so that each has its own slot. (As tokens of the pipeline, they would leak if one of them throws.)
   std::vector<Block> places(2 * size_t(tbb::this_task_arena::max_concurrency()) + 2);
   Block all;
   uint64_t next = 0, done = 0;

@@ -1,6 +1,6 @@
-// Ear clipping with exact signs. What makes it safe: the triangles, each counted by the way it faces, always
-// add up to the number of times that the outline winds around a point. Where all face forwards, that says
-// that they cover the polygon and nothing else, even if a test of an ear was too generous.
+// Ear clipping with exact signs. It is safe because the triangles, each counted with its orientation, always
+// add up to the winding number of the outline around a point. If all face forwards, they cover the polygon
+// and nothing else, even if a test of an ear was too permissive.
 #include "formats/mesh/polygon.hpp"
 
 #include <algorithm>
@@ -26,8 +26,8 @@ Point2 along(const Float3& p, int axis) {
 
 bool before(const Point2& a, const Point2& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; }
 
-/// Certain where true: four corners that all turn the same way, seen along the normal. Most polygons are
-/// these.
+/// If true, it is certain: all four corners turn the same way, seen along the normal. Most polygons are such
+/// quads.
 bool is_convex_quad(const Float3& p0, const Float3& p1, const Float3& p2, const Float3& p3) {
   const int axis = longest(cross(from_to(p0, p2), from_to(p1, p3)));
   const Point2 a = along(p0, axis), b = along(p1, axis), c = along(p2, axis), d = along(p3, axis);
@@ -44,7 +44,7 @@ bool is_convex_quad(const Float3& p0, const Float3& p1, const Float3& p2, const 
   return left == 4 || right == 4;
 }
 
-/// Where the least of the rotations of a ring begins.
+/// The start of the smallest rotation of a ring.
 template <class Less>
 size_t least_rotation(size_t count, const Less& less) {
   size_t i = 0, j = 1, same = 0;
@@ -86,7 +86,7 @@ PolygonCutter::Found PolygonCutter::cut(std::span<const Float3> positions, std::
     found.crosses = true;
     return found;
   }
-  // From here on nothing depends on which corner comes first.
+  // From here on, nothing depends on which corner comes first.
   start_at_least(positions);
   plane = plane_of(positions);
   project(positions, plane.axis);
@@ -97,7 +97,7 @@ PolygonCutter::Found PolygonCutter::cut(std::span<const Float3> positions, std::
   return found;
 }
 
-/// Newell's normal, twice the area long.
+/// Newell's normal, whose length is twice the area.
 PolygonCutter::Plane PolygonCutter::plane_of(std::span<const Float3> positions) const {
   Plane plane;
   Double3 sizes{};
@@ -121,7 +121,7 @@ PolygonCutter::Plane PolygonCutter::plane_of(std::span<const Float3> positions) 
   for (int a = 0; a < 3; ++a)
     if (a != plane.axis && length - std::abs(plane.normal[size_t(a)]) <= 2 * error)
       plane.certain_axis = false;
-  // What has no area in all has a side that shows most of it.
+  // A polygon without area in total is viewed from the side that shows most of it.
   if (!plane.certain_sign) plane.axis = longest(sizes);
   return plane;
 }
@@ -131,8 +131,8 @@ void PolygonCutter::project(std::span<const Float3> positions, int axis) {
   for (const uint32_t v : vertices_) points_.push_back(along(positions[v], axis));
 }
 
-/// Whether no corner turns another way than the others, and the outline goes forth and back once ("Testing
-/// the convexity of a polygon", Schorn and Fisher 1994). Also where all lie on one line and it does.
+/// Whether no corner turns another way than the others, and the outline goes back and forth once ("Testing
+/// the convexity of a polygon", Schorn and Fisher 1994). Also true for polygons on one line that do.
 bool PolygonCutter::is_convex() {
   distinct_.clear();
   for (const Point2& p : points_)
@@ -155,8 +155,8 @@ bool PolygonCutter::is_convex() {
   return changes <= 2;
 }
 
-/// Whether a corner lies farther from the plane of best fit than a tenth of the diagonal of the polygon's
-/// box. Quads are as bent as they are: artists draw them so.
+/// Whether a corner is farther from the plane of best fit than a tenth of the diagonal of the polygon's box.
+/// Quads never count as bent, because artists draw them so.
 bool PolygonCutter::is_bent(std::span<const Float3> positions, const Plane& plane) const {
   if (vertices_.size() < 5 || !plane.certain_sign) return false;
   const Float3& origin = positions[vertices_[0]];
@@ -177,7 +177,7 @@ bool PolygonCutter::is_bent(std::span<const Float3> positions, const Plane& plan
   return std::max(highest - mean, mean - lowest) > 0.1 * diagonal;
 }
 
-/// The sign of the area where it is small: in twice the digits of double.
+/// The sign of a small area, computed with twice the digits of double.
 bool PolygonCutter::is_clockwise() const {
   double sum = 0, rest = 0;
   const auto add = [&](double x) {
@@ -187,13 +187,13 @@ bool PolygonCutter::is_clockwise() const {
   };
   for (size_t i = 0; i < points_.size(); ++i) {
     const Point2 &p = points_[i], &q = points_[(i + 1) % points_.size()];
-    add(p.x * q.y);  // exact, of floats
+    add(p.x * q.y);  // exact for floats
     add(-(p.y * q.x));
   }
   return sum + rest < 0;
 }
 
-/// Rotates the corners to the least order of their positions.
+/// Rotates the corners to the smallest order of their positions.
 void PolygonCutter::start_at_least(std::span<const Float3> positions) {
   const size_t first = least_rotation(vertices_.size(), [&](size_t i, size_t j) {
     return positions[vertices_[i]] < positions[vertices_[j]];
@@ -205,14 +205,15 @@ double PolygonCutter::turn(uint32_t b) const {
   return orientation(points_[corners_[b].before], points_[b], points_[corners_[b].after]);
 }
 
-/// Of a corner that does not turn: whether the outline goes on. Else it turns back, or does not move at all.
+/// For a corner that does not turn: whether the outline continues. Otherwise it turns back, or does not move
+/// at all.
 bool PolygonCutter::is_straight(uint32_t b) const {
   const Point2 &p = points_[corners_[b].before], &q = points_[b], &r = points_[corners_[b].after];
   return (before(p, q) && before(q, r)) || (before(r, q) && before(q, p));
 }
 
-/// Whether nothing lies in the triangle of a corner that turns left. Only corners that do not turn left can:
-/// where the outline enters a triangle at another corner, it leaves the triangle to the left of it.
+/// Whether nothing is inside the triangle of a corner that turns left. Only corners that do not turn left can
+/// be: where the outline enters a triangle at another corner, it leaves the triangle to its left.
 bool PolygonCutter::is_ear(uint32_t b) {
   if (budget_ < 0) return false;
   if (budget_ < half_budget_ && straight_block_) forget_straight();
@@ -243,8 +244,8 @@ bool PolygonCutter::blocks(uint32_t i, uint32_t a, uint32_t b, uint32_t c) const
     return through(pa, pb, ab) || through(pb, pc, bc);
   }
   if (ab > 0 && bc > 0 && ca > 0) return true;
-  // On the rim it is in the way where its own edges go into the triangle. From the ends of the third side
-  // none gets in that does not end there, at a corner that is in the way itself.
+  // On the boundary, a corner blocks if its own edges go into the triangle. From the ends of the third side,
+  // no edge enters that does not end there, at a corner that blocks itself.
   if (p == pa || p == pc) return false;
   const auto enters = [&](auto inside) {
     return inside(points_[corners_[i].before]) || inside(points_[corners_[i].after]);
@@ -257,8 +258,8 @@ bool PolygonCutter::blocks(uint32_t i, uint32_t a, uint32_t b, uint32_t c) const
   return enters([&](const Point2& q) { return orientation(pb, pc, q) > 0; });
 }
 
-/// From here on third sides may run along corners on straight lines, which is right, but leaves them in the
-/// middle of a side. Long lines of them that are aslant to the boxes take most of the work.
+/// From here on, third sides may run along corners on straight lines, which is correct, but leaves them in
+/// the middle of a side. Long lines of such corners that are oblique to the boxes take most of the work.
 void PolygonCutter::forget_straight() {
   straight_block_ = false;
   uint32_t at = any_;
@@ -268,7 +269,7 @@ void PolygonCutter::forget_straight() {
   } while (at != any_);
 }
 
-/// After the neighbours of a corner changed.
+/// To be called after the neighbours of a corner changed.
 void PolygonCutter::look_at(uint32_t corner) {
   const double area = turn(corner);
   blockers_.set(corner, straight_block_ ? area <= 0 : area < 0);
@@ -279,7 +280,7 @@ void PolygonCutter::look_at(uint32_t corner) {
   std::ranges::push_heap(heap_, kSooner);
 }
 
-/// Cuts off the triangle of a corner, with `area` the double of its area.
+/// Cuts off the triangle of a corner; `area` is twice its area.
 void PolygonCutter::remove(uint32_t b, double area) {
   Corner& corner = corners_[b];
   const uint32_t a = corner.before, c = corner.after;
@@ -297,7 +298,7 @@ void PolygonCutter::remove(uint32_t b, double area) {
   look_at(c);
 }
 
-/// Has all corners looked at again.
+/// Queues all corners again.
 void PolygonCutter::refill() {
   queue_.clear();
   next_ = 0;
@@ -309,7 +310,7 @@ void PolygonCutter::refill() {
   budget_ -= int64_t(left_);
 }
 
-/// The corner whose triangle is least, by area: what it covers wrongly is little.
+/// The corner whose triangle has the smallest area, because that covers little wrongly.
 uint32_t PolygonCutter::least() {
   if (!has_heap_) {
     has_heap_ = true;
@@ -329,7 +330,7 @@ uint32_t PolygonCutter::least() {
   }
 }
 
-/// Whether all triangles face forwards, but for what rounding of the coordinates may turn.
+/// Whether all triangles face forwards, apart from those that rounding of the coordinates may reverse.
 bool PolygonCutter::clip(std::span<Triangle> out) {
   const auto count = uint32_t(points_.size());
   out_ = out;

@@ -1,4 +1,4 @@
-// Cuts a polygon into triangles that cover it and nothing else. Internal to formats/mesh.
+// Triangulates a polygon, so that the triangles cover it and nothing else. Internal to formats/mesh.
 #pragma once
 
 #include <array>
@@ -13,29 +13,30 @@
 
 namespace nif::mesh::detail {
 
-/// Polygons of four corners and more, one after another. Corners may repeat, lie on lines or on each other,
-/// and an edge may be used twice, once each way, as the bridge to a hole.
+/// Triangulates polygons of four or more corners, one after another. Corners may repeat, lie on lines or on
+/// each other, and an edge may be used twice, once in each direction, as the bridge to a hole.
 ///
-/// A polygon is looked at along the axis that its normal (Newell's) points along most, where its coordinates
-/// stay the floats of the file, so that every sign is certain. One that is convex there stays the fan that it
-/// is. Of others ears are cut off. What is cut off adds up to the polygon, whatever the order: if no triangle
-/// faces backwards, no point lies in more of them than the outline winds around it. So none of them leaves a
-/// polygon whose outline does not cross itself.
+/// A polygon is viewed along the axis of the largest component of its normal (Newell's), where its
+/// coordinates stay the floats of the file, so that every sign is certain. If it is convex there, it stays
+/// the fan that it is. Otherwise ears are cut off. They add up to the polygon, whatever the order: if no
+/// triangle faces backwards, no point is in more of them than the winding number of the outline around it. So
+/// no triangle leaves a polygon whose outline does not cross itself.
 class PolygonCutter {
  public:
-  /// What is worth a note.
+  /// Properties that are worth a note.
   struct Found {
-    bool crosses = false;  ///< no triangles were found that all face forwards: the outline crosses itself
-    bool bent = false;     ///< five corners or more that are far from flat
+    /// No triangulation was found in which all face forwards: the outline crosses itself.
+    bool crosses = false;
+    bool bent = false;  ///< five or more corners that are far from flat
   };
 
-  /// Most corners of a polygon that is not taken to cross itself: more would need much memory.
+  /// Polygons with more corners are treated as self-crossing, because they would need much memory.
   static constexpr size_t kMostCorners = 1 << 22;
 
-  /// `fan` has the triangles of a polygon, as a fan around its first corner, with valid indices; they are
-  /// replaced where it is not convex. Their geometry then depends on that of the polygon, not on which corner
-  /// comes first. Takes time in proportion to the corners, nearly: work is bounded. A polygon with a corner
-  /// that is not finite stays a fan.
+  /// `fan` has the triangles of a polygon, as a fan around its first corner, with valid indices. They are
+  /// replaced if it is not convex. The result then depends on the polygon's geometry, not on which corner
+  /// comes first. Takes nearly linear time; the work is bounded. A polygon with a corner that is not finite
+  /// stays a fan.
   Found cut(std::span<const Float3> positions, std::span<Triangle> fan);
 
  private:
@@ -47,7 +48,7 @@ class PolygonCutter {
   struct Waiting {
     uint32_t corner, stamp;
   };
-  /// A corner that may be cut off where none is an ear.
+  /// A corner that may be cut off if there is no ear.
   struct Least {
     double area;
     uint32_t corner, stamp;
@@ -55,14 +56,14 @@ class PolygonCutter {
   static constexpr auto kSooner = [](const Least& a, const Least& b) {  // of a heap
     return a.area != b.area ? a.area > b.area : a.corner > b.corner;
   };
-  // Boxes and corners that are looked at: up to twice Blockers::kFewest for each corner of a small polygon;
-  // of a million corners, 57 each in a star, 165 in a spiral, 250 in a comb, 450 in a skyline. Afterwards:
-  // once it is clear that the outline crosses itself.
+  // Number of visited boxes and corners: up to twice Blockers::kFewest for each corner of a small polygon;
+  // for a million corners, per corner 57 in a star, 165 in a spiral, 250 in a comb, 450 in a skyline.
+  // Afterwards: once it is clear that the outline crosses itself.
   static constexpr int64_t kFirstWork = 10'000, kWorkPerCorner = 500, kWorkAfterwards = 100;
-  /// Which corners are ears.
+  /// Which corners count as ears.
   enum class Rule : uint8_t {
     clear,     ///< those whose third side touches nothing
-    touching,  ///< also those where it touches what lies on its other side
+    touching,  ///< also those whose third side touches corners on its other side
     straight,  ///< also those on a straight line
   };
 
@@ -90,7 +91,7 @@ class PolygonCutter {
   void forget_straight();
   uint32_t least();
 
-  std::vector<uint32_t> vertices_;         // of the corners, in the order that they are looked at
+  std::vector<uint32_t> vertices_;         // of the corners, in the order of processing
   std::vector<Point2> points_, distinct_;  // the corners in the plane
   std::vector<Corner> corners_;
   std::vector<uint32_t> spikes_;
@@ -98,11 +99,11 @@ class PolygonCutter {
   std::vector<Least> heap_;
   Blockers blockers_;
   size_t next_ = 0;   // in queue_
-  uint32_t any_ = 0;  // a corner that is left
+  uint32_t any_ = 0;  // some remaining corner
   size_t left_ = 0;
   int64_t budget_ = 0, half_budget_ = 0;
-  double slack_ = 0;                     // how far rounding can have moved corners against each other
-  double forwards_ = 0, backwards_ = 0;  // twice the areas of the triangles that face so
+  double slack_ = 0;                     // how far rounding may have moved corners relative to each other
+  double forwards_ = 0, backwards_ = 0;  // twice the areas of triangles by orientation
   bool straight_block_ = true;           // corners on a straight line are among the blockers
   Rule rule_ = Rule::clear;
   bool has_heap_ = false;

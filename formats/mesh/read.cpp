@@ -1,4 +1,4 @@
-// The way of every file: load, unpack, recognise the format, read, check, hash.
+// The steps for every file: load, unpack, recognise the format, read, check, hash.
 #include "formats/mesh/read.hpp"
 
 #include <fmt/format.h>
@@ -31,7 +31,7 @@ Input describe(const std::filesystem::path& file, std::string_view bytes, const 
   return {file, name.stem().string(), ending_of(name), bytes, limits};
 }
 
-/// Files that are something else than a mesh in an unmistakable way.
+/// Refuses files that are unmistakably something else than a mesh.
 void refuse_strangers(const Input& input) {
   if (input.bytes.empty()) input.fail(Status::file_empty, "is empty");
   if (input.bytes.starts_with("\xAB"
@@ -87,7 +87,7 @@ Scene read_format(const Input& input, std::vector<ExternalFile>& external) {
   }
   if (input.file == kStandardInputName)
     input.fail(Status::not_a_mesh,
-               "is in no format that its content tells; name it with --format (OBJ always needs that)");
+               "does not reveal its format by its content; name it with --format (OBJ always needs that)");
   input.fail(Status::not_a_mesh,
              "is not in a known mesh format; nif reads PLY, OBJ, STL, OFF, glTF, GLB and Draco, also as .gz "
              "or .zst");
@@ -131,7 +131,7 @@ ByteBuffer load_input(const std::filesystem::path& file, uint64_t max_bytes) {
   return file == kStandardInput ? load_standard_input(max_bytes) : load_file(file, max_bytes);
 }
 
-/// Libraries throw what they like; callers are promised an Error.
+/// Libraries throw anything; callers are promised an Error.
 template <class Work>
 Scene promised(const std::filesystem::path& path, Work&& work) {
   const std::filesystem::path file = path == kStandardInput ? kStandardInputName : path;

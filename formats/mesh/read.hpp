@@ -13,51 +13,52 @@
 
 namespace nif::mesh {
 
-/// What a .vdb begins with.
+/// The first bytes of a .vdb.
 inline constexpr std::string_view kVdbMagic{" BDV\0\0\0\0", 8};
 
-/// The formats that read() reads, for ReadLimits::format.
+/// The formats that read() supports, for ReadLimits::format.
 inline constexpr std::array kFormats{"obj", "ply", "stl", "off", "gltf", "glb", "drc"};
 
-/// For read(): the mesh that is piped into the process.
+/// For read(): the mesh is piped into the process.
 inline constexpr std::string_view kStandardInput = "-";
 
-/// Limits that keep a hostile or mistaken file from exhausting the machine, and what to read beyond geometry.
+/// Limits that keep a hostile or faulty file from exhausting the machine, and what to read besides geometry.
 struct ReadLimits {
   uint64_t max_decompressed_bytes = uint64_t{8} << 30;  ///< of the input, unpacked, and of each buffer file
   uint64_t max_triangles = 500'000'000;
-  /// Also what colour surfaces have: Mesh::look. Of PLY and OBJ colours of vertices, of glTF also materials
-  /// and their pictures (PNG and JPEG); other formats have none. Pictures have no part in Scene::source_hash.
+  /// Also read the colours of surfaces: Mesh::look. For PLY and OBJ vertex colours, for glTF also materials
+  /// and their pictures (PNG and JPEG); other formats have none. Pictures do not affect Scene::source_hash.
   bool colors = false;
-  /// Leave out triangles that use a vertex that is not finite, with a note that counts them, where the file
-  /// would be refused else. A file of nothing but such is refused. Vertices stay, unused.
+  /// Drop triangles that use a vertex that is not finite, with a note that counts them, instead of refusing
+  /// the file. A file that contains nothing else is refused. The vertices stay, unused.
   bool drop_non_finite = false;
-  /// What the file is, whatever its name and content say: one of kFormats. Empty: told by content, else name.
+  /// The format, whatever the name and content are: one of kFormats. Empty: detected by content, or else by
+  /// name.
   std::string format{};
-  Choice choice{};  ///< what of the file is read, by name
+  Choice choice{};  ///< which parts of the file are read, by name
 };
 
-/// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf; docs/meshes.md has its extensions) or DRC (Draco), each
-/// also as `.gz` or `.zst`. The format is told by content where it has a signature, else by extension.
-/// kStandardInput reads standard input, whose format content or ReadLimits::format has to tell; its name is
-/// 'stdin' where it has none, and it is not among Scene::files.
-/// Polygons are triangulated; several meshes in one file become several meshes with instances.
+/// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf; docs/meshes.md lists the extensions) or DRC (Draco), also
+/// as `.gz` or `.zst`. The format is detected by content if it has a signature, otherwise by extension.
+/// kStandardInput reads standard input, whose format is determined by content or ReadLimits::format; a mesh
+/// without a name is called 'stdin', and it is not among Scene::files. Polygons are triangulated; several
+/// meshes in one file become several meshes with instances.
 ///
-/// The result is checked: every index in range, every position that a triangle uses finite, at least one
-/// triangle in all. Meshes without triangles are left out. (A scene may have meshes and no instance: it
-/// places nothing.) Degenerate and duplicate triangles are kept (clean() removes them, with a count).
+/// The result is checked: every index is in range, every position that a triangle uses is finite, and there
+/// is at least one triangle. Meshes without triangles are left out. (A scene may have meshes and no instance:
+/// it places nothing.) Degenerate and duplicate triangles are kept (clean() removes them and counts them).
 ///
 /// Thread-safe; safe on untrusted input. Throws nif::Error with a sentence that names the file and the place;
-/// Error(usage) where a pattern of ReadLimits::choice fits no name of the file.
+/// Error(usage) if a pattern of ReadLimits::choice matches no name in the file.
 Scene read(const std::filesystem::path& file, const ReadLimits& limits = {});
 
-/// The same for a file whose bytes are in memory, and not compressed.
+/// The same for a file whose uncompressed bytes are in memory.
 Scene read(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits = {});
 
-/// Leaves out meshes without triangles, and their instances; returns their names.
+/// Removes meshes without triangles, and their instances; returns their names.
 std::vector<std::string> drop_empty_meshes(Scene& scene);
 
-/// The checks of read(), for a scene that was read from a file in another way. Throws as read().
+/// The checks of read(), for a scene that was read from a file in another way. Throws as read() does.
 void check(const std::filesystem::path& file, Scene& scene, const ReadLimits& limits = {});
 
 }  // namespace nif::mesh

@@ -1,5 +1,5 @@
-// Triangle meshes and their instances, as every reader of formats/mesh fills them, and cameras and lights if
-// the format has them.
+// Defines triangle meshes and their instances, which every reader of formats/mesh fills, and cameras and
+// lights for formats that have them.
 #pragma once
 
 #include <array>
@@ -25,53 +25,54 @@ inline constexpr Transform kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
 /// One object's triangles. Winding as in the file; positions are not welded.
 struct Mesh {
-  std::string name;  ///< UTF-8, from the file; the file's stem where it has none
+  std::string name;  ///< UTF-8, from the file; the file's stem if it has none
   std::vector<Float3> positions;
   std::vector<Triangle> triangles;
-  float part_side = 0;  ///< of a merged mesh: the longest side of its middle part, by size; else 0
-  Appearance look{};    ///< only if it was asked for: ReadLimits::colors
-  /// Only within readers, and only if they were asked for (Input::exact): positions before rounding.
+  float part_side = 0;  ///< for a merged mesh: the longest side of its median part by size; otherwise 0
+  Appearance look{};    ///< only if requested: ReadLimits::colors
+  /// Only within readers, and only if requested (Input::exact): positions before rounding.
   std::vector<Double3> exact{};
 };
 
 /// One placement of a mesh. Transforms may scale non-uniformly and mirror.
 struct Instance {
-  std::string name;   ///< the node's name, else the mesh's
+  std::string name;   ///< the node's name, or else the mesh's
   uint32_t mesh = 0;  ///< index into Scene::meshes
   Transform transform = kIdentity;
-  uint32_t node = kNoNode;  ///< that it stands for: index into Scene::nodes, or kNoNode
+  uint32_t node = kNoNode;  ///< index into Scene::nodes of its node, or kNoNode
   bool moves = false;       ///< with its node (see there), or by the joints of a skin
-  Double3 remainder{};      ///< what rounding took from the transform's translation: add it
+  Double3 remainder{};      ///< rounding error of the transform's translation, to be added to it
 };
 
-/// A node of a glTF. Its transform is in those of the instances.
+/// A node of a glTF. The transforms of the instances include its transform.
 struct Node {
   uint32_t number = 0;        ///< index into the nodes of the file
   std::string name;           ///< may be empty
   uint32_t parent = kNoNode;  ///< index into Scene::nodes, below its own; kNoNode: a root
-  bool moves = false;         ///< an animation of the file has it, or a node above it, as a target
+  bool moves = false;         ///< an animation of the file targets it or an ancestor
 };
 
-/// A perspective camera. It stands at its transform's origin and looks along -z, with +y up.
+/// A perspective camera at its transform's origin. It looks along -z, with +y up.
 struct Camera {
-  std::string name;  ///< the node's name, else the camera's; may be empty
+  std::string name;  ///< the node's name, or else the camera's; may be empty
   Transform transform = kIdentity;
-  double vertical_fov = 0;  ///< from the bottom of the picture to its top; radians, above 0 and below pi
+  double vertical_fov = 0;  ///< vertical field of view in radians, above 0 and below pi
 };
 
-/// A light without extent. It lies at its transform's origin and shines along -z. As glTF has it, a
-/// transform's scale changes neither intensity nor cone.
+/// A light without extent at its transform's origin. It shines along -z. As in glTF, a transform's scale
+/// changes neither intensity nor cone.
 struct Light {
   enum class Kind : uint8_t { directional = 0, point = 1, spot = 2 };
 
   Kind kind = Kind::point;
-  std::string name;  ///< the node's name, else the light's; may be empty
+  std::string name;  ///< the node's name, or else the light's; may be empty
   Transform transform = kIdentity;
   Float3 colour{1, 1, 1};  ///< linear RGB with the primaries of sRGB, not negative
-  /// Times the colour, not negative: irradiance on a surface that faces a directional light (lux), else
-  /// intensity per steradian (candela).
+  /// Multiplied by the colour, not negative: irradiance on a surface that faces a directional light (lux),
+  /// otherwise intensity per steradian (candela).
   double intensity = 1;
-  /// Of a spot, from its axis, radians: full light within, none without; 0 <= inner <= outer <= pi / 2.
+  /// Of a spot, radians from its axis: full light within inner, none outside outer; 0 <= inner <= outer <= pi
+  /// / 2.
   double inner_cone = 0, outer_cone = 0;
 };
 
@@ -79,19 +80,19 @@ struct Light {
 struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Instance> instances;
-  std::vector<Material> materials;  ///< that Mesh::look refers to
-  std::vector<Texture> textures;    ///< that these refer to
-  std::vector<Node> nodes;          ///< of glTF: those of the instances, and all above them
-  std::vector<Camera> cameras;      ///< of glTF, in the order of the hierarchy; other formats have none
-  std::vector<Light> lights;        ///< likewise, by KHR_lights_punctual
-  /// XXH3-64 of the bytes of the file (decompressed) and of its buffers; of a glTF with an attached asset,
-  /// those that it had before.
+  std::vector<Material> materials;  ///< used by Mesh::look
+  std::vector<Texture> textures;    ///< used by the materials
+  std::vector<Node> nodes;          ///< for glTF: those of the instances, and all their ancestors
+  std::vector<Camera> cameras;      ///< for glTF, in the order of the hierarchy; other formats have none
+  std::vector<Light> lights;        ///< likewise, from KHR_lights_punctual
+  /// XXH3-64 of the bytes of the file (decompressed) and of its buffers; for a glTF with an attached asset,
+  /// of the original file without it.
   uint64_t source_hash = 0;
   std::vector<std::string>
-      files;                ///< that it was read from: the file, those of its buffers, and its pictures
+      files;                ///< all files that were read: the file itself, its buffers, and its pictures
   std::vector<Note> notes;  ///< what was left out and why
-  Choice choice;            ///< by which it was read
-  std::optional<Merging> merging;  ///< where instances of the file have been merged
+  Choice choice;            ///< with which it was read
+  std::optional<Merging> merging;  ///< if instances of the file have been merged
 };
 
 }  // namespace nif::mesh

@@ -1,5 +1,5 @@
-// One parallel sort, by edge and then by triangle. To save memory, edges can be taken in parts. A hash
-// picks the part of an edge, because neighbours in the mesh have numbers that lie close together.
+// One parallel sort, by edge and then by triangle. To save memory, edges can be processed in parts. A hash
+// selects the part of an edge, because neighbours in the mesh have numbers that are close together.
 #include "formats/mesh/sides.hpp"
 
 #include <tbb/parallel_sort.h>
@@ -10,13 +10,13 @@ void sort_sides(std::span<const Triangle> triangles, std::span<const Triangle> m
                 size_t parts, std::vector<Side>& sides) {
   const size_t count = triangles.size() + more.size();
   sides.clear();
-  sides.reserve(count * 3 / parts + count / 64);  // parts differ a little
+  sides.reserve(count * 3 / parts + count / 64);  // the sizes of parts differ a little
   for (size_t t = 0; t < count; ++t) {
     const Triangle& v = t < triangles.size() ? triangles[t] : more[t - triangles.size()];
     for (uint16_t corner = 0; corner < 3; ++corner) {
       const uint32_t a = v[corner], b = v[(corner + 1) % 3];
       const uint64_t edge = a < b ? uint64_t{a} << 32 | b : uint64_t{b} << 32 | a;
-      // Neighbours in the mesh have numbers near to each other, so that a range of numbers may have many
+      // Neighbours in the mesh have numbers close to each other, so a range of numbers may contain many
       // edges.
       if (parts > 1 && (edge * 0x9E3779B97F4A7C15u >> 32) * parts >> 32 != part) continue;
       sides.push_back({edge, uint32_t(t), corner, int16_t(a < b ? 1 : -1)});

@@ -1,5 +1,4 @@
-// Groups the sides of triangles by the edge that they lie on. Every question about how a surface is connected
-// starts here.
+// Groups the sides of triangles by edge. Every question about how a surface is connected starts here.
 #pragma once
 
 #include <cstdint>
@@ -15,28 +14,28 @@ struct Side {
   uint64_t edge;      ///< its two vertices, without direction
   uint32_t triangle;  ///< index of the triangle
   uint16_t corner;    ///< 0..2: the side runs from this corner to the next one
-  int16_t sign;       ///< 1 where it runs from the smaller index to the larger one, else -1
+  int16_t sign;       ///< 1 if it runs from the smaller index to the larger one, otherwise -1
 };
 
-/// The three sides of each triangle, those of an edge side by side, in the order of the triangles. Triangles
-/// of `more` are counted on from those of `triangles`; together they must be fewer than 2^32. Each side takes
-/// 16 bytes. Runs on all threads; the result does not depend on their number.
+/// The three sides of each triangle, grouped by edge, in the order of the triangles. The numbers of triangles
+/// in `more` continue those of `triangles`; together there must be fewer than 2^32. Each side takes 16 bytes.
+/// Runs on all threads; the result does not depend on their number.
 std::vector<Side> sorted_sides(std::span<const Triangle> triangles, std::span<const Triangle> more = {});
 
-/// The same into `sides`, of those edges alone that are in the `part` of `parts`; each edge is in one.
+/// The same into `sides`, only for edges in the `part` of `parts`; each edge is in one part.
 void sort_sides(std::span<const Triangle> triangles, std::span<const Triangle> more, size_t part,
                 size_t parts, std::vector<Side>& sides);
 
-/// The end of the run of sides that lie on the edge of sides[begin].
+/// The end of the consecutive sides that lie on the edge of sides[begin].
 inline size_t end_of_edge(std::span<const Side> sides, size_t begin) {
   size_t end = begin + 1;
   while (end < sides.size() && sides[end].edge == sides[begin].edge) ++end;
   return end;
 }
 
-/// Calls visit(sides) with the sides of each edge, a span as sorted_sides() has it, edge after edge in an
-/// order that depends on nothing but the triangles. Takes 40 MB at most beside what an edge of more sides
-/// than that needs: sides are brought together for a part of the edges at a time. Calls come from the calling
+/// Calls visit(sides) with the sides of each edge, a span as in sorted_sides(), edge after edge in an order
+/// that depends only on the triangles. Takes at most 40 MB, plus what is needed for an edge with more sides
+/// than that holds: sides are collected for a part of the edges at a time. Calls come from the calling
 /// thread.
 template <class Visit>
 void for_each_edge(std::span<const Triangle> triangles, std::span<const Triangle> more, Visit visit) {

@@ -1,8 +1,8 @@
-// STL, text and binary. Each solid of a text file becomes a mesh under its own name.
+// STL, text and binary. Each solid of a text file becomes a mesh with its name.
 //
-// Our own, because the reader of OpenMesh 9 welds vertices through a map that takes a NaN for equal to
-// anything (a broken file then reads as a sound but wrong mesh), drops degenerate triangles uncounted, and
-// believes the announced triangle count, reading zeros past the end of the file.
+// This is our own code, because the reader of OpenMesh 9 welds vertices through a map that considers a NaN
+// equal to anything (so a broken file reads as a sound but wrong mesh), drops degenerate triangles uncounted,
+// and trusts the announced number of triangles, reading zeros past the end of the file.
 #include <fmt/format.h>
 
 #include <array>
@@ -31,7 +31,8 @@ bool has_binary_size(std::string_view bytes) {
   return bytes.size() >= kHeader && bytes.size() == kHeader + kRecord * announced_triangles(bytes);
 }
 
-/// Binary files may also begin with "solid". The count in their header has a zero byte, which no text has.
+/// Binary files may also begin with "solid". The count in their header contains a zero byte, which texts do
+/// not.
 bool looks_like_text(std::string_view bytes) {
   return !has_binary_size(bytes) && same_word(TextCursor(bytes).word(), "solid") &&
          bytes.substr(0, kHeader).find('\0') == std::string_view::npos;
@@ -50,8 +51,8 @@ std::array<Float3, 3> corners_at(std::string_view bytes, uint64_t triangle) {
   return corners;
 }
 
-/// How many triangles a binary file has. A program that writes to a pipe cannot go back to count them: what
-/// follows is then triangles to the end. So it is where a header counts too few. `notes` get a sentence.
+/// Number of triangles of a binary file. A program that writes to a pipe cannot go back to count them: then
+/// everything up to the end is triangles, and likewise if the header counts too few. `notes` get a sentence.
 uint64_t count_triangles(const Input& input, std::vector<Note>& notes) {
   const std::string_view bytes = input.bytes;
   if (bytes.size() < kHeader) {
@@ -68,8 +69,8 @@ uint64_t count_triangles(const Input& input, std::vector<Note>& notes) {
   const bool whole = after % kRecord == 0;
   if (announced == 0 && after != 0 && !whole)
     input.fail(Status::no_triangles,
-               fmt::format("has no triangles: its header counts none, and the {} bytes that follow are no "
-                           "whole number of triangles of {} bytes",
+               fmt::format("has no triangles: its header counts none, and the {} bytes that follow are not "
+                           "a multiple of a triangle's {} bytes",
                            after, kRecord));
   if (after < kRecord) return announced;
   const auto is_finite = [&](uint64_t t) {
@@ -89,7 +90,7 @@ uint64_t count_triangles(const Input& input, std::vector<Note>& notes) {
   }
   notes.push_back({NoteKind::bytes_after_end,
                    fmt::format("{}: {} bytes follow the {} triangles that its header counts, and were left "
-                               "out; files that were joined read like this.",
+                               "out; concatenated files look like this.",
                                input.file.string(), after, announced)});
   return announced;
 }
@@ -159,7 +160,7 @@ class TextReader {
     }
     expect_end("endloop");
     expect_end("endfacet");
-    // One index space for all solids keeps this simple; 32 bits end at 1.4 billion triangles.
+    // One index space for all solids keeps this simple; 32 bits suffice for 1.4 billion triangles.
     check_triangle_limit(input_, ++triangles_);
     if (triangles_ > std::numeric_limits<uint32_t>::max() / 3) {
       input_.fail(Status::too_large, "has more triangles than 32-bit indices can address");
@@ -205,7 +206,7 @@ class TextReader {
   uint64_t triangles_ = 0;
   bool open_ = false;
   Chooser chooser_;
-  bool taken_ = true;  // the solid that is open
+  bool taken_ = true;  // whether the current solid is chosen
 };
 
 }  // namespace
@@ -217,7 +218,7 @@ bool looks_like_stl(std::string_view bytes) {
 Scene read_stl(const Input& input) {
   if (looks_like_text(input.bytes))
     return read_exactly(input, [](const Input& given) { return scene_of(TextReader(given).read()); });
-  // A text of another kind would pass for a binary file that announces an absurd number of triangles.
+  // Other text would pass for a binary file that announces an absurd number of triangles.
   if (input.bytes.size() > kHeader && !has_binary_size(input.bytes) &&
       input.bytes.substr(0, kHeader).find('\0') == std::string_view::npos) {
     input.fail(Status::not_a_mesh,

@@ -1,4 +1,4 @@
-// Writes a file in small pieces, for text formats. Internal to formats/mesh.
+// Writes a file in chunks, for text formats. Internal to formats/mesh.
 #pragma once
 
 #include <atomic>
@@ -14,7 +14,7 @@
 
 namespace nif::mesh::detail {
 
-/// Collects what is put into it and writes it a megabyte at a time.
+/// Buffers its input and writes it a megabyte at a time.
 class Stream {
  public:
   /// `total` is the number of steps that will be reported.
@@ -26,17 +26,18 @@ class Stream {
 
   void put(std::string_view text) { buffer_ += text; }
   void put(char c) { buffer_ += c; }
-  /// The shortest digits that are read back as the same number.
+  /// Writes the fewest digits that read back as the same number.
   void put(float number) { put_number(number); }
   void put(double number) { put_number(number); }
   void put(std::integral auto number) { put_number(number); }
-  /// The bytes of a value, as they lie in memory.
+  /// Writes the bytes of a value in memory order.
   template <class T>
   void put_bytes(const T& value) {
     buffer_.append(reinterpret_cast<const char*>(&value), sizeof(T));
   }
 
-  /// To be called after each vertex or triangle: writes, reports and stops now and then.
+  /// To be called after each vertex or triangle: writes, reports progress and checks for cancellation now and
+  /// then.
   void step() {
     ++done_;
     if (buffer_.size() >= kPiece) flush();

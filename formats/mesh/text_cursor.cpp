@@ -1,4 +1,4 @@
-// Numbers and lines of text formats. std::from_chars is correctly rounded and knows no locale.
+// Parses numbers and lines of text formats. std::from_chars rounds correctly and ignores the locale.
 #include "formats/mesh/text_cursor.hpp"
 
 #include <bit>
@@ -13,14 +13,14 @@ namespace {
 
 bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 
-/// The first LF or CR. Takes eight characters at once: most lines have some twenty.
+/// Finds the first LF or CR, eight characters at a time: most lines have some twenty.
 const char* line_end(const char* at, const char* end) {
   constexpr uint64_t kOnes = 0x0101010101010101;
   static_assert(std::endian::native == std::endian::little);
   while (end - at >= 8) {
     uint64_t eight;
     std::memcpy(&eight, at, sizeof eight);
-    // The lowest bit that is set marks the first character up to '\r'.
+    // The lowest set bit marks the first character up to '\r'.
     const uint64_t low = (eight - kOnes * ('\r' + 1)) & ~eight & (kOnes * 0x80);
     if (low == 0) {
       at += 8;
@@ -63,7 +63,7 @@ bool parse_real(std::string_view word, Real& value) {
   const auto [stop, code] = std::from_chars(begin, end, value);
   if (code == std::errc::invalid_argument) return false;
   if (stop != end) {
-    // "1.#QNAN", "1.#INF", "-1.#IND": what printf of older Microsoft libraries wrote.
+    // "1.#QNAN", "1.#INF", "-1.#IND": written by printf of older Microsoft libraries.
     if (*stop == '#' && end - stop > 1) {
       value = std::numeric_limits<Real>::quiet_NaN();
       return true;
@@ -71,7 +71,7 @@ bool parse_real(std::string_view word, Real& value) {
     return false;
   }
   if (code == std::errc::result_out_of_range) {
-    // from_chars does not say on which side; a double has the range to tell in all but absurd cases.
+    // from_chars does not tell in which direction; a double has the range to tell in all but absurd cases.
     double wide = 0;
     const bool known = std::from_chars(begin, end, wide).ec == std::errc();
     const bool tiny =

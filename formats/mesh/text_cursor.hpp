@@ -1,5 +1,5 @@
-// Walks over the text of a mesh file word by word, without copies and without locales, because files have
-// tens of millions of words. Lines end in LF, CR LF or CR, also mixed.
+// Reads the text of a mesh file word by word, without copies and locales, because files have tens of millions
+// of words. Lines end in LF, CR LF or CR, also mixed.
 #pragma once
 
 #include <cstdint>
@@ -18,17 +18,17 @@ class TextCursor {
     return take();
   }
 
-  /// The rest of this line, trimmed; the cursor then stands at the start of the next line.
+  /// The rest of this line, trimmed; the cursor moves to the start of the next line.
   std::string_view rest_of_line();
 
-  /// Whether nothing but the line's end follows a piece of this text.
+  /// Whether only the line's end follows a piece of this text.
   bool ends_line(std::string_view piece) const {
     const char* after = piece.data() + piece.size();
     return after == end_ || *after == '\n' || *after == '\r';
   }
 
   bool at_end() const { return at_ == end_; }
-  /// The number of the line, from 1 on. Counts from the start of the text: for messages.
+  /// The number of the line, from 1. Counts from the start of the text, so it is for messages.
   uint64_t line() const;
   uint64_t bytes_left() const { return static_cast<uint64_t>(end_ - at_); }
 
@@ -45,15 +45,15 @@ class TextCursor {
   const char* end_;
 };
 
-/// Reads a whole word as a number, rounded to the nearest float. NaN and infinities are numbers too, in the
-/// spellings of C and of older Microsoft libraries; too large a number becomes an infinity.
+/// Parses a whole word as a number, rounded to the nearest float. NaN and infinities are accepted, in the
+/// spellings of C and of older Microsoft libraries; too large numbers become infinite.
 bool parse_float(std::string_view word, float& value);
 /// The same, rounded to the nearest double.
 bool parse_double(std::string_view word, double& value);
 
 bool parse_integer(std::string_view word, int64_t& value);
 
-/// True where both are equal but for the case of ASCII letters; `lower` is in lower case.
+/// Whether both are equal apart from the case of ASCII letters; `lower` must be in lower case.
 bool same_word(std::string_view word, std::string_view lower);
 
 }  // namespace nif::mesh::detail

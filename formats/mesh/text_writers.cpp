@@ -24,7 +24,7 @@ void each_vertex(const FlatScene& flat, uint64_t first, uint64_t last, Put put) 
   }
 }
 
-/// Calls `put` for the vertices of an instance, in order: with doubles where floats are too coarse.
+/// Calls `put` for the vertices of an instance, in order: with doubles if floats are too coarse.
 template <class Put>
 void each_vertex(const FlatScene& flat, size_t instance, Put put) {
   const uint64_t first = flat.first_vertex(instance), last = flat.first_vertex(instance + 1);
@@ -52,7 +52,7 @@ void put_point(Stream& out, const Point& p) {
   out.put('\n');
 }
 
-/// A name as one line of text can hold it.
+/// Makes a name fit on one line of text.
 std::string line_of(std::string name) {
   if (ends_in_backslash(name)) name[name.rfind('\\')] = '_';
   return name;

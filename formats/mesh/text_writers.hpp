@@ -8,12 +8,12 @@
 
 namespace nif::mesh::detail {
 
-/// What OBJ cannot hold: a reader may trim the line, and then take the backslash for one that joins the next.
+/// OBJ cannot represent such names: a reader may trim the line, and then the backslash joins the next line.
 bool ends_in_backslash(std::string_view name);
 
-/// Each instance as an object ("o"), in its own space of vertices.
+/// Each instance as an object ("o"), with its own vertices.
 void write_obj(Stream& out, const Scene& scene, const FlatScene& flat);
-/// One mesh. Throws nothing of its own.
+/// One mesh. Throws only what `out` throws.
 void write_off(Stream& out, const FlatScene& flat);
 /// Binary, one mesh. At most 2^32 - 1 triangles.
 void write_stl(Stream& out, const FlatScene& flat);

@@ -1,4 +1,4 @@
-// Affine transforms: points, normals, and one after another.
+// Applies and composes affine transforms of points and normals.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace nif::mesh {
 
-/// As Transform, in double precision.
+/// Like Transform, in double precision.
 using Affine = std::array<double, 12>;
 
 inline Float3 transformed(const Transform& t, const Float3& p) {
@@ -19,7 +19,7 @@ inline Float3 transformed(const Transform& t, const Float3& p) {
   return out;
 }
 
-/// Where it puts a position, before rounding.
+/// The transformed position, before rounding.
 inline Double3 placed(const Transform& t, const Double3& remainder, const Float3& p) {
   Double3 out;
   for (size_t row = 0; row < 3; ++row)
@@ -30,12 +30,12 @@ inline Double3 placed(const Transform& t, const Double3& remainder, const Float3
 inline Double3 placed(const Instance& instance, const Float3& p) {
   return placed(instance.transform, instance.remainder, p);
 }
-/// Whether it stands where its mesh does.
+/// Whether the instance does not move its mesh.
 inline bool unplaced(const Instance& instance) {
   return instance.transform == kIdentity && instance.remainder == Double3{};
 }
 
-/// First `inner`, then `outer`.
+/// Applies `inner`, then `outer`.
 inline Transform compose(const Transform& outer, const Transform& inner) {
   Transform out;
   for (size_t row = 0; row < 3; ++row)
@@ -47,7 +47,7 @@ inline Transform compose(const Transform& outer, const Transform& inner) {
   return out;
 }
 
-/// The same for an instance: what is left of its translation stays, if anything was.
+/// The same for an instance; the remainder of its translation is kept, if it had one.
 inline Instance placed(const Transform& outer, Instance instance) {
   const Double3 inner =
       to_double(std::array{instance.transform[3], instance.transform[7], instance.transform[11]}) +
@@ -66,7 +66,7 @@ inline Instance placed(const Transform& outer, Instance instance) {
 inline std::array<Double3, 3> rows_of(const Transform& t) {
   return {Double3{t[0], t[1], t[2]}, Double3{t[4], t[5], t[6]}, Double3{t[8], t[9], t[10]}};
 }
-/// Of a matrix, as its rows, and a vector.
+/// Product of a matrix, given by its rows, and a vector.
 inline Double3 product(const std::array<Double3, 3>& rows, const Double3& v) {
   return {dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)};
 }
@@ -74,7 +74,7 @@ inline double determinant(const Transform& t) {
   const auto rows = rows_of(t);
   return dot(rows[0], cross(rows[1], rows[2]));
 }
-/// Whether it has no inverse in single precision: the runtime would refuse to place anything so.
+/// Whether it has no inverse in single precision: then the runtime refuses to place anything with it.
 inline bool flattens(const Transform& t) {
   const auto rows = rows_of(t);
   const double whole = determinant(t);
@@ -83,7 +83,7 @@ inline bool flattens(const Transform& t) {
       if (!std::isfinite(float(cofactor / whole))) return true;
   return false;
 }
-/// The inverse transposed, times the determinant: takes normals along.
+/// The transposed inverse, times the determinant: transforms normals.
 inline Transform cofactors(const Transform& t) {
   const auto rows = rows_of(t);
   Transform out{};
@@ -93,7 +93,7 @@ inline Transform cofactors(const Transform& t) {
   }
   return out;
 }
-/// Rows of the inverse of the part that turns directions; the determinant must not be 0.
+/// Rows of the inverse of the linear part; the determinant must not be 0.
 inline std::array<Double3, 3> inverse_rows(const Transform& t) {
   const auto rows = rows_of(t);
   std::array<Double3, 3> inverse;
@@ -104,7 +104,7 @@ inline std::array<Double3, 3> inverse_rows(const Transform& t) {
   return inverse;
 }
 
-/// The way back from where a transform has placed something.
+/// Maps back to object space.
 class ToObject {
  public:
   /// The determinant must not be 0.

@@ -1,6 +1,6 @@
-// Meshes that were not made to be seen: collision shapes, and coarser levels of detail beside the finest.
-// They block rays like all others, which few who bake them expect. Known by the names that engines and
-// exporters ask for.
+// Recognises meshes that were not made to be seen: collision shapes, and coarser levels of detail beside the
+// finest. They block rays like all others, which few users expect. They are recognised by the names that
+// engines and exporters require.
 #include "formats/mesh/unseen_meshes.hpp"
 
 #include <fmt/format.h>
@@ -20,7 +20,7 @@ std::string lowered(std::string_view name) {
   return text;
 }
 
-/// In lower case, and without the ".001" that Blender gives to copies.
+/// In lower case, and without the ".001" that Blender adds to copies.
 std::string base_name(std::string_view name) {
   const size_t dot = name.rfind('.');
   const std::string_view digits = dot == name.npos ? "" : name.substr(dot + 1);
@@ -44,7 +44,7 @@ struct Level {
   bool finest = false;
 };
 
-/// "crate_lod2"
+/// Parses a name such as "crate_lod2".
 std::optional<Level> level_of(std::string_view name) {
   const size_t end = name.find_last_not_of("0123456789");
   if (end == name.npos || end + 1 == name.size() || !name.substr(0, end + 1).ends_with("lod"))
@@ -52,7 +52,7 @@ std::optional<Level> level_of(std::string_view name) {
   return Level{name.substr(0, end - 2), name.find_first_not_of('0', end + 1) == name.npos};
 }
 
-/// The names of a scene that can say it, each once.
+/// The names of a scene that can tell, each once.
 class HelperNames {
  public:
   explicit HelperNames(const Scene& scene) {
@@ -74,7 +74,7 @@ class HelperNames {
     if (const std::optional<Level> level = level_of(base); level && level->finest) finest_.emplace(level->of);
   }
 
-  std::unordered_set<std::string> finest_;  ///< what has a level 0
+  std::unordered_set<std::string> finest_;  ///< names that have a level 0
 };
 
 }  // namespace
@@ -83,7 +83,7 @@ void note_helpers(const Input& input, Scene& scene) {
   const HelperNames names(scene);
   std::vector<bool> meshes, nodes;
   for (const Mesh& mesh : scene.meshes) meshes.push_back(names.has(mesh.name));
-  for (const Node& node : scene.nodes)  // those above stand before it
+  for (const Node& node : scene.nodes)  // parents come before their children
     nodes.push_back(names.has(node.name) || (node.parent != kNoNode && nodes[node.parent]));
   constexpr size_t kNamed = 3;
   std::vector<std::string> shown;

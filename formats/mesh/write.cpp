@@ -1,5 +1,5 @@
-// First it looks at what the format will lose, and says so in notes. Then it hands the scene to the
-// writer of the format. Whatever may be refused is checked before the file is begun.
+// First finds what the format will lose, and reports it in notes. Then passes the scene to the writer of the
+// format. All checks come before the file is started.
 #include "formats/mesh/write.hpp"
 
 #include <fmt/format.h>
@@ -25,14 +25,14 @@ namespace {
 using detail::Stream;
 namespace fs = std::filesystem;
 
-/// Whether it stands beside its mesh, but as large as that and not turned: readers move what is far.
+/// Whether the instance is translated, but neither scaled nor rotated, like far meshes that readers move.
 bool only_moved(const Instance& instance) {
   Transform rest = instance.transform;
   rest[3] = rest[7] = rest[11] = 0;
   return rest == kIdentity;
 }
 
-/// What is to be said of a scene that a format cannot hold as it is.
+/// One note for each thing that a format cannot represent in a scene.
 std::vector<std::string> losses(const std::string& path, FileKind kind, const Scene& scene,
                                 const FlatScene& flat, const WriteOptions& options) {
   std::vector<std::string> notes;
@@ -165,7 +165,7 @@ Written write(const std::string& path, const Scene& scene, const WriteOptions& o
     written.bytes = write_stream(path, kind, scene, *flat, options, progress, cancel);
     return written;
   }
-  // What may be refused is looked at before the file is begun.
+  // All checks come before the file is started.
   std::optional<OutputFile> file;
   const auto sink = [&](std::span<const std::byte> piece) {
     if (cancel) throw Error(Status::interrupted, path + ": the writing was cancelled");

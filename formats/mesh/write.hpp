@@ -15,20 +15,19 @@ namespace nif::mesh {
 
 enum class FileKind : uint8_t { obj, ply, stl, off, glb, drc };
 
-/// What a file shall be, by its name's ending in either case; nullopt where that is no kind that is written.
+/// The kind of a file by its name's ending, in either case; nullopt if it is not one that can be written.
 std::optional<FileKind> known_file_kind(const std::string& path);
-/// The same; throws Error(usage) that names the file instead.
+/// The same, but throws Error(usage) that names the file instead.
 FileKind file_kind(const std::string& path);
 
 struct WriteOptions {
-  bool text = false;   ///< of STL: as text, which keeps the objects and their names
-  bool draco = false;  ///< of GLB: compressed by KHR_draco_mesh_compression
-  /// Of what Draco compresses: bits a coordinate, 0 for positions as they are. kDracoBits where it is not
-  /// set.
+  bool text = false;   ///< for STL: as text, which keeps the objects and their names
+  bool draco = false;  ///< for GLB: compressed with KHR_draco_mesh_compression
+  /// For Draco: bits per coordinate; 0 keeps positions as they are. kDracoBits if it is not set.
   std::optional<uint32_t> draco_bits;
 };
 
-/// Throws Error(usage) where an option makes no sense for a kind.
+/// Throws Error(usage) if an option does not apply to a kind.
 void check_options(FileKind kind, const WriteOptions& options);
 
 struct Written {
@@ -36,15 +35,15 @@ struct Written {
   std::vector<std::string> notes;  ///< one sentence each: what the format does not keep of this scene
 };
 
-/// Writes a scene, whole or not at all (formats/base/output_file.hpp), as the kind that the path says.
-/// Formats without instances get each instance's triangles where they stand (FlatScene). Everything but Draco
-/// with bits keeps positions to the bit and triangles in their order: texts have the shortest digits that
-/// read back as the same float, or where floats are too coarse (far_from_origin.hpp), as the same place beside the offset
-/// of the mesh; PLY then has doubles. Memory beyond the scene does not grow with it, but for Draco.
-/// `progress` is given what fraction is done.
+/// Writes a scene, whole or not at all (formats/base/output_file.hpp), in the format that the path names.
+/// Formats without instances get each instance's transformed triangles (FlatScene). Every format except Draco
+/// with bits keeps positions to the bit and triangles in their order. Texts have the fewest digits that read
+/// back as the same float, or, where floats are too coarse (far_from_origin.hpp), as the same position
+/// relative to the offset of the mesh; PLY then has doubles. Apart from Draco, memory does not grow with the
+/// scene. `progress` gets the fraction done.
 ///
 /// Throws nif::Error that names the path or the mesh: usage, as above; output_folder_missing,
-/// output_not_writable; too_large beyond what a format can count; interrupted once `cancel` is set; of GLB
+/// output_not_writable; too_large beyond what a format can count; interrupted once `cancel` is set; for GLB
 /// and Draco, what write_glb() and encode_draco() throw.
 Written write(const std::string& path, const Scene& scene, const WriteOptions& options,
               const std::function<void(double)>& progress, const std::atomic<bool>& cancel);

@@ -1,4 +1,4 @@
-// Fills holes. The rim of a sheet is none.
+// Fills holes with CGAL. The rim of a sheet does not count as a hole.
 #include <CGAL/Polygon_mesh_processing/border.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 namespace processing = CGAL::Polygon_mesh_processing;
 
-/// Edges of a boundary loop; any larger number where they are more than `at_most`.
+/// Edges of a boundary loop; some larger number if there are more than `at_most`.
 uint64_t length_of(const Surface& surface, Surface::Halfedge_index loop, uint64_t at_most) {
   uint64_t edges = 0;
   auto at = loop;
@@ -45,14 +45,16 @@ class HoleFiller {
   }
 
  private:
-  /// Not a cut that was made to take the surface apart: there it is closed already.
+  /// Whether the loop is not a cut that was made to take the surface apart: there the surface is already
+  /// closed.
   bool is_hole(Surface::Halfedge_index loop) const {
     for (const auto h : surface_.halfedges_around_face(loop))
       if (!is_rim_(surface_.source(h), surface_.target(h))) return false;
     return true;
   }
 
-  /// Does the loop run around a piece of surface without a vertex within, which would be covered twice?
+  /// Whether the loop surrounds a piece of surface without an interior vertex, which filling would cover
+  /// twice.
   bool is_sheet(Surface::Halfedge_index loop, uint64_t edges) const {
     std::vector<Surface::Face_index> found{surface_.face(surface_.opposite(loop))};
     std::set<Surface::Face_index> known(found.begin(), found.end());

@@ -1,5 +1,5 @@
-// Isotropic remeshing by CGAL, for remesh_isotropic() of cgal.hpp. The relaxation is a call apart:
-// inside of CGAL's remeshing it would read beyond the end of a map where triangles have lost their area.
+// Isotropic remeshing with CGAL, for remesh_isotropic() of cgal.hpp. Relaxation is a separate call: within
+// CGAL's remeshing, it would read beyond the end of a map at triangles that have lost their area.
 #include <CGAL/Polygon_mesh_processing/detect_features.h>
 #include <CGAL/Polygon_mesh_processing/remesh.h>
 #include <CGAL/Polygon_mesh_processing/repair.h>
@@ -16,8 +16,8 @@ namespace {
 
 using KeptMap = Surface::Property_map<Surface::Edge_index, bool>;
 
-/// The edges that stay. CGAL's relaxation asks for the edge of no halfedge where all triangles at a vertex
-/// have lost their area, and a plain map would look that up beyond its end.
+/// The edges that stay. If all triangles at a vertex have lost their area, CGAL's relaxation looks up the
+/// edge of an invalid halfedge, and a plain map would read beyond its end.
 struct KeptEdges {
   using key_type = Surface::Edge_index;
   using value_type = bool;
@@ -41,13 +41,13 @@ mesh::Mesh remesh_isotropic(const mesh::Mesh& mesh, double edge, uint32_t iterat
   if (sharp < 180) processing::detect_sharp_edges(surface, sharp, kept);
   for (const auto e : surface.edges())
     if (surface.is_border(e)) kept[e] = true;
-  // Edges that stay must not be much longer than the others, or the remeshing does not come to an end.
+  // Edges that stay must not be much longer than the others, or the remeshing never ends.
   std::vector<Surface::Edge_index> long_ones;
   for (const auto e : surface.edges())
     if (kept[e]) long_ones.push_back(e);
   processing::split_long_edges(long_ones, edge * 4 / 3, surface,
                                CGAL::parameters::edge_is_constrained_map(kept));
-  // The relaxation is not left to isotropic_remeshing(), so that it is given a map that does not crash.
+  // Relaxation is not left to isotropic_remeshing(), so that it gets a map that does not crash.
   for (uint32_t i = 0; i < iterations; ++i) {
     if (i > 0)
       processing::tangential_relaxation(

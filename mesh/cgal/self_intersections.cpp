@@ -1,6 +1,6 @@
-// Boxes that overlap are found by CGAL's sweep, and the pairs of triangles in them are tried by its exact
-// predicates, in batches on all threads. (CGAL's own function for this wants a mesh with two triangles at
-// most an edge; this one is for what comes before that.)
+// CGAL's sweep finds overlapping boxes, and its exact predicates test the pairs of triangles in them, in
+// batches on all threads. (CGAL's own function for this requires a mesh with at most two triangles per edge;
+// this one serves meshes that do not meet that yet.)
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Triangle_3.h>
 #include <CGAL/box_intersection_d.h>
@@ -23,7 +23,7 @@ using Pair = std::pair<uint32_t, uint32_t>;
 
 class Pairs {
  public:
-  /// What flush() throws.
+  /// Thrown by flush().
   struct TooMany {};
 
   Pairs(const mesh::CleanMesh& mesh, const std::atomic<bool>& cancel, uint64_t most)
@@ -70,7 +70,7 @@ class Pairs {
   }
 
   bool intersect(mesh::Triangle a, mesh::Triangle b) const {
-    // Shared vertices first, in the same places of both.
+    // Moves shared vertices to the front, in the same positions of both.
     size_t shared = 0;
     for (size_t i = 0; i < 3; ++i) {
       const auto found = std::find(b.begin() + std::ptrdiff_t(shared), b.end(), a[i]);
@@ -84,7 +84,7 @@ class Pairs {
     switch (shared) {
       case 0:
         return CGAL::do_intersect(first, second);
-      case 1:  // beyond the vertex, where the opposite side of one meets the other
+      case 1:  // besides the vertex: the opposite side of one triangle meets the other triangle
         return CGAL::do_intersect(first, Kernel::Segment_3(q[1], q[2])) ||
                CGAL::do_intersect(second, Kernel::Segment_3(p[1], p[2]));
       case 2:  // folded onto each other
@@ -97,7 +97,7 @@ class Pairs {
 
   const mesh::CleanMesh& mesh_;
   const std::atomic<bool>& cancel_;
-  uint64_t left_;  ///< pairs that may still be tried
+  uint64_t left_;  ///< pairs that may still be tested
   std::vector<Pair> batch_;
   uint64_t pairs_ = 0;
   std::unique_ptr<std::atomic<bool>[]> hit_;
@@ -119,11 +119,11 @@ std::optional<SelfIntersections> find_self_intersections(const mesh::CleanMesh& 
     boxes.emplace_back(bounds, t);
   }
   Pairs pairs(mesh, cancel, most_pairs);
-  // The sweep permutes what it is given; through pointers that is cheaper.
+  // The sweep permutes its input; with pointers that is cheaper.
   std::vector<const Box*> handles;
   handles.reserve(boxes.size());
   for (const Box& box : boxes) handles.push_back(&box);
-  constexpr std::ptrdiff_t kCutoff = 1000;  // below it every pair is tried; CGAL's examples take as many
+  constexpr std::ptrdiff_t kCutoff = 1000;  // below it every pair is tested; the value of CGAL's examples
   try {
     CGAL::box_self_intersection_d(
         handles.begin(), handles.end(), [&](const Box* a, const Box* b) { pairs.add(a->info(), b->info()); },

@@ -1,5 +1,5 @@
-// Vertices and faces are copied in their order. If CGAL refuses a face, the mesh is not manifold: its
-// repair has failed, which is an internal error.
+// Copies vertices and faces in their order. If CGAL refuses a face, the mesh is not manifold: its repair has
+// failed, which is an internal error.
 #include "mesh/cgal/surface.hpp"
 
 #include "formats/base/status.hpp"

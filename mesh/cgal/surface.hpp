@@ -11,11 +11,11 @@ namespace nif::cgal {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
 
-/// The mesh must be one that a half-edge mesh can hold, as repair::orient() sees to. Throws Error(internal)
-/// where it is not.
+/// A half-edge mesh must be able to hold the mesh; repair::orient() ensures that. Throws Error(internal) if
+/// it cannot.
 Surface to_surface(const mesh::Mesh& mesh);
 
-/// Faces and used vertices in their order; positions rounded to floats.
+/// Faces and used vertices in their order; positions are rounded to floats.
 mesh::Mesh to_mesh(const Surface& surface, const std::string& name);
 
 }  // namespace nif::cgal

@@ -1,4 +1,4 @@
-// Says that this library was built with CGAL.
+// States that this library was built with CGAL.
 #include "mesh/cgal/cgal.hpp"
 
 namespace nif::cgal {

@@ -19,7 +19,7 @@ std::optional<SelfIntersections> find_self_intersections(const mesh::CleanMesh&,
 }
 
 Holes fill_holes(mesh::Mesh&, uint64_t, const IsRim&, const std::atomic<bool>&) {
-  require("the filling of holes");
+  require("hole filling");
   return {};
 }
 

@@ -1,5 +1,5 @@
-// Distance: points drawn by area, Embree's BVH to find near triangles, double precision for how near.
-// Rays: evaluate() with the second mesh in the place of an asset, so leaks are rays that were opened.
+// Distance: points distributed by area, Embree's BVH to find near triangles, double precision for the
+// distances. Rays: evaluate() with the second mesh in place of an asset, so leaks are rays that were opened.
 #include "mesh/compare/compare.hpp"
 
 #include <embree3/rtcore.h>
@@ -19,9 +19,9 @@ namespace {
 using mesh::CleanMesh;
 using mesh::Triangle;
 
-constexpr uint64_t kPurpose = 0x636f6d70617265;  // of the random streams
+constexpr uint64_t kPurpose = 0x636f6d70617265;  // selects the random streams
 
-/// The nearest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5), as its squared distance.
+/// Squared distance to the nearest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
 double squared_distance(const Double3& p, const Double3& a, const Double3& b, const Double3& c) {
   const auto square = [](const Double3& v) { return dot(v, v); };
   const Double3 ab = b - a, ac = c - a, ap = p - a;
@@ -46,13 +46,13 @@ double squared_distance(const Double3& p, const Double3& a, const Double3& b, co
   return square(ap - ab * (vb / sum) - ac * (vc / sum));
 }
 
-/// Asks Embree's BVH for the triangles near a point; the distances are ours, in double precision.
+/// Finds the triangles near a point with Embree's BVH, and computes the distances in double precision.
 class Nearest {
  public:
   explicit Nearest(const CleanMesh& mesh)
       : mesh_(mesh), scene_(mesh.positions, mesh.triangles, bake::EmbreeBuild::robust) {}
 
-  /// Distance of a point from the surface. Any number of threads may ask.
+  /// Distance of a point from the surface. Any number of threads may call it.
   double distance(const Double3& point) const {
     Query query{this, point, std::numeric_limits<double>::infinity()};
     RTCPointQuery at{float(point[0]), float(point[1]), float(point[2]), 0,
@@ -78,7 +78,7 @@ class Nearest {
                                           to_double(mesh.positions[t[1]]), to_double(mesh.positions[t[2]]));
     if (found >= query.least) return false;
     query.least = found;
-    // A little more than the distance: Embree's floats must not cut off what is nearer still.
+    // A little more than the distance: Embree's floats must not cut off points that are nearer still.
     arguments->query->radius = float(std::sqrt(found) * 1.00001);
     return true;
   }
@@ -87,7 +87,7 @@ class Nearest {
   bake::EmbreeScene scene_;
 };
 
-/// Points on a surface, evenly by area.
+/// Random points on a surface, evenly distributed by area.
 class Sampler {
  public:
   explicit Sampler(const CleanMesh& mesh) : mesh_(mesh) {
@@ -117,7 +117,7 @@ class Sampler {
   std::vector<double> ends_;
 };
 
-/// Calls `distance_of(i)` for all i in parallel, and adds up in their order.
+/// Calls `distances_of(i)` for all i in parallel, and adds up the results in order.
 template <class DistanceOf>
 Distance collect(uint64_t count, uint64_t chunk, DistanceOf distances_of) {
   const uint64_t chunks = (count + chunk - 1) / chunk;

@@ -1,5 +1,5 @@
-// How boxes, tubes, walls and slabs become triangles. Each part is closed and shares no vertex with
-// another, so parts may simply reach into each other.
+// Tessellates boxes, tubes, walls and slabs. Each part is closed and shares no vertex with another, so parts
+// may simply overlap.
 #include "mesh/generate/assembly.hpp"
 
 #include "mesh/generate/axes.hpp"

@@ -1,4 +1,4 @@
-// Ellipsoids and rods, joined and cut; the left side is the right one mirrored.
+// Builds the bust from ellipsoids and rods, joined and cut; the left side mirrors the right one.
 #include "mesh/generate/bust.hpp"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr uint64_t kBustStream = 0x62757374;  // "bust"
 
-/// The lesser of two distances, rounded off where they differ by less than k.
+/// The smaller of two distances, rounded off where they differ by less than k.
 double join(double a, double b, double k) {
   const double h = std::fmax(0, k - std::fabs(a - b)) / k;
   return std::fmin(a, b) - h * h * k / 4;
@@ -25,7 +25,7 @@ double folded(double x, double round) { return std::sqrt(x * x + round * round);
 
 double ball(const Double3& p, const Double3& centre, double radius) { return length(p - centre) - radius; }
 
-/// Quilez' estimate.
+/// Quilez' estimate of the distance to an ellipsoid.
 double ellipsoid(const Double3& p, const Double3& centre, const Double3& radii) {
   const Double3 d = p - centre, a{d[0] / radii[0], d[1] / radii[1], d[2] / radii[2]},
                 b{a[0] / radii[0], a[1] / radii[1], a[2] / radii[2]};
@@ -33,14 +33,14 @@ double ellipsoid(const Double3& p, const Double3& centre, const Double3& radii) 
   return l < 1e-9 ? -std::fmin(radii[0], std::fmin(radii[1], radii[2])) : k * (k - 1) / l;
 }
 
-/// A rod from a to b whose radius goes from ra to rb.
+/// Distance to a rod from a to b whose radius changes from ra to rb.
 double rod(const Double3& p, const Double3& a, const Double3& b, double ra, double rb) {
   const Double3 ab = b - a, ap = p - a;
   const double t = std::fmin(1, std::fmax(0, dot(ap, ab) / dot(ab, ab)));
   return length(ap - ab * t) - (ra + t * (rb - ra));
 }
 
-/// An upright disc with rounded edges.
+/// Distance to a horizontal disc with rounded edges.
 double disc(const Double3& p, double y, double radius, double half, double edge) {
   const double z = p[2] - Bust::kAxisZ;
   const double out = std::sqrt(p[0] * p[0] + z * z) - radius + edge, up = std::fabs(p[1] - y) - half + edge;
@@ -87,7 +87,7 @@ double Bust::eye(const Double3& p) const {
   return join(white, join(cut(lids, upper, 0.02), cut(lids, lower, 0.02), 0.01), 0.012);
 }
 
-/// What is in front of the skull, on its way from `d`, the distance to that.
+/// The parts in front of the skull, joined to `d`, the distance to it.
 double Bust::face(double d, const Double3& p) const {
   d = join(d, rod(p, {0.08, 0.2, 0.76 + brow_}, {0.44, 0.21, 0.55}, 0.075, 0.05), 0.14);  // brow
   d = cut(d, -ellipsoid(p, {0.28, 0.02, 0.84}, {0.2, 0.14, 0.2}), 0.12);                  // socket
@@ -128,7 +128,7 @@ double Bust::torso(const Double3& point) const {
     d = join(d, rod(p, {0.1, -1.15, -0.4}, {0.85, -1.72, -0.3}, 0.28, 0.22), 0.35);  // trapezius
     d = join(d, ellipsoid(p, {0.38, -2.0, 0.22}, {0.45, 0.32, 0.25}), 0.25);         // breast
     d = join(d, rod(p, {0.1, -1.62, 0.24}, {0.85, -1.6, -0.1}, 0.06, 0.07), 0.12);   // collarbone
-    d = cut(d, ellipsoid(p, {0, -1.55, -0.15}, {1.18, 1.05, 1.0}), 0.12);            // where it ends
+    d = cut(d, ellipsoid(p, {0, -1.55, -0.15}, {1.18, 1.05, 1.0}), 0.12);            // lower end of the bust
   }
   if (p[1] > -1.9) return d;
   double foot = disc(p, -2.92, 0.62, 0.08, 0.03);
@@ -139,7 +139,7 @@ double Bust::torso(const Double3& point) const {
 
 double Bust::distance(const Double3& p) const {
   const Double3 q = unturned(p);
-  // A part that is far away does not change the form here.
+  // Parts that are far away do not change the shape here.
   double d = 1e3;
   if (p[1] > -1.3) d = head(q);
   if (p[1] < -0.6) d = join(d, torso(p), 0.2);

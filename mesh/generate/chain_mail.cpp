@@ -15,15 +15,17 @@ namespace {
 constexpr uint64_t kMailStream = 0x6d61696c;  // "mail"
 constexpr uint64_t kFewestOfRing = 36;        // a hexagon of triangular wire
 
-// In radii of a ring. Of all steps in 0.05 and tilts in 0.05 radians these keep the circles of linked rings
-// farthest apart, 0.49, so that wires of 0.18 do not touch, and rings may turn a little.
+// In radii of a ring. Among all steps in multiples of 0.05 and tilts in multiples of 0.05 radians, these keep
+// the circles of linked rings farthest apart, 0.49, so that wires of 0.18 do not touch, and rings may turn a
+// little.
 constexpr double kStepX = 2.5, kStepZ = 0.65, kTilt = 0.55 / 6.283185307179586, kWire = 0.18;
 constexpr double kTurn = 1.5 / 360;
 
 class ChainMail {
  public:
   explicit ChainMail(const Request& request) : seed_(request.seed), waves_(request.seed, kMailStream) {
-    // More triangles become more rings and finer ones: 300 a ring of 100,000 in all, 3,000 of 50 million.
+    // More triangles give more rings and finer ones: 300 per ring for 100,000 in all, 3,000 per ring for 50
+    // million.
     const double root = std::sqrt(std::sqrt(std::sqrt(double(request.triangles))));
     const uint64_t of_ring = std::max(kFewestOfRing, uint64_t(4 * root * root * root));
     const uint64_t rings = request.triangles / of_ring;
@@ -38,7 +40,7 @@ class ChainMail {
   Double3 vertex(uint64_t index) const {
     const uint64_t number = index / grid_.vertex_count();
     const Double3 flat = ring(number).vertex(grid_, index % grid_.vertex_count());
-    // Waves that shear the space upwards keep what is linked linked, and what is apart apart.
+    // Waves that shear space upwards keep linked rings linked and separate rings separate.
     const double scale = 2 / (double(columns_) * kStepX);  // the sheet reaches from -1 to 1
     const Double3 p = flat * scale;
     return p + Double3{0, 0.22 * waves_(Double3{1.3 * p[0], 0, 1.3 * p[2]}), 0};

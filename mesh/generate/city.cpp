@@ -1,5 +1,5 @@
-// Makes each mesh from its own random stream, in parallel; then plans the places and deals the meshes
-// out to them like cards, so that all are used about as often. Three cameras look at the middle.
+// Makes each mesh from its own random stream, in parallel; then plans the places and deals the meshes out to
+// them like playing cards, so that all are used about equally often. Three cameras look at the middle.
 #include "mesh/generate/city.hpp"
 
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ struct Kind {
   AddObject add;
 };
 
-/// By CityKind.
+/// Indexed by CityKind.
 constexpr std::array<Kind, kCityKinds> kKinds{{{"street", 2, add_street},
                                                {"side-street", 2, add_side_street},
                                                {"crossing", 2, add_crossing},
@@ -71,7 +71,8 @@ std::vector<mesh::Mesh> make_objects(uint64_t seed) {
   return meshes;
 }
 
-/// Deals the variants of a kind as cards: all once in a random order, then all once more in another.
+/// Deals the variants of a kind like playing cards: all of them once in random order, then all again in
+/// another order.
 class Deck {
  public:
   Deck(uint64_t seed, size_t kind) : random_(seed, kVariantStream, kind), cards_(kKinds[kind].variants) {
@@ -108,12 +109,12 @@ mesh::Camera camera(const char* name, const Double3& position, const Double3& ta
   return camera;
 }
 
-/// About the crossing that is nearest to the middle of the city.
+/// Cameras around the crossing nearest to the middle of the city.
 std::vector<mesh::Camera> make_cameras(const std::vector<CityPlace>& places) {
   Double3 middle{1e9, 0, 0};
   for (const CityPlace& place : places)
     if (place.kind == CityKind::crossing && length(place.position) < length(middle)) middle = place.position;
-  // The latter two stand above a street, where no house is in their way.
+  // The last two are above a street, where no house blocks the view.
   return {
       camera("overview", middle + Double3{-250, 125, 290}, middle + Double3{15, 0, 10}, 38),
       camera("roofs", middle + Double3{-4 * kPitch.x, 38, 2 * kPitch.z}, middle + Double3{-20, 6, -30}, 45),

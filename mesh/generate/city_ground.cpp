@@ -1,4 +1,4 @@
-// The ground of the city: streets, crossings, and the blocks between them.
+// Builds the ground of the city: streets, crossings, and the blocks between them.
 #include <algorithm>
 #include <cmath>
 
@@ -8,18 +8,18 @@
 namespace nif::generate {
 namespace {
 
-constexpr double kBelow = -0.6;   ///< where the ground ends
-constexpr double kCamber = 0.09;  ///< of a street's middle above its sides
+constexpr double kBelow = -0.6;   ///< bottom of the ground
+constexpr double kCamber = 0.09;  ///< height of a street's middle above its sides
 constexpr double kPaint = 0.012;  ///< height of markings
 constexpr double kWalk = 3;       ///< width of the pavement
 
-/// The height of a street so far from its middle.
+/// Height of a street at a distance from its middle.
 double camber(double aside) {
   const double part = aside / (kStreet / 2);
   return -kCamber * part * part;
 }
 
-/// A marking that lies on a street along x, in its place.
+/// A marking on a street along x.
 void add_marking(Assembly& assembly, double x, double z, double length, double width) {
   assembly.block({x - length / 2, camber(z) - 0.05, z - width / 2},
                  {x + length / 2, camber(z) + kPaint, z + width / 2});
@@ -31,14 +31,14 @@ void add_manhole(Assembly& assembly, double x, double z) {
   assembly.lathe(foot, {{0.34, 0}, {0.34, 0.06}, {0.3, 0.06}, {0.29, 0.045}, {0.2, 0.05}, {0.19, 0.04}}, 24);
 }
 
-/// Along x, from crossing to crossing.
+/// A street along x, from crossing to crossing.
 void add_street_between(Assembly& assembly, Random& random, double pitch) {
   const double half = (pitch - kStreet) / 2 - 0.005, side = kStreet / 2 - 0.005;
   assembly.slab({-half, -side}, {half, side}, 24, 16, kBelow, [](double, double z) { return camber(z); });
   for (double x = -half + 4; x < half - 3; x += 6) add_marking(assembly, x, 0, 3, 0.12);
   for (const double aside : {-1.0, 1.0}) {
     add_marking(assembly, 0, aside * (side - 2.3), 2 * half - 6, 0.1);
-    // Bays for parking, and gutters.
+    // Parking bays and gutters.
     for (double x = -half + 6; x < half - 5; x += 5.6)
       assembly.block({x - 0.05, camber(side) - 0.1, aside > 0 ? side - 2.2 : -side + 0.3},
                      {x + 0.05, camber(side - 2.2) + kPaint, aside > 0 ? side - 0.3 : -side + 2.2});
@@ -50,7 +50,7 @@ void add_street_between(Assembly& assembly, Random& random, double pitch) {
   add_manhole(assembly, random.uniform(-half, half) / 2, random.uniform(1, 2));
 }
 
-/// The slab of a block with kerbs around it; `lawn` says how high its inside is above the pavement.
+/// The slab of a block with kerbs around it; `lawn` gives the height of its interior above the pavement.
 void add_kerbed_block(Assembly& assembly, const std::function<double(double x, double z)>& lawn) {
   const Ground half = kBlockHalf;
   assembly.slab({-half.x, -half.z}, {half.x, half.z}, 42, 34, kBelow, [&](double x, double z) {
@@ -109,7 +109,7 @@ void add_lawn(Assembly& assembly, Random& random, uint32_t) {
 
 void add_square(Assembly& assembly, Random& random, uint32_t) {
   add_kerbed_block(assembly, [](double, double) { return 0.0; });
-  // Rows of plates, of which some are missing.
+  // Rows of plates, some of them missing.
   const Ground half{kBlockHalf.x - kWalk, kBlockHalf.z - kWalk};
   for (double x = 0.6 - half.x; x < half.x - 2; x += 3)
     for (const double z : {0.9 - half.z, half.z - 0.9})

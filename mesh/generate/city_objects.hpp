@@ -1,5 +1,5 @@
-// What a city consists of, one object at a time. Metres; y is up, and objects stand on y = 0 about the
-// origin. What has a front faces +z.
+// Builds the objects of a city, one at a time. In metres; y is up, and objects stand on y = 0 around the
+// origin. Objects that have a front face +z.
 #pragma once
 
 #include <cstdint>
@@ -10,17 +10,17 @@
 
 namespace nif::generate {
 
-/// From the middle of a street to that of the next one along each axis, and how wide streets are. Blocks fill
-/// what is between.
+/// Distance between the middles of neighbouring streets along each axis, and the width of streets. Blocks
+/// fill the space between.
 inline constexpr Ground kPitch{74, 58};
 inline constexpr double kStreet = 11;
 inline constexpr Ground kBlockHalf{(kPitch.x - kStreet) / 2, (kPitch.z - kStreet) / 2};
 inline constexpr double kPavement = 0.15;  ///< height of blocks above streets
-/// Largest footprint of each kind of building, along the street and away from it.
+/// Largest footprint of each kind of building, along the street and perpendicular to it.
 inline constexpr Ground kDetachedPlot{16, 14}, kTerracePlot{27, 12}, kApartmentPlot{26, 15},
     kTowerPlot{20, 20};
 
-/// All that is random about an object comes from `random`; `variant` counts up from 0 within its kind.
+/// Everything random about an object comes from `random`; `variant` counts up from 0 within its kind.
 using AddObject = void (*)(Assembly& assembly, Random& random, uint32_t variant);
 
 void add_detached_house(Assembly& assembly, Random& random, uint32_t variant);

@@ -1,5 +1,5 @@
-// Blocks in a grid of streets. Towers stand in the middle, then apartment houses, terraces and detached
-// houses; some blocks are parks.
+// Plans blocks in a grid of streets. Towers stand in the middle, surrounded by apartment houses, terraces and
+// detached houses; some blocks are parks.
 #include "mesh/generate/city_plan.hpp"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class Planner {
       }
   }
 
-  /// What a city of so many blocks cannot do without, and what it can.
+  /// The places that a city of this many blocks must have, and the optional ones.
   const std::vector<CityPlace>& needed() const { return needed_; }
   std::vector<CityPlace>& wanted() { return wanted_; }
 
@@ -123,11 +123,11 @@ class Planner {
     plan_pavement(random, c);
   }
 
-  /// What stands along the four sides of a block, and the cars before them.
+  /// Plans the things along the four sides of a block, and the cars in front of them.
   void plan_pavement(Random& random, const Ground& c) {
     struct Side {
-      double half, aside;  ///< along it and away from the middle
-      double turns;        ///< of what looks at the street
+      double half, aside;  ///< along the side, and away from the middle
+      double turns;        ///< rotation of things that face the street
     };
     const Side sides[] = {{kBlockHalf.x, kBlockHalf.z, 0},
                           {kBlockHalf.z, kBlockHalf.x, 0.25},
@@ -158,7 +158,7 @@ class Planner {
         if (random.below(5) < 3)
           add(CityKind::car, at + random.uniform(-0.3, 0.3), -1.25, side.turns + (turned ? 0.5 : 0), -0.08);
       }
-      // On its way, on the right.
+      // A car on the move, on the right.
       if (random.below(3) == 0)
         add(CityKind::car, random.uniform(-0.9, 0.9) * side.half, -4.0, side.turns, -0.04);
     }
@@ -177,7 +177,7 @@ std::vector<CityPlace> plan_city(uint64_t seed, uint32_t count) {
     std::vector<CityPlace> places = planner.needed();
     std::vector<CityPlace>& wanted = planner.wanted();
     if (places.size() + wanted.size() < count) continue;
-    // Which things are left out is random, so that no part of the city is bare.
+    // Drops random things, so that no part of the city is bare.
     Random random(seed, kPlanStream, UINT64_MAX);
     for (size_t i = 0; i + 1 < wanted.size(); ++i)
       std::swap(wanted[i], wanted[i + random.below(uint32_t(wanted.size() - i))]);

@@ -1,4 +1,4 @@
-// Where everything in the city stands.
+// Plans where everything in the city stands.
 #pragma once
 
 #include <cstdint>
@@ -32,12 +32,12 @@ inline constexpr size_t kCityKinds = size_t(CityKind::statue) + 1;
 struct CityPlace {
   CityKind kind;
   Double3 position;
-  double turns = 0;  ///< about the upright axis; what faces +z then faces +x after a quarter
+  double turns = 0;  ///< about the vertical axis; after a quarter turn, +z becomes +x
   double scale = 1;
 };
 
-/// `count` places in a city that has as few blocks as hold them: first all of its ground and buildings, and
-/// then so many of the smaller things.
+/// `count` places in a city with the fewest blocks that hold them: first all of its ground and buildings,
+/// then as many of the smaller things as fit.
 std::vector<CityPlace> plan_city(uint64_t seed, uint32_t count);
 
 }  // namespace nif::generate

@@ -1,4 +1,4 @@
-// A mesh source from a formula that computes each vertex and each triangle from its number.
+// Adapts a formula that computes each vertex and each triangle from its number to a mesh source.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace nif::generate {
 
-/// `Formula` has vertex_count(), triangle_count(), vertex(i) (a Double3) and triangle(i); all const.
+/// `Formula` has the const functions vertex_count(), triangle_count(), vertex(i) (a Double3) and triangle(i).
 template <class Formula>
 class Computed final : public mesh::MeshSource {
  public:

@@ -1,5 +1,5 @@
-// A window is a recessed cell of the wall's grid, in an odd column and an odd row. Sills, bars,
-// shutters, balconies and doors are beams that reach into the wall.
+// A window is a recessed cell of the wall's grid, in an odd column and an odd row. Sills, bars, shutters,
+// balconies and doors are beams that extend into the wall.
 #include "mesh/generate/facade.hpp"
 
 #include <algorithm>

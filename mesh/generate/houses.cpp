@@ -1,4 +1,4 @@
-// The city's buildings: detached houses, terraces, apartment houses and towers.
+// Builds the city's buildings: detached houses, terraces, apartment houses and towers.
 #include <algorithm>
 #include <cmath>
 
@@ -11,12 +11,12 @@ namespace {
 
 constexpr Double3 kUpwards{0, 1, 0};
 
-/// A roof over a rectangle about the origin; its ridge runs along x.
+/// A roof over a rectangle around the origin; its ridge runs along x.
 struct Roof {
   double x, z;       ///< the rectangle
-  double eaves;      ///< its height
-  double rise;       ///< of the ridge above the eaves
-  double over;       ///< how far it reaches beyond the rectangle
+  double eaves;      ///< their height
+  double rise;       ///< height of the ridge above the eaves
+  double over;       ///< overhang beyond the rectangle
   uint32_t courses;  ///< rows of tiles
 };
 
@@ -54,7 +54,7 @@ void add_gable_roof(Assembly& assembly, const Roof& roof, uint32_t tiles) {
   assembly.rod([&](double t) { return ridge + Double3{(2 * t - 1) * span, 0.08, 0}; }, 0.13, 8, 5);
 }
 
-/// Four slopes, in steps as courses of tiles make them.
+/// Four slopes, stepped like courses of tiles.
 void add_hip_roof(Assembly& assembly, const Roof& roof) {
   const double x = roof.x / 2 + roof.over, z = roof.z / 2 + roof.over;
   const double slope = roof.rise / z, ridge = std::max(0.15, x - z), top = roof.eaves + roof.rise;
@@ -94,7 +94,7 @@ void add_chimney(Assembly& assembly, const Double3& at, double height, uint32_t 
                    12);
 }
 
-/// A box on a roof that looks out of it towards `side` of z.
+/// A box on a roof with a window towards `side` of z.
 void add_dormer(Assembly& assembly, double x, double z, double floor, double side) {
   const double y = floor + 1.5;
   assembly.block({x - 0.75, floor - 0.6, std::min(z, z - side * 2.2)},
@@ -122,7 +122,7 @@ void add_parapet(Assembly& assembly, const std::vector<Ground>& corners, double 
   }
 }
 
-/// What stands on flat roofs.
+/// Machines and other things on flat roofs.
 void add_roof_machines(Assembly& assembly, Random& random, double x, double z, double roof) {
   const uint32_t count = 3 + random.below(4);
   for (uint32_t i = 0; i < count; ++i) {
@@ -241,7 +241,7 @@ void add_terrace(Assembly& assembly, Random& random, uint32_t variant) {
         assembly.block({middle + pane - 0.28, y + 0.8, z / 2 + 0.74},
                        {middle + pane + 0.28, y + 2.2, z / 2 + 0.83});
     }
-    // A railing before each house.
+    // A railing in front of each house.
     for (uint32_t bar = 0; bar < 9; ++bar) {
       const double at = left + each / 2 + 0.3 + 0.28 * bar;
       assembly.block({at - 0.015, -0.05, z / 2 + 1.2}, {at + 0.015, 0.95, z / 2 + 1.23});

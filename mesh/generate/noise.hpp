@@ -1,7 +1,7 @@
 // Gradient noise (Perlin 2002) and sums of its octaves.
 //
-// Own code: the noise library of Debian, libnoise, is orphaned there, and puts a graph of virtual calls
-// around each value.
+// Our own code, because Debian's noise library, libnoise, is orphaned there, and needs a graph of virtual
+// calls for each value.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace nif::generate {
 
 class Noise {
  public:
-  /// Noises of other seeds or purposes are unlike each other.
+  /// Noises with different seeds or purposes are unrelated.
   Noise(uint64_t seed, uint32_t purpose) {
     uint64_t mixed = (seed + 0x9e3779b97f4a7c15ull * (purpose + uint64_t{1})) ^ (seed >> 31);
     mixed = (mixed ^ (mixed >> 30)) * 0xbf58476d1ce4e5b9ull;
@@ -21,7 +21,7 @@ class Noise {
     key_ = uint32_t(mixed ^ (mixed >> 31));
   }
 
-  /// Smooth, about 0, seldom beyond -1..1, with features of the size of 1. Coordinates below 2^31.
+  /// Smooth, around 0, seldom outside -1..1, with features of size 1. Coordinates must be below 2^31.
   double operator()(const Double3& p) const {
     const double fx = std::floor(p[0]), fy = std::floor(p[1]), fz = std::floor(p[2]);
     const double x = p[0] - fx, y = p[1] - fy, z = p[2] - fz;
@@ -37,15 +37,15 @@ class Noise {
     return 1.6 * (z0 + w * (z1 - z0));
   }
 
-  /// Octaves of half the size and `gain` times the height of the one before.
+  /// Sums octaves, each with half the size and `gain` times the height of the one before.
   double octaves(Double3 p, int count, double gain) const {
     double sum = 0;
     for (double height = 1; count > 0; --count, height *= gain, p = next(p)) sum += height * (*this)(p);
     return sum;
   }
 
-  /// As octaves(), of ridges: each between 0 and 1, sharp at 1, and rough only where the octave before is
-  /// high.
+  /// Like octaves(), with ridges: each is between 0 and 1, sharp at 1, and rough only where the previous
+  /// octave is high.
   double ridges(Double3 p, int count, double gain) const {
     double sum = 0, weight = 1;
     for (double height = 1; count > 0; --count, height *= gain, p = next(p)) {
@@ -56,7 +56,7 @@ class Noise {
     return sum;
   }
 
-  /// The point moved by up to about `distance` along each axis.
+  /// Moves the point by up to about `distance` along each axis.
   Double3 warp(const Double3& p, double distance) const {
     return p + Double3{(*this)(p + Double3{31.7, 0, 0}), (*this)(p + Double3{0, 47.3, 0}),
                        (*this)(p + Double3{0, 0, 59.1})} *
@@ -64,12 +64,12 @@ class Noise {
   }
 
  private:
-  /// Not quite twice as fine and shifted, so that the lattices of two octaves have no corner in common.
+  /// Not quite twice as fine and shifted, so that the lattices of two octaves share no corner.
   static Double3 next(const Double3& p) { return p * 1.97 + Double3{13.3, 7.7, 21.1}; }
   static uint32_t cell(double floor) { return uint32_t(int32_t(floor)); }
   static double fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 
-  /// A random gradient at a corner of the lattice, times the way from there.
+  /// The dot product of a random gradient at a corner of the lattice with the offset from that corner.
   double slope(uint32_t ix, uint32_t iy, uint32_t iz, double x, double y, double z) const {
     uint32_t h = key_ ^ (ix * 0x8da6b343u) ^ (iy * 0xd8163841u) ^ (iz * 0xcb1ab31fu);
     h = (h ^ (h >> 16)) * 0x7feb352du;
@@ -83,7 +83,7 @@ class Noise {
   uint32_t key_;
 };
 
-/// 0 below `low`, 1 above `high`, smooth between.
+/// 0 below `low`, 1 above `high`, smooth in between.
 inline double smoothstep(double low, double high, double x) {
   const double t = std::fmin(1, std::fmax(0, (x - low) / (high - low)));
   return t * t * (3 - 2 * t);

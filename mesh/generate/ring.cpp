@@ -1,5 +1,5 @@
-// Formulas from a number to its vertex or triangle, so that nothing has to be stored. Indices wrap
-// around in both directions, which closes the ring.
+// Computes a vertex or triangle from its number, so that nothing is stored. Indices wrap around in both
+// directions, which closes the ring.
 #include "mesh/generate/ring.hpp"
 
 #include <algorithm>

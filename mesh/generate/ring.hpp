@@ -9,12 +9,12 @@
 
 namespace nif::generate {
 
-/// How finely a ring is divided.
+/// How finely a ring is tessellated.
 struct RingGrid {
-  uint32_t around = 3, across = 3;  ///< quads along the ring and about its wire, 3 or more each
+  uint32_t around = 3, across = 3;  ///< quads along the ring and around its wire, at least 3 each
 
-  /// About square quads, at most `triangles` (18 or more) of them halved, on a ring whose radius is
-  /// `slimness` times its wire's.
+  /// Approximately square quads, each of two triangles, at most `triangles` (18 or more) in all, on a ring
+  /// whose radius is `slimness` times that of its wire.
   static RingGrid of(uint64_t triangles, double slimness);
 
   uint64_t vertex_count() const { return uint64_t{around} * across; }
@@ -24,11 +24,11 @@ struct RingGrid {
 
 struct Ring {
   Double3 centre{0, 0, 0};
-  Double3 x{1, 0, 0}, y{0, 0, -1};  ///< unit vectors at a right angle, in the plane of the ring
-  double radius = 1;                ///< of the circle in the middle of the wire
+  Double3 x{1, 0, 0}, y{0, 0, -1};  ///< perpendicular unit vectors in the plane of the ring
+  double radius = 1;                ///< of the circle in the centre of the wire
   double wire = 0.1;                ///< radius of the wire
 
-  /// The vertex of this number.
+  /// The vertex with this number.
   Double3 vertex(const RingGrid& grid, uint64_t index) const;
 };
 

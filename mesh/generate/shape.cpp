@@ -1,5 +1,4 @@
-// The table of shapes, and the checks of a request. A new shape is declared in shapes.hpp and gets a
-// line in the table.
+// Lists the shapes, and checks requests. A new shape is declared in shapes.hpp and gets a line in the table.
 #include "mesh/generate/shape.hpp"
 
 #include <fmt/format.h>

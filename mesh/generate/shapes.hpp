@@ -1,4 +1,4 @@
-// The shapes, each in the file of its name; shape.cpp lists them.
+// Declares the shapes, each in the file of its name; shape.cpp lists them.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@ std::unique_ptr<mesh::MeshSource> make_tori(const Request& request);
 std::unique_ptr<mesh::MeshSource> make_torus(const Request& request);
 std::unique_ptr<mesh::MeshSource> make_tree(const Request& request);
 
-/// Fewest triangles of the shapes that need more than kFewestTriangles.
+/// Minimum number of triangles for shapes that need more than kFewestTriangles.
 inline constexpr uint64_t kFewestOfChainMail = 144;
 
 }  // namespace nif::generate

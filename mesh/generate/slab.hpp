@@ -7,8 +7,9 @@
 
 namespace nif::generate {
 
-/// Vertices: the top in rows, the bottom's border, the bottom's middle. Triangles: the top, the walls, the
-/// bottom as a fan about its middle. Seen from above, i runs to the right and k towards the viewer.
+/// Order of vertices: the top in rows, the bottom's border, the bottom's centre. Order of triangles: the top,
+/// the walls, the bottom as a fan around its centre. Seen from above, i points to the right and k towards the
+/// viewer.
 struct Slab {
   uint64_t nx, nz;  ///< quads of the top along i and k
 
@@ -23,7 +24,7 @@ struct Slab {
 
   uint32_t top(uint64_t i, uint64_t k) const { return uint32_t(k * (nx + 1) + i); }
   Point top_point(uint64_t vertex) const { return {vertex % (nx + 1), vertex / (nx + 1)}; }
-  /// Along the border, counter-clockwise seen from above.
+  /// A point along the border, counter-clockwise seen from above.
   Point border_point(uint64_t at) const {
     if (at < nz) return {0, at};
     if (at < nz + nx) return {at - nz, nz};

@@ -1,5 +1,5 @@
-// Finds the ring of a vertex or triangle by whole square roots: that of a double alone would be rounded.
-// The upper cap is the lower one turned upside down.
+// Finds the ring of a vertex or triangle by exact integer square roots, because the root of a double alone
+// would be rounded. The upper cap is the lower one upside down.
 #include "mesh/generate/stacked_rings.hpp"
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 namespace nif::generate {
 namespace {
 
-/// The largest whole number whose square is at most `x`.
+/// The largest integer whose square is at most `x`.
 uint64_t whole_root(uint64_t x) {
   auto root = uint64_t(std::sqrt(double(x)));
   while (root * root > x) --root;

@@ -1,6 +1,6 @@
-// A sphere's connectivity as a stack of rings of vertices: one vertex at each pole, four more per ring up to
-// the body, whose rings are equal. Triangles are about equal in size if the body is about as high as wide.
-// On a sphere of longitudes they would not be.
+// The connectivity of a sphere as a stack of rings of vertices: one vertex at each pole, four more per ring
+// up to the body, whose rings are equal. If the body is about as high as wide, triangles have about equal
+// sizes, unlike those of a sphere of longitudes and latitudes.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,7 @@ namespace nif::generate {
 
 class StackedRings {
  public:
-  /// At most `triangles` (100 or more), with about `rings_a_turn` rings of the body for each vertex of a
-  /// ring.
+  /// At most `triangles` (100 or more). The body has about `rings_a_turn` rings for each vertex of a ring.
   StackedRings(uint64_t triangles, double rings_a_turn);
 
   uint64_t vertex_count() const { return 2 * start(cap_) + (body_ + 1) * 4 * cap_; }
@@ -23,15 +22,15 @@ class StackedRings {
     double elevation;  ///< -1 at the lower pole, 0 on the body, 1 at the upper pole
     double height;     ///< 0 below the body, 1 above it
   };
-  /// Where a vertex of this number lies; numbers rise from the lower pole to the upper.
+  /// Position of the vertex with this number; numbers rise from the lower pole to the upper.
   Place place(uint64_t vertex) const;
   mesh::Triangle triangle(uint64_t index) const;
 
  private:
-  /// Vertices of a cap before its ring `k` from the pole, which has 4 k of them (one where k is 0).
+  /// Number of vertices of a cap before its ring `k` from the pole, which has 4 k of them (one for k = 0).
   static uint64_t start(uint64_t k) { return k == 0 ? 0 : 1 + 2 * k * (k - 1); }
   uint32_t lower(uint64_t k, uint64_t at) const;  ///< vertex of the lower cap's ring k; `at` wraps around
-  uint32_t upper(uint64_t k, uint64_t at) const;  ///< of the upper cap, which is the lower turned upside down
+  uint32_t upper(uint64_t k, uint64_t at) const;  ///< of the upper cap, which is the lower one upside down
 
   uint64_t cap_;   ///< strips from a pole to the body
   uint64_t body_;  ///< strips of the body

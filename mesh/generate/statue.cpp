@@ -12,7 +12,7 @@
 namespace nif::generate {
 namespace {
 
-// Rays start on the axis between these heights; below and above they fan out.
+// Rays start on the axis between these heights; below and above, they fan out.
 constexpr double kLowest = Bust::kFoot + 0.3, kHighest = 0.35;
 
 class Statue {
@@ -31,8 +31,8 @@ class Statue {
   Double3 vertex(uint64_t index) const {
     const StackedRings::Place place = rings_.place(index);
     const Turn around = turn(place.turns), up = turn(place.elevation / 4);
-    // No two rays meet, since their origins rise and their directions, too: whatever the distances along
-    // them, the surface does not cut itself.
+    // No two rays intersect, because both their origins and their directions rise. So the surface does not
+    // intersect itself, whatever the distances along them.
     const Double3 origin{0, kLowest + place.height * (kHighest - kLowest), Bust::kAxisZ};
     const Double3 direction{up.cos * around.cos, up.sin, -up.cos * around.sin};
     const double way = hit(origin, direction);
@@ -40,7 +40,7 @@ class Statue {
   }
 
  private:
-  /// How far from `origin`, which is inside, the ray meets the surface.
+  /// Distance from `origin`, which is inside, to the surface along the ray.
   double hit(const Double3& origin, const Double3& direction) const {
     const auto distance = [&](double way) { return bust_.distance(origin + direction * way); };
     double inside = 0, at_inside = distance(0), outside = 0, at_outside = 0;
@@ -51,7 +51,7 @@ class Statue {
       inside = outside;
       at_inside = at_outside;
     }
-    // False position, with the Illinois rule against an end that stays.
+    // Regula falsi, with the Illinois rule against an end that does not move.
     for (int step = 0; step < 20 && outside - inside > 1e-9; ++step) {
       const double middle = inside + (outside - inside) * at_inside / (at_inside - at_outside);
       const double at_middle = distance(middle);
@@ -69,13 +69,13 @@ class Statue {
     return (inside + outside) / 2;
   }
 
-  /// How far the surface is raised at a point of the bust.
+  /// Height of the relief at a point of the bust.
   double relief(const Double3& p) const {
     const Double3 q = bust_.unturned(p);
     const double hair = bust_.hair(q), cloth = bust_.cloth(p);
     double raised = 0.004 * stone_.octaves(p * 6, 11, 0.55);
     if (hair > 0) {
-      // Locks lie along the level lines of a noise, which curl about its peaks, and consist of strands.
+      // Locks follow the level lines of a noise, which curl around its peaks, and consist of strands.
       const double field = curls_(q * 1.9) + 0.3 * curls_(q * 4.1);
       const double lock = std::fabs(turn(1.6 * field).sin), strand = std::fabs(turn(8 * field).sin);
       raised += hair * (0.03 + 0.1 * lock + 0.015 * strand + 0.05 * curls_(q * 3.0));

@@ -1,4 +1,5 @@
-// What stands along the city's streets and in its parks: trees, hedges, lamps, benches, bins, cars, statues.
+// Builds the things along the city's streets and in its parks: trees, hedges, lamps, benches, bins, cars,
+// statues.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +12,7 @@
 namespace nif::generate {
 namespace {
 
-/// A point of a rectangle with well-rounded corners, of half sides 1, after `turns`.
+/// A point at `turns` on a rectangle with well-rounded corners and half sides of 1.
 Ground rounded_square(double turns) {
   const Turn t = turn(turns);
   const double c = t.cos * t.cos, s = t.sin * t.sin, scale = 1 / std::sqrt(std::sqrt(c * c + s * s));
@@ -25,7 +26,7 @@ void add_straight_rod(Assembly& assembly, const Double3& from, const Double3& to
   assembly.rod([&](double t) { return between(from, to, t); }, radius, sides, 2);
 }
 
-/// Half a car's width and height at stations from its tail to its nose, 0 to 1.
+/// Half of a car's width and height at stations from its tail (0) to its nose (1).
 struct CarForm {
   double length, width, bonnet, roof, cabin_from, cabin_to;
 };
@@ -52,7 +53,7 @@ void add_car_body(Assembly& assembly, const CarForm& car) {
                   return Double3{station(t), kSill + high + section.z * high * rounded_end(t),
                                  -section.x * half_width(t) * rounded_end(t)};
                 });
-  // The cabin: upright in the middle, sloping at both ends, narrower towards the roof.
+  // The cabin: vertical in the middle, sloping at both ends, narrower towards the roof.
   assembly.tube(kSides, kStations, {station(car.cabin_from), car.bonnet - 0.2, 0},
                 {station(car.cabin_to), car.bonnet - 0.2, 0}, [&](uint64_t ring, double turns) {
                   const double s = double(ring) / double(kStations - 1);

@@ -15,7 +15,7 @@ constexpr double kBottom = -0.35;  ///< below the lowest valley of any seed
 class Terrain {
  public:
   explicit Terrain(const Request& request) : noise_(request.seed, 1), bends_(request.seed, 2) {
-    // 2 nx nz + 6 (nx + nz) triangles: nearly a square, and then as long as they allow.
+    // 2 nx nz + 6 (nx + nz) triangles: nearly square, then as long as the number of triangles allows.
     slab_.nx = std::max<uint64_t>(2, uint64_t(std::sqrt(double(request.triangles) / 2 + 9) - 3));
     slab_.nz = (request.triangles - 6 * slab_.nx) / (2 * slab_.nx + 6);
   }
@@ -43,7 +43,7 @@ class Terrain {
 
   Double3 surface(uint64_t i, uint64_t k) const {
     const Double3 p = flat(i, k);
-    // Ridges in a bent space, high where a slow noise is, plus gravel of all sizes: valleys stay calm.
+    // Ridges in warped space, high where a slow noise is high, plus gravel of all sizes: valleys stay smooth.
     const Double3 bent = bends_.warp(p * 1.6, 0.2);
     const double range = smoothstep(-0.45, 0.6, bends_.octaves(p * 0.9 + Double3{5, 5, 5}, 2, 0.5));
     const double ridges = noise_.ridges(bent * 0.9, 11, 0.45);

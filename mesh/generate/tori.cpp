@@ -1,4 +1,4 @@
-// `torus`: one ring, which the seed turns. `tori`: two rings of unlike size, linked as in a chain; the seed
+// `torus`: one ring, turned by the seed. `tori`: two rings of different sizes, linked as in a chain; the seed
 // places and tilts the small one, and turns both.
 #include <vector>
 
@@ -13,10 +13,10 @@ namespace {
 
 constexpr uint64_t kToriStream = 0x746f7269;  // "tori"
 
-/// Rings one after the other.
+/// Several rings, numbered one after the other.
 class Rings {
  public:
-  /// Shares the triangles out by area, so that those of all rings have the same size.
+  /// Distributes the triangles by area, so that they have the same size on all rings.
   Rings(std::vector<Ring> rings, uint64_t triangles) {
     double area = 0;
     for (const Ring& ring : rings) area += ring.radius * ring.wire;
@@ -65,8 +65,8 @@ std::unique_ptr<mesh::MeshSource> make_torus(const Request& request) {
 std::unique_ptr<mesh::MeshSource> make_tori(const Request& request) {
   Random random(request.seed, kToriStream, 1);
   const Double3 z = random.direction(), x = perpendicular(z), y = cross(z, x);
-  // The small ring is about the wire of the large one and lies across it, up to a tilt of 15 degrees either
-  // way: 0.6 - 0.16 is left within it, and 0.32 / cos 15 degrees of that is taken.
+  // The small ring goes around the wire of the large one and lies across it, tilted by up to 15 degrees
+  // either way. Inside it, 0.6 - 0.16 is free, and the wire takes 0.32 / cos 15 degrees of that.
   const Turn at = turn(random.uniform()), tilt = turn(random.uniform(-15, 15) / 360);
   const Double3 outwards = x * at.cos + y * at.sin, along = y * at.cos - x * at.sin;
   const Ring large{{0, 0, 0}, x, y, 1, 0.32},

@@ -1,5 +1,5 @@
-// `tree`: limbs as tapered tubes, which have a fifth of the triangles at most, and leaves of four triangles
-// each: two halves that are folded along the rib, and two below them that close it.
+// `tree`: limbs as tapered tubes, with at most a fifth of the triangles, and leaves of four triangles each:
+// two halves that are folded along the rib, and two below them that close the leaf.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,19 +19,19 @@ namespace {
 constexpr uint64_t kLeafStream = 0x6c656166;  // "leaf"
 constexpr double kLongestLeaf = 0.6;
 
-/// How finely a limb of a level is divided.
+/// How finely a limb of a level is tessellated.
 Tube tube_of(size_t level, double fineness) {
   constexpr std::array<Tube, kLimbLevels> kTubes{{{24, 32}, {8, 8}, {6, 5}, {4, 4}, {3, 3}, {3, 2}}};
   return {std::max<uint64_t>(3, uint64_t(double(kTubes[level].sides) * fineness + 0.5)),
           std::max<uint64_t>(2, uint64_t(double(kTubes[level].rings) * fineness + 0.5))};
 }
 
-/// Tubes for each level, and for how many limbs they are.
+/// The tubes of each level, and the number of limbs that get one.
 struct Division {
   std::array<Tube, kLimbLevels> tubes;
   uint64_t limbs, triangles;
 
-  /// As many limbs as `most` triangles allow, but one at least; none on limbs that are not there.
+  /// As many limbs as `most` triangles allow, but at least one; no tubes for limbs that do not exist.
   Division(double fineness, uint64_t most) : limbs(0), triangles(0) {
     bool whole = true;  // so far
     for (size_t level = 0; level < kLimbLevels; ++level) {
@@ -46,8 +46,8 @@ struct Division {
   }
 
   static Division of(uint64_t triangles) {
-    // Coarse tubes for a small tree, whole ones from 20,000 triangles on, finer ones once there are enough
-    // for all limbs.
+    // Coarse tubes for a small tree, full ones from 20,000 triangles on, finer ones once there are enough
+    // triangles for all limbs.
     double fineness = std::clamp(std::sqrt(double(triangles) / 20'000), 0.1, 1.0);
     Division division(fineness, triangles);
     if (division.limbs < limbs_of_tree()) return division;
@@ -70,9 +70,9 @@ class Tree {
       triangle_first_[level + 1] = triangle_first_[level] + count * tubes_[level].triangle_count();
     }
     leaves_ = (request.triangles - triangle_first_.back()) / 4;
-    // Leaves cover as much in all, however many they are.
+    // Leaves cover the same total area, whatever their number.
     leaf_ = std::min(kLongestLeaf, 26 / std::sqrt(double(leaves_)));
-    // They grow on the two finest levels there are, as many on a metre of each limb.
+    // They grow on the two finest levels, with the same number per metre of limb.
     const size_t depth = limbs_.depth();
     leafy_ = limbs_.first[depth > 1 ? depth - 1 : depth];
     double sum = 0;
@@ -144,7 +144,7 @@ class Tree {
     const Limb& limb = limbs_.all[leafy_ + uint64_t(found - length_before_.begin())];
     const double t = random.uniform(0.15, 1);
     const Double3 along = limb.tangent(t), stem = limb.at(t);
-    // About the limb, farther off where no finer limbs carry leaves.
+    // Around the limb, farther away if no finer limbs carry leaves.
     const double reach = 0.3 * leaf_ + 0.22 * limb.length * random.uniform();
     const Double3 away = random.direction();
     const Double3 base = stem + (away - along * (0.7 * dot(away, along))) * reach;
@@ -153,7 +153,7 @@ class Tree {
     if (corner == 0) return base;
     const double size = leaf_ * random.uniform(0.7, 1.15);
     if (corner == 1) return base + rib * size;
-    // The upper side looks upwards, more or less.
+    // The upper side faces roughly upwards.
     const Double3 up = Double3{0, 1, 0} + random.direction() * 0.6;
     Double3 left = cross(up, rib);
     const double flat = length(left);
@@ -169,8 +169,8 @@ class Tree {
   Firsts vertex_first_{}, triangle_first_{};
   uint64_t leaves_ = 0;
   double leaf_ = 0;                    ///< length
-  uint64_t leafy_ = 0;                 ///< the first limb with leaves
-  std::vector<double> length_before_;  ///< of leafy limbs, each one's own included
+  uint64_t leafy_ = 0;                 ///< number of the first limb with leaves
+  std::vector<double> length_before_;  ///< total length of leafy limbs up to and including each one
 };
 
 }  // namespace

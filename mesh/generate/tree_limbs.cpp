@@ -1,4 +1,4 @@
-// Grows the tree level by level: all first children, then all second ones, so a small count leaves no
+// Grows the tree level by level: all first children, then all second ones, so that even few limbs leave no
 // part bare. The golden ratio spreads children along and around their parent.
 #include "mesh/generate/tree_limbs.hpp"
 
@@ -14,12 +14,12 @@ namespace {
 
 constexpr uint64_t kLimbStream = 0x74726565;  // "tree"
 constexpr double kGolden = 0.6180339887498949;
-constexpr std::array<uint64_t, kLimbLevels - 1> kChildren{14, 10, 8, 7, 8};  ///< of each limb of a level
-/// Upwards, in the outer half of a level's limbs.
+constexpr std::array<uint64_t, kLimbLevels - 1> kChildren{14, 10, 8, 7, 8};  ///< of each limb, by level
+/// Upward component of the outer half of limbs, by level.
 constexpr std::array<double, kLimbLevels> kLift{0, 0.45, 0.3, 0.1, -0.1, -0.2};
-constexpr double kSteepest = -0.15;  ///< downwards, that a limb starts out
+constexpr double kSteepest = -0.15;  ///< limit of the initial downward direction of a limb
 
-/// A curve from `start`, which leaves in direction `way` and then bends towards `later`; both of length 1.
+/// A curve from `start` in direction `way` that then bends towards `later`; both have length 1.
 Limb limb(const Double3& start, const Double3& way, const Double3& later, double size, double base,
           double tip) {
   const Double3 middle = start + way * (size / 2), end = middle + later * (size / 2);
@@ -32,10 +32,10 @@ Limb trunk(uint64_t seed) {
   return limb({0, 0, 0}, up, unit(up + random.direction() * 0.25), 6.2, 0.3, 0.06);
 }
 
-/// The child of this rank; `number` is its own, which its random numbers come from.
+/// The child of this rank; `number` is its own number, which seeds its random numbers.
 Limb child(const Limb& parent, size_t level, uint64_t rank, uint64_t seed, uint64_t number) {
   Random random(seed, kLimbStream, number);
-  // Ranks fill the parent evenly, whatever their number, and turn about it as leaves do on a stem.
+  // Ranks fill the parent evenly, whatever their number, and turn around it like leaves on a stem.
   const double even = 0.3 + double(rank) * kGolden, within = even - std::floor(even);
   const double lowest = level == 1 ? 0.36 : 0.22, t = lowest + (0.98 - lowest) * within;
   const Double3 along = parent.tangent(t), x = perpendicular(along), y = cross(along, x);
@@ -86,7 +86,7 @@ Limbs grow_limbs(uint64_t seed, uint64_t count) {
   for (size_t level = 1; level < kLimbLevels; ++level) {
     const uint64_t begin = limbs.first[level - 1], end = limbs.all.size();
     limbs.first[level] = end;
-    // All first children, then all second ones: where limbs run out, no part of the crown stays bare.
+    // All first children, then all second ones: if limbs run out, no part of the crown stays bare.
     for (uint64_t rank = 0; rank < kChildren[level - 1]; ++rank)
       for (uint64_t parent = begin; parent < end && limbs.all.size() < count; ++parent)
         limbs.all.push_back(child(limbs.all[parent], level, rank, seed, limbs.all.size()));

@@ -7,10 +7,10 @@
 
 namespace nif::generate {
 
-/// Vertices: that of the first end, then ring after ring, then that of the last end. A ring runs
-/// counter-clockwise where one looks back from the last end to the first.
+/// Order of vertices: the one at the first end, then ring after ring, then the one at the last end. Rings run
+/// counter-clockwise seen from the last end.
 struct Tube {
-  uint64_t sides, rings;  ///< 3 or more, 2 or more
+  uint64_t sides, rings;  ///< at least 3, at least 2
 
   uint64_t vertex_count() const { return sides * rings + 2; }
   uint64_t triangle_count() const { return 2 * sides * rings; }

@@ -1,5 +1,5 @@
-// Cosine and sine of a fraction of a turn, with correctly rounded operations only: generated meshes must not
-// depend on the maths library of a machine.
+// Cosine and sine of a fraction of a turn, using only correctly rounded operations, because generated meshes
+// must not depend on a machine's maths library.
 #pragma once
 
 #include <cmath>
@@ -10,11 +10,12 @@ struct Turn {
   double cos, sin;
 };
 
-/// The direction after `turns` turns from the first axis towards the second; any finite number.
+/// The direction after `turns` turns from the first axis towards the second; `turns` may be any finite
+/// number.
 inline Turn turn(double turns) {
   const double rest = turns - std::floor(turns + 0.5), quarter = std::floor(4 * rest + 0.5);
   const double a = 6.283185307179586 * (rest - quarter * 0.25), b = a * a;  // |a| <= pi / 4
-  // Taylor's series, until what follows is below 1e-16.
+  // Taylor series, until the remaining terms are below 1e-16.
   const double s =
       a *
       (1 -

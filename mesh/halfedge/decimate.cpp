@@ -1,5 +1,5 @@
-// OpenMesh's decimater with error quadrics, a check that no triangle turns over, and, if an error is
-// given, a bound on the distance. Vertices at the boundary are locked beforehand.
+// Uses OpenMesh's decimater with error quadrics, a check that no triangle flips, and, if an error is given, a
+// bound on the distance. Vertices at the boundary are locked beforehand.
 #include "mesh/halfedge/decimate.hpp"
 
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>

@@ -1,5 +1,5 @@
-// decimate_fast() of decimate.hpp, by meshoptimizer: for meshes that OpenMesh would take too long for. A
-// trap: meshoptimizer's error is relative to the size of the mesh, so ours is scaled.
+// decimate_fast() of decimate.hpp, with meshoptimizer: for meshes that would take OpenMesh too long.
+// meshoptimizer's error is relative to the size of the mesh, so ours is scaled.
 #include <meshoptimizer.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ mesh::Mesh decimate_fast(const mesh::Mesh& mesh, const DecimateOptions& options)
                        positions, clean.positions.size(), sizeof(mesh::Float3), size_t(options.triangles) * 3,
                        error, options.move_boundary ? 0 : meshopt_SimplifyLockBorder, nullptr);
   out.triangles.resize(indices / 3);
-  // Vertices that are used, in their order.
+  // Used vertices, in their order.
   std::vector<uint32_t> index(clean.positions.size());
   for (const mesh::Triangle& t : out.triangles)
     for (const uint32_t v : t) index[v] = 1;

@@ -11,12 +11,12 @@ namespace nif::halfedge {
 using TriMesh = OpenMesh::TriMesh_ArrayKernelT<>;
 using PolyMesh = OpenMesh::PolyMesh_ArrayKernelT<>;
 
-/// What of a mesh has an area, welded. A triangle that would make an edge or a vertex non-manifold gets
-/// vertices of its own there, so that the surface comes apart as little as possible.
+/// The triangles of a mesh that have an area, welded. A triangle that would make an edge or a vertex
+/// non-manifold gets separate vertices there, so that the surface comes apart as little as possible.
 template <class HalfEdges>
 HalfEdges to_half_edges(const mesh::Mesh& mesh) {
   const mesh::CleanMesh clean = mesh::clean(mesh);
-  omerr().disable();  // it prints a line for each triangle that it does not take
+  omerr().disable();  // it prints a line for each triangle that it refuses
   HalfEdges out;
   out.reserve(clean.positions.size(), clean.triangles.size() * 3 / 2, clean.triangles.size());
   const auto add_vertex = [&](uint32_t v) {
@@ -38,7 +38,7 @@ HalfEdges to_half_edges(const mesh::Mesh& mesh) {
   return out;
 }
 
-/// Used vertices and faces in their order; faces of more corners as fans around the first one.
+/// Used vertices and faces in their order; faces with more corners become fans around the first one.
 template <class HalfEdges>
 mesh::Mesh to_mesh(const HalfEdges& from, const std::string& name) {
   mesh::Mesh out{name, {}, {}};

@@ -1,8 +1,8 @@
-// Loop and Catmull-Clark by OpenMesh. Its table of weights for Loop is made larger, because it reads
-// beyond it at valences of 50 and more. sqrt(3) is our own code, because OpenMesh's can end the process.
+// Loop and Catmull-Clark with OpenMesh. Its weight table for Loop is enlarged, because OpenMesh reads beyond
+// it at valences of 50 and more. sqrt(3) is our own code, because OpenMesh's can abort the process.
 #include "mesh/halfedge/subdivide.hpp"
 
-// CatmullClarkT.hh uses what this one declares.
+// CatmullClarkT.hh uses declarations of this header.
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Subdivider/Uniform/CatmullClarkT.hh>
 #include <OpenMesh/Tools/Subdivider/Uniform/LoopT.hh>
@@ -22,9 +22,9 @@ template <class HalfEdges, class Subdivider>
 mesh::Mesh run(const mesh::Mesh& mesh, uint32_t times) {
   HalfEdges half_edges = to_half_edges<HalfEdges>(mesh);
   Subdivider subdivider;
-  // OpenMesh's Loop looks weights up in a table for valences below 50, and does not notice others.
+  // OpenMesh's Loop takes weights from a table for valences below 50, without a check.
   if constexpr (requires { subdivider.init_weights(size_t{}); }) {
-    size_t most = 6;  // of the vertices that it adds
+    size_t most = 6;  // valence of the vertices that it adds
     for (const auto v : half_edges.vertices()) most = std::max(most, size_t(half_edges.valence(v)));
     subdivider.init_weights(most + 1);
   }
@@ -34,15 +34,15 @@ mesh::Mesh run(const mesh::Mesh& mesh, uint32_t times) {
   return to_mesh(half_edges, mesh.name);
 }
 
-/// A step of sqrt(3) (Kobbelt 2000): a vertex in the middle of each triangle, and in place of each edge the
-/// one that joins the middles on its two sides. The boundary stays. The mesh is manifold and faces one way.
+/// One step of sqrt(3) (Kobbelt 2000): adds a vertex in the centre of each triangle, and replaces each edge
+/// by the one that joins the centres on its two sides. The boundary stays. The mesh must be manifold and
+/// consistently oriented.
 ///
-/// Our own, because OpenMesh 9 makes the same by flipping edges one after the other, and ends the process by
-/// an assertion where one of them cannot be flipped yet, as between two triangles that share more than an
-/// edge.
+/// Our own code, because OpenMesh 9 flips edges one after the other, and aborts with an assertion if one of
+/// them cannot be flipped yet, for example between two triangles that share more than an edge.
 mesh::Mesh sqrt3_step(const mesh::Mesh& mesh) {
   const size_t vertices = mesh.positions.size();
-  std::vector<Double3> sums(vertices);  // of neighbours
+  std::vector<Double3> sums(vertices);  // sums over neighbours
   std::vector<uint32_t> valences(vertices);
   std::vector<bool> boundary(vertices);
   mesh::Mesh out{mesh.name, {}, {}};
@@ -96,7 +96,8 @@ mesh::Mesh sqrt3(const mesh::Mesh& mesh, uint32_t times) {
 
 uint64_t subdivided_triangles(Scheme scheme, uint64_t triangles, uint32_t times) {
   for (uint32_t i = 0; i < times; ++i) {
-    // The first step of Catmull-Clark makes three quads of a triangle, which later ones cut in four.
+    // The first step of Catmull-Clark turns a triangle into three quads; later steps split each quad into
+    // four.
     const uint64_t factor = scheme == Scheme::sqrt3 ? 3 : scheme == Scheme::catmull_clark && i == 0 ? 6 : 4;
     if (triangles > std::numeric_limits<uint64_t>::max() / factor)
       return std::numeric_limits<uint64_t>::max();

@@ -1,5 +1,5 @@
-// Sorts the sides of all triangles by edge, so that an edge's triangles lie together. Two disjoint sets
-// do the rest: one of triangles for pieces, one of corners for the fans around vertices.
+// Sorts the sides of all triangles by edge, so that the triangles of an edge are adjacent. Two union-find
+// structures do the rest: one of triangles for components, one of corners for the fans around vertices.
 #include "mesh/inspect/inspect.hpp"
 
 #include <tbb/parallel_sort.h>
@@ -19,7 +19,8 @@ using mesh::Float3;
 using mesh::Side;
 using mesh::Triangle;
 
-/// Triangles that have the corners of an earlier one. Those that also face the same way are gone already.
+/// Number of triangles with the same corners as an earlier one. Those that also face the same way are already
+/// removed.
 uint64_t count_opposite(std::vector<Triangle> triangles) {
   for (Triangle& t : triangles) std::sort(t.begin(), t.end());
   tbb::parallel_sort(triangles.begin(), triangles.end());
@@ -28,7 +29,7 @@ uint64_t count_opposite(std::vector<Triangle> triangles) {
   return count;
 }
 
-/// The mesh after cleaning, as a net of sides.
+/// The connectivity of the mesh after cleaning.
 class Net {
  public:
   explicit Net(const mesh::CleanMesh& mesh)
@@ -56,11 +57,11 @@ class Net {
   const Triangle& triangle(size_t t) const {
     return t < mesh_.triangles.size() ? mesh_.triangles[t] : mesh_.slivers[t - mesh_.triangles.size()];
   }
-  /// Corners are numbered through, three to a triangle.
+  /// Corners have consecutive numbers, three per triangle.
   static uint32_t from(const Side& side) { return side.triangle * 3 + side.corner; }
   static uint32_t to(const Side& side) { return side.triangle * 3 + (side.corner + 1) % 3; }
 
-  /// Two triangles at an edge: one piece of surface, and one fan around each of its ends.
+  /// Joins two triangles at an edge: into one component, and into one fan around each of the edge's ends.
   void join(const Side& a, const Side& b) {
     pieces_.unite(a.triangle, b.triangle);
     const bool same = a.sign == b.sign;
@@ -104,7 +105,7 @@ class Net {
   }
 
   void count_fans(Inspection& out) {
-    std::vector<uint8_t> fans(mesh_.positions.size());  // 2 stands for all that are more
+    std::vector<uint8_t> fans(mesh_.positions.size());  // 2 means two or more
     for (uint32_t t = 0; t < count_; ++t)
       for (uint32_t corner = 0; corner < 3; ++corner) {
         if (fans_.find(t * 3 + corner) != t * 3 + corner) continue;
@@ -115,7 +116,7 @@ class Net {
     out.non_manifold_vertices = uint64_t(std::count(fans.begin(), fans.end(), 2));
   }
 
-  /// Two boundary edges follow each other where they end in the same fan.
+  /// A boundary edge is followed by the one in the same fan at its end.
   void count_loops(Inspection& out) {
     struct End {
       uint32_t fan, edge;
@@ -145,7 +146,7 @@ class Net {
   }
 
   void measure(Inspection& out) {
-    // From the middle of the bounds, so that far from the origin no digits are lost.
+    // Relative to the centre of the bounds, to keep precision far from the origin.
     Double3 middle;
     for (size_t axis = 0; axis < 3; ++axis) middle[axis] = (double(out.low[axis]) + out.high[axis]) / 2;
     for (uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
@@ -167,7 +168,7 @@ class Net {
   size_t count_;
   std::vector<Side> sides_;
   DisjointSets pieces_, fans_;
-  std::vector<uint32_t> component_;  // by triangle that represents a piece
+  std::vector<uint32_t> component_;  // indexed by the triangle that represents a component
 };
 
 template <class Predicate>

@@ -1,4 +1,4 @@
-// Facts about a mesh: how many pieces it has, whether they are closed, how they face, and what is wrong.
+// Finds facts about a mesh: its components, whether they are closed, how they face, and what is wrong.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,20 @@
 
 namespace nif::inspect {
 
-/// A set of triangles that are connected over edges. Equal positions are one vertex here.
+/// A set of triangles connected by edges. Vertices with equal positions are one vertex here.
 struct Component {
   uint64_t triangles = 0;
-  uint64_t boundary_edges = 0;      ///< with one triangle
-  uint64_t non_manifold_edges = 0;  ///< with three or more
-  uint64_t inconsistent_edges = 0;  ///< with two, which face opposite ways
-  int64_t euler = 0;                ///< vertices - edges + triangles, where vertices of two fans count twice
+  uint64_t boundary_edges = 0;      ///< edges with one triangle
+  uint64_t non_manifold_edges = 0;  ///< edges with three or more
+  uint64_t inconsistent_edges = 0;  ///< edges with two triangles that face opposite ways
+  int64_t euler = 0;                ///< vertices - edges + triangles, with vertices of two fans counted twice
   double area = 0;                  ///< in square units of the file
-  /// Signed, in cubic units: positive where it faces outwards. It means something where the component is
-  /// a solid().
+  /// Signed, in cubic units of the file: positive if it faces outwards. Only meaningful if the component is a
+  /// solid().
   double volume = 0;
 
   bool closed() const { return boundary_edges == 0; }
-  /// Closed, each edge with two triangles that face the same way.
+  /// Closed, with two triangles at each edge that face the same way.
   bool solid() const { return closed() && non_manifold_edges == 0 && inconsistent_edges == 0; }
   /// The number of handles of a solid.
   std::optional<uint64_t> genus() const {
@@ -31,38 +31,38 @@ struct Component {
   }
 };
 
-/// All that is counted of a mesh, or of several. Topology is that of the mesh with equal positions welded,
-/// unless asked otherwise, and without degenerate and duplicate triangles, which are counted apart.
+/// All counts for a mesh, or for several. The topology is that of the mesh with equal positions welded,
+/// unless requested otherwise, and without degenerate and duplicate triangles, which are counted separately.
 struct Inspection {
   uint64_t triangles = 0, vertices = 0;  ///< as in the file
-  uint64_t distinct_vertices = 0;        ///< different positions that a triangle uses
-  mesh::Float3 low{}, high{};            ///< bounds of these; zero where there are none
+  uint64_t distinct_vertices = 0;        ///< distinct positions that triangles use
+  mesh::Float3 low{}, high{};            ///< their bounds; zero if there are none
   uint64_t degenerate = 0;               ///< triangles without area, decided exactly
-  uint64_t duplicate = 0;                ///< triangles that another one with the same corners already covers
-  uint64_t opposite = 0;                 ///< likewise, but facing the other way
+  uint64_t duplicate = 0;                ///< triangles that repeat another one, facing the same way
+  uint64_t opposite = 0;                 ///< the same, but facing the other way
   uint64_t edges = 0, boundary_edges = 0, non_manifold_edges = 0, inconsistent_edges = 0;
-  /// Vertices where several fans of triangles meet that share no edge, as at the tip of two cones.
+  /// Vertices where fans of triangles meet that share no edge, like the tip of two cones.
   uint64_t non_manifold_vertices = 0;
-  uint64_t boundary_loops = 0;  ///< the holes, if one counts the rim of an open surface as one
-  uint64_t longest_loop = 0;    ///< edges of the longest of them
+  uint64_t boundary_loops = 0;  ///< holes, if the rim of an open surface counts as one
+  uint64_t longest_loop = 0;    ///< number of edges of the longest
   double area = 0;
-  double volume = 0;                  ///< signed, of the solids together
+  double volume = 0;                  ///< signed, sum over the solids
   std::vector<Component> components;  ///< in the order of their first triangles
 
-  /// So many components, or all there are: most triangles first; of equal ones, that which comes first.
+  /// The `count` largest components by triangles, or all if there are fewer; equal ones in their order.
   std::vector<Component> largest(size_t count) const;
   uint64_t closed_components() const;
   uint64_t solids() const;
-  uint64_t inward_solids() const;  ///< those of negative volume: inside out, or the walls of cavities
+  uint64_t inward_solids() const;  ///< solids of negative volume: inside out, or the walls of cavities
 
-  /// Sums and extremes over both.
+  /// Adds the counts and combines the extremes of both.
   Inspection& operator+=(const Inspection& other);
 };
 
-/// Looks at one mesh, whatever state it is in: it must only have passed the checks of mesh::read(). Takes
-/// some 150 bytes of memory a triangle. Runs on all threads; the result does not depend on their number.
+/// Inspects one mesh in any state; it must only have passed the checks of mesh::read(). Needs some 150 bytes
+/// of memory per triangle. Runs on all threads; the result does not depend on their number.
 ///
-/// With `welded` off, vertices are those of the mesh, whether or not some are at the same place.
+/// Without `welded`, vertices are those of the mesh, even if some have the same position.
 Inspection inspect(const mesh::Mesh& mesh, bool welded = true);
 
 }  // namespace nif::inspect

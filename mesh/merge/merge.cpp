@@ -1,5 +1,5 @@
-// The order of steps: who may merge, whose copies fit the budget (small meshes first), cuts by space
-// until groups are small enough, a check of memory, then the copies.
+// The order of steps: find instances that may merge, select those whose copies fit the budget (small meshes
+// first), cut by space until groups are small enough, check memory, then copy.
 #include "mesh/merge/merge.hpp"
 
 #include <fmt/format.h>
@@ -21,16 +21,16 @@
 namespace nif::mesh {
 namespace {
 
-/// Knows which nodes have names of a list, by themselves or above them.
+/// Finds the nodes whose name, or the name of a node above them, matches a list.
 class NamedNodes {
  public:
   NamedNodes(const std::vector<std::string>& names, std::span<const Node> nodes)
       : names_(names), used_(names.size()) {
-    for (const Node& node : nodes)  // those above stand before it
+    for (const Node& node : nodes)  // parents come before their children
       named_.push_back(has(node.name) || (node.parent != kNoNode && named_[node.parent]));
   }
 
-  /// The name of an instance is that of its mesh where its node has none.
+  /// An instance whose node has no name goes by the name of its mesh.
   bool has(const Instance& instance) {
     const bool by_node = instance.node != kNoNode && named_[instance.node];
     return has(instance.name) || by_node;
@@ -46,7 +46,7 @@ class NamedNodes {
     bool any = false;
     for (size_t i = 0; i < names_.size(); ++i) {
       if (!fits(name, names_[i])) continue;
-      used_[i] = any = true;  // all that fit are used
+      used_[i] = any = true;  // marks every pattern that matches as used
     }
     return any;
   }
@@ -55,13 +55,13 @@ class NamedNodes {
   std::vector<bool> used_, named_;
 };
 
-/// Triangles, as what they cost: a mesh may have more vertices than its triangles use.
+/// The cost of a mesh, in triangles: it may have more vertices than its triangles use.
 uint64_t weight_of(const Mesh& mesh) {
   return std::max<uint64_t>(mesh.triangles.size(), (mesh.positions.size() + 2) / 3);
 }
 
-/// What is far from the origin for its size would be deformed by rounding: this keeps corners within 1/4096
-/// of the size. Also what no mesh of a bake may be, by bake::prepare().
+/// Whether rounding would deform an instance because it is far from the origin for its size: this limit keeps
+/// corners within 1/4096 of the size. Also refuses what bake::prepare() does not accept.
 bool is_too_far(const Box& box) {
   constexpr float kLargest = 1e14f, kSmallest = 1e-12f, kParts = 4096;
   const float side = box.longest_side();
@@ -123,7 +123,7 @@ class Merger {
     return suited;
   }
 
-  /// Those whose meshes' copies fit, in order.
+  /// The instances whose copies fit the budget, in order.
   std::vector<uint32_t> within_budget(const std::vector<uint32_t>& suited) {
     const std::vector<uint32_t> firsts = first_alike(scene_.meshes);
     std::vector<uint64_t> placed(scene_.meshes.size()), merging(scene_.meshes.size());
@@ -133,7 +133,7 @@ class Merger {
     for (uint32_t m = 0; m < scene_.meshes.size(); ++m)
       if (merging[m] > 0) meshes.push_back(m);
     std::ranges::stable_sort(meshes, {}, [&](uint32_t m) { return weights_[m]; });
-    // The mesh itself goes if all of its instances merge.
+    // The mesh itself is dropped if all of its instances merge.
     const auto added = [&](uint32_t m) {
       return weights_[m] * (merging[m] - (merging[m] == placed[m] ? 1 : 0));
     };
@@ -170,16 +170,16 @@ class Merger {
     return size_t(std::ranges::max_element(sides) - sides.begin());
   }
 
-  /// Sorts a part along its longest axis and says where it is to be cut: where both sides are short for their
-  /// triangles, so that gaps divide groups, but near the middle, so that few cuts are enough. No side is
-  /// empty.
+  /// Sorts a part along its longest axis and returns where to cut it: where both sides are short for their
+  /// triangles, so that groups are separated by gaps, but near the middle, so that few cuts suffice. No side
+  /// is empty.
   size_t cut(std::span<uint32_t> part, uint64_t total) const {
     const size_t axis = longest_axis(part), last = part.size() - 1;
     std::ranges::sort(part, {}, [&](uint32_t i) { return std::pair(centre(i, axis), i); });
     const auto distance = [&](size_t from, size_t to) {
       return centre(part[to], axis) - centre(part[from], axis);
     };
-    std::tuple best(true, 0.0, total, size_t{0});  // off the middle, cost, imbalance, place
+    std::tuple best(true, 0.0, total, size_t{0});  // off the middle, cost, imbalance, position
     uint64_t left = 0;
     for (size_t at = 1; at <= last; ++at) {
       left += weight(part[at - 1]);
@@ -192,7 +192,7 @@ class Merger {
     return std::get<3>(best);
   }
 
-  /// Groups of at least two, each in the order of the scene.
+  /// Groups of at least two instances, each in the order of the scene.
   std::vector<std::vector<uint32_t>> by_space(std::vector<uint32_t> instances) {
     std::vector<std::vector<uint32_t>> groups;
     std::vector<std::span<uint32_t>> open;
@@ -216,7 +216,7 @@ class Merger {
     return groups;
   }
 
-  /// Before anything is copied: a budget may be any number.
+  /// Checks memory before anything is copied, because the budget may be any number.
   void require_room(const std::vector<std::vector<uint32_t>>& groups) const {
     uint64_t bytes = 0;
     for (const std::vector<uint32_t>& group : groups)
@@ -258,7 +258,7 @@ class Merger {
     scene_.merging = std::move(merging_);
   }
 
-  /// Instances, and the meshes that no other places.
+  /// Drops instances, and the meshes that no other instance uses.
   void drop(const std::vector<bool>& gone) {
     std::vector<Instance> instances;
     for (size_t i = 0; i < gone.size(); ++i)
@@ -280,7 +280,7 @@ class Merger {
   const MergeOptions& options_;
   Merging merging_;
   std::vector<uint64_t> weights_;  // [mesh]
-  std::vector<Box> places_;        // [instance], around it in world space
+  std::vector<Box> places_;        // [instance], its bounds in world space
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Finds boxes in space without looking at all of them: a tree that halves them along their longest axis.
+// Finds boxes in space without testing all of them: a tree that halves them along their longest axis.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,9 @@ class BoxTree {
     if (!boxes_.empty()) build(0, uint32_t(boxes_.size()));
   }
 
-  /// Calls found(i) for each box that `enter` accepts, as it must all boxes around it, until it returns
-  /// false. Of two halves, the one that `nearer` prefers comes first. The order depends on the boxes alone.
+  /// Calls found(i) for each box that `enter` accepts, until found() returns false. `enter` must then also
+  /// accept all boxes that contain it. The half that `nearer` prefers comes first. The order depends only on
+  /// the boxes.
   template <class Enter, class Found, class Nearer>
   void visit(Enter enter, Found found, Nearer nearer) const {
     std::vector<uint32_t> open;

@@ -1,8 +1,8 @@
-// A ray from the vertex of a solid that is farthest along x goes on along x. What it meets first, if
-// anything, reaches farther along x: it is around the solid, or beside it within the same ones. So solids are
-// placed one after the other, the farthest first, each by one ray, however deep they are nested. Which
-// triangles the ray meets is decided exactly, as if it were moved by a little along y and by much less along
-// z, so that it meets no edge.
+// Shoots a ray along x from the vertex of each solid that is farthest along x. The first solid that the ray
+// meets, if any, extends farther along x: it contains the solid, or lies beside it within the same ones. So
+// solids are placed one after the other, the farthest first, with one ray each, however deeply they are
+// nested. Which triangles the ray meets is decided exactly, as if the ray were moved by a little along y and
+// by much less along z, so that it meets no edge.
 #include "mesh/repair/nesting.hpp"
 
 #include <algorithm>
@@ -43,7 +43,7 @@ bool within(const Box& inner, const Box& outer) {
 
 using Corners = std::array<Float3, 3>;
 
-/// True only where two triangles have no point in common: an axis separates them by more than rounding.
+/// Returns true only if two triangles have no point in common: an axis separates them by more than rounding.
 bool surely_apart(const Corners& p, const Corners& q) {
   std::array<Double3, 3> a, b, side_a, side_b;
   double size = 0;
@@ -63,7 +63,7 @@ bool surely_apart(const Corners& p, const Corners& q) {
   const Double3 normal_a = cross(side_a[0], side_a[1]), normal_b = cross(side_b[0], side_b[1]);
   if (separates(normal_a) || separates(normal_b)) return true;
   for (size_t i = 0; i < 3; ++i) {
-    // Of triangles in one plane, the axes are across their sides.
+    // For triangles in the same plane, the axes are perpendicular to their sides.
     if (separates(cross(normal_a, side_a[i])) || separates(cross(normal_b, side_b[i]))) return true;
     for (size_t j = 0; j < 3; ++j)
       if (separates(cross(side_a[i], side_b[j]))) return true;
@@ -71,25 +71,25 @@ bool surely_apart(const Corners& p, const Corners& q) {
   return false;
 }
 
-/// A closed component of a mesh whose edges have two triangles at most.
+/// A closed component of a mesh whose edges have at most two triangles.
 struct Solid {
   uint32_t first;  ///< its first triangle
   uint32_t top;    ///< its vertex that is farthest along x
   Box box;
   double volume = 0;
   size_t begin = 0, end = 0;    ///< its triangles, in Nest::triangles_
-  bool nested = false;          ///< within the bounds of another one
+  bool nested = false;          ///< within the bounds of another solid
   uint32_t behind = kNone;      ///< the solid that the ray from its top meets first
-  bool odd = false;             ///< within an odd number of others
+  bool odd = false;             ///< contained in an odd number of others
   bool unclear = false;         ///< the ray does not tell
-  std::optional<bool> apart{};  ///< neither crosses nor touches another one; once it was asked
-  std::optional<bool> sure{};   ///< `odd` can be relied on; likewise
+  std::optional<bool> apart{};  ///< neither crosses nor touches another solid; empty until it is computed
+  std::optional<bool> sure{};   ///< `odd` is reliable; empty until it is computed
 };
 
-/// Where the ray meets a triangle: between two values of x.
+/// The interval of x in which the ray meets a triangle.
 struct Meeting {
   double low, high;
-  int facing;  ///< 1 where the triangle faces along x, -1 against it
+  int facing;  ///< 1 if the triangle faces along x, -1 if against it
 };
 
 class Nest {
@@ -156,13 +156,13 @@ class Nest {
       if (solid_of[t] != kNone) triangles_[solids_[solid_of[t]].end++] = t;
   }
 
-  /// While they are found, `end` counts their triangles.
+  /// `end` counts the triangles until all solids are found.
   void add(Solid& solid, uint32_t t) {
     ++solid.end;
     solid.box.add(mesh_.positions, mesh_.triangles[t]);
     for (const uint32_t v : mesh_.triangles[t])
       if (mesh_.positions[v][0] > mesh_.positions[solid.top][0]) solid.top = v;
-    // From a vertex of its own, so that far from the origin no digits are lost.
+    // Relative to a vertex of the solid, to keep precision far from the origin.
     const Double3 origin = to_double(mesh_.positions[mesh_.triangles[solid.first][0]]);
     const Corners p = corners(t);
     solid.volume +=
@@ -175,7 +175,7 @@ class Nest {
     const BoxTree tree(std::move(boxes));
     for (uint32_t s = 0; s < solids_.size(); ++s) {
       Solid& solid = solids_[s];
-      int steps = 2000;  // where it takes more, it counts as nested: the ray will tell
+      int steps = 2000;  // beyond this it counts as nested, and the ray decides
       tree.visit(
           [&](const Box& box) {
             solid.nested = solid.nested || --steps == 0;
@@ -211,12 +211,12 @@ class Nest {
     return steps_left_ > 0;
   }
 
-  /// Sees what is behind a solid.
+  /// Finds the solid behind a solid.
   void shoot(Solid& solid) {
     const Float3 p = mesh_.positions[solid.top];
     std::optional<Meeting> nearest;
     uint32_t behind = kNone;
-    bool mixed = false;  // it may be another one that is nearest
+    bool mixed = false;  // another solid may be the nearest
     tree_->visit(
         [&](const Box& box) {
           return step() && box.max[0] > p[0] && box.min[1] <= p[1] && box.max[1] >= p[1] &&
@@ -242,13 +242,13 @@ class Nest {
     const Solid& other = solids_[behind];
     solid.behind = behind;
     solid.unclear = other.volume == 0;
-    // The ray leaves what it is in where a surface faces along it.
+    // The ray leaves a solid where its surface faces along the ray.
     const bool inside = (nearest->facing > 0) == (other.volume > 0);
     solid.odd = other.odd != inside;
   }
 
-  /// On which side of a line from a to b, seen along x, the ray from p is: never on it, unless a and b are at
-  /// one place.
+  /// The side of the line from a to b, seen along x, on which the ray from p is; never on the line, unless a
+  /// and b are equal.
   static int side(const Float3& a, const Float3& b, const Float3& p) {
     if (const int exact = nif::turn(a, b, p, 1, 2); exact != 0) return exact;
     if (a[2] != b[2]) return a[2] > b[2] ? 1 : -1;
@@ -258,7 +258,7 @@ class Nest {
   static std::optional<Meeting> meet(const Float3& p, const Corners& t) {
     const int facing = side(t[0], t[1], p);
     if (facing == 0 || side(t[1], t[2], p) != facing || side(t[2], t[0], p) != facing) return std::nullopt;
-    // The corners' share in the point, and how much rounding may change them.
+    // The corners' weights in the point, and how much rounding may change them.
     double sum = 0, error = 0, x = 0, low = t[0][0], high = low;
     for (size_t i = 0; i < 3; ++i) {
       const Double3 a = to_double(t[(i + 1) % 3]) - to_double(p),
@@ -293,7 +293,7 @@ class Nest {
     return *solid.apart;
   }
 
-  /// It takes all those that the rays went by.
+  /// This depends on all solids along the chain of rays.
   bool is_sure(uint32_t s) {
     std::vector<uint32_t> path;
     bool sure = true;
@@ -308,7 +308,7 @@ class Nest {
     }
     for (; !path.empty(); path.pop_back()) {
       Solid& solid = solids_[path.back()];
-      const bool below = path.size() > 1;  // another one relies on it
+      const bool below = path.size() > 1;  // another one depends on it
       solid.sure = !solid.nested || (sure && !solid.unclear && is_apart(path.back()));
       sure = *solid.sure && (!below || is_apart(path.back()));
     }
@@ -317,9 +317,9 @@ class Nest {
 
   Mesh& mesh_;
   std::vector<Solid> solids_;
-  std::vector<uint32_t> triangles_;  ///< of solids, one solid after the other
-  std::vector<uint32_t> owner_;      ///< of each of them, the solid
-  std::optional<BoxTree> tree_;      ///< over them
+  std::vector<uint32_t> triangles_;  ///< triangles of all solids, one solid after the other
+  std::vector<uint32_t> owner_;      ///< the solid of each of them
+  std::optional<BoxTree> tree_;      ///< over these triangles
   uint64_t steps_left_ = 0;
 };
 

@@ -8,17 +8,19 @@
 namespace nif::repair {
 
 struct Nesting {
-  uint64_t turned = 0;   ///< solids that faced the wrong way
-  uint64_t unclear = 0;  ///< that seem to, but stay, because it is not sure what they are in
+  uint64_t turned = 0;  ///< solids that faced the wrong way
+  /// Seem to face the wrong way, but are left, because it is not certain what contains them.
+  uint64_t unclear = 0;
 };
 
-/// Turns solids, closed components, by how many others they are within: an even number, and they face
-/// outwards; an odd one, and they are walls of cavities and face inwards. The volume says how a solid faces.
+/// Orients solids, which are closed components, by how many others contain them. If the number is even, they
+/// face outwards. If it is odd, they are walls of cavities and face inwards. The sign of the volume tells how
+/// a solid faces.
 ///
-/// That is told for a solid that is not within the bounds of any other; and for one that neither crosses nor
-/// touches another one, if those around it do not, either. With `keep_nested`, solids within the bounds of
-/// another stay as they are. The mesh is as orient() leaves it. Takes time for n log n triangles; where it
-/// would be more, solids stay as they are.
+/// A solid is turned if it is not within the bounds of any other; or if neither it nor the solids around it
+/// cross or touch another one. With `keep_nested`, solids within the bounds of another stay as they are. The
+/// mesh must be as orient() leaves it. Takes O(n log n) time for n triangles; solids that would need more
+/// stay as they are.
 Nesting turn_solids(mesh::Mesh& mesh, bool keep_nested);
 
 }  // namespace nif::repair

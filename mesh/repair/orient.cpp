@@ -1,5 +1,6 @@
-// Disjoint sets that know who faces the other way decide which triangles to turn. Fans are joined over
-// edges of two triangles, other edges are stitched where it is clear how, and each fan gets a vertex.
+// A union-find structure that records relative orientations decides which triangles to turn. Fans are joined
+// over edges of two triangles, other edges are stitched where that is unambiguous, and each fan gets its own
+// vertex.
 #include "mesh/repair/orient.hpp"
 
 #include <algorithm>
@@ -16,25 +17,25 @@ using mesh::Mesh;
 using mesh::Side;
 using mesh::Triangle;
 
-/// Triangles that are connected, and which of them face the other way than the first one of their set.
+/// Sets of connected triangles, with which of them face the other way than the first one of their set.
 class Facings {
  public:
   explicit Facings(size_t count) : parent_(count), other_way_(count) {
     for (uint32_t i = 0; i < count; ++i) parent_[i] = i;
   }
-  /// The set's first triangle, and whether i faces the other way.
+  /// Returns the set's first triangle, and whether i faces the other way than that.
   std::pair<uint32_t, bool> find(uint32_t i) {
     bool other = false;
     while (parent_[i] != i) {
       const uint32_t up = parent_[i];
-      other_way_[i] = other_way_[i] != other_way_[up];  // the first of a set never does
+      other_way_[i] = other_way_[i] != other_way_[up];  // the first triangle of a set never does
       parent_[i] = parent_[up];
       other = other != other_way_[i];
       i = parent_[i];
     }
     return {i, other};
   }
-  /// Nothing changes where they are connected already.
+  /// Does nothing if they are already connected.
   void unite(uint32_t a, uint32_t b, bool opposite) {
     const auto [first, turned_a] = find(a);
     const auto [second, turned_b] = find(b);
@@ -80,20 +81,20 @@ uint64_t turn_triangles(Mesh& mesh, std::vector<Side>& sides) {
   return turns;
 }
 
-/// Fans of triangles around vertices. Corners are numbered through, three to a triangle.
+/// Fans of triangles around vertices. Corners have consecutive numbers, three per triangle.
 class Fans {
  public:
   explicit Fans(Mesh& mesh) : mesh_(mesh), fans_(mesh.triangles.size() * 3) {}
 
-  /// Two triangles at an edge that face the same way are one fan around each of its ends.
+  /// Two triangles at an edge that face the same way belong to one fan around each of the edge's ends.
   void join(const Side& a, const Side& b) {
     fans_.unite(from(a), to(b));
     fans_.unite(to(a), from(b));
   }
 
-  /// Joins sides of edges that were taken apart, where it is clear which of them belong together: those of
-  /// one fan that begins and ends at the edge, and then those that are the only two left there, if they fit.
-  /// `apart` has these sides, in the order of their edges. Returns how many edges were joined.
+  /// Joins sides of edges that were taken apart, if it is unambiguous which of them belong together: the two
+  /// sides of a fan that begins and ends at the edge, and then two sides that are the only ones left there,
+  /// if they fit. `apart` has the sides, in the order of their edges. Returns the number of joined edges.
   uint64_t stitch(std::span<const Side> apart) {
     if (apart.empty()) return 0;
     apart_ = apart;
@@ -105,7 +106,7 @@ class Fans {
     }
     uint64_t stitched = 0;
     for (const Side& side : apart) stitched += zip(fans_.find(to(side)));
-    // What is joined may leave two at an edge that was looked at before; few meshes need a third pass.
+    // Joining may leave two sides at an edge that was visited before; few meshes need a third pass.
     uint64_t before = UINT64_MAX;
     for (int pass = 0; pass < 16 && stitched != before; ++pass) {
       before = stitched;
@@ -113,12 +114,12 @@ class Fans {
     }
     return stitched;
   }
-  /// Gives each fan a vertex of its own.
+  /// Gives each fan its own vertex.
   void split(Orienting& done) {
     const auto vertices = uint32_t(mesh_.positions.size());
     done.origin.resize(vertices);
     for (uint32_t v = 0; v < vertices; ++v) done.origin[v] = v;
-    std::vector<uint32_t> vertex_of(mesh_.triangles.size() * 3);  // of corners that represent fans
+    std::vector<uint32_t> vertex_of(mesh_.triangles.size() * 3);  // by the corner that represents a fan
     std::vector<bool> taken(vertices);
     for (uint32_t t = 0; t < mesh_.triangles.size(); ++t)
       for (uint32_t c = 0; c < 3; ++c) {
@@ -139,7 +140,7 @@ class Fans {
   }
 
  private:
-  /// Where a side begins and ends, as its triangle goes.
+  /// The corners where a side begins and ends, in its triangle's direction.
   static uint32_t from(const Side& side) { return side.triangle * 3 + side.corner; }
   static uint32_t to(const Side& side) { return side.triangle * 3 + (side.corner + 1) % 3; }
 
@@ -161,8 +162,8 @@ class Fans {
     return count;
   }
 
-  /// Makes one of the fan from which side a goes out and the one into which side b comes, at one end of their
-  /// edge, and returns it.
+  /// Unites the fan that side a leaves with the fan that side b enters, at one end of their edge, and returns
+  /// the result.
   uint32_t close(uint32_t a, uint32_t b) {
     const uint32_t first = fans_.find(from(apart_[a])), second = fans_.find(to(apart_[b]));
     const bool whole = first == second;
@@ -173,7 +174,7 @@ class Fans {
     return fan;
   }
 
-  /// If a fan begins and ends at one edge, joins the edge, and goes on at its other end.
+  /// If a fan begins and ends at the same edge, joins the edge, and continues at its other end.
   uint64_t zip(uint32_t fan) {
     uint64_t count = 0;
     for (;;) {
@@ -182,7 +183,7 @@ class Fans {
         return count;
       joined_[in] = joined_[out] = true;
       in_[fan] = out_[fan] = kNone;
-      // Where it is one fan at the other end, too, nothing was apart.
+      // If it is also one fan at the other end, nothing was apart.
       count += fans_.find(from(apart_[in])) != fans_.find(to(apart_[out]));
       fan = close(in, out);
     }
@@ -191,9 +192,9 @@ class Fans {
   Mesh& mesh_;
   DisjointSets fans_;
   std::span<const Side> apart_;
-  std::vector<bool> joined_;  ///< of these sides
+  std::vector<bool> joined_;  ///< whether each of these sides was joined
   std::vector<uint32_t> in_,
-      out_;  ///< of a fan, by the corner that represents it: the sides at which it ends
+      out_;  ///< by the corner that represents a fan: the sides at which it begins and ends
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The order of the repairs, which matters: each step needs what those before it leave. A trap: orient()
-// cuts the surface apart, so rims of true holes are noted before it, or the cuts would be filled, too.
+// Runs the repairs in an order that matters, because each step relies on those before it. orient() cuts the
+// surface apart, so the rims of true holes are recorded before it; otherwise the cuts would be filled, too.
 #include "mesh/repair/repair.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 using mesh::Mesh;
 using mesh::Triangle;
 
-/// Leaves out every triangle that has the corners of an earlier one.
+/// Drops every triangle that has the corners of an earlier one.
 uint64_t drop_opposite(std::vector<Triangle>& triangles) {
   struct Key {
     Triangle corners;
@@ -42,7 +42,7 @@ uint64_t drop_opposite(std::vector<Triangle>& triangles) {
   return count;
 }
 
-/// The edges of a mesh that have one triangle, as pairs of vertices, sorted.
+/// The edges of a mesh with one triangle, as sorted pairs of vertices.
 std::vector<uint64_t> rims_of(const Mesh& mesh) {
   std::vector<uint64_t> edges;
   mesh::for_each_edge(mesh.triangles, {}, [&](std::span<const mesh::Side> sides) {
@@ -67,7 +67,7 @@ Report& Report::operator+=(const Report& other) {
 }
 
 Report repair(Mesh& mesh, const Options& options, const std::atomic<bool>& cancel) {
-  if (options.hole_edges > 0) cgal::require("the filling of holes");
+  if (options.hole_edges > 0) cgal::require("hole filling");
   const auto stop_if_cancelled = [&] {
     if (cancel) throw Error(Status::interrupted, "the repair was cancelled");
   };
@@ -77,7 +77,7 @@ Report repair(Mesh& mesh, const Options& options, const std::atomic<bool>& cance
   report.welded = clean.report.welded_positions;
   report.degenerate = clean.report.degenerate;
   report.duplicate = clean.report.duplicate;
-  // A sliver with three different corners holds its neighbours together; without it they would come apart.
+  // A sliver with three distinct corners connects its neighbours; without it they would come apart.
   mesh.triangles = std::move(clean.triangles);
   mesh.triangles.insert(mesh.triangles.end(), clean.slivers.begin(), clean.slivers.end());
   report.degenerate -= clean.slivers.size();

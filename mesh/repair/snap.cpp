@@ -1,5 +1,5 @@
-// A hash table of grid cells as wide as the distance: near vertices are in 27 cells at most. Where
-// numbers are too large for that, floats are farther apart than the distance, and each has a cell.
+// A hash table of grid cells as wide as the distance: near vertices are in at most 27 cells. If coordinates
+// are too large for that, floats are farther apart than the distance, and each gets its own cell.
 #include "mesh/repair/snap.hpp"
 
 #include <bit>
@@ -27,12 +27,12 @@ double distance_squared(const Float3& a, const Float3& b) {
   return sum;
 }
 
-/// The vertices that stay, by cells of a grid that is as wide as the distance.
+/// The vertices that stay, by cells of a grid as wide as the distance.
 class Kept {
  public:
   explicit Kept(double distance) : distance_(distance) {}
 
-  /// The position of the nearest that is within the distance, or null.
+  /// The position of the nearest vertex within the distance, or null.
   const Float3* near(const Float3& p) const {
     const Cell at = cell_of(p);
     const Float3* nearest = nullptr;
@@ -59,8 +59,8 @@ class Kept {
     return cell;
   }
 
-  /// So far away, two floats that differ are farther apart than the distance: each has a cell of its own,
-  /// with empty ones around it.
+  /// At this distance, two different floats are farther apart than the merging distance: each gets its own
+  /// cell, with empty ones around it.
   static constexpr double kFar = double(int64_t{1} << 40);
   static int64_t far_cell(float x) {
     const int64_t cell = (int64_t{1} << 41) + 4 * int64_t{std::bit_cast<uint32_t>(std::abs(x))};

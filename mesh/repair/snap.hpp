@@ -5,9 +5,10 @@
 
 namespace nif::repair {
 
-/// Gives every vertex within `distance` of an earlier one that position; of several, the nearest, then the
-/// earliest. Chains do not grow: what is moved draws nothing along. Returns how many were moved; equal
-/// positions are not. `distance` is above 0; vertices must be finite.
+/// Gives every vertex within `distance` of an earlier one that vertex's position; if there are several, that
+/// of the nearest, then of the earliest. Chains do not grow: a moved vertex attracts no others. Returns how
+/// many vertices moved; vertices with equal positions do not count. `distance` must be above 0, and vertices
+/// must be finite.
 uint64_t snap_vertices(std::vector<mesh::Float3>& positions, double distance);
 
 }  // namespace nif::repair

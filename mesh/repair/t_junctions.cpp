@@ -1,5 +1,5 @@
-// First all vertices near open edges are found, by a tree. Then the edges are split in thought, and those
-// splits are taken back that close nothing or do harm, which changes what others close, until none is left.
+// A tree finds all vertices near open edges. Then the edges are split tentatively. Splits that close nothing
+// or do harm are undone, which changes what others close, so this is repeated until none is left.
 #include "mesh/repair/t_junctions.hpp"
 
 #include <algorithm>
@@ -23,20 +23,20 @@ using mesh::Triangle;
 
 uint64_t edge_of(uint32_t a, uint32_t b) { return a < b ? uint64_t{a} << 32 | b : uint64_t{b} << 32 | a; }
 
-/// An edge with one triangle, from a to b as that goes.
+/// An edge with one triangle, from a to b in the triangle's direction.
 struct OpenEdge {
   uint32_t a, b, triangle;
   uint16_t corner;
-  double distance;            ///< of vertices that count as on it
-  size_t begin = 0, end = 0;  ///< of its hits
+  double distance;            ///< within which vertices count as on the edge
+  size_t begin = 0, end = 0;  ///< range of its hits
 };
 
 /// A vertex that lies on an open edge.
 struct Hit {
   uint32_t edge, vertex;
   double along;   ///< 0 at a, 1 at b
-  bool near_end;  ///< it could be welded to a or b, but was not
-  bool alive;     ///< the edge is split there
+  bool near_end;  ///< it could have been welded to a or b, but was not
+  bool alive;     ///< whether the edge is split there
 };
 
 class Seams {
@@ -64,7 +64,7 @@ class Seams {
   }
 
  private:
-  /// A triangle with open edges that are split, as far as it has any: index into open_ by corner, or kNone.
+  /// The split open edges of a triangle: index into open_ by corner, or kNone.
   static constexpr uint32_t kNone = UINT32_MAX;
   using Edges = std::array<uint32_t, 3>;
 
@@ -85,7 +85,7 @@ class Seams {
     }
     std::sort(rim_.begin(), rim_.end());
     rim_.erase(std::unique(rim_.begin(), rim_.end()), rim_.end());
-    // The open edges of each vertex.
+    // The open edges at each vertex.
     for (uint32_t e = 0; e < open_.size(); ++e)
       for (const uint32_t v : {open_[e].a, open_[e].b}) at_vertex_.push_back(uint64_t{v} << 32 | e);
     std::sort(at_vertex_.begin(), at_vertex_.end());
@@ -127,9 +127,9 @@ class Seams {
     return true;
   }
 
-  /// False only where no point of the box is within the distance of the edge: an axis separates them.
+  /// Returns false only if no point of the box is within the distance of the edge: an axis separates them.
   static bool may_meet(const OpenEdge& edge, const Double3& a, const Double3& along, const mesh::Box& box) {
-    Double3 half, from;  // the box around its middle; that middle as seen from the middle of the edge
+    Double3 half, from;  // half the box's size, and its centre relative to the centre of the edge
     for (size_t i = 0; i < 3; ++i) {
       half[i] = (double(box.max[i]) - double(box.min[i])) / 2 + edge.distance * 1.001;
       from[i] = (double(box.max[i]) + double(box.min[i])) / 2 - (a[i] + along[i] / 2);
@@ -148,8 +148,8 @@ class Seams {
     return steps_left_ > 0;
   }
 
-  /// Keeps a vertex on an edge only if an open edge at that vertex runs along the edge: its other end is on
-  /// the edge, too, or an end of the edge is on it.
+  /// Keeps a vertex on an edge only if an open edge at that vertex runs along the edge: its other end is also
+  /// on the edge, or an end of the edge is on it.
   bool keep_those_along_seams() {
     const auto lies_on = [&](uint32_t vertex, uint32_t edge) {
       return std::binary_search(on_edge_.begin(), on_edge_.end(), uint64_t{edge} << 32 | vertex);
@@ -182,7 +182,7 @@ class Seams {
                                         [](const Hit& hit) { return hit.alive; });
   }
 
-  /// The triangles that are split, ascending, with their split edges.
+  /// The split triangles, ascending, with their split edges.
   std::vector<std::pair<uint32_t, Edges>> split_triangles() const {
     std::vector<std::pair<uint32_t, Edges>> found;
     std::vector<std::pair<uint32_t, uint32_t>> order;
@@ -196,11 +196,11 @@ class Seams {
     return found;
   }
 
-  /// What a triangle becomes: the parts at a split edge are a fan around the corner that faces it.
+  /// The parts of a triangle: those at a split edge form a fan around the opposite corner.
   void parts_of(uint32_t triangle, const Edges& edges, std::vector<Triangle>& parts) const {
     const size_t first = parts.size();
     parts.push_back(mesh_.triangles[triangle]);
-    std::array<size_t, 3> with{first, first, first};  // the part that has the whole of an edge
+    std::array<size_t, 3> with{first, first, first};  // the part that contains a whole edge
     std::vector<uint32_t> chain;
     for (size_t k = 0; k < 3; ++k) {
       if (edges[k] == kNone) continue;
@@ -211,7 +211,7 @@ class Seams {
           part[size_t(std::find(part.begin(), part.end(), chain.front()) - part.begin() + 2) % 3];
       parts[at] = {chain[0], chain[1], tip};
       for (size_t i = 1; i + 1 < chain.size(); ++i) parts.push_back({chain[i], chain[i + 1], tip});
-      // The edge that follows begins where this one ends.
+      // The next edge begins where this one ends.
       if (with[(k + 1) % 3] == at) with[(k + 1) % 3] = parts.size() - 1;
     }
   }
@@ -225,7 +225,7 @@ class Seams {
     });
   }
 
-  /// Sides at an edge after the splits.
+  /// Number of sides at an edge after the splits.
   struct Count {
     uint64_t edge;
     size_t sides;
@@ -257,8 +257,8 @@ class Seams {
     for (size_t i = open_[edge].begin; i < open_[edge].end; ++i) hits_[i].alive = false;
   }
 
-  /// Takes splits back that close nothing or do harm; true where there were any. With `whole`, never only
-  /// some of an edge.
+  /// Undoes splits that close nothing or do harm; returns whether there were any. With `whole`, undoes all
+  /// splits of an edge together.
   bool take_back(bool whole) {
     const std::vector<std::pair<uint32_t, Edges>> split = split_triangles();
     std::vector<Triangle> parts;
@@ -293,7 +293,7 @@ class Seams {
           ++at;
           const bool before = count_at(chain[at - 1], chain[at]).sides == 2,
                      after = count_at(chain[at], chain[at + 1]).sides == 2;
-          // What is near an end must not leave a gap there.
+          // A vertex near an end must not leave a gap there.
           if (hit.near_end ? before && after : before || after) continue;
           hit.alive = false;
           any = bad = true;
@@ -322,9 +322,9 @@ class Seams {
   std::vector<Side> sides_;
   std::vector<OpenEdge> open_;
   std::vector<uint32_t> rim_;                  ///< vertices of open edges, ascending
-  std::vector<uint64_t> at_vertex_, on_edge_;  ///< pairs of a vertex and an edge, of an edge and a vertex
+  std::vector<uint64_t> at_vertex_, on_edge_;  ///< sorted pairs (vertex, edge) and (edge, vertex)
   std::vector<Hit> hits_;                      ///< by edge, then along it
-  uint64_t steps_left_ = 0, most_hits_ = 0;    ///< most meshes need a tenth of it
+  uint64_t steps_left_ = 0, most_hits_ = 0;    ///< limits; most meshes need a tenth of them
 };
 
 }  // namespace

@@ -1,4 +1,5 @@
-// What OpenVDB is given of a mesh. Its headers take most of a minute to compile: for this folder alone.
+// Passes meshes to OpenVDB. Its headers take most of a minute to compile, so this header is only for this
+// folder.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -7,15 +8,15 @@
 
 namespace nif::volume {
 
-inline constexpr float kBand = 3;  ///< voxels on either side, as OpenVDB's own tools expect of a level set
+inline constexpr float kBand = 3;  ///< voxels on each side, as OpenVDB's own tools expect of a level set
 
-/// Before anything else of OpenVDB.
+/// To be called before anything else of OpenVDB.
 void initialize_openvdb();
 
-/// Throws Error(all_degenerate) where it has no inside.
+/// Throws Error(all_degenerate) if the mesh has no inside.
 openvdb::FloatGrid::Ptr level_set(const mesh::Mesh& mesh, const Sampling& sampling);
 
-/// Distances from the surface without a sign, in units of the mesh, as far as so many voxels.
+/// Unsigned distances from the surface, in units of the mesh, within `band` voxels.
 openvdb::FloatGrid::Ptr distances(const mesh::Mesh& mesh, double voxel, double band);
 
 }  // namespace nif::volume

@@ -1,5 +1,5 @@
-// A level set, traced by OpenVDB, and bits in voxels, walked by DDA traversal with leaps over empty
-// leaves. Both use a flat tree: OpenVDB's usual one takes more memory than such small volumes.
+// A level set traced by OpenVDB, and voxel bits traversed by DDA, which skips empty leaves. Both use a flat
+// tree, because OpenVDB's usual one takes more memory than such small volumes.
 #include "mesh/volume/ray_volume.hpp"
 
 #include <openvdb/math/DDA.h>
@@ -19,13 +19,12 @@ namespace {
 using Ray = openvdb::math::Ray<double>;
 using kernels::Segment;
 
-/// OpenVDB's usual trees have an upper level whose first node takes 0.26 MB, which is more than these
-/// volumes.
+/// OpenVDB's usual trees have an upper level whose first node takes 0.26 MB, more than these volumes.
 template <class Value>
 using FlatGrid = openvdb::Grid<typename openvdb::tree::Tree3<Value, 4, 3>::Type>;
 
-/// The mesh moved to where all coordinates are above 0, so that no voxels lie on two sides of the origin,
-/// where nodes of the tree begin. `shift` is what was added.
+/// The mesh moved so that all coordinates are above 0. Otherwise voxels lie on both sides of the origin,
+/// where nodes of the tree begin. `shift` is the translation.
 mesh::Mesh moved(const mesh::Mesh& mesh, double voxel, openvdb::Vec3d& shift) {
   mesh::Mesh copy;
   copy.name = mesh.name;
@@ -40,7 +39,7 @@ mesh::Mesh moved(const mesh::Mesh& mesh, double voxel, openvdb::Vec3d& shift) {
   return copy;
 }
 
-/// What both volumes have: a grid over a mesh that was moved.
+/// The common part of both volumes: a grid over a mesh that was moved.
 template <class Value>
 class GridVolume : public RayVolume {
  public:
@@ -51,13 +50,12 @@ class GridVolume : public RayVolume {
   uint64_t bytes() const override { return grid_->memUsage(); }
 
  protected:
-  /// Once the grid is complete.
+  /// To be called once the grid is complete.
   void close() {
     box_ = grid_->evalActiveVoxelBoundingBox();
     box_.expand(1);
   }
-  /// The part of a segment within the box, in voxels, its time still that of the segment; false where there
-  /// is none.
+  /// The part of a segment within the box, in voxels, with t unchanged. Returns false if there is none.
   bool clip(const Segment& segment, double skip, Ray& out) const {
     const openvdb::Vec3d origin(segment.origin[0], segment.origin[1], segment.origin[2]),
         direction(segment.direction[0], segment.direction[1], segment.direction[2]);
@@ -96,7 +94,8 @@ class DistanceVolume : public GridVolume<float> {
   }
 
  private:
-  /// Half of the voxels near a solid are inside of it; near a sheet hardly any are, by mistakes of signs.
+  /// Half of the voxels near a solid are inside it; near a sheet hardly any are, and only by errors of the
+  /// sign.
   static void require_inside(const openvdb::FloatGrid& distances, const std::string& name) {
     uint64_t inside = 0, all = 0;
     for (auto value = distances.cbeginValueOn(); value; ++value, ++all) inside += *value < 0;
@@ -105,7 +104,7 @@ class DistanceVolume : public GridVolume<float> {
         Status::all_degenerate,
         "mesh '" + name + "' is open: of the voxels near it, less than a tenth are inside of anything");
   }
-  /// The tracer wants directions of unit length.
+  /// The tracer needs directions of unit length.
   static Ray normalised(const Ray& ray) {
     const double length = ray.dir().length();
     return Ray(ray.eye(), ray.dir() / length, ray.t0() * length, ray.t1() * length);
@@ -132,9 +131,9 @@ class VoxelVolume : public GridVolume<openvdb::ValueMask> {
  private:
   using Leaf = Grid::TreeType::LeafNodeType;
 
-  /// Leaps over leaves without voxels.
+  /// Skips leaves without voxels.
   static bool meets(const Grid::ConstAccessor& accessor, const Ray& ray) {
-    // Voxels are cells about their centres; OpenVDB's steps are from cell to cell about their corners.
+    // Voxels are centred on their coordinates; OpenVDB's DDA steps between cells whose corners are there.
     const Ray shifted(ray.eye() + openvdb::Vec3d(0.5), ray.dir(), ray.t0(), ray.t1());
     openvdb::math::DDA<Ray, Leaf::LOG2DIM> leaves(shifted);
     do {
@@ -144,7 +143,7 @@ class VoxelVolume : public GridVolume<openvdb::ValueMask> {
       const openvdb::Coord first = leaf->origin();
       openvdb::math::DDA<Ray, 0> voxels(shifted, from, to);
       do {
-        // Rounding may put the first or the last voxel just outside of the leaf.
+        // Rounding may put the first or the last voxel just outside the leaf.
         const openvdb::Coord voxel = openvdb::Coord::maxComponent(
             first, openvdb::Coord::minComponent(voxels.voxel(), first.offsetBy(Leaf::DIM - 1)));
         if (leaf->isValueOn(voxel)) return true;

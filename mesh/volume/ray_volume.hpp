@@ -1,4 +1,4 @@
-// Volumes that answer visibility rays, as programs ask them that keep no triangles.
+// Volumes that answer visibility rays, to compare with programs that keep no triangles.
 #pragma once
 
 #include <cstdint>
@@ -10,24 +10,24 @@
 
 namespace nif::volume {
 
-/// Immutable once made; any number of threads may ask it.
+/// Immutable once made; any number of threads may query it.
 class RayVolume {
  public:
   virtual ~RayVolume() = default;
-  /// Of the grid in memory, by OpenVDB's own count.
+  /// Bytes of the grid in memory, by OpenVDB's own count.
   virtual uint64_t bytes() const = 0;
-  /// visible[i] = 1 or 0. A volume is thicker or thinner than the surface by up to a voxel, so rays count
-  /// from `skip` voxels behind their tmin.
+  /// visible[i] = 1 or 0. A volume is thicker or thinner than the surface by up to a voxel, so the first
+  /// `skip` voxels after tmin are ignored.
   virtual void ask(std::span<const kernels::Segment> rays, double skip, uint8_t* visible) const = 0;
 };
 
-/// The signed distance within three voxels of the surface, in single precision, asked by OpenVDB's tracer of
-/// level sets. `voxel` is the side of a voxel in units of the mesh, above 0. Throws Error(all_degenerate)
-/// where the mesh is mostly open: then there is hardly an inside.
+/// Signed distance within three voxels of the surface, in single precision, queried by OpenVDB's level set
+/// tracer. `voxel` is the side of a voxel in units of the mesh, above 0. Throws Error(all_degenerate) if the
+/// mesh is mostly open, because then there is hardly an inside.
 std::unique_ptr<RayVolume> distance_volume(const mesh::Mesh& mesh, double voxel);
 
-/// The voxels whose centre the surface comes as near as half a voxel, one bit each in OpenVDB's tree. No path
-/// from voxel to voxel across common faces leads through the surface (6-separating, Huang et al. 1998).
+/// The voxels whose centre is within half a voxel of the surface, with one bit each in OpenVDB's tree. No
+/// path from voxel to voxel across common faces leads through the surface (6-separating, Huang et al. 1998).
 std::unique_ptr<RayVolume> voxel_volume(const mesh::Mesh& mesh, double voxel);
 
 }  // namespace nif::volume

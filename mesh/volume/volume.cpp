@@ -1,5 +1,5 @@
-// Deals with OpenVDB's habits: it winds faces the other way, a shell is an unsigned distance that is
-// shifted, and a file holds a random UUID, which is set to zero so that the bytes repeat.
+// Handles OpenVDB's peculiarities: it winds faces the other way; a shell is an unsigned distance, shifted;
+// and a file contains a random UUID, which is set to zero so that the bytes repeat.
 #include "mesh/volume/volume.hpp"
 
 #include <openvdb/io/File.h>
@@ -17,9 +17,9 @@
 #include "formats/base/status.hpp"
 #include "mesh/volume/level_set.hpp"
 
-// Trees and grids of these values are in OpenVDB's library. Without these lines GCC 12 makes all of their
-// code again, which takes half a minute. Their inline functions are not in the library: clang, and GCC where
-// it does not optimise, would look for them there.
+// OpenVDB's library has instances of these trees and grids. Without these lines, GCC 12 compiles all of their
+// code again, which takes half a minute. Their inline functions are not in the library; clang, and GCC
+// without optimisation, would look for them there.
 #if defined(__OPTIMIZE__) && !defined(__clang__)
 extern template class openvdb::tree::Tree<openvdb::BoolTree::RootNodeType>;
 extern template class openvdb::tree::Tree<openvdb::FloatTree::RootNodeType>;
@@ -32,7 +32,7 @@ extern template class openvdb::Grid<openvdb::Int32Tree>;
 namespace nif::volume {
 namespace {
 
-/// What OpenVDB asks a mesh for.
+/// The interface that OpenVDB requires of a mesh.
 struct Adapter {
   const mesh::Mesh& mesh;
   double scale;
@@ -76,7 +76,7 @@ mesh::Mesh surface_of(const Grid& grid, double adaptivity) {
   out.positions.reserve(points.size());
   for (const openvdb::Vec3s& p : points) out.positions.push_back({p[0], p[1], p[2]});
   out.triangles.reserve(triangles.size() + 2 * quads.size());
-  // OpenVDB's faces are wound clockwise as seen from outside.
+  // OpenVDB winds faces clockwise as seen from outside.
   for (const openvdb::Vec3I& t : triangles) out.triangles.push_back({t[2], t[1], t[0]});
   for (const openvdb::Vec4I& q : quads) {
     out.triangles.push_back({q[2], q[1], q[0]});
@@ -127,7 +127,7 @@ openvdb::FloatGrid::Ptr level_set(const mesh::Mesh& mesh, const Sampling& sampli
 }
 
 uint64_t memory_estimate(double area, const Sampling& sampling) {
-  // By trying: the dragon at 1024 voxels takes 0.31 kB for each voxel that its surface would fill if it were
+  // Measured: the dragon at 1024 voxels takes 0.31 kB for each voxel that its surface would fill if it were
   // flat.
   const double layers = 1 + sampling.thickness / sampling.voxel / (2 * kBand);
   const double bytes = area / (sampling.voxel * sampling.voxel) * 500 * layers;

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Measures what samples/audio rendered: the level of a sound against the share of visible rays.
+"""Measures the sound of samples/audio: its level against the share of visible rays.
 
     levels.py SOUND.wav OPEN.wav LOG.csv [--svg PICTURE.svg] [--title TEXT] [--check]
 
 SOUND.wav is the sound with the object, OPEN.wav the one without (--no-occlusion), LOG.csv the log of the first. Each 10 ms
-of the first are compared with the same 10 ms of the second, so that the sound's own ups and downs cancel out. Prints the
-figures. With --check it ends with 1, and says why, unless the level falls behind the object, comes back, and follows the
-share of visible rays.
+of the first are compared with the same 10 ms of the second, so that variations of the sound itself cancel out. Prints the
+figures. With --check it exits with 1 and a reason unless the level falls behind the object, recovers, and follows the share
+of visible rays.
 """
 import argparse
 import array
@@ -19,14 +19,14 @@ from dataclasses import dataclass
 from xml.sax.saxutils import escape
 
 STEPS_A_SECOND = 100
-HIDDEN = 0.1  # "behind": at most this share of the rays is visible
-SETTLE = 5  # steps that the filter's ramp may take after the share is 1 again
+HIDDEN = 0.1  # "behind" means that at most this share of the rays is visible
+SETTLE = 5  # steps that the filter may ramp after the share is 1 again
 
-# What --check asks for. A source that is fully hidden loses 12 dB at all frequencies, and more at high ones (main.c).
-LEAST_FALL = 12.0  # dB, where the source is behind the object
+# The requirements of --check. A fully hidden source loses 12 dB at all frequencies, and more at high ones (main.c).
+LEAST_FALL = 12.0  # dB, while the source is behind the object
 MOST_REST = 0.5  # dB, before and after
 LEAST_CORRELATION = 0.95  # of decibels and share of visible rays
-LEAST_SIDE = 3.0  # dB, by which the nearer ear is louder at the start and at the end: HRTF is on
+LEAST_SIDE = 3.0  # dB by which the nearer ear is louder at the start and at the end, because HRTF is on
 
 
 class Unusable(Exception):
@@ -35,14 +35,14 @@ class Unusable(Exception):
 
 @dataclass
 class Figures:
-    """What is measured. Levels are decibels against the open sound."""
+    """The measurements. Levels are in decibels relative to the open sound."""
 
     times: list[float]
     shares: list[float]  # 0 to 1
     levels: list[float]
     before: float  # median level before the object hides anything
-    behind: float  # median level where at most HIDDEN of the rays are visible
-    after: float  # median level after it hides nothing any more
+    behind: float  # median level while at most HIDDEN of the rays are visible
+    after: float  # median level once it hides nothing any more
     correlation: float  # of levels and shares
     side_start: float  # left against right ear in the first half second, of the open sound
     side_end: float  # right against left ear in the last half second
@@ -53,7 +53,7 @@ def decibels(energy: float) -> float:
 
 
 def read_wav(path: str) -> list[tuple[float, float]]:
-    """The energies of the left and the right ear, for each 10 ms."""
+    """The energy at the left and the right ear, for each 10 ms."""
     try:
         with wave.open(path, "rb") as file:
             if (file.getnchannels(), file.getsampwidth()) != (2, 2):
@@ -79,7 +79,7 @@ def read_log(path: str) -> tuple[list[float], list[float]]:
 
 
 def correlation(a: list[float], b: list[float]) -> float:
-    """Pearson's; 0 where one of the two does not change."""
+    """Pearson's correlation; 0 if one of the two is constant."""
     mean_a, mean_b = statistics.fmean(a), statistics.fmean(b)
     both = sum((x - mean_a) * (y - mean_b) for x, y in zip(a, b))
     alone = math.sqrt(sum((x - mean_a) ** 2 for x in a) * sum((y - mean_b) ** 2 for y in b))
@@ -115,7 +115,7 @@ def measure(sound_path: str, open_path: str, log_path: str) -> Figures:
 
 
 def problems(figures: Figures) -> list[str]:
-    """What --check finds wrong; empty if all is well."""
+    """What --check finds wrong; empty if nothing."""
     fall = figures.before - figures.behind
     found = []
     if fall < LEAST_FALL:

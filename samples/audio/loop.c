@@ -1,5 +1,5 @@
-/* Hiss from a hash of the position, and a hum of 40 harmonics. There is no seam, because filters go
- * through the loop twice and each frequency fits a whole number of times. */
+/* Hiss from a hash of the position, and a hum of 40 harmonics. The loop has no seam, because filters run
+ * over it twice and each frequency fits into it a whole number of times. */
 #include "loop.h"
 
 #include <math.h>
@@ -7,7 +7,7 @@
 
 static const double kTurn = 6.283185307179586;
 
-/* -1 .. 1, from a position alone: noise that repeats with the loop. */
+/* -1 .. 1, only from the position: noise that repeats with the loop. */
 static double noise_at(uint32_t position) {
   position = (position ^ position >> 16) * 0x7feb352du;
   position = (position ^ position >> 15) * 0x846ca68bu;
@@ -15,8 +15,8 @@ static double noise_at(uint32_t position) {
   return position / 2147483648.0 - 1;
 }
 
-/* Adds noise whose high parts are weaker, about 3 dB an octave: a sum of low-passes, two octaves apart. The
- * filters run through the loop twice, so that they enter the second time as they leave it: no seam. */
+/* Adds noise whose high frequencies are weaker, by about 3 dB per octave: a sum of low-passes, two octaves
+ * apart. The filters run over the loop twice, so that the second time starts in the state of its end. */
 static void add_hiss(float* samples, int count, int rate) {
   enum { FILTERS = 6 };
   double state[FILTERS] = {0}, factor[FILTERS];
@@ -34,8 +34,8 @@ static void add_hiss(float* samples, int count, int rate) {
   }
 }
 
-/* Adds a hum of 40 harmonics that beats twice a second. Every frequency fits a whole number of times into a
- * second. */
+/* Adds a hum of 40 harmonics that beats twice per second. Every frequency fits into a second a whole number
+ * of times. */
 static void add_hum(float* samples, int count, int rate) {
   int i, k;
   for (k = 1; k <= 40; ++k) {

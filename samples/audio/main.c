@@ -1,6 +1,6 @@
-/* How a game's sound uses nifkit: every 10 ms, 64 rays from the listener to the source say how much of it is
- * hidden, and a low-pass dulls it by as much. The source passes behind the object, from the left to the
- * right, always equally far away, so that nothing but the object makes it louder or softer. */
+/* How a game's sound can use nifkit: every 10 ms, 64 rays from the listener to the source measure how much of
+ * it is hidden, and a low-pass dulls it accordingly. The source passes behind the object from left to right
+ * at a constant distance, so that only the object makes it louder or softer. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,14 +13,14 @@
 
 enum { STEP = RATE / 100 }; /* frames between two answers: 10 ms */
 
-/* The stage, in metres. The object is 2 m long, 2 m in front of the listener, who looks at it. */
+/* The stage, in metres. The object is 2 m long and 2 m in front of the listener, who looks at it. */
 static const float kListener[3] = {0, 0, 0}, kMiddle[3] = {0, 0, -2}, kSize = 2;
 static const float kDistance = 4;       /* of the source */
 static const float kRadius = 0.2f;      /* of the source: a large loudspeaker */
 static const double kFurthest = 1.3090; /* 75 degrees to the left at the start, to the right at the end */
 
-/* What is left of a source that is fully hidden: 12 dB less, and of its high frequencies 18 dB
- * less still. A source that is half hidden loses half of these decibels. */
+/* A fully hidden source loses 12 dB, and its high frequencies another 18 dB. A half-hidden source loses
+ * half of these decibels. */
 static const double kHidden = 0.25, kHiddenHigh = 0.125;
 
 typedef struct Summary {
@@ -58,7 +58,7 @@ static int render(const Options* options, Occlusion* occlusion, Sound* sound, in
   return 1;
 }
 
-/* To 16 bits. Returns how many samples were too loud for them. */
+/* Converts to 16 bits. Returns how many samples were too loud and clipped. */
 static size_t quantise(const float* from, int16_t* to, size_t count) {
   size_t i, clipped = 0;
   for (i = 0; i < count; ++i) {
@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
   if (fine) {
     clipped = quantise(frames, samples, count);
     if (clipped > 0)
-      fprintf(stderr, "audio: %lu samples were too loud, and are cut off\n", (unsigned long)clipped);
+      fprintf(stderr, "audio: %lu samples were too loud and were clipped\n", (unsigned long)clipped);
     write_wav(wav.file, samples, (uint32_t)(count / CHANNELS), CHANNELS, RATE);
   }
   fine = output_end(&wav, fine);

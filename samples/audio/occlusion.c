@@ -1,5 +1,5 @@
 /* 64 rays go from the listener to points spread evenly through a ball; the share of visible ones is the
- * answer. The asset is measured in a scene by itself first, so that it can be scaled and centred. */
+ * answer. The asset is first measured alone in a scene, so that it can be scaled and centred. */
 #include "occlusion.h"
 
 #include <math.h>
@@ -11,7 +11,7 @@ static int failed(const char* what) {
   return 0;
 }
 
-/* Points that fill the unit ball evenly: a spiral of the golden angle, whose radii take turns. */
+/* Points that fill the unit ball evenly: a spiral of the golden angle with alternating radii. */
 static void fill_ball(float (*points)[3], int count) {
   const double golden = 2.399963229728653;
   int i;
@@ -24,7 +24,7 @@ static void fill_ball(float (*points)[3], int count) {
   }
 }
 
-/* Objects of the encoding proof leave rays open, for a BVH that is not here. */
+/* Objects with the encoding proof leave rays open for a BVH, which this program does not have. */
 static int answers_all(const Occlusion* occlusion, const char* path) {
   NifAssetInfo asset = {.struct_size = sizeof(asset)};
   uint32_t i;
@@ -40,7 +40,7 @@ static int answers_all(const Occlusion* occlusion, const char* path) {
   return 1;
 }
 
-/* The box of the asset as it is in its file. */
+/* The bounding box of the asset as placed in its file. */
 static int measure(Occlusion* occlusion, float* low, float* high) {
   NifScene alone = NULL;
   NifSceneInfo info = {.struct_size = sizeof(info)};

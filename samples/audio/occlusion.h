@@ -1,4 +1,4 @@
-/* What stands between the listener and the source: the only file that uses nifkit.
+/* Measures what is between the listener and the source: the only file that uses nifkit.
  *
  * Positions are in metres, in the axes of OpenAL: x right, y up, the listener looks along -z. */
 #ifndef OCCLUSION_H
@@ -17,13 +17,13 @@ typedef struct Occlusion {
   float spread[RAYS][3]; /* points of the unit ball */
 } Occlusion;
 
-/* Loads the asset and places it: its middle at `middle`, its longest side `size` long, the asset's axes `up`
- * and `front` along y and z. 0 after an error, which was printed; close it in any case. */
+/* Loads the asset and places it: its centre at `middle`, its longest side `size` long, the asset's axes `up`
+ * and `front` along y and z. Returns 0 after printing an error; close it in any case. */
 int occlusion_open(Occlusion* occlusion, const char* path, int up, int front, const float* middle,
                    float size);
 
-/* Asks RAYS rays from the listener to points of a ball around the source. Returns the share of them that
- * nothing blocks, 0 to 1, or -1 after an error, which was printed. */
+/* Traces RAYS rays from the listener to points of a ball around the source. Returns the share of visible
+ * ones, 0 to 1, or -1 after printing an error. */
 double occlusion_share(Occlusion* occlusion, const float* listener, const float* source, float radius);
 
 void occlusion_close(Occlusion* occlusion);

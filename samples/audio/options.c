@@ -1,5 +1,5 @@
-/* A loop over the words of the command line. Letters of axes become numbers, limits are checked here,
- * and each mistake ends with one sentence. */
+/* Parses the command line. Letters of axes become numbers, limits are checked here, and each mistake ends
+ * with one sentence. */
 #include "options.h"
 
 #include <stdio.h>
@@ -12,10 +12,10 @@ static const char kHelp[] =
     "  -o FILE            the WAV file to write: 48 kHz, stereo, 16 bits\n"
     "  --log FILE         also write a CSV file: time, direction, share of visible rays, and filter, every "
     "10 ms\n"
-    "  --seconds NUMBER   how long the source takes for its way, 1 to 600 (default 8)\n"
+    "  --seconds NUMBER   duration of the source's path, 1 to 600 (default 8)\n"
     "  --up AXIS          the asset's axis that points up: x, y or z (default y)\n"
     "  --front AXIS       the asset's axis that points at the listener (default z)\n"
-    "  --no-occlusion     as if the object were not there: what the other sound is compared with\n"
+    "  --no-occlusion     as if the object were not there, for comparison\n"
     "  --help             this text\n";
 
 static int read_axis(const char* text, int* axis) {

@@ -1,5 +1,5 @@
-/* mkstemp makes the file beside its target, and rename puts it in place when all is written. The header
- * of a WAV file is put together byte by byte, so the byte order of the CPU does not matter. */
+/* mkstemp creates the file beside its target, and rename puts it in place once it is complete. The header of
+ * a WAV file is written byte by byte, so the byte order of the CPU does not matter. */
 #define _POSIX_C_SOURCE 200809L
 #include "output.h"
 
@@ -21,7 +21,7 @@ int output_begin(Output* output, const char* path) {
   int descriptor;
   umask(mask);
   memset(output, 0, sizeof(*output));
-  /* rename would put a file in place of a device, such as /dev/null. */
+  /* rename would replace a device such as /dev/null with a file. */
   if (stat(path, &there) == 0 && !S_ISREG(there.st_mode)) {
     errno = S_ISDIR(there.st_mode) ? EISDIR : ENOTSUP;
     return failed(path);
@@ -37,7 +37,7 @@ int output_begin(Output* output, const char* path) {
     output->temporary = NULL;
     return 0;
   }
-  fchmod(descriptor, 0666 & ~mask); /* mkstemp lets nobody else read */
+  fchmod(descriptor, 0666 & ~mask); /* mkstemp only lets the owner read */
   output->file = fdopen(descriptor, "wb");
   if (output->file == NULL) {
     failed(path);
@@ -61,7 +61,7 @@ int output_end(Output* output, int fine) {
   return fine;
 }
 
-/* WAV is little-endian, whatever the machine is. */
+/* WAV is little-endian on every machine. */
 static void put(FILE* file, uint32_t value, int bytes) {
   for (; bytes > 0; --bytes, value >>= 8) fputc((int)(value & 0xff), file);
 }
@@ -72,7 +72,7 @@ void write_wav(FILE* file, const int16_t* samples, uint32_t frames, uint32_t cha
   put(file, 36 + frames * frame, 4);
   fputs("WAVEfmt ", file);
   put(file, 16, 4);
-  put(file, 1, 2); /* whole numbers */
+  put(file, 1, 2); /* integers (PCM) */
   put(file, channels, 2);
   put(file, rate, 4);
   put(file, rate * frame, 4);

@@ -1,22 +1,22 @@
-/* The files that are written, each whole or not at all. */
+/* Writes files whole or not at all. */
 #ifndef OUTPUT_H
 #define OUTPUT_H
 
 #include <stdint.h>
 #include <stdio.h>
 
-/* A file that is written beside its name, and gets it when all is well. */
+/* A file that is written under a temporary name, and renamed if all goes well. */
 typedef struct Output {
   FILE* file;
   const char* path;
   char* temporary;
 } Output;
 
-/* Opens a file for `path`, which must live until the end. 0 after an error, which was printed. */
+/* Opens a file for `path`, which must live until the end. Returns 0 after printing an error. */
 int output_begin(Output* output, const char* path);
 
-/* Closes the file and gives it its name if `fine` is 1; removes it if not. 0 if `fine` is 0, or after an
- * error, which was printed. Of one that was not begun it does nothing. */
+/* Closes the file and renames it if `fine` is 1; otherwise removes it. Returns 0 if `fine` is 0, or after
+ * printing an error. Does nothing if the file was not opened. */
 int output_end(Output* output, int fine);
 
 /* Writes a WAV file of samples[frames][channels], 16 bits each. Errors show at output_end. */

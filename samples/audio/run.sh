@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders a sound that passes behind an object, for headphones: 64 rays every 10 ms through a baked asset say how much of the
-# source is hidden. Builds and bakes what it needs, measures the sound, and draws its level over time.
+# Renders a sound that passes behind an object, for headphones: every 10 ms, 64 rays through a baked asset measure how much of
+# the source is hidden. Builds and bakes what it needs, measures the sound, and draws its level over time.
 #
 #   samples/audio/run.sh [MESH] [options of the program]
 #

@@ -1,5 +1,5 @@
 /* OpenAL Soft's loopback device renders into memory instead of playing. Its functions, and those of the
- * low-pass filter, are extensions and have to be looked up. Without HRTF it refuses to start. */
+ * low-pass filter, are extensions that have to be looked up. Without HRTF, this refuses to start. */
 #include "sound.h"
 
 #include <AL/al.h>
@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* What the headers leave to be looked up. */
+/* Functions of extensions, which have to be looked up. */
 typedef struct Functions {
   LPALCLOOPBACKOPENDEVICESOFT open_loopback;
   LPALCISRENDERFORMATSUPPORTEDSOFT is_supported;
@@ -81,8 +81,8 @@ static int start_source(Sound* sound, const float* loop, int count) {
   alGenSources(1, &sound->source);
   alSourcei(sound->source, AL_BUFFER, (ALint)sound->buffer);
   alSourcei(sound->source, AL_LOOPING, AL_TRUE);
-  /* Some room above: what comes from the side is louder in one ear. And no fall with distance: only what
-   * stands in the way is to be heard. */
+  /* Some headroom, because sound from the side is louder in one ear. No attenuation with distance, so that
+   * only the object is heard. */
   alSourcef(sound->source, AL_GAIN, 0.5f);
   alSourcef(sound->source, AL_ROLLOFF_FACTOR, 0);
   sound->call.gen_filters(1, &sound->filter);
@@ -110,7 +110,7 @@ void sound_move(Sound* sound, const float* source) {
 void sound_filter(Sound* sound, float gain, float gain_high) {
   sound->call.filter_f(sound->filter, AL_LOWPASS_GAIN, gain);
   sound->call.filter_f(sound->filter, AL_LOWPASS_GAINHF, gain_high);
-  /* A filter is copied when it is given to a source. */
+  /* A filter is copied when it is attached to a source. */
   alSourcei(sound->source, AL_DIRECT_FILTER, (ALint)sound->filter);
 }
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Tests samples/audio: the level falls behind the object and comes back, by as much as rays are hidden; what is wrong is said,
-# with an exit code, and leaves no file. With NIF_TEST_MESHES also behind the Stanford dragon. Prints "Skipped: ..." and ends
-# with 0 where OpenAL Soft is not installed.
+# Tests samples/audio: behind the object, the level falls as much as rays are hidden, and then recovers; errors are reported
+# with an exit code and leave no file. With NIF_TEST_MESHES also with the Stanford dragon. Prints "Skipped: ..." and exits with 0
+# if OpenAL Soft is not installed.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=samples/prepare.sh
@@ -19,11 +19,11 @@ fail() {
   failures=$((failures + 1))
 }
 
-# What others may have configured is not what is tested.
+# The tests must not depend on a user's configuration.
 export ALSOFT_CONF=/dev/null ALSOFT_DRIVERS=null
 levels=samples/audio/levels.py
 
-# passes ASSET [options of the program]: by the program built with sanitizers, so that leaks and overruns count.
+# passes ASSET [options of the program]: uses the program built with sanitizers, to find leaks and overruns.
 passes() {
   local asset=$1 name
   shift
@@ -32,17 +32,17 @@ passes() {
   "$audio" "$asset" -o "$name.open.wav" --no-occlusion "$@" || { fail "no open sound from $asset" && return; }
   python3 "$levels" "$name.wav" "$name.open.wav" "$name.csv" --check --svg "$name.svg" || fail "levels of $asset"
   python3 -c 'import sys, xml.dom.minidom; xml.dom.minidom.parse(sys.argv[1])' "$name.svg" || fail "$name.svg is not XML"
-  # The check has to fail where nothing is heard of the object.
+  # The check must fail if the object has no effect on the sound.
   if python3 "$levels" "$name.open.wav" "$name.open.wav" "$name.csv" --check >/dev/null 2>&1; then
     fail "a sound without occlusion passes the check"
   fi
-  # The same sound every time.
+  # The sound is reproducible.
   if ! "$audio" "$asset" -o "$name.again.wav" "$@" >/dev/null || ! cmp "$name.wav" "$name.again.wav"; then
     fail "another sound, again"
   fi
 }
 
-# refuses CODE TEXT ARGUMENT...: one line that has the text, this exit code, and no file left in the folder "made".
+# refuses CODE TEXT ARGUMENT...: expects one line with the text, this exit code, and no file in the folder "made".
 refuses() {
   local code=0 wanted=$1 text=$2
   shift 2
@@ -54,7 +54,7 @@ refuses() {
   [[ -z $(ls -A "$scratch/made") ]] || fail "'$*' left a file: $(ls -A "$scratch/made")"
 }
 
-# One command, as its users have it. The knot, whatever else is here.
+# The one command, as users run it, always with the knot.
 prepare_nifkit
 mkdir -p build/samples
 LC_ALL=C awk -f samples/torus_knot.awk >build/samples/knot.obj.new
@@ -69,7 +69,7 @@ for wrong in no_such_mesh.obj README.md; do
   fi
 done
 
-# A mesh elsewhere of the same name has an asset of its own, and so has the knot after it.
+# A mesh elsewhere with the same name gets its own asset, and so does the knot after it.
 mkdir "$scratch/elsewhere"
 printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 0 1 0' 'v 0 0 1' 'f 1 3 2' 'f 1 2 4' 'f 1 4 3' 'f 2 3 4' >"$scratch/elsewhere/knot.obj"
 touch -d 2001-01-01 "$scratch/elsewhere/knot.obj"

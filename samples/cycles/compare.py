@@ -1,4 +1,4 @@
-"""Compares pictures of equal size, and puts them side by side. Blender runs it, because it reads pictures:
+"""Compares pictures of equal size, and puts them side by side. Blender runs it, because it can read pictures:
 
     blender -b --factory-startup -P compare.py -- FIRST.png OTHER.png... BESIDE.png
 
@@ -13,7 +13,7 @@ import bpy
 
 
 def pixels(path: str) -> tuple[list[int], array.array]:
-    """Size, and red, green, blue, alpha of each pixel, row by row from below; 0 to 1, as they are in the file."""
+    """Size, and red, green, blue, alpha of each pixel, row by row from the bottom; 0 to 1, as in the file."""
     image = bpy.data.images.load(os.path.abspath(path))
     values = array.array("f", bytes(4 * len(image.pixels)))
     image.pixels.foreach_get(values)
@@ -21,7 +21,7 @@ def pixels(path: str) -> tuple[list[int], array.array]:
 
 
 def psnr(first: array.array, other: array.array) -> float:
-    # Alpha is equal in all, and no part of the picture.
+    # Alpha is the same in all pictures, so it is ignored.
     squares = math.fsum((a - b) ** 2 for k, (a, b) in enumerate(zip(first, other)) if k % 4 != 3)
     return math.inf if squares == 0 else -10 * math.log10(squares / (len(first) // 4 * 3))
 
@@ -44,7 +44,7 @@ def main() -> None:
     size, first = read[0]
     for path, (other_size, other) in zip(paths[1:], read[1:]):
         if other_size != size:
-            raise ValueError(f"{path} has another size than {paths[0]}")
+            raise ValueError(f"{path} differs in size from {paths[0]}")
         print(f"psnr {os.path.basename(path)} {psnr(first, other):.2f}")
     beside(size, [picture for _, picture in read], out)
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Renders a scene in Cycles, once with the shadow of an object's triangles and once with that of its asset, and compares the
-# pictures. Cycles knows nothing of it: a library is preloaded between it and Embree.
+# pictures. Cycles is unchanged: a library is preloaded between it and Embree.
 #
 #   samples/cycles/run.sh [SIZE [SAMPLES [MESH]]]
 #
-# SIZE is the width and height of the pictures in pixels (400), SAMPLES the paths of each pixel (16). MESH is a mesh whose y axis
+# SIZE is the width and height of the pictures in pixels (400), SAMPLES the paths per pixel (16). MESH is a mesh whose y axis
 # points up. Without one it is the Stanford dragon, if samples/run.sh has fetched it or NIF_TEST_MESHES names a folder that has
-# it, or else a generated mesh. NIF_CYCLES_ROUNDS says how often each picture is rendered (1); the least time counts.
+# it, or else a generated mesh. NIF_CYCLES_ROUNDS is how often each picture is rendered (1); the shortest time counts.
 # Results are in build/cycles.
 set -euo pipefail
 
@@ -45,7 +45,7 @@ render() {
     || { cat "$name.$shadow.log" >&2 && return 1; }
   sed -n 's/^seconds //p' <<<"$said"
 }
-# From here: LD_PRELOAD ends at a space or colon, and the path of this folder may have some.
+# A relative path, because LD_PRELOAD splits at spaces and colons, which the path of this folder may contain.
 preload=(NIF_CYCLES_ASSET="$asset" LD_PRELOAD="$out/build/libshadow_rays.so")
 declare -A seconds
 for ((round = 0; round < rounds; ++round)); do
@@ -62,7 +62,7 @@ psnr_of() { sed -n "s/^psnr $(basename "$name").$1.png //p" <<<"$psnr"; }
 
 [[ -z $origin ]] || say "$origin"
 grep '^shadow_rays: ' "$name.asset.log" \
-  || { say "samples/cycles/run.sh: the asset was not asked, because the library was not loaded:" && cat "$name.asset.log" >&2 && exit 1; }
+  || { say "samples/cycles/run.sh: the asset was not queried, because the library was not loaded:" && cat "$name.asset.log" >&2 && exit 1; }
 printf '\n%-28s %12s %12s\n' "shadow of the object by" "PSNR, dB" "CPU seconds"
 printf '%-28s %12s %12s\n' "triangles (Embree)" '' "${seconds[triangles]}" \
   "its asset" "$(psnr_of asset)" "${seconds[asset]}" "nothing" "$(psnr_of none)" "${seconds[none]}"

@@ -2,8 +2,8 @@
 
     blender -b --factory-startup -P scene.py -- MESH.obj PICTURE.png SIZE SAMPLES asset|none|triangles
 
-SIZE is the picture's width and height in pixels, SAMPLES how many paths each pixel gets. The last word says what casts the
-mesh's shadow: its triangles; nothing; or an asset, by the library that is preloaded: then, too, the mesh itself casts none.
+SIZE is the picture's width and height in pixels, SAMPLES the paths per pixel. The last word says what casts the mesh's shadow:
+its triangles; nothing; or an asset, through the preloaded library, in which case the mesh itself casts none, either.
 Prints "seconds N": processor time of all threads, from the scene to the picture. The mesh's y axis points up.
 """
 import math
@@ -29,7 +29,7 @@ def matte(name: str, color: tuple) -> bpy.types.Material:
 
 
 def look(thing: bpy.types.Object, at: Vector) -> None:
-    """Turns a camera or a light. The picture's up is the mesh's, y, and not Blender's, z."""
+    """Rotates a camera or a light. Up in the picture is the mesh's y, not Blender's z."""
     back = (thing.location - at).normalized()
     right = Vector((0, 1, 0)).cross(back).normalized()
     thing.rotation_mode = "QUATERNION"
@@ -37,7 +37,7 @@ def look(thing: bpy.types.Object, at: Vector) -> None:
 
 
 def build(mesh: str, shadow: str) -> None:
-    """One object from the file, as its coordinates are: that is where the asset lies."""
+    """One object from the file, with unchanged coordinates, because the asset uses these."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.wm.obj_import(filepath=mesh, forward_axis="Y", up_axis="Z")
     model = bpy.context.scene.objects[0]

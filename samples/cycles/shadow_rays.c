@@ -1,13 +1,13 @@
-/* Preloaded between Cycles and Embree 3 (LD_PRELOAD): an asset answers shadow rays.
+/* A library to preload between Cycles and Embree 3 (LD_PRELOAD), so that an asset answers shadow rays.
  *
  *   NIF_CYCLES_ASSET=dragon.nif LD_PRELOAD=libshadow_rays.so blender ...
  *
- * The object that the asset stands for has its shadows switched off in Cycles (Ray Visibility, Shadow), so
- * that its triangles do not answer shadow rays. A shadow ray first asks the asset. If that does not block it,
- * Embree is asked about the other objects, in a scene of their own that is built here: the triangles that the
- * asset stands for are not even in its hierarchy. All other rays go to Embree as before.
+ * The object that the asset represents has its shadows switched off in Cycles (Ray Visibility, Shadow), so
+ * that its triangles do not answer shadow rays. A shadow ray first queries the asset. If that does not block
+ * it, Embree answers for the other objects, in a separate scene that is built here and does not contain the
+ * triangles that the asset represents. All other rays go to Embree as before.
  *
- * The asset lies in the world as it is in its file. */
+ * The asset is placed in the world as in its file. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <embree3/rtcore.h>
@@ -19,10 +19,10 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Cycles 3.4: the bit of a ray's mask for shadow rays that nothing transparent can let through. */
+/* Cycles 3.4: the bit in a ray's mask for shadow rays without transparency. */
 #define SHADOW 0x100u
 
-/* ---- What is preloaded over ---------------------------------------------------------------------------- */
+/* ---- The functions replaced ---------------------------------------------------------------------------- */
 
 static struct {
   RTCScene (*NewScene)(RTCDevice);
@@ -39,11 +39,11 @@ static struct {
 
 static NifDevice device;
 static NifScene asset_scene;
-static float bias; /* how far off its surface the asset expects rays to start */
+static float bias; /* distance from its surface at which the asset expects rays to start */
 
 static void give_up(const char* what, const char* why) {
   fprintf(stderr, "shadow_rays: %s: %s\n", what, why);
-  _exit(2); /* a picture without the asset would be a wrong one */
+  _exit(2); /* a picture without the asset would be wrong */
 }
 
 static void load(const char* path) {
@@ -56,7 +56,7 @@ static void load(const char* path) {
     NifObjectInfo object = {.struct_size = sizeof(object)};
     if (nifGetObjectInfo(asset, i, &object) != NIF_OK) give_up("asset", nifGetErrorMessage());
     if (object.encoding == NIF_ENCODING_PROOF)
-      give_up(path, "an asset of the encoding proof leaves rays open");
+      give_up(path, "an asset with the encoding proof leaves rays open");
     bias = fmaxf(bias, object.bias);
   }
   if (nifNewScene(device, &asset_scene) != NIF_OK ||
@@ -81,20 +81,20 @@ __attribute__((constructor)) static void start(void) {
 #undef TAKE
   if (!embree.Intersect1) give_up("this program", "does not link Embree 3 dynamically");
   load(path);
-  unsetenv("LD_PRELOAD"); /* programs that this one starts are not meant */
+  unsetenv("LD_PRELOAD"); /* not for programs that this one starts */
 }
 
-/* ---- Scenes: each has a twin of what still casts shadows by triangles -------------------------------------
+/* ---- Scenes: each has a twin of the geometry that still casts shadows -------------------------------------
  */
 
 typedef struct Twin {
   RTCScene scene, others;
-  unsigned any_geometry; /* of `scene`; what a ray that the asset blocks is said to have hit */
+  unsigned any_geometry; /* of `scene`; reported as hit by rays that the asset blocks */
   struct Twin* next;
 } Twin;
 
-/* Cycles builds its scenes before it traces rays, on one thread for each scene; nothing is taken out while
- * rays run. */
+/* Cycles builds its scenes before it traces rays, each on one thread; nothing is removed while rays are
+ * traced. */
 static _Atomic(Twin*) twins;
 static _Thread_local RTCGeometry masked;
 static _Thread_local unsigned mask;
@@ -121,7 +121,7 @@ RTC_API void rtcReleaseScene(RTCScene scene) {
   Twin* twin = twin_of(scene);
   if (twin && twin->others) {
     embree.ReleaseScene(twin->others);
-    twin->scene = twin->others = NULL; /* the few bytes of the list stay */
+    twin->scene = twin->others = NULL; /* the few bytes of the list are kept */
   }
   embree.ReleaseScene(scene);
 }
@@ -161,11 +161,11 @@ RTC_API void rtcCommitScene(RTCScene scene) {
 
 /* ---- Rays ---------------------------------------------------------------------------------------------- */
 
-/* What a thread saw last, and what it asked. Cycles traces a path on one thread: its shadow rays start where
- * its last other ray met something. */
+/* The last hit of a thread, and its counts. Cycles traces a path on one thread: its shadow rays start at the
+ * hit of its last other ray. */
 typedef struct Thread {
   int met;
-  float point[3], normal[3]; /* where; of unit length, on the side that the ray came from */
+  float point[3], normal[3]; /* the hit; normal of unit length, on the side that the ray came from */
   uint64_t asked, blocked;
   struct Thread* next;
 } Thread;
@@ -198,8 +198,7 @@ __attribute__((destructor)) static void finish(void) {
 
 static float dot(const float* a, const float* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/* Instances have their normals in a space of their own; Cycles makes none where it renders without a window.
- */
+/* Instances have normals in their own space; Cycles makes no instances when it renders without a window. */
 static void remember(Thread* t, const struct RTCRayHit* r) {
   const float direction[3] = {r->ray.dir_x, r->ray.dir_y, r->ray.dir_z};
   const float normal[3] = {r->hit.Ng_x, r->hit.Ng_y, r->hit.Ng_z};
@@ -215,8 +214,8 @@ static void remember(Thread* t, const struct RTCRayHit* r) {
   }
 }
 
-/* Cycles starts shadow rays on the surface itself, and knows the triangle to leave out. The asset knows no
- * triangles: its rays start a bias off the surface, along the normal. */
+/* Cycles starts shadow rays on the surface itself, and skips the triangle that they start on. The asset has
+ * no triangles: its rays start off the surface by a bias, along the normal. */
 static int blocked_by_asset(Thread* t, const struct RTCRay* r) {
   NifRay ray = {{r->org_x, r->org_y, r->org_z}, r->tnear, {r->dir_x, r->dir_y, r->dir_z}, r->tfar};
   const float away[3] = {ray.origin[0] - t->point[0], ray.origin[1] - t->point[1],
@@ -244,7 +243,7 @@ RTC_API void rtcIntersect1(RTCScene scene, struct RTCIntersectContext* context, 
     embree.Intersect1(twin->others, context, r);
     return;
   }
-  /* Any hit will do: of a shadow ray that meets something opaque, Cycles asks no more. */
+  /* Any hit will do: for a shadow ray that hits something opaque, Cycles needs no more. */
   r->hit.geomID = twin->any_geometry;
   r->hit.primID = 0;
   r->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Tests samples/cycles: shadows by the asset are those of the triangles, and not those of nothing; an asset that is missing or
-# broken, a program without Embree and a wrong command line are said, with an exit code. With NIF_TEST_MESHES also with the
-# Stanford dragon. Prints "Skipped: ..." and ends with 0 where Blender is not installed, or its Cycles has Embree inside.
+# Tests samples/cycles: shadows by the asset match those of the triangles, and differ from no shadow; a missing or broken asset,
+# a program without Embree and a wrong command line are reported, with an exit code. With NIF_TEST_MESHES also with the Stanford
+# dragon. Prints "Skipped: ..." and exits with 0 if Blender is not installed, or its Cycles contains Embree.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=samples/prepare.sh
@@ -31,13 +31,13 @@ shadows() {
   # Otherwise the comparison would show nothing.
   ((none < 25)) || fail "$name: $none dB without a shadow"
   grep -Eq '^shadow_rays: the asset answered [1-9][0-9]+ shadow rays, and blocked [1-9][0-9]+$' "$scratch/said" \
-    || fail "$name: the asset was not asked"
+    || fail "$name: the asset was not queried"
   for picture in triangles asset none beside; do
     [[ -s build/cycles/$name.$picture.png ]] || fail "no picture $name.$picture.png"
   done
 }
 
-# One command, as its users have it. The knot, whatever else is here.
+# The one command, as users run it, always with the knot.
 mkdir -p build/samples
 LC_ALL=C awk -f samples/torus_knot.awk >build/samples/knot.obj.new
 cmp -s build/samples/knot.obj.new build/samples/knot.obj || cp build/samples/knot.obj.new build/samples/knot.obj
@@ -48,11 +48,11 @@ else
   echo 'Skipped: the dragon, because NIF_TEST_MESHES does not name a folder that has it'
 fi
 
-# In a folder whose path has a space, where LD_PRELOAD would end.
+# In a folder whose path has a space, at which LD_PRELOAD would split.
 ln -s "$PWD" "$scratch/a folder"
 (cd "$scratch/a folder" && samples/cycles/run.sh 50 1 build/samples/knot.obj >/dev/null) || fail 'run.sh in a folder whose path has a space'
 
-# refuses TEXT COMMAND...: ends with 2, and says the text.
+# refuses TEXT COMMAND...: expects exit code 2 and the text.
 refuses() {
   local code=0
   "${@:2}" >"$scratch/said" 2>&1 || code=$?

@@ -1,7 +1,7 @@
 // Renders copies of a model on a floor with the shadows of its triangles, and again with those of the asset
-// that was baked from it: as a geometry of Embree's, alone, and as proofs in front of the triangles, which
-// then answer what is not proven. Prints how often each agrees with the triangles, ray by ray, and how fast
-// they are; and how far the asset's first hits are from those of the triangles.
+// baked from it: as an Embree geometry, alone, and as proofs in front of the triangles, which then answer the
+// rays that are not proven. Prints how often each agrees with the triangles, ray by ray, and how fast they
+// are; and how far the asset's first hits are from those of the triangles.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -94,7 +94,7 @@ void print_row(const char* what, const Asked& asked, const Answers& expected) {
               1e3 * asked.seconds);
 }
 
-/// Where shadow rays that are blocked first meet something, in the triangles and in the asset.
+/// First hits of blocked shadow rays, in the triangles and in the asset.
 void print_hits(const FirstHits& expected, const FirstHits& found, float size) {
   size_t same = 0;
   std::vector<float> off;

@@ -1,5 +1,5 @@
-// Embree hands its callbacks packets with lanes that are switched off. The valid rays are gathered into
-// batches, each is one query, and the answers are written back to their lanes.
+// Embree passes packets with inactive lanes to its callbacks. The valid rays are gathered into batches, each
+// batch is one query, and the answers are written back to their lanes.
 #include "nif_geometry.hpp"
 
 #include <algorithm>
@@ -9,10 +9,10 @@
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// Rays per query. Embree asks for at most 16 at once, except for streams.
+// Rays per query. Embree passes at most 16 at once, except for streams.
 constexpr unsigned kBatch = 64;
 
-/// Hands over the valid rays of a packet, with their lanes, some at a time.
+/// Passes on the valid rays of a packet, with their lanes, some at a time.
 template <class Ask>
 void in_batches(RTCRayN* rays, unsigned n, const int* valid, const Ask& ask) {
   NifRay batch[kBatch];

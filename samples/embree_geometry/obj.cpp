@@ -1,5 +1,5 @@
 // Reads line by line and needs no library. Numbers go through std::from_chars, which ignores the locale.
-// An error says in which line it is.
+// Errors name the line.
 #include "obj.hpp"
 
 #include <algorithm>

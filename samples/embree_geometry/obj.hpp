@@ -1,4 +1,4 @@
-// Triangles from an OBJ file, with as much of the format as a sample needs.
+// Reads triangles from an OBJ file, with as much of the format as a sample needs.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// A PNG by hand: stored blocks in place of compression, and both checksums. So the sample needs no
-// library for its pictures.
+// Writes a PNG by hand, with stored blocks instead of compression, and both checksums, so that the sample
+// needs no library for its pictures.
 #include "picture.hpp"
 
 #include <algorithm>

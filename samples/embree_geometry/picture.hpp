@@ -1,4 +1,4 @@
-// A picture in 8-bit colours, written as PNG without compression.
+// A picture with 8-bit colours, written as PNG without compression.
 #pragma once
 
 #include <cstdint>

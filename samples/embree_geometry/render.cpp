@@ -1,5 +1,5 @@
-// Primary rays go through Embree one by one, and lead to a list of shadow rays. This list is then asked
-// in several ways, each timed alone, so that nifkit and Embree are compared on the same rays.
+// Embree traces primary rays one by one, which gives a list of shadow rays. This list is then answered in
+// several ways, each timed separately, so that nifkit and Embree are compared on the same rays.
 #include "render.hpp"
 
 #include <algorithm>

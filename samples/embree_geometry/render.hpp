@@ -1,4 +1,4 @@
-// A picture's primary rays, the shadow rays that they lead to, and the shadow rays' answers.
+// Traces a picture's primary rays, generates their shadow rays, and answers these in several ways.
 #pragma once
 
 #include <vector>
@@ -9,14 +9,14 @@
 struct Shading {
   uint32_t width, height;
   std::vector<float> light;     // [4 samples of each pixel] of the sun, without shadows
-  std::vector<uint32_t> asker;  // [shadow rays] the sample that it belongs to
+  std::vector<uint32_t> asker;  // [shadow rays] its sample
   std::vector<NifRay> rays;     // [shadow rays] towards the sun
 };
 
 /// Traces primary rays in the renderer's scene. `soft` is the radius of the sun's disk, as a tangent.
 Shading shade(const World& world, uint32_t width, uint32_t height, float soft);
 
-/// Each 1 visible, 0 in shadow.
+/// 1 visible, 0 in shadow.
 using Answers = std::vector<uint8_t>;
 
 /// Embree in packets of 16.
@@ -26,8 +26,8 @@ struct Asked {
 };
 Asked ask_embree(RTCScene scene, const std::vector<NifRay>& rays);
 Asked ask_directly(const nifkit::Scene& scene, const std::vector<NifRay>& rays);
-/// What `proofs` proves is final, and `triangles` are asked about the `open` rest, with the part of each ray
-/// that matters. Here no ray meets what `triangles` has and `proofs` has not, the floor: rays go up from it.
+/// Answers that `proofs` proves are final, and `triangles` answers the `open` rest, each over the interval
+/// that matters. `triangles` also has the floor, but no ray meets it, because rays go up from there.
 Asked ask_proofs_first(const nifkit::Scene& proofs, RTCScene triangles, const std::vector<NifRay>& rays,
                        size_t& open);
 

@@ -1,5 +1,5 @@
-// Builds both Embree scenes from the same instances, so that shadows can be compared. A rough look at
-// the bounds notices an asset that was baked from another mesh.
+// Builds both Embree scenes from the same instances, so that shadows can be compared. A rough check of the
+// bounds detects an asset that was baked from another mesh.
 #include "world.hpp"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ Geometry triangles(RTCDevice embree, const std::vector<std::array<float, 3>>& po
   return geometry;
 }
 
-/// b first, then a.
+/// Applies b, then a.
 Transform multiply(const Transform& a, const Transform& b) {
   Transform c;
   for (size_t row = 0; row < 3; ++row) {
@@ -50,7 +50,7 @@ Transform multiply(const Transform& a, const Transform& b) {
   return c;
 }
 
-/// Turns and scales about a point, then moves that point to another.
+/// Rotates and scales around a point, then moves that point to another.
 Transform placed(const std::array<float, 3>& from, float turn, float scale, const std::array<float, 3>& to) {
   const float c = scale * std::cos(turn), s = scale * std::sin(turn);
   Transform t{c, 0, s, 0, 0, scale, 0, 0, -s, 0, c, 0};
@@ -66,7 +66,7 @@ struct Part {
   Transform transform;
 };
 
-/// Where the asset's file places its objects.
+/// The transforms with which the asset's file places its objects.
 std::vector<Part> parts_of(const nifkit::Asset& asset) {
   std::vector<Part> parts;
   const NifAssetInfo info = asset.info();
@@ -82,7 +82,7 @@ std::vector<Part> parts_of(const nifkit::Asset& asset) {
   return parts;
 }
 
-/// The asset must be baked from this mesh. If a part lies outside of the mesh's box, it is not.
+/// Checks whether the asset was baked from this mesh: no part may lie outside of the mesh's box.
 void check_parts(const nifkit::Asset& asset, const std::vector<Part>& parts, const Mesh& mesh, float size) {
   for (const Part& part : parts) {
     const NifObjectInfo object = asset.object(part.object);

@@ -65,7 +65,7 @@ static int ask(const World* world, const NifRays* rays, uint8_t* visible, Result
   return 1;
 }
 
-/* One job: a range of the points, which no other job writes. All jobs query the same scene. */
+/* One job: a range of the points that no other job writes. All jobs query the same scene. */
 static void ask_range(void* argument, int index) {
   static const float whole = 1;
   const Batch* batch = argument;

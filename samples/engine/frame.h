@@ -1,4 +1,4 @@
-/* One frame's shadow queries, cut into jobs: for points on the floor, towards the sun and the lamp. */
+/* One frame's shadow queries, split into jobs: for points on the floor, towards the sun and the lamp. */
 #ifndef ENGINE_FRAME_H
 #define ENGINE_FRAME_H
 

@@ -68,7 +68,7 @@ static int run(const Options* options, World* world, Jobs* jobs, Frame* frame, d
   print_times("move", move, options->frames);
   print_times("shadows", ask, options->frames);
   print_times("frame", all, options->frames);
-  printf("\n%.3g million rays a second, %.1f %% of them visible\n", asking > 0 ? 1e-6 * rays / asking : 0.0,
+  printf("\n%.3g million rays per second, %.1f %% of them visible\n", asking > 0 ? 1e-6 * rays / asking : 0.0,
          100 * (double)lit / rays);
   return 1;
 }

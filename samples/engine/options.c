@@ -1,5 +1,5 @@
-/* A table of the options that take a number, and a loop over the words of the command line. Each mistake
- * ends with one sentence. */
+/* Parses the command line with a table of the options that take a number. Each mistake ends with one
+ * sentence. */
 #include "options.h"
 
 #include <errno.h>
@@ -11,10 +11,10 @@ static const char kHelp[] =
     "engine ASSET.nif [options]: frames of a game whose shadows nifkit computes.\n"
     "\n"
     "  --frames N      frames to run (default 100)\n"
-    "  --instances N   copies of the asset, all of which move (default 36)\n"
+    "  --instances N   moving copies of the asset (default 36)\n"
     "  --threads N     threads that query (default 2)\n"
     "  --scatter       copies at random places and of random sizes, instead of a grid\n"
-    "  --rays N        sun-shadow rays a frame, and the same number of lamp rays (default 20000)\n"
+    "  --rays N        sun-shadow rays per frame, and the same number of lamp rays (default 20000)\n"
     "  --help          this text\n";
 
 /* 1 if `text` is a whole number in 1 .. most. */

@@ -29,7 +29,7 @@ static unsigned char* read_in_chunks(const char* path, size_t* size) {
       }
       bytes = more;
     }
-    /* A game would return to its frame here, and read the next piece in a later frame. */
+    /* A game would return to its frame here, and read the next chunk in a later frame. */
     got = fread(bytes + *size, 1, kChunk, file);
     *size += got;
   }

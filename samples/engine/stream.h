@@ -1,4 +1,4 @@
-/* Streaming: the bytes of a file arrive piece by piece. The asset is made when all have arrived. */
+/* Streaming: the bytes of a file arrive in chunks. The asset is created when all have arrived. */
 #ifndef ENGINE_STREAM_H
 #define ENGINE_STREAM_H
 

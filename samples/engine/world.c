@@ -1,4 +1,4 @@
-/* The first copy is committed alone, to learn how much room one needs; then the others are placed by it.
+/* The first copy is committed alone, to measure how much room one needs; then the others are placed.
  * A frame sets the transforms of all instances and commits once. */
 #include "world.h"
 
@@ -11,7 +11,7 @@ static int failed(const char* what) {
   return 0;
 }
 
-/* c = a b, of 3x4 matrices: b first, then a. */
+/* c = a b for 3x4 matrices: applies b, then a. */
 static void multiply(const float* a, const float* b, float* c) {
   int row, column, k;
   for (row = 0; row < 3; ++row) {
@@ -30,7 +30,7 @@ static float random_of(uint32_t number) {
   return (float)((number ^ number >> 16) >> 8) / (1 << 24);
 }
 
-/* The transform of a copy in a frame: it turns about the y axis and bobs, at a random place or on a square
+/* The transform of a copy in a frame: it rotates around the y axis and bobs, at a random place or on a square
  * grid. */
 static void place(const World* world, uint32_t copy, int frame, float* t) {
   uint32_t side = (uint32_t)ceil(sqrt((double)world->copies));

@@ -1,4 +1,4 @@
-/* The game's world: copies of one asset that move, on a floor, a sun and a lamp. */
+/* The game's world: moving copies of one asset on a floor, a sun and a lamp. */
 #ifndef ENGINE_WORLD_H
 #define ENGINE_WORLD_H
 
@@ -12,7 +12,7 @@ typedef struct World {
   int scatter;           /* copies at random places instead of a grid */
   float low[3], high[3]; /* box of one copy */
   float spacing;
-  float sun[3];  /* direction towards it */
+  float sun[3];  /* direction towards the sun */
   float lamp[3]; /* position */
   float floor_low[2], floor_size[2];
   float floor_height;

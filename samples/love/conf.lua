@@ -1,4 +1,4 @@
--- No window yet: main.lua opens one when it knows that the library and the asset are there.
+-- No window yet: main.lua opens one once the library and the asset are loaded.
 function love.conf(t)
   t.identity = "nifkit-statues"
   t.version = "11.4"

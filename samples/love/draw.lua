@@ -1,17 +1,17 @@
--- Draws a game: the painted hall, lit by what lanterns reach, and what people need to know, in a bar above it.
+-- Draws a game: the painted hall, lit where lanterns reach, and a status bar above it.
 local ffi = require("ffi")
 local museum = require("museum")
 local nif = require("nif")
 local sight = require("sight")
 
 local draw = {}
-draw.SCALE = 80 / 3 -- pixels a metre
+draw.SCALE = 80 / 3 -- pixels per metre
 draw.BAR = 44 -- pixels, above the hall
 draw.WIDTH = math.floor(museum.width * draw.SCALE + 0.5)
 draw.HALL = math.floor(museum.depth * draw.SCALE + 0.5)
 draw.HEIGHT = draw.BAR + draw.HALL
 
-local NIGHT = { 0.29, 0.35, 0.5 } -- what is seen without a lantern
+local NIGHT = { 0.29, 0.35, 0.5 } -- brightness without a lantern
 local LANTERN = { 1.15, 0.9, 0.52 }
 local DANGER = { 1.0, 0.34, 0.24 }
 local PLAYER = { 0.36, 0.86, 0.95 }
@@ -36,7 +36,7 @@ local function new_glow(size)
   return g.newImage(data)
 end
 
--- The hall's colours times the light on them.
+-- The hall's colours, multiplied by the light.
 local SHADER = [[
 extern Image light;
 vec4 effect(vec4 color, Image image, vec2 at, vec2 screen) {
@@ -52,7 +52,7 @@ function draw.load(pixels)
   light = g.newCanvas(draw.WIDTH, draw.HALL, { format = "rgba16f" })
   shader = g.newShader(SHADER)
   glow = new_glow(128)
-  -- A grid of places that triangles join.
+  -- A grid of points, joined by triangles.
   local angles, rings = sight.ANGLES, sight.RINGS
   cone = g.newMesh(
     { { "VertexPosition", "float", 2 }, { "VertexColor", "float", 4 } },
@@ -220,7 +220,7 @@ function draw.frame(game, clock)
   g.setColor(1, 1, 1)
 end
 
--- While the hall is painted.
+-- Shown while the hall is painted.
 function draw.loading(done, text)
   g = love.graphics
   fonts = fonts or {}

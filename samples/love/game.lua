@@ -1,5 +1,5 @@
--- The rules: take the gems, reach the exit, and do not let the alarm fill. Knows nothing of windows and keys, so that tests
--- play it, too. The same moves always end alike: time goes in steps of game.STEP.
+-- The rules: take the gems, reach the exit, and do not let the alarm fill. Independent of windows and keys, so that tests can
+-- play it, too. The same moves always give the same result, because time advances in steps of game.STEP.
 local Guard = require("guard")
 local museum = require("museum")
 
@@ -7,8 +7,8 @@ local game = {}
 game.__index = game
 game.STEP = 1 / 60
 
-game.SPEED = 3.2 -- metres a second
--- How fast the alarm rises where one is hardly seen, and where one is seen entirely, and how fast it falls; a second.
+game.SPEED = 3.2 -- metres per second
+-- How fast the alarm rises, per second, if the player is hardly seen and if fully seen, and how fast it falls.
 local HARDLY, ENTIRELY, CALM = 0.3, 1.6, 0.3
 
 local PATHS = {
@@ -43,7 +43,7 @@ function game:gems_left()
   return left
 end
 
--- One step. dx, dz: where the player wishes to go; any length.
+-- One step. dx, dz: the direction in which the player wants to go, of any length.
 function game:step(dx, dz)
   if self.state ~= "playing" then return end
   local dt = game.STEP

@@ -1,14 +1,14 @@
--- A guard walks along a path of cells, there and back or round, and stops to look where he sees somebody.
+-- A guard walks along a path of cells, back and forth or in a loop, and stops to look when he sees somebody.
 local museum = require("museum")
 local sight = require("sight")
 
 local Guard = {}
 Guard.__index = Guard
 
-local SPEED, TURN = 1.7, 2.6 -- metres and radians a second
-local STARE = 1.2 -- seconds that he looks on where he saw somebody
+local SPEED, TURN = 1.7, 2.6 -- metres and radians per second
+local STARE = 1.2 -- seconds that he keeps looking at where he saw somebody
 
--- `path`: cells {column, row}, each in a straight line with the next, and the last with the first.
+-- `path`: cells {column, row}. Each is in a straight line with the next, and the last one with the first.
 function Guard.new(path)
   local self = setmetatable({ path = path, next = 2, seen = 0, stare = 0 }, Guard)
   self.x, self.z = museum.centre(path[1][1], path[1][2])
@@ -21,7 +21,7 @@ local function difference(a, b)
   return (a - b + math.pi) % (2 * math.pi) - math.pi
 end
 
--- Turns towards an angle; true once it is reached.
+-- Turns towards an angle; returns true once it is reached.
 function Guard:turn(angle, dt)
   local off = difference(angle, self.heading)
   local step = math.min(TURN * dt, math.abs(off))
@@ -29,7 +29,7 @@ function Guard:turn(angle, dt)
   return math.abs(off) - step < 0.02
 end
 
--- Looks for a body at x, z. self.seen is how well he sees it: 0 not at all, 1 entirely and from near.
+-- Looks for a body at x, z. self.seen is how well he sees it: 0 not at all, 1 fully and from nearby.
 function Guard:look(scene, x, z)
   local dx, dz = x - self.x, z - self.z
   local distance = math.sqrt(dx * dx + dz * dz)

@@ -1,5 +1,5 @@
--- Statues: a small game for LÖVE whose every question about what is in the way goes to nifkit, through LuaJIT's FFI. README.md
--- says how to start it.
+-- Statues: a small game for LÖVE in which nifkit answers every question about visibility, through LuaJIT's FFI. README.md says
+-- how to start it.
 local options = { up = "y" }
 local nif, museum, Game, draw -- loaded once the library is
 local asset, scene, game, painter, hall, canvas, script, shot
@@ -7,7 +7,7 @@ local done, time, broken = 0, 0, nil
 
 local USAGE = "love samples/love --asset FILE.nif [--library libnif.so] [--up y|z] [--script FILE]"
 
--- Says what is wrong, and ends with 1; in a window too, if somebody may be looking at one.
+-- Reports an error and exits with 1; also in a window, if there may be somebody to see it.
 local function fail(text)
   io.stderr:write("statues: ", text, "\n")
   if script or options.script or love.window == nil then
@@ -35,13 +35,13 @@ local function read_options(arguments)
   return true
 end
 
--- All that can be missing. Returns true, or nil and a sentence.
+-- Loads everything that can be missing. Returns true, or nil and a sentence.
 local function prepare(arguments)
   local fine, why = read_options(arguments)
   if not fine then return nil, why end
   nif = require("nif")
   fine, why = nif.load(options.library)
-  if not fine then return nil, why .. ". Build and start all with samples/love/run.sh, or name the library with --library." end
+  if not fine then return nil, why .. ". Build and start everything with samples/love/run.sh, or name the library with --library." end
   museum, Game, draw = require("museum"), require("game"), require("draw")
   local device
   device, why = nif.device(0)
@@ -89,7 +89,7 @@ local function paint()
   end
 end
 
--- Whether one of these keys is down; of a script, the one that it holds.
+-- Whether one of these keys is down, or held by the script.
 local held
 local function down(...)
   if not script then return love.keyboard.isDown(...) and 1 or 0 end
@@ -99,7 +99,7 @@ local function down(...)
   return 0
 end
 
--- Where the keys say that the player wishes to go: x and z.
+-- The direction given by the keys: x and z.
 local function wish()
   return down("right", "d") - down("left", "a"), down("down", "s") - down("up", "w")
 end
@@ -109,7 +109,7 @@ local function pressed(key)
   if key == "r" and game then start() end
 end
 
--- The script plays until a picture has to be drawn, for a tenth of a second at most.
+-- The script plays until a picture has to be drawn, for at most a tenth of a second.
 local function play_script()
   local from = love.timer.getTime()
   while not shot and love.timer.getTime() - from < 0.1 do
@@ -164,7 +164,7 @@ function love.draw()
   if not canvas then return end
   g.setCanvas(canvas)
   if game then
-    -- Pictures of a script do not show times, so that they are the same every time.
+    -- A script's pictures do not show times, so that they are always the same.
     draw.frame(game, not script and love.timer.getTime or nil)
   else
     draw.loading(done, "painting the hall, by rays through the asset")

@@ -1,4 +1,4 @@
--- The hall: which cells hold a statue, where these stand in nifkit's scene, and where there is room to walk.
+-- The hall: which cells have a statue, where the statues stand in nifkit's scene, and where there is room to walk.
 --
 -- Positions are in metres: x to the right, z down the screen, y up from the floor.
 local nif = require("nif")
@@ -27,7 +27,7 @@ museum.columns, museum.rows = #MAP[1], #MAP
 museum.width, museum.depth = museum.columns * museum.CELL, museum.rows * museum.CELL
 museum.heights = HEIGHTS
 
--- The middle of a cell; columns and rows count from 1.
+-- The centre of a cell; columns and rows count from 1.
 function museum.centre(column, row)
   return (column - 0.5) * museum.CELL, (row - 0.5) * museum.CELL
 end
@@ -52,13 +52,13 @@ function museum.find(sign)
   return found
 end
 
--- 0 .. 1, from the cell alone.
+-- 0 .. 1, depends only on the cell.
 local function chance(column, row, number)
   local value = math.sin(column * 12.9898 + row * 78.233 + number * 37.719) * 43758.5453
   return value - math.floor(value)
 end
 
--- Along x (0) or along z (a quarter turn), as its neighbours stand; a little askew, and either end first.
+-- Along x (0) or z (a quarter turn), like its neighbours; slightly rotated, and facing either way.
 local function angle_of(column, row)
   local function statue(c, r) return museum.at(c, r) == "#" and 1 or 0 end
   local beside = statue(column - 1, row) + statue(column + 1, row)
@@ -69,15 +69,15 @@ local function angle_of(column, row)
   return angle + 0.24 * (chance(column, row, 2) - 0.5)
 end
 
--- Object to world: the asset's box stands on the floor, in the middle of the cell, its longer side along the angle. `up` is the
--- asset's axis that points up, "y" or "z".
+-- Object to world: the asset's box stands on the floor in the centre of the cell, with its longer side along the angle. `up` is
+-- the asset's axis that points up, "y" or "z".
 local function place(low, high, up, column, row)
   local u = up == "z" and 2 or 1
   local a, b = (u + 1) % 3, (u + 2) % 3 -- the other two, so that (a, b, up) is right-handed
   local length_a, length_b = high[a] - low[a], high[b] - low[b]
   local scale = LENGTH / math.max(length_a, length_b)
   local angle = angle_of(column, row)
-  -- (z, x, y) is right-handed, too: b goes along x if it is the longer one, else a quarter turn more.
+  -- (z, x, y) is also right-handed: b goes along x if it is the longer one, otherwise a quarter turn more.
   if length_a > length_b then angle = angle + math.pi / 2 end
   local c, s = scale * math.cos(angle), scale * math.sin(angle)
   local t = {}
@@ -120,7 +120,7 @@ function museum.build(device, asset, up)
   return scene
 end
 
--- 1 if a body has room at x, z: no statue is closer than its radius, at any of the heights.
+-- 1 if a body has room at x, z: at none of the heights is a statue closer than its radius.
 local AROUND = 24
 local room = nif.rays(AROUND * #HEIGHTS)
 function museum.free(scene, x, z)
@@ -141,10 +141,10 @@ function museum.free(scene, x, z)
   return true
 end
 
--- Moves a body as far as there is room, along the statues where it cannot go straight. Returns the new place.
+-- Moves a body as far as there is room, sliding along statues if it cannot go straight. Returns the new position.
 function museum.walk(scene, x, z, dx, dz)
   if museum.free(scene, x + dx, z + dz) then return x + dx, z + dz end
-  -- Slide: the turns nearest to the wish first.
+  -- Slide: tries the directions closest to the wanted one first.
   local angle, length = math.atan2(dz, dx), math.sqrt(dx * dx + dz * dz)
   for _, turn in ipairs({ 0.4, -0.4, 0.8, -0.8, 1.2, -1.2 }) do
     local sx = length * math.cos(turn) * math.cos(angle + turn)

@@ -1,22 +1,22 @@
--- nifkit for LuaJIT: loads libnif.so, and wraps what the game uses of it. Every function that can fail returns nil and a
--- sentence.
+-- nifkit for LuaJIT: loads libnif.so, and wraps the functions that the game uses. Every function that can fail returns nil and
+-- a sentence.
 local ffi = require("ffi")
 ffi.cdef(require("nif_cdef"))
 
 local nif = {}
 local C -- the library, once it is loaded
-local VERSION = "0.1" -- of nif.h that nif_cdef.lua was made from; before 1.0 another minor version may differ
+local VERSION = "0.1" -- of nif.h that nif_cdef.lua was made from; before 1.0, other minor versions may differ
 
 local function sentence()
   return ffi.string(C.nifGetErrorMessage())
 end
 
--- Loads the library: `path`, or where the system finds it. To be called first.
+-- Loads the library: from `path`, or from where the system finds it. To be called first.
 function nif.load(path)
   local names = path and { path } or { "libnif.so." .. VERSION, "libnif.so" }
   local why
   for _, name in ipairs(names) do
-    -- A plain name would be looked for in the system's folders alone.
+    -- A plain name would only be searched in the system's folders.
     local file = path and not name:find("/") and "./" .. name or name
     local fine, found = pcall(ffi.load, file)
     if fine then
@@ -37,7 +37,7 @@ end
 local Device, Asset, Scene, Rays = {}, {}, {}, {}
 Device.__index, Asset.__index, Scene.__index, Rays.__index = Device, Asset, Scene, Rays
 
--- A device of `threads` threads; 0: as many as the machine has.
+-- A device with `threads` threads; 0: one for each core.
 function nif.device(threads)
   local out = ffi.new("NifDevice[1]")
   if C.nifNewDevice("threads=" .. threads, nil, out) ~= C.NIF_OK then return nil, sentence() end
@@ -58,7 +58,7 @@ function Device:asset(path)
   return setmetatable({ handle = ffi.gc(out[0], C.nifReleaseAsset) }, Asset)
 end
 
--- False if it leaves rays open (the encoding proof), for a BVH that is not here.
+-- False if it leaves rays open (the encoding proof) for a BVH, which this game does not have.
 function Asset:answers_all()
   local info = ffi.new("NifAssetInfo", { struct_size = ffi.sizeof("NifAssetInfo") })
   if C.nifGetAssetInfo(self.handle, info) ~= C.NIF_OK then return nil, sentence() end
@@ -95,7 +95,7 @@ function Scene:commit()
   return true
 end
 
--- The box around everything, of the last commit: two tables of x, y, z, from 0 on. Also the number of instances.
+-- The bounding box of everything at the last commit: two tables of x, y, z, indexed from 0. Also the number of instances.
 function Scene:bounds()
   local info = ffi.new("NifSceneInfo", { struct_size = ffi.sizeof("NifSceneInfo") })
   if C.nifGetSceneInfo(self.handle, info) ~= C.NIF_OK then return nil, sentence() end
@@ -104,8 +104,8 @@ function Scene:bounds()
   return low, high, info.instance_count
 end
 
--- Room for `capacity` rays and their answers: visible[i] is 1 or 0; t[i] is infinite if nothing is hit; normal[3 * i + axis].
--- All count from 0.
+-- Memory for `capacity` rays and their answers: visible[i] is 1 or 0; t[i] is infinite if nothing is hit; normal[3 * i + axis].
+-- All indices start at 0.
 function nif.rays(capacity)
   local rays = setmetatable({
     capacity = capacity,
@@ -131,7 +131,7 @@ function nif.rays(capacity)
   return rays
 end
 
--- Sets ray i to the points origin + t direction, 0 <= t <= tmax.
+-- Sets ray i to the points origin + t direction with 0 <= t <= tmax.
 function Rays:set(i, ox, oy, oz, dx, dy, dz, tmax)
   local ray = self.ray[i]
   ray.origin[0], ray.origin[1], ray.origin[2] = ox, oy, oz
@@ -139,7 +139,7 @@ function Rays:set(i, ox, oy, oz, dx, dy, dz, tmax)
   ray.tmin, ray.tmax = 0, tmax
 end
 
--- Rays asked so far by this program, for the display.
+-- Number of rays queried so far by this program, for the display.
 nif.asked = 0
 
 local function prepare(rays, count)

@@ -1,5 +1,5 @@
--- What the game uses of nif.h, as LuaJIT's FFI takes it: no macros, no comments about use (those are in nif.h). Whatever is
--- declared here must be declared there alike: test_cdef.lua has a C compiler compare the two.
+-- The declarations of nif.h that the game uses, in the form that LuaJIT's FFI reads: without macros and comments (those are in
+-- nif.h). They must match nif.h: test_cdef.lua has a C compiler compare the two.
 return [[
 typedef enum NifError {
   NIF_OK = 0,

@@ -1,20 +1,20 @@
--- Paints the hall as seen from above, in daylight, by nothing but rays: first hits straight down, then rays to a soft moon and to
--- the sky from where they land. Row by row, so that a loading bar can move meanwhile.
+-- Paints the hall as seen from above, only with rays: first hits straight down, then rays from there to a soft moon and to the
+-- sky. Works row by row, so that a loading bar can move.
 local ffi = require("ffi")
 local museum = require("museum")
 local nif = require("nif")
 
 local picture = {}
 
-local FINE = 2 -- places along each side of a pixel
-local SKY = 6 -- rays to the sky from each place
+local FINE = 2 -- samples along each side of a pixel
+local SKY = 6 -- rays to the sky from each sample
 local CAMERA = 20 -- metres above the floor
-local OFF = 0.012 -- metres that rays start off the surface
-local MOON = { -0.52, 0.72, -0.46 } -- where it stands; of unit length, nearly
+local OFF = 0.012 -- distance in metres at which rays start off the surface
+local MOON = { -0.52, 0.72, -0.46 } -- its direction, of nearly unit length
 local SPREAD = 0.06 -- how large it is
-local FAR = 60 -- metres; the length of rays to moon and sky
+local FAR = 60 -- length of rays to the moon and the sky in metres
 
--- Directions over the hemisphere, more of them upwards (cosine), on a spiral of the golden angle.
+-- Directions over the hemisphere with cosine density, on a spiral of the golden angle.
 local sky = {}
 for i = 0, SKY - 1 do
   local r, angle = math.sqrt((i + 0.5) / SKY), 2.399963 * i
@@ -27,7 +27,7 @@ local function noise(x, y)
   return value % 1
 end
 
--- The floor: slabs of two greys, with joints. Returns a grey, 0 to 1.
+-- The floor: slabs in two greys, with joints. Returns a grey, 0 to 1.
 local function slab(x, z)
   local size = museum.CELL / 2
   local u, v = x / size, z / size
@@ -38,12 +38,12 @@ local function slab(x, z)
   return ((i + j) % 2 == 0 and 0.26 or 0.205) + 0.04 * (value - math.floor(value))
 end
 
--- Rays of one line of places: straight down, and up again from where those land.
+-- Rays of one row of samples: straight down, and up again from the hits.
 local function new_line(scene, count, scale)
   local down, up = nif.rays(count), nif.rays(count * (SKY + 1))
   local line = {}
 
-  -- Where the rays of the line at z land: place, normal, and whether on a statue.
+  -- The hits of the row at z: position, normal, and whether they are on a statue.
   local function landing(i, z)
     local x = (i + 0.5) / scale
     if down.t[i] >= CAMERA then return x, 0, z, 0, 1, 0, false end
@@ -51,7 +51,7 @@ local function new_line(scene, count, scale)
     return x, CAMERA - down.t[i], z, nx, ny, nz, true
   end
 
-  -- Asks all rays of the line number `row`.
+  -- Traces all rays of the row number `row`.
   function line.ask(row)
     local z = (row + 0.5) / scale
     for i = 0, count - 1 do down:set(i, (i + 0.5) / scale, CAMERA, z, 0, -1, 0, CAMERA) end
@@ -66,8 +66,8 @@ local function new_line(scene, count, scale)
       up:set(k, x, y, oz, MOON[1] + r * c, MOON[2], MOON[3] + r * s, FAR)
       k = k + 1
       for d = 0, SKY - 1 do
-        -- The sky's directions, turned by the noise. On a statue mirrored about the line between up and the normal, which takes
-        -- the one to the other.
+        -- The sky's directions, rotated by the noise. On a statue, they are mirrored at the line between up and the normal, which
+        -- maps one to the other.
         local from = sky[d]
         local dx, dy, dz = c * from[1] - s * from[3], from[2], s * from[1] + c * from[3]
         local size = nx * nx + (ny + 1) ^ 2 + nz * nz
@@ -83,7 +83,7 @@ local function new_line(scene, count, scale)
     line.z = z
   end
 
-  -- The colour of place i of that line: red, green and blue, 0 to 1, as a screen shows it.
+  -- The colour of sample i of that row: red, green and blue, 0 to 1, encoded for a screen.
   function line.color(i)
     local x, _, z, nx, ny, nz, statue = landing(i, line.z)
     local first = i * (SKY + 1)
@@ -91,7 +91,7 @@ local function new_line(scene, count, scale)
     local open = 0
     for d = 1, SKY do open = open + up.visible[first + d] end
     local red, green, blue, lit
-    if statue then -- marble, which also glows a little from within
+    if statue then -- marble, with a slight glow from within
       red, green, blue, lit = 0.97, 0.94, 0.88, 0.12 + 0.75 * open / SKY + 0.75 * moon
     else
       local grey = slab(x, z)
@@ -103,8 +103,8 @@ local function new_line(scene, count, scale)
   return line
 end
 
--- Returns a function that paints the next row into `pixels` (uint8_t, 4 a pixel, width x height, a metre `scale` pixels wide)
--- and returns the share that is done, 0 to 1. Each pixel is the mean of FINE x FINE places.
+-- Returns a function that paints the next row into `pixels` (uint8_t, 4 per pixel, width x height, `scale` pixels per metre) and
+-- returns the fraction done, 0 to 1. Each pixel is the mean of FINE x FINE samples.
 function picture.painter(scene, pixels, width, height, scale)
   local line = new_line(scene, FINE * width, FINE * scale)
   local sums = ffi.new("float[?]", 3 * width)

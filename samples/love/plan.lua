@@ -1,17 +1,17 @@
--- Plans a way to win without being seen, by the same questions that the guards ask. While they see nobody, the guards' walks
--- do not depend on the player: so where they are at each time is known beforehand, and a search over cells, times and gems
--- finds the shortest way. For tests: it shows that the game can be won in a hall of a mesh.
+-- Plans a way to win without being seen, with the same queries that the guards use. As long as they see nobody, the guards' paths
+-- do not depend on the player. So their positions are known beforehand, and a search over cells, times and gems finds the
+-- shortest way. For tests: it shows that the game can be won with a given mesh.
 local Guard = require("guard")
 local game = require("game")
 local museum = require("museum")
 
 local plan = {}
 plan.BEAT = 0.8 -- seconds; a step from cell to cell takes less
-local LOOK = 0.1 -- seconds between two looks at whether somebody sees the thief
+local LOOK = 0.1 -- seconds between two checks whether somebody sees the thief
 local MARGIN = 0.1 -- seconds that guards may be early or late
 local LONGEST = 150 -- beats
 
--- The guards' places at every look.
+-- The guards' positions at every check.
 local function patrols()
   local guards, looks = {}, {}
   for i, path in ipairs(game.PATHS) do guards[i] = Guard.new(path) end
@@ -27,7 +27,7 @@ local function patrols()
   return looks
 end
 
--- True if a body can go straight from one place to another.
+-- Returns true if a body can go straight from one place to another.
 function plan.passable(scene, ax, az, bx, bz)
   local length = math.sqrt((bx - ax) ^ 2 + (bz - az) ^ 2)
   local steps = math.max(1, math.ceil(length / 0.05))
@@ -41,7 +41,7 @@ local function key(column, row)
   return (row - 1) * museum.columns + column
 end
 
--- For each cell, which cells a step reaches: beside it, or the cell itself.
+-- For each cell, the cells that a step reaches: its neighbours, or the cell itself.
 function plan.steps(scene)
   local reach = {}
   for row = 1, museum.rows do
@@ -125,7 +125,7 @@ function plan.win(scene)
   return nil
 end
 
--- The way as lines of a script, see script.lua.
+-- The way as lines of a script; see script.lua.
 function plan.script(way)
   local lines = {}
   for i = 2, #way do

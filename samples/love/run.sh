@@ -4,7 +4,7 @@
 #   samples/love/run.sh [MESH] [--up y|z] [--screenshot FILE.png]
 #
 # MESH is a mesh or a .nif file. Without one it is the Stanford dragon, if samples/run.sh has fetched it, or else a generated
-# mesh. --screenshot plays five seconds by itself, on a screen that nobody sees, and writes a picture of the game.
+# mesh. --screenshot plays by itself for five seconds, on a virtual screen, and writes a picture of the game.
 set -euo pipefail
 
 usage() { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; }

@@ -1,16 +1,16 @@
--- A player made of text, for tests: one command a line.
+-- A scripted player, for tests: one command per line.
 --
---   walk COLUMN ROW     goes straight to the middle of that cell, sliding along statues
+--   walk COLUMN ROW     goes straight to the centre of that cell, sliding along statues
 --   wait SECONDS        stands still
---   at SECONDS          stands still until so much of the game has passed
---   hold KEY SECONDS    as if that key were held, e.g. left or a
---   press KEY           as if that key were pressed, e.g. r
+--   at SECONDS          stands still until that time of the game
+--   hold KEY SECONDS    holds that key, e.g. left or a
+--   press KEY           presses that key, e.g. r
 --   expect WORD         ends with an error unless the game is in this state: playing, won, caught, seen or unseen
 --   near COLUMN ROW     ends with an error unless the player is in that cell
---   gems NUMBER         ends with an error unless so many are left
+--   gems NUMBER         ends with an error unless this number is left
 --   until WORD SECONDS  stands still until the game is in that state; an error if it takes longer
 --   shot FILE           writes a picture of the next frame (PNG)
--- Blank lines and what follows # do nothing. After the last line the game ends.
+-- Blank lines, and text after #, are ignored. After the last line, the game ends.
 local museum = require("museum")
 
 local script = {}
@@ -54,7 +54,7 @@ local function failed(self, command, text)
   return nil, ("%s, line %d: %s"):format(self.name, command.line, text)
 end
 
--- What to do next. Returns the wish to move in the next step of the game, dx and dz; or "hold" and a key, for the next step;
+-- What to do next. Returns the movement wanted in the next step of the game, dx and dz; or "hold" and a key, for the next step;
 -- or "press" and a key; or "shot" and a file; or "end"; or nil and a sentence. `step` is the length of a step in seconds.
 function script:next(game, step)
   while true do

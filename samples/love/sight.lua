@@ -1,9 +1,9 @@
--- What guards see: shares of visible rays from a lantern to points of a body, and the same for a whole cone of light.
+-- What guards see: the share of visible rays from a lantern to points of a body, and the same for a whole cone of light.
 local museum = require("museum")
 local nif = require("nif")
 
 local sight = {}
-sight.RANGE = 8.5 -- metres that a lantern reaches
+sight.RANGE = 8.5 -- reach of a lantern in metres
 sight.HALF = math.rad(34) -- half of the cone's angle
 sight.LANTERN = 1.1 -- its height
 
@@ -27,7 +27,7 @@ function sight.share(scene, from_x, from_z, x, z)
   return count / i
 end
 
--- How much of a place is within the cone, 0 to 1: less near its edges. `side` is the angle off its middle.
+-- How much a point is within the cone, 0 to 1: less near its edges. `side` is the angle from its axis.
 function sight.beam(side, distance)
   local across = 1 - math.min(1, math.abs(side) / sight.HALF)
   local along = 1 - distance / sight.RANGE
@@ -35,12 +35,12 @@ function sight.beam(side, distance)
   return math.min(1, 5 * across) * math.min(1, 4 * along)
 end
 
--- The light of a cone on a grid of ANGLES x RINGS places, for a picture: each is lit by the share of the heights that the
+-- The light of a cone on a grid of ANGLES x RINGS points, for a picture: each is lit by the share of the heights that the
 -- lantern reaches there.
 sight.ANGLES, sight.RINGS = 97, 40
 local cone = nif.rays(sight.ANGLES * sight.RINGS * #museum.heights)
 
--- Calls put(angle number, ring number, x, z, light) for each place, numbers from 0. `light` is 0 to 1.
+-- Calls put(angle number, ring number, x, z, light) for each point; numbers start at 0. `light` is 0 to 1.
 function sight.cone(scene, from_x, from_z, heading, put)
   local i = 0
   for a = 0, sight.ANGLES - 1 do

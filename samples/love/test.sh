@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests samples/love: its declarations against nif.h, its rules without a window, and the game in LÖVE, played by scripts on a
-# screen that nobody sees. With NIF_TEST_MESHES also in a hall of Stanford dragons. Prints "Skipped: ..." and ends with 0 where
-# LÖVE, LuaJIT or Xvfb is not installed.
+# virtual screen. With NIF_TEST_MESHES also in a hall of Stanford dragons. Prints "Skipped: ..." and exits with 0 if LÖVE, LuaJIT
+# or Xvfb is not installed.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=samples/prepare.sh
@@ -27,7 +27,7 @@ cmp -s build/samples/knot.obj.new build/samples/knot.obj || cp build/samples/kno
 prepare_asset build/samples/knot.obj
 knot=$PWD/$asset
 
-# Declarations. Each change has to be found.
+# Declarations. Each change must be found.
 luajit $game/test_cdef.lua "$prefix/include" "$scratch" || fail 'nif_cdef.lua is not nif.h'
 mkdir "$scratch/changed"
 change() {
@@ -45,19 +45,19 @@ change 's/NIF_LOAD_IN_PLACE = 1/NIF_LOAD_IN_PLACE = 2/'
 change 's/nifLoadAssetFile(NifDevice device, const char\* path/nifLoadAssetFile(NifDevice device, char* path/'
 change 's/void nifReleaseScene(NifScene scene)/void nifReleaseScene(NifAsset scene)/'
 
-# Rules. Two libraries that are not the right ones come along.
+# Rules. Two wrong libraries are made for this.
 printf 'int nothing;\n' | cc -shared -fPIC -x c - -o "$scratch/libplain.so"
 printf 'unsigned nifGetVersion(void) { return 200; }\n' | cc -shared -fPIC -x c - -o "$scratch/libother.so"
 golden=tests/golden/v2-shapes.nif
 luajit $game/test_game.lua "$library" "$knot" $golden "$scratch" || fail 'the game in a hall of knots'
 
-# The README's example. The ray goes through the statue's middle.
+# The README's example. The ray goes through the centre of the statue.
 sed -n '/^```lua/,/^```$/p' $game/README.md | sed '/^```/d' \
   | sed "s,/opt/nifkit/lib/libnif.so,$library,; s,statue.nif,$knot," >"$scratch/example.lua"
 said=$(LUA_PATH="$game/?.lua" luajit "$scratch/example.lua") || fail "the README's example"
 [[ $said == hidden ]] || fail "the README's example said '$said'"
 
-# love_plays NAME [options of the game]: by the script $scratch/NAME.txt. Sets code, and writes $scratch/said.
+# love_plays NAME [options of the game]: plays the script $scratch/NAME.txt. Sets code, and writes $scratch/said.
 love_plays() {
   code=0
   ALSOFT_DRIVERS=null XDG_DATA_HOME=$scratch/home timeout 240 xvfb-run -a -s '-screen 0 1400x900x24' \
@@ -74,7 +74,7 @@ expect_refused() {
     fail "script $1, $2: ended with $code: $(cat "$scratch/said")"
   fi
 }
-# is_picture FILE: PNG of the window's size, and not of one colour.
+# is_picture FILE: a PNG of the window's size with more than one colour.
 is_picture() {
   python3 - "$1" <<'EOF' || fail "$1 is no picture of the game"
 import struct, sys, zlib
@@ -91,10 +91,10 @@ assert len(set(zlib.decompress(packed))) > 50, "hardly anything is in it"
 EOF
 }
 
-# Keys move the player: right along the wall, and back, by arrows and by letters, between cells 1 and 4 of the bottom row.
+# Keys move the player: right along the wall, and back, with arrows and letters, between cells 1 and 4 of the bottom row.
 keys=$(printf 'near 1 11\nhold right 1.4\nnear 3 11\nhold a 2\nnear 1 11\nhold w 0.75\nnear 1 10\nhold down 1\nnear 1 11')
 
-# play ASSET: wins by the plan that test_game.lua wrote, starts again, and is caught.
+# play ASSET: wins with the plan that test_game.lua wrote, starts again, and is caught.
 play() {
   local name
   name=$(basename "$1" .nif)
@@ -116,7 +116,7 @@ mv "$scratch/knot.caught.png" "$scratch/first.png"
 play "$knot"
 cmp "$scratch/first.png" "$scratch/knot.caught.png" || fail 'the same script drew another picture'
 
-# What is missing or wrong is said.
+# Missing or wrong things are reported.
 echo 'wait 0.1' >"$scratch/short.txt"
 printf 'wait 0.1\nexpect won\n' >"$scratch/hasty.txt"
 printf 'jump\n' >"$scratch/unknown.txt"
@@ -135,7 +135,7 @@ expect_refused unknown 'unknown.txt, line 1: cannot read' --asset "$knot" --libr
 expect_refused no_such 'cannot read .*no_such.txt' --asset "$knot" --library "$library"
 expect_refused nowhere 'cannot write .*/no_such/a.png' --asset "$knot" --library "$library"
 
-# One command, as its users have it.
+# The one command, as users run it.
 samples/love/run.sh build/samples/knot.obj --screenshot "$scratch/run.png" || fail 'run.sh'
 is_picture "$scratch/run.png"
 for wrong in 'no_such.obj' '--what' '--up'; do

@@ -1,11 +1,11 @@
--- Compares nif_cdef.lua with nif.h, for luajit: a C program, made from the declarations here and compiled against the header,
--- prints sizes, offsets and numbers, and they must be those that the FFI uses. Functions are declared again in that program,
--- where another type than the header's is an error of the compiler.
+-- Compares nif_cdef.lua with nif.h; run by luajit. A C program, generated from the declarations and compiled against the header,
+-- prints sizes, offsets and numbers, which must be those that the FFI uses. The program also declares the functions again, so
+-- that a type that differs from the header's is a compiler error.
 --
 --   luajit test_cdef.lua FOLDER_OF_INCLUDES SCRATCH_FOLDER [CC]
 local ffi = require("ffi")
 local folder = arg[0]:match("^(.*)/") or "."
-package.path = package.path .. ";" .. folder .. "/?.lua" -- a test may put another nif_cdef.lua in front, by LUA_PATH
+package.path = package.path .. ";" .. folder .. "/?.lua" -- a test may put another nif_cdef.lua in front with LUA_PATH
 local text = require("nif_cdef")
 ffi.cdef(text)
 local includes, scratch, cc = arg[1], arg[2], arg[3] or "cc"
@@ -25,7 +25,7 @@ for line in text:gmatch("[^\n]+") do
 end
 assert(#structures > 0 and #enumerators > 0 and #functions > 0, "nif_cdef.lua has no declarations that this test can read")
 
--- What the FFI says: name of a fact, and its number.
+-- The FFI's view: name of a fact, and its number.
 local mine, lines = {}, {}
 local function fact(name, number, c)
   mine[#mine + 1] = ("%s %d"):format(name, number)

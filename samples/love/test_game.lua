@@ -1,4 +1,4 @@
--- Tests the game without a window, for luajit: what it asks nifkit, its rules, and that it can be won.
+-- Tests the game without a window; run by luajit: its queries to nifkit, its rules, and that it can be won.
 --
 --   luajit test_game.lua LIBRARY ASSET SMALL_ASSET SCRATCH_FOLDER [UP]     writes SCRATCH_FOLDER/win.txt, a script that wins
 local folder = arg[0]:match("^(.*)/") or "."
@@ -18,7 +18,7 @@ local function refused(text, result, why)
   check(fine, ("no error with '%s', but: %s"):format(text, tostring(why)))
 end
 
--- What cannot be loaded.
+-- Errors of loading.
 refused("no_such.so", nif.load(scratch .. "/no_such.so"))
 refused("it has no nifGetVersion", nif.load(scratch .. "/libplain.so")) -- test.sh makes this one and the next
 refused("is version 0.2", nif.load(scratch .. "/libother.so"))
@@ -46,7 +46,7 @@ for row = 1, museum.rows do
     local x, z = museum.centre(column, row)
     local sign = museum.at(column, row)
     if sign == "#" then
-      -- Somewhere in the cell a ray from above meets it, and nobody has room where it does.
+      -- Somewhere in the cell, a ray from above hits it, and there is no room at that point.
       local met = false
       for i = -5, 5 do
         for k = -5, 5 do
@@ -64,7 +64,7 @@ for row = 1, museum.rows do
 end
 check(beside + #museum.find("#") == museum.rows * museum.columns, "cells are missing")
 
--- A ray is visible where it meets nothing: nifQuery and nifIntersect agree, as nif.h promises.
+-- A ray is visible if it hits nothing: nifQuery and nifIntersect agree, as nif.h promises.
 local rays = nif.rays(20000)
 math.randomseed(19)
 for i = 0, rays.capacity - 1 do
@@ -83,7 +83,7 @@ end
 check(differ == 0, differ .. " rays are visible and meet something, or neither")
 check(hidden > 1000 and hidden < 19000, ("%d of 20,000 rays are hidden"):format(hidden))
 
--- Walking: straight where there is room, never into a statue, never out of the hall.
+-- Walking: straight if there is room, never into a statue, never out of the hall.
 local start = museum.find("S")[1]
 local x, z = museum.centre(start[1], start[2])
 for i = 1, 4000 do
@@ -98,7 +98,7 @@ for i = 1, 4000 do
 end
 check(x >= 0 and z >= 0 and x <= museum.width and z <= museum.depth, "a walker left the hall")
 
--- Guards: their ways are free. They see along a corridor, not behind themselves, not through a wall of statues.
+-- Guards: their paths are free. They see along a corridor, but not behind themselves or through a wall of statues.
 for number, path in ipairs(game.PATHS) do
   for i, cell in ipairs(path) do
     local to = path[i % #path + 1]
@@ -120,7 +120,7 @@ check(through < 0.75, ("%.0f %% of a body are seen through a wall of statues"):f
 local ox, oz = museum.centre(5, 5)
 check(sight.share(scene, gx, gz, ox, oz) == 1, "a body in the open is not seen entirely")
 
--- Rules: who stands in the light is caught, who is out of it is not, and a new game starts as the first did.
+-- Rules: a player in the light is caught, one outside is not, and a new game starts like the first.
 local standing = game.new(scene)
 standing.x, standing.z = museum.centre(4, 5)
 local steps = 0
@@ -164,7 +164,7 @@ else
   check(false, "nobody can win without being seen")
 end
 
--- Scripts that cannot be read, and that are wrong about the game.
+-- Scripts that cannot be read, and scripts with wrong expectations.
 local Script = require("script")
 local unreadable = { "jump", "walk 1", "walk 0 1", "wait x", "hold space", "press", "expect sleeping", "gems", "shot", "until won" }
 for _, line in ipairs(unreadable) do
@@ -173,7 +173,7 @@ end
 local hasty = assert(Script.new("expect won # not yet", "s.txt"))
 refused("s.txt, line 1: expected won", hasty:next(game.new(scene), game.STEP))
 
--- Nothing leaks: assets, scenes and rays go when Lua drops them.
+-- No leaks: assets, scenes and rays are freed when Lua drops them.
 local function resident()
   local file = assert(io.open("/proc/self/statm"))
   local _, pages = file:read("*n", "*n")

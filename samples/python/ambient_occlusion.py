@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A mesh in, a picture of its ambient occlusion out: baked, seen and lit through nifkit alone.
+"""A mesh in, a picture of its ambient occlusion out: baked, viewed and lit only through nifkit.
 
     samples/python/ambient_occlusion.py MESH [-o PICTURE.png]      a mesh in any format that `nif bake` reads, or a .nif file
 
@@ -18,15 +18,15 @@ import numpy as np
 
 import nifkit
 
-# %% What is asked for
+# %% Options
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("mesh", type=Path, help="a mesh, or an asset (.nif)")
 parser.add_argument("-o", "--output", type=Path, default=Path("ambient_occlusion.png"), help="the picture, a PNG")
 parser.add_argument("--width", type=int, default=720, help="pixels (720)")
-parser.add_argument("--samples", type=int, default=64, help="rays for each pixel (64)")
+parser.add_argument("--samples", type=int, default=64, help="rays per pixel (64)")
 parser.add_argument("--up", choices="yz", default="y", help="the axis that points up (y)")
 parser.add_argument("--preset", default="fast", help="of the bake (fast)")
-parser.add_argument("--plain", action="store_true", help="do without matplotlib")
+parser.add_argument("--plain", action="store_true", help="do not use matplotlib")
 arguments = parser.parse_args()
 if not (1 <= arguments.width <= 10_000 and 1 <= arguments.samples <= 100_000):
     parser.error("--width takes 1 to 10000, --samples 1 to 100000")
@@ -59,11 +59,11 @@ except nifkit.Error as error:
 if any(thing.encoding == nifkit.Encoding.PROOF for thing in asset.objects):
     sys.exit(f"ambient_occlusion.py: {arguments.mesh}: an asset of the encoding proof leaves rays open, for a BVH")
 scene = nifkit.Scene(asset)
-# Rays start this far from the surface. Scenes of many objects in different sizes would look up that of the object hit.
+# Rays start this far from the surface. A scene of objects with different sizes would use the bias of each object hit.
 bias = max(thing.bias for thing in asset.objects)
 say(f"{arguments.mesh}: {asset.file_bytes:,} bytes, {sum(thing.triangles for thing in asset.objects):,} triangles")
 
-# %% A camera without perspective, from the front, above and to the right
+# %% An orthographic camera, from the front, above and to the right
 up = np.eye(3)[1 if arguments.up == "y" else 2]
 front = np.eye(3)[2] if arguments.up == "y" else -np.eye(3)[1]
 toward = -(front + 0.5 * np.cross(up, front) + 0.4 * up)
@@ -112,7 +112,7 @@ occlusion[seen], certainty[seen] = light / arguments.samples, proven / arguments
 def write_png(path: Path, picture: np.ndarray) -> None:
     """A grey picture, [height, width], 0 to 1."""
     grey = (255 * picture + 0.5).astype(np.uint8)
-    lines = np.concatenate([np.zeros((len(grey), 1), dtype=np.uint8), grey], axis=1)  # each begins with its filter: none
+    lines = np.concatenate([np.zeros((len(grey), 1), dtype=np.uint8), grey], axis=1)  # each row starts with its filter: none
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Puts together all files of the page in build/samples/web/page: those of page/, nifkit for the web, three.js and three-mesh-bvh
-# from npm, and the object as .nif and .glb.
+# Assembles the page in build/samples/web/page: the files of page/, nifkit for the web, three.js and three-mesh-bvh from npm, and
+# the object as .nif and .glb.
 #
 #   samples/web/build.sh ASSET.nif MESH [CREDIT]
 #
-# MESH is what the asset is baked from; '' shows the asset alone. CREDIT is a sentence that the page shows about the model.
+# MESH is the mesh of the asset; '' shows only the asset. CREDIT is a sentence about the model that the page shows.
 #
 # Needs what `tools/setup.sh build web` installs, and npm's registry the first time.
 set -euo pipefail
@@ -36,7 +36,7 @@ rm -rf "$page.new"
 mkdir -p "$page.new/three/loaders" "$page.new/three/controls" "$page.new/three/utils"
 cp samples/web/page/* "$page.new"
 cp -r build/web/nifkit "$page.new/nifkit"
-# Modules of workers know no import map, so what they import is named by its path.
+# Worker modules do not support import maps, so their imports use paths.
 modules=$out/npm/node_modules
 third_party() {
   sed -E "s|^(import .*)?(\}?) from 'three';|\1\2 from '$3';|" "$modules/$1" >"$page.new/three/$2"

@@ -4,8 +4,8 @@
 #   samples/web/run.sh [MESH] [--host HOST] [--port PORT]
 #
 # MESH is a mesh or a .nif file, with y up. Without one it is the Stanford dragon, if samples/run.sh has fetched it, or else a
-# generated mesh. --host 0.0.0.0 lets a phone on the same network in; by default the page is for this machine alone. --port is
-# 8000 where it is not given, and 0 takes a free one.
+# generated mesh. --host 0.0.0.0 serves a phone on the same network, too; by default, only this machine. --port is 8000 by
+# default; 0 takes a free port.
 set -euo pipefail
 
 mesh='' serve=()

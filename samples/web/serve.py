@@ -3,7 +3,7 @@
 
     samples/web/serve.py FOLDER [--host HOST] [--port PORT]
 
-Prints the address when it listens. Port 0 takes a free one. Pages may load files of this server alone.
+Prints the address once it listens. Port 0 takes a free one. Pages may only load files of this server.
 """
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class Files(http.server.SimpleHTTPRequestHandler):
         super().send_response(code, message)
 
     def copyfile(self, source: Any, outputfile: Any) -> None:
-        with contextlib.suppress(ConnectionError):  # who asked has gone
+        with contextlib.suppress(ConnectionError):  # the client is gone
             super().copyfile(source, outputfile)
 
     def end_headers(self) -> None:
         self.send_header("Content-Security-Policy", POLICY)
         self.send_header("X-Content-Type-Options", "nosniff")
-        # So long that workers find what the page has loaded for them, and no longer: files change.
+        # Long enough for workers to find what the page has loaded for them, but no longer, because files change.
         self.send_header("Cache-Control", "max-age=5" if self.code == 200 else "no-cache")
         super().end_headers()
 

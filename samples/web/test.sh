@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Tests samples/web: serves the page, and uses it in a headless Chromium (test_page.py). With NIF_TEST_MESHES with the Stanford
-# dragon. Pictures of the page go to build/samples/web/pictures. Prints "Skipped: ..." and ends with 0 where Chromium, its
-# driver, Emscripten or node is not installed, or npm's registry cannot be reached.
+# Tests samples/web: serves the page, and uses it in a headless Chromium (test_page.py), with the Stanford dragon if
+# NIF_TEST_MESHES is set. Pictures of the page go to build/samples/web/pictures. Prints "Skipped: ..." and exits with 0 if
+# Chromium, its driver, Emscripten or node is not installed, or npm's registry cannot be reached.
 #
 #   samples/web/test.sh [--only start|picture|workers|both|hands|files|lacking|looks|memory]
 set -euo pipefail
@@ -37,7 +37,7 @@ prepare_nifkit
 prepare_asset ''
 
 if ((!$#)); then
-  # The one command. Nothing else may write to its output, which is the address.
+  # The one command. Its output is the address, and nothing else may be in it.
   samples/web/run.sh --port 0 >"$scratch/address" 2>"$scratch/said" &
   server=$!
   for _ in {1..3000}; do

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Uses the page of samples/web in a headless Chromium, as people do.
+"""Uses the page of samples/web in a headless Chromium, like a user.
 
     samples/web/test_page.py --page FOLDER --nif PROGRAM --mesh MESH --asset ASSET.nif --other ASSET.nif --pictures FOLDER
 
-FOLDER is what build.sh makes of MESH and ASSET; --other is an asset of another object. Prints what it measures, and writes
-pictures of the page. Ends with 1, and says what is wrong.
+FOLDER is the output of build.sh for MESH and ASSET; --other is an asset of another object. Prints its measurements, and writes
+pictures of the page. On failure, exits with 1 and says what is wrong.
 """
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ sys.path.insert(0, str(HERE.parents[1] / "tests/pages"))
 from browser import Browser  # noqa: E402
 from check import CONTRAST, TOO_WIDE  # noqa: E402
 
-# No other host has a name, so whoever asks for one leaves an error in the console.
+# No other host resolves, so a request to one leaves an error in the console.
 ARGUMENTS = ("--enable-unsafe-swiftshader", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")
 SAMPLES = 64
-# Of means over 4 x 4 pixels, so that noise counts less than what is lit.
+# For means over 4 x 4 pixels, so that noise matters less than the lighting.
 ENOUGH, TOO_LITTLE = 48.0, 40.0
 
 COMPARE = """
@@ -74,7 +74,7 @@ def check(good: bool, what: str) -> None:
 
 
 class Page:
-    """The page in a window, at the address of a server of its own."""
+    """The page in a window, served by its own server."""
 
     def __init__(self, browser: Browser, address: str) -> None:
         self.browser = browser
@@ -107,7 +107,7 @@ class Page:
         self.wait(lambda: int(self.data("samples") or 0) >= samples, f"{samples} samples")
 
     def measured(self) -> dict[str, Any]:
-        """What the table says, when both have answered."""
+        """The contents of the table, once both have answered."""
         def both() -> Any:
             result = json.loads(self.data("measured") or "{}")
             return result if "different" in result else None
@@ -136,7 +136,7 @@ class Page:
         return self.message()
 
     def picture(self) -> str:
-        """The canvas as PNG, in base64, without what lies over it."""
+        """The canvas as PNG, in base64, without overlays."""
         style = "document.querySelectorAll('#sun, #progress').forEach(e => e.style.visibility = '%s')"
         self.browser.run(style % "hidden")
         x, y, width, height = self.browser.run(
@@ -151,7 +151,7 @@ class Page:
         return self.browser.run(f"return (async () => {{ {script} }})()")  # of equal pictures: infinite, and so None
 
     def complaints(self) -> list[str]:
-        """What is in the console, but for what taking screenshots leaves there."""
+        """The messages in the console, except those from taking screenshots."""
         return [text for text in self.browser.messages() if "GPU stall due to ReadPixels" not in text]
 
 
@@ -167,7 +167,7 @@ def served(folder: Path) -> Iterator[str]:
 
 
 def render(options: argparse.Namespace, state: dict[str, Any], folder: Path) -> str:
-    """nif render's picture of what the page shows, as PNG in base64."""
+    """nif render's picture of the same view, as PNG in base64."""
     light, camera = state["light"], state["camera"]
     folder.mkdir()
     (folder / "scene.toml").write_text(f"""
@@ -203,7 +203,7 @@ fov = 40
 
 
 def test_start(options: argparse.Namespace) -> None:
-    """A browser that has never seen the page: how long until there is a picture, and who listens."""
+    """A browser that has never seen the page: time to the first picture, and that the controls work."""
     times = []
     for _ in range(5):
         with served(options.page) as address, Browser(*ARGUMENTS) as browser:
@@ -215,7 +215,7 @@ def test_start(options: argparse.Namespace) -> None:
 
 
 def test_picture(page: Page, options: argparse.Namespace, scratch: Path) -> None:
-    """The same as nif render's; and that another sun, and a sky that nothing hides, are found."""
+    """Equal to nif render's picture; and another sun, or missing occlusion of the sky, is detected."""
     page.open(880, 360)
     page.ready(SAMPLES)
     shot, state = page.picture(), page.state()
@@ -264,7 +264,7 @@ def test_both(page: Page) -> None:
     for column, name in ((1, "nifkit"), (2, "three-mesh-bvh")):
         print(f"{name}: " + ", ".join(f"{row} {page.cell(row, column)}" for row in ("file", "memory", "ready", "rate")))
     check(share < 0.02, f"{100 * share:.2f} % of the answers differ")
-    # The other of the two makes the same picture.
+    # The other engine makes the same picture.
     page.open(880, 360)
     page.measured()
     page.ready(SAMPLES)
@@ -357,7 +357,7 @@ def triangle(indices: tuple[int, ...], positions: tuple[float, ...], uri: str | 
 
 
 def test_files(page: Page, options: argparse.Namespace, scratch: Path) -> None:
-    """What is wrong is said, and the object stays; what is good is shown."""
+    """Errors are reported, and the object stays; valid files are shown."""
     page.open(1280, 800)
     page.measured()
     asset, triangles = options.asset.read_bytes(), (options.page / "object.glb").read_bytes()
@@ -371,7 +371,7 @@ def test_files(page: Page, options: argparse.Namespace, scratch: Path) -> None:
         "picture.nif": (b"\x89PNG\r\n\x1a\n" + bytes(200), "picture.nif"),
         "short.glb": (triangles[:len(triangles) // 2], "short.glb"),
         "empty.glb": (b"", "empty.glb"),
-        "text.glb": (b"hello, world; this is no glTF at all", "does not begin as one"),
+        "text.glb": (b"hello, world; this is no glTF at all", "does not begin like one"),
         "corner.glb": (triangle((0, 1, 7), corner), "a corner 7, of 3"),
         "number.glb": (triangle((0, 1, 2), (float("nan"),) + corner[1:]), "no numbers"),
         "point.glb": (triangle((0, 1, 2), (1.0,) * 9), "point.glb has no size"),
@@ -389,7 +389,7 @@ def test_files(page: Page, options: argparse.Namespace, scratch: Path) -> None:
     check("a spherical object" in page.dropped(options.other.parent / "v2-spherical.nif"), "an asset without first hits is taken")
     two = [scratch / "short.nif", scratch / "damaged.nif"]
     check("two .nif" in page.dropped(*two), "two assets are taken")
-    # The picture goes on.
+    # Rendering continues.
     page.key("ArrowLeft")
     page.ready(2)
 
@@ -415,7 +415,7 @@ def test_files(page: Page, options: argparse.Namespace, scratch: Path) -> None:
 
 
 def renderer_bytes() -> int:
-    """Memory of all of Chromium's renderers that this process has started, shared parts by share."""
+    """Memory of all of Chromium's renderers that this process has started, with shared parts split."""
     parents, names = {}, {}
     for status in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError, IndexError):
@@ -434,7 +434,7 @@ def renderer_bytes() -> int:
 
 
 def test_memory(page: Page, options: argparse.Namespace, scratch: Path) -> None:
-    """Dropping files again and again, good and broken ones, keeps memory flat."""
+    """Dropping valid and broken files again and again keeps memory flat."""
     page.open(880, 360)
     page.measured()
     broken = scratch / "broken.nif"

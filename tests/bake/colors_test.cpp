@@ -161,9 +161,9 @@ TEST(Colors, FollowTheTransformOfATexture) {
 /// A picture that cannot be had costs a note, and no more.
 TEST(Colors, OfPicturesThatCannotBeRead) {
   const std::string picture = two_halves(8);
-  for (const auto& [bytes, why] : {std::pair(png_that_claims(18432, 18432, ""), "more than are read"),
+  for (const auto& [bytes, why] : {std::pair(png_that_claims(18432, 18432, ""), "more than the limit"),
                                    {picture.substr(0, picture.size() / 2), "cannot be decoded"},
-                                   {std::string("no picture"), "is no PNG or JPEG"}}) {
+                                   {std::string("no picture"), "is neither PNG nor JPEG"}}) {
     SCOPED_TRACE(why);
     const mesh::Scene scene = mesh::read("a.glb", two_squares(bytes).glb(), with_colors());
     ASSERT_EQ(scene.notes.size(), 1u);

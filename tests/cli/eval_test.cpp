@@ -199,7 +199,7 @@ TEST(Eval, OfColors) {
   folder.write("two.obj", obj_text(ball));
   const Outcome none = bake({"--colors"});
   EXPECT_EQ(json::parse(none.out)["bytes"]["colors"], 0);
-  EXPECT_NE(none.err.find("--colors: the mesh says nothing of colours"), std::string::npos) << none.err;
+  EXPECT_NE(none.err.find("--colors: the mesh has no readable colours"), std::string::npos) << none.err;
 }
 
 TEST(Eval, OfAFreshBake) {

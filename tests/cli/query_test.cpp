@@ -184,9 +184,9 @@ TEST_F(Query, ReadsJsonLines) {
            {"[1,2,3,4,5,6] 7", "'7' follows the ray"},
            {"{\"origin\":[1,2,3]}", "there is no 'direction'"},
            {"{\"origin\":[1,2,3],\"direction\":[1,2]}", "direction has 2 numbers instead of 3"},
-           {"{\"origin\":[1,2,3],\"origin\":[1,2,3]}", "'origin' is there twice"},
+           {"{\"origin\":[1,2,3],\"origin\":[1,2,3]}", "'origin' occurs twice"},
            {"{\"origin\":[1,2,x]}", "origin [2]: 'x' is not a number"},
-           {"{\"o\":[1,2,3]}", "'o' is none of the keys"},
+           {"{\"o\":[1,2,3]}", "'o' is not one of the keys"},
            {"{\"origin", "a string does not end"},
            {"{}", "there is no 'origin'"},
            {"{", "'\"' is needed before the end of the line"},
@@ -225,7 +225,7 @@ TEST_F(Query, RefusesArraysByName) {
   using Case = std::tuple<std::string, Status, std::string>;
   for (const auto& [bytes, status, why] : std::vector<Case>{
            {npy_of("<f4", "(2, 6)", six), Status::file_truncated, "ends in row 2 of the 2"},
-           {npy_of("<f4", "(1, 6)", six + "x"), Status::malformed_rays, "goes on behind the 1 rows"},
+           {npy_of("<f4", "(1, 6)", six + "x"), Status::malformed_rays, "continues after the 1 rows"},
            {npy_of("<f4", "(9999999999999, 6)", six), Status::file_truncated,
             "ends in row 2 of the 9999999999999"},
            {npy_of("<f4", "(99999999999999999999, 6)", six), Status::malformed_rays, "larger than any file"},
@@ -250,7 +250,7 @@ TEST_F(Query, RefusesArraysByName) {
   // A pipe has no size to begin with.
   expect_refused(piped(npy_of("<f4", "(9999999999999, 6)", six)), Status::file_truncated, "ends in row 2 of");
   expect_refused(piped(npy_of("<f4", "(1, 6)", six + "x")), Status::malformed_rays,
-                 "goes on behind the 1 rows");
+                 "continues after the 1 rows");
   const std::string by_columns = npy_of("<f4", "(9999999999999, 6)", six, true);
   expect_refused(piped(by_columns), Status::file_truncated,
                  "standard input: ends in row 1 of the 9999999999999");
@@ -260,12 +260,12 @@ TEST_F(Query, RefusesTablesByLineAndColumn) {
   const std::string ray = "1 2 3 4 5 6\n";
   for (const auto& [text, why] : std::vector<std::pair<std::string, std::string>>{
            {ray + "\r\n" + ray + "1 2 3 4 x 6\n", "line 4: column 5 (dy): 'x' is not a number"},
-           {ray + "1 2 3 4 5\n", "line 2: there are 5 numbers, where the first ray has 6"},
+           {ray + "1 2 3 4 5\n", "line 2: there are 5 numbers, but the first ray has 6"},
            {ray + "1 2 3 4 5 6 7 8\n", "line 2: there are 8 numbers"},
            {"1 2 3 4 5\n", "line 1: a ray has 6 or 8 numbers"},
            {"1,2,3,4,5,6,\n", "and there are 7"},
            {"0,5;0;0;1;0;0\n", "'0,5' is neither a number nor the name of a column"},
-           {"ox,oy,oz,dx,dy,dz\n1,2,3,4,5,6,7\n", "line 2: there are 7 numbers, where the header has 6"},
+           {"ox,oy,oz,dx,dy,dz\n1,2,3,4,5,6,7\n", "line 2: there are 7 numbers, but the header has 6"},
            {"ox,oy,oz,dx,dy,dz,w\n", "'w' is neither a number nor the name of a column"},
            {"ox,oy,oz,dx,dy,dy\n", "there are two columns 'dy'"},
            {"ox,oy,oz,dx,dy\n", "there is no column 'dz'"},

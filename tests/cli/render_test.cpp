@@ -307,7 +307,7 @@ TEST_F(Render, WhatAssetsAloneCannotRender) {
   refused(with(good + "[[object]]\nmesh = 'ring.obj'\n"), Status::usage, "object 2 of ");
   refused(with(""), Status::usage, "ring.obj, has no asset; name one with 'nif'");
   refused(with(good + "primary = true\n"), Status::usage, "'primary' of object 1 of ");
-  refused(with("nif = 'proof.nif'\n"), Status::usage, "proof.nif has an encoding that does not say where");
+  refused(with("nif = 'proof.nif'\n"), Status::usage, "proof.nif has an encoding that does not report where");
   refused(with(good, {"--exact", "inside"}), Status::usage, "--primary asset and --exact");
   refused(with(good, {"--confidence", "0.8"}), Status::usage, "--primary asset and --confidence");
   refused(with("nif = 'none.nif'\n"), Status::file_not_found, "none.nif");

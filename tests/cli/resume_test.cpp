@@ -86,12 +86,13 @@ TEST_F(Resume, IsAskedForAndBeginsAtTheStartWithoutACheckpoint) {
   resumed.push_back("--resume");
   const Outcome first = nif(resumed);
   EXPECT_EQ(first.code, 0);
-  EXPECT_NE(first.err.find("there is no such checkpoint, so the bake begins at the start"), std::string::npos)
+  EXPECT_NE(first.err.find("there is no such checkpoint, so the bake starts from the beginning"),
+            std::string::npos)
       << first.err;
   folder_.write("torus.nif.checkpoint", "NIFBAKE\nof something");
   const Outcome second = nif(quick);
   EXPECT_EQ(second.code, 0);
-  EXPECT_NE(second.err.find("--resume goes on from there"), std::string::npos) << second.err;
+  EXPECT_NE(second.err.find("--resume continues from it"), std::string::npos) << second.err;
   EXPECT_FALSE(fs::exists(checkpoint_));
 }
 
@@ -100,7 +101,7 @@ TEST_F(Resume, ACheckpointThatCannotBeWrittenEndsNoBake) {
   folder_.write("torus.nif.checkpoint/x", "");
   const Outcome outcome = nif(words({"--checkpoint", "0.01"}));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("the bake goes on, but cannot be resumed from here"), std::string::npos)
+  EXPECT_NE(outcome.err.find("the bake continues, but cannot be resumed from here"), std::string::npos)
       << outcome.err;
 }
 
@@ -108,7 +109,7 @@ TEST_F(Resume, AFileThatIsNoCheckpointIsLeftAlone) {
   folder_.write("torus.nif.checkpoint", "somebody's own");
   const Outcome outcome = nif(words({"--checkpoint", "0.01"}));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("is not a checkpoint, so it is not replaced; the bake goes on"),
+  EXPECT_NE(outcome.err.find("is not a checkpoint, so it is not replaced; the bake continues"),
             std::string::npos)
       << outcome.err;
   EXPECT_EQ(read_bytes(checkpoint_), "somebody's own");
@@ -133,7 +134,8 @@ TEST_F(Resume, AManifestGoesOnByItself) {
   folder_.write("torus.nif.checkpoint", "NIFBAKE\nof something");
   const Outcome anew = nif({"bake", "--manifest", manifest, "--json"});
   EXPECT_EQ(anew.code, 0) << anew.err;
-  EXPECT_NE(anew.out.find("is damaged, so the bake begins at the start"), std::string::npos) << anew.out;
+  EXPECT_NE(anew.out.find("is damaged, so the bake starts from the beginning"), std::string::npos)
+      << anew.out;
   EXPECT_TRUE(read_bytes(path("torus.nif")) == whole);
   EXPECT_FALSE(fs::exists(checkpoint_));
 }

@@ -62,7 +62,7 @@ TEST_F(Stdin, IsRefusedWithASentence) {
     EXPECT_EQ(outcome.code, int(status)) << outcome.err;
     EXPECT_NE(outcome.err.find(fragment), std::string::npos) << outcome.err;
   };
-  refused("mesh info -", Status::not_a_mesh, "standard input: is in no format that its content tells");
+  refused("mesh info -", Status::not_a_mesh, "standard input: does not reveal its format by its content");
   refused("mesh info - --format ply", Status::not_a_mesh, "standard input: ");
   refused("mesh info - --format dxf", Status::usage, "--format");
   refused("bake - --format obj", Status::usage, "--output is required");

@@ -57,7 +57,7 @@ void check_arguments(const Arguments& arguments) {
 
 fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : "."; }
 
-/// A GLB stays a GLB, and files that it names stay where its new place finds them.
+/// A GLB must stay a GLB, and relative references of the file must still resolve from the output's folder.
 void check_kind(const mesh::GltfFile& file, const std::string& output) {
   const std::string wanted = file.is_glb() ? ".glb" : ".gltf";
   if (ending_of(output) != wanted) {
@@ -74,7 +74,8 @@ void check_kind(const mesh::GltfFile& file, const std::string& output) {
   }
 }
 
-/// A path as a relative URI: all but letters, digits and what never has a meaning there behind percent signs.
+/// A path as a relative URI. Everything but letters, digits and characters that are always literal is
+/// percent-encoded.
 std::string uri_of(const std::string& file, const std::string& output) {
   const std::string path = fs::relative(file, folder_of(output)).generic_string();
   std::string uri;
@@ -91,7 +92,7 @@ std::string uri_of(const std::string& file, const std::string& output) {
 
 uint64_t write(const std::string& path, const mesh::FilePieces& file) {
   const std::atomic<bool>& cancel = interruption();
-  constexpr size_t kStep = size_t{1} << 24;  // so that Ctrl-C is seen soon
+  constexpr size_t kStep = size_t{1} << 24;  // small enough that Ctrl-C takes effect soon
   OutputFile out(path);
   for (std::string_view piece : file.pieces()) {
     while (!piece.empty()) {
@@ -170,7 +171,7 @@ void print(const Arguments& arguments, const Result& result) {
 void run(const Arguments& arguments) {
   check_arguments(arguments);
   Progress progress(arguments.quiet);
-  interruption();  // from here on, Ctrl-C leaves no file behind
+  interruption();  // from here on, Ctrl-C leaves no partial file behind
   std::error_code unknown;
   const uint64_t bytes = fs::file_size(arguments.gltf, unknown);
   if (!unknown) require_memory(2 * bytes, arguments.gltf + ": reading it");
@@ -207,7 +208,7 @@ void add_attach(Command app) {
   command.add_option("-o,--output", a.output, "The file to write: .glb or .gltf, like the input").required();
   command.add_flag(
       "--reference", a.reference,
-      "Refer to the asset by a relative URI instead of copying it into the .glb; always so for a .gltf");
+      "Refer to the asset by a relative URI instead of copying it into the .glb; a .gltf always does");
   command.add_flag("--force", a.force,
                    "Accept an asset that was baked from another file, and match nodes by their names");
   command.add_flag("--remove", a.remove,

@@ -19,14 +19,14 @@ namespace {
 
 using nlohmann::json;
 
-/// A member of what may be anything; null where it is not there.
+/// Returns a member of a JSON value of any type, or null if there is no such member.
 json member(const json& value, const char* name) {
   const auto found = value.is_object() ? value.find(name) : value.end();
   return found == value.end() ? json() : *found;
 }
 
-/// NIF_visibility knows no instance that stands for several nodes, and no asset that has more than its nodes
-/// say.
+/// NIF_visibility cannot express an instance that stands for several nodes, or an asset that has more than
+/// its nodes say.
 void refuse_merged(const json& metadata, const std::string& asset) {
   if (!member(metadata, "merge").is_null())
     throw Error(
@@ -68,7 +68,7 @@ NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, c
   for (const mesh::Instance& instance : scene.instances)
     if (instance.node != mesh::kNoNode) unmatched.insert(scene.nodes[instance.node].number);
   NodeMatch match;
-  std::map<uint64_t, uint32_t> objects;  // by the nodes that are matched
+  std::map<uint64_t, uint32_t> objects;  // by matched node
   bool known = numbers.is_array() && numbers.size() == view.instances.size();
   for (uint32_t i = 0; known && i < view.instances.size(); ++i) {
     known = numbers[i].is_number_unsigned();
@@ -77,7 +77,8 @@ NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, c
     const auto [first, fresh] = objects.try_emplace(node, view.instances[i].object);
     known = !fresh || unmatched.erase(node) == 1;
     if (known && fresh) match.nodes.push_back({uint32_t(node), i});
-    // Of EXT_mesh_gpu_instancing: whoever shows the glTF places the object once for each.
+    // The node has EXT_mesh_gpu_instancing: a viewer of the glTF places the object once for each of its
+    // instances.
     if (first->second != view.instances[i].object)
       throw Error(Status::usage,
                   fmt::format("{}: has several objects for node {} (one of its instances is flattened by its "

@@ -1,4 +1,4 @@
-// Finds the glTF node of each instance of an asset.
+// Finds the glTF node of each instance of an asset, so that `nif attach` can refer to instances from nodes.
 #pragma once
 
 #include <string>
@@ -13,18 +13,19 @@ namespace nif::tools {
 
 struct NodeMatch {
   std::vector<mesh::AttachedNode> nodes;  ///< by instance
-  std::vector<std::string> notes;         ///< one sentence for what has no counterpart
+  std::vector<std::string> notes;         ///< one sentence for each group that has no counterpart
 };
 
-// Both throw Error(usage) where the asset was merged: its instances stand for several nodes each.
+// Both throw Error(usage) if the asset was merged, because its instances then stand for several nodes each.
 
-/// For an asset that was baked from this very scene, as its metadata says. Throws Error(mesh_mismatch) where
-/// it was not, or does not say which nodes its instances are. `asset` and `gltf` are what messages call them.
+/// For an asset that was baked from exactly this scene, according to its metadata. Throws
+/// Error(mesh_mismatch) if it was not, or if the metadata does not name the nodes of its instances. `asset`
+/// and `gltf` are names for messages.
 NodeMatch match_nodes(const format::AssetView& view, const mesh::Scene& scene, const std::string& asset,
                       const std::string& gltf);
 
-/// For any asset, by names: the first instance of a name is the first node that is so called, and so on.
-/// Throws Error(mesh_mismatch) where no name is known.
+/// For any asset, by name: the first instance with a name matches the first node with that name, and so on.
+/// Throws Error(mesh_mismatch) if no name matches.
 NodeMatch match_names(const format::AssetView& view, const mesh::Scene& scene, const std::string& asset,
                       const std::string& gltf);
 

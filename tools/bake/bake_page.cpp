@@ -1,5 +1,5 @@
-// Renders the mesh from four sides by Embree and by the asset, and takes the tables from the JSON
-// report. A full LossCurve drops every second point, so its memory stays bounded.
+// Renders the mesh from four sides with Embree and with the asset, and takes the tables from the JSON report.
+// A full LossCurve drops every second point, so its memory stays bounded.
 #include "tools/bake/bake_page.hpp"
 
 #include <fmt/format.h>
@@ -73,7 +73,7 @@ std::string sets_section(const Json& report) {
     count("certain_wrong");
   }
   return html_section("Errors by ray set",
-                      "Measured against Embree on rays that the training has not seen. Leak: blocked, called "
+                      "Measured against Embree on rays that training has not seen. Leak: blocked, called "
                       "visible. Spurious: "
                       "visible, called blocked. Certain: proven, so never wrong.",
                       report.at("sets").empty() ? "<p>Nothing was measured (--rays 0).</p>" : table.html());
@@ -195,13 +195,14 @@ std::string bake_page(const nlohmann::ordered_json& report, std::string_view met
       report.at("objects"), [](const Json& object) { return object.at("encoding") == "proof"; });
   SurfaceErrors errors;
   {
-    render::SceneDescription alone = scene;  // the ground would answer for the asset
+    // without the ground, which would block rays in place of the asset
+    render::SceneDescription alone = scene;
     alone.ground.reset();
     const render::World world(alone, meshes, "", progress);
     progress.begin();
     constexpr uint32_t kRaysAPixel = 16;
     errors = measure_surface(alone, world, kRaysAPixel, leaves_open, cancel, [&](double share) {
-      progress.update(share, "report: asking rays from the surface");
+      progress.update(share, "report: tracing rays from the surface");
     });
   }
   const render::Lighting lighting(scene);
@@ -245,8 +246,8 @@ std::string bake_page(const nlohmann::ordered_json& report, std::string_view met
       percent(surface.rays ? double(surface.leak + surface.spurious) / double(surface.rays) : 0));
   body += html_section(
       "Pictures",
-      "Shadows of a sun and a dim sky, 16 rays a pixel. The map is grey where all 16 rays from a pixel "
-      "into the half space above it are answered rightly, yellow where one is not, red where many are not.",
+      "Shadows of a sun and a dim sky, 16 rays per pixel. The map is grey where all 16 rays from a pixel "
+      "into the half space above it are answered correctly, yellow where one is not, red where many are not.",
       pictures);
   body += sets_section(report);
   body += html_section("Errors by angle", "Rays from the surface, by their angle to its normal.",

@@ -1,4 +1,4 @@
-// `nif bake --report`: what a bake has come to, as one page for people.
+// `nif bake --report`: the result of a bake as one HTML page for people.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,14 +11,14 @@
 
 namespace nif::tools {
 
-/// How a training was at some time.
+/// State of a training at one time.
 struct LossPoint {
   std::string object;
   double loss;
-  double error;  ///< share of wrong answers among the rays that it was trained with
+  double error;  ///< share of wrong answers among the training rays
 };
 
-/// Keeps what the curves of trainings need, and not much more, however long they take.
+/// Keeps the points of the loss curves. Memory is bounded, however long training takes.
 class LossCurve {
  public:
   void add(const std::string& object, double loss, double error);
@@ -30,10 +30,10 @@ class LossCurve {
   uint64_t seen_ = 0, step_ = 1;
 };
 
-/// The page. `report` is what `nif bake --json` prints of the asset that it names, and `metadata` that
-/// asset's. Asks the asset and Embree: pictures, a map of wrong answers, and errors by angle and distance. In
-/// parallel, and the same for any number of threads. Throws Error(interrupted), and as the reading of the
-/// asset and of its mesh does.
+/// Makes the page. `report` is the output of `nif bake --json` for an asset, and `metadata` is that asset's.
+/// Queries the asset and Embree for pictures, a map of wrong answers, and errors by angle and distance. Runs
+/// in parallel, with the same result for any number of threads. Throws Error(interrupted), and the errors of
+/// reading the asset and its mesh.
 std::string bake_page(const nlohmann::ordered_json& report, std::string_view metadata,
                       const std::string& mesh, std::span<const LossPoint> losses, Progress& progress);
 

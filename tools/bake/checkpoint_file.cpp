@@ -1,5 +1,5 @@
-// The trap is a file of the same name that is not a checkpoint. Its first bytes are checked before
-// anything is replaced or removed. A checkpoint that cannot be written is a note and never ends a bake.
+// Another file may have the name of the checkpoint. So the first bytes of a file are checked before it is
+// replaced or removed. Failing to write a checkpoint causes a note and never ends a bake.
 #include "tools/bake/checkpoint_file.hpp"
 
 #include <fmt/format.h>
@@ -39,11 +39,11 @@ std::vector<bake::KeptTraining> CheckpointFile::load(Resume resume) {
   if (path_.empty()) return {};
   if (!std::filesystem::exists(path_, unknown)) {
     if (resume == Resume::required)
-      note_(path_ + ": there is no such checkpoint, so the bake begins at the start");
+      note_(path_ + ": there is no such checkpoint, so the bake starts from the beginning");
     return {};
   }
   if (resume == Resume::never) {
-    note_(path_ + ": the checkpoint of a bake that did not end is not used; --resume goes on from there");
+    note_(path_ + ": an unfinished bake left this checkpoint, which is not used; --resume continues from it");
     return {};
   }
   try {
@@ -54,8 +54,9 @@ std::vector<bake::KeptTraining> CheckpointFile::load(Resume resume) {
                                      ? fmt::format("{}: {}", path_, error.what())
                                      : error.what();
     if (resume == Resume::required)
-      throw Error(Status::checkpoint_refused, sentence + "; without --resume, the bake begins at the start");
-    note_(sentence + ", so the bake begins at the start");
+      throw Error(Status::checkpoint_refused,
+                  sentence + "; without --resume, the bake starts from the beginning");
+    note_(sentence + ", so the bake starts from the beginning");
     return {};
   }
 }
@@ -68,7 +69,7 @@ void CheckpointFile::save(std::span<const bake::KeptTraining> trainings) {
     write_output(path_, bake::encode_checkpoint(key_, trainings));
   } catch (const Error& error) {
     if (!std::exchange(failed_, true))
-      note_(fmt::format("{}; the bake goes on, but cannot be resumed from here", error.what()));
+      note_(fmt::format("{}; the bake continues, but cannot be resumed from here", error.what()));
   }
 }
 

@@ -1,4 +1,4 @@
-// The checkpoint of a long bake: a file beside the asset, from which a bake that was killed goes on.
+// The checkpoint of a long bake: a file beside the asset that lets a killed bake continue.
 #pragma once
 
 #include <functional>
@@ -10,24 +10,25 @@ namespace nif::tools {
 
 enum class Resume {
   never,
-  if_possible,  ///< else from the start, with a note that says why
-  required      ///< a checkpoint that is there must be usable; without one, from the start with a note
+  if_possible,  ///< if there is no usable checkpoint, starts from the beginning, with a note that says why
+  /// An existing checkpoint must be usable; if there is none, starts from the beginning, with a note.
+  required
 };
 
 class CheckpointFile {
  public:
-  /// Of the asset at this path. `note` is told what did not go as it should, a sentence at a time.
+  /// The checkpoint of the asset at this path. `note` gets one sentence for each thing that went wrong.
   CheckpointFile(const std::string& asset, bake::BakeKey key, std::function<void(const std::string&)> note);
 
-  /// "ASSET.checkpoint"; empty where the asset is written to a device.
+  /// "ASSET.checkpoint"; empty if the asset is written to a device.
   const std::string& path() const { return path_; }
-  /// What it has. Throws nif::Error: checkpoint_refused where it is required and cannot be used; what reading
-  /// it says.
+  /// Returns the trainings that the checkpoint holds. Throws nif::Error: checkpoint_refused if a checkpoint
+  /// is required and cannot be used; and the errors of reading a file.
   std::vector<bake::KeptTraining> load(Resume resume);
-  /// Whole or not at all. That it cannot be written ends no bake: a note says so, once. A file of this name
-  /// that is no checkpoint may be somebody's own, and is neither replaced nor removed.
+  /// Writes the file whole or not at all. A failure does not end the bake: one note reports it. A file of
+  /// this name that is not a checkpoint may belong to somebody, so it is neither replaced nor removed.
   void save(std::span<const bake::KeptTraining> trainings);
-  /// Once the asset is written.
+  /// To be called once the asset is written.
   void remove() const;
 
  private:

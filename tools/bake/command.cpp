@@ -52,13 +52,13 @@ constexpr const char* kSchema = "nifkit.bake/1";
 
 struct Arguments : RunArguments {
   std::string mesh, output, depfile, format;
-  double checkpoint = 30;  ///< seconds between two; 0: none
+  double checkpoint = 30;  ///< seconds between checkpoints; 0: no checkpoints
   bool resume = false, resume_if_possible = false;
   BatchArguments batch;
   BakeArguments bake;
 };
 
-/// Most memory that the process has held so far, in bytes.
+/// Peak memory of the process so far, in bytes.
 uint64_t peak_memory() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -89,7 +89,7 @@ nlohmann::ordered_json bake_json(const Arguments& arguments, const mesh::Scene& 
   return json;
 }
 
-/// How its answers lean; null where they do not.
+/// The report on the decision threshold (--lean) of an object, or null if it has none.
 const bake::LeanReport* lean_of(const bake::ObjectReport& object) {
   const auto* field = std::get_if<bake::SegmentBaking::Report>(&object.own);
   return field && field->lean ? &*field->lean : nullptr;
@@ -122,7 +122,7 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
   if (arguments.bake.rays > 0) fmt::print("\n{}\n{}", accuracy_table(result.sets), hit_lines(result.hits));
 }
 
-/// What preparation changed or could not do, a sentence each.
+/// One sentence for each thing that preparation changed or could not do.
 std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeOptions& options,
                                   const bake::BakeResult& result) {
   std::vector<std::string> notes = mesh::texts_of(scene.notes);
@@ -133,11 +133,11 @@ std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeOpti
                            [](const format::Object& object) { return object.source_triangles.has_value(); }))
     notes.push_back("--source-triangles: no object became exact, so none stores triangles");
   if (options.colors && !bake::has_colors(scene))
-    notes.push_back("--colors: the mesh says nothing of colours that could be read, so none are stored");
+    notes.push_back("--colors: the mesh has no readable colours, so none are stored");
   for (const bake::ObjectReport& object : result.objects) {
     if (object.recoveries)
       notes.push_back(fmt::format(
-          "'{}': the loss became non-finite {} time(s); training went back and continued more carefully",
+          "'{}': the loss became non-finite {} time(s); training went back and continued with more care",
           object.name, object.recoveries));
     const bake::LeanReport* lean = lean_of(object);
     if (lean && lean->proven && lean->asked.rate > 0)
@@ -179,12 +179,12 @@ std::vector<std::string> files_of(const render::SceneDescription& scene, const r
   return files;
 }
 
-/// What the training rays of a view are drawn from.
+/// The parts that training rays of a view are generated from.
 struct View {
   render::SceneDescription scene;
   std::vector<std::string> notes;
   render::ObjectMeshes meshes;
-  std::vector<std::string> files;  ///< that all of it was read from
+  std::vector<std::string> files;  ///< all files that were read
   render::Lighting lighting;
   render::World world;
   render::ViewRays rays;
@@ -202,14 +202,14 @@ struct View {
 render::SceneDescription read_view(const SphericalArguments& arguments) {
   render::SceneDescription scene = render::read_scene(*arguments.view);
   scene.picture.samples = arguments.view_samples.value_or(scene.picture.samples);
-  for (render::ObjectDescription& object : scene.objects) {  // labels are exact
+  for (render::ObjectDescription& object : scene.objects) {  // the ground truth is exact
     object.nif.reset();
     object.primary = false;
   }
   return scene;
 }
 
-/// What can be done about a limit that a bake cannot meet.
+/// Suggests what to do about a limit that a bake cannot meet.
 std::string hint_for(bake::TargetNotMet::Limit limit, const std::string& encoding) {
   constexpr auto kBytes = bake::TargetNotMet::Limit::bytes;
   if ((encoding == "bvh" || encoding == "exact") && limit == kBytes) return "; try --encoding segment";
@@ -221,7 +221,8 @@ std::string hint_for(bake::TargetNotMet::Limit limit, const std::string& encodin
                                : "; try a higher --preset or --resolution";
 }
 
-/// Runs `bake`, and names the options that it is about in what it throws: the baker knows of none.
+/// Runs `bake`, and adds the names of the options concerned to its errors, because the baker does not know
+/// them.
 template <class Bake>
 bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& bake) {
   try {
@@ -235,10 +236,11 @@ bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& ba
     if (error.status() != Status::needs_repair) throw;
     std::string what = error.what();
     if (what.ends_with('.')) what.pop_back();
-    throw Error(error.status(),
-                fmt::format("--strict refuses what is left out or has to be repaired: {}; see nif "
-                            "mesh info and nif mesh repair",
-                            what));
+    throw Error(
+        error.status(),
+        fmt::format("--strict refuses meshes that need repair or are not read completely: {}; see nif "
+                    "mesh info and nif mesh repair",
+                    what));
   }
 }
 
@@ -254,7 +256,7 @@ mesh::Scene read_merged(const std::string& file, const mesh::ReadLimits& limits,
   return scene;
 }
 
-/// What a bake's bytes depend on besides the meshes and its options: by text, to be compared.
+/// Everything besides the meshes and the options that determines a bake's bytes, as text to compare.
 std::string other_inputs(const Arguments& arguments, const View* view) {
   const BakeArguments& bake = arguments.bake;
   std::string text;
@@ -269,7 +271,7 @@ std::string other_inputs(const Arguments& arguments, const View* view) {
   return text;
 }
 
-/// What the bake goes on from, and where it keeps how far it is.
+/// Loads what the bake continues from, and sets up where it saves its progress.
 bake::TrainingLog begin_log(const Arguments& arguments, CheckpointFile& file) {
   std::vector<bake::KeptTraining> earlier = file.load(arguments.resume               ? Resume::required
                                                       : arguments.resume_if_possible ? Resume::if_possible
@@ -280,7 +282,7 @@ bake::TrainingLog begin_log(const Arguments& arguments, CheckpointFile& file) {
   return {std::move(earlier), arguments.checkpoint, std::move(save)};
 }
 
-/// Runs `bake`; where it ends in a way that it would end in again, the checkpoint is of no use.
+/// Runs `bake`. If it fails in a way that would happen again, removes the checkpoint, which is then useless.
 template <class Bake>
 bake::BakeResult removing(const CheckpointFile& checkpoint, const Bake& bake) {
   try {
@@ -292,7 +294,7 @@ bake::BakeResult removing(const CheckpointFile& checkpoint, const Bake& bake) {
   }
 }
 
-/// With --manifest, which says all that the options of an asset else say.
+/// `nif bake --manifest`. The manifest sets everything that options of a single asset set otherwise.
 void run_manifest(const Arguments& arguments, const Command& command) {
   BatchArguments batch = arguments.batch;
   static_cast<RunArguments&>(batch) = arguments;
@@ -302,7 +304,7 @@ void run_manifest(const Arguments& arguments, const Command& command) {
   for (const std::string& name : command.given()) {
     if (allowed.has(name)) continue;
     if (name != "--threads" && name != "--depfile" && name != "--json" && name != "--quiet" &&
-        name != "--resume")  // a batch always does that
+        name != "--resume")  // a batch always resumes
       throw Error(Status::usage,
                   fmt::format("--manifest and {} cannot be used together: set it in the manifest{}", name,
                               name == "--only" ? "; --outputs FILE says which of its outputs to bake" : ""));
@@ -438,13 +440,13 @@ void add_bake(Command app) {
                      "Also write a dependency file for make and ninja, with all files that were read");
   command
       .add_option("--checkpoint", a->checkpoint,
-                  "Seconds between checkpoints of a long bake, in a file beside the asset that is removed in "
+                  "Seconds between checkpoints of a long bake, in a file beside the asset that is removed at "
                   "the end (0 = none)")
       .range(0.0, 1e6)
       .capture_default_str();
   command.add_flag("--resume", a->resume,
-                   "Go on from the checkpoint of a bake of the same mesh with the same options that was "
-                   "killed. The asset is the same as of a bake that was not");
+                   "Continue a killed bake of the same mesh with the same options from its checkpoint. The "
+                   "asset is the same as without the interruption");
   command.add_flag("--resume-if-possible", a->resume_if_possible, "For internal use").group("");
   add_batch_options(command, a->batch);
   add_run_options(command, *a, fmt::format("{}; with --manifest {}", kSchema, kBatchSchema));

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// How a reason stands after a count.
+/// The phrase for a reason, to follow a count.
 std::string reason_of(mesh::Stays why, uint64_t count, const mesh::MergeOptions& options) {
   const bool one = count == 1;
   switch (why) {

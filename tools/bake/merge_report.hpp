@@ -1,4 +1,4 @@
-// What `nif bake --merge` says of a scene that it has merged.
+// Reports what `nif bake --merge` did to a scene.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,7 +8,7 @@
 
 namespace nif::tools {
 
-/// Counts of what became of the instances, for --json.
+/// How many instances were merged, and why the others were not, for --json.
 nlohmann::ordered_json to_json(const mesh::Merging& merging);
 
 /// "merged 8123 of 10000 instances into 24 objects; 1877 stay: 3 move, 1874 would exceed --merge-triangles

@@ -1,5 +1,5 @@
-// Asks Embree and the asset about random rays from each point that a camera sees, and from points above
-// it. Sums are whole numbers and each pixel has its own random numbers, so threads do not matter.
+// Queries Embree and the asset with random rays from each point that a camera sees, and from points above it.
+// Sums are integers and each pixel has its own random stream, so the result does not depend on threads.
 #include "tools/bake/surface_errors.hpp"
 
 #include <tbb/blocked_range.h>
@@ -22,20 +22,20 @@ namespace {
 using render::Image;
 using render::SurfacePoint;
 
-/// Sums of whole numbers, so that it does not matter which thread adds what.
+/// Integer sums, so that the order in which threads add does not matter.
 struct Sums {
   decltype(SurfaceErrors::by_angle) by_angle{};
   decltype(SurfaceErrors::by_height) by_height{};
 };
 
-/// What is asked about one point of the surface: rays from it, then one from each height.
+/// The rays for one point of the surface: several from the point itself, then one from each height.
 class PointRays {
  public:
   PointRays(uint32_t from_surface, bool only_proven, uint64_t purpose)
       : from_surface_(from_surface), only_proven_(only_proven), purpose_(purpose) {}
 
-  /// Draws the rays, asks both, and adds to the sums. Returns the share that is wrong of those from the
-  /// surface.
+  /// Draws the rays, queries both, and adds to the sums. Returns the share of wrong answers among the rays
+  /// from the surface itself.
   double ask(const render::World& world, const SurfacePoint& point, uint64_t number, Sums& sums) {
     constexpr auto& kHeights = SurfaceErrors::kHeights;
     Random random(1, purpose_, number);

@@ -1,5 +1,6 @@
-// The scheduler: starts one `nif bake` process for each asset while threads and estimated memory last,
-// and stores a record as soon as one is done. If a source changed meanwhile, its bake counts as failed.
+// The scheduler: starts one `nif bake` process for each asset as long as threads and estimated memory
+// suffice, and stores a record when one is done. If a source changed during its bake, the bake counts as
+// failed.
 #include "tools/batch/baking.hpp"
 
 #include <fmt/format.h>
@@ -27,10 +28,10 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-/// Of a process that has nothing to bake yet.
+/// Memory of a process that has loaded nothing to bake yet.
 constexpr uint64_t kLeastMemory = 400'000'000;
 
-/// What programs can have without others being pushed out; without a limit where the system does not say.
+/// Memory that is available without swapping, or no limit if the system does not report it.
 uint64_t free_memory() {
   std::ifstream file("/proc/meminfo");
   std::string name, unit;
@@ -39,7 +40,7 @@ uint64_t free_memory() {
   return UINT64_MAX;
 }
 
-/// The last line, without the name that the program puts first.
+/// The last line, without the program's name in front.
 std::string sentence_of(std::string text) {
   while (text.ends_with('\n')) text.pop_back();
   text = text.substr(text.rfind('\n') + 1);
@@ -53,13 +54,14 @@ fs::file_time_type change_of(const fs::path& file) {
   return problem ? fs::file_time_type::max() : time;
 }
 
-/// A bake in work.
+/// A bake that is running.
 struct Bake {
   BatchItem* item;
   uint32_t threads;
   uint64_t memory;
   fs::file_time_type started;
-  std::map<std::string, std::string> stamps;  ///< of the files that it is known to read, from before
+  /// Of the files that it is known to read, taken before it started.
+  std::map<std::string, std::string> stamps;
   std::unique_ptr<Child> child;
 };
 
@@ -114,7 +116,8 @@ class Batch {
   }
 
  private:
-  /// Of assets that are up to date, too: an earlier run may have been killed while it baked them again.
+  /// Removes temporaries also for assets that are up to date: an earlier run may have been killed while it
+  /// baked them.
   void remove_left_overs() const {
     std::set<fs::path> folders, targets;
     for (const BatchAsset& asset : manifest_.assets) {
@@ -133,13 +136,13 @@ class Batch {
       throw Error(Status::output_not_writable, folder.string() + ": cannot be created: " + problem.message());
   }
 
-  /// Starts what there is room for. Returns how many are done without.
+  /// Starts as many bakes as there is room for. Returns how many assets turned out to need none.
   size_t start_some(std::list<BatchItem*>& waiting) {
     size_t done = 0;
     for (size_t tries = waiting.size(); tries > 0 && !stopped_; --tries) {
       BatchItem& item = *waiting.front();
       const size_t running = running_.size();
-      if (!claims_->claim(item.asset)) {  // another process has it: later
+      if (!claims_->claim(item.asset)) {  // another process bakes it: look again later
         waiting.splice(waiting.end(), waiting, waiting.begin());
         continue;
       }
@@ -153,7 +156,7 @@ class Batch {
     return done;
   }
 
-  /// Since the plan was made.
+  /// Whether another process has baked the asset since the plan was made.
   bool is_done_by_another(BatchItem& item) {
     const std::string seen = std::exchange(item.record, records_.version_of(item.asset));
     if (options_.force || seen == item.record) return false;
@@ -164,7 +167,8 @@ class Batch {
     return true;
   }
 
-  /// False where it has to wait for threads or memory. `waiting` counts it and those after it.
+  /// Returns false if the asset has to wait for threads or memory. `waiting` is the number of assets from
+  /// this one on.
   bool start(BatchItem& item, size_t waiting) {
     uint32_t free_threads = threads_;
     uint64_t taken = 0;
@@ -173,7 +177,7 @@ class Batch {
       taken += bake.memory;
     }
     if (free_threads == 0) return false;
-    // One of its own size at least is baked, by itself, whatever it may need.
+    // If nothing else runs, the asset is baked, whatever it needs.
     const std::optional<BakeRecord> record = records_.load(item.asset);
     const uint64_t memory = needs_of(item.asset, record).memory;
     if (!running_.empty() && (taken > memory_ || memory > memory_ - taken)) return false;
@@ -186,7 +190,7 @@ class Batch {
       fail(item, int(error.status()), error.what());
       return true;
     }
-    // A name may begin as an option does.
+    // A file name may begin with a dash, like an option.
     const auto word = [](const std::string& name) { return name.starts_with('-') ? "./" + name : name; };
     std::vector<std::string> arguments{"bake",
                                        word(item.asset.mesh),
@@ -240,12 +244,13 @@ class Batch {
   static bool has_changed(const Bake& bake, const std::string& file) {
     const auto known = bake.stamps.find(file);
     if (known != bake.stamps.end()) return known->second != stamp_of(file);
-    // Nobody knew that it would be read.
+    // The file was not known to be a source before the bake, so its time decides.
     const auto time = change_of(file);
-    return time >= bake.started && time <= fs::file_time_type::clock::now();  // some files are of the future
+    // some files have a time in the future
+    return time >= bake.started && time <= fs::file_time_type::clock::now();
   }
 
-  /// For others, at the end of a scope.
+  /// Releases the claim at the end of a scope.
   struct Released {
     Claims& claims;
     const BatchAsset& asset;
@@ -336,8 +341,8 @@ Needs needs_of(const BatchAsset& asset, const std::optional<BakeRecord>& last) {
   if (problem) size = 0;
   const fs::path name = unpacked_name(asset.mesh);
   const bool packed = name != fs::path(asset.mesh).filename();
-  // A triangle takes some 500 bytes while it is baked, and 20 as binary PLY, which the others are not far
-  // below; Draco takes some 2.
+  // Baking takes some 500 bytes per triangle. A triangle takes 20 bytes in binary PLY, not much less in the
+  // other formats, and some 2 in Draco.
   uint64_t factor = ending_of(name) == ".drc" ? 250 : 25;
   if (packed) factor *= 3;
   const uint64_t memory = kLeastMemory + size * factor;

@@ -15,46 +15,48 @@
 namespace nif::tools {
 
 struct BatchOptions {
-  std::set<std::string> only;      ///< names of the assets that count; empty: all
-  uint32_t threads = 0;            ///< of all bakes together; 0: all
-  uint64_t memory = 0;             ///< for all bakes together, in bytes; 0: four fifths of what is free
-  bool keep_going = false;         ///< after an asset that fails
-  bool force = false;              ///< bakes what is up to date, too
-  uint32_t shard = 0, shards = 1;  ///< does the assets number shard, shard + shards, ... of these
+  std::set<std::string> only;      ///< names of the assets to bake; empty: all
+  uint32_t threads = 0;            ///< for all bakes together; 0: all cores
+  uint64_t memory = 0;             ///< for all bakes together, in bytes; 0: four fifths of the free memory
+  bool keep_going = false;         ///< continue after an asset fails
+  bool force = false;              ///< also bake assets that are up to date
+  uint32_t shard = 0, shards = 1;  ///< bake only the assets with numbers shard, shard + shards, ...
 };
 
-/// What became of an asset.
+/// An asset of a batch and its outcome.
 struct BatchItem {
-  enum class Outcome : uint8_t { current, baked, failed, left };  ///< left: not begun, as another had failed
+  /// left: not started because another one failed
+  enum class Outcome : uint8_t { current, baked, failed, left };
 
   BatchAsset asset;
-  std::string reason;  ///< for baking it; empty where it is up to date
-  std::string record;  ///< which record that was said by: Records::version_of()
+  std::string reason;  ///< why it has to be baked; empty if it is up to date
+  std::string record;  ///< version of the record that `reason` comes from: Records::version_of()
   Outcome outcome = Outcome::left;
-  int code = 0;                   ///< where it failed: exit code of its bake
-  std::string error;              ///< where it failed: one sentence
-  nlohmann::ordered_json report;  ///< nifkit.bake/1; null where there is none
+  int code = 0;                   ///< if it failed: exit code of its bake
+  std::string error;              ///< if it failed: one sentence
+  nlohmann::ordered_json report;  ///< nifkit.bake/1; null if there is none
 };
 const char* name_of(BatchItem::Outcome outcome);
 
-/// The error by which a command ends whose item failed so: with the code of its bake, or `internal` where a
-/// signal ended it.
+/// The error with which a command ends if this item failed: it has the code of the item's bake, or `internal`
+/// if a signal killed that.
 Error failure_of(const BatchItem& item);
 
-/// The assets of this shard, each with the reason for which it would be baked. Reads sources only as far as
-/// their times do not tell. Throws nif::Error: interrupted; malformed_manifest where `only` names what the
-/// manifest has not.
+/// Lists the assets of this shard, each with the reason to bake it. Reads a source only if its time does not
+/// show whether it changed. Throws nif::Error: interrupted; malformed_manifest if `only` names something that
+/// the manifest does not have.
 std::vector<BatchItem> plan(const Manifest& manifest, const BatchOptions& options);
 
-/// Bakes what plan() has found, each in a process of its own, and keeps a record of each as soon as it is
-/// done: after a crash, a cancel or a failure the next run goes on from there. Waits for assets that another
-/// process bakes, and takes its results. `progress` hears the fraction done and what is in work. Throws
-/// nif::Error(interrupted) once all processes have ended; a bake that fails is no exception.
+/// Bakes what plan() found, each asset in its own process, and writes the record of each as soon as it is
+/// done, so that the next run continues after a crash, a cancel or a failure. Waits for assets that another
+/// process bakes, and takes over its results. `progress` gets the fraction done and a text that says what is
+/// being baked. Throws nif::Error(interrupted) once all processes have ended. A bake that fails does not
+/// throw.
 void bake_batch(const Manifest& manifest, const BatchOptions& options, std::vector<BatchItem>& items,
                 const std::function<void(double, const std::string&)>& progress);
 
-/// What a bake of an asset will need at most: estimated by the file's size and kind, or what it took the last
-/// time and some more.
+/// Upper estimate of what a bake of an asset needs: from the mesh file's size and kind, or from the last bake
+/// plus a margin.
 struct Needs {
   uint64_t memory;   ///< bytes
   uint32_t minutes;  ///< on one core

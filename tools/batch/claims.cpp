@@ -20,7 +20,7 @@ Claims::~Claims() {
   if (fd_ >= 0) ::close(fd_);
 }
 
-/// One byte of the file for each asset, which need not be there.
+/// One byte of the file stands for each asset; the file need not be that long.
 bool Claims::set(const BatchAsset& asset, short type) const {
   if (fd_ < 0) return true;
   struct flock lock {};

@@ -25,7 +25,7 @@
 namespace nif::tools {
 namespace {
 
-/// "2/8": the second of eight.
+/// "2/8" means the second of eight parts.
 void parse_shard(const std::string& text, BatchOptions& options) {
   unsigned number = 0, count = 0;
   int used = 0;
@@ -37,7 +37,7 @@ void parse_shard(const std::string& text, BatchOptions& options) {
   options.shards = count;
 }
 
-/// Throws nif::Error where the file cannot be read, or has none.
+/// Throws nif::Error if the file cannot be read or lists nothing.
 std::set<std::string> lines_of(const std::string& file) {
   const mesh::detail::ByteBuffer text = mesh::detail::load_file(file, 64 << 20);
   std::set<std::string> lines;
@@ -60,7 +60,7 @@ void print_plan(std::span<const BatchItem> items) {
   fmt::print("{} of {} would be baked\n", stale, count_of(items.size(), "asset"));
 }
 
-/// All that the outputs depend on, the manifest itself included.
+/// Everything that the outputs depend on, including the manifest itself.
 std::vector<std::string> files_of(const Manifest& manifest, std::span<const BatchItem> items) {
   std::set<std::string> files;
   for (const BatchItem& item : items) {
@@ -193,11 +193,11 @@ void run_batch(const BatchArguments& arguments) {
 std::string dependency_rule(const std::vector<std::string>& targets, const std::vector<std::string>& files) {
   std::string rule;
   const auto add = [&](const std::string& path) {
-    // What would end the rule or begin a command of it. A mesh may name files as it likes.
+    // Characters that would end the rule or begin a command in it. A mesh may refer to files with any names.
     for (const char c : path)
       if (c == ';' || c == 0x7f || (c >= 0 && c < ' '))
         throw Error(Status::usage,
-                    fmt::format("--depfile: make cannot be told of a file named '{}'", printable(path)));
+                    fmt::format("--depfile: a makefile cannot contain the file name '{}'", printable(path)));
     for (char c : path) {
       if (c == ' ' || c == '#' || c == '\\') rule += '\\';
       if (c == '$') rule += '$';

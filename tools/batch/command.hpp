@@ -1,4 +1,4 @@
-// The command line of `nif bake --manifest`.
+// Implements the command line of `nif bake --manifest`.
 #pragma once
 
 #include <string>
@@ -13,19 +13,19 @@ struct BatchArguments : RunArguments {
   std::string manifest, memory, report, depfile, shard, outputs;
   bool dry_run = false, keep_going = false, force = false;
 
-  // `report` and `depfile` have a meaning for a single bake, too.
-  /// Name of an option that has a meaning for a manifest alone, and was given; null where none was.
+  // `report` and `depfile` also apply to a single bake.
+  /// Returns the name of a given option that applies to manifests only, or null if there is none.
   const char* first_given() const;
 };
 
-/// --manifest and what belongs to it alone. `arguments` must outlive the command.
+/// Adds --manifest and the options that only it uses. `arguments` must outlive the command.
 void add_batch_options(Command command, BatchArguments& arguments);
 
-/// Bakes what the manifest names. Throws nif::Error: of the first asset that failed, with its code, among
-/// others.
+/// Bakes the assets of the manifest. Throws nif::Error: if assets fail, the error of the first one, with its
+/// code.
 void run_batch(const BatchArguments& arguments);
 
-/// A rule as make and ninja read it: each target depends on all of these files.
+/// A rule in the syntax of make and ninja: each target depends on all of these files.
 std::string dependency_rule(const std::vector<std::string>& targets, const std::vector<std::string>& files);
 
 }  // namespace nif::tools

@@ -1,4 +1,4 @@
-// `nif farm`: a manifest on a cluster.
+// `nif farm`: bakes a manifest on a cluster.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -65,7 +65,7 @@ void run_slurm(const Arguments& arguments) {
              (jobs.folder / "summary.json").string());
 }
 
-/// What the tasks' summaries say of each asset that failed or was baked, by output.
+/// What the summaries of the tasks report about each failed or baked asset, by output.
 std::map<std::string, Json> read_summaries(const std::vector<std::string>& files) {
   std::map<std::string, Json> assets;
   for (const std::string& file : files) {

@@ -1,5 +1,5 @@
-// Goes down folder by folder, with one part of the pattern each; fnmatch judges single names. Each pair
-// of folder and part is visited once, because patterns with several ** would come back very often.
+// Descends folder by folder, with one part of the pattern for each; fnmatch matches single names. Each pair
+// of folder and part is visited once, because patterns with several ** reach the same pair very often.
 #include "tools/batch/glob.hpp"
 
 #include <fnmatch.h>
@@ -39,10 +39,10 @@ class Search {
   explicit Search(const Names& names) : names_(names) {}
   const std::set<fs::path>& found() const { return found_; }
 
-  /// What the names from this one on match in a folder.
+  /// Matches the names from this one on in a folder.
   void match(const fs::path& at, size_t name) {
     if (!is_folder(at)) return;
-    // Several `**` come to a folder in many ways, whose number multiplies with each.
+    // Several `**` reach a folder in many ways, whose number multiplies with each `**`.
     if (!seen_.emplace(name, at).second) return;
     const bool last = name + 1 == names_.size();
     if (names_[name] == "**") {
@@ -87,7 +87,7 @@ std::vector<fs::path> files_matching(const fs::path& folder, const std::string& 
   Names names;
   for (const fs::path& name : path.relative_path()) {
     if (name.empty() || name == ".") continue;
-    if (name == "**" && !names.empty() && names.back() == "**") continue;  // says the same again
+    if (name == "**" && !names.empty() && names.back() == "**") continue;  // ** after ** adds nothing
     names.push_back(name.string());
   }
   Search search(names);

@@ -1,5 +1,5 @@
-// Checks options by parsing them as `nif bake` does, and expands patterns to files. Paths are compared
-// in canonical form, so that an output that is also a mesh is found however it is spelt.
+// Checks options by parsing them as `nif bake` does, and expands patterns to files. Paths are compared in
+// canonical form, so that an output that is also a mesh is found however it is spelt.
 #include "tools/batch/manifest.hpp"
 
 #include <fmt/format.h>
@@ -24,10 +24,10 @@ namespace fs = std::filesystem;
 
 constexpr const char* kOutput = "{folder}/{stem}.nif";
 
-/// Name of an option and what it is set to, as in the manifest; several words for one that may be repeated.
+/// Maps an option's name to its value in the manifest, or to several words if it may be repeated.
 using Words = std::vector<std::string>;
 using Options = std::map<std::string, Words>;
-/// Name of a placeholder and what stands for it.
+/// Maps a placeholder's name to its replacement.
 using Values = std::map<std::string, std::string>;
 
 /// The options of `nif bake` that a manifest may set: those that decide an asset's bytes.
@@ -38,7 +38,7 @@ class BakeCommand {
   std::vector<std::string> names() { return command_.names(); }
   bool is_repeatable(const std::string& name) const { return command_.is_repeatable("--" + name); }
 
-  /// As arguments. Throws where nothing can be made of them.
+  /// Returns the options as arguments. Throws if they are invalid.
   std::vector<std::string> checked(const Options& options) {
     std::vector<std::string> words;
     for (const auto& [name, values] : options) {
@@ -60,10 +60,10 @@ class BakeCommand {
   OwnCommand command_;
 };
 
-/// The name without what tells the format: "dragon" of "dragon.ply.gz".
+/// The file name without its format endings: "dragon" for "dragon.ply.gz".
 std::string stem_of(const fs::path& file) { return unpacked_name(file).stem().string(); }
 
-/// The pattern with {name} replaced by its value; nothing where there is no such value.
+/// The pattern with {name} replaced by its value; nothing if there is no such value.
 std::optional<std::string> filled_in(std::string_view pattern, const Values& values) {
   std::string text;
   while (!pattern.empty()) {
@@ -80,8 +80,7 @@ std::optional<std::string> filled_in(std::string_view pattern, const Values& val
   return text;
 }
 
-/// A path's own name in the file system, whatever way leads there; what is not there yet is taken as it is
-/// called.
+/// The canonical path, with links resolved. The part that does not exist yet stays as it is spelt.
 fs::path own_path(const fs::path& path) {
   const fs::path absolute = fs::absolute(path);
   std::error_code problem;
@@ -162,7 +161,7 @@ class ManifestReader {
           "output",
           fmt::format("'{}' has an unknown placeholder; use {{folder}}, {{stem}} and {{name}}", pattern));
     const fs::path output = folder_ / *text, own = own_path(output);
-    // Records and reports are JSON, which has no other names.
+    // Records and reports are JSON, which cannot hold other names.
     for (const std::string& name : {mesh.string(), output.string()})
       if (!is_utf8(name))
         table.fail("mesh", fmt::format("matches '{}', whose name is not UTF-8; rename it", printable(name)));
@@ -174,7 +173,7 @@ class ManifestReader {
     manifest_.assets.push_back({mesh.string(), output.lexically_normal().string(), name, words});
   }
 
-  /// A bake must not write what another reads.
+  /// A bake must not write a file that another one reads.
   void check_inputs(const TomlTable& table) const {
     for (const BatchAsset& asset : manifest_.assets) {
       const auto written = outputs_.find(own_path(asset.mesh));
@@ -194,7 +193,7 @@ class ManifestReader {
   std::set<std::string> option_names_;
   std::string output_;
   Options defaults_;
-  std::map<fs::path, std::string> outputs_;  ///< to the mesh that it is made from
+  std::map<fs::path, std::string> outputs_;  ///< output to the mesh that it is made from
   Manifest manifest_;
 };
 

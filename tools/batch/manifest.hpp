@@ -7,23 +7,23 @@
 
 namespace nif::tools {
 
-/// One asset to be baked.
+/// An asset to bake.
 struct BatchAsset {
   std::string mesh, output;  ///< paths that can be opened
-  std::string name;  ///< of the output, from the manifest's folder: what is printed, and the same anywhere
+  std::string name;  ///< the output relative to the manifest's folder: printed, and the same on every machine
   std::vector<std::string>
-      options;  ///< of `nif bake`, that decide the asset's bytes, in the order of their names
+      options;  ///< options of `nif bake` that determine the asset's bytes, sorted by name
 };
 
 struct Manifest {
   std::string file;                ///< as given
-  std::filesystem::path state;     ///< folder for what is known of earlier bakes
+  std::filesystem::path state;     ///< folder for the records of earlier bakes
   std::vector<BatchAsset> assets;  ///< in the order of the file, and within an entry by name
 };
 
 /// Reads a manifest and lists the files that its patterns match. Throws nif::Error: malformed_manifest with
-/// file, line and key, for what contradicts itself, too (two meshes for one output, an output that is a mesh
-/// of the manifest, options that contradict each other); the codes of a file that cannot be read.
+/// file, line and key, also for contradictions (two meshes for one output, an output that is a mesh of the
+/// manifest, contradictory options); and the codes for files that cannot be read.
 Manifest read_manifest(const std::string& file);
 
 }  // namespace nif::tools

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "nifkit.batch-record/1";
-/// File systems tell changes apart by two seconds at worst.
+/// The coarsest file systems store times in steps of two seconds.
 constexpr int64_t kFresh = 2'000'000'000;
 
 std::string hash_of(const void* bytes, size_t size) {
@@ -56,7 +56,7 @@ Json to_json(const FileState& state) {
   return {{"path", state.path}, {"size", state.size}, {"modified", state.modified}, {"hash", state.hash}};
 }
 
-/// A whole number of the type asked for; get() would convert any number, and 1e75 has no value there.
+/// An integer of the requested type. get() would convert any number, and converting 1e75 is undefined.
 template <class T>
 T whole(const Json& json) {
   const bool fits = std::is_unsigned_v<T> ? json.is_number_unsigned() : json.is_number_integer();
@@ -69,11 +69,12 @@ FileState state_from(const Json& json) {
           whole<int64_t>(json.at("modified")), json.at("hash").get<std::string>()};
 }
 
-/// What no bake takes: needs are computed from these.
+/// Above what any bake takes; needs are computed from these numbers, so they must not overflow.
 constexpr uint64_t kMostMemory = uint64_t{1} << 50;
 constexpr double kMostSeconds = 1e9;
 
-/// Of a report what is read again: the files, the time and the memory that the bake took.
+/// Whether the members that are read from a report later are there: the files, the time and the memory of the
+/// bake.
 bool is_report(const Json& report) {
   return report.is_object() && report.contains("sources") && report["sources"].is_array() &&
          std::ranges::all_of(report["sources"], &Json::is_string) &&
@@ -172,7 +173,7 @@ std::string Records::why_stale(const BatchAsset& asset, const std::optional<Bake
 
 BakeRecord Records::make(const BatchAsset& asset, Json report) const {
   const auto seen = [&](const std::string& path) {
-    // Below the manifest's folder by the way from there, so that the whole may be moved.
+    // Paths below the manifest's folder are stored relative to it, so that everything can be moved together.
     const fs::path relative = fs::path(path).lexically_relative(folder_.empty() ? fs::path() : folder_);
     const bool below = fs::path(path).is_relative() == folder_.is_relative() && !relative.empty();
     const std::string own = below ? relative.string() : fs::absolute(path).string();

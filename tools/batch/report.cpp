@@ -73,7 +73,7 @@ void make_thumbnails(const Manifest& manifest, std::span<const BatchItem> items,
     if (!items[i].report.is_object() || fs::exists(picture, ignored)) continue;
     progress(double(i) / double(items.size()), "a picture of " + asset.name);
     while (!claims.claim(asset) && !cancel) std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    // A string of JSON is one of TOML, too.
+    // A JSON string is also a TOML string.
     const auto quoted = [](const std::string& path) { return Json(fs::absolute(path).string()).dump(); };
     const std::string text = fmt::format(
         "[picture]\nwidth = 320\nheight = 240\nsamples = 8\n[[object]]\nmesh = {}\nnif = {}\n[ground]\n"
@@ -136,7 +136,7 @@ std::string to_html(const Manifest& manifest, std::span<const BatchItem> items) 
     std::string picture;
     try {
       picture = png_address(mesh::detail::load_file(records.path_for(item->asset, ".png"), 16 << 20).view());
-    } catch (const Error&) {  // there is none
+    } catch (const Error&) {  // there is no picture
     }
     if (!picture.empty())
       picture = fmt::format("<img alt=\"{}\" loading=\"lazy\" src=\"{}\">",

@@ -15,13 +15,13 @@ inline constexpr const char* kBatchSchema = "nifkit.batch/1";
 /// docs/batches.md explains the fields of the schema.
 nlohmann::ordered_json to_json(const Manifest& manifest, std::span<const BatchItem> items, double seconds);
 
-/// Makes the pictures of a report that are not there yet, each by `nif render`, in the manifest's state
-/// folder. Those that cannot be made are left out. Throws nif::Error(interrupted).
+/// Makes missing pictures of a report in the manifest's state folder, each by `nif render`. Pictures that
+/// cannot be made are left out. Throws nif::Error(interrupted).
 void make_thumbnails(const Manifest& manifest, std::span<const BatchItem> items,
                      const std::function<void(double, const std::string&)>& progress);
 
-/// One page that needs no other file: a table of the assets with their pictures, sizes and errors; what
-/// failed comes first.
+/// One self-contained page: a table of the assets with their pictures, sizes and errors. Failed assets come
+/// first.
 std::string to_html(const Manifest& manifest, std::span<const BatchItem> items);
 
 }  // namespace nif::tools

@@ -1,5 +1,5 @@
-// Writes a list and a shell script for each class of need, and submits them with sbatch. The last job
-// depends on all others. Memory and time limits come from needs_of() in baking.hpp.
+// Writes a list of assets and a shell script for each class of need, and submits them with sbatch. The last
+// job depends on all others. Memory and time limits come from needs_of() in baking.hpp.
 #include "tools/batch/slurm.hpp"
 
 #include <fmt/format.h>
@@ -22,14 +22,14 @@ namespace fs = std::filesystem;
 
 constexpr uint64_t kGigabyte = 1'000'000'000;
 
-/// One word for a shell.
+/// Quotes a text as one shell word.
 std::string quoted(const std::string& text) {
   std::string word = "'";
   for (char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return word + "'";
 }
 
-/// In file names that sbatch fills in, a per cent sign stands for something.
+/// sbatch expands patterns that start with a per cent sign in file names.
 std::string without_patterns(const std::string& path) {
   std::string text;
   for (char c : path) text += c == '%' ? std::string("%%") : std::string(1, c);
@@ -96,7 +96,7 @@ std::vector<TaskClass> classify(const Manifest& manifest, std::span<const BatchI
 }
 
 Submitted submit(const Manifest& manifest, std::span<const TaskClass> classes, const SlurmOptions& options) {
-  ask({"sbatch", "--version"});  // before anything is written
+  ask({"sbatch", "--version"});  // checks for Slurm before anything is written
   Submitted jobs;
   jobs.folder = new_folder(manifest.state);
   const std::string nif = quoted(fs::read_symlink("/proc/self/exe").string()),
@@ -117,7 +117,7 @@ Submitted submit(const Manifest& manifest, std::span<const TaskClass> classes, c
       std::string list;
       for (const std::string& asset : of.names) list += asset + '\n';
       write_script(stem.string() + ".txt", list);
-      // A task that is begun again goes on where it was, and its summary replaces the one before.
+      // A task that Slurm restarts continues where it was, and its summary replaces the earlier one.
       write_script(
           stem.string() + ".sh",
           fmt::format(
@@ -150,7 +150,7 @@ Submitted submit(const Manifest& manifest, std::span<const TaskClass> classes, c
     for (const std::string& job : jobs.arrays) {
       try {
         ask({"scancel", job});
-      } catch (const Error&) {  // what was refused first is what the user has to know
+      } catch (const Error&) {  // the user needs to know what was refused first
       }
     }
     throw;

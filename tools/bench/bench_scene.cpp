@@ -1,5 +1,5 @@
-// Reads the scene by the code of `nif render`. Objects with the same mesh and asset are loaded once, and
-// instances that their transform flattens are left out, as in pictures.
+// Reads the scene with the code of `nif render`. Objects with the same mesh and asset are loaded once.
+// Instances that are flattened by their transform are left out, as in pictures.
 #include "tools/bench/bench_scene.hpp"
 
 #include <fmt/format.h>
@@ -42,7 +42,7 @@ BenchScene::BenchScene(const std::string& path, const std::string& asset, const 
     size_t asset;
     uint32_t first_object;
   };
-  std::map<std::pair<std::string, std::string>, Known> known;  // by paths of mesh and asset
+  std::map<std::pair<std::string, std::string>, Known> known;  // by the paths of mesh and asset
   for (const render::ObjectDescription& object : description.objects) {
     const auto [found, fresh] =
         known.try_emplace({object.mesh, *object.nif}, Known{assets_.size(), uint32_t(objects_.size())});
@@ -55,7 +55,7 @@ BenchScene::BenchScene(const std::string& path, const std::string& asset, const 
     }
     for (bake::Placed& placed : assets_[found->second.asset]->instances()) {
       const mesh::Transform whole = mesh::compose(object.transform, placed.transform);
-      if (mesh::determinant(whole) == 0) continue;  // as nif render has it
+      if (mesh::determinant(whole) == 0) continue;  // as nif render does
       instances_.push_back({found->second.first_object + placed.object, whole});
     }
   }

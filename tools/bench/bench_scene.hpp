@@ -1,4 +1,4 @@
-// A scene of instances, as `nif bench` asks both sides about it.
+// Builds one scene of instances for both sides of `nif bench`: the runtime and Embree.
 #pragma once
 
 #include <memory>
@@ -14,25 +14,25 @@ namespace nif::tools {
 
 class BenchScene {
  public:
-  /// Reads a scene for `nif render` with its meshes and assets. `asset` is that of a glTF, and empty for a
-  /// scene file. Objects, ground, lights and cameras: only objects count, and each must have an asset. Throws
-  /// as render::read_scene() and MeasuredAsset; Error(usage) where `asset` does not fit the scene;
-  /// Error(malformed_scene) where an object has no asset, or no instance is left.
+  /// Reads a scene for `nif render` with its meshes and assets. `asset` is the asset of a glTF, and empty for
+  /// a scene file. Ground, lights and cameras are ignored, and each object must have an asset. Throws as
+  /// render::read_scene() and MeasuredAsset do; Error(usage) if `asset` does not fit the scene;
+  /// Error(malformed_scene) if an object has no asset, or no instance is left.
   BenchScene(const std::string& scene, const std::string& asset, const std::string& configuration,
              Progress& progress);
 
-  /// Of all assets.
+  /// The objects of all assets.
   const std::vector<const bake::Prepared*>& objects() const { return objects_; }
   const std::vector<bake::Placed>& instances() const { return instances_; }
   const std::vector<std::unique_ptr<MeasuredAsset>>& assets() const { return assets_; }
   uint64_t triangles() const;
   uint64_t placed_triangles() const;
 
-  /// All instances in the runtime, on a device of so many threads. Instance i has number i.
+  /// All instances in the runtime, on a device with `threads` threads. Instance i has number i.
   Scene scene(uint32_t threads) const;
 
  private:
-  /// Where an object is among the assets.
+  /// Position of an object among the assets.
   struct Source {
     size_t asset;
     uint32_t object;

@@ -37,7 +37,7 @@ struct Arguments : MeasureArguments {
   bool hits = false, stages = false, batches = false, json = false, quiet = false;
 };
 
-/// Each once, where it was first named.
+/// Keeps the first occurrence of each value.
 template <class T>
 void drop_repeats(std::vector<T>& list) {
   for (auto end = list.begin(); end != list.end();) {
@@ -98,7 +98,7 @@ void check_hits(const Arguments& arguments) {
                 "--hits and --stages cannot be used together: the stages are those of occlusion");
 }
 
-/// Speeds of a busy machine are of little worth, and nothing else would tell.
+/// Speeds measured on a busy machine are of little worth, and only this note tells the user.
 void print_notes(const std::vector<ThreadRun>& runs) {
   for (const ThreadRun& run : runs) {
     for (const SetSpeeds& speeds : run.sets) {
@@ -111,7 +111,7 @@ void print_notes(const std::vector<ThreadRun>& runs) {
   }
 }
 
-/// The race on a GPU, which knows nothing of threads and Embree.
+/// The measurement on a GPU, to which threads and Embree do not apply.
 void run_gpu(const Arguments& arguments, const Command& command) {
   const auto refuse = [&](const char* option) {
     throw Error(Status::usage, fmt::format("--device {}: {} is only for the CPU", arguments.device, option));
@@ -206,11 +206,11 @@ void add_bench(Command app) {
       .add_option("ASSET|SCENE", a->file,
                   "The .nif file to measure, or a scene as nif render takes it (.toml, .gltf, .glb)")
       .required();
-  command.add_option("--mesh", a->mesh, "Of an ASSET: the mesh that it was baked from");
+  command.add_option("--mesh", a->mesh, "For an ASSET: the mesh that it was baked from");
   command.add_option("--asset", a->asset,
-                     "Of a SCENE in glTF: the .nif file that was baked from it. A .toml names its assets");
+                     "For a SCENE in glTF: the .nif file that was baked from it. A .toml names its assets");
   add_measure_options(command, *a, "outer-lines, inner-surface and sun; with --hits also camera");
-  command.add_option("--moved", a->moved, "Of a SCENE: instances to move; 0 for none").capture_default_str();
+  command.add_option("--moved", a->moved, "For a SCENE: instances to move; 0 for none").capture_default_str();
   command
       .add_option("-j,--threads", a->threads,
                   "Query threads (0 = all cores); may be repeated (default: 1, then all cores)")
@@ -232,7 +232,7 @@ void add_bench(Command app) {
                    "Also time the stages: of spherical objects on one thread, or of the pipeline on a GPU");
   command
       .add_option("--device", a->device,
-                  "cpu: compare with Embree; gpu: compare with an exact BVH of the mesh on the same card")
+                  "cpu: compare with Embree; gpu: compare with an exact BVH of the mesh on the same GPU")
       .one_of({"cpu", "gpu"})
       .capture_default_str();
   command.add_option("--precision", a->precision, "On a GPU: precision of the networks of spherical objects")
@@ -241,16 +241,16 @@ void add_bench(Command app) {
   command.add_flag("--batches", a->batches, "On a GPU: also time smaller batches of rays");
   add_json_option(
       command, a->json,
-      fmt::format("{}; of a scene {}; on a GPU {}", kBenchSchema, kSceneBenchSchema, kGpuBenchSchema));
+      fmt::format("{}; for a scene {}; on a GPU {}", kBenchSchema, kSceneBenchSchema, kGpuBenchSchema));
   command.add_option("--plot", a->plot, "Also plot the results as an SVG to this file");
   add_quiet_option(command, a->quiet);
   command.footer(
       "If a file has several objects, each answers its own rays in its own space, on both sides. Times, "
       "bytes and\n"
       "errors are added up. Rates are in millions of rays per second, medians over the rounds.\n"
-      "A scene is asked as a whole, with instances on both sides. Then some instances are moved, which is "
+      "A scene is queried as a whole, with instances on both sides. Then some instances are moved, which is "
       "timed, too,\n"
-      "and the scene is asked again. Each object of a .toml needs an asset (nif = \"...\").\n"
+      "and the scene is queried again. Each object of a .toml needs an asset (nif = \"...\").\n"
       "Examples:\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --hits\n"

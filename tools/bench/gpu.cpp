@@ -1,5 +1,5 @@
-// Measures by the card's own clock, without copies. Without --against, the BVH is an asset that is baked
-// here in memory. The faster of the asset's two ways counts: one kernel, or the pipeline.
+// Times with the GPU's own clock, without copies. Without --against, the BVH is an asset that is baked here
+// in memory. The faster of the asset's two ways counts: one kernel, or the pipeline.
 #include "tools/bench/gpu.hpp"
 
 #include <fmt/format.h>
@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* kConfiguration = "backend=gpu";
 
-/// What the asset is raced against, on a device of its own, each object alone.
+/// What the asset is compared with, on its own device, each object alone.
 class Other {
  public:
   Other(const GpuBenchOptions& options, size_t objects) {
@@ -69,7 +69,7 @@ constexpr const char* kSideNames[kGpuSides] = {"one_kernel", "pipeline", "other"
 struct StageName {
   const char *key, *text;
 };
-/// By what NIF_MEASURE_STAGES says.
+/// Expands NIF_MEASURE_STAGES.
 constexpr StageName kStageNames[NIF_MEASURED_STAGES] = {{"ray_cast", "ray cast"},
                                                         {"order", "order"},
                                                         {"outer_grids", "outer grids"},
@@ -88,7 +88,7 @@ std::vector<NifRay> to_rays(const bake::LabelledRays& labelled) {
   return rays;
 }
 
-/// Adds the seconds that the card takes, as nifMeasureQuery() gives them, for `rounds` rounds.
+/// Adds the GPU seconds that nifMeasureQuery() reports for `rounds` rounds.
 void add_times(NifScene scene, std::span<const NifRay> rays, NifMeasure measure, size_t rounds,
                std::span<double> seconds) {
   std::vector<uint8_t> visible(rays.size());
@@ -100,13 +100,13 @@ void add_times(NifScene scene, std::span<const NifRay> rays, NifMeasure measure,
   for (size_t i = 0; i < times.size(); ++i) seconds[i] += times[i];
 }
 
-/// What answers a side's queries, and how.
+/// A scene that answers one side's queries, and the way it does.
 struct Side {
   NifScene scene;
   NifMeasure measure;
 };
 
-/// Of one set: what its rays cost, added up over the objects.
+/// Times of one ray set, summed over the objects.
 class SetTimes {
  public:
   SetTimes(const GpuBenchOptions& options) : options_(options) {
@@ -136,7 +136,7 @@ class SetTimes {
     }
   }
 
-  /// Of so many rays in all.
+  /// `rays` is the total number of rays.
   void finish(uint64_t rays, GpuSetSpeeds& speeds) const {
     const auto rate = [](uint64_t count, double seconds) {
       return double(count) * 1e-6 / std::max(seconds, 1e-9);
@@ -296,8 +296,8 @@ std::string gpu_bench_table(const GpuBenchOptions& options, const GpuBenchResult
   const std::string other = options.against.empty() ? "BVH" : "other";
   std::string text = fmt::format(
       "{}: {}, on {}{}, against {}\n"
-      "Millions of rays per second: the median of {} (lowest-highest), by the card's clock, without copies.\n"
-      "Memory on the card: {}, and {} for the {}.\n\n{:<14}{:>8}{:>22}{:>22}{:>8}{:>22}{:>22}{:>20}\n",
+      "Millions of rays per second: the median of {} (lowest-highest), by the GPU's clock, without copies.\n"
+      "Memory on the GPU: {}, and {} for the {}.\n\n{:<14}{:>8}{:>22}{:>22}{:>8}{:>22}{:>22}{:>20}\n",
       options.asset, count_of(result.triangles, "triangle"), result.card,
       options.half ? ", in half precision" : "",
       options.against.empty() ? "an exact BVH of the mesh" : options.against,

@@ -1,4 +1,4 @@
-// `nif bench --device gpu`: compares an asset with an exact BVH of the same mesh on the same card.
+// `nif bench --device gpu`: compares an asset with an exact BVH of the same mesh on the same GPU.
 #pragma once
 
 #include <array>
@@ -13,21 +13,20 @@ namespace nif::tools {
 
 struct GpuBenchOptions {
   std::string asset, mesh;
-  std::string
-      against;  ///< another asset of the same mesh, in place of a BVH that is made of it; may be empty
+  std::string against;  ///< another asset of the same mesh, used instead of a BVH built from it; may be empty
   std::vector<bake::RaySet> sets;
   uint64_t rays, seed;
   size_t rounds;
-  bool half;     ///< `spherical` objects in half precision: then there is only the pipeline
-  bool stages;   ///< time the pipeline's stages, too
-  bool batches;  ///< time smaller batches, too
+  bool half;     ///< `spherical` objects in half precision, which only the pipeline supports
+  bool stages;   ///< also time the pipeline's stages
+  bool batches;  ///< also time smaller batches
 };
 
-/// What takes part: the asset by one kernel and by the pipeline, the other side, and where that is a BVH, it
-/// with triangles in single precision.
+/// The contestants: the asset by one kernel and by the pipeline, the other side, and, if that is a BVH, the
+/// same BVH with triangles in single precision.
 enum GpuSide : size_t { kOneKernel, kPipeline, kOther, kSingleBvh, kGpuSides };
 
-/// Rays that are asked at once, and millions of them a second by each side: medians.
+/// A number of rays per query, and for each side the median rate in million rays per second.
 struct GpuBatch {
   uint64_t rays;
   std::array<double, kGpuSides> rates;
@@ -36,16 +35,16 @@ struct GpuBatch {
 struct GpuSetSpeeds {
   bake::RaySet set;
   bake::Accuracy accuracy, other_accuracy;
-  std::array<std::vector<double>, kGpuSides> rates;             ///< millions of rays a second by round
-  std::vector<std::array<double, NIF_MEASURED_STAGES>> stages;  ///< nanoseconds a ray by round
+  std::array<std::vector<double>, kGpuSides> rates;             ///< million rays per second by round
+  std::vector<std::array<double, NIF_MEASURED_STAGES>> stages;  ///< nanoseconds per ray by round
   std::vector<GpuBatch> batches;
 
   Spread rate(GpuSide side) const { return spread_of(rates[side]); }
-  /// The faster way, which the runtime would choose.
+  /// The faster way of the asset, which the runtime would choose.
   GpuSide way() const;
-  /// The faster one of the others.
+  /// The faster one of the other sides.
   GpuSide bar() const;
-  /// How many times as fast as that: of the medians, with the spread of the rounds.
+  /// Speed of way() as a multiple of bar(): ratio of the medians, with the spread over rounds.
   Spread ratio() const;
 };
 
@@ -57,7 +56,7 @@ struct GpuBenchResult {
   std::vector<GpuSetSpeeds> sets;
 };
 
-/// Throws nif::Error; Error(usage) with the reason where there is no GPU.
+/// Throws nif::Error; Error(usage) with the reason if there is no GPU.
 GpuBenchResult measure_gpu(const GpuBenchOptions& options, Progress& progress);
 
 inline constexpr const char* kGpuBenchSchema = "nifkit.bench-gpu/2";

@@ -1,5 +1,5 @@
-// The order of steps: load the asset, draw and label rays, state the error on them, build Embree's BVHs,
-// race. Errors and speeds are of the very same rays.
+// The order of steps: load the asset, draw rays and their ground truth, state the error on them, build
+// Embree's BVHs, race. Errors and speeds are for the very same rays.
 #include "tools/bench/measure.hpp"
 
 #include <fmt/format.h>

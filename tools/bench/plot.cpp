@@ -32,7 +32,7 @@ double tick_step(double most) {
   return power * (rest >= 5 ? 5 : rest >= 2 ? 2 : 1);
 }
 
-/// Millions of rays a second to pixels.
+/// Converts million rays per second to pixels.
 struct Scale {
   double most, step;
   double x(double rate) const { return kBarLeft + (kBarRight - kBarLeft) * rate / most; }

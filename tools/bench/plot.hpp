@@ -1,4 +1,4 @@
-// The plot of `nif bench --plot`.
+// Draws the plot of `nif bench --plot`.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 namespace nif::tools {
 
 /// An SVG document: for each number of threads and each ray set, bars for the asset and for the fastest call
-/// of each of Embree's builds.
+/// of each Embree build.
 std::string bench_plot(const BenchOptions& options, const BenchResult& result);
 
 }  // namespace nif::tools

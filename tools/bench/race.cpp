@@ -1,5 +1,5 @@
-// Turns the asset and every way to call Embree into contenders, which rounds.hpp times. Rays are laid
-// out anew before each pass, off the clock, and the asset's timed answers must have the stated error.
+// Turns the asset and every way to call Embree into contenders, which rounds.hpp times. Rays are laid out
+// anew before each pass, off the clock, and the asset's timed answers must have the stated error.
 #include "tools/bench/race.hpp"
 
 #include <fmt/format.h>
@@ -41,7 +41,7 @@ class Asked {
     std::fill(triangle_.begin(), triangle_.end(), 0u);
   }
 
-  /// One call for all rays, whatever the threads: they are the device's.
+  /// One call for all rays. The device's thread pool splits it.
   void ask(NifScene scene) {
     const NifRays rays = nifMakeRays(rays_.data(), rays_.size());
     if (!first_hits_) {
@@ -56,13 +56,13 @@ class Asked {
     hits.triangle = triangle_.data();
     check(nifIntersect(scene, &rays, &hits));
   }
-  /// Proofs first.
+  /// Proofs first, then Embree for open rays.
   void ask(NifScene scene, const bake::EmbreeScene& embree, bake::EmbreeCall call) {
     proofs_first_.ask(scene, nifMakeRays(rays_.data(), rays_.size()), visible_answers(), source_.segments,
                       embree, call);
   }
 
-  /// Of first hits, those that hit or miss wrongly.
+  /// For first hits: the number of rays with a wrong hit or miss.
   size_t wrong() const {
     size_t wrong = 0;
     for (size_t i = 0; i < answers_.size(); ++i)
@@ -93,7 +93,7 @@ std::vector<EmbreeVariant> variants_for(bake::RaySet set, bool instances, bool h
     for (bake::EmbreeCall call : bake::kEmbreeCalls) {
       if (bake::finds_first_hits(call) != hits) continue;
       variants.push_back({.build = build, .call = call, .coherent = false});
-      // Where rays are not coherent, the hint that they are halves the speed; single rays have no use for it.
+      // For incoherent rays, the coherence hint halves the speed; calls with single rays ignore it.
       if (bake::is_coherent(set) && !bake::takes_single_rays(call) && !instances)
         variants.push_back({.build = build, .call = call, .coherent = true});
     }
@@ -101,7 +101,7 @@ std::vector<EmbreeVariant> variants_for(bake::RaySet set, bool instances, bool h
   return variants;
 }
 
-/// Those calls that are worth a trial with few rays and with many.
+/// The calls that are worth a try with few rays and with many.
 std::vector<Behind> all_behind() {
   std::vector<Behind> ways;
   for (size_t build = 0; build < kEmbreeBuilds.size(); ++build)
@@ -117,7 +117,7 @@ std::vector<double> rates_of(uint64_t rays, const std::vector<double>& seconds) 
   return rates;
 }
 
-/// Results by number of threads; none where the set has no rays.
+/// Results by number of threads; empty if the set has no rays.
 std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t index, bake::RaySet set,
                                 const std::vector<uint32_t>& threads, const Schedule& schedule,
                                 const std::function<void(double, const std::string&)>& progress) {
@@ -136,8 +136,9 @@ std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t ind
   }
   if (start.accuracy.rays == 0) return {};
 
-  // All sides' rays are written anew before each pass, while no clock runs: Embree overwrites its own with
-  // its answers, and so all find theirs as warm in the caches. What they then write is part of their work.
+  // All rays are written anew before each pass, while no clock runs: Embree overwrites its rays with its
+  // answers, and this way all sides find their rays equally warm in the caches. What they then write is part
+  // of their work.
   const auto ask_all = [&](Stopwatch& stopwatch, std::vector<Scene> Subject::*scenes, size_t t,
                            const bake::Accuracy& stated) {
     for (Asked& a : asked) a.lay_out();
@@ -151,7 +152,7 @@ std::vector<SetSpeeds> race_set(const std::vector<Subject>& subjects, size_t ind
       throw Error(Status::internal, "the timed answers differ from those whose error was measured");
     return seconds;
   };
-  // Not compared to what was stated: other builds answer a few rays on edges otherwise.
+  // Not compared with the stated error: other builds answer a few rays on edges differently.
   const auto ask_proofs_first = [&](Stopwatch& stopwatch, tbb::task_arena& arena, size_t t,
                                     const Behind& behind) {
     for (size_t i = 0; i < subjects.size(); ++i) {

@@ -1,4 +1,4 @@
-// Times all sides on one ray set.
+// Times all sides on one ray set, to compare them fairly.
 #pragma once
 
 #include <tbb/global_control.h>
@@ -15,22 +15,22 @@
 
 namespace nif::tools {
 
-/// What is asked by itself, an object or a whole scene, and the rays that are asked of it.
+/// The unit of a query, an object or a whole scene, and its rays.
 struct Subject {
   std::vector<Scene> scenes;   ///< by number of threads
-  std::vector<Scene> against;  ///< of the other asset, where there is one
+  std::vector<Scene> against;  ///< of the other asset, if there is one
   std::array<std::unique_ptr<bake::EmbreeScene>, kEmbreeBuilds.size()> embree;
   std::vector<bake::LabelledRays> sets;
-  std::vector<bake::Accuracy> accuracies, against_accuracies;  ///< of the same sets
-  /// Embree's scenes have instances. Then no call is told that rays are coherent: Embree 3.13.5 may not
-  /// return from rtcOccluded16 with that hint.
+  std::vector<bake::Accuracy> accuracies, against_accuracies;  ///< for the same sets
+  /// Embree's scenes have instances. Then no call gets the coherence hint: with it, rtcOccluded16 of Embree
+  /// 3.13.5 may never return.
   bool instances = false;
-  bool fallback = false;  ///< proofs alone are asked of `scenes`, and Embree about the rest
-  bool hits = false;      ///< all sides are asked for first hits
-  bool proves = true;     ///< false: there are none, so that a program would ask Embree alone
+  bool fallback = false;  ///< query only proofs in `scenes`, and Embree for open rays
+  bool hits = false;      ///< query all sides for first hits
+  bool proves = true;     ///< false: there are no proofs, so a program would query Embree alone
 };
 
-/// Times work by the clock, and adds up how much of the processor it got.
+/// Times work by the clock, and sums up the processor time that it got.
 class Stopwatch {
  public:
   template <class Work>
@@ -49,14 +49,14 @@ class Stopwatch {
   double wall_ = 0, processor_ = 0;
 };
 
-/// The races of some sets: every side with every number of threads in the same rounds. Results by number of
-/// threads; a set without rays is left out. `progress` is told the share of all that is done and what is
-/// going on; it may throw to end it all.
+/// Races on several sets: every side with every number of threads in the same rounds. Results are by number
+/// of threads; a set without rays is left out. `progress` gets the fraction done and a description of the
+/// current step; it may throw to end everything.
 std::vector<ThreadRun> race_sets(const std::vector<Subject>& subjects, const std::vector<bake::RaySet>& sets,
                                  const std::vector<uint32_t>& threads, const Schedule& schedule,
                                  const std::function<void(double, const std::string&)>& progress);
 
-/// Lets arenas of so many threads have them, as long as it lives.
+/// Lets arenas of `count` threads have them, during its lifetime.
 class EnoughThreads {
  public:
   explicit EnoughThreads(const std::vector<uint32_t>& threads);

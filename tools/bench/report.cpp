@@ -1,5 +1,5 @@
-// Pieces of JSON and text that the reports of an asset and of a scene share, so that both read alike.
-// The JSON keys are an interface: if one changes or goes, the schema needs a new version.
+// Builds the parts of JSON and text that the reports of an asset and of a scene share, so that both read
+// alike. The JSON keys are an interface: if one changes or is removed, the schema needs a new version.
 #include "tools/bench/report.hpp"
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 struct CpuStageName {
   const char *key, *text;
 };
-/// By kernels::cpu::SphericalStage.
+/// Indexed by kernels::cpu::SphericalStage.
 constexpr std::array<CpuStageName, kernels::cpu::kSphericalStages> kCpuStageNames{
     {{"ray_cast", "ray cast"},
      {"outer_grids", "outer grids"},
@@ -42,7 +42,7 @@ Json variant_json(const EmbreeVariant& variant, uint64_t rays, const BenchResult
   return json;
 }
 
-/// By stage: nanoseconds a ray.
+/// Nanoseconds per ray, by stage.
 Json stages_json(const StageTimes& times) {
   Json json = Json::object();
   for (size_t s = 0; s < times.size(); ++s)
@@ -51,7 +51,7 @@ Json stages_json(const StageTimes& times) {
   return json;
 }
 
-/// Of one of the assets; empty where there are none.
+/// For one of the assets; empty if it has no stages.
 std::string stage_table(const ThreadRun& run, const std::string& asset,
                         const std::function<const std::optional<StageTimes>*(const SetSpeeds&)>& stages_of) {
   std::string rows;
@@ -86,7 +86,7 @@ std::string speed_table(const ThreadRun& run) {
   return table;
 }
 
-/// The other asset on the same rays.
+/// The results of the other asset on the same rays.
 std::string other_table(const ThreadRun& run, const BenchOptions& options, const BenchResult& result) {
   if (options.against.empty()) return "";
   std::string table = fmt::format("\nagainst {}, {}\n{:<14}{:>8}{:>19}{:>20}\n", options.against,
@@ -99,7 +99,7 @@ std::string other_table(const ThreadRun& run, const BenchOptions& options, const
   return table;
 }
 
-/// The fastest call of each of Embree's builds, so that its bytes can be seen beside its speed.
+/// The fastest call of each Embree build, to show its bytes beside its speed.
 std::string build_table(const ThreadRun& run, const BenchResult& result) {
   const auto resident = double(result.info.resident_bytes);
   std::string table = fmt::format("{:<16}{:>9}{:>7}", "", "memory", "");
@@ -234,7 +234,8 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
       on_processor(), count_of(options.schedule.rounds, "round"));
   if (options.fallback)
     text +=
-        "nif: proofs first, and for rays that they leave open rtcOccluded1 of the build that is fastest so. "
+        "nif: proofs first, and for rays that they leave open rtcOccluded1 of the build that is fastest for "
+        "that. "
         "certain: "
         "proven.\n";
   if (options.hits) text += kFirstHitsLine;

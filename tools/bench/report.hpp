@@ -1,4 +1,4 @@
-// Results of `nif bench`, as tables for people and as JSON.
+// Formats the results of `nif bench` as tables for people and as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,7 +9,7 @@ namespace nif::tools {
 
 inline constexpr const char* kBenchSchema = "nifkit.bench/1";
 
-/// What both reports say of a race of first hits.
+/// Printed by both reports for a race of first hits.
 inline constexpr const char* kFirstHitsLine =
     "First hits: nifIntersect (hit, t, normal, triangle) and rtcIntersect. Errors are of hit or miss.\n";
 
@@ -18,26 +18,26 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
 
 std::string bench_tables(const BenchOptions& options, const BenchResult& result);
 
-/// What both reports, of an asset and of a scene, have of a run: by ray set, as docs/benchmark.md explains;
-/// and as tables, with bytes of `result`.
+/// What the reports of an asset and of a scene share for one number of threads: by ray set, as
+/// docs/benchmark.md explains; and as tables, with the bytes of `result`.
 nlohmann::ordered_json sets_json(const ThreadRun& run, const BenchResult& result);
 std::string run_tables(const ThreadRun& run, const BenchResult& result);
-/// By build.
+/// By Embree build.
 nlohmann::ordered_json embree_bytes_json(const BenchResult& result);
 
-/// What more threads bring both sides, set by set.
+/// How much more threads speed up both sides, by set.
 std::string gain_line(const ThreadRun& first, const ThreadRun& more);
 
 /// A median with the lowest and the highest in parentheses.
 std::string with_spread(const Spread& spread);
 
-/// " on NAME" with the processor's name; empty where the system gives none.
+/// " on NAME" with the processor's name; empty if the system does not report one.
 std::string on_processor();
 
 /// Three digits, for people: "0.87", "13.2", "104".
 std::string format_rate(double rate);
 
-/// The processor's name as the system gives it, "" where it gives none.
+/// The processor's name as the system reports it, or "".
 std::string processor_name();
 
 }  // namespace nif::tools

@@ -1,5 +1,5 @@
-// Heats choose the fastest few of each group; only these run in the rounds that count. The order of
-// turns shifts and reverses from round to round, so that nobody always runs after the same contender.
+// Heats choose the fastest few of each group; only these run in the rounds that count. The order of turns
+// rotates and reverses from round to round, so that nobody always runs after the same contender.
 #include "tools/bench/rounds.hpp"
 
 #include <algorithm>
@@ -55,7 +55,8 @@ std::vector<Timing> race(const std::vector<Contender>& contenders, const Schedul
   const auto run = [&](std::vector<double> Timing::*kept, size_t rounds) {
     for (size_t r = 0; r < rounds; ++r) {
       for (size_t i = 0; i < starters.size(); ++i) {
-        // Each round starts with another one, and every other goes backwards: nobody always follows the same.
+        // Each round starts with another contender, and every second one runs backwards, so nobody always
+        // follows the same one.
         const size_t turn = (i + r) % starters.size();
         const size_t c = starters[r % 2 == 0 ? turn : starters.size() - 1 - turn];
         progress(double(done++) / double(passes), contenders[c].name);

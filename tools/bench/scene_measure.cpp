@@ -1,5 +1,5 @@
-// Races the scene as it stands, then times moves of some instances on all sides, then races again where
-// they ended. All sides make the same moves, or their answers could not be compared.
+// Races the scene as it is, then times moves of some instances on all sides, then races again with the
+// instances where they ended. All sides make the same moves; otherwise their answers could not be compared.
 #include "tools/bench/scene_measure.hpp"
 
 #include <fmt/format.h>
@@ -21,12 +21,12 @@ namespace {
 constexpr uint64_t kMoveStream = 0x6d6f7665;  // "move"
 /// A move takes about a millisecond, so it is repeated more often than a pass over all rays.
 constexpr size_t kMovesPerRound = 5;
-/// How far an instance moves at most, in diagonals of the scene.
+/// Maximum distance that an instance moves, in diagonals of the scene.
 constexpr double kFarthestMove = 0.01;
 
 using GoOn = std::function<void(double, const std::string&)>;
 
-/// Where some instances of a scene go, move after move. Each move starts from where they were at first.
+/// Positions of some instances, move after move. Each move starts from the original positions.
 class Moves {
  public:
   Moves(const BenchScene& scene, uint32_t count, uint64_t seed)
@@ -43,8 +43,8 @@ class Moves {
   uint32_t count() const { return uint32_t(chosen_.size()); }
   uint32_t instance(uint32_t i) const { return chosen_[i]; }
 
-  /// Transforms of the chosen instances after a move: each goes in a random direction, no farther than it is
-  /// long.
+  /// Transforms of the chosen instances after a move: each goes in a random direction, by at most its own
+  /// length.
   std::vector<mesh::Transform> transforms(uint64_t move) const {
     Random random(seed_, kMoveStream, 1 + move);
     std::vector<mesh::Transform> moved;
@@ -76,7 +76,7 @@ void draw_sets(const SceneBenchOptions& options, std::span<const bake::Placed> i
                const BenchScene& scene, Subject& subject, const GoOn& go_on) {
   subject.sets.clear();
   subject.accuracies.clear();
-  go_on(0, "building the scene that labels the rays");
+  go_on(0, "building the scene for the ground truth");
   const bake::SceneTruth truth(scene.objects(), instances);
   for (const bake::RaySet set : options.sets) {
     go_on(0, fmt::format("drawing {}", bake::name_of(set)));
@@ -86,7 +86,7 @@ void draw_sets(const SceneBenchOptions& options, std::span<const bake::Placed> i
   }
 }
 
-/// One move of one side, whose parts are timed apart.
+/// One move of one side, with its parts timed separately.
 template <class SetTransforms, class Commit>
 double time_move(MoveTime& time, SetTransforms&& set_transforms, Commit&& commit) {
   Stopwatch stopwatch;
@@ -96,7 +96,7 @@ double time_move(MoveTime& time, SetTransforms&& set_transforms, Commit&& commit
   return transforms + committed;
 }
 
-/// Moves instances on all sides; all of them end in the same place, that of the move that is returned.
+/// Moves instances on all sides. All end in the position of the same move, whose number is returned.
 uint64_t race_moves(const SceneBenchOptions& options, const Moves& moves, Subject& subject,
                     std::vector<MovedRun>& runs, const GoOn& go_on) {
   const EnoughThreads enough(options.threads);
@@ -105,7 +105,7 @@ uint64_t race_moves(const SceneBenchOptions& options, const Moves& moves, Subjec
   schedule.finalists = SIZE_MAX;
   std::vector<Contender> contenders;
   std::deque<tbb::task_arena> arenas;
-  std::deque<uint64_t> done;  // moves of each contender
+  std::deque<uint64_t> done;  // number of moves done by each contender
   for (size_t t = 0; t < options.threads.size(); ++t) {
     const std::string with = count_of(options.threads[t], "thread") + ": ";
     uint64_t& made = done.emplace_back(0);

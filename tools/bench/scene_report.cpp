@@ -1,4 +1,4 @@
-// Takes the tables for rays from report.hpp. New here are those for moved instances: milliseconds to set
+// Takes the tables for rays from report.hpp, and adds those for moved instances: milliseconds to set
 // transforms, to commit, and for both.
 #include "tools/bench/scene_report.hpp"
 

@@ -1,4 +1,4 @@
-// Results of `nif bench SCENE`, as tables for people and as JSON.
+// Formats the results of `nif bench SCENE` as tables for people and as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

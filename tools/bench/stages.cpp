@@ -1,5 +1,5 @@
-// Calls the kernels directly, because a query of the runtime cannot time its stages. The answers are
-// counted against the labels, so that what is timed is what the stated error is of.
+// Calls the kernels directly, because a query of the runtime cannot time its stages. The answers are compared
+// with the ground truth, so that the timed answers are those that the stated error is for.
 #include "tools/bench/stages.hpp"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ class StagedField {
 
   size_t rays() const { return rays_.segments.size(); }
 
-  /// Adds to `seconds`; returns how many answers are not their labels.
+  /// Adds to `seconds`; returns the number of wrong answers.
   uint64_t ask(void* scratch, StageSeconds& seconds) const {
     auto answers = std::make_unique<kernels::AnswerBatch>();
     uint64_t wrong = 0;

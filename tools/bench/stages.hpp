@@ -1,4 +1,4 @@
-// Times each stage of an asset's `spherical` objects.
+// Times each stage of an asset's `spherical` objects, to show where a query spends its time.
 #pragma once
 
 #include <optional>
@@ -11,12 +11,12 @@
 
 namespace nif::tools {
 
-/// By kernels::cpu::SphericalStage: nanoseconds a ray of the set, on one thread.
+/// Nanoseconds per ray of the set on one thread, indexed by kernels::cpu::SphericalStage.
 using StageTimes = std::array<Spread, kernels::cpu::kSphericalStages>;
 
-/// Asks each `spherical` object of an asset its rays, `rounds` times. None where there is no such object.
-/// `rays` has an entry for each object. Throws nif::Error where the file cannot be read, and Error(internal)
-/// where the answers are not what `wrong` says of all rays: how many are not their labels.
+/// Queries each `spherical` object of an asset with its rays, `rounds` times. Returns nothing if there is no
+/// such object. `rays` has an entry for each object. Throws nif::Error if the file cannot be read, and
+/// Error(internal) if the number of wrong answers over all rays is not `wrong`.
 std::optional<StageTimes> time_stages(const std::string& asset,
                                       const std::vector<const bake::LabelledRays*>& rays, size_t rounds,
                                       uint64_t wrong);

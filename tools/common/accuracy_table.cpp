@@ -1,5 +1,5 @@
-// One row for each ray set that has rays. `sun` gets a second row: the largest error and the smallest
-// share of certain answers of any one sun.
+// One row for each ray set that has rays. `sun` gets a second row: the largest error and the smallest share
+// of certain answers of any one sun.
 #include "tools/common/accuracy_table.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// The table of errors by ray set that `nif bake` and `nif eval` print.
+// Makes the table of errors by ray set that `nif bake` and `nif eval` print.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// A number by std::stod, then a unit from a table. kB is 1000 bytes and KiB is 1024.
+// Parses a number with std::stod, then a unit from a table. kB is 1000 bytes and KiB is 1024.
 #include "tools/common/amounts.hpp"
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 namespace nif::tools {
 namespace {
 
-/// The number that `text` starts with; what follows is left in `rest`.
+/// The number that `text` starts with; the remaining text goes to `rest`.
 double leading_number(const std::string& text, std::string& rest, const std::string& option) {
   size_t used = 0;
   double value = 0;
@@ -45,7 +45,7 @@ namespace {
 
 using Units = std::span<const std::pair<std::string_view, double>>;
 
-/// `what` and `examples` are for the message.
+/// `what` and `examples` are used in the error message.
 uint64_t parse_whole(const std::string& text, const std::string& option, Units units, const char* what,
                      const char* examples) {
   std::string rest;

@@ -1,4 +1,4 @@
-// Rates, sizes and counts as words of the command line.
+// Parses rates, sizes and counts given on the command line.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace nif::tools {
 /// "0.002" or "0.2%". Throws nif::Error(usage) naming `option`.
 double parse_rate(const std::string& text, const std::string& option);
 
-/// A count of bytes: "200000", "200k" (1000), "1M", "256KiB", "1MiB". Throws nif::Error(usage) naming
+/// A number of bytes: "200000", "200k" (1000), "1M", "256KiB", "1MiB". Throws nif::Error(usage) naming
 /// `option`.
 uint64_t parse_bytes(const std::string& text, const std::string& option);
 

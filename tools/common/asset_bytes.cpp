@@ -1,5 +1,5 @@
-// The runtime loads the asset to tell its parts and what stays resident; the reader tells the flat list
-// of file bytes. The line for people leaves some entries out, and the JSON has all.
+// Loads the asset into the runtime for the list of parts and resident bytes, and reads the flat list of file
+// bytes with the reader. The text for people leaves out some entries; the JSON has all.
 #include "tools/common/asset_bytes.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
-// Which options contradict each other is decided here, each with a sentence that says why. `nif bake`
-// and manifests both come through resolve_options(), so both refuse the same.
+// Decides which options contradict each other, with a sentence that says why. Both `nif bake` and manifests
+// go through resolve_options(), so both refuse the same.
 #include "tools/common/bake_options.hpp"
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@
 namespace nif::tools {
 namespace {
 
-/// "outer-lines=0.5,segments=0.5", or names alone for equal shares.
+/// "outer-lines=0.5,segments=0.5", or only names for equal shares.
 bake::Mix parse_mix(const std::string& text) {
   bake::Mix mix{};
   std::istringstream parts(text);
@@ -178,12 +178,12 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
       throw Error(
           Status::usage,
           fmt::format("--encoding {} and --max-error cannot be used together: no answer is wrong, and rays "
-                      "that stay open have none",
+                      "that stay open have no answer",
                       encoding_name));
     if (options.max_error == 0.0 && learned)
       throw Error(
           Status::usage,
-          fmt::format("--max-error 0 and --encoding {} contradict each other: what is learned is wrong "
+          fmt::format("--max-error 0 and --encoding {} contradict each other: learned answers are wrong "
                       "for some rays; use --encoding exact, or auto",
                       encoding_name));
   }
@@ -200,67 +200,58 @@ void add_bake_options(Command command, BakeArguments& arguments) {
   command.add_option("--encoding", arguments.encoding, bake::encoding_help()).default_str("auto");
   command
       .add_option("--resolution", arguments.resolution,
-                  "Finest cells along the longest side, whatever they take. By default, as many as the "
-                  "preset has bytes "
-                  "for")
+                  "Finest cells along the longest side, whatever memory they take. By default, as many as "
+                  "fit the preset's bytes")
       .range(2u, kernels::kMaxCells);
-  command.add_option(
-      "--max-bytes", arguments.max_bytes,
-      "Largest size of the file, e.g. 200kB. With auto, objects are exact as far as there is room. "
-      "Grids are the finest up to the preset's that fit");
-  command.add_option(
-      "--max-error", arguments.max_error,
-      "Largest error on each ray set, e.g. 0.002 or 0.2%, with 99% confidence; 0: all objects are exact. "
-      "Bakes "
-      "fields up to six times, for the smallest that meets it. If none does, nothing is written; with auto, "
-      "the object becomes exact");
+  command.add_option("--max-bytes", arguments.max_bytes,
+                     "Largest size of the file, e.g. 200kB. With auto, objects are exact as long as they "
+                     "fit. Grids are as fine as fits, at most as fine as the preset's");
+  command.add_option("--max-error", arguments.max_error,
+                     "Largest error on each ray set, e.g. 0.002 or 0.2%, with 99% confidence; 0: all objects "
+                     "are exact. Bakes fields up to six times to find the smallest that meets it. If none "
+                     "does, nothing is written; with auto, the object becomes exact");
   command.add_flag(
       "--open-rays", arguments.open_rays,
-      "Who asks has a BVH for rays that stay open (nifQueryOpen): auto then takes proof where it would "
-      "take segment");
+      "The caller has a BVH for open rays (nifQueryOpen): auto then chooses proof instead of segment");
   command.add_option(
       "--lean", arguments.lean,
-      "leak=RATE: at most that share of the rays of each set is blocked but answered visible; spurious=RATE: "
-      "visible but answered blocked; with 99% confidence, e.g. spurious=0.05%. The other kind of error "
-      "grows. 0: never, where the network is asked");
-  command.add_flag(
-      "--uncoded", arguments.uncoded,
-      "Store fields as they are used in memory: larger files, which load faster, and are used in "
-      "place when they are mapped. The answers are the same");
-  command.add_flag(
-      "--source-triangles", arguments.source_triangles,
-      "Exact objects keep the numbers that their triangles have in the source mesh, for first hits "
-      "(nifIntersect): up to 32 bits a triangle. Else hits name triangles in the order of the asset");
-  command.add_flag(
-      "--colors", arguments.colors,
-      "Keep the mean base colour of the surface in each voxel, for first hits: glTF materials with their "
-      "pictures, and colours of vertices. 2 bytes a surface voxel. auto and exact then make no bvh objects, "
-      "which have no voxels");
+      "Limit one kind of error, with 99% confidence, by moving the decision threshold; the other kind grows. "
+      "leak=RATE: at most this share of the rays of each set is blocked but answered visible; spurious=RATE: "
+      "visible but answered blocked, e.g. spurious=0.05%. 0: never, if the network decides");
+  command.add_flag("--uncoded", arguments.uncoded,
+                   "Store fields as they are used in memory: files are larger, load faster, and are used in "
+                   "place when they are mapped. The answers are the same");
+  command.add_flag("--source-triangles", arguments.source_triangles,
+                   "Exact objects keep the numbers that their triangles have in the source mesh, for first "
+                   "hits (nifIntersect): up to 32 bits per triangle. Otherwise, hits number triangles in the "
+                   "order of the asset");
+  command.add_flag("--colors", arguments.colors,
+                   "Keep the mean base colour of the surface in each voxel, for first hits: glTF materials "
+                   "with their pictures, and vertex colours. 2 bytes per surface voxel. auto and exact then "
+                   "make no bvh objects, because these have no voxels");
   add_choice_options(command, arguments.choice);
-  command.add_flag(
-      "--merge", arguments.merge,
-      "Merge small meshes that do not move and lie near each other into few objects: thousands become "
-      "tens, which mostly answer faster. Their names stay in the metadata");
+  command.add_flag("--merge", arguments.merge,
+                   "Merge small meshes that do not move and are near each other into few objects: thousands "
+                   "become tens, which is usually faster. Their names stay in the metadata");
   command
-      .add_option(
-          "--merge-nodes", arguments.merge_nodes,
-          "With --merge: only nodes of this name, and what is below them. May contain *, ? and [...], and "
-          "may be repeated")
+      .add_option("--merge-nodes", arguments.merge_nodes,
+                  "With --merge: only nodes with this name, and everything below them. May contain *, ? and "
+                  "[...], and may be repeated")
       .one_word_each();
   command
       .add_option("--merge-except", arguments.merge_except,
-                  "With --merge: nodes of this name, and what is below them, stay apart. As --merge-nodes")
+                  "With --merge: do not merge nodes with this name, or anything below them. Patterns as for "
+                  "--merge-nodes")
       .one_word_each();
   command
       .add_option("--merge-below", arguments.merge_below,
                   "With --merge: only meshes with fewer triangles than this; larger ones gain little")
       .default_str(fmt::format("{}", mesh::kPartTriangles));
   command
-      .add_option(
-          "--merge-triangles", arguments.merge_triangles,
-          "With --merge: most triangles that it may add, e.g. 500k, since each copy of a mesh takes memory "
-          "again. 0: only meshes that are placed once")
-      .default_str("1M if that is enough for all, else 0");
+      .add_option("--merge-triangles", arguments.merge_triangles,
+                  "With --merge: limit for the triangles that it adds, e.g. 500k, because each copy of a "
+                  "mesh takes memory again. 0: only meshes that are placed once")
+      .default_str("1M if that is enough for all, otherwise 0");
   command.add_option("--mix", arguments.mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");
   add_seed_option(command, arguments.seed);
   command
@@ -268,10 +259,8 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       .capture_default_str();
   command.add_flag("--strict", arguments.strict,
                    "Refuse a mesh that needs repair (triangles without area, covered by another one or "
-                   "facing against their "
-                   "neighbours), and a file of which something is left out. By default a note says what was "
-                   "changed or left "
-                   "out");
+                   "facing against their neighbours), and a file that is not read completely. By default, a "
+                   "note says what was changed or left out");
   add_spherical_options(command, arguments.spherical);
 }
 

@@ -13,7 +13,7 @@
 
 namespace nif::tools {
 
-/// As given on the command line.
+/// The options as given on the command line.
 struct BakeArguments {
   std::optional<std::string> preset;
   std::optional<std::string> encoding;
@@ -32,12 +32,11 @@ struct BakeArguments {
 /// `arguments` must outlive the command.
 void add_bake_options(Command command, BakeArguments& arguments);
 
-/// Throws Error(usage) naming the option whose value nothing can be made of, or the two that contradict each
-/// other.
+/// Throws Error(usage) naming the option with an invalid value, or the two that contradict each other.
 bake::BakeOptions resolve_options(const BakeArguments& arguments);
 
-/// How the scene is to be merged before the bake; none where it is not. Throws likewise, as does
-/// resolve_options().
+/// Options for merging the scene before the bake; none if it is not merged. Like resolve_options(), throws
+/// for invalid values and contradictions.
 std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments);
 
 }  // namespace nif::tools

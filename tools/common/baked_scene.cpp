@@ -1,5 +1,5 @@
-// Repeats from the asset's metadata what was chosen by name and what was merged, so that the ground
-// truth is of the same meshes. Metadata is not trusted: what makes no sense is an error.
+// Repeats the choice by name and the merge that the asset's metadata records, so that the ground truth comes
+// from the same meshes. Metadata is not trusted: if it makes no sense, that is an error.
 #include "tools/common/baked_scene.hpp"
 
 #include <fmt/format.h>
@@ -29,7 +29,7 @@ std::vector<std::string> patterns_of(const nlohmann::json& choice, const char* n
   if (!fine)
     throw Error(
         Status::mesh_mismatch,
-        fmt::format("{}: its metadata does not say what was chosen: '{}' is no list of names, or has more "
+        fmt::format("{}: its metadata does not say what was chosen: '{}' is not a list of names, or has more "
                     "than {}",
                     asset, name, mesh::kMostPatterns));
   for (const nlohmann::json& word : listed) patterns.push_back(word.get<std::string>());

@@ -1,4 +1,4 @@
-// A mesh file as an asset was baked from it.
+// Reads a mesh file the way it was read for the bake of an asset, so that the two can be compared.
 #pragma once
 
 #include <optional>
@@ -9,16 +9,16 @@
 
 namespace nif::tools {
 
-/// What has to be read of a mesh file for its meshes to be those of an asset with this metadata: what was
-/// chosen by name; and meshes that differ in their colours alone are objects of their own if the asset keeps
-/// colours. `asset` is what messages call it. Throws Error(mesh_mismatch) where the metadata makes no sense.
+/// The limits with which a mesh file gives the meshes of an asset with this metadata: what was chosen by
+/// name; and if the asset keeps colours, meshes that differ only in colour are separate objects. `asset` is
+/// its name for messages. Throws Error(mesh_mismatch) if the metadata makes no sense.
 mesh::ReadLimits limits_as_baked(std::string_view metadata, const std::string& asset);
-/// The same for an asset's file. Throws as its reader, too.
+/// The same for an asset file. Also throws what reading it throws.
 mesh::ReadLimits limits_of_asset(const std::string& asset);
 
-/// The scene of a mesh file, merged as it was before the bake; none if `metadata`, the asset's, says nothing
-/// of that. `asset` and `mesh` are what messages call them. Throws Error(mesh_mismatch) where the metadata
-/// makes no sense, too_large where it asks for more than there is memory for.
+/// The scene of a mesh file, merged as it was before the bake; nothing if `metadata`, the asset's, records no
+/// merge. `asset` and `mesh` are their names for messages. Throws Error(mesh_mismatch) if the metadata makes
+/// no sense, and Error(too_large) if it asks for more memory than there is.
 std::optional<mesh::Scene> merged_as_baked(const mesh::Scene& scene, std::string_view metadata,
                                            const std::string& asset, const std::string& mesh);
 

@@ -55,7 +55,7 @@ void Child::start(const char* program, const std::vector<std::string>& arguments
   pid_ = fork();
   if (pid_ < 0) cannot_start();
   if (pid_ > 0) return;
-  // Nothing here may allocate: other threads may hold locks of which this process has copies.
+  // Nothing here may allocate: this process has copies of locks that other threads may hold.
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(kNoProgram);
   dup2(out_.fd(), STDOUT_FILENO);

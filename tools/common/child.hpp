@@ -1,4 +1,4 @@
-// Runs another process of this program or of another one.
+// Runs this program or another one in a child process.
 #pragma once
 
 #include <sys/types.h>
@@ -9,33 +9,34 @@
 
 namespace nif::tools {
 
-/// Runs until it ends, is stopped, or this process ends, however it does. Not thread-safe.
+/// A process that runs until it ends, is stopped, or this process ends, however that happens. Not
+/// thread-safe.
 class Child {
  public:
-  /// Exit code of a process whose program is not there.
+  /// Exit code of a process whose program does not exist.
   static constexpr int kNoProgram = 127;
 
-  /// Runs `nif` with these arguments. Throws nif::Error(internal) where there can be no process.
+  /// Runs `nif` with these arguments. Throws nif::Error(internal) if the process cannot be started.
   explicit Child(const std::vector<std::string>& arguments);
-  /// Runs a program of the PATH; the first word is its name again.
+  /// Runs a program found on the PATH; the first word is again its name.
   Child(const std::vector<std::string>& words, const std::string& program);
-  /// Stops it where it still runs.
+  /// Stops the process if it still runs.
   ~Child();
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
 
-  /// Its exit code, once it has ended; 128 plus the number of the signal that ended it.
+  /// Once it has ended, its exit code, or 128 plus the number of the signal that killed it.
   std::optional<int> ended();
-  /// What it has printed so far, on standard output and standard error.
+  /// Everything it has printed so far, on standard output and standard error.
   std::string out() const { return out_.text(); }
   std::string err() const { return err_.text(); }
-  /// Asks it to end, as Ctrl-C does. What it was writing is not there then.
+  /// Asks it to end, as Ctrl-C does. It then removes files that it was writing.
   void stop();
 
  private:
   void start(const char* program, const std::vector<std::string>& words);
 
-  /// A file that is in memory alone.
+  /// A file that exists only in memory.
   class Output {
    public:
     Output();

@@ -25,7 +25,7 @@ struct Axis {
   }
 };
 
-/// 1, 2 and 5 times powers of ten within the range, or 1 alone where that makes many; where these are few.
+/// 1, 2 and 5 times powers of ten within the range, or only 1 times powers of ten if those are many.
 std::vector<double> ticks_of(const Axis& axis) {
   std::vector<double> ticks;
   if (axis.logarithmic) {
@@ -51,7 +51,7 @@ Axis axis_over(std::vector<double> values, bool logarithmic, double from, double
   return {std::max(0.0, *low - room), *high + room, from, to, false};
 }
 
-/// Returns the height that it took.
+/// Returns the height of the panel.
 double draw(Svg& svg, const CurvePanel& panel, double top) {
   const auto shown = [](const Curve& curve) { return !curve.points.empty(); };
   const double height =

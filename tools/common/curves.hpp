@@ -1,4 +1,4 @@
-// Plots of curves over bytes, one panel below the other.
+// Plots curves over bytes, one panel below the other.
 #pragma once
 
 #include <functional>
@@ -13,18 +13,18 @@ struct CurvePoint {
   double value;  ///< above 0 in a panel with a logarithmic axis
 };
 
-/// Points in the order in which a line joins them. A curve without any is left out.
+/// Points in the order in which they are connected. An empty curve is left out.
 struct Curve {
   std::string name;
-  std::string_view colour;  ///< as CSS has it
+  std::string_view colour;  ///< in CSS notation
   std::vector<CurvePoint> points;
 };
 
 struct CurvePanel {
   std::string title;
-  bool logarithmic;  ///< the axis of values; that of bytes always is
+  bool logarithmic;  ///< whether the axis of values is; that of bytes always is
   std::vector<Curve> curves;
-  std::function<std::string(double)> tick;  ///< a value as its axis shows it
+  std::function<std::string(double)> tick;  ///< formats a value for the axis
 };
 
 /// An SVG document.

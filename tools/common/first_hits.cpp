@@ -1,4 +1,4 @@
-// Asks nifIntersect for every output that it has, so that a comparison of two scenes misses no bit.
+// Requests every output of nifIntersect, so that comparing two scenes misses no bit.
 #include "tools/common/first_hits.hpp"
 
 #include <tbb/parallel_for.h>
@@ -15,7 +15,7 @@ namespace {
 
 using bake::Segment;
 
-/// All that the runtime says of some rays, of which there are some.
+/// All outputs of the runtime for one or more rays.
 struct RuntimeHits : bake::FirstHits {
   std::vector<std::array<float, 3>> color;
   std::vector<uint32_t> instance, object;
@@ -43,7 +43,7 @@ struct RuntimeHits : bake::FirstHits {
     check(nifIntersect(scene, &rays, &hits));
   }
 
-  /// Whether ray i has the same bits.
+  /// Whether all outputs of ray i have the same bits.
   bool same(const RuntimeHits& other, size_t i) const {
     const auto equal = [&](const auto& a, const auto& b) { return !std::memcmp(&a[i], &b[i], sizeof(a[i])); };
     return equal(hit, other.hit) && equal(certain, other.certain) && equal(t, other.t) && equal(u, other.u) &&
@@ -61,7 +61,7 @@ bake::HitFinder runtime_finder(NifScene scene) {
 }
 
 uint64_t different_hits(std::span<const Segment> segments, NifScene scene, NifScene reference) {
-  constexpr size_t kChunk = 4096;  // rays that a thread takes at a time
+  constexpr size_t kChunk = 4096;  // rays that a thread processes at a time
   std::vector<uint64_t> parts((segments.size() + kChunk - 1) / kChunk);
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t b) {
     const auto chunk = segments.subspan(b * kChunk, std::min(kChunk, segments.size() - b * kChunk));

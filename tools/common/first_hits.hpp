@@ -1,4 +1,4 @@
-// First hits that the runtime finds.
+// Finds first hits through the runtime, to measure and compare them.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@
 
 namespace nif::tools {
 
-/// Asks the runtime. The scene must outlive the finder.
+/// Queries the runtime. The scene must outlive the finder.
 bake::HitFinder runtime_finder(NifScene scene);
 
-/// The rays whose first hits differ between the two in any bit of any output.
+/// Number of rays whose first hits differ between the two scenes in any bit of any output.
 uint64_t different_hits(std::span<const bake::Segment> segments, NifScene scene, NifScene reference);
 
 }  // namespace nif::tools

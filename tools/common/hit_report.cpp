@@ -1,5 +1,5 @@
-// Misses and false hits first, then how far off hits are, by percentiles. The short form states
-// distances in voxels where the object has a grid, else in percent of its diagonal.
+// Misses and false hits come first, then how far off hits are, by percentiles. The short form states
+// distances in voxels if the object has a grid, otherwise in percent of its diagonal.
 #include "tools/common/hit_report.hpp"
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@ namespace {
 using bake::HitFigures;
 using bake::Percentiles;
 
-/// One quantity, a row for each set that has some.
+/// One quantity, with a row for each set that has it.
 std::string percentile_table(const bake::SetHitFigures& sets, const std::string& title,
                              std::optional<Percentiles> HitFigures::*values, double unit) {
   std::string rows;
@@ -32,7 +32,7 @@ std::string percentile_table(const bake::SetHitFigures& sets, const std::string&
   return head + "\n" + rows;
 }
 
-/// Of the triangles that hits name, where they are those of the source mesh.
+/// Statistics of the reported triangles, if they are those of the source mesh.
 std::string triangle_table(const bake::SetHitFigures& sets) {
   std::string rows;
   for (const bake::RaySet set : bake::kAllRaySets) {
@@ -45,7 +45,7 @@ std::string triangle_table(const bake::SetHitFigures& sets) {
   return fmt::format("\nTriangles of the source mesh\n{:<14}{:>10}{:>10}{:>10}\n", "", "hits", "other",
                      "wrong") +
          rows +
-         "other: Embree names another one, which is as near unless the hit is displaced\n"
+         "other: Embree names another one, which is equally near unless the hit is displaced\n"
          "wrong: u and v on the triangle do not lead to the hit\n";
 }
 
@@ -80,7 +80,7 @@ std::string hit_lines(const bake::SetHitFigures& sets) {
   for (const bake::RaySet set : bake::kAllRaySets) {
     const HitFigures& hits = sets[size_t(set)];
     if (hits.rays == 0) continue;
-    // Where they are measured in voxels these say more.
+    // If available, distances in voxels say more.
     const std::optional<Percentiles>& off = hits.voxels ? hits.voxels : hits.place;
     const double unit = hits.voxels ? 1 : 100;
     lines += fmt::format("{:<14}{:>10}{:>8.3f}%{:>8.3f}%", bake::name_of(set), hits.rays,

@@ -1,4 +1,4 @@
-// The accuracy of first hits by ray set, for people.
+// Formats the accuracy of first hits by ray set for people.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace nif::tools {
 
-/// All of it, as `nif eval --hits` prints it.
+/// All figures, as `nif eval --hits` prints them.
 std::string hit_tables(const bake::SetHitFigures& sets);
 
-/// A few figures in a line for each set that was measured, as `nif bake` prints them.
+/// One line with a few figures for each measured set, as `nif bake` prints them.
 std::string hit_lines(const bake::SetHitFigures& sets);
 
 }  // namespace nif::tools

@@ -1,5 +1,5 @@
-// Signal handlers, so only what is safe in them: atomic flags, write() and _exit(). The first signal
-// sets a flag; a second one, or any during EndAtOnce, removes temporary files and ends the process.
+// Signal handlers may only use what is safe in them: atomic flags, write() and _exit(). The first signal sets
+// a flag; a second one, or any during EndAtOnce, removes temporary files and ends the process.
 #include "tools/common/interruption.hpp"
 
 #include <unistd.h>
@@ -19,7 +19,7 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 [[noreturn]] void end_at_once() {
   constexpr char kSentence[] = "\nnif: interrupted; nothing was written\n";
   const char* sentence =
-      isatty(STDERR_FILENO) == 1 ? kSentence : kSentence + 1;  // a bar may stand in the line
+      isatty(STDERR_FILENO) == 1 ? kSentence : kSentence + 1;  // a progress bar may be on the line
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, sentence, std::strlen(sentence));
   remove_temporaries();
   _exit(int(Status::interrupted));
@@ -35,7 +35,7 @@ void on_signal(int) {
 void end_by_signal(int number) {
   remove_temporaries();
   signal(number, SIG_DFL);
-  raise(number);  // comes as soon as this handler has returned
+  raise(number);  // delivered as soon as this handler has returned
 }
 
 }  // namespace
@@ -58,14 +58,15 @@ void leave_nothing_behind() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
     struct sigaction before {};
     sigaction(number, nullptr, &before);
-    if (before.sa_handler == SIG_DFL) sigaction(number, &action, nullptr);  // nohup's stays ignored
+    // signals that nohup ignores stay ignored
+    if (before.sa_handler == SIG_DFL) sigaction(number, &action, nullptr);
   }
   signal(SIGXFSZ, SIG_IGN);
 }
 
 EndAtOnce::EndAtOnce() {
   at_once = true;
-  if (interruption()) end_at_once();  // it came just before
+  if (interruption()) end_at_once();  // the signal arrived just before
 }
 EndAtOnce::~EndAtOnce() { at_once = false; }
 

@@ -1,5 +1,4 @@
-// A file name may hold any bytes, and JSON must be UTF-8. Bytes that are not are replaced instead of
-// throwing.
+// A file name may contain any bytes, but JSON must be UTF-8. Invalid bytes are replaced instead of throwing.
 #include "tools/common/json_output.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// What --json prints.
+// Prints the output of --json.
 #pragma once
 
 #include <cstdio>
@@ -6,7 +6,7 @@
 
 namespace nif::tools {
 
-/// Indented, with a replacement character for what is no UTF-8.
+/// Indented; invalid UTF-8 becomes a replacement character.
 void write_json(const nlohmann::ordered_json& json, std::FILE* out = stdout);
 
 }  // namespace nif::tools

@@ -1,4 +1,4 @@
-// One place for names, help texts and default values, so that `nif eval` and `nif bench` cannot drift
+// Keeps names, help texts and default values in one place, so that `nif eval` and `nif bench` cannot drift
 // apart.
 #include "tools/common/measure_options.hpp"
 

@@ -1,4 +1,4 @@
-// What `nif eval` and `nif bench` both are told: with which rays to measure.
+// The options of both `nif eval` and `nif bench`: which rays to measure with.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@ namespace nif::tools {
 struct MeasureArguments : RuntimeArguments {
   std::vector<std::string> sets;  ///< for parse_sets()
   uint64_t rays = 1'000'000, seed = 2;
-  std::string fallback;  ///< "embree", or none
+  std::string fallback;  ///< "embree", or empty
 };
 
-/// --set, --rays, --seed, --fallback, and those of the runtime. `sets` says which ray sets are the default.
+/// Adds --set, --rays, --seed, --fallback, and the runtime's options. `sets` describes the default ray sets.
 void add_measure_options(Command command, MeasureArguments& arguments, const std::string& sets);
 
 }  // namespace nif::tools

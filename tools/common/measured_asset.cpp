@@ -1,5 +1,5 @@
-// Reads the mesh as it was read for the bake, and refuses it if counts, triangles or bounds are not the
-// asset's: errors against another mesh would mean nothing.
+// Reads the mesh as the bake read it, and refuses it if counts, triangles or bounds differ from the asset's:
+// errors against another mesh would mean nothing.
 #include "tools/common/measured_asset.hpp"
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 namespace nif::tools {
 namespace {
 
-/// The asset must have been baked from this mesh, or from one that is the same in all that we can tell.
+/// Whether the asset can have been baked from this mesh, as far as one can tell.
 bool match(const NifObjectInfo& object, const bake::Prepared& prepared) {
   bool same = object.triangles == prepared.surface.triangles.size();
   if (object.source_triangles != 0)
@@ -104,7 +104,7 @@ Scene scene_of(const Device& device, const Asset& asset, size_t object) {
   return scene;
 }
 
-/// The outputs that are promised to be the same bits everywhere.
+/// The outputs whose bits are promised to be the same everywhere.
 struct ExactAnswers {
   std::vector<uint8_t> visible, certain;
   std::vector<int32_t> logit;

@@ -1,4 +1,4 @@
-// An asset in the runtime together with its source mesh, so that its answers can be measured.
+// Loads an asset together with its source mesh, so that its answers can be measured.
 #pragma once
 
 #include <atomic>
@@ -16,34 +16,34 @@ namespace nif::tools {
 
 class MeasuredAsset {
  public:
-  /// `configuration` is the runtime's, of a device. Throws Error(usage) where it has not what that asks for,
-  /// Error(mesh_mismatch) where an object was baked from another mesh, as far as one can tell. `format`:
-  /// ReadLimits::format.
+  /// `configuration` is that of the runtime's device. Throws Error(usage) if the device lacks what it asks
+  /// for, and Error(mesh_mismatch) if an object was baked from another mesh, as far as one can tell.
+  /// `format`: ReadLimits::format.
   MeasuredAsset(const std::string& asset, const std::string& mesh, const std::string& configuration,
                 Progress& progress, const std::string& format = "");
 
   const NifAssetInfo& info() const { return info_; }
   std::vector<NifPartInfo> parts() const { return parts_of(asset_.handle); }
   const NifDeviceInfo& device() const { return device_info_; }
-  /// What the asset takes of a GPU's memory; 0 until a scene of it was asked for.
+  /// GPU memory that the asset takes; 0 until a scene with it was requested.
   uint64_t gpu_bytes() const;
   const std::vector<bake::Prepared>& objects() const { return prepared_.objects; }
-  /// Where the mesh file places the objects.
+  /// The placements of the objects in the mesh file.
   std::vector<bake::Placed> instances() const;
   const std::string& path() const { return path_; }
   const std::string& name(size_t object) const { return names_[object]; }
   uint64_t triangles() const;
   /// NifObjectInfo::proves
   bool proves(size_t object) const { return proves_[object]; }
-  /// Its hits name triangles of the source mesh.
+  /// Whether its hits report triangles of the source mesh.
   bool has_source_triangles(size_t object) const { return has_source_triangles_[object]; }
-  /// Some objects are `spherical`, which cannot tell where a segment ends.
+  /// Whether any object is `spherical`, which cannot tell where a segment ends.
   bool any_spherical() const { return any_spherical_; }
-  /// One object, where it lies in its own space.
+  /// A scene of one object, in its own space.
   Scene alone(size_t object) const;
-  /// Each object so, on a device of so many threads.
+  /// Such a scene for each object, on a device with `threads` threads.
   std::vector<Scene> each_alone(uint32_t threads) const;
-  /// One, answered by the scalar reference.
+  /// Such a scene, answered by the scalar reference.
   Scene alone_by_reference(size_t object) const;
 
  private:
@@ -62,8 +62,8 @@ class MeasuredAsset {
 /// Answers through the runtime. The scene must outlive the answerer.
 bake::Answerer runtime_answerer(NifScene scene);
 
-/// The same, and counts the rays that `reference` answers differently in any bit that is promised to be the
-/// same.
+/// The same, and counts the rays for which `reference` answers differently in any bit that is promised to be
+/// the same.
 bake::Answerer comparing_answerer(NifScene scene, NifScene reference, std::atomic<uint64_t>& different);
 
 }  // namespace nif::tools

@@ -1,4 +1,4 @@
-// Errors that name the file they are about.
+// Makes errors name the file that they are about.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace nif::tools {
 
-/// What messages call a file that is to be read.
+/// The name of an input file in messages.
 inline std::string shown_name(const std::string& file) { return file == "-" ? "standard input" : file; }
 
-/// Runs `work`; where that throws a nif::Error that does not name the file it is about, puts the file's name
-/// first. Errors of outputs name theirs.
+/// Runs `work`. If it throws a nif::Error that does not name its file, puts the file's name in front. Errors
+/// about outputs already name theirs.
 template <class Work>
 auto naming(const std::string& path, Work&& work) {
   const std::string file = shown_name(path);

@@ -1,4 +1,4 @@
-// Notes: sentences on standard error about what was changed or left out; no errors.
+// Prints notes: sentences on standard error about what was changed or left out. They are not errors.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace nif::tools {
 
-/// One line each; nothing where `quiet`.
+/// One line for each note; nothing if `quiet`.
 void print_notes(const std::vector<std::string>& notes, bool quiet);
 
 }  // namespace nif::tools

@@ -1,5 +1,5 @@
-// Thin wrappers around CLI11. Two traps are mended here: negative words for unsigned options, and NaN.
-// The types that options may have are instantiated at the end.
+// Thin wrappers around CLI11. They fix two of its traps: negative values for unsigned options, and NaN.
+// Templates are instantiated at the end for the types that options may have.
 #include "tools/common/options.hpp"
 
 #include <fmt/format.h>
@@ -73,7 +73,7 @@ Command Command::add_subcommand(const std::string& name, const std::string& text
 
 namespace {
 
-/// What CLI11 2 takes for a number: the range of an unsigned one ends where a negative one is added to it.
+/// Rejects words that CLI11 2 accepts: for unsigned numbers, it adds a negative word to the end of the range.
 std::string why_no_number(const std::string& word, bool whole) {
   errno = 0;
   char* end = nullptr;
@@ -152,13 +152,13 @@ void refuse_missing_values(std::span<const std::string> words) {
     if (word == "--") return;
     if (word.starts_with("--") && word.find('=') == word.size() - 1)
       throw Error(Status::usage,
-                  fmt::format("{} has no value behind its '='", word.substr(0, word.size() - 1)));
+                  fmt::format("{} has no value after its '='", word.substr(0, word.size() - 1)));
   }
 }
 
 void OwnCommand::parse(const std::vector<std::string>& words) const {
   refuse_missing_values(words);
-  std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
+  std::vector<std::string> reversed(words.rbegin(), words.rend());  // CLI11 expects the words in reverse
   try {
     own_->parse(reversed);
   } catch (const CLI::ParseError& problem) {

@@ -15,24 +15,24 @@ class Option;
 
 namespace nif::tools {
 
-/// An option of a Command, which owns it; copies are the same option. What sets something returns the option,
-/// so that one can set more.
+/// An option of a Command, which owns it; copies refer to the same option. Setters return the option, so that
+/// calls can be chained.
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
 
   Option required() const;
-  /// --help shows what the variable holds now, or this text, as the default.
+  /// --help shows the variable's current value, or this text, as the default.
   Option capture_default_str() const;
   Option default_str(const std::string& text) const;
   /// --help lists it under this heading.
   Option group(const std::string& heading) const;
   /// Takes one word each time that it is given, rather than all that follow.
   Option one_word_each() const;
-  /// The two contradict each other.
+  /// The two options cannot be used together.
   Option excludes(Option other) const;
 
-  /// Refuse all other values. `T` is what --help calls them: int32_t, uint32_t, uint64_t or double.
+  /// Accepts only these values. `T` is the type that --help shows: int32_t, uint32_t, uint64_t or double.
   Option one_of(const std::vector<std::string>& words) const;
   template <class T>
   Option range(T least, T most) const;
@@ -43,32 +43,32 @@ class Option {
   CLI::Option* option_;
 };
 
-/// `nif`, one of its subcommands or a verb of `nif mesh`; copies are the same command.
+/// `nif`, one of its subcommands or a verb of `nif mesh`; copies refer to the same command.
 class Command {
  public:
   explicit Command(CLI::App* app) : app_(app) {}
 
   Command add_subcommand(const std::string& name, const std::string& text) const;
-  /// "-j,--threads", or "MESH" for a word in its place. `value` is set when the words are parsed, and must
-  /// live until then. Which types there are stands at the end of options.cpp.
+  /// `name` is "-j,--threads", or "MESH" for a positional word. `value` is set when the words are parsed, and
+  /// must live until then. The end of options.cpp lists the supported types.
   template <class T>
   Option add_option(const std::string& name, T& value, const std::string& text = "") const;
   Option add_flag(const std::string& name, bool& value, const std::string& text) const;
   /// --help ends with this text.
   void footer(const std::string& text) const;
-  /// Does the work, after all words were parsed; throws nif::Error.
+  /// Does the work once all words are parsed; throws nif::Error.
   void callback(const std::function<void()>& work) const;
-  /// One of its subcommands has to be named.
+  /// Requires one of its subcommands.
   void require_subcommand() const;
-  /// --help does not list it.
+  /// Hides it from --help.
   void hide() const;
 
   bool has(const std::string& option) const;
-  /// Was the option among the words?
+  /// Whether the option was given.
   bool given(const std::string& option) const;
-  /// "--threads" or "MESH" of all options that were.
+  /// The names of all options that were given, such as "--threads" or "MESH".
   std::vector<std::string> given() const;
-  /// Names of all options without their dashes, the longer ones where they have two, but for --help.
+  /// The names of all options but --help, without dashes; the longer name of options that have two.
   std::vector<std::string> names() const;
   bool is_flag(const std::string& option) const;
   bool is_repeatable(const std::string& option) const;
@@ -77,20 +77,19 @@ class Command {
   CLI::App* app_;
 };
 
-/// A command of no program: options to be asked for, or parsed from words that are not those of this process.
+/// A command outside of the program, to look up its options or to parse words other than those of this
+/// process.
 class OwnCommand : public Command {
  public:
   OwnCommand();
-  /// May be called again; variables whose options are not among the words keep their values. Throws
-  /// Error(usage).
+  /// May be called again. Variables whose options are not given keep their values. Throws Error(usage).
   void parse(const std::vector<std::string>& words) const;
 
  private:
   std::shared_ptr<CLI::App> own_;
 };
 
-/// Throws Error(usage) at a "--name=" with nothing behind it, whose value CLI11 would take from the next
-/// word.
+/// Throws Error(usage) at a "--name=" without a value, because CLI11 would take the next word as the value.
 void refuse_missing_values(std::span<const std::string> words);
 
 }  // namespace nif::tools

@@ -65,8 +65,8 @@ dt{color:var(--soft)}
 dd{margin:0;overflow-wrap:anywhere}
 )";
 
-// Sorts and filters each table; it is found by its class, and its tools stand before it. Small ones need
-// none.
+// Sorts and filters each table. Tables are found by their class; the controls are placed before them. Small
+// tables need none.
 constexpr std::string_view kScript =
     R"(const kFew=8;for(const table of document.querySelectorAll('table.sorted')){
 const body=table.tBodies[0],heads=[...table.tHead.rows[0].cells],tools=table.previousElementSibling;
@@ -179,7 +179,7 @@ std::string PageTable::html() const {
     choices += fmt::format(
         "<option value=\"{0} 0\">{1}, rising</option><option value=\"{0} 1\">{1}, falling</option>", i, name);
   }
-  // Its tools are of no use without scripts, so these show them.
+  // The controls do nothing without scripts, so scripts make them visible.
   return fmt::format(
       "<div class=\"tools\" hidden><input type=\"search\" aria-label=\"Filter by words\" "
       "placeholder=\"Filter by words\">"

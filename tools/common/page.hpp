@@ -1,4 +1,4 @@
-// HTML pages that need no other file: one style for all that `nif` writes for people.
+// Builds self-contained HTML pages in one style for everything that `nif` writes for people.
 #pragma once
 
 #include <string>
@@ -7,22 +7,21 @@
 
 namespace nif::tools {
 
-/// Text that may stand in HTML and SVG, and in their attributes in double quotes, whatever bytes a file's
-/// name has.
+/// Escapes text for HTML and SVG, and for attributes in double quotes. A file name may contain any bytes.
 std::string escaped(std::string_view text);
 
-/// A whole file as an address: "data:TYPE;base64,...".
+/// A whole file as a data address: "data:TYPE;base64,...".
 std::string data_address(std::string_view type, std::string_view bytes);
-/// A PNG so.
+/// A PNG as a data address.
 std::string png_address(std::string_view png);
 
-/// The page: light or dark as the reader's system has it, readable on a phone. `body` is HTML.
+/// A page that follows the reader's light or dark mode and is readable on a phone. `body` is HTML.
 std::string html_page(std::string_view title, std::string_view body);
 
-/// A part of it with a title and a sentence or two about what it shows. `html` is HTML.
+/// A section with a title and a sentence or two about what it shows. `html` is HTML.
 std::string html_section(std::string_view title, std::string_view about, const std::string& html);
 
-/// Bars below each other, each with a name, its length as a share from 0 to 1, and what is said of it.
+/// Bars below each other, each with a name, a length from 0 to 1, and a text.
 class PageBars {
  public:
   void add(std::string_view name, double share, std::string_view said);
@@ -32,9 +31,9 @@ class PageBars {
   std::string html_;
 };
 
-/// A table that its reader can sort by any column but pictures, and filter by words in the first; without
-/// scripts it is as it was written. On a narrow screen each row stands by itself, with the names of the
-/// columns.
+/// A table that its reader can sort by any column without pictures, and filter by words in the first column.
+/// Without scripts, it keeps the order in which it was written. On a narrow screen each row becomes a block
+/// with the names of the columns.
 class PageTable {
  public:
   enum class Kind { text, number, picture };
@@ -46,8 +45,8 @@ class PageTable {
 
   /// The next row; `style` is "failed" or empty.
   void row(std::string_view style = "");
-  /// The next cell of the row. `html` is shown, and `value` is what the column is sorted by: a number, or a
-  /// text; empty sorts last.
+  /// Adds the next cell of the row. `html` is shown; the column is sorted by `value`, a number or a text.
+  /// Empty values sort last.
   void cell(std::string_view html, std::string_view value);
 
   std::string html() const;

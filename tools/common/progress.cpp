@@ -33,7 +33,7 @@ ProgressPace::Reader reader_of_standard_error() {
 }  // namespace
 
 std::string TimeLeft::text(double seconds, double fraction) {
-  constexpr double kEnough = 0.04;  // before, there is nothing to extrapolate from
+  constexpr double kEnough = 0.04;  // earlier, there is too little to extrapolate from
   if (fraction > kEnough) {
     const double end = seconds / fraction;
     const bool corrected = std::abs(fraction - fraction_) >= 0.1 - 1e-9;
@@ -65,7 +65,7 @@ void Progress::update(double fraction, const std::string& text) {
   const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
   fraction = std::clamp(fraction, 0.0, 1.0);
   if (!pace_.due(seconds, fraction)) return;
-  // Programs that show progress read lines of this form.
+  // Programs that show progress parse lines of this form.
   const std::string line =
       fmt::format("{:3.0f} %  {:<15}{}", fraction * 100, left_.text(seconds, fraction), printable(text));
   if (reader_ != ProgressPace::Reader::terminal) {

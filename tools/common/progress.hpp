@@ -1,4 +1,4 @@
-// Progress on standard error: a bar that redraws itself on a terminal, otherwise lines.
+// Shows progress on standard error: a bar that redraws itself on a terminal, otherwise lines.
 #pragma once
 
 #include <chrono>
@@ -6,39 +6,39 @@
 
 namespace nif::tools {
 
-/// What is foreseen of the time that work still takes. Time is in seconds since the work began.
+/// Estimates the remaining time. Times are in seconds since the work began.
 class TimeLeft {
  public:
-  /// "12 s left", "takes longer", or "" where it is too early to tell. What was foreseen counts down while
-  /// the work stands still, and never up: it is corrected upwards only after another tenth of the work.
+  /// "12 s left", "takes longer", or "" if it is too early to tell. The estimate counts down while the work
+  /// stands still. It is corrected upwards only after another tenth of the work.
   std::string text(double seconds, double fraction);
 
  private:
   bool foreseen_ = false;
-  double fraction_ = 0, end_ = 0;  ///< when it was foreseen, and the time of the end
+  double fraction_ = 0, end_ = 0;  ///< fraction and estimated end at the time of the last estimate
 };
 
-/// When progress is shown.
+/// Decides when progress is shown.
 class ProgressPace {
  public:
   enum class Reader {
     terminal,  ///< ten times a second
-    log,       ///< at most one line for each tenth of the work, and one a second
+    log,       ///< at most one line per tenth of the work, and one per second
     program,   ///< lines, ten times a second
   };
   explicit ProgressPace(Reader reader) : reader_(reader) {}
 
-  /// Whether to show this now. What ends within a second leaves no line, so that what fails at once leaves
-  /// nothing but its error.
+  /// Whether to show this now. Work that ends within a second leaves no line, so that an immediate failure
+  /// prints nothing but its error.
   bool due(double seconds, double fraction);
 
  private:
   Reader reader_;
   double next_ = 0;
-  int tenth_ = -1;  ///< of the last line
+  int tenth_ = -1;  ///< that the last line was in
 };
 
-/// Lines go to a log, unless NIF_PROGRESS=all is in the environment: then a program reads them.
+/// Lines go to a log, unless the environment has NIF_PROGRESS=all: then a program reads them.
 class Progress {
  public:
   explicit Progress(bool quiet);
@@ -46,11 +46,11 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Says what is going on; `fraction` of all work is done. Cheap to call often.
+  /// Shows the current step; `fraction` of all work is done. Cheap enough to call often.
   void update(double fraction, const std::string& text);
-  /// Removes the bar. Called before anything else is printed.
+  /// Removes the bar. To be called before anything else is printed.
   void finish();
-  /// Another job follows, of which nothing is done yet.
+  /// Starts another job, at 0.
   void begin();
 
  private:

@@ -1,5 +1,5 @@
-// nifQueryOpen answers what is proven and lists the other rays, each with the interval of t that stays
-// open. Embree is asked about these intervals only.
+// nifQueryOpen answers what is proven and lists the other rays, each with the interval of t that stays open.
+// Embree traces only these intervals.
 #include "tools/common/proofs_first.hpp"
 
 #include "tools/common/runtime_handles.hpp"

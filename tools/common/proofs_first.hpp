@@ -1,4 +1,4 @@
-// Queries that are answered by proofs first, and by a BVH of Embree's where those leave them open.
+// Answers queries with proofs first, and with an Embree BVH for the rays that they leave open.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace nif::tools {
 
-/// Memory for such queries of as many rays as the first had; not for several threads at once.
+/// Memory for such queries, for as many rays as the first query had. Not thread-safe.
 class ProofsFirst {
  public:
   /// Answers rays, which `segments` are, too; answers.visible must be set. Returns how many Embree was asked
@@ -25,7 +25,7 @@ class ProofsFirst {
   std::vector<float> tmin_, tmax_;
 };
 
-/// Answers so; certain are the rays that are proven. Both scenes must outlive the answerer.
+/// Answers this way; the proven rays are certain. Both scenes must outlive the answerer.
 bake::Answerer proofs_first_answerer(NifScene scene, const bake::EmbreeScene& embree);
 
 }  // namespace nif::tools

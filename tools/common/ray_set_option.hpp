@@ -1,4 +1,4 @@
-// --set: the ray sets to measure.
+// Parses --set, the ray sets to measure.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace nif::tools {
 
-/// --set, which may be repeated. `otherwise` says which sets are the default.
+/// Adds --set, which may be repeated. `otherwise` describes the default sets.
 void add_set_option(Command command, std::vector<std::string>& names, const std::string& otherwise);
 
-/// The sets that --set names. Throws Error(usage).
+/// Returns the sets that --set names. Throws Error(usage).
 std::vector<bake::RaySet> parse_sets(const std::vector<std::string>& names);
 
 }  // namespace nif::tools

@@ -1,5 +1,5 @@
-// Which exit code a failed call of the runtime becomes: codes for files are the same numbers, out of
-// memory stays that, and any other one counts as a defect of nifkit.
+// Maps failed calls of the runtime to exit codes: codes for files keep their numbers, out of memory stays
+// that, and anything else counts as a defect of nifkit.
 #include "tools/common/runtime_handles.hpp"
 
 #include "formats/base/status.hpp"

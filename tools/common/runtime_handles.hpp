@@ -1,4 +1,4 @@
-// The runtime's objects as the tools hold them, and its errors as theirs.
+// Wraps the runtime's handles and errors for the tools.
 #pragma once
 
 #include <cstddef>
@@ -30,13 +30,13 @@ using Device = Released<NifDevice, nifReleaseDevice>;
 using Asset = Released<NifAsset, nifReleaseAsset>;
 using Scene = Released<NifScene, nifReleaseScene>;
 
-/// Empty where there is none. Lives as long as the asset.
+/// Empty if there is none. Valid as long as the asset.
 std::string_view metadata_of(const NifAssetInfo& info);
 
-/// All parts of an asset. Their names stay valid, as long as the library does.
+/// All parts of an asset. Their names stay valid as long as the library is loaded.
 std::vector<NifPartInfo> parts_of(NifAsset asset);
 
-/// What the runtime keeps in memory for an asset, with the best instruction set of this machine.
+/// Bytes that the runtime keeps in memory for an asset, with the best instruction set of this machine.
 uint64_t resident_bytes(std::span<const std::byte> file);
 /// The same, part by part.
 std::vector<NifPartInfo> parts_of(std::span<const std::byte> file);

@@ -1,4 +1,4 @@
-// Queries of rays as the baker has them.
+// Builds queries of the runtime from the rays of the baker.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// The help texts stand here once. A change of wording shows in every subcommand.
+// Keeps the shared help texts in one place, so that a change of wording shows in every subcommand.
 #include "tools/common/shared_options.hpp"
 
 #include <fmt/format.h>
@@ -20,13 +20,14 @@ void add_choice_options(Command command, mesh::Choice& choice) {
   command
       .add_option(
           "--only", choice.only,
-          "Read only what has this name: nodes (with what is below them), meshes and materials of glTF, "
+          "Read only parts with this name: nodes (with everything below them), meshes and materials of glTF, "
           "objects, groups and materials of OBJ, solids of STL. May contain *, ? and [...], and may be "
           "repeated")
       .one_word_each();
   command
       .add_option("--except", choice.except,
-                  "Leave out what has this name, e.g. collision shapes. As --only, and stronger")
+                  "Leave out parts with this name, e.g. collision shapes. Patterns as for --only; takes "
+                  "precedence over it")
       .one_word_each();
 }
 
@@ -53,10 +54,9 @@ void add_quiet_option(Command command, bool& quiet) {
 
 void add_format_option(Command command, std::string& format) {
   command
-      .add_option(
-          "--format", format,
-          "What the mesh file is, whatever its name and content say: obj, ply, stl, off, gltf, glb or "
-          "drc. MESH and INPUT may be -, standard input, where OBJ always needs this")
+      .add_option("--format", format,
+                  "Format of the mesh file, whatever its name and content are: obj, ply, stl, off, gltf, glb "
+                  "or drc. MESH and INPUT may be -, standard input, where OBJ always needs this")
       .one_of({mesh::kFormats.begin(), mesh::kFormats.end()});
 }
 
@@ -74,7 +74,7 @@ void add_runtime_options(Command command, RuntimeArguments& arguments) {
                   "Instruction set of the runtime: auto, scalar, sse4, avx2, avx512, neon")
       .capture_default_str();
   command.add_flag("--least-memory", arguments.least_memory,
-                   "Have the runtime make its tables as small as it can; rays are slower");
+                   "Make the runtime's tables as small as possible; rays are slower");
 }
 
 }  // namespace nif::tools

@@ -1,5 +1,5 @@
-// The paper's hyperparameters as two tables, of counts and of reals: each row ties an option to the
-// field that it sets. After them, the rules about which options need which.
+// Two tables of the paper's hyperparameters, one of counts and one of reals: each row ties an option to the
+// field that it sets. After them come the rules about which options need which.
 #include "tools/common/spherical_options.hpp"
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@ namespace {
 
 using bake::SphericalBakeOptions;
 
-/// One option that is a number: where it is kept as given, and where it goes.
+/// A numeric option: where its given value is kept, and where it goes.
 template <class Value>
 struct NumberOption {
   const char* name;
@@ -86,15 +86,15 @@ constexpr std::array kReals{
     RealOption{"--adam-epsilon", "Epsilon of Adam, added to the divisor", &SphericalArguments::epsilon,
                [](SphericalBakeOptions& o) -> float& { return o.fields.epsilon; }}};
 
-/// Calls `visit` with each of them.
+/// Calls `visit` with each numeric option.
 template <class Visit>
 void for_each_number(Visit&& visit) {
   for (const CountOption& option : kCounts) visit(option);
   for (const RealOption& option : kReals) visit(option);
 }
 
-/// Is the option's text the second of two words? False where it was not given. Throws Error(usage) where it
-/// is neither.
+/// Whether the option's value is the second of two words. Returns false if it was not given, and throws
+/// Error(usage) if the value is neither.
 bool is_second(const std::optional<std::string>& text, const char* option, const char* first,
                const char* second) {
   if (!text || *text == first) return false;

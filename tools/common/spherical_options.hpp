@@ -9,7 +9,7 @@
 
 namespace nif::tools {
 
-/// As given; what is not given is the paper's.
+/// The options as given; the paper's values apply to the rest.
 struct SphericalArguments {
   std::optional<uint32_t> outer_resolution, outer_features, outer_width, outer_layers, outer_batch;
   std::optional<uint32_t> inner_resolution, inner_features, inner_width, inner_layers, inner_batch;
@@ -20,17 +20,17 @@ struct SphericalArguments {
   std::optional<uint32_t> passes;
   std::optional<std::string> precision, weights, loss;
   bool shared_network = false;
-  std::optional<std::string> view;  ///< a scene file, whose shadow rays are learned from
+  std::optional<std::string> view;  ///< a scene file; training uses its shadow rays
   std::optional<uint32_t> view_samples;
-  bool primary = false;  ///< learn from its primary rays, too
+  bool primary = false;  ///< also learn from its camera rays
 
-  /// Name of an option that was given; null where none was.
+  /// Name of an option that was given, or null if there is none.
   const char* first_given() const;
 };
 
 void add_spherical_options(Command command, SphericalArguments& arguments);
 
-/// Throws Error(usage) naming the option whose value nothing can be made of.
+/// Throws Error(usage) naming the option with an invalid value.
 bake::SphericalBakeOptions resolve_spherical(const SphericalArguments& arguments);
 
 }  // namespace nif::tools

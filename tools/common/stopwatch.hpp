@@ -1,4 +1,4 @@
-// How long work takes.
+// Measures how long work takes.
 #pragma once
 
 #include <chrono>

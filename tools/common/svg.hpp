@@ -1,4 +1,4 @@
-// Plots as SVG documents, in one style.
+// Draws all plots as SVG documents in one style.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace nif::tools {
 
-/// Lengths are in pixels of the picture at its natural size; y grows downward. `style` is one of the classes:
-/// title, panel, set, name (ends at x), nif, tick (in the middle of x), note, or none.
+/// Lengths are in pixels of the picture at its natural size; y grows downward. `style` is one of the classes
+/// title, panel, set, name (ends at x), nif, tick (centred at x), note, or empty.
 class Svg {
  public:
   void text(double x, double y, std::string_view style, std::string_view content);

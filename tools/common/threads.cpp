@@ -1,4 +1,4 @@
-// A TBB global_control in a static variable, because the limit ends when the object does.
+// Keeps a TBB global_control in a static variable, because the limit ends with the object.
 #include "tools/common/threads.hpp"
 
 #include <tbb/global_control.h>

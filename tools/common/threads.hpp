@@ -1,11 +1,11 @@
-// How many threads the process may use.
+// Limits the number of threads of the process.
 #pragma once
 
 #include <cstdint>
 
 namespace nif::tools {
 
-/// Limits the threads of everything that follows in the process; 0: all of them.
+/// Applies to everything that follows in the process; 0: all cores.
 void limit_threads(uint32_t threads);
 
 }  // namespace nif::tools

@@ -10,7 +10,7 @@
 namespace nif::tools {
 namespace {
 
-/// Letters to be put in, taken out or changed to make one word of another (Levenshtein).
+/// Number of letters to insert, delete or replace to turn one word into the other (Levenshtein distance).
 size_t distance(const std::string& a, const std::string& b) {
   std::vector<size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), size_t{0});
@@ -22,7 +22,7 @@ size_t distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// Behind a string that opens at `at`, of one line or of several; npos where it does not end.
+/// The position after the string that opens at `at`, on one line or several; npos if it does not end.
 size_t behind_string(std::string_view text, size_t at) {
   const char quote = text[at];
   const std::string three(3, quote);
@@ -33,7 +33,7 @@ size_t behind_string(std::string_view text, size_t at) {
       ++i;
     } else if (text[i] == quote && text.substr(i).starts_with(closing)) {
       i += closing.size();
-      // Up to two quotes in front of those that close it belong to the text.
+      // Up to two quotes before the closing quotes belong to the text.
       for (int more = 0; many_lines && more < 2 && i < text.size() && text[i] == quote; ++more) ++i;
       return i;
     }
@@ -41,10 +41,9 @@ size_t behind_string(std::string_view text, size_t at) {
   return text.npos;
 }
 
-/// toml++ 3.3 makes a table of each part of a dotted key, one within the other, and calls itself for each of
-/// them in the end, however many there are. (Values within values are its own limit: 256, so that tables are
-/// at most 256 times so deep.) Text that is no TOML is looked at as if it were: the parser stops at the first
-/// fault.
+/// toml++ 3.3 makes a nested table for each part of a dotted key, and then recurses once for each, without
+/// limit. (Nested values it limits itself, to 256 levels, so tables are at most 256 times that deep.) Text
+/// that is not TOML is scanned as if it were; the parser stops at the first error.
 void check_keys(const std::string& file, std::string_view text, Status malformed) {
   constexpr size_t kMostParts = 16;
   size_t line = 1, parts = 1;
@@ -96,9 +95,10 @@ toml::table read_toml(const std::string& file, Status malformed) {
 
 std::string nearest(const std::string& word, const std::set<std::string>& names) {
   std::string best;
-  size_t least = std::max<size_t>(2, word.size() / 2) + 1;  // what is further off is another word
+  size_t least = std::max<size_t>(2, word.size() / 2) + 1;  // more distant words are different words
   for (const std::string& name : names) {
-    if (word.size() >= name.size() + least) continue;  // as many letters at least; words may be very long
+    // needs at least the difference in length; words may be very long
+    if (word.size() >= name.size() + least) continue;
     const size_t letters = distance(word, name);
     if (letters < least) {
       least = letters;
@@ -111,7 +111,7 @@ std::string nearest(const std::string& word, const std::set<std::string>& names)
 std::string TomlTable::text_of(const std::string& key, const toml::node& node, const char* otherwise) const {
   const auto value = node.value_exact<std::string>();
   if (!value || value->empty()) fail(key, otherwise);
-  // The system's functions would take what is before it for the whole name.
+  // The system's functions would end the name at this character.
   if (value->find('\0') != std::string::npos) fail(key, "has the character U+0000");
   return *value;
 }

@@ -1,5 +1,5 @@
-// A table of a TOML file, read with toml++. Every key is checked and unknown keys are refused, so that a
-// misspelt one is found.
+// A table of a TOML file, read with toml++. Every key is checked and unknown keys are refused, so that
+// misspelt keys are found.
 #pragma once
 
 #include <fmt/format.h>
@@ -17,16 +17,16 @@
 
 namespace nif::tools {
 
-/// A whole file, of 16 MiB at most. Throws nif::Error: with the codes of a mesh file that cannot be read, and
-/// `malformed` with the line where it is no TOML.
+/// Reads a whole file of at most 16 MiB. Throws nif::Error: the codes for a mesh file that cannot be read,
+/// and `malformed` with the line if it is not TOML.
 toml::table read_toml(const std::string& file, Status malformed);
 
-/// Of `names` the one that is most like `word`, by letters that differ; empty where none is near.
+/// The word of `names` that differs from `word` in the fewest letters; empty if none is close.
 std::string nearest(const std::string& word, const std::set<std::string>& names);
 
-/// Remembers what was asked of it, so that finish() can refuse the rest. Every call throws nif::Error, with
-/// the status that it was made with and one sentence that names the file, the line, the table and the key.
-/// The file's name and the toml::table must outlive it.
+/// Remembers which keys were requested, so that finish() can refuse the rest. Every call throws nif::Error,
+/// with the status given to the constructor and one sentence that names the file, the line, the table and the
+/// key. The file's name and the toml::table must outlive it.
 class TomlTable {
  public:
   TomlTable(const std::string& file, std::string name, const toml::table& table, Status malformed)
@@ -41,7 +41,7 @@ class TomlTable {
   std::string text(const std::string& key, const std::string& otherwise) {
     return has(key) ? text(key) : otherwise;
   }
-  /// One text, or an array of them; none where there is no such key.
+  /// One text, or an array of texts; empty if there is no such key.
   std::vector<std::string> texts(const std::string& key);
 
   double number(const std::string& key, double low, double high);
@@ -57,7 +57,7 @@ class TomlTable {
   Double3 vector(const std::string& key, const Double3& otherwise) {
     return has(key) ? vector(key) : otherwise;
   }
-  /// Not zero, and made one unit long.
+  /// A vector that must not be zero, normalised to unit length.
   Double3 unit(const std::string& key);
   /// Three numbers, or one for all three.
   Double3 colour(const std::string& key, double high);
@@ -65,12 +65,12 @@ class TomlTable {
     return has(key) ? colour(key, high) : otherwise;
   }
 
-  /// What stands there, as an option of the command line would say it: text, a number, "true" or "false".
+  /// A value as an option of the command line would state it: text, a number, "true" or "false".
   std::string word(const std::string& key) { return word(key, need(key)); }
-  /// The same, or an array of them.
+  /// The same, or an array of such values.
   std::vector<std::string> words(const std::string& key);
 
-  /// Each table of an array of tables ([[key]]); none where there is no such key.
+  /// Visits each table of an array of tables ([[key]]); nothing if there is no such key.
   template <class Use>
   void tables(const std::string& key, Use&& use) {
     if (!has(key)) return;
@@ -89,7 +89,7 @@ class TomlTable {
     inside(key, *table, use);
   }
 
-  /// Refuses keys that nobody has asked for, and names the nearest of those that somebody has.
+  /// Refuses keys that were not requested, and suggests the nearest requested key.
   void finish() const;
 
   [[noreturn]] void fail(const std::string& key, const std::string& what) const;

@@ -1,5 +1,5 @@
-// Goes around the runtime: opens the file with the reader of formats/nif and asks each object's field.
-// `nif eval --hits` uses it to state distances in voxels.
+// Bypasses the runtime: opens the file with the reader of formats/nif and looks up each object's field. `nif
+// eval --hits` uses it to state distances in voxels.
 #include "tools/common/voxel_size.hpp"
 
 #include "bake/oracle/hits.hpp"

@@ -1,4 +1,4 @@
-// How fine the grids of an asset's objects are, which the runtime's interface does not say.
+// Finds how fine the grids of an asset's objects are, because the runtime's interface does not report it.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace nif::tools {
 
-/// By object; 0 where its encoding has no grid.
+/// By object; 0 if its encoding has no grid.
 std::vector<double> voxels_per_unit(const std::string& asset);
 
 }  // namespace nif::tools

@@ -50,7 +50,7 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
         translation.push_back(double(instance.transform[4 * a + 3]) + double(instance.remainder[a]));
     }
   }
-  // Metadata is what its baker wrote: shown, never trusted.
+  // Metadata is whatever the baker wrote: shown, never trusted.
   nlohmann::ordered_json metadata = parse_untrusted<nlohmann::ordered_json>(view.metadata);
   if (metadata.is_discarded()) metadata = nullptr;
   return {{"schema", kSchema},
@@ -64,7 +64,7 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
           {"metadata", std::move(metadata)}};
 }
 
-/// `metadata[a][b]` as text, or "unknown": metadata may hold anything, or be missing.
+/// `metadata[a][b]` as text, or "unknown": metadata may contain anything, or be missing.
 std::string text_at(const nlohmann::ordered_json& metadata, const std::string& pointer) {
   const nlohmann::ordered_json::json_pointer at(pointer);
   if (!metadata.is_object() || !metadata.contains(at)) return "unknown";
@@ -84,7 +84,7 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
       fmt::print("          {:<16} {:>10} in the file, {:>10} resident\n", name, file, resident);
   }
   const auto& metadata = json["metadata"];
-  // Where nothing was trained there is no preset.
+  // If nothing was trained, there is no preset.
   const std::string preset = text_at(metadata, "/options/preset");
   fmt::print("baked by  {} {}, encoding {}{}, seed {}, from {}\n", text_at(metadata, "/tool/name"),
              text_at(metadata, "/tool/version"), text_at(metadata, "/options/encoding"),

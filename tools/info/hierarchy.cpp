@@ -1,5 +1,5 @@
-// Metadata is shown but never trusted: it may name parents in a circle. So depth, length and number of
-// lines are limited.
+// Metadata is shown but never trusted: parents may form a cycle. So depth, length and number of lines are
+// limited.
 #include "tools/info/hierarchy.hpp"
 
 #include <fmt/format.h>
@@ -25,12 +25,13 @@ const Json* member(const Json& value, const char* name) {
 
 std::string shortened(const std::string& text, size_t most) {
   if (text.size() <= most) return text;
-  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0) == 0x80) --most;  // within a character
+  // do not cut within a UTF-8 character
+  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0) == 0x80) --most;
   return text.substr(0, most) + "...";
 }
 
-/// "root/arm/hand", or the numbers of nodes without names. Metadata is shown, never trusted: it may name
-/// parents in a circle.
+/// "root/arm/hand", with numbers for nodes without names. Metadata is shown, never trusted: parents may form
+/// a cycle.
 std::string path_of(uint64_t number, const std::map<uint64_t, const Json*>& nodes) {
   constexpr int kDeepest = 64;
   constexpr size_t kLongest = 1000;
@@ -49,7 +50,7 @@ std::string path_of(uint64_t number, const std::map<uint64_t, const Json*>& node
   return ".../" + path;
 }
 
-/// "lamp, bench, tree, ...": the first that differ.
+/// "lamp, bench, tree, ...": the first distinct names.
 std::string first_of(const Json& names) {
   constexpr size_t kShown = 4;
   std::vector<std::string> shown;

@@ -1,6 +1,6 @@
-// Asks the GPU kernels, in the emulator, about rays of every named set of an asset's own mesh, and counts
-// answers that differ from the reference's; of `spherical` objects also in half precision, where some may.
-// What tools/measure/emulate_sets.sh runs.
+// Runs the GPU kernels in the emulator on rays of every named set of an asset's own mesh, and counts answers
+// that differ from the reference's; for `spherical` objects also in half precision, where some may. Run by
+// tools/measure/emulate_sets.sh.
 //
 //   emulate_sets ASSET.nif MESH [RAYS]
 #include <algorithm>
@@ -20,11 +20,11 @@
 namespace nif::test {
 namespace {
 
-/// The work of the walks of rays that come one after the other, in waves of so many.
+/// The work of traversing rays in their order, in waves of `lanes` rays.
 class WaveCount {
  public:
   explicit WaveCount(uint32_t lanes) : lanes_(lanes) {}
-  /// A wave goes on until its last ray is done.
+  /// A wave lasts until its last ray is done.
   void add(uint64_t steps) {
     longest_ = std::max(longest_, steps);
     if (++rays_ % lanes_ == 0) finish_wave();
@@ -44,7 +44,7 @@ class WaveCount {
   uint64_t rays_ = 0, longest_ = 0, steps_ = 0, waves_ = 0;
 };
 
-/// What rays of a set cost by one way to walk: steps, and what each loads.
+/// Cost of the rays of a set with one kind of traversal: steps, and what each loads.
 struct WalkCost {
   const char* name;
   uint64_t steps = 0, loads = 0, bytes = 0;
@@ -57,7 +57,7 @@ struct WalkCost {
   }
 };
 
-/// What the reference reads to find a piece.
+/// Counts what the reference reads to find a cell.
 void count_loads(const kernels::SegmentField& field, const kernels::Piece& piece, WalkCost& cost) {
   const int32_t voxel[3] = {piece.low[0] >> field.levels, piece.low[1] >> field.levels,
                             piece.low[2] >> field.levels};
@@ -74,8 +74,8 @@ void count_loads(const kernels::SegmentField& field, const kernels::Piece& piece
   cost.bytes += words * sizeof(uint32_t);
 }
 
-/// How many steps the walk takes by leaps, and piece by piece, and how long waves of rays in their order wait
-/// for the longest.
+/// Counts the steps of the traversal with and without empty-space skipping, and how long waves of rays in
+/// their order wait for the longest ray.
 void count_steps(const format::AssetView& asset, const bake::PreparedScene& prepared, uint64_t rays) {
   bool any = false;
   std::string left;  // lines of another table
@@ -83,7 +83,7 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
     const format::ObjectView& object = asset.objects[i];
     if (!object.is<format::SegmentView>()) continue;
     if (!any)
-      std::printf("\n%-16s %-14s %-16s %9s %9s %9s %9s %9s\n", "object", "set", "walk", "steps", "of 32",
+      std::printf("\n%-16s %-14s %-16s %9s %9s %9s %9s %9s\n", "object", "set", "traversal", "steps", "of 32",
                   "of 64", "loads", "bytes");
     any = true;
     const kernels::SegmentField& field = object.as<format::SegmentView>().field;
@@ -93,7 +93,7 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
     for (const bake::RaySet set : bake::kRaySets) {
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
       uint64_t open = 0, hard = 0, runs = 0;
-      WalkCost pieces{"piece by piece"}, leaps{"leaps"};
+      WalkCost pieces{"cell by cell"}, leaps{"skipping"};
       const auto no_run = [](uint32_t, const kernels::Run&) {};
       for (const kernels::Segment& segment : labelled.segments) {
         kernels::WalkResult walk;
@@ -137,7 +137,7 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
                 left.c_str());
 }
 
-/// In half precision. Returns how many answers are farther off than the arithmetic allows.
+/// Compares in half precision. Returns the number of answers that are farther off than the arithmetic allows.
 uint64_t compare_halves(const format::AssetView& asset, const bake::PreparedScene& prepared, uint64_t rays) {
   uint64_t beyond = 0;
   bool any = false;
@@ -180,7 +180,8 @@ uint64_t compare_halves(const format::AssetView& asset, const bake::PreparedScen
   return beyond;
 }
 
-/// Differing answers of all sets and variants, and those in half precision that differ too much.
+/// Number of differing answers over all sets and variants, and of those in half precision that differ too
+/// much.
 uint64_t compare_all(const char* asset_path, const char* mesh_path, uint64_t rays) {
   const auto memory = format::FileMemory::load(asset_path, format::FileMemory::Mode::read);
   const format::AssetView asset = format::read_asset(memory.bytes(), asset_path);

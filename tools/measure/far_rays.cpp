@@ -1,12 +1,12 @@
-// A study, not a test: how long rays take that start far away. docs/results/far-rays.md has what it printed.
+// A study, not a test: how long rays take that start far away. docs/results/far-rays.md has its output.
 //
 //   far_rays [--hits] ASSET [RAYS [ROUNDS]]
 //
-// --hits: first hits in place of whether there is one. ASSET has one object. Prints a line for each distance,
-// tab-separated: how many sizes away the rays start (a size is the longest side of the bounds), and the least
-// and the median nanoseconds a ray of so many rounds (7), on one thread with the best instruction set. Rays,
-// 100000 for each distance, come from all around and go to points in the middle four fifths of the bounds.
-// Each round asks those of each distance in turn.
+// --hits: first hits instead of visibility. ASSET has one object. Prints a tab-separated line for each
+// distance: how many sizes away the rays start (a size is the longest side of the bounds), and the least and
+// the median nanoseconds per ray over the rounds (7), on one thread with the best instruction set. 100000
+// rays for each distance come from all directions and go to points in the middle four fifths of the bounds.
+// Each round queries all distances in turn.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,7 +53,7 @@ std::vector<kernels::SegmentBatch> rays_from(const format::ObjectView& object, d
 void run(const std::string& path, uint64_t count, int rounds, bool hits) {
   const format::FileMemory memory = format::FileMemory::load(path, format::FileMemory::Mode::read);
   const format::AssetView view = format::read_asset(memory.bytes(), path);
-  if (view.objects.size() != 1) throw Error(Status::usage, path + ": there is not one object alone");
+  if (view.objects.size() != 1) throw Error(Status::usage, path + ": needs exactly one object");
   const format::ObjectView& object = view.objects.front();
   kernels::cpu::SharedCopies copies;
   using kernels::cpu::Isa;
@@ -83,7 +83,7 @@ void run(const std::string& path, uint64_t count, int rounds, bool hits) {
           kernel->answer(batch, work->answers, work->scratch);
       }
       const std::chrono::duration<double, std::nano> time = std::chrono::steady_clock::now() - start;
-      if (round > 0) times[d].push_back(time.count() / double(count));  // the first one fills the caches
+      if (round > 0) times[d].push_back(time.count() / double(count));  // the first round fills the caches
     }
   for (size_t d = 0; d < rays.size(); ++d) {
     std::ranges::sort(times[d]);

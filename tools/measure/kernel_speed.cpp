@@ -1,13 +1,12 @@
-// A study, not a test: how long the CPU's kernels take for a ray, alone, on batches that lie in memory.
-// docs/results/cpu-kernels.md has what it printed.
+// A study, not a test: how long the CPU's kernels take for a ray, alone, on batches in memory.
+// docs/results/cpu-kernels.md has its output.
 //
 //   kernel_speed [--hits] [--least] ASSET MESH [RAYS [ROUNDS]]
 //
-// --hits: of first hits in place of whether there is one. --least: as devices with memory=least.
-// ASSET has one object, of any encoding, baked from MESH. Prints a line for each instruction set of this
-// machine and each of three ray sets, tab-separated: both names, and the least and the median of the
-// nanoseconds a ray of so many rounds (20), on one thread. The rays, 200000 of each set, are those of nif
-// bench.
+// --hits: first hits instead of visibility. --least: as on devices with memory=least. ASSET has one object,
+// of any encoding, baked from MESH. Prints a tab-separated line for each instruction set of this machine and
+// each of three ray sets: both names, and the least and the median nanoseconds per ray over the rounds (20),
+// on one thread. The 200000 rays of each set are those of nif bench.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +36,7 @@ std::vector<kernels::SegmentBatch> to_batches(std::span<const kernels::Segment> 
   return batches;
 }
 
-/// Nanoseconds a ray of each round, sorted.
+/// Nanoseconds per ray in each round, sorted.
 std::vector<double> time_rounds(const kernels::ObjectKernel& kernel,
                                 const std::vector<kernels::SegmentBatch>& batches, size_t rays, int rounds,
                                 bool hits) {
@@ -59,7 +58,7 @@ std::vector<double> time_rounds(const kernels::ObjectKernel& kernel,
         kernel.answer(batch, work->answers, work->scratch);
     }
     const std::chrono::duration<double, std::nano> time = std::chrono::steady_clock::now() - start;
-    if (round > 0) times.push_back(time.count() / double(rays));  // the first one fills the caches
+    if (round > 0) times.push_back(time.count() / double(rays));  // the first round fills the caches
   }
   std::sort(times.begin(), times.end());
   return times;
@@ -71,7 +70,7 @@ void run(const std::string& path, const std::string& mesh, uint64_t count, int r
   const format::AssetView view = format::read_asset(memory.bytes(), path);
   const bake::PreparedScene prepared = bake::prepare(mesh::read(mesh));
   if (view.objects.size() != 1 || prepared.objects.size() != 1)
-    throw Error(Status::usage, path + ": there is not one object alone");
+    throw Error(Status::usage, path + ": needs exactly one object");
   const kernels::AnyField field = format::field_of(view.objects.front());
   const bake::GroundTruth truth(prepared.objects.front());
   kernels::cpu::SharedCopies copies;

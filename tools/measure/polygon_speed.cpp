@@ -1,8 +1,9 @@
 // A study, not a test: how fast polygons are cut into triangles. docs/results/reading.sh runs it.
 //
-//   polygon_speed POLYGONS   millions of corners a second, of processor time: convex quads, and random
-//   polygons
-//                            of 3 to 200 corners, most of them concave, half of them with holes
+// polygon_speed POLYGONS
+//
+// Prints millions of corners per second of processor time: for convex quads, and for random polygons of 3 to
+// 200 corners, most of them concave, half of them with holes.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -21,12 +22,12 @@ double seconds() {
   return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
 }
 
-/// Millions of corners a second.
+/// Millions of corners per second.
 template <class Next>
 double speed(size_t polygons, const Next& next) {
   std::vector<mesh::Float3> positions;
   std::vector<mesh::Triangle> triangles;
-  std::vector<std::pair<size_t, size_t>> each;  // first triangle and corners
+  std::vector<std::pair<size_t, size_t>> each;  // first triangle and number of corners
   size_t corners = 0;
   for (size_t i = 0; i < polygons; ++i) {
     const test::GridPolygon polygon = next();

@@ -1,11 +1,11 @@
-// A study, not a test: what the rays of an object take of the fast kernels, as the baker counts it to compare
-// encodings (bake/work.hpp). docs/results/work.sh holds it against measured times.
+// A study, not a test: the work of an object's rays in the fast kernels, as the baker counts it to compare
+// encodings (bake/work.hpp). docs/results/work.sh compares it with measured times.
 //
 //   ray_counts ASSET MESH RAYS
 //
-// ASSET has one object, `segment` or `bvh`, baked from MESH. Prints a line for each ray set that nif bench
-// has, tab-separated: the set, the first and the second count a ray (pieces and rays that ask the network, or
-// nodes and 0), and the nanoseconds that the baker takes them for. The rays are those of nif bench.
+// ASSET has one object, `segment` or `bvh`, baked from MESH. Prints a tab-separated line for each ray set of
+// nif bench: the set, the first and the second count per ray (cells and rays that query the network, or nodes
+// and 0), and the nanoseconds that the baker estimates from them. The rays are those of nif bench.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -33,7 +33,7 @@ void run(const std::string& path, const std::string& mesh, uint64_t count) {
   const mesh::Scene scene = mesh::read(mesh);
   const bake::PreparedScene prepared = bake::prepare(scene);
   if (view.objects.size() != 1 || prepared.objects.size() != 1)
-    throw Error(Status::usage, path + ": there is not one object alone");
+    throw Error(Status::usage, path + ": needs exactly one object");
   const bake::GroundTruth truth(prepared.objects.front());
   for (const bake::RaySet set : bake::kRaySets) {
     const auto rays = bake::draw_ray_set(truth.source(), set, count, 2).segments;

@@ -1,10 +1,12 @@
-// A study, not a test: how fast mesh files are read, beside the libraries that could read them, and what it
-// takes. docs/results/reading.sh runs it.
+// A study, not a test: how fast mesh files are read compared with libraries that could read them, and with
+// how much memory. docs/results/reading.sh runs it.
 //
-//   read_speed ROUNDS FILE   medians of the seconds that formats/mesh takes and that the library takes, and
-//   of the
-//                            library's over ours in the same round
-//   read_speed FILE          seconds and bytes, once: to read it, and to make it ready for a bake
+// read_speed ROUNDS FILE
+// read_speed FILE
+//
+// With ROUNDS, prints the median seconds that formats/mesh takes and that the library takes, and the median
+// ratio of the library's time to ours in the same round. Without, prints seconds and bytes for reading the
+// file once and for preparing it for a bake.
 //
 // The libraries are OpenMesh, whose readers fill plain lists here as ours do, and Draco for .drc.
 #include <draco/compression/decode.h>
@@ -29,7 +31,7 @@ namespace {
 using namespace nif;
 namespace om = OpenMesh;
 
-/// Takes what OpenMesh reads as lists of positions and triangles; polygons become fans.
+/// Collects positions and triangles from OpenMesh's readers; polygons become fans.
 class Lists final : public om::IO::BaseImporter {
  public:
   mesh::Mesh mesh;
@@ -55,7 +57,7 @@ class Lists final : public om::IO::BaseImporter {
   size_t n_faces() const override { return mesh.triangles.size(); }
   size_t n_edges() const override { return 0; }
 
-  // Nothing else is kept.
+  // Everything else is dropped.
   om::HalfedgeHandle add_edge(om::VertexHandle, om::VertexHandle) override { return om::HalfedgeHandle(); }
   om::FaceHandle add_face(om::HalfedgeHandle) override { return om::FaceHandle(); }
   void add_face_texcoords(om::FaceHandle, om::VertexHandle, const std::vector<om::Vec2f>&) override {}
@@ -122,7 +124,7 @@ mesh::Mesh by_openmesh(const std::string& file) {
   return std::move(lists.mesh);
 }
 
-/// Seconds that `read` takes; `triangles` is what it returns.
+/// Seconds that `read` takes; `triangles` receives its result.
 template <class Read>
 double time(size_t& triangles, Read read) {
   const auto start = std::chrono::steady_clock::now();
@@ -135,7 +137,7 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// A line of /proc/self/status, in bytes.
+/// A value of /proc/self/status, in bytes.
 uint64_t status_bytes(const char* key) {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);)

@@ -1,9 +1,9 @@
-// A study, not a test: what two threads of one device bring, beside what the machine gives two processes of
-// one thread each, which share nothing that is written. docs/results/threads.sh runs it.
+// A study, not a test: how much a device gains from a second thread, compared with two processes of one
+// thread each, which share no memory that is written. docs/results/threads.sh runs it.
 //
 //   two_threads ASSET MESH ROUNDS RAYS
 //
-// Prints a line for each ray set and round: the set, and in millions of rays a second the rate of one process
+// Prints a line for each ray set and round: the set, and in million rays per second the rate of one process
 // with one thread, of two such processes side by side (the sum of their rates), and of one process whose
 // device has two threads.
 #include <fmt/format.h>
@@ -29,17 +29,18 @@ namespace {
 
 using namespace nif;
 
-/// Queries that are timed together, so that a round is long beside the start of a thread.
+/// Queries that are timed together, so that a round is long compared with the start of a thread.
 constexpr int kQueries = 4;
 constexpr std::array kSets{bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun};
 
 enum Way { kOneThread, kTwoProcesses, kTwoThreads };
 constexpr std::array kWays{kOneThread, kTwoProcesses, kTwoThreads};
 
-/// What the two workers and their parent share. Who waits sleeps, and takes no time of those that work.
+/// Shared by the two workers and their parent. Whoever waits sleeps, and takes no processor time from the
+/// others.
 struct Board {
-  sem_t order[2];  ///< there is something to do
-  sem_t done;      ///< by a worker
+  sem_t order[2];  ///< there is work to do
+  sem_t done;      ///< a worker is done
   int set = 0;
   Way way = kOneThread;
   bool over = false;
@@ -61,8 +62,8 @@ double ask(NifScene scene, const std::vector<NifRay>& rays, std::vector<uint8_t>
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Its devices are its own, and so is its copy of the rays, which else the other would find in the shared
-/// cache.
+/// The devices and the copy of the rays are the worker's own; otherwise the other worker would find the rays
+/// in the shared cache.
 void work(Board& board, int number, const tools::MeasuredAsset& asset,
           std::vector<std::vector<NifRay>> sets) {
   const tools::Scene one = std::move(asset.each_alone(1).front()),
@@ -106,7 +107,7 @@ int run(const std::string& asset_path, const std::string& mesh, int rounds, uint
       _exit(0);
     } catch (const std::exception& error) {
       fmt::print(stderr, "two_threads: {}\n", error.what());
-      kill(getppid(), SIGTERM);  // which else waits for ever
+      kill(getppid(), SIGTERM);  // it would wait for ever
       _exit(1);
     }
   }

@@ -1,4 +1,4 @@
-// `nif mesh`: the verbs for meshes, one file each.
+// `nif mesh`: collects the verbs for meshes, one file each.
 #include "tools/mesh/verbs.hpp"
 
 #include "tools/common/options.hpp"

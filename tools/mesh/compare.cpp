@@ -1,4 +1,4 @@
-// `nif mesh compare`: how much two meshes differ, in distance and in the rays that they block.
+// `nif mesh compare`: measures how much two meshes differ, in distance and in the rays that they block.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -27,8 +27,8 @@
 namespace nif::tools {
 namespace {
 
-/// Of a prepared mesh with Embree's BVHs, by trying: the dragon of 871,414 triangles beside one of a tenth of
-/// them takes 0.36 kB a triangle.
+/// Memory of a prepared mesh with Embree's BVHs, measured: the dragon of 871,414 triangles compared with one
+/// of a tenth of them takes 0.36 kB per triangle.
 constexpr uint64_t kBytesToCompare = 500;
 
 constexpr const char* kSchema = "nifkit.mesh-compare/1";
@@ -46,10 +46,10 @@ struct Comparison {
   std::vector<compare::Visibility> sets;
 };
 
-/// A file's objects as one mesh, made ready.
+/// A file's objects as one mesh, prepared for queries.
 class Side {
  public:
-  /// Without the offset of `beside`, else its own: floats shall be fine for it.
+  /// Uses the offset of `beside`, if given, otherwise its own, so that floats are precise enough.
   Side(const std::string& file, const std::string& format, Progress& progress, bool quiet,
        const Side* beside) {
     mesh::Scene scene = read_mesh(file, progress, {.format = format});
@@ -78,7 +78,7 @@ class Side {
 Comparison measure(const Arguments& a, Progress& progress) {
   if (a.first == "-" && a.second == "-")
     throw Error(Status::usage, "only one of the two meshes can be standard input");
-  // With standard input, the other one says by itself what it is.
+  // If one is standard input, --format applies to it, and the other file states its own format.
   const bool piped = a.first == "-" || a.second == "-";
   const auto format_of = [&](const std::string& file) {
     return !piped || file == "-" ? a.format : std::string();
@@ -101,7 +101,7 @@ Comparison measure(const Arguments& a, Progress& progress) {
   const bake::GroundTruth truth(first.prepared());
   const bake::Oracle oracle(to.positions, to.triangles);
   for (const bake::RaySet set : sets) {
-    progress.update(0.6 + 0.4 * double(results.sets.size()) / double(sets.size()), "asking rays");
+    progress.update(0.6 + 0.4 * double(results.sets.size()) / double(sets.size()), "tracing rays");
     results.sets.push_back(compare::visibility(truth, oracle, set, a.rays, a.seed));
   }
   return results;
@@ -182,7 +182,7 @@ void add_mesh_compare(Command mesh) {
       .positive()
       .capture_default_str();
   command.add_option("--rays", a.rays, "Rays per ray set (0 = none)").non_negative().capture_default_str();
-  add_set_option(command, a.sets, "all but camera");
+  add_set_option(command, a.sets, "all except camera");
   add_seed_option(command, a.seed);
   add_format_option(command, a.format);
   add_run_options(command, a, kSchema);

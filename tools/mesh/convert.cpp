@@ -42,12 +42,12 @@ struct Arguments : RunArguments {
   mesh::Choice choice;
 };
 
-/// Appends a file's scene, placed by a transform; its meshes only where `first_mesh` says that they are not
-/// there yet.
+/// Appends a file's scene with a transform; its meshes only if `first_mesh` shows that they are not there
+/// yet.
 void append(mesh::Scene& to, const mesh::Scene& file, const mesh::Transform& place, uint32_t first_mesh) {
   if (first_mesh == to.meshes.size())
     to.meshes.insert(to.meshes.end(), file.meshes.begin(), file.meshes.end());
-  // A scene may place a file a thousand times, and the file a mesh as often.
+  // A scene may place a file a thousand times, and the file may place a mesh as often.
   require_memory((to.instances.size() + file.instances.size()) * kBytesOfInstance, "all of its instances");
   const auto placed = [&](auto thing) {
     thing.transform = mesh::compose(place, thing.transform);
@@ -56,13 +56,13 @@ void append(mesh::Scene& to, const mesh::Scene& file, const mesh::Transform& pla
   for (const mesh::Instance& instance : file.instances) {
     mesh::Instance& added = to.instances.emplace_back(mesh::placed(place, instance));
     added.mesh += first_mesh;
-    added.node = mesh::kNoNode;  // nodes of several files are none of one
+    added.node = mesh::kNoNode;  // node numbers of several files would clash
   }
   for (const mesh::Camera& camera : file.cameras) to.cameras.push_back(placed(camera));
   for (const mesh::Light& light : file.lights) to.lights.push_back(placed(light));
 }
 
-/// The objects of a scene for `nif render`, each file's meshes once.
+/// The objects of a scene for `nif render`, with the meshes of each file once.
 mesh::Scene read_objects(const std::string& file, Progress& progress) {
   const render::SceneDescription description = render::read_scene(file);
   struct Known {

@@ -37,15 +37,15 @@ struct Arguments : RunArguments {
   std::optional<uint32_t> instances;
 };
 
-/// What a file holds, for the results.
+/// Facts about a written file, for the results.
 struct Made {
   uint64_t triangles, vertices, bytes;
   mesh::Float3 low, high;
-  nlohmann::ordered_json more = nlohmann::ordered_json::object();  ///< that only some shapes have
+  nlohmann::ordered_json more = nlohmann::ordered_json::object();  ///< only for some shapes
   std::string text = {};                                           ///< the same for people
 };
 
-/// Does the mesh go where the results would go?
+/// Whether the mesh goes to where the results would go.
 bool is_standard_output(const std::string& path) {
   struct stat file, out;
   return ::stat(path.c_str(), &file) == 0 && ::fstat(STDOUT_FILENO, &out) == 0 && file.st_dev == out.st_dev &&
@@ -71,12 +71,12 @@ void print(std::FILE* out, const Arguments& arguments, const Made& made, double 
   }
 }
 
-/// A shape, which is written while it is computed.
+/// Writes a shape while it is computed.
 Made write_shape(const Arguments& arguments, Progress& progress) {
   if (mesh::known_file_kind(arguments.output).value_or(mesh::FileKind::ply) != mesh::FileKind::ply)
     throw Error(Status::usage, arguments.output +
                                    ": a shape is written as PLY, so its file must end in .ply; nif mesh "
-                                   "convert makes the other kinds of it");
+                                   "convert writes the other formats");
   const std::unique_ptr<mesh::MeshSource> source = generate::make_shape(arguments.shape, arguments.request);
   check_output(arguments.output);
   const mesh::PlyFile file = mesh::write_ply(
@@ -122,13 +122,13 @@ void run(Arguments arguments) {
   if (city && arguments.triangles)
     throw Error(Status::usage,
                 fmt::format("--triangles is not for {}: its {} objects have {} to {} triangles each; "
-                            "--instances says how large it is",
+                            "--instances sets its size",
                             arguments.shape, generate::kCityObjects, generate::kCityFewestTriangles,
                             generate::kCityMostTriangles));
   if (!city && arguments.instances)
     throw Error(Status::usage, fmt::format("--instances is only for {}", generate::kCity));
   arguments.request.triangles = arguments.triangles.value_or(arguments.request.triangles);
-  // Results that would end up within the mesh go beside the progress.
+  // If standard output takes the mesh, the results go to standard error, like the progress.
   std::FILE* results = is_standard_output(arguments.output) ? stderr : stdout;
   limit_threads(arguments.threads);
   Progress progress(arguments.quiet);
@@ -157,14 +157,14 @@ void add_mesh_generate(Command mesh) {
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command.add_option("SHAPE", a.shape, "One of the shapes listed below").required();
-  command.add_option("-o,--output", a.output, "The .ply file to write; of a city the .glb").required();
+  command.add_option("-o,--output", a.output, "The .ply file to write; for a city, the .glb").required();
   command
       .add_option(
           "--triangles", a.triangles,
           "Largest number of triangles; the mesh gets as close to it as the shape allows. Not for a city")
       .default_str(std::to_string(a.request.triangles))
       .range(generate::kFewestTriangles, generate::kMostTriangles);
-  command.add_option("--instances", a.instances, "Instances of a city")
+  command.add_option("--instances", a.instances, "Number of instances in a city")
       .default_str(std::to_string(generate::CityRequest{}.instances))
       .range(generate::kCityFewestInstances, generate::kCityMostInstances);
   add_seed_option(command, a.request.seed);

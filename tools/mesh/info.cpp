@@ -1,4 +1,4 @@
-// `nif mesh info`: facts about a mesh, and what is wrong with it.
+// `nif mesh info`: reports facts about a mesh, and what is wrong with it.
 #include <fmt/format.h>
 
 #include <limits>
@@ -28,10 +28,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Up to so many triangles self-intersections are looked for unasked, and in so many pairs of them whose
-/// boxes overlap, some ten for each triangle of most meshes: a few seconds.
+/// Self-intersections are searched by default in meshes of up to this many triangles, with up to this many
+/// pairs of triangles whose boxes overlap. Most meshes have some ten pairs per triangle. The search then
+/// takes a few seconds.
 constexpr uint64_t kQuick = 1'000'000, kQuickPairs = 64'000'000;
-/// Of the text's list of meshes.
+/// Meshes that the text lists.
 constexpr size_t kShown = 20;
 
 constexpr const char* kSchema = "nifkit.mesh-info/1";
@@ -41,19 +42,19 @@ struct Arguments : RunArguments {
   bool by_index = false;
 };
 
-/// One mesh or all of them.
+/// For one mesh or for all of them.
 struct Findings {
   inspect::Inspection mesh;
-  std::optional<cgal::SelfIntersections> intersections;  ///< where they were looked for
+  std::optional<cgal::SelfIntersections> intersections;  ///< if they were searched
 };
 
 struct Results {
   std::vector<Findings> meshes;
   Findings all;
-  std::string why_not;  ///< self-intersections were not looked for
+  std::string why_not;  ///< why self-intersections were not searched
 };
 
-/// Why self-intersections shall not be looked for; empty where they shall.
+/// Why self-intersections should not be searched; empty if they should.
 std::string why_not(const Arguments& arguments, uint64_t triangles) {
   const std::string& wanted = arguments.self_intersections;
   if (wanted == "on") cgal::require("--self-intersections on");

@@ -1,5 +1,5 @@
-// Checks first that there is memory for twice the file's bytes. Then a .vdb goes to another process, and
-// every other file to mesh::read().
+// Checks first that there is memory for twice the file's bytes. Then another process reads a .vdb, and
+// mesh::read() every other file.
 #include "tools/mesh/input.hpp"
 
 #include <fmt/format.h>
@@ -14,10 +14,9 @@
 namespace nif::tools {
 
 mesh::Scene read_mesh(const std::string& file, Progress& progress, const mesh::ReadLimits& limits) {
-  std::error_code unknown;  // of a pipe, or of nothing: the reader says so
+  std::error_code unknown;  // for a pipe or a missing file, the reader reports it
   const uint64_t bytes = std::filesystem::file_size(file, unknown);
-  // The text or the bytes of a file and the arrays they become take about as much as each other; what is
-  // compressed takes more.
+  // The bytes of a file and the arrays made from them take about the same memory; compressed files need more.
   if (!unknown) require_memory(2 * bytes, file + ": reading it");
   progress.update(0, "reading " + shown_name(file));
   if (!limits.format.empty() || !is_vdb(file)) return mesh::read(file, limits);

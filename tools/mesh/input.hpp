@@ -1,4 +1,4 @@
-// How the verbs of `nif mesh` read their input.
+// Reads the input of the verbs of `nif mesh`.
 #pragma once
 
 #include <string>
@@ -8,12 +8,11 @@
 
 namespace nif::tools {
 
-/// mesh::read(), or read_vdb(), for a file that fits into memory: what is there is less than the file and the
-/// arrays it becomes, and the file is refused (Error(too_large)) before it is loaded. Of a .vdb nothing can
-/// be chosen.
+/// Calls mesh::read() or read_vdb(). If free memory is less than the file and the arrays made from it need,
+/// refuses the file before it is loaded (Error(too_large)). A .vdb does not support a choice by name.
 mesh::Scene read_mesh(const std::string& file, Progress& progress, const mesh::ReadLimits& limits = {});
 
-/// Triangles of all meshes, each mesh once.
+/// Triangles of all meshes, each mesh counted once.
 uint64_t triangles_of(const mesh::Scene& scene);
 
 }  // namespace nif::tools

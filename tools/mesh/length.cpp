@@ -1,4 +1,4 @@
-// A number with or without a percent sign. Bounds are those of the triangles, so vertices that no
+// Parses a number with or without a percent sign. Bounds are those of the triangles; vertices that no
 // triangle uses do not count.
 #include "tools/mesh/length.hpp"
 

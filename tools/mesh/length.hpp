@@ -1,4 +1,5 @@
-// Lengths as the verbs of `nif mesh` are told them, and the extent of a mesh, which they may be a share of.
+// Parses lengths for the verbs of `nif mesh`, and measures the extent of a mesh, because a length may be
+// relative to it.
 #pragma once
 
 #include <string>
@@ -7,13 +8,13 @@
 
 namespace nif::tools {
 
-/// The longest side of the bounds of a mesh, which are those of its triangles; 0 where it has none.
+/// The longest side of the bounds of a mesh's triangles; 0 if it has none.
 double longest_side(const mesh::Mesh& mesh);
 /// The diagonal of these bounds.
 double diagonal(const mesh::Mesh& mesh);
 
 /// A length as text: "0.01", in units of the mesh, or "0.1%", of the diagonal of its bounds. Throws
-/// Error(usage) that names `option` where it is neither, or is not above 0.
+/// Error(usage) that names `option` if it is neither, or not above 0.
 class Length {
  public:
   Length(const std::string& text, const std::string& option);

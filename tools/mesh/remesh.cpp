@@ -27,7 +27,7 @@ struct Arguments {
   uint32_t iterations = 3;
 };
 
-/// Of triangles of an edge length on an area, which must fit into memory.
+/// Checks that triangles of this edge length on the mesh's area fit into memory.
 void require_memory_for(const mesh::Mesh& mesh, double edge) {
   const double triangles = inspect::inspect(mesh).area / (edge * edge * 0.43);  // sqrt(3) / 4 each
   constexpr double kMost = 1e15, kBytes = 1000;

@@ -20,8 +20,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Of CGAL's half-edge mesh, which holes are filled in, and what is built to make one, by trying: the dragon
-/// of 871,414 triangles takes 0.37 kB a triangle.
+/// Memory of CGAL's half-edge mesh, in which holes are filled, and of building it, measured: the dragon of
+/// 871,414 triangles takes 0.37 kB per triangle.
 constexpr uint64_t kBytesToRepair = 800;
 
 struct Arguments {
@@ -58,11 +58,11 @@ std::vector<std::string> notes_of(const repair::Report& r) {
   std::vector<std::string> notes;
   if (r.unsearched_meshes > 0)
     notes.push_back(fmt::format(
-        "T-junctions of {} were left: too many vertices lie near too many open edges to look at all of them",
+        "T-junctions of {} were left: too many vertices are near too many open edges to check all of them",
         r.unsearched_meshes == 1 ? "1 mesh" : fmt::format("{} meshes", r.unsearched_meshes)));
   if (r.unclear_solids > 0)
     notes.push_back(fmt::format(
-        "{} may face the wrong way, but what lies around {} crosses or touches others: left as {}",
+        "{} may face the wrong way, but something around {} crosses or touches others: left as {}",
         count_of(r.unclear_solids, "solid"), r.unclear_solids == 1 ? "it" : "them",
         r.unclear_solids == 1 ? "it is" : "they are"));
   return notes;
@@ -84,9 +84,10 @@ WorkResult change(const Arguments& arguments, mesh::Scene& scene, Progress& prog
       all += repair::repair(mesh, options, interruption());
     } catch (const Error& error) {
       if (error.status() != Status::all_degenerate) throw;
-      mesh.triangles.clear();  // left out with a note; others may be left
+      mesh.triangles.clear();  // left out with a note; other meshes may remain
     }
-    after += inspect::inspect(mesh, false);  // welded again, split vertices would be one
+    // without welding again, which would merge the vertices that were split
+    after += inspect::inspect(mesh, false);
   }
   result.json["changes"] = json_of(all);
   result.notes = notes_of(all);

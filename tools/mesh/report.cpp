@@ -1,5 +1,5 @@
-// JSON has every count and the largest components one by one; text has a line for each kind of finding.
-// A component has a genus and a volume only if it is a solid.
+// JSON has every count and lists the largest components; text has a line for each kind of finding. A
+// component has a genus and a volume only if it is a solid.
 #include "tools/mesh/report.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// What `nif mesh info` and `nif mesh repair` print of a mesh.
+// Formats what `nif mesh info` and `nif mesh repair` print about a mesh.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,10 +8,10 @@
 
 namespace nif::tools {
 
-/// All counts. Of the components the thousand largest are listed.
+/// All counts, and a list of the thousand largest components.
 nlohmann::ordered_json to_json(const inspect::Inspection& inspection);
 
-/// Some lines, without self-intersections.
+/// A few lines, without self-intersections.
 std::string to_text(const inspect::Inspection& inspection);
 
 /// "closed", "2 of 3 components open", ...: the state of a mesh in a few words.

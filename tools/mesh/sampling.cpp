@@ -1,5 +1,5 @@
-// Refuses what cannot work before OpenVDB starts: open meshes, thin shells, more voxels or memory than
-// there may be. A mesh far from the origin is moved near it, and the offset goes into the file.
+// Refuses what cannot work before OpenVDB starts: open meshes, thin shells, too many voxels, too much memory.
+// A mesh far from the origin is moved near it, and the offset goes into the file.
 #include "tools/mesh/sampling.hpp"
 
 #include <fmt/format.h>
@@ -21,7 +21,7 @@
 namespace nif::tools {
 namespace {
 
-/// Voxels along the longest side: beyond it floats no longer tell their corners apart.
+/// Voxels along the longest side: with more, floats no longer tell their corners apart.
 constexpr uint32_t kMostVoxels = 1 << 16;
 
 }  // namespace
@@ -37,9 +37,9 @@ void add_sampling_options(Command command, SamplingArguments& a) {
   command.add_option("--thickness", a.thickness,
                      "Use a shell of this thickness around the surface, written like --voxel, instead of "
                      "what the mesh encloses");
-  command.add_flag(
-      "--allow-open", a.allow_open,
-      "Accept open meshes. Holes narrower than a voxel are closed; through wider ones the outside gets in");
+  command.add_flag("--allow-open", a.allow_open,
+                   "Accept open meshes. Holes narrower than a voxel are closed; wider ones connect the "
+                   "inside with the outside");
 }
 
 volume::Sampling sampling_of(const SamplingArguments& a, const mesh::Mesh& mesh) {

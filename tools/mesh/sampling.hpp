@@ -1,4 +1,5 @@
-// The options for voxel size that `nif mesh remesh`, `nif mesh voxelize` and `nif mesh convert` share.
+// Handles the options for voxel size that `nif mesh remesh`, `nif mesh voxelize` and `nif mesh convert`
+// share.
 #pragma once
 
 #include <array>
@@ -17,22 +18,22 @@ struct SamplingArguments {
   bool allow_open = false;
 };
 
-/// --voxel, --resolution, --thickness and --allow-open.
+/// Adds --voxel, --resolution, --thickness and --allow-open.
 void add_sampling_options(Command command, SamplingArguments& arguments);
 
-/// For one mesh. Throws Error(usage) where a size makes no sense for it, or it is open and that is not
-/// allowed; Error(too_large) where the work on it would not fit into memory.
+/// The sampling of one mesh. Throws Error(usage) if a size makes no sense for it, or if it is open and that
+/// is not allowed; Error(too_large) if the work would not fit into memory.
 volume::Sampling sampling_of(const SamplingArguments& arguments, const mesh::Mesh& mesh);
 
 struct WrittenVolume {
-  uint64_t bytes, voxels;        ///< of the file; active ones
-  std::array<uint32_t, 3> size;  ///< of the box around these, in voxels
+  uint64_t bytes, voxels;        ///< of the file; number of active ones
+  std::array<uint32_t, 3> size;  ///< of the box around the active voxels, in voxels
   double voxel;                  ///< side, in units of the mesh
 };
 
-/// Writes a scene that was read from `input` as .vdb: its objects become one mesh, each where it stands, and
-/// that a volume. While OpenVDB works, Ctrl-C ends the process at once. Throws as sampling_of() and
-/// volume::make_vdb().
+/// Writes a scene that was read from `input` as .vdb: merges its objects, placed by their instances, into one
+/// mesh, and makes a volume of it. While OpenVDB works, Ctrl-C ends the process at once. Throws as
+/// sampling_of() and volume::make_vdb() do.
 WrittenVolume write_volume(const mesh::Scene& scene, const std::string& input, const std::string& output,
                            const SamplingArguments& arguments, volume::Kind kind);
 

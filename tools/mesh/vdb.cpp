@@ -1,5 +1,5 @@
-// Both sides of a small protocol: a hidden verb reads the file with OpenVDB, under a limit of memory,
-// and prints meshes as raw bytes; the caller reads these, and turns a crash into an error.
+// Both sides of a small protocol. A hidden verb reads the file with OpenVDB, under a memory limit, and prints
+// meshes as raw bytes. The caller reads these, and turns a crash into an error.
 #include "tools/mesh/vdb.hpp"
 
 #include <fmt/format.h>
@@ -28,8 +28,8 @@ namespace {
 
 constexpr const char* kVerb = "read-vdb";
 
-// What one process tells the other: the number of meshes, of each its name, positions and triangles, each led
-// by its count, and the notes likewise.
+// The format of the pipe: the number of meshes; the name, positions and triangles of each, preceded by their
+// counts; and the notes likewise.
 
 template <class T>
 void say(const std::vector<T>& values) {
@@ -77,7 +77,7 @@ class Listener {
   const std::string& file_;
 };
 
-/// Beyond it, allocations fail, where otherwise the machine would.
+/// Above the limit, allocations fail. Without it, the machine would run out of memory.
 void limit_memory() {
 #ifndef NIF_SANITIZED  // the sanitizers' own maps are larger
   rlimit limit{};
@@ -103,7 +103,7 @@ void read_for_another(const std::string& file) {
   for (const std::string& note : found.notes) say(note);
 }
 
-/// The sentence of the other process, without the name of the program.
+/// The error message of the other process, without the program's name.
 std::string sentence_of(const std::string& error) {
   constexpr std::string_view kProgram = "nif: ";
   std::string sentence = error.substr(0, error.find('\n'));

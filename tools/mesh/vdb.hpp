@@ -1,4 +1,4 @@
-// Reads the level sets of a .vdb as meshes, for `nif mesh`.
+// Reads the level sets of a .vdb as meshes, in a separate process because OpenVDB trusts its input.
 #pragma once
 
 #include "formats/mesh/scene.hpp"
@@ -6,12 +6,13 @@
 
 namespace nif::tools {
 
-/// Does the file begin as a .vdb does? False where it cannot be read.
+/// Whether the file starts like a .vdb. Returns false if it cannot be read.
 bool is_vdb(const std::string& file);
 
-/// Each level set of a .vdb as a mesh of that name, where it stands; a warning for each grid that is none.
-/// OpenVDB trusts what it reads, so another process of this program does it: what crashes that one, or makes
-/// it take more memory than there is, is an error here. Throws as mesh::read(), and Error(interrupted).
+/// Returns each level set of a .vdb as a mesh of that name, in its place, and a warning for each grid that is
+/// not a level set. OpenVDB trusts what it reads, so another process of this program reads the file. If that
+/// process crashes, or needs more memory than there is, that is an error here. Throws as mesh::read() does,
+/// and Error(interrupted).
 mesh::Scene read_vdb(const std::string& file);
 
 /// The verb that the other process runs; not listed by --help.

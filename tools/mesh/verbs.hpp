@@ -1,4 +1,4 @@
-// The verbs of `nif mesh`, each in the file of its name.
+// Declares the verbs of `nif mesh`, each in the file of its name.
 #pragma once
 
 #include "tools/common/options.hpp"

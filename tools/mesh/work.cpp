@@ -1,5 +1,5 @@
-// The order of steps of every verb: check the output, read, change, drop empty meshes, write, report.
-// EndAtOnce covers reading and changing only; while a file is written, Ctrl-C cancels it cleanly.
+// Every verb follows these steps: check the output, read, change, drop empty meshes, write, report. EndAtOnce
+// covers only reading and changing; while a file is written, Ctrl-C cancels it cleanly.
 #include "tools/mesh/work.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
-// What the verbs of `nif mesh` that change meshes share: read a file, change it, write another, report what
-// changed.
+// The common frame of the verbs of `nif mesh` that change meshes: read a file, change it, write another,
+// report what changed.
 #pragma once
 
 #include <functional>
@@ -19,23 +19,24 @@ namespace nif::tools {
 struct WorkArguments : RunArguments {
   std::string input, output;
   mesh::WriteOptions write;
-  mesh::ReadLimits limits;  ///< a verb sets these, and its user the format
+  mesh::ReadLimits limits;  ///< set by the verb, except the format, which the user sets
 };
 
-/// INPUT, -o, --format, --draco, --draco-bits, --text, -j, --json and --quiet of `command`, whose results
-/// have the schema nifkit.mesh-`verb`/1.
+/// Adds INPUT, -o, --format, --draco, --draco-bits, --text, -j, --json and --quiet to `command`, whose
+/// results have the schema nifkit.mesh-`verb`/1.
 void add_work_options(Command command, WorkArguments& arguments, const std::string& verb);
 
-/// What a verb has to say of its work.
+/// The results of a verb.
 struct WorkResult {
-  nlohmann::ordered_json json = nlohmann::ordered_json::object();  ///< beside what all verbs say
-  std::string text;                ///< lines that follow the first one; may be empty
+  /// Added to the members that all verbs have.
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  std::string text;                ///< lines after the first one; may be empty
   std::vector<std::string> notes;  ///< one sentence each
 };
 
-/// Does the work of `verb`: `change` is given what was read and leaves what is to be written. Meshes that it
-/// leaves without triangles are dropped, with their instances and a note. While it runs, Ctrl-C ends the
-/// process at once. Prints the results.
+/// Runs `verb`: `change` turns the scene that was read into the one to write. Meshes that it leaves without
+/// triangles are dropped, with their instances and a note. While `change` runs, Ctrl-C ends the process at
+/// once. Prints the results.
 void work_on(const WorkArguments& arguments, const std::string& verb,
              const std::function<WorkResult(mesh::Scene&, Progress&)>& change);
 

@@ -1,4 +1,4 @@
-// One wording for every verb with these options. mesh::check_options() decides what fits the format.
+// Gives every verb with these options the same wording. mesh::check_options() decides what fits the format.
 #include "tools/mesh/write_options.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// How the verbs of `nif mesh` are told to write a mesh.
+// Adds the options that say how the verbs of `nif mesh` write a mesh.
 #pragma once
 
 #include "formats/mesh/write.hpp"
@@ -6,7 +6,7 @@
 
 namespace nif::tools {
 
-/// --draco, --draco-bits and --text.
+/// Adds --draco, --draco-bits and --text.
 void add_write_options(Command command, mesh::WriteOptions& options);
 
 }  // namespace nif::tools

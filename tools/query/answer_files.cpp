@@ -1,5 +1,5 @@
-// All threads format rows of text, which are then written in order. A .npy states its length first: if
-// that is unknown, rows wait in a temporary file.
+// All threads format rows of text, which are then written in order. A .npy states its length first; if that
+// is unknown, rows wait in a temporary file.
 #include "tools/query/answer_files.hpp"
 
 #include <fmt/format.h>
@@ -29,7 +29,7 @@ constexpr std::string_view kHitColumns = ",t,nx,ny,nz,instance,object,triangle";
 
 std::span<const std::byte> bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
 
-/// Rows of text, which all threads write at the same time.
+/// Rows of text, formatted by all threads at the same time.
 class TextWriter : public AnswerWriter {
  public:
   TextWriter(bool hits, AnswerStream& out) : hits_(hits), out_(out) {}
@@ -48,7 +48,7 @@ class TextWriter : public AnswerWriter {
  protected:
   virtual void row(const Answers& answers, size_t i, std::string& to) const = 0;
 
-  /// The fewest digits that are read as the same value again.
+  /// Uses the fewest digits that still read back as the same value.
   template <class Number>
   static void put(Number value, std::string& to) {
     char digits[32];
@@ -120,8 +120,8 @@ class JsonLinesWriter : public TextWriter {
   }
 };
 
-/// One structured array. Its length stands before its elements: where nobody knows it, they wait in a
-/// temporary file.
+/// One structured array. A .npy states its length before the elements; if the length is unknown, the elements
+/// wait in a temporary file.
 class NpyWriter : public AnswerWriter {
  public:
   NpyWriter(bool hits, std::optional<uint64_t> count, AnswerStream& out) : hits_(hits), out_(out) {
@@ -171,7 +171,7 @@ class NpyWriter : public AnswerWriter {
           "'<u4'), ('triangle', '<u4')";
     std::string header =
         fmt::format("{{'descr': [{}], 'fortran_order': False, 'shape': ({},), }}", fields, count);
-    constexpr size_t kStart = 10, kAlignment = 64;  // of the elements, as numpy has them
+    constexpr size_t kStart = 10, kAlignment = 64;  // offset and alignment of the elements in numpy's format
     header.resize((kStart + header.size() + kAlignment) / kAlignment * kAlignment - kStart - 1, ' ');
     header += '\n';
     out_.write(bytes_of("\x93NUMPY\x01\x00"sv));

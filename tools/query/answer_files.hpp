@@ -1,4 +1,4 @@
-// Answers as CSV, as JSON lines and as .npy, to a file or to standard output.
+// Writes answers as CSV, JSON lines or .npy, to a file or to standard output.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +15,13 @@ namespace nif::tools {
 
 enum class AnswerFormat { csv, jsonl, npy };
 
-/// A file, written whole or not at all; or standard output, where bytes go at once. Throws nif::Error.
+/// A file that is written whole or not at all; or standard output, written at once. Throws nif::Error.
 class AnswerStream {
  public:
-  /// "": standard output.
+  /// "" means standard output.
   explicit AnswerStream(const std::string& path);
   void write(std::span<const std::byte> bytes);
-  /// Once, at the end.
+  /// To be called once, at the end.
   void commit();
 
  private:
@@ -32,12 +32,11 @@ class AnswerWriter {
  public:
   virtual ~AnswerWriter() = default;
   virtual void write(const Answers& answers) = 0;
-  /// Once, after the last answers.
+  /// To be called once, after the last answers.
   virtual void end() {}
 };
 
-/// `count`: how many answers there will be, where that is known. `hits`: with first hits. The stream outlives
-/// the writer.
+/// `count`: the number of answers, if known. `hits`: with first hits. The stream must outlive the writer.
 std::unique_ptr<AnswerWriter> make_answer_writer(AnswerFormat format, bool hits,
                                                  std::optional<uint64_t> count, AnswerStream& out);
 

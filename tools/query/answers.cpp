@@ -1,5 +1,5 @@
-// Puts the asset, or one object of it, into a scene of the runtime. Each call asks nifQuery, and then
-// nifIntersect if first hits are wanted.
+// Puts the asset, or one of its objects, into a scene of the runtime. Each batch of rays goes through
+// nifQuery, and through nifIntersect if first hits are requested.
 #include "tools/query/answers.hpp"
 
 #include <fmt/format.h>

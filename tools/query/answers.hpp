@@ -1,4 +1,4 @@
-// What an asset answers, ray by ray.
+// Queries an asset ray by ray, through the runtime.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@
 
 namespace nif::tools {
 
-/// Entry i is about ray i; the values are those of NifAnswers and NifHits.
+/// Entry i is for ray i; the values are those of NifAnswers and NifHits.
 struct Answers {
   std::vector<uint8_t> visible, certain;
   std::vector<float> probability;
-  // With first hits only.
+  // Only with first hits.
   std::vector<float> t, normal;
   std::vector<uint32_t> instance, object, triangle;
 
@@ -24,11 +24,11 @@ struct Answers {
 
 class Asker {
  public:
-  /// `configuration` is the runtime's, of a device. All instances of the file are asked; with `object`, that
-  /// one alone, in its own space. Throws nif::Error, usage where the machine lacks what is asked for.
+  /// `configuration` is that of the runtime's device. Queries all instances of the file; with `object`, only
+  /// that object, in its own space. Throws nif::Error; usage if the machine lacks what is requested.
   Asker(const std::string& asset, const std::string& configuration, const uint32_t* object, bool hits);
 
-  /// Replaces the answers.
+  /// Replaces the previous answers.
   void ask(std::span<const NifRay> rays, Answers& answers) const;
 
  private:

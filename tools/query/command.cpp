@@ -1,5 +1,5 @@
-// `nif query`: answers rays of the caller's by an asset, for scripts, and to show in one line what a report
-// is about.
+// `nif query`: answers the caller's own rays with an asset, for scripts, and to reproduce a report with one
+// command line.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -66,7 +66,7 @@ void run(Arguments arguments) {
       arguments.rays.empty() ? rays_of_words(arguments.ray) : open_rays(arguments.rays);
   AnswerStream out(arguments.output);
   std::vector<NifRay> rays;
-  bool more = source->next(rays);  // before anything is written: most files that are none fail here
+  bool more = source->next(rays);  // before anything is written: most files that are not ray files fail here
   const auto writer = make_answer_writer(format, arguments.hits, source->count(), out);
   Answers answers;
   uint64_t count = 0, visible = 0, certain = 0;
@@ -92,7 +92,7 @@ void run(Arguments arguments) {
 void add_query(Command app) {
   const Command command = app.add_subcommand("query", "Answer rays by an asset");
   auto a = std::make_shared<Arguments>();
-  command.add_option("ASSET", a->asset, "The .nif file to ask").required();
+  command.add_option("ASSET", a->asset, "The .nif file to query").required();
   const Option ray =
       command
           .add_option(
@@ -102,21 +102,21 @@ void add_query(Command app) {
           .one_word_each();
   command
       .add_option("--rays", a->rays,
-                  "A file of rays; - is standard input. By its content CSV, JSON lines, or .npy (an array of "
-                  "N x 6 or N x 8 floats)")
+                  "A file of rays: CSV, JSON lines, or .npy (an array of N x 6 or N x 8 floats), detected by "
+                  "content; - is standard input")
       .excludes(ray);
   command.add_option("-o,--output", a->output,
                      "The file to write the answers to; without it they go to standard output");
   command
       .add_option("--format", a->format,
-                  "How to write the answers: csv (with a header), jsonl or npy. By default what the output's "
-                  "name ends with, else csv")
+                  "Format of the answers: csv (with a header), jsonl or npy (default: the ending of the "
+                  "output's name, else csv)")
       .one_of({"csv", "jsonl", "npy"});
   command.add_flag("--hits", a->hits,
-                   "Also where rays first meet something (nifIntersect): t, nx, ny, nz, instance, object, "
+                   "Also report first hits (nifIntersect): t, nx, ny, nz, instance, object, "
                    "triangle");
   command.add_option("--object", a->object,
-                     "Ask this object of the asset alone, in its own space. The first is 0");
+                     "Query only this object of the asset, in its own space. The first is 0");
   command.add_option("--device", a->device, "cpu, or gpu; first hits come from the CPU")
       .one_of({"cpu", "gpu"})
       .capture_default_str();
@@ -124,7 +124,7 @@ void add_query(Command app) {
   add_runtime_options(command, *a);
   add_quiet_option(command, a->quiet);
   command.footer(
-      "Answers: visible (1: nothing is in the way), certain (1: proven, 0: learned), probability (that it "
+      "Answers: visible (1: nothing blocks the ray), certain (1: proven, 0: learned), probability (that it "
       "is\n"
       "visible). Numbers of a ray may be hexadecimal (0x1p-3), inf or nan. docs/command-line.md describes "
       "the "

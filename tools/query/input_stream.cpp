@@ -1,5 +1,5 @@
-// Plain system calls, so that rays from a pipe are answered as they come: read() returns what is there.
-// peek() looks ahead to tell formats apart without losing bytes.
+// Uses plain system calls, so that rays from a pipe are answered as they arrive: read() returns what is
+// available. peek() looks ahead to tell formats apart without losing bytes.
 #include "tools/query/input_stream.hpp"
 
 #include <fcntl.h>
@@ -24,7 +24,7 @@ namespace {
               name + ": cannot be read: " + (error == EISDIR ? "it is a folder" : std::strerror(error)));
 }
 
-/// read() or pread(), until `to` is full or the end is reached.
+/// Calls read() or pread() until `to` is full or the end is reached.
 template <class Read>
 size_t fill(std::span<std::byte> to, const std::string& name, Read read) {
   size_t done = 0;
@@ -81,7 +81,8 @@ InputStream::InputStream(const std::string& path)
   regular_ = S_ISREG(about.st_mode);
   if (!regular_) return;
   size_ = uint64_t(about.st_size);
-  start_ = uint64_t(std::max<off_t>(::lseek(fd_, 0, SEEK_CUR), 0));  // standard input may be read in part
+  // standard input may already be partly read
+  start_ = uint64_t(std::max<off_t>(::lseek(fd_, 0, SEEK_CUR), 0));
 }
 
 InputStream::~InputStream() { ::close(fd_); }

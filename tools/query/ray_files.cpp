@@ -1,5 +1,5 @@
-// The first six bytes tell .npy from text, and give a hint for compressed files and archives. Parsing is
-// in ray_npy.cpp and ray_text.cpp; here are only the rays of --ray.
+// The first six bytes tell .npy from text, and detect compressed files and archives, for a hint. Parsing is
+// in ray_npy.cpp and ray_text.cpp; this file only has the rays of --ray.
 #include "tools/query/ray_files.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
-// A small parser of one line, CSV or JSON, with no more JSON than a ray needs: strings have no escapes.
-// Trap: std::from_chars does not tell numbers too large from those too small, so strtof decides.
+// A small parser for one line of CSV or JSON. It supports only as much JSON as a ray needs: strings have no
+// escapes. std::from_chars does not tell too large numbers from too small ones, so strtof decides.
 #include "tools/query/ray_line.hpp"
 
 #include <fmt/format.h>
@@ -32,7 +32,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// The next word of a row, which it loses; nothing at the end.
+/// Removes and returns the next word of a row; nothing at the end.
 class Words {
  public:
   Words(std::string_view line, char separator) : rest_(trimmed(line)), separator_(separator) {}
@@ -65,7 +65,8 @@ std::string shown(std::string_view word) {
   constexpr size_t kMost = 40;
   if (word.size() <= kMost) return fmt::format("'{}'", printable(word));
   size_t length = kMost;
-  while (length > kMost - 4 && (word[length] & 0xc0) == 0x80) --length;  // not within a character of UTF-8
+  // do not cut within a UTF-8 character
+  while (length > kMost - 4 && (word[length] & 0xc0) == 0x80) --length;
   return fmt::format("'{}...'", printable(word.substr(0, length)));
 }
 
@@ -87,7 +88,7 @@ std::optional<float> parse_float(std::string_view word) {
   const char* end = digits.data() + digits.size();
   const auto [stop, error] = std::from_chars(digits.data(), end, value, format);
   if (stop != end || error == std::errc::invalid_argument) return std::nullopt;
-  if (error == std::errc::result_out_of_range)  // infinite, denormal or 0: from_chars does not say which
+  if (error == std::errc::result_out_of_range)  // infinite, denormal or 0: from_chars does not tell which
     return std::strtof(std::string(word).c_str(), nullptr);
   return negative ? -value : value;
 }
@@ -143,7 +144,7 @@ NifRay RayTable::parse(std::string_view line) const {
     numbers[number] = *value;
   }
   if (count != columns_.size())
-    throw LineProblem{fmt::format("there are {} numbers, where {} has {}", count,
+    throw LineProblem{fmt::format("there are {} numbers, but {} has {}", count,
                                   has_header_ ? "the header" : "the first ray", columns_.size())};
   return to_ray(numbers);
 }
@@ -183,7 +184,7 @@ class JsonRay {
                                     rest_.empty() ? "the end of the line" : shown(rest_))};
   }
 
-  /// What stands between quotes; the first is taken.
+  /// Returns the text up to the closing quote; the opening one is already consumed.
   std::string_view text() {
     const size_t length = rest_.find('"');
     if (length == rest_.npos) throw LineProblem{"a string does not end"};
@@ -192,7 +193,7 @@ class JsonRay {
     return inside;
   }
 
-  /// `index` in the array of this name; -1: there is none.
+  /// `index` is the position in the array of this name; -1: no array.
   float number(std::string_view name, int64_t index = -1) {
     std::string_view word;
     if (take('"')) {
@@ -209,7 +210,7 @@ class JsonRay {
     return *value;
   }
 
-  /// What follows a '['. Returns how many numbers there are, which may be more than fit.
+  /// Parses what follows a '['. Returns how many numbers there are, which may be more than fit.
   size_t array(std::span<float> numbers, std::string_view name = "array") {
     size_t count = 0;
     if (take(']')) return 0;
@@ -231,8 +232,8 @@ class JsonRay {
         const std::string_view key = text();
         const size_t k = size_t(std::ranges::find(kKeys, key) - kKeys.begin());
         if (k == kKeys.size())
-          throw LineProblem{shown(key) + " is none of the keys origin, direction, tmin and tmax"};
-        if (known[k]) throw LineProblem{fmt::format("'{}' is there twice", key)};
+          throw LineProblem{shown(key) + " is not one of the keys origin, direction, tmin and tmax"};
+        if (known[k]) throw LineProblem{fmt::format("'{}' occurs twice", key)};
         known[k] = true;
         need(':', "a value follows its key");
         if (k >= 2) {

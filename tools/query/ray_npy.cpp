@@ -1,6 +1,6 @@
 // Rays of .npy files (https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html): arrays in
-// either order of dimensions and of bytes. The header is text that Python would evaluate; here it is parsed,
-// and nothing else.
+// either order of dimensions and of bytes. Python would evaluate the text of the header; here it is only
+// parsed.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr size_t kRows = 65536;           // that are read at a time
+constexpr size_t kRows = 65536;           // read at a time
 constexpr size_t kLongestHeader = 65536;  // bytes; numpy writes 118 for such an array
 constexpr uint64_t kMostRows = uint64_t{1} << 56;
 
@@ -58,7 +58,7 @@ class Header {
       break;
     }
     skip_blanks();
-    if (!rest_.empty()) refuse("the header has text behind its '}'");
+    if (!rest_.empty()) refuse("the header has text after its '}'");
     if (!type || !order || !shape) refuse("the header lacks 'descr', 'fortran_order' or 'shape'");
     return layout;
   }
@@ -110,7 +110,7 @@ class Header {
     layout.swapped = order && type[0] == '>';
   }
 
-  /// An array of one dimension is one ray.
+  /// A one-dimensional array is one ray.
   void read_shape(Layout& layout) {
     std::vector<uint64_t> sizes;
     need('(');
@@ -179,11 +179,11 @@ class NpyRays : public RaySource {
  private:
   [[noreturn]] void truncated(uint64_t bytes) const {
     throw Error(Status::file_truncated,
-                fmt::format("{}: ends in row {} of the {} that its header says", input_->name(),
+                fmt::format("{}: ends in row {} of the {} that its header states", input_->name(),
                             (layout_.by_columns ? 0 : bytes / layout_.row_bytes()) + 1, layout_.rows));
   }
   [[noreturn]] void too_long() const {
-    throw Error(Status::malformed_rays, fmt::format("{}: goes on behind the {} rows that its header says",
+    throw Error(Status::malformed_rays, fmt::format("{}: continues after the {} rows that its header states",
                                                     input_->name(), layout_.rows));
   }
 
@@ -209,7 +209,7 @@ class NpyRays : public RaySource {
     return Header(text, file).parse();
   }
 
-  /// Copies what cannot be read in another order to a file of its own.
+  /// Copies input that cannot be read out of order to a temporary file.
   void spool(uint64_t bytes) {
     spooled_.emplace();
     std::vector<std::byte> piece(1 << 20);

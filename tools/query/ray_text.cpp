@@ -1,4 +1,4 @@
-// Rays of CSV and of JSON lines. Pieces of the file are cut into lines, which are parsed by all threads.
+// Rays of CSV and of JSON lines. Reads the file in chunks and cuts them into lines, which all threads parse.
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -18,7 +18,7 @@
 namespace nif::tools {
 namespace {
 
-constexpr size_t kPiece = 4 << 20;      // bytes that are read at a time, at most
+constexpr size_t kPiece = 4 << 20;      // most bytes read at a time
 constexpr size_t kLongestLine = 65536;  // bytes
 
 class TextRays : public RaySource {
@@ -55,14 +55,14 @@ class TextRays : public RaySource {
     refuse(line, fmt::format("is longer than {} bytes", kLongestLine));
   }
 
-  /// Reads a piece, and cuts it into the lines that have rays, if any. Returns false at the end.
+  /// Reads a chunk and cuts it into the lines that have rays, if any. Returns false at the end.
   bool read_lines() {
     if (full_) buffer_.resize(std::min(2 * buffer_.size(), kPiece));
     std::memmove(buffer_.data(), buffer_.data() + used_, size_ - used_);
     size_ -= used_;
-    used_ = 0;  // so far: no line is whole
+    used_ = 0;  // no line is complete yet
     bool ended = false;
-    // A program that waits for answers has sent whole lines: no more than these is waited for.
+    // A program that waits for answers has sent complete lines: do not wait for more than these.
     const size_t enough = buffer_.size() - kLongestLine;
     while (!ended && size_ < enough && (used_ == 0 ? size_ <= kLongestLine : input_->ready())) {
       const auto read = input_->read(std::as_writable_bytes(std::span(buffer_).subspan(size_)));
@@ -133,8 +133,8 @@ class TextRays : public RaySource {
   std::unique_ptr<InputStream> input_;
   std::optional<uint64_t> all_;
   std::vector<char> buffer_ = std::vector<char>(2 * kLongestLine + 1);
-  size_t size_ = 0, used_ = 0;  ///< bytes in it, and those that lines_ are of
-  uint64_t number_ = 0;         ///< of lines so far
+  size_t size_ = 0, used_ = 0;  ///< bytes in buffer_, and those that lines_ covers
+  uint64_t number_ = 0;         ///< number of lines so far
   bool full_ = false, after_return_ = false;
   Form form_ = Form::unknown;
   RayTable table_;

@@ -1,5 +1,5 @@
-// Goes breadth first: one step of all paths, then all their shadow rays in one query, then all their
-// next hits. Embree answers for objects that have no asset.
+// Proceeds breadth first: one step of all paths, then all their shadow rays in one query, then all their next
+// hits. Embree answers for objects that have no asset.
 #include "tools/render/asset_paths.hpp"
 
 #include <limits>

@@ -1,4 +1,4 @@
-// Paths that assets follow alone: their camera rays, shadow rays, reflections and bounces, many at a time.
+// Traces paths with assets alone: their camera rays, shadow rays, reflections and bounces, many at a time.
 #pragma once
 
 #include <functional>
@@ -9,23 +9,23 @@
 
 namespace nif::render {
 
-/// What it refers to must outlive it; for one thread.
+/// Everything that it refers to must outlive it. Not thread-safe.
 class AssetPaths {
  public:
   AssetPaths(const World& world, const Paths& paths) : world_(world), paths_(paths) {}
 
-  /// Where a camera's ray comes to by Embree (`exact`) and by assets (`said`).
+  /// Called with the first hit of a camera ray according to Embree (`exact`) and to assets (`said`).
   using Compare = std::function<void(size_t pixel, const std::optional<SurfacePoint>& exact,
                                      const std::optional<SurfacePoint>& said)>;
-  /// Radiance that reaches a pixel.
+  /// Called with radiance that reaches a pixel.
   using Add = std::function<void(size_t pixel, const Colour& colour)>;
   using Background = std::function<Colour(const Double3& direction)>;
 
-  /// Keeps one sample of a pixel for run(). `exact` is where its ray comes to by Embree.
+  /// Stores one sample of a pixel for run(). `exact` is the first hit of its ray according to Embree.
   void add(size_t pixel, const PixelSamples& numbers, uint32_t sample, const CameraRay& ray,
            const std::optional<SurfacePoint>& exact);
 
-  /// Follows all that was added to their ends, and forgets them.
+  /// Follows all stored samples to their ends, and clears them.
   void run(const Compare& compare, const Add& add, const Background& background);
 
  private:

@@ -1,5 +1,5 @@
-// Hits name instances by number, so kinds_ must follow the order in which nifAddAsset() adds instances:
-// one for each instance of the file, or one for each object if it has no instances.
+// Hits report instances by number, so kinds_ must follow the order in which nifAddAsset() adds instances: one
+// for each instance of the file, or one for each object if it has no instances.
 #include "tools/render/asset_scene.hpp"
 
 #include <fmt/format.h>
@@ -57,7 +57,7 @@ AssetScene::Added AssetScene::add(const ObjectDescription& object) {
     tools::check(nifGetObjectInfo(asset.handle, i, &about));
     added.objects.push_back(about);
     if (!no_first_hits_ && !knows_first_hits(about.encoding))
-      no_first_hits_ = fmt::format("object '{}' of {} has an encoding that does not say where rays meet it",
+      no_first_hits_ = fmt::format("object '{}' of {} has an encoding that does not report where rays hit it",
                                    about.name, *object.nif);
   }
   tools::check(nifAddAsset(scene_.handle, asset.handle, object.transform.data(), nullptr, nullptr));

@@ -1,4 +1,4 @@
-// An orbit finds its distance by bisection, until the box fills the wanted share of the picture's
+// Finds the distance of an orbit by bisection, so that the box fills the wanted share of the picture's
 // height. A camera that looks straight along the up axis takes another axis instead.
 #include "tools/render/camera.hpp"
 
@@ -9,7 +9,7 @@
 namespace nif::render {
 namespace {
 
-/// `up` is not parallel to `forward`, which has unit length.
+/// `up` must not be parallel to `forward`, which has unit length.
 Camera look_along(const Double3& position, const Double3& forward, const Double3& up, double fov,
                   double aspect) {
   Camera camera;
@@ -35,7 +35,7 @@ Camera look(const Double3& position, const Double3& target, int up, double fov, 
   return look_along(position, forward, axis, fov, aspect);
 }
 
-/// How much of the picture's height the box takes.
+/// The share of the picture's height that the box takes.
 double height_of(const mesh::Box& box, const Camera& camera) {
   double lowest = 1e300, highest = -1e300;
   for (uint32_t corner = 0; corner < 8; ++corner) {
@@ -68,7 +68,7 @@ Camera place_camera(const CameraDescription& camera, const mesh::Box& box, int u
   from[size_t((up + 1) % 3)] = std::cos(elevation) * std::cos(azimuth);
   from[size_t((up + 2) % 3)] = std::cos(elevation) * std::sin(azimuth);
   for (size_t a = 0; a < 3; ++a) middle[a] = (double(box.min[a]) + box.max[a]) / 2;
-  // The farther away, the smaller: halving finds the distance, never from within the box.
+  // The share decreases with distance, so bisection finds the distance, never within the box.
   double near = 0.51 * box.diagonal(), far = 1e4 * box.diagonal();
   for (int i = 0; i < 100; ++i) {
     const double distance = (near + far) / 2;

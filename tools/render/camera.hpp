@@ -1,4 +1,4 @@
-// A pinhole camera.
+// A pinhole camera, which turns a scene's camera description into ray directions.
 #pragma once
 
 #include "formats/mesh/box.hpp"
@@ -11,14 +11,14 @@ struct Camera {
   Double3 forward;      ///< unit length
   Double3 right, down;  ///< from the picture's middle to its edges, at a distance of 1
 
-  /// Through the point x, y of the picture, 0..1 each from its upper left corner; unit length.
+  /// Direction through the point x, y of the picture, each 0..1 from its upper left corner; unit length.
   Double3 direction(double x, double y) const {
     const Double3 d = forward + right * (2 * x - 1) + down * (2 * y - 1);
     return d * (1 / length(d));
   }
 };
 
-/// Places a camera about the objects' box, which an orbit needs; `up` is an axis, for all but views.
+/// Places a camera. An orbit needs the objects' box; `up` is the up axis, for all cameras except views.
 Camera place_camera(const CameraDescription& camera, const mesh::Box& box, int up, uint32_t width,
                     uint32_t height);
 

@@ -1,5 +1,5 @@
-// `nif render`: pictures of a scene with shadow rays answered by Embree and by assets, to compare, with
-// camera rays answered by fields for primary rays, or with all rays answered by assets.
+// `nif render`: renders a scene with shadow rays answered by Embree and by assets, to compare them; with
+// camera rays answered by fields for primary rays; or with all rays answered by assets.
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
@@ -47,11 +47,11 @@ struct Arguments : RunArguments, RuntimeArguments {
   uint32_t thumbnail = 240;
   bool exr = false;
 
-  /// Whether assets answer all rays of one more picture.
+  /// Whether another picture is made with all rays answered by assets.
   bool by_assets() const { return primary == "asset"; }
 };
 
-/// What stands in a picture of other answers, beside the reference's.
+/// How a picture with other answers differs from the reference.
 struct PictureError {
   Mode mode;
   double psnr, ssim, flip;
@@ -62,7 +62,7 @@ struct CameraResult {
   render::ShadowRays shadow_rays;
   render::CameraRays camera_rays;
   std::vector<PictureError> errors;
-  Image thumbnail;  ///< of reference, other answers and error side by side; empty where no sheet is wanted
+  Image thumbnail;  ///< reference, other answers and error side by side; empty if no sheet is requested
   double seconds = 0;
 };
 
@@ -92,11 +92,11 @@ void keep_cameras(const Arguments& arguments, render::SceneDescription& scene) {
   scene.cameras = std::move(kept);
 }
 
-/// The folder that pictures go to may be there, or be made where only its last part is missing.
+/// The folder for pictures may exist, or be created if only its last part is missing.
 void check_folder(const std::string& folder) {
   std::error_code error;
   const fs::path path(folder), whole = fs::absolute(path / "").lexically_normal();
-  const fs::path parent = whole.parent_path().parent_path();  // whole ends in a slash, given or not
+  const fs::path parent = whole.parent_path().parent_path();  // whole ends in a slash, given or added
   if (fs::is_directory(path, error)) return;
   if (fs::exists(path, error)) throw Error(Status::output_not_writable, folder + ": is not a folder");
   if (!fs::is_directory(parent, error))
@@ -111,7 +111,7 @@ void make_folder(const std::string& folder) {
                 fmt::format("{}: cannot be created: {}", folder, error.message()));
 }
 
-/// Writes what there is; of the last rendering also how much each picture differs from the reference.
+/// Writes the pictures; for the last rendering also how much each differs from the reference.
 CameraResult write_pictures(const Arguments& arguments, const std::string& camera,
                             const render::Rendering& rendering, bool last) {
   const auto path = [&](const std::string& what) {
@@ -144,7 +144,7 @@ CameraResult write_pictures(const Arguments& arguments, const std::string& camer
     render::write_png(path("error.png"), error);
     Image together = beside(learned, error);
     render::write_png(path("compare.png"), together);
-    // A sheet shows what the scene is there to show.
+    // A sheet shows the picture that the scene is about.
     const Image& primary = shown[size_t(Mode::primary)];
     if (!primary.values.empty()) together = beside(primary, render::difference(reference, primary, 3));
     if (arguments.sheet) result.thumbnail = render::scaled_down(together, 3 * arguments.thumbnail);
@@ -164,7 +164,7 @@ double mrays_per_s(uint64_t rays, double seconds) { return seconds > 0 ? double(
 
 double mean(double sum, uint64_t count) { return count ? sum / double(count) : 0; }
 
-/// PSNR, SSIM and FLIP stand under the name of the picture that they are of.
+/// PSNR, SSIM and FLIP are printed under the name of their picture.
 void print_camera_rays(const std::vector<CameraResult>& results, Mode mode) {
   fmt::print("{:16} {:<24} {:>11} {:>12} {:>8} {:>9} {:>8}\n", "camera", name_of(mode), "camera rays",
              "on objects", "differ", "depth", "normal");
@@ -265,7 +265,7 @@ Json to_json(const std::vector<CameraResult>& results, const Arguments& argument
   return json;
 }
 
-/// Before any mesh is read: can assets answer all rays of this scene?
+/// Checks whether assets can answer all rays of this scene, before any mesh is read.
 void check_by_assets(const render::SceneDescription& scene) {
   for (size_t i = 0; i < scene.objects.size(); ++i) {
     const render::ObjectDescription& object = scene.objects[i];
@@ -316,7 +316,7 @@ void run(const Arguments& arguments) {
         render::place_camera(about, world.box(), scene.up, picture.width, picture.height);
     const auto show = [&](double fraction, const std::function<render::Rendering()>& so_far) {
       progress.update((double(i) + fraction) / double(scene.cameras.size()), "rendering " + about.name);
-      // Long pictures can be looked at while they are made.
+      // Long pictures can be viewed while they are rendered.
       constexpr auto kBetweenPictures = std::chrono::seconds(5);
       if (so_far && fraction < 1 && Clock::now() - written >= kBetweenPictures) {
         write_pictures(arguments, about.name, so_far(), false);
@@ -366,21 +366,20 @@ void add_render(Command app) {
       .range(0u, render::kMaxBounces);
   command.add_option("--seed", a.seed, "Seed of all random numbers, instead of the scene's");
   command
-      .add_option(
-          "--primary", a.primary,
-          "Who finds what the camera sees: embree; or asset, which makes one picture with Embree and one "
-          "with all rays answered by assets, those of the camera, of shadows, mirrors and bounces")
+      .add_option("--primary", a.primary,
+                  "What answers camera rays: embree; or asset, which makes one picture with Embree and one "
+                  "with all rays answered by assets, those of the camera, of shadows, mirrors and bounces")
       .capture_default_str()
       .one_of({"embree", "asset"});
   command
       .add_option("--confidence", a.confidence,
-                  "For hybrid pictures: Embree answers where an asset is less sure than this")
+                  "For hybrid pictures: Embree answers if an asset is less sure than this")
       .capture_default_str()
       .range(0.5, 1.0);
   command
       .add_option("--exact", a.exact,
                   "Rays that Embree answers in all pictures: none, or those that start inside or outside an "
-                  "asset's box. Shows the error of the other rays alone")
+                  "asset's box. Shows only the error of the other rays")
       .capture_default_str()
       .one_of({"none", "inside", "outside"});
   add_runtime_options(command, a);
@@ -402,11 +401,10 @@ void add_render(Command app) {
   command.callback([arguments, command] {
     for (const char* other : {"--confidence", "--exact"})
       if (arguments->by_assets() && command.given(other))
-        throw Error(
-            Status::usage,
-            fmt::format("--primary asset and {0} cannot be used together: {0} is about pictures whose "
-                        "camera rays Embree answers",
-                        other));
+        throw Error(Status::usage,
+                    fmt::format("--primary asset and {0} cannot be used together: {0} is for pictures whose "
+                                "camera rays Embree answers",
+                                other));
     run(*arguments);
   });
 }

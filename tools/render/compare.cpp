@@ -1,5 +1,5 @@
-// SSIM as in Wang et al. 2004, with its Gaussian window as two passes; at the picture's edges weights
-// are scaled. Pictures are scaled down in linear light.
+// SSIM as in Wang et al. 2004, with its Gaussian window applied in two passes; at the picture's edges weights
+// are rescaled. Pictures are scaled down in linear light.
 #include "tools/render/compare.hpp"
 
 #include <algorithm>
@@ -14,7 +14,8 @@ using Plane = std::vector<double>;
 
 constexpr int kRadius = 5;
 
-/// Convolved with the window in both directions; weights are scaled where some of it lies outside.
+/// Convolution with the window in both directions; weights are rescaled where the window extends beyond the
+/// picture.
 Plane blurred(const Plane& plane, int width, int height) {
   std::array<double, 2 * kRadius + 1> window;
   for (int k = -kRadius; k <= kRadius; ++k) window[size_t(k + kRadius)] = std::exp(-k * k / (2 * 1.5 * 1.5));

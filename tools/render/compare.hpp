@@ -1,16 +1,16 @@
-// Compares pictures: how much one differs from another, and sheets with several of them.
+// Measures how much pictures differ, and makes sheets of several of them.
 #pragma once
 
 #include "tools/render/image.hpp"
 
 namespace nif::render {
 
-/// Peak signal to noise ratio in dB over all values, the peak being 1; infinite where they are equal.
-/// Pictures of one size.
+/// Peak signal to noise ratio in dB over all values, with a peak of 1; infinite if the pictures are equal.
+/// Both must have the same size.
 double psnr(const Image& a, const Image& b);
 
 /// Structural similarity of the luma (Wang et al. 2004): mean over all pixels, with their Gaussian window of
-/// 11 pixels (sigma 1.5) cut off at the picture's edge; 1 where they are equal.
+/// 11 pixels (sigma 1.5), cut off at the picture's edge; 1 if the pictures are equal.
 double ssim(const Image& a, const Image& b);
 
 /// |a - b| times a factor.
@@ -19,11 +19,11 @@ Image difference(const Image& a, const Image& b, float factor);
 /// Pictures of one height side by side, with a few white pixels between them.
 Image side_by_side(const std::vector<const Image*>& images);
 
-/// So many pixels wide (or as wide as it is), in proportion; each is the mean of those that it covers, in
-/// linear light. Of encoded values, as the pictures above.
+/// Scales to this width (at most the picture's own) in proportion; each pixel is the mean of those that it
+/// covers, in linear light. Values are encoded, like those of the functions above.
 Image scaled_down(const Image& encoded, uint32_t width);
 
-/// Pictures in rows of so many, white where there is none.
+/// Pictures in rows of `columns`, white where there is none.
 Image contact_sheet(const std::vector<const Image*>& images, uint32_t columns);
 
 }  // namespace nif::render

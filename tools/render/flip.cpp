@@ -1,5 +1,5 @@
-// The names of constants are the paper's. Each of its filters is a sum of products of a filter along x and
-// one along y, on a square.
+// Constants have the names of the paper. Each of its filters is a sum of products of a filter along x and one
+// along y, over a square.
 #include "tools/render/flip.hpp"
 
 #include <tbb/parallel_for.h>
@@ -15,20 +15,20 @@ namespace nif::render {
 namespace {
 
 using Plane = std::vector<double>;
-using Planes = std::array<Plane, 3>;  ///< of a colour's three values
+using Planes = std::array<Plane, 3>;  ///< one for each component of a colour
 using Taps = std::vector<double>;     ///< [2 * radius + 1]
 
-constexpr double kQc = 0.7, kPc = 0.4, kPt = 0.95;  // of colours
-constexpr double kQf = 0.5, kWidth = 0.082;         // of features: degrees
+constexpr double kQc = 0.7, kPc = 0.4, kPt = 0.95;  // for colours
+constexpr double kQf = 0.5, kWidth = 0.082;         // for features: degrees
 
-// Rows of sRGB's primaries in XYZ; white is what they add up to.
+// Rows of sRGB's primaries in XYZ; white is their sum.
 constexpr std::array<Double3, 3> kToXyz{
     {{10135552.0 / 24577794, 8788810.0 / 24577794, 4435075.0 / 24577794},
      {2613072.0 / 12288897, 8788810.0 / 12288897, 887015.0 / 12288897},
      {1425312.0 / 73733382, 8788810.0 / 73733382, 70074185.0 / 73733382}}};
 constexpr double white(size_t axis) { return kToXyz[axis][0] + kToXyz[axis][1] + kToXyz[axis][2]; }
 
-/// XYZ over that of white.
+/// XYZ relative to white.
 Double3 relative_xyz(const Double3& rgb) {
   Double3 xyz;
   for (size_t a = 0; a < 3; ++a) xyz[a] = dot(kToXyz[a], rgb) / white(a);
@@ -54,7 +54,7 @@ Double3 rgb_of_opponent(const Double3& colour) {
   return rgb_of_relative({y + colour[1] / 500, y, y - colour[2] / 200});
 }
 
-/// CIELAB, less colourful where it is dark, as Hunt found.
+/// CIELAB with less colour where it is dark (Hunt effect).
 Double3 hunt_lab(const Double3& rgb) {
   constexpr double kKnee = 6.0 / 29;
   Double3 f = relative_xyz(rgb);
@@ -64,12 +64,12 @@ Double3 hunt_lab(const Double3& rgb) {
   return {lightness, 0.01 * lightness * 500 * (f[0] - f[1]), 0.01 * lightness * 200 * (f[1] - f[2])};
 }
 
-/// HyAB, a distance for colours far apart.
+/// HyAB, a distance for colours that are far apart.
 double colour_distance(const Double3& a, const Double3& b) {
   return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]);
 }
 
-/// 0..1 of a distance, most of which is left to small ones.
+/// Maps a distance to 0..1, with most of the range for small distances.
 double redistributed(double distance) {
   static const double kMost = std::pow(colour_distance(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1})), kQc);
   const double powered = std::pow(distance, kQc), knee = kPc * kMost;
@@ -90,7 +90,7 @@ Taps scaled(Taps taps, double factor) {
   for (double& tap : taps) tap *= factor;
   return taps;
 }
-/// So that what is positive adds up to 1, and what is negative to -1.
+/// Scales positive taps to a sum of 1, and negative ones to a sum of -1.
 Taps balanced(Taps taps) {
   double positive = 0, negative = 0;
   for (const double tap : taps) (tap > 0 ? positive : negative) += tap;
@@ -98,7 +98,7 @@ Taps balanced(Taps taps) {
   return taps;
 }
 
-/// Along x, then along y; beyond the picture's edge its last pixel goes on.
+/// Filters along x, then along y; beyond the edge, the last pixel is repeated.
 Plane filtered(const Plane& plane, int width, int height, const Taps& along_x, const Taps& along_y) {
   const auto pass = [&](const Plane& from, int length, int step, int line_step, const Taps& taps, int lines) {
     Plane to(from.size());
@@ -117,8 +117,8 @@ Plane filtered(const Plane& plane, int width, int height, const Taps& along_x, c
   return pass(pass(plane, width, 1, width, along_x, height), height, width, 1, along_y, width);
 }
 
-/// The eye's sensitivity to contrast: a sum of Gaussians of the angle in degrees, for each of the opponent
-/// colours. Each is a weight and a width.
+/// The contrast sensitivity of the eye: for each opponent colour, a sum of Gaussians of the angle in degrees,
+/// each with a weight and a width.
 Plane seen(const Plane& plane, int width, int height, size_t channel) {
   struct Term {
     double a, b;
@@ -142,7 +142,7 @@ Plane seen(const Plane& plane, int width, int height, size_t channel) {
   return all;
 }
 
-/// How strong edges and points are at each pixel.
+/// Strength of edges and points at each pixel.
 struct Features {
   Plane edges, points;
 };
@@ -168,7 +168,7 @@ Features features_of(const Plane& opponent_y, int width, int height) {
   return {strength(first), strength(second)};
 }
 
-/// What there is to compare of a picture.
+/// The parts of a picture that are compared.
 struct Seen {
   std::vector<Double3> colours;  ///< hunt_lab()
   Features features;

@@ -1,4 +1,4 @@
-// PNG by libpng, OpenEXR by its own library, Radiance's .hdr by stb.
+// Reads and writes PNG with libpng, OpenEXR with its own library, and Radiance's .hdr with stb.
 #include "tools/render/image.hpp"
 
 #include <ImathBox.h>
@@ -37,7 +37,7 @@ namespace {
 
 constexpr int kMaxSide = 16384;
 
-/// OpenEXR writes into memory, so that a file is there as a whole or not at all.
+/// OpenEXR writes into memory, so that the file is then written whole or not at all.
 class MemoryStream : public Imf::OStream {
  public:
   MemoryStream() : Imf::OStream("memory") {}
@@ -77,20 +77,21 @@ class MemorySource : public Imf::IStream {
   throw Error(Status::not_an_image, path + ": " + why);
 }
 
-/// Before memory is taken for all pixels: a few hundred bytes may claim to be 16,384 pixels square.
+/// Called before memory for all pixels is allocated: a few hundred bytes may claim to be 16,384 pixels
+/// square.
 void check_pixels(const std::string& path, int width, int height, uint64_t most) {
   if (uint64_t(width) * uint64_t(height) > most)
     no_image(path, "is too short for the " + std::to_string(width) + " x " + std::to_string(height) +
                        " pixels that it claims to have");
 }
 
-/// OpenEXR's C++ reader takes memory for an attribute before it looks for its bytes, and trusts the lengths
-/// of some. Its newer C library checks all of the header against the length of the file, so it reads that
-/// first.
+/// OpenEXR's C++ reader allocates memory for an attribute before it checks that the bytes are there, and
+/// trusts the lengths of some. Its newer C library checks the whole header against the length of the file, so
+/// it reads the header first.
 void check_header(const std::string& path, std::string_view bytes) {
   struct Source {
     std::string_view bytes;
-    std::string complaint;  ///< it complains of some faults, and goes on
+    std::string complaint;  ///< it reports some faults, and continues
   } source{bytes, {}};
   exr_context_initializer_t about{};
   about.size = sizeof(about);
@@ -108,7 +109,7 @@ void check_header(const std::string& path, std::string_view bytes) {
                      exr_stream_error_func_ptr_t) -> int64_t {
     const std::string_view all = static_cast<const Source*>(user)->bytes;
     if (offset > all.size()) return -1;
-    count = std::min<uint64_t>(count, all.size() - offset);  // it asks for more than it needs
+    count = std::min<uint64_t>(count, all.size() - offset);  // it requests more than it needs
     std::memcpy(to, all.data() + offset, count);
     return int64_t(count);
   };
@@ -128,7 +129,7 @@ Image read_exr(const std::string& path, std::string_view bytes) {
     Imf::InputFile file(source, 1);
     const Imath::Box2i window = file.header().dataWindow();
     const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
-    // A pixel has 6 bytes at least; zlib makes a thousandth of equal ones, and wavelets hardly less.
+    // A pixel has at least 6 bytes; zlib compresses equal ones to a thousandth, and wavelets hardly less.
     constexpr uint64_t kSmall = 1 << 20, kMostPerByte = 4096;
     check_pixels(path, width, height, kSmall + kMostPerByte * bytes.size());
     for (const char* channel : {"R", "G", "B"})
@@ -152,8 +153,8 @@ Image read_exr(const std::string& path, std::string_view bytes) {
   }
 }
 
-/// Goes through the run-length encoded rows as stb does: it would go on for ever at a run of no pixels, and
-/// so at the end of a file that is cut.
+/// Scans the run-length encoded rows as stb does. stb would loop forever on a run of zero pixels, and so also
+/// at the end of a truncated file.
 void check_runs(const std::string& path, std::string_view bytes, int width, int height) {
   const auto next_line = [&] {
     const size_t end = bytes.find('\n');
@@ -162,7 +163,7 @@ void check_runs(const std::string& path, std::string_view bytes, int width, int 
     return line;
   };
   while (!bytes.empty() && !next_line().empty()) continue;
-  next_line();  // of the size
+  next_line();  // the line with the size
   const auto take = [&] {
     if (bytes.empty()) no_image(path, "ends too early");
     const auto value = uint8_t(bytes[0]);
@@ -197,7 +198,7 @@ Image read_hdr(const std::string& path, std::string_view bytes) {
     no_image(path, "is not a valid Radiance picture");
   if (width <= 0 || height <= 0) no_image(path, "is not a valid Radiance picture");
   if (width > kMaxSide || height > kMaxSide) no_image(path, "is larger than 16,384 x 16,384 pixels");
-  // A row has 4 bytes a pixel, or 4, and in each of 4 channels 2 for 127 equal pixels.
+  // A row has 4 bytes per pixel; or 4 bytes, and in each of 4 channels 2 bytes for 127 equal pixels.
   const uint64_t row = std::min<uint64_t>(4 * uint64_t(width), 4 + 8 * ((uint64_t(width) + 126) / 127));
   check_pixels(path, width, height, bytes.size() / row * uint64_t(width));
   check_runs(path, bytes, width, height);

@@ -1,4 +1,4 @@
-// Pictures in memory and as files.
+// Pictures in memory, and how they are read and written.
 #pragma once
 
 #include <cstddef>
@@ -24,15 +24,15 @@ float srgb_encode(float linear);
 float srgb_decode(float encoded);
 Image srgb_encoded(const Image& linear);
 
-/// A PNG file, 8 bits a channel, of values that are encoded already.
+/// A PNG file with 8 bits per channel; the values are already encoded.
 std::vector<std::byte> encode_png(const Image& encoded);
-/// The same as a file, which is replaced as a whole or not at all; throws as write_output().
+/// The same as a file, replaced whole or not at all; throws as write_output() does.
 void write_png(const std::string& path, const Image& encoded);
-/// Single precision, of linear values.
+/// Single precision; the values are linear.
 void write_exr(const std::string& path, const Image& linear);
 
 /// Reads an environment map, .exr or .hdr (Radiance), of at most 16,384 x 16,384 pixels. Throws
-/// Error(not_an_image) where it is none or has values that are negative or not finite.
+/// Error(not_an_image) if it is not one, or has values that are negative or not finite.
 Image read_environment(const std::string& path);
 
 }  // namespace nif::render

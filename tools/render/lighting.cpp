@@ -1,4 +1,4 @@
-// One way to sample for each kind of light. Environment maps and glowing skies invert cumulative tables,
+// Samples each kind of light in its own way. Environment maps and glowing skies invert cumulative tables,
 // first of rows and then of texels. Samples are already divided by their density.
 #include "tools/render/lighting.hpp"
 
@@ -19,7 +19,7 @@ constexpr double kInfinitelyFar = std::numeric_limits<double>::infinity();
 double luminance(const float* rgb) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
 Colour operator*(const Colour& a, const Colour& b) { return {a[0] * b[0], a[1] * b[1], a[2] * b[2]}; }
 
-/// The entry of a cumulative table (from 0 to 1) that u falls into, and where within it.
+/// The entry of a cumulative table (from 0 to 1) that u falls into, and the position within it.
 std::pair<size_t, double> invert(std::span<const double> table, double u) {
   const auto above = std::upper_bound(table.begin() + 1, table.end() - 1, u);
   const size_t entry = size_t(above - table.begin()) - 1;
@@ -27,14 +27,14 @@ std::pair<size_t, double> invert(std::span<const double> table, double u) {
   return {entry, width > 0 ? std::clamp((u - table[entry]) / width, 0.0, 1.0) : 0.5};
 }
 
-/// Turns sums of an increasing table into fractions of the last one.
+/// Divides the sums of an increasing table by the last one.
 void normalise(std::span<double> table) {
   const double sum = table.back();
   for (double& value : table) value = sum > 0 ? value / sum : 0;
   table.back() = 1;
 }
 
-/// What a tabulated sky's values are multiplied by: a glow's table has the radiance in it already.
+/// The factor on a tabulated sky's values: the table of a glow already contains the radiance.
 Colour scale_of(const Sky& sky) { return sky.map ? sky.radiance : Colour{1, 1, 1}; }
 
 /// A direction within a cone about an axis, uniform in solid angle.
@@ -52,7 +52,7 @@ Double3 hemisphere_direction(const Double3& normal, const Pair& u) {
   return normal * c + x * (s * std::cos(2 * pi * u[1])) + y * (s * std::sin(2 * pi * u[1]));
 }
 
-/// Of a light that is a point, before what lies in its way.
+/// For a point light, without regard to what blocks it.
 LightSample from_point(const Double3& position, const Colour& intensity, const Double3& point) {
   const Double3 to = position - point;
   const double distance = length(to);
@@ -189,7 +189,7 @@ LightSample Lighting::draw(size_t light, const Double3& point, const Double3& no
   }
   if (const auto* area = std::get_if<AreaLight>(&lights_[light])) {
     const Double3 to = area->corner + area->edge_u * u[0] + area->edge_v * u[1] - point;
-    const Double3 facing = cross(area->edge_u, area->edge_v);  // as long as the light is large
+    const Double3 facing = cross(area->edge_u, area->edge_v);  // its length is the light's area
     const double distance = length(to), shine = -dot(to, facing) / distance;
     if (!(distance > 0) || !(shine > 0)) return {{0, 0, 1}, 1, {}};
     return {to * (1 / distance), distance, Colour(area->radiance * (shine / (distance * distance)))};

@@ -1,4 +1,4 @@
-// The paths of a camera's samples, and the shadow rays at their points.
+// Generates the paths of a camera's samples, and the shadow rays at their points.
 #pragma once
 
 #include <cmath>
@@ -13,18 +13,18 @@
 
 namespace nif::render {
 
-/// What a shadow ray brings to its pixel where nothing blocks it.
+/// What a shadow ray adds to its pixel if nothing blocks it.
 struct ShadowRay {
   Segment segment;
   Colour radiance;
 };
 
-/// Where a path starts.
+/// Start of a path.
 struct CameraRay {
   Double3 origin, direction;
 };
 
-/// The ray that a path takes next, with the share of what comes along it that reaches the pixel.
+/// The next ray of a path, with the share of its radiance that reaches the pixel.
 struct PathRay {
   Double3 origin, direction;
   Colour carried{1, 1, 1};
@@ -32,10 +32,10 @@ struct PathRay {
   bool mirrored = true;                   ///< comes from the camera or a mirror, not from a diffuse surface
 };
 
-/// Reflections of one path; more of them send no light.
+/// Maximum number of reflections on a path; longer paths carry no light.
 inline constexpr uint32_t kMaxReflections = 8;
 
-/// Follows paths; what it refers to must outlive it. Any number of threads may use one.
+/// Follows paths. Everything that it refers to must outlive it. Any number of threads may use one.
 class Paths {
  public:
   Paths(const World& world, const Lighting& lighting, const Camera& camera, const PictureDescription& picture)
@@ -45,15 +45,15 @@ class Paths {
     return {picture_.seed, uint64_t{y} << 32 | x, picture_.samples};
   }
 
-  /// That of one sample of pixel (x, y), whose numbers are those of samples_of().
+  /// The camera ray of one sample of pixel (x, y), with the numbers of samples_of().
   CameraRay camera_ray(const PixelSamples& numbers, uint32_t sample, uint32_t x, uint32_t y) const {
     const Pair jitter = numbers.pair(0, sample);
     return {camera_.position,
             camera_.direction((x + jitter[0]) / picture_.width, (y + jitter[1]) / picture_.height)};
   }
 
-  /// One sample of pixel (x, y), by Embree. Calls `shadow(ShadowRay)` for each light at each point of the
-  /// path that it may reach, and `miss(direction, carried)` where the background is seen.
+  /// Traces one sample of pixel (x, y) with Embree. Calls `shadow(ShadowRay)` for each light that each point
+  /// of the path may receive, and `miss(direction, carried)` where the background is seen.
   template <class Shadow, class Miss>
   void follow(const PixelSamples& numbers, uint32_t sample, uint32_t x, uint32_t y, const Shadow& shadow,
               const Miss& miss) const {
@@ -61,7 +61,7 @@ class Paths {
     follow(numbers, sample, ray, world_.trace(ray.origin, ray.direction), shadow, miss);
   }
 
-  /// The same where the camera's ray is said to come to `hit`.
+  /// The same, with `hit` given as the first hit of the camera ray.
   template <class Shadow, class Miss>
   void follow(const PixelSamples& numbers, uint32_t sample, const CameraRay& ray,
               std::optional<SurfacePoint> hit, const Shadow& shadow, const Miss& miss) const {
@@ -72,14 +72,14 @@ class Paths {
     }
   }
 
-  /// One point of a path: where `ray` comes to `hit`. Returns the next ray, if there is one.
+  /// One point of a path: `ray` has arrived at `hit`. Returns the next ray, if there is one.
   template <class Shadow, class Miss>
   std::optional<PathRay> step(const PixelSamples& numbers, uint32_t sample, const PathRay& ray,
                               const std::optional<SurfacePoint>& hit, const Shadow& shadow,
                               const Miss& miss) const {
     if (!hit) {
-      // Where a diffuse bounce meets nothing, the sky has been drawn as a light already. What is behind the
-      // scene where there is no sky is a colour to be seen, and no light.
+      // If a diffuse bounce hits nothing, the sky has already been sampled as a light. Without a sky, the
+      // background is a colour to look at and gives no light.
       if (ray.mirrored && (ray.bounces == 0 || lighting_.has_sky())) miss(ray.direction, ray.carried);
       return std::nullopt;
     }
@@ -102,7 +102,7 @@ class Paths {
       Colour radiance{};
       for (size_t c = 0; c < 3; ++c)
         radiance[c] = next.carried[c] * drawn.irradiance[c] * cosine / std::numbers::pi;
-      // Lights are no part of the scene that is asked, so the ray may go all the way.
+      // The traced scene does not contain the lights, so the ray may extend up to the light.
       if (cosine > 0 && radiance[0] + radiance[1] + radiance[2] > 0)
         shadow(ShadowRay{bake::make_segment(next.origin, drawn.direction, float(drawn.distance)), radiance});
     }

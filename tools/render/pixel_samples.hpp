@@ -1,4 +1,4 @@
-// Stratified random numbers for one pixel, the same in whatever order they are asked for.
+// Stratified random numbers for one pixel, which do not depend on the order of the calls.
 #pragma once
 
 #include "formats/base/random.hpp"
@@ -6,8 +6,7 @@
 
 namespace nif::render {
 
-/// For each dimension, `samples` pairs, one in each cell of a grid, the cells in an order of the dimension's
-/// own.
+/// For each dimension, `samples` pairs, one in each cell of a grid, with an order of cells of its own.
 class PixelSamples {
  public:
   PixelSamples(uint64_t seed, uint64_t pixel, uint32_t samples) : seed_(seed), pixel_(pixel) {
@@ -24,8 +23,8 @@ class PixelSamples {
   }
 
  private:
-  /// A permutation of 0 .. columns * rows - 1: steps that can be undone on a power of two, repeated until the
-  /// number is one of those.
+  /// A permutation of 0 .. columns * rows - 1: invertible steps on a power of two, repeated until the number
+  /// is within the range.
   uint32_t shuffled(uint32_t number, uint32_t dimension) const {
     Random random(seed_ ^ 0x73687566, pixel_, dimension);
     const uint32_t mask = (uint32_t{1} << bits_) - 1, half = bits_ / 2 + 1;

@@ -1,5 +1,5 @@
-// Takes each ray into the space of every instance and asks the scalar reference, without a BVH. Normals
-// return by cofactors, turned over for transforms that mirror.
+// Transforms each ray into the space of every instance and queries the scalar reference, without a BVH.
+// Normals are transformed back by cofactors, and flipped for mirroring transforms.
 #include "tools/render/primary_objects.hpp"
 
 #include <fmt/format.h>

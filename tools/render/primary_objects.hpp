@@ -13,17 +13,17 @@
 
 namespace nif::render {
 
-/// Any number of threads may ask it. Each ray asks every instance, so it is for few of them.
+/// Any number of threads may query it. Each ray queries every instance, so it is for a few instances.
 class PrimaryObjects {
  public:
-  /// Adds all instances of the object's asset; `place` is what messages call the object. Throws as the
-  /// reading of an asset, and Error(malformed_scene) where an instance's object has no such field.
+  /// Adds all instances of the object's asset; `place` is the name of the object in messages. Throws as
+  /// reading an asset does, and Error(malformed_scene) if an instance's object has no such field.
   void add(const ObjectDescription& object, const std::string& place);
 
   bool empty() const { return instances_.empty(); }
 
-  /// The first hit nearer than `farthest`, along a direction of unit length. As the fields have it: the
-  /// normal may turn away from the ray.
+  /// The first hit nearer than `farthest`, along a direction of unit length, as the fields report it: the
+  /// normal may point away from the ray's origin.
   std::optional<SurfacePoint> trace(const Double3& origin, const Double3& direction, double farthest) const;
 
  private:
@@ -40,7 +40,7 @@ class PrimaryObjects {
     std::array<Double3, 3> normals;  ///< rows: object to world, for normals, which keep their side
     SurfaceKind kind;
   };
-  std::vector<std::unique_ptr<const Asset>> assets_;  // what fields point into
+  std::vector<std::unique_ptr<const Asset>> assets_;  // the memory that fields point into
   std::vector<Instance> instances_;
 };
 

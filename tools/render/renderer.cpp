@@ -1,4 +1,4 @@
-// Cuts the picture into tiles for TBB. A tile gathers shadow rays with what they carry, and answers many
+// Splits the picture into tiles for TBB. A tile collects shadow rays with what they carry, and answers many
 // at a time. Each pixel belongs to one tile, so its sums do not depend on threads.
 #include "tools/render/renderer.hpp"
 
@@ -18,26 +18,27 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr uint32_t kTile = 32;  ///< pixels along its sides
+constexpr uint32_t kTile = 32;  ///< pixels per side
 constexpr uint32_t kSamplesPerPass = 4;
 constexpr uint32_t kTilesBetweenCalls = 128;
-constexpr size_t kRaysAtOnce = 16384;  ///< of one tile, roughly
+constexpr size_t kRaysAtOnce = 16384;  ///< per tile, roughly
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-using Sums = std::vector<double>;  // [pixel][3]; empty where there is nothing to sum
+using Sums = std::vector<double>;  // [pixel][3]; empty if there is nothing to sum
 
 void add(Sums& sums, size_t pixel, const Colour& colour, double factor) {
   double* sum = &sums[3 * pixel];
   for (size_t c = 0; c < 3; ++c) sum[c] += factor * colour[c];
 }
 
-/// Sums of radiance of each mode; what no shadow ray decides is in all of them. And of normals as colours.
+/// Sums of radiance for each mode; radiance that no shadow ray decides is in all of them. And sums of normals
+/// as colours.
 struct Film {
   std::array<Sums, kModes.size()> sums;
-  std::array<Sums, 2> normals;  // as Rendering has them
+  std::array<Sums, 2> normals;  // as in Rendering
 
   Film(size_t pixels, const World& world, bool by_assets) {
     for (const Mode mode : kModes)
@@ -63,13 +64,13 @@ struct Film {
   }
 };
 
-/// What the rays of a tile came to.
+/// Statistics of a tile's rays.
 struct RayCounts {
   ShadowRays shadow;
   CameraRays camera;
 };
 
-/// A tile's work: shadow rays with what they carry, answered many at a time.
+/// The work on a tile: shadow rays with what they carry, answered many at a time.
 class TileRenderer {
  public:
   TileRenderer(const World& world, const Lighting& lighting, const Camera& camera,
@@ -111,7 +112,7 @@ class TileRenderer {
   }
 
  private:
-  /// Shadow rays with what they carry, until they are answered.
+  /// Shadow rays that wait for answers, with what they carry.
   struct Asked {
     struct Carried {
       size_t pixel;
@@ -141,7 +142,7 @@ class TileRenderer {
     return colour;
   }
 
-  /// The path that starts where fields say that the camera's ray comes to, which by Embree is `hit`.
+  /// Follows the path from the first hit that fields report for the camera ray; `hit` is Embree's.
   void follow_by_fields(const PixelSamples& numbers, uint32_t sample, const CameraRay& ray,
                         const std::optional<SurfacePoint>& hit, size_t pixel) {
     const std::optional<SurfacePoint> learned = world_.trace_by_fields(ray.origin, ray.direction);
@@ -162,7 +163,7 @@ class TileRenderer {
         [&](const Double3& direction) { return background(direction); });
   }
 
-  /// `answered` tells the objects whose camera rays are answered in another way.
+  /// `answered` selects the objects whose camera rays are not answered by Embree alone.
   void compare(size_t pixel, const std::optional<SurfacePoint>& exact,
                const std::optional<SurfacePoint>& learned, bool SurfaceKind::*answered) {
     const std::optional<SurfacePoint>* seen[] = {&exact, &learned};
@@ -190,7 +191,7 @@ class TileRenderer {
     asked_by_fields_.clear();
   }
 
-  /// Leaves the answers in reference_. Returns the seconds that they took.
+  /// Leaves the answers in reference_, and returns the seconds that they took.
   double answer_by_embree(Mode mode, const Asked& asked) {
     const size_t count = asked.segments.size();
     reference_.resize(count);

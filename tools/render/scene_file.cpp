@@ -1,5 +1,5 @@
-// One function for each kind of table. Every value has a range, and TomlTable refuses what is unknown. A
-// glTF becomes a scene of one object, with a light and a camera by default.
+// One function for each kind of table. Every value has a range, and TomlTable refuses unknown keys. A glTF
+// becomes a scene of one object, with a default light and camera.
 #include "tools/render/scene_file.hpp"
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using Reader = tools::TomlTable;
 
-constexpr double kBright = 1e12;  ///< most of any light
+constexpr double kBright = 1e12;  ///< upper limit of any light
 
 std::string beside(const fs::path& folder, const std::string& name) { return (folder / name).string(); }
 

@@ -1,5 +1,6 @@
-// Places glTF lights and cameras by their own transform, then the object's; what has no direction left
-// is noted and left out. Each file is read once, with the choice of names that its asset was baked with.
+// Places glTF lights and cameras by their own transform, then by the object's; those that have no direction
+// left are noted and left out. Each file is read once, with the choice of names that its asset was baked
+// with.
 #include "tools/render/scene_meshes.hpp"
 
 #include <fmt/format.h>
@@ -20,7 +21,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Without the translation.
+/// Transforms a direction, without the translation.
 Double3 turned(const mesh::Transform& t, const Double3& v) {
   Double3 out;
   for (size_t row = 0; row < 3; ++row)
@@ -28,12 +29,12 @@ Double3 turned(const mesh::Transform& t, const Double3& v) {
   return out;
 }
 
-/// Where a camera or a light of a file stands in the scene: its own transform, then the object's.
+/// The placement of a file's camera or light in the scene: by its own transform, then by the object's.
 class Placement {
  public:
   Placement(const mesh::Transform& object, const mesh::Transform& own) : object_(object), own_(own) {}
 
-  /// None where it is farther away than a scene file may say.
+  /// Returns nothing if it is farther away than a scene file allows.
   std::optional<Double3> position() const {
     constexpr double kFarthest = 1e15;
     Double3 p = turned(object_, {own_[3], own_[7], own_[11]});
@@ -43,7 +44,7 @@ class Placement {
     }
     return p;
   }
-  /// Of unit length; none where the transforms leave nothing of it.
+  /// Of unit length; nothing if the transforms leave no direction.
   std::optional<Double3> direction(const Double3& own) const {
     const Double3 d = turned(object_, turned(own_, own));
     const double size = length(d);
@@ -56,7 +57,7 @@ class Placement {
   const mesh::Transform& own_;
 };
 
-/// None where the object's transform leaves no direction to look in.
+/// Returns nothing if the object's transform leaves no viewing direction.
 std::optional<View> to_view(const Placement& placement) {
   const auto position = placement.position(), forward = placement.direction({0, 0, -1}),
              up = placement.direction({0, 1, 0});
@@ -81,7 +82,7 @@ std::optional<Light> to_light(const mesh::Light& light, const Placement& placeme
   }
 }
 
-/// Gives cameras of files names of their own that a file can have.
+/// Gives cameras of files unique names that are usable as file names.
 class Names {
  public:
   explicit Names(const SceneDescription& scene) {
@@ -98,9 +99,10 @@ class Names {
   }
 
  private:
-  /// `wanted` is UTF-8 without control characters. What some file system gives a meaning to becomes '_'.
+  /// `wanted` is UTF-8 without control characters. Characters that are special in some file system become
+  /// '_'.
   static std::string usable(std::string name) {
-    constexpr size_t kLongest = 120;  // with what is put behind it, well below the 255 bytes of file systems
+    constexpr size_t kLongest = 120;  // with the suffix, well below the 255 bytes of file systems
     for (char& c : name)
       if (std::string_view("/\\:*?\"<>|").find(c) != std::string_view::npos) c = '_';
     if (name.size() > kLongest) {
@@ -114,7 +116,7 @@ class Names {
   }
 
   std::set<std::string> taken_;
-  std::map<std::string, uint64_t> numbers_;  // the last that was put behind a name
+  std::map<std::string, uint64_t> numbers_;  // the last number appended to a name
 };
 
 void add_lights(SceneDescription& scene, const ObjectDescription& object, const mesh::Scene& file,
@@ -170,7 +172,7 @@ ObjectMeshes read_meshes(SceneDescription& scene, std::vector<std::string>& note
                          tools::Progress& progress) {
   progress.begin();
   ObjectMeshes meshes;
-  // By path and by what is chosen of it.
+  // By path and by the chosen names.
   std::map<std::tuple<std::string, std::vector<std::string>, std::vector<std::string>>,
            std::shared_ptr<const mesh::Scene>>
       known;

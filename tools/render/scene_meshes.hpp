@@ -11,14 +11,14 @@
 
 namespace nif::render {
 
-/// [object]; objects of one file share what was read.
+/// [object]; objects of the same file share its meshes.
 using ObjectMeshes = std::vector<std::shared_ptr<const mesh::Scene>>;
 
-/// Reads the meshes of a scene's objects and adds to it the lights and cameras of those that are to bring
-/// them, placed by the objects' transforms; intensities stay what they are. Names of cameras become unique
-/// and usable as file names. Appends to `notes` a sentence for each thing that was left out of a file or
-/// could not be used. Throws as mesh::read(), and Error(malformed_scene) where there is no light or no camera
-/// then.
+/// Reads the meshes of a scene's objects. Adds to the scene the lights and cameras of files that are to
+/// supply them, placed by the objects' transforms; intensities are unchanged. Camera names become unique and
+/// usable as file names. Appends to `notes` a sentence for each thing that was left out of a file or could
+/// not be used. Throws as mesh::read() does, and Error(malformed_scene) if there is no light or no camera in
+/// the end.
 ObjectMeshes read_meshes(SceneDescription& scene, std::vector<std::string>& notes, tools::Progress& progress);
 
 }  // namespace nif::render

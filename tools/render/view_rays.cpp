@@ -1,5 +1,5 @@
-// Follows the renderer's own paths, and keeps a ray once for each instance whose AABB it meets, in
-// object space. Rows are drawn in parallel and joined in order.
+// Follows the renderer's own paths, and keeps a ray once for each instance whose AABB it meets, in object
+// space. Rows are generated in parallel and joined in order.
 #include "tools/render/view_rays.hpp"
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 namespace nif::render {
 namespace {
 
-/// Does the segment meet the box, or pass it closely? What does not is no training ray.
+/// Whether the segment meets the box or passes close to it. Other segments are not used for training.
 bool meets(const mesh::Box& box, const Segment& s) {
   const double slack = 1e-5 * box.diagonal();
   double enter = double(s.tmin), leave = double(s.tmax);

@@ -1,5 +1,5 @@
-// Training rays as a renderer asks them: the shadow rays of a scene's cameras, and the camera rays
-// themselves.
+// Generates training rays as a renderer traces them: the shadow rays of a scene's cameras, and the camera
+// rays themselves.
 #pragma once
 
 #include "bake/bake.hpp"
@@ -9,19 +9,19 @@
 
 namespace nif::render {
 
-/// The rays of all cameras, a round for each sample of a pixel: round i has sample i of every pixel of every
-/// camera. What it refers to must outlive it.
+/// The rays of all cameras, with one round for each sample of a pixel: round i has sample i of every pixel of
+/// every camera. Everything that it refers to must outlive it.
 class ViewRays {
  public:
-  /// Rays for `meshes`, which were read from the file `mesh`: as they meet the objects of the scene that name
-  /// that file. Throws Error(usage) where none does.
+  /// Rays for `meshes`, which were read from the file `mesh`: those that meet the objects of the scene that
+  /// use this file. Throws Error(usage) if no object does.
   ViewRays(const SceneDescription& scene, const World& world, const Lighting& lighting,
            const std::string& mesh, const mesh::Scene& meshes);
 
-  /// Shadow rays, unlabelled, each in the space of every instance of a mesh: one for each box that it meets.
-  /// In parallel, and the same for any number of threads.
+  /// Shadow rays without ground truth, in the space of each instance whose box they meet. Runs in parallel,
+  /// with the same result for any number of threads.
   bake::MeshRays draw(uint64_t round) const;
-  /// Likewise the rays that start at the cameras.
+  /// The same for the rays that start at the cameras.
   bake::MeshRays draw_primary(uint64_t round) const;
 
  private:
@@ -30,8 +30,8 @@ class ViewRays {
     mesh::ToObject to_object;
     mesh::Box box;  ///< object space
   };
-  /// `ask` is called for each pixel with (paths, numbers, x, y, keep), and keep(Double3 origin, Double3
-  /// direction, float tmax) for each of its rays.
+  /// Calls `ask` for each pixel with (paths, numbers, x, y, keep), which calls keep(Double3 origin, Double3
+  /// direction, float tmax) for each of the pixel's rays.
   template <class Ask>
   bake::MeshRays collect(const Ask& ask) const;
   const SceneDescription& scene_;

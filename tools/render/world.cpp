@@ -1,5 +1,5 @@
-// Up to three Embree scenes: everything, what no asset answers for, what no primary field answers for.
-// Commits run on one thread: with more, which of two triangles is hit on their common edge may vary.
+// Builds up to three Embree scenes: everything, the objects without assets, and the objects without primary
+// fields. Commits run on one thread: with more, which of two triangles is hit on their common edge may vary.
 #include "tools/render/world.hpp"
 
 #include <embree3/rtcore.h>
@@ -37,7 +37,7 @@ RTCRay to_ray(const Segment& segment) {
   return ray;
 }
 
-/// Embree's builds with assertions end the process at others.
+/// Embree builds with assertions abort on other rays.
 bool is_ray(const Segment& segment) {
   constexpr float kLargest = 1.8e18f;
   bool within = true;
@@ -46,7 +46,7 @@ bool is_ray(const Segment& segment) {
   return within;
 }
 
-/// What is no ray meets nothing.
+/// Invalid rays hit nothing.
 void ask(RTCScene scene, std::span<const Segment> rays, uint8_t* visible) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -108,14 +108,14 @@ World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const st
   tbb::task_arena(1).execute([&] {
     for (EmbreePointer* top : tops) rtcCommitScene(top->get());
   });
-  // Beyond it products of three coordinates overflow in Embree's test of triangles, and so do its hits.
+  // Beyond this, products of three coordinates overflow in Embree's triangle test, and so do its hits.
   constexpr double kFarthest = 1e12;
   double farthest = 0;
   for (size_t a = 0; a < 3; ++a)
     farthest = std::max({farthest, std::abs(double(box_.min[a])), std::abs(double(box_.max[a])), reach_});
   if (!(farthest <= kFarthest))
     throw Error(Status::too_large,
-                fmt::format("{}: reaches to {:.3g} from the origin, and pictures are of what "
+                fmt::format("{}: reaches to {:.3g} from the origin, but pictures show only what "
                             "lies within {:.0e}",
                             scene.file, farthest, kFarthest));
   if (!error_.empty()) throw Error(Status::out_of_memory, "Embree cannot build the scene's BVH: " + error_);

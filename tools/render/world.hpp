@@ -1,4 +1,4 @@
-// A scene ready for rays: Embree with its meshes, and the runtime with its assets.
+// Makes a scene ready for rays: Embree with its meshes, and the runtime with its assets.
 #pragma once
 
 #include <atomic>
@@ -24,44 +24,44 @@ struct RTCSceneTy;
 
 namespace nif::render {
 
-/// Immutable once made; any number of threads may ask it. Answers do not depend on the number of threads.
+/// Immutable once built; any number of threads may query it. Answers do not depend on the number of threads.
 class World {
  public:
-  /// Takes the meshes of a scene's objects ([object], none null), each let go once it is built, and reads
-  /// their assets. `configuration` is the runtime's, of a device. Throws as the loading of assets, and
-  /// Error(mesh_mismatch) where an asset's bounds are not those of its mesh.
+  /// Takes over the meshes of a scene's objects ([object], none null), frees each once it is built, and reads
+  /// their assets. `configuration` is that of the runtime's device. Throws as loading an asset does, and
+  /// Error(mesh_mismatch) if an asset's bounds are not those of its mesh.
   World(const SceneDescription& scene, ObjectMeshes meshes, const std::string& configuration,
         tools::Progress& progress);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  /// Of the objects, without the ground.
+  /// Bounds of the objects, without the ground.
   const mesh::Box& box() const { return box_; }
   uint64_t triangles() const { return triangles_; }
-  /// What Embree holds for everything: its BVHs, and the vertices and indices that they point to.
+  /// Bytes that Embree holds: its BVHs, and the vertices and indices that they refer to.
   uint64_t embree_bytes() const { return uint64_t(embree_bytes_); }
 
-  /// The first hit by Embree over everything, along a direction of unit length.
+  /// The first hit by Embree in the whole scene, along a direction of unit length.
   std::optional<SurfacePoint> trace(const Double3& origin, const Double3& direction) const;
-  /// The same by the fields of those objects whose camera rays they answer, of which there must be some, and
-  /// by Embree over the rest.
+  /// The same, with fields for primary rays for the objects that have them, of which there must be some, and
+  /// Embree for the rest.
   std::optional<SurfacePoint> trace_by_fields(const Double3& origin, const Double3& direction) const;
-  /// Whether there are such objects.
+  /// Whether there are objects with fields for primary rays.
   bool has_primaries() const { return !primaries_.empty(); }
 
-  /// visible[i] = 1 or 0, by Embree over everything.
+  /// visible[i] = 1 or 0, by Embree in the whole scene.
   void ask_embree(std::span<const Segment> rays, uint8_t* visible) const;
-  /// The same over what no asset answers for.
+  /// The same for the objects that have no asset.
   void ask_embree_beside_assets(std::span<const Segment> rays, uint8_t* visible) const;
 
-  /// By assets alone, and by Embree over what has none: the first hit of each ray, whose directions have unit
-  /// length. `hits` is as long as `rays`.
+  /// The first hit of each ray, by assets, and by Embree for objects without one. Directions have unit
+  /// length. `hits` has the size of `rays`.
   void trace_by_assets(std::span<const Segment> rays, std::span<std::optional<SurfacePoint>> hits) const;
 
   const AssetScene& assets() const { return assets_; }
   bool has_assets() const { return !assets_.empty(); }
-  /// Whether the ray starts within the AABB of a mesh that an asset answers for.
+  /// Whether the ray starts within the AABB of a mesh that has an asset.
   bool starts_in_asset(const Segment& ray) const;
 
  private:
@@ -75,11 +75,11 @@ class World {
     mesh::ToObject to_object;
   };
   using EmbreePointer = std::unique_ptr<RTCSceneTy, Release>;
-  struct Part {  // by Embree's geometry in everything_
+  struct Part {  // indexed by Embree's geometry in everything_
     SurfaceKind kind;
-    mesh::Transform normals;  // object to world, for normals; of instances only
+    mesh::Transform normals;  // object to world, for normals; only for instances
   };
-  /// Who answers for a mesh beside Embree.
+  /// What answers for a mesh besides Embree.
   struct Answered {
     bool by_asset = false;    ///< shadow rays
     bool by_primary = false;  ///< camera rays
@@ -91,20 +91,20 @@ class World {
                      Answered answered);
   RTCGeometryTy* make_geometry(std::span<const mesh::Float3> positions,
                                std::span<const mesh::Triangle> triangles);
-  /// Takes the geometry over.
+  /// Takes ownership of the geometry.
   void attach(RTCGeometryTy* geometry, Answered answered);
   std::optional<SurfacePoint> trace(RTCSceneTy* scene, const Double3& origin, const Double3& direction) const;
   void add_ground(const SceneDescription& scene);
-  /// Adds an object's asset, and returns the scene of its mesh file, as it was baked from it.
+  /// Adds an object's asset, and returns the scene of its mesh file as the asset was baked from it.
   std::shared_ptr<const mesh::Scene> add_asset(const ObjectDescription& object,
                                                std::shared_ptr<const mesh::Scene> meshes);
 
-  std::atomic<int64_t> embree_bytes_{0};  // before device_, which says what it frees
+  std::atomic<int64_t> embree_bytes_{0};  // before device_, whose destructor reports the memory that it frees
   std::string error_;
   std::unique_ptr<RTCDeviceTy, Release> device_;
-  std::vector<EmbreePointer> children_;  // scenes that instances place
+  std::vector<EmbreePointer> children_;  // scenes that instances refer to
   EmbreePointer everything_, beside_assets_;
-  EmbreePointer beside_primaries_;  // null where fields answer no camera rays
+  EmbreePointer beside_primaries_;  // null if no fields answer camera rays
   std::vector<Part> parts_;
   std::vector<AssetBox> asset_boxes_;
   PrimaryObjects primaries_;

@@ -1,4 +1,4 @@
-// Rivals that are assets, or have one.
+// Rivals that are assets, or use one.
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
@@ -18,7 +18,7 @@ namespace {
 using bake::EmbreeCall;
 using kernels::Segment;
 
-/// A file in the runtime, on a device of one thread.
+/// A file in the runtime, on a device with one thread.
 class LoadedAsset {
  public:
   explicit LoadedAsset(const std::vector<std::byte>& file)
@@ -75,7 +75,7 @@ class AssetRival : public Rival {
   LoadedAsset asset_;
 };
 
-/// Planes that prove most answers, and Embree on the whole mesh for those that they leave open.
+/// Planes that prove most answers, and Embree on the whole mesh for the rays that they leave open.
 class ProofsThenEmbree : public Rival {
  public:
   ProofsThenEmbree(const std::vector<std::byte>& file, const mesh::CleanMesh& mesh)
@@ -116,7 +116,7 @@ bake::BakeOptions options_of(std::string_view encoding, const StudyScale& scale)
   options.encoding = encoding;
   options.preset = scale.quick ? bake::Preset::fast : bake::Preset::balanced;
   options.seed = scale.seed;
-  options.evaluation_rays = 0;  // the study asks all rivals about the same rays
+  options.evaluation_rays = 0;  // the study queries all rivals with the same rays
   return options;
 }
 
@@ -140,7 +140,7 @@ std::vector<RivalPlan> asset_rivals(const StudiedMesh& mesh, const StudyScale& s
     options.scale = factor;
     add("segment", fmt::format("scale {:g}", factor), options);
     if (factor > 2)
-      plans.back().while_below = kBudgets.back();  // of some meshes those before are still small
+      plans.back().while_below = kBudgets.back();  // for some meshes, the sizes before are still small
   }
   add("exact", "all triangles", options_of("exact", scale));
   add("bvh", "all triangles", options_of("bvh", scale));

@@ -1,4 +1,4 @@
-// `nif study`: every way to answer visibility on one mesh, at a range of sizes.
+// `nif study`: compares every way to answer visibility on one mesh, over a range of sizes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -36,13 +36,13 @@ constexpr uint32_t kPictureWidth = 320, kPictureHeight = 240;
 
 struct Arguments : RunArguments {
   std::string mesh, folder;
-  uint64_t seed = 1, rays = 0;  ///< 0: as many as the kind of study has
+  uint64_t seed = 1, rays = 0;  ///< 0: the default of the kind of study
   bool quick = false;
 };
 
 std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
 
-/// The file as one mesh, with all instances in their places.
+/// Reads the file as one mesh, with all instances in their places.
 mesh::Scene read_one_mesh(const std::string& path) {
   mesh::Scene scene = mesh::read(path);
   if (scene.meshes.size() == 1 && scene.instances.size() == 1) {
@@ -65,7 +65,7 @@ std::vector<RivalPlan> plan_all(const StudiedMesh& mesh, const StudyScale& scale
   return plans;
 }
 
-/// Of whatever cannot be made of a mesh: that is worth knowing, and no reason to end.
+/// Whether the error says that something cannot be made of a mesh: that is a result, and no reason to stop.
 bool is_about_mesh(Status status) {
   switch (status) {
     case Status::all_degenerate:
@@ -79,7 +79,8 @@ bool is_about_mesh(Status status) {
   }
 }
 
-/// Lower-case letters, digits and dashes. Plans that come and go with versions change no other's.
+/// Lower-case letters, digits and dashes. If plans come and go between versions, the names of the others
+/// stay.
 std::string file_name_of(const std::string& words) {
   std::string name;
   for (const char c : words) {
@@ -111,7 +112,7 @@ class Studying {
                                     : kRays};
   }
 
-  /// What an earlier run of the same study found out.
+  /// Loads the results of an earlier run of the same study.
   void resume() {
     const std::string path = in_folder("study.json");
     if (!fs::exists(path)) return;
@@ -134,7 +135,7 @@ class Studying {
       const RivalProgress told = [&, name = fmt::format("{} of {}: {}, {}", i + 1, plans_.size(), plan.family,
                                                         plan.size)](double share, const std::string& what) {
         if (interruption())
-          throw Error(Status::interrupted, "the study was cancelled; run it again to go on");
+          throw Error(Status::interrupted, "the study was cancelled; run it again to continue");
         progress_.update((double(made) + share) / double(left), name + ": " + what);
       };
       if (!meter) meter.emplace(mesh_, study_.key.rays, study_.key.seed, told);
@@ -166,7 +167,7 @@ class Studying {
     return std::string(mesh::detail::load_file(path, kMost).view());
   }
 
-  /// Where it was measured before, and its pictures are still there.
+  /// Returns the kept point if it was measured before and its pictures still exist.
   const RivalPoint* kept(const RivalPlan& plan) const {
     const RivalPoint* point = kept_.find(plan.family, plan.size);
     const bool whole = point && (!point->measured() || (fs::exists(in_folder(point->picture)) &&
@@ -200,7 +201,7 @@ class Studying {
     return point;
   }
 
-  /// What there is by now stays, should the rest be cancelled.
+  /// Saves the results so far, in case the rest is cancelled.
   void save() const { write_output(in_folder("study.json"), bytes_of(to_json(study_).dump(2) + "\n")); }
 
   std::string folder_;
@@ -257,10 +258,9 @@ void add_study(Command app) {
   command.add_option("MESH", a->mesh, "A mesh file, as for nif bake; all of it counts as one mesh")
       .required();
   command
-      .add_option(
-          "-o,--output", a->folder,
-          "Folder for study.html, study.json and the pictures; it is made where there is none. A study "
-          "that was cancelled goes on from there")
+      .add_option("-o,--output", a->folder,
+                  "Folder for study.html, study.json and the pictures; created if missing. A cancelled study "
+                  "continues from there")
       .required();
   command.add_flag("--quick", a->quick, "Two sizes of each, preset fast, and little training of spherical");
   command.add_option("--rays", a->rays, "Rays per ray set to measure with")
@@ -269,11 +269,9 @@ void add_study(Command app) {
   add_seed_option(command, a->seed);
   add_run_options(command, *a, kStudySchema);
   command.footer(
-      "Compared are segment, exact, bvh, proof with Embree behind it, and spherical; Embree on the whole "
-      "mesh;\n"
-      "meshes simplified by OpenMesh and meshoptimizer, with Embree and as exact; distance fields and voxels "
-      "of\n"
-      "OpenVDB. docs/study.md says how.\n"
+      "Compares segment, exact, bvh, proof with Embree behind it, and spherical; Embree on the whole mesh;\n"
+      "meshes simplified by OpenMesh and meshoptimizer, with Embree and as exact; and distance fields and\n"
+      "voxels of OpenVDB. docs/study.md explains how.\n"
       "Examples:\n"
       "  nif study statue.ply -o statue-study --quick\n"
       "  nif study dragon.ply.gz -o dragon-study");

@@ -1,4 +1,4 @@
-// Rivals that are the mesh itself, or one of fewer triangles.
+// Rivals that are the mesh itself, or a simplified one.
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
@@ -51,7 +51,7 @@ class EmbreeRival : public Rival {
     const auto laid_out = std::make_shared<bake::EmbreeRays>(rays.segments.size());
     for (const EmbreeCall call : bake::kEmbreeCalls) {
       if (bake::finds_first_hits(call)) continue;
-      // Where rays are not coherent, the hint that they are halves the speed.
+      // For incoherent rays, the coherence hint halves the speed.
       for (const bool coherent : {false, true}) {
         if (coherent && (!bake::is_coherent(set) || bake::takes_single_rays(call))) continue;
         ways.push_back([this, laid_out, call, coherent, &rays] {
@@ -68,22 +68,22 @@ class EmbreeRival : public Rival {
   bake::EmbreeScene scene_;
 };
 
-/// A mesh of fewer triangles, made when it is first asked for.
+/// A simplified mesh, made when it is first needed.
 class Simplified {
  public:
   Simplified(const mesh::Mesh& mesh, uint64_t triangles, bool fast)
       : mesh_(mesh), triangles_(triangles), fast_(fast) {}
 
-  /// Throws Error(target_not_met) where so many triangles cannot be reached.
+  /// Throws Error(target_not_met) if this number of triangles cannot be reached.
   const mesh::Scene& scene(const RivalProgress& progress) {
     if (!made_) {
       mesh::Mesh simple = reduce(false, progress);
-      // Rims stay where they are unless that is what is in the way.
+      // Boundaries stay fixed, unless they prevent the reduction.
       if (misses(simple)) simple = reduce(true, progress);
       if (misses(simple))
         throw Error(
             Status::target_not_met,
-            fmt::format("{} triangles were asked for, but {} are left: no more edges can be collapsed",
+            fmt::format("{} triangles were requested, but {} are left: no more edges can be collapsed",
                         triangles_, simple.triangles.size()));
       made_.emplace();
       made_->meshes.push_back(std::move(simple));
@@ -111,7 +111,7 @@ class Simplified {
   std::optional<mesh::Scene> made_;
 };
 
-/// "10,000 triangles", of 1,000 to a million.
+/// "10,000 triangles", for 1,000 to a million.
 std::string named(uint64_t triangles) {
   return fmt::format("{},{:03} triangles", triangles / 1000, triangles % 1000);
 }

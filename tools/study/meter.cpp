@@ -1,5 +1,5 @@
-// Finds Embree's fastest call for each timed set first, in a few heats. Each rival is then timed in
-// rounds that alternate with it, so that what disturbs one disturbs the other.
+// Finds Embree's fastest call for each timed set first, in a few heats. Each rival is then timed in rounds
+// that alternate with it, so that a disturbance affects both.
 #include "tools/study/meter.hpp"
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 namespace nif::tools {
 namespace {
 
-/// Two that are incoherent, and one that is coherent.
+/// Two incoherent sets and a coherent one.
 constexpr std::array kTimed{bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun};
 
 bool is_timed(bake::RaySet set) { return std::ranges::find(kTimed, set) != kTimed.end(); }

@@ -1,5 +1,5 @@
-// The verdicts come first: at each number of bytes, does `segment` or the best simplified mesh answer
-// more rays wrongly? Then tables, curves and pictures, with one colour for each family.
+// The verdicts come first: at each number of bytes, which of `segment` and the best simplified mesh answers
+// fewer rays wrongly? Then tables, curves and pictures, with one colour for each family.
 #include "tools/study/page.hpp"
 
 #include <fmt/format.h>
@@ -15,13 +15,14 @@
 namespace nif::tools {
 namespace {
 
-/// Close to these many resident bytes pictures are compared.
+/// Resident bytes near which pictures are compared.
 constexpr double kPictured = 300e3;
 
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 std::string times(double ratio) { return fmt::format("{:.2f} x", ratio); }
 
-/// nifkit's own in warm colours, simplified meshes in cold ones, volumes in green, the rest in grey.
+/// nifkit's own encodings in warm colours, simplified meshes in cold ones, volumes in green, the rest in
+/// grey.
 std::string_view colour_of(const std::string& family) {
   static const std::map<std::string, std::string_view, std::less<>> kColours{
       {"segment", "#c2410c"},
@@ -81,13 +82,13 @@ std::string curves_section(const Study& study) {
   }
   const std::string plot = curves_plot(study.key.mesh, panels);
   return html_section(
-      "Curves", "Over bytes in memory, both axes logarithmic. An error of none has no point.",
+      "Curves", "Over bytes in memory, both axes logarithmic. An error of 0 has no point.",
       fmt::format("<img class=\"plot\" alt=\"Error and speed over bytes, by rival; the table below has all "
                   "figures\" src=\"{}\">\n",
                   data_address("image/svg+xml", plot)));
 }
 
-/// What the reader wants to know first: ours and the best simplified mesh, and so where ours loses.
+/// What the reader wants to know first: our encoding against the best simplified mesh, and where ours loses.
 std::string verdicts(const Study& study) {
   std::string html;
   for (const double bytes : kBudgets) {
@@ -102,9 +103,9 @@ std::string verdicts(const Study& study) {
     if (!own && !other) continue;
     std::string said;
     if (!own) {
-      said = "segment has no size as small as that";
+      said = "segment has no size that small";
     } else if (!other) {
-      said = fmt::format("segment: {} wrong; no simplified mesh is as small as that", percent(own->error));
+      said = fmt::format("segment: {} wrong; no simplified mesh is that small", percent(own->error));
     } else {
       said = fmt::format("{}: segment answers {} wrongly, the best simplified mesh ({}) {}",
                          own->error < other->error ? "segment wins" : "segment loses", percent(own->error),
@@ -171,8 +172,8 @@ std::string pictures_section(const Study& study,
   }
   return html_section(
       "Pictures",
-      fmt::format("Each rival at the size nearest to {}. A sun and ambient light, 16 rays a pixel, "
-                  "and where these are answered wrongly: from yellow to red, the more of them are.",
+      fmt::format("Each rival at the size nearest to {}. A sun and ambient light, 16 rays per pixel, "
+                  "and where these are answered wrongly, from yellow (few) to red (many).",
                   format_bytes(kPictured)),
       "<div class=\"gallery\">\n" + html + "</div>\n");
 }

@@ -1,4 +1,4 @@
-// The page of `nif study`.
+// Writes the results of `nif study` as a page.
 #pragma once
 
 #include <functional>
@@ -8,8 +8,8 @@
 
 namespace nif::tools {
 
-/// One file that needs no network: who has the fewest wrong answers at equal bytes, curves of error and speed
-/// over bytes, pictures, and every figure. `picture` returns the bytes of a PNG by its name: those of the
+/// One self-contained file: which family has the fewest wrong answers at equal bytes, curves of error and
+/// speed over bytes, pictures, and every figure. `picture` returns the bytes of a PNG by name: those of the
 /// points, and kReferencePicture.
 std::string study_page(const Study& study, const std::function<std::string(const std::string&)>& picture);
 

@@ -1,5 +1,5 @@
-// Reads study.json back with care: values are checked, and a study with another key is refused. Between
-// two sizes, families are compared by straight lines over logarithms of bytes, errors and speeds.
+// Reads study.json back with care: values are checked, and a study with another key is refused. Between two
+// sizes, families are compared by linear interpolation in logarithms of bytes, errors and speeds.
 #include "tools/study/study.hpp"
 
 #include <fmt/format.h>
@@ -44,7 +44,7 @@ Json to_json(const RivalPoint& point) {
   return json;
 }
 
-/// A name within the study's own folder, and nothing else.
+/// A file name within the study's own folder, and nothing else.
 std::string file_name(const Json& json) {
   const auto name = json.get<std::string>();
   if (name.empty() || name.find('/') != std::string::npos || name.starts_with('.'))
@@ -92,9 +92,9 @@ RivalPoint to_point(const Json& json) {
   return point;
 }
 
-/// A value of one size, or between two.
+/// A value of one size, or one interpolated between two.
 std::optional<double> between(std::optional<double> below, std::optional<double> above, double share) {
-  constexpr double kLeast = 1e-7;  // an error of none has no logarithm
+  constexpr double kLeast = 1e-7;  // an error of 0 has no logarithm
   if (!below || !above) return std::nullopt;
   if (share <= 0) return below;
   return std::exp(std::log(std::max(*below, kLeast)) * (1 - share) +
@@ -153,11 +153,13 @@ Study read_study(const std::string& path, const std::string& text, const StudyKe
     if (!kept.is_object()) throw Error(Status::checkpoint_refused, "");
     for (const Json& point : json.at("points")) study.points.push_back(to_point(point));
   } catch (const nlohmann::json::exception&) {
-    throw Error(Status::checkpoint_refused,
-                path + ": not what nif study writes, or damaged; choose another folder, or remove the file");
+    throw Error(
+        Status::checkpoint_refused,
+        path + ": is not a file of nif study, or is damaged; choose another folder, or remove the file");
   } catch (const Error&) {
-    throw Error(Status::checkpoint_refused,
-                path + ": not what nif study writes, or damaged; choose another folder, or remove the file");
+    throw Error(
+        Status::checkpoint_refused,
+        path + ": is not a file of nif study, or is damaged; choose another folder, or remove the file");
   }
   const Json now = to_json(key);
   for (const auto& [name, value] : now.items()) {

@@ -1,5 +1,5 @@
 // Each pixel that sees the mesh has 16 rays, one to the sun and the others over the hemisphere. Embree
-// answers them once; what a rival says gives its picture, its map of errors and its share of errors.
+// answers them once; a rival's answers give its picture, its map of errors and its share of errors.
 #include "tools/study/view.hpp"
 
 #include <tbb/blocked_range.h>

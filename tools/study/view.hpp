@@ -1,4 +1,4 @@
-// One view of the mesh as each rival sees it: a picture, and a map of its wrong answers.
+// Renders one view of the mesh from each rival's answers: a picture, and a map of its wrong answers.
 #pragma once
 
 #include <vector>
@@ -8,13 +8,13 @@
 
 namespace nif::tools {
 
-/// Rays from what a camera sees of the surface, with the answers of Embree.
+/// Rays from the surface points that a camera sees, with Embree's answers.
 class StudyView {
  public:
-  /// In parallel, and the same for any number of threads.
+  /// Runs in parallel, with the same result for any number of threads.
   StudyView(const StudiedMesh& mesh, uint32_t width, uint32_t height);
 
-  /// By Embree, encoded.
+  /// The picture by Embree, encoded.
   render::Image reference() const { return paint(rays_.visible); }
   struct Seen {
     render::Image picture, errors;  ///< encoded
@@ -26,15 +26,15 @@ class StudyView {
   struct Pixel {
     uint32_t x, y;
     float facing;  ///< how much the surface faces the camera, 0..1
-    float sunny;   ///< and the sun; 0 where it faces away
+    float sunny;   ///< and how much it faces the sun; 0 if it faces away
   };
-  /// A sun and ambient light, by which of the rays are free (1 or 0 each).
+  /// A sun and ambient light, for rays that are visible or not (1 or 0 each).
   render::Image paint(const std::vector<uint8_t>& visible) const;
 
   uint32_t width_, height_;
   std::vector<Pixel> pixels_;
-  std::vector<float> weights_;  ///< [ray] of ambient light
-  bake::LabelledRays rays_;     ///< kRays for each pixel: to the sun, then over the half space
+  std::vector<float> weights_;  ///< [ray] for ambient light
+  bake::LabelledRays rays_;     ///< kRays for each pixel: to the sun, then over the hemisphere
 };
 
 }  // namespace nif::tools

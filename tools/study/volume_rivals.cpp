@@ -1,4 +1,4 @@
-// Rivals that keep no triangles: distances and voxels.
+// Rivals that store no triangles: distances and voxels.
 #include <fmt/format.h>
 
 #include <array>
@@ -12,7 +12,7 @@ namespace {
 
 class VolumeRival : public Rival {
  public:
-  /// Leaves out as many voxels at the start of rays as serve it best.
+  /// Skips the number of voxels at the start of rays that gives it the smallest error.
   VolumeRival(std::unique_ptr<volume::RayVolume> volume, const StudiedMesh& mesh, uint64_t seed)
       : volume_(std::move(volume)) {
     constexpr size_t kTried = 20'000;

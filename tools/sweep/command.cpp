@@ -1,4 +1,4 @@
-// `nif sweep`: bakes a mesh at several sizes, and shows what each has: bytes, error, certain answers, speed.
+// `nif sweep`: bakes a mesh at several sizes, and shows bytes, error, certain answers and speed of each.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -139,7 +139,7 @@ void run(const Arguments& arguments) {
       Progress silent(true);
       points.back().speeds = measure(options, silent).runs.front().sets;
     }
-    // What there is by now stays, should the rest be cancelled.
+    // Saves the results so far, in case the rest is cancelled.
     const std::string json = to_json(arguments, triangles, points).dump(2) + "\n";
     write_output(in_folder("sweep.json"), std::as_bytes(std::span(json)));
   }
@@ -163,7 +163,7 @@ void add_sweep(Command app) {
   command.add_option("MESH", a->mesh, "The mesh to bake, as for nif bake").required();
   command
       .add_option("-o,--output", a->folder,
-                  "Folder for the assets, sweep.json and sweep.svg; it is made where there is none")
+                  "Folder for the assets, sweep.json and sweep.svg; it is created if missing")
       .required();
   command.add_option("--preset", a->preset, "fast, balanced or high").capture_default_str();
   command

@@ -1,5 +1,5 @@
-// Picks the values, and leaves the drawing to curves.hpp. An error of 0 has no place on a logarithmic
-// axis, so its point is left out.
+// Selects the values, and leaves the drawing to curves.hpp. An error of 0 has no place on a logarithmic axis,
+// so its point is left out.
 #include "tools/sweep/plot.hpp"
 
 #include <fmt/format.h>

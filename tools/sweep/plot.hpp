@@ -1,4 +1,4 @@
-// The plot of `nif sweep`.
+// Draws the plot of `nif sweep`.
 #pragma once
 
 #include <string>
@@ -11,16 +11,16 @@ namespace nif::tools {
 
 /// One size of an asset.
 struct SweepPoint {
-  double scale = 1;  ///< of the preset's grids
+  double scale = 1;  ///< factor on the preset's grids
   std::string file;
-  double seconds = 0;  ///< of its bake
+  double seconds = 0;  ///< duration of its bake
   uint64_t file_bytes = 0, resident_bytes = 0;
   bake::SetAccuracies sets{};
-  std::vector<SetSpeeds> speeds;  ///< on one thread; empty where none were measured
+  std::vector<SetSpeeds> speeds;  ///< on one thread; empty if none were measured
 };
 
-/// An SVG document: error, share of certain answers and speed beside Embree's, each against the bytes of the
-/// file.
+/// An SVG document: error, share of certain answers, and speed relative to Embree, each against the bytes of
+/// the file.
 std::string sweep_plot(const std::string& title, const std::vector<SweepPoint>& points);
 
 }  // namespace nif::tools

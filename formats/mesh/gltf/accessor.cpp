@@ -1,4 +1,4 @@
-// Accessors: typed, strided and possibly sparse views of buffers.
+// Reads accessors: typed, strided and possibly sparse views of buffers.
 #include "formats/mesh/gltf/accessor.hpp"
 
 #include <fmt/format.h>
@@ -36,7 +36,7 @@ T load(const char* at) {
   return value;
 }
 
-/// A component as glTF's section on accessors and KHR_mesh_quantization define it.
+/// Decodes a component as glTF's section on accessors and KHR_mesh_quantization define it.
 float decode(const char* at, int type, bool normalized) {
   const auto scaled = [&](float value, float largest) {
     return normalized ? std::max(value / largest, -1.0f) : value;
@@ -203,8 +203,8 @@ template <class T, class Load>
 std::vector<T> GltfData::load_all(int index, int components, const char* what, uint64_t most,
                                   Load&& load) const {
   const tinygltf::Accessor& accessor = find(input_, model_, index);
-  // Without a buffer view all elements are zero and cost the file nothing, so their number needs a bound,
-  // over all that are read.
+  // Without a buffer view all elements are zero and take no space in the file, so their number needs a bound,
+  // over all accessors that are read.
   constexpr uint64_t kMostZeros = uint64_t{1} << 25;
   const uint64_t count = std::min<uint64_t>(accessor.count, most);
   if (accessor.bufferView < 0)

@@ -1,5 +1,5 @@
-// Which nodes move. Read from the JSON and not by tinygltf, whose reader of animations refuses a file for
-// what is wrong in them.
+// Finds the nodes that move. Reads them from the JSON and not with tinygltf, whose reader of animations
+// refuses a whole file for errors in them.
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-/// 12 of "/nodes/12/translation".
+/// Returns 12 for "/nodes/12/translation".
 std::optional<size_t> node_of_pointer(std::string_view pointer) {
   constexpr std::string_view kNodes = "/nodes/";
   if (!pointer.starts_with(kNodes)) return std::nullopt;

@@ -1,7 +1,7 @@
-// What is inserted has one form, so that it can be found and taken out again without a trace. A member or an
-// element is appended to its container, with a comma before it. A container that is not there is made with
-// it, and goes with it. One that was there and empty gets a tab before its first content: that is how the two
-// are told apart. What cannot be seen from the result, the lengths of the binary data before, stands in the
+// Inserted text has one fixed form, so that it can be found and removed without a trace. A member or an
+// element is appended to its container, preceded by a comma. A container that does not exist is created, and
+// removed again. One that was there and empty gets a tab before its first content, to tell the two cases
+// apart. What cannot be seen from the result, the original length of the binary data, is stored in the
 // "extras" of the extension.
 #include "formats/mesh/gltf/attach.hpp"
 
@@ -23,7 +23,7 @@ namespace {
 using namespace detail;
 using nlohmann::json;
 
-// Of NIF_ASSET_ALIGNMENT in nif.h: where an asset may be used in place.
+// NIF_ASSET_ALIGNMENT of nif.h, so that an asset can be used in place.
 constexpr uint64_t kAssetAlignment = 64;
 constexpr uint64_t kLargestGlb = std::numeric_limits<uint32_t>::max();
 constexpr uint64_t kGlbHeader = 12, kChunkHeader = 8;
@@ -35,14 +35,14 @@ uint64_t padded(uint64_t bytes, uint64_t alignment) {
 
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 
-/// The parts of a file that are exchanged, and those around them.
+/// The parts of a file that change, and those around them.
 struct Parts {
   Input input;
   bool glb = false;
-  std::string_view text;                   ///< JSON; of a GLB with its padding, of a .gltf all of it
+  std::string_view text;                   ///< JSON; for a GLB with its padding, for a .gltf the whole file
   std::optional<std::string_view> binary;  ///< the binary chunk of a GLB
-  std::string_view tail;                   ///< of a GLB: all that follows, other chunks
-  uint64_t tail_length = 0;                ///< how much of that the GLB's header counts
+  std::string_view tail;                   ///< for a GLB: everything after that, other chunks
+  uint64_t tail_length = 0;                ///< the part of it that the GLB's header includes
 };
 
 Parts split(const std::filesystem::path& file, std::string_view bytes) {
@@ -67,7 +67,7 @@ Parts split(const std::filesystem::path& file, std::string_view bytes) {
   return parts;
 }
 
-/// Numbers as the container has them.
+/// Numbers in the byte order of the container.
 std::string words(std::initializer_list<uint64_t> values) {
   std::string out;
   for (const uint64_t value : values) {
@@ -79,7 +79,8 @@ std::string words(std::initializer_list<uint64_t> values) {
   return out;
 }
 
-/// Appends the file with changed text and binary data to `out`. No pieces of binary data: no binary chunk.
+/// Appends the file with changed text and binary data to `out`. If `binary` is empty, there is no binary
+/// chunk.
 FilePieces assemble(const Parts& parts, const TextEdits& edits, const std::vector<std::string_view>& binary,
                     FilePieces out = {}) {
   if (!parts.glb) {
@@ -123,9 +124,9 @@ struct Places {
   std::optional<JsonItem> find(std::string_view name) const { return text.find(root_items, name); }
 };
 
-// ---- Taking out -------------------------------------------------------------------------------------------
+// ---- Removing ---------------------------------------------------------------------------------------------
 
-/// Removes some items of a container; true where nothing is left of it and it was made for them.
+/// Removes some items of a container; returns true if it becomes empty and was created for them.
 bool remove_items(const JsonText& text, size_t container, const std::vector<JsonItem>& items,
                   const std::vector<bool>& gone, TextEdits& edits) {
   size_t first_kept = 0;
@@ -149,10 +150,10 @@ bool remove_item(const JsonText& text, size_t container, size_t begin, TextEdits
   return remove_items(text, container, items, gone, edits);
 }
 
-/// What has to be changed for a file to be as it was.
+/// The changes that restore the original file.
 struct Removal {
   TextEdits edits;
-  std::optional<uint64_t> binary;  ///< bytes of the binary chunk; none: it has none
+  std::optional<uint64_t> binary;  ///< bytes of the binary chunk; nothing: it has none
 };
 
 class Remover {
@@ -164,7 +165,7 @@ class Remover {
     return places_.extensions ? text_.find(places_.extensions->value, kName) : std::nullopt;
   }
 
-  /// None where there is no attachment. Throws malformed_mesh where it cannot be taken out.
+  /// Returns nothing if there is no attachment. Throws malformed_mesh if it cannot be removed.
   std::optional<Removal> plan() {
     // Most files need no closer look.
     if (parts_.text.find(quoted(kName)) == std::string_view::npos) return std::nullopt;
@@ -217,7 +218,7 @@ class Remover {
       if (text_.of(node).find(quoted(kName)) == std::string_view::npos) continue;
       const auto extensions = text_.find(node.value, "extensions");
       const auto own = extensions ? text_.find(extensions->value, kName) : std::nullopt;
-      if (!own) continue;  // a node of that name
+      if (!own) continue;  // a node with that name
       any = true;
       if (remove_item(text_, extensions->value, own->begin, edits))
         remove_item(text_, node.value, extensions->begin, edits);
@@ -225,7 +226,7 @@ class Remover {
     return any;
   }
 
-  /// Fills in what the extension says of its one asset.
+  /// Stores what the extension states about its one asset.
   void read_extension(const JsonItem& extension) {
     const json own = parsed(extension), assets = member(own, "assets");
     if (!assets.is_array() || assets.size() != 1) refuse("it does not list one asset");
@@ -252,7 +253,7 @@ class Remover {
     return found->get<uint64_t>();
   }
 
-  /// The asset's buffer view, and its bytes at the end of the binary chunk.
+  /// Removes the asset's buffer view, and its bytes at the end of the binary chunk.
   void take_out_asset(Removal& removal) {
     const std::vector<JsonItem> views = places_.views ? text_.items(places_.views->value) : no_items_,
                                 buffers = places_.buffers ? text_.items(places_.buffers->value) : no_items_;
@@ -290,14 +291,14 @@ std::vector<std::string_view> kept_binary(const Parts& parts, const Removal& rem
   return {parts.binary->substr(0, *removal.binary)};
 }
 
-// ---- Putting in -------------------------------------------------------------------------------------------
+// ---- Inserting --------------------------------------------------------------------------------------------
 
 class Attacher {
  public:
   Attacher(const Parts& parts, const Attachment& attachment)
       : parts_(parts), attachment_(attachment), places_(parts.text), text_(places_.text) {}
 
-  /// `out` keeps what the parts refer to.
+  /// `out` owns the bytes that the parts refer to.
   FilePieces run(FilePieces out) {
     const bool embed = !attachment_.asset.empty();
     std::vector<std::string_view> binary;
@@ -313,8 +314,8 @@ class Attacher {
           fmt::format(R"({}:{{"assets":[{{{},"mimeType":"{}"}}]{}{}}})", name, where, kMimeType, restore,
                       std::string(spaces, ' ')));
     };
-    // White space within the extension takes up what a GLB needs between text and data, so that the padding
-    // that was there stays as it is. With it, an embedded asset is aligned in the file, too.
+    // White space within the extension fills the alignment that a GLB needs between text and data, so that
+    // existing padding stays as it is. It also aligns an embedded asset in the file.
     size_t spaces = 0;
     if (parts_.glb) {
       TextEdits trial = edits_;
@@ -331,7 +332,7 @@ class Attacher {
     parts_.input.fail(Status::malformed_mesh, what + ", so nothing can be attached to it");
   }
 
-  /// Appends an item to a container that is there.
+  /// Appends an item to an existing container.
   void append(TextEdits& edits, size_t container, const std::string& item) const {
     const std::vector<JsonItem> items = text_.items(container);
     if (items.empty())
@@ -340,7 +341,7 @@ class Attacher {
       edits.insert(items.back().end, ',' + item);
   }
 
-  /// Appends an item to a member of the root, which is made where it is not there.
+  /// Appends an item to a member of the root, which is created if it does not exist.
   void add(TextEdits& edits, const std::optional<JsonItem>& member, std::string_view name,
            std::string_view brackets, const std::string& item) const {
     if (!member) {
@@ -351,7 +352,7 @@ class Attacher {
     append(edits, member->value, item);
   }
 
-  /// The number of the buffer view.
+  /// Returns the number of the buffer view.
   size_t embed_asset(std::vector<std::string_view>& binary, std::string& restore, FilePieces& out) {
     if (!parts_.glb) parts_.input.fail(Status::usage, "is a .gltf, which has no binary chunk for the asset");
     const uint64_t before = parts_.binary ? parts_.binary->size() : 0,
@@ -474,7 +475,7 @@ FilePieces detail::without_attachment(const std::filesystem::path& file, std::st
     const Parts parts = split(file, bytes);
     if (const auto removal = Remover(parts).plan())
       return assemble(parts, removal->edits, kept_binary(parts, *removal));
-  } catch (const Error&) {  // of an attachment that somebody has changed
+  } catch (const Error&) {  // from an attachment that somebody has changed
   }
   out.refer(bytes);
   return out;

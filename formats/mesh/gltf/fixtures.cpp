@@ -1,5 +1,5 @@
-// Read from the JSON and not by tinygltf, whose reader of cameras and lights refuses a file for what is wrong
-// in them.
+// Reads cameras and lights from the JSON and not with tinygltf, whose reader of these refuses a whole file
+// for errors in them.
 #include "formats/mesh/gltf/fixtures.hpp"
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 using std::numbers::pi;
 
-/// What a camera or light is refused for.
+/// The reason why a camera or light is refused.
 struct Flaw {
   std::string what;
 };
@@ -28,7 +28,7 @@ std::string name_of(const json& object) {
                                                 : std::string();
 }
 
-/// `otherwise` where there is no such member; none where it is no number from low to high.
+/// Returns `otherwise` if there is no such member, and nothing if it is not a number from low to high.
 std::optional<double> number(const json& object, const char* name, double low, double high,
                              double otherwise) {
   const json* value = member(object, name);
@@ -95,7 +95,7 @@ Light to_light(const json& definition) {
   return light;
 }
 
-/// What a node's reference stands for. `what` is "camera" or "light".
+/// Resolves a node's reference. `what` is "camera" or "light".
 template <class Read>
 GltfFixture resolve(size_t node, const json& source, const char* what, const json* index,
                     const json* definitions, Read&& read) {
@@ -137,7 +137,7 @@ std::vector<GltfFixture> read_fixtures(const json& root) {
 }
 
 void FixturePlacer::visit(size_t node, const std::optional<Transform>& world, bool hidden) {
-  // Not equal_range(): of its range clang 14 and libstdc++ 12 make nothing that can be gone through.
+  // Not equal_range(): clang 14 with libstdc++ 12 cannot iterate over its result.
   const auto first = std::ranges::lower_bound(fixtures_, node, {}, &GltfFixture::node);
   for (auto at = first; at != fixtures_.end() && at->node == node; ++at) {
     const GltfFixture& fixture = *at;

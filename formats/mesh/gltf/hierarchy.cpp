@@ -1,5 +1,5 @@
-// Node transforms are accumulated in double, so that deep hierarchies of CAD assemblies stay aligned, and
-// only the result is rounded to float.
+// Node transforms are accumulated in double, so that deep hierarchies of CAD assemblies stay aligned; only
+// the result is rounded to float.
 #include "formats/mesh/gltf/hierarchy.hpp"
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr Affine kUnmoved{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-/// Fewer numbers than that: those of a node that moves, turns or scales nothing.
+/// Returns the values, or `otherwise` if there are not kCount of them, as for a missing member.
 template <size_t kCount>
 std::array<double, kCount> numbers_or(const std::vector<double>& values,
                                       std::array<double, kCount> otherwise) {
@@ -33,7 +33,7 @@ Affine local_transform(const tinygltf::Node& node) {
   return out;
 }
 
-/// By KHR_node_visibility.
+/// Whether the node is hidden by KHR_node_visibility.
 bool hides(const tinygltf::Node& node) {
   const auto found = node.extensions.find("KHR_node_visibility");
   if (found == node.extensions.end()) return false;
@@ -130,10 +130,10 @@ GltfHierarchy flatten(const Input& input, const tinygltf::Model& model, GltfNami
     int node;
     size_t parent;
     Affine place;  // of the parent
-    bool hidden;   // the parent is
-    Named named;   // by the names of the parent and of all above it
+    bool hidden;   // the parent is hidden
+    Named named;   // by the names of the parent and of all its ancestors
   };
-  // A stack of our own: the depth of a hierarchy is up to the file.
+  // An explicit stack, because the file determines the depth of its hierarchy.
   std::vector<Visit> stack;
   const std::vector<int> first = roots(input, model);
   for (auto root = first.rbegin(); root != first.rend(); ++root)
@@ -151,8 +151,8 @@ GltfHierarchy flatten(const Input& input, const tinygltf::Model& model, GltfNami
                  fmt::format("uses node {}, but there are only {}", visit.node, model.nodes.size()));
     }
     const size_t index = static_cast<size_t>(visit.node);
-    // Meeting a node twice means two parents or a cycle; both are forbidden, and unfolding either may never
-    // end.
+    // A node that is visited twice has two parents or is in a cycle. Both are forbidden, and unfolding them
+    // may never end.
     if (visited[index])
       input.fail(Status::malformed_mesh, fmt::format("node {} has two parents or is in a cycle", index));
     visited[index] = true;

@@ -1,5 +1,5 @@
 // Reads translations, rotations and scales, and makes one placement of each. The count is checked before
-// memory is taken: a small file may claim millions of instances.
+// memory is allocated, because a small file may claim millions of instances.
 #include "formats/mesh/gltf/instancing.hpp"
 
 #include <fmt/format.h>
@@ -30,7 +30,7 @@ class NodeInstances {
       if (count_ != kUnknown && count_ != count)
         fail(fmt::format("has {} with accessors of {} and of {} instances", kInstancing, count_, count));
       count_ = count;
-      // Others, which begin with an underscore, are for programs of their own.
+      // Other attributes, which begin with an underscore, are application-specific.
       if (name == "TRANSLATION") translations_ = accessor.Get<int>();
       if (name == "ROTATION") rotations_ = accessor.Get<int>();
       if (name == "SCALE") scales_ = accessor.Get<int>();

@@ -1,4 +1,4 @@
-// EXT_mesh_gpu_instancing: a node that places its mesh many times, by accessors.
+// EXT_mesh_gpu_instancing: a node places its mesh many times, with transforms from accessors.
 #pragma once
 
 #include <vector>
@@ -8,14 +8,15 @@
 
 namespace nif::mesh::detail {
 
-/// Puts as many placements as its instances are in place of each that has the extension, each after the
-/// transform of its node. Skinned meshes stay single, with a note: joints place them, not nodes. Throws
-/// malformed_mesh for accessors that are not as the extension says, too_large for more instances than
-/// kMostGpuInstances in all.
+/// Replaces each placement with the extension by one for each of its instances, each applied after the
+/// transform of its node. Skinned meshes stay single, with a note, because joints place them, not nodes.
+/// Throws malformed_mesh for accessors that violate the extension, and too_large for more than
+/// kMostGpuInstances instances in all.
 void expand_instances(const Input& input, const GltfData& data, const tinygltf::Model& model,
                       std::vector<GltfPlacement>& placements, std::vector<Note>& notes);
 
-/// Accessors without a buffer view, or with one that others share, cost a file next to nothing.
+/// A limit is needed because accessors without a buffer view, or with a shared one, take hardly any space in
+/// a file.
 inline constexpr uint64_t kMostGpuInstances = uint64_t{1} << 22;
 
 }  // namespace nif::mesh::detail

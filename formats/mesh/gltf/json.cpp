@@ -1,7 +1,6 @@
-// Opening of .gltf and .glb. tinygltf trusts much of what it reads: it indexes buffer views unchecked for
-// images and Draco data, recurses into "extras" as deep as they go, and refuses buffer files that are longer
-// than they need to be. So it is given only the parts of the JSON that matter, after these checks, and no
-// file system.
+// Opens .gltf and .glb. tinygltf trusts much of what it reads: it indexes buffer views unchecked for images
+// and Draco data, recurses into "extras" without limit, and refuses buffer files that are longer than
+// necessary. So, after these checks, it gets only the relevant parts of the JSON, and no file system.
 #include "formats/mesh/gltf/json.hpp"
 
 #include <fmt/format.h>
@@ -64,7 +63,7 @@ bool is_decoded(std::string_view extension) {
       extension == "EXT_meshopt_compression" || extension == "EXT_mesh_gpu_instancing" ||
       extension == "KHR_node_visibility")
     return true;
-  // Of appearance, or coarser than what is there: whether they are decoded or not, the surface is the same.
+  // These only affect appearance, or offer coarser versions: decoded or not, the surface is the same.
   static constexpr std::array kAppearance{"KHR_materials_",   "KHR_texture_", "EXT_texture_",
                                           "MSFT_texture_dds", "KHR_lights_",  "EXT_lights_",
                                           "KHR_animation_",   "KHR_xmp",      "MSFT_lod"};
@@ -124,7 +123,8 @@ class BufferOpener {
   }
 
  private:
-  /// Each file is read once, and all together are bounded: a few bytes of JSON name a file of any length.
+  /// Each file is read once, and their total is bounded, because a few bytes of JSON can refer to a file of
+  /// any length.
   std::string_view file_of(size_t index, const std::string& uri) {
     const std::optional<std::filesystem::path> path = local_file(input_, uri);
     if (!path) {
@@ -154,7 +154,7 @@ class BufferOpener {
   uint64_t bytes_left_ = input_.limits.max_decompressed_bytes;
 };
 
-/// Where glTF has an index, tinygltf takes the lower 32 bits of whatever number stands there.
+/// For glTF's indices, tinygltf takes the lower 32 bits of any number.
 void check_indices(const Input& input, const json& value, std::string_view name = {}) {
   if (value.is_structured()) {
     for (const auto& item : value.items()) {
@@ -175,7 +175,7 @@ void check_indices(const Input& input, const json& value, std::string_view name 
                            name == kIndicesAttribute ? "indices" : name.substr(0, 40)));
 }
 
-/// Draco primitives lose their index accessor, which has no data.
+/// Removes the index accessor of Draco primitives, which has no data.
 void move_indices(json& primitive) {
   const json* extensions = member(primitive, "extensions");
   if (extensions != nullptr && extensions->contains("KHR_draco_mesh_compression")) primitive.erase("indices");
@@ -188,7 +188,7 @@ void move_indices(json& primitive) {
   primitive.erase(indices);
 }
 
-/// Keeps the geometry and the hierarchy.
+/// Keeps only the geometry and the hierarchy.
 json reduced(const json& root) {
   json kept = json::object();
   for (const char* name : {"asset", "scene", "scenes", "nodes", "meshes", "accessors", "bufferViews"}) {

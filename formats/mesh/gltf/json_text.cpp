@@ -1,5 +1,5 @@
-// A scanner that only knows strings and brackets, and jumps over everything else. It has no recursion,
-// and stays within any text. Edits are sorted by position, then applied in one pass.
+// A scanner that only knows strings and brackets, and skips everything else. It does not recurse, and stays
+// within any text. Edits are sorted by position, then applied in one pass.
 #include "formats/mesh/gltf/json_text.hpp"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ size_t JsonText::skip_space(size_t at) const {
   return std::min(text_.find_first_not_of(" \t\r\n", at), text_.size());
 }
 
-/// From an opening quote to behind the closing one. Whole buffers can stand in a string.
+/// From an opening quote to after the closing one. A string may contain whole buffers.
 size_t JsonText::skip_string(size_t at) const {
   for (size_t quote = text_.find('"', at + 1); quote != std::string_view::npos;
        quote = text_.find('"', quote + 1)) {
@@ -36,12 +36,13 @@ size_t JsonText::skip_value(size_t at) const {
         break;
       case '}':
       case ']':
-        if (depth == 0) return at;  // no JSON
+        if (depth == 0) return at;  // not JSON
         --depth;
         ++at;
         break;
       default:
-        // Of what is left, white space and punctuation end a value; numbers and words are values.
+        // Outside of strings and brackets, white space and punctuation end a value; numbers and words are
+        // values.
         if (depth == 0) return std::min(text_.find_first_of(" \t\r\n,:]}", at), text_.size());
         at = std::min(text_.find_first_of("\"{}[]", at), text_.size());
     }
@@ -54,7 +55,7 @@ std::vector<JsonItem> JsonText::items(size_t value) const {
   std::vector<JsonItem> out;
   const bool object = is_object(value);
   if (!object && !is_array(value)) return out;
-  for (size_t at = value + 1;; ++at) {  // from behind a bracket or a comma
+  for (size_t at = value + 1;; ++at) {  // from after a bracket or a comma
     JsonItem item;
     item.begin = item.value = at = skip_space(at);
     if (at == text_.size() || text_[at] == '}' || text_[at] == ']') return out;

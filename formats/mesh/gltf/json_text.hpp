@@ -1,5 +1,6 @@
-// Finds where values are in a JSON text, so that a few of them can be replaced while every other byte keeps
-// its spelling, order and white space. A parser that writes back what it has read would change all of these.
+// Finds the positions of values in a JSON text, so that a few of them can be replaced while every other byte
+// keeps its spelling, order and white space. A parser that writes back what it has read would change all of
+// these.
 #pragma once
 
 #include <cstddef>
@@ -14,13 +15,13 @@ namespace nif::mesh::detail {
 
 /// An element of an array or a member of an object, by positions in the text.
 struct JsonItem {
-  size_t begin = 0;  ///< of an element its value, of a member its key
+  size_t begin = 0;  ///< start of an element's value, or of a member's key
   size_t value = 0;  ///< the first byte of the value
   size_t end = 0;    ///< after the value
 };
 
-/// A view of a text that a parser has found to be JSON; for any other, positions mean nothing, but they are
-/// never beyond the text.
+/// A view of a text that a parser has accepted as JSON. For any other text, positions mean nothing, but never
+/// exceed the text.
 class JsonText {
  public:
   explicit JsonText(std::string_view text) : text_(text) {}
@@ -31,12 +32,11 @@ class JsonText {
   bool is_array(size_t value) const { return starts_with(value, '['); }
   bool starts_with(size_t value, char c) const { return value < text_.size() && text_[value] == c; }
 
-  /// The elements of the array, or the members of the object, that begins at `value`; none of anything else.
+  /// The elements of an array, or the members of an object, that begins at `value`; empty for anything else.
   std::vector<JsonItem> items(size_t value) const;
   /// A member's key, unescaped.
   std::string key(const JsonItem& member) const;
-  /// The member of an object, or none; of several of the same key the last, which is the one that parsers
-  /// take.
+  /// The member of an object, or nothing. If several have the same key, the last one, which parsers take.
   std::optional<JsonItem> find(size_t object, std::string_view name) const;
   std::optional<JsonItem> find(const std::vector<JsonItem>& members, std::string_view name) const;
 
@@ -51,17 +51,17 @@ class JsonText {
   std::string_view text_;
 };
 
-/// Changes of a text, made together.
+/// Edits of a text, applied together.
 class TextEdits {
  public:
-  /// Puts `text` in place of the bytes from `begin` to `end`. Spans that are not empty must not overlap;
-  /// insertions at one position stand in the order in which they were made.
+  /// Replaces the bytes from `begin` to `end` with `text`. Non-empty ranges must not overlap; insertions at
+  /// the same position keep the order of the calls.
   void replace(size_t begin, size_t end, std::string text) {
     edits_.push_back({begin, end, std::move(text)});
   }
   void insert(size_t at, std::string text) { replace(at, at, std::move(text)); }
 
-  /// By how many bytes the text grows; below 0 where it shrinks.
+  /// Number of bytes by which the text grows; negative if it shrinks.
   ptrdiff_t growth() const;
   /// Appends the changed text to `out`, which then refers to `text`.
   void apply(std::string_view text, FilePieces& out) const;

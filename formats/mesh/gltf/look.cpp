@@ -1,4 +1,4 @@
-// In two steps: read_look() takes the materials out of the JSON, and add_materials() later decodes the
+// Works in two steps: read_look() takes the materials out of the JSON, and add_materials() later decodes the
 // pictures that are used, each once. A fault in either costs the colour, never the mesh.
 #include "formats/mesh/gltf/look.hpp"
 
@@ -20,9 +20,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kInExtension = -2;  ///< as an image: only an extension says which
+constexpr int kInExtension = -2;  ///< stands for an image that only an extension refers to
 
-/// -1 where there is no such index.
+/// Returns -1 if there is no such index.
 int index_in(const json& object, const char* name) {
   const json* value = member(object, name);
   if (value == nullptr || !value->is_number_unsigned()) return -1;
@@ -30,7 +30,7 @@ int index_in(const json& object, const char* name) {
   return index < 0x7fffffffu ? static_cast<int>(index) : -1;
 }
 
-/// The numbers of an array of at least so many; none where it is something else.
+/// The numbers of an array with at least kCount elements; nothing for anything else.
 template <size_t kCount>
 std::optional<std::array<double, kCount>> numbers(const json& object, const char* name) {
   const json* value = member(object, name);
@@ -51,7 +51,7 @@ Wrap wrap_of(const json& sampler, const char* name) {
   return *value == kClampToEdge ? Wrap::clamp : *value == kMirroredRepeat ? Wrap::mirror : Wrap::repeat;
 }
 
-/// An element of an array of the document; null where there is none.
+/// An element of an array of the document, or null.
 const json* element(const json& root, const char* array, int index) {
   const json* elements = member(root, array);
   if (elements == nullptr || !elements->is_array() || index < 0 || size_t(index) >= elements->size())
@@ -59,7 +59,7 @@ const json* element(const json& root, const char* array, int index) {
   return &(*elements)[size_t(index)];
 }
 
-/// KHR_texture_transform: first scaled, then rotated as engines do, then moved.
+/// KHR_texture_transform: scale, then rotate (in the direction that engines use), then translate.
 void read_transform(const json& info, GltfMaterial& out) {
   const json* extensions = member(info, "extensions");
   const json* transform = extensions ? member(*extensions, "KHR_texture_transform") : nullptr;
@@ -101,7 +101,7 @@ class Pictures {
   Pictures(const Input& input, const GltfLook& look, const GltfData& data, Scene& scene)
       : input_(input), look_(look), data_(data), scene_(scene) {}
 
-  /// Its index into Scene::textures, or kNoTexture.
+  /// Returns its index into Scene::textures, or kNoTexture.
   uint32_t read(int image) {
     const auto [known, fresh] = known_.emplace(image, kNoTexture);
     if (!fresh) return known->second;
@@ -117,7 +117,7 @@ class Pictures {
       if (++notes_ <= kMostNotes)
         scene_.notes.push_back(
             {NoteKind::pictures,
-             fmt::format("{}: image{} {}; materials with it have their factor alone", input_.file.string(),
+             fmt::format("{}: image{} {}; materials with it only have their factor", input_.file.string(),
                          image < 0 ? "" : fmt::format(" {}", image), why)});
       return kNoTexture;
     }

@@ -1,4 +1,4 @@
-// glTF primitives: indices, vertices and looks, read with checks of ours.
+// Reads glTF primitives (indices, vertices and looks), with our own checks.
 #include "formats/mesh/gltf/mesh_reader.hpp"
 
 #include <fmt/format.h>
@@ -32,7 +32,7 @@ class MeshReader {
         by_material_(variant.by_material),
         so_far_(so_far) {}
 
-  /// All primitives as one mesh.
+  /// Reads all primitives as one mesh.
   Mesh read(std::vector<Note>& notes) {
     mesh_.name = source_.name.empty() ? input_.stem : short_name(source_.name);
     for (size_t i = 0; i < source_.primitives.size(); ++i) {
@@ -55,26 +55,25 @@ class MeshReader {
                                               : "has morph targets; the weights in the file are used.");
     if (uncolored_)
       note(NoteKind::colors,
-           "has colours or texture coordinates that do not fit its vertices, or of Draco data, which were "
+           "has colours or texture coordinates that do not fit its vertices or are in Draco data; they were "
            "left out.");
     if (unposed_)
-      note(
-          NoteKind::posed_skin,
-          "has joints and weights that cannot be read, or are of Draco data; what they should move is placed "
-          "by the first joint.");
-    if (unmorphed_) note(NoteKind::draco_morphs, "has morph targets of Draco data, which were left out.");
+      note(NoteKind::posed_skin,
+           "has joints and weights that cannot be read or are in Draco data; the first joint places what "
+           "they should move.");
+    if (unmorphed_) note(NoteKind::draco_morphs, "has morph targets in Draco data, which were left out.");
     return std::move(mesh_);
   }
 
  private:
-  /// By its material, as far as that decides.
+  /// Whether the primitive is chosen, as far as its material decides.
   bool is_chosen(const tinygltf::Primitive& primitive) const {
     const bool there = primitive.material >= 0 && size_t(primitive.material) < naming_.materials.size();
     const Named named = there ? naming_.materials[size_t(primitive.material)] : Named();
     return !named.except && (named.only || !by_material_);
   }
 
-  /// The triangles that were read last, if their material lets light through.
+  /// Counts the triangles that were just read, if their material lets light through.
   void count_see_through(const tinygltf::Primitive& primitive) {
     const size_t count = mesh_.triangles.size() - first_triangle_, material = size_t(primitive.material);
     if (count == 0 || primitive.material < 0 || material >= surfaces_.size()) return;
@@ -103,7 +102,7 @@ class MeshReader {
     }
     const auto position = primitive.attributes.find("POSITION");
     if (position == primitive.attributes.end()) {
-      ++skipped_;  // valid: an extension may bring the positions, or there is nothing to see
+      ++skipped_;  // valid: an extension may supply the positions, or there is nothing to see
       return;
     }
     const auto [base, count] = vertices(primitive, position->second, number);
@@ -132,7 +131,7 @@ class MeshReader {
     uint32_t count;
   };
 
-  /// A morph target's positions, and how much of them is added.
+  /// The accessor of a morph target's positions, and its weight.
   using Target = std::pair<int, double>;
 
   std::vector<Target> targets_of(const tinygltf::Primitive& primitive) const {
@@ -161,7 +160,7 @@ class MeshReader {
         positions[i][k] = static_cast<float>(double{positions[i][k]} + sums[i][k]);
   }
 
-  /// Positions that are moved cost a small file time again and again.
+  /// A small file can have the same positions moved again and again, so their number is limited.
   void count_moved(uint64_t positions) {
     constexpr uint64_t kMostMoved = uint64_t{1} << 32;
     so_far_.moved += positions;
@@ -171,7 +170,7 @@ class MeshReader {
                               kMostMoved, index_));
   }
 
-  /// Accessors of the joints that move a primitive, where that matters.
+  /// Accessors of the joints that move a primitive, if they matter.
   GltfInfluences influences_of(const tinygltf::Primitive& primitive) const {
     GltfInfluences influences;
     for (size_t n = 0; pose_; ++n) {
@@ -188,7 +187,7 @@ class MeshReader {
     unposed_ |= !apply_pose(data_, *pose_, influences, positions);
   }
 
-  /// Of the mesh, those from one on.
+  /// Applies the pose to the mesh's positions from `first` on.
   void pose_from(size_t first, const GltfInfluences& influences) {
     const auto begin = mesh_.positions.begin() + ptrdiff_t(first);
     std::vector<Float3> positions(begin, mesh_.positions.end());
@@ -196,23 +195,23 @@ class MeshReader {
     std::ranges::copy(positions, begin);
   }
 
-  /// What a primitive's vertices are read from.
+  /// Accessors of a primitive's vertices.
   struct Attributes {
     int positions;
     std::vector<Target> targets;
     GltfInfluences influences;
-    int colors = -1, coordinates = -1;  ///< only where they matter; -1: none
+    int colors = -1, coordinates = -1;  ///< only if they matter; -1: none
 
     auto operator<=>(const Attributes&) const = default;
   };
 
-  /// Null where the primitive has no material that there is.
+  /// Null if the primitive has no existing material.
   const GltfMaterial* material_of(const tinygltf::Primitive& primitive) const {
     const bool there = primitive.material >= 0 && size_t(primitive.material) < look_.materials.size();
     return there ? &look_.materials[size_t(primitive.material)] : nullptr;
   }
 
-  /// The accessor of the texture coordinates by which the primitive's picture is placed; -1: none.
+  /// The accessor of the texture coordinates for the primitive's picture; -1: none.
   int coordinates_of(const tinygltf::Primitive& primitive) const {
     const GltfMaterial* material = material_of(primitive);
     if (!material || material->image == -1) return -1;
@@ -229,7 +228,7 @@ class MeshReader {
     return attributes;
   }
 
-  /// Of the triangles that were read last. A picture that nothing places counts for nothing.
+  /// For the triangles that were just read. A picture without texture coordinates is ignored.
   void set_material(const tinygltf::Primitive& primitive) {
     if (mesh_.triangles.size() == first_triangle_) return;
     std::vector<uint32_t>& materials = mesh_.look.materials;
@@ -264,7 +263,7 @@ class MeshReader {
     }
   }
 
-  /// Primitives of one mesh often share one set of vertices; it is read once.
+  /// Primitives of one mesh often share one set of vertices, so each set is read once.
   Range vertices(const tinygltf::Primitive& primitive, int accessor, size_t number) {
     const Attributes key = attributes_of(primitive, accessor);
     const std::vector<Target>& targets = key.targets;
@@ -297,7 +296,7 @@ class MeshReader {
       const Triangle t = mode == TINYGLTF_MODE_TRIANGLE_FAN ? Triangle{v[0], v[i - 1], v[i]}
                          : i % 2 == 0                       ? Triangle{v[i - 2], v[i - 1], v[i]}
                                                             : Triangle{v[i - 1], v[i - 2], v[i]};
-      // Strips are joined through triangles that name a vertex twice; they were never part of the surface.
+      // Strips are connected by triangles that use a vertex twice; these are not part of the surface.
       if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) mesh_.triangles.push_back(t);
     }
   }
@@ -345,7 +344,7 @@ class MeshReader {
   const GltfPose* pose_;
   bool by_material_;
   std::map<Attributes, Range> ranges_;
-  size_t first_triangle_ = 0;  // of the primitive that is read
+  size_t first_triangle_ = 0;  // of the current primitive
   ReadSoFar& so_far_;
   uint64_t skipped_ = 0, loose_ = 0;
   bool morphs_ = false, unmorphed_ = false, uncolored_ = false, unposed_ = false;

@@ -1,4 +1,4 @@
-// One mesh of a glTF: its primitives as triangles, morphed, posed and coloured as it is asked for.
+// Reads one mesh of a glTF: its primitives as triangles, morphed, posed and coloured as requested.
 #pragma once
 
 #include <map>
@@ -15,16 +15,16 @@ struct Mesh;
 
 namespace nif::mesh::detail {
 
-/// What has been read for all meshes so far. They may share their data, so that the file's size bounds
-/// nothing.
+/// Totals over all meshes so far. Meshes may share data, so the file's size does not bound these.
 struct ReadSoFar {
-  uint64_t positions = 0;                    ///< also of meshes without triangles
-  uint64_t moved = 0;                        ///< positions, by each morph target and each set of joints
-  std::map<size_t, uint64_t> see_through{};  ///< triangles by their material, where it lets light through
+  uint64_t positions = 0;  ///< including meshes without triangles
+  /// positions, counted for each morph target and each set of joints
+  uint64_t moved = 0;
+  std::map<size_t, uint64_t> see_through{};  ///< triangles by material, if that lets light through
   uint64_t empty_primitives = 0;
 };
 
-/// What all meshes of a file are read from.
+/// The sources of all meshes of a file.
 struct GltfMeshSources {
   const Input& input;
   const GltfData& data;
@@ -33,14 +33,14 @@ struct GltfMeshSources {
   const GltfNaming& naming;
 };
 
-/// How a mesh is wanted.
+/// How a mesh is to be read.
 struct GltfVariant {
-  const std::vector<double>& weights;  ///< of the morph targets; none: the targets are left alone
-  const GltfPose* pose;                ///< null: as it is
+  const std::vector<double>& weights;  ///< of the morph targets; empty: the targets are ignored
+  const GltfPose* pose;                ///< null: unchanged
   bool by_material;                    ///< GltfPlacement::by_material
 };
 
-/// All primitives of a mesh of the file, or those that are chosen, as one mesh, which may have no triangles.
+/// Reads all primitives of a mesh of the file, or the chosen ones, as one mesh, which may have no triangles.
 Mesh read_mesh(const GltfMeshSources& sources, const tinygltf::Mesh& mesh, size_t index,
                const GltfVariant& variant, ReadSoFar& so_far, std::vector<Note>& notes);
 

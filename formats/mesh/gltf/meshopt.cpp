@@ -1,5 +1,5 @@
-// meshoptimizer decodes; this file checks what it is given first. The size that a file claims is held
-// against the bytes that it has before memory is taken. The extension's filter is undone last.
+// meshoptimizer decodes, after this file has checked its input. Before memory is allocated, the claimed size
+// is compared with the bytes that there are. The extension's filter is undone last.
 #include "formats/mesh/gltf/meshopt.hpp"
 
 #include <fmt/format.h>
@@ -8,7 +8,7 @@
 namespace nif::mesh::detail {
 namespace {
 
-/// A chunk of 256 bytes that are all 0 takes 4 in the vertex codec; the index codecs compress less than that.
+/// The vertex codec turns 256 zero bytes into 4; the index codecs compress less.
 constexpr uint64_t kMostCompressed = 64;
 
 }  // namespace

@@ -10,13 +10,13 @@ namespace nif::mesh::detail {
 
 struct MeshoptData {
   std::string_view bytes;
-  uint64_t count = 0, stride = 0;     ///< of the elements that they become
-  std::string mode, filter = "NONE";  ///< as the extension names them
-  std::string where;                  ///< begins the reason of a refusal
+  uint64_t count = 0, stride = 0;     ///< of the decoded elements
+  std::string mode, filter = "NONE";  ///< with the extension's names
+  std::string where;                  ///< the beginning of an error message
 };
 
-/// The decoded view, count * stride bytes. Throws malformed_mesh where it cannot be; takes at most 64 times
-/// the memory of what is compressed.
+/// Returns the decoded view, count * stride bytes. Throws malformed_mesh if it cannot be decoded; takes at
+/// most 64 times the memory of the compressed data.
 std::string decode_meshopt(const Input& input, const MeshoptData& data);
 
 }  // namespace nif::mesh::detail

@@ -1,5 +1,5 @@
-// glTF and GLB: tinygltf gives the structure; geometry, hierarchy and compression are read with checks of
-// ours.
+// glTF and GLB: tinygltf parses the structure; geometry, hierarchy and compression are read with our own
+// checks.
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
@@ -39,7 +39,7 @@ tinygltf::Model parse_model(const Input& input, const std::string& json) {
   return model;
 }
 
-/// Meshes as the nodes that carry them want them: each once for each set of weights, pose and choice.
+/// The variants of meshes that nodes need: one for each set of weights, pose and choice.
 class Variants {
  public:
   explicit Variants(const tinygltf::Model& model) : model_(model), of_mesh_(model.meshes.size()) {
@@ -50,11 +50,13 @@ class Variants {
     }
   }
 
-  /// A number for the placement's mesh with the weights of its node, else those of the mesh.
+  /// The number of the placement's mesh with the weights of its node, or those of the mesh if the node has
+  /// none.
   size_t add(const GltfPlacement& placement) {
     const bool same = !parts_.empty() && last_.node == placement.node && last_.mesh == placement.mesh &&
                       last_.pose == placement.pose && last_.by_material == placement.by_material;
-    if (same && placement.node != GltfHierarchy::kNone) return last_variant_;  // an instance of the node
+    // another instance of the same node
+    if (same && placement.node != GltfHierarchy::kNone) return last_variant_;
     last_ = placement;
     const size_t mesh = placement.mesh;
     const bool own = placement.node != GltfHierarchy::kNone && !model_.nodes[placement.node].weights.empty();
@@ -74,7 +76,7 @@ class Variants {
     return last_variant_ = at->second;
   }
 
-  /// Those of a mesh, in the order in which they were added.
+  /// The variants of a mesh, in the order in which they were added.
   const std::vector<size_t>& of_mesh(size_t mesh) const { return of_mesh_[mesh]; }
   GltfVariant variant(size_t number, const std::vector<GltfPose>& poses) const {
     const Key& key = *parts_[number];
@@ -86,21 +88,21 @@ class Variants {
   struct Key {
     size_t mesh, pose;
     bool by_material;
-    std::vector<double> weights;  ///< empty where all are 0
+    std::vector<double> weights;  ///< empty if all are 0
 
     auto operator<=>(const Key&) const = default;
   };
 
   const tinygltf::Model& model_;
   std::map<Key, size_t> known_;
-  std::vector<const Key*> parts_;  // of known_, by number
+  std::vector<const Key*> parts_;  // from known_, by number
   std::vector<std::vector<size_t>> of_mesh_;
-  std::vector<size_t> targets_;  // by mesh: most morph targets of a primitive
+  std::vector<size_t> targets_;  // by mesh: most morph targets of any primitive
   GltfPlacement last_{};
   size_t last_variant_ = 0;
 };
 
-/// Puts skinned meshes where their joints have them. Returns the poses that deform some.
+/// Places skinned meshes by their joints. Returns the poses that deform some of them.
 std::vector<GltfPose> place_skins(const Input& input, const GltfData& data,
                                   const std::vector<GltfSkin>& skins,
                                   const std::vector<std::optional<Affine>>& worlds,
@@ -128,7 +130,8 @@ std::vector<GltfPose> place_skins(const Input& input, const GltfData& data,
     Affine& place = placement.place;
     if (skin.bind_place) {
       ++bound;
-      if (!skin.pose->is_alike(*skin.bind_place, place)) place = *skin.bind_place;  // else without rounding
+      // otherwise the exact transform is kept
+      if (!skin.pose->is_alike(*skin.bind_place, place)) place = *skin.bind_place;
     } else if (skin.pose) {
       ++posed;
       placement.pose = skin.deforming;
@@ -136,7 +139,7 @@ std::vector<GltfPose> place_skins(const Input& input, const GltfData& data,
       place = {1, 0, 0, double{origin[0]}, 0, 1, 0, double{origin[1]}, 0, 0, 1, double{origin[2]}};
     } else {
       ++unreadable;
-      // A scale of 0 of its node has no part in a skinned mesh.
+      // A scale of 0 in its node does not affect a skinned mesh.
       if (is_flat(place)) place = {1, 0, 0, place[3], 0, 1, 0, place[7], 0, 0, 1, place[11]};
     }
   }
@@ -153,14 +156,14 @@ std::vector<GltfPose> place_skins(const Input& input, const GltfData& data,
   return poses;
 }
 
-/// Collects nodes with all that is above them, parents first and each once.
+/// Collects nodes with all their ancestors, parents first and each once.
 class NodeCollector {
  public:
   NodeCollector(const tinygltf::Model& model, const GltfHierarchy& hierarchy,
                 const std::set<size_t>& animated)
       : model_(model), hierarchy_(hierarchy), animated_(animated), index_(model.nodes.size(), kNoNode) {}
 
-  /// The node's index in `nodes`; kNoNode for GltfHierarchy::kNone.
+  /// Returns the node's index in `nodes`; kNoNode for GltfHierarchy::kNone.
   uint32_t add(size_t node, std::vector<Node>& nodes) {
     std::vector<size_t> missing;
     for (; node != GltfHierarchy::kNone && index_[node] == kNoNode; node = hierarchy_.parents[node])
@@ -178,10 +181,10 @@ class NodeCollector {
   const tinygltf::Model& model_;
   const GltfHierarchy& hierarchy_;
   const std::set<size_t>& animated_;
-  std::vector<uint32_t> index_;  // [node of the file]
+  std::vector<uint32_t> index_;  // [node number in the file]
 };
 
-/// Instances whose transforms leave nothing of their meshes.
+/// Instances whose transforms leave no area of their meshes.
 class LeftOut {
  public:
   void add(std::string_view name) {
@@ -205,7 +208,7 @@ class LeftOut {
   std::vector<std::string> names_;
 };
 
-/// Of several variants of a mesh, which mostly have the same notes, each note once.
+/// Adds each note once, because several variants of a mesh mostly have the same notes.
 void add_new(std::vector<Note> notes, std::vector<Note>& to) {
   const auto first = std::ptrdiff_t(to.size());
   for (Note& note : notes) {
@@ -215,7 +218,7 @@ void add_new(std::vector<Note> notes, std::vector<Note>& to) {
   }
 }
 
-/// Meshes that nothing places, unless none is placed at all.
+/// Drops meshes that are not placed, unless none is placed at all.
 void drop_unplaced(Scene& scene) {
   std::vector<bool> placed(scene.meshes.size(), scene.instances.empty());
   for (const Instance& instance : scene.instances) placed[instance.mesh] = true;
@@ -231,7 +234,7 @@ void drop_unplaced(Scene& scene) {
   for (Instance& instance : scene.instances) instance.mesh = moved_to[instance.mesh];
 }
 
-/// Notes of what the file says about what blocks.
+/// Adds notes about what blocks rays in this file.
 void note_what_is_shown(const Input& input, const GltfHierarchy& hierarchy,
                         const std::vector<GltfSurface>& surfaces, const ReadSoFar& so_far, Scene& scene) {
   const auto note = [&](NoteKind kind, const std::string& text) {
@@ -275,7 +278,7 @@ void note_what_is_shown(const Input& input, const GltfHierarchy& hierarchy,
                    materials == 1 ? "it" : "them"));
 }
 
-/// [material] whether a primitive of a mesh has it.
+/// [material] whether a primitive of a mesh uses it.
 std::vector<bool> used_materials(const tinygltf::Model& model, const GltfLook& look) {
   std::vector<bool> used(look.materials.size());
   for (const tinygltf::Mesh& mesh : model.meshes)

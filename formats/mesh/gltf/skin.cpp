@@ -1,5 +1,5 @@
-// Linear blend skinning in doubles. Joints agree if their transforms differ by a thousandth at most,
-// because exporters write about six digits. The JSON of skins is read here, too.
+// Linear blend skinning in doubles. Joints agree if their transforms differ by at most a thousandth, because
+// exporters write about six digits. The JSON of skins is also read here.
 #include "formats/mesh/gltf/skin.hpp"
 
 #include <algorithm>
@@ -9,7 +9,8 @@
 namespace nif::mesh::detail {
 namespace {
 
-/// Of what the joints move: exporters write matrices of some six digits, and chains of joints add them up.
+/// Relative to what the joints move: exporters write matrices with some six digits, and errors add up along
+/// chains of joints.
 constexpr double kTolerance = 1e-3;
 
 double largest_linear(const Affine& m) {
@@ -70,13 +71,13 @@ std::optional<GltfPose> pose_of(const GltfData& data, const GltfSkin& skin,
   try {
     if (skin.inverse_bind_matrices >= 0)
       inverses = data.matrices(skin.inverse_bind_matrices, skin.joints.size());
-  } catch (const Error&) {  // it costs the pose, not the mesh
+  } catch (const Error&) {  // the pose is lost, but not the mesh
     return std::nullopt;
   }
   if (skin.joints.empty() || (skin.inverse_bind_matrices >= 0 && inverses.size() < skin.joints.size()))
     return std::nullopt;
   GltfPose pose;
-  // How far a mesh reaches from its origin is known by where its joints are bound.
+  // The bind positions of the joints tell how far a mesh extends from its origin.
   for (const Affine& inverse : inverses) pose.reach = std::max(pose.reach, distance_of(inverse));
   for (size_t i = 0; i < skin.joints.size(); ++i) {
     const size_t joint = skin.joints[i];
@@ -95,7 +96,7 @@ void move_by(const Affine& joint, double weight, const Float3& p, Double3& sum) 
                           joint[4 * row + 2] * double{p[2]} + joint[4 * row + 3]);
 }
 
-/// Sums of weighted places, and of weights; false where something is not as it should be.
+/// Adds weighted transforms, and weights; returns false if something is invalid.
 bool add_influences(const GltfData& data, const GltfPose& pose, std::pair<int, int> accessors,
                     const std::vector<Float3>& positions, std::vector<Double3>& sums,
                     std::vector<double>& totals) {
@@ -128,7 +129,7 @@ bool apply_pose(const GltfData& data, const GltfPose& pose, const GltfInfluences
   }
   const Float3 origin = pose.origin();
   for (size_t i = 0; i < positions.size(); ++i) {
-    if (!fine || totals[i] == 0) {  // what nothing weighs follows the first joint
+    if (!fine || totals[i] == 0) {  // a vertex without weights follows the first joint
       sums[i] = {};
       totals[i] = 1;
       move_by(pose.joints.front(), 1, positions[i], sums[i]);

@@ -1,6 +1,6 @@
-// Where a skinned mesh is. glTF ignores the transform of its node: joints place it, each with its own
-// transform after the inverse of its bind transform. If all joints agree, the mesh is in its bind pose, moves
-// as a whole and becomes an instance. If they do not, its vertices are moved by the joints that they weigh.
+// Places skinned meshes. glTF ignores the transform of a skinned mesh's node: joints place it, each with its
+// own transform after the inverse of its bind transform. If all joints agree, the mesh is in its bind pose,
+// moves as a whole and becomes an instance. If they do not, its vertices are moved by their weighted joints.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,31 +12,30 @@
 
 namespace nif::mesh::detail {
 
-/// The joints of a skin as the nodes of the scene have them.
+/// The transforms of a skin's joints from the nodes of the scene.
 struct GltfPose {
-  std::vector<Affine> joints;  ///< each takes a vertex of its mesh to the world; at least one
-  double reach = 0;            ///< how far from its origin the mesh has joints
+  std::vector<Affine> joints;  ///< each transforms a vertex of its mesh to the world; at least one
+  double reach = 0;            ///< distance of the mesh's joints from its origin
 
-  /// Where the meshes stand as a whole; null where the joints do not agree, but for what rounding and the
-  /// matrices' few digits make of it.
+  /// The common transform of the meshes, or null if the joints do not agree, apart from rounding and the few
+  /// digits of the matrices.
   const Affine* bind_place() const;
-  /// Likewise, whether another place is the same.
+  /// Whether two transforms are equal by the same tolerance.
   bool is_alike(const Affine& place, const Affine& other) const;
-  /// What a mesh in this pose is placed by: near to where it is, so that its positions are small numbers.
+  /// The translation that places a mesh in this pose: near the mesh, so that its positions are small numbers.
   Float3 origin() const;
 };
 
-/// None where the skin is malformed, or a joint is not in the scene. `worlds` has the places of the nodes of
-/// the scene. Throws nothing but bad_alloc.
+/// Returns nothing if the skin is malformed or a joint is not in the scene. `worlds` has the transforms of
+/// the nodes of the scene. Throws only bad_alloc.
 std::optional<GltfPose> pose_of(const GltfData& data, const GltfSkin& skin,
                                 const std::vector<std::optional<Affine>>& worlds);
 
 /// Accessors of JOINTS_n and WEIGHTS_n.
 using GltfInfluences = std::vector<std::pair<int, int>>;
 
-/// Moves vertices to where the joints have them, less the pose's origin: by the sum of the joints' transforms
-/// of each, as it weighs them. False where its weights cannot be read; then all move with the first joint.
-/// Throws nothing but bad_alloc.
+/// Moves each vertex by the weighted sum of its joints' transforms, relative to the pose's origin. Returns
+/// false if the weights cannot be read; then all vertices move with the first joint. Throws only bad_alloc.
 bool apply_pose(const GltfData& data, const GltfPose& pose, const GltfInfluences& influences,
                 std::vector<Float3>& positions);
 

@@ -1,5 +1,5 @@
-// What materials are called, and whether they let light through. Read from the JSON: tinygltf is not given
-// materials, whose flaws would cost the meshes.
+// Reads the names of materials, and whether they let light through. Reads the JSON, because tinygltf does not
+// get materials: errors in them would cost the meshes.
 #include <cmath>
 #include <nlohmann/json.hpp>
 

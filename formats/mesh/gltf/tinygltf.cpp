@@ -1,6 +1,7 @@
-// The one source that holds the implementation of tinygltf. The packaged library is not used: it is built
-// with other options. What is left out here is never reached: buffers, images and Draco are our own affair.
-#include <fstream>  // which the header forgets to include without its file system
+// The only source with the implementation of tinygltf. The packaged library is not used, because it is built
+// with other options. Parts that are excluded here are never reached: we read buffers, images and Draco
+// ourselves.
+#include <fstream>  // the header lacks this include if its file system is excluded
 #include <nlohmann/json.hpp>
 
 #define TINYGLTF_IMPLEMENTATION

@@ -1,4 +1,4 @@
-// Decodes base64, in the usual and in the URL alphabet, and percent signs in file names. URIs with "://"
+// Decodes base64, in the standard and in the URL alphabet, and percent-encoded file names. URIs with "://"
 // are refused: nothing is ever fetched.
 #include "formats/mesh/gltf/uri.hpp"
 

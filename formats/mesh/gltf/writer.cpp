@@ -1,5 +1,5 @@
-// The JSON is made first, because a .glb starts with its length. Then positions and indices go to the
-// file straight from the meshes, without a copy. Draco runs before that: the JSON needs its sizes.
+// The JSON is made first, because a .glb starts with its length. Then positions and indices go to the file
+// straight from the meshes, without a copy. Draco runs before that, because the JSON needs its sizes.
 #include "formats/mesh/gltf/writer.hpp"
 
 #include <fmt/format.h>
@@ -20,13 +20,13 @@ using Json = nlohmann::ordered_json;
 
 static_assert(std::endian::native == std::endian::little);
 constexpr uint64_t kLargest = std::numeric_limits<uint32_t>::max();
-// Of the specification: component types, buffer targets, the numbers of the container.
+// From the specification: component types, buffer targets, numbers of the container.
 constexpr int kUnsignedInt = 5125, kFloat = 5126, kVertices = 34962, kIndices = 34963;
 constexpr uint32_t kMagic = 0x46546C67, kVersion = 2, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
-/// The meshes of a scene, compressed; none where they are not.
+/// The compressed meshes of a scene; empty without compression.
 using Compressed = std::vector<DracoMesh>;
 
 std::pair<Float3, Float3> bounds_of(const Mesh& mesh) {
@@ -39,10 +39,10 @@ std::pair<Float3, Float3> bounds_of(const Mesh& mesh) {
   return {low, high};
 }
 
-/// Each view starts at a multiple of this, as accessors of floats want it.
+/// Each view starts at a multiple of this, as accessors of floats require.
 uint64_t padded(uint64_t bytes) { return (bytes + 3) / 4 * 4; }
 
-/// Appends views and accessors of a mesh to the document, and says where its bytes end.
+/// Appends views and accessors of a mesh to the document, and returns the end of its bytes.
 uint64_t describe(const Mesh& mesh, uint64_t begin, Json& document) {
   const auto [low, high] = bounds_of(mesh);
   const uint64_t positions = mesh.positions.size() * sizeof(Float3),
@@ -68,7 +68,7 @@ uint64_t describe(const Mesh& mesh, uint64_t begin, Json& document) {
   return begin + positions + indices;
 }
 
-/// The same for a mesh that is compressed.
+/// The same for a compressed mesh.
 uint64_t describe(const Mesh& mesh, const DracoMesh& compressed, uint64_t begin, Json& document) {
   const auto [low, high] = bounds_of(mesh);
   const size_t first = document["accessors"].size(), view = document["bufferViews"].size();
@@ -81,7 +81,7 @@ uint64_t describe(const Mesh& mesh, const DracoMesh& compressed, uint64_t begin,
                                    {"max", high}});
   document["accessors"].push_back(
       {{"componentType", kUnsignedInt}, {"count", compressed.faces * 3}, {"type", "SCALAR"}});
-  // Draco numbers attributes as they were added: the positions are alone.
+  // Draco numbers attributes in the order of adding: positions are the only one.
   const Json extension{{kDraco, {{"bufferView", view}, {"attributes", {{"POSITION", 0}}}}}};
   document["meshes"].push_back(
       {{"name", mesh.name},

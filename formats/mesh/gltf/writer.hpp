@@ -1,4 +1,4 @@
-// Writes a scene as binary glTF.
+// Writes a scene as binary glTF, with every bit of positions, names and transforms.
 #pragma once
 
 #include <cstddef>
@@ -12,19 +12,19 @@
 
 namespace nif::mesh {
 
-/// Hands the bytes of a .glb to `sink`, piece by piece, that mesh::read() reads as the same scene, but for
-/// its hash and its notes: positions and transforms bit by bit, names whole, cameras and lights
-/// (KHR_lights_punctual) in their order. Each mesh has one primitive, with positions and indices alone.
+/// Passes the bytes of a .glb to `sink`, piece by piece. mesh::read() reads it as the same scene, except for
+/// its hash and its notes: positions and transforms bit by bit, complete names, cameras and lights
+/// (KHR_lights_punctual) in their order. Each mesh has one primitive, with only positions and indices.
 ///
-/// With `draco_bits` the meshes are compressed (KHR_draco_mesh_compression), their positions rounded to so
-/// many bits, as encode_draco() has it.
+/// With `draco_bits` the meshes are compressed (KHR_draco_mesh_compression), with positions rounded to this
+/// many bits, as encode_draco() does.
 ///
-/// Throws nif::Error, before the first piece: no_triangles where a mesh has none, index_out_of_range,
+/// Throws nif::Error before the first piece: no_triangles if a mesh has none, index_out_of_range,
 /// non_finite_vertex, too_large beyond the 4 GiB of a .glb.
 void write_glb(const Scene& scene, std::optional<uint32_t> draco_bits,
                const std::function<void(std::span<const std::byte>)>& sink);
 
-/// The same in memory, not compressed.
+/// The same in memory, without compression.
 std::vector<std::byte> encode_glb(const Scene& scene);
 
 }  // namespace nif::mesh

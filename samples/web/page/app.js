@@ -1,4 +1,4 @@
-// The page: an object, a sun, and two who answer its rays.
+// The page: an object, a sun, and two engines that answer its rays.
 import { compare } from './compare.js';
 import { Engine } from './engine.js';
 import { areAlike, listen, sorted } from './files.js';
@@ -18,7 +18,7 @@ const element = (id) => document.getElementById(id);
 const stage = element('stage'), message = element('message'), progress = element('progress'), loadTriangles = element('triangles');
 const radios = Object.fromEntries(kinds.map((kind) => [kind, document.querySelector(`input[value=${kind}]`)]));
 
-/** What there is of { asset, triangles }: engines of the same object, one of which lights the picture. */
+/** The available engines { asset, triangles } of the same object, one of which lights the picture. */
 const engines = {};
 let lit;
 
@@ -41,7 +41,7 @@ function makeView(scale) {
   return { width, height, camera: view.traced(), ground: groundOf(engines[lit].info), sun: { direction: sun.direction, angle }, albedo };
 }
 
-/** Something moved: the picture starts again. */
+/** Restarts the picture after something moved. */
 function change() {
   if (!lit) return;
   document.body.dataset.samples = 0;
@@ -56,10 +56,10 @@ function show(sums, { width, height }, samples, goal) {
   document.body.dataset.samples = samples;
   document.body.dataset.pictures = 1 + Number(document.body.dataset.pictures ?? 0);
   if (document.body.dataset.interactive) return;
-  // Listeners are there, and this is the first picture.
+  // Listeners are set up, and this is the first picture.
   const milliseconds = Math.round(performance.now());
   document.body.dataset.interactive = milliseconds;
-  element('interactive').textContent = `The first picture was there ${milliseconds} ms after the page was asked for.`;
+  element('interactive').textContent = `The first picture appeared ${milliseconds} ms after the page was requested.`;
 }
 
 function lightBy(kind) {
@@ -70,7 +70,7 @@ function lightBy(kind) {
 }
 
 let measuring = 0;
-/** The table's measured rows, when the picture has come so far. */
+/** Measures the rows of the table, once the picture is complete enough. */
 async function measure() {
   const number = ++measuring;
   const { asset, triangles } = engines;
@@ -92,7 +92,7 @@ function sayWhat(names) {
   say([what, engines.asset?.info.note].filter(Boolean).join(' '));
 }
 
-/** What is new takes the place of its kind; what was there stays where it is the same object. */
+/** New engines replace those of their kind; the other one stays if it has the same object. */
 function take(opened) {
   const before = { ...engines };
   for (const kind of kinds) {
@@ -110,7 +110,7 @@ function take(opened) {
 }
 
 let opening = Promise.resolve();
-/** Opens sources { asset, triangles } one after the other; where one cannot be opened, all stays as it was. */
+/** Opens sources { asset, triangles } one after the other; if one cannot be opened, everything stays as it was. */
 function open(sources) {
   opening = opening.then(async () => {
     const names = Object.values(sources).map(({ file, url }) => file?.name ?? url);
@@ -184,10 +184,10 @@ async function begin() {
   const { triangles: url, triangleBytes } = document.body.dataset;
   if (!url) return;
   loadTriangles.textContent = `Load the triangles, ${bytes(Number(triangleBytes))}`;
-  // They are many bytes. Who has few to spend asks for them.
+  // They are large, so users with limited data ask for them.
   loadTriangles.addEventListener('click', () => {
     loadTriangles.hidden = true;
-    if (engines.asset !== asset) return; // people have brought another object meanwhile
+    if (engines.asset !== asset) return; // the user has opened another object meanwhile
     open({ triangles: { url } });
   });
   const isSmall = matchMedia('(max-width: 800px)').matches || navigator.connection?.saveData;
@@ -195,7 +195,7 @@ async function begin() {
   else lighting.between(() => {}).then(() => loadTriangles.click());
 }
 
-/** For tests and the console: what nif render needs for the same picture. */
+/** For tests and the console: the parameters with which nif render makes the same picture. */
 globalThis.sample = {
   picture: () => ({ size, camera: view.traced(), target: view.middle.toArray(), sun: sun.direction, light: kLight }),
   openFiles,

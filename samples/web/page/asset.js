@@ -3,13 +3,13 @@ import { Asset, Device, Scene } from './nifkit/index.js';
 
 const kShown = ['segment', 'exact', 'bvh'];
 
-/** A thousandth of an instance's size, in the scene's units: how far from a hit its shadow rays start. */
+/** The distance from a hit at which shadow rays start: a thousandth of an instance's size, in the scene's units. */
 function biasOf(object, [a, b, c, , d, e, f, , g, h, i]) {
   const determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
   return object.bias * Math.cbrt(Math.abs(determinant));
 }
 
-/** The box of all placed objects. That of a scene would be a little larger: it has room for what is learned. */
+/** The bounds of all placed objects. Those of a scene would be a little larger, with room for learned answers. */
 function boundsOf(asset, placed) {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   for (const { object, transform } of placed) {
@@ -26,17 +26,17 @@ function boundsOf(asset, placed) {
   return [low, high];
 }
 
-/** Throws nifkit's sentence where the bytes are no asset. */
+/** Throws nifkit's error if the bytes are not an asset. */
 export async function open(bytes, name, { simd }) {
   const device = await Device.create(simd === undefined ? {} : { simd });
-  const asset = await Asset.load(device, { name, arrayBuffer: async () => bytes.buffer }); // so that errors have the name
+  const asset = await Asset.load(device, { name, arrayBuffer: async () => bytes.buffer }); // so that errors contain the name
   const scene = new Scene(device);
   scene.addAsset(asset);
   scene.commit();
   const { objects, instances, residentBytes } = asset.info;
   for (let i = 0; i < objects; ++i) {
     const { encoding } = asset.object(i);
-    if (!kShown.includes(encoding)) throw new Error(`${name} has a ${encoding} object, which does not say where rays meet it; this page shows ${kShown.join(', ')}`);
+    if (!kShown.includes(encoding)) throw new Error(`${name} has a ${encoding} object, which does not report where rays hit it; this page shows ${kShown.join(', ')}`);
   }
   const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
   const placed =
@@ -46,7 +46,7 @@ export async function open(bytes, name, { simd }) {
     bounds: boundsOf(asset, placed),
     memoryBytes: residentBytes,
     note: device.isa === 'scalar' ? 'Without vectors (SIMD) in WebAssembly: nifkit is some ten times slower.' : '',
-    /** First hits. Fills t, Infinity where nothing is met; normals, towards the ray's origin; and how far shadow rays start off. */
+    /** First hits. Fills t (Infinity if nothing is hit), normals towards the ray's origin, and the biases of shadow rays. */
     intersect(rays, count, { t, normal, bias: off }) {
       const used = { t: t.subarray(0, count), normal: normal.subarray(0, 3 * count), instance: new Uint32Array(count) };
       scene.intersect(rays.subarray(0, 8 * count), used);

@@ -1,6 +1,6 @@
-// One of those who answer rays, in workers of its own: a .nif asset with nifkit, or triangles with three-mesh-bvh.
+// An engine that answers rays in its own workers: a .nif asset with nifkit, or triangles with three-mesh-bvh.
 
-/** A worker, and the promises of what it has been asked. */
+/** A worker, and the promises of its pending requests. */
 class Helper {
   #worker;
   #waiting = new Map();
@@ -39,8 +39,8 @@ export class Engine {
   #helpers;
 
   /**
-   * kind: 'asset' or 'triangles'. source: { url } or { file }. Rejects with a sentence for people; nothing is left running then.
-   * Each worker has the object in memory of its own.
+   * kind: 'asset' or 'triangles'. source: { url } or { file }. Rejects with a sentence for users; then nothing is left running.
+   * Each worker has its own copy of the object in memory.
    */
   static async open(kind, source, { workers = 1, simd } = {}) {
     if (typeof Worker !== 'function') throw new Error('This browser has no web workers, and this page traces its rays in them.');
@@ -50,7 +50,7 @@ export class Engine {
     engine.#helpers = Array.from({ length: workers }, () => new Helper(kind));
     try {
       const opened = await Promise.all(engine.#helpers.map((helper) => helper.ask('open', { source, simd })));
-      /** fileBytes, memoryBytes, milliseconds, bounds: [low, high], longest: the longest side, note: what to know about it */
+      /** fileBytes, memoryBytes, milliseconds, bounds: [low, high], longest: the longest side, note: a remark about it */
       engine.info = opened[0];
     } catch (error) {
       engine.close();
@@ -63,22 +63,22 @@ export class Engine {
     return this.#helpers.length;
   }
 
-  /** From now on pictures are of this view; see tracer.js. */
+  /** Sets the view of the following pictures; see tracer.js. */
   start(view) {
     return Promise.all(this.#helpers.map((helper) => helper.ask('start', view)));
   }
 
-  /** One more sample of each pixel in some rows, by the worker `which`, who has the samples before. */
+  /** One more sample of each pixel in some rows, by the worker `which`, which has the earlier samples. */
   trace(which, band) {
     return this.#helpers[which].ask('trace', band);
   }
 
-  /** Shadow rays that start on the object, of at most so many pixels of a view, as a Float32Array of 8 numbers each. */
+  /** Shadow rays that start on the object, for at most this many pixels of a view, as a Float32Array of 8 numbers each. */
   rays(view, pixels) {
     return this.#helpers[0].ask('rays', { view, pixels });
   }
 
-  /** { visible, milliseconds } of rays: on one thread, without the time of messages. */
+  /** { visible, milliseconds } for rays: on one thread, without the time for messages. */
   answer(rays) {
     return this.#helpers[0].ask('answer', rays);
   }

@@ -1,6 +1,6 @@
-// Files from people: dropped, or chosen.
+// Files from users: dropped, or chosen.
 
-/** { asset, triangles } of a list of files. Throws a sentence where they cannot be meant. */
+/** Sorts a list of files into { asset, triangles }. Throws a sentence if the list makes no sense. */
 export function sorted(files) {
   const kinds = {};
   for (const file of files) {
@@ -13,7 +13,7 @@ export function sorted(files) {
   return kinds;
 }
 
-/** onFiles(files) for what is dropped on the page or chosen; `hint` is shown while files are over it. */
+/** Calls onFiles(files) for files that are dropped on the page or chosen; shows `hint` while files are dragged over it. */
 export function listen({ hint, choose, input }, onFiles) {
   const hasFiles = (event) => event.dataTransfer?.types.includes('Files');
   let inside = 0;
@@ -33,12 +33,12 @@ export function listen({ hint, choose, input }, onFiles) {
   choose.addEventListener('click', () => input.click());
   input.addEventListener('change', () => {
     const files = [...input.files];
-    input.value = ''; // so that the same can be chosen again
+    input.value = ''; // so that the same file can be chosen again
     if (files.length > 0) onFiles(files);
   });
 }
 
-/** Whether two engines are likely to have the same object: their boxes agree to a fiftieth. */
+/** Whether two engines probably have the same object: their boxes agree to within a fiftieth. */
 export function areAlike(a, b) {
   const size = Math.max(a.info.longest, b.info.longest);
   return a.info.bounds.every((corner, i) => corner.every((value, axis) => Math.abs(value - b.info.bounds[i][axis]) <= size / 50));

@@ -1,7 +1,7 @@
 // The sun in the picture: a button that can be dragged and moved by arrow keys.
 import { Raycaster, Vector2, Vector3 } from './three/three.core.js';
 
-const kInside = 0.93; // of the picture's half: it stays where one can get hold of it
+const kInside = 0.93; // of half the picture: it stays where it can be grabbed
 
 export class SunHandle {
   #button;
@@ -17,7 +17,7 @@ export class SunHandle {
     let isFront;
     button.addEventListener('pointerdown', (event) => {
       button.setPointerCapture(event.pointerId);
-      // A place in the picture is two places on the sphere: the sun stays on its side.
+      // A point in the picture is two points on the sphere: the sun stays on its side.
       isFront = new Vector3(...sun.direction).dot(view.camera.position.clone().sub(view.middle)) >= 0;
       event.preventDefault();
       button.focus({ focusVisible: false });
@@ -29,7 +29,7 @@ export class SunHandle {
     });
   }
 
-  /** To where the sun is. */
+  /** Moves the button to the sun. */
   place() {
     const { direction, azimuth, elevation } = this.#sun;
     const at = new Vector3(...direction).multiplyScalar(this.#view.radius).add(this.#view.middle);

@@ -1,4 +1,4 @@
-// The keyboard. Where something else has the focus that takes a key itself, it gets it.
+// The keyboard. If the focused element handles a key itself, it gets it.
 
 const kSunStep = 5; // degrees
 const kTurnStep = 0.1; // radians

@@ -1,7 +1,7 @@
-// What lights the object: sun, sky, and how bright they are shown. The same numbers make the picture of `nif render` in test.sh.
+// The lights: sun, sky, and exposure. test.sh uses the same numbers for the picture of `nif render`.
 
 export const kLight = {
-  /** Its diameter in degrees: softer shadows than the real sun's, which has half a degree. */
+  /** Its diameter in degrees, for softer shadows than the real sun's half a degree. */
   sunAngle: 4,
   /** On a surface that faces the sun; linear red, green and blue. */
   sunIrradiance: [2.9, 2.6, 2.15],
@@ -9,11 +9,11 @@ export const kLight = {
   skyRadiance: [0.36, 0.45, 0.58],
   exposure: 0.95,
   albedo: { object: 0.6, ground: 0.8 },
-  /** Sides of the ground, in diagonals of the object's box: so many that it ends at the horizon. */
+  /** Side of the ground, in diagonals of the object's box, large enough to reach the horizon. */
   groundSize: 400,
 };
 
-/** The ground below an object, as tracer.js wants it. */
+/** The ground below an object, in the form that tracer.js needs. */
 export function groundOf({ bounds: [low, high], longest }) {
   const diagonal = Math.hypot(...high.map((value, a) => value - low[a]));
   const middle = [(low[0] + high[0]) / 2, (low[2] + high[2]) / 2];
@@ -22,7 +22,7 @@ export function groundOf({ bounds: [low, high], longest }) {
 
 const kDegree = Math.PI / 180;
 
-/** The sun's place in the sky. Azimuth and elevation in degrees. */
+/** The sun's position in the sky. Azimuth and elevation in degrees. */
 export class Sun {
   static kLowest = 3;
   constructor() {

@@ -1,11 +1,11 @@
-// Goes on with the picture: a coarse one at once after each change, then sample after sample of all pixels, in bands of rows so
+// Refines the picture: a coarse one immediately after each change, then sample after sample of all pixels, in bands of rows, so
 // that a change need not wait.
 
 const kSamples = 256;
 const kBandPixels = 12000;
-const kCoarseMilliseconds = 60; // what a coarse picture may take
-const kFirstScale = 8; // of an engine's first picture: coarser by so much each way
-const kStill = 150; // milliseconds without a change, until all pixels are traced
+const kCoarseMilliseconds = 60; // time for a coarse picture
+const kFirstScale = 8; // for an engine's first picture: coarser by this factor in each direction
+const kStill = 150; // milliseconds without a change before all pixels are traced
 
 export class Lighting {
   #engine;
@@ -20,8 +20,8 @@ export class Lighting {
   #tasks = [];
 
   /**
-   * makeView(scale): the view for tracer.js, with so many times fewer pixels each way. onShow(sums, view, samples, goal) gets each
-   * picture; samples is 0 for a coarse one. onError(error): tracing has ended until the next change.
+   * makeView(scale): the view for tracer.js, with that many times fewer pixels in each direction. onShow(sums, view, samples, goal)
+   * gets each picture; samples is 0 for a coarse one. onError(error): tracing has stopped until the next change.
    */
   constructor({ makeView, onShow, onError }) {
     this.#makeView = makeView;
@@ -41,7 +41,7 @@ export class Lighting {
     this.#wake();
   }
 
-  /** Runs a task between two samples, when nothing else is traced; resolves with what it gives. */
+  /** Runs a task between two samples, while nothing else is traced; resolves with its result. */
   between(task) {
     return new Promise((resolve, reject) => {
       this.#tasks.push(async () => {
@@ -82,9 +82,9 @@ export class Lighting {
     const isSame = () => changes === this.#changes;
     const coarse = this.#makeView(this.#scale);
     const start = performance.now();
-    // To its end, also where there are changes meanwhile: who drags something is to see it.
+    // Completes the picture even if there are changes meanwhile, so that dragging is visible.
     await this.#sample(coarse, 0, () => true, 0);
-    // As fine as the time allows the next time.
+    // The next one is as fine as the time allows.
     const ratio = (performance.now() - start) / kCoarseMilliseconds;
     this.#scale = Math.min(10, Math.max(2, this.#scale * Math.sqrt(ratio)));
     while (isSame() && performance.now() < this.#changed + kStill) await this.#sleep(this.#changed + kStill - performance.now());
@@ -92,12 +92,12 @@ export class Lighting {
     const view = this.#makeView(1);
     for (let pass = 0; pass < kSamples && isSame(); ++pass) {
       if (!(await this.#sample(view, pass, isSame, pass + 1))) return;
-      // Tasks wait for a picture that can be seen.
+      // Tasks wait until there is a picture to see.
       while (pass >= 3 && this.#tasks.length > 0 && isSame()) await this.#tasks.shift()();
     }
   }
 
-  /** One sample of each pixel. False if there was a change meanwhile. */
+  /** Traces one sample of each pixel. Returns false if there was a change meanwhile. */
   async #sample(view, pass, isSame, samples) {
     const engine = this.#engine, { width, height } = view;
     const rows = Math.max(1, Math.floor(kBandPixels / width));

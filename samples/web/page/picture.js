@@ -1,13 +1,13 @@
-// Shows what has been traced: a three.js scene with one triangle over all of the canvas, whose colours are the traced sums.
+// Shows the traced picture: a three.js scene with one triangle that covers the canvas, coloured by the traced sums.
 import { BufferAttribute, BufferGeometry, Camera, DataTexture, FloatType, Mesh, RGBAFormat, Scene, ShaderMaterial, Vector2, Vector3 } from './three/three.core.js';
 import { WebGLRenderer } from './three/three.module.js';
 import { kLight } from './light.js';
 
-const kCamera = new Camera(); // three.js wants one; the shader does not
+const kCamera = new Camera(); // three.js needs one; the shader does not
 
 const kVertex = 'void main() { gl_Position = vec4(position, 1.0); }';
 
-// Bilinear by hand: few phones filter textures of floats.
+// Bilinear in the shader, because few phones filter float textures.
 const kFragment = `
 uniform sampler2D traced;
 uniform vec2 size;
@@ -34,7 +34,7 @@ export class Picture {
   #material;
   #texture;
 
-  /** Throws where there is no WebGL 2. */
+  /** Throws if there is no WebGL 2. */
   constructor(canvas) {
     if (!canvas.getContext('webgl2', { antialias: false })) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
     this.#renderer = new WebGLRenderer({ canvas, antialias: false });
@@ -59,14 +59,14 @@ export class Picture {
     this.show(Float32Array.of(0, 0, 1, 1), 1, 1); // the sky; and the shader is compiled while the object loads
   }
 
-  /** The canvas has so many pixels. */
+  /** Sets the number of pixels of the canvas. */
   resize(width, height) {
     this.#renderer.setSize(width, height, false);
     this.#material.uniforms.screen.value.set(width, height);
     this.draw();
   }
 
-  /** Shows sums of tracer.js, four numbers a pixel, of any size. */
+  /** Shows sums of tracer.js, four numbers per pixel, in any size. */
   show(sums, width, height) {
     if (this.#texture?.image.width !== width || this.#texture?.image.height !== height) {
       this.#texture?.dispose();

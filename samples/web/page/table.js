@@ -1,4 +1,4 @@
-// The table of what both cost.
+// The table with the costs of both engines.
 
 const kColumns = { asset: 0, triangles: 1 };
 const cell = (row, kind) => document.querySelector(`#${row}`).cells[1 + (kColumns[kind] ?? 0)];
@@ -7,7 +7,7 @@ const cell = (row, kind) => document.querySelector(`#${row}`).cells[1 + (kColumn
 export const bytes = (count) =>
   count < 1e6 ? `${(count / 1e3).toFixed(count < 1e5 ? 1 : 0)} kB` : `${(count / 1e6).toFixed(count < 1e8 ? 1 : 0)} MB`;
 
-/** What an engine takes; undefined: there is none. */
+/** The costs of an engine; undefined: there is none. */
 export function showEngine(kind, engine) {
   const info = engine?.info;
   cell('file', kind).textContent = info ? bytes(info.fileBytes) : '–';

@@ -1,10 +1,10 @@
-// Makes the rays of a picture, has them answered, and adds up what comes of it.
+// Generates the rays of a picture, has them answered, and accumulates the results.
 //
-// A view has: width, height, in pixels; camera: position, forward, right and down, of which the last two reach the picture's
+// A view has: width, height, in pixels; camera: position, forward, right and down, of which the last two extend to the picture's
 // edges; ground: { height, middle: [x, z], half, bias }, a square; sun: { direction, angle }, its diameter in degrees; and
 // albedo: { object, ground }.
 
-const kRay = 8; // numbers a ray: origin, tmin, direction, tmax
+const kRay = 8; // numbers per ray: origin, tmin, direction, tmax
 const kTurn = 2 * Math.PI;
 
 /** Each sample of a pixel has six numbers. Those of successive samples fill the unit cube evenly (Roberts' R sequence). */
@@ -24,7 +24,7 @@ function shift(pixel, dimension) {
 }
 const number = (pixel, pass, dimension) => (shift(pixel, dimension) + pass * kSteps[dimension]) % 1;
 
-/** Writes a unit vector: `along` the axis, the rest across it, turned by `angle`. */
+/** Writes a unit vector: `along` the axis, the rest perpendicular to it, rotated by `angle`. */
 function about(axis, along, angle, rays, at) {
   const [nx, ny, nz] = axis;
   const sign = nz >= 0 ? 1 : -1, a = -1 / (sign + nz), b = nx * ny * a; // Duff et al. 2017, a basis without branches
@@ -38,14 +38,14 @@ function about(axis, along, angle, rays, at) {
 export class Tracer {
   #answerer;
   #view;
-  #sums = new Map(); // first row of a band: what its samples have added up to
+  #sums = new Map(); // first row of a band: the sum of its samples
   #room = 0;
 
   constructor(answerer) {
     this.#answerer = answerer;
   }
 
-  /** Throws where the object cannot answer what pictures need. */
+  /** Throws if the object cannot answer the queries of pictures. */
   try() {
     this.#reserve(1);
     this.#rays.set([0, 0, 0, 0, 0, 0, 1, Infinity]);
@@ -59,8 +59,8 @@ export class Tracer {
   }
 
   /**
-   * One more sample of each pixel in `rows` rows from `first`, number `pass`. Returns the means so far, four numbers a pixel:
-   * what reflects of the sun, of the sky, how much sky is behind, and 1. Sun: 1 is what falls on a surface that faces it.
+   * One more sample of each pixel in `rows` rows from `first`, number `pass`. Returns the means so far, four numbers per pixel:
+   * reflected sunlight, reflected skylight, how much sky is seen, and 1. A surface that faces the sun receives 1.
    */
   trace({ first, rows, pass }) {
     const { width } = this.#view;
@@ -73,7 +73,7 @@ export class Tracer {
     return sums.map((sum, i) => (i % 4 === 3 ? 1 : sum / (pass + 1)));
   }
 
-  /** The shadow rays of at most `most` pixels all over a view, those that start on the object. */
+  /** The shadow rays of at most `most` pixels spread over a view, those that start on the object. */
   rays(view, most) {
     const pixels = view.width * view.height, stride = Math.ceil(pixels / most);
     const objectAlone = { ...view, ground: { ...view.ground, half: -1 } };
@@ -82,8 +82,8 @@ export class Tracer {
   }
 
   /**
-   * Makes #shadows with #pixels and #weights (negative: of the sky) for `count` pixels from `start`, each `stride`th. Returns how
-   * many. `behind(i)`: pixel i of these sees the sky.
+   * Makes #shadows with #pixels and #weights (negative: of the sky) for `count` pixels from `start`, every `stride`th. Returns
+   * their number. Calls `behind(i)` if pixel i of these sees the sky.
    */
   #shadowRays(view, { start, count, stride }, pass, behind) {
     this.#reserve(count);
@@ -134,14 +134,14 @@ export class Tracer {
         shadows[to + 7] = Infinity;
         if (this.#meetsGround(ground, shadows, to) < Infinity) continue;
         this.#pixels[asked] = i;
-        // The sky's rays are as many as its cosine says, so each counts fully.
+        // The sky's rays are distributed by the cosine, so each counts fully.
         this.#weights[asked++] = light === 0 ? reflects * cosine : -reflects;
       }
     }
     return asked;
   }
 
-  /** How far a ray is from the ground, Infinity where it does not meet it. */
+  /** The distance along a ray to the ground, or Infinity. */
   #meetsGround(ground, rays, at) {
     const t = (ground.height - rays[at + 1]) / rays[at + 5];
     if (!(t > 0)) return Infinity;
@@ -149,7 +149,7 @@ export class Tracer {
     return Math.abs(x) <= ground.half && Math.abs(z) <= ground.half ? t : Infinity;
   }
 
-  // Arrays for as many pixels as there have ever been in a band.
+  // Arrays for the largest number of pixels in a band so far.
   #rays;
   #hits;
   #shadows;

@@ -3,7 +3,7 @@ import { BufferAttribute, BufferGeometry, DoubleSide, LoadingManager, MeshBasicM
 import { GLTFLoader } from './three/loaders/GLTFLoader.js';
 import { MeshBVH } from './three/three-mesh-bvh.js';
 
-/** Rays need no materials, and so no pictures. */
+/** Rays need no materials, so pictures are dropped. */
 const withoutMaterials = () => ({ name: 'none', loadMaterial: () => Promise.resolve(new MeshBasicMaterial()) });
 
 async function meshesOf(bytes, name) {
@@ -12,7 +12,7 @@ async function meshesOf(bytes, name) {
     if (/^(blob|data):/.test(url)) return url;
     throw new Error('it refers to other files; a .glb with everything in it is needed');
   });
-  if (String.fromCharCode(...bytes.subarray(0, 4)) !== 'glTF') throw new Error(`${name} is no .glb: it does not begin as one`);
+  if (String.fromCharCode(...bytes.subarray(0, 4)) !== 'glTF') throw new Error(`${name} is not a .glb: it does not begin like one`);
   let gltf;
   try {
     gltf = await new GLTFLoader(manager).register(withoutMaterials).parseAsync(bytes.buffer, '');
@@ -49,7 +49,7 @@ function merged(meshes, name) {
     }
     vertex += position.count;
   }
-  if (!positions.every(Number.isFinite)) throw new Error(`${name} has corners that are no numbers`);
+  if (!positions.every(Number.isFinite)) throw new Error(`${name} has corners that are not numbers`);
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(positions, 3));
   geometry.setIndex(new BufferAttribute(index.subarray(0, corner), 1));
@@ -73,7 +73,7 @@ export async function open(bytes, name) {
     bounds: [min.toArray(), max.toArray()],
     memoryBytes: nodes + geometry.attributes.position.array.byteLength + geometry.index.array.byteLength,
     note: '',
-    /** As that of asset.js. */
+    /** Like that of asset.js. */
     intersect(rays, count, { t, normal, bias }) {
       for (let i = 0; i < count; ++i) {
         const hit = first(rays, i);
@@ -87,7 +87,7 @@ export async function open(bytes, name) {
         normal[3 * i + 2] = side * z;
       }
     },
-    /** As that of asset.js. There is no call for any hit; a shapecast that ends at the first triangle is slower than this. */
+    /** Like that of asset.js. There is no any-hit call, and a shapecast that stops at the first triangle is slower than this. */
     visible(rays, count, visible) {
       for (let i = 0; i < count; ++i) visible[i] = first(rays, i) ? 0 : 1;
     },

@@ -1,4 +1,4 @@
-// Where one looks from: three.js' camera and its controls, and how the traced picture lies in it.
+// The viewpoint: three.js' camera and its controls, and how the traced picture is placed in it.
 import { PerspectiveCamera, Spherical, Vector3 } from './three/three.core.js';
 import { OrbitControls } from './three/controls/OrbitControls.js';
 
@@ -16,12 +16,12 @@ export class View {
     this.#controls.addEventListener('change', onChange);
   }
 
-  /** Looks at all of an object: { bounds }. */
+  /** Shows a whole object: { bounds }. */
   reset(object = this.#object) {
     this.#object = object;
     const [low, high] = object.bounds.map((corner) => new Vector3(...corner));
     this.middle = low.clone().add(high).divideScalar(2);
-    /** Of the sphere that the sun moves on. */
+    /** Radius of the sphere on which the sun moves. */
     this.radius = 0.46 * low.distanceTo(high);
     const half = Math.min(1, this.camera.aspect) * Math.tan((kFov * Math.PI) / 360);
     const distance = (1.12 * this.radius) / Math.sin(Math.atan(half));
@@ -37,7 +37,7 @@ export class View {
     this.camera.updateProjectionMatrix();
   }
 
-  /** By keys: angles in radians, and a factor of the distance. */
+  /** For keys: angles in radians, and a factor on the distance. */
   turn(azimuth, polar, nearer) {
     const from = new Spherical().setFromVector3(this.camera.position.clone().sub(this.middle));
     from.theta += azimuth;
@@ -47,7 +47,7 @@ export class View {
     this.#controls.update();
   }
 
-  /** As tracer.js wants it. */
+  /** In the form that tracer.js needs. */
   traced() {
     this.camera.updateMatrixWorld();
     const [x, y, z] = [0, 1, 2].map((column) => new Vector3().setFromMatrixColumn(this.camera.matrixWorld, column));

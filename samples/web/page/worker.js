@@ -1,9 +1,10 @@
-// A worker: who answers rays, and the tracer that asks it. Each message gets one answer. Its name says who: asset or triangles.
+// A worker: an engine that answers rays, and the tracer that queries it. Each message gets one reply. The worker's name is the
+// engine: asset or triangles.
 import { Tracer } from './tracer.js';
 
 // Only what is needed is loaded, and at once: three-mesh-bvh and three.js are large.
 const module = import(self.name === 'asset' ? './asset.js' : './triangles.js');
-module.catch(() => {}); // open() says so
+module.catch(() => {}); // open() reports it
 
 let answerer, tracer;
 
@@ -16,7 +17,7 @@ const tasks = {
     tracer = new Tracer(answerer);
     const [low, high] = answerer.bounds;
     const longest = Math.max(...high.map((value, a) => value - low[a]));
-    if (!(longest > 0 && longest < 1e18)) throw new Error(`${name} has no size, or one that is no number`);
+    if (!(longest > 0 && longest < 1e18)) throw new Error(`${name} has no size, or one that is not a number`);
     tracer.try();
     return {
       fileBytes: bytes.byteLength,
