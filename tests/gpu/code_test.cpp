@@ -212,17 +212,21 @@ TEST_P(GpuCodeTest, StaysWithinBounds) {
   }
 }
 
-/// What is written to the stack is not needed, but where functions are called.
+/// What is written to the stack is not needed, but where functions are called. Kernels that answer items by
+/// networks may have the sole instance's number there, which they need once, when a network is done.
 TEST_P(GpuCodeTest, ReadsNoStack) {
   if (!amd_) return;  // there is none but in the kernels for all encodings: see StaysWithinBounds
   // nif_scene_open, which asks BVHs from two places, has its answer there where clang 19 compiles it.
   const std::regex load("\n\t(buffer|scratch)_load_");
-  for (const auto& [name, bounds] : kBounds)
-    EXPECT_TRUE(!std::regex_search(assembly_of(assembly_, name, true), load) ||
+  for (const auto& [name, bounds] : kBounds) {
+    const std::string code = assembly_of(assembly_, name, true);
+    const auto loads = std::distance(std::sregex_iterator(code.begin(), code.end(), load), {});
+    EXPECT_TRUE(loads == 0 || (loads == 1 && name.starts_with("nif_pipeline_segment_")) ||
                 name.starts_with("nif_scene_any") ||
                 (name == "nif_scene_open" &&
                  (GetParam().name == std::string("gfx1100") || GetParam().name == std::string("gfx942"))))
-        << name;
+        << name << ": " << loads;
+  }
 }
 
 TEST_P(GpuCodeTest, HasTheMatrixInstructionsThatAreMeant) {
