@@ -116,9 +116,9 @@ configure() {
 # sm_90, which take long, are like gfx90a and sm_80.
 configure_release() {
   if [[ $size == all ]]; then
-    configure release '-DNIF_GPU_TARGETS=gfx1030;gfx1100;gfx90a;sm_80'
+    configure release -DNIF_LONG_TESTS=ON '-DNIF_GPU_TARGETS=gfx1030;gfx1100;gfx90a;sm_80'
   else
-    configure release '-DNIF_GPU_TARGETS=gfx90a'
+    configure release -DNIF_LONG_TESTS=OFF '-DNIF_GPU_TARGETS=gfx90a'
   fi
 }
 
