@@ -36,10 +36,11 @@ def main() -> None:
         environment = dict(os.environ)
         environment.update(pair.split("=", 1) for pair in properties.get("ENVIRONMENT", []))
         before, start = spent(), time.monotonic()
-        subprocess.run(test["command"], cwd=properties.get("WORKING_DIRECTORY", arguments.build), env=environment,
-                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+        done = subprocess.run(test["command"], cwd=properties.get("WORKING_DIRECTORY", arguments.build), env=environment,
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
         took.append((spent() - before, test["name"]))
-        print(f"{took[-1][0]:8.2f} {time.monotonic() - start:8.2f}  {test['name']}", flush=True)
+        print(f"{took[-1][0]:8.2f} {time.monotonic() - start:8.2f}  {test['name']}"
+              f"{'  (failed)' if done.returncode else ''}", flush=True)
     print(f"\n{len(took)} tests: {sum(seconds for seconds, _ in took):.0f} processor seconds; above {arguments.limit:g}:")
     for seconds, name in sorted(took, reverse=True):
         if seconds > arguments.limit:
