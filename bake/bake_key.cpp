@@ -39,10 +39,10 @@ BakeKey key_of(const mesh::Scene& scene, const BakeOptions& options, std::string
   std::string text = fmt::format(
       "encoding {} preset {} seed {} strict {} uncoded {} source-triangles {} colors {} max-bytes {} "
       "max-error "
-      "{} open-rays {} effort {} rays {} spoil {} scale {} resolution {}",
+      "{} open-rays {} effort {} rays {} scale {} resolution {}",
       options.encoding, name_of(options.preset), options.seed, options.strict, options.uncoded,
       options.source_triangles, options.colors, shown(options.max_bytes), shown(options.max_error),
-      options.open_rays, shown(options.effort), options.evaluation_rays, options.spoil_at_step, options.scale,
+      options.open_rays, shown(options.effort), options.evaluation_rays, options.scale,
       shown(options.resolution));
   if (options.lean) text += fmt::format(" lean {} {}", name_of(options.lean->mistake), options.lean->rate);
   if (options.mix)

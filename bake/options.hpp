@@ -50,9 +50,8 @@ struct BakeOptions : EncodingOptions {
   std::optional<double> max_error;  ///< of every stated ray set; 0: exact objects alone
   bool open_rays = false;  ///< who asks has a BVH for what is left open: "auto" proves in place of learning
   std::optional<Mix> mix;  ///< in place of the encoding's
-  std::optional<double> effort;           ///< factor on the training rays, > 0
-  uint64_t evaluation_rays = 1'000'000;   ///< of each set, spread over the objects
-  uint64_t spoil_at_step = ~uint64_t{0};  ///< for tests, see TrainingOptions
+  std::optional<double> effort;          ///< factor on the training rays, > 0
+  uint64_t evaluation_rays = 1'000'000;  ///< of each set, spread over the objects
 };
 
 }  // namespace nif::bake

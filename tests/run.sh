@@ -1,10 +1,8 @@
 #!/usr/bin/env bash
-# Checks nifkit, from a clean clone on a bare machine. There are four sizes:
+# Checks nifkit, from a clean clone on a bare machine. There are three sizes:
 #
-#   tests/run.sh               what guards every change: builds with warnings as errors, checks the style, runs all tests
-#                              but the long ones, runs those of format and runtime under the sanitizers, and fuzzes the
-#                              asset reader for a fixed number of inputs
-#   tests/run.sh --quick       the release build and its tests only
+#   tests/run.sh               what guards every change: builds with warnings as errors, checks the style, and runs all tests
+#                              but the long ones
 #   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, all that reads files under
 #                              the sanitizers, every fuzzer, code for GPUs of each kind, the runtime alone, each header by itself,
 #                              and bindings whose hosts are installed
@@ -15,8 +13,9 @@
 #                              in Blender, under Wine; what tests and fuzzers reach; then fuzzes and bakes random meshes for so
 #                              many hours (8), going on from the last time; see tests/nightly.sh
 #
-# Long tests have ctest's label `long`; those that take long under the sanitizers only, mostly because they train, have `slow`
-# there, and run with --nightly. NIF_TEST_MESHES names a folder of real meshes; without it the tests over those are skipped.
+# Long tests, those above 3 seconds (tests/costs.py), have ctest's label `long`; those that take long under the sanitizers only,
+# mostly because they train, have `slow` there, and run with --nightly. NIF_TEST_MESHES names a folder of real meshes; without it
+# the tests over those are skipped.
 # The last line is "N passed, N failed, N skipped", added up over all runs of tests; a step that fails without having
 # run a test counts as one failure. Ends with 0 only where nothing failed.
 set -euo pipefail
@@ -25,7 +24,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 size=plain hours=8
 case ${1-} in
   '') ;;
-  --quick | --all | --nightly) size=${1#--} ;;
+  --all | --nightly) size=${1#--} ;;
   -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" && exit 0 ;;
   *) echo "tests/run.sh: unknown option '$1'; see --help" >&2 && exit 2 ;;
 esac
@@ -113,13 +112,13 @@ fi
 configure() {
   cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON -DNIF_UNITY=ON "${launcher[@]}" "${@:2}" >/dev/null
 }
-# Code for one GPU of either maker shows what is wrong with the kernels most of the time; for one of each kind, nearly
-# always: gfx942 and sm_90, which take long, are like gfx90a and sm_80.
+# Code for one GPU shows what is wrong with the kernels most of the time; for one of each kind, nearly always: gfx942 and
+# sm_90, which take long, are like gfx90a and sm_80.
 configure_release() {
   if [[ $size == all ]]; then
-    configure release '-DNIF_GPU_TARGETS=gfx1030;gfx1100;gfx90a;sm_80'
+    configure release -DNIF_LONG_TESTS=ON '-DNIF_GPU_TARGETS=gfx1030;gfx1100;gfx90a;sm_80'
   else
-    configure release '-DNIF_GPU_TARGETS=gfx90a;sm_80'
+    configure release -DNIF_LONG_TESTS=OFF '-DNIF_GPU_TARGETS=gfx90a'
   fi
 }
 
@@ -158,14 +157,13 @@ asan_tests() {
 }
 # Under the thread sanitizer these take as long as all others together, and ask about arithmetic: with --nightly.
 kernels_alone='/IsaTest\.'
-# tsan_tests [ctest options]: threads are the runtime's. The baker's TBB and Embree are not built for the thread sanitizer.
+# Threads are the runtime's. The baker's TBB and Embree are not built for the thread sanitizer.
 tsan_tests() {
   step 'build tsan' build_part tsan 'write_random_asset tests/runtime/all' -DNIF_BUILD_TOOLS=OFF || return
-  step 'test tsan: runtime' run_tests build/tsan/tests/runtime "$@" || true
+  step 'test tsan: runtime' run_tests build/tsan/tests/runtime --exclude-regex "$kernels_alone" || true
 }
-# fuzz_tests TARGET...: what ctest runs of these.
 fuzz_tests() {
-  step 'build fuzz' build_part fuzz "fuzz_seeds $*" || return
+  step 'build fuzz' build_part fuzz 'fuzz_seeds tests/fuzz/all' || return
   step 'test fuzz' run_tests build/fuzz/tests/fuzz || true
 }
 
@@ -204,9 +202,8 @@ many_segments() (
 
 needed=(build check gpu)
 case $size in
-  quick) ;;
+  all) needed+=(fuzz) ;;
   nightly) needed+=(fuzz arm) ;;
-  *) needed+=(fuzz) ;;
 esac
 step 'set up' tools/setup.sh "${needed[@]}" || exit 1
 if [[ $size == nightly ]]; then
@@ -256,19 +253,11 @@ step 'check style' check_style || true
 once=()
 [[ $size != all ]] || once=(--exclude-regex '^(GoldenDamage.EveryBit|Stress.ForHalfAMinute)$')
 step 'test release' run_tests build/release "${once[@]}" || true
-case $size in
-  plain)
-    asan_tests format golden runtime validate || true
-    tsan_tests -R '^(Thread|Stress)' || true
-    fuzz_tests fuzz_asset || true
-    ;;
-  all)
-    step 'check headers' tests/headers.sh || true
-    step 'build the runtime alone' build_runtime || true
-    asan_tests format golden kernels mesh runtime validate || true
-    tsan_tests --exclude-regex "$kernels_alone" || true
-    fuzz_tests tests/fuzz/all || true
-    host_test 'Python' bindings/python/test.sh
-    host_test 'WebAssembly' bindings/web/test/run.sh
-    ;;
-esac
+[[ $size == all ]] || exit 0
+step 'check headers' tests/headers.sh || true
+step 'build the runtime alone' build_runtime || true
+asan_tests format golden kernels mesh runtime validate || true
+tsan_tests || true
+fuzz_tests || true
+host_test 'Python' bindings/python/test.sh
+host_test 'WebAssembly' bindings/web/test/run.sh

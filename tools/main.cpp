@@ -17,12 +17,22 @@
 #include "formats/base/printable.hpp"
 #include "formats/base/status.hpp"
 #include "formats/base/temporaries.hpp"
-#include "mesh/cgal/cgal.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/subcommands.hpp"
+#ifdef NIF_WITH_MESH
+#include "mesh/cgal/cgal.hpp"
+#endif
 
 namespace nif::tools {
 namespace {
+
+bool has_cgal() {
+#ifdef NIF_WITH_MESH
+  return cgal::available();
+#else
+  return false;
+#endif
+}
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 success, 1 internal error, 2 wrong options, 10-27 an input file cannot be used,\n"
@@ -51,10 +61,9 @@ int run(int argc, char** argv) {
   app.set_version_flag(
       "--version",
       std::string("nif " NIF_VERSION_STRING "\n") +
-          (cgal::available()
-               ? "Licence: GPL-3.0-or-later, because this executable is built with CGAL; nifkit's own "
-                 "code is under Apache-2.0."
-               : "Licence: Apache-2.0. This executable links no GPL library."));
+          (has_cgal() ? "Licence: GPL-3.0-or-later, because this executable is built with CGAL; nifkit's own "
+                        "code is under Apache-2.0."
+                      : "Licence: Apache-2.0. This executable links no GPL library."));
   app.require_subcommand(1);
   app.footer(std::string("Examples:\n"
                          "  nif bake dragon.ply -o dragon.nif\n"
@@ -80,10 +89,14 @@ int run(int argc, char** argv) {
   add_eval(command);
   add_farm(command);
   add_info(command);
+#ifdef NIF_WITH_MESH
   add_mesh(command);
+#endif
   add_query(command);
   add_render(command);
+#ifdef NIF_WITH_MESH
   add_study(command);
+#endif
   add_sweep(command);
   add_validate(command);
 

@@ -93,8 +93,8 @@ Crossing crossing(const Double3& from, const Double3& to, const Double3 (&triang
 /// Fits cells one after the other, with memory that is used again.
 class CellFitter {
  public:
-  CellFitter(const Grid& grid, const mesh::CleanMesh& mesh, double thickness, const CellFlaws& flaws)
-      : grid_(grid), mesh_(mesh), thickness_(thickness), flaws_(flaws) {}
+  CellFitter(const Grid& grid, const mesh::CleanMesh& mesh, double thickness)
+      : grid_(grid), mesh_(mesh), thickness_(thickness) {}
 
   /// Adds a voxel's word to words[0], and those of its parts to words[1] and so on, in the order of links
   /// that lead to them. Links have no first part yet, and planes with a wall the kind that has no sides.
@@ -117,8 +117,6 @@ class CellFitter {
   }
 
  private:
-  double padding() const { return flaws_.no_padding ? 0 : kSurfacePadding; }
-
   /// Writes the word of a cell that lists_[level] touch to words[level][at].
   void fit(const Cell& cell, size_t level, std::span<std::vector<uint32_t>> words, size_t at) {
     bool cut = false;
@@ -151,7 +149,7 @@ class CellFitter {
   /// Puts those of `from` that touch the cell to `list`, if it is given. True where a triangle does.
   bool list_of(const Cell& cell, const std::vector<uint32_t>& from, std::vector<uint32_t>* list) const {
     const Double3 middle = cell.middle();
-    const double reach = 0.5 * cell.size + padding() + kRoundingRoom;
+    const double reach = 0.5 * cell.size + kSurfacePadding + kRoundingRoom;
     const Double3 half{reach, reach, reach};
     if (list) list->clear();
     bool any = false;
@@ -169,7 +167,7 @@ class CellFitter {
   /// The word of a cell that is not cut. Sets `cut` where it had better be.
   uint32_t planes_of(const Cell& cell, std::span<const uint32_t> list, bool may_cut, bool& cut) {
     const Double3 middle = cell.middle();
-    const double half = 0.5 * cell.size + padding() + kClipRoom;
+    const double half = 0.5 * cell.size + kSurfacePadding + kClipRoom;
     thinnest_.clear();
     for (const uint32_t f : list) {
       const Face& face = faces_[f];
@@ -187,8 +185,7 @@ class CellFitter {
     const Double3 n{double(normal.x), double(normal.y), double(normal.z)};
     const double step = kernels::plane_step(float(cell.size));
     const double half_places = kernels::kPlanePlaces / 2;
-    double room = kernels::kHeightMargin + kHeightRoom;
-    if (flaws_.narrow_planes) room -= 0.1 * grid_.cells() * length(n);
+    constexpr double room = kernels::kHeightMargin + kHeightRoom;
     int32_t lower = int32_t(std::floor((slab.lowest - room) / step) + half_places),
             upper = int32_t(std::ceil((slab.highest + room) / step) + half_places);
     lower = std::clamp(lower, 0, int32_t(kernels::kPlanePlaces) - 1);
@@ -198,8 +195,7 @@ class CellFitter {
       cut = true;
       return 0;
     }
-    const bool wall = flaws_.walls_everywhere ||
-                      is_wall(cell, list, n, (lower - half_places) * step, (upper - half_places) * step);
+    const bool wall = is_wall(cell, list, n, (lower - half_places) * step, (upper - half_places) * step);
     cut = may_cut && !wall && apart > thickness_ / 2;
     return kernels::make_planes(kernels::kind_of({0, 0, wall}), slab.normal >> 4 & 63, slab.normal >> 10 & 63,
                                 uint32_t(lower), uint32_t(upper));
@@ -218,14 +214,14 @@ class CellFitter {
   bool is_wall(const Cell& cell, std::span<const uint32_t> list, const Double3& normal, double lower,
                double upper) {
     // The ends of paths need room above and below. Of the corner that is highest: the lowest is opposite.
-    const double reach = 0.5 * cell.size + 0.9 * padding();
+    const double reach = 0.5 * cell.size + 0.9 * kSurfacePadding;
     Double3 top;
     for (size_t a = 0; a < 3; ++a) top[a] = std::copysign(reach, normal[a]);
     const double top_height = dot(normal, top);
     if (top_height - upper < 1e-3 || lower + top_height < 1e-3) return false;
 
     const Double3 middle = cell.middle();
-    find_sets(list, middle, 0.5 * cell.size + padding() + kClipRoom);
+    find_sets(list, middle, 0.5 * cell.size + kSurfacePadding + kClipRoom);
     for (uint64_t attempt = 0; attempt < kMostPaths; ++attempt) {
       Random random(uint64_t(cell.low[0]) << 40 | uint64_t(cell.low[1]) << 20 | uint64_t(cell.low[2]),
                     uint64_t(cell.size), attempt);
@@ -255,7 +251,7 @@ class CellFitter {
     find_doubles();
     uses_.clear();
     for (uint32_t i = 0; i < wall_faces_.size(); ++i) {
-      if (is_double_[i] && !flaws_.doubles_counted) continue;
+      if (is_double_[i]) continue;
       const Face& face = faces_[wall_faces_[i]];
       for (size_t c = 0; c < 3; ++c) {
         size_t from = c, to = c == 2 ? 0 : c + 1;
@@ -320,7 +316,6 @@ class CellFitter {
   const Grid& grid_;
   const mesh::CleanMesh& mesh_;
   const double thickness_;
-  const CellFlaws& flaws_;
 
   std::vector<Face> faces_;                               // of the voxel
   std::vector<uint32_t> lists_[kernels::kMaxLevels + 1];  // by level: those that touch the cell
@@ -365,14 +360,14 @@ std::vector<SurfaceVoxel> voxels_in_order(const Grid& grid, const SurfaceVoxels&
 
 /// Fits all voxels. False where that makes more than `most_parts`.
 bool fit_all(const Grid& grid, const mesh::CleanMesh& mesh, const SurfaceVoxels& surface,
-             std::span<const SurfaceVoxel> voxels, double thickness, const CellFlaws& flaws,
-             size_t most_parts, format::ProofData& data) {
+             std::span<const SurfaceVoxel> voxels, double thickness, size_t most_parts,
+             format::ProofData& data) {
   constexpr size_t kVoxelsAtOnce = 64;
   using Words = std::array<std::vector<uint32_t>, kernels::kMaxLevels + 1>;
   std::vector<Words> blocks((voxels.size() + kVoxelsAtOnce - 1) / kVoxelsAtOnce);
   std::atomic<size_t> parts{0};
   tbb::parallel_for(size_t{0}, blocks.size(), [&](size_t b) {
-    CellFitter fitter(grid, mesh, thickness, flaws);
+    CellFitter fitter(grid, mesh, thickness);
     const size_t end = std::min((b + 1) * kVoxelsAtOnce, voxels.size());
     for (size_t i = b * kVoxelsAtOnce; i < end && parts <= most_parts; ++i)
       fitter.fit_voxel(voxels[i].at, surface.touching_voxel(voxels[i].number), blocks[b]);
@@ -410,15 +405,13 @@ void set_links(format::ProofData& data) {
   });
 }
 
-/// Adds what is known of the sides to the kinds, which are those of walls.
-CellCounts set_sides(std::string_view name, const CellFlaws& flaws, format::ProofData& data) {
+}  // namespace
+
+CellCounts set_sides(std::string_view name, format::ProofData& data) {
   const format::SideRegions sides(format::proof_of(data));
   if (sides.contradictory())
     throw Error(Status::internal, "in object '" + std::string(name) +
                                       "', planes join what is outside with what is inside: a defect");
-  const auto known = [&](uint32_t side) {
-    return flaws.pockets_inside && side == 0 ? uint32_t(kernels::kSeenInside) : side;
-  };
   CellCounts counts;
   counts.parts = data.parts.size();
   visit_words(data, [&](uint32_t& word, uint32_t number) {
@@ -427,20 +420,17 @@ CellCounts set_sides(std::string_view name, const CellFlaws& flaws, format::Proo
     ++counts.planes;
     counts.walls += wall;
     counts.bare += word == kernels::kBareCell;
-    word = (word & ~15u) | kernels::kind_of({known(sides.above(number)), known(sides.below(number)), wall});
+    word = (word & ~15u) | kernels::kind_of({sides.above(number), sides.below(number), wall});
   });
   return counts;
 }
 
-}  // namespace
-
 CellCounts fit_cells(const Grid& grid, const mesh::CleanMesh& mesh, const SurfaceVoxels& surface,
-                     double thickness, std::string_view name, format::ProofData& data, const CellFlaws& flaws,
-                     size_t most_parts) {
+                     double thickness, std::string_view name, format::ProofData& data, size_t most_parts) {
   const std::vector<SurfaceVoxel> voxels = voxels_in_order(grid, surface, data);
-  while (!fit_all(grid, mesh, surface, voxels, thickness, flaws, most_parts, data)) thickness *= 2;
+  while (!fit_all(grid, mesh, surface, voxels, thickness, most_parts, data)) thickness *= 2;
   set_links(data);
-  return set_sides(name, flaws, data);
+  return set_sides(name, data);
 }
 
 }  // namespace nif::bake

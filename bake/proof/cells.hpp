@@ -8,15 +8,6 @@
 
 namespace nif::bake {
 
-/// Ways to fit cells wrongly, for the tests that show that a wrong proof would be noticed.
-struct CellFlaws {
-  bool no_padding = false;        ///< cells are not grown
-  bool walls_everywhere = false;  ///< every cell is a wall
-  bool narrow_planes = false;     ///< planes are moved a tenth of a voxel towards one another
-  bool pockets_inside = false;    ///< sides of which nothing is known are called inside
-  bool doubles_counted = false;   ///< edges count triangles twice that lie on one another, crossings once
-};
-
 struct CellCounts {
   size_t parts = 0;   ///< of all voxels that are cut
   size_t planes = 0;  ///< cells with planes
@@ -31,6 +22,10 @@ struct CellCounts {
 /// their number.
 CellCounts fit_cells(const Grid& grid, const mesh::CleanMesh& mesh, const SurfaceVoxels& surface,
                      double thickness, std::string_view name, format::ProofData& data,
-                     const CellFlaws& flaws = {}, size_t most_parts = kernels::kMaxParts);
+                     size_t most_parts = kernels::kMaxParts);
+
+/// The last step of fit_cells(): finds which sides of planes are outside and inside, and stores that in their
+/// kinds, whose walls it keeps. Throws Error(internal) where planes join what is outside with what is inside.
+CellCounts set_sides(std::string_view name, format::ProofData& data);
 
 }  // namespace nif::bake

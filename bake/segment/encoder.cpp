@@ -156,7 +156,6 @@ class SegmentEncoder final : public Encoder {
     training.network = shape_.network;
     training.mix = mix();
     training.seed = options_.seed;
-    training.spoil_at_step = options_.spoil_at_step;
     const double rays =
         std::clamp(shape_.rays_per_corner * corners, double(kLeastSegmentRays), double(shape_.max_rays));
     training.rays = uint64_t(rays * options_.effort.value_or(1.0));

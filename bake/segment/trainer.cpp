@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "bake/segment/trainer_kernels.hpp"
+#include "bake/training_hook.hpp"
 #include "formats/base/status.hpp"
 
 namespace nif::bake {
@@ -254,12 +255,7 @@ class Trainer {
   bool train_batch(const TrainingRays& rays, const std::array<size_t, kTrainGroups>& firsts, size_t slice,
                    uint64_t steps) {
     if (step_ % kStepsBetweenSnapshots == 0 && !end_run()) return recover();
-    if (step_ == options_.spoil_at_step) weights_.quantised[0] = std::nanf("");
-    if (step_ == options_.collapse_at_step) {
-      // Neurons far below their range have the same output for all rays, for thousands of steps.
-      std::fill(biases_.master.begin(), biases_.master.end(), -biases_.limit);
-      biases_.quantise();
-    }
+    before_training_step({0, step_, weights_.quantised, biases_.quantised, biases_.master});
 
     const TrainingModel model{shape_,
                               data_.samples,

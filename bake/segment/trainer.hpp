@@ -29,10 +29,6 @@ struct TrainingOptions {
   float feature_rate = 0.01f;   ///< Adam's learning rate at its height, for features
   float network_rate = 0.006f;  ///< and for weights and biases
   uint64_t seed = 0;
-  /// Tests set this to spoil the parameters once at the given step, and so to see the recovery at work.
-  uint64_t spoil_at_step = ~uint64_t{0};
-  /// The same, so that all answers are alike from then on.
-  uint64_t collapse_at_step = ~uint64_t{0};
 };
 
 struct TrainingProgress {

@@ -174,7 +174,6 @@ class SphericalEncoder final : public Encoder {
         seed_(options.seed),
         effort_(options.effort) {
     options_.fields.seed = options.seed;
-    options_.fields.spoil_at_step = options.spoil_at_step;
     check(options_.fields);
   }
 

@@ -41,9 +41,6 @@ struct SphericalOptions {
   /// How values are stored. That is how the bytes that the paper states come about.
   bool half_grids = true, half_networks = false;
   uint64_t seed = 1;
-  /// Tests set these to spoil a weight at that step of the outer network (or that for primary rays) and at so
-  /// many in all.
-  uint64_t spoil_at_step = ~uint64_t{0}, spoil_steps = 1;
 };
 inline constexpr uint32_t kSphericalBatchUnit = 512;
 

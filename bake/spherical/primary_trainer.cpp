@@ -31,7 +31,7 @@ class PrimaryTrainer::Implementation {
  public:
   Implementation(const kernels::SphericalBounds& bounds, const SphericalOptions& options)
       : options_(options),
-        lessons_(options_, kStream),
+        lessons_(options_.seed, kStream),
         bounds_(bounds),
         field_(options_,
                {options.primary.width,

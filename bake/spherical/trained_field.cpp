@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "bake/training_hook.hpp"
 #include "formats/base/status.hpp"
 
 namespace nif::bake {
@@ -104,9 +105,8 @@ void TrainedField::get(StateReader& state, bool ended) {
   save();
 }
 
-void TrainedField::spoil() { weights_[0] = std::nanf(""); }
-
-bool TrainedField::step(const uint32_t* order, double caution, double& loss, double& error) {
+bool TrainedField::step(size_t number, const uint32_t* order, double caution, double& loss, double& error) {
+  before_training_step({number, steps_, weights_, {}, {}});
   ++steps_;
   SphericalModel model{network_, weights_.data(),      options_.slope, options_.loss, uint32_t(grids_.size()),
                        {},       shape_.target_weights};
@@ -203,24 +203,23 @@ bool FieldLessons::learn(std::span<TrainedField* const> fields, uint32_t passes,
                          const std::atomic<bool>& cancel) {
   for (TrainedField* field : fields) field->save();
   for (uint32_t pass = 0; pass < passes; ++pass)
-    for (TrainedField* field : fields)
-      if (!learn_once(fields, *field, progress, cancel)) return false;
+    for (size_t number = 0; number < fields.size(); ++number)
+      if (!learn_once(fields, number, progress, cancel)) return false;
   for (TrainedField* field : fields) field->keep_remainder();
   return true;
 }
 
-bool FieldLessons::learn_once(std::span<TrainedField* const> fields, TrainedField& field,
+bool FieldLessons::learn_once(std::span<TrainedField* const> fields, size_t number,
                               const std::function<void(const SphericalProgress&)>& progress,
                               const std::atomic<bool>& cancel) {
+  TrainedField& field = *fields[number];
   std::vector<uint32_t> order(field.waiting());
   std::iota(order.begin(), order.end(), 0u);
   for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random_.below(uint32_t(i))]);
   for (size_t first = 0; first + field.batch() <= order.size(); first += field.batch()) {
     if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
-    if (&field == fields.front() && field.steps() - options_.spoil_at_step < options_.spoil_steps)
-      field.spoil();
     double loss = 0, error = 0;
-    if (!field.step(order.data() + first, caution_, loss, error)) {
+    if (!field.step(number, order.data() + first, caution_, loss, error)) {
       if (!recover(fields)) return false;
       continue;  // the batch that did it is not tried again
     }

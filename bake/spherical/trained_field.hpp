@@ -57,12 +57,11 @@ class TrainedField {
   /// Its state between two lessons; where training has ended, what layers() and grids() say alone.
   void put(StateWriter& state, bool ended) const;
   void get(StateReader& state, bool ended);
-  /// For tests: makes a weight NaN.
-  void spoil();
 
-  /// One mini-batch: of the samples that wait, order[0 .. batch). `caution` is a factor on the learning rate.
-  /// Receives the mean loss, and the share of labels missed. False where something was not finite.
-  bool step(const uint32_t* order, double caution, double& loss, double& error);
+  /// One mini-batch: of the samples that wait, order[0 .. batch). `number` is the field's among those trained
+  /// together; `caution` is a factor on the learning rate. Receives the mean loss, and the share of labels
+  /// missed. False where something was not finite.
+  bool step(size_t number, const uint32_t* order, double caution, double& loss, double& error);
 
   /// As they are now, such as half precision holds where the options say so.
   format::SphericalLayers layers() const;
@@ -96,9 +95,8 @@ class TrainedField {
 /// Lessons of fields that are trained together: where the loss of one becomes non-finite, all go back.
 class FieldLessons {
  public:
-  /// The options must outlive it; `stream` keeps its random numbers apart from others of the same seed.
-  FieldLessons(const SphericalOptions& options, uint64_t stream)
-      : options_(options), random_(options.seed, stream, 0) {}
+  /// `stream` keeps its random numbers apart from others of the same seed.
+  FieldLessons(uint64_t seed, uint64_t stream) : random_(seed, stream, 0) {}
 
   Random& random() { return random_; }
   /// Between two calls of learn().
@@ -112,13 +110,12 @@ class FieldLessons {
              const std::function<void(const SphericalProgress&)>& progress, const std::atomic<bool>& cancel);
 
  private:
-  bool learn_once(std::span<TrainedField* const> fields, TrainedField& field,
+  bool learn_once(std::span<TrainedField* const> fields, size_t number,
                   const std::function<void(const SphericalProgress&)>& progress,
                   const std::atomic<bool>& cancel);
   /// Back to where the call began, with half the learning rate. False where that has not helped.
   bool recover(std::span<TrainedField* const> fields);
 
-  const SphericalOptions& options_;
   Random random_;
   uint32_t recoveries_ = 0;
   double caution_ = 1;

@@ -25,7 +25,7 @@ class SphericalTrainer::Implementation {
  public:
   Implementation(std::vector<kernels::SphericalBounds> bounds, const SphericalOptions& options)
       : options_(options),
-        lessons_(options_, 0x73706865726963),
+        lessons_(options_.seed, 0x73706865726963),
         outer_(options_, {options.outer.width, options.outer.hidden_layers, options.outer.batch},
                grids_over_angles(options.outer.resolution, options.outer.features, bounds.size(),
                                  options.latent_reach, lessons_.random()),

@@ -148,7 +148,7 @@ TEST(FitCells, CutsLessWhereThatMakesTooManyParts) {
   const bake::Grid& grid = o.occupancy.grid;
   const bake::SurfaceVoxels surface = bake::voxelize(grid, o.prepared.surface);
   const auto fit = [&](double thickness, size_t most) {
-    bake::fit_cells(grid, o.prepared.surface, surface, thickness, "ball", o.data, {}, most);
+    bake::fit_cells(grid, o.prepared.surface, surface, thickness, "ball", o.data, most);
     return o.data.parts;
   };
   const auto fine = fit(0.05, kernels::kMaxParts), coarse = fit(0.1, kernels::kMaxParts);
@@ -159,10 +159,13 @@ TEST(FitCells, CutsLessWhereThatMakesTooManyParts) {
 }
 
 TEST(FitCells, StopsWherePlanesJoinOutsideWithInside) {
-  CellOptions options{.levels = 2};
-  options.flaws.narrow_planes = true;
+  OccupiedObject o(icosphere(4), 40, {.levels = 2});
+  const std::vector<uint32_t> records = o.data.voxel_records;
+  bake::set_sides("icosphere", o.data);
+  EXPECT_EQ(o.data.voxel_records, records) << "it was right";
+  narrow_planes(o.data);
   try {
-    const OccupiedObject o(icosphere(4), 40, options);
+    bake::set_sides("icosphere", o.data);
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.status(), Status::internal);

@@ -93,30 +93,26 @@ INSTANTIATE_TEST_SUITE_P(Generated, CertainOnShapes,
 
 struct Mutation {
   const char* name;
-  bool bake::CellFlaws::*flaw;
   Shape shape;
-  uint32_t levels;
+  CellOptions options;
 };
 
 class CertainOnFlaws : public testing::TestWithParam<Mutation> {};
 
 /// Segments are hard enough for these tests to see what they are for.
 TEST_P(CertainOnFlaws, AreNoticed) {
-  const Mutation& mutation = GetParam();
-  CellOptions options{.levels = mutation.levels};
-  options.flaws.*mutation.flaw = true;
-  const OccupiedObject o(make_shape(mutation.shape, mutation.levels),
-                         resolution_of(mutation.shape, mutation.levels), options);
+  const auto& [name, shape, options] = GetParam();
+  const OccupiedObject o(make_shape(shape, options.levels), resolution_of(shape, options.levels), options);
   EXPECT_GT(count_certain(o, kFewSegments).wrongly.size(), 0u);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Cells, CertainOnFlaws,
-    testing::Values(Mutation{"no_padding", &bake::CellFlaws::no_padding, kNearFaces, 2},
-                    Mutation{"walls_everywhere", &bake::CellFlaws::walls_everywhere, kSoup, 2},
-                    Mutation{"narrow_planes", &bake::CellFlaws::narrow_planes, kBowl, 2},
-                    Mutation{"pockets_inside", &bake::CellFlaws::pockets_inside, kNearFaces, 0},
-                    Mutation{"doubles_counted", &bake::CellFlaws::doubles_counted, kDoubled, 2}),
+    testing::Values(Mutation{"no_padding", kNearFaces, {.levels = 2, .padding = 0}},
+                    Mutation{"walls_everywhere", kSoup, {.levels = 2, .flaw = walls_everywhere}},
+                    Mutation{"walls_of_doubles", kDoubled, {.levels = 2, .flaw = walls_everywhere}},
+                    Mutation{"narrow_planes", kBowl, {.levels = 2, .flaw = narrow_planes}},
+                    Mutation{"pockets_inside", kNearFaces, {.levels = 0, .flaw = pockets_inside}}),
     [](const auto& mutation) { return std::string(mutation.param.name); });
 
 TEST(CertainOnRealMeshes, IsNeverWrong) {

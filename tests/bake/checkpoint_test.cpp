@@ -8,6 +8,7 @@
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"
+#include "tests/bake/training_fault.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/shapes.hpp"
@@ -115,9 +116,8 @@ TEST(Checkpoint, ASearchForTheSmallestGoesOnToTheSameBytes) {
 }
 
 TEST(Checkpoint, RecoveriesAreTheSame) {
-  bake::BakeOptions options = small_field(0.5);
-  options.spoil_at_step = 300;
-  expect_resumed(scene_of({torus(40, 20)}), options, 20);
+  const TrainingFault fault(300);
+  expect_resumed(scene_of({torus(40, 20)}), small_field(0.5), 20);
 }
 
 TEST(Checkpoint, SphericalFieldsGoOnToTheSameBytes) {
@@ -250,7 +250,7 @@ TEST(Checkpoint, ATrainingGoesOnFromAnyOfItsStates) {
   options.rays_per_round = 50'000;
   options.batch = 1024;
   options.seed = 4;
-  options.spoil_at_step = 300;
+  const TrainingFault fault(300);
   const Course whole(options, 2);
   EXPECT_EQ(whole.recoveries, 1u);
   ASSERT_GT(whole.kept.size(), 40u);

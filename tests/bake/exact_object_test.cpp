@@ -164,13 +164,17 @@ TEST_P(ExactOnShapes, AnswersAsItsBvh) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Generated, ExactOnShapes,
-                         testing::Combine(testing::Range(0, int(kShapes)), testing::Values(0u, 2u, 4u)));
+                         testing::Combine(testing::Range(0, int(kShapes)), testing::Values(2u)));
+INSTANTIATE_TEST_SUITE_P(CutOtherwise, ExactOnShapes,
+                         testing::Combine(testing::Range(0, int(kShapes)), testing::Values(0u, 4u)));
 
 /// The segments are hard enough for wrong planes to be noticed.
 TEST(ExactOnFlaws, AreNoticed) {
-  CellOptions options{.levels = 2};
-  options.flaws.narrow_planes = true;
-  const ExactObject o(make_shape(kBowl, 2), resolution_of(kBowl, 2), options);
+  const auto narrow = [](format::ProofData& data) {
+    narrow_planes(data);
+    bake::set_sides("bowl", data);  // else the writer would refuse them
+  };
+  const ExactObject o(make_shape(kBowl, 2), resolution_of(kBowl, 2), {.levels = 2, .flaw = narrow});
   Tally tally;
   compare(o, 100'000, true, tally);
   EXPECT_GT(tally.differ, 0u);

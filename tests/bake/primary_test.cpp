@@ -15,6 +15,7 @@
 #include "formats/nif/writer.hpp"
 #include "kernels/reference/spherical/primary.hpp"
 #include "tests/bake/quiet_bake.hpp"
+#include "tests/bake/training_fault.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nif::test {
@@ -142,7 +143,6 @@ TEST(PrimaryTraining, GoesBackWhereTheLossBecomesNonFinite) {
   const kernels::SphericalBounds bounds = bake::spherical_bounds(object);
   bake::SphericalOptions options;
   options.primary.resolution = 16;
-  options.spoil_at_step = 3;
   // The wall x = -1, seen from x = 3.
   bake::PrimaryRays rays;
   for (const bake::Segment& ray : rays_from_views(1, 1, 20'000)) {
@@ -152,11 +152,14 @@ TEST(PrimaryTraining, GoesBackWhereTheLossBecomesNonFinite) {
   }
   const std::atomic<bool> cancel{false};
   bake::PrimaryTrainer trainer(bounds, options);
-  EXPECT_TRUE(trainer.learn(rays, {}, cancel));
+  {
+    const TrainingFault fault(3);
+    EXPECT_TRUE(trainer.learn(rays, {}, cancel));
+  }
   EXPECT_EQ(trainer.recoveries(), 1u);
   EXPECT_EQ(trainer.rays(), 20'000u / 2048 * 2048);
   for (const float weight : trainer.field().network.weights) ASSERT_TRUE(std::isfinite(weight));
-  options.spoil_at_step = 0, options.spoil_steps = 1000;
+  const TrainingFault fault(0, 1000);
   EXPECT_FALSE(bake::PrimaryTrainer(bounds, options).learn(rays, {}, cancel));
 }
 

@@ -15,6 +15,7 @@
 #include "formats/nif/writer.hpp"
 #include "kernels/reference/encodings.hpp"
 #include "tests/bake/quiet_bake.hpp"
+#include "tests/bake/training_fault.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -197,7 +198,7 @@ TEST(SphericalTraining, GivesTheSameBytesWithNarrowerVectors) {
 TEST(SphericalTraining, GoesBackWhereTheLossBecomesNonFinite) {
   bake::BakeOptions options = small_fields();
   options.spherical.rays = 2'000'000;
-  options.spoil_at_step = 100;
+  const TrainingFault fault(100);
   const bake::BakeResult result = bake_quietly(scene_of({icosphere(4)}), options);
   EXPECT_EQ(result.objects[0].recoveries, 1u);
   EXPECT_LT(result.sets[size_t(RaySet::outer_lines)].error(), 0.22);
@@ -205,10 +206,10 @@ TEST(SphericalTraining, GoesBackWhereTheLossBecomesNonFinite) {
 
 TEST(SphericalTraining, FailsRatherThanShipWhatDidNotTrain) {
   bake::BakeOptions options = small_fields();
-  options.spoil_at_step = 0;
-  options.spherical.fields.spoil_steps = 1'000;
-  EXPECT_EQ(status_of(scene_of({icosphere(3)}), options), Status::training_failed);
-  options = small_fields();
+  {
+    const TrainingFault fault(0, 1'000);
+    EXPECT_EQ(status_of(scene_of({icosphere(3)}), options), Status::training_failed);
+  }
   options.mix = bake::Mix{0, 0, 1, 0, 0};  // a cube fills its box: no origin is free
   EXPECT_EQ(status_of(scene_of({cube()}), options), Status::training_failed);
 }

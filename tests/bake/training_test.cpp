@@ -8,6 +8,7 @@
 #include "bake/segment/trainer.hpp"
 #include "bake/segment/trainer_kernels.hpp"
 #include "formats/base/status.hpp"
+#include "tests/bake/training_fault.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -110,9 +111,8 @@ TEST(Training, GivesTheSameBytesWithNarrowerVectors) {
 }
 
 TEST(Training, GoesBackWhereTheLossBecomesNonFinite) {
-  bake::TrainingOptions options = short_training();
-  options.spoil_at_step = 300;
-  const Trained trained(options);
+  const TrainingFault fault(300);
+  const Trained trained(short_training());
   EXPECT_EQ(trained.result.recoveries, 1u);
   EXPECT_LT(trained.error(RaySet::outer_lines), 0.35 * trained.best_constant_error(RaySet::outer_lines));
 }
@@ -120,7 +120,7 @@ TEST(Training, GoesBackWhereTheLossBecomesNonFinite) {
 TEST(Training, GoesBackWhereAllAnswersAreAlike) {
   bake::TrainingOptions options = short_training();
   options.rays = 4'000'000;
-  options.collapse_at_step = 300;
+  const TrainingFault fault(300, 1, TrainingFault::Kind::collapse);
   const Trained trained(options);
   EXPECT_EQ(trained.result.failure, "");
   EXPECT_EQ(trained.result.recoveries, 1u);
@@ -128,9 +128,9 @@ TEST(Training, GoesBackWhereAllAnswersAreAlike) {
 }
 
 TEST(Training, FailsWhereAllAnswersAreAlikeInTheEnd) {
-  bake::TrainingOptions options = short_training();
-  options.collapse_at_step = 500;  // of 976, so there is time to notice, and none to go back
-  const std::string failure = Trained(options).result.failure;
+  // Of 976 steps, so there is time to notice, and none to go back.
+  const TrainingFault fault(500, 1, TrainingFault::Kind::collapse);
+  const std::string failure = Trained(short_training()).result.failure;
   EXPECT_EQ(failure, "training of 'torus' failed: the network gives all rays the same answer");
 }
 

@@ -101,7 +101,6 @@ TEST_F(Bake, PrintsJsonToStandardOutputAndProgressToStandardError) {
   const std::vector<std::string> lines = lines_of(outcome.err);
   EXPECT_TRUE(without_progress(outcome.err).empty()) << outcome.err;
   EXPECT_LE(double(lines.size()), std::min(seconds, 11.0));
-  EXPECT_TRUE(!lines.empty() || seconds < 3) << seconds;
   EXPECT_EQ(outcome.err.find_first_of("\r\033"), std::string::npos);
 }
 

@@ -66,8 +66,8 @@ class Bench : public testing::Test {
     folder_ = new TempDir;
     mesh_ = folder_->write("ring.obj", obj_text(torus(48, 24))).string();
     asset_ = (folder_->path() / "<a & b>.nif").string();
-    ASSERT_EQ(nif({"bake", mesh_, "-o", asset_, "--preset", "fast", "--encoding", "segment", "--rays", "0",
-                   "--quiet"})
+    ASSERT_EQ(nif({"bake", mesh_, "-o", asset_, "--preset", "fast", "--resolution", "24", "--encoding",
+                   "segment", "--rays", "0", "--quiet"})
                   .code,
               0);
   }
@@ -383,10 +383,10 @@ TEST_F(Bench, AddsUpObjects) {
       folder_->write("two.obj", obj_object(torus(48, 24), "ring", base) + obj_object(second, "box", base))
           .string();
   const std::string asset = path("two.nif");
-  ASSERT_EQ(
-      nif({"bake", mesh, "-o", asset, "--preset", "fast", "--encoding", "segment", "--rays", "0", "--quiet"})
-          .code,
-      0);
+  ASSERT_EQ(nif({"bake", mesh, "-o", asset, "--preset", "fast", "--resolution", "24", "--encoding", "segment",
+                 "--rays", "0", "--quiet"})
+                .code,
+            0);
   const Outcome outcome = nif({"bench", asset, "--mesh", mesh, "--rays", "5000", "--rounds", "2", "--set",
                                "outer-lines", "-j", "1", "--json", "--quiet"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;

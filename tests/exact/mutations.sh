@@ -13,11 +13,11 @@ copy=${NIF_MUTATIONS:-build/mutations} seconds=60
 # its BVHs, so that seams are open there where nothing is tolerated at edges.
 faults=(
   'no padding of boxes|kernels/reference/bvh/query.hpp|s/kBvhPadding = 0x1p-20f/kBvhPadding = 0/'
-  'no padding of cells|bake/proof/cells.hpp|s/no_padding = false/no_padding = true/'
-  'planes moved inwards|bake/proof/cells.hpp|s/narrow_planes = false/narrow_planes = true/'
-  'walls everywhere|bake/proof/cells.hpp|s/walls_everywhere = false/walls_everywhere = true/'
-  'pockets called inside|bake/proof/cells.hpp|s/pockets_inside = false/pockets_inside = true/'
-  'parity miscounted|bake/proof/cells.hpp|s/doubles_counted = false/doubles_counted = true/'
+  'no padding of cells|bake/proof/cells.cpp|s/^using kernels::kSurfacePadding;/constexpr double kSurfacePadding = 0;/'
+  'planes moved inwards|bake/proof/cells.cpp|s/kHeightMargin \+ kHeightRoom/kHeightMargin - 20/'
+  'walls everywhere|bake/proof/cells.cpp|s/wall = is_wall\(/wall = true || is_wall(/'
+  'pockets called inside|bake/proof/cells.cpp|s/(sides\.(above|below)\(number\))/(\1 ? \1 : 2)/g'
+  'parity miscounted|bake/proof/cells.cpp|s/if \(is_double_\[i\]\) continue/if (false) continue/'
   'no tolerance at edges|kernels/reference/bvh/query.hpp|s/kSurelyApart = 128 /kSurelyApart = 0 /'
   'nothing is looked at edge-on|kernels/reference/bvh/query.hpp|s/kEdgeOn = 0x1p-2f/kEdgeOn = 0/'
   'sides times depths in single precision|kernels/cpu/bvh/triangles-inl.hpp|s/\(\(u \* inverse\) \* z\[0\] \+ \(v \* inverse\) \* z\[1\]\) \+ \(w \* inverse\) \* z\[2\]/((u * z[0] + v * z[1]) + w * z[2]) * inverse/'

@@ -84,7 +84,7 @@ class GpuCodeTest : public testing::TestWithParam<Target> {
     const fs::path folder = NIF_GPU_FOLDER;
     const std::string name = GetParam().name;
     amd_ = name.starts_with("gfx");
-    if (!fs::exists(folder / (name + ".s"))) GTEST_SKIP() << "no compiler for GPU target " << name;
+    if (!fs::exists(folder / (name + ".s"))) GTEST_SKIP() << "no code was compiled for GPU target " << name;
     code_ = folder / (name + (amd_ ? ".co" : ".cubin"));
     assembly_ = read(folder / (name + ".s"));
     kernels_ = read_report(read(folder / (name + ".txt")), amd_);

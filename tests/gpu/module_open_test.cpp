@@ -8,7 +8,6 @@ namespace {
 
 constexpr RandomAssetOptions kAllEncodings{
     .objects = 2, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 2};
-constexpr uint32_t kObjects = 7;
 
 class GpuOpenRays : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {
  protected:
@@ -34,7 +33,7 @@ TEST_P(GpuOpenRays, AreThoseOfTheCpu) {
     const format::AssetView view = format::read_asset(file, "test");
     const std::vector<NifRay> rays = rays_near(view, seed, 3001);
     size_t listed = 0;
-    for (uint32_t object = 0; object < kObjects; ++object)
+    for (uint32_t object = 0; object < view.objects.size(); ++object)
       for (const bool moved : {false, true}) {
         TwinScenes twins(config(card()));
         Matrix transform = kIdentity;
@@ -50,7 +49,7 @@ TEST_P(GpuOpenRays, AreThoseOfTheCpu) {
     for (int i = 0; i < 7; ++i) {
       Matrix transform = kIdentity;
       for (float& m : transform) m += random.between(-0.3f, 0.3f);
-      twins.add(asset, random.below(kObjects), transform);
+      twins.add(asset, random.below(twins.objects(asset)), transform);
     }
     twins.commit();
     EXPECT_GT(expect_twins(twins, rays), 100u);
@@ -64,7 +63,7 @@ TEST_P(GpuOpenRays, GoOnFromLaunchToLaunch) {
   TwinScenes twins(config(card()));
   const std::vector<std::byte> file = format::encode(random_asset(5, kAllEncodings));
   const uint32_t asset = twins.load(file);
-  for (uint32_t object = 0; object < kObjects; ++object) twins.add(asset, object, kIdentity);
+  for (uint32_t object = 0; object < twins.objects(asset); ++object) twins.add(asset, object, kIdentity);
   twins.commit();
   const uint32_t launches = machine().launches;
   EXPECT_GT(expect_twins(twins, rays_near(format::read_asset(file, "test"), 5, 4321)), 100u);

@@ -37,6 +37,9 @@ class IsaTest : public RuntimeTest, public testing::WithParamInterface<const cha
       ASSERT_EQ(answers.visible[i], expected.visible) << "ray " << i;
     }
   }
+
+  void ask_random_fields(uint64_t first, uint64_t end);
+  void ask_two_features(uint64_t first, uint64_t end);
 };
 
 INSTANTIATE_TEST_SUITE_P(Each, IsaTest, testing::ValuesIn(kIsas), [](const auto& p) {
@@ -45,8 +48,8 @@ INSTANTIATE_TEST_SUITE_P(Each, IsaTest, testing::ValuesIn(kIsas), [](const auto&
   return comma == std::string::npos ? name : name.substr(0, comma) + "_least";
 });
 
-TEST_P(IsaTest, RandomFields) {
-  for (uint64_t seed = 0; seed < 40; ++seed) {
+void IsaTest::ask_random_fields(uint64_t first, uint64_t end) {
+  for (uint64_t seed = first; seed < end; ++seed) {
     const format::AssetView& view =
         make(seed, {.objects = 3, .instances = 0, .max_voxels = seed % 2 ? 14u : 40u});
     const NifAsset asset = load();
@@ -59,11 +62,14 @@ TEST_P(IsaTest, RandomFields) {
   }
 }
 
+TEST_P(IsaTest, RandomFields) { ask_random_fields(0, 8); }
+TEST_P(IsaTest, ManyRandomFields) { ask_random_fields(8, 40); }
+
 /// Two features a corner have kernels of their own, and what these hold stands for the asset's bytes; except
 /// where there are features that no baker would put there.
-TEST_P(IsaTest, TwoFeatures) {
+void IsaTest::ask_two_features(uint64_t first, uint64_t end) {
   for (const bool odd_corners : {false, true}) {
-    for (uint64_t seed = 0; seed < 30; ++seed) {
+    for (uint64_t seed = first; seed < end; ++seed) {
       const format::AssetView& view = make(seed, {.objects = 2,
                                                   .instances = 0,
                                                   .max_voxels = seed % 2 ? 14u : 40u,
@@ -94,6 +100,9 @@ TEST_P(IsaTest, TwoFeatures) {
     }
   }
 }
+
+TEST_P(IsaTest, TwoFeatures) { ask_two_features(0, 6); }
+TEST_P(IsaTest, TwoFeaturesOfManyFields) { ask_two_features(6, 30); }
 
 /// Origins and ends on planes and corners of voxels and cells, directions along axes and diagonals: every tie
 /// there is.

@@ -1,6 +1,5 @@
 // Scenes of many instances: the hierarchy and its waves say what a plain loop over all instances says, after
-// whatever changes, and take the time and memory that they may.
-#include <chrono>
+// whatever changes, and take the memory that they may.
 #include <cstring>
 
 #include "tests/runtime/plain_scene.hpp"
@@ -194,37 +193,20 @@ TEST_F(ManyInstances, TenThousand) {
     forest.push_back(grid.back());
     for (const size_t k : {3, 7}) forest.back()[k] = random.between(0.0f, 800.0f);
   }
-  double best[2] = {1e9, 1e9}, best_refit[2] = {1e9, 1e9};
-  for (int round = 0; round < 6; ++round) {
-    const int arrangement = round % 2;
-    const std::vector<Matrix>& transforms = arrangement ? forest : grid;
+  for (const std::vector<Matrix>& transforms : {grid, forest}) {
     const NifScene scene = new_scene();
     for (const Matrix& transform : transforms)
       ASSERT_EQ(nifAddInstance(scene, asset, 0, transform.data(), nullptr), NIF_OK);
-    const auto milliseconds_of_commit = [&] {
-      const auto start = std::chrono::steady_clock::now();
-      EXPECT_EQ(nifCommitScene(scene), NIF_OK);
-      return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    };
-    best[arrangement] = std::min(best[arrangement], milliseconds_of_commit());
+    ASSERT_EQ(nifCommitScene(scene), NIF_OK);
     auto info = nifkit::sized<NifSceneInfo>();
     ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
     EXPECT_LE(info.resident_bytes, kCount * 256u);
     RecordProperty("bytes_an_instance", std::to_string(double(info.resident_bytes) / kCount));
     for (uint32_t i = 0; i < kCount; i += 2)
       ASSERT_EQ(nifSetInstanceTransform(scene, i, transforms[i].data()), NIF_OK);
-    best_refit[arrangement] = std::min(best_refit[arrangement], milliseconds_of_commit());
+    ASSERT_EQ(nifCommitScene(scene), NIF_OK);
     ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
     EXPECT_LE(info.resident_bytes, kCount * 256u);
-  }
-  for (int arrangement = 0; arrangement < 2; ++arrangement) {
-    const std::string name = arrangement ? "forest" : "grid";
-    RecordProperty(name + "_commit_milliseconds", std::to_string(best[arrangement]));
-    RecordProperty(name + "_refit_milliseconds", std::to_string(best_refit[arrangement]));
-#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-    EXPECT_LT(best[arrangement], 50);
-    EXPECT_LT(best_refit[arrangement], 10);
-#endif
   }
 }
 

@@ -7,14 +7,16 @@
 #include "bake/oracle/prepare.hpp"
 #include "bake/proof/cells.hpp"
 #include "bake/segment/corners.hpp"
+#include "tests/support/cell_flaws.hpp"
 
 namespace nif::test {
 
 /// How cells are to be made.
 struct CellOptions {
   uint32_t levels = 0;
-  double thickness = 1.5;  ///< times the bias
-  bake::CellFlaws flaws = {};
+  double thickness = 1.5;                     ///< times the bias
+  double padding = kernels::kSurfacePadding;  ///< of voxels
+  CellFlaw flaw = nullptr;
   bool bare = false;  ///< no planes that prove anything, so that many rays are open
 };
 
@@ -31,14 +33,14 @@ struct OccupiedObject {
   OccupiedObject(mesh::Mesh source, uint32_t resolution, const CellOptions& options = {})
       : mesh(std::move(source)), prepared(bake::prepare(mesh)) {
     const bake::Grid grid = bake::make_grid(prepared.box, resolution, options.levels);
-    const bake::SurfaceVoxels surface =
-        bake::voxelize(grid, prepared.surface, options.flaws.no_padding ? 0 : kernels::kSurfacePadding);
+    const bake::SurfaceVoxels surface = bake::voxelize(grid, prepared.surface, options.padding);
     occupancy = bake::classify(grid, prepared.surface, surface.marks, prepared.closed);
     data.samples = 8;
     data.length_scale = 8;
     bake::store_occupancy(occupancy, 2, mesh.name, data);
     const double thickness = options.thickness * prepared.bias * grid.voxels_per_unit * grid.cells();
-    cells = bake::fit_cells(grid, prepared.surface, surface, thickness, mesh.name, data, options.flaws);
+    cells = bake::fit_cells(grid, prepared.surface, surface, thickness, mesh.name, data);
+    if (options.flaw) options.flaw(data);
     if (options.bare) format::leave_bare(data);
     field = format::field_of(data, network);
     truth = std::make_unique<bake::GroundTruth>(prepared);

@@ -23,7 +23,6 @@
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/common/shared_options.hpp"
-#include "tools/mesh/input.hpp"
 #include "tools/subcommands.hpp"
 
 namespace nif::tools {

@@ -264,9 +264,7 @@ class Job(AddonTest):
         while job.fraction == 0 and time.monotonic() < end:
             time.sleep(0.1)
         self.assertFalse(job.done())
-        start = time.monotonic()
         job.cancel()
-        self.assertLess(time.monotonic() - start, 10)
         self.assertTrue(job.done())
         with self.assertRaises(bake_job.BakeError) as caught:
             job.result()

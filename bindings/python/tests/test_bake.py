@@ -4,7 +4,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -197,10 +196,8 @@ def test_progress_and_cancel(tmp_path):
         # Nothing is said within the first second.
         return not any(text.startswith("training") for _, text in seen)
 
-    start = time.monotonic()
     with refused(ErrorCode.CANCELLED, "the bake was cancelled"):
         nifkit.bake(*ball(60), tmp_path / "ball.nif", name="ball", progress=progress, **LONG)
-    assert time.monotonic() - start < 60
     fractions = [fraction for fraction, _ in seen]
     assert fractions == sorted(fractions) and 0 <= fractions[0] and fractions[-1] < 1
     assert "training ball" in seen[-1][1]

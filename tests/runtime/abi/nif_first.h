@@ -545,7 +545,9 @@ NIF_API NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_
  * On a GPU, a query of device memory (NIF_MEMORY_DEVICE) is put into the stream, and the call returns at
  * once: do not change the arrays or the scene until the stream has passed it. A query of host memory is
  * copied to the card and back, and returns when the answers are there; it may allocate. Arrays of the wrong
- * kind of memory give NIF_ERROR_WRONG_POINTER. If the card is lost, the CPU answers queries of host memory.
+ * kind of memory give NIF_ERROR_WRONG_POINTER. If the card is lost, the CPU answers queries of host memory. It
+ * also answers those that have masks; with a stream they give NIF_ERROR_NOT_AVAILABLE, and their pointers are
+ * trusted.
  * docs/runtime.md has the rules for pointers, streams and lost cards. */
 NIF_API NifError nifQuery(NifScene scene, const NifRays* rays, const NifAnswers* answers);
 
