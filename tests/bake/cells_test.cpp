@@ -1,15 +1,15 @@
 // Planes hold what is in their cells, walls are found where surfaces are whole, and words are as files have
 // them.
-#include "bake/proof/cells.hpp"
+#include "bake/planes/cells.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "bake/proof/thinnest.hpp"
+#include "bake/planes/thinnest.hpp"
 #include "formats/base/random.hpp"
 #include "formats/base/status.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/planes/walk.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -80,7 +80,7 @@ TEST_P(FitCells, MakesWordsAsFilesHaveThem) {
   object.triangles = uint32_t(o.prepared.surface.triangles.size());
   object.content = o.data;
   const uint32_t inputs = kernels::input_count(o.data.samples, o.data.features_per_corner);
-  asset.networks = {{{{inputs, 1, 0, std::vector<int32_t>(1), std::vector<int8_t>(inputs)}}, 1}};
+  asset.mlps = {{{{inputs, 1, 0, std::vector<int32_t>(1), std::vector<int8_t>(inputs)}}, 1}};
   EXPECT_NO_THROW(format::encode(asset));  // which reads what it wrote
 }
 

@@ -6,7 +6,7 @@
 #include <atomic>
 
 #include "formats/mesh/read.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/planes/walk.hpp"
 #include "tests/bake/adversary.hpp"
 #include "tests/bake/exact_oracle.hpp"
 #include "tests/bake/hard_shapes.hpp"

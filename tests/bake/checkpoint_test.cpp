@@ -4,7 +4,7 @@
 #include <tbb/global_control.h>
 
 #include "bake/checkpoint.hpp"
-#include "bake/segment/trainer.hpp"
+#include "bake/network/trainer.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"
@@ -215,7 +215,7 @@ TEST(HostileCheckpoint, OfSphericalFieldsDoesNoHarm) {
 struct Course {
   std::vector<Bytes> kept;
   std::vector<int8_t> features;
-  format::Network network;
+  format::Mlp network;
   uint32_t recoveries = 0;
 
   Course(const bake::TrainingOptions& options, size_t threads, Bytes earlier = {}) {

@@ -1,12 +1,12 @@
 // Voxels are marked wherever a triangle is, and called inside or outside only where that is so.
-#include "bake/proof/occupancy.hpp"
+#include "bake/planes/occupancy.hpp"
 
 #include <gtest/gtest.h>
 
 #include <bit>
 
 #include "formats/base/random.hpp"
-#include "kernels/reference/segment/samples.hpp"
+#include "kernels/reference/network/samples.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"
 

@@ -4,9 +4,9 @@
 #include <hwy/targets.h>
 #include <tbb/global_control.h>
 
+#include "bake/network/trainer.hpp"
+#include "bake/network/trainer_kernels.hpp"
 #include "bake/oracle/evaluate.hpp"
-#include "bake/segment/trainer.hpp"
-#include "bake/segment/trainer_kernels.hpp"
 #include "formats/base/status.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"
@@ -40,7 +40,7 @@ struct Trained {
   double best_constant_error(RaySet set) const {
     double best = 1;
     for (int32_t logit : {-1, 1}) {
-      format::Network constant = result.network;
+      format::Mlp constant = result.network;
       constant.layers.back().weights.assign(constant.layers.back().weights.size(), 0);
       constant.layers.back().biases = {logit};
       best = std::min(best, error(set, constant));
@@ -49,7 +49,7 @@ struct Trained {
   }
 
  private:
-  double error(RaySet set, const format::Network& network) const {
+  double error(RaySet set, const format::Mlp& network) const {
     const kernels::SegmentField field = format::field_of(object->data, network);
     const bake::LabelledRays rays = bake::make_ray_set(object->truth->source(), set, 50'000, 77);
     return bake::evaluate(rays, bake::reference_answerer(field), object->truth->source().oracle).error();
@@ -71,7 +71,7 @@ TEST(Training, GivesTheSameBytesForAnyNumberOfThreads) {
   options.rays = 200'000;
   struct Bytes {
     format::SegmentData data;
-    format::Network network;
+    format::Mlp network;
   };
   std::vector<Bytes> bakes;
   for (size_t threads : {1, 2, 3}) {

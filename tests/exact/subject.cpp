@@ -11,10 +11,10 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "bake/bvh/builder.hpp"
+#include "bake/triangles/builder.hpp"
 #include "formats/mesh/transform.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/exact/field.hpp"
+#include "kernels/reference/encodings/exact.hpp"
 #include "tests/support/occupied_object.hpp"
 
 namespace nif::test {
@@ -32,7 +32,7 @@ void put(const std::vector<T>& from, std::vector<T>& to, size_t first, size_t ea
 }
 
 /// Any answer to what is not proven.
-format::Network untrained(uint32_t inputs) {
+format::Mlp untrained(uint32_t inputs) {
   format::Layer layer{.inputs = inputs, .outputs = 1, .shift = 0, .biases = {1}, .weights = {}};
   for (uint32_t i = 0; i < inputs; ++i) layer.weights.push_back(i % 2 ? 3 : -3);
   return {.layers = {layer}};
@@ -161,7 +161,7 @@ Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& ran
   std::vector<mesh::Triangle> all = surface.triangles;
   if (random.below(2)) all.insert(all.end(), surface.slivers.begin(), surface.slivers.end());
   std::vector<uint32_t> order;
-  const format::Bvh bvh = bake::build_bvh(surface.positions, all, &order);
+  const format::TrianglesData bvh = bake::build_bvh(surface.positions, all, &order);
   for (const uint32_t number : order) {
     const mesh::Triangle& t = all[number];
     triangles_.push_back({surface.positions[t[0]], surface.positions[t[1]], surface.positions[t[2]]});
@@ -171,7 +171,7 @@ Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& ran
                        [](float x) { return std::abs(x) <= kernels::kMaxExactCoordinate; });
   };
   const bool planes = std::all_of(surface.positions.begin(), surface.positions.end(), fits_planes);
-  format::ProofData proof;
+  format::PlanesData proof;
   format::SegmentData segment;
   if (planes) {
     const OccupiedObject occupied(mesh, resolution, {.levels = levels});
@@ -190,7 +190,7 @@ Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& ran
       asset.objects.emplace_back().content = format::ExactData{proof, bvh};
       asset.objects.emplace_back().content = proof;
       asset.objects.emplace_back().content = segment;
-      asset.networks.push_back(untrained(kernels::input_count(segment.samples, segment.features_per_corner)));
+      asset.mlps.push_back(untrained(kernels::input_count(segment.samples, segment.features_per_corner)));
     }
     for (format::Object& object : asset.objects) {
       object.name = "mesh";

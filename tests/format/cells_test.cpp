@@ -7,9 +7,9 @@
 #include <set>
 #include <stdexcept>
 
-#include "formats/nif/proof/sides.hpp"
+#include "formats/nif/planes/sides.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/planes/walk.hpp"
 #include "tests/support/random_asset.hpp"
 
 namespace nif {

@@ -1,5 +1,5 @@
 // What holds for every encoding of the list alike: which sections a file has, and which record is whose.
-#include "formats/nif/encodings.hpp"
+#include "formats/nif/parts.hpp"
 
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ void for_each_pair(const Test& test) {
   const format::AssetView view = format::read_asset(mixed(), "good");
   format::for_each_encoding([&](auto encoding) {
     uint32_t first = 0;
-    while (format::encoding_number(view.objects[first].content) != encoding.kNumber) ++first;
+    while (format::encoding_of(view.objects[first]).number != encoding.kNumber) ++first;
     SCOPED_TRACE(encoding.kName);
     test(encoding, first);
   });

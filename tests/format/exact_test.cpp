@@ -30,24 +30,24 @@ TEST(ExactFile, KeepsEveryFieldAndAnswer) {
     test::Random random(seed);
     uint64_t proven = 0, blocked = 0;
     for (size_t i = 1; i < 3; ++i) {
-      EXPECT_EQ(format::encoding_number(view.objects[i].content), 4u);
+      EXPECT_EQ(format::encoding_of(view.objects[i]).number, 4u);
       const auto& seen = view.objects[i].as<format::ExactView>();
       const auto& data = asset.objects[i].as<format::ExactData>();
-      EXPECT_EQ(seen.tree_bytes, data.bvh.bytes());
+      EXPECT_EQ(seen.tree_bytes, data.triangles.bytes());
       EXPECT_EQ(seen.occupancy.decoded > 0, (seen.coded & format::kCodedOccupancy) != 0);
       const kernels::ExactField field = format::field_of(data);
       for (int ray = 0; ray < 500; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
         const kernels::Answer ours = kernels::query(field, segment),
                               theirs = kernels::query(seen.field, segment),
-                              its_bvh = kernels::query(field.bvh, segment);
+                              its_bvh = kernels::query(field.triangles, segment);
         ASSERT_EQ(ours.logit, theirs.logit);
         ASSERT_EQ(ours.certain, theirs.certain);
         ASSERT_EQ(ours.logit, its_bvh.logit);
         ASSERT_EQ(ours.certain, its_bvh.certain);
         kernels::WalkResult walk;
         kernels::follow_segment(
-            field.proof, segment, walk, [](uint32_t, const kernels::Run&) {}, kernels::NoVisit());
+            field.planes, segment, walk, [](uint32_t, const kernels::Run&) {}, kernels::NoVisit());
         proven += walk.certain;
         blocked += !ours.visible;
       }

@@ -32,10 +32,10 @@ TEST(ProofFile, KeepsEveryFieldAndAnswer) {
     test::Random random(seed);
     uint64_t proven = 0, open = 0;
     for (size_t i = 1; i < 3; ++i) {
-      EXPECT_EQ(format::encoding_number(view.objects[i].content), 5u);
+      EXPECT_EQ(format::encoding_of(view.objects[i]).number, 5u);
       const auto& seen = view.objects[i].as<format::ProofView>();
       EXPECT_EQ(seen.occupancy.decoded > 0, (seen.coded & format::kCodedOccupancy) != 0);
-      const kernels::ProofField field = format::proof_of(asset.objects[i].as<format::ProofData>());
+      const kernels::PlanesField field = format::field_of(asset.objects[i].as<format::PlanesData>());
       for (int ray = 0; ray < 500; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
         const kernels::Answer ours = kernels::query(field, segment),
@@ -59,7 +59,7 @@ TEST(ProofFile, LeavesOpenNoMoreThanItsPart) {
   uint64_t open = 0;
   for (uint64_t seed = 0; seed < 20; ++seed) {
     const format::Asset asset = asset_with_proofs(seed);
-    const kernels::ProofField field = format::proof_of(asset.objects[1].as<format::ProofData>());
+    const kernels::PlanesField field = format::field_of(asset.objects[1].as<format::PlanesData>());
     test::Random random(seed);
     for (int ray = 0; ray < 500; ++ray) {
       const kernels::Segment segment = test::random_segment(random, field);

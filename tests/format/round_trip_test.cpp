@@ -94,7 +94,7 @@ TEST(RoundTrip, BlocksAreAligned) {
     return uint64_t(static_cast<const std::byte*>(p) - bytes.data());
   };
   for (const format::ObjectView& object : view.objects) {
-    const kernels::SegmentField& field = object.as<format::SegmentView>().field;
+    const kernels::SegmentField& field = object.as<kernels::SegmentField>();
     EXPECT_EQ(offset(field.brick_states) % format::kAlignment, 0u);
     EXPECT_EQ(offset(field.features) % format::kAlignment, 0u);
     EXPECT_EQ(offset(field.network.layers[0].biases) % format::kAlignment, 0u);
@@ -110,12 +110,11 @@ TEST(RoundTrip, SameAnswers) {
     test::Random random(seed);
     for (size_t i = 0; i < asset.objects.size(); ++i) {
       const auto& data = asset.objects[i].as<format::SegmentData>();
-      const auto field = format::field_of(data, asset.networks[data.network]);
+      const auto field = format::field_of(data, asset.mlps[data.network]);
       for (int ray = 0; ray < 1000; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
         const kernels::Answer ours = kernels::query(field, segment);
-        const kernels::Answer theirs =
-            kernels::query(view.objects[i].as<format::SegmentView>().field, segment);
+        const kernels::Answer theirs = kernels::query(view.objects[i].as<kernels::SegmentField>(), segment);
         ASSERT_EQ(ours.visible, theirs.visible);
         ASSERT_EQ(ours.certain, theirs.certain);
         ASSERT_EQ(ours.logit, theirs.logit);

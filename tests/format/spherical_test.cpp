@@ -37,7 +37,7 @@ TEST(SphericalFile, KeepsEveryFieldAndAnswer) {
       const format::ObjectView& seen = view.objects[i];
       const auto& [number, grids] = object.as<format::SphericalData>();
       const auto& [network, spherical, grid_bytes] = seen.as<format::SphericalView>();
-      EXPECT_EQ(format::encoding_number(seen.content), 2u);
+      EXPECT_EQ(format::encoding_of(seen).number, 2u);
       EXPECT_EQ(network, i < 3 ? 0u : 1u);
       EXPECT_EQ(network, number);
       EXPECT_EQ(grid_bytes, grids.bytes());

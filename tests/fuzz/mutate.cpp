@@ -151,8 +151,8 @@ Bytes uncoded(const Bytes& file) {
     format::Asset asset = format::to_asset(format::read_asset(file, "before"));
     for (format::Object& object : asset.objects) {
       if (auto* segment = std::get_if<format::SegmentData>(&object.content)) segment->coded = 0;
-      if (auto* exact = std::get_if<format::ExactData>(&object.content)) exact->proof.coded = 0;
-      if (auto* proof = std::get_if<format::ProofData>(&object.content)) proof->coded = 0;
+      if (auto* exact = std::get_if<format::ExactData>(&object.content)) exact->planes.coded = 0;
+      if (auto* proof = std::get_if<format::PlanesData>(&object.content)) proof->coded = 0;
     }
     return format::encode(asset);
   } catch (const Error&) {
@@ -282,7 +282,7 @@ void mutate_grid(Data& data, Random& random) {
 }
 
 /// Changes the cells, often to what a reader refuses: the words, and what the tables say of them.
-void mutate_cells(format::ProofData& data, Random& random) {
+void mutate_cells(format::PlanesData& data, Random& random) {
   if (random.below(4) == 0) data.levels = random.below(kernels::kMaxLevels + 1);
   for (uint32_t changes = 1 + random.below(4); changes > 0; --changes) {
     std::vector<uint32_t>& words = random.below(2) ? data.voxel_records : data.parts;
@@ -324,7 +324,7 @@ void mutate(format::SegmentData& data, format::Asset& asset, Random& random) {
       }
       break;
     case 1:
-      data.network = random.below(uint32_t(asset.networks.size()));
+      data.network = random.below(uint32_t(asset.mlps.size()));
       break;
     case 2:
       (random.below(2) ? data.voxels_per_unit : data.origin[random.below(3)]) *= random.between(0.1f, 4.0f);
@@ -346,7 +346,7 @@ void mutate(format::SegmentData& data, format::Asset& asset, Random& random) {
 }
 
 /// A vertex may move to where another one is: often that keeps it in its box.
-void mutate(format::Bvh& data, format::Asset&, Random& random) {
+void mutate(format::TrianglesData& data, format::Asset&, Random& random) {
   auto& from = data.vertices[random.below(uint32_t(data.vertices.size()))];
   auto& to = data.vertices[random.below(uint32_t(data.vertices.size()))];
   const size_t axis = random.below(3);
@@ -356,7 +356,7 @@ void mutate(format::Bvh& data, format::Asset&, Random& random) {
     to[axis] = changed_float(to[axis], random);
 }
 
-void mutate(format::ProofData& data, format::Asset&, Random& random) {
+void mutate(format::PlanesData& data, format::Asset&, Random& random) {
   if (random.below(4) == 0) data.coded = random.below(format::kCodedPayloads + 1);
   switch (random.below(3)) {
     case 0:
@@ -375,9 +375,9 @@ void mutate(format::ProofData& data, format::Asset&, Random& random) {
 
 void mutate(format::ExactData& data, format::Asset& asset, Random& random) {
   if (random.below(4) == 0)
-    mutate(data.bvh, asset, random);
+    mutate(data.triangles, asset, random);
   else
-    mutate(data.proof, asset, random);
+    mutate(data.planes, asset, random);
 }
 
 std::vector<float>& grid_of(format::SphericalGrids& grids, Random& random) {
@@ -417,8 +417,8 @@ void mutate(format::SphericalData& data, format::Asset& asset, Random& random) {
 }
 
 void mutate_networks(format::Asset& asset, Random& random) {
-  if (!asset.networks.empty() && random.below(2)) {
-    format::Network& network = asset.networks[random.below(uint32_t(asset.networks.size()))];
+  if (!asset.mlps.empty() && random.below(2)) {
+    format::Mlp& network = asset.mlps[random.below(uint32_t(asset.mlps.size()))];
     format::Layer& layer = network.layers[random.below(uint32_t(network.layers.size()))];
     if (random.below(2))
       layer.biases[random.below(layer.outputs)] = random.below(2) ? kernels::kMaxBias : -kernels::kMaxBias;
@@ -444,9 +444,9 @@ void mutate_networks(format::Asset& asset, Random& random) {
 
 /// As many as the grid has surface voxels, if the object has some, or at times.
 void fit_colors(format::Object& object, Random& random) {
-  const auto* grid = std::get_if<format::ProofData>(&object.content);
+  const auto* grid = std::get_if<format::PlanesData>(&object.content);
   if (const auto* segment = std::get_if<format::SegmentData>(&object.content)) grid = segment;
-  if (const auto* exact = std::get_if<format::ExactData>(&object.content)) grid = &exact->proof;
+  if (const auto* exact = std::get_if<format::ExactData>(&object.content)) grid = &exact->planes;
   if (!grid) return;
   if (!object.colors && random.below(16) == 0) object.colors.emplace();
   if (object.colors) object.colors->resize(grid->voxel_records.size(), uint16_t(random.below(0x10000)));
@@ -530,7 +530,7 @@ Bytes join_assets(const Bytes& one, const Bytes& other) {
     const auto first = uint32_t(asset.objects.size());
     for (format::Object& object : more.objects) {
       if (auto* segment = std::get_if<format::SegmentData>(&object.content))
-        segment->network += uint32_t(asset.networks.size());
+        segment->network += uint32_t(asset.mlps.size());
       if (auto* spherical = std::get_if<format::SphericalData>(&object.content))
         spherical->network += uint32_t(asset.spherical_networks.size());
       asset.objects.push_back(std::move(object));
@@ -540,7 +540,7 @@ Bytes join_assets(const Bytes& one, const Bytes& other) {
       asset.instances.push_back(std::move(instance));
     }
     asset.places_nothing = asset.places_nothing && more.places_nothing && asset.instances.empty();
-    for (format::Network& network : more.networks) asset.networks.push_back(std::move(network));
+    for (format::Mlp& network : more.mlps) asset.mlps.push_back(std::move(network));
     for (format::SphericalNetworks& networks : more.spherical_networks)
       asset.spherical_networks.push_back(std::move(networks));
     return format::encode(asset);

@@ -1,5 +1,5 @@
 // The GPU module answers as the CPU does: the same calls of nif.h, the kernels run by the emulator.
-#include "kernels/gpu/proof/leaping_walk.hpp"
+#include "kernels/gpu/planes/leaping_walk.hpp"
 #include "tests/gpu/module_fixture.hpp"
 
 namespace nif::test {
@@ -331,8 +331,8 @@ TEST_P(GpuAnswers, AssetsAreUploadedOnce) {
     uint64_t words = 0;  // by which walks leap
     const format::AssetView view = format::read_asset(file, "test");
     for (const format::ObjectView& object : view.objects)
-      if (object.is<format::SegmentView>()) {
-        const kernels::SegmentField& field = object.as<format::SegmentView>().field;
+      if (object.is<kernels::SegmentField>()) {
+        const kernels::SegmentField& field = object.as<kernels::SegmentField>();
         words += uint64_t{field.voxels[0]} * field.voxels[1] * field.voxels[2] + field.part_count;
       }
     const uint64_t bytes = asset.info().gpu_bytes;

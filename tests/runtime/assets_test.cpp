@@ -20,9 +20,9 @@ constexpr const char* kNullDevice = "NUL";
 constexpr const char* kNullDevice = "/dev/null";
 #endif
 
-static_assert(NIF_ENCODING_SEGMENT == format::EncodingOf<kernels::SegmentField>::kNumber);
-static_assert(NIF_ENCODING_SPHERICAL == format::EncodingOf<kernels::SphericalField>::kNumber);
-static_assert(NIF_ENCODING_BVH == format::EncodingOf<kernels::BvhField>::kNumber);
+static_assert(NIF_ENCODING_SEGMENT == kernels::encoding_of_field<kernels::SegmentField>().number);
+static_assert(NIF_ENCODING_SPHERICAL == kernels::encoding_of_field<kernels::SphericalField>().number);
+static_assert(NIF_ENCODING_BVH == kernels::encoding_of_field<kernels::TrianglesField>().number);
 
 /// As the library takes paths, on every system.
 std::string utf8(const fs::path& path) {
@@ -71,7 +71,7 @@ TEST_F(Assets, SameAnswersHoweverLoaded) {
 
   Random random(1);
   for (uint32_t object = 0; object < view.objects.size(); ++object) {
-    const auto rays = random_rays(random, view.objects[object].as<format::SegmentView>().field, 500);
+    const auto rays = random_rays(random, view.objects[object].as<kernels::SegmentField>(), 500);
     std::vector<Answers> answers;
     for (const NifAsset asset : assets_) answers.push_back(query_all(scene_of(asset, object), rays));
     for (const Answers& other : answers) EXPECT_EQ(other, answers[0]);
@@ -99,7 +99,7 @@ TEST_F(Assets, AnswerAfterTheirBytesWereLetGo) {
   Random random(4);
   uint64_t unsure = 0;
   for (uint32_t object = 0; object < 3; ++object) {
-    const kernels::SegmentField& field = view.objects[object].as<format::SegmentView>().field;
+    const kernels::SegmentField& field = view.objects[object].as<kernels::SegmentField>();
     const NifScene scene = scene_of(asset, object);
     auto info = nifkit::sized<NifSceneInfo>();
     ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
@@ -137,7 +137,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
   ASSERT_EQ(nifGetAssetInfo(asset, &info), NIF_OK);
   EXPECT_EQ(info.object_count, source.objects.size());
   EXPECT_EQ(info.instance_count, source.instances.size());
-  EXPECT_EQ(info.network_count, source.networks.size());
+  EXPECT_EQ(info.network_count, source.mlps.size());
   EXPECT_EQ(info.format_version, 2u);
   EXPECT_EQ(info.file_bytes, file_.size());
   auto device = nifkit::sized<NifDeviceInfo>();
@@ -242,7 +242,7 @@ TEST_F(Assets, CodedAndUncodedAnswerAlike) {
         ASSERT_EQ(nifCommitScene(scene), NIF_OK);
         Random random(seed);
         const kernels::SegmentField field =
-            format::field_of(source.objects[0].as<format::SegmentData>(), source.networks[0]);
+            format::field_of(source.objects[0].as<format::SegmentData>(), source.mlps[0]);
         answers.push_back(query_all(scene, random_rays(random, field, 500)));
       }
     }
@@ -353,7 +353,7 @@ TEST_F(Assets, EverythingGoesThroughTheAllocator) {
     if (error == NIF_OK) {
       const uint64_t before = counter.calls;
       Random random(5);
-      query_all(scene, random_rays(random, view.objects[0].as<format::SegmentView>().field, 100));
+      query_all(scene, random_rays(random, view.objects[0].as<kernels::SegmentField>(), 100));
       EXPECT_EQ(counter.calls, before) << "a query allocated";
       auto info = nifkit::sized<NifSceneInfo>();
       EXPECT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);

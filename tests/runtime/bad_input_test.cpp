@@ -435,8 +435,7 @@ TEST_F(BadInput, RaysThatAreNone) {
   }
   const Answers answers = query_all(scene_of(asset, 1), noise);
   for (size_t i = 0; i < noise.size(); ++i) {
-    const auto expected =
-        kernels::query(view.objects[1].as<format::SegmentView>().field, to_segment(noise[i]));
+    const auto expected = kernels::query(view.objects[1].as<kernels::SegmentField>(), to_segment(noise[i]));
     EXPECT_EQ(answers.visible[i], expected.visible);
     EXPECT_EQ(answers.certain[i], expected.certain);
   }

@@ -49,7 +49,7 @@ TEST_P(TwinObjects, AnswerAlikeThroughAnyTransform) {
     format::Asset exact = random_asset(seed, {.objects = 0, .instances = 0, .exacts = 3});
     format::Asset bvhs = exact;
     for (format::Object& object : bvhs.objects) {
-      format::Bvh bvh = object.as<format::ExactData>().bvh;
+      format::TrianglesData bvh = object.as<format::ExactData>().bvh;
       object.content = std::move(bvh);
     }
     const std::vector<std::byte> file = format::encode(exact);

@@ -33,15 +33,15 @@ inline const BeyondGrid kBeyondGrid[] = {
      {.objects = 0, .instances = 1, .proofs = 1},
      "section PROF, record 0: brick_states has a voxel beyond the grid"}};
 
-inline format::ProofData& grid_of(format::Object& object) {
-  if (auto* exact = std::get_if<format::ExactData>(&object.content)) return exact->proof;
+inline format::PlanesData& grid_of(format::Object& object) {
+  if (auto* exact = std::get_if<format::ExactData>(&object.content)) return exact->planes;
   if (auto* segment = std::get_if<format::SegmentData>(&object.content)) return *segment;
-  return object.as<format::ProofData>();
+  return object.as<format::PlanesData>();
 }
 
 /// Moves one surface voxel of a brick, the last that allows it, to a place beyond the grid. None where no
 /// brick has both; else the number of the mixed brick.
-inline std::optional<size_t> move_beyond(format::ProofData& grid) {
+inline std::optional<size_t> move_beyond(format::PlanesData& grid) {
   const uint32_t across = format::bricks_for(grid.voxels[0]), down = format::bricks_for(grid.voxels[1]);
   for (size_t number = grid.brick_table.size(); number-- > 0;) {
     if (grid.brick_table[number] < kernels::kFirstMixedBrick) continue;
@@ -72,7 +72,7 @@ inline FileBeyondGrid file_beyond_grid(const BeyondGrid& kind) {
   for (uint64_t seed = 1;; ++seed) {
     FileBeyondGrid file{random_asset(seed, kind.one_object), {}, {}};
     file.good = file.bad = format::encode(file.asset);
-    format::ProofData& grid = grid_of(file.asset.objects[0]);
+    format::PlanesData& grid = grid_of(file.asset.objects[0]);
     const std::optional<size_t> brick = move_beyond(grid);
     if (!brick) continue;
     const uint64_t at = section_entry(file.bad, find_section(file.bad, kind.occupancy)).offset +

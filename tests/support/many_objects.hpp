@@ -10,13 +10,13 @@ namespace nif::test {
 inline format::Asset many_objects(uint32_t count) {
   Random random(1);
   format::Asset asset;
-  asset.networks.resize(1);
+  asset.mlps.resize(1);
   const uint32_t inputs = kernels::input_count(4, 1);
   for (const auto& [in, out] : {std::pair{inputs, kernels::kMaxWidth},
                                 {kernels::kMaxWidth, kernels::kMaxWidth},
                                 {kernels::kMaxWidth, kernels::kMaxWidth},
                                 {kernels::kMaxWidth, 1u}})
-    asset.networks[0].layers.push_back(
+    asset.mlps[0].layers.push_back(
         {in, out, 0, std::vector<int32_t>(out), std::vector<int8_t>(size_t(in) * out, 1)});
   asset.spherical_networks.resize(1);
   format::SphericalNetworks& networks = asset.spherical_networks[0];
@@ -42,7 +42,7 @@ inline format::Asset many_objects(uint32_t count) {
        {&grids.outer_position, &grids.outer_direction, &grids.inner_position, &grids.inner_direction})
     values->assign(4, 0);
   grids.distance.assign(2, 0);
-  const format::Bvh bvh = random_bvh(random, 1);
+  const format::TrianglesData bvh = random_bvh(random, 1);
   format::Primary primary;
   primary.resolution = 2;
   primary.features = 1;

@@ -4,9 +4,9 @@
 
 #include <memory>
 
+#include "bake/network/corners.hpp"
 #include "bake/oracle/prepare.hpp"
-#include "bake/proof/cells.hpp"
-#include "bake/segment/corners.hpp"
+#include "bake/planes/cells.hpp"
 
 namespace nif::test {
 
@@ -24,7 +24,7 @@ struct OccupiedObject {
   bake::Occupancy occupancy;
   bake::CellCounts cells;
   format::SegmentData data;
-  format::Network network;  // without layers
+  format::Mlp network;  // without layers
   kernels::SegmentField field;
   std::unique_ptr<bake::GroundTruth> truth;
 

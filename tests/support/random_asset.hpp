@@ -10,8 +10,8 @@
 #include <string>
 
 #include "formats/nif/asset.hpp"
-#include "formats/nif/proof/sides.hpp"
-#include "kernels/reference/segment/query.hpp"
+#include "formats/nif/planes/sides.hpp"
+#include "kernels/reference/encodings/segment.hpp"
 #include "tests/support/random_bvh.hpp"
 #include "tests/support/random_exact.hpp"
 #include "tests/support/random_spherical.hpp"
@@ -39,8 +39,8 @@ struct RandomAssetOptions {
   bool places_nothing = false;  ///< where it has no instances
 };
 
-inline format::Network random_network(Random& random, uint32_t inputs) {
-  format::Network network;
+inline format::Mlp random_network(Random& random, uint32_t inputs) {
+  format::Mlp network;
   network.logit_scale = random.between(1e-4f, 1e-2f);
   const uint32_t hidden = random.below(3);
   for (uint32_t l = 0; l <= hidden; ++l) {
@@ -141,7 +141,7 @@ inline uint32_t random_planes(Random& random, bool similar = false) {
 /// Records of surface voxels and their parts. Bare voxels, which join nothing, separate what is outside from
 /// what is inside.
 inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides, bool all_proven,
-                       const format::Network& network, format::SegmentData& object) {
+                       const format::Mlp& network, format::SegmentData& object) {
   using kernels::VoxelState;
   object.voxel_base.clear();
   object.voxel_records.clear();
@@ -228,7 +228,7 @@ inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides
 }
 
 /// All of an object but its content.
-inline format::Object object_of(const format::Bvh& bvh, const std::string& name) {
+inline format::Object object_of(const format::TrianglesData& bvh, const std::string& name) {
   format::Object object;
   object.name = name;
   object.aabb_min = object.aabb_max = bvh.vertices[0];
@@ -243,7 +243,7 @@ inline format::Object object_of(const format::Bvh& bvh, const std::string& name)
 }
 
 inline format::Object random_bvh_object(Random& random, const std::string& name) {
-  format::Bvh bvh =
+  format::TrianglesData bvh =
       random_bvh(random, 1 + random.below(60), random.between(-2.0f, 2.0f), random.between(0.5f, 3.0f));
   format::Object object = object_of(bvh, name);
   object.content = std::move(bvh);
@@ -253,8 +253,8 @@ inline format::Object random_bvh_object(Random& random, const std::string& name)
 inline format::Object random_exact_object(Random& random, const RandomAssetOptions& options,
                                           const std::string& name) {
   format::ExactData exact = random_exact(random, options.max_voxels);
-  exact.proof.coded = options.coded;
-  format::Object object = object_of(exact.bvh, name);
+  exact.planes.coded = options.coded;
+  format::Object object = object_of(exact.triangles, name);
   object.content = std::move(exact);
   return object;
 }
@@ -262,7 +262,7 @@ inline format::Object random_exact_object(Random& random, const RandomAssetOptio
 inline format::Object random_proof_object(Random& random, const RandomAssetOptions& options,
                                           const std::string& name) {
   format::Object object = random_exact_object(random, options, name);
-  format::ProofData grid = std::move(object.as<format::ExactData>().proof);
+  format::PlanesData grid = std::move(object.as<format::ExactData>().proof);
   object.content = std::move(grid);
   return object;
 }
@@ -283,8 +283,8 @@ inline format::SourceTriangles random_source(Random& random, size_t triangles) {
 inline void add_sources(uint64_t seed, uint32_t count, format::Asset& asset) {
   Random random(seed + 0x736f7572);
   for (format::Object& object : asset.objects) {
-    const format::Bvh* bvh = std::get_if<format::Bvh>(&object.content);
-    if (const auto* exact = std::get_if<format::ExactData>(&object.content)) bvh = &exact->bvh;
+    const format::TrianglesData* bvh = std::get_if<format::TrianglesData>(&object.content);
+    if (const auto* exact = std::get_if<format::ExactData>(&object.content)) bvh = &exact->triangles;
     if (!bvh || count == 0) continue;
     object.source_triangles = random_source(random, bvh->triangles.size());
     --count;
@@ -306,9 +306,9 @@ inline void move_far_away(uint64_t seed, format::Asset& asset) {
 inline void add_colors(uint64_t seed, uint32_t count, format::Asset& asset) {
   Random random(seed + 0x636f6c6f);
   for (format::Object& object : asset.objects) {
-    const format::ProofData* grid = std::get_if<format::ProofData>(&object.content);
+    const format::PlanesData* grid = std::get_if<format::PlanesData>(&object.content);
     if (const auto* segment = std::get_if<format::SegmentData>(&object.content)) grid = segment;
-    if (const auto* exact = std::get_if<format::ExactData>(&object.content)) grid = &exact->proof;
+    if (const auto* exact = std::get_if<format::ExactData>(&object.content)) grid = &exact->planes;
     if (!grid || count == 0) continue;
     object.colors.emplace(grid->voxel_records.size());
     for (uint16_t& color : *object.colors) color = uint16_t(random.below(0x10000));
@@ -347,12 +347,12 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
     for (uint32_t f = 0; f < segment.corners * segment.features_per_corner; ++f)
       segment.features.push_back(int8_t(random.between(-127, 127) / (options.coded ? 8 : 1)));
     segment.network = i;
-    asset.networks.push_back(
+    asset.mlps.push_back(
         random_network(random, kernels::input_count(segment.samples, segment.features_per_corner)));
     // Some answers lean to one side or the other, without taking random numbers of what follows.
-    if (i % 2) format::lean(asset.networks.back(), Random(seed + i).between(-4000, 4000));
+    if (i % 2) format::lean(asset.mlps.back(), Random(seed + i).between(-4000, 4000));
     segment.coded = options.coded;
-    fill_cells(random, ball, sides, options.coded && i % 2 == 0, asset.networks.back(), segment);
+    fill_cells(random, ball, sides, options.coded && i % 2 == 0, asset.mlps.back(), segment);
     object.content = std::move(segment);
     asset.objects.push_back(std::move(object));
   }
@@ -396,7 +396,7 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
 
 /// A segment near the object's grid, most of them through it: lines, short pieces, along axes, on voxel
 /// faces.
-inline kernels::Segment random_segment(Random& random, const kernels::ProofField& field) {
+inline kernels::Segment random_segment(Random& random, const kernels::PlanesField& field) {
   kernels::Segment segment;
   const bool on_lattice = random.below(4) == 0, along_axis = random.below(8) == 0,
              line = random.below(3) == 0, aimed = random.below(4) != 0, starts_inside = random.below(2) == 0;
@@ -420,7 +420,7 @@ inline kernels::Segment random_segment(Random& random, const kernels::ProofField
 }
 
 inline kernels::Segment random_segment(Random& random, const kernels::ExactField& field) {
-  return random.below(4) ? random_segment(random, field.proof) : random_segment(random, field.bvh);
+  return random.below(4) ? random_segment(random, field.planes) : random_segment(random, field.triangles);
 }
 
 }  // namespace nif::test

@@ -13,7 +13,7 @@
 #include <string>
 
 #include "formats/base/output_file.hpp"
-#include "formats/nif/proof/coded_cells.hpp"
+#include "formats/nif/planes/coded_cells.hpp"
 #include "formats/nif/writer.hpp"
 #include "formats/validate/validate.hpp"
 #include "tests/format/damaged.hpp"
@@ -309,7 +309,7 @@ void break_coded_cells(const format::Asset& asset, uint32_t records, uint32_t ce
   const Bytes good = format::encode(asset);
   const ExactBuffer buffer(good);
   const format::AssetView view = format::read_asset(buffer.bytes(), "good");
-  kernels::ProofField field = *format::grid_of(view.objects[0]);
+  kernels::PlanesField field = *format::grid_of(view.objects[0]);
   const size_t count = size_t{field.surface_voxels} + field.part_count;
   const std::vector<uint32_t> words(field.voxel_records, field.voxel_records + count);
   const auto offer = [&](std::vector<uint32_t> changed, bool stated) {
@@ -341,7 +341,7 @@ constexpr uint32_t kInsideAbove = 7;  // and outside below
 
 /// One voxel inside, surface around it; in the one at its left the planes tell outside from inside.
 format::Asset shell_of_voxels() {
-  format::ProofData grid;
+  format::PlanesData grid;
   grid.voxels = {3, 3, 3};
   grid.voxels_per_unit = 1;
   grid.brick_table = {kernels::kFirstMixedBrick};

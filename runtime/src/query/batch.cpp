@@ -10,7 +10,7 @@
 
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/instance.hpp"
-#include "kernels/reference/proof/open.hpp"
+#include "kernels/reference/planes/open.hpp"
 #include "query/float4.hpp"
 #include "query/float_environment.hpp"
 #include "query/nif_rays.hpp"
