@@ -227,8 +227,8 @@ struct Course {
     TrainingLog log(std::move(before), 0,
                     [&](std::span<const KeptTraining> trainings) { kept.push_back(copy_of(trainings, {})); });
     const bake::TrainingResult result = bake::train(
-        object.truth->source(), "torus", object.data, options, [](const auto&) {}, cancel, &log);
-    features = object.data.features;
+        object.truth->source(), object.object, options, [](const auto&) {}, cancel, &log);
+    features = object.object.network->features;
     network = result.network;
     recoveries = result.recoveries;
   }

@@ -73,8 +73,8 @@ TEST(Encoding, OfABvhAnswersAsEmbree) {
     options.evaluation_rays = 200'000;
     const bake::BakeResult result = bake_quietly(scene_of({mesh}), options);
     const format::Object& object = result.asset.objects[0];
-    ASSERT_TRUE(object.is<format::TrianglesData>());
-    EXPECT_EQ(object.as<format::TrianglesData>().triangles.size(), mesh.triangles.size());
+    ASSERT_TRUE(object.triangles && !object.planes);
+    EXPECT_EQ(object.triangles->triangles.size(), mesh.triangles.size());
     EXPECT_TRUE(result.asset.mlps.empty());
     EXPECT_EQ(result.objects[0].encoding, "bvh");
     EXPECT_EQ(result.objects[0].training_rays, 0u);
@@ -134,7 +134,7 @@ TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
 
   // Networks are numbered as if the others were not there.
   ASSERT_EQ(result.asset.mlps.size(), 1u);
-  EXPECT_EQ(result.asset.objects[1].as<format::SegmentData>().network, 0u);
+  EXPECT_EQ(result.asset.objects[1].network->mlp, 0u);
   const auto metadata = nlohmann::json::parse(result.asset.metadata);
   for (size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(metadata["objects"][i]["encoding"], result.objects[i].encoding);
@@ -171,8 +171,8 @@ TEST(Encoding, IsProofWhereRaysMayStayOpen) {
   const bake::BakeResult wild = bake_quietly(scene_of({soup(3000)}), options);
   EXPECT_EQ(wild.objects[0].encoding, "proof");
   EXPECT_NE(wild.objects[0].reason.find("planes are left out"), std::string::npos) << wild.objects[0].reason;
-  EXPECT_FALSE(kernels::has_planes(format::field_of(wild.asset.objects[0].as<format::PlanesData>())));
-  EXPECT_TRUE(kernels::has_planes(format::field_of(result.asset.objects[1].as<format::PlanesData>())));
+  EXPECT_FALSE(kernels::has_planes(format::field_of(*wild.asset.objects[0].planes)));
+  EXPECT_TRUE(kernels::has_planes(format::field_of(*result.asset.objects[1].planes)));
   options.encoding = bake::kAutomatic;
   // Where nothing fits but planes.
   options.max_bytes = 200'000;
@@ -289,12 +289,14 @@ TEST(Encoding, CountsTheWorkOfBoth) {
   const bake::GroundTruth truth(prepared);
   const auto field_work = [&](uint32_t resolution) {
     const bake::Grid grid = bake::make_grid(prepared.box, resolution);
-    format::SegmentData data;
+    format::Object object;
+    object.planes.emplace();
+    object.network.emplace();
     bake::store_occupancy(
         bake::classify(grid, prepared.surface, bake::voxelize(grid, prepared.surface).marks, prepared.closed),
-        2, "coarse", data);
-    format::leave_bare(data);
-    return bake::work_of(format::field_of(data, {}), truth.source(), 5);
+        2, object);
+    format::leave_bare(*object.planes);
+    return bake::work_of(format::field_of(object, {}), truth.source(), 5);
   };
   // Empty bricks cost nothing, so that a finer grid does not cost as much more as it has voxels.
   EXPECT_GT(field_work(128), 0);

@@ -32,16 +32,15 @@ struct ExactObject {
 
   ExactObject(mesh::Mesh source, uint32_t resolution, const CellOptions& options)
       : occupied(std::move(source), resolution, options) {
-    format::ExactData data;
-    bake::store_occupancy(occupied.occupancy, occupied.mesh.name, data.planes);
-    format::leave_bare(
-        data.planes);  // numbers the voxels of bricks, of which there are fewer without corners
-    data.planes.voxel_records = occupied.data.voxel_records;
-    data.planes.parts = occupied.data.parts;
-    data.triangles =
-        bake::build_bvh(occupied.prepared.surface.positions, occupied.prepared.surface.triangles);
     format::Asset asset;
-    asset.objects.emplace_back().content = std::move(data);
+    format::Object& object = asset.objects.emplace_back();
+    format::PlanesData& planes = object.planes.emplace();
+    bake::store_occupancy(occupied.occupancy, occupied.mesh.name, planes);
+    format::leave_bare(planes);  // numbers the voxels of bricks, of which there are fewer without corners
+    planes.voxel_records = occupied.object.planes->voxel_records;
+    planes.parts = occupied.object.planes->parts;
+    object.triangles =
+        bake::build_bvh(occupied.prepared.surface.positions, occupied.prepared.surface.triangles);
     file = format::encode(asset);
     field = format::read_asset(file, occupied.mesh.name).objects[0].as<kernels::ExactField>();
   }

@@ -87,9 +87,8 @@ TEST(Threshold, LowersOutputsAndLeavesProbabilities) {
     const int32_t by = random.between(-50'000, 50'000);
     format::lean(leaning, by);
     const format::OutputRange range = format::output_range(network);
-    format::SegmentData data;
-    const kernels::SegmentField before = format::field_of(data, network),
-                                after = format::field_of(data, leaning);
+    const kernels::NetworkField before = format::field_of(format::NetworkData(), network, {}),
+                                after = format::field_of(format::NetworkData(), leaning, {});
     for (int k = 0; k < 200; ++k) {
       uint8_t inputs[24];
       for (uint8_t& input : inputs) input = uint8_t(random.below(128));
@@ -153,7 +152,7 @@ TEST_P(Leaning, KeepsTheRateOnFreshRaysAndTheProbabilities) {
   EXPECT_EQ(threshold > 0, mistake_ == Mistake::leak);
   EXPECT_EQ(threshold < 0, mistake_ == Mistake::spurious);
   format::Asset moved = upright.asset;
-  format::lean(moved.networks[0], threshold);
+  format::lean(moved.mlps[0], threshold);
   moved.metadata = leaning.asset.metadata;
   EXPECT_TRUE(format::encode(moved) == format::encode(leaning.asset));
 

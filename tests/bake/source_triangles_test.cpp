@@ -124,10 +124,7 @@ Segment aimed_at(const mesh::Mesh& mesh, Random& random) {
   return segment;
 }
 
-const kernels::TrianglesField& tree_of(const format::ObjectView& object) {
-  return object.is<kernels::TrianglesField>() ? object.as<kernels::TrianglesField>()
-                                              : object.as<kernels::ExactField>().triangles;
-}
+const kernels::TrianglesField& tree_of(const format::ObjectView& object) { return object.triangles->field; }
 
 struct Counts {
   uint64_t hits = 0, ties = 0, uncommon = 0;  ///< of these, whose number in the object is another one
@@ -334,11 +331,10 @@ TEST(SourceTriangles, AreLeftOutUnlessAskedFor) {
   EXPECT_EQ(without.asset.metadata.find("source_triangles"), std::string::npos);
   EXPECT_NE(with.asset.metadata.find("source_triangles"), std::string::npos);
   // Nothing else changes.
-  const auto& one = with.asset.objects[0].as<format::ExactData>();
-  const auto& other = without.asset.objects[0].as<format::ExactData>();
-  EXPECT_EQ(one.triangles.triangles, other.triangles.triangles);
-  EXPECT_EQ(one.triangles.vertices, other.triangles.vertices);
-  EXPECT_EQ(one.planes.parts, other.planes.parts);
+  const format::Object &one = with.asset.objects[0], &other = without.asset.objects[0];
+  EXPECT_EQ(one.triangles->triangles, other.triangles->triangles);
+  EXPECT_EQ(one.triangles->vertices, other.triangles->vertices);
+  EXPECT_EQ(one.planes->parts, other.planes->parts);
   const nifkit::Device device("threads=1");
   const nifkit::Asset asset = nifkit::Asset::copy(device, format::encode(without.asset));
   EXPECT_EQ(asset.object(0).source_triangles, 0u);

@@ -172,34 +172,35 @@ Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& ran
   };
   const bool planes = std::all_of(surface.positions.begin(), surface.positions.end(), fits_planes);
   format::PlanesData proof;
-  format::SegmentData segment;
+  format::Object segment;
   if (planes) {
     const OccupiedObject occupied(mesh, resolution, {.levels = levels});
-    segment = occupied.data;
+    segment = occupied.object;
     bake::store_occupancy(occupied.occupancy, occupied.mesh.name, proof);
     format::leave_bare(proof);  // numbers the voxels of bricks, of which there are fewer without corners
-    proof.voxel_records = segment.voxel_records;
-    proof.parts = segment.parts;
+    proof.voxel_records = segment.planes->voxel_records;
+    proof.parts = segment.planes->parts;
   }
   for (const bool coded : {false, true}) {
-    const uint32_t payloads = coded ? format::kCodedOccupancy | format::kCodedCells : 0;
-    proof.coded = segment.coded = payloads;
     format::Asset asset;
-    asset.objects.emplace_back().content = bvh;
+    asset.objects.emplace_back().triangles = bvh;
     if (planes) {
-      asset.objects.emplace_back().content = format::ExactData{proof, bvh};
-      asset.objects.emplace_back().content = proof;
-      asset.objects.emplace_back().content = segment;
-      asset.mlps.push_back(untrained(kernels::input_count(segment.samples, segment.features_per_corner)));
+      asset.objects.push_back(asset.objects[0]);
+      asset.objects[1].planes = proof;
+      asset.objects.emplace_back().planes = proof;
+      asset.objects.push_back(segment);
+      asset.mlps.push_back(
+          untrained(kernels::input_count(segment.network->samples, segment.network->features_per_corner)));
     }
     for (format::Object& object : asset.objects) {
+      set_coded(coded ? kCodedAll & ~4u : 0, object);
       object.name = "mesh";
       for (size_t a = 0; a < 3; ++a) {
         object.aabb_min[a] = prepared.box.min[a];
         object.aabb_max[a] = prepared.box.max[a];
       }
       object.bias = prepared.bias;
-      object.triangles = uint32_t(surface.triangles.size());
+      object.triangle_count = uint32_t(surface.triangles.size());
     }
     (coded ? coded_ : plain_) = format::encode(asset);
   }

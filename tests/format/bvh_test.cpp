@@ -37,10 +37,10 @@ TEST(BvhFile, KeepsEveryFieldAndAnswer) {
       EXPECT_EQ(seen.name, object.name);
       EXPECT_EQ(seen.aabb_min, object.aabb_min);
       EXPECT_EQ(seen.bias, object.bias);
-      EXPECT_EQ(seen.triangles, object.triangles);
-      const auto& [tree, tree_bytes] = seen.as<format::BvhView>();
-      EXPECT_EQ(tree_bytes, object.as<format::TrianglesData>().bytes());
-      const kernels::TrianglesField field = format::field_of(object.as<format::TrianglesData>());
+      EXPECT_EQ(seen.triangle_count, object.triangle_count);
+      const auto& [tree, tree_bytes] = *seen.triangles;
+      EXPECT_EQ(tree_bytes, object.triangles->bytes());
+      const kernels::TrianglesField field = format::field_of(*object.triangles);
       EXPECT_EQ(tree.extent, field.extent);
       for (int ray = 0; ray < 500; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
@@ -54,7 +54,7 @@ TEST(BvhFile, KeepsEveryFieldAndAnswer) {
 
 TEST(BvhFile, HasItsSectionsOnlyWhereTheyAreNeeded) {
   const Bytes with = format::encode(asset_with_bvh(1)), without = format::encode(test::random_asset(1));
-  for (const uint32_t type : format::EncodingOf<kernels::TrianglesField>::kSections) {
+  for (const uint32_t type : format::TrianglesPart::kSections) {
     const uint32_t index = test::find_section(with, type);
     EXPECT_EQ(test::section_entry(with, index).flags, format::kRequired);
     for (uint32_t i = 0; i < test::load<format::Header>(without, 0).section_count; ++i)
@@ -82,12 +82,11 @@ TEST(BvhFile, RefusesWrongRecords) {
                .status == Status::damaged_nif;
   };
   EXPECT_FALSE(object(1, [](auto&) {}));
-  EXPECT_TRUE(object(1, [](auto& r) { r.encoding = 1; }));
-  EXPECT_TRUE(object(0, [](auto& r) { r.encoding = 3; }));
-  EXPECT_TRUE(object(1, [](auto& r) { r.record = 1; }));
-  EXPECT_TRUE(object(2, [](auto& r) { r.record = 2; }));
-  const auto tree = [&](uint32_t index, const std::function<void(format::BvhRecord&)>& change) {
-    return outcome_of(test::with_record<format::BvhRecord>(good, format::kBvhRecords, index, change))
+  EXPECT_TRUE(object(1, [](auto& r) { std::swap(r.triangles, r.planes); }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.triangles = 1; }));
+  EXPECT_TRUE(object(2, [](auto& r) { r.triangles = 2; }));
+  const auto tree = [&](uint32_t index, const std::function<void(format::TrianglesRecord&)>& change) {
+    return outcome_of(test::with_record<format::TrianglesRecord>(good, format::kTriangles, index, change))
                .status == Status::damaged_nif;
   };
   EXPECT_FALSE(tree(1, [](auto&) {}));

@@ -39,7 +39,7 @@ const std::vector<File>& files() {
           .sphericals = 1,
           .exacts = 1,
           .proofs = 1,
-          .coded = nif::format::kCodedPayloads}})
+          .coded = nif::test::kCodedAll}})
       made.push_back(nif::format::encode(nif::test::random_asset(made.size(), options)));
     return made;
   }();

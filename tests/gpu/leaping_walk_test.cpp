@@ -139,14 +139,14 @@ Segment far_segment(Random& random, const kernels::SegmentField& field) {
 /// planes join them to what is inside.
 void replace_unknown(format::Asset& asset) {
   for (format::Object& object : asset.objects) {
-    auto& data = object.as<format::SegmentData>();
+    format::PlanesData& data = *object.planes;
     const auto before = data.brick_states;
     for (kernels::BrickStates& states : data.brick_states) {
       const uint64_t unknown = states.surface & states.aux;
       states.surface &= ~unknown;
       states.aux &= ~unknown;
     }
-    const format::SideRegions regions(format::field_of(data, asset.mlps[data.network]));
+    const format::SideRegions regions(format::field_of(data));
     if (regions.contradictory()) data.brick_states = before;
   }
 }

@@ -148,7 +148,7 @@ TEST_P(GpuAnswers, TheWidestNetworks) {
   Random random(6);
   format::Asset asset;
   asset.objects.push_back(random_spherical_object(random, "wide", 8));
-  const format::SphericalGrids grids = asset.objects[0].as<format::SphericalData>().grids;
+  const format::SphericalGrids grids = asset.objects[0].spherical->grids;
   for (const uint32_t width : {96u, 100u, kernels::kMaxSphericalWidth}) {
     asset.spherical_networks = {random_networks(random, grids, 4)};
     for (format::SphericalLayers* layers :
@@ -352,9 +352,8 @@ TEST_P(GpuAnswers, WhatObjectsShareIsUploadedOnce) {
   Random random(16);
   format::Asset asset;
   for (int i = 0; i < 4; ++i) asset.objects.push_back(random_spherical_object(random, "it", 4));
-  for (format::Object& object : asset.objects)
-    object.as<format::SphericalData>().grids = asset.objects[0].as<format::SphericalData>().grids;
-  asset.spherical_networks = {random_networks(random, asset.objects[0].as<format::SphericalData>().grids, 4)};
+  for (format::Object& object : asset.objects) object.spherical->grids = asset.objects[0].spherical->grids;
+  asset.spherical_networks = {random_networks(random, asset.objects[0].spherical->grids, 4)};
   format::SphericalLayers& outer = asset.spherical_networks[0].outer;
   outer.width = kernels::kMaxSphericalWidth;
   outer.hidden_layers = 2;

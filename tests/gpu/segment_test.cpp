@@ -121,7 +121,9 @@ TEST_P(GpuSegmentTest, AnswersByNetworksOfAnyShape) {
     const gpu::SegmentLayout layout = gpu::make_layout(other.field);
     EXPECT_EQ(layout.tiled, widths.empty() || *std::max_element(widths.begin(), widths.end()) <= 48);
     format::ObjectView object = asset.view.objects[0];
-    std::get<format::SegmentView>(object.content).field = other.field;
+    format::NetworkView network = *object.network;
+    network.field = other.field;
+    object.network = &network;
     expect_reference(object, random_segments(object, 9, 700), GetParam());
   }
 }

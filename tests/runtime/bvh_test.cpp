@@ -91,7 +91,7 @@ TEST_P(RuntimeBvh, SaysWhatItIs) {
   EXPECT_EQ(info.encoding, NIF_ENCODING_BVH);
   EXPECT_STREQ(info.name, "bvh 0");
   EXPECT_EQ(info.triangles, view.objects[1].as<kernels::TrianglesField>().triangle_count);
-  EXPECT_GE(info.resident_bytes, view.objects[1].as<format::BvhView>().tree_bytes);
+  EXPECT_GE(info.resident_bytes, view.objects[1].triangles->tree_bytes);
   ASSERT_EQ(nifGetObjectInfo(asset, 0, &info), NIF_OK);
   EXPECT_EQ(info.encoding, NIF_ENCODING_SEGMENT);
 }

@@ -121,8 +121,8 @@ TEST(OpenParts, HaveAllThatTrianglesCanBlock) {
   uint64_t open = 0, blocked = 0;
   for (uint64_t seed = 0; seed < 200; ++seed) {
     Random random(seed);
-    const format::ExactData data = random_exact(random, 9);
-    const kernels::ExactField field = format::field_of(data);
+    const RandomExact data = random_exact(random, 9);
+    const kernels::ExactField field = data.field();
     for (int i = 0; i < 500; ++i) {
       const kernels::Segment segment = random_segment(random, field);
       kernels::OpenInterval part;

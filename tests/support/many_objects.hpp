@@ -27,12 +27,13 @@ inline format::Asset many_objects(uint32_t count) {
     layers->weights.assign(kernels::spherical_weights(layers->inputs, layers->width, layers->hidden_layers),
                            1);
 
-  format::SegmentData segment;
-  segment.voxels = {1, 1, 1};
-  segment.voxels_per_unit = 1;
-  segment.brick_table = {kernels::kBrickInside};
-  segment.features_per_corner = 1;
-  segment.samples = 4;
+  format::PlanesData planes;
+  planes.voxels = {1, 1, 1};
+  planes.voxels_per_unit = 1;
+  planes.brick_table = {kernels::kBrickInside};
+  format::NetworkData network;
+  network.features_per_corner = 1;
+  network.samples = 4;
   format::SphericalData spherical;
   format::SphericalGrids& grids = spherical.grids;
   grids.half = true;
@@ -54,9 +55,9 @@ inline format::Asset many_objects(uint32_t count) {
   for (uint32_t i = 0; i < count; ++i) {
     format::Object& object = asset.objects.emplace_back();
     object.aabb_max = {1, 1, 1};
-    if (i % 3 == 0) object.content = segment;
-    if (i % 3 == 1) object.content = spherical;
-    if (i % 3 == 2) object.content = bvh;
+    if (i % 3 == 0) object.planes = planes, object.network = network;
+    if (i % 3 == 1) object.spherical = spherical;
+    if (i % 3 == 2) object.triangles = bvh;
     if (i % 10 == 0) object.primary = primary;
     format::Instance& instance = asset.instances.emplace_back();
     instance.object = i;

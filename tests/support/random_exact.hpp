@@ -10,10 +10,17 @@
 
 namespace nif::test {
 
+struct RandomExact {
+  format::PlanesData planes;
+  format::TrianglesData triangles;
+
+  kernels::ExactField field() const { return {format::field_of(planes), format::field_of(triangles)}; }
+};
+
 /// A grid of cubes of unit size around z = 0, whose surface voxels are one layer. A sheet across the
 /// layer, if there is one, makes all but its outermost cells walls.
-inline format::ExactData random_exact(Random& random, uint32_t max_voxels) {
-  format::ExactData exact;
+inline RandomExact random_exact(Random& random, uint32_t max_voxels) {
+  RandomExact exact;
   format::PlanesData& grid = exact.planes;
   const uint32_t across = 3 + random.below(max_voxels), high = 3 + random.below(max_voxels);
   grid.voxels = {across, across, high};
