@@ -97,8 +97,8 @@ TEST(Threshold, LowersOutputsAndLeavesProbabilities) {
       EXPECT_GE(output, range.least);
       EXPECT_LE(output, range.largest);
       EXPECT_EQ(leant, output - by);
-      EXPECT_EQ(kernels::visible_probability(output, kernels::calibration(before)),
-                kernels::visible_probability(leant, kernels::calibration(after)));
+      EXPECT_EQ(kernels::visible_probability(output, before.network.calibration),
+                kernels::visible_probability(leant, after.network.calibration));
     }
   }
 }

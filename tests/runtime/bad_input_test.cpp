@@ -517,7 +517,7 @@ TEST_F(BadInput, SurfaceBitsBeyondTheGrid) {
     NifAsset asset = nullptr;
     EXPECT_EQ(nifLoadAssetMemory(device_, bad.bytes().data(), bad.bytes().size(), NIF_MEMORY_COPY, &asset),
               NIF_ERROR_DAMAGED_NIF);
-    EXPECT_EQ(nifGetErrorMessage(), std::string("memory: ") + kind.sentence);
+    EXPECT_EQ(nifGetErrorMessage(), std::string("memory: ") + kBeyondGridSentence);
     EXPECT_EQ(asset, nullptr);
     file_ = file.good;
     scene_of(load(), 0);

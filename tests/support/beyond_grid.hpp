@@ -17,6 +17,9 @@ struct BeyondGrid {
   const char* encoding;
   RandomAssetOptions one_object;
 };
+/// Why the file is refused, behind its name.
+inline constexpr const char* kBeyondGridSentence =
+    "section PLAN, record 0: brick_states has a voxel beyond the grid";
 inline const BeyondGrid kBeyondGrid[] = {{"segment", {.objects = 1, .instances = 1, .features = 2}},
                                          {"exact", {.objects = 0, .instances = 1, .exacts = 1}},
                                          {"proof", {.objects = 0, .instances = 1, .proofs = 1}}};

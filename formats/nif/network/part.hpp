@@ -125,6 +125,7 @@ struct MlpView {
 
 struct NetworkView {
   uint32_t mlp = 0;             ///< index into AssetView::mlps
+  float length_scale = 0;       ///< as in NetworkData
   kernels::NetworkField field;  ///< ready to be queried, on the planes of its object
   PayloadBytes features;        ///< with the corners
   uint32_t coded = 0;           ///< as in NetworkData

@@ -145,6 +145,7 @@ NetworkView NetworkReader::read(uint32_t index, const ObjectView& object) {
   place.require((record.forms & ~uint32_t{kNetworkForms}) == 0, Rule::unknown_forms);
   place.require(all_zero(record.reserved), Rule::reserved_not_zero);
   view.coded = record.forms;
+  view.length_scale = record.length_scale;
   field.corners = record.corners;
   field.length_scale = record.length_scale * planes.voxels_per_cell;
 

@@ -55,7 +55,7 @@ NetworkData to_data(const NetworkView& view, const kernels::PlanesField& planes)
   data.corners = field.corners;
   data.features_per_corner = field.features_per_corner;
   data.samples = field.samples;
-  data.length_scale = field.length_scale / planes.voxels_per_cell;
+  data.length_scale = view.length_scale;
   data.coded = view.coded;
   return data;
 }

@@ -9,7 +9,8 @@
 #include "kernels/gpu/network/matrices.hpp"
 #include "kernels/gpu/object.hpp"
 #include "kernels/gpu/planes/leaping_walk.hpp"
-#include "kernels/reference/encodings/segment.hpp"
+#include "kernels/reference/network/evaluate.hpp"
+#include "kernels/reference/network/samples.hpp"
 
 namespace nif::kernels::gpu {
 
