@@ -344,7 +344,7 @@ TEST_F(GpuFaults, OfSurfaceBitsBeyondTheGrid) {
     NifAsset asset = nullptr;
     EXPECT_EQ(nifLoadAssetMemory(device.get(), file.bad.data(), file.bad.size(), NIF_MEMORY_COPY, &asset),
               NIF_ERROR_DAMAGED_NIF);
-    EXPECT_EQ(nifGetErrorMessage(), std::string("memory: ") + kind.sentence);
+    EXPECT_EQ(nifGetErrorMessage(), std::string("memory: ") + kBeyondGridSentence);
     nifkit::Scene scene(device);
     scene.add(nifkit::Asset::copy(device, file.good));
     scene.commit();
